@@ -98,9 +98,10 @@ pub fn program(model: &CompiledModel, names: &Names, f: &Function, limit: usize,
     let name = format!("{}_program", f.name);
     let head = Head { visibility: "pub(super) ", name: &name, parameters, result: "" };
     if p.instructions.len() > limit {
-        return split::program(&code, f, limit, head, text);
+        return split::program(code, f, limit, head, text);
     }
-    let code = if f.packed { code.storing() } else { code };
+    let at_once = stores_at_once(f);
+    let code = if at_once { storing(code, f) } else { code };
     let operands = p.instructions.iter().flat_map(Instruction::operands);
     let reads = Reads::of(operands.chain(p.outputs.iter().copied()).chain(p.angles.iter().copied()));
     let open = head.open_dispatched(p.instructions.len() + 12 * p.angles.len(), "#[inline]", text);
@@ -108,21 +109,32 @@ pub fn program(model: &CompiledModel, names: &Names, f: &Function, limit: usize,
     code.statements(text, 0..p.angles_ready);
     reads.sines_and_cosines(&code, text);
     code.statements(text, p.angles_ready..p.instructions.len());
-    if f.packed {
-        others(&code, text)
+    if at_once {
+        others(&code, 0..p.outputs.len(), text)
     } else {
         outputs(&code, f, text)
     }
     open.close(text);
 }
 
-/// Elements of a packed result that no instruction computes.
-fn others(code: &Code<'_>, text: &mut Text) {
-    for (place, &operand) in code.program.outputs.iter().enumerate() {
-        if !matches!(operand, Operand::Value(_)) {
-            text.line(&format!("set({place}, {});", code.operand(operand)));
-        }
-    }
+/// So many computed entries would not stay in registers until the end.
+const MANY: usize = 40;
+
+/// Whether entries of the result are stored as soon as they are known.
+fn stores_at_once(f: &Function) -> bool {
+    let computed = f.program.outputs.iter().filter(|output| matches!(output, Operand::Value(_)));
+    f.packed || computed.count() >= MANY
+}
+
+/// The code that stores them.
+pub fn storing<'a>(code: Code<'a>, f: &Function) -> Code<'a> {
+    code.storing((!f.packed).then(|| f.rows.len().max(1)))
+}
+
+/// Elements of the result that no instruction computes.
+pub fn others(code: &Code<'_>, places: impl IntoIterator<Item = usize>, text: &mut Text) {
+    let given = places.into_iter().filter(|place| !matches!(code.program.outputs[*place], Operand::Value(_)));
+    given.for_each(|place| text.line(&code.store(place)));
 }
 
 /// `*out = [[…], …];`, a line for each column with its name behind.

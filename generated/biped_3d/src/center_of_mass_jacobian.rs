@@ -70,9 +70,8 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
         t146, t147, t148, t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163,
         t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181,
         t182, t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199,
-        t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217,
-        t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235,
-        t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253,
+        t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t212, t214, t216, t217, t219, t221, t223,
+        t225, t227, t229, t230, t231, t233, t235, t237, t238, t239, t241, t243, t245, t246, t247, t249, t251, t253,
         t254, t255,
     );
     // torso: pose in the world
@@ -90,16 +89,25 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     t11 = q_base_qw * t2;
     t12 = t4 + t5;
     t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
     t14 = t6 - t11;
+    out[1][0] = t14;
     t15 = t7 + t10;
+    out[2][0] = t15;
     t16 = t6 + t11;
+    out[0][1] = t16;
     t17 = t3 + t5;
     t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
     t19 = t8 - t9;
+    out[2][1] = t19;
     t20 = t7 - t10;
+    out[0][2] = t20;
     t21 = t8 + t9;
+    out[1][2] = t21;
     t22 = t3 + t4;
     t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
     // right_hip_yaw_link: pose in the world
     t24 = t13 * cos_q_right_hip_yaw;
     t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
@@ -310,149 +318,127 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     t208 = t207 * R::constant(0.05263157894736842);
     t209 = t206 * R::constant(0.05263157894736842);
     t210 = t14 * t208;
-    t211 = R::fused(-t15, t209, -t210);
+    out[3][0] = R::fused(-t15, t209, -t210);
     t212 = t18 * t208;
-    t213 = R::fused(-t19, t209, -t212);
+    out[3][1] = R::fused(-t19, t209, -t212);
     t214 = t21 * t208;
-    t215 = R::fused(-t23, t209, -t214);
+    out[3][2] = R::fused(-t23, t209, -t214);
     t216 = t205 * R::constant(0.05263157894736842);
     t217 = t13 * t208;
-    t218 = R::fused(t15, t216, t217);
+    out[4][0] = R::fused(t15, t216, t217);
     t219 = t16 * t208;
-    t220 = R::fused(t19, t216, t219);
+    out[4][1] = R::fused(t19, t216, t219);
     t221 = t20 * t208;
-    t222 = R::fused(t23, t216, t221);
+    out[4][2] = R::fused(t23, t216, t221);
     t223 = t13 * t209;
-    t224 = R::fused(-t14, t216, t223);
+    out[5][0] = R::fused(-t14, t216, t223);
     t225 = t16 * t209;
-    t226 = R::fused(-t18, t216, t225);
+    out[5][1] = R::fused(-t18, t216, t225);
     t227 = t20 * t209;
-    t228 = R::fused(-t21, t216, t227);
+    out[5][2] = R::fused(-t21, t216, t227);
     // right_hip_yaw_link: Jacobian of the centre of mass
     t229 = t193 * R::constant(0.05263157894736842);
     t230 = t187 * R::constant(0.05263157894736842);
     t231 = t25 * t229;
-    t232 = R::fused(t27, t230, -t231);
+    out[6][0] = R::fused(t27, t230, -t231);
     t233 = t29 * t229;
-    t234 = R::fused(t31, t230, -t233);
+    out[6][1] = R::fused(t31, t230, -t233);
     t235 = t33 * t229;
-    t236 = R::fused(t35, t230, -t235);
+    out[6][2] = R::fused(t35, t230, -t235);
     // left_hip_yaw_link: Jacobian of the centre of mass
     t237 = t189 * R::constant(0.05263157894736842);
     t238 = t183 * R::constant(0.05263157894736842);
     t239 = t37 * t237;
-    t240 = R::fused(t39, t238, -t239);
+    out[12][0] = R::fused(t39, t238, -t239);
     t241 = t41 * t237;
-    t242 = R::fused(t43, t238, -t241);
+    out[12][1] = R::fused(t43, t238, -t241);
     t243 = t45 * t237;
-    t244 = R::fused(t47, t238, -t243);
+    out[12][2] = R::fused(t47, t238, -t243);
     // right_hip_roll_link: Jacobian of the centre of mass
     t245 = t185 * R::constant(0.05263157894736842);
     t246 = sin_q_right_ankle_roll * R::constant(0.0015);
     t247 = t49 * t245;
-    t248 = R::fused(t51, t246, -t247);
+    out[7][0] = R::fused(t51, t246, -t247);
     t249 = t53 * t245;
-    t250 = R::fused(t55, t246, -t249);
+    out[7][1] = R::fused(t55, t246, -t249);
     t251 = t57 * t245;
-    t252 = R::fused(t59, t246, -t251);
+    out[7][2] = R::fused(t59, t246, -t251);
     // left_hip_roll_link: Jacobian of the centre of mass
     t253 = t181 * R::constant(0.05263157894736842);
     t254 = sin_q_left_ankle_roll * R::constant(0.0015);
     t255 = t61 * t253;
     let (
-        t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
-        t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
-        t292, t293, t294, t295, t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309,
-        t310, t311, t312, t313, t314, t315, t316, t317, t318,
+        t257, t259, t261, t262, t263, t265, t267, t269, t270, t271, t273, t275, t277, t278, t279, t281, t283, t285,
+        t286, t287, t289, t291, t293, t294, t296, t298, t300, t301, t303, t305, t307, t308, t309, t310, t311, t312,
     );
-    t256 = R::fused(t63, t254, -t255);
+    out[13][0] = R::fused(t63, t254, -t255);
     t257 = t65 * t253;
-    t258 = R::fused(t67, t254, -t257);
+    out[13][1] = R::fused(t67, t254, -t257);
     t259 = t69 * t253;
-    t260 = R::fused(t71, t254, -t259);
+    out[13][2] = R::fused(t71, t254, -t259);
     // right_upper_leg: Jacobian of the centre of mass
     t261 = t179 * R::constant(0.05263157894736842);
     t262 = t178 * R::constant(0.05263157894736842);
     t263 = t75 * t261;
-    t264 = R::fused(t73, t262, t263);
+    out[8][0] = R::fused(t73, t262, t263);
     t265 = t79 * t261;
-    t266 = R::fused(t77, t262, t265);
+    out[8][1] = R::fused(t77, t262, t265);
     t267 = t83 * t261;
-    t268 = R::fused(t81, t262, t267);
+    out[8][2] = R::fused(t81, t262, t267);
     // left_upper_leg: Jacobian of the centre of mass
     t269 = t174 * R::constant(0.05263157894736842);
     t270 = t173 * R::constant(0.05263157894736842);
     t271 = t87 * t269;
-    t272 = R::fused(t85, t270, t271);
+    out[14][0] = R::fused(t85, t270, t271);
     t273 = t91 * t269;
-    t274 = R::fused(t89, t270, t273);
+    out[14][1] = R::fused(t89, t270, t273);
     t275 = t95 * t269;
-    t276 = R::fused(t93, t270, t275);
+    out[14][2] = R::fused(t93, t270, t275);
     // right_lower_leg: Jacobian of the centre of mass
     t277 = t169 * R::constant(0.05263157894736842);
     t278 = t168 * R::constant(0.05263157894736842);
     t279 = t99 * t277;
-    t280 = R::fused(t97, t278, t279);
+    out[9][0] = R::fused(t97, t278, t279);
     t281 = t103 * t277;
-    t282 = R::fused(t101, t278, t281);
+    out[9][1] = R::fused(t101, t278, t281);
     t283 = t107 * t277;
-    t284 = R::fused(t105, t278, t283);
+    out[9][2] = R::fused(t105, t278, t283);
     // left_lower_leg: Jacobian of the centre of mass
     t285 = t164 * R::constant(0.05263157894736842);
     t286 = t163 * R::constant(0.05263157894736842);
     t287 = t111 * t285;
-    t288 = R::fused(t109, t286, t287);
+    out[15][0] = R::fused(t109, t286, t287);
     t289 = t115 * t285;
-    t290 = R::fused(t113, t286, t289);
+    out[15][1] = R::fused(t113, t286, t289);
     t291 = t119 * t285;
-    t292 = R::fused(t117, t286, t291);
+    out[15][2] = R::fused(t117, t286, t291);
     // right_ankle: Jacobian of the centre of mass
     t293 = cos_q_right_ankle_roll * R::constant(0.0015);
     t294 = t123 * t293;
-    t295 = R::fused(-t121, R::constant(0.0009), t294);
+    out[10][0] = R::fused(-t121, R::constant(0.0009), t294);
     t296 = t127 * t293;
-    t297 = R::fused(-t125, R::constant(0.0009), t296);
+    out[10][1] = R::fused(-t125, R::constant(0.0009), t296);
     t298 = t131 * t293;
-    t299 = R::fused(-t129, R::constant(0.0009), t298);
+    out[10][2] = R::fused(-t129, R::constant(0.0009), t298);
     // left_ankle: Jacobian of the centre of mass
     t300 = cos_q_left_ankle_roll * R::constant(0.0015);
     t301 = t135 * t300;
-    t302 = R::fused(-t133, R::constant(0.0009), t301);
+    out[16][0] = R::fused(-t133, R::constant(0.0009), t301);
     t303 = t139 * t300;
-    t304 = R::fused(-t137, R::constant(0.0009), t303);
+    out[16][1] = R::fused(-t137, R::constant(0.0009), t303);
     t305 = t143 * t300;
-    t306 = R::fused(-t141, R::constant(0.0009), t305);
+    out[16][2] = R::fused(-t141, R::constant(0.0009), t305);
     t307 = t145 * R::constant(0.0015); // right_foot: Jacobian of the centre of mass
     t308 = t147 * R::constant(0.0015); // right_foot: Jacobian of the centre of mass
     t309 = t149 * R::constant(0.0015); // right_foot: Jacobian of the centre of mass
     t310 = t151 * R::constant(0.0015); // left_foot: Jacobian of the centre of mass
     t311 = t153 * R::constant(0.0015); // left_foot: Jacobian of the centre of mass
     t312 = t155 * R::constant(0.0015); // left_foot: Jacobian of the centre of mass
-    t313 = -t307; // right_foot: Jacobian of the centre of mass
-    t314 = -t308; // right_foot: Jacobian of the centre of mass
-    t315 = -t309; // right_foot: Jacobian of the centre of mass
-    t316 = -t310; // left_foot: Jacobian of the centre of mass
-    t317 = -t311; // left_foot: Jacobian of the centre of mass
-    t318 = -t312; // left_foot: Jacobian of the centre of mass
-    *out = [
-        [t13, t16, t20], // base/linear/x
-        [t14, t18, t21], // base/linear/y
-        [t15, t19, t23], // base/linear/z
-        [t211, t213, t215], // base/angular/x
-        [t218, t220, t222], // base/angular/y
-        [t224, t226, t228], // base/angular/z
-        [t232, t234, t236], // right_hip_yaw
-        [t248, t250, t252], // right_hip_roll
-        [t264, t266, t268], // right_hip_pitch
-        [t280, t282, t284], // right_knee_pitch
-        [t295, t297, t299], // right_ankle_pitch
-        [t313, t314, t315], // right_ankle_roll
-        [t240, t242, t244], // left_hip_yaw
-        [t256, t258, t260], // left_hip_roll
-        [t272, t274, t276], // left_hip_pitch
-        [t288, t290, t292], // left_knee_pitch
-        [t302, t304, t306], // left_ankle_pitch
-        [t316, t317, t318], // left_ankle_roll
-    ];
+    out[11][0] = -t307; // right_foot: Jacobian of the centre of mass
+    out[11][1] = -t308; // right_foot: Jacobian of the centre of mass
+    out[11][2] = -t309; // right_foot: Jacobian of the centre of mass
+    out[17][0] = -t310; // left_foot: Jacobian of the centre of mass
+    out[17][1] = -t311; // left_foot: Jacobian of the centre of mass
+    out[17][2] = -t312; // left_foot: Jacobian of the centre of mass
 }
 }

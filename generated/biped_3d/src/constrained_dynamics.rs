@@ -10853,6 +10853,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3691 = R::constant(1.0) / t3690;
     t3692 = t3670 * t3691;
     t3693 = R::fused(t3638, t3692, -t3464);
+    out[0][26] = t3693;
     t3694 = R::fused(-t3409, t3693, t3249);
     t3695 = R::fused(t3636, t3692, t3694);
     t3696 = R::fused(-t3189, t3695, t3041);
@@ -10867,12 +10868,14 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3705 = R::fused(t3169, t3695, t3704);
     t3706 = R::fused(t3369, t3693, t3705);
     t3707 = R::fused(t3579, t3692, -t3706);
+    out[0][22] = t3707;
     t3708 = R::fused(t2571, t3707, t2462);
     t3709 = R::fused(t2784, t3702, t3708);
     t3710 = R::fused(t2970, t3698, t3709);
     t3711 = R::fused(t3157, t3695, t3710);
     t3712 = R::fused(t3357, t3693, t3711);
     t3713 = R::fused(t3567, t3692, -t3712);
+    out[0][21] = t3713;
     t3714 = R::fused(-t2417, t3713, t2317);
     t3715 = R::fused(-t2569, t3707, t3714);
     t3716 = R::fused(-t2773, t3702, t3715);
@@ -10907,6 +10910,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3745 = R::fused(-t3200, t3695, t3744);
     t3746 = R::fused(-t3410, t3693, t3745);
     t3747 = R::fused(-t3639, t3692, -t3746);
+    out[0][0] = t3747;
     t3748 = t1181 * t1861;
     t3749 = R::fused(-t2000, t3737, t3748);
     t3750 = R::fused(-t2137, t3728, t3749);
@@ -10919,6 +10923,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3757 = R::fused(-t3412, t3693, t3756);
     t3758 = R::fused(t3641, t3692, t3757);
     t3759 = R::fused(t1182, t3747, -t3758); // solved by the factors
+    out[0][1] = t3759;
     t3760 = t1028 * t1835;
     t3761 = R::fused(t2002, t3737, t3760);
     t3762 = R::fused(t2139, t3728, t3761);
@@ -10932,6 +10937,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3770 = R::fused(-t3643, t3692, t3769);
     t3771 = R::fused(t1029, t3747, t3770); // solved by the factors
     t3772 = R::fused(t1163, t3759, t3771); // solved by the factors
+    out[0][2] = t3772;
     t3773 = t910 * t1813;
     t3774 = R::fused(t2004, t3737, t3773);
     t3775 = R::fused(t2141, t3728, t3774);
@@ -10946,6 +10952,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3784 = R::fused(t911, t3747, t3783); // solved by the factors
     t3785 = R::fused(t1146, t3759, t3784); // solved by the factors
     t3786 = R::fused(t1011, t3772, t3785); // solved by the factors
+    out[0][3] = t3786;
     t3787 = t746 * t1783;
     t3788 = R::fused(-t2006, t3737, t3787);
     t3789 = R::fused(-t2143, t3728, t3788);
@@ -10962,6 +10969,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3799 = R::fused(-t1130, t3759, t3798);
     t3800 = R::fused(t995, t3772, t3799);
     t3801 = R::fused(-t888, t3786, -t3800);
+    out[0][4] = t3801;
     // other
     t3802 = t587 * t1746;
     t3803 = R::fused(t2008, t3737, t3802);
@@ -10985,18 +10993,18 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
         t3849, t3850, t3851, t3852, t3853, t3854, t3855, t3856, t3857, t3858, t3859, t3860, t3861, t3862, t3863, t3864,
         t3865, t3866, t3867, t3868, t3869, t3870, t3871, t3872, t3873, t3874, t3875, t3876, t3877, t3878, t3879, t3880,
         t3881, t3882, t3883, t3884, t3885, t3886, t3887, t3888, t3889, t3890, t3891, t3892, t3893, t3894, t3895, t3896,
-        t3897, t3898, t3899, t3900, t3901, t3902, t3903, t3904, t3905, t3906, t3907, t3908, t3909, t3910, t3911, t3912,
-        t3913, t3914, t3915, t3916, t3917, t3918, t3919, t3920, t3921, t3922, t3923, t3924, t3925, t3926, t3927, t3928,
-        t3929, t3930, t3931, t3932, t3933, t3934, t3935, t3936, t3937, t3938, t3939, t3940, t3941, t3942, t3943, t3944,
-        t3945, t3946, t3947, t3948, t3949, t3950, t3951, t3952, t3953, t3954, t3955, t3956, t3957, t3958, t3959, t3960,
-        t3961, t3962, t3963, t3964, t3965, t3966, t3967, t3968, t3969, t3970, t3971, t3972, t3973, t3974, t3975, t3976,
-        t3977, t3978, t3979, t3980, t3981, t3982, t3983, t3984, t3985, t3986, t3987, t3988, t3989, t3990, t3991, t3992,
-        t3993, t3994, t3995, t3996, t3997, t3998, t3999, t4000, t4001, t4002, t4003, t4004, t4005, t4006, t4007, t4008,
-        t4009, t4010, t4011, t4012, t4013, t4014, t4015, t4016, t4017, t4018, t4019, t4020, t4021, t4022, t4023, t4024,
-        t4025, t4026, t4027, t4028, t4029, t4030, t4031, t4032, t4033, t4034, t4035, t4036, t4037, t4038, t4039, t4040,
-        t4041, t4042, t4043, t4044, t4045, t4046, t4047, t4048, t4049,
+        t3897, t3898, t3899, t3901, t3902, t3903, t3904, t3905, t3906, t3907, t3908, t3909, t3910, t3911, t3912, t3913,
+        t3914, t3915, t3916, t3917, t3918, t3919, t3920, t3921, t3922, t3923, t3924, t3925, t3926, t3927, t3928, t3929,
+        t3930, t3931, t3932, t3933, t3934, t3935, t3936, t3937, t3938, t3939, t3940, t3941, t3942, t3943, t3944, t3945,
+        t3946, t3947, t3948, t3949, t3950, t3951, t3952, t3953, t3954, t3955, t3956, t3957, t3958, t3959, t3960, t3961,
+        t3962, t3963, t3964, t3965, t3966, t3967, t3968, t3969, t3970, t3971, t3972, t3973, t3974, t3975, t3976, t3977,
+        t3978, t3979, t3980, t3981, t3982, t3984, t3985, t3986, t3987, t3988, t3989, t3990, t3991, t3992, t3993, t3994,
+        t3995, t3996, t3997, t3998, t3999, t4000, t4001, t4003, t4004, t4005, t4006, t4007, t4008, t4009, t4010, t4011,
+        t4012, t4013, t4014, t4015, t4016, t4017, t4019, t4020, t4022, t4023, t4024, t4025, t4026, t4027, t4028, t4029,
+        t4030, t4031, t4032, t4034, t4035, t4036, t4037, t4038, t4039, t4040, t4041, t4042, t4043, t4044, t4046, t4047,
     );
     t3817 = R::fused(-t711, t3801, t3816);
+    out[0][5] = t3817;
     // other
     t3818 = t499 * t1728;
     t3819 = R::fused(t2010, t3737, t3818);
@@ -11011,6 +11019,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3827 = R::fused(-t845, t3786, t3826);
     t3828 = R::fused(-t694, t3801, t3827);
     t3829 = R::fused(-t567, t3817, t3828);
+    out[0][6] = t3829;
     // other
     t3830 = t375 * t1690;
     t3831 = R::fused(t2012, t3737, t3830);
@@ -11026,6 +11035,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3840 = R::fused(-t670, t3801, t3839);
     t3841 = R::fused(-t551, t3817, t3840);
     t3842 = R::fused(-t482, t3829, t3841);
+    out[0][7] = t3842;
     // other
     t3843 = t189 * t1602;
     t3844 = R::fused(t2014, t3737, t3843);
@@ -11042,6 +11052,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3854 = R::fused(-t537, t3817, t3853);
     t3855 = R::fused(-t471, t3829, t3854);
     t3856 = R::fused(-t332, t3842, t3855);
+    out[0][8] = t3856;
     // other
     t3857 = t135 * t1582;
     t3858 = R::fused(t2016, t3737, t3857);
@@ -11059,6 +11070,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3869 = R::fused(-t463, t3829, t3868);
     t3870 = R::fused(-t325, t3842, t3869);
     t3871 = R::fused(-t181, t3856, t3870);
+    out[0][9] = t3871;
     // other
     t3872 = t85 * t1564;
     t3873 = R::fused(t2018, t3737, t3872);
@@ -11077,6 +11089,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3885 = R::fused(t316, t3842, t3884);
     t3886 = R::fused(-t176, t3856, t3885);
     t3887 = R::fused(-t128, t3871, t3886);
+    out[0][10] = t3887;
     t3888 = R::fused(R::constant(38.54028664338191), t3728, t2440); // other
     t3889 = R::fused(R::constant(-481.7535830422739), t3713, t3888); // other
     t3890 = R::fused(-t34, t3747, t3889);
@@ -11089,7 +11102,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3897 = R::fused(-t301, t3842, t3896);
     t3898 = R::fused(t172, t3856, t3897);
     t3899 = R::fused(t124, t3871, t3898);
-    t3900 = R::fused(t77, t3887, t3899);
+    out[0][11] = R::fused(t77, t3887, t3899);
     // other
     t3901 = t437 * t1709;
     t3902 = R::fused(t2807, t3702, t3901);
@@ -11104,6 +11117,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3910 = R::fused(-t836, t3786, t3909);
     t3911 = R::fused(-t682, t3801, t3910);
     t3912 = R::fused(-t559, t3817, t3911);
+    out[0][12] = t3912;
     // other
     t3913 = t282 * t1646;
     t3914 = R::fused(t2809, t3702, t3913);
@@ -11119,6 +11133,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3923 = R::fused(-t660, t3801, t3922);
     t3924 = R::fused(-t544, t3817, t3923);
     t3925 = R::fused(-t420, t3912, t3924);
+    out[0][13] = t3925;
     // other
     t3926 = t162 * t1592;
     t3927 = R::fused(t2811, t3702, t3926);
@@ -11135,6 +11150,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3937 = R::fused(-t531, t3817, t3936);
     t3938 = R::fused(-t409, t3912, t3937);
     t3939 = R::fused(-t239, t3925, t3938);
+    out[0][14] = t3939;
     // other
     t3940 = t110 * t1573;
     t3941 = R::fused(t2813, t3702, t3940);
@@ -11152,6 +11168,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3952 = R::fused(-t401, t3912, t3951);
     t3953 = R::fused(-t232, t3925, t3952);
     t3954 = R::fused(-t154, t3939, t3953);
+    out[0][15] = t3954;
     // other
     t3955 = t59 * t1545;
     t3956 = R::fused(t2815, t3702, t3955);
@@ -11170,6 +11187,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3968 = R::fused(t223, t3925, t3967);
     t3969 = R::fused(-t149, t3939, t3968);
     t3970 = R::fused(-t103, t3954, t3969);
+    out[0][16] = t3970;
     t3971 = R::fused(R::constant(38.54028664338191), t3698, t3432); // other
     t3972 = R::fused(R::constant(-481.7535830422739), t3693, t3971); // other
     t3973 = R::fused(-t16, t3747, t3972);
@@ -11182,7 +11200,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3980 = R::fused(-t208, t3925, t3979);
     t3981 = R::fused(t145, t3939, t3980);
     t3982 = R::fused(t99, t3954, t3981);
-    t3983 = R::fused(t51, t3970, t3982);
+    out[0][17] = R::fused(t51, t3970, t3982);
     t3984 = q_base_qz * t1189; // torso: motion
     t3985 = t1457 + t3984; // torso: motion
     t3986 = R::constant(1.0) - t3985; // torso: motion
@@ -11202,7 +11220,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t3999 = t3986 * t1958;
     t4000 = R::fused(t3990, t1930, t3999);
     t4001 = R::fused(-t3992, t1920, t4000);
-    t4002 = R::fused(t4001, t3720, t3998);
+    out[0][18] = R::fused(t4001, t3720, t3998);
     t4003 = t3988 + t3989; // torso: motion
     t4004 = t4003 * t1874;
     t4005 = t1456 + t3984; // torso: motion
@@ -11218,10 +11236,10 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t4015 = t4003 * t1958;
     t4016 = R::fused(t4006, t1930, t4015);
     t4017 = R::fused(-t4008, t1920, t4016);
-    t4018 = R::fused(t4017, t3720, t4014);
+    out[0][19] = R::fused(t4017, t3720, t4014);
     t4019 = t1997 * t3737;
     t4020 = R::fused(t2133, t3728, t4019);
-    t4021 = R::fused(t2276, t3720, t4020);
+    out[0][20] = R::fused(t2276, t3720, t4020);
     t4022 = t3986 * t2626;
     t4023 = R::fused(t3990, t2731, t4022);
     t4024 = R::fused(t3992, t2720, t4023);
@@ -11233,7 +11251,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t4030 = t3986 * t2710;
     t4031 = R::fused(t3990, t2682, t4030);
     t4032 = R::fused(-t3992, t2672, t4031);
-    t4033 = R::fused(t4032, t3695, t4029);
+    out[0][23] = R::fused(t4032, t3695, t4029);
     t4034 = t4003 * t2626;
     t4035 = R::fused(t4006, t2731, t4034);
     t4036 = R::fused(t4008, t2720, t4035);
@@ -11245,39 +11263,11 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t4042 = t4003 * t2710;
     t4043 = R::fused(t4006, t2682, t4042);
     t4044 = R::fused(-t4008, t2672, t4043);
-    t4045 = R::fused(t4044, t3695, t4041);
+    out[0][24] = R::fused(t4044, t3695, t4041);
     t4046 = t2793 * t3702;
     t4047 = R::fused(t2990, t3698, t4046);
-    t4048 = R::fused(t3198, t3695, t4047);
-    t4049 = -t3692;
-    out[0][0] = t3747;
-    out[0][1] = t3759;
-    out[0][2] = t3772;
-    out[0][3] = t3786;
-    out[0][4] = t3801;
-    out[0][5] = t3817;
-    out[0][6] = t3829;
-    out[0][7] = t3842;
-    out[0][8] = t3856;
-    out[0][9] = t3871;
-    out[0][10] = t3887;
-    out[0][11] = t3900;
-    out[0][12] = t3912;
-    out[0][13] = t3925;
-    out[0][14] = t3939;
-    out[0][15] = t3954;
-    out[0][16] = t3970;
-    out[0][17] = t3983;
-    out[0][18] = t4002;
-    out[0][19] = t4018;
-    out[0][20] = t4021;
-    out[0][21] = t3713;
-    out[0][22] = t3707;
-    out[0][23] = t4033;
-    out[0][24] = t4045;
-    out[0][25] = t4048;
-    out[0][26] = t3693;
-    out[0][27] = t4049;
+    out[0][25] = R::fused(t3198, t3695, t4047);
+    out[0][27] = -t3692;
 }
 }
 ::bipedc_runtime::dispatched! {

@@ -70,13 +70,11 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
         t90, t91, t92, t93, t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109,
         t110, t111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127,
         t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145,
-        t146, t147, t148, t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163,
-        t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181,
-        t182, t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199,
-        t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217,
-        t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235,
-        t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253,
-        t254, t255,
+        t146, t147, t148, t150, t152, t153, t154, t156, t157, t158, t160, t162, t164, t165, t166, t168, t170, t172,
+        t173, t174, t175, t176, t177, t178, t179, t180, t182, t184, t185, t186, t188, t189, t190, t192, t194, t196,
+        t197, t198, t200, t202, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t216, t218, t219,
+        t220, t222, t223, t224, t226, t228, t230, t231, t232, t234, t236, t238, t239, t240, t241, t242, t243, t244,
+        t245, t246, t248, t250, t251, t252, t254, t255,
     );
     // torso: pose in the world
     t0 = q_base_qx * R::constant(2.0);
@@ -100,9 +98,33 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t18 = R::constant(1.0) - t17;
     t19 = t8 - t9;
     t20 = t7 - t10;
+    out[0][0] = t20;
+    out[1][0] = t20;
+    out[2][0] = t20;
+    out[3][0] = t20;
+    out[4][0] = t20;
+    out[5][0] = t20;
+    out[6][0] = t20;
+    out[7][0] = t20;
     t21 = t8 + t9;
+    out[0][1] = t21;
+    out[1][1] = t21;
+    out[2][1] = t21;
+    out[3][1] = t21;
+    out[4][1] = t21;
+    out[5][1] = t21;
+    out[6][1] = t21;
+    out[7][1] = t21;
     t22 = t3 + t4;
     t23 = R::constant(1.0) - t22;
+    out[0][2] = t23;
+    out[1][2] = t23;
+    out[2][2] = t23;
+    out[3][2] = t23;
+    out[4][2] = t23;
+    out[5][2] = t23;
+    out[6][2] = t23;
+    out[7][2] = t23;
     // right_hip_yaw_link: pose in the world
     t24 = t13 * cos_q_right_hip_yaw;
     t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
@@ -242,32 +264,32 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t146 = t106 - t144;
     t147 = t107 - t145;
     t148 = t101 * t147;
-    t149 = R::fused(-t105, t146, t148);
+    out[0][11] = R::fused(-t105, t146, t148);
     t150 = t47 * t147; // right_ankle: Jacobian
-    t151 = R::fused(-t51, t146, t150); // right_ankle: Jacobian
+    out[0][10] = R::fused(-t51, t146, t150); // right_ankle: Jacobian
     // right_lower_leg: Jacobian
     t152 = t86 - t144;
     t153 = t87 - t145;
     t154 = t47 * t153;
-    t155 = R::fused(-t51, t152, t154);
+    out[0][9] = R::fused(-t51, t152, t154);
     // right_upper_leg: Jacobian
     t156 = t34 - t144;
     t157 = t35 - t145;
     t158 = t47 * t157;
-    t159 = R::fused(-t51, t156, t158);
+    out[0][8] = R::fused(-t51, t156, t158);
     t160 = t25 * t157; // right_hip_roll_link: Jacobian
-    t161 = R::fused(t29, t156, -t160); // right_hip_roll_link: Jacobian
+    out[0][7] = R::fused(t29, t156, -t160); // right_hip_roll_link: Jacobian
     t162 = t15 * t157; // right_hip_yaw_link: Jacobian
-    t163 = R::fused(t19, t156, -t162); // right_hip_yaw_link: Jacobian
+    out[0][6] = R::fused(t19, t156, -t162); // right_hip_yaw_link: Jacobian
     // torso: Jacobian
     t164 = q_base_x - t144;
     t165 = q_base_y - t145;
     t166 = t13 * t165;
-    t167 = R::fused(t16, t164, -t166);
+    out[0][3] = R::fused(t16, t164, -t166);
     t168 = t14 * t165;
-    t169 = R::fused(t18, t164, -t168);
+    out[0][4] = R::fused(t18, t164, -t168);
     t170 = t15 * t165;
-    t171 = R::fused(t19, t164, -t170);
+    out[0][5] = R::fused(t19, t164, -t170);
     // other
     t172 = t134 - t135;
     t173 = t137 + t172;
@@ -279,32 +301,32 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t178 = t106 - t176;
     t179 = t107 - t177;
     t180 = t101 * t179;
-    t181 = R::fused(-t105, t178, t180);
+    out[1][11] = R::fused(-t105, t178, t180);
     t182 = t47 * t179; // right_ankle: Jacobian
-    t183 = R::fused(-t51, t178, t182); // right_ankle: Jacobian
+    out[1][10] = R::fused(-t51, t178, t182); // right_ankle: Jacobian
     // right_lower_leg: Jacobian
     t184 = t86 - t176;
     t185 = t87 - t177;
     t186 = t47 * t185;
-    t187 = R::fused(-t51, t184, t186);
+    out[1][9] = R::fused(-t51, t184, t186);
     // right_upper_leg: Jacobian
     t188 = t34 - t176;
     t189 = t35 - t177;
     t190 = t47 * t189;
-    t191 = R::fused(-t51, t188, t190);
+    out[1][8] = R::fused(-t51, t188, t190);
     t192 = t25 * t189; // right_hip_roll_link: Jacobian
-    t193 = R::fused(t29, t188, -t192); // right_hip_roll_link: Jacobian
+    out[1][7] = R::fused(t29, t188, -t192); // right_hip_roll_link: Jacobian
     t194 = t15 * t189; // right_hip_yaw_link: Jacobian
-    t195 = R::fused(t19, t188, -t194); // right_hip_yaw_link: Jacobian
+    out[1][6] = R::fused(t19, t188, -t194); // right_hip_yaw_link: Jacobian
     // torso: Jacobian
     t196 = q_base_x - t176;
     t197 = q_base_y - t177;
     t198 = t13 * t197;
-    t199 = R::fused(t16, t196, -t198);
+    out[1][3] = R::fused(t16, t196, -t198);
     t200 = t14 * t197;
-    t201 = R::fused(t18, t196, -t200);
+    out[1][4] = R::fused(t18, t196, -t200);
     t202 = t15 * t197;
-    t203 = R::fused(t19, t196, -t202);
+    out[1][5] = R::fused(t19, t196, -t202);
     // other
     t204 = t101 * R::constant(0.09);
     t205 = t135 - t204;
@@ -318,32 +340,32 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t212 = t106 - t210;
     t213 = t107 - t211;
     t214 = t101 * t213;
-    t215 = R::fused(-t105, t212, t214);
+    out[2][11] = R::fused(-t105, t212, t214);
     t216 = t47 * t213; // right_ankle: Jacobian
-    t217 = R::fused(-t51, t212, t216); // right_ankle: Jacobian
+    out[2][10] = R::fused(-t51, t212, t216); // right_ankle: Jacobian
     // right_lower_leg: Jacobian
     t218 = t86 - t210;
     t219 = t87 - t211;
     t220 = t47 * t219;
-    t221 = R::fused(-t51, t218, t220);
+    out[2][9] = R::fused(-t51, t218, t220);
     // right_upper_leg: Jacobian
     t222 = t34 - t210;
     t223 = t35 - t211;
     t224 = t47 * t223;
-    t225 = R::fused(-t51, t222, t224);
+    out[2][8] = R::fused(-t51, t222, t224);
     t226 = t25 * t223; // right_hip_roll_link: Jacobian
-    t227 = R::fused(t29, t222, -t226); // right_hip_roll_link: Jacobian
+    out[2][7] = R::fused(t29, t222, -t226); // right_hip_roll_link: Jacobian
     t228 = t15 * t223; // right_hip_yaw_link: Jacobian
-    t229 = R::fused(t19, t222, -t228); // right_hip_yaw_link: Jacobian
+    out[2][6] = R::fused(t19, t222, -t228); // right_hip_yaw_link: Jacobian
     // torso: Jacobian
     t230 = q_base_x - t210;
     t231 = q_base_y - t211;
     t232 = t13 * t231;
-    t233 = R::fused(t16, t230, -t232);
+    out[2][3] = R::fused(t16, t230, -t232);
     t234 = t14 * t231;
-    t235 = R::fused(t18, t230, -t234);
+    out[2][4] = R::fused(t18, t230, -t234);
     t236 = t15 * t231;
-    t237 = R::fused(t19, t230, -t236);
+    out[2][5] = R::fused(t19, t230, -t236);
     // other
     t238 = t135 + t204;
     t239 = t137 - t238;
@@ -355,43 +377,40 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t244 = t106 - t242;
     t245 = t107 - t243;
     t246 = t101 * t245;
-    t247 = R::fused(-t105, t244, t246);
+    out[3][11] = R::fused(-t105, t244, t246);
     t248 = t47 * t245; // right_ankle: Jacobian
-    t249 = R::fused(-t51, t244, t248); // right_ankle: Jacobian
+    out[3][10] = R::fused(-t51, t244, t248); // right_ankle: Jacobian
     // right_lower_leg: Jacobian
     t250 = t86 - t242;
     t251 = t87 - t243;
     t252 = t47 * t251;
-    t253 = R::fused(-t51, t250, t252);
+    out[3][9] = R::fused(-t51, t250, t252);
     // right_upper_leg: Jacobian
     t254 = t34 - t242;
     t255 = t35 - t243;
     let (
-        t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
-        t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
-        t292, t293, t294, t295, t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309,
-        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327,
-        t328, t329, t330, t331, t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345,
-        t346, t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363,
-        t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381,
-        t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399,
-        t400, t401, t402, t403, t404, t405,
+        t256, t258, t260, t262, t263, t264, t266, t268, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279,
+        t280, t281, t282, t283, t284, t286, t288, t289, t290, t292, t293, t294, t296, t298, t300, t301, t302, t304,
+        t306, t308, t309, t310, t311, t312, t313, t314, t315, t316, t318, t320, t321, t322, t324, t325, t326, t328,
+        t330, t332, t333, t334, t336, t338, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t352,
+        t354, t355, t356, t358, t359, t360, t362, t364, t366, t367, t368, t370, t372, t374, t375, t376, t377, t378,
+        t379, t380, t381, t382, t384, t386, t387, t388, t390, t391, t392, t394, t396, t398, t399, t400, t402, t404,
     );
     t256 = t47 * t255;
-    t257 = R::fused(-t51, t254, t256);
+    out[3][8] = R::fused(-t51, t254, t256);
     t258 = t25 * t255; // right_hip_roll_link: Jacobian
-    t259 = R::fused(t29, t254, -t258); // right_hip_roll_link: Jacobian
+    out[3][7] = R::fused(t29, t254, -t258); // right_hip_roll_link: Jacobian
     t260 = t15 * t255; // right_hip_yaw_link: Jacobian
-    t261 = R::fused(t19, t254, -t260); // right_hip_yaw_link: Jacobian
+    out[3][6] = R::fused(t19, t254, -t260); // right_hip_yaw_link: Jacobian
     // torso: Jacobian
     t262 = q_base_x - t242;
     t263 = q_base_y - t243;
     t264 = t13 * t263;
-    t265 = R::fused(t16, t262, -t264);
+    out[3][3] = R::fused(t16, t262, -t264);
     t266 = t14 * t263;
-    t267 = R::fused(t18, t262, -t266);
+    out[3][4] = R::fused(t18, t262, -t266);
     t268 = t15 * t263;
-    t269 = R::fused(t19, t262, -t268);
+    out[3][5] = R::fused(t19, t262, -t268);
     // other
     t270 = t111 * R::constant(0.15);
     t271 = t127 * R::constant(0.055);
@@ -409,32 +428,32 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t282 = t116 - t280;
     t283 = t117 - t281;
     t284 = t111 * t283;
-    t285 = R::fused(-t115, t282, t284);
+    out[4][17] = R::fused(-t115, t282, t284);
     t286 = t55 * t283; // left_ankle: Jacobian
-    t287 = R::fused(-t59, t282, t286); // left_ankle: Jacobian
+    out[4][16] = R::fused(-t59, t282, t286); // left_ankle: Jacobian
     // left_lower_leg: Jacobian
     t288 = t96 - t280;
     t289 = t97 - t281;
     t290 = t55 * t289;
-    t291 = R::fused(-t59, t288, t290);
+    out[4][15] = R::fused(-t59, t288, t290);
     // left_upper_leg: Jacobian
     t292 = t44 - t280;
     t293 = t45 - t281;
     t294 = t55 * t293;
-    t295 = R::fused(-t59, t292, t294);
+    out[4][14] = R::fused(-t59, t292, t294);
     t296 = t37 * t293; // left_hip_roll_link: Jacobian
-    t297 = R::fused(t41, t292, -t296); // left_hip_roll_link: Jacobian
+    out[4][13] = R::fused(t41, t292, -t296); // left_hip_roll_link: Jacobian
     t298 = t15 * t293; // left_hip_yaw_link: Jacobian
-    t299 = R::fused(t19, t292, -t298); // left_hip_yaw_link: Jacobian
+    out[4][12] = R::fused(t19, t292, -t298); // left_hip_yaw_link: Jacobian
     // torso: Jacobian
     t300 = q_base_x - t280;
     t301 = q_base_y - t281;
     t302 = t13 * t301;
-    t303 = R::fused(t16, t300, -t302);
+    out[4][3] = R::fused(t16, t300, -t302);
     t304 = t14 * t301;
-    t305 = R::fused(t18, t300, -t304);
+    out[4][4] = R::fused(t18, t300, -t304);
     t306 = t15 * t301;
-    t307 = R::fused(t19, t300, -t306);
+    out[4][5] = R::fused(t19, t300, -t306);
     // other
     t308 = t270 - t271;
     t309 = t273 + t308;
@@ -446,32 +465,32 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t314 = t116 - t312;
     t315 = t117 - t313;
     t316 = t111 * t315;
-    t317 = R::fused(-t115, t314, t316);
+    out[5][17] = R::fused(-t115, t314, t316);
     t318 = t55 * t315; // left_ankle: Jacobian
-    t319 = R::fused(-t59, t314, t318); // left_ankle: Jacobian
+    out[5][16] = R::fused(-t59, t314, t318); // left_ankle: Jacobian
     // left_lower_leg: Jacobian
     t320 = t96 - t312;
     t321 = t97 - t313;
     t322 = t55 * t321;
-    t323 = R::fused(-t59, t320, t322);
+    out[5][15] = R::fused(-t59, t320, t322);
     // left_upper_leg: Jacobian
     t324 = t44 - t312;
     t325 = t45 - t313;
     t326 = t55 * t325;
-    t327 = R::fused(-t59, t324, t326);
+    out[5][14] = R::fused(-t59, t324, t326);
     t328 = t37 * t325; // left_hip_roll_link: Jacobian
-    t329 = R::fused(t41, t324, -t328); // left_hip_roll_link: Jacobian
+    out[5][13] = R::fused(t41, t324, -t328); // left_hip_roll_link: Jacobian
     t330 = t15 * t325; // left_hip_yaw_link: Jacobian
-    t331 = R::fused(t19, t324, -t330); // left_hip_yaw_link: Jacobian
+    out[5][12] = R::fused(t19, t324, -t330); // left_hip_yaw_link: Jacobian
     // torso: Jacobian
     t332 = q_base_x - t312;
     t333 = q_base_y - t313;
     t334 = t13 * t333;
-    t335 = R::fused(t16, t332, -t334);
+    out[5][3] = R::fused(t16, t332, -t334);
     t336 = t14 * t333;
-    t337 = R::fused(t18, t332, -t336);
+    out[5][4] = R::fused(t18, t332, -t336);
     t338 = t15 * t333;
-    t339 = R::fused(t19, t332, -t338);
+    out[5][5] = R::fused(t19, t332, -t338);
     // other
     t340 = t111 * R::constant(0.09);
     t341 = t271 - t340;
@@ -485,32 +504,32 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t348 = t116 - t346;
     t349 = t117 - t347;
     t350 = t111 * t349;
-    t351 = R::fused(-t115, t348, t350);
+    out[6][17] = R::fused(-t115, t348, t350);
     t352 = t55 * t349; // left_ankle: Jacobian
-    t353 = R::fused(-t59, t348, t352); // left_ankle: Jacobian
+    out[6][16] = R::fused(-t59, t348, t352); // left_ankle: Jacobian
     // left_lower_leg: Jacobian
     t354 = t96 - t346;
     t355 = t97 - t347;
     t356 = t55 * t355;
-    t357 = R::fused(-t59, t354, t356);
+    out[6][15] = R::fused(-t59, t354, t356);
     // left_upper_leg: Jacobian
     t358 = t44 - t346;
     t359 = t45 - t347;
     t360 = t55 * t359;
-    t361 = R::fused(-t59, t358, t360);
+    out[6][14] = R::fused(-t59, t358, t360);
     t362 = t37 * t359; // left_hip_roll_link: Jacobian
-    t363 = R::fused(t41, t358, -t362); // left_hip_roll_link: Jacobian
+    out[6][13] = R::fused(t41, t358, -t362); // left_hip_roll_link: Jacobian
     t364 = t15 * t359; // left_hip_yaw_link: Jacobian
-    t365 = R::fused(t19, t358, -t364); // left_hip_yaw_link: Jacobian
+    out[6][12] = R::fused(t19, t358, -t364); // left_hip_yaw_link: Jacobian
     // torso: Jacobian
     t366 = q_base_x - t346;
     t367 = q_base_y - t347;
     t368 = t13 * t367;
-    t369 = R::fused(t16, t366, -t368);
+    out[6][3] = R::fused(t16, t366, -t368);
     t370 = t14 * t367;
-    t371 = R::fused(t18, t366, -t370);
+    out[6][4] = R::fused(t18, t366, -t370);
     t372 = t15 * t367;
-    t373 = R::fused(t19, t366, -t372);
+    out[6][5] = R::fused(t19, t366, -t372);
     // other
     t374 = t271 + t340;
     t375 = t273 - t374;
@@ -522,73 +541,79 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t380 = t116 - t378;
     t381 = t117 - t379;
     t382 = t111 * t381;
-    t383 = R::fused(-t115, t380, t382);
+    out[7][17] = R::fused(-t115, t380, t382);
     t384 = t55 * t381; // left_ankle: Jacobian
-    t385 = R::fused(-t59, t380, t384); // left_ankle: Jacobian
+    out[7][16] = R::fused(-t59, t380, t384); // left_ankle: Jacobian
     // left_lower_leg: Jacobian
     t386 = t96 - t378;
     t387 = t97 - t379;
     t388 = t55 * t387;
-    t389 = R::fused(-t59, t386, t388);
+    out[7][15] = R::fused(-t59, t386, t388);
     // left_upper_leg: Jacobian
     t390 = t44 - t378;
     t391 = t45 - t379;
     t392 = t55 * t391;
-    t393 = R::fused(-t59, t390, t392);
+    out[7][14] = R::fused(-t59, t390, t392);
     t394 = t37 * t391; // left_hip_roll_link: Jacobian
-    t395 = R::fused(t41, t390, -t394); // left_hip_roll_link: Jacobian
+    out[7][13] = R::fused(t41, t390, -t394); // left_hip_roll_link: Jacobian
     t396 = t15 * t391; // left_hip_yaw_link: Jacobian
-    t397 = R::fused(t19, t390, -t396); // left_hip_yaw_link: Jacobian
+    out[7][12] = R::fused(t19, t390, -t396); // left_hip_yaw_link: Jacobian
     // torso: Jacobian
     t398 = q_base_x - t378;
     t399 = q_base_y - t379;
     t400 = t13 * t399;
-    t401 = R::fused(t16, t398, -t400);
+    out[7][3] = R::fused(t16, t398, -t400);
     t402 = t14 * t399;
-    t403 = R::fused(t18, t398, -t402);
+    out[7][4] = R::fused(t18, t398, -t402);
     t404 = t15 * t399;
-    t405 = R::fused(t19, t398, -t404);
-    *out = [
-        // right_foot/front_left/z
-        [
-            t20, t21, t23, t167, t169, t171, t163, t161, t159, t155, t151, t149, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/front_right/z
-        [
-            t20, t21, t23, t199, t201, t203, t195, t193, t191, t187, t183, t181, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_left/z
-        [
-            t20, t21, t23, t233, t235, t237, t229, t227, t225, t221, t217, t215, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_right/z
-        [
-            t20, t21, t23, t265, t267, t269, t261, t259, t257, t253, t249, t247, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_foot/front_left/z
-        [
-            t20, t21, t23, t303, t305, t307, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t299, t297, t295, t291, t287, t285,
-        ],
-        // left_foot/front_right/z
-        [
-            t20, t21, t23, t335, t337, t339, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t331, t329, t327, t323, t319, t317,
-        ],
-        // left_foot/rear_left/z
-        [
-            t20, t21, t23, t369, t371, t373, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t365, t363, t361, t357, t353, t351,
-        ],
-        // left_foot/rear_right/z
-        [
-            t20, t21, t23, t401, t403, t405, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t397, t395, t393, t389, t385, t383,
-        ],
-    ];
+    out[7][5] = R::fused(t19, t398, -t404);
+    out[0][12] = R::constant(0.0);
+    out[0][13] = R::constant(0.0);
+    out[0][14] = R::constant(0.0);
+    out[0][15] = R::constant(0.0);
+    out[0][16] = R::constant(0.0);
+    out[0][17] = R::constant(0.0);
+    out[1][12] = R::constant(0.0);
+    out[1][13] = R::constant(0.0);
+    out[1][14] = R::constant(0.0);
+    out[1][15] = R::constant(0.0);
+    out[1][16] = R::constant(0.0);
+    out[1][17] = R::constant(0.0);
+    out[2][12] = R::constant(0.0);
+    out[2][13] = R::constant(0.0);
+    out[2][14] = R::constant(0.0);
+    out[2][15] = R::constant(0.0);
+    out[2][16] = R::constant(0.0);
+    out[2][17] = R::constant(0.0);
+    out[3][12] = R::constant(0.0);
+    out[3][13] = R::constant(0.0);
+    out[3][14] = R::constant(0.0);
+    out[3][15] = R::constant(0.0);
+    out[3][16] = R::constant(0.0);
+    out[3][17] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[4][7] = R::constant(0.0);
+    out[4][8] = R::constant(0.0);
+    out[4][9] = R::constant(0.0);
+    out[4][10] = R::constant(0.0);
+    out[4][11] = R::constant(0.0);
+    out[5][6] = R::constant(0.0);
+    out[5][7] = R::constant(0.0);
+    out[5][8] = R::constant(0.0);
+    out[5][9] = R::constant(0.0);
+    out[5][10] = R::constant(0.0);
+    out[5][11] = R::constant(0.0);
+    out[6][6] = R::constant(0.0);
+    out[6][7] = R::constant(0.0);
+    out[6][8] = R::constant(0.0);
+    out[6][9] = R::constant(0.0);
+    out[6][10] = R::constant(0.0);
+    out[6][11] = R::constant(0.0);
+    out[7][6] = R::constant(0.0);
+    out[7][7] = R::constant(0.0);
+    out[7][8] = R::constant(0.0);
+    out[7][9] = R::constant(0.0);
+    out[7][10] = R::constant(0.0);
+    out[7][11] = R::constant(0.0);
 }
 }

@@ -77,10 +77,9 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
         t146, t147, t148, t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163,
         t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181,
         t182, t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199,
-        t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217,
-        t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235,
-        t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253,
-        t254, t255,
+        t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t212, t214, t216, t218, t219, t220, t221,
+        t223, t225, t226, t227, t228, t230, t232, t234, t236, t238, t240, t241, t242, t243, t245, t247, t249, t251,
+        t253, t255,
     );
     // torso: pose in the world
     t0 = q_base_qx * R::constant(2.0);
@@ -97,12 +96,60 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t11 = q_base_qw * t2;
     t12 = t4 + t5;
     t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[2][0] = t13;
+    out[4][0] = t13;
+    out[6][0] = t13;
+    out[8][0] = t13;
+    out[10][0] = t13;
+    out[12][0] = t13;
+    out[14][0] = t13;
     t14 = t6 - t11;
+    out[0][1] = t14;
+    out[2][1] = t14;
+    out[4][1] = t14;
+    out[6][1] = t14;
+    out[8][1] = t14;
+    out[10][1] = t14;
+    out[12][1] = t14;
+    out[14][1] = t14;
     t15 = t7 + t10;
+    out[0][2] = t15;
+    out[2][2] = t15;
+    out[4][2] = t15;
+    out[6][2] = t15;
+    out[8][2] = t15;
+    out[10][2] = t15;
+    out[12][2] = t15;
+    out[14][2] = t15;
     t16 = t6 + t11;
+    out[1][0] = t16;
+    out[3][0] = t16;
+    out[5][0] = t16;
+    out[7][0] = t16;
+    out[9][0] = t16;
+    out[11][0] = t16;
+    out[13][0] = t16;
+    out[15][0] = t16;
     t17 = t3 + t5;
     t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[3][1] = t18;
+    out[5][1] = t18;
+    out[7][1] = t18;
+    out[9][1] = t18;
+    out[11][1] = t18;
+    out[13][1] = t18;
+    out[15][1] = t18;
     t19 = t8 - t9;
+    out[1][2] = t19;
+    out[3][2] = t19;
+    out[5][2] = t19;
+    out[7][2] = t19;
+    out[9][2] = t19;
+    out[11][2] = t19;
+    out[13][2] = t19;
+    out[15][2] = t19;
     t20 = t7 - t10;
     t21 = t8 + t9;
     t22 = t3 + t4;
@@ -308,74 +355,70 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t208 = t148 - t205;
     t209 = t149 - t206;
     t210 = t142 * t209;
-    t211 = R::fused(-t146, t208, t210);
+    out[0][11] = R::fused(-t146, t208, t210);
     t212 = t146 * t207;
-    t213 = R::fused(-t138, t209, t212);
+    out[1][11] = R::fused(-t138, t209, t212);
     // right_ankle: Jacobian
     t214 = t62 * t209;
-    t215 = R::fused(-t66, t208, t214);
+    out[0][10] = R::fused(-t66, t208, t214);
     t216 = t66 * t207;
-    t217 = R::fused(-t58, t209, t216);
+    out[1][10] = R::fused(-t58, t209, t216);
     // right_lower_leg: Jacobian
     t218 = t117 - t204;
     t219 = t118 - t205;
     t220 = t119 - t206;
     t221 = t62 * t220;
-    t222 = R::fused(-t66, t219, t221);
+    out[0][9] = R::fused(-t66, t219, t221);
     t223 = t66 * t218;
-    t224 = R::fused(-t58, t220, t223);
+    out[1][9] = R::fused(-t58, t220, t223);
     // right_upper_leg: Jacobian
     t225 = t39 - t204;
     t226 = t40 - t205;
     t227 = t41 - t206;
     t228 = t62 * t227;
-    t229 = R::fused(-t66, t226, t228);
+    out[0][8] = R::fused(-t66, t226, t228);
     t230 = t66 * t225;
-    t231 = R::fused(-t58, t227, t230);
+    out[1][8] = R::fused(-t58, t227, t230);
     // right_hip_roll_link: Jacobian
     t232 = t29 * t227;
-    t233 = R::fused(t33, t226, -t232);
+    out[0][7] = R::fused(t33, t226, -t232);
     t234 = t33 * t225;
-    t235 = R::fused(t25, t227, -t234);
+    out[1][7] = R::fused(t25, t227, -t234);
     // right_hip_yaw_link: Jacobian
     t236 = t19 * t227;
-    t237 = R::fused(t23, t226, -t236);
+    out[0][6] = R::fused(t23, t226, -t236);
     t238 = t23 * t225;
-    t239 = R::fused(t15, t227, -t238);
+    out[1][6] = R::fused(t15, t227, -t238);
     // torso: Jacobian
     t240 = q_base_x - t204;
     t241 = q_base_y - t205;
     t242 = q_base_z - t206;
     t243 = t16 * t242;
-    t244 = R::fused(t20, t241, -t243);
+    out[0][3] = R::fused(t20, t241, -t243);
     t245 = t20 * t240;
-    t246 = R::fused(t13, t242, -t245);
+    out[1][3] = R::fused(t13, t242, -t245);
     t247 = t18 * t242;
-    t248 = R::fused(t21, t241, -t247);
+    out[0][4] = R::fused(t21, t241, -t247);
     t249 = t21 * t240;
-    t250 = R::fused(t14, t242, -t249);
+    out[1][4] = R::fused(t14, t242, -t249);
     t251 = t19 * t242;
-    t252 = R::fused(t23, t241, -t251);
+    out[0][5] = R::fused(t23, t241, -t251);
     t253 = t23 * t240;
-    t254 = R::fused(t15, t242, -t253);
+    out[1][5] = R::fused(t15, t242, -t253);
     // other
     t255 = t189 - t190;
     let (
-        t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
-        t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
-        t292, t293, t294, t295, t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309,
-        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327,
-        t328, t329, t330, t331, t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345,
-        t346, t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363,
-        t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381,
-        t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399,
-        t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417,
-        t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435,
-        t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453,
-        t454, t455, t456, t457, t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471,
-        t472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489,
-        t490, t491, t492, t493, t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507,
-        t508, t509, t510, t511,
+        t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t269, t271, t273, t275, t276, t277,
+        t278, t280, t282, t283, t284, t285, t287, t289, t291, t293, t295, t297, t298, t299, t300, t302, t304, t306,
+        t308, t310, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327,
+        t329, t331, t333, t335, t336, t337, t338, t340, t342, t343, t344, t345, t347, t349, t351, t353, t355, t357,
+        t358, t359, t360, t362, t364, t366, t368, t370, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381,
+        t382, t383, t384, t386, t388, t390, t392, t393, t394, t395, t397, t399, t400, t401, t402, t404, t406, t408,
+        t410, t412, t414, t415, t416, t417, t419, t421, t423, t425, t427, t429, t430, t431, t432, t433, t434, t435,
+        t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t452, t454, t456,
+        t458, t459, t460, t461, t463, t465, t466, t467, t468, t470, t472, t474, t476, t478, t480, t481, t482, t483,
+        t485, t487, t489, t491, t493, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507,
+        t509, t511,
     );
     t256 = t192 + t255;
     t257 = t194 - t195;
@@ -390,56 +433,56 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t265 = t148 - t262;
     t266 = t149 - t263;
     t267 = t142 * t266;
-    t268 = R::fused(-t146, t265, t267);
+    out[2][11] = R::fused(-t146, t265, t267);
     t269 = t146 * t264;
-    t270 = R::fused(-t138, t266, t269);
+    out[3][11] = R::fused(-t138, t266, t269);
     // right_ankle: Jacobian
     t271 = t62 * t266;
-    t272 = R::fused(-t66, t265, t271);
+    out[2][10] = R::fused(-t66, t265, t271);
     t273 = t66 * t264;
-    t274 = R::fused(-t58, t266, t273);
+    out[3][10] = R::fused(-t58, t266, t273);
     // right_lower_leg: Jacobian
     t275 = t117 - t261;
     t276 = t118 - t262;
     t277 = t119 - t263;
     t278 = t62 * t277;
-    t279 = R::fused(-t66, t276, t278);
+    out[2][9] = R::fused(-t66, t276, t278);
     t280 = t66 * t275;
-    t281 = R::fused(-t58, t277, t280);
+    out[3][9] = R::fused(-t58, t277, t280);
     // right_upper_leg: Jacobian
     t282 = t39 - t261;
     t283 = t40 - t262;
     t284 = t41 - t263;
     t285 = t62 * t284;
-    t286 = R::fused(-t66, t283, t285);
+    out[2][8] = R::fused(-t66, t283, t285);
     t287 = t66 * t282;
-    t288 = R::fused(-t58, t284, t287);
+    out[3][8] = R::fused(-t58, t284, t287);
     // right_hip_roll_link: Jacobian
     t289 = t29 * t284;
-    t290 = R::fused(t33, t283, -t289);
+    out[2][7] = R::fused(t33, t283, -t289);
     t291 = t33 * t282;
-    t292 = R::fused(t25, t284, -t291);
+    out[3][7] = R::fused(t25, t284, -t291);
     // right_hip_yaw_link: Jacobian
     t293 = t19 * t284;
-    t294 = R::fused(t23, t283, -t293);
+    out[2][6] = R::fused(t23, t283, -t293);
     t295 = t23 * t282;
-    t296 = R::fused(t15, t284, -t295);
+    out[3][6] = R::fused(t15, t284, -t295);
     // torso: Jacobian
     t297 = q_base_x - t261;
     t298 = q_base_y - t262;
     t299 = q_base_z - t263;
     t300 = t16 * t299;
-    t301 = R::fused(t20, t298, -t300);
+    out[2][3] = R::fused(t20, t298, -t300);
     t302 = t20 * t297;
-    t303 = R::fused(t13, t299, -t302);
+    out[3][3] = R::fused(t13, t299, -t302);
     t304 = t18 * t299;
-    t305 = R::fused(t21, t298, -t304);
+    out[2][4] = R::fused(t21, t298, -t304);
     t306 = t21 * t297;
-    t307 = R::fused(t14, t299, -t306);
+    out[3][4] = R::fused(t14, t299, -t306);
     t308 = t19 * t299;
-    t309 = R::fused(t23, t298, -t308);
+    out[2][5] = R::fused(t23, t298, -t308);
     t310 = t23 * t297;
-    t311 = R::fused(t15, t299, -t310);
+    out[3][5] = R::fused(t15, t299, -t310);
     // other
     t312 = t138 * R::constant(0.09);
     t313 = t190 - t312;
@@ -458,56 +501,56 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t325 = t148 - t322;
     t326 = t149 - t323;
     t327 = t142 * t326;
-    t328 = R::fused(-t146, t325, t327);
+    out[4][11] = R::fused(-t146, t325, t327);
     t329 = t146 * t324;
-    t330 = R::fused(-t138, t326, t329);
+    out[5][11] = R::fused(-t138, t326, t329);
     // right_ankle: Jacobian
     t331 = t62 * t326;
-    t332 = R::fused(-t66, t325, t331);
+    out[4][10] = R::fused(-t66, t325, t331);
     t333 = t66 * t324;
-    t334 = R::fused(-t58, t326, t333);
+    out[5][10] = R::fused(-t58, t326, t333);
     // right_lower_leg: Jacobian
     t335 = t117 - t321;
     t336 = t118 - t322;
     t337 = t119 - t323;
     t338 = t62 * t337;
-    t339 = R::fused(-t66, t336, t338);
+    out[4][9] = R::fused(-t66, t336, t338);
     t340 = t66 * t335;
-    t341 = R::fused(-t58, t337, t340);
+    out[5][9] = R::fused(-t58, t337, t340);
     // right_upper_leg: Jacobian
     t342 = t39 - t321;
     t343 = t40 - t322;
     t344 = t41 - t323;
     t345 = t62 * t344;
-    t346 = R::fused(-t66, t343, t345);
+    out[4][8] = R::fused(-t66, t343, t345);
     t347 = t66 * t342;
-    t348 = R::fused(-t58, t344, t347);
+    out[5][8] = R::fused(-t58, t344, t347);
     // right_hip_roll_link: Jacobian
     t349 = t29 * t344;
-    t350 = R::fused(t33, t343, -t349);
+    out[4][7] = R::fused(t33, t343, -t349);
     t351 = t33 * t342;
-    t352 = R::fused(t25, t344, -t351);
+    out[5][7] = R::fused(t25, t344, -t351);
     // right_hip_yaw_link: Jacobian
     t353 = t19 * t344;
-    t354 = R::fused(t23, t343, -t353);
+    out[4][6] = R::fused(t23, t343, -t353);
     t355 = t23 * t342;
-    t356 = R::fused(t15, t344, -t355);
+    out[5][6] = R::fused(t15, t344, -t355);
     // torso: Jacobian
     t357 = q_base_x - t321;
     t358 = q_base_y - t322;
     t359 = q_base_z - t323;
     t360 = t16 * t359;
-    t361 = R::fused(t20, t358, -t360);
+    out[4][3] = R::fused(t20, t358, -t360);
     t362 = t20 * t357;
-    t363 = R::fused(t13, t359, -t362);
+    out[5][3] = R::fused(t13, t359, -t362);
     t364 = t18 * t359;
-    t365 = R::fused(t21, t358, -t364);
+    out[4][4] = R::fused(t21, t358, -t364);
     t366 = t21 * t357;
-    t367 = R::fused(t14, t359, -t366);
+    out[5][4] = R::fused(t14, t359, -t366);
     t368 = t19 * t359;
-    t369 = R::fused(t23, t358, -t368);
+    out[4][5] = R::fused(t23, t358, -t368);
     t370 = t23 * t357;
-    t371 = R::fused(t15, t359, -t370);
+    out[5][5] = R::fused(t15, t359, -t370);
     // other
     t372 = t190 + t312;
     t373 = t192 - t372;
@@ -523,56 +566,56 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t382 = t148 - t379;
     t383 = t149 - t380;
     t384 = t142 * t383;
-    t385 = R::fused(-t146, t382, t384);
+    out[6][11] = R::fused(-t146, t382, t384);
     t386 = t146 * t381;
-    t387 = R::fused(-t138, t383, t386);
+    out[7][11] = R::fused(-t138, t383, t386);
     // right_ankle: Jacobian
     t388 = t62 * t383;
-    t389 = R::fused(-t66, t382, t388);
+    out[6][10] = R::fused(-t66, t382, t388);
     t390 = t66 * t381;
-    t391 = R::fused(-t58, t383, t390);
+    out[7][10] = R::fused(-t58, t383, t390);
     // right_lower_leg: Jacobian
     t392 = t117 - t378;
     t393 = t118 - t379;
     t394 = t119 - t380;
     t395 = t62 * t394;
-    t396 = R::fused(-t66, t393, t395);
+    out[6][9] = R::fused(-t66, t393, t395);
     t397 = t66 * t392;
-    t398 = R::fused(-t58, t394, t397);
+    out[7][9] = R::fused(-t58, t394, t397);
     // right_upper_leg: Jacobian
     t399 = t39 - t378;
     t400 = t40 - t379;
     t401 = t41 - t380;
     t402 = t62 * t401;
-    t403 = R::fused(-t66, t400, t402);
+    out[6][8] = R::fused(-t66, t400, t402);
     t404 = t66 * t399;
-    t405 = R::fused(-t58, t401, t404);
+    out[7][8] = R::fused(-t58, t401, t404);
     // right_hip_roll_link: Jacobian
     t406 = t29 * t401;
-    t407 = R::fused(t33, t400, -t406);
+    out[6][7] = R::fused(t33, t400, -t406);
     t408 = t33 * t399;
-    t409 = R::fused(t25, t401, -t408);
+    out[7][7] = R::fused(t25, t401, -t408);
     // right_hip_yaw_link: Jacobian
     t410 = t19 * t401;
-    t411 = R::fused(t23, t400, -t410);
+    out[6][6] = R::fused(t23, t400, -t410);
     t412 = t23 * t399;
-    t413 = R::fused(t15, t401, -t412);
+    out[7][6] = R::fused(t15, t401, -t412);
     // torso: Jacobian
     t414 = q_base_x - t378;
     t415 = q_base_y - t379;
     t416 = q_base_z - t380;
     t417 = t16 * t416;
-    t418 = R::fused(t20, t415, -t417);
+    out[6][3] = R::fused(t20, t415, -t417);
     t419 = t20 * t414;
-    t420 = R::fused(t13, t416, -t419);
+    out[7][3] = R::fused(t13, t416, -t419);
     t421 = t18 * t416;
-    t422 = R::fused(t21, t415, -t421);
+    out[6][4] = R::fused(t21, t415, -t421);
     t423 = t21 * t414;
-    t424 = R::fused(t14, t416, -t423);
+    out[7][4] = R::fused(t14, t416, -t423);
     t425 = t19 * t416;
-    t426 = R::fused(t23, t415, -t425);
+    out[6][5] = R::fused(t23, t415, -t425);
     t427 = t23 * t414;
-    t428 = R::fused(t15, t416, -t427);
+    out[7][5] = R::fused(t15, t416, -t427);
     // other
     t429 = t153 * R::constant(0.15);
     t430 = t178 * R::constant(0.055);
@@ -597,56 +640,56 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t448 = t163 - t445;
     t449 = t164 - t446;
     t450 = t157 * t449;
-    t451 = R::fused(-t161, t448, t450);
+    out[8][17] = R::fused(-t161, t448, t450);
     t452 = t161 * t447;
-    t453 = R::fused(-t153, t449, t452);
+    out[9][17] = R::fused(-t153, t449, t452);
     // left_ankle: Jacobian
     t454 = t74 * t449;
-    t455 = R::fused(-t78, t448, t454);
+    out[8][16] = R::fused(-t78, t448, t454);
     t456 = t78 * t447;
-    t457 = R::fused(-t70, t449, t456);
+    out[9][16] = R::fused(-t70, t449, t456);
     // left_lower_leg: Jacobian
     t458 = t132 - t444;
     t459 = t133 - t445;
     t460 = t134 - t446;
     t461 = t74 * t460;
-    t462 = R::fused(-t78, t459, t461);
+    out[8][15] = R::fused(-t78, t459, t461);
     t463 = t78 * t458;
-    t464 = R::fused(-t70, t460, t463);
+    out[9][15] = R::fused(-t70, t460, t463);
     // left_upper_leg: Jacobian
     t465 = t54 - t444;
     t466 = t55 - t445;
     t467 = t56 - t446;
     t468 = t74 * t467;
-    t469 = R::fused(-t78, t466, t468);
+    out[8][14] = R::fused(-t78, t466, t468);
     t470 = t78 * t465;
-    t471 = R::fused(-t70, t467, t470);
+    out[9][14] = R::fused(-t70, t467, t470);
     // left_hip_roll_link: Jacobian
     t472 = t47 * t467;
-    t473 = R::fused(t51, t466, -t472);
+    out[8][13] = R::fused(t51, t466, -t472);
     t474 = t51 * t465;
-    t475 = R::fused(t43, t467, -t474);
+    out[9][13] = R::fused(t43, t467, -t474);
     // left_hip_yaw_link: Jacobian
     t476 = t19 * t467;
-    t477 = R::fused(t23, t466, -t476);
+    out[8][12] = R::fused(t23, t466, -t476);
     t478 = t23 * t465;
-    t479 = R::fused(t15, t467, -t478);
+    out[9][12] = R::fused(t15, t467, -t478);
     // torso: Jacobian
     t480 = q_base_x - t444;
     t481 = q_base_y - t445;
     t482 = q_base_z - t446;
     t483 = t16 * t482;
-    t484 = R::fused(t20, t481, -t483);
+    out[8][3] = R::fused(t20, t481, -t483);
     t485 = t20 * t480;
-    t486 = R::fused(t13, t482, -t485);
+    out[9][3] = R::fused(t13, t482, -t485);
     t487 = t18 * t482;
-    t488 = R::fused(t21, t481, -t487);
+    out[8][4] = R::fused(t21, t481, -t487);
     t489 = t21 * t480;
-    t490 = R::fused(t14, t482, -t489);
+    out[9][4] = R::fused(t14, t482, -t489);
     t491 = t19 * t482;
-    t492 = R::fused(t23, t481, -t491);
+    out[8][5] = R::fused(t23, t481, -t491);
     t493 = t23 * t480;
-    t494 = R::fused(t15, t482, -t493);
+    out[9][5] = R::fused(t15, t482, -t493);
     // other
     t495 = t429 - t430;
     t496 = t432 + t495;
@@ -662,67 +705,64 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t505 = t163 - t502;
     t506 = t164 - t503;
     t507 = t157 * t506;
-    t508 = R::fused(-t161, t505, t507);
+    out[10][17] = R::fused(-t161, t505, t507);
     t509 = t161 * t504;
-    t510 = R::fused(-t153, t506, t509);
+    out[11][17] = R::fused(-t153, t506, t509);
     // left_ankle: Jacobian
     t511 = t74 * t506;
     let (
-        t512, t513, t514, t515, t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529,
-        t530, t531, t532, t533, t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547,
-        t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565,
-        t566, t567, t568, t569, t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583,
-        t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601,
-        t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612, t613, t614, t615, t616, t617, t618, t619,
-        t620, t621, t622, t623, t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635, t636, t637,
-        t638, t639, t640, t641, t642, t643, t644, t645, t646, t647, t648, t649, t650, t651, t652, t653, t654, t655,
-        t656, t657, t658, t659, t660, t661, t662, t663, t664, t665, t666, t667, t668,
+        t513, t515, t516, t517, t518, t520, t522, t523, t524, t525, t527, t529, t531, t533, t535, t537, t538, t539,
+        t540, t542, t544, t546, t548, t550, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563,
+        t564, t565, t566, t567, t569, t571, t573, t575, t576, t577, t578, t580, t582, t583, t584, t585, t587, t589,
+        t591, t593, t595, t597, t598, t599, t600, t602, t604, t606, t608, t610, t612, t613, t614, t615, t616, t617,
+        t618, t619, t620, t621, t622, t623, t624, t626, t628, t630, t632, t633, t634, t635, t637, t639, t640, t641,
+        t642, t644, t646, t648, t650, t652, t654, t655, t656, t657, t659, t661, t663, t665, t667,
     );
-    t512 = R::fused(-t78, t505, t511);
+    out[10][16] = R::fused(-t78, t505, t511);
     t513 = t78 * t504;
-    t514 = R::fused(-t70, t506, t513);
+    out[11][16] = R::fused(-t70, t506, t513);
     // left_lower_leg: Jacobian
     t515 = t132 - t501;
     t516 = t133 - t502;
     t517 = t134 - t503;
     t518 = t74 * t517;
-    t519 = R::fused(-t78, t516, t518);
+    out[10][15] = R::fused(-t78, t516, t518);
     t520 = t78 * t515;
-    t521 = R::fused(-t70, t517, t520);
+    out[11][15] = R::fused(-t70, t517, t520);
     // left_upper_leg: Jacobian
     t522 = t54 - t501;
     t523 = t55 - t502;
     t524 = t56 - t503;
     t525 = t74 * t524;
-    t526 = R::fused(-t78, t523, t525);
+    out[10][14] = R::fused(-t78, t523, t525);
     t527 = t78 * t522;
-    t528 = R::fused(-t70, t524, t527);
+    out[11][14] = R::fused(-t70, t524, t527);
     // left_hip_roll_link: Jacobian
     t529 = t47 * t524;
-    t530 = R::fused(t51, t523, -t529);
+    out[10][13] = R::fused(t51, t523, -t529);
     t531 = t51 * t522;
-    t532 = R::fused(t43, t524, -t531);
+    out[11][13] = R::fused(t43, t524, -t531);
     // left_hip_yaw_link: Jacobian
     t533 = t19 * t524;
-    t534 = R::fused(t23, t523, -t533);
+    out[10][12] = R::fused(t23, t523, -t533);
     t535 = t23 * t522;
-    t536 = R::fused(t15, t524, -t535);
+    out[11][12] = R::fused(t15, t524, -t535);
     // torso: Jacobian
     t537 = q_base_x - t501;
     t538 = q_base_y - t502;
     t539 = q_base_z - t503;
     t540 = t16 * t539;
-    t541 = R::fused(t20, t538, -t540);
+    out[10][3] = R::fused(t20, t538, -t540);
     t542 = t20 * t537;
-    t543 = R::fused(t13, t539, -t542);
+    out[11][3] = R::fused(t13, t539, -t542);
     t544 = t18 * t539;
-    t545 = R::fused(t21, t538, -t544);
+    out[10][4] = R::fused(t21, t538, -t544);
     t546 = t21 * t537;
-    t547 = R::fused(t14, t539, -t546);
+    out[11][4] = R::fused(t14, t539, -t546);
     t548 = t19 * t539;
-    t549 = R::fused(t23, t538, -t548);
+    out[10][5] = R::fused(t23, t538, -t548);
     t550 = t23 * t537;
-    t551 = R::fused(t15, t539, -t550);
+    out[11][5] = R::fused(t15, t539, -t550);
     // other
     t552 = t153 * R::constant(0.09);
     t553 = t430 - t552;
@@ -741,56 +781,56 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t565 = t163 - t562;
     t566 = t164 - t563;
     t567 = t157 * t566;
-    t568 = R::fused(-t161, t565, t567);
+    out[12][17] = R::fused(-t161, t565, t567);
     t569 = t161 * t564;
-    t570 = R::fused(-t153, t566, t569);
+    out[13][17] = R::fused(-t153, t566, t569);
     // left_ankle: Jacobian
     t571 = t74 * t566;
-    t572 = R::fused(-t78, t565, t571);
+    out[12][16] = R::fused(-t78, t565, t571);
     t573 = t78 * t564;
-    t574 = R::fused(-t70, t566, t573);
+    out[13][16] = R::fused(-t70, t566, t573);
     // left_lower_leg: Jacobian
     t575 = t132 - t561;
     t576 = t133 - t562;
     t577 = t134 - t563;
     t578 = t74 * t577;
-    t579 = R::fused(-t78, t576, t578);
+    out[12][15] = R::fused(-t78, t576, t578);
     t580 = t78 * t575;
-    t581 = R::fused(-t70, t577, t580);
+    out[13][15] = R::fused(-t70, t577, t580);
     // left_upper_leg: Jacobian
     t582 = t54 - t561;
     t583 = t55 - t562;
     t584 = t56 - t563;
     t585 = t74 * t584;
-    t586 = R::fused(-t78, t583, t585);
+    out[12][14] = R::fused(-t78, t583, t585);
     t587 = t78 * t582;
-    t588 = R::fused(-t70, t584, t587);
+    out[13][14] = R::fused(-t70, t584, t587);
     // left_hip_roll_link: Jacobian
     t589 = t47 * t584;
-    t590 = R::fused(t51, t583, -t589);
+    out[12][13] = R::fused(t51, t583, -t589);
     t591 = t51 * t582;
-    t592 = R::fused(t43, t584, -t591);
+    out[13][13] = R::fused(t43, t584, -t591);
     // left_hip_yaw_link: Jacobian
     t593 = t19 * t584;
-    t594 = R::fused(t23, t583, -t593);
+    out[12][12] = R::fused(t23, t583, -t593);
     t595 = t23 * t582;
-    t596 = R::fused(t15, t584, -t595);
+    out[13][12] = R::fused(t15, t584, -t595);
     // torso: Jacobian
     t597 = q_base_x - t561;
     t598 = q_base_y - t562;
     t599 = q_base_z - t563;
     t600 = t16 * t599;
-    t601 = R::fused(t20, t598, -t600);
+    out[12][3] = R::fused(t20, t598, -t600);
     t602 = t20 * t597;
-    t603 = R::fused(t13, t599, -t602);
+    out[13][3] = R::fused(t13, t599, -t602);
     t604 = t18 * t599;
-    t605 = R::fused(t21, t598, -t604);
+    out[12][4] = R::fused(t21, t598, -t604);
     t606 = t21 * t597;
-    t607 = R::fused(t14, t599, -t606);
+    out[13][4] = R::fused(t14, t599, -t606);
     t608 = t19 * t599;
-    t609 = R::fused(t23, t598, -t608);
+    out[12][5] = R::fused(t23, t598, -t608);
     t610 = t23 * t597;
-    t611 = R::fused(t15, t599, -t610);
+    out[13][5] = R::fused(t15, t599, -t610);
     // other
     t612 = t430 + t552;
     t613 = t432 - t612;
@@ -806,137 +846,151 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t622 = t163 - t619;
     t623 = t164 - t620;
     t624 = t157 * t623;
-    t625 = R::fused(-t161, t622, t624);
+    out[14][17] = R::fused(-t161, t622, t624);
     t626 = t161 * t621;
-    t627 = R::fused(-t153, t623, t626);
+    out[15][17] = R::fused(-t153, t623, t626);
     // left_ankle: Jacobian
     t628 = t74 * t623;
-    t629 = R::fused(-t78, t622, t628);
+    out[14][16] = R::fused(-t78, t622, t628);
     t630 = t78 * t621;
-    t631 = R::fused(-t70, t623, t630);
+    out[15][16] = R::fused(-t70, t623, t630);
     // left_lower_leg: Jacobian
     t632 = t132 - t618;
     t633 = t133 - t619;
     t634 = t134 - t620;
     t635 = t74 * t634;
-    t636 = R::fused(-t78, t633, t635);
+    out[14][15] = R::fused(-t78, t633, t635);
     t637 = t78 * t632;
-    t638 = R::fused(-t70, t634, t637);
+    out[15][15] = R::fused(-t70, t634, t637);
     // left_upper_leg: Jacobian
     t639 = t54 - t618;
     t640 = t55 - t619;
     t641 = t56 - t620;
     t642 = t74 * t641;
-    t643 = R::fused(-t78, t640, t642);
+    out[14][14] = R::fused(-t78, t640, t642);
     t644 = t78 * t639;
-    t645 = R::fused(-t70, t641, t644);
+    out[15][14] = R::fused(-t70, t641, t644);
     // left_hip_roll_link: Jacobian
     t646 = t47 * t641;
-    t647 = R::fused(t51, t640, -t646);
+    out[14][13] = R::fused(t51, t640, -t646);
     t648 = t51 * t639;
-    t649 = R::fused(t43, t641, -t648);
+    out[15][13] = R::fused(t43, t641, -t648);
     // left_hip_yaw_link: Jacobian
     t650 = t19 * t641;
-    t651 = R::fused(t23, t640, -t650);
+    out[14][12] = R::fused(t23, t640, -t650);
     t652 = t23 * t639;
-    t653 = R::fused(t15, t641, -t652);
+    out[15][12] = R::fused(t15, t641, -t652);
     // torso: Jacobian
     t654 = q_base_x - t618;
     t655 = q_base_y - t619;
     t656 = q_base_z - t620;
     t657 = t16 * t656;
-    t658 = R::fused(t20, t655, -t657);
+    out[14][3] = R::fused(t20, t655, -t657);
     t659 = t20 * t654;
-    t660 = R::fused(t13, t656, -t659);
+    out[15][3] = R::fused(t13, t656, -t659);
     t661 = t18 * t656;
-    t662 = R::fused(t21, t655, -t661);
+    out[14][4] = R::fused(t21, t655, -t661);
     t663 = t21 * t654;
-    t664 = R::fused(t14, t656, -t663);
+    out[15][4] = R::fused(t14, t656, -t663);
     t665 = t19 * t656;
-    t666 = R::fused(t23, t655, -t665);
+    out[14][5] = R::fused(t23, t655, -t665);
     t667 = t23 * t654;
-    t668 = R::fused(t15, t656, -t667);
-    *out = [
-        // right_foot/front_left/x
-        [
-            t13, t14, t15, t244, t248, t252, t237, t233, t229, t222, t215, t211, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/front_left/y
-        [
-            t16, t18, t19, t246, t250, t254, t239, t235, t231, t224, t217, t213, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/front_right/x
-        [
-            t13, t14, t15, t301, t305, t309, t294, t290, t286, t279, t272, t268, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/front_right/y
-        [
-            t16, t18, t19, t303, t307, t311, t296, t292, t288, t281, t274, t270, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_left/x
-        [
-            t13, t14, t15, t361, t365, t369, t354, t350, t346, t339, t332, t328, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_left/y
-        [
-            t16, t18, t19, t363, t367, t371, t356, t352, t348, t341, t334, t330, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_right/x
-        [
-            t13, t14, t15, t418, t422, t426, t411, t407, t403, t396, t389, t385, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_right/y
-        [
-            t16, t18, t19, t420, t424, t428, t413, t409, t405, t398, t391, t387, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_foot/front_left/x
-        [
-            t13, t14, t15, t484, t488, t492, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t477, t473, t469, t462, t455, t451,
-        ],
-        // left_foot/front_left/y
-        [
-            t16, t18, t19, t486, t490, t494, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t479, t475, t471, t464, t457, t453,
-        ],
-        // left_foot/front_right/x
-        [
-            t13, t14, t15, t541, t545, t549, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t534, t530, t526, t519, t512, t508,
-        ],
-        // left_foot/front_right/y
-        [
-            t16, t18, t19, t543, t547, t551, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t536, t532, t528, t521, t514, t510,
-        ],
-        // left_foot/rear_left/x
-        [
-            t13, t14, t15, t601, t605, t609, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t594, t590, t586, t579, t572, t568,
-        ],
-        // left_foot/rear_left/y
-        [
-            t16, t18, t19, t603, t607, t611, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t596, t592, t588, t581, t574, t570,
-        ],
-        // left_foot/rear_right/x
-        [
-            t13, t14, t15, t658, t662, t666, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t651, t647, t643, t636, t629, t625,
-        ],
-        // left_foot/rear_right/y
-        [
-            t16, t18, t19, t660, t664, t668, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t653, t649, t645, t638, t631, t627,
-        ],
-    ];
+    out[15][5] = R::fused(t15, t656, -t667);
+    out[0][12] = R::constant(0.0);
+    out[0][13] = R::constant(0.0);
+    out[0][14] = R::constant(0.0);
+    out[0][15] = R::constant(0.0);
+    out[0][16] = R::constant(0.0);
+    out[0][17] = R::constant(0.0);
+    out[1][12] = R::constant(0.0);
+    out[1][13] = R::constant(0.0);
+    out[1][14] = R::constant(0.0);
+    out[1][15] = R::constant(0.0);
+    out[1][16] = R::constant(0.0);
+    out[1][17] = R::constant(0.0);
+    out[2][12] = R::constant(0.0);
+    out[2][13] = R::constant(0.0);
+    out[2][14] = R::constant(0.0);
+    out[2][15] = R::constant(0.0);
+    out[2][16] = R::constant(0.0);
+    out[2][17] = R::constant(0.0);
+    out[3][12] = R::constant(0.0);
+    out[3][13] = R::constant(0.0);
+    out[3][14] = R::constant(0.0);
+    out[3][15] = R::constant(0.0);
+    out[3][16] = R::constant(0.0);
+    out[3][17] = R::constant(0.0);
+    out[4][12] = R::constant(0.0);
+    out[4][13] = R::constant(0.0);
+    out[4][14] = R::constant(0.0);
+    out[4][15] = R::constant(0.0);
+    out[4][16] = R::constant(0.0);
+    out[4][17] = R::constant(0.0);
+    out[5][12] = R::constant(0.0);
+    out[5][13] = R::constant(0.0);
+    out[5][14] = R::constant(0.0);
+    out[5][15] = R::constant(0.0);
+    out[5][16] = R::constant(0.0);
+    out[5][17] = R::constant(0.0);
+    out[6][12] = R::constant(0.0);
+    out[6][13] = R::constant(0.0);
+    out[6][14] = R::constant(0.0);
+    out[6][15] = R::constant(0.0);
+    out[6][16] = R::constant(0.0);
+    out[6][17] = R::constant(0.0);
+    out[7][12] = R::constant(0.0);
+    out[7][13] = R::constant(0.0);
+    out[7][14] = R::constant(0.0);
+    out[7][15] = R::constant(0.0);
+    out[7][16] = R::constant(0.0);
+    out[7][17] = R::constant(0.0);
+    out[8][6] = R::constant(0.0);
+    out[8][7] = R::constant(0.0);
+    out[8][8] = R::constant(0.0);
+    out[8][9] = R::constant(0.0);
+    out[8][10] = R::constant(0.0);
+    out[8][11] = R::constant(0.0);
+    out[9][6] = R::constant(0.0);
+    out[9][7] = R::constant(0.0);
+    out[9][8] = R::constant(0.0);
+    out[9][9] = R::constant(0.0);
+    out[9][10] = R::constant(0.0);
+    out[9][11] = R::constant(0.0);
+    out[10][6] = R::constant(0.0);
+    out[10][7] = R::constant(0.0);
+    out[10][8] = R::constant(0.0);
+    out[10][9] = R::constant(0.0);
+    out[10][10] = R::constant(0.0);
+    out[10][11] = R::constant(0.0);
+    out[11][6] = R::constant(0.0);
+    out[11][7] = R::constant(0.0);
+    out[11][8] = R::constant(0.0);
+    out[11][9] = R::constant(0.0);
+    out[11][10] = R::constant(0.0);
+    out[11][11] = R::constant(0.0);
+    out[12][6] = R::constant(0.0);
+    out[12][7] = R::constant(0.0);
+    out[12][8] = R::constant(0.0);
+    out[12][9] = R::constant(0.0);
+    out[12][10] = R::constant(0.0);
+    out[12][11] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[13][7] = R::constant(0.0);
+    out[13][8] = R::constant(0.0);
+    out[13][9] = R::constant(0.0);
+    out[13][10] = R::constant(0.0);
+    out[13][11] = R::constant(0.0);
+    out[14][6] = R::constant(0.0);
+    out[14][7] = R::constant(0.0);
+    out[14][8] = R::constant(0.0);
+    out[14][9] = R::constant(0.0);
+    out[14][10] = R::constant(0.0);
+    out[14][11] = R::constant(0.0);
+    out[15][6] = R::constant(0.0);
+    out[15][7] = R::constant(0.0);
+    out[15][8] = R::constant(0.0);
+    out[15][9] = R::constant(0.0);
+    out[15][10] = R::constant(0.0);
+    out[15][11] = R::constant(0.0);
 }
 }

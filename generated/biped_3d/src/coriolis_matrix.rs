@@ -911,39 +911,44 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t770 = R::fused(-v_base_angular_x, R::constant(0.126375), t755);
     // torso: answer of the forces to its motion
     t771 = R::constant(19.0) * v_base_angular_z;
+    out[0][1] = t771;
     let (
-        t772, t773, t774, t775, t776, t777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789,
-        t790, t791, t792, t793, t794, t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807,
-        t808, t809, t810, t811, t812, t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825,
-        t826, t827, t828, t829, t830, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843,
-        t844, t845, t846, t847, t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861,
-        t862, t863, t864, t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879,
-        t880, t881, t882, t883, t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897,
-        t898, t899, t900, t901, t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915,
-        t916, t917, t918, t919, t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933,
-        t934, t935, t936, t937, t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951,
-        t952, t953, t954, t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969,
-        t970, t971, t972, t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987,
-        t988, t989, t990, t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004,
-        t1005, t1006, t1007, t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020,
-        t1021, t1022, t1023, t1024, t1025, t1026, t1027,
+        t772, t773, t774, t775, t776, t777, t778, t779, t780, t781, t782, t783, t784, t785, t788, t789, t790, t791,
+        t792, t793, t794, t800, t801, t802, t803, t804, t805, t806, t807, t810, t811, t812, t813, t814, t815, t819,
+        t820, t821, t823, t824, t825, t826, t827, t828, t829, t831, t834, t835, t836, t837, t838, t839, t840, t842,
+        t843, t846, t847, t848, t850, t851, t852, t853, t854, t855, t856, t858, t861, t862, t863, t864, t865, t866,
+        t867, t869, t870, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882, t883, t884, t885, t886, t887,
+        t888, t890, t891, t892, t896, t897, t898, t899, t900, t901, t902, t903, t904, t905, t906, t907, t909, t910,
+        t911, t912, t913, t914, t915, t916, t918, t920, t922, t923, t925, t926, t928, t929, t930, t931, t932, t933,
+        t934, t935, t936, t937, t938, t939, t940, t941, t942, t943, t944, t945, t947, t948, t949, t953, t954, t955,
+        t956, t957, t958, t959, t960, t961, t962, t963, t964, t966, t967, t968, t969, t970, t971, t972, t973, t975,
+        t977, t979, t980, t982, t983, t985, t986, t987, t988, t989, t990, t991, t992, t993, t994, t995, t996, t997,
+        t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007, t1008, t1009, t1010, t1011, t1012, t1014,
+        t1015, t1016, t1020, t1021, t1022, t1023, t1024, t1025, t1026, t1027,
     );
     t772 = R::constant(19.0) * v_base_angular_y;
+    out[2][0] = t772;
     t773 = v_base_angular_y * t739;
     t774 = v_base_angular_z * t759;
     t775 = t773 - t774;
+    out[0][3] = t775;
     t776 = v_base_angular_y * t738;
     t777 = v_base_angular_z * t738;
     t778 = R::constant(19.0) * v_base_angular_x;
+    out[1][2] = t778;
     t779 = v_base_angular_x * t739;
     t780 = v_base_angular_x * t738;
     t781 = t774 - t780;
+    out[4][1] = t781;
     t782 = v_base_angular_z * t739;
     t783 = v_base_angular_x * t759;
+    out[2][3] = t783;
     t784 = v_base_angular_y * t759;
+    out[2][4] = t784;
     t785 = t773 + t780;
-    t786 = t749 + t776;
-    t787 = t777 - t764;
+    out[2][5] = t785;
+    out[3][1] = t749 + t776;
+    out[3][2] = t777 - t764;
     t788 = v_base_angular_z * t741;
     t789 = v_base_angular_y * t742;
     t790 = t788 - t789;
@@ -951,11 +956,11 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t792 = R::fused(-v_base_angular_y, t743, t791);
     t793 = v_base_angular_z * t743;
     t794 = R::fused(-v_base_angular_y, t762, t793);
-    t795 = t756 + t790;
-    t796 = t767 + t792;
-    t797 = t769 + t794;
-    t798 = t779 - t749;
-    t799 = t763 + t782;
+    out[3][3] = t756 + t790;
+    out[3][4] = t767 + t792;
+    out[3][5] = t769 + t794;
+    out[4][0] = t779 - t749;
+    out[4][2] = t763 + t782;
     t800 = v_base_angular_z * t760;
     t801 = R::fused(-v_base_angular_x, t742, t800);
     t802 = v_base_angular_x * t743;
@@ -964,22 +969,24 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t805 = R::fused(-v_base_angular_x, t762, t804);
     t806 = t765 + t801;
     t807 = t757 + t803;
-    t808 = t770 - t805;
-    t809 = t764 - t783;
+    out[4][5] = t770 - t805;
+    out[5][0] = t764 - t783;
     t810 = t763 + t784;
     t811 = v_base_angular_y * t760;
     t812 = R::fused(-v_base_angular_x, t741, t811);
     t813 = v_base_angular_y * t741;
     t814 = R::fused(-v_base_angular_x, t761, t813);
     t815 = t789 - t802;
-    t816 = t812 - t766;
-    t817 = t814 - t768;
-    t818 = t758 + t815;
+    out[5][3] = t812 - t766;
+    out[5][4] = t814 - t768;
+    out[5][5] = t758 + t815;
     // right_hip_yaw_link: answer of the forces to its motion
     t819 = v_base_angular_y * t679;
     t820 = R::fused(v_base_angular_x, t677, t819);
+    out[2][6] = t820;
     t821 = R::fused(-v_base_angular_x, t562, t698);
-    t822 = R::fused(-v_base_angular_y, t562, -t696);
+    out[6][0] = t821;
+    out[6][1] = R::fused(-v_base_angular_y, t562, -t696);
     t823 = v_base_angular_y * t693;
     t824 = R::fused(-v_base_angular_x, t688, t823);
     t825 = v_base_angular_y * t688;
@@ -987,10 +994,11 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t827 = v_base_angular_y * t690;
     t828 = R::fused(-v_base_angular_x, t692, t827);
     t829 = t708 - t824;
-    t830 = t826 - t710;
+    out[6][4] = t826 - t710;
     t831 = t599 + t828;
-    t832 = R::fused(R::constant(0.075), t820, -t829);
-    t833 = R::fused(R::constant(0.075), t821, t831);
+    out[6][6] = t831;
+    out[6][3] = R::fused(R::constant(0.075), t820, -t829);
+    out[6][5] = R::fused(R::constant(0.075), t821, t831);
     t834 = R::fused(R::constant(0.075), t679, t671);
     t835 = t714 - t728;
     t836 = t599 - t727;
@@ -998,16 +1006,18 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t838 = v_base_angular_z * t679;
     t839 = v_base_angular_z * t692;
     t840 = R::fused(-v_base_angular_y, t834, t839);
-    t841 = t733 + t840;
+    out[3][6] = t733 + t840;
     t842 = v_base_angular_z * t690;
     t843 = R::fused(-v_base_angular_x, t834, t842);
-    t844 = t835 - t843;
-    t845 = t828 + t836;
+    out[4][6] = t835 - t843;
+    out[5][6] = t828 + t836;
     // left_hip_yaw_link: answer of the forces to its motion
     t846 = v_base_angular_y * t610;
     t847 = R::fused(v_base_angular_x, t608, t846);
+    out[2][12] = t847;
     t848 = R::fused(-v_base_angular_x, t514, t629);
-    t849 = R::fused(-v_base_angular_y, t514, -t627);
+    out[12][0] = t848;
+    out[12][1] = R::fused(-v_base_angular_y, t514, -t627);
     t850 = v_base_angular_y * t624;
     t851 = R::fused(-v_base_angular_x, t619, t850);
     t852 = v_base_angular_y * t619;
@@ -1015,10 +1025,11 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t854 = v_base_angular_y * t621;
     t855 = R::fused(-v_base_angular_x, t623, t854);
     t856 = t639 - t851;
-    t857 = t853 - t641;
+    out[12][4] = t853 - t641;
     t858 = t551 + t855;
-    t859 = R::fused(R::constant(-0.075), t847, -t856);
-    t860 = R::fused(R::constant(-0.075), t848, t858);
+    out[12][12] = t858;
+    out[12][3] = R::fused(R::constant(-0.075), t847, -t856);
+    out[12][5] = R::fused(R::constant(-0.075), t848, t858);
     t861 = R::fused(R::constant(-0.075), t610, t602);
     t862 = t645 + t659;
     t863 = t551 + t658;
@@ -1026,16 +1037,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t865 = v_base_angular_z * t610;
     t866 = v_base_angular_z * t623;
     t867 = R::fused(-v_base_angular_y, t861, t866);
-    t868 = t664 + t867;
+    out[3][12] = t664 + t867;
     t869 = v_base_angular_z * t621;
     t870 = R::fused(-v_base_angular_x, t861, t869);
-    t871 = t862 - t870;
-    t872 = t855 + t863;
+    out[4][12] = t862 - t870;
+    out[5][12] = t855 + t863;
     // right_hip_roll_link: answer of the forces to its motion
     t873 = t4 * t562;
     t874 = R::fused(-t8, t560, t873);
     t875 = R::fused(-t8, t489, t581);
     t876 = R::fused(t4, t489, -t579);
+    out[7][2] = t876;
     t877 = t4 * t573;
     t878 = R::fused(t8, t575, t877);
     t879 = t4 * t576;
@@ -1043,18 +1055,21 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t881 = t4 * t571;
     t882 = R::fused(t8, t577, t881);
     t883 = t502 + t878;
+    out[7][7] = t883;
     t884 = t591 + t880;
     t885 = t593 + t882;
+    out[7][6] = t885;
     t886 = cos_q_right_hip_yaw * t874;
     t887 = R::fused(-sin_q_right_hip_yaw, t875, t886);
+    out[7][0] = t887;
     t888 = sin_q_right_hip_yaw * t874;
-    t889 = R::fused(cos_q_right_hip_yaw, t875, t888);
+    out[7][1] = R::fused(cos_q_right_hip_yaw, t875, t888);
     t890 = cos_q_right_hip_yaw * t883;
     t891 = R::fused(-sin_q_right_hip_yaw, t884, t890);
     t892 = sin_q_right_hip_yaw * t883;
-    t893 = R::fused(cos_q_right_hip_yaw, t884, t892);
-    t894 = R::fused(R::constant(-0.075), t876, t891);
-    t895 = R::fused(R::constant(0.075), t887, t885);
+    out[7][4] = R::fused(cos_q_right_hip_yaw, t884, t892);
+    out[7][3] = R::fused(R::constant(-0.075), t876, t891);
+    out[7][5] = R::fused(R::constant(0.075), t887, t885);
     t896 = sin_q_right_hip_yaw * t562;
     t897 = cos_q_right_hip_yaw * t562;
     t898 = cos_q_right_hip_yaw * t552;
@@ -1067,7 +1082,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t905 = R::fused(-cos_q_right_hip_yaw, t595, t904);
     t906 = v_base_angular_x * t901;
     t907 = R::fused(v_base_angular_y, t899, -t906);
-    t908 = t907 - t597;
+    out[6][7] = t907 - t597;
     t909 = R::fused(R::constant(-0.075), t560, t899);
     t910 = R::fused(R::constant(0.075), t896, t575);
     t911 = t10 * t896;
@@ -1076,17 +1091,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t914 = t905 - t912;
     t915 = R::fused(t9, t897, t597);
     t916 = v_base_angular_z * t897;
-    t917 = R::fused(-v_base_angular_y, t560, -t916);
+    out[0][7] = R::fused(-v_base_angular_y, t560, -t916);
     t918 = v_base_angular_z * t896;
-    t919 = R::fused(v_base_angular_x, t560, -t918);
+    out[1][7] = R::fused(v_base_angular_x, t560, -t918);
     t920 = v_base_angular_y * t896;
-    t921 = R::fused(v_base_angular_x, t897, t920);
+    out[2][7] = R::fused(v_base_angular_x, t897, t920);
     t922 = v_base_angular_z * t901;
     t923 = R::fused(-v_base_angular_y, t910, t922);
-    t924 = t913 + t923;
+    out[3][7] = t913 + t923;
     t925 = v_base_angular_z * t909;
     t926 = R::fused(-v_base_angular_x, t910, t925);
-    t927 = t914 - t926;
+    out[4][7] = t914 - t926;
     t928 = R::fused(-v_base_angular_y, t909, t906);
     t929 = t915 + t928;
     // left_hip_roll_link: answer of the forces to its motion
@@ -1094,6 +1109,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t931 = R::fused(-t15, t512, t930);
     t932 = R::fused(-t15, t459, t533);
     t933 = R::fused(t11, t459, -t531);
+    out[13][2] = t933;
     t934 = t11 * t525;
     t935 = R::fused(t15, t527, t934);
     t936 = t11 * t528;
@@ -1101,18 +1117,21 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t938 = t11 * t523;
     t939 = R::fused(t15, t529, t938);
     t940 = t472 + t935;
+    out[13][13] = t940;
     t941 = t543 + t937;
     t942 = t545 + t939;
+    out[13][12] = t942;
     t943 = cos_q_left_hip_yaw * t931;
     t944 = R::fused(-sin_q_left_hip_yaw, t932, t943);
+    out[13][0] = t944;
     t945 = sin_q_left_hip_yaw * t931;
-    t946 = R::fused(cos_q_left_hip_yaw, t932, t945);
+    out[13][1] = R::fused(cos_q_left_hip_yaw, t932, t945);
     t947 = cos_q_left_hip_yaw * t940;
     t948 = R::fused(-sin_q_left_hip_yaw, t941, t947);
     t949 = sin_q_left_hip_yaw * t940;
-    t950 = R::fused(cos_q_left_hip_yaw, t941, t949);
-    t951 = R::fused(R::constant(0.075), t933, t948);
-    t952 = R::fused(R::constant(-0.075), t944, t942);
+    out[13][4] = R::fused(cos_q_left_hip_yaw, t941, t949);
+    out[13][3] = R::fused(R::constant(0.075), t933, t948);
+    out[13][5] = R::fused(R::constant(-0.075), t944, t942);
     t953 = sin_q_left_hip_yaw * t514;
     t954 = cos_q_left_hip_yaw * t514;
     t955 = cos_q_left_hip_yaw * t504;
@@ -1125,7 +1144,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t962 = R::fused(-cos_q_left_hip_yaw, t547, t961);
     t963 = v_base_angular_x * t958;
     t964 = R::fused(v_base_angular_y, t956, -t963);
-    t965 = t964 - t549;
+    out[12][13] = t964 - t549;
     t966 = R::fused(R::constant(0.075), t512, t956);
     t967 = R::fused(R::constant(-0.075), t953, t527);
     t968 = t10 * t953;
@@ -1134,17 +1153,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t971 = t962 + t969;
     t972 = R::fused(-t9, t954, t549);
     t973 = v_base_angular_z * t954;
-    t974 = R::fused(-v_base_angular_y, t512, -t973);
+    out[0][13] = R::fused(-v_base_angular_y, t512, -t973);
     t975 = v_base_angular_z * t953;
-    t976 = R::fused(v_base_angular_x, t512, -t975);
+    out[1][13] = R::fused(v_base_angular_x, t512, -t975);
     t977 = v_base_angular_y * t953;
-    t978 = R::fused(v_base_angular_x, t954, t977);
+    out[2][13] = R::fused(v_base_angular_x, t954, t977);
     t979 = v_base_angular_z * t958;
     t980 = R::fused(-v_base_angular_y, t967, t979);
-    t981 = t970 + t980;
+    out[3][13] = t970 + t980;
     t982 = v_base_angular_z * t966;
     t983 = R::fused(-v_base_angular_x, t967, t982);
-    t984 = t971 - t983;
+    out[4][13] = t971 - t983;
     t985 = R::fused(-v_base_angular_y, t966, t963);
     t986 = t972 + t985;
     // right_upper_leg: answer of the forces to its motion
@@ -1167,20 +1186,23 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1003 = R::fused(sin_q_right_hip_roll, t992, t1002);
     t1004 = sin_q_right_hip_roll * t989;
     t1005 = R::fused(cos_q_right_hip_roll, t992, -t1004);
+    out[8][2] = t1005;
     t1006 = cos_q_right_hip_roll * t1000;
     t1007 = R::fused(-sin_q_right_hip_roll, t1001, t1006);
     t1008 = sin_q_right_hip_roll * t1000;
     t1009 = R::fused(-cos_q_right_hip_roll, t1001, -t1008);
+    out[8][6] = t1009;
     t1010 = cos_q_right_hip_yaw * t991;
     t1011 = R::fused(sin_q_right_hip_yaw, t1003, -t1010);
+    out[8][0] = t1011;
     t1012 = sin_q_right_hip_yaw * t991;
-    t1013 = R::fused(-cos_q_right_hip_yaw, t1003, -t1012);
+    out[8][1] = R::fused(-cos_q_right_hip_yaw, t1003, -t1012);
     t1014 = cos_q_right_hip_yaw * t999;
     t1015 = R::fused(-sin_q_right_hip_yaw, t1007, t1014);
     t1016 = sin_q_right_hip_yaw * t999;
-    t1017 = R::fused(-cos_q_right_hip_yaw, t1007, -t1016);
-    t1018 = R::fused(R::constant(-0.075), t1005, -t1015);
-    t1019 = R::fused(R::constant(0.075), t1011, t1009);
+    out[8][4] = R::fused(-cos_q_right_hip_yaw, t1007, -t1016);
+    out[8][3] = R::fused(R::constant(-0.075), t1005, -t1015);
+    out[8][5] = R::fused(R::constant(0.075), t1011, t1009);
     t1020 = sin_q_right_hip_roll * t489;
     t1021 = cos_q_right_hip_roll * t489;
     t1022 = cos_q_right_hip_roll * t493;
@@ -1190,28 +1212,26 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1026 = cos_q_right_hip_roll * t442;
     t1027 = R::fused(sin_q_right_hip_roll, t500, t1026);
     let (
-        t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042, t1043,
-        t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059,
-        t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075,
-        t1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091,
-        t1092, t1093, t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107,
-        t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123,
-        t1124, t1125, t1126, t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139,
-        t1140, t1141, t1142, t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155,
-        t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171,
-        t1172, t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187,
-        t1188, t1189, t1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203,
-        t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219,
-        t1220, t1221, t1222, t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235,
-        t1236, t1237, t1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251,
-        t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267,
-        t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282, t1283,
+        t1028, t1029, t1030, t1031, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042, t1043, t1044,
+        t1045, t1046, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1057, t1059, t1061, t1062, t1064, t1065,
+        t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078, t1079, t1080, t1081, t1082,
+        t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094, t1096, t1097, t1098, t1102,
+        t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110, t1111, t1112, t1113, t1115, t1116, t1117, t1118, t1119,
+        t1120, t1121, t1122, t1123, t1124, t1125, t1126, t1127, t1128, t1130, t1131, t1132, t1133, t1134, t1135, t1136,
+        t1137, t1139, t1141, t1143, t1144, t1146, t1147, t1149, t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157,
+        t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1173,
+        t1174, t1175, t1176, t1177, t1178, t1179, t1181, t1182, t1183, t1187, t1188, t1189, t1190, t1191, t1192, t1193,
+        t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1206, t1207, t1208, t1209, t1210,
+        t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219, t1221, t1222, t1223, t1224, t1225, t1226, t1227,
+        t1228, t1230, t1232, t1234, t1235, t1237, t1238, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248,
+        t1249, t1250, t1251, t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264,
+        t1265, t1266, t1267, t1268, t1269, t1270, t1272, t1273, t1274, t1278, t1279, t1280, t1281, t1282, t1283,
     );
     t1028 = sin_q_right_hip_roll * t442;
     t1029 = R::fused(-cos_q_right_hip_roll, t500, t1028);
     t1030 = t4 * t1023;
     t1031 = R::fused(t8, t1025, t1030);
-    t1032 = t499 + t1031;
+    out[7][8] = t499 + t1031;
     t1033 = cos_q_right_hip_yaw * t490;
     t1034 = R::fused(-sin_q_right_hip_yaw, t1020, t1033);
     t1035 = sin_q_right_hip_yaw * t490;
@@ -1226,7 +1246,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1044 = R::fused(-cos_q_right_hip_yaw, t1027, t1043);
     t1045 = v_base_angular_x * t1040;
     t1046 = R::fused(v_base_angular_y, t1038, -t1045);
-    t1047 = t1046 - t1029;
+    out[6][8] = t1046 - t1029;
     t1048 = R::fused(R::constant(-0.075), t1021, t1038);
     t1049 = R::fused(R::constant(-0.075), t1034, t1025);
     t1050 = t10 * t1034;
@@ -1235,17 +1255,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1053 = t1044 + t1051;
     t1054 = R::fused(t9, t1036, t1029);
     t1055 = v_base_angular_z * t1036;
-    t1056 = R::fused(-v_base_angular_y, t1021, -t1055);
+    out[0][8] = R::fused(-v_base_angular_y, t1021, -t1055);
     t1057 = v_base_angular_z * t1034;
-    t1058 = R::fused(v_base_angular_x, t1021, t1057);
+    out[1][8] = R::fused(v_base_angular_x, t1021, t1057);
     t1059 = v_base_angular_y * t1034;
-    t1060 = R::fused(v_base_angular_x, t1036, -t1059);
+    out[2][8] = R::fused(v_base_angular_x, t1036, -t1059);
     t1061 = v_base_angular_z * t1040;
     t1062 = R::fused(-v_base_angular_y, t1049, t1061);
-    t1063 = t1052 + t1062;
+    out[3][8] = t1052 + t1062;
     t1064 = v_base_angular_z * t1048;
     t1065 = R::fused(-v_base_angular_x, t1049, t1064);
-    t1066 = t1053 - t1065;
+    out[4][8] = t1053 - t1065;
     t1067 = R::fused(-v_base_angular_y, t1048, t1045);
     t1068 = t1054 + t1067;
     // left_upper_leg: answer of the forces to its motion
@@ -1268,20 +1288,23 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1085 = R::fused(sin_q_left_hip_roll, t1074, t1084);
     t1086 = sin_q_left_hip_roll * t1071;
     t1087 = R::fused(cos_q_left_hip_roll, t1074, -t1086);
+    out[14][2] = t1087;
     t1088 = cos_q_left_hip_roll * t1082;
     t1089 = R::fused(-sin_q_left_hip_roll, t1083, t1088);
     t1090 = sin_q_left_hip_roll * t1082;
     t1091 = R::fused(-cos_q_left_hip_roll, t1083, -t1090);
+    out[14][12] = t1091;
     t1092 = cos_q_left_hip_yaw * t1073;
     t1093 = R::fused(sin_q_left_hip_yaw, t1085, -t1092);
+    out[14][0] = t1093;
     t1094 = sin_q_left_hip_yaw * t1073;
-    t1095 = R::fused(-cos_q_left_hip_yaw, t1085, -t1094);
+    out[14][1] = R::fused(-cos_q_left_hip_yaw, t1085, -t1094);
     t1096 = cos_q_left_hip_yaw * t1081;
     t1097 = R::fused(-sin_q_left_hip_yaw, t1089, t1096);
     t1098 = sin_q_left_hip_yaw * t1081;
-    t1099 = R::fused(-cos_q_left_hip_yaw, t1089, -t1098);
-    t1100 = R::fused(R::constant(0.075), t1087, -t1097);
-    t1101 = R::fused(R::constant(-0.075), t1093, t1091);
+    out[14][4] = R::fused(-cos_q_left_hip_yaw, t1089, -t1098);
+    out[14][3] = R::fused(R::constant(0.075), t1087, -t1097);
+    out[14][5] = R::fused(R::constant(-0.075), t1093, t1091);
     t1102 = sin_q_left_hip_roll * t459;
     t1103 = cos_q_left_hip_roll * t459;
     t1104 = cos_q_left_hip_roll * t463;
@@ -1294,7 +1317,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1111 = R::fused(-cos_q_left_hip_roll, t470, t1110);
     t1112 = t11 * t1105;
     t1113 = R::fused(t15, t1107, t1112);
-    t1114 = t469 + t1113;
+    out[13][14] = t469 + t1113;
     t1115 = cos_q_left_hip_yaw * t460;
     t1116 = R::fused(-sin_q_left_hip_yaw, t1102, t1115);
     t1117 = sin_q_left_hip_yaw * t460;
@@ -1309,7 +1332,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1126 = R::fused(-cos_q_left_hip_yaw, t1109, t1125);
     t1127 = v_base_angular_x * t1122;
     t1128 = R::fused(v_base_angular_y, t1120, -t1127);
-    t1129 = t1128 - t1111;
+    out[12][14] = t1128 - t1111;
     t1130 = R::fused(R::constant(0.075), t1103, t1120);
     t1131 = R::fused(R::constant(0.075), t1116, t1107);
     t1132 = t10 * t1116;
@@ -1318,17 +1341,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1135 = t1126 - t1133;
     t1136 = R::fused(-t9, t1118, t1111);
     t1137 = v_base_angular_z * t1118;
-    t1138 = R::fused(-v_base_angular_y, t1103, -t1137);
+    out[0][14] = R::fused(-v_base_angular_y, t1103, -t1137);
     t1139 = v_base_angular_z * t1116;
-    t1140 = R::fused(v_base_angular_x, t1103, t1139);
+    out[1][14] = R::fused(v_base_angular_x, t1103, t1139);
     t1141 = v_base_angular_y * t1116;
-    t1142 = R::fused(v_base_angular_x, t1118, -t1141);
+    out[2][14] = R::fused(v_base_angular_x, t1118, -t1141);
     t1143 = v_base_angular_z * t1122;
     t1144 = R::fused(-v_base_angular_y, t1131, t1143);
-    t1145 = t1134 + t1144;
+    out[3][14] = t1134 + t1144;
     t1146 = v_base_angular_z * t1130;
     t1147 = R::fused(-v_base_angular_x, t1131, t1146);
-    t1148 = t1135 - t1147;
+    out[4][14] = t1135 - t1147;
     t1149 = R::fused(-v_base_angular_y, t1130, t1127);
     t1150 = t1136 + t1149;
     // right_lower_leg: answer of the forces to its motion
@@ -1348,26 +1371,31 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1164 = t28 * t1153;
     t1165 = R::fused(t29, t1154, t1164);
     t1166 = R::fused(-t28, t1152, -t1161);
+    out[9][7] = t1166;
     t1167 = t1165 - t1162;
+    out[9][8] = t1167;
     t1168 = R::fused(-t29, t1152, t1163);
     t1169 = cos_q_right_hip_roll * t1152;
     t1170 = R::fused(sin_q_right_hip_roll, t1154, t1169);
     t1171 = sin_q_right_hip_roll * t1152;
     t1172 = R::fused(cos_q_right_hip_roll, t1154, -t1171);
+    out[9][2] = t1172;
     t1173 = cos_q_right_hip_roll * t1167;
     t1174 = R::fused(-sin_q_right_hip_roll, t1168, -t1173);
     t1175 = sin_q_right_hip_roll * t1167;
     t1176 = R::fused(-cos_q_right_hip_roll, t1168, t1175);
+    out[9][6] = t1176;
     t1177 = cos_q_right_hip_yaw * t1153;
     t1178 = R::fused(sin_q_right_hip_yaw, t1170, -t1177);
+    out[9][0] = t1178;
     t1179 = sin_q_right_hip_yaw * t1153;
-    t1180 = R::fused(-cos_q_right_hip_yaw, t1170, -t1179);
+    out[9][1] = R::fused(-cos_q_right_hip_yaw, t1170, -t1179);
     t1181 = cos_q_right_hip_yaw * t1166;
     t1182 = R::fused(-sin_q_right_hip_yaw, t1174, -t1181);
     t1183 = sin_q_right_hip_yaw * t1166;
-    t1184 = R::fused(-cos_q_right_hip_yaw, t1174, t1183);
-    t1185 = R::fused(R::constant(-0.075), t1172, -t1182);
-    t1186 = R::fused(R::constant(0.075), t1178, t1176);
+    out[9][4] = R::fused(-cos_q_right_hip_yaw, t1174, t1183);
+    out[9][3] = R::fused(R::constant(-0.075), t1172, -t1182);
+    out[9][5] = R::fused(R::constant(0.075), t1178, t1176);
     t1187 = t404 + t406;
     t1188 = t393 + t1187;
     t1189 = t399 - t428;
@@ -1386,7 +1414,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1202 = R::fused(-cos_q_right_hip_roll, t1191, t1201);
     t1203 = t4 * t1196;
     t1204 = R::fused(t8, t1198, t1203);
-    t1205 = t1189 + t1204;
+    out[7][9] = t1189 + t1204;
     t1206 = cos_q_right_hip_yaw * t390;
     t1207 = R::fused(-sin_q_right_hip_yaw, t1193, t1206);
     t1208 = sin_q_right_hip_yaw * t390;
@@ -1401,7 +1429,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1217 = R::fused(-cos_q_right_hip_yaw, t1200, t1216);
     t1218 = v_base_angular_x * t1213;
     t1219 = R::fused(v_base_angular_y, t1211, -t1218);
-    t1220 = t1219 - t1202;
+    out[6][9] = t1219 - t1202;
     t1221 = R::fused(R::constant(-0.075), t1194, t1211);
     t1222 = R::fused(R::constant(-0.075), t1207, t1198);
     t1223 = t10 * t1207;
@@ -1410,17 +1438,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1226 = t1217 + t1224;
     t1227 = R::fused(t9, t1209, t1202);
     t1228 = v_base_angular_z * t1209;
-    t1229 = R::fused(-v_base_angular_y, t1194, -t1228);
+    out[0][9] = R::fused(-v_base_angular_y, t1194, -t1228);
     t1230 = v_base_angular_z * t1207;
-    t1231 = R::fused(v_base_angular_x, t1194, t1230);
+    out[1][9] = R::fused(v_base_angular_x, t1194, t1230);
     t1232 = v_base_angular_y * t1207;
-    t1233 = R::fused(v_base_angular_x, t1209, -t1232);
+    out[2][9] = R::fused(v_base_angular_x, t1209, -t1232);
     t1234 = v_base_angular_z * t1213;
     t1235 = R::fused(-v_base_angular_y, t1222, t1234);
-    t1236 = t1225 + t1235;
+    out[3][9] = t1225 + t1235;
     t1237 = v_base_angular_z * t1221;
     t1238 = R::fused(-v_base_angular_x, t1222, t1237);
-    t1239 = t1226 - t1238;
+    out[4][9] = t1226 - t1238;
     t1240 = R::fused(-v_base_angular_y, t1221, t1218);
     t1241 = t1227 + t1240;
     // left_lower_leg: answer of the forces to its motion
@@ -1440,26 +1468,31 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1255 = t35 * t1244;
     t1256 = R::fused(t36, t1245, t1255);
     t1257 = R::fused(-t35, t1243, -t1252);
+    out[15][13] = t1257;
     t1258 = t1256 - t1253;
+    out[15][14] = t1258;
     t1259 = R::fused(-t36, t1243, t1254);
     t1260 = cos_q_left_hip_roll * t1243;
     t1261 = R::fused(sin_q_left_hip_roll, t1245, t1260);
     t1262 = sin_q_left_hip_roll * t1243;
     t1263 = R::fused(cos_q_left_hip_roll, t1245, -t1262);
+    out[15][2] = t1263;
     t1264 = cos_q_left_hip_roll * t1258;
     t1265 = R::fused(-sin_q_left_hip_roll, t1259, -t1264);
     t1266 = sin_q_left_hip_roll * t1258;
     t1267 = R::fused(-cos_q_left_hip_roll, t1259, t1266);
+    out[15][12] = t1267;
     t1268 = cos_q_left_hip_yaw * t1244;
     t1269 = R::fused(sin_q_left_hip_yaw, t1261, -t1268);
+    out[15][0] = t1269;
     t1270 = sin_q_left_hip_yaw * t1244;
-    t1271 = R::fused(-cos_q_left_hip_yaw, t1261, -t1270);
+    out[15][1] = R::fused(-cos_q_left_hip_yaw, t1261, -t1270);
     t1272 = cos_q_left_hip_yaw * t1257;
     t1273 = R::fused(-sin_q_left_hip_yaw, t1265, -t1272);
     t1274 = sin_q_left_hip_yaw * t1257;
-    t1275 = R::fused(-cos_q_left_hip_yaw, t1265, t1274);
-    t1276 = R::fused(R::constant(0.075), t1263, -t1273);
-    t1277 = R::fused(R::constant(-0.075), t1269, t1267);
+    out[15][4] = R::fused(-cos_q_left_hip_yaw, t1265, t1274);
+    out[15][3] = R::fused(R::constant(0.075), t1263, -t1273);
+    out[15][5] = R::fused(R::constant(-0.075), t1269, t1267);
     t1278 = t334 + t336;
     t1279 = t323 + t1278;
     t1280 = t329 - t358;
@@ -1467,22 +1500,21 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1282 = t330 - t360;
     t1283 = t1249 + t1281;
     let (
-        t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299,
-        t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315,
-        t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331,
-        t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347,
-        t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363,
-        t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379,
-        t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395,
-        t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411,
-        t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427,
-        t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443,
-        t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459,
-        t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475,
-        t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491,
-        t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507,
-        t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523,
-        t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539,
+        t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1297, t1298, t1299, t1300,
+        t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1312, t1313, t1314, t1315, t1316, t1317,
+        t1318, t1319, t1321, t1323, t1325, t1326, t1328, t1329, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338,
+        t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354,
+        t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1368, t1369, t1370, t1374,
+        t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390,
+        t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399, t1400, t1402, t1403, t1404, t1405, t1406, t1407,
+        t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424,
+        t1426, t1428, t1430, t1431, t1433, t1434, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443, t1444, t1445,
+        t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459, t1460, t1461,
+        t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1473, t1474, t1475, t1479, t1480, t1481,
+        t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1495, t1496, t1497,
+        t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514,
+        t1515, t1516, t1517, t1518, t1519, t1520, t1522, t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1531, t1533,
+        t1535, t1536, t1538, t1539,
     );
     t1284 = sin_q_left_hip_roll * t319;
     t1285 = cos_q_left_hip_roll * t319;
@@ -1496,7 +1528,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1293 = R::fused(-cos_q_left_hip_roll, t1282, t1292);
     t1294 = t11 * t1287;
     t1295 = R::fused(t15, t1289, t1294);
-    t1296 = t1280 + t1295;
+    out[13][15] = t1280 + t1295;
     t1297 = cos_q_left_hip_yaw * t320;
     t1298 = R::fused(-sin_q_left_hip_yaw, t1284, t1297);
     t1299 = sin_q_left_hip_yaw * t320;
@@ -1511,7 +1543,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1308 = R::fused(-cos_q_left_hip_yaw, t1291, t1307);
     t1309 = v_base_angular_x * t1304;
     t1310 = R::fused(v_base_angular_y, t1302, -t1309);
-    t1311 = t1310 - t1293;
+    out[12][15] = t1310 - t1293;
     t1312 = R::fused(R::constant(0.075), t1285, t1302);
     t1313 = R::fused(R::constant(0.075), t1298, t1289);
     t1314 = t10 * t1298;
@@ -1520,17 +1552,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1317 = t1308 - t1315;
     t1318 = R::fused(-t9, t1300, t1293);
     t1319 = v_base_angular_z * t1300;
-    t1320 = R::fused(-v_base_angular_y, t1285, -t1319);
+    out[0][15] = R::fused(-v_base_angular_y, t1285, -t1319);
     t1321 = v_base_angular_z * t1298;
-    t1322 = R::fused(v_base_angular_x, t1285, t1321);
+    out[1][15] = R::fused(v_base_angular_x, t1285, t1321);
     t1323 = v_base_angular_y * t1298;
-    t1324 = R::fused(v_base_angular_x, t1300, -t1323);
+    out[2][15] = R::fused(v_base_angular_x, t1300, -t1323);
     t1325 = v_base_angular_z * t1304;
     t1326 = R::fused(-v_base_angular_y, t1313, t1325);
-    t1327 = t1316 + t1326;
+    out[3][15] = t1316 + t1326;
     t1328 = v_base_angular_z * t1312;
     t1329 = R::fused(-v_base_angular_x, t1313, t1328);
-    t1330 = t1317 - t1329;
+    out[4][15] = t1317 - t1329;
     t1331 = R::fused(-v_base_angular_y, t1312, t1309);
     t1332 = t1318 + t1331;
     // right_ankle: answer of the forces to its motion
@@ -1551,30 +1583,36 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1347 = R::fused(t43, t1336, t1346);
     t1348 = R::fused(t42, t1334, t1343);
     t1349 = t1347 - t1344;
+    out[10][9] = t1349;
     t1350 = R::fused(-t43, t1334, t1345);
     t1351 = t28 * t1335;
     t1352 = R::fused(t29, t1336, t1351);
     t1353 = R::fused(-t28, t1334, -t1348);
+    out[10][7] = t1353;
     t1354 = t1349 + t1352;
+    out[10][8] = t1354;
     t1355 = R::fused(-t29, t1334, t1350);
     t1356 = cos_q_right_hip_roll * t1334;
     t1357 = R::fused(sin_q_right_hip_roll, t1336, t1356);
     t1358 = sin_q_right_hip_roll * t1334;
     t1359 = R::fused(cos_q_right_hip_roll, t1336, -t1358);
+    out[10][2] = t1359;
     t1360 = cos_q_right_hip_roll * t1354;
     t1361 = R::fused(-sin_q_right_hip_roll, t1355, -t1360);
     t1362 = sin_q_right_hip_roll * t1354;
     t1363 = R::fused(-cos_q_right_hip_roll, t1355, t1362);
+    out[10][6] = t1363;
     t1364 = cos_q_right_hip_yaw * t1335;
     t1365 = R::fused(sin_q_right_hip_yaw, t1357, -t1364);
+    out[10][0] = t1365;
     t1366 = sin_q_right_hip_yaw * t1335;
-    t1367 = R::fused(-cos_q_right_hip_yaw, t1357, -t1366);
+    out[10][1] = R::fused(-cos_q_right_hip_yaw, t1357, -t1366);
     t1368 = cos_q_right_hip_yaw * t1353;
     t1369 = R::fused(-sin_q_right_hip_yaw, t1361, -t1368);
     t1370 = sin_q_right_hip_yaw * t1353;
-    t1371 = R::fused(-cos_q_right_hip_yaw, t1361, t1370);
-    t1372 = R::fused(R::constant(-0.075), t1359, -t1369);
-    t1373 = R::fused(R::constant(0.075), t1365, t1363);
+    out[10][4] = R::fused(-cos_q_right_hip_yaw, t1361, t1370);
+    out[10][3] = R::fused(R::constant(-0.075), t1359, -t1369);
+    out[10][5] = R::fused(R::constant(0.075), t1365, t1363);
     t1374 = t264 + t266;
     t1375 = t215 + t1374;
     t1376 = t263 - t288;
@@ -1602,7 +1640,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1398 = R::fused(-cos_q_right_hip_roll, t1387, t1397);
     t1399 = t4 * t1392;
     t1400 = R::fused(t8, t1394, t1399);
-    t1401 = t1385 + t1400;
+    out[7][10] = t1385 + t1400;
     t1402 = cos_q_right_hip_yaw * t224;
     t1403 = R::fused(-sin_q_right_hip_yaw, t1389, t1402);
     t1404 = sin_q_right_hip_yaw * t224;
@@ -1617,7 +1655,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1413 = R::fused(-cos_q_right_hip_yaw, t1396, t1412);
     t1414 = v_base_angular_x * t1409;
     t1415 = R::fused(v_base_angular_y, t1407, -t1414);
-    t1416 = t1415 - t1398;
+    out[6][10] = t1415 - t1398;
     t1417 = R::fused(R::constant(-0.075), t1390, t1407);
     t1418 = R::fused(R::constant(-0.075), t1403, t1394);
     t1419 = t10 * t1403;
@@ -1626,17 +1664,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1422 = t1413 + t1420;
     t1423 = R::fused(t9, t1405, t1398);
     t1424 = v_base_angular_z * t1405;
-    t1425 = R::fused(-v_base_angular_y, t1390, -t1424);
+    out[0][10] = R::fused(-v_base_angular_y, t1390, -t1424);
     t1426 = v_base_angular_z * t1403;
-    t1427 = R::fused(v_base_angular_x, t1390, t1426);
+    out[1][10] = R::fused(v_base_angular_x, t1390, t1426);
     t1428 = v_base_angular_y * t1403;
-    t1429 = R::fused(v_base_angular_x, t1405, -t1428);
+    out[2][10] = R::fused(v_base_angular_x, t1405, -t1428);
     t1430 = v_base_angular_z * t1409;
     t1431 = R::fused(-v_base_angular_y, t1418, t1430);
-    t1432 = t1421 + t1431;
+    out[3][10] = t1421 + t1431;
     t1433 = v_base_angular_z * t1417;
     t1434 = R::fused(-v_base_angular_x, t1418, t1433);
-    t1435 = t1422 - t1434;
+    out[4][10] = t1422 - t1434;
     t1436 = R::fused(-v_base_angular_y, t1417, t1414);
     t1437 = t1423 + t1436;
     // left_ankle: answer of the forces to its motion
@@ -1657,30 +1695,36 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1452 = R::fused(t54, t1441, t1451);
     t1453 = R::fused(t53, t1439, t1448);
     t1454 = t1452 - t1449;
+    out[16][15] = t1454;
     t1455 = R::fused(-t54, t1439, t1450);
     t1456 = t35 * t1440;
     t1457 = R::fused(t36, t1441, t1456);
     t1458 = R::fused(-t35, t1439, -t1453);
+    out[16][13] = t1458;
     t1459 = t1454 + t1457;
+    out[16][14] = t1459;
     t1460 = R::fused(-t36, t1439, t1455);
     t1461 = cos_q_left_hip_roll * t1439;
     t1462 = R::fused(sin_q_left_hip_roll, t1441, t1461);
     t1463 = sin_q_left_hip_roll * t1439;
     t1464 = R::fused(cos_q_left_hip_roll, t1441, -t1463);
+    out[16][2] = t1464;
     t1465 = cos_q_left_hip_roll * t1459;
     t1466 = R::fused(-sin_q_left_hip_roll, t1460, -t1465);
     t1467 = sin_q_left_hip_roll * t1459;
     t1468 = R::fused(-cos_q_left_hip_roll, t1460, t1467);
+    out[16][12] = t1468;
     t1469 = cos_q_left_hip_yaw * t1440;
     t1470 = R::fused(sin_q_left_hip_yaw, t1462, -t1469);
+    out[16][0] = t1470;
     t1471 = sin_q_left_hip_yaw * t1440;
-    t1472 = R::fused(-cos_q_left_hip_yaw, t1462, -t1471);
+    out[16][1] = R::fused(-cos_q_left_hip_yaw, t1462, -t1471);
     t1473 = cos_q_left_hip_yaw * t1458;
     t1474 = R::fused(-sin_q_left_hip_yaw, t1466, -t1473);
     t1475 = sin_q_left_hip_yaw * t1458;
-    t1476 = R::fused(-cos_q_left_hip_yaw, t1466, t1475);
-    t1477 = R::fused(R::constant(0.075), t1464, -t1474);
-    t1478 = R::fused(R::constant(-0.075), t1470, t1468);
+    out[16][4] = R::fused(-cos_q_left_hip_yaw, t1466, t1475);
+    out[16][3] = R::fused(R::constant(0.075), t1464, -t1474);
+    out[16][5] = R::fused(R::constant(-0.075), t1470, t1468);
     t1479 = t175 + t177;
     t1480 = t126 + t1479;
     t1481 = t174 - t199;
@@ -1708,7 +1752,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1503 = R::fused(-cos_q_left_hip_roll, t1492, t1502);
     t1504 = t11 * t1497;
     t1505 = R::fused(t15, t1499, t1504);
-    t1506 = t1490 + t1505;
+    out[13][16] = t1490 + t1505;
     t1507 = cos_q_left_hip_yaw * t135;
     t1508 = R::fused(-sin_q_left_hip_yaw, t1494, t1507);
     t1509 = sin_q_left_hip_yaw * t135;
@@ -1723,7 +1767,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1518 = R::fused(-cos_q_left_hip_yaw, t1501, t1517);
     t1519 = v_base_angular_x * t1514;
     t1520 = R::fused(v_base_angular_y, t1512, -t1519);
-    t1521 = t1520 - t1503;
+    out[12][16] = t1520 - t1503;
     t1522 = R::fused(R::constant(0.075), t1495, t1512);
     t1523 = R::fused(R::constant(0.075), t1508, t1499);
     t1524 = t10 * t1508;
@@ -1732,35 +1776,34 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1527 = t1518 - t1525;
     t1528 = R::fused(-t9, t1510, t1503);
     t1529 = v_base_angular_z * t1510;
-    t1530 = R::fused(-v_base_angular_y, t1495, -t1529);
+    out[0][16] = R::fused(-v_base_angular_y, t1495, -t1529);
     t1531 = v_base_angular_z * t1508;
-    t1532 = R::fused(v_base_angular_x, t1495, t1531);
+    out[1][16] = R::fused(v_base_angular_x, t1495, t1531);
     t1533 = v_base_angular_y * t1508;
-    t1534 = R::fused(v_base_angular_x, t1510, -t1533);
+    out[2][16] = R::fused(v_base_angular_x, t1510, -t1533);
     t1535 = v_base_angular_z * t1514;
     t1536 = R::fused(-v_base_angular_y, t1523, t1535);
-    t1537 = t1526 + t1536;
+    out[3][16] = t1526 + t1536;
     t1538 = v_base_angular_z * t1522;
     t1539 = R::fused(-v_base_angular_x, t1523, t1538);
     let (
-        t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555,
-        t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571,
-        t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587,
-        t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603,
-        t1604, t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619,
-        t1620, t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635,
-        t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651,
-        t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667,
-        t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683,
-        t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699,
-        t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715,
-        t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731,
-        t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747,
-        t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763,
-        t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779,
-        t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795,
+        t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556,
+        t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572,
+        t1573, t1574, t1575, t1577, t1578, t1579, t1583, t1584, t1585, t1586, t1587, t1588, t1589, t1590, t1591, t1592,
+        t1593, t1594, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608, t1609,
+        t1610, t1611, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1624, t1625, t1626,
+        t1627, t1628, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643,
+        t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1660,
+        t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1669, t1671, t1673, t1674, t1676, t1677, t1678, t1679, t1681,
+        t1682, t1683, t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697,
+        t1698, t1699, t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713,
+        t1715, t1716, t1717, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1734,
+        t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1751,
+        t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765, t1766, t1768,
+        t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784,
+        t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795,
     );
-    t1540 = t1527 - t1539;
+    out[4][16] = t1527 - t1539;
     t1541 = R::fused(-v_base_angular_y, t1522, t1519);
     t1542 = t1528 + t1541;
     // right_foot: answer of the forces to its motion
@@ -1769,6 +1812,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1545 = R::fused(t46, t103, t113);
     t1546 = R::fused(t44, t102, t115);
     t1547 = t117 + t1545;
+    out[11][10] = t1547;
     t1548 = t122 + t1546;
     t1549 = cos_t2 * t108;
     t1550 = R::fused(-sin_t2, t1544, t1549);
@@ -1780,30 +1824,36 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1556 = R::fused(-t43, t1550, t1555);
     t1557 = R::fused(t42, t109, t1554);
     t1558 = t1547 + t1556;
+    out[11][9] = t1558;
     t1559 = R::fused(-t43, t109, t1553);
     t1560 = t28 * t1552;
     t1561 = R::fused(-t29, t1550, t1560);
     t1562 = R::fused(t28, t109, t1557);
+    out[11][7] = t1562;
     t1563 = t1558 + t1561;
+    out[11][8] = t1563;
     t1564 = R::fused(-t29, t109, t1559);
     t1565 = cos_q_right_hip_roll * t109;
     t1566 = R::fused(sin_q_right_hip_roll, t1550, t1565);
     t1567 = sin_q_right_hip_roll * t109;
     t1568 = R::fused(-cos_q_right_hip_roll, t1550, t1567);
+    out[11][2] = t1568;
     t1569 = cos_q_right_hip_roll * t1563;
     t1570 = R::fused(-sin_q_right_hip_roll, t1564, t1569);
     t1571 = sin_q_right_hip_roll * t1563;
     t1572 = R::fused(cos_q_right_hip_roll, t1564, t1571);
+    out[11][6] = t1572;
     t1573 = cos_q_right_hip_yaw * t1552;
     t1574 = R::fused(-sin_q_right_hip_yaw, t1566, -t1573);
+    out[11][0] = t1574;
     t1575 = sin_q_right_hip_yaw * t1552;
-    t1576 = R::fused(cos_q_right_hip_yaw, t1566, -t1575);
+    out[11][1] = R::fused(cos_q_right_hip_yaw, t1566, -t1575);
     t1577 = cos_q_right_hip_yaw * t1562;
     t1578 = R::fused(-sin_q_right_hip_yaw, t1570, t1577);
     t1579 = sin_q_right_hip_yaw * t1562;
-    t1580 = R::fused(cos_q_right_hip_yaw, t1570, t1579);
-    t1581 = R::fused(R::constant(-0.075), t1568, t1578);
-    t1582 = R::fused(R::constant(0.075), t1574, t1572);
+    out[11][4] = R::fused(cos_q_right_hip_yaw, t1570, t1579);
+    out[11][3] = R::fused(R::constant(-0.075), t1568, t1578);
+    out[11][5] = R::fused(R::constant(0.075), t1574, t1572);
     t1583 = cos_t2 * t96;
     t1584 = sin_t2 * t96;
     t1585 = cos_t2 * t105;
@@ -1816,7 +1866,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1592 = R::fused(-cos_t2, t112, t1591);
     t1593 = t20 * t1588;
     t1594 = R::fused(-t16, t1586, t1593);
-    t1595 = t114 - t1594;
+    out[10][11] = t114 - t1594;
     t1596 = t42 * t1584;
     t1597 = R::fused(-t43, t1583, t1596);
     t1598 = R::fused(t42, t97, t1588);
@@ -1833,7 +1883,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1609 = t1590 - t1606;
     t1610 = t20 * t1598;
     t1611 = R::fused(-t16, t1600, t1610);
-    t1612 = t1608 - t1611;
+    out[9][11] = t1608 - t1611;
     t1613 = t28 * t1584;
     t1614 = R::fused(-t29, t1583, t1613);
     t1615 = R::fused(t28, t97, t1598);
@@ -1850,7 +1900,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1626 = t1609 - t1623;
     t1627 = t20 * t1615;
     t1628 = R::fused(-t16, t1617, t1627);
-    t1629 = t1625 - t1628;
+    out[8][11] = t1625 - t1628;
     t1630 = cos_q_right_hip_roll * t97;
     t1631 = R::fused(-sin_q_right_hip_roll, t1583, t1630);
     t1632 = sin_q_right_hip_roll * t97;
@@ -1880,7 +1930,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1656 = R::fused(-cos_q_right_hip_yaw, t1639, t1655);
     t1657 = v_base_angular_x * t1652;
     t1658 = R::fused(v_base_angular_y, t1650, -t1657);
-    t1659 = t1641 + t1658;
+    out[6][11] = t1641 + t1658;
     t1660 = R::fused(R::constant(-0.075), t1633, t1650);
     t1661 = R::fused(R::constant(-0.075), t1646, t1637);
     t1662 = t10 * t1646;
@@ -1889,25 +1939,26 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1665 = t1656 + t1663;
     t1666 = R::fused(t9, t1648, t1641);
     t1667 = v_base_angular_z * t1648;
-    t1668 = R::fused(-v_base_angular_y, t1633, t1667);
+    out[0][11] = R::fused(-v_base_angular_y, t1633, t1667);
     t1669 = v_base_angular_z * t1646;
-    t1670 = R::fused(v_base_angular_x, t1633, -t1669);
+    out[1][11] = R::fused(v_base_angular_x, t1633, -t1669);
     t1671 = v_base_angular_y * t1646;
-    t1672 = R::fused(-v_base_angular_x, t1648, t1671);
+    out[2][11] = R::fused(-v_base_angular_x, t1648, t1671);
     t1673 = v_base_angular_z * t1652;
     t1674 = R::fused(v_base_angular_y, t1661, t1673);
-    t1675 = t1674 - t1664;
+    out[3][11] = t1674 - t1664;
     t1676 = v_base_angular_z * t1660;
     t1677 = R::fused(v_base_angular_x, t1661, t1676);
     t1678 = t1665 + t1677;
     t1679 = R::fused(-v_base_angular_y, t1660, t1657);
-    t1680 = t1666 - t1679;
+    out[5][11] = t1666 - t1679;
     // left_foot: answer of the forces to its motion
     t1681 = t57 * t67;
     t1682 = R::fused(t55, t66, t1681);
     t1683 = R::fused(t57, t73, t83);
     t1684 = R::fused(t55, t72, t85);
     t1685 = t87 + t1683;
+    out[17][16] = t1685;
     t1686 = t92 + t1684;
     t1687 = cos_t3 * t78;
     t1688 = R::fused(-sin_t3, t1682, t1687);
@@ -1919,30 +1970,36 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1694 = R::fused(-t54, t1688, t1693);
     t1695 = R::fused(t53, t79, t1692);
     t1696 = t1685 + t1694;
+    out[17][15] = t1696;
     t1697 = R::fused(-t54, t79, t1691);
     t1698 = t35 * t1690;
     t1699 = R::fused(-t36, t1688, t1698);
     t1700 = R::fused(t35, t79, t1695);
+    out[17][13] = t1700;
     t1701 = t1696 + t1699;
+    out[17][14] = t1701;
     t1702 = R::fused(-t36, t79, t1697);
     t1703 = cos_q_left_hip_roll * t79;
     t1704 = R::fused(sin_q_left_hip_roll, t1688, t1703);
     t1705 = sin_q_left_hip_roll * t79;
     t1706 = R::fused(-cos_q_left_hip_roll, t1688, t1705);
+    out[17][2] = t1706;
     t1707 = cos_q_left_hip_roll * t1701;
     t1708 = R::fused(-sin_q_left_hip_roll, t1702, t1707);
     t1709 = sin_q_left_hip_roll * t1701;
     t1710 = R::fused(cos_q_left_hip_roll, t1702, t1709);
+    out[17][12] = t1710;
     t1711 = cos_q_left_hip_yaw * t1690;
     t1712 = R::fused(-sin_q_left_hip_yaw, t1704, -t1711);
+    out[17][0] = t1712;
     t1713 = sin_q_left_hip_yaw * t1690;
-    t1714 = R::fused(cos_q_left_hip_yaw, t1704, -t1713);
+    out[17][1] = R::fused(cos_q_left_hip_yaw, t1704, -t1713);
     t1715 = cos_q_left_hip_yaw * t1700;
     t1716 = R::fused(-sin_q_left_hip_yaw, t1708, t1715);
     t1717 = sin_q_left_hip_yaw * t1700;
-    t1718 = R::fused(cos_q_left_hip_yaw, t1708, t1717);
-    t1719 = R::fused(R::constant(0.075), t1706, t1716);
-    t1720 = R::fused(R::constant(-0.075), t1712, t1710);
+    out[17][4] = R::fused(cos_q_left_hip_yaw, t1708, t1717);
+    out[17][3] = R::fused(R::constant(0.075), t1706, t1716);
+    out[17][5] = R::fused(R::constant(-0.075), t1712, t1710);
     t1721 = cos_t3 * t66;
     t1722 = sin_t3 * t66;
     t1723 = cos_t3 * t75;
@@ -1955,7 +2012,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1730 = R::fused(-cos_t3, t82, t1729);
     t1731 = t25 * t1726;
     t1732 = R::fused(-t21, t1724, t1731);
-    t1733 = t84 - t1732;
+    out[16][17] = t84 - t1732;
     t1734 = t53 * t1722;
     t1735 = R::fused(-t54, t1721, t1734);
     t1736 = R::fused(t53, t67, t1726);
@@ -1972,7 +2029,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1747 = t1728 - t1744;
     t1748 = t25 * t1736;
     t1749 = R::fused(-t21, t1738, t1748);
-    t1750 = t1746 - t1749;
+    out[15][17] = t1746 - t1749;
     t1751 = t35 * t1722;
     t1752 = R::fused(-t36, t1721, t1751);
     t1753 = R::fused(t35, t67, t1736);
@@ -1989,7 +2046,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1764 = t1747 - t1761;
     t1765 = t25 * t1753;
     t1766 = R::fused(-t21, t1755, t1765);
-    t1767 = t1763 - t1766;
+    out[14][17] = t1763 - t1766;
     t1768 = cos_q_left_hip_roll * t67;
     t1769 = R::fused(-sin_q_left_hip_roll, t1721, t1768);
     t1770 = sin_q_left_hip_roll * t67;
@@ -2019,14 +2076,11 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1794 = R::fused(-cos_q_left_hip_yaw, t1777, t1793);
     t1795 = v_base_angular_x * t1790;
     let (
-        t1796, t1797, t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811,
-        t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827,
-        t1828, t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843,
-        t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859,
-        t1860, t1861, t1862, t1863,
+        t1796, t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1807, t1809, t1811, t1812, t1814, t1815, t1816,
+        t1817,
     );
     t1796 = R::fused(v_base_angular_y, t1788, -t1795);
-    t1797 = t1779 + t1796;
+    out[12][17] = t1779 + t1796;
     t1798 = R::fused(R::constant(0.075), t1771, t1788);
     t1799 = R::fused(R::constant(0.075), t1784, t1775);
     t1800 = t10 * t1784;
@@ -2035,156 +2089,141 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1803 = t1794 - t1801;
     t1804 = R::fused(-t9, t1786, t1779);
     t1805 = v_base_angular_z * t1786;
-    t1806 = R::fused(-v_base_angular_y, t1771, t1805);
+    out[0][17] = R::fused(-v_base_angular_y, t1771, t1805);
     t1807 = v_base_angular_z * t1784;
-    t1808 = R::fused(v_base_angular_x, t1771, -t1807);
+    out[1][17] = R::fused(v_base_angular_x, t1771, -t1807);
     t1809 = v_base_angular_y * t1784;
-    t1810 = R::fused(-v_base_angular_x, t1786, t1809);
+    out[2][17] = R::fused(-v_base_angular_x, t1786, t1809);
     t1811 = v_base_angular_z * t1790;
     t1812 = R::fused(v_base_angular_y, t1799, t1811);
-    t1813 = t1812 - t1802;
+    out[3][17] = t1812 - t1802;
     t1814 = v_base_angular_z * t1798;
     t1815 = R::fused(v_base_angular_x, t1799, t1814);
     t1816 = t1803 + t1815;
     t1817 = R::fused(-v_base_angular_y, t1798, t1795);
-    t1818 = t1804 - t1817;
-    t1819 = -t772; // torso: answer of the forces to its motion
-    t1820 = -t776; // torso: answer of the forces to its motion
-    t1821 = -t777; // torso: answer of the forces to its motion
-    t1822 = -t837; // right_hip_yaw_link: answer of the forces to its motion
-    t1823 = -t864; // left_hip_yaw_link: answer of the forces to its motion
+    out[5][17] = t1804 - t1817;
+    out[0][2] = -t772; // torso: answer of the forces to its motion
+    out[0][4] = -t776; // torso: answer of the forces to its motion
+    out[0][5] = -t777; // torso: answer of the forces to its motion
+    out[0][6] = -t837; // right_hip_yaw_link: answer of the forces to its motion
+    out[0][12] = -t864; // left_hip_yaw_link: answer of the forces to its motion
     // torso: answer of the forces to its motion
-    t1824 = -t771;
-    t1825 = -t779;
-    t1826 = -t781;
-    t1827 = -t782;
-    t1828 = -t838; // right_hip_yaw_link: answer of the forces to its motion
-    t1829 = -t865; // left_hip_yaw_link: answer of the forces to its motion
-    t1830 = -t778;
-    t1831 = -t775;
-    t1832 = -t806;
-    t1833 = -t807;
-    t1834 = -t1678; // right_foot: answer of the forces to its motion
-    t1835 = -t1816; // left_foot: answer of the forces to its motion
-    t1836 = -t810;
-    t1837 = -t785;
-    t1838 = -t929; // right_hip_roll_link: answer of the forces to its motion
-    t1839 = -t1068; // right_upper_leg: answer of the forces to its motion
-    t1840 = -t1241; // right_lower_leg: answer of the forces to its motion
-    t1841 = -t1437; // right_ankle: answer of the forces to its motion
-    t1842 = -t986; // left_hip_roll_link: answer of the forces to its motion
-    t1843 = -t1150; // left_upper_leg: answer of the forces to its motion
-    t1844 = -t1332; // left_lower_leg: answer of the forces to its motion
-    t1845 = -t1542; // left_ankle: answer of the forces to its motion
-    t1846 = -t820; // right_hip_yaw_link: answer of the forces to its motion
-    t1847 = -t1644; // right_foot: answer of the forces to its motion
-    t1848 = -t999; // right_upper_leg: answer of the forces to its motion
-    t1849 = -t1000; // right_upper_leg: answer of the forces to its motion
-    t1850 = -t1192; // right_lower_leg: answer of the forces to its motion
-    t1851 = -t1388; // right_ankle: answer of the forces to its motion
-    t1852 = -t1162; // right_lower_leg: answer of the forces to its motion
-    t1853 = -t1379; // right_ankle: answer of the forces to its motion
-    t1854 = -t1344; // right_ankle: answer of the forces to its motion
-    t1855 = -t847; // left_hip_yaw_link: answer of the forces to its motion
-    t1856 = -t1782; // left_foot: answer of the forces to its motion
-    t1857 = -t1081; // left_upper_leg: answer of the forces to its motion
-    t1858 = -t1082; // left_upper_leg: answer of the forces to its motion
-    t1859 = -t1283; // left_lower_leg: answer of the forces to its motion
-    t1860 = -t1493; // left_ankle: answer of the forces to its motion
-    t1861 = -t1253; // left_lower_leg: answer of the forces to its motion
-    t1862 = -t1484; // left_ankle: answer of the forces to its motion
-    t1863 = -t1449; // left_ankle: answer of the forces to its motion
-    *out = [
-        // base/linear/x
-        [
-            R::constant(0.0), t771, t1819, t775, t1820, t1821, t1822, t917, t1056, t1229, t1425, t1668, t1823, t974,
-            t1138, t1320, t1530, t1806,
-        ],
-        // base/linear/y
-        [
-            t1824, R::constant(0.0), t778, t1825, t1826, t1827, t1828, t919, t1058, t1231, t1427, t1670, t1829, t976,
-            t1140, t1322, t1532, t1808,
-        ],
-        // base/linear/z
-        [
-            t772, t1830, R::constant(0.0), t783, t784, t785, t820, t921, t1060, t1233, t1429, t1672, t847, t978, t1142,
-            t1324, t1534, t1810,
-        ],
-        // base/angular/x
-        [
-            t1831, t786, t787, t795, t796, t797, t841, t924, t1063, t1236, t1432, t1675, t868, t981, t1145, t1327,
-            t1537, t1813,
-        ],
-        // base/angular/y
-        [
-            t798, t781, t799, t1832, t1833, t808, t844, t927, t1066, t1239, t1435, t1834, t871, t984, t1148, t1330,
-            t1540, t1835,
-        ],
-        // base/angular/z
-        [
-            t809, t1836, t1837, t816, t817, t818, t845, t1838, t1839, t1840, t1841, t1680, t872, t1842, t1843, t1844,
-            t1845, t1818,
-        ],
-        // right_hip_yaw
-        [
-            t821, t822, t1846, t832, t830, t833, t831, t908, t1047, t1220, t1416, t1659, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_roll
-        [
-            t887, t889, t876, t894, t893, t895, t885, t883, t1032, t1205, t1401, t1847, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_pitch
-        [
-            t1011, t1013, t1005, t1018, t1017, t1019, t1009, t1848, t1849, t1850, t1851, t1629, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_knee_pitch
-        [
-            t1178, t1180, t1172, t1185, t1184, t1186, t1176, t1166, t1167, t1852, t1853, t1612, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_pitch
-        [
-            t1365, t1367, t1359, t1372, t1371, t1373, t1363, t1353, t1354, t1349, t1854, t1595, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_roll
-        [
-            t1574, t1576, t1568, t1581, t1580, t1582, t1572, t1562, t1563, t1558, t1547, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_hip_yaw
-        [
-            t848, t849, t1855, t859, t857, t860, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t858, t965, t1129, t1311, t1521, t1797,
-        ],
-        // left_hip_roll
-        [
-            t944, t946, t933, t951, t950, t952, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t942, t940, t1114, t1296, t1506, t1856,
-        ],
-        // left_hip_pitch
-        [
-            t1093, t1095, t1087, t1100, t1099, t1101, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t1091, t1857, t1858, t1859, t1860, t1767,
-        ],
-        // left_knee_pitch
-        [
-            t1269, t1271, t1263, t1276, t1275, t1277, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t1267, t1257, t1258, t1861, t1862, t1750,
-        ],
-        // left_ankle_pitch
-        [
-            t1470, t1472, t1464, t1477, t1476, t1478, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t1468, t1458, t1459, t1454, t1863, t1733,
-        ],
-        // left_ankle_roll
-        [
-            t1712, t1714, t1706, t1719, t1718, t1720, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t1710, t1700, t1701, t1696, t1685, R::constant(0.0),
-        ],
-    ];
+    out[1][0] = -t771;
+    out[1][3] = -t779;
+    out[1][4] = -t781;
+    out[1][5] = -t782;
+    out[1][6] = -t838; // right_hip_yaw_link: answer of the forces to its motion
+    out[1][12] = -t865; // left_hip_yaw_link: answer of the forces to its motion
+    out[2][1] = -t778;
+    out[3][0] = -t775;
+    out[4][3] = -t806;
+    out[4][4] = -t807;
+    out[4][11] = -t1678; // right_foot: answer of the forces to its motion
+    out[4][17] = -t1816; // left_foot: answer of the forces to its motion
+    out[5][1] = -t810;
+    out[5][2] = -t785;
+    out[5][7] = -t929; // right_hip_roll_link: answer of the forces to its motion
+    out[5][8] = -t1068; // right_upper_leg: answer of the forces to its motion
+    out[5][9] = -t1241; // right_lower_leg: answer of the forces to its motion
+    out[5][10] = -t1437; // right_ankle: answer of the forces to its motion
+    out[5][13] = -t986; // left_hip_roll_link: answer of the forces to its motion
+    out[5][14] = -t1150; // left_upper_leg: answer of the forces to its motion
+    out[5][15] = -t1332; // left_lower_leg: answer of the forces to its motion
+    out[5][16] = -t1542; // left_ankle: answer of the forces to its motion
+    out[6][2] = -t820; // right_hip_yaw_link: answer of the forces to its motion
+    out[7][11] = -t1644; // right_foot: answer of the forces to its motion
+    out[8][7] = -t999; // right_upper_leg: answer of the forces to its motion
+    out[8][8] = -t1000; // right_upper_leg: answer of the forces to its motion
+    out[8][9] = -t1192; // right_lower_leg: answer of the forces to its motion
+    out[8][10] = -t1388; // right_ankle: answer of the forces to its motion
+    out[9][9] = -t1162; // right_lower_leg: answer of the forces to its motion
+    out[9][10] = -t1379; // right_ankle: answer of the forces to its motion
+    out[10][10] = -t1344; // right_ankle: answer of the forces to its motion
+    out[12][2] = -t847; // left_hip_yaw_link: answer of the forces to its motion
+    out[13][17] = -t1782; // left_foot: answer of the forces to its motion
+    out[14][13] = -t1081; // left_upper_leg: answer of the forces to its motion
+    out[14][14] = -t1082; // left_upper_leg: answer of the forces to its motion
+    out[14][15] = -t1283; // left_lower_leg: answer of the forces to its motion
+    out[14][16] = -t1493; // left_ankle: answer of the forces to its motion
+    out[15][15] = -t1253; // left_lower_leg: answer of the forces to its motion
+    out[15][16] = -t1484; // left_ankle: answer of the forces to its motion
+    out[16][16] = -t1449; // left_ankle: answer of the forces to its motion
+    out[0][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[2][2] = R::constant(0.0);
+    out[6][12] = R::constant(0.0);
+    out[6][13] = R::constant(0.0);
+    out[6][14] = R::constant(0.0);
+    out[6][15] = R::constant(0.0);
+    out[6][16] = R::constant(0.0);
+    out[6][17] = R::constant(0.0);
+    out[7][12] = R::constant(0.0);
+    out[7][13] = R::constant(0.0);
+    out[7][14] = R::constant(0.0);
+    out[7][15] = R::constant(0.0);
+    out[7][16] = R::constant(0.0);
+    out[7][17] = R::constant(0.0);
+    out[8][12] = R::constant(0.0);
+    out[8][13] = R::constant(0.0);
+    out[8][14] = R::constant(0.0);
+    out[8][15] = R::constant(0.0);
+    out[8][16] = R::constant(0.0);
+    out[8][17] = R::constant(0.0);
+    out[9][12] = R::constant(0.0);
+    out[9][13] = R::constant(0.0);
+    out[9][14] = R::constant(0.0);
+    out[9][15] = R::constant(0.0);
+    out[9][16] = R::constant(0.0);
+    out[9][17] = R::constant(0.0);
+    out[10][12] = R::constant(0.0);
+    out[10][13] = R::constant(0.0);
+    out[10][14] = R::constant(0.0);
+    out[10][15] = R::constant(0.0);
+    out[10][16] = R::constant(0.0);
+    out[10][17] = R::constant(0.0);
+    out[11][11] = R::constant(0.0);
+    out[11][12] = R::constant(0.0);
+    out[11][13] = R::constant(0.0);
+    out[11][14] = R::constant(0.0);
+    out[11][15] = R::constant(0.0);
+    out[11][16] = R::constant(0.0);
+    out[11][17] = R::constant(0.0);
+    out[12][6] = R::constant(0.0);
+    out[12][7] = R::constant(0.0);
+    out[12][8] = R::constant(0.0);
+    out[12][9] = R::constant(0.0);
+    out[12][10] = R::constant(0.0);
+    out[12][11] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[13][7] = R::constant(0.0);
+    out[13][8] = R::constant(0.0);
+    out[13][9] = R::constant(0.0);
+    out[13][10] = R::constant(0.0);
+    out[13][11] = R::constant(0.0);
+    out[14][6] = R::constant(0.0);
+    out[14][7] = R::constant(0.0);
+    out[14][8] = R::constant(0.0);
+    out[14][9] = R::constant(0.0);
+    out[14][10] = R::constant(0.0);
+    out[14][11] = R::constant(0.0);
+    out[15][6] = R::constant(0.0);
+    out[15][7] = R::constant(0.0);
+    out[15][8] = R::constant(0.0);
+    out[15][9] = R::constant(0.0);
+    out[15][10] = R::constant(0.0);
+    out[15][11] = R::constant(0.0);
+    out[16][6] = R::constant(0.0);
+    out[16][7] = R::constant(0.0);
+    out[16][8] = R::constant(0.0);
+    out[16][9] = R::constant(0.0);
+    out[16][10] = R::constant(0.0);
+    out[16][11] = R::constant(0.0);
+    out[17][6] = R::constant(0.0);
+    out[17][7] = R::constant(0.0);
+    out[17][8] = R::constant(0.0);
+    out[17][9] = R::constant(0.0);
+    out[17][10] = R::constant(0.0);
+    out[17][11] = R::constant(0.0);
+    out[17][17] = R::constant(0.0);
 }
 }

@@ -126,20 +126,17 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     let cos_q_right_ankle_roll = cos[14];
     let cos_q_left_ankle_roll = cos[15];
     let (
-        t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26,
-        t27, t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48,
-        t49, t50, t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70,
-        t71, t72, t73, t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92,
-        t93, t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112,
-        t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130,
-        t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148,
-        t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166,
-        t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184,
-        t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202,
-        t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220,
-        t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238,
-        t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256,
-        t257, t258, t259,
+        t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26, t27,
+        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49,
+        t50, t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t63, t64, t65, t66, t67, t68, t70, t72, t74, t75,
+        t77, t78, t79, t80, t81, t83, t84, t85, t86, t87, t89, t90, t91, t92, t93, t95, t96, t97, t98, t99, t100, t101,
+        t102, t103, t105, t107, t108, t110, t111, t112, t113, t114, t116, t117, t118, t119, t120, t122, t123, t124,
+        t125, t126, t128, t129, t130, t131, t132, t133, t134, t135, t136, t139, t140, t141, t142, t143, t145, t147,
+        t149, t151, t152, t154, t155, t156, t158, t159, t160, t162, t163, t164, t166, t167, t168, t170, t172, t173,
+        t175, t176, t177, t179, t180, t181, t183, t184, t185, t187, t188, t189, t195, t197, t199, t201, t203, t205,
+        t207, t209, t211, t213, t215, t217, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230,
+        t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248,
+        t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259,
     );
     // torso: motion
     t4 = q_base_qx * R::constant(2.0);
@@ -148,11 +145,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t7 = R::fused(q_base_qy, t6, t5);
     t8 = R::constant(1.0) - t7;
     t9 = t8 * R::constant(186.39); // torso: answer of the forces to its motion
+    out[3][1] = t9;
     t10 = q_base_qz * R::constant(2.0);
     t11 = q_base_qy * t10;
     t12 = R::fused(q_base_qw, t4, t11);
     t13 = t12 * R::constant(186.39); // torso: answer of the forces to its motion
-    t14 = -t13; // torso: answer of the forces to its motion
+    out[5][0] = t13;
+    out[3][2] = -t13; // torso: answer of the forces to its motion
     t15 = R::constant(9.81) * t12;
     t16 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t17 = sin_t3 * t16; // left_ankle: sums of what it carries
@@ -200,7 +199,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t59 = t56 + t58; // right_hip_yaw_link: sums of what it carries
     t60 = R::constant(2.444) + t59; // torso: sums of what it carries
     t61 = t54 * t60; // torso: answer of the forces to its motion
-    t62 = t53 - t61; // torso: answer of the forces to its motion
+    out[3][3] = t53 - t61; // torso: answer of the forces to its motion
     t63 = cos_q_left_hip_yaw * t22; // left_hip_yaw_link: sums of what it carries
     t64 = R::fused(sin_q_left_hip_yaw, t32, t63); // left_hip_yaw_link: sums of what it carries
     t65 = cos_q_right_hip_yaw * t40; // right_hip_yaw_link: sums of what it carries
@@ -208,35 +207,35 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t67 = t64 + t66; // right_hip_yaw_link: sums of what it carries
     // torso: answer of the forces to its motion
     t68 = t15 * t67;
-    t69 = -t68;
+    out[3][4] = -t68;
     t70 = t54 * t67;
-    t71 = -t70;
+    out[3][5] = -t70;
     t72 = t54 * t66; // right_hip_yaw_link: answer of the forces to its motion
-    t73 = -t72; // right_hip_yaw_link: answer of the forces to its motion
+    out[3][6] = -t72; // right_hip_yaw_link: answer of the forces to its motion
     t74 = cos_q_right_hip_yaw * t58; // right_hip_roll_link: answer of the forces to its motion
     t75 = t54 * t74; // right_hip_roll_link: answer of the forces to its motion
-    t76 = R::fused(-t15, t50, -t75); // right_hip_roll_link: answer of the forces to its motion
+    out[3][7] = R::fused(-t15, t50, -t75); // right_hip_roll_link: answer of the forces to its motion
     // right_upper_leg: answer of the forces to its motion
     t77 = sin_q_right_hip_yaw * t49;
     t78 = sin_q_right_hip_roll * t40;
     t79 = R::fused(cos_q_right_hip_yaw, t78, t77);
     t80 = t54 * t79;
     t81 = cos_q_right_hip_roll * t40;
-    t82 = R::fused(-t15, t81, -t80);
+    out[3][8] = R::fused(-t15, t81, -t80);
     // right_lower_leg: answer of the forces to its motion
     t83 = sin_q_right_hip_yaw * t47;
     t84 = sin_q_right_hip_roll * t38;
     t85 = R::fused(cos_q_right_hip_yaw, t84, t83);
     t86 = t54 * t85;
     t87 = cos_q_right_hip_roll * t38;
-    t88 = R::fused(-t15, t87, -t86);
+    out[3][9] = R::fused(-t15, t87, -t86);
     // right_ankle: answer of the forces to its motion
     t89 = sin_q_right_hip_yaw * t45;
     t90 = sin_q_right_hip_roll * t36;
     t91 = R::fused(cos_q_right_hip_yaw, t90, t89);
     t92 = t54 * t91;
     t93 = cos_q_right_hip_roll * t36;
-    t94 = R::fused(-t15, t93, -t92);
+    out[3][10] = R::fused(-t15, t93, -t92);
     // right_foot: answer of the forces to its motion
     t95 = sin_t2 * t42;
     t96 = sin_q_right_hip_yaw * t95;
@@ -247,33 +246,33 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t101 = t54 * t100;
     t102 = sin_q_right_hip_roll * t34;
     t103 = R::fused(cos_q_right_hip_roll, t98, t102);
-    t104 = R::fused(-t15, t103, t101);
+    out[3][11] = R::fused(-t15, t103, t101);
     t105 = t54 * t64; // left_hip_yaw_link: answer of the forces to its motion
-    t106 = -t105; // left_hip_yaw_link: answer of the forces to its motion
+    out[3][12] = -t105; // left_hip_yaw_link: answer of the forces to its motion
     t107 = cos_q_left_hip_yaw * t56; // left_hip_roll_link: answer of the forces to its motion
     t108 = t54 * t107; // left_hip_roll_link: answer of the forces to its motion
-    t109 = R::fused(-t15, t32, -t108); // left_hip_roll_link: answer of the forces to its motion
+    out[3][13] = R::fused(-t15, t32, -t108); // left_hip_roll_link: answer of the forces to its motion
     // left_upper_leg: answer of the forces to its motion
     t110 = sin_q_left_hip_yaw * t31;
     t111 = sin_q_left_hip_roll * t22;
     t112 = R::fused(cos_q_left_hip_yaw, t111, t110);
     t113 = t54 * t112;
     t114 = cos_q_left_hip_roll * t22;
-    t115 = R::fused(-t15, t114, -t113);
+    out[3][14] = R::fused(-t15, t114, -t113);
     // left_lower_leg: answer of the forces to its motion
     t116 = sin_q_left_hip_yaw * t29;
     t117 = sin_q_left_hip_roll * t20;
     t118 = R::fused(cos_q_left_hip_yaw, t117, t116);
     t119 = t54 * t118;
     t120 = cos_q_left_hip_roll * t20;
-    t121 = R::fused(-t15, t120, -t119);
+    out[3][15] = R::fused(-t15, t120, -t119);
     // left_ankle: answer of the forces to its motion
     t122 = sin_q_left_hip_yaw * t27;
     t123 = sin_q_left_hip_roll * t18;
     t124 = R::fused(cos_q_left_hip_yaw, t123, t122);
     t125 = t54 * t124;
     t126 = cos_q_left_hip_roll * t18;
-    t127 = R::fused(-t15, t126, -t125);
+    out[3][16] = R::fused(-t15, t126, -t125);
     // left_foot: answer of the forces to its motion
     t128 = sin_t3 * t24;
     t129 = sin_q_left_hip_yaw * t128;
@@ -284,98 +283,99 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t134 = t54 * t133;
     t135 = sin_q_left_hip_roll * t16;
     t136 = R::fused(cos_q_left_hip_roll, t131, t135);
-    t137 = R::fused(-t15, t136, t134);
-    t138 = -t9; // torso: answer of the forces to its motion
+    out[3][17] = R::fused(-t15, t136, t134);
+    out[4][0] = -t9; // torso: answer of the forces to its motion
     t139 = q_base_qx * t10; // torso: motion
     t140 = R::fused(-q_base_qw, t6, t139); // torso: motion
     t141 = t140 * R::constant(186.39); // torso: answer of the forces to its motion
+    out[4][2] = t141;
     t142 = R::constant(9.81) * t140; // torso: motion
     // torso: answer of the forces to its motion
     t143 = t142 * t52;
-    t144 = -t143;
+    out[4][3] = -t143;
     t145 = t142 * t67;
-    t146 = t145 - t61;
+    out[4][4] = t145 - t61;
     t147 = t54 * t52;
-    t148 = -t147;
+    out[4][5] = -t147;
     t149 = t54 * t51; // right_hip_yaw_link: answer of the forces to its motion
-    t150 = -t149; // right_hip_yaw_link: answer of the forces to its motion
+    out[4][6] = -t149; // right_hip_yaw_link: answer of the forces to its motion
     t151 = sin_q_right_hip_yaw * t58; // right_hip_roll_link: answer of the forces to its motion
     t152 = t54 * t151; // right_hip_roll_link: answer of the forces to its motion
-    t153 = R::fused(t142, t50, -t152); // right_hip_roll_link: answer of the forces to its motion
+    out[4][7] = R::fused(t142, t50, -t152); // right_hip_roll_link: answer of the forces to its motion
     // right_upper_leg: answer of the forces to its motion
     t154 = cos_q_right_hip_yaw * t49;
     t155 = R::fused(-sin_q_right_hip_yaw, t78, t154);
     t156 = t54 * t155;
-    t157 = R::fused(t142, t81, t156);
+    out[4][8] = R::fused(t142, t81, t156);
     // right_lower_leg: answer of the forces to its motion
     t158 = cos_q_right_hip_yaw * t47;
     t159 = R::fused(-sin_q_right_hip_yaw, t84, t158);
     t160 = t54 * t159;
-    t161 = R::fused(t142, t87, t160);
+    out[4][9] = R::fused(t142, t87, t160);
     // right_ankle: answer of the forces to its motion
     t162 = cos_q_right_hip_yaw * t45;
     t163 = R::fused(-sin_q_right_hip_yaw, t90, t162);
     t164 = t54 * t163;
-    t165 = R::fused(t142, t93, t164);
+    out[4][10] = R::fused(t142, t93, t164);
     // right_foot: answer of the forces to its motion
     t166 = cos_q_right_hip_yaw * t95;
     t167 = R::fused(-sin_q_right_hip_yaw, t99, t166);
     t168 = t54 * t167;
-    t169 = R::fused(t142, t103, -t168);
+    out[4][11] = R::fused(t142, t103, -t168);
     t170 = t54 * t33; // left_hip_yaw_link: answer of the forces to its motion
-    t171 = -t170; // left_hip_yaw_link: answer of the forces to its motion
+    out[4][12] = -t170; // left_hip_yaw_link: answer of the forces to its motion
     t172 = sin_q_left_hip_yaw * t56; // left_hip_roll_link: answer of the forces to its motion
     t173 = t54 * t172; // left_hip_roll_link: answer of the forces to its motion
-    t174 = R::fused(t142, t32, -t173); // left_hip_roll_link: answer of the forces to its motion
+    out[4][13] = R::fused(t142, t32, -t173); // left_hip_roll_link: answer of the forces to its motion
     // left_upper_leg: answer of the forces to its motion
     t175 = cos_q_left_hip_yaw * t31;
     t176 = R::fused(-sin_q_left_hip_yaw, t111, t175);
     t177 = t54 * t176;
-    t178 = R::fused(t142, t114, t177);
+    out[4][14] = R::fused(t142, t114, t177);
     // left_lower_leg: answer of the forces to its motion
     t179 = cos_q_left_hip_yaw * t29;
     t180 = R::fused(-sin_q_left_hip_yaw, t117, t179);
     t181 = t54 * t180;
-    t182 = R::fused(t142, t120, t181);
+    out[4][15] = R::fused(t142, t120, t181);
     // left_ankle: answer of the forces to its motion
     t183 = cos_q_left_hip_yaw * t27;
     t184 = R::fused(-sin_q_left_hip_yaw, t123, t183);
     t185 = t54 * t184;
-    t186 = R::fused(t142, t126, t185);
+    out[4][16] = R::fused(t142, t126, t185);
     // left_foot: answer of the forces to its motion
     t187 = cos_q_left_hip_yaw * t128;
     t188 = R::fused(-sin_q_left_hip_yaw, t132, t187);
     t189 = t54 * t188;
-    t190 = R::fused(t142, t136, -t189);
+    out[4][17] = R::fused(t142, t136, -t189);
     // torso: answer of the forces to its motion
-    t191 = -t141;
-    t192 = t142 * t60;
-    t193 = t15 * t60;
-    t194 = t53 + t145;
+    out[5][1] = -t141;
+    out[5][3] = t142 * t60;
+    out[5][4] = t15 * t60;
+    out[5][5] = t53 + t145;
     t195 = t15 * t51; // right_hip_yaw_link: answer of the forces to its motion
-    t196 = R::fused(t142, t66, t195); // right_hip_yaw_link: answer of the forces to its motion
+    out[5][6] = R::fused(t142, t66, t195); // right_hip_yaw_link: answer of the forces to its motion
     t197 = t15 * t151; // right_hip_roll_link: answer of the forces to its motion
-    t198 = R::fused(t142, t74, t197); // right_hip_roll_link: answer of the forces to its motion
+    out[5][7] = R::fused(t142, t74, t197); // right_hip_roll_link: answer of the forces to its motion
     t199 = t15 * t155; // right_upper_leg: answer of the forces to its motion
-    t200 = R::fused(t142, t79, -t199); // right_upper_leg: answer of the forces to its motion
+    out[5][8] = R::fused(t142, t79, -t199); // right_upper_leg: answer of the forces to its motion
     t201 = t15 * t159; // right_lower_leg: answer of the forces to its motion
-    t202 = R::fused(t142, t85, -t201); // right_lower_leg: answer of the forces to its motion
+    out[5][9] = R::fused(t142, t85, -t201); // right_lower_leg: answer of the forces to its motion
     t203 = t15 * t163; // right_ankle: answer of the forces to its motion
-    t204 = R::fused(t142, t91, -t203); // right_ankle: answer of the forces to its motion
+    out[5][10] = R::fused(t142, t91, -t203); // right_ankle: answer of the forces to its motion
     t205 = t15 * t167; // right_foot: answer of the forces to its motion
-    t206 = R::fused(-t142, t100, t205); // right_foot: answer of the forces to its motion
+    out[5][11] = R::fused(-t142, t100, t205); // right_foot: answer of the forces to its motion
     t207 = t15 * t33; // left_hip_yaw_link: answer of the forces to its motion
-    t208 = R::fused(t142, t64, t207); // left_hip_yaw_link: answer of the forces to its motion
+    out[5][12] = R::fused(t142, t64, t207); // left_hip_yaw_link: answer of the forces to its motion
     t209 = t15 * t172; // left_hip_roll_link: answer of the forces to its motion
-    t210 = R::fused(t142, t107, t209); // left_hip_roll_link: answer of the forces to its motion
+    out[5][13] = R::fused(t142, t107, t209); // left_hip_roll_link: answer of the forces to its motion
     t211 = t15 * t176; // left_upper_leg: answer of the forces to its motion
-    t212 = R::fused(t142, t112, -t211); // left_upper_leg: answer of the forces to its motion
+    out[5][14] = R::fused(t142, t112, -t211); // left_upper_leg: answer of the forces to its motion
     t213 = t15 * t180; // left_lower_leg: answer of the forces to its motion
-    t214 = R::fused(t142, t118, -t213); // left_lower_leg: answer of the forces to its motion
+    out[5][15] = R::fused(t142, t118, -t213); // left_lower_leg: answer of the forces to its motion
     t215 = t15 * t184; // left_ankle: answer of the forces to its motion
-    t216 = R::fused(t142, t124, -t215); // left_ankle: answer of the forces to its motion
+    out[5][16] = R::fused(t142, t124, -t215); // left_ankle: answer of the forces to its motion
     t217 = t15 * t188; // left_foot: answer of the forces to its motion
-    t218 = R::fused(-t142, t133, t217); // left_foot: answer of the forces to its motion
+    out[5][17] = R::fused(-t142, t133, t217); // left_foot: answer of the forces to its motion
     t219 = sin_q_right_hip_yaw * v_base_angular_x; // right_hip_yaw_link: motion
     t220 = R::fused(-cos_q_right_hip_yaw, v_base_angular_y, t219); // right_hip_yaw_link: motion
     t221 = cos_q_right_hip_roll * t220; // right_hip_roll_link: motion
@@ -425,15 +425,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
         t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331,
         t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349,
         t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367,
-        t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385,
-        t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403,
-        t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421,
-        t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439,
-        t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457,
-        t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475,
-        t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493,
-        t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511,
-        t512, t513, t514, t515,
+        t368, t369, t370, t371, t372, t373, t374, t375, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386,
+        t387, t388, t389, t390, t391, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405,
+        t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423,
+        t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441,
+        t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459,
+        t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477,
+        t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495,
+        t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513,
+        t514, t515,
     );
     t260 = R::fused(-cos_t2, t232, t259); // right_ankle: motion
     t261 = t260 - v_right_ankle_roll; // right_foot: motion
@@ -547,6 +547,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t367 = R::fused(cos_q_right_hip_roll, t366, t357); // right_hip_roll_link: sums of what it carries
     t368 = R::fused(-v_base_angular_x, t367, t343); // right_hip_yaw_link: answer of the forces to its motion
     t369 = t338 - t368; // right_hip_yaw_link: answer of the forces to its motion
+    out[6][0] = t369;
     t370 = cos_q_right_hip_yaw * t301; // right_hip_yaw_link: sums of what it carries
     t371 = R::fused(-sin_q_right_hip_yaw, t337, t370); // right_hip_yaw_link: sums of what it carries
     t372 = t342 * t66; // right_hip_yaw_link: answer of the forces to its motion
@@ -554,7 +555,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_hip_yaw_link: answer of the forces to its motion
     t374 = R::fused(-t373, t58, t372);
     t375 = R::fused(v_base_angular_y, t367, t374);
-    t376 = t375 - t371;
+    out[6][1] = t375 - t371;
     t377 = t373 * t51;
     t378 = R::fused(t339, t66, t377);
     t379 = sin_t2 * t360; // right_ankle: sums of what it carries
@@ -570,7 +571,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t389 = R::fused(-sin_q_right_hip_yaw, t385, t388); // right_hip_yaw_link: sums of what it carries
     t390 = R::fused(v_base_angular_x, t389, t387);
     t391 = t378 + t390;
-    t392 = -t391;
+    out[6][2] = -t391;
     // right_foot: sums of what it carries
     t393 = sin_q_right_ankle_roll * sin_q_right_ankle_roll;
     t394 = R::constant(0.00092625) * t393;
@@ -1003,19 +1004,18 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     let (
         t772, t773, t774, t775, t776, t777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789,
         t790, t791, t792, t793, t794, t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807,
-        t808, t809, t810, t811, t812, t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825,
-        t826, t827, t828, t829, t830, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843,
-        t844, t845, t846, t847, t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861,
-        t862, t863, t864, t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879,
-        t880, t881, t882, t883, t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897,
-        t898, t899, t900, t901, t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915,
-        t916, t917, t918, t919, t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933,
-        t934, t935, t936, t937, t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951,
-        t952, t953, t954, t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969,
-        t970, t971, t972, t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987,
-        t988, t989, t990, t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004,
-        t1005, t1006, t1007, t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020,
-        t1021, t1022, t1023, t1024, t1025, t1026, t1027,
+        t808, t809, t810, t811, t812, t813, t814, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825, t826,
+        t827, t828, t829, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845,
+        t846, t847, t848, t849, t850, t851, t852, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864,
+        t865, t866, t867, t868, t869, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882, t883,
+        t884, t885, t886, t887, t888, t889, t890, t891, t892, t894, t895, t896, t897, t898, t899, t900, t901, t902,
+        t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t917, t918, t919, t920,
+        t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933, t934, t935, t936, t937, t938, t939,
+        t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951, t952, t953, t954, t955, t956, t958,
+        t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969, t970, t971, t972, t973, t974, t975, t976,
+        t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987, t988, t989, t990, t991, t992, t993, t994,
+        t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007, t1008, t1009, t1010,
+        t1011, t1012, t1013, t1014, t1015, t1017, t1018, t1019, t1020, t1021, t1022, t1023, t1024, t1025, t1026, t1027,
     );
     t772 = R::fused(-t225, t735, t771); // right_lower_leg: sums of what it carries
     t773 = R::fused(t432, t381, t772); // right_lower_leg: sums of what it carries
@@ -1064,7 +1064,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t812 = R::fused(v_base_angular_x, t811, t808);
     t813 = t649 + t812;
     t814 = t563 - t813;
-    t815 = R::fused(R::constant(0.075), t391, -t814);
+    out[6][3] = R::fused(R::constant(0.075), t391, -t814);
     t816 = cos_q_right_hip_yaw * t506; // right_hip_yaw_link: sums of what it carries
     t817 = R::fused(-sin_q_right_hip_yaw, t562, t816); // right_hip_yaw_link: sums of what it carries
     t818 = t373 * t639;
@@ -1079,7 +1079,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t827 = t758 - t806; // right_hip_yaw_link: sums of what it carries
     t828 = R::fused(v_base_angular_x, t827, t826);
     t829 = t824 + t828;
-    t830 = t817 + t829;
+    out[6][4] = t817 + t829;
     t831 = t411 * t66;
     t832 = R::fused(t419, t51, t831);
     t833 = t373 * t647;
@@ -1102,7 +1102,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t850 = R::fused(-cos_q_right_hip_yaw, t846, t849); // right_hip_yaw_link: sums of what it carries
     t851 = R::fused(-v_base_angular_x, t850, t848);
     t852 = t838 + t851;
-    t853 = R::fused(R::constant(0.075), t369, t852);
+    out[6][6] = t852;
+    out[6][5] = R::fused(R::constant(0.075), t369, t852);
     // right_hip_roll_link: answer of the forces to its motion
     t854 = t419 * t151;
     t855 = R::fused(t411, t74, t854);
@@ -1120,7 +1121,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t867 = sin_q_right_hip_yaw * t695;
     t868 = R::fused(-cos_q_right_hip_yaw, t777, t867);
     t869 = R::fused(-v_base_angular_x, t868, t866);
-    t870 = t863 + t869;
+    out[6][7] = t863 + t869;
     // right_upper_leg: answer of the forces to its motion
     t871 = t419 * t155;
     t872 = R::fused(-t411, t79, t871);
@@ -1144,7 +1145,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t890 = sin_q_right_hip_yaw * t794;
     t891 = R::fused(-cos_q_right_hip_yaw, t887, t890);
     t892 = R::fused(-v_base_angular_x, t891, t889);
-    t893 = t892 - t884;
+    out[6][8] = t892 - t884;
     // right_lower_leg: answer of the forces to its motion
     t894 = t419 * t159;
     t895 = R::fused(-t411, t85, t894);
@@ -1173,7 +1174,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t918 = sin_q_right_hip_yaw * t910;
     t919 = R::fused(-cos_q_right_hip_yaw, t915, t918);
     t920 = R::fused(-v_base_angular_x, t919, t917);
-    t921 = t920 - t909;
+    out[6][9] = t920 - t909;
     // right_ankle: answer of the forces to its motion
     t922 = t419 * t163;
     t923 = R::fused(-t411, t91, t922);
@@ -1210,7 +1211,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t954 = sin_q_right_hip_yaw * t942;
     t955 = R::fused(-cos_q_right_hip_yaw, t951, t954);
     t956 = R::fused(-v_base_angular_x, t955, t953);
-    t957 = t956 - t940;
+    out[6][10] = t956 - t940;
     // right_foot: answer of the forces to its motion
     t958 = t419 * t167;
     t959 = R::fused(-t411, t100, t958);
@@ -1270,7 +1271,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1013 = sin_q_right_hip_yaw * t993;
     t1014 = R::fused(-cos_q_right_hip_yaw, t1010, t1013);
     t1015 = R::fused(-v_base_angular_x, t1014, t1012);
-    t1016 = t985 - t1015;
+    out[6][11] = t985 - t1015;
     t1017 = R::fused(-t220, t232, t242); // right_hip_roll_link: motion
     t1018 = t1017 * t58; // right_hip_roll_link: answer of the forces to its motion
     t1019 = R::fused(t222, t232, t239); // right_hip_roll_link: motion
@@ -1284,22 +1285,21 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1026 = R::fused(cos_q_right_hip_roll, t336, t1025); // right_hip_roll_link: sums of what it carries
     t1027 = t1019 * t40;
     let (
-        t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042, t1043,
-        t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059,
-        t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075,
-        t1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091,
-        t1092, t1093, t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107,
-        t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123,
-        t1124, t1125, t1126, t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139,
-        t1140, t1141, t1142, t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155,
-        t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171,
-        t1172, t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187,
-        t1188, t1189, t1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203,
-        t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219,
-        t1220, t1221, t1222, t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235,
-        t1236, t1237, t1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251,
-        t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267,
-        t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282, t1283,
+        t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1036, t1037, t1038, t1039, t1041, t1042, t1043, t1044, t1045,
+        t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060, t1061,
+        t1062, t1063, t1064, t1066, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1078, t1079, t1080,
+        t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1090, t1091, t1092, t1093, t1094, t1095, t1096, t1097,
+        t1098, t1099, t1100, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110, t1111, t1112, t1114, t1115,
+        t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123, t1125, t1126, t1127, t1128, t1129, t1130, t1131, t1132,
+        t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142, t1143, t1144, t1145, t1147, t1148, t1149,
+        t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165,
+        t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1173, t1174, t1175, t1176, t1177, t1179, t1181, t1182, t1184,
+        t1185, t1186, t1187, t1188, t1189, t1190, t1191, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1202,
+        t1203, t1204, t1205, t1206, t1207, t1208, t1209, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219,
+        t1220, t1221, t1222, t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1232, t1233, t1234, t1235, t1236,
+        t1237, t1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252,
+        t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267, t1269,
+        t1271, t1272, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1283,
     );
     t1028 = t222 * t222; // right_hip_yaw_link: motion
     t1029 = R::fused(t220, t220, t1028); // right_hip_yaw_link: motion
@@ -1307,13 +1307,14 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1031 = R::fused(t220, t382, t1030);
     t1032 = t1026 - t1031;
     t1033 = R::fused(-sin_q_right_hip_yaw, t1032, t1024);
+    out[7][0] = t1033;
     t1034 = sin_q_right_hip_yaw * t1023;
-    t1035 = R::fused(cos_q_right_hip_yaw, t1032, t1034);
+    out[7][1] = R::fused(cos_q_right_hip_yaw, t1032, t1034);
     t1036 = t1029 * t50;
     t1037 = R::fused(-t1017, t40, t1036);
     t1038 = R::fused(-t222, t382, t1037);
     t1039 = t337 + t1038;
-    t1040 = -t1039;
+    out[7][2] = -t1039;
     t1041 = t420 * t50;
     t1042 = R::fused(-t428, t58, t1041);
     t1043 = t1029 * t580;
@@ -1325,6 +1326,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1049 = R::fused(cos_q_right_hip_roll, t776, t1048); // right_hip_roll_link: sums of what it carries
     t1050 = R::fused(t220, t1049, t1047);
     t1051 = t1046 - t1050;
+    out[7][7] = t1051;
     t1052 = cos_q_right_hip_yaw * t1051;
     t1053 = sin_q_right_hip_roll * t544; // right_hip_roll_link: sums of what it carries
     t1054 = R::fused(cos_q_right_hip_roll, t559, t1053); // right_hip_roll_link: sums of what it carries
@@ -1338,9 +1340,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1062 = t1058 - t1061;
     t1063 = t1054 - t1062;
     t1064 = R::fused(sin_q_right_hip_yaw, t1063, t1052);
-    t1065 = R::fused(R::constant(0.075), t1039, t1064);
+    out[7][3] = R::fused(R::constant(0.075), t1039, t1064);
     t1066 = sin_q_right_hip_yaw * t1051;
-    t1067 = R::fused(-cos_q_right_hip_yaw, t1063, t1066);
+    out[7][4] = R::fused(-cos_q_right_hip_yaw, t1063, t1066);
     t1068 = t1029 * t642;
     t1069 = R::fused(-t1017, t646, t1068);
     t1070 = R::fused(-t1019, t835, t1069);
@@ -1350,7 +1352,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1074 = R::fused(-t220, t1073, t1072);
     t1075 = t1071 + t1074;
     t1076 = t560 - t1075;
-    t1077 = R::fused(R::constant(0.075), t1033, t1076);
+    out[7][6] = t1076;
+    out[7][5] = R::fused(R::constant(0.075), t1033, t1076);
     // right_upper_leg: answer of the forces to its motion
     t1078 = t428 * t78;
     t1079 = R::fused(-t420, t81, t1078);
@@ -1363,7 +1366,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1086 = R::fused(-cos_q_right_hip_roll, t744, t1085);
     t1087 = R::fused(t220, t1086, t1084);
     t1088 = t1083 + t1087;
-    t1089 = -t1088;
+    out[7][8] = -t1088;
     // right_lower_leg: answer of the forces to its motion
     t1090 = t428 * t84;
     t1091 = R::fused(-t420, t87, t1090);
@@ -1376,7 +1379,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1098 = R::fused(-cos_q_right_hip_roll, t914, t1097);
     t1099 = R::fused(t220, t1098, t1096);
     t1100 = t1095 + t1099;
-    t1101 = -t1100;
+    out[7][9] = -t1100;
     // right_ankle: answer of the forces to its motion
     t1102 = t428 * t90;
     t1103 = R::fused(-t420, t93, t1102);
@@ -1389,7 +1392,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1110 = R::fused(-cos_q_right_hip_roll, t950, t1109);
     t1111 = R::fused(t220, t1110, t1108);
     t1112 = t1107 + t1111;
-    t1113 = -t1112;
+    out[7][10] = -t1112;
     // right_foot: answer of the forces to its motion
     t1114 = t428 * t99;
     t1115 = R::fused(t420, t103, t1114);
@@ -1401,7 +1404,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1121 = sin_q_right_hip_roll * t1000;
     t1122 = R::fused(-cos_q_right_hip_roll, t1009, t1121);
     t1123 = R::fused(t220, t1122, t1120);
-    t1124 = t1119 + t1123;
+    out[7][11] = t1119 + t1123;
     t1125 = t328 + t288; // right_hip_roll_link: motion
     t1126 = t1125 * t49; // right_upper_leg: answer of the forces to its motion
     t1127 = t251 - t319; // right_upper_leg: motion
@@ -1423,10 +1426,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1142 = t301 - t1141;
     t1143 = R::fused(sin_q_right_hip_roll, t1142, t1138);
     t1144 = R::fused(sin_q_right_hip_yaw, t1143, -t1131);
+    out[8][0] = t1144;
     t1145 = sin_q_right_hip_yaw * t1130;
-    t1146 = R::fused(-cos_q_right_hip_yaw, t1143, -t1145);
+    out[8][1] = R::fused(-cos_q_right_hip_yaw, t1143, -t1145);
     t1147 = sin_q_right_hip_roll * t1137;
     t1148 = R::fused(cos_q_right_hip_roll, t1142, -t1147);
+    out[8][2] = t1148;
     t1149 = t1133 * t579;
     t1150 = R::fused(t1125, t619, t1149);
     t1151 = R::fused(-t1127, t631, t1150);
@@ -1435,6 +1440,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1154 = R::fused(t232, t775, t1153);
     t1155 = t1152 - t1154;
     t1156 = t557 + t1155;
+    out[8][7] = t1156;
     t1157 = cos_q_right_hip_yaw * t1156;
     t1158 = t429 * t49;
     t1159 = R::fused(t442, t40, t1158);
@@ -1445,6 +1451,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1164 = t228 * t794;
     t1165 = R::fused(-t232, t744, t1164);
     t1166 = t1163 - t1165;
+    out[8][8] = t1166;
     t1167 = cos_q_right_hip_roll * t1166;
     t1168 = t1133 * t631;
     t1169 = R::fused(t1125, t607, t1168);
@@ -1456,12 +1463,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1175 = t500 - t1174;
     t1176 = R::fused(sin_q_right_hip_roll, t1175, t1167);
     t1177 = R::fused(-sin_q_right_hip_yaw, t1176, t1157);
-    t1178 = R::fused(R::constant(-0.075), t1148, t1177);
+    out[8][3] = R::fused(R::constant(-0.075), t1148, t1177);
     t1179 = sin_q_right_hip_yaw * t1156;
-    t1180 = R::fused(cos_q_right_hip_yaw, t1176, t1179);
+    out[8][4] = R::fused(cos_q_right_hip_yaw, t1176, t1179);
     t1181 = sin_q_right_hip_roll * t1166;
     t1182 = R::fused(-cos_q_right_hip_roll, t1175, t1181);
-    t1183 = R::fused(R::constant(0.075), t1144, t1182);
+    out[8][6] = t1182;
+    out[8][5] = R::fused(R::constant(0.075), t1144, t1182);
     // right_lower_leg: answer of the forces to its motion
     t1184 = t429 * t47;
     t1185 = R::fused(t442, t38, t1184);
@@ -1471,7 +1479,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1189 = t1185 - t1188;
     t1190 = t228 * t910;
     t1191 = R::fused(-t232, t914, t1190);
-    t1192 = t1189 - t1191;
+    out[8][9] = t1189 - t1191;
     // right_ankle: answer of the forces to its motion
     t1193 = t429 * t45;
     t1194 = R::fused(t442, t36, t1193);
@@ -1481,7 +1489,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1198 = t1194 - t1197;
     t1199 = t228 * t942;
     t1200 = R::fused(-t232, t950, t1199);
-    t1201 = t1198 - t1200;
+    out[8][10] = t1198 - t1200;
     // right_foot: answer of the forces to its motion
     t1202 = t429 * t95;
     t1203 = R::fused(-t442, t98, t1202);
@@ -1491,7 +1499,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1207 = t1203 + t1206;
     t1208 = t228 * t993;
     t1209 = R::fused(-t232, t1009, t1208);
-    t1210 = t1209 - t1207;
+    out[8][11] = t1209 - t1207;
     t1211 = t1125 * t47; // right_lower_leg: answer of the forces to its motion
     t1212 = t252 - t312; // right_lower_leg: motion
     // right_lower_leg: answer of the forces to its motion
@@ -1512,10 +1520,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1227 = t295 - t1226;
     t1228 = R::fused(sin_q_right_hip_roll, t1227, t1223);
     t1229 = R::fused(sin_q_right_hip_yaw, t1228, -t1216);
+    out[9][0] = t1229;
     t1230 = sin_q_right_hip_yaw * t1215;
-    t1231 = R::fused(-cos_q_right_hip_yaw, t1228, -t1230);
+    out[9][1] = R::fused(-cos_q_right_hip_yaw, t1228, -t1230);
     t1232 = sin_q_right_hip_roll * t1222;
     t1233 = R::fused(cos_q_right_hip_roll, t1227, -t1232);
+    out[9][2] = t1233;
     t1234 = t1218 * t575;
     t1235 = R::fused(t1125, t618, t1234);
     t1236 = R::fused(-t1212, t627, t1235);
@@ -1525,6 +1535,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1240 = t1237 - t1239;
     t1241 = t552 + t1240;
     t1242 = R::fused(-t432, t1222, t1241);
+    out[9][7] = t1242;
     t1243 = cos_q_right_hip_yaw * t1242;
     t1244 = t434 * t47;
     t1245 = R::fused(t445, t38, t1244);
@@ -1535,9 +1546,11 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1250 = t228 * t787;
     t1251 = R::fused(-t232, t737, t1250);
     t1252 = t1249 - t1251;
+    out[9][9] = t1252;
     t1253 = t432 * t1215;
     t1254 = R::fused(t430, t1227, t1253);
     t1255 = t1252 + t1254;
+    out[9][8] = t1255;
     t1256 = cos_q_right_hip_roll * t1255;
     t1257 = t1218 * t627;
     t1258 = R::fused(t1125, t606, t1257);
@@ -1550,12 +1563,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1265 = R::fused(-t430, t1222, t1264);
     t1266 = R::fused(sin_q_right_hip_roll, t1265, t1256);
     t1267 = R::fused(-sin_q_right_hip_yaw, t1266, t1243);
-    t1268 = R::fused(R::constant(-0.075), t1233, t1267);
+    out[9][3] = R::fused(R::constant(-0.075), t1233, t1267);
     t1269 = sin_q_right_hip_yaw * t1242;
-    t1270 = R::fused(cos_q_right_hip_yaw, t1266, t1269);
+    out[9][4] = R::fused(cos_q_right_hip_yaw, t1266, t1269);
     t1271 = sin_q_right_hip_roll * t1255;
     t1272 = R::fused(-cos_q_right_hip_roll, t1265, t1271);
-    t1273 = R::fused(R::constant(0.075), t1229, t1272);
+    out[9][6] = t1272;
+    out[9][5] = R::fused(R::constant(0.075), t1229, t1272);
     // right_ankle: answer of the forces to its motion
     t1274 = t434 * t45;
     t1275 = R::fused(t445, t36, t1274);
@@ -1565,26 +1579,26 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1279 = t1275 - t1278;
     t1280 = t228 * t941;
     t1281 = R::fused(-t232, t949, t1280);
-    t1282 = t1279 - t1281;
+    out[9][10] = t1279 - t1281;
     // right_foot: answer of the forces to its motion
     t1283 = t434 * t95;
     let (
-        t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299,
-        t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315,
-        t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331,
-        t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347,
-        t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363,
-        t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379,
-        t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395,
-        t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411,
-        t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427,
-        t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443,
-        t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459,
-        t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475,
-        t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491,
-        t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507,
-        t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523,
-        t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539,
+        t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299, t1300,
+        t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1313, t1314, t1315, t1316, t1317,
+        t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333,
+        t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347, t1348, t1349,
+        t1350, t1351, t1352, t1353, t1355, t1357, t1358, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367, t1369,
+        t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383, t1384, t1385,
+        t1386, t1387, t1388, t1390, t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402,
+        t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1418,
+        t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427, t1428, t1429, t1430, t1431, t1432, t1434, t1436,
+        t1437, t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453,
+        t1454, t1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469,
+        t1470, t1471, t1472, t1473, t1474, t1475, t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485,
+        t1486, t1487, t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501,
+        t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517,
+        t1518, t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533,
+        t1534, t1535, t1536, t1537, t1538, t1539,
     );
     t1284 = R::fused(-t445, t98, t1283);
     t1285 = t1218 * t962;
@@ -1593,7 +1607,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1288 = t1284 + t1287;
     t1289 = t228 * t990;
     t1290 = R::fused(-t232, t1006, t1289);
-    t1291 = t1290 - t1288;
+    out[9][11] = t1290 - t1288;
     t1292 = t1125 * t45; // right_ankle: answer of the forces to its motion
     t1293 = R::fused(-t228, t226, t253); // right_ankle: motion
     // right_ankle: answer of the forces to its motion
@@ -1614,10 +1628,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1308 = t287 - t1307;
     t1309 = R::fused(sin_q_right_hip_roll, t1308, t1304);
     t1310 = R::fused(sin_q_right_hip_yaw, t1309, -t1297);
+    out[10][0] = t1310;
     t1311 = sin_q_right_hip_yaw * t1296;
-    t1312 = R::fused(-cos_q_right_hip_yaw, t1309, -t1311);
+    out[10][1] = R::fused(-cos_q_right_hip_yaw, t1309, -t1311);
     t1313 = sin_q_right_hip_roll * t1303;
     t1314 = R::fused(cos_q_right_hip_roll, t1308, -t1313);
+    out[10][2] = t1314;
     t1315 = t1299 * t571;
     t1316 = R::fused(t1125, t617, t1315);
     t1317 = R::fused(-t1293, t623, t1316);
@@ -1628,6 +1644,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1322 = t547 + t1321;
     t1323 = R::fused(-t437, t1303, t1322);
     t1324 = R::fused(-t432, t1303, t1323);
+    out[10][7] = t1324;
     t1325 = cos_q_right_hip_yaw * t1324;
     t1326 = t439 * t45;
     t1327 = R::fused(t448, t36, t1326);
@@ -1638,12 +1655,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1332 = t228 * t780;
     t1333 = R::fused(-t232, t730, t1332);
     t1334 = t1331 - t1333;
+    out[10][10] = t1334;
     t1335 = t437 * t1296;
     t1336 = R::fused(t435, t1308, t1335);
     t1337 = t1334 + t1336;
+    out[10][9] = t1337;
     t1338 = t432 * t1296;
     t1339 = R::fused(t430, t1308, t1338);
     t1340 = t1337 + t1339;
+    out[10][8] = t1340;
     t1341 = cos_q_right_hip_roll * t1340;
     t1342 = t1299 * t623;
     t1343 = R::fused(t1125, t605, t1342);
@@ -1657,12 +1677,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1351 = R::fused(-t430, t1303, t1350);
     t1352 = R::fused(sin_q_right_hip_roll, t1351, t1341);
     t1353 = R::fused(-sin_q_right_hip_yaw, t1352, t1325);
-    t1354 = R::fused(R::constant(-0.075), t1314, t1353);
+    out[10][3] = R::fused(R::constant(-0.075), t1314, t1353);
     t1355 = sin_q_right_hip_yaw * t1324;
-    t1356 = R::fused(cos_q_right_hip_yaw, t1352, t1355);
+    out[10][4] = R::fused(cos_q_right_hip_yaw, t1352, t1355);
     t1357 = sin_q_right_hip_roll * t1340;
     t1358 = R::fused(-cos_q_right_hip_roll, t1351, t1357);
-    t1359 = R::fused(R::constant(0.075), t1310, t1358);
+    out[10][6] = t1358;
+    out[10][5] = R::fused(R::constant(0.075), t1310, t1358);
     // right_foot: answer of the forces to its motion
     t1360 = t439 * t95;
     t1361 = R::fused(-t448, t98, t1360);
@@ -1672,7 +1693,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1365 = t1361 + t1364;
     t1366 = t228 * t987;
     t1367 = R::fused(-t232, t1003, t1366);
-    t1368 = t1367 - t1365;
+    out[10][11] = t1367 - t1365;
     t1369 = t285 * t42;
     t1370 = R::fused(t233, t363, t1369);
     t1371 = t306 + t1370;
@@ -1692,10 +1713,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1385 = R::fused(-sin_t2, t1377, t1384);
     t1386 = R::fused(sin_q_right_hip_roll, t1385, t1383);
     t1387 = R::fused(-sin_q_right_hip_yaw, t1386, -t1379);
+    out[11][0] = t1387;
     t1388 = sin_q_right_hip_yaw * t1378;
-    t1389 = R::fused(cos_q_right_hip_yaw, t1386, -t1388);
+    out[11][1] = R::fused(cos_q_right_hip_yaw, t1386, -t1388);
     t1390 = sin_q_right_hip_roll * t1382;
     t1391 = R::fused(-cos_q_right_hip_roll, t1385, t1390);
+    out[11][2] = t1391;
     t1392 = t285 * t397;
     t1393 = R::fused(-t469, t400, t1392);
     t1394 = R::fused(t467, t395, t1393);
@@ -1713,9 +1736,11 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1406 = t233 * t751;
     t1407 = R::fused(-t226, t661, t1406);
     t1408 = t1405 + t1407;
+    out[11][11] = t1408;
     t1409 = R::fused(cos_t2, t1408, t1399);
     t1410 = R::fused(t437, t1382, t1409);
     t1411 = R::fused(t432, t1382, t1410);
+    out[11][7] = t1411;
     t1412 = cos_q_right_hip_yaw * t1411;
     t1413 = t285 * t402;
     t1414 = R::fused(t469, t464, t1413);
@@ -1724,12 +1749,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1417 = R::fused(-t226, t725, t1416);
     t1418 = t1415 - t1417;
     t1419 = t1418 - t450;
+    out[11][10] = t1419;
     t1420 = t437 * t1378;
     t1421 = R::fused(-t435, t1385, t1420);
     t1422 = t1419 + t1421;
+    out[11][9] = t1422;
     t1423 = t432 * t1378;
     t1424 = R::fused(-t430, t1385, t1423);
     t1425 = t1422 + t1424;
+    out[11][8] = t1425;
     t1426 = cos_q_right_hip_roll * t1425;
     t1427 = cos_t2 * t1398;
     t1428 = R::fused(-sin_t2, t1408, t1427);
@@ -1737,12 +1765,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1430 = R::fused(-t430, t1382, t1429);
     t1431 = R::fused(sin_q_right_hip_roll, t1430, -t1426);
     t1432 = R::fused(sin_q_right_hip_yaw, t1431, t1412);
-    t1433 = R::fused(R::constant(-0.075), t1391, t1432);
+    out[11][3] = R::fused(R::constant(-0.075), t1391, t1432);
     t1434 = sin_q_right_hip_yaw * t1411;
-    t1435 = R::fused(-cos_q_right_hip_yaw, t1431, t1434);
+    out[11][4] = R::fused(-cos_q_right_hip_yaw, t1431, t1434);
     t1436 = sin_q_right_hip_roll * t1425;
     t1437 = R::fused(cos_q_right_hip_roll, t1430, t1436);
-    t1438 = R::fused(R::constant(0.075), t1387, t1437);
+    out[11][6] = t1437;
+    out[11][5] = R::fused(R::constant(0.075), t1387, t1437);
     t1439 = sin_q_left_hip_yaw * v_base_angular_x; // left_hip_yaw_link: motion
     t1440 = R::fused(-cos_q_left_hip_yaw, v_base_angular_y, t1439); // left_hip_yaw_link: motion
     t1441 = cos_q_left_hip_roll * t1440; // left_hip_roll_link: motion
@@ -1849,19 +1878,19 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
         t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555,
         t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571,
         t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587,
-        t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603,
-        t1604, t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619,
-        t1620, t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635,
-        t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651,
-        t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667,
-        t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683,
-        t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699,
-        t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715,
-        t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731,
-        t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747,
-        t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763,
-        t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779,
-        t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795,
+        t1588, t1589, t1590, t1591, t1592, t1593, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604,
+        t1605, t1606, t1607, t1608, t1609, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621,
+        t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637,
+        t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653,
+        t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669,
+        t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683, t1684, t1685,
+        t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699, t1700, t1701,
+        t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715, t1716, t1717,
+        t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733,
+        t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749,
+        t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765,
+        t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781,
+        t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795,
     );
     t1540 = t1471 + t1539; // left_upper_leg: motion
     t1541 = R::fused(-t1540, t30, t1538); // left_upper_leg: sums of what it carries
@@ -1913,6 +1942,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1585 = R::fused(cos_q_left_hip_roll, t1584, t1575); // left_hip_roll_link: sums of what it carries
     t1586 = R::fused(-v_base_angular_x, t1585, t1561); // left_hip_yaw_link: answer of the forces to its motion
     t1587 = t1558 - t1586; // left_hip_yaw_link: answer of the forces to its motion
+    out[12][0] = t1587;
     t1588 = cos_q_left_hip_yaw * t1521; // left_hip_yaw_link: sums of what it carries
     t1589 = R::fused(-sin_q_left_hip_yaw, t1557, t1588); // left_hip_yaw_link: sums of what it carries
     t1590 = t342 * t64; // left_hip_yaw_link: answer of the forces to its motion
@@ -1920,7 +1950,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // left_hip_yaw_link: answer of the forces to its motion
     t1592 = R::fused(-t1591, t56, t1590);
     t1593 = R::fused(v_base_angular_y, t1585, t1592);
-    t1594 = t1593 - t1589;
+    out[12][1] = t1593 - t1589;
     t1595 = t1591 * t33;
     t1596 = R::fused(t1559, t64, t1595);
     t1597 = sin_t3 * t1578; // left_ankle: sums of what it carries
@@ -1936,7 +1966,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1607 = R::fused(-sin_q_left_hip_yaw, t1603, t1606); // left_hip_yaw_link: sums of what it carries
     t1608 = R::fused(v_base_angular_x, t1607, t1605);
     t1609 = t1596 + t1608;
-    t1610 = -t1609;
+    out[12][2] = -t1609;
     // left_foot: sums of what it carries
     t1611 = sin_q_left_ankle_roll * sin_q_left_ankle_roll;
     t1612 = R::constant(0.00092625) * t1611;
@@ -2153,9 +2183,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
         t1956, t1957, t1958, t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971,
         t1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987,
         t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003,
-        t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019,
-        t2020, t2021, t2022, t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035,
-        t2036, t2037, t2038, t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051,
+        t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2016, t2017, t2018, t2019, t2020,
+        t2021, t2022, t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2031, t2032, t2033, t2034, t2035, t2036, t2037,
+        t2038, t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051,
     );
     t1796 = t1795 + t1722;
     t1797 = t1796 + t1789;
@@ -2396,7 +2426,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2012 = R::fused(v_base_angular_x, t2011, t2008);
     t2013 = t1849 + t2012;
     t2014 = t1763 - t2013;
-    t2015 = R::fused(R::constant(-0.075), t1609, -t2014);
+    out[12][3] = R::fused(R::constant(-0.075), t1609, -t2014);
     t2016 = cos_q_left_hip_yaw * t1706; // left_hip_yaw_link: sums of what it carries
     t2017 = R::fused(-sin_q_left_hip_yaw, t1762, t2016); // left_hip_yaw_link: sums of what it carries
     t2018 = t1591 * t1839;
@@ -2411,7 +2441,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2027 = t1958 - t2006; // left_hip_yaw_link: sums of what it carries
     t2028 = R::fused(v_base_angular_x, t2027, t2026);
     t2029 = t2024 + t2028;
-    t2030 = t2017 + t2029;
+    out[12][4] = t2017 + t2029;
     t2031 = t1623 * t64;
     t2032 = R::fused(t1625, t33, t2031);
     t2033 = t1591 * t1847;
@@ -2434,11 +2464,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2050 = R::fused(-cos_q_left_hip_yaw, t2046, t2049); // left_hip_yaw_link: sums of what it carries
     t2051 = R::fused(-v_base_angular_x, t2050, t2048);
     let (
-        t2052, t2053, t2054, t2055, t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067,
-        t2068, t2069, t2070, t2071, t2072, t2073, t2074, t2075,
+        t2052, t2054, t2055, t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067, t2068,
+        t2069, t2071, t2072, t2073, t2074, t2075,
     );
     t2052 = t2038 + t2051;
-    t2053 = R::fused(R::constant(-0.075), t1587, t2052);
+    out[12][12] = t2052;
+    out[12][5] = R::fused(R::constant(-0.075), t1587, t2052);
     // left_hip_roll_link: answer of the forces to its motion
     t2054 = t1625 * t172;
     t2055 = R::fused(t1623, t107, t2054);
@@ -2456,7 +2487,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2067 = sin_q_left_hip_yaw * t1895;
     t2068 = R::fused(-cos_q_left_hip_yaw, t1977, t2067);
     t2069 = R::fused(-v_base_angular_x, t2068, t2066);
-    t2070 = t2063 + t2069;
+    out[12][13] = t2063 + t2069;
     // left_upper_leg: answer of the forces to its motion
     t2071 = t1625 * t176;
     t2072 = R::fused(-t1623, t112, t2071);
@@ -2859,147 +2890,6 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     w[393] = t2072;
     w[394] = t2073;
     w[395] = t2075;
-    // q/base/angular/x
-    out[3][1] = t9;
-    out[3][2] = t14;
-    out[3][3] = t62;
-    out[3][4] = t69;
-    out[3][5] = t71;
-    out[3][6] = t73;
-    out[3][7] = t76;
-    out[3][8] = t82;
-    out[3][9] = t88;
-    out[3][10] = t94;
-    out[3][11] = t104;
-    out[3][12] = t106;
-    out[3][13] = t109;
-    out[3][14] = t115;
-    out[3][15] = t121;
-    out[3][16] = t127;
-    out[3][17] = t137;
-    // q/base/angular/y
-    out[4][0] = t138;
-    out[4][2] = t141;
-    out[4][3] = t144;
-    out[4][4] = t146;
-    out[4][5] = t148;
-    out[4][6] = t150;
-    out[4][7] = t153;
-    out[4][8] = t157;
-    out[4][9] = t161;
-    out[4][10] = t165;
-    out[4][11] = t169;
-    out[4][12] = t171;
-    out[4][13] = t174;
-    out[4][14] = t178;
-    out[4][15] = t182;
-    out[4][16] = t186;
-    out[4][17] = t190;
-    // q/base/angular/z
-    out[5][0] = t13;
-    out[5][1] = t191;
-    out[5][3] = t192;
-    out[5][4] = t193;
-    out[5][5] = t194;
-    out[5][6] = t196;
-    out[5][7] = t198;
-    out[5][8] = t200;
-    out[5][9] = t202;
-    out[5][10] = t204;
-    out[5][11] = t206;
-    out[5][12] = t208;
-    out[5][13] = t210;
-    out[5][14] = t212;
-    out[5][15] = t214;
-    out[5][16] = t216;
-    out[5][17] = t218;
-    // q/right_hip_yaw
-    out[6][0] = t369;
-    out[6][1] = t376;
-    out[6][2] = t392;
-    out[6][3] = t815;
-    out[6][4] = t830;
-    out[6][5] = t853;
-    out[6][6] = t852;
-    out[6][7] = t870;
-    out[6][8] = t893;
-    out[6][9] = t921;
-    out[6][10] = t957;
-    out[6][11] = t1016;
-    // q/right_hip_roll
-    out[7][0] = t1033;
-    out[7][1] = t1035;
-    out[7][2] = t1040;
-    out[7][3] = t1065;
-    out[7][4] = t1067;
-    out[7][5] = t1077;
-    out[7][6] = t1076;
-    out[7][7] = t1051;
-    out[7][8] = t1089;
-    out[7][9] = t1101;
-    out[7][10] = t1113;
-    out[7][11] = t1124;
-    // q/right_hip_pitch
-    out[8][0] = t1144;
-    out[8][1] = t1146;
-    out[8][2] = t1148;
-    out[8][3] = t1178;
-    out[8][4] = t1180;
-    out[8][5] = t1183;
-    out[8][6] = t1182;
-    out[8][7] = t1156;
-    out[8][8] = t1166;
-    out[8][9] = t1192;
-    out[8][10] = t1201;
-    out[8][11] = t1210;
-    // q/right_knee_pitch
-    out[9][0] = t1229;
-    out[9][1] = t1231;
-    out[9][2] = t1233;
-    out[9][3] = t1268;
-    out[9][4] = t1270;
-    out[9][5] = t1273;
-    out[9][6] = t1272;
-    out[9][7] = t1242;
-    out[9][8] = t1255;
-    out[9][9] = t1252;
-    out[9][10] = t1282;
-    out[9][11] = t1291;
-    // q/right_ankle_pitch
-    out[10][0] = t1310;
-    out[10][1] = t1312;
-    out[10][2] = t1314;
-    out[10][3] = t1354;
-    out[10][4] = t1356;
-    out[10][5] = t1359;
-    out[10][6] = t1358;
-    out[10][7] = t1324;
-    out[10][8] = t1340;
-    out[10][9] = t1337;
-    out[10][10] = t1334;
-    out[10][11] = t1368;
-    // q/right_ankle_roll
-    out[11][0] = t1387;
-    out[11][1] = t1389;
-    out[11][2] = t1391;
-    out[11][3] = t1433;
-    out[11][4] = t1435;
-    out[11][5] = t1438;
-    out[11][6] = t1437;
-    out[11][7] = t1411;
-    out[11][8] = t1425;
-    out[11][9] = t1422;
-    out[11][10] = t1419;
-    out[11][11] = t1408;
-    // q/left_hip_yaw
-    out[12][0] = t1587;
-    out[12][1] = t1594;
-    out[12][2] = t1610;
-    out[12][3] = t2015;
-    out[12][4] = t2030;
-    out[12][5] = t2053;
-    out[12][12] = t2052;
-    out[12][13] = t2070;
 }
 }
 ::bipedc_runtime::dispatched! {
@@ -3471,21 +3361,21 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2075 = w[395];
     let (
         t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083, t2084, t2085, t2086, t2087, t2088, t2089, t2090, t2091,
-        t2092, t2093, t2094, t2095, t2096, t2097, t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107,
-        t2108, t2109, t2110, t2111, t2112, t2113, t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122, t2123,
-        t2124, t2125, t2126, t2127, t2128, t2129, t2130, t2131, t2132, t2133, t2134, t2135, t2136, t2137, t2138, t2139,
-        t2140, t2141, t2142, t2143, t2144, t2145, t2146, t2147, t2148, t2149, t2150, t2151, t2152, t2153, t2154, t2155,
-        t2156, t2157, t2158, t2159, t2160, t2161, t2162, t2163, t2164, t2165, t2166, t2167, t2168, t2169, t2170, t2171,
-        t2172, t2173, t2174, t2175, t2176, t2177, t2178, t2179, t2180, t2181, t2182, t2183, t2184, t2185, t2186, t2187,
-        t2188, t2189, t2190, t2191, t2192, t2193, t2194, t2195, t2196, t2197, t2198, t2199, t2200, t2201, t2202, t2203,
-        t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213, t2214, t2215, t2216, t2217, t2218, t2219,
-        t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229, t2230, t2231, t2232, t2233, t2234, t2235,
-        t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245, t2246, t2247, t2248, t2249, t2250, t2251,
-        t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259, t2260, t2261, t2262, t2263, t2264, t2265, t2266, t2267,
-        t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275, t2276, t2277, t2278, t2279, t2280, t2281, t2282, t2283,
-        t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291, t2292, t2293, t2294, t2295, t2296, t2297, t2298, t2299,
-        t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307, t2308, t2309, t2310, t2311, t2312, t2313, t2314, t2315,
-        t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323, t2324, t2325, t2326, t2327, t2328, t2329, t2330, t2331,
+        t2092, t2094, t2095, t2096, t2097, t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108,
+        t2109, t2110, t2111, t2112, t2113, t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2122, t2123, t2124, t2125,
+        t2126, t2127, t2128, t2129, t2130, t2131, t2132, t2133, t2134, t2135, t2136, t2137, t2138, t2139, t2140, t2141,
+        t2142, t2143, t2144, t2145, t2146, t2147, t2148, t2149, t2150, t2151, t2152, t2153, t2154, t2155, t2156, t2158,
+        t2159, t2160, t2161, t2162, t2163, t2164, t2165, t2166, t2167, t2168, t2169, t2170, t2171, t2172, t2173, t2174,
+        t2175, t2176, t2177, t2178, t2179, t2180, t2181, t2182, t2183, t2184, t2185, t2186, t2187, t2188, t2189, t2190,
+        t2191, t2192, t2193, t2194, t2195, t2196, t2197, t2198, t2199, t2200, t2201, t2202, t2203, t2204, t2205, t2206,
+        t2207, t2208, t2209, t2210, t2211, t2212, t2213, t2214, t2215, t2217, t2218, t2219, t2220, t2221, t2222, t2223,
+        t2224, t2225, t2226, t2227, t2228, t2229, t2230, t2231, t2232, t2233, t2234, t2236, t2237, t2238, t2239, t2241,
+        t2242, t2243, t2244, t2245, t2246, t2247, t2248, t2249, t2250, t2251, t2252, t2253, t2254, t2255, t2256, t2257,
+        t2258, t2259, t2260, t2261, t2262, t2263, t2264, t2266, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275,
+        t2276, t2278, t2279, t2280, t2281, t2282, t2283, t2284, t2285, t2286, t2287, t2288, t2290, t2291, t2292, t2293,
+        t2294, t2295, t2296, t2297, t2298, t2299, t2300, t2302, t2303, t2304, t2305, t2306, t2307, t2308, t2309, t2310,
+        t2311, t2312, t2314, t2315, t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323, t2325, t2326, t2327, t2328,
+        t2329, t2330, t2331,
     );
     // left_upper_leg: answer of the forces to its motion
     t2076 = R::fused(-sin_q_left_hip_yaw, t2075, t2073);
@@ -3505,7 +3395,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2090 = sin_q_left_hip_yaw * t1994;
     t2091 = R::fused(-cos_q_left_hip_yaw, t2087, t2090);
     t2092 = R::fused(-v_base_angular_x, t2091, t2089);
-    t2093 = t2092 - t2084;
+    out[12][14] = t2092 - t2084;
     // left_lower_leg: answer of the forces to its motion
     t2094 = t1625 * t180;
     t2095 = R::fused(-t1623, t118, t2094);
@@ -3534,7 +3424,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2118 = sin_q_left_hip_yaw * t2110;
     t2119 = R::fused(-cos_q_left_hip_yaw, t2115, t2118);
     t2120 = R::fused(-v_base_angular_x, t2119, t2117);
-    t2121 = t2120 - t2109;
+    out[12][15] = t2120 - t2109;
     // left_ankle: answer of the forces to its motion
     t2122 = t1625 * t184;
     t2123 = R::fused(-t1623, t124, t2122);
@@ -3571,7 +3461,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2154 = sin_q_left_hip_yaw * t2142;
     t2155 = R::fused(-cos_q_left_hip_yaw, t2151, t2154);
     t2156 = R::fused(-v_base_angular_x, t2155, t2153);
-    t2157 = t2156 - t2140;
+    out[12][16] = t2156 - t2140;
     // left_foot: answer of the forces to its motion
     t2158 = t1625 * t188;
     t2159 = R::fused(-t1623, t133, t2158);
@@ -3631,7 +3521,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2213 = sin_q_left_hip_yaw * t2193;
     t2214 = R::fused(-cos_q_left_hip_yaw, t2210, t2213);
     t2215 = R::fused(-v_base_angular_x, t2214, t2212);
-    t2216 = t2185 - t2215;
+    out[12][17] = t2185 - t2215;
     t2217 = R::fused(-t1440, t1452, t1462); // left_hip_roll_link: motion
     t2218 = t2217 * t56; // left_hip_roll_link: answer of the forces to its motion
     t2219 = R::fused(t1442, t1452, t1459); // left_hip_roll_link: motion
@@ -3650,13 +3540,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2231 = R::fused(t1440, t1600, t2230);
     t2232 = t2226 - t2231;
     t2233 = R::fused(-sin_q_left_hip_yaw, t2232, t2224);
+    out[13][0] = t2233;
     t2234 = sin_q_left_hip_yaw * t2223;
-    t2235 = R::fused(cos_q_left_hip_yaw, t2232, t2234);
+    out[13][1] = R::fused(cos_q_left_hip_yaw, t2232, t2234);
     t2236 = t2229 * t32;
     t2237 = R::fused(-t2217, t22, t2236);
     t2238 = R::fused(-t1442, t1600, t2237);
     t2239 = t1557 + t2238;
-    t2240 = -t2239;
+    out[13][2] = -t2239;
     t2241 = t1626 * t32;
     t2242 = R::fused(-t1628, t56, t2241);
     t2243 = t2229 * t1780;
@@ -3668,6 +3559,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2249 = R::fused(cos_q_left_hip_roll, t1976, t2248); // left_hip_roll_link: sums of what it carries
     t2250 = R::fused(t1440, t2249, t2247);
     t2251 = t2246 - t2250;
+    out[13][13] = t2251;
     t2252 = cos_q_left_hip_yaw * t2251;
     t2253 = sin_q_left_hip_roll * t1744; // left_hip_roll_link: sums of what it carries
     t2254 = R::fused(cos_q_left_hip_roll, t1759, t2253); // left_hip_roll_link: sums of what it carries
@@ -3681,9 +3573,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2262 = t2258 - t2261;
     t2263 = t2254 - t2262;
     t2264 = R::fused(sin_q_left_hip_yaw, t2263, t2252);
-    t2265 = R::fused(R::constant(-0.075), t2239, t2264);
+    out[13][3] = R::fused(R::constant(-0.075), t2239, t2264);
     t2266 = sin_q_left_hip_yaw * t2251;
-    t2267 = R::fused(-cos_q_left_hip_yaw, t2263, t2266);
+    out[13][4] = R::fused(-cos_q_left_hip_yaw, t2263, t2266);
     t2268 = t2229 * t1842;
     t2269 = R::fused(-t2217, t1846, t2268);
     t2270 = R::fused(-t2219, t2035, t2269);
@@ -3693,7 +3585,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2274 = R::fused(-t1440, t2273, t2272);
     t2275 = t2271 + t2274;
     t2276 = t1760 - t2275;
-    t2277 = R::fused(R::constant(-0.075), t2233, t2276);
+    out[13][12] = t2276;
+    out[13][5] = R::fused(R::constant(-0.075), t2233, t2276);
     // left_upper_leg: answer of the forces to its motion
     t2278 = t1628 * t111;
     t2279 = R::fused(-t1626, t114, t2278);
@@ -3706,7 +3599,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2286 = R::fused(-cos_q_left_hip_roll, t1944, t2285);
     t2287 = R::fused(t1440, t2286, t2284);
     t2288 = t2283 + t2287;
-    t2289 = -t2288;
+    out[13][14] = -t2288;
     // left_lower_leg: answer of the forces to its motion
     t2290 = t1628 * t117;
     t2291 = R::fused(-t1626, t120, t2290);
@@ -3719,7 +3612,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2298 = R::fused(-cos_q_left_hip_roll, t2114, t2297);
     t2299 = R::fused(t1440, t2298, t2296);
     t2300 = t2295 + t2299;
-    t2301 = -t2300;
+    out[13][15] = -t2300;
     // left_ankle: answer of the forces to its motion
     t2302 = t1628 * t123;
     t2303 = R::fused(-t1626, t126, t2302);
@@ -3732,7 +3625,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2310 = R::fused(-cos_q_left_hip_roll, t2150, t2309);
     t2311 = R::fused(t1440, t2310, t2308);
     t2312 = t2307 + t2311;
-    t2313 = -t2312;
+    out[13][16] = -t2312;
     // left_foot: answer of the forces to its motion
     t2314 = t1628 * t132;
     t2315 = R::fused(t1626, t136, t2314);
@@ -3744,7 +3637,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2321 = sin_q_left_hip_roll * t2200;
     t2322 = R::fused(-cos_q_left_hip_roll, t2209, t2321);
     t2323 = R::fused(t1440, t2322, t2320);
-    t2324 = t2319 + t2323;
+    out[13][17] = t2319 + t2323;
     t2325 = t1548 + t1508; // left_hip_roll_link: motion
     t2326 = t2325 * t31; // left_upper_leg: answer of the forces to its motion
     t2327 = t1471 - t1539; // left_upper_leg: motion
@@ -3754,22 +3647,21 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2330 = t1556 - t2329;
     t2331 = cos_q_left_hip_yaw * t2330;
     let (
-        t2332, t2333, t2334, t2335, t2336, t2337, t2338, t2339, t2340, t2341, t2342, t2343, t2344, t2345, t2346, t2347,
-        t2348, t2349, t2350, t2351, t2352, t2353, t2354, t2355, t2356, t2357, t2358, t2359, t2360, t2361, t2362, t2363,
-        t2364, t2365, t2366, t2367, t2368, t2369, t2370, t2371, t2372, t2373, t2374, t2375, t2376, t2377, t2378, t2379,
-        t2380, t2381, t2382, t2383, t2384, t2385, t2386, t2387, t2388, t2389, t2390, t2391, t2392, t2393, t2394, t2395,
-        t2396, t2397, t2398, t2399, t2400, t2401, t2402, t2403, t2404, t2405, t2406, t2407, t2408, t2409, t2410, t2411,
-        t2412, t2413, t2414, t2415, t2416, t2417, t2418, t2419, t2420, t2421, t2422, t2423, t2424, t2425, t2426, t2427,
-        t2428, t2429, t2430, t2431, t2432, t2433, t2434, t2435, t2436, t2437, t2438, t2439, t2440, t2441, t2442, t2443,
-        t2444, t2445, t2446, t2447, t2448, t2449, t2450, t2451, t2452, t2453, t2454, t2455, t2456, t2457, t2458, t2459,
-        t2460, t2461, t2462, t2463, t2464, t2465, t2466, t2467, t2468, t2469, t2470, t2471, t2472, t2473, t2474, t2475,
-        t2476, t2477, t2478, t2479, t2480, t2481, t2482, t2483, t2484, t2485, t2486, t2487, t2488, t2489, t2490, t2491,
-        t2492, t2493, t2494, t2495, t2496, t2497, t2498, t2499, t2500, t2501, t2502, t2503, t2504, t2505, t2506, t2507,
-        t2508, t2509, t2510, t2511, t2512, t2513, t2514, t2515, t2516, t2517, t2518, t2519, t2520, t2521, t2522, t2523,
-        t2524, t2525, t2526, t2527, t2528, t2529, t2530, t2531, t2532, t2533, t2534, t2535, t2536, t2537, t2538, t2539,
-        t2540, t2541, t2542, t2543, t2544, t2545, t2546, t2547, t2548, t2549, t2550, t2551, t2552, t2553, t2554, t2555,
-        t2556, t2557, t2558, t2559, t2560, t2561, t2562, t2563, t2564, t2565, t2566, t2567, t2568, t2569, t2570, t2571,
-        t2572, t2573, t2574, t2575, t2576, t2577, t2578, t2579, t2580, t2581, t2582, t2583, t2584, t2585, t2586, t2587,
+        t2332, t2333, t2334, t2335, t2336, t2337, t2338, t2339, t2340, t2341, t2342, t2343, t2344, t2345, t2347, t2348,
+        t2349, t2350, t2351, t2352, t2353, t2354, t2355, t2356, t2357, t2358, t2359, t2360, t2361, t2362, t2363, t2364,
+        t2365, t2366, t2367, t2368, t2369, t2370, t2371, t2372, t2373, t2374, t2375, t2376, t2377, t2379, t2381, t2382,
+        t2384, t2385, t2386, t2387, t2388, t2389, t2390, t2391, t2393, t2394, t2395, t2396, t2397, t2398, t2399, t2400,
+        t2402, t2403, t2404, t2405, t2406, t2407, t2408, t2409, t2411, t2412, t2413, t2414, t2415, t2416, t2417, t2418,
+        t2419, t2420, t2421, t2422, t2423, t2424, t2425, t2426, t2427, t2428, t2429, t2430, t2432, t2433, t2434, t2435,
+        t2436, t2437, t2438, t2439, t2440, t2441, t2442, t2443, t2444, t2445, t2446, t2447, t2448, t2449, t2450, t2451,
+        t2452, t2453, t2454, t2455, t2456, t2457, t2458, t2459, t2460, t2461, t2462, t2463, t2464, t2465, t2466, t2467,
+        t2469, t2471, t2472, t2474, t2475, t2476, t2477, t2478, t2479, t2480, t2481, t2483, t2484, t2485, t2486, t2487,
+        t2488, t2489, t2490, t2492, t2493, t2494, t2495, t2496, t2497, t2498, t2499, t2500, t2501, t2502, t2503, t2504,
+        t2505, t2506, t2507, t2508, t2509, t2510, t2511, t2513, t2514, t2515, t2516, t2517, t2518, t2519, t2520, t2521,
+        t2522, t2523, t2524, t2525, t2526, t2527, t2528, t2529, t2530, t2531, t2532, t2533, t2534, t2535, t2536, t2537,
+        t2538, t2539, t2540, t2541, t2542, t2543, t2544, t2545, t2546, t2547, t2548, t2549, t2550, t2551, t2552, t2553,
+        t2555, t2557, t2558, t2560, t2561, t2562, t2563, t2564, t2565, t2566, t2567, t2569, t2570, t2571, t2572, t2573,
+        t2574, t2575, t2576, t2577, t2578, t2579, t2580, t2581, t2582, t2583, t2584, t2585, t2586, t2587,
     );
     t2332 = t2327 * t22;
     t2333 = t1464 + t1536; // left_upper_leg: motion
@@ -3784,10 +3676,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2342 = t1521 - t2341;
     t2343 = R::fused(sin_q_left_hip_roll, t2342, t2338);
     t2344 = R::fused(sin_q_left_hip_yaw, t2343, -t2331);
+    out[14][0] = t2344;
     t2345 = sin_q_left_hip_yaw * t2330;
-    t2346 = R::fused(-cos_q_left_hip_yaw, t2343, -t2345);
+    out[14][1] = R::fused(-cos_q_left_hip_yaw, t2343, -t2345);
     t2347 = sin_q_left_hip_roll * t2337;
     t2348 = R::fused(cos_q_left_hip_roll, t2342, -t2347);
+    out[14][2] = t2348;
     t2349 = t2333 * t1779;
     t2350 = R::fused(t2325, t1819, t2349);
     t2351 = R::fused(-t2327, t1831, t2350);
@@ -3796,6 +3690,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2354 = R::fused(t1452, t1975, t2353);
     t2355 = t2352 - t2354;
     t2356 = t1757 + t2355;
+    out[14][13] = t2356;
     t2357 = cos_q_left_hip_yaw * t2356;
     t2358 = t1629 * t31;
     t2359 = R::fused(t1642, t22, t2358);
@@ -3806,6 +3701,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2364 = t1448 * t1994;
     t2365 = R::fused(-t1452, t1944, t2364);
     t2366 = t2363 - t2365;
+    out[14][14] = t2366;
     t2367 = cos_q_left_hip_roll * t2366;
     t2368 = t2333 * t1831;
     t2369 = R::fused(t2325, t1807, t2368);
@@ -3817,12 +3713,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2375 = t1700 - t2374;
     t2376 = R::fused(sin_q_left_hip_roll, t2375, t2367);
     t2377 = R::fused(-sin_q_left_hip_yaw, t2376, t2357);
-    t2378 = R::fused(R::constant(0.075), t2348, t2377);
+    out[14][3] = R::fused(R::constant(0.075), t2348, t2377);
     t2379 = sin_q_left_hip_yaw * t2356;
-    t2380 = R::fused(cos_q_left_hip_yaw, t2376, t2379);
+    out[14][4] = R::fused(cos_q_left_hip_yaw, t2376, t2379);
     t2381 = sin_q_left_hip_roll * t2366;
     t2382 = R::fused(-cos_q_left_hip_roll, t2375, t2381);
-    t2383 = R::fused(R::constant(-0.075), t2344, t2382);
+    out[14][12] = t2382;
+    out[14][5] = R::fused(R::constant(-0.075), t2344, t2382);
     // left_lower_leg: answer of the forces to its motion
     t2384 = t1629 * t29;
     t2385 = R::fused(t1642, t20, t2384);
@@ -3832,7 +3729,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2389 = t2385 - t2388;
     t2390 = t1448 * t2110;
     t2391 = R::fused(-t1452, t2114, t2390);
-    t2392 = t2389 - t2391;
+    out[14][15] = t2389 - t2391;
     // left_ankle: answer of the forces to its motion
     t2393 = t1629 * t27;
     t2394 = R::fused(t1642, t18, t2393);
@@ -3842,7 +3739,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2398 = t2394 - t2397;
     t2399 = t1448 * t2142;
     t2400 = R::fused(-t1452, t2150, t2399);
-    t2401 = t2398 - t2400;
+    out[14][16] = t2398 - t2400;
     // left_foot: answer of the forces to its motion
     t2402 = t1629 * t128;
     t2403 = R::fused(-t1642, t131, t2402);
@@ -3852,7 +3749,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2407 = t2403 + t2406;
     t2408 = t1448 * t2193;
     t2409 = R::fused(-t1452, t2209, t2408);
-    t2410 = t2409 - t2407;
+    out[14][17] = t2409 - t2407;
     t2411 = t2325 * t29; // left_lower_leg: answer of the forces to its motion
     t2412 = t1472 - t1532; // left_lower_leg: motion
     // left_lower_leg: answer of the forces to its motion
@@ -3873,10 +3770,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2427 = t1515 - t2426;
     t2428 = R::fused(sin_q_left_hip_roll, t2427, t2423);
     t2429 = R::fused(sin_q_left_hip_yaw, t2428, -t2416);
+    out[15][0] = t2429;
     t2430 = sin_q_left_hip_yaw * t2415;
-    t2431 = R::fused(-cos_q_left_hip_yaw, t2428, -t2430);
+    out[15][1] = R::fused(-cos_q_left_hip_yaw, t2428, -t2430);
     t2432 = sin_q_left_hip_roll * t2422;
     t2433 = R::fused(cos_q_left_hip_roll, t2427, -t2432);
+    out[15][2] = t2433;
     t2434 = t2418 * t1775;
     t2435 = R::fused(t2325, t1818, t2434);
     t2436 = R::fused(-t2412, t1827, t2435);
@@ -3886,6 +3785,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2440 = t2437 - t2439;
     t2441 = t1752 + t2440;
     t2442 = R::fused(-t1632, t2422, t2441);
+    out[15][13] = t2442;
     t2443 = cos_q_left_hip_yaw * t2442;
     t2444 = t1634 * t29;
     t2445 = R::fused(t1645, t20, t2444);
@@ -3896,9 +3796,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2450 = t1448 * t1987;
     t2451 = R::fused(-t1452, t1937, t2450);
     t2452 = t2449 - t2451;
+    out[15][15] = t2452;
     t2453 = t1632 * t2415;
     t2454 = R::fused(t1630, t2427, t2453);
     t2455 = t2452 + t2454;
+    out[15][14] = t2455;
     t2456 = cos_q_left_hip_roll * t2455;
     t2457 = t2418 * t1827;
     t2458 = R::fused(t2325, t1806, t2457);
@@ -3911,12 +3813,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2465 = R::fused(-t1630, t2422, t2464);
     t2466 = R::fused(sin_q_left_hip_roll, t2465, t2456);
     t2467 = R::fused(-sin_q_left_hip_yaw, t2466, t2443);
-    t2468 = R::fused(R::constant(0.075), t2433, t2467);
+    out[15][3] = R::fused(R::constant(0.075), t2433, t2467);
     t2469 = sin_q_left_hip_yaw * t2442;
-    t2470 = R::fused(cos_q_left_hip_yaw, t2466, t2469);
+    out[15][4] = R::fused(cos_q_left_hip_yaw, t2466, t2469);
     t2471 = sin_q_left_hip_roll * t2455;
     t2472 = R::fused(-cos_q_left_hip_roll, t2465, t2471);
-    t2473 = R::fused(R::constant(-0.075), t2429, t2472);
+    out[15][12] = t2472;
+    out[15][5] = R::fused(R::constant(-0.075), t2429, t2472);
     // left_ankle: answer of the forces to its motion
     t2474 = t1634 * t27;
     t2475 = R::fused(t1645, t18, t2474);
@@ -3926,7 +3829,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2479 = t2475 - t2478;
     t2480 = t1448 * t2141;
     t2481 = R::fused(-t1452, t2149, t2480);
-    t2482 = t2479 - t2481;
+    out[15][16] = t2479 - t2481;
     // left_foot: answer of the forces to its motion
     t2483 = t1634 * t128;
     t2484 = R::fused(-t1645, t131, t2483);
@@ -3936,7 +3839,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2488 = t2484 + t2487;
     t2489 = t1448 * t2190;
     t2490 = R::fused(-t1452, t2206, t2489);
-    t2491 = t2490 - t2488;
+    out[15][17] = t2490 - t2488;
     t2492 = t2325 * t27; // left_ankle: answer of the forces to its motion
     t2493 = R::fused(-t1448, t1446, t1473); // left_ankle: motion
     // left_ankle: answer of the forces to its motion
@@ -3957,10 +3860,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2508 = t1507 - t2507;
     t2509 = R::fused(sin_q_left_hip_roll, t2508, t2504);
     t2510 = R::fused(sin_q_left_hip_yaw, t2509, -t2497);
+    out[16][0] = t2510;
     t2511 = sin_q_left_hip_yaw * t2496;
-    t2512 = R::fused(-cos_q_left_hip_yaw, t2509, -t2511);
+    out[16][1] = R::fused(-cos_q_left_hip_yaw, t2509, -t2511);
     t2513 = sin_q_left_hip_roll * t2503;
     t2514 = R::fused(cos_q_left_hip_roll, t2508, -t2513);
+    out[16][2] = t2514;
     t2515 = t2499 * t1771;
     t2516 = R::fused(t2325, t1817, t2515);
     t2517 = R::fused(-t2493, t1823, t2516);
@@ -3971,6 +3876,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2522 = t1747 + t2521;
     t2523 = R::fused(-t1637, t2503, t2522);
     t2524 = R::fused(-t1632, t2503, t2523);
+    out[16][13] = t2524;
     t2525 = cos_q_left_hip_yaw * t2524;
     t2526 = t1639 * t27;
     t2527 = R::fused(t1648, t18, t2526);
@@ -3981,12 +3887,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2532 = t1448 * t1980;
     t2533 = R::fused(-t1452, t1930, t2532);
     t2534 = t2531 - t2533;
+    out[16][16] = t2534;
     t2535 = t1637 * t2496;
     t2536 = R::fused(t1635, t2508, t2535);
     t2537 = t2534 + t2536;
+    out[16][15] = t2537;
     t2538 = t1632 * t2496;
     t2539 = R::fused(t1630, t2508, t2538);
     t2540 = t2537 + t2539;
+    out[16][14] = t2540;
     t2541 = cos_q_left_hip_roll * t2540;
     t2542 = t2499 * t1823;
     t2543 = R::fused(t2325, t1805, t2542);
@@ -4000,12 +3909,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2551 = R::fused(-t1630, t2503, t2550);
     t2552 = R::fused(sin_q_left_hip_roll, t2551, t2541);
     t2553 = R::fused(-sin_q_left_hip_yaw, t2552, t2525);
-    t2554 = R::fused(R::constant(0.075), t2514, t2553);
+    out[16][3] = R::fused(R::constant(0.075), t2514, t2553);
     t2555 = sin_q_left_hip_yaw * t2524;
-    t2556 = R::fused(cos_q_left_hip_yaw, t2552, t2555);
+    out[16][4] = R::fused(cos_q_left_hip_yaw, t2552, t2555);
     t2557 = sin_q_left_hip_roll * t2540;
     t2558 = R::fused(-cos_q_left_hip_roll, t2551, t2557);
-    t2559 = R::fused(R::constant(-0.075), t2510, t2558);
+    out[16][12] = t2558;
+    out[16][5] = R::fused(R::constant(-0.075), t2510, t2558);
     // left_foot: answer of the forces to its motion
     t2560 = t1639 * t128;
     t2561 = R::fused(-t1648, t131, t2560);
@@ -4015,7 +3925,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2565 = t2561 + t2564;
     t2566 = t1448 * t2187;
     t2567 = R::fused(-t1452, t2203, t2566);
-    t2568 = t2567 - t2565;
+    out[16][17] = t2567 - t2565;
     t2569 = t1505 * t24;
     t2570 = R::fused(t1453, t1581, t2569);
     t2571 = t1526 + t2570;
@@ -4035,28 +3945,27 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2585 = R::fused(-sin_t3, t2577, t2584);
     t2586 = R::fused(sin_q_left_hip_roll, t2585, t2583);
     t2587 = R::fused(-sin_q_left_hip_yaw, t2586, -t2579);
+    out[17][0] = t2587;
     let (
-        t2588, t2589, t2590, t2591, t2592, t2593, t2594, t2595, t2596, t2597, t2598, t2599, t2600, t2601, t2602, t2603,
-        t2604, t2605, t2606, t2607, t2608, t2609, t2610, t2611, t2612, t2613, t2614, t2615, t2616, t2617, t2618, t2619,
-        t2620, t2621, t2622, t2623, t2624, t2625, t2626, t2627, t2628, t2629, t2630, t2631, t2632, t2633, t2634, t2635,
-        t2636, t2637, t2638, t2639, t2640, t2641, t2642, t2643, t2644, t2645, t2646, t2647, t2648, t2649, t2650, t2651,
-        t2652, t2653, t2654, t2655, t2656, t2657, t2658, t2659, t2660, t2661, t2662, t2663, t2664, t2665, t2666, t2667,
-        t2668, t2669, t2670, t2671, t2672, t2673, t2674, t2675, t2676, t2677, t2678, t2679, t2680, t2681, t2682, t2683,
-        t2684, t2685, t2686, t2687, t2688, t2689, t2690, t2691, t2692, t2693, t2694, t2695, t2696, t2697, t2698, t2699,
-        t2700, t2701, t2702, t2703, t2704, t2705, t2706, t2707, t2708, t2709, t2710, t2711, t2712, t2713, t2714, t2715,
-        t2716, t2717, t2718, t2719, t2720, t2721, t2722, t2723, t2724, t2725, t2726, t2727, t2728, t2729, t2730, t2731,
-        t2732, t2733, t2734, t2735, t2736, t2737, t2738, t2739, t2740, t2741, t2742, t2743, t2744, t2745, t2746, t2747,
-        t2748, t2749, t2750, t2751, t2752, t2753, t2754, t2755, t2756, t2757, t2758, t2759, t2760, t2761, t2762, t2763,
-        t2764, t2765, t2766, t2767, t2768, t2769, t2770, t2771, t2772, t2773, t2774, t2775, t2776, t2777, t2778, t2779,
-        t2780, t2781, t2782, t2783, t2784, t2785, t2786, t2787, t2788, t2789, t2790, t2791, t2792, t2793, t2794, t2795,
-        t2796, t2797, t2798, t2799, t2800, t2801, t2802, t2803, t2804, t2805, t2806, t2807, t2808, t2809, t2810, t2811,
-        t2812, t2813, t2814, t2815, t2816, t2817, t2818, t2819, t2820, t2821, t2822, t2823, t2824, t2825, t2826, t2827,
-        t2828, t2829, t2830, t2831, t2832, t2833, t2834, t2835, t2836, t2837, t2838, t2839, t2840, t2841, t2842, t2843,
+        t2588, t2590, t2591, t2592, t2593, t2594, t2595, t2596, t2597, t2598, t2599, t2600, t2601, t2602, t2603, t2604,
+        t2605, t2606, t2607, t2608, t2609, t2610, t2611, t2612, t2613, t2614, t2615, t2616, t2617, t2618, t2619, t2620,
+        t2621, t2622, t2623, t2624, t2625, t2626, t2627, t2628, t2629, t2630, t2631, t2632, t2634, t2636, t2637, t2639,
+        t2640, t2642, t2643, t2644, t2645, t2647, t2649, t2651, t2653, t2655, t2657, t2659, t2661, t2663, t2665, t2667,
+        t2669, t2671, t2674, t2675, t2677, t2678, t2680, t2682, t2684, t2686, t2688, t2690, t2692, t2694, t2696, t2698,
+        t2700, t2702, t2704, t2707, t2708, t2709, t2710, t2712, t2714, t2716, t2718, t2720, t2722, t2724, t2726, t2728,
+        t2730, t2732, t2735, t2736, t2737, t2739, t2740, t2741, t2742, t2744, t2745, t2746, t2747, t2748, t2749, t2750,
+        t2751, t2752, t2753, t2754, t2755, t2756, t2757, t2758, t2759, t2760, t2761, t2762, t2763, t2764, t2766, t2767,
+        t2768, t2769, t2770, t2771, t2772, t2773, t2774, t2775, t2777, t2778, t2779, t2780, t2781, t2782, t2783, t2784,
+        t2785, t2786, t2787, t2788, t2789, t2791, t2792, t2793, t2794, t2796, t2797, t2798, t2799, t2800, t2801, t2802,
+        t2804, t2805, t2806, t2807, t2808, t2809, t2810, t2812, t2813, t2814, t2815, t2816, t2817, t2818, t2820, t2821,
+        t2822, t2823, t2824, t2825, t2826, t2828, t2829, t2830, t2831, t2832, t2833, t2834, t2835, t2837, t2838, t2839,
+        t2840, t2842, t2843,
     );
     t2588 = sin_q_left_hip_yaw * t2578;
-    t2589 = R::fused(cos_q_left_hip_yaw, t2586, -t2588);
+    out[17][1] = R::fused(cos_q_left_hip_yaw, t2586, -t2588);
     t2590 = sin_q_left_hip_roll * t2582;
     t2591 = R::fused(-cos_q_left_hip_roll, t2585, t2590);
+    out[17][2] = t2591;
     t2592 = t1505 * t1615;
     t2593 = R::fused(-t1669, t1618, t2592);
     t2594 = R::fused(t1667, t1613, t2593);
@@ -4074,9 +3983,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2606 = t1453 * t1951;
     t2607 = R::fused(-t1446, t1861, t2606);
     t2608 = t2605 + t2607;
+    out[17][17] = t2608;
     t2609 = R::fused(cos_t3, t2608, t2599);
     t2610 = R::fused(t1637, t2582, t2609);
     t2611 = R::fused(t1632, t2582, t2610);
+    out[17][13] = t2611;
     t2612 = cos_q_left_hip_yaw * t2611;
     t2613 = t1505 * t1620;
     t2614 = R::fused(t1669, t1664, t2613);
@@ -4085,12 +3996,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2617 = R::fused(-t1446, t1925, t2616);
     t2618 = t2615 - t2617;
     t2619 = t2618 - t1650;
+    out[17][16] = t2619;
     t2620 = t1637 * t2578;
     t2621 = R::fused(-t1635, t2585, t2620);
     t2622 = t2619 + t2621;
+    out[17][15] = t2622;
     t2623 = t1632 * t2578;
     t2624 = R::fused(-t1630, t2585, t2623);
     t2625 = t2622 + t2624;
+    out[17][14] = t2625;
     t2626 = cos_q_left_hip_roll * t2625;
     t2627 = cos_t3 * t2598;
     t2628 = R::fused(-sin_t3, t2608, t2627);
@@ -4098,118 +4012,127 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2630 = R::fused(-t1630, t2582, t2629);
     t2631 = R::fused(sin_q_left_hip_roll, t2630, -t2626);
     t2632 = R::fused(sin_q_left_hip_yaw, t2631, t2612);
-    t2633 = R::fused(R::constant(0.075), t2591, t2632);
+    out[17][3] = R::fused(R::constant(0.075), t2591, t2632);
     t2634 = sin_q_left_hip_yaw * t2611;
-    t2635 = R::fused(-cos_q_left_hip_yaw, t2631, t2634);
+    out[17][4] = R::fused(-cos_q_left_hip_yaw, t2631, t2634);
     t2636 = sin_q_left_hip_roll * t2625;
     t2637 = R::fused(cos_q_left_hip_roll, t2630, t2636);
-    t2638 = R::fused(R::constant(-0.075), t2587, t2637);
+    out[17][12] = t2637;
+    out[17][5] = R::fused(R::constant(-0.075), t2587, t2637);
     // torso: answer of the forces to its motion
     t2639 = R::constant(19.0) * v_base_angular_z;
+    out[18][1] = t2639;
     t2640 = R::constant(19.0) * v_base_angular_y;
-    t2641 = -t2640;
+    out[20][0] = t2640;
+    out[18][2] = -t2640;
     t2642 = v_base_angular_y * t52;
     t2643 = v_base_angular_z * t60;
     t2644 = t2642 - t2643;
+    out[18][3] = t2644;
     t2645 = v_base_angular_y * t67;
-    t2646 = -t2645;
+    out[18][4] = -t2645;
     t2647 = v_base_angular_z * t67;
-    t2648 = -t2647;
+    out[18][5] = -t2647;
     t2649 = v_base_angular_z * t66; // right_hip_yaw_link: answer of the forces to its motion
-    t2650 = -t2649; // right_hip_yaw_link: answer of the forces to its motion
+    out[18][6] = -t2649; // right_hip_yaw_link: answer of the forces to its motion
     t2651 = v_base_angular_z * t74; // right_hip_roll_link: answer of the forces to its motion
-    t2652 = R::fused(-v_base_angular_y, t50, -t2651); // right_hip_roll_link: answer of the forces to its motion
+    out[18][7] = R::fused(-v_base_angular_y, t50, -t2651); // right_hip_roll_link: answer of the forces to its motion
     t2653 = v_base_angular_z * t79; // right_upper_leg: answer of the forces to its motion
-    t2654 = R::fused(-v_base_angular_y, t81, -t2653); // right_upper_leg: answer of the forces to its motion
+    out[18][8] = R::fused(-v_base_angular_y, t81, -t2653); // right_upper_leg: answer of the forces to its motion
     t2655 = v_base_angular_z * t85; // right_lower_leg: answer of the forces to its motion
-    t2656 = R::fused(-v_base_angular_y, t87, -t2655); // right_lower_leg: answer of the forces to its motion
+    out[18][9] = R::fused(-v_base_angular_y, t87, -t2655); // right_lower_leg: answer of the forces to its motion
     t2657 = v_base_angular_z * t91; // right_ankle: answer of the forces to its motion
-    t2658 = R::fused(-v_base_angular_y, t93, -t2657); // right_ankle: answer of the forces to its motion
+    out[18][10] = R::fused(-v_base_angular_y, t93, -t2657); // right_ankle: answer of the forces to its motion
     t2659 = v_base_angular_z * t100; // right_foot: answer of the forces to its motion
-    t2660 = R::fused(-v_base_angular_y, t103, t2659); // right_foot: answer of the forces to its motion
+    out[18][11] = R::fused(-v_base_angular_y, t103, t2659); // right_foot: answer of the forces to its motion
     t2661 = v_base_angular_z * t64; // left_hip_yaw_link: answer of the forces to its motion
-    t2662 = -t2661; // left_hip_yaw_link: answer of the forces to its motion
+    out[18][12] = -t2661; // left_hip_yaw_link: answer of the forces to its motion
     t2663 = v_base_angular_z * t107; // left_hip_roll_link: answer of the forces to its motion
-    t2664 = R::fused(-v_base_angular_y, t32, -t2663); // left_hip_roll_link: answer of the forces to its motion
+    out[18][13] = R::fused(-v_base_angular_y, t32, -t2663); // left_hip_roll_link: answer of the forces to its motion
     t2665 = v_base_angular_z * t112; // left_upper_leg: answer of the forces to its motion
-    t2666 = R::fused(-v_base_angular_y, t114, -t2665); // left_upper_leg: answer of the forces to its motion
+    out[18][14] = R::fused(-v_base_angular_y, t114, -t2665); // left_upper_leg: answer of the forces to its motion
     t2667 = v_base_angular_z * t118; // left_lower_leg: answer of the forces to its motion
-    t2668 = R::fused(-v_base_angular_y, t120, -t2667); // left_lower_leg: answer of the forces to its motion
+    out[18][15] = R::fused(-v_base_angular_y, t120, -t2667); // left_lower_leg: answer of the forces to its motion
     t2669 = v_base_angular_z * t124; // left_ankle: answer of the forces to its motion
-    t2670 = R::fused(-v_base_angular_y, t126, -t2669); // left_ankle: answer of the forces to its motion
+    out[18][16] = R::fused(-v_base_angular_y, t126, -t2669); // left_ankle: answer of the forces to its motion
     t2671 = v_base_angular_z * t133; // left_foot: answer of the forces to its motion
-    t2672 = R::fused(-v_base_angular_y, t136, t2671); // left_foot: answer of the forces to its motion
-    t2673 = -t2639;
+    out[18][17] = R::fused(-v_base_angular_y, t136, t2671); // left_foot: answer of the forces to its motion
+    out[19][0] = -t2639;
     t2674 = R::constant(19.0) * v_base_angular_x;
+    out[19][2] = t2674;
     t2675 = v_base_angular_x * t52;
-    t2676 = -t2675;
+    out[19][3] = -t2675;
     t2677 = v_base_angular_x * t67;
     t2678 = t2643 - t2677;
-    t2679 = -t2678;
+    out[22][1] = t2678;
+    out[19][4] = -t2678;
     t2680 = v_base_angular_z * t52;
-    t2681 = -t2680;
+    out[19][5] = -t2680;
     t2682 = v_base_angular_z * t51; // right_hip_yaw_link: answer of the forces to its motion
-    t2683 = -t2682; // right_hip_yaw_link: answer of the forces to its motion
+    out[19][6] = -t2682; // right_hip_yaw_link: answer of the forces to its motion
     t2684 = v_base_angular_z * t151; // right_hip_roll_link: answer of the forces to its motion
-    t2685 = R::fused(v_base_angular_x, t50, -t2684); // right_hip_roll_link: answer of the forces to its motion
+    out[19][7] = R::fused(v_base_angular_x, t50, -t2684); // right_hip_roll_link: answer of the forces to its motion
     t2686 = v_base_angular_z * t155; // right_upper_leg: answer of the forces to its motion
-    t2687 = R::fused(v_base_angular_x, t81, t2686); // right_upper_leg: answer of the forces to its motion
+    out[19][8] = R::fused(v_base_angular_x, t81, t2686); // right_upper_leg: answer of the forces to its motion
     t2688 = v_base_angular_z * t159; // right_lower_leg: answer of the forces to its motion
-    t2689 = R::fused(v_base_angular_x, t87, t2688); // right_lower_leg: answer of the forces to its motion
+    out[19][9] = R::fused(v_base_angular_x, t87, t2688); // right_lower_leg: answer of the forces to its motion
     t2690 = v_base_angular_z * t163; // right_ankle: answer of the forces to its motion
-    t2691 = R::fused(v_base_angular_x, t93, t2690); // right_ankle: answer of the forces to its motion
+    out[19][10] = R::fused(v_base_angular_x, t93, t2690); // right_ankle: answer of the forces to its motion
     t2692 = v_base_angular_z * t167; // right_foot: answer of the forces to its motion
-    t2693 = R::fused(v_base_angular_x, t103, -t2692); // right_foot: answer of the forces to its motion
+    out[19][11] = R::fused(v_base_angular_x, t103, -t2692); // right_foot: answer of the forces to its motion
     t2694 = v_base_angular_z * t33; // left_hip_yaw_link: answer of the forces to its motion
-    t2695 = -t2694; // left_hip_yaw_link: answer of the forces to its motion
+    out[19][12] = -t2694; // left_hip_yaw_link: answer of the forces to its motion
     t2696 = v_base_angular_z * t172; // left_hip_roll_link: answer of the forces to its motion
-    t2697 = R::fused(v_base_angular_x, t32, -t2696); // left_hip_roll_link: answer of the forces to its motion
+    out[19][13] = R::fused(v_base_angular_x, t32, -t2696); // left_hip_roll_link: answer of the forces to its motion
     t2698 = v_base_angular_z * t176; // left_upper_leg: answer of the forces to its motion
-    t2699 = R::fused(v_base_angular_x, t114, t2698); // left_upper_leg: answer of the forces to its motion
+    out[19][14] = R::fused(v_base_angular_x, t114, t2698); // left_upper_leg: answer of the forces to its motion
     t2700 = v_base_angular_z * t180; // left_lower_leg: answer of the forces to its motion
-    t2701 = R::fused(v_base_angular_x, t120, t2700); // left_lower_leg: answer of the forces to its motion
+    out[19][15] = R::fused(v_base_angular_x, t120, t2700); // left_lower_leg: answer of the forces to its motion
     t2702 = v_base_angular_z * t184; // left_ankle: answer of the forces to its motion
-    t2703 = R::fused(v_base_angular_x, t126, t2702); // left_ankle: answer of the forces to its motion
+    out[19][16] = R::fused(v_base_angular_x, t126, t2702); // left_ankle: answer of the forces to its motion
     t2704 = v_base_angular_z * t188; // left_foot: answer of the forces to its motion
-    t2705 = R::fused(v_base_angular_x, t136, -t2704); // left_foot: answer of the forces to its motion
-    t2706 = -t2674;
+    out[19][17] = R::fused(v_base_angular_x, t136, -t2704); // left_foot: answer of the forces to its motion
+    out[20][1] = -t2674;
     t2707 = v_base_angular_x * t60;
+    out[20][3] = t2707;
     t2708 = v_base_angular_y * t60;
+    out[20][4] = t2708;
     t2709 = t2642 + t2677;
+    out[20][5] = t2709;
     t2710 = v_base_angular_y * t51; // right_hip_yaw_link: answer of the forces to its motion
-    t2711 = R::fused(v_base_angular_x, t66, t2710); // right_hip_yaw_link: answer of the forces to its motion
+    out[20][6] = R::fused(v_base_angular_x, t66, t2710); // right_hip_yaw_link: answer of the forces to its motion
     t2712 = v_base_angular_y * t151; // right_hip_roll_link: answer of the forces to its motion
-    t2713 = R::fused(v_base_angular_x, t74, t2712); // right_hip_roll_link: answer of the forces to its motion
+    out[20][7] = R::fused(v_base_angular_x, t74, t2712); // right_hip_roll_link: answer of the forces to its motion
     t2714 = v_base_angular_y * t155; // right_upper_leg: answer of the forces to its motion
-    t2715 = R::fused(v_base_angular_x, t79, -t2714); // right_upper_leg: answer of the forces to its motion
+    out[20][8] = R::fused(v_base_angular_x, t79, -t2714); // right_upper_leg: answer of the forces to its motion
     t2716 = v_base_angular_y * t159; // right_lower_leg: answer of the forces to its motion
-    t2717 = R::fused(v_base_angular_x, t85, -t2716); // right_lower_leg: answer of the forces to its motion
+    out[20][9] = R::fused(v_base_angular_x, t85, -t2716); // right_lower_leg: answer of the forces to its motion
     t2718 = v_base_angular_y * t163; // right_ankle: answer of the forces to its motion
-    t2719 = R::fused(v_base_angular_x, t91, -t2718); // right_ankle: answer of the forces to its motion
+    out[20][10] = R::fused(v_base_angular_x, t91, -t2718); // right_ankle: answer of the forces to its motion
     t2720 = v_base_angular_y * t167; // right_foot: answer of the forces to its motion
-    t2721 = R::fused(-v_base_angular_x, t100, t2720); // right_foot: answer of the forces to its motion
+    out[20][11] = R::fused(-v_base_angular_x, t100, t2720); // right_foot: answer of the forces to its motion
     t2722 = v_base_angular_y * t33; // left_hip_yaw_link: answer of the forces to its motion
-    t2723 = R::fused(v_base_angular_x, t64, t2722); // left_hip_yaw_link: answer of the forces to its motion
+    out[20][12] = R::fused(v_base_angular_x, t64, t2722); // left_hip_yaw_link: answer of the forces to its motion
     t2724 = v_base_angular_y * t172; // left_hip_roll_link: answer of the forces to its motion
-    t2725 = R::fused(v_base_angular_x, t107, t2724); // left_hip_roll_link: answer of the forces to its motion
+    out[20][13] = R::fused(v_base_angular_x, t107, t2724); // left_hip_roll_link: answer of the forces to its motion
     t2726 = v_base_angular_y * t176; // left_upper_leg: answer of the forces to its motion
-    t2727 = R::fused(v_base_angular_x, t112, -t2726); // left_upper_leg: answer of the forces to its motion
+    out[20][14] = R::fused(v_base_angular_x, t112, -t2726); // left_upper_leg: answer of the forces to its motion
     t2728 = v_base_angular_y * t180; // left_lower_leg: answer of the forces to its motion
-    t2729 = R::fused(v_base_angular_x, t118, -t2728); // left_lower_leg: answer of the forces to its motion
+    out[20][15] = R::fused(v_base_angular_x, t118, -t2728); // left_lower_leg: answer of the forces to its motion
     t2730 = v_base_angular_y * t184; // left_ankle: answer of the forces to its motion
-    t2731 = R::fused(v_base_angular_x, t124, -t2730); // left_ankle: answer of the forces to its motion
+    out[20][16] = R::fused(v_base_angular_x, t124, -t2730); // left_ankle: answer of the forces to its motion
     t2732 = v_base_angular_y * t188; // left_foot: answer of the forces to its motion
-    t2733 = R::fused(-v_base_angular_x, t133, t2732); // left_foot: answer of the forces to its motion
-    t2734 = -t2644;
+    out[20][17] = R::fused(-v_base_angular_x, t133, t2732); // left_foot: answer of the forces to its motion
+    out[21][0] = -t2644;
     t2735 = t1585 + t367; // right_hip_yaw_link: sums of what it carries
     t2736 = R::constant(19.0) * v_base_linear_z;
     t2737 = t2645 - t2736;
-    t2738 = t2735 + t2737;
+    out[21][1] = t2735 + t2737;
     t2739 = t1604 + t386; // right_hip_yaw_link: sums of what it carries
     t2740 = R::fused(v_base_angular_x, R::constant(4.888), t2739); // torso: sums of what it carries
     t2741 = R::constant(19.0) * v_base_linear_y;
     t2742 = t2647 + t2741;
-    t2743 = t2742 - t2740;
+    out[21][2] = t2742 - t2740;
     // left_hip_yaw_link: sums of what it carries
     t2744 = R::constant(0.075) * t1604;
     t2745 = t2007 - t2744;
@@ -4234,7 +4157,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2762 = v_base_angular_y * t2761;
     t2763 = t2760 - t2762;
     t2764 = t2756 - t2763;
-    t2765 = t2753 - t2764;
+    out[21][3] = t2753 - t2764;
     t2766 = t2025 + t825; // right_hip_yaw_link: sums of what it carries
     t2767 = R::fused(-v_base_angular_z, R::constant(0.05616), t2766); // torso: sums of what it carries
     t2768 = t2019 + t819; // right_hip_yaw_link: sums of what it carries
@@ -4245,7 +4168,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2773 = t2771 + t2772; // right_hip_yaw_link: sums of what it carries
     t2774 = R::fused(-v_base_angular_y, t2773, t2770);
     t2775 = R::fused(v_base_linear_y, t67, t2774);
-    t2776 = t2767 + t2775;
+    out[21][4] = t2767 + t2775;
     t2777 = R::fused(t64, t2746, t2047); // left_hip_yaw_link: sums of what it carries
     t2778 = R::fused(-t2746, t66, t847); // right_hip_yaw_link: sums of what it carries
     t2779 = t2777 + t2778; // right_hip_yaw_link: sums of what it carries
@@ -4259,13 +4182,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2787 = R::constant(0.154455) + t2786; // torso: sums of what it carries
     t2788 = R::fused(-v_base_angular_y, t2787, t2781);
     t2789 = R::fused(v_base_linear_z, t67, t2788);
-    t2790 = t2780 + t2789;
+    out[21][5] = t2780 + t2789;
     // right_hip_yaw_link: answer of the forces to its motion
     t2791 = v_base_angular_z * t822;
     t2792 = R::fused(R::constant(0.075), t51, t836);
     t2793 = R::fused(-v_base_angular_y, t2792, t2791);
     t2794 = R::fused(v_base_linear_z, t66, t2793);
-    t2795 = t2778 + t2794;
+    out[21][6] = t2778 + t2794;
     // right_hip_roll_link: answer of the forces to its motion
     t2796 = R::fused(-t2746, t74, t865);
     t2797 = v_base_linear_z * t74;
@@ -4274,7 +4197,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2800 = R::fused(R::constant(0.075), t151, t642);
     t2801 = R::fused(-v_base_angular_y, t2800, t2799);
     t2802 = t2798 + t2801;
-    t2803 = t2796 + t2802;
+    out[21][7] = t2796 + t2802;
     // right_upper_leg: answer of the forces to its motion
     t2804 = R::fused(-t2746, t79, t888);
     t2805 = v_base_linear_z * t79;
@@ -4283,7 +4206,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2808 = R::fused(R::constant(-0.075), t155, t882);
     t2809 = R::fused(-v_base_angular_y, t2808, t2807);
     t2810 = t2806 + t2809;
-    t2811 = t2804 + t2810;
+    out[21][8] = t2804 + t2810;
     // right_lower_leg: answer of the forces to its motion
     t2812 = R::fused(-t2746, t85, t916);
     t2813 = v_base_linear_z * t85;
@@ -4292,7 +4215,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2816 = R::fused(R::constant(-0.075), t159, t907);
     t2817 = R::fused(-v_base_angular_y, t2816, t2815);
     t2818 = t2814 + t2817;
-    t2819 = t2812 + t2818;
+    out[21][9] = t2812 + t2818;
     // right_ankle: answer of the forces to its motion
     t2820 = R::fused(-t2746, t91, t952);
     t2821 = v_base_linear_z * t91;
@@ -4301,7 +4224,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2824 = R::fused(R::constant(-0.075), t163, t938);
     t2825 = R::fused(-v_base_angular_y, t2824, t2823);
     t2826 = t2822 + t2825;
-    t2827 = t2820 + t2826;
+    out[21][10] = t2820 + t2826;
     // right_foot: answer of the forces to its motion
     t2828 = R::fused(-t2746, t100, t1011);
     t2829 = v_base_linear_z * t100;
@@ -4311,40 +4234,39 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2833 = R::fused(v_base_angular_y, t2832, t2831);
     t2834 = t2830 - t2833;
     t2835 = t2828 + t2834;
-    t2836 = -t2835;
+    out[21][11] = -t2835;
     // left_hip_yaw_link: answer of the forces to its motion
     t2837 = v_base_angular_z * t2022;
     t2838 = R::fused(R::constant(-0.075), t33, t2036);
     t2839 = R::fused(-v_base_angular_y, t2838, t2837);
     t2840 = R::fused(v_base_linear_z, t64, t2839);
-    t2841 = t2777 + t2840;
+    out[21][12] = t2777 + t2840;
     // left_hip_roll_link: answer of the forces to its motion
     t2842 = R::fused(t2746, t107, t2065);
     t2843 = v_base_linear_z * t107;
     let (
-        t2844, t2845, t2846, t2847, t2848, t2849, t2850, t2851, t2852, t2853, t2854, t2855, t2856, t2857, t2858, t2859,
-        t2860, t2861, t2862, t2863, t2864, t2865, t2866, t2867, t2868, t2869, t2870, t2871, t2872, t2873, t2874, t2875,
-        t2876, t2877, t2878, t2879, t2880, t2881, t2882, t2883, t2884, t2885, t2886, t2887, t2888, t2889, t2890, t2891,
-        t2892, t2893, t2894, t2895, t2896, t2897, t2898, t2899, t2900, t2901, t2902, t2903, t2904, t2905, t2906, t2907,
-        t2908, t2909, t2910, t2911, t2912, t2913, t2914, t2915, t2916, t2917, t2918, t2919, t2920, t2921, t2922, t2923,
-        t2924, t2925, t2926, t2927, t2928, t2929, t2930, t2931, t2932, t2933, t2934, t2935, t2936, t2937, t2938, t2939,
-        t2940, t2941, t2942, t2943, t2944, t2945, t2946, t2947, t2948, t2949, t2950, t2951, t2952, t2953, t2954, t2955,
-        t2956, t2957, t2958, t2959, t2960, t2961, t2962, t2963, t2964, t2965, t2966, t2967, t2968, t2969, t2970, t2971,
-        t2972, t2973, t2974, t2975, t2976, t2977, t2978, t2979, t2980, t2981, t2982, t2983, t2984, t2985, t2986, t2987,
-        t2988, t2989, t2990, t2991, t2992, t2993, t2994, t2995, t2996, t2997, t2998, t2999, t3000, t3001, t3002, t3003,
-        t3004, t3005, t3006, t3007, t3008, t3009, t3010, t3011, t3012, t3013, t3014, t3015, t3016, t3017, t3018, t3019,
-        t3020, t3021, t3022, t3023, t3024, t3025, t3026, t3027, t3028, t3029, t3030, t3031, t3032, t3033, t3034, t3035,
-        t3036, t3037, t3038, t3039, t3040, t3041, t3042, t3043, t3044, t3045, t3046, t3047, t3048, t3049, t3050, t3051,
-        t3052, t3053, t3054, t3055, t3056, t3057, t3058, t3059, t3060, t3061, t3062, t3063, t3064, t3065, t3066, t3067,
-        t3068, t3069, t3070, t3071, t3072, t3073, t3074, t3075, t3076, t3077, t3078, t3079, t3080, t3081, t3082, t3083,
-        t3084, t3085, t3086, t3087, t3088, t3089, t3090, t3091, t3092, t3093, t3094, t3095, t3096, t3097, t3098, t3099,
+        t2844, t2845, t2846, t2847, t2848, t2850, t2851, t2852, t2853, t2854, t2855, t2856, t2858, t2859, t2860, t2861,
+        t2862, t2863, t2864, t2866, t2867, t2868, t2869, t2870, t2871, t2872, t2874, t2875, t2876, t2877, t2878, t2879,
+        t2880, t2881, t2883, t2885, t2886, t2887, t2888, t2890, t2891, t2892, t2893, t2894, t2895, t2896, t2897, t2898,
+        t2899, t2900, t2901, t2902, t2903, t2905, t2906, t2907, t2908, t2909, t2910, t2911, t2912, t2913, t2914, t2915,
+        t2916, t2918, t2919, t2920, t2921, t2922, t2923, t2924, t2925, t2926, t2927, t2928, t2930, t2931, t2932, t2933,
+        t2935, t2936, t2937, t2938, t2939, t2940, t2941, t2942, t2943, t2945, t2946, t2947, t2948, t2949, t2950, t2951,
+        t2952, t2953, t2955, t2956, t2957, t2958, t2959, t2960, t2961, t2962, t2963, t2965, t2966, t2967, t2968, t2969,
+        t2970, t2971, t2972, t2973, t2975, t2976, t2977, t2978, t2979, t2980, t2981, t2982, t2983, t2985, t2986, t2987,
+        t2988, t2990, t2991, t2992, t2993, t2994, t2995, t2996, t2997, t2998, t3000, t3001, t3002, t3003, t3004, t3005,
+        t3006, t3007, t3008, t3010, t3011, t3012, t3013, t3014, t3015, t3016, t3017, t3018, t3020, t3021, t3022, t3023,
+        t3024, t3025, t3026, t3027, t3028, t3030, t3031, t3032, t3033, t3034, t3035, t3036, t3037, t3038, t3040, t3042,
+        t3043, t3046, t3047, t3048, t3049, t3050, t3051, t3052, t3053, t3054, t3055, t3056, t3057, t3059, t3060, t3061,
+        t3062, t3063, t3064, t3065, t3066, t3067, t3068, t3070, t3071, t3072, t3073, t3074, t3075, t3076, t3077, t3079,
+        t3080, t3081, t3082, t3083, t3084, t3086, t3087, t3088, t3089, t3090, t3091, t3092, t3094, t3095, t3096, t3097,
+        t3098, t3099,
     );
     t2844 = R::fused(v_base_linear_y, t32, t2843);
     t2845 = v_base_angular_z * t2060;
     t2846 = R::fused(R::constant(-0.075), t172, t1842);
     t2847 = R::fused(-v_base_angular_y, t2846, t2845);
     t2848 = t2844 + t2847;
-    t2849 = t2842 + t2848;
+    out[21][13] = t2842 + t2848;
     // left_upper_leg: answer of the forces to its motion
     t2850 = R::fused(t2746, t112, t2088);
     t2851 = v_base_linear_z * t112;
@@ -4353,7 +4275,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2854 = R::fused(R::constant(0.075), t176, t2082);
     t2855 = R::fused(-v_base_angular_y, t2854, t2853);
     t2856 = t2852 + t2855;
-    t2857 = t2850 + t2856;
+    out[21][14] = t2850 + t2856;
     // left_lower_leg: answer of the forces to its motion
     t2858 = R::fused(t2746, t118, t2116);
     t2859 = v_base_linear_z * t118;
@@ -4362,7 +4284,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2862 = R::fused(R::constant(0.075), t180, t2107);
     t2863 = R::fused(-v_base_angular_y, t2862, t2861);
     t2864 = t2860 + t2863;
-    t2865 = t2858 + t2864;
+    out[21][15] = t2858 + t2864;
     // left_ankle: answer of the forces to its motion
     t2866 = R::fused(t2746, t124, t2152);
     t2867 = v_base_linear_z * t124;
@@ -4371,7 +4293,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2870 = R::fused(R::constant(0.075), t184, t2138);
     t2871 = R::fused(-v_base_angular_y, t2870, t2869);
     t2872 = t2868 + t2871;
-    t2873 = t2866 + t2872;
+    out[21][16] = t2866 + t2872;
     // left_foot: answer of the forces to its motion
     t2874 = R::fused(t2746, t133, t2211);
     t2875 = v_base_linear_z * t133;
@@ -4381,14 +4303,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2879 = R::fused(v_base_angular_y, t2878, t2877);
     t2880 = t2876 - t2879;
     t2881 = t2874 + t2880;
-    t2882 = -t2881;
+    out[21][17] = -t2881;
     t2883 = t2675 + t2736; // torso: answer of the forces to its motion
-    t2884 = t2883 - t2735; // torso: answer of the forces to its motion
+    out[22][0] = t2883 - t2735; // torso: answer of the forces to its motion
     t2885 = t1607 + t389; // right_hip_yaw_link: sums of what it carries
     t2886 = R::fused(-v_base_angular_y, R::constant(4.888), t2885); // torso: sums of what it carries
     t2887 = R::constant(19.0) * v_base_linear_x; // torso: answer of the forces to its motion
     t2888 = t2680 - t2887; // torso: answer of the forces to its motion
-    t2889 = t2886 + t2888; // torso: answer of the forces to its motion
+    out[22][2] = t2886 + t2888; // torso: answer of the forces to its motion
     t2890 = R::fused(R::constant(-0.075), t1607, t2011); // left_hip_yaw_link: sums of what it carries
     t2891 = v_base_angular_z * R::constant(0.15); // left_hip_yaw_link: sums of what it carries
     t2892 = R::fused(t33, t2891, t2890); // left_hip_yaw_link: sums of what it carries
@@ -4404,7 +4326,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2901 = v_base_angular_z * t2900;
     t2902 = R::fused(-v_base_angular_x, t2761, t2901);
     t2903 = R::fused(v_base_linear_x, t52, -t2902);
-    t2904 = t2903 - t2896;
+    out[22][3] = t2903 - t2896;
     t2905 = t64 * t2891; // left_hip_yaw_link: sums of what it carries
     t2906 = t2905 + t2747; // left_hip_yaw_link: sums of what it carries
     t2907 = t2027 - t2906; // left_hip_yaw_link: sums of what it carries
@@ -4419,7 +4341,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2914 = v_base_angular_x * t2773;
     t2915 = t2760 - t2914;
     t2916 = t2913 - t2915;
-    t2917 = t2916 - t2911;
+    out[22][4] = t2916 - t2911;
     t2918 = R::fused(R::constant(0.075), t1585, t2050); // left_hip_yaw_link: sums of what it carries
     t2919 = t33 * t2746; // left_hip_yaw_link: sums of what it carries
     t2920 = t2918 + t2919; // left_hip_yaw_link: sums of what it carries
@@ -4433,13 +4355,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2926 = v_base_angular_z * t2761;
     t2927 = R::fused(-v_base_angular_x, t2787, t2926);
     t2928 = R::fused(v_base_linear_z, t52, -t2927);
-    t2929 = t2925 + t2928;
+    out[22][5] = t2925 + t2928;
     // right_hip_yaw_link: answer of the forces to its motion
     t2930 = t850 - t2922;
     t2931 = v_base_angular_z * t647;
     t2932 = R::fused(-v_base_angular_x, t2792, t2931);
     t2933 = R::fused(v_base_linear_z, t51, -t2932);
-    t2934 = t2930 + t2933;
+    out[22][6] = t2930 + t2933;
     // right_hip_roll_link: answer of the forces to its motion
     t2935 = t2746 * t151;
     t2936 = R::fused(t50, t2891, t2935);
@@ -4450,7 +4372,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2941 = v_base_angular_z * t2940;
     t2942 = R::fused(-v_base_angular_x, t2800, t2941);
     t2943 = t2939 - t2942;
-    t2944 = t2937 + t2943;
+    out[22][7] = t2937 + t2943;
     // right_upper_leg: answer of the forces to its motion
     t2945 = t2746 * t155;
     t2946 = R::fused(-t2891, t81, t2945);
@@ -4461,7 +4383,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2951 = v_base_angular_z * t2950;
     t2952 = R::fused(-v_base_angular_x, t2808, t2951);
     t2953 = t2949 + t2952;
-    t2954 = t2947 - t2953;
+    out[22][8] = t2947 - t2953;
     // right_lower_leg: answer of the forces to its motion
     t2955 = t2746 * t159;
     t2956 = R::fused(-t2891, t87, t2955);
@@ -4472,7 +4394,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2961 = v_base_angular_z * t2960;
     t2962 = R::fused(-v_base_angular_x, t2816, t2961);
     t2963 = t2959 + t2962;
-    t2964 = t2957 - t2963;
+    out[22][9] = t2957 - t2963;
     // right_ankle: answer of the forces to its motion
     t2965 = t2746 * t163;
     t2966 = R::fused(-t2891, t93, t2965);
@@ -4483,7 +4405,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2971 = v_base_angular_z * t2970;
     t2972 = R::fused(-v_base_angular_x, t2824, t2971);
     t2973 = t2969 + t2972;
-    t2974 = t2967 - t2973;
+    out[22][10] = t2967 - t2973;
     // right_foot: answer of the forces to its motion
     t2975 = t2746 * t167;
     t2976 = R::fused(t2891, t103, t2975);
@@ -4494,13 +4416,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2981 = v_base_angular_z * t2980;
     t2982 = R::fused(v_base_angular_x, t2832, t2981);
     t2983 = t2979 - t2982;
-    t2984 = t2983 - t2977;
+    out[22][11] = t2983 - t2977;
     // left_hip_yaw_link: answer of the forces to its motion
     t2985 = t2050 + t2919;
     t2986 = v_base_angular_z * t1847;
     t2987 = R::fused(-v_base_angular_x, t2838, t2986);
     t2988 = R::fused(v_base_linear_z, t33, -t2987);
-    t2989 = t2985 + t2988;
+    out[22][12] = t2985 + t2988;
     // left_hip_roll_link: answer of the forces to its motion
     t2990 = t2746 * t172;
     t2991 = R::fused(t32, t2891, t2990);
@@ -4511,7 +4433,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2996 = v_base_angular_z * t2995;
     t2997 = R::fused(-v_base_angular_x, t2846, t2996);
     t2998 = t2994 - t2997;
-    t2999 = t2992 + t2998;
+    out[22][13] = t2992 + t2998;
     // left_upper_leg: answer of the forces to its motion
     t3000 = t2746 * t176;
     t3001 = R::fused(-t2891, t114, t3000);
@@ -4522,7 +4444,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3006 = v_base_angular_z * t3005;
     t3007 = R::fused(-v_base_angular_x, t2854, t3006);
     t3008 = t3004 + t3007;
-    t3009 = t3002 - t3008;
+    out[22][14] = t3002 - t3008;
     // left_lower_leg: answer of the forces to its motion
     t3010 = t2746 * t180;
     t3011 = R::fused(-t2891, t120, t3010);
@@ -4533,7 +4455,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3016 = v_base_angular_z * t3015;
     t3017 = R::fused(-v_base_angular_x, t2862, t3016);
     t3018 = t3014 + t3017;
-    t3019 = t3012 - t3018;
+    out[22][15] = t3012 - t3018;
     // left_ankle: answer of the forces to its motion
     t3020 = t2746 * t184;
     t3021 = R::fused(-t2891, t126, t3020);
@@ -4544,7 +4466,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3026 = v_base_angular_z * t3025;
     t3027 = R::fused(-v_base_angular_x, t2870, t3026);
     t3028 = t3024 + t3027;
-    t3029 = t3022 - t3028;
+    out[22][16] = t3022 - t3028;
     // left_foot: answer of the forces to its motion
     t3030 = t2746 * t188;
     t3031 = R::fused(t2891, t136, t3030);
@@ -4555,14 +4477,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3036 = v_base_angular_z * t3035;
     t3037 = R::fused(v_base_angular_x, t2878, t3036);
     t3038 = t3034 - t3037;
-    t3039 = t3038 - t3032;
+    out[22][17] = t3038 - t3032;
     // torso: answer of the forces to its motion
     t3040 = t2707 + t2741;
-    t3041 = t2740 - t3040;
+    out[23][0] = t2740 - t3040;
     t3042 = t2708 - t2887;
     t3043 = t2886 + t3042;
-    t3044 = -t3043;
-    t3045 = -t2709;
+    out[23][1] = -t3043;
+    out[23][2] = -t2709;
     t3046 = cos_q_left_hip_yaw * t2249; // left_hip_yaw_link: sums of what it carries
     t3047 = R::fused(sin_q_left_hip_yaw, t2260, t3046); // left_hip_yaw_link: sums of what it carries
     t3048 = R::fused(-t56, t2891, t3047); // left_hip_yaw_link: sums of what it carries
@@ -4577,7 +4499,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3055 = R::fused(-v_base_angular_x, t2759, t3054);
     t3056 = R::fused(v_base_linear_x, t60, -t3055);
     t3057 = t3053 + t3056;
-    t3058 = -t3057;
+    out[23][3] = -t3057;
     t3059 = sin_q_left_hip_yaw * t2249; // left_hip_yaw_link: sums of what it carries
     t3060 = R::fused(-cos_q_left_hip_yaw, t2260, t3059); // left_hip_yaw_link: sums of what it carries
     t3061 = sin_q_right_hip_yaw * t1049; // right_hip_yaw_link: sums of what it carries
@@ -4588,7 +4510,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3066 = R::fused(-v_base_angular_x, t2769, t3065);
     t3067 = R::fused(v_base_linear_y, t60, -t3066);
     t3068 = t3064 + t3067;
-    t3069 = -t3068;
+    out[23][4] = -t3068;
     t3070 = t2273 - t2744; // left_hip_yaw_link: sums of what it carries
     t3071 = t3070 + t2905; // left_hip_yaw_link: sums of what it carries
     t3072 = t1073 + t2749; // right_hip_yaw_link: sums of what it carries
@@ -4597,7 +4519,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3075 = t2754 + t2912;
     t3076 = t2762 - t2914;
     t3077 = t3075 - t3076;
-    t3078 = t3074 - t3077;
+    out[23][5] = t3074 - t3077;
     // right_hip_yaw_link: answer of the forces to its motion
     t3079 = t1073 - t2908;
     t3080 = v_base_linear_y * t51;
@@ -4605,7 +4527,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3082 = v_base_angular_y * t647;
     t3083 = R::fused(-v_base_angular_x, t822, t3082);
     t3084 = t3081 - t3083;
-    t3085 = t3079 - t3084;
+    out[23][6] = t3079 - t3084;
     // right_hip_roll_link: answer of the forces to its motion
     t3086 = R::fused(t2891, t74, t1049);
     t3087 = v_base_linear_y * t151;
@@ -4614,7 +4536,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3090 = R::fused(-v_base_angular_x, t860, t3089);
     t3091 = t3088 - t3090;
     t3092 = t3086 + t3091;
-    t3093 = -t3092;
+    out[23][7] = -t3092;
     // right_upper_leg: answer of the forces to its motion
     t3094 = R::fused(t2891, t79, t1086);
     t3095 = v_base_linear_y * t155;
@@ -4623,24 +4545,22 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3098 = R::fused(-v_base_angular_x, t879, t3097);
     t3099 = t3096 + t3098;
     let (
-        t3100, t3101, t3102, t3103, t3104, t3105, t3106, t3107, t3108, t3109, t3110, t3111, t3112, t3113, t3114, t3115,
-        t3116, t3117, t3118, t3119, t3120, t3121, t3122, t3123, t3124, t3125, t3126, t3127, t3128, t3129, t3130, t3131,
-        t3132, t3133, t3134, t3135, t3136, t3137, t3138, t3139, t3140, t3141, t3142, t3143, t3144, t3145, t3146, t3147,
-        t3148, t3149, t3150, t3151, t3152, t3153, t3154, t3155, t3156, t3157, t3158, t3159, t3160, t3161, t3162, t3163,
-        t3164, t3165, t3166, t3167, t3168, t3169, t3170, t3171, t3172, t3173, t3174, t3175, t3176, t3177, t3178, t3179,
-        t3180, t3181, t3182, t3183, t3184, t3185, t3186, t3187, t3188, t3189, t3190, t3191, t3192, t3193, t3194, t3195,
-        t3196, t3197, t3198, t3199, t3200, t3201, t3202, t3203, t3204, t3205, t3206, t3207, t3208, t3209, t3210, t3211,
-        t3212, t3213, t3214, t3215, t3216, t3217, t3218, t3219, t3220, t3221, t3222, t3223, t3224, t3225, t3226, t3227,
-        t3228, t3229, t3230, t3231, t3232, t3233, t3234, t3235, t3236, t3237, t3238, t3239, t3240, t3241, t3242, t3243,
-        t3244, t3245, t3246, t3247, t3248, t3249, t3250, t3251, t3252, t3253, t3254, t3255, t3256, t3257, t3258, t3259,
-        t3260, t3261, t3262, t3263, t3264, t3265, t3266, t3267, t3268, t3269, t3270, t3271, t3272, t3273, t3274, t3275,
-        t3276, t3277, t3278, t3279, t3280, t3281, t3282, t3283, t3284, t3285, t3286, t3287, t3288, t3289, t3290, t3291,
-        t3292, t3293, t3294, t3295, t3296, t3297, t3298, t3299, t3300, t3301, t3302, t3303, t3304, t3305, t3306, t3307,
-        t3308, t3309, t3310, t3311, t3312, t3313, t3314, t3315, t3316, t3317, t3318, t3319, t3320, t3321, t3322, t3323,
-        t3324, t3325, t3326, t3327, t3328, t3329, t3330, t3331, t3332, t3333, t3334, t3335, t3336, t3337, t3338, t3339,
-        t3340, t3341, t3342, t3343, t3344, t3345, t3346, t3347, t3348, t3349, t3350, t3351, t3352, t3353, t3354, t3355,
+        t3101, t3102, t3103, t3104, t3105, t3106, t3108, t3109, t3110, t3111, t3112, t3113, t3115, t3116, t3117, t3118,
+        t3119, t3120, t3122, t3123, t3124, t3125, t3126, t3127, t3129, t3130, t3131, t3132, t3133, t3134, t3135, t3137,
+        t3138, t3139, t3140, t3141, t3142, t3144, t3145, t3146, t3147, t3148, t3149, t3151, t3152, t3153, t3154, t3155,
+        t3156, t3158, t3159, t3160, t3161, t3162, t3163, t3165, t3166, t3167, t3169, t3170, t3171, t3172, t3173, t3175,
+        t3176, t3178, t3179, t3180, t3182, t3183, t3185, t3186, t3188, t3189, t3191, t3192, t3194, t3195, t3197, t3198,
+        t3199, t3200, t3201, t3202, t3203, t3204, t3206, t3207, t3208, t3209, t3210, t3211, t3212, t3213, t3214, t3216,
+        t3218, t3219, t3220, t3222, t3223, t3225, t3226, t3228, t3229, t3231, t3232, t3233, t3235, t3236, t3237, t3238,
+        t3239, t3240, t3241, t3242, t3243, t3244, t3245, t3246, t3247, t3249, t3250, t3251, t3252, t3253, t3254, t3255,
+        t3256, t3257, t3258, t3259, t3260, t3261, t3262, t3263, t3265, t3267, t3268, t3272, t3273, t3274, t3276, t3277,
+        t3278, t3280, t3281, t3283, t3284, t3285, t3286, t3287, t3288, t3289, t3290, t3291, t3293, t3294, t3295, t3296,
+        t3297, t3298, t3299, t3300, t3301, t3302, t3303, t3304, t3305, t3306, t3307, t3308, t3309, t3310, t3312, t3314,
+        t3315, t3318, t3320, t3321, t3323, t3324, t3325, t3326, t3327, t3328, t3329, t3330, t3331, t3333, t3334, t3335,
+        t3336, t3337, t3338, t3339, t3340, t3341, t3342, t3343, t3344, t3345, t3346, t3347, t3348, t3349, t3350, t3351,
+        t3352, t3353, t3354, t3355,
     );
-    t3100 = t3099 - t3094;
+    out[23][8] = t3099 - t3094;
     // right_lower_leg: answer of the forces to its motion
     t3101 = R::fused(t2891, t85, t1098);
     t3102 = v_base_linear_y * t159;
@@ -4648,7 +4568,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3104 = v_base_angular_y * t2960;
     t3105 = R::fused(-v_base_angular_x, t904, t3104);
     t3106 = t3103 + t3105;
-    t3107 = t3106 - t3101;
+    out[23][9] = t3106 - t3101;
     // right_ankle: answer of the forces to its motion
     t3108 = R::fused(t2891, t91, t1110);
     t3109 = v_base_linear_y * t163;
@@ -4656,7 +4576,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3111 = v_base_angular_y * t2970;
     t3112 = R::fused(-v_base_angular_x, t935, t3111);
     t3113 = t3110 + t3112;
-    t3114 = t3113 - t3108;
+    out[23][10] = t3113 - t3108;
     // right_foot: answer of the forces to its motion
     t3115 = R::fused(t2891, t100, t1122);
     t3116 = v_base_linear_y * t167;
@@ -4664,7 +4584,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3118 = v_base_angular_y * t2980;
     t3119 = R::fused(-v_base_angular_x, t980, t3118);
     t3120 = t3117 - t3119;
-    t3121 = t3115 - t3120;
+    out[23][11] = t3115 - t3120;
     // left_hip_yaw_link: answer of the forces to its motion
     t3122 = t2273 + t2905;
     t3123 = v_base_linear_y * t33;
@@ -4672,7 +4592,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3125 = v_base_angular_y * t1847;
     t3126 = R::fused(-v_base_angular_x, t2022, t3125);
     t3127 = t3124 - t3126;
-    t3128 = t3122 - t3127;
+    out[23][12] = t3122 - t3127;
     // left_hip_roll_link: answer of the forces to its motion
     t3129 = R::fused(-t2891, t107, t2249);
     t3130 = v_base_linear_y * t172;
@@ -4681,7 +4601,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3133 = R::fused(-v_base_angular_x, t2060, t3132);
     t3134 = t3131 - t3133;
     t3135 = t3129 + t3134;
-    t3136 = -t3135;
+    out[23][13] = -t3135;
     // left_upper_leg: answer of the forces to its motion
     t3137 = R::fused(-t2891, t112, t2286);
     t3138 = v_base_linear_y * t176;
@@ -4689,7 +4609,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3140 = v_base_angular_y * t3005;
     t3141 = R::fused(-v_base_angular_x, t2079, t3140);
     t3142 = t3139 + t3141;
-    t3143 = t3142 - t3137;
+    out[23][14] = t3142 - t3137;
     // left_lower_leg: answer of the forces to its motion
     t3144 = R::fused(-t2891, t118, t2298);
     t3145 = v_base_linear_y * t180;
@@ -4697,7 +4617,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3147 = v_base_angular_y * t3015;
     t3148 = R::fused(-v_base_angular_x, t2104, t3147);
     t3149 = t3146 + t3148;
-    t3150 = t3149 - t3144;
+    out[23][15] = t3149 - t3144;
     // left_ankle: answer of the forces to its motion
     t3151 = R::fused(-t2891, t124, t2310);
     t3152 = v_base_linear_y * t184;
@@ -4705,7 +4625,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3154 = v_base_angular_y * t3025;
     t3155 = R::fused(-v_base_angular_x, t2135, t3154);
     t3156 = t3153 + t3155;
-    t3157 = t3156 - t3151;
+    out[23][16] = t3156 - t3151;
     // left_foot: answer of the forces to its motion
     t3158 = R::fused(-t2891, t133, t2322);
     t3159 = v_base_linear_y * t188;
@@ -4713,40 +4633,43 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3161 = v_base_angular_y * t3035;
     t3162 = R::fused(-v_base_angular_x, t2180, t3161);
     t3163 = t3160 - t3162;
-    t3164 = t3158 - t3163;
+    out[23][17] = t3158 - t3163;
     t3165 = v_base_angular_x * R::constant(2.0); // right_hip_yaw_link: change of its motion
     t3166 = R::fused(-t58, t3165, t386); // right_hip_yaw_link: answer of the forces to its motion
+    out[24][0] = t3166;
     t3167 = v_base_angular_y * R::constant(2.0); // right_hip_yaw_link: change of its motion
     // right_hip_yaw_link: answer of the forces to its motion
-    t3168 = R::fused(-t58, t3167, -t389);
+    out[24][1] = R::fused(-t58, t3167, -t389);
     t3169 = t51 * t3167;
     t3170 = R::fused(-t66, t3165, -t3169);
+    out[24][2] = t3170;
     t3171 = t635 * t3167;
     t3172 = R::fused(-t639, t3165, t3171);
     t3173 = t3050 - t3172;
-    t3174 = R::fused(R::constant(-0.075), t3170, -t3173);
+    out[24][3] = R::fused(R::constant(-0.075), t3170, -t3173);
     t3175 = t639 * t3167;
     t3176 = R::fused(-t819, t3165, t3175);
-    t3177 = t3176 - t3062;
+    out[24][4] = t3176 - t3062;
     t3178 = t647 * t3167;
     t3179 = R::fused(-t822, t3165, t3178);
     t3180 = t1073 + t3179;
-    t3181 = R::fused(R::constant(0.075), t3166, t3180);
+    out[24][6] = t3180;
+    out[24][5] = R::fused(R::constant(0.075), t3166, t3180);
     t3182 = t857 * t3167; // right_hip_roll_link: answer of the forces to its motion
     t3183 = R::fused(-t860, t3165, t3182); // right_hip_roll_link: answer of the forces to its motion
-    t3184 = t3183 - t1049; // right_hip_roll_link: answer of the forces to its motion
+    out[24][7] = t3183 - t1049; // right_hip_roll_link: answer of the forces to its motion
     t3185 = t876 * t3167; // right_upper_leg: answer of the forces to its motion
     t3186 = R::fused(-t879, t3165, t3185); // right_upper_leg: answer of the forces to its motion
-    t3187 = t3186 - t1086; // right_upper_leg: answer of the forces to its motion
+    out[24][8] = t3186 - t1086; // right_upper_leg: answer of the forces to its motion
     t3188 = t901 * t3167; // right_lower_leg: answer of the forces to its motion
     t3189 = R::fused(-t904, t3165, t3188); // right_lower_leg: answer of the forces to its motion
-    t3190 = t3189 - t1098; // right_lower_leg: answer of the forces to its motion
+    out[24][9] = t3189 - t1098; // right_lower_leg: answer of the forces to its motion
     t3191 = t932 * t3167; // right_ankle: answer of the forces to its motion
     t3192 = R::fused(-t935, t3165, t3191); // right_ankle: answer of the forces to its motion
-    t3193 = t3192 - t1110; // right_ankle: answer of the forces to its motion
+    out[24][10] = t3192 - t1110; // right_ankle: answer of the forces to its motion
     t3194 = t977 * t3167; // right_foot: answer of the forces to its motion
     t3195 = R::fused(-t980, t3165, t3194); // right_foot: answer of the forces to its motion
-    t3196 = t1122 + t3195; // right_foot: answer of the forces to its motion
+    out[24][11] = t1122 + t3195; // right_foot: answer of the forces to its motion
     t3197 = R::constant(2.0) * t222; // right_hip_roll_link: change of its motion
     t3198 = t58 * t3197; // right_hip_roll_link: answer of the forces to its motion
     t3199 = R::constant(2.0) * t220; // right_hip_roll_link: change of its motion
@@ -4755,38 +4678,42 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3201 = cos_q_right_hip_yaw * t3200;
     t3202 = R::fused(-t40, t3199, t367);
     t3203 = R::fused(-sin_q_right_hip_yaw, t3202, t3201);
+    out[25][0] = t3203;
     t3204 = sin_q_right_hip_yaw * t3200;
-    t3205 = R::fused(cos_q_right_hip_yaw, t3202, t3204);
+    out[25][1] = R::fused(cos_q_right_hip_yaw, t3202, t3204);
     t3206 = R::fused(t40, t3197, -t385);
+    out[25][2] = t3206;
     t3207 = t632 * t3197;
     t3208 = R::fused(t642, t3199, t3207);
     t3209 = t695 + t3208;
+    out[25][7] = t3209;
     t3210 = cos_q_right_hip_yaw * t3209;
     t3211 = t610 * t3197;
     t3212 = R::fused(t646, t3199, t3211);
     t3213 = t803 + t3212;
     t3214 = R::fused(-sin_q_right_hip_yaw, t3213, t3210);
-    t3215 = R::fused(R::constant(-0.075), t3206, t3214);
+    out[25][3] = R::fused(R::constant(-0.075), t3206, t3214);
     t3216 = sin_q_right_hip_yaw * t3209;
-    t3217 = R::fused(cos_q_right_hip_yaw, t3213, t3216);
+    out[25][4] = R::fused(cos_q_right_hip_yaw, t3213, t3216);
     t3218 = t646 * t3197;
     t3219 = R::fused(t835, t3199, t3218);
     t3220 = t840 + t3219;
-    t3221 = R::fused(R::constant(0.075), t3203, t3220);
+    out[25][6] = t3220;
+    out[25][5] = R::fused(R::constant(0.075), t3203, t3220);
     t3222 = t875 * t3197; // right_upper_leg: answer of the forces to its motion
     t3223 = R::fused(t882, t3199, t3222); // right_upper_leg: answer of the forces to its motion
-    t3224 = t794 + t3223; // right_upper_leg: answer of the forces to its motion
+    out[25][8] = t794 + t3223; // right_upper_leg: answer of the forces to its motion
     t3225 = t900 * t3197; // right_lower_leg: answer of the forces to its motion
     t3226 = R::fused(t907, t3199, t3225); // right_lower_leg: answer of the forces to its motion
-    t3227 = t910 + t3226; // right_lower_leg: answer of the forces to its motion
+    out[25][9] = t910 + t3226; // right_lower_leg: answer of the forces to its motion
     t3228 = t931 * t3197; // right_ankle: answer of the forces to its motion
     t3229 = R::fused(t938, t3199, t3228); // right_ankle: answer of the forces to its motion
-    t3230 = t942 + t3229; // right_ankle: answer of the forces to its motion
+    out[25][10] = t942 + t3229; // right_ankle: answer of the forces to its motion
     // right_foot: answer of the forces to its motion
     t3231 = t976 * t3197;
     t3232 = R::fused(t983, t3199, t3231);
     t3233 = t993 + t3232;
-    t3234 = -t3233;
+    out[25][11] = -t3233;
     t3235 = R::constant(2.0) * t232; // right_upper_leg: change of its motion
     // right_upper_leg: answer of the forces to its motion
     t3236 = t42 * t3235;
@@ -4800,10 +4727,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3244 = t382 - t3243;
     t3245 = R::fused(sin_q_right_hip_roll, t3244, t3242);
     t3246 = R::fused(sin_q_right_hip_yaw, t3245, -t3238);
+    out[26][0] = t3246;
     t3247 = sin_q_right_hip_yaw * t3237;
-    t3248 = R::fused(-cos_q_right_hip_yaw, t3245, -t3247);
+    out[26][1] = R::fused(-cos_q_right_hip_yaw, t3245, -t3247);
     t3249 = sin_q_right_hip_roll * t3241;
     t3250 = R::fused(cos_q_right_hip_roll, t3244, -t3249);
+    out[26][2] = t3250;
     t3251 = t579 * t3240;
     t3252 = R::fused(-t631, t3235, t3251);
     t3253 = t764 + t3252;
@@ -4817,27 +4746,28 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3261 = t754 + t3260;
     t3262 = R::fused(-sin_q_right_hip_roll, t3261, t3258);
     t3263 = R::fused(-sin_q_right_hip_yaw, t3262, t3254);
-    t3264 = R::fused(R::constant(-0.075), t3250, -t3263);
+    out[26][3] = R::fused(R::constant(-0.075), t3250, -t3263);
     t3265 = sin_q_right_hip_yaw * t3253;
-    t3266 = R::fused(-cos_q_right_hip_yaw, t3262, -t3265);
+    out[26][4] = R::fused(-cos_q_right_hip_yaw, t3262, -t3265);
     t3267 = sin_q_right_hip_roll * t3257;
     t3268 = R::fused(-cos_q_right_hip_roll, t3261, -t3267);
-    t3269 = R::fused(R::constant(0.075), t3246, t3268);
-    t3270 = -t3253;
-    t3271 = -t3257;
+    out[26][6] = t3268;
+    out[26][5] = R::fused(R::constant(0.075), t3246, t3268);
+    out[26][7] = -t3253;
+    out[26][8] = -t3257;
     // right_lower_leg: answer of the forces to its motion
     t3272 = t618 * t3240;
     t3273 = R::fused(-t606, t3235, t3272);
     t3274 = t912 + t3273;
-    t3275 = -t3274;
+    out[26][9] = -t3274;
     // right_ankle: answer of the forces to its motion
     t3276 = t617 * t3240;
     t3277 = R::fused(-t605, t3235, t3276);
     t3278 = t947 + t3277;
-    t3279 = -t3278;
+    out[26][10] = -t3278;
     t3280 = t963 * t3240; // right_foot: answer of the forces to its motion
     t3281 = R::fused(-t975, t3235, t3280); // right_foot: answer of the forces to its motion
-    t3282 = t1000 - t3281; // right_foot: answer of the forces to its motion
+    out[26][11] = t1000 - t3281; // right_foot: answer of the forces to its motion
     // right_lower_leg: answer of the forces to its motion
     t3283 = t365 + t3236;
     t3284 = cos_q_right_hip_yaw * t3283;
@@ -4847,19 +4777,23 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3288 = t381 - t3243;
     t3289 = R::fused(sin_q_right_hip_roll, t3288, t3287);
     t3290 = R::fused(sin_q_right_hip_yaw, t3289, -t3284);
+    out[27][0] = t3290;
     t3291 = sin_q_right_hip_yaw * t3283;
-    t3292 = R::fused(-cos_q_right_hip_yaw, t3289, -t3291);
+    out[27][1] = R::fused(-cos_q_right_hip_yaw, t3289, -t3291);
     t3293 = sin_q_right_hip_roll * t3286;
     t3294 = R::fused(cos_q_right_hip_roll, t3288, -t3293);
+    out[27][2] = t3294;
     t3295 = t575 * t3240;
     t3296 = R::fused(-t627, t3235, t3295);
     t3297 = t763 + t3296;
     t3298 = R::fused(-t432, t3286, -t3297);
+    out[27][7] = t3298;
     t3299 = cos_q_right_hip_yaw * t3298;
     t3300 = t704 + t3273;
     t3301 = t432 * t3283;
     t3302 = R::fused(t430, t3288, t3301);
     t3303 = t3302 - t3300;
+    out[27][8] = t3303;
     t3304 = cos_q_right_hip_roll * t3303;
     t3305 = t627 * t3240;
     t3306 = R::fused(-t596, t3235, t3305);
@@ -4867,18 +4801,19 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3308 = R::fused(-t430, t3286, t3307);
     t3309 = R::fused(-sin_q_right_hip_roll, t3308, -t3304);
     t3310 = R::fused(-sin_q_right_hip_yaw, t3309, -t3299);
-    t3311 = R::fused(R::constant(-0.075), t3294, -t3310);
+    out[27][3] = R::fused(R::constant(-0.075), t3294, -t3310);
     t3312 = sin_q_right_hip_yaw * t3298;
-    t3313 = R::fused(-cos_q_right_hip_yaw, t3309, t3312);
+    out[27][4] = R::fused(-cos_q_right_hip_yaw, t3309, t3312);
     t3314 = sin_q_right_hip_roll * t3303;
     t3315 = R::fused(-cos_q_right_hip_roll, t3308, t3314);
-    t3316 = R::fused(R::constant(0.075), t3290, t3315);
-    t3317 = -t3300;
+    out[27][6] = t3315;
+    out[27][5] = R::fused(R::constant(0.075), t3290, t3315);
+    out[27][9] = -t3300;
     t3318 = t944 + t3277; // right_ankle: answer of the forces to its motion
-    t3319 = -t3318; // right_ankle: answer of the forces to its motion
+    out[27][10] = -t3318; // right_ankle: answer of the forces to its motion
     t3320 = t962 * t3240; // right_foot: answer of the forces to its motion
     t3321 = R::fused(-t974, t3235, t3320); // right_foot: answer of the forces to its motion
-    t3322 = t997 - t3321; // right_foot: answer of the forces to its motion
+    out[27][11] = t997 - t3321; // right_foot: answer of the forces to its motion
     // right_ankle: answer of the forces to its motion
     t3323 = t364 + t3236;
     t3324 = cos_q_right_hip_yaw * t3323;
@@ -4888,23 +4823,28 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3328 = t380 - t3243;
     t3329 = R::fused(sin_q_right_hip_roll, t3328, t3327);
     t3330 = R::fused(sin_q_right_hip_yaw, t3329, -t3324);
+    out[28][0] = t3330;
     t3331 = sin_q_right_hip_yaw * t3323;
-    t3332 = R::fused(-cos_q_right_hip_yaw, t3329, -t3331);
+    out[28][1] = R::fused(-cos_q_right_hip_yaw, t3329, -t3331);
     t3333 = sin_q_right_hip_roll * t3326;
     t3334 = R::fused(cos_q_right_hip_roll, t3328, -t3333);
+    out[28][2] = t3334;
     t3335 = t571 * t3240;
     t3336 = R::fused(-t623, t3235, t3335);
     t3337 = t762 + t3336;
     t3338 = R::fused(t437, t3326, t3337);
     t3339 = R::fused(-t432, t3326, -t3338);
+    out[28][7] = t3339;
     t3340 = cos_q_right_hip_yaw * t3339;
     t3341 = t696 + t3277;
     t3342 = t437 * t3323;
     t3343 = R::fused(t435, t3328, t3342);
     t3344 = t3343 - t3341;
+    out[28][9] = t3344;
     t3345 = t432 * t3323;
     t3346 = R::fused(t430, t3328, t3345);
     t3347 = t3344 + t3346;
+    out[28][8] = t3347;
     t3348 = cos_q_right_hip_roll * t3347;
     t3349 = t623 * t3240;
     t3350 = R::fused(-t594, t3235, t3349);
@@ -4914,34 +4854,33 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3354 = R::fused(-sin_q_right_hip_roll, t3353, -t3348);
     t3355 = R::fused(-sin_q_right_hip_yaw, t3354, -t3340);
     let (
-        t3356, t3357, t3358, t3359, t3360, t3361, t3362, t3363, t3364, t3365, t3366, t3367, t3368, t3369, t3370, t3371,
-        t3372, t3373, t3374, t3375, t3376, t3377, t3378, t3379, t3380, t3381, t3382, t3383, t3384, t3385, t3386, t3387,
-        t3388, t3389, t3390, t3391, t3392, t3393, t3394, t3395, t3396, t3397, t3398, t3399, t3400, t3401, t3402, t3403,
-        t3404, t3405, t3406, t3407, t3408, t3409, t3410, t3411, t3412, t3413, t3414, t3415, t3416, t3417, t3418, t3419,
-        t3420, t3421, t3422, t3423, t3424, t3425, t3426, t3427, t3428, t3429, t3430, t3431, t3432, t3433, t3434, t3435,
-        t3436, t3437, t3438, t3439, t3440, t3441, t3442, t3443, t3444, t3445, t3446, t3447, t3448, t3449, t3450, t3451,
-        t3452, t3453, t3454, t3455, t3456, t3457, t3458, t3459, t3460, t3461, t3462, t3463, t3464, t3465, t3466, t3467,
-        t3468, t3469, t3470, t3471, t3472, t3473, t3474, t3475, t3476, t3477, t3478, t3479, t3480, t3481, t3482, t3483,
-        t3484, t3485, t3486, t3487, t3488, t3489, t3490, t3491, t3492, t3493, t3494, t3495, t3496, t3497, t3498, t3499,
-        t3500, t3501, t3502, t3503, t3504, t3505, t3506, t3507, t3508, t3509, t3510, t3511, t3512, t3513, t3514, t3515,
-        t3516, t3517, t3518, t3519, t3520, t3521, t3522, t3523, t3524, t3525, t3526, t3527, t3528, t3529, t3530, t3531,
-        t3532, t3533, t3534, t3535, t3536, t3537, t3538, t3539, t3540, t3541, t3542, t3543, t3544, t3545, t3546, t3547,
-        t3548, t3549, t3550, t3551, t3552, t3553, t3554, t3555, t3556, t3557, t3558, t3559, t3560, t3561, t3562, t3563,
-        t3564, t3565, t3566, t3567, t3568, t3569, t3570, t3571, t3572, t3573, t3574, t3575, t3576, t3577, t3578, t3579,
-        t3580, t3581, t3582, t3583, t3584, t3585, t3586, t3587, t3588, t3589, t3590, t3591, t3592, t3593, t3594, t3595,
-        t3596, t3597, t3598, t3599, t3600, t3601, t3602, t3603, t3604, t3605, t3606, t3607, t3608, t3609, t3610, t3611,
+        t3357, t3359, t3360, t3363, t3364, t3366, t3367, t3368, t3369, t3370, t3371, t3372, t3373, t3374, t3375, t3376,
+        t3377, t3378, t3380, t3381, t3382, t3383, t3384, t3385, t3386, t3387, t3388, t3389, t3390, t3391, t3392, t3393,
+        t3394, t3395, t3396, t3397, t3398, t3399, t3400, t3401, t3402, t3403, t3404, t3405, t3406, t3407, t3408, t3410,
+        t3412, t3413, t3415, t3417, t3418, t3419, t3420, t3421, t3423, t3424, t3426, t3427, t3428, t3430, t3431, t3433,
+        t3434, t3436, t3437, t3439, t3440, t3442, t3443, t3445, t3446, t3447, t3448, t3449, t3450, t3451, t3452, t3454,
+        t3455, t3456, t3457, t3458, t3459, t3460, t3461, t3462, t3464, t3466, t3467, t3468, t3470, t3471, t3473, t3474,
+        t3476, t3477, t3479, t3480, t3481, t3483, t3484, t3485, t3486, t3487, t3488, t3489, t3490, t3491, t3492, t3493,
+        t3494, t3495, t3497, t3498, t3499, t3500, t3501, t3502, t3503, t3504, t3505, t3506, t3507, t3508, t3509, t3510,
+        t3511, t3513, t3515, t3516, t3520, t3521, t3522, t3524, t3525, t3526, t3528, t3529, t3531, t3532, t3533, t3534,
+        t3535, t3536, t3537, t3538, t3539, t3541, t3542, t3543, t3544, t3545, t3546, t3547, t3548, t3549, t3550, t3551,
+        t3552, t3553, t3554, t3555, t3556, t3557, t3558, t3560, t3562, t3563, t3566, t3568, t3569, t3571, t3572, t3573,
+        t3574, t3575, t3576, t3577, t3578, t3579, t3581, t3582, t3583, t3584, t3585, t3586, t3587, t3588, t3589, t3590,
+        t3591, t3592, t3593, t3594, t3595, t3596, t3597, t3598, t3599, t3600, t3601, t3602, t3603, t3605, t3607, t3608,
+        t3611,
     );
-    t3356 = R::fused(R::constant(-0.075), t3334, -t3355);
+    out[28][3] = R::fused(R::constant(-0.075), t3334, -t3355);
     t3357 = sin_q_right_hip_yaw * t3339;
-    t3358 = R::fused(-cos_q_right_hip_yaw, t3354, t3357);
+    out[28][4] = R::fused(-cos_q_right_hip_yaw, t3354, t3357);
     t3359 = sin_q_right_hip_roll * t3347;
     t3360 = R::fused(-cos_q_right_hip_roll, t3353, t3359);
-    t3361 = R::fused(R::constant(0.075), t3330, t3360);
-    t3362 = -t3341;
+    out[28][6] = t3360;
+    out[28][5] = R::fused(R::constant(0.075), t3330, t3360);
+    out[28][10] = -t3341;
     // right_foot: answer of the forces to its motion
     t3363 = t961 * t3240;
     t3364 = R::fused(-t973, t3235, t3363);
-    t3365 = t751 - t3364;
+    out[28][11] = t751 - t3364;
     t3366 = sin_t2 * t345;
     t3367 = R::constant(2.0) * t233; // right_foot: change of its motion
     t3368 = t34 * t3367;
@@ -4954,10 +4893,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3375 = R::fused(-sin_t2, t3370, t3374);
     t3376 = R::fused(sin_q_right_hip_roll, t3375, t3373);
     t3377 = R::fused(-sin_q_right_hip_yaw, t3376, -t3372);
+    out[29][0] = t3377;
     t3378 = sin_q_right_hip_yaw * t3371;
-    t3379 = R::fused(cos_q_right_hip_yaw, t3376, -t3378);
+    out[29][1] = R::fused(cos_q_right_hip_yaw, t3376, -t3378);
     t3380 = sin_q_right_hip_roll * t359;
     t3381 = R::fused(-cos_q_right_hip_roll, t3375, t3380);
+    out[29][2] = t3381;
     t3382 = t400 * t3367;
     t3383 = R::fused(t395, t3369, t3382);
     t3384 = t663 + t3383;
@@ -4965,19 +4906,24 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3386 = t402 * t3367;
     t3387 = R::fused(-t397, t3369, t3386);
     t3388 = t653 - t3387;
+    out[29][11] = t3388;
     t3389 = R::fused(cos_t2, t3388, t3385);
     t3390 = R::fused(t437, t359, t3389);
     t3391 = R::fused(t432, t359, t3390);
+    out[29][7] = t3391;
     t3392 = cos_q_right_hip_yaw * t3391;
     t3393 = t464 * t3367;
     t3394 = R::fused(t400, t3369, t3393);
     t3395 = t728 + t3394;
+    out[29][10] = t3395;
     t3396 = t437 * t3371;
     t3397 = R::fused(-t435, t3375, t3396);
     t3398 = t3395 + t3397;
+    out[29][9] = t3398;
     t3399 = t432 * t3371;
     t3400 = R::fused(-t430, t3375, t3399);
     t3401 = t3398 + t3400;
+    out[29][8] = t3401;
     t3402 = cos_q_right_hip_roll * t3401;
     t3403 = cos_t2 * t3384;
     t3404 = R::fused(-sin_t2, t3388, t3403);
@@ -4985,43 +4931,47 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3406 = R::fused(-t430, t359, t3405);
     t3407 = R::fused(-sin_q_right_hip_roll, t3406, t3402);
     t3408 = R::fused(-sin_q_right_hip_yaw, t3407, t3392);
-    t3409 = R::fused(R::constant(-0.075), t3381, t3408);
+    out[29][3] = R::fused(R::constant(-0.075), t3381, t3408);
     t3410 = sin_q_right_hip_yaw * t3391;
-    t3411 = R::fused(cos_q_right_hip_yaw, t3407, t3410);
+    out[29][4] = R::fused(cos_q_right_hip_yaw, t3407, t3410);
     t3412 = sin_q_right_hip_roll * t3401;
     t3413 = R::fused(cos_q_right_hip_roll, t3406, t3412);
-    t3414 = R::fused(R::constant(0.075), t3377, t3413);
+    out[29][6] = t3413;
+    out[29][5] = R::fused(R::constant(0.075), t3377, t3413);
     // left_hip_yaw_link: answer of the forces to its motion
     t3415 = R::fused(-t56, t3165, t1604);
-    t3416 = R::fused(-t56, t3167, -t1607);
+    out[30][0] = t3415;
+    out[30][1] = R::fused(-t56, t3167, -t1607);
     t3417 = t33 * t3167;
     t3418 = R::fused(-t64, t3165, -t3417);
+    out[30][2] = t3418;
     t3419 = t1835 * t3167;
     t3420 = R::fused(-t1839, t3165, t3419);
     t3421 = t3047 - t3420;
-    t3422 = R::fused(R::constant(0.075), t3418, -t3421);
+    out[30][3] = R::fused(R::constant(0.075), t3418, -t3421);
     t3423 = t1839 * t3167;
     t3424 = R::fused(-t2019, t3165, t3423);
-    t3425 = t3424 - t3060;
+    out[30][4] = t3424 - t3060;
     t3426 = t1847 * t3167;
     t3427 = R::fused(-t2022, t3165, t3426);
     t3428 = t2273 + t3427;
-    t3429 = R::fused(R::constant(-0.075), t3415, t3428);
+    out[30][12] = t3428;
+    out[30][5] = R::fused(R::constant(-0.075), t3415, t3428);
     t3430 = t2057 * t3167; // left_hip_roll_link: answer of the forces to its motion
     t3431 = R::fused(-t2060, t3165, t3430); // left_hip_roll_link: answer of the forces to its motion
-    t3432 = t3431 - t2249; // left_hip_roll_link: answer of the forces to its motion
+    out[30][13] = t3431 - t2249; // left_hip_roll_link: answer of the forces to its motion
     t3433 = t2076 * t3167; // left_upper_leg: answer of the forces to its motion
     t3434 = R::fused(-t2079, t3165, t3433); // left_upper_leg: answer of the forces to its motion
-    t3435 = t3434 - t2286; // left_upper_leg: answer of the forces to its motion
+    out[30][14] = t3434 - t2286; // left_upper_leg: answer of the forces to its motion
     t3436 = t2101 * t3167; // left_lower_leg: answer of the forces to its motion
     t3437 = R::fused(-t2104, t3165, t3436); // left_lower_leg: answer of the forces to its motion
-    t3438 = t3437 - t2298; // left_lower_leg: answer of the forces to its motion
+    out[30][15] = t3437 - t2298; // left_lower_leg: answer of the forces to its motion
     t3439 = t2132 * t3167; // left_ankle: answer of the forces to its motion
     t3440 = R::fused(-t2135, t3165, t3439); // left_ankle: answer of the forces to its motion
-    t3441 = t3440 - t2310; // left_ankle: answer of the forces to its motion
+    out[30][16] = t3440 - t2310; // left_ankle: answer of the forces to its motion
     t3442 = t2177 * t3167; // left_foot: answer of the forces to its motion
     t3443 = R::fused(-t2180, t3165, t3442); // left_foot: answer of the forces to its motion
-    t3444 = t2322 + t3443; // left_foot: answer of the forces to its motion
+    out[30][17] = t2322 + t3443; // left_foot: answer of the forces to its motion
     t3445 = R::constant(2.0) * t1442; // left_hip_roll_link: change of its motion
     t3446 = t56 * t3445; // left_hip_roll_link: answer of the forces to its motion
     t3447 = R::constant(2.0) * t1440; // left_hip_roll_link: change of its motion
@@ -5030,38 +4980,42 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3449 = cos_q_left_hip_yaw * t3448;
     t3450 = R::fused(-t22, t3447, t1585);
     t3451 = R::fused(-sin_q_left_hip_yaw, t3450, t3449);
+    out[31][0] = t3451;
     t3452 = sin_q_left_hip_yaw * t3448;
-    t3453 = R::fused(cos_q_left_hip_yaw, t3450, t3452);
+    out[31][1] = R::fused(cos_q_left_hip_yaw, t3450, t3452);
     t3454 = R::fused(t22, t3445, -t1603);
+    out[31][2] = t3454;
     t3455 = t1832 * t3445;
     t3456 = R::fused(t1842, t3447, t3455);
     t3457 = t1895 + t3456;
+    out[31][13] = t3457;
     t3458 = cos_q_left_hip_yaw * t3457;
     t3459 = t1810 * t3445;
     t3460 = R::fused(t1846, t3447, t3459);
     t3461 = t2003 + t3460;
     t3462 = R::fused(-sin_q_left_hip_yaw, t3461, t3458);
-    t3463 = R::fused(R::constant(0.075), t3454, t3462);
+    out[31][3] = R::fused(R::constant(0.075), t3454, t3462);
     t3464 = sin_q_left_hip_yaw * t3457;
-    t3465 = R::fused(cos_q_left_hip_yaw, t3461, t3464);
+    out[31][4] = R::fused(cos_q_left_hip_yaw, t3461, t3464);
     t3466 = t1846 * t3445;
     t3467 = R::fused(t2035, t3447, t3466);
     t3468 = t2040 + t3467;
-    t3469 = R::fused(R::constant(-0.075), t3451, t3468);
+    out[31][12] = t3468;
+    out[31][5] = R::fused(R::constant(-0.075), t3451, t3468);
     t3470 = t2075 * t3445; // left_upper_leg: answer of the forces to its motion
     t3471 = R::fused(t2082, t3447, t3470); // left_upper_leg: answer of the forces to its motion
-    t3472 = t1994 + t3471; // left_upper_leg: answer of the forces to its motion
+    out[31][14] = t1994 + t3471; // left_upper_leg: answer of the forces to its motion
     t3473 = t2100 * t3445; // left_lower_leg: answer of the forces to its motion
     t3474 = R::fused(t2107, t3447, t3473); // left_lower_leg: answer of the forces to its motion
-    t3475 = t2110 + t3474; // left_lower_leg: answer of the forces to its motion
+    out[31][15] = t2110 + t3474; // left_lower_leg: answer of the forces to its motion
     t3476 = t2131 * t3445; // left_ankle: answer of the forces to its motion
     t3477 = R::fused(t2138, t3447, t3476); // left_ankle: answer of the forces to its motion
-    t3478 = t2142 + t3477; // left_ankle: answer of the forces to its motion
+    out[31][16] = t2142 + t3477; // left_ankle: answer of the forces to its motion
     // left_foot: answer of the forces to its motion
     t3479 = t2176 * t3445;
     t3480 = R::fused(t2183, t3447, t3479);
     t3481 = t2193 + t3480;
-    t3482 = -t3481;
+    out[31][17] = -t3481;
     t3483 = R::constant(2.0) * t1452; // left_upper_leg: change of its motion
     // left_upper_leg: answer of the forces to its motion
     t3484 = t24 * t3483;
@@ -5075,10 +5029,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3492 = t1600 - t3491;
     t3493 = R::fused(sin_q_left_hip_roll, t3492, t3490);
     t3494 = R::fused(sin_q_left_hip_yaw, t3493, -t3486);
+    out[32][0] = t3494;
     t3495 = sin_q_left_hip_yaw * t3485;
-    t3496 = R::fused(-cos_q_left_hip_yaw, t3493, -t3495);
+    out[32][1] = R::fused(-cos_q_left_hip_yaw, t3493, -t3495);
     t3497 = sin_q_left_hip_roll * t3489;
     t3498 = R::fused(cos_q_left_hip_roll, t3492, -t3497);
+    out[32][2] = t3498;
     t3499 = t1779 * t3488;
     t3500 = R::fused(-t1831, t3483, t3499);
     t3501 = t1964 + t3500;
@@ -5092,27 +5048,28 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3509 = t1954 + t3508;
     t3510 = R::fused(-sin_q_left_hip_roll, t3509, t3506);
     t3511 = R::fused(-sin_q_left_hip_yaw, t3510, t3502);
-    t3512 = R::fused(R::constant(0.075), t3498, -t3511);
+    out[32][3] = R::fused(R::constant(0.075), t3498, -t3511);
     t3513 = sin_q_left_hip_yaw * t3501;
-    t3514 = R::fused(-cos_q_left_hip_yaw, t3510, -t3513);
+    out[32][4] = R::fused(-cos_q_left_hip_yaw, t3510, -t3513);
     t3515 = sin_q_left_hip_roll * t3505;
     t3516 = R::fused(-cos_q_left_hip_roll, t3509, -t3515);
-    t3517 = R::fused(R::constant(-0.075), t3494, t3516);
-    t3518 = -t3501;
-    t3519 = -t3505;
+    out[32][12] = t3516;
+    out[32][5] = R::fused(R::constant(-0.075), t3494, t3516);
+    out[32][13] = -t3501;
+    out[32][14] = -t3505;
     // left_lower_leg: answer of the forces to its motion
     t3520 = t1818 * t3488;
     t3521 = R::fused(-t1806, t3483, t3520);
     t3522 = t2112 + t3521;
-    t3523 = -t3522;
+    out[32][15] = -t3522;
     // left_ankle: answer of the forces to its motion
     t3524 = t1817 * t3488;
     t3525 = R::fused(-t1805, t3483, t3524);
     t3526 = t2147 + t3525;
-    t3527 = -t3526;
+    out[32][16] = -t3526;
     t3528 = t2163 * t3488; // left_foot: answer of the forces to its motion
     t3529 = R::fused(-t2175, t3483, t3528); // left_foot: answer of the forces to its motion
-    t3530 = t2200 - t3529; // left_foot: answer of the forces to its motion
+    out[32][17] = t2200 - t3529; // left_foot: answer of the forces to its motion
     // left_lower_leg: answer of the forces to its motion
     t3531 = t1583 + t3484;
     t3532 = cos_q_left_hip_yaw * t3531;
@@ -5122,19 +5079,23 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3536 = t1599 - t3491;
     t3537 = R::fused(sin_q_left_hip_roll, t3536, t3535);
     t3538 = R::fused(sin_q_left_hip_yaw, t3537, -t3532);
+    out[33][0] = t3538;
     t3539 = sin_q_left_hip_yaw * t3531;
-    t3540 = R::fused(-cos_q_left_hip_yaw, t3537, -t3539);
+    out[33][1] = R::fused(-cos_q_left_hip_yaw, t3537, -t3539);
     t3541 = sin_q_left_hip_roll * t3534;
     t3542 = R::fused(cos_q_left_hip_roll, t3536, -t3541);
+    out[33][2] = t3542;
     t3543 = t1775 * t3488;
     t3544 = R::fused(-t1827, t3483, t3543);
     t3545 = t1963 + t3544;
     t3546 = R::fused(-t1632, t3534, -t3545);
+    out[33][13] = t3546;
     t3547 = cos_q_left_hip_yaw * t3546;
     t3548 = t1904 + t3521;
     t3549 = t1632 * t3531;
     t3550 = R::fused(t1630, t3536, t3549);
     t3551 = t3550 - t3548;
+    out[33][14] = t3551;
     t3552 = cos_q_left_hip_roll * t3551;
     t3553 = t1827 * t3488;
     t3554 = R::fused(-t1796, t3483, t3553);
@@ -5142,18 +5103,19 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3556 = R::fused(-t1630, t3534, t3555);
     t3557 = R::fused(-sin_q_left_hip_roll, t3556, -t3552);
     t3558 = R::fused(-sin_q_left_hip_yaw, t3557, -t3547);
-    t3559 = R::fused(R::constant(0.075), t3542, -t3558);
+    out[33][3] = R::fused(R::constant(0.075), t3542, -t3558);
     t3560 = sin_q_left_hip_yaw * t3546;
-    t3561 = R::fused(-cos_q_left_hip_yaw, t3557, t3560);
+    out[33][4] = R::fused(-cos_q_left_hip_yaw, t3557, t3560);
     t3562 = sin_q_left_hip_roll * t3551;
     t3563 = R::fused(-cos_q_left_hip_roll, t3556, t3562);
-    t3564 = R::fused(R::constant(-0.075), t3538, t3563);
-    t3565 = -t3548;
+    out[33][12] = t3563;
+    out[33][5] = R::fused(R::constant(-0.075), t3538, t3563);
+    out[33][15] = -t3548;
     t3566 = t2144 + t3525; // left_ankle: answer of the forces to its motion
-    t3567 = -t3566; // left_ankle: answer of the forces to its motion
+    out[33][16] = -t3566; // left_ankle: answer of the forces to its motion
     t3568 = t2162 * t3488; // left_foot: answer of the forces to its motion
     t3569 = R::fused(-t2174, t3483, t3568); // left_foot: answer of the forces to its motion
-    t3570 = t2197 - t3569; // left_foot: answer of the forces to its motion
+    out[33][17] = t2197 - t3569; // left_foot: answer of the forces to its motion
     // left_ankle: answer of the forces to its motion
     t3571 = t1582 + t3484;
     t3572 = cos_q_left_hip_yaw * t3571;
@@ -5163,23 +5125,28 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3576 = t1598 - t3491;
     t3577 = R::fused(sin_q_left_hip_roll, t3576, t3575);
     t3578 = R::fused(sin_q_left_hip_yaw, t3577, -t3572);
+    out[34][0] = t3578;
     t3579 = sin_q_left_hip_yaw * t3571;
-    t3580 = R::fused(-cos_q_left_hip_yaw, t3577, -t3579);
+    out[34][1] = R::fused(-cos_q_left_hip_yaw, t3577, -t3579);
     t3581 = sin_q_left_hip_roll * t3574;
     t3582 = R::fused(cos_q_left_hip_roll, t3576, -t3581);
+    out[34][2] = t3582;
     t3583 = t1771 * t3488;
     t3584 = R::fused(-t1823, t3483, t3583);
     t3585 = t1962 + t3584;
     t3586 = R::fused(t1637, t3574, t3585);
     t3587 = R::fused(-t1632, t3574, -t3586);
+    out[34][13] = t3587;
     t3588 = cos_q_left_hip_yaw * t3587;
     t3589 = t1896 + t3525;
     t3590 = t1637 * t3571;
     t3591 = R::fused(t1635, t3576, t3590);
     t3592 = t3591 - t3589;
+    out[34][15] = t3592;
     t3593 = t1632 * t3571;
     t3594 = R::fused(t1630, t3576, t3593);
     t3595 = t3592 + t3594;
+    out[34][14] = t3595;
     t3596 = cos_q_left_hip_roll * t3595;
     t3597 = t1823 * t3488;
     t3598 = R::fused(-t1794, t3483, t3597);
@@ -5188,35 +5155,36 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3601 = R::fused(-t1630, t3574, t3600);
     t3602 = R::fused(-sin_q_left_hip_roll, t3601, -t3596);
     t3603 = R::fused(-sin_q_left_hip_yaw, t3602, -t3588);
-    t3604 = R::fused(R::constant(0.075), t3582, -t3603);
+    out[34][3] = R::fused(R::constant(0.075), t3582, -t3603);
     t3605 = sin_q_left_hip_yaw * t3587;
-    t3606 = R::fused(-cos_q_left_hip_yaw, t3602, t3605);
+    out[34][4] = R::fused(-cos_q_left_hip_yaw, t3602, t3605);
     t3607 = sin_q_left_hip_roll * t3595;
     t3608 = R::fused(-cos_q_left_hip_roll, t3601, t3607);
-    t3609 = R::fused(R::constant(-0.075), t3578, t3608);
-    t3610 = -t3589;
+    out[34][12] = t3608;
+    out[34][5] = R::fused(R::constant(-0.075), t3578, t3608);
+    out[34][16] = -t3589;
     // left_foot: answer of the forces to its motion
     t3611 = t2161 * t3488;
     let (
-        t3612, t3613, t3614, t3615, t3616, t3617, t3618, t3619, t3620, t3621, t3622, t3623, t3624, t3625, t3626, t3627,
-        t3628, t3629, t3630, t3631, t3632, t3633, t3634, t3635, t3636, t3637, t3638, t3639, t3640, t3641, t3642, t3643,
-        t3644, t3645, t3646, t3647, t3648, t3649, t3650, t3651, t3652, t3653, t3654, t3655, t3656, t3657, t3658, t3659,
-        t3660, t3661, t3662, t3663, t3664, t3665, t3666, t3667, t3668, t3669, t3670, t3671, t3672, t3673, t3674, t3675,
-        t3676, t3677, t3678, t3679, t3680, t3681, t3682, t3683, t3684, t3685, t3686, t3687, t3688, t3689, t3690, t3691,
-        t3692, t3693, t3694, t3695, t3696, t3697, t3698, t3699, t3700, t3701, t3702, t3703, t3704, t3705, t3706, t3707,
-        t3708, t3709, t3710, t3711, t3712, t3713, t3714, t3715, t3716, t3717, t3718, t3719, t3720, t3721, t3722, t3723,
-        t3724, t3725, t3726, t3727, t3728, t3729, t3730, t3731, t3732, t3733, t3734, t3735, t3736, t3737, t3738, t3739,
-        t3740, t3741, t3742, t3743, t3744, t3745, t3746, t3747, t3748, t3749, t3750, t3751, t3752, t3753, t3754, t3755,
-        t3756, t3757, t3758, t3759, t3760, t3761, t3762, t3763, t3764, t3765, t3766, t3767, t3768, t3769, t3770, t3771,
-        t3772, t3773, t3774, t3775, t3776, t3777, t3778, t3779, t3780, t3781, t3782, t3783, t3784, t3785, t3786, t3787,
-        t3788, t3789, t3790, t3791, t3792, t3793, t3794, t3795, t3796, t3797, t3798, t3799, t3800, t3801, t3802, t3803,
-        t3804, t3805, t3806, t3807, t3808, t3809, t3810, t3811, t3812, t3813, t3814, t3815, t3816, t3817, t3818, t3819,
-        t3820, t3821, t3822, t3823, t3824, t3825, t3826, t3827, t3828, t3829, t3830, t3831, t3832, t3833, t3834, t3835,
-        t3836, t3837, t3838, t3839, t3840, t3841, t3842, t3843, t3844, t3845, t3846, t3847, t3848, t3849, t3850, t3851,
-        t3852, t3853, t3854, t3855, t3856, t3857, t3858, t3859, t3860, t3861, t3862, t3863, t3864, t3865, t3866, t3867,
+        t3612, t3614, t3615, t3616, t3617, t3618, t3619, t3620, t3621, t3622, t3623, t3624, t3625, t3626, t3628, t3629,
+        t3630, t3631, t3632, t3633, t3634, t3635, t3636, t3637, t3638, t3639, t3640, t3641, t3642, t3643, t3644, t3645,
+        t3646, t3647, t3648, t3649, t3650, t3651, t3652, t3653, t3654, t3655, t3656, t3658, t3660, t3661, t3663, t3664,
+        t3665, t3666, t3667, t3668, t3669, t3670, t3671, t3672, t3673, t3674, t3675, t3676, t3677, t3678, t3679, t3680,
+        t3681, t3682, t3683, t3684, t3685, t3686, t3687, t3688, t3689, t3690, t3691, t3692, t3693, t3694, t3695, t3696,
+        t3697, t3698, t3699, t3700, t3701, t3702, t3703, t3704, t3705, t3706, t3707, t3708, t3709, t3710, t3711, t3712,
+        t3713, t3714, t3715, t3716, t3717, t3718, t3719, t3720, t3721, t3722, t3723, t3724, t3725, t3726, t3727, t3728,
+        t3729, t3730, t3731, t3732, t3733, t3734, t3735, t3736, t3737, t3738, t3739, t3740, t3741, t3742, t3743, t3744,
+        t3745, t3746, t3747, t3748, t3749, t3750, t3751, t3752, t3753, t3754, t3755, t3756, t3757, t3758, t3759, t3760,
+        t3761, t3762, t3763, t3764, t3765, t3766, t3767, t3768, t3769, t3770, t3771, t3772, t3773, t3774, t3775, t3776,
+        t3777, t3778, t3779, t3780, t3781, t3782, t3783, t3784, t3785, t3786, t3787, t3788, t3789, t3790, t3791, t3792,
+        t3793, t3794, t3795, t3796, t3797, t3798, t3799, t3800, t3801, t3802, t3803, t3804, t3805, t3806, t3807, t3808,
+        t3809, t3810, t3811, t3812, t3813, t3814, t3815, t3816, t3817, t3818, t3819, t3820, t3821, t3822, t3823, t3824,
+        t3825, t3826, t3827, t3828, t3829, t3830, t3831, t3832, t3833, t3834, t3835, t3836, t3837, t3838, t3839, t3840,
+        t3841, t3842, t3843, t3844, t3845, t3846, t3847, t3848, t3849, t3850, t3851, t3852, t3853, t3854, t3855, t3856,
+        t3857, t3858, t3859, t3860, t3861, t3862, t3863, t3864, t3865, t3866, t3867,
     );
     t3612 = R::fused(-t2173, t3483, t3611);
-    t3613 = t1951 - t3612;
+    out[34][17] = t1951 - t3612;
     t3614 = sin_t3 * t1563;
     t3615 = R::constant(2.0) * t1453; // left_foot: change of its motion
     t3616 = t16 * t3615;
@@ -5229,10 +5197,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3623 = R::fused(-sin_t3, t3618, t3622);
     t3624 = R::fused(sin_q_left_hip_roll, t3623, t3621);
     t3625 = R::fused(-sin_q_left_hip_yaw, t3624, -t3620);
+    out[35][0] = t3625;
     t3626 = sin_q_left_hip_yaw * t3619;
-    t3627 = R::fused(cos_q_left_hip_yaw, t3624, -t3626);
+    out[35][1] = R::fused(cos_q_left_hip_yaw, t3624, -t3626);
     t3628 = sin_q_left_hip_roll * t1577;
     t3629 = R::fused(-cos_q_left_hip_roll, t3623, t3628);
+    out[35][2] = t3629;
     t3630 = t1618 * t3615;
     t3631 = R::fused(t1613, t3617, t3630);
     t3632 = t1863 + t3631;
@@ -5240,19 +5210,24 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3634 = t1620 * t3615;
     t3635 = R::fused(-t1615, t3617, t3634);
     t3636 = t1853 - t3635;
+    out[35][17] = t3636;
     t3637 = R::fused(cos_t3, t3636, t3633);
     t3638 = R::fused(t1637, t1577, t3637);
     t3639 = R::fused(t1632, t1577, t3638);
+    out[35][13] = t3639;
     t3640 = cos_q_left_hip_yaw * t3639;
     t3641 = t1664 * t3615;
     t3642 = R::fused(t1618, t3617, t3641);
     t3643 = t1928 + t3642;
+    out[35][16] = t3643;
     t3644 = t1637 * t3619;
     t3645 = R::fused(-t1635, t3623, t3644);
     t3646 = t3643 + t3645;
+    out[35][15] = t3646;
     t3647 = t1632 * t3619;
     t3648 = R::fused(-t1630, t3623, t3647);
     t3649 = t3646 + t3648;
+    out[35][14] = t3649;
     t3650 = cos_q_left_hip_roll * t3649;
     t3651 = cos_t3 * t3632;
     t3652 = R::fused(-sin_t3, t3636, t3651);
@@ -5260,12 +5235,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3654 = R::fused(-t1630, t1577, t3653);
     t3655 = R::fused(-sin_q_left_hip_roll, t3654, t3650);
     t3656 = R::fused(-sin_q_left_hip_yaw, t3655, t3640);
-    t3657 = R::fused(R::constant(0.075), t3629, t3656);
+    out[35][3] = R::fused(R::constant(0.075), t3629, t3656);
     t3658 = sin_q_left_hip_yaw * t3639;
-    t3659 = R::fused(cos_q_left_hip_yaw, t3655, t3658);
+    out[35][4] = R::fused(cos_q_left_hip_yaw, t3655, t3658);
     t3660 = sin_q_left_hip_roll * t3649;
     t3661 = R::fused(cos_q_left_hip_roll, t3654, t3660);
-    t3662 = R::fused(R::constant(-0.075), t3625, t3661);
+    out[35][12] = t3661;
+    out[35][5] = R::fused(R::constant(-0.075), t3625, t3661);
     t3663 = t34 * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t3664 = R::fused(R::constant(-0.0171), cos_q_right_ankle_pitch, t3663); // right_ankle: sums of what it carries
     t3665 = t3664 * cos_q_right_knee_pitch; // right_lower_leg: sums of what it carries
@@ -5294,27 +5270,45 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3688 = R::fused(-cos_q_left_hip_roll, t3687, t55); // left_hip_roll_link: sums of what it carries
     t3689 = R::constant(2.444) + t3688; // left_hip_yaw_link: sums of what it carries
     t3690 = t3675 + t3689; // right_hip_yaw_link: sums of what it carries
+    out[36][4] = t3690;
+    out[40][0] = t3690;
     t3691 = cos_q_left_hip_pitch * t3682; // left_upper_leg: sums of what it carries
     t3692 = R::fused(sin_q_left_hip_pitch, t3686, t3691); // left_upper_leg: sums of what it carries
     t3693 = sin_q_left_hip_yaw * t3692; // left_hip_yaw_link: sums of what it carries
     t3694 = R::fused(sin_q_left_hip_roll, t3687, t25); // left_hip_roll_link: sums of what it carries
+    out[38][13] = t3694;
+    out[49][2] = t3694;
     t3695 = R::fused(-cos_q_left_hip_yaw, t3694, t3693); // left_hip_yaw_link: sums of what it carries
+    out[36][12] = t3695;
+    out[48][0] = t3695;
     t3696 = cos_q_right_hip_pitch * t3669; // right_upper_leg: sums of what it carries
     t3697 = R::fused(sin_q_right_hip_pitch, t3673, t3696); // right_upper_leg: sums of what it carries
     t3698 = sin_q_right_hip_yaw * t3697; // right_hip_yaw_link: sums of what it carries
     t3699 = R::fused(sin_q_right_hip_roll, t3674, t43); // right_hip_roll_link: sums of what it carries
+    out[38][7] = t3699;
+    out[43][2] = t3699;
     t3700 = R::fused(-cos_q_right_hip_yaw, t3699, t3698); // right_hip_yaw_link: sums of what it carries
+    out[36][6] = t3700;
+    out[42][0] = t3700;
     t3701 = t3695 + t3700; // right_hip_yaw_link: sums of what it carries
+    out[36][5] = t3701;
+    out[41][0] = t3701;
     t3702 = sin_q_right_hip_yaw * t3675; // right_hip_roll_link: mass matrix
+    out[36][7] = t3702;
+    out[43][0] = t3702;
     t3703 = cos_q_right_hip_yaw * t3674; // right_upper_leg: mass matrix
     t3704 = sin_q_right_hip_roll * t3697; // right_upper_leg: mass matrix
     t3705 = R::fused(sin_q_right_hip_yaw, t3704, -t3703); // right_upper_leg: mass matrix
+    out[36][8] = t3705;
+    out[44][0] = t3705;
     // right_lower_leg: mass matrix
     t3706 = R::fused(-cos_q_right_hip_pitch, t3672, t3670);
     t3707 = cos_q_right_hip_yaw * t3706;
     t3708 = R::fused(sin_q_right_hip_pitch, t3672, t3696);
     t3709 = sin_q_right_hip_roll * t3708;
     t3710 = R::fused(sin_q_right_hip_yaw, t3709, t3707);
+    out[36][9] = t3710;
+    out[45][0] = t3710;
     // right_ankle: mass matrix
     t3711 = R::fused(t3667, sin_q_right_knee_pitch, t3665);
     t3712 = sin_q_right_hip_pitch * t3711;
@@ -5325,6 +5319,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3717 = R::fused(-sin_q_right_hip_pitch, t3713, t3716);
     t3718 = sin_q_right_hip_roll * t3717;
     t3719 = R::fused(sin_q_right_hip_yaw, t3718, t3715);
+    out[36][10] = t3719;
+    out[46][0] = t3719;
     // right_foot: mass matrix
     t3720 = t42 * cos_q_right_ankle_pitch;
     t3721 = cos_q_right_knee_pitch * t3720;
@@ -5339,16 +5335,24 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3730 = R::fused(-sin_q_right_hip_pitch, t3726, t3729);
     t3731 = R::fused(-sin_q_right_hip_roll, t3730, t97);
     t3732 = R::fused(-sin_q_right_hip_yaw, t3731, t3728);
+    out[36][11] = t3732;
+    out[47][0] = t3732;
     t3733 = sin_q_left_hip_yaw * t3688; // left_hip_roll_link: mass matrix
+    out[36][13] = t3733;
+    out[49][0] = t3733;
     t3734 = cos_q_left_hip_yaw * t3687; // left_upper_leg: mass matrix
     t3735 = sin_q_left_hip_roll * t3692; // left_upper_leg: mass matrix
     t3736 = R::fused(sin_q_left_hip_yaw, t3735, -t3734); // left_upper_leg: mass matrix
+    out[36][14] = t3736;
+    out[50][0] = t3736;
     // left_lower_leg: mass matrix
     t3737 = R::fused(-cos_q_left_hip_pitch, t3685, t3683);
     t3738 = cos_q_left_hip_yaw * t3737;
     t3739 = R::fused(sin_q_left_hip_pitch, t3685, t3691);
     t3740 = sin_q_left_hip_roll * t3739;
     t3741 = R::fused(sin_q_left_hip_yaw, t3740, t3738);
+    out[36][15] = t3741;
+    out[51][0] = t3741;
     // left_ankle: mass matrix
     t3742 = R::fused(t3680, sin_q_left_knee_pitch, t3678);
     t3743 = sin_q_left_hip_pitch * t3742;
@@ -5359,6 +5363,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3748 = R::fused(-sin_q_left_hip_pitch, t3744, t3747);
     t3749 = sin_q_left_hip_roll * t3748;
     t3750 = R::fused(sin_q_left_hip_yaw, t3749, t3746);
+    out[36][16] = t3750;
+    out[52][0] = t3750;
     // left_foot: mass matrix
     t3751 = t24 * cos_q_left_ankle_pitch;
     t3752 = cos_q_left_knee_pitch * t3751;
@@ -5373,42 +5379,92 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3761 = R::fused(-sin_q_left_hip_pitch, t3757, t3760);
     t3762 = R::fused(-sin_q_left_hip_roll, t3761, t130);
     t3763 = R::fused(-sin_q_left_hip_yaw, t3762, t3759);
+    out[36][17] = t3763;
+    out[53][0] = t3763;
     t3764 = -t3690; // right_hip_yaw_link: sums of what it carries
+    out[37][3] = t3764;
+    out[39][1] = t3764;
     t3765 = cos_q_left_hip_yaw * t3692; // left_hip_yaw_link: sums of what it carries
     t3766 = R::fused(-sin_q_left_hip_yaw, t3694, -t3765); // left_hip_yaw_link: sums of what it carries
+    out[37][12] = t3766;
+    out[48][1] = t3766;
     t3767 = cos_q_right_hip_yaw * t3697; // right_hip_yaw_link: sums of what it carries
     t3768 = R::fused(-sin_q_right_hip_yaw, t3699, -t3767); // right_hip_yaw_link: sums of what it carries
+    out[37][6] = t3768;
+    out[42][1] = t3768;
     t3769 = t3766 + t3768; // right_hip_yaw_link: sums of what it carries
+    out[37][5] = t3769;
+    out[41][1] = t3769;
     t3770 = cos_q_right_hip_yaw * t3675; // right_hip_roll_link: mass matrix
     t3771 = -t3770; // right_hip_roll_link: mass matrix
+    out[37][7] = t3771;
+    out[43][1] = t3771;
     t3772 = sin_q_right_hip_yaw * t3674; // right_upper_leg: mass matrix
     t3773 = R::fused(-cos_q_right_hip_yaw, t3704, -t3772); // right_upper_leg: mass matrix
+    out[37][8] = t3773;
+    out[44][1] = t3773;
     t3774 = sin_q_right_hip_yaw * t3706; // right_lower_leg: mass matrix
     t3775 = R::fused(-cos_q_right_hip_yaw, t3709, t3774); // right_lower_leg: mass matrix
+    out[37][9] = t3775;
+    out[45][1] = t3775;
     t3776 = sin_q_right_hip_yaw * t3714; // right_ankle: mass matrix
     t3777 = R::fused(-cos_q_right_hip_yaw, t3718, t3776); // right_ankle: mass matrix
+    out[37][10] = t3777;
+    out[46][1] = t3777;
     t3778 = sin_q_right_hip_yaw * t3727; // right_foot: mass matrix
     t3779 = R::fused(cos_q_right_hip_yaw, t3731, t3778); // right_foot: mass matrix
+    out[37][11] = t3779;
+    out[47][1] = t3779;
     t3780 = cos_q_left_hip_yaw * t3688; // left_hip_roll_link: mass matrix
     t3781 = -t3780; // left_hip_roll_link: mass matrix
+    out[37][13] = t3781;
+    out[49][1] = t3781;
     t3782 = sin_q_left_hip_yaw * t3687; // left_upper_leg: mass matrix
     t3783 = R::fused(-cos_q_left_hip_yaw, t3735, -t3782); // left_upper_leg: mass matrix
+    out[37][14] = t3783;
+    out[50][1] = t3783;
     t3784 = sin_q_left_hip_yaw * t3737; // left_lower_leg: mass matrix
     t3785 = R::fused(-cos_q_left_hip_yaw, t3740, t3784); // left_lower_leg: mass matrix
+    out[37][15] = t3785;
+    out[51][1] = t3785;
     t3786 = sin_q_left_hip_yaw * t3745; // left_ankle: mass matrix
     t3787 = R::fused(-cos_q_left_hip_yaw, t3749, t3786); // left_ankle: mass matrix
+    out[37][16] = t3787;
+    out[52][1] = t3787;
     t3788 = sin_q_left_hip_yaw * t3758;
     t3789 = R::fused(cos_q_left_hip_yaw, t3762, t3788);
+    out[37][17] = t3789;
+    out[53][1] = t3789;
     t3790 = -t3701; // right_hip_yaw_link: sums of what it carries
+    out[38][3] = t3790;
+    out[39][2] = t3790;
     t3791 = -t3769; // right_hip_yaw_link: sums of what it carries
+    out[38][4] = t3791;
+    out[40][2] = t3791;
     t3792 = cos_q_right_hip_roll * t3697; // right_upper_leg: mass matrix
+    out[38][8] = t3792;
+    out[44][2] = t3792;
     t3793 = cos_q_right_hip_roll * t3708; // right_lower_leg: mass matrix
+    out[38][9] = t3793;
+    out[45][2] = t3793;
     t3794 = cos_q_right_hip_roll * t3717; // right_ankle: mass matrix
+    out[38][10] = t3794;
+    out[46][2] = t3794;
     t3795 = R::fused(cos_q_right_hip_roll, t3730, t102); // right_foot: mass matrix
+    out[38][11] = t3795;
+    out[47][2] = t3795;
     t3796 = cos_q_left_hip_roll * t3692; // left_upper_leg: mass matrix
+    out[38][14] = t3796;
+    out[50][2] = t3796;
     t3797 = cos_q_left_hip_roll * t3739; // left_lower_leg: mass matrix
+    out[38][15] = t3797;
+    out[51][2] = t3797;
     t3798 = cos_q_left_hip_roll * t3748; // left_ankle: mass matrix
+    out[38][16] = t3798;
+    out[52][2] = t3798;
     t3799 = R::fused(cos_q_left_hip_roll, t3761, t135);
+    out[38][17] = t3799;
+    out[53][2] = t3799;
     t3800 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
     t3801 = R::constant(0.00382375) + t1612; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
@@ -5449,13 +5505,17 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3834 = R::fused(R::constant(-2.0), t3833, t3828);
     t3835 = t3824 - t3834;
     t3836 = R::constant(0.3067920617) + t3835;
+    out[49][13] = t3836;
     t3837 = R::constant(0.3067920617) - t3836; // left_hip_roll_link: sums of what it carries
     t3838 = R::constant(0.00092625) - t1612; // left_foot: sums of what it carries
     t3839 = R::constant(0.00383375) + t3838; // left_foot: sums of what it carries
+    out[52][16] = t3839;
     t3840 = t3839 + t3808; // left_ankle: sums of what it carries
     t3841 = R::constant(0.06634781167) + t3840; // left_ankle: sums of what it carries
+    out[51][15] = t3841;
     t3842 = t3841 + t3823; // left_lower_leg: sums of what it carries
     t3843 = R::constant(0.24091175) + t3842; // left_lower_leg: sums of what it carries
+    out[50][14] = t3843;
     t3844 = R::constant(0.3067820617) - t3843;
     t3845 = t3826 - t3834;
     t3846 = t3845 - t3844; // left_hip_roll_link: sums of what it carries
@@ -5479,6 +5539,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3864 = t1813 * t3863; // left_hip_yaw_link: sums of what it carries
     t3865 = cos_q_left_hip_pitch * t3854;
     t3866 = R::fused(sin_q_left_hip_pitch, t3858, t3865);
+    out[49][14] = t3866;
+    out[50][13] = t3866;
     t3867 = cos_q_left_hip_roll * t3866; // left_hip_roll_link: sums of what it carries
     let (
         t3868, t3869, t3870, t3871, t3872, t3873, t3874, t3875, t3876, t3877, t3878, t3879, t3880, t3881, t3882, t3883,
@@ -5486,17 +5548,17 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t3900, t3901, t3902, t3903, t3904, t3905, t3906, t3907, t3908, t3909, t3910, t3911, t3912, t3913, t3914, t3915,
         t3916, t3917, t3918, t3919, t3920, t3921, t3922, t3923, t3924, t3925, t3926, t3927, t3928, t3929, t3930, t3931,
         t3932, t3933, t3934, t3935, t3936, t3937, t3938, t3939, t3940, t3941, t3942, t3943, t3944, t3945, t3946, t3947,
-        t3948, t3949, t3950, t3951, t3952, t3953, t3954, t3955, t3956, t3957, t3958, t3959, t3960, t3961, t3962, t3963,
-        t3964, t3965, t3966, t3967, t3968, t3969, t3970, t3971, t3972, t3973, t3974, t3975, t3976, t3977, t3978, t3979,
-        t3980, t3981, t3982, t3983, t3984, t3985, t3986, t3987, t3988, t3989, t3990, t3991, t3992, t3993, t3994, t3995,
-        t3996, t3997, t3998, t3999, t4000, t4001, t4002, t4003, t4004, t4005, t4006, t4007, t4008, t4009, t4010, t4011,
-        t4012, t4013, t4014, t4015, t4016, t4017, t4018, t4019, t4020, t4021, t4022, t4023, t4024, t4025, t4026, t4027,
-        t4028, t4029, t4030, t4031, t4032, t4033, t4034, t4035, t4036, t4037, t4038, t4039, t4040, t4041, t4042, t4043,
-        t4044, t4045, t4046, t4047, t4048, t4049, t4050, t4051, t4052, t4053, t4054, t4055, t4056, t4057, t4058, t4059,
-        t4060, t4061, t4062, t4063, t4064, t4065, t4066, t4067, t4068, t4069, t4070, t4071, t4072, t4073, t4074, t4075,
-        t4076, t4077, t4078, t4079, t4080, t4081, t4082, t4083, t4084, t4085, t4086, t4087, t4088, t4089, t4090, t4091,
-        t4092, t4093, t4094, t4095, t4096, t4097, t4098, t4099, t4100, t4101, t4102, t4103, t4104, t4105, t4106, t4107,
-        t4108, t4109, t4110, t4111, t4112, t4113, t4114, t4115, t4116, t4117, t4118, t4119, t4120, t4121, t4122, t4123,
+        t3948, t3949, t3950, t3951, t3952, t3953, t3954, t3956, t3957, t3958, t3959, t3960, t3961, t3962, t3963, t3964,
+        t3965, t3966, t3967, t3968, t3969, t3970, t3971, t3972, t3973, t3974, t3975, t3976, t3977, t3978, t3979, t3980,
+        t3981, t3982, t3983, t3984, t3985, t3986, t3987, t3988, t3989, t3990, t3991, t3992, t3993, t3994, t3995, t3996,
+        t3997, t3998, t3999, t4000, t4001, t4002, t4003, t4004, t4005, t4006, t4007, t4008, t4009, t4010, t4011, t4012,
+        t4013, t4014, t4015, t4016, t4017, t4018, t4019, t4020, t4021, t4022, t4023, t4024, t4025, t4026, t4027, t4028,
+        t4029, t4030, t4031, t4032, t4033, t4034, t4035, t4036, t4037, t4038, t4039, t4040, t4041, t4042, t4043, t4044,
+        t4045, t4046, t4047, t4048, t4049, t4050, t4051, t4052, t4053, t4054, t4055, t4056, t4057, t4058, t4059, t4060,
+        t4061, t4062, t4063, t4064, t4065, t4066, t4067, t4068, t4069, t4070, t4071, t4072, t4073, t4074, t4075, t4076,
+        t4077, t4078, t4079, t4080, t4081, t4082, t4084, t4085, t4086, t4087, t4088, t4089, t4090, t4091, t4092, t4093,
+        t4094, t4095, t4096, t4097, t4098, t4099, t4100, t4101, t4102, t4103, t4104, t4105, t4106, t4107, t4108, t4109,
+        t4110, t4111, t4112, t4113, t4114, t4115, t4116, t4117, t4119, t4120, t4121, t4122, t4123,
     );
     t3868 = t1692 * t3832;
     t3869 = R::fused(R::constant(-2.0), t3868, t3832);
@@ -5549,13 +5611,17 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3912 = R::fused(R::constant(-2.0), t3911, t3906);
     t3913 = t3902 - t3912;
     t3914 = R::constant(0.3067920617) + t3913;
+    out[43][7] = t3914;
     t3915 = R::constant(0.3067920617) - t3914; // right_hip_roll_link: sums of what it carries
     t3916 = R::constant(0.00092625) - t394; // right_foot: sums of what it carries
     t3917 = R::constant(0.00383375) + t3916; // right_foot: sums of what it carries
+    out[46][10] = t3917;
     t3918 = t3917 + t3886; // right_ankle: sums of what it carries
     t3919 = R::constant(0.06634781167) + t3918; // right_ankle: sums of what it carries
+    out[45][9] = t3919;
     t3920 = t3919 + t3901; // right_lower_leg: sums of what it carries
     t3921 = R::constant(0.24091175) + t3920; // right_lower_leg: sums of what it carries
+    out[44][8] = t3921;
     t3922 = R::constant(0.3067820617) - t3921;
     t3923 = t3904 - t3912;
     t3924 = t3923 - t3922; // right_hip_roll_link: sums of what it carries
@@ -5579,6 +5645,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3942 = t613 * t3941; // right_hip_yaw_link: sums of what it carries
     t3943 = cos_q_right_hip_pitch * t3932;
     t3944 = R::fused(sin_q_right_hip_pitch, t3936, t3943);
+    out[43][8] = t3944;
+    out[44][7] = t3944;
     t3945 = cos_q_right_hip_roll * t3944; // right_hip_roll_link: sums of what it carries
     t3946 = t492 * t3910;
     t3947 = R::fused(R::constant(-2.0), t3946, t3910);
@@ -5590,7 +5658,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3952 = t3915 + t3951;
     t3953 = R::constant(0.15) * t3700;
     t3954 = t3952 - t3953;
-    t3955 = t3877 - t3954;
+    out[39][3] = t3877 - t3954;
     // left_hip_yaw_link: sums of what it carries
     t3956 = t1813 * t3871;
     t3957 = R::fused(R::constant(-2.0), t3956, t3871);
@@ -5602,53 +5670,83 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3962 = R::fused(t615, t3941, t3961);
     t3963 = R::fused(R::constant(0.075), t3768, t3962);
     t3964 = t3959 + t3963;
+    out[39][4] = t3964;
+    out[40][3] = t3964;
     t3965 = sin_q_left_hip_roll * t3866; // left_hip_roll_link: sums of what it carries
     t3966 = R::fused(cos_q_left_hip_roll, t3870, t3965); // left_hip_roll_link: sums of what it carries
+    out[48][13] = t3966;
+    out[49][12] = t3966;
     t3967 = cos_q_left_hip_yaw * t3966; // left_hip_yaw_link: sums of what it carries
     t3968 = t1801 * t3859; // left_hip_roll_link: sums of what it carries
     t3969 = R::fused(R::constant(-2.0), t3968, t3859); // left_hip_roll_link: sums of what it carries
     t3970 = R::fused(t1803, t3846, t3969); // left_hip_roll_link: sums of what it carries
     t3971 = R::fused(-sin_q_left_hip_yaw, t3970, t3967); // left_hip_yaw_link: sums of what it carries
+    out[39][12] = t3971;
+    out[48][3] = t3971;
     t3972 = sin_q_right_hip_roll * t3944; // right_hip_roll_link: sums of what it carries
     t3973 = R::fused(cos_q_right_hip_roll, t3948, t3972); // right_hip_roll_link: sums of what it carries
+    out[42][7] = t3973;
+    out[43][6] = t3973;
     t3974 = cos_q_right_hip_yaw * t3973;
     t3975 = t601 * t3937; // right_hip_roll_link: sums of what it carries
     t3976 = R::fused(R::constant(-2.0), t3975, t3937); // right_hip_roll_link: sums of what it carries
     t3977 = R::fused(t603, t3924, t3976); // right_hip_roll_link: sums of what it carries
     t3978 = R::fused(-sin_q_right_hip_yaw, t3977, t3974);
+    out[39][6] = t3978;
+    out[42][3] = t3978;
     t3979 = t3971 + t3978;
+    out[39][5] = t3979;
+    out[41][3] = t3979;
     t3980 = cos_q_right_hip_yaw * t3914; // right_hip_roll_link: mass matrix
     t3981 = R::fused(-sin_q_right_hip_yaw, t3949, t3980); // right_hip_roll_link: mass matrix
     t3982 = R::fused(R::constant(-0.075), t3699, t3981); // right_hip_roll_link: mass matrix
+    out[39][7] = t3982;
+    out[43][3] = t3982;
     // right_upper_leg: mass matrix
     t3983 = cos_q_right_hip_yaw * t3944;
     t3984 = cos_q_right_hip_roll * t3921;
     t3985 = R::fused(-sin_q_right_hip_roll, t3937, t3984);
     t3986 = R::fused(-sin_q_right_hip_yaw, t3985, t3983);
     t3987 = R::fused(R::constant(-0.075), t3792, t3986);
+    out[39][8] = t3987;
+    out[44][3] = t3987;
     // right_lower_leg: mass matrix
     t3988 = R::fused(sin_q_right_hip_pitch, t3935, t3943);
+    out[43][9] = t3988;
+    out[45][7] = t3988;
     t3989 = cos_q_right_hip_yaw * t3988;
     t3990 = R::fused(R::constant(0.315), t3672, t3919);
+    out[44][9] = t3990;
+    out[45][8] = t3990;
     t3991 = cos_q_right_hip_roll * t3990;
     t3992 = R::fused(-cos_q_right_hip_pitch, t3935, t3933);
     t3993 = R::fused(sin_q_right_hip_roll, t3992, t3991);
     t3994 = R::fused(-sin_q_right_hip_yaw, t3993, t3989);
     t3995 = R::fused(R::constant(-0.075), t3793, t3994);
+    out[39][9] = t3995;
+    out[45][3] = t3995;
     // right_ankle: mass matrix
     t3996 = R::fused(-t3930, cos_q_right_knee_pitch, t3934);
     t3997 = sin_q_right_hip_pitch * t3996;
     t3998 = R::fused(t3930, sin_q_right_knee_pitch, t3928);
     t3999 = R::fused(cos_q_right_hip_pitch, t3998, -t3997);
+    out[43][10] = t3999;
+    out[46][7] = t3999;
     t4000 = cos_q_right_hip_yaw * t3999;
     t4001 = R::fused(R::constant(0.273), t3667, t3917);
+    out[45][10] = t4001;
+    out[46][9] = t4001;
     t4002 = R::fused(R::constant(-0.315), t3713, t4001);
+    out[44][10] = t4002;
+    out[46][8] = t4002;
     t4003 = cos_q_right_hip_roll * t4002;
     t4004 = cos_q_right_hip_pitch * t3996;
     t4005 = R::fused(sin_q_right_hip_pitch, t3998, t4004);
     t4006 = R::fused(sin_q_right_hip_roll, t4005, t4003);
     t4007 = R::fused(sin_q_right_hip_yaw, t4006, -t4000);
     t4008 = R::fused(R::constant(-0.075), t3794, -t4007);
+    out[39][10] = t4008;
+    out[46][3] = t4008;
     // right_foot: mass matrix
     t4009 = t397 * cos_q_right_ankle_pitch;
     t4010 = R::fused(R::constant(-0.00207575), sin_q_right_ankle_pitch, t4009);
@@ -5662,47 +5760,73 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4018 = R::fused(cos_q_right_knee_pitch, t4014, t4017);
     t4019 = R::fused(cos_q_right_ankle_roll, R::constant(0.0089775), t4018);
     t4020 = R::fused(cos_q_right_hip_pitch, t4019, t4016);
+    out[43][11] = t4020;
+    out[47][7] = t4020;
     t4021 = cos_q_right_hip_yaw * t4020;
     t4022 = R::fused(R::constant(-0.273), t3722, -t402);
+    out[45][11] = t4022;
+    out[47][9] = t4022;
     t4023 = R::fused(R::constant(-0.315), t3726, t4022);
+    out[44][11] = t4023;
+    out[47][8] = t4023;
     t4024 = cos_q_right_hip_roll * t4023;
     t4025 = cos_q_right_hip_pitch * t4015;
     t4026 = R::fused(-sin_q_right_hip_pitch, t4019, t4025);
     t4027 = R::fused(sin_q_right_hip_roll, t4026, -t4024);
     t4028 = R::fused(sin_q_right_hip_yaw, t4027, t4021);
     t4029 = R::fused(R::constant(-0.075), t3795, t4028);
+    out[39][11] = t4029;
+    out[47][3] = t4029;
     t4030 = cos_q_left_hip_yaw * t3836; // left_hip_roll_link: mass matrix
     t4031 = R::fused(-sin_q_left_hip_yaw, t3871, t4030); // left_hip_roll_link: mass matrix
     t4032 = R::fused(R::constant(0.075), t3694, t4031); // left_hip_roll_link: mass matrix
+    out[39][13] = t4032;
+    out[49][3] = t4032;
     // left_upper_leg: mass matrix
     t4033 = cos_q_left_hip_yaw * t3866;
     t4034 = cos_q_left_hip_roll * t3843;
     t4035 = R::fused(-sin_q_left_hip_roll, t3859, t4034);
     t4036 = R::fused(-sin_q_left_hip_yaw, t4035, t4033);
     t4037 = R::fused(R::constant(0.075), t3796, t4036);
+    out[39][14] = t4037;
+    out[50][3] = t4037;
     // left_lower_leg: mass matrix
     t4038 = R::fused(sin_q_left_hip_pitch, t3857, t3865);
+    out[49][15] = t4038;
+    out[51][13] = t4038;
     t4039 = cos_q_left_hip_yaw * t4038;
     t4040 = R::fused(R::constant(0.315), t3685, t3841);
+    out[50][15] = t4040;
+    out[51][14] = t4040;
     t4041 = cos_q_left_hip_roll * t4040;
     t4042 = R::fused(-cos_q_left_hip_pitch, t3857, t3855);
     t4043 = R::fused(sin_q_left_hip_roll, t4042, t4041);
     t4044 = R::fused(-sin_q_left_hip_yaw, t4043, t4039);
     t4045 = R::fused(R::constant(0.075), t3797, t4044);
+    out[39][15] = t4045;
+    out[51][3] = t4045;
     // left_ankle: mass matrix
     t4046 = R::fused(-t3852, cos_q_left_knee_pitch, t3856);
     t4047 = sin_q_left_hip_pitch * t4046;
     t4048 = R::fused(t3852, sin_q_left_knee_pitch, t3850);
     t4049 = R::fused(cos_q_left_hip_pitch, t4048, -t4047);
+    out[49][16] = t4049;
+    out[52][13] = t4049;
     t4050 = cos_q_left_hip_yaw * t4049;
     t4051 = R::fused(R::constant(0.273), t3680, t3839);
+    out[51][16] = t4051;
+    out[52][15] = t4051;
     t4052 = R::fused(R::constant(-0.315), t3744, t4051);
+    out[50][16] = t4052;
+    out[52][14] = t4052;
     t4053 = cos_q_left_hip_roll * t4052;
     t4054 = cos_q_left_hip_pitch * t4046;
     t4055 = R::fused(sin_q_left_hip_pitch, t4048, t4054);
     t4056 = R::fused(sin_q_left_hip_roll, t4055, t4053);
     t4057 = R::fused(sin_q_left_hip_yaw, t4056, -t4050);
     t4058 = R::fused(R::constant(0.075), t3798, -t4057);
+    out[39][16] = t4058;
+    out[52][3] = t4058;
     // left_foot: mass matrix
     t4059 = t1615 * cos_q_left_ankle_pitch;
     t4060 = R::fused(R::constant(-0.00207575), sin_q_left_ankle_pitch, t4059);
@@ -5716,90 +5840,169 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4068 = R::fused(cos_q_left_knee_pitch, t4064, t4067);
     t4069 = R::fused(cos_q_left_ankle_roll, R::constant(0.0089775), t4068);
     t4070 = R::fused(cos_q_left_hip_pitch, t4069, t4066);
+    out[49][17] = t4070;
+    out[53][13] = t4070;
     t4071 = cos_q_left_hip_yaw * t4070;
     t4072 = R::fused(R::constant(-0.273), t3753, -t1620);
+    out[51][17] = t4072;
+    out[53][15] = t4072;
     t4073 = R::fused(R::constant(-0.315), t3757, t4072);
+    out[50][17] = t4073;
+    out[53][14] = t4073;
     t4074 = cos_q_left_hip_roll * t4073;
     t4075 = cos_q_left_hip_pitch * t4065;
     t4076 = R::fused(-sin_q_left_hip_pitch, t4069, t4075);
     t4077 = R::fused(sin_q_left_hip_roll, t4076, -t4074);
     t4078 = R::fused(sin_q_left_hip_yaw, t4077, t4071);
     t4079 = R::fused(R::constant(0.075), t3799, t4078);
+    out[39][17] = t4079;
+    out[53][3] = t4079;
     t4080 = t3862 - t3873; // left_hip_yaw_link: sums of what it carries
     t4081 = R::constant(1.3994107904) - t4080; // left_hip_yaw_link: sums of what it carries
     t4082 = t3940 - t3951; // right_hip_yaw_link: sums of what it carries
-    t4083 = t4081 - t4082; // right_hip_yaw_link: sums of what it carries
+    out[40][4] = t4081 - t4082; // right_hip_yaw_link: sums of what it carries
     t4084 = sin_q_left_hip_yaw * t3966; // left_hip_yaw_link: sums of what it carries
     t4085 = R::fused(cos_q_left_hip_yaw, t3970, t4084); // left_hip_yaw_link: sums of what it carries
+    out[40][12] = t4085;
+    out[48][4] = t4085;
     t4086 = R::fused(R::constant(-0.075), t3688, t4085); // left_hip_yaw_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
     t4087 = sin_q_right_hip_yaw * t3973;
     t4088 = R::fused(cos_q_right_hip_yaw, t3977, t4087);
+    out[40][6] = t4088;
+    out[42][4] = t4088;
     t4089 = R::fused(R::constant(0.075), t3675, t4088);
     t4090 = t4086 + t4089;
+    out[40][5] = t4090;
+    out[41][4] = t4090;
     t4091 = sin_q_right_hip_yaw * t3914; // right_hip_roll_link: mass matrix
     t4092 = R::fused(cos_q_right_hip_yaw, t3949, t4091); // right_hip_roll_link: mass matrix
+    out[40][7] = t4092;
+    out[43][4] = t4092;
     t4093 = sin_q_right_hip_yaw * t3944; // right_upper_leg: mass matrix
     t4094 = R::fused(cos_q_right_hip_yaw, t3985, t4093); // right_upper_leg: mass matrix
+    out[40][8] = t4094;
+    out[44][4] = t4094;
     t4095 = sin_q_right_hip_yaw * t3988; // right_lower_leg: mass matrix
     t4096 = R::fused(cos_q_right_hip_yaw, t3993, t4095); // right_lower_leg: mass matrix
+    out[40][9] = t4096;
+    out[45][4] = t4096;
     t4097 = sin_q_right_hip_yaw * t3999; // right_ankle: mass matrix
     t4098 = R::fused(cos_q_right_hip_yaw, t4006, t4097); // right_ankle: mass matrix
+    out[40][10] = t4098;
+    out[46][4] = t4098;
     t4099 = sin_q_right_hip_yaw * t4020; // right_foot: mass matrix
     t4100 = R::fused(-cos_q_right_hip_yaw, t4027, t4099); // right_foot: mass matrix
+    out[40][11] = t4100;
+    out[47][4] = t4100;
     t4101 = sin_q_left_hip_yaw * t3836; // left_hip_roll_link: mass matrix
     t4102 = R::fused(cos_q_left_hip_yaw, t3871, t4101); // left_hip_roll_link: mass matrix
+    out[40][13] = t4102;
+    out[49][4] = t4102;
     t4103 = sin_q_left_hip_yaw * t3866; // left_upper_leg: mass matrix
     t4104 = R::fused(cos_q_left_hip_yaw, t4035, t4103); // left_upper_leg: mass matrix
+    out[40][14] = t4104;
+    out[50][4] = t4104;
     t4105 = sin_q_left_hip_yaw * t4038; // left_lower_leg: mass matrix
     t4106 = R::fused(cos_q_left_hip_yaw, t4043, t4105); // left_lower_leg: mass matrix
+    out[40][15] = t4106;
+    out[51][4] = t4106;
     t4107 = sin_q_left_hip_yaw * t4049; // left_ankle: mass matrix
     t4108 = R::fused(cos_q_left_hip_yaw, t4056, t4107); // left_ankle: mass matrix
+    out[40][16] = t4108;
+    out[52][4] = t4108;
     t4109 = sin_q_left_hip_yaw * t4070; // left_foot: mass matrix
     t4110 = R::fused(-cos_q_left_hip_yaw, t4077, t4109); // left_foot: mass matrix
+    out[40][17] = t4110;
+    out[53][4] = t4110;
     t4111 = t3845 - t3861; // left_hip_roll_link: sums of what it carries
     t4112 = R::constant(0.3068020617) - t4111; // left_hip_roll_link: sums of what it carries
+    out[48][12] = t4112;
     t4113 = t4112 - t3875; // left_hip_yaw_link: sums of what it carries
     t4114 = R::constant(0.154455) + t4113; // left_hip_yaw_link: sums of what it carries
     t4115 = t3923 - t3939; // right_hip_roll_link: sums of what it carries
     t4116 = R::constant(0.3068020617) - t4115; // right_hip_roll_link: sums of what it carries
+    out[42][6] = t4116;
     t4117 = t4116 + t3953;
-    t4118 = t4114 + t4117;
+    out[41][5] = t4114 + t4117;
     t4119 = R::fused(R::constant(0.075), t3700, t4116); // right_hip_yaw_link: mass matrix
+    out[41][6] = t4119;
+    out[42][5] = t4119;
     t4120 = R::fused(R::constant(0.075), t3702, t3973); // right_hip_roll_link: mass matrix
+    out[41][7] = t4120;
+    out[43][5] = t4120;
     t4121 = sin_q_right_hip_roll * t3921; // right_upper_leg: mass matrix
     t4122 = R::fused(cos_q_right_hip_roll, t3937, t4121); // right_upper_leg: mass matrix
+    out[42][8] = t4122;
+    out[44][6] = t4122;
     t4123 = R::fused(R::constant(0.075), t3705, t4122); // right_upper_leg: mass matrix
+    out[41][8] = t4123;
+    out[44][5] = t4123;
     let (
         t4124, t4125, t4126, t4127, t4128, t4129, t4130, t4131, t4132, t4133, t4134, t4135, t4136, t4137, t4138, t4139,
         t4140, t4141, t4142, t4143, t4144, t4145, t4146, t4147, t4148,
     );
     t4124 = sin_q_right_hip_roll * t3990; // right_lower_leg: mass matrix
     t4125 = R::fused(-cos_q_right_hip_roll, t3992, t4124); // right_lower_leg: mass matrix
+    out[42][9] = t4125;
+    out[45][6] = t4125;
     t4126 = R::fused(R::constant(0.075), t3710, t4125); // right_lower_leg: mass matrix
+    out[41][9] = t4126;
+    out[45][5] = t4126;
     t4127 = sin_q_right_hip_roll * t4002; // right_ankle: mass matrix
     t4128 = R::fused(-cos_q_right_hip_roll, t4005, t4127); // right_ankle: mass matrix
+    out[42][10] = t4128;
+    out[46][6] = t4128;
     t4129 = R::fused(R::constant(0.075), t3719, t4128); // right_ankle: mass matrix
+    out[41][10] = t4129;
+    out[46][5] = t4129;
     t4130 = sin_q_right_hip_roll * t4023; // right_foot: mass matrix
     t4131 = R::fused(cos_q_right_hip_roll, t4026, t4130); // right_foot: mass matrix
+    out[42][11] = t4131;
+    out[47][6] = t4131;
     t4132 = R::fused(R::constant(0.075), t3732, t4131); // right_foot: mass matrix
+    out[41][11] = t4132;
+    out[47][5] = t4132;
     t4133 = R::fused(R::constant(-0.075), t3695, t4112); // left_hip_yaw_link: mass matrix
+    out[41][12] = t4133;
+    out[48][5] = t4133;
     t4134 = R::fused(R::constant(-0.075), t3733, t3966); // left_hip_roll_link: mass matrix
+    out[41][13] = t4134;
+    out[49][5] = t4134;
     t4135 = sin_q_left_hip_roll * t3843; // left_upper_leg: mass matrix
     t4136 = R::fused(cos_q_left_hip_roll, t3859, t4135); // left_upper_leg: mass matrix
+    out[48][14] = t4136;
+    out[50][12] = t4136;
     t4137 = R::fused(R::constant(-0.075), t3736, t4136); // left_upper_leg: mass matrix
+    out[41][14] = t4137;
+    out[50][5] = t4137;
     t4138 = sin_q_left_hip_roll * t4040; // left_lower_leg: mass matrix
     t4139 = R::fused(-cos_q_left_hip_roll, t4042, t4138); // left_lower_leg: mass matrix
+    out[48][15] = t4139;
+    out[51][12] = t4139;
     t4140 = R::fused(R::constant(-0.075), t3741, t4139); // left_lower_leg: mass matrix
+    out[41][15] = t4140;
+    out[51][5] = t4140;
     t4141 = sin_q_left_hip_roll * t4052; // left_ankle: mass matrix
     t4142 = R::fused(-cos_q_left_hip_roll, t4055, t4141); // left_ankle: mass matrix
+    out[48][16] = t4142;
+    out[52][12] = t4142;
     t4143 = R::fused(R::constant(-0.075), t3750, t4142); // left_ankle: mass matrix
+    out[41][16] = t4143;
+    out[52][5] = t4143;
     t4144 = sin_q_left_hip_roll * t4073; // left_foot: mass matrix
     t4145 = R::fused(cos_q_left_hip_roll, t4076, t4144); // left_foot: mass matrix
+    out[48][17] = t4145;
+    out[53][12] = t4145;
     t4146 = R::fused(R::constant(-0.075), t3763, t4145); // left_foot: mass matrix
+    out[41][17] = t4146;
+    out[53][5] = t4146;
     t4147 = -t402; // right_foot: sums of what it carries
+    out[46][11] = t4147;
+    out[47][10] = t4147;
     t4148 = -t1620; // left_foot: sums of what it carries
-    // q/base/linear/x
+    out[52][17] = t4148;
+    out[53][16] = t4148;
     out[0][0] = R::constant(0.0);
     out[0][1] = R::constant(0.0);
     out[0][2] = R::constant(0.0);
@@ -5818,7 +6021,6 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[0][15] = R::constant(0.0);
     out[0][16] = R::constant(0.0);
     out[0][17] = R::constant(0.0);
-    // q/base/linear/y
     out[1][0] = R::constant(0.0);
     out[1][1] = R::constant(0.0);
     out[1][2] = R::constant(0.0);
@@ -5837,7 +6039,6 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[1][15] = R::constant(0.0);
     out[1][16] = R::constant(0.0);
     out[1][17] = R::constant(0.0);
-    // q/base/linear/z
     out[2][0] = R::constant(0.0);
     out[2][1] = R::constant(0.0);
     out[2][2] = R::constant(0.0);
@@ -5856,723 +6057,204 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[2][15] = R::constant(0.0);
     out[2][16] = R::constant(0.0);
     out[2][17] = R::constant(0.0);
-    // q/base/angular/x
     out[3][0] = R::constant(0.0);
-    // q/base/angular/y
     out[4][1] = R::constant(0.0);
-    // q/base/angular/z
     out[5][2] = R::constant(0.0);
-    // q/right_hip_yaw
     out[6][12] = R::constant(0.0);
     out[6][13] = R::constant(0.0);
     out[6][14] = R::constant(0.0);
     out[6][15] = R::constant(0.0);
     out[6][16] = R::constant(0.0);
     out[6][17] = R::constant(0.0);
-    // q/right_hip_roll
     out[7][12] = R::constant(0.0);
     out[7][13] = R::constant(0.0);
     out[7][14] = R::constant(0.0);
     out[7][15] = R::constant(0.0);
     out[7][16] = R::constant(0.0);
     out[7][17] = R::constant(0.0);
-    // q/right_hip_pitch
     out[8][12] = R::constant(0.0);
     out[8][13] = R::constant(0.0);
     out[8][14] = R::constant(0.0);
     out[8][15] = R::constant(0.0);
     out[8][16] = R::constant(0.0);
     out[8][17] = R::constant(0.0);
-    // q/right_knee_pitch
     out[9][12] = R::constant(0.0);
     out[9][13] = R::constant(0.0);
     out[9][14] = R::constant(0.0);
     out[9][15] = R::constant(0.0);
     out[9][16] = R::constant(0.0);
     out[9][17] = R::constant(0.0);
-    // q/right_ankle_pitch
     out[10][12] = R::constant(0.0);
     out[10][13] = R::constant(0.0);
     out[10][14] = R::constant(0.0);
     out[10][15] = R::constant(0.0);
     out[10][16] = R::constant(0.0);
     out[10][17] = R::constant(0.0);
-    // q/right_ankle_roll
     out[11][12] = R::constant(0.0);
     out[11][13] = R::constant(0.0);
     out[11][14] = R::constant(0.0);
     out[11][15] = R::constant(0.0);
     out[11][16] = R::constant(0.0);
     out[11][17] = R::constant(0.0);
-    // q/left_hip_yaw
     out[12][6] = R::constant(0.0);
     out[12][7] = R::constant(0.0);
     out[12][8] = R::constant(0.0);
     out[12][9] = R::constant(0.0);
     out[12][10] = R::constant(0.0);
     out[12][11] = R::constant(0.0);
-    out[12][14] = t2093;
-    out[12][15] = t2121;
-    out[12][16] = t2157;
-    out[12][17] = t2216;
-    // q/left_hip_roll
-    out[13][0] = t2233;
-    out[13][1] = t2235;
-    out[13][2] = t2240;
-    out[13][3] = t2265;
-    out[13][4] = t2267;
-    out[13][5] = t2277;
     out[13][6] = R::constant(0.0);
     out[13][7] = R::constant(0.0);
     out[13][8] = R::constant(0.0);
     out[13][9] = R::constant(0.0);
     out[13][10] = R::constant(0.0);
     out[13][11] = R::constant(0.0);
-    out[13][12] = t2276;
-    out[13][13] = t2251;
-    out[13][14] = t2289;
-    out[13][15] = t2301;
-    out[13][16] = t2313;
-    out[13][17] = t2324;
-    // q/left_hip_pitch
-    out[14][0] = t2344;
-    out[14][1] = t2346;
-    out[14][2] = t2348;
-    out[14][3] = t2378;
-    out[14][4] = t2380;
-    out[14][5] = t2383;
     out[14][6] = R::constant(0.0);
     out[14][7] = R::constant(0.0);
     out[14][8] = R::constant(0.0);
     out[14][9] = R::constant(0.0);
     out[14][10] = R::constant(0.0);
     out[14][11] = R::constant(0.0);
-    out[14][12] = t2382;
-    out[14][13] = t2356;
-    out[14][14] = t2366;
-    out[14][15] = t2392;
-    out[14][16] = t2401;
-    out[14][17] = t2410;
-    // q/left_knee_pitch
-    out[15][0] = t2429;
-    out[15][1] = t2431;
-    out[15][2] = t2433;
-    out[15][3] = t2468;
-    out[15][4] = t2470;
-    out[15][5] = t2473;
     out[15][6] = R::constant(0.0);
     out[15][7] = R::constant(0.0);
     out[15][8] = R::constant(0.0);
     out[15][9] = R::constant(0.0);
     out[15][10] = R::constant(0.0);
     out[15][11] = R::constant(0.0);
-    out[15][12] = t2472;
-    out[15][13] = t2442;
-    out[15][14] = t2455;
-    out[15][15] = t2452;
-    out[15][16] = t2482;
-    out[15][17] = t2491;
-    // q/left_ankle_pitch
-    out[16][0] = t2510;
-    out[16][1] = t2512;
-    out[16][2] = t2514;
-    out[16][3] = t2554;
-    out[16][4] = t2556;
-    out[16][5] = t2559;
     out[16][6] = R::constant(0.0);
     out[16][7] = R::constant(0.0);
     out[16][8] = R::constant(0.0);
     out[16][9] = R::constant(0.0);
     out[16][10] = R::constant(0.0);
     out[16][11] = R::constant(0.0);
-    out[16][12] = t2558;
-    out[16][13] = t2524;
-    out[16][14] = t2540;
-    out[16][15] = t2537;
-    out[16][16] = t2534;
-    out[16][17] = t2568;
-    // q/left_ankle_roll
-    out[17][0] = t2587;
-    out[17][1] = t2589;
-    out[17][2] = t2591;
-    out[17][3] = t2633;
-    out[17][4] = t2635;
-    out[17][5] = t2638;
     out[17][6] = R::constant(0.0);
     out[17][7] = R::constant(0.0);
     out[17][8] = R::constant(0.0);
     out[17][9] = R::constant(0.0);
     out[17][10] = R::constant(0.0);
     out[17][11] = R::constant(0.0);
-    out[17][12] = t2637;
-    out[17][13] = t2611;
-    out[17][14] = t2625;
-    out[17][15] = t2622;
-    out[17][16] = t2619;
-    out[17][17] = t2608;
-    // v/base/linear/x
     out[18][0] = R::constant(0.0);
-    out[18][1] = t2639;
-    out[18][2] = t2641;
-    out[18][3] = t2644;
-    out[18][4] = t2646;
-    out[18][5] = t2648;
-    out[18][6] = t2650;
-    out[18][7] = t2652;
-    out[18][8] = t2654;
-    out[18][9] = t2656;
-    out[18][10] = t2658;
-    out[18][11] = t2660;
-    out[18][12] = t2662;
-    out[18][13] = t2664;
-    out[18][14] = t2666;
-    out[18][15] = t2668;
-    out[18][16] = t2670;
-    out[18][17] = t2672;
-    // v/base/linear/y
-    out[19][0] = t2673;
     out[19][1] = R::constant(0.0);
-    out[19][2] = t2674;
-    out[19][3] = t2676;
-    out[19][4] = t2679;
-    out[19][5] = t2681;
-    out[19][6] = t2683;
-    out[19][7] = t2685;
-    out[19][8] = t2687;
-    out[19][9] = t2689;
-    out[19][10] = t2691;
-    out[19][11] = t2693;
-    out[19][12] = t2695;
-    out[19][13] = t2697;
-    out[19][14] = t2699;
-    out[19][15] = t2701;
-    out[19][16] = t2703;
-    out[19][17] = t2705;
-    // v/base/linear/z
-    out[20][0] = t2640;
-    out[20][1] = t2706;
     out[20][2] = R::constant(0.0);
-    out[20][3] = t2707;
-    out[20][4] = t2708;
-    out[20][5] = t2709;
-    out[20][6] = t2711;
-    out[20][7] = t2713;
-    out[20][8] = t2715;
-    out[20][9] = t2717;
-    out[20][10] = t2719;
-    out[20][11] = t2721;
-    out[20][12] = t2723;
-    out[20][13] = t2725;
-    out[20][14] = t2727;
-    out[20][15] = t2729;
-    out[20][16] = t2731;
-    out[20][17] = t2733;
-    // v/base/angular/x
-    out[21][0] = t2734;
-    out[21][1] = t2738;
-    out[21][2] = t2743;
-    out[21][3] = t2765;
-    out[21][4] = t2776;
-    out[21][5] = t2790;
-    out[21][6] = t2795;
-    out[21][7] = t2803;
-    out[21][8] = t2811;
-    out[21][9] = t2819;
-    out[21][10] = t2827;
-    out[21][11] = t2836;
-    out[21][12] = t2841;
-    out[21][13] = t2849;
-    out[21][14] = t2857;
-    out[21][15] = t2865;
-    out[21][16] = t2873;
-    out[21][17] = t2882;
-    // v/base/angular/y
-    out[22][0] = t2884;
-    out[22][1] = t2678;
-    out[22][2] = t2889;
-    out[22][3] = t2904;
-    out[22][4] = t2917;
-    out[22][5] = t2929;
-    out[22][6] = t2934;
-    out[22][7] = t2944;
-    out[22][8] = t2954;
-    out[22][9] = t2964;
-    out[22][10] = t2974;
-    out[22][11] = t2984;
-    out[22][12] = t2989;
-    out[22][13] = t2999;
-    out[22][14] = t3009;
-    out[22][15] = t3019;
-    out[22][16] = t3029;
-    out[22][17] = t3039;
-    // v/base/angular/z
-    out[23][0] = t3041;
-    out[23][1] = t3044;
-    out[23][2] = t3045;
-    out[23][3] = t3058;
-    out[23][4] = t3069;
-    out[23][5] = t3078;
-    out[23][6] = t3085;
-    out[23][7] = t3093;
-    out[23][8] = t3100;
-    out[23][9] = t3107;
-    out[23][10] = t3114;
-    out[23][11] = t3121;
-    out[23][12] = t3128;
-    out[23][13] = t3136;
-    out[23][14] = t3143;
-    out[23][15] = t3150;
-    out[23][16] = t3157;
-    out[23][17] = t3164;
-    // v/right_hip_yaw
-    out[24][0] = t3166;
-    out[24][1] = t3168;
-    out[24][2] = t3170;
-    out[24][3] = t3174;
-    out[24][4] = t3177;
-    out[24][5] = t3181;
-    out[24][6] = t3180;
-    out[24][7] = t3184;
-    out[24][8] = t3187;
-    out[24][9] = t3190;
-    out[24][10] = t3193;
-    out[24][11] = t3196;
     out[24][12] = R::constant(0.0);
     out[24][13] = R::constant(0.0);
     out[24][14] = R::constant(0.0);
     out[24][15] = R::constant(0.0);
     out[24][16] = R::constant(0.0);
     out[24][17] = R::constant(0.0);
-    // v/right_hip_roll
-    out[25][0] = t3203;
-    out[25][1] = t3205;
-    out[25][2] = t3206;
-    out[25][3] = t3215;
-    out[25][4] = t3217;
-    out[25][5] = t3221;
-    out[25][6] = t3220;
-    out[25][7] = t3209;
-    out[25][8] = t3224;
-    out[25][9] = t3227;
-    out[25][10] = t3230;
-    out[25][11] = t3234;
     out[25][12] = R::constant(0.0);
     out[25][13] = R::constant(0.0);
     out[25][14] = R::constant(0.0);
     out[25][15] = R::constant(0.0);
     out[25][16] = R::constant(0.0);
     out[25][17] = R::constant(0.0);
-    // v/right_hip_pitch
-    out[26][0] = t3246;
-    out[26][1] = t3248;
-    out[26][2] = t3250;
-    out[26][3] = t3264;
-    out[26][4] = t3266;
-    out[26][5] = t3269;
-    out[26][6] = t3268;
-    out[26][7] = t3270;
-    out[26][8] = t3271;
-    out[26][9] = t3275;
-    out[26][10] = t3279;
-    out[26][11] = t3282;
     out[26][12] = R::constant(0.0);
     out[26][13] = R::constant(0.0);
     out[26][14] = R::constant(0.0);
     out[26][15] = R::constant(0.0);
     out[26][16] = R::constant(0.0);
     out[26][17] = R::constant(0.0);
-    // v/right_knee_pitch
-    out[27][0] = t3290;
-    out[27][1] = t3292;
-    out[27][2] = t3294;
-    out[27][3] = t3311;
-    out[27][4] = t3313;
-    out[27][5] = t3316;
-    out[27][6] = t3315;
-    out[27][7] = t3298;
-    out[27][8] = t3303;
-    out[27][9] = t3317;
-    out[27][10] = t3319;
-    out[27][11] = t3322;
     out[27][12] = R::constant(0.0);
     out[27][13] = R::constant(0.0);
     out[27][14] = R::constant(0.0);
     out[27][15] = R::constant(0.0);
     out[27][16] = R::constant(0.0);
     out[27][17] = R::constant(0.0);
-    // v/right_ankle_pitch
-    out[28][0] = t3330;
-    out[28][1] = t3332;
-    out[28][2] = t3334;
-    out[28][3] = t3356;
-    out[28][4] = t3358;
-    out[28][5] = t3361;
-    out[28][6] = t3360;
-    out[28][7] = t3339;
-    out[28][8] = t3347;
-    out[28][9] = t3344;
-    out[28][10] = t3362;
-    out[28][11] = t3365;
     out[28][12] = R::constant(0.0);
     out[28][13] = R::constant(0.0);
     out[28][14] = R::constant(0.0);
     out[28][15] = R::constant(0.0);
     out[28][16] = R::constant(0.0);
     out[28][17] = R::constant(0.0);
-    // v/right_ankle_roll
-    out[29][0] = t3377;
-    out[29][1] = t3379;
-    out[29][2] = t3381;
-    out[29][3] = t3409;
-    out[29][4] = t3411;
-    out[29][5] = t3414;
-    out[29][6] = t3413;
-    out[29][7] = t3391;
-    out[29][8] = t3401;
-    out[29][9] = t3398;
-    out[29][10] = t3395;
-    out[29][11] = t3388;
     out[29][12] = R::constant(0.0);
     out[29][13] = R::constant(0.0);
     out[29][14] = R::constant(0.0);
     out[29][15] = R::constant(0.0);
     out[29][16] = R::constant(0.0);
     out[29][17] = R::constant(0.0);
-    // v/left_hip_yaw
-    out[30][0] = t3415;
-    out[30][1] = t3416;
-    out[30][2] = t3418;
-    out[30][3] = t3422;
-    out[30][4] = t3425;
-    out[30][5] = t3429;
     out[30][6] = R::constant(0.0);
     out[30][7] = R::constant(0.0);
     out[30][8] = R::constant(0.0);
     out[30][9] = R::constant(0.0);
     out[30][10] = R::constant(0.0);
     out[30][11] = R::constant(0.0);
-    out[30][12] = t3428;
-    out[30][13] = t3432;
-    out[30][14] = t3435;
-    out[30][15] = t3438;
-    out[30][16] = t3441;
-    out[30][17] = t3444;
-    // v/left_hip_roll
-    out[31][0] = t3451;
-    out[31][1] = t3453;
-    out[31][2] = t3454;
-    out[31][3] = t3463;
-    out[31][4] = t3465;
-    out[31][5] = t3469;
     out[31][6] = R::constant(0.0);
     out[31][7] = R::constant(0.0);
     out[31][8] = R::constant(0.0);
     out[31][9] = R::constant(0.0);
     out[31][10] = R::constant(0.0);
     out[31][11] = R::constant(0.0);
-    out[31][12] = t3468;
-    out[31][13] = t3457;
-    out[31][14] = t3472;
-    out[31][15] = t3475;
-    out[31][16] = t3478;
-    out[31][17] = t3482;
-    // v/left_hip_pitch
-    out[32][0] = t3494;
-    out[32][1] = t3496;
-    out[32][2] = t3498;
-    out[32][3] = t3512;
-    out[32][4] = t3514;
-    out[32][5] = t3517;
     out[32][6] = R::constant(0.0);
     out[32][7] = R::constant(0.0);
     out[32][8] = R::constant(0.0);
     out[32][9] = R::constant(0.0);
     out[32][10] = R::constant(0.0);
     out[32][11] = R::constant(0.0);
-    out[32][12] = t3516;
-    out[32][13] = t3518;
-    out[32][14] = t3519;
-    out[32][15] = t3523;
-    out[32][16] = t3527;
-    out[32][17] = t3530;
-    // v/left_knee_pitch
-    out[33][0] = t3538;
-    out[33][1] = t3540;
-    out[33][2] = t3542;
-    out[33][3] = t3559;
-    out[33][4] = t3561;
-    out[33][5] = t3564;
     out[33][6] = R::constant(0.0);
     out[33][7] = R::constant(0.0);
     out[33][8] = R::constant(0.0);
     out[33][9] = R::constant(0.0);
     out[33][10] = R::constant(0.0);
     out[33][11] = R::constant(0.0);
-    out[33][12] = t3563;
-    out[33][13] = t3546;
-    out[33][14] = t3551;
-    out[33][15] = t3565;
-    out[33][16] = t3567;
-    out[33][17] = t3570;
-    // v/left_ankle_pitch
-    out[34][0] = t3578;
-    out[34][1] = t3580;
-    out[34][2] = t3582;
-    out[34][3] = t3604;
-    out[34][4] = t3606;
-    out[34][5] = t3609;
     out[34][6] = R::constant(0.0);
     out[34][7] = R::constant(0.0);
     out[34][8] = R::constant(0.0);
     out[34][9] = R::constant(0.0);
     out[34][10] = R::constant(0.0);
     out[34][11] = R::constant(0.0);
-    out[34][12] = t3608;
-    out[34][13] = t3587;
-    out[34][14] = t3595;
-    out[34][15] = t3592;
-    out[34][16] = t3610;
-    out[34][17] = t3613;
-    // v/left_ankle_roll
-    out[35][0] = t3625;
-    out[35][1] = t3627;
-    out[35][2] = t3629;
-    out[35][3] = t3657;
-    out[35][4] = t3659;
-    out[35][5] = t3662;
     out[35][6] = R::constant(0.0);
     out[35][7] = R::constant(0.0);
     out[35][8] = R::constant(0.0);
     out[35][9] = R::constant(0.0);
     out[35][10] = R::constant(0.0);
     out[35][11] = R::constant(0.0);
-    out[35][12] = t3661;
-    out[35][13] = t3639;
-    out[35][14] = t3649;
-    out[35][15] = t3646;
-    out[35][16] = t3643;
-    out[35][17] = t3636;
-    // a/base/linear/x
     out[36][0] = R::constant(19.0);
     out[36][1] = R::constant(0.0);
     out[36][2] = R::constant(0.0);
     out[36][3] = R::constant(0.0);
-    out[36][4] = t3690;
-    out[36][5] = t3701;
-    out[36][6] = t3700;
-    out[36][7] = t3702;
-    out[36][8] = t3705;
-    out[36][9] = t3710;
-    out[36][10] = t3719;
-    out[36][11] = t3732;
-    out[36][12] = t3695;
-    out[36][13] = t3733;
-    out[36][14] = t3736;
-    out[36][15] = t3741;
-    out[36][16] = t3750;
-    out[36][17] = t3763;
-    // a/base/linear/y
     out[37][0] = R::constant(0.0);
     out[37][1] = R::constant(19.0);
     out[37][2] = R::constant(0.0);
-    out[37][3] = t3764;
     out[37][4] = R::constant(0.0);
-    out[37][5] = t3769;
-    out[37][6] = t3768;
-    out[37][7] = t3771;
-    out[37][8] = t3773;
-    out[37][9] = t3775;
-    out[37][10] = t3777;
-    out[37][11] = t3779;
-    out[37][12] = t3766;
-    out[37][13] = t3781;
-    out[37][14] = t3783;
-    out[37][15] = t3785;
-    out[37][16] = t3787;
-    out[37][17] = t3789;
-    // a/base/linear/z
     out[38][0] = R::constant(0.0);
     out[38][1] = R::constant(0.0);
     out[38][2] = R::constant(19.0);
-    out[38][3] = t3790;
-    out[38][4] = t3791;
     out[38][5] = R::constant(0.0);
     out[38][6] = R::constant(0.0);
-    out[38][7] = t3699;
-    out[38][8] = t3792;
-    out[38][9] = t3793;
-    out[38][10] = t3794;
-    out[38][11] = t3795;
     out[38][12] = R::constant(0.0);
-    out[38][13] = t3694;
-    out[38][14] = t3796;
-    out[38][15] = t3797;
-    out[38][16] = t3798;
-    out[38][17] = t3799;
-    // a/base/angular/x
     out[39][0] = R::constant(0.0);
-    out[39][1] = t3764;
-    out[39][2] = t3790;
-    out[39][3] = t3955;
-    out[39][4] = t3964;
-    out[39][5] = t3979;
-    out[39][6] = t3978;
-    out[39][7] = t3982;
-    out[39][8] = t3987;
-    out[39][9] = t3995;
-    out[39][10] = t4008;
-    out[39][11] = t4029;
-    out[39][12] = t3971;
-    out[39][13] = t4032;
-    out[39][14] = t4037;
-    out[39][15] = t4045;
-    out[39][16] = t4058;
-    out[39][17] = t4079;
-    // a/base/angular/y
-    out[40][0] = t3690;
     out[40][1] = R::constant(0.0);
-    out[40][2] = t3791;
-    out[40][3] = t3964;
-    out[40][4] = t4083;
-    out[40][5] = t4090;
-    out[40][6] = t4088;
-    out[40][7] = t4092;
-    out[40][8] = t4094;
-    out[40][9] = t4096;
-    out[40][10] = t4098;
-    out[40][11] = t4100;
-    out[40][12] = t4085;
-    out[40][13] = t4102;
-    out[40][14] = t4104;
-    out[40][15] = t4106;
-    out[40][16] = t4108;
-    out[40][17] = t4110;
-    // a/base/angular/z
-    out[41][0] = t3701;
-    out[41][1] = t3769;
     out[41][2] = R::constant(0.0);
-    out[41][3] = t3979;
-    out[41][4] = t4090;
-    out[41][5] = t4118;
-    out[41][6] = t4119;
-    out[41][7] = t4120;
-    out[41][8] = t4123;
-    out[41][9] = t4126;
-    out[41][10] = t4129;
-    out[41][11] = t4132;
-    out[41][12] = t4133;
-    out[41][13] = t4134;
-    out[41][14] = t4137;
-    out[41][15] = t4140;
-    out[41][16] = t4143;
-    out[41][17] = t4146;
-    // a/right_hip_yaw
-    out[42][0] = t3700;
-    out[42][1] = t3768;
     out[42][2] = R::constant(0.0);
-    out[42][3] = t3978;
-    out[42][4] = t4088;
-    out[42][5] = t4119;
-    out[42][6] = t4116;
-    out[42][7] = t3973;
-    out[42][8] = t4122;
-    out[42][9] = t4125;
-    out[42][10] = t4128;
-    out[42][11] = t4131;
     out[42][12] = R::constant(0.0);
     out[42][13] = R::constant(0.0);
     out[42][14] = R::constant(0.0);
     out[42][15] = R::constant(0.0);
     out[42][16] = R::constant(0.0);
     out[42][17] = R::constant(0.0);
-    // a/right_hip_roll
-    out[43][0] = t3702;
-    out[43][1] = t3771;
-    out[43][2] = t3699;
-    out[43][3] = t3982;
-    out[43][4] = t4092;
-    out[43][5] = t4120;
-    out[43][6] = t3973;
-    out[43][7] = t3914;
-    out[43][8] = t3944;
-    out[43][9] = t3988;
-    out[43][10] = t3999;
-    out[43][11] = t4020;
     out[43][12] = R::constant(0.0);
     out[43][13] = R::constant(0.0);
     out[43][14] = R::constant(0.0);
     out[43][15] = R::constant(0.0);
     out[43][16] = R::constant(0.0);
     out[43][17] = R::constant(0.0);
-    // a/right_hip_pitch
-    out[44][0] = t3705;
-    out[44][1] = t3773;
-    out[44][2] = t3792;
-    out[44][3] = t3987;
-    out[44][4] = t4094;
-    out[44][5] = t4123;
-    out[44][6] = t4122;
-    out[44][7] = t3944;
-    out[44][8] = t3921;
-    out[44][9] = t3990;
-    out[44][10] = t4002;
-    out[44][11] = t4023;
     out[44][12] = R::constant(0.0);
     out[44][13] = R::constant(0.0);
     out[44][14] = R::constant(0.0);
     out[44][15] = R::constant(0.0);
     out[44][16] = R::constant(0.0);
     out[44][17] = R::constant(0.0);
-    // a/right_knee_pitch
-    out[45][0] = t3710;
-    out[45][1] = t3775;
-    out[45][2] = t3793;
-    out[45][3] = t3995;
-    out[45][4] = t4096;
-    out[45][5] = t4126;
-    out[45][6] = t4125;
-    out[45][7] = t3988;
-    out[45][8] = t3990;
-    out[45][9] = t3919;
-    out[45][10] = t4001;
-    out[45][11] = t4022;
     out[45][12] = R::constant(0.0);
     out[45][13] = R::constant(0.0);
     out[45][14] = R::constant(0.0);
     out[45][15] = R::constant(0.0);
     out[45][16] = R::constant(0.0);
     out[45][17] = R::constant(0.0);
-    // a/right_ankle_pitch
-    out[46][0] = t3719;
-    out[46][1] = t3777;
-    out[46][2] = t3794;
-    out[46][3] = t4008;
-    out[46][4] = t4098;
-    out[46][5] = t4129;
-    out[46][6] = t4128;
-    out[46][7] = t3999;
-    out[46][8] = t4002;
-    out[46][9] = t4001;
-    out[46][10] = t3917;
-    out[46][11] = t4147;
     out[46][12] = R::constant(0.0);
     out[46][13] = R::constant(0.0);
     out[46][14] = R::constant(0.0);
     out[46][15] = R::constant(0.0);
     out[46][16] = R::constant(0.0);
     out[46][17] = R::constant(0.0);
-    // a/right_ankle_roll
-    out[47][0] = t3732;
-    out[47][1] = t3779;
-    out[47][2] = t3795;
-    out[47][3] = t4029;
-    out[47][4] = t4100;
-    out[47][5] = t4132;
-    out[47][6] = t4131;
-    out[47][7] = t4020;
-    out[47][8] = t4023;
-    out[47][9] = t4022;
-    out[47][10] = t4147;
     out[47][11] = R::constant(0.00207575);
     out[47][12] = R::constant(0.0);
     out[47][13] = R::constant(0.0);
@@ -6580,119 +6262,43 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[47][15] = R::constant(0.0);
     out[47][16] = R::constant(0.0);
     out[47][17] = R::constant(0.0);
-    // a/left_hip_yaw
-    out[48][0] = t3695;
-    out[48][1] = t3766;
     out[48][2] = R::constant(0.0);
-    out[48][3] = t3971;
-    out[48][4] = t4085;
-    out[48][5] = t4133;
     out[48][6] = R::constant(0.0);
     out[48][7] = R::constant(0.0);
     out[48][8] = R::constant(0.0);
     out[48][9] = R::constant(0.0);
     out[48][10] = R::constant(0.0);
     out[48][11] = R::constant(0.0);
-    out[48][12] = t4112;
-    out[48][13] = t3966;
-    out[48][14] = t4136;
-    out[48][15] = t4139;
-    out[48][16] = t4142;
-    out[48][17] = t4145;
-    // a/left_hip_roll
-    out[49][0] = t3733;
-    out[49][1] = t3781;
-    out[49][2] = t3694;
-    out[49][3] = t4032;
-    out[49][4] = t4102;
-    out[49][5] = t4134;
     out[49][6] = R::constant(0.0);
     out[49][7] = R::constant(0.0);
     out[49][8] = R::constant(0.0);
     out[49][9] = R::constant(0.0);
     out[49][10] = R::constant(0.0);
     out[49][11] = R::constant(0.0);
-    out[49][12] = t3966;
-    out[49][13] = t3836;
-    out[49][14] = t3866;
-    out[49][15] = t4038;
-    out[49][16] = t4049;
-    out[49][17] = t4070;
-    // a/left_hip_pitch
-    out[50][0] = t3736;
-    out[50][1] = t3783;
-    out[50][2] = t3796;
-    out[50][3] = t4037;
-    out[50][4] = t4104;
-    out[50][5] = t4137;
     out[50][6] = R::constant(0.0);
     out[50][7] = R::constant(0.0);
     out[50][8] = R::constant(0.0);
     out[50][9] = R::constant(0.0);
     out[50][10] = R::constant(0.0);
     out[50][11] = R::constant(0.0);
-    out[50][12] = t4136;
-    out[50][13] = t3866;
-    out[50][14] = t3843;
-    out[50][15] = t4040;
-    out[50][16] = t4052;
-    out[50][17] = t4073;
-    // a/left_knee_pitch
-    out[51][0] = t3741;
-    out[51][1] = t3785;
-    out[51][2] = t3797;
-    out[51][3] = t4045;
-    out[51][4] = t4106;
-    out[51][5] = t4140;
     out[51][6] = R::constant(0.0);
     out[51][7] = R::constant(0.0);
     out[51][8] = R::constant(0.0);
     out[51][9] = R::constant(0.0);
     out[51][10] = R::constant(0.0);
     out[51][11] = R::constant(0.0);
-    out[51][12] = t4139;
-    out[51][13] = t4038;
-    out[51][14] = t4040;
-    out[51][15] = t3841;
-    out[51][16] = t4051;
-    out[51][17] = t4072;
-    // a/left_ankle_pitch
-    out[52][0] = t3750;
-    out[52][1] = t3787;
-    out[52][2] = t3798;
-    out[52][3] = t4058;
-    out[52][4] = t4108;
-    out[52][5] = t4143;
     out[52][6] = R::constant(0.0);
     out[52][7] = R::constant(0.0);
     out[52][8] = R::constant(0.0);
     out[52][9] = R::constant(0.0);
     out[52][10] = R::constant(0.0);
     out[52][11] = R::constant(0.0);
-    out[52][12] = t4142;
-    out[52][13] = t4049;
-    out[52][14] = t4052;
-    out[52][15] = t4051;
-    out[52][16] = t3839;
-    out[52][17] = t4148;
-    // a/left_ankle_roll
-    out[53][0] = t3763;
-    out[53][1] = t3789;
-    out[53][2] = t3799;
-    out[53][3] = t4079;
-    out[53][4] = t4110;
-    out[53][5] = t4146;
     out[53][6] = R::constant(0.0);
     out[53][7] = R::constant(0.0);
     out[53][8] = R::constant(0.0);
     out[53][9] = R::constant(0.0);
     out[53][10] = R::constant(0.0);
     out[53][11] = R::constant(0.0);
-    out[53][12] = t4145;
-    out[53][13] = t4070;
-    out[53][14] = t4073;
-    out[53][15] = t4072;
-    out[53][16] = t4148;
     out[53][17] = R::constant(0.00207575);
 }
 }

@@ -60,27 +60,51 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[12][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[12][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[12][5] = t23;
     // left_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_left_hip_yaw;
     let t25 = R::fused(t14, sin_q_left_hip_yaw, t24);
+    out[13][3] = t25;
     let t26 = t13 * sin_q_left_hip_yaw;
     let t27 = R::fused(-t14, cos_q_left_hip_yaw, t26);
     let t28 = t16 * cos_q_left_hip_yaw;
     let t29 = R::fused(t18, sin_q_left_hip_yaw, t28);
+    out[13][4] = t29;
     let t30 = t16 * sin_q_left_hip_yaw;
     let t31 = R::fused(-t18, cos_q_left_hip_yaw, t30);
     let t32 = t20 * cos_q_left_hip_yaw;
     let t33 = R::fused(t21, sin_q_left_hip_yaw, t32);
+    out[13][5] = t33;
     let t34 = t20 * sin_q_left_hip_yaw;
     let t35 = R::fused(-t21, cos_q_left_hip_yaw, t34);
     let t36 = R::fused(t14, R::constant(0.075), q_base_x);
@@ -89,14 +113,23 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     // left_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_left_hip_roll;
     let t40 = R::fused(t15, sin_q_left_hip_roll, -t39);
+    out[14][3] = t40;
+    out[15][3] = t40;
+    out[16][3] = t40;
     let t41 = t27 * sin_q_left_hip_roll;
     let t42 = R::fused(t15, cos_q_left_hip_roll, t41);
     let t43 = t31 * cos_q_left_hip_roll;
     let t44 = R::fused(t19, sin_q_left_hip_roll, -t43);
+    out[14][4] = t44;
+    out[15][4] = t44;
+    out[16][4] = t44;
     let t45 = t31 * sin_q_left_hip_roll;
     let t46 = R::fused(t19, cos_q_left_hip_roll, t45);
     let t47 = t35 * cos_q_left_hip_roll;
     let t48 = R::fused(t23, sin_q_left_hip_roll, -t47);
+    out[14][5] = t48;
+    out[15][5] = t48;
+    out[16][5] = t48;
     let t49 = t35 * sin_q_left_hip_roll;
     let t50 = R::fused(t23, cos_q_left_hip_roll, t49);
     // left_upper_leg: pose in the world
@@ -130,11 +163,11 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t77 = R::fused(-t60, R::constant(0.315), t38);
     // left_ankle: pose in the world
     let t78 = t64 * sin_q_left_ankle_pitch;
-    let t79 = R::fused(-t66, cos_q_left_ankle_pitch, -t78);
+    out[17][3] = R::fused(-t66, cos_q_left_ankle_pitch, -t78);
     let t80 = t68 * sin_q_left_ankle_pitch;
-    let t81 = R::fused(-t70, cos_q_left_ankle_pitch, -t80);
+    out[17][4] = R::fused(-t70, cos_q_left_ankle_pitch, -t80);
     let t82 = t72 * sin_q_left_ankle_pitch;
-    let t83 = R::fused(-t74, cos_q_left_ankle_pitch, -t82);
+    out[17][5] = R::fused(-t74, cos_q_left_ankle_pitch, -t82);
     let t84 = R::fused(-t64, R::constant(0.273), t75);
     let t85 = R::fused(-t68, R::constant(0.273), t76);
     let t86 = R::fused(-t72, R::constant(0.273), t77);
@@ -143,77 +176,108 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t88 = t76 - t85;
     let t89 = t77 - t86;
     let t90 = t44 * t89;
-    let t91 = R::fused(t48, t88, -t90);
+    out[15][0] = R::fused(t48, t88, -t90);
     let t92 = t48 * t87;
-    let t93 = R::fused(t40, t89, -t92);
+    out[15][1] = R::fused(t40, t89, -t92);
     let t94 = t40 * t88;
-    let t95 = R::fused(t44, t87, -t94);
+    out[15][2] = R::fused(t44, t87, -t94);
     // left_upper_leg: Jacobian
     let t96 = t36 - t84;
     let t97 = t37 - t85;
     let t98 = t38 - t86;
     let t99 = t44 * t98;
-    let t100 = R::fused(t48, t97, -t99);
+    out[14][0] = R::fused(t48, t97, -t99);
     let t101 = t48 * t96;
-    let t102 = R::fused(t40, t98, -t101);
+    out[14][1] = R::fused(t40, t98, -t101);
     let t103 = t40 * t97;
-    let t104 = R::fused(t44, t96, -t103);
+    out[14][2] = R::fused(t44, t96, -t103);
     // left_hip_roll_link: Jacobian
     let t105 = t29 * t98;
-    let t106 = R::fused(t33, t97, -t105);
+    out[13][0] = R::fused(t33, t97, -t105);
     let t107 = t33 * t96;
-    let t108 = R::fused(t25, t98, -t107);
+    out[13][1] = R::fused(t25, t98, -t107);
     let t109 = t25 * t97;
-    let t110 = R::fused(t29, t96, -t109);
+    out[13][2] = R::fused(t29, t96, -t109);
     // left_hip_yaw_link: Jacobian
     let t111 = t19 * t98;
-    let t112 = R::fused(t23, t97, -t111);
+    out[12][0] = R::fused(t23, t97, -t111);
     let t113 = t23 * t96;
-    let t114 = R::fused(t15, t98, -t113);
+    out[12][1] = R::fused(t15, t98, -t113);
     let t115 = t15 * t97;
-    let t116 = R::fused(t19, t96, -t115);
+    out[12][2] = R::fused(t19, t96, -t115);
     // torso: Jacobian
     let t117 = q_base_x - t84;
     let t118 = q_base_y - t85;
     let t119 = q_base_z - t86;
     let t120 = t16 * t119;
-    let t121 = R::fused(t20, t118, -t120);
+    out[3][0] = R::fused(t20, t118, -t120);
     let t122 = t20 * t117;
-    let t123 = R::fused(t13, t119, -t122);
+    out[3][1] = R::fused(t13, t119, -t122);
     let t124 = t13 * t118;
-    let t125 = R::fused(t16, t117, -t124);
+    out[3][2] = R::fused(t16, t117, -t124);
     let t126 = t18 * t119;
-    let t127 = R::fused(t21, t118, -t126);
+    out[4][0] = R::fused(t21, t118, -t126);
     let t128 = t21 * t117;
-    let t129 = R::fused(t14, t119, -t128);
+    out[4][1] = R::fused(t14, t119, -t128);
     let t130 = t14 * t118;
-    let t131 = R::fused(t18, t117, -t130);
+    out[4][2] = R::fused(t18, t117, -t130);
     let t132 = t19 * t119;
-    let t133 = R::fused(t23, t118, -t132);
+    out[5][0] = R::fused(t23, t118, -t132);
     let t134 = t23 * t117;
-    let t135 = R::fused(t15, t119, -t134);
+    out[5][1] = R::fused(t15, t119, -t134);
     let t136 = t15 * t118;
-    let t137 = R::fused(t19, t117, -t136);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t121, t123, t125, t13, t16, t20], // base/angular/x
-        [t127, t129, t131, t14, t18, t21], // base/angular/y
-        [t133, t135, t137, t15, t19, t23], // base/angular/z
-        [R::constant(0.0); 6], // right_hip_yaw
-        [R::constant(0.0); 6], // right_hip_roll
-        [R::constant(0.0); 6], // right_hip_pitch
-        [R::constant(0.0); 6], // right_knee_pitch
-        [R::constant(0.0); 6], // right_ankle_pitch
-        [R::constant(0.0); 6], // right_ankle_roll
-        [t112, t114, t116, t15, t19, t23], // left_hip_yaw
-        [t106, t108, t110, t25, t29, t33], // left_hip_roll
-        [t100, t102, t104, t40, t44, t48], // left_hip_pitch
-        [t91, t93, t95, t40, t44, t48], // left_knee_pitch
-        [R::constant(0.0), R::constant(0.0), R::constant(0.0), t40, t44, t48], // left_ankle_pitch
-        [R::constant(0.0), R::constant(0.0), R::constant(0.0), t79, t81, t83], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t117, -t136);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[11][3] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
 }
 }
 
@@ -278,27 +342,51 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[6][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[6][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[6][5] = t23;
     // right_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_right_hip_yaw;
     let t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
+    out[7][3] = t25;
     let t26 = t13 * sin_q_right_hip_yaw;
     let t27 = R::fused(-t14, cos_q_right_hip_yaw, t26);
     let t28 = t16 * cos_q_right_hip_yaw;
     let t29 = R::fused(t18, sin_q_right_hip_yaw, t28);
+    out[7][4] = t29;
     let t30 = t16 * sin_q_right_hip_yaw;
     let t31 = R::fused(-t18, cos_q_right_hip_yaw, t30);
     let t32 = t20 * cos_q_right_hip_yaw;
     let t33 = R::fused(t21, sin_q_right_hip_yaw, t32);
+    out[7][5] = t33;
     let t34 = t20 * sin_q_right_hip_yaw;
     let t35 = R::fused(-t21, cos_q_right_hip_yaw, t34);
     let t36 = R::fused(-t14, R::constant(0.075), q_base_x);
@@ -307,14 +395,23 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     // right_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_right_hip_roll;
     let t40 = R::fused(t15, sin_q_right_hip_roll, -t39);
+    out[8][3] = t40;
+    out[9][3] = t40;
+    out[10][3] = t40;
     let t41 = t27 * sin_q_right_hip_roll;
     let t42 = R::fused(t15, cos_q_right_hip_roll, t41);
     let t43 = t31 * cos_q_right_hip_roll;
     let t44 = R::fused(t19, sin_q_right_hip_roll, -t43);
+    out[8][4] = t44;
+    out[9][4] = t44;
+    out[10][4] = t44;
     let t45 = t31 * sin_q_right_hip_roll;
     let t46 = R::fused(t19, cos_q_right_hip_roll, t45);
     let t47 = t35 * cos_q_right_hip_roll;
     let t48 = R::fused(t23, sin_q_right_hip_roll, -t47);
+    out[8][5] = t48;
+    out[9][5] = t48;
+    out[10][5] = t48;
     let t49 = t35 * sin_q_right_hip_roll;
     let t50 = R::fused(t23, cos_q_right_hip_roll, t49);
     // right_upper_leg: pose in the world
@@ -348,11 +445,11 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t77 = R::fused(-t60, R::constant(0.315), t38);
     // right_ankle: pose in the world
     let t78 = t64 * sin_q_right_ankle_pitch;
-    let t79 = R::fused(-t66, cos_q_right_ankle_pitch, -t78);
+    out[11][3] = R::fused(-t66, cos_q_right_ankle_pitch, -t78);
     let t80 = t68 * sin_q_right_ankle_pitch;
-    let t81 = R::fused(-t70, cos_q_right_ankle_pitch, -t80);
+    out[11][4] = R::fused(-t70, cos_q_right_ankle_pitch, -t80);
     let t82 = t72 * sin_q_right_ankle_pitch;
-    let t83 = R::fused(-t74, cos_q_right_ankle_pitch, -t82);
+    out[11][5] = R::fused(-t74, cos_q_right_ankle_pitch, -t82);
     let t84 = R::fused(-t64, R::constant(0.273), t75);
     let t85 = R::fused(-t68, R::constant(0.273), t76);
     let t86 = R::fused(-t72, R::constant(0.273), t77);
@@ -361,77 +458,108 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t88 = t76 - t85;
     let t89 = t77 - t86;
     let t90 = t44 * t89;
-    let t91 = R::fused(t48, t88, -t90);
+    out[9][0] = R::fused(t48, t88, -t90);
     let t92 = t48 * t87;
-    let t93 = R::fused(t40, t89, -t92);
+    out[9][1] = R::fused(t40, t89, -t92);
     let t94 = t40 * t88;
-    let t95 = R::fused(t44, t87, -t94);
+    out[9][2] = R::fused(t44, t87, -t94);
     // right_upper_leg: Jacobian
     let t96 = t36 - t84;
     let t97 = t37 - t85;
     let t98 = t38 - t86;
     let t99 = t44 * t98;
-    let t100 = R::fused(t48, t97, -t99);
+    out[8][0] = R::fused(t48, t97, -t99);
     let t101 = t48 * t96;
-    let t102 = R::fused(t40, t98, -t101);
+    out[8][1] = R::fused(t40, t98, -t101);
     let t103 = t40 * t97;
-    let t104 = R::fused(t44, t96, -t103);
+    out[8][2] = R::fused(t44, t96, -t103);
     // right_hip_roll_link: Jacobian
     let t105 = t29 * t98;
-    let t106 = R::fused(t33, t97, -t105);
+    out[7][0] = R::fused(t33, t97, -t105);
     let t107 = t33 * t96;
-    let t108 = R::fused(t25, t98, -t107);
+    out[7][1] = R::fused(t25, t98, -t107);
     let t109 = t25 * t97;
-    let t110 = R::fused(t29, t96, -t109);
+    out[7][2] = R::fused(t29, t96, -t109);
     // right_hip_yaw_link: Jacobian
     let t111 = t19 * t98;
-    let t112 = R::fused(t23, t97, -t111);
+    out[6][0] = R::fused(t23, t97, -t111);
     let t113 = t23 * t96;
-    let t114 = R::fused(t15, t98, -t113);
+    out[6][1] = R::fused(t15, t98, -t113);
     let t115 = t15 * t97;
-    let t116 = R::fused(t19, t96, -t115);
+    out[6][2] = R::fused(t19, t96, -t115);
     // torso: Jacobian
     let t117 = q_base_x - t84;
     let t118 = q_base_y - t85;
     let t119 = q_base_z - t86;
     let t120 = t16 * t119;
-    let t121 = R::fused(t20, t118, -t120);
+    out[3][0] = R::fused(t20, t118, -t120);
     let t122 = t20 * t117;
-    let t123 = R::fused(t13, t119, -t122);
+    out[3][1] = R::fused(t13, t119, -t122);
     let t124 = t13 * t118;
-    let t125 = R::fused(t16, t117, -t124);
+    out[3][2] = R::fused(t16, t117, -t124);
     let t126 = t18 * t119;
-    let t127 = R::fused(t21, t118, -t126);
+    out[4][0] = R::fused(t21, t118, -t126);
     let t128 = t21 * t117;
-    let t129 = R::fused(t14, t119, -t128);
+    out[4][1] = R::fused(t14, t119, -t128);
     let t130 = t14 * t118;
-    let t131 = R::fused(t18, t117, -t130);
+    out[4][2] = R::fused(t18, t117, -t130);
     let t132 = t19 * t119;
-    let t133 = R::fused(t23, t118, -t132);
+    out[5][0] = R::fused(t23, t118, -t132);
     let t134 = t23 * t117;
-    let t135 = R::fused(t15, t119, -t134);
+    out[5][1] = R::fused(t15, t119, -t134);
     let t136 = t15 * t118;
-    let t137 = R::fused(t19, t117, -t136);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t121, t123, t125, t13, t16, t20], // base/angular/x
-        [t127, t129, t131, t14, t18, t21], // base/angular/y
-        [t133, t135, t137, t15, t19, t23], // base/angular/z
-        [t112, t114, t116, t15, t19, t23], // right_hip_yaw
-        [t106, t108, t110, t25, t29, t33], // right_hip_roll
-        [t100, t102, t104, t40, t44, t48], // right_hip_pitch
-        [t91, t93, t95, t40, t44, t48], // right_knee_pitch
-        [R::constant(0.0), R::constant(0.0), R::constant(0.0), t40, t44, t48], // right_ankle_pitch
-        [R::constant(0.0), R::constant(0.0), R::constant(0.0), t79, t81, t83], // right_ankle_roll
-        [R::constant(0.0); 6], // left_hip_yaw
-        [R::constant(0.0); 6], // left_hip_roll
-        [R::constant(0.0); 6], // left_hip_pitch
-        [R::constant(0.0); 6], // left_knee_pitch
-        [R::constant(0.0); 6], // left_ankle_pitch
-        [R::constant(0.0); 6], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t117, -t136);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[12][5] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[13][2] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][5] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[14][3] = R::constant(0.0);
+    out[14][4] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
 }
 }
 
@@ -500,27 +628,51 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[6][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[6][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[6][5] = t23;
     // right_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_right_hip_yaw;
     let t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
+    out[7][3] = t25;
     let t26 = t13 * sin_q_right_hip_yaw;
     let t27 = R::fused(-t14, cos_q_right_hip_yaw, t26);
     let t28 = t16 * cos_q_right_hip_yaw;
     let t29 = R::fused(t18, sin_q_right_hip_yaw, t28);
+    out[7][4] = t29;
     let t30 = t16 * sin_q_right_hip_yaw;
     let t31 = R::fused(-t18, cos_q_right_hip_yaw, t30);
     let t32 = t20 * cos_q_right_hip_yaw;
     let t33 = R::fused(t21, sin_q_right_hip_yaw, t32);
+    out[7][5] = t33;
     let t34 = t20 * sin_q_right_hip_yaw;
     let t35 = R::fused(-t21, cos_q_right_hip_yaw, t34);
     let t36 = R::fused(-t14, R::constant(0.075), q_base_x);
@@ -529,14 +681,23 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     // right_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_right_hip_roll;
     let t40 = R::fused(t15, sin_q_right_hip_roll, -t39);
+    out[8][3] = t40;
+    out[9][3] = t40;
+    out[10][3] = t40;
     let t41 = t27 * sin_q_right_hip_roll;
     let t42 = R::fused(t15, cos_q_right_hip_roll, t41);
     let t43 = t31 * cos_q_right_hip_roll;
     let t44 = R::fused(t19, sin_q_right_hip_roll, -t43);
+    out[8][4] = t44;
+    out[9][4] = t44;
+    out[10][4] = t44;
     let t45 = t31 * sin_q_right_hip_roll;
     let t46 = R::fused(t19, cos_q_right_hip_roll, t45);
     let t47 = t35 * cos_q_right_hip_roll;
     let t48 = R::fused(t23, sin_q_right_hip_roll, -t47);
+    out[8][5] = t48;
+    out[9][5] = t48;
+    out[10][5] = t48;
     let t49 = t35 * sin_q_right_hip_roll;
     let t50 = R::fused(t23, cos_q_right_hip_roll, t49);
     // right_upper_leg: pose in the world
@@ -573,14 +734,17 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     let t79 = R::fused(-t66, sin_q_right_ankle_pitch, t78);
     let t80 = t64 * sin_q_right_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_right_ankle_pitch, -t80);
+    out[11][3] = t81;
     let t82 = t68 * cos_q_right_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_right_ankle_pitch, t82);
     let t84 = t68 * sin_q_right_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_right_ankle_pitch, -t84);
+    out[11][4] = t85;
     let t86 = t72 * cos_q_right_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_right_ankle_pitch, t86);
     let t88 = t72 * sin_q_right_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_right_ankle_pitch, -t88);
+    out[11][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -615,94 +779,119 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     let t118 = t91 - t115;
     let t119 = t92 - t116;
     let t120 = t85 * t119;
-    let t121 = R::fused(t89, t118, -t120);
+    out[11][0] = R::fused(t89, t118, -t120);
     let t122 = t89 * t117;
-    let t123 = R::fused(t81, t119, -t122);
+    out[11][1] = R::fused(t81, t119, -t122);
     let t124 = t81 * t118;
-    let t125 = R::fused(t85, t117, -t124);
+    out[11][2] = R::fused(t85, t117, -t124);
     // right_ankle: Jacobian
     let t126 = t44 * t119;
-    let t127 = R::fused(t48, t118, -t126);
+    out[10][0] = R::fused(t48, t118, -t126);
     let t128 = t48 * t117;
-    let t129 = R::fused(t40, t119, -t128);
+    out[10][1] = R::fused(t40, t119, -t128);
     let t130 = t40 * t118;
-    let t131 = R::fused(t44, t117, -t130);
+    out[10][2] = R::fused(t44, t117, -t130);
     // right_lower_leg: Jacobian
     let t132 = t75 - t114;
     let t133 = t76 - t115;
     let t134 = t77 - t116;
     let t135 = t44 * t134;
-    let t136 = R::fused(t48, t133, -t135);
+    out[9][0] = R::fused(t48, t133, -t135);
     let t137 = t48 * t132;
-    let t138 = R::fused(t40, t134, -t137);
+    out[9][1] = R::fused(t40, t134, -t137);
     let t139 = t40 * t133;
-    let t140 = R::fused(t44, t132, -t139);
+    out[9][2] = R::fused(t44, t132, -t139);
     // right_upper_leg: Jacobian
     let t141 = t36 - t114;
     let t142 = t37 - t115;
     let t143 = t38 - t116;
     let t144 = t44 * t143;
-    let t145 = R::fused(t48, t142, -t144);
+    out[8][0] = R::fused(t48, t142, -t144);
     let t146 = t48 * t141;
-    let t147 = R::fused(t40, t143, -t146);
+    out[8][1] = R::fused(t40, t143, -t146);
     let t148 = t40 * t142;
-    let t149 = R::fused(t44, t141, -t148);
+    out[8][2] = R::fused(t44, t141, -t148);
     // right_hip_roll_link: Jacobian
     let t150 = t29 * t143;
-    let t151 = R::fused(t33, t142, -t150);
+    out[7][0] = R::fused(t33, t142, -t150);
     let t152 = t33 * t141;
-    let t153 = R::fused(t25, t143, -t152);
+    out[7][1] = R::fused(t25, t143, -t152);
     let t154 = t25 * t142;
-    let t155 = R::fused(t29, t141, -t154);
+    out[7][2] = R::fused(t29, t141, -t154);
     // right_hip_yaw_link: Jacobian
     let t156 = t19 * t143;
-    let t157 = R::fused(t23, t142, -t156);
+    out[6][0] = R::fused(t23, t142, -t156);
     let t158 = t23 * t141;
-    let t159 = R::fused(t15, t143, -t158);
+    out[6][1] = R::fused(t15, t143, -t158);
     let t160 = t15 * t142;
-    let t161 = R::fused(t19, t141, -t160);
+    out[6][2] = R::fused(t19, t141, -t160);
     // torso: Jacobian
     let t162 = q_base_x - t114;
     let t163 = q_base_y - t115;
     let t164 = q_base_z - t116;
     let t165 = t16 * t164;
-    let t166 = R::fused(t20, t163, -t165);
+    out[3][0] = R::fused(t20, t163, -t165);
     let t167 = t20 * t162;
-    let t168 = R::fused(t13, t164, -t167);
+    out[3][1] = R::fused(t13, t164, -t167);
     let t169 = t13 * t163;
-    let t170 = R::fused(t16, t162, -t169);
+    out[3][2] = R::fused(t16, t162, -t169);
     let t171 = t18 * t164;
-    let t172 = R::fused(t21, t163, -t171);
+    out[4][0] = R::fused(t21, t163, -t171);
     let t173 = t21 * t162;
-    let t174 = R::fused(t14, t164, -t173);
+    out[4][1] = R::fused(t14, t164, -t173);
     let t175 = t14 * t163;
-    let t176 = R::fused(t18, t162, -t175);
+    out[4][2] = R::fused(t18, t162, -t175);
     let t177 = t19 * t164;
-    let t178 = R::fused(t23, t163, -t177);
+    out[5][0] = R::fused(t23, t163, -t177);
     let t179 = t23 * t162;
-    let t180 = R::fused(t15, t164, -t179);
+    out[5][1] = R::fused(t15, t164, -t179);
     let t181 = t15 * t163;
-    let t182 = R::fused(t19, t162, -t181);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t166, t168, t170, t13, t16, t20], // base/angular/x
-        [t172, t174, t176, t14, t18, t21], // base/angular/y
-        [t178, t180, t182, t15, t19, t23], // base/angular/z
-        [t157, t159, t161, t15, t19, t23], // right_hip_yaw
-        [t151, t153, t155, t25, t29, t33], // right_hip_roll
-        [t145, t147, t149, t40, t44, t48], // right_hip_pitch
-        [t136, t138, t140, t40, t44, t48], // right_knee_pitch
-        [t127, t129, t131, t40, t44, t48], // right_ankle_pitch
-        [t121, t123, t125, t81, t85, t89], // right_ankle_roll
-        [R::constant(0.0); 6], // left_hip_yaw
-        [R::constant(0.0); 6], // left_hip_roll
-        [R::constant(0.0); 6], // left_hip_pitch
-        [R::constant(0.0); 6], // left_knee_pitch
-        [R::constant(0.0); 6], // left_ankle_pitch
-        [R::constant(0.0); 6], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t162, -t181);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[12][5] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[13][2] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][5] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[14][3] = R::constant(0.0);
+    out[14][4] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
 }
 }
 
@@ -771,27 +960,51 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[6][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[6][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[6][5] = t23;
     // right_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_right_hip_yaw;
     let t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
+    out[7][3] = t25;
     let t26 = t13 * sin_q_right_hip_yaw;
     let t27 = R::fused(-t14, cos_q_right_hip_yaw, t26);
     let t28 = t16 * cos_q_right_hip_yaw;
     let t29 = R::fused(t18, sin_q_right_hip_yaw, t28);
+    out[7][4] = t29;
     let t30 = t16 * sin_q_right_hip_yaw;
     let t31 = R::fused(-t18, cos_q_right_hip_yaw, t30);
     let t32 = t20 * cos_q_right_hip_yaw;
     let t33 = R::fused(t21, sin_q_right_hip_yaw, t32);
+    out[7][5] = t33;
     let t34 = t20 * sin_q_right_hip_yaw;
     let t35 = R::fused(-t21, cos_q_right_hip_yaw, t34);
     let t36 = R::fused(-t14, R::constant(0.075), q_base_x);
@@ -800,14 +1013,23 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     // right_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_right_hip_roll;
     let t40 = R::fused(t15, sin_q_right_hip_roll, -t39);
+    out[8][3] = t40;
+    out[9][3] = t40;
+    out[10][3] = t40;
     let t41 = t27 * sin_q_right_hip_roll;
     let t42 = R::fused(t15, cos_q_right_hip_roll, t41);
     let t43 = t31 * cos_q_right_hip_roll;
     let t44 = R::fused(t19, sin_q_right_hip_roll, -t43);
+    out[8][4] = t44;
+    out[9][4] = t44;
+    out[10][4] = t44;
     let t45 = t31 * sin_q_right_hip_roll;
     let t46 = R::fused(t19, cos_q_right_hip_roll, t45);
     let t47 = t35 * cos_q_right_hip_roll;
     let t48 = R::fused(t23, sin_q_right_hip_roll, -t47);
+    out[8][5] = t48;
+    out[9][5] = t48;
+    out[10][5] = t48;
     let t49 = t35 * sin_q_right_hip_roll;
     let t50 = R::fused(t23, cos_q_right_hip_roll, t49);
     // right_upper_leg: pose in the world
@@ -844,14 +1066,17 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     let t79 = R::fused(-t66, sin_q_right_ankle_pitch, t78);
     let t80 = t64 * sin_q_right_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_right_ankle_pitch, -t80);
+    out[11][3] = t81;
     let t82 = t68 * cos_q_right_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_right_ankle_pitch, t82);
     let t84 = t68 * sin_q_right_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_right_ankle_pitch, -t84);
+    out[11][4] = t85;
     let t86 = t72 * cos_q_right_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_right_ankle_pitch, t86);
     let t88 = t72 * sin_q_right_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_right_ankle_pitch, -t88);
+    out[11][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -886,94 +1111,119 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     let t118 = t91 - t115;
     let t119 = t92 - t116;
     let t120 = t85 * t119;
-    let t121 = R::fused(t89, t118, -t120);
+    out[11][0] = R::fused(t89, t118, -t120);
     let t122 = t89 * t117;
-    let t123 = R::fused(t81, t119, -t122);
+    out[11][1] = R::fused(t81, t119, -t122);
     let t124 = t81 * t118;
-    let t125 = R::fused(t85, t117, -t124);
+    out[11][2] = R::fused(t85, t117, -t124);
     // right_ankle: Jacobian
     let t126 = t44 * t119;
-    let t127 = R::fused(t48, t118, -t126);
+    out[10][0] = R::fused(t48, t118, -t126);
     let t128 = t48 * t117;
-    let t129 = R::fused(t40, t119, -t128);
+    out[10][1] = R::fused(t40, t119, -t128);
     let t130 = t40 * t118;
-    let t131 = R::fused(t44, t117, -t130);
+    out[10][2] = R::fused(t44, t117, -t130);
     // right_lower_leg: Jacobian
     let t132 = t75 - t114;
     let t133 = t76 - t115;
     let t134 = t77 - t116;
     let t135 = t44 * t134;
-    let t136 = R::fused(t48, t133, -t135);
+    out[9][0] = R::fused(t48, t133, -t135);
     let t137 = t48 * t132;
-    let t138 = R::fused(t40, t134, -t137);
+    out[9][1] = R::fused(t40, t134, -t137);
     let t139 = t40 * t133;
-    let t140 = R::fused(t44, t132, -t139);
+    out[9][2] = R::fused(t44, t132, -t139);
     // right_upper_leg: Jacobian
     let t141 = t36 - t114;
     let t142 = t37 - t115;
     let t143 = t38 - t116;
     let t144 = t44 * t143;
-    let t145 = R::fused(t48, t142, -t144);
+    out[8][0] = R::fused(t48, t142, -t144);
     let t146 = t48 * t141;
-    let t147 = R::fused(t40, t143, -t146);
+    out[8][1] = R::fused(t40, t143, -t146);
     let t148 = t40 * t142;
-    let t149 = R::fused(t44, t141, -t148);
+    out[8][2] = R::fused(t44, t141, -t148);
     // right_hip_roll_link: Jacobian
     let t150 = t29 * t143;
-    let t151 = R::fused(t33, t142, -t150);
+    out[7][0] = R::fused(t33, t142, -t150);
     let t152 = t33 * t141;
-    let t153 = R::fused(t25, t143, -t152);
+    out[7][1] = R::fused(t25, t143, -t152);
     let t154 = t25 * t142;
-    let t155 = R::fused(t29, t141, -t154);
+    out[7][2] = R::fused(t29, t141, -t154);
     // right_hip_yaw_link: Jacobian
     let t156 = t19 * t143;
-    let t157 = R::fused(t23, t142, -t156);
+    out[6][0] = R::fused(t23, t142, -t156);
     let t158 = t23 * t141;
-    let t159 = R::fused(t15, t143, -t158);
+    out[6][1] = R::fused(t15, t143, -t158);
     let t160 = t15 * t142;
-    let t161 = R::fused(t19, t141, -t160);
+    out[6][2] = R::fused(t19, t141, -t160);
     // torso: Jacobian
     let t162 = q_base_x - t114;
     let t163 = q_base_y - t115;
     let t164 = q_base_z - t116;
     let t165 = t16 * t164;
-    let t166 = R::fused(t20, t163, -t165);
+    out[3][0] = R::fused(t20, t163, -t165);
     let t167 = t20 * t162;
-    let t168 = R::fused(t13, t164, -t167);
+    out[3][1] = R::fused(t13, t164, -t167);
     let t169 = t13 * t163;
-    let t170 = R::fused(t16, t162, -t169);
+    out[3][2] = R::fused(t16, t162, -t169);
     let t171 = t18 * t164;
-    let t172 = R::fused(t21, t163, -t171);
+    out[4][0] = R::fused(t21, t163, -t171);
     let t173 = t21 * t162;
-    let t174 = R::fused(t14, t164, -t173);
+    out[4][1] = R::fused(t14, t164, -t173);
     let t175 = t14 * t163;
-    let t176 = R::fused(t18, t162, -t175);
+    out[4][2] = R::fused(t18, t162, -t175);
     let t177 = t19 * t164;
-    let t178 = R::fused(t23, t163, -t177);
+    out[5][0] = R::fused(t23, t163, -t177);
     let t179 = t23 * t162;
-    let t180 = R::fused(t15, t164, -t179);
+    out[5][1] = R::fused(t15, t164, -t179);
     let t181 = t15 * t163;
-    let t182 = R::fused(t19, t162, -t181);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t166, t168, t170, t13, t16, t20], // base/angular/x
-        [t172, t174, t176, t14, t18, t21], // base/angular/y
-        [t178, t180, t182, t15, t19, t23], // base/angular/z
-        [t157, t159, t161, t15, t19, t23], // right_hip_yaw
-        [t151, t153, t155, t25, t29, t33], // right_hip_roll
-        [t145, t147, t149, t40, t44, t48], // right_hip_pitch
-        [t136, t138, t140, t40, t44, t48], // right_knee_pitch
-        [t127, t129, t131, t40, t44, t48], // right_ankle_pitch
-        [t121, t123, t125, t81, t85, t89], // right_ankle_roll
-        [R::constant(0.0); 6], // left_hip_yaw
-        [R::constant(0.0); 6], // left_hip_roll
-        [R::constant(0.0); 6], // left_hip_pitch
-        [R::constant(0.0); 6], // left_knee_pitch
-        [R::constant(0.0); 6], // left_ankle_pitch
-        [R::constant(0.0); 6], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t162, -t181);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[12][5] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[13][2] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][5] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[14][3] = R::constant(0.0);
+    out[14][4] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
 }
 }
 
@@ -1042,27 +1292,51 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[6][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[6][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[6][5] = t23;
     // right_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_right_hip_yaw;
     let t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
+    out[7][3] = t25;
     let t26 = t13 * sin_q_right_hip_yaw;
     let t27 = R::fused(-t14, cos_q_right_hip_yaw, t26);
     let t28 = t16 * cos_q_right_hip_yaw;
     let t29 = R::fused(t18, sin_q_right_hip_yaw, t28);
+    out[7][4] = t29;
     let t30 = t16 * sin_q_right_hip_yaw;
     let t31 = R::fused(-t18, cos_q_right_hip_yaw, t30);
     let t32 = t20 * cos_q_right_hip_yaw;
     let t33 = R::fused(t21, sin_q_right_hip_yaw, t32);
+    out[7][5] = t33;
     let t34 = t20 * sin_q_right_hip_yaw;
     let t35 = R::fused(-t21, cos_q_right_hip_yaw, t34);
     let t36 = R::fused(-t14, R::constant(0.075), q_base_x);
@@ -1071,14 +1345,23 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     // right_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_right_hip_roll;
     let t40 = R::fused(t15, sin_q_right_hip_roll, -t39);
+    out[8][3] = t40;
+    out[9][3] = t40;
+    out[10][3] = t40;
     let t41 = t27 * sin_q_right_hip_roll;
     let t42 = R::fused(t15, cos_q_right_hip_roll, t41);
     let t43 = t31 * cos_q_right_hip_roll;
     let t44 = R::fused(t19, sin_q_right_hip_roll, -t43);
+    out[8][4] = t44;
+    out[9][4] = t44;
+    out[10][4] = t44;
     let t45 = t31 * sin_q_right_hip_roll;
     let t46 = R::fused(t19, cos_q_right_hip_roll, t45);
     let t47 = t35 * cos_q_right_hip_roll;
     let t48 = R::fused(t23, sin_q_right_hip_roll, -t47);
+    out[8][5] = t48;
+    out[9][5] = t48;
+    out[10][5] = t48;
     let t49 = t35 * sin_q_right_hip_roll;
     let t50 = R::fused(t23, cos_q_right_hip_roll, t49);
     // right_upper_leg: pose in the world
@@ -1115,14 +1398,17 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     let t79 = R::fused(-t66, sin_q_right_ankle_pitch, t78);
     let t80 = t64 * sin_q_right_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_right_ankle_pitch, -t80);
+    out[11][3] = t81;
     let t82 = t68 * cos_q_right_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_right_ankle_pitch, t82);
     let t84 = t68 * sin_q_right_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_right_ankle_pitch, -t84);
+    out[11][4] = t85;
     let t86 = t72 * cos_q_right_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_right_ankle_pitch, t86);
     let t88 = t72 * sin_q_right_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_right_ankle_pitch, -t88);
+    out[11][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -1157,94 +1443,119 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     let t118 = t91 - t115;
     let t119 = t92 - t116;
     let t120 = t85 * t119;
-    let t121 = R::fused(t89, t118, -t120);
+    out[11][0] = R::fused(t89, t118, -t120);
     let t122 = t89 * t117;
-    let t123 = R::fused(t81, t119, -t122);
+    out[11][1] = R::fused(t81, t119, -t122);
     let t124 = t81 * t118;
-    let t125 = R::fused(t85, t117, -t124);
+    out[11][2] = R::fused(t85, t117, -t124);
     // right_ankle: Jacobian
     let t126 = t44 * t119;
-    let t127 = R::fused(t48, t118, -t126);
+    out[10][0] = R::fused(t48, t118, -t126);
     let t128 = t48 * t117;
-    let t129 = R::fused(t40, t119, -t128);
+    out[10][1] = R::fused(t40, t119, -t128);
     let t130 = t40 * t118;
-    let t131 = R::fused(t44, t117, -t130);
+    out[10][2] = R::fused(t44, t117, -t130);
     // right_lower_leg: Jacobian
     let t132 = t75 - t114;
     let t133 = t76 - t115;
     let t134 = t77 - t116;
     let t135 = t44 * t134;
-    let t136 = R::fused(t48, t133, -t135);
+    out[9][0] = R::fused(t48, t133, -t135);
     let t137 = t48 * t132;
-    let t138 = R::fused(t40, t134, -t137);
+    out[9][1] = R::fused(t40, t134, -t137);
     let t139 = t40 * t133;
-    let t140 = R::fused(t44, t132, -t139);
+    out[9][2] = R::fused(t44, t132, -t139);
     // right_upper_leg: Jacobian
     let t141 = t36 - t114;
     let t142 = t37 - t115;
     let t143 = t38 - t116;
     let t144 = t44 * t143;
-    let t145 = R::fused(t48, t142, -t144);
+    out[8][0] = R::fused(t48, t142, -t144);
     let t146 = t48 * t141;
-    let t147 = R::fused(t40, t143, -t146);
+    out[8][1] = R::fused(t40, t143, -t146);
     let t148 = t40 * t142;
-    let t149 = R::fused(t44, t141, -t148);
+    out[8][2] = R::fused(t44, t141, -t148);
     // right_hip_roll_link: Jacobian
     let t150 = t29 * t143;
-    let t151 = R::fused(t33, t142, -t150);
+    out[7][0] = R::fused(t33, t142, -t150);
     let t152 = t33 * t141;
-    let t153 = R::fused(t25, t143, -t152);
+    out[7][1] = R::fused(t25, t143, -t152);
     let t154 = t25 * t142;
-    let t155 = R::fused(t29, t141, -t154);
+    out[7][2] = R::fused(t29, t141, -t154);
     // right_hip_yaw_link: Jacobian
     let t156 = t19 * t143;
-    let t157 = R::fused(t23, t142, -t156);
+    out[6][0] = R::fused(t23, t142, -t156);
     let t158 = t23 * t141;
-    let t159 = R::fused(t15, t143, -t158);
+    out[6][1] = R::fused(t15, t143, -t158);
     let t160 = t15 * t142;
-    let t161 = R::fused(t19, t141, -t160);
+    out[6][2] = R::fused(t19, t141, -t160);
     // torso: Jacobian
     let t162 = q_base_x - t114;
     let t163 = q_base_y - t115;
     let t164 = q_base_z - t116;
     let t165 = t16 * t164;
-    let t166 = R::fused(t20, t163, -t165);
+    out[3][0] = R::fused(t20, t163, -t165);
     let t167 = t20 * t162;
-    let t168 = R::fused(t13, t164, -t167);
+    out[3][1] = R::fused(t13, t164, -t167);
     let t169 = t13 * t163;
-    let t170 = R::fused(t16, t162, -t169);
+    out[3][2] = R::fused(t16, t162, -t169);
     let t171 = t18 * t164;
-    let t172 = R::fused(t21, t163, -t171);
+    out[4][0] = R::fused(t21, t163, -t171);
     let t173 = t21 * t162;
-    let t174 = R::fused(t14, t164, -t173);
+    out[4][1] = R::fused(t14, t164, -t173);
     let t175 = t14 * t163;
-    let t176 = R::fused(t18, t162, -t175);
+    out[4][2] = R::fused(t18, t162, -t175);
     let t177 = t19 * t164;
-    let t178 = R::fused(t23, t163, -t177);
+    out[5][0] = R::fused(t23, t163, -t177);
     let t179 = t23 * t162;
-    let t180 = R::fused(t15, t164, -t179);
+    out[5][1] = R::fused(t15, t164, -t179);
     let t181 = t15 * t163;
-    let t182 = R::fused(t19, t162, -t181);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t166, t168, t170, t13, t16, t20], // base/angular/x
-        [t172, t174, t176, t14, t18, t21], // base/angular/y
-        [t178, t180, t182, t15, t19, t23], // base/angular/z
-        [t157, t159, t161, t15, t19, t23], // right_hip_yaw
-        [t151, t153, t155, t25, t29, t33], // right_hip_roll
-        [t145, t147, t149, t40, t44, t48], // right_hip_pitch
-        [t136, t138, t140, t40, t44, t48], // right_knee_pitch
-        [t127, t129, t131, t40, t44, t48], // right_ankle_pitch
-        [t121, t123, t125, t81, t85, t89], // right_ankle_roll
-        [R::constant(0.0); 6], // left_hip_yaw
-        [R::constant(0.0); 6], // left_hip_roll
-        [R::constant(0.0); 6], // left_hip_pitch
-        [R::constant(0.0); 6], // left_knee_pitch
-        [R::constant(0.0); 6], // left_ankle_pitch
-        [R::constant(0.0); 6], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t162, -t181);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[12][5] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[13][2] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][5] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[14][3] = R::constant(0.0);
+    out[14][4] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
 }
 }
 
@@ -1313,27 +1624,51 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[6][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[6][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[6][5] = t23;
     // right_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_right_hip_yaw;
     let t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
+    out[7][3] = t25;
     let t26 = t13 * sin_q_right_hip_yaw;
     let t27 = R::fused(-t14, cos_q_right_hip_yaw, t26);
     let t28 = t16 * cos_q_right_hip_yaw;
     let t29 = R::fused(t18, sin_q_right_hip_yaw, t28);
+    out[7][4] = t29;
     let t30 = t16 * sin_q_right_hip_yaw;
     let t31 = R::fused(-t18, cos_q_right_hip_yaw, t30);
     let t32 = t20 * cos_q_right_hip_yaw;
     let t33 = R::fused(t21, sin_q_right_hip_yaw, t32);
+    out[7][5] = t33;
     let t34 = t20 * sin_q_right_hip_yaw;
     let t35 = R::fused(-t21, cos_q_right_hip_yaw, t34);
     let t36 = R::fused(-t14, R::constant(0.075), q_base_x);
@@ -1342,14 +1677,23 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     // right_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_right_hip_roll;
     let t40 = R::fused(t15, sin_q_right_hip_roll, -t39);
+    out[8][3] = t40;
+    out[9][3] = t40;
+    out[10][3] = t40;
     let t41 = t27 * sin_q_right_hip_roll;
     let t42 = R::fused(t15, cos_q_right_hip_roll, t41);
     let t43 = t31 * cos_q_right_hip_roll;
     let t44 = R::fused(t19, sin_q_right_hip_roll, -t43);
+    out[8][4] = t44;
+    out[9][4] = t44;
+    out[10][4] = t44;
     let t45 = t31 * sin_q_right_hip_roll;
     let t46 = R::fused(t19, cos_q_right_hip_roll, t45);
     let t47 = t35 * cos_q_right_hip_roll;
     let t48 = R::fused(t23, sin_q_right_hip_roll, -t47);
+    out[8][5] = t48;
+    out[9][5] = t48;
+    out[10][5] = t48;
     let t49 = t35 * sin_q_right_hip_roll;
     let t50 = R::fused(t23, cos_q_right_hip_roll, t49);
     // right_upper_leg: pose in the world
@@ -1386,14 +1730,17 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     let t79 = R::fused(-t66, sin_q_right_ankle_pitch, t78);
     let t80 = t64 * sin_q_right_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_right_ankle_pitch, -t80);
+    out[11][3] = t81;
     let t82 = t68 * cos_q_right_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_right_ankle_pitch, t82);
     let t84 = t68 * sin_q_right_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_right_ankle_pitch, -t84);
+    out[11][4] = t85;
     let t86 = t72 * cos_q_right_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_right_ankle_pitch, t86);
     let t88 = t72 * sin_q_right_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_right_ankle_pitch, -t88);
+    out[11][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -1428,94 +1775,119 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     let t118 = t91 - t115;
     let t119 = t92 - t116;
     let t120 = t85 * t119;
-    let t121 = R::fused(t89, t118, -t120);
+    out[11][0] = R::fused(t89, t118, -t120);
     let t122 = t89 * t117;
-    let t123 = R::fused(t81, t119, -t122);
+    out[11][1] = R::fused(t81, t119, -t122);
     let t124 = t81 * t118;
-    let t125 = R::fused(t85, t117, -t124);
+    out[11][2] = R::fused(t85, t117, -t124);
     // right_ankle: Jacobian
     let t126 = t44 * t119;
-    let t127 = R::fused(t48, t118, -t126);
+    out[10][0] = R::fused(t48, t118, -t126);
     let t128 = t48 * t117;
-    let t129 = R::fused(t40, t119, -t128);
+    out[10][1] = R::fused(t40, t119, -t128);
     let t130 = t40 * t118;
-    let t131 = R::fused(t44, t117, -t130);
+    out[10][2] = R::fused(t44, t117, -t130);
     // right_lower_leg: Jacobian
     let t132 = t75 - t114;
     let t133 = t76 - t115;
     let t134 = t77 - t116;
     let t135 = t44 * t134;
-    let t136 = R::fused(t48, t133, -t135);
+    out[9][0] = R::fused(t48, t133, -t135);
     let t137 = t48 * t132;
-    let t138 = R::fused(t40, t134, -t137);
+    out[9][1] = R::fused(t40, t134, -t137);
     let t139 = t40 * t133;
-    let t140 = R::fused(t44, t132, -t139);
+    out[9][2] = R::fused(t44, t132, -t139);
     // right_upper_leg: Jacobian
     let t141 = t36 - t114;
     let t142 = t37 - t115;
     let t143 = t38 - t116;
     let t144 = t44 * t143;
-    let t145 = R::fused(t48, t142, -t144);
+    out[8][0] = R::fused(t48, t142, -t144);
     let t146 = t48 * t141;
-    let t147 = R::fused(t40, t143, -t146);
+    out[8][1] = R::fused(t40, t143, -t146);
     let t148 = t40 * t142;
-    let t149 = R::fused(t44, t141, -t148);
+    out[8][2] = R::fused(t44, t141, -t148);
     // right_hip_roll_link: Jacobian
     let t150 = t29 * t143;
-    let t151 = R::fused(t33, t142, -t150);
+    out[7][0] = R::fused(t33, t142, -t150);
     let t152 = t33 * t141;
-    let t153 = R::fused(t25, t143, -t152);
+    out[7][1] = R::fused(t25, t143, -t152);
     let t154 = t25 * t142;
-    let t155 = R::fused(t29, t141, -t154);
+    out[7][2] = R::fused(t29, t141, -t154);
     // right_hip_yaw_link: Jacobian
     let t156 = t19 * t143;
-    let t157 = R::fused(t23, t142, -t156);
+    out[6][0] = R::fused(t23, t142, -t156);
     let t158 = t23 * t141;
-    let t159 = R::fused(t15, t143, -t158);
+    out[6][1] = R::fused(t15, t143, -t158);
     let t160 = t15 * t142;
-    let t161 = R::fused(t19, t141, -t160);
+    out[6][2] = R::fused(t19, t141, -t160);
     // torso: Jacobian
     let t162 = q_base_x - t114;
     let t163 = q_base_y - t115;
     let t164 = q_base_z - t116;
     let t165 = t16 * t164;
-    let t166 = R::fused(t20, t163, -t165);
+    out[3][0] = R::fused(t20, t163, -t165);
     let t167 = t20 * t162;
-    let t168 = R::fused(t13, t164, -t167);
+    out[3][1] = R::fused(t13, t164, -t167);
     let t169 = t13 * t163;
-    let t170 = R::fused(t16, t162, -t169);
+    out[3][2] = R::fused(t16, t162, -t169);
     let t171 = t18 * t164;
-    let t172 = R::fused(t21, t163, -t171);
+    out[4][0] = R::fused(t21, t163, -t171);
     let t173 = t21 * t162;
-    let t174 = R::fused(t14, t164, -t173);
+    out[4][1] = R::fused(t14, t164, -t173);
     let t175 = t14 * t163;
-    let t176 = R::fused(t18, t162, -t175);
+    out[4][2] = R::fused(t18, t162, -t175);
     let t177 = t19 * t164;
-    let t178 = R::fused(t23, t163, -t177);
+    out[5][0] = R::fused(t23, t163, -t177);
     let t179 = t23 * t162;
-    let t180 = R::fused(t15, t164, -t179);
+    out[5][1] = R::fused(t15, t164, -t179);
     let t181 = t15 * t163;
-    let t182 = R::fused(t19, t162, -t181);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t166, t168, t170, t13, t16, t20], // base/angular/x
-        [t172, t174, t176, t14, t18, t21], // base/angular/y
-        [t178, t180, t182, t15, t19, t23], // base/angular/z
-        [t157, t159, t161, t15, t19, t23], // right_hip_yaw
-        [t151, t153, t155, t25, t29, t33], // right_hip_roll
-        [t145, t147, t149, t40, t44, t48], // right_hip_pitch
-        [t136, t138, t140, t40, t44, t48], // right_knee_pitch
-        [t127, t129, t131, t40, t44, t48], // right_ankle_pitch
-        [t121, t123, t125, t81, t85, t89], // right_ankle_roll
-        [R::constant(0.0); 6], // left_hip_yaw
-        [R::constant(0.0); 6], // left_hip_roll
-        [R::constant(0.0); 6], // left_hip_pitch
-        [R::constant(0.0); 6], // left_knee_pitch
-        [R::constant(0.0); 6], // left_ankle_pitch
-        [R::constant(0.0); 6], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t162, -t181);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[12][5] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[13][2] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][5] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[14][3] = R::constant(0.0);
+    out[14][4] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
 }
 }
 
@@ -1583,27 +1955,51 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[12][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[12][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[12][5] = t23;
     // left_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_left_hip_yaw;
     let t25 = R::fused(t14, sin_q_left_hip_yaw, t24);
+    out[13][3] = t25;
     let t26 = t13 * sin_q_left_hip_yaw;
     let t27 = R::fused(-t14, cos_q_left_hip_yaw, t26);
     let t28 = t16 * cos_q_left_hip_yaw;
     let t29 = R::fused(t18, sin_q_left_hip_yaw, t28);
+    out[13][4] = t29;
     let t30 = t16 * sin_q_left_hip_yaw;
     let t31 = R::fused(-t18, cos_q_left_hip_yaw, t30);
     let t32 = t20 * cos_q_left_hip_yaw;
     let t33 = R::fused(t21, sin_q_left_hip_yaw, t32);
+    out[13][5] = t33;
     let t34 = t20 * sin_q_left_hip_yaw;
     let t35 = R::fused(-t21, cos_q_left_hip_yaw, t34);
     let t36 = R::fused(t14, R::constant(0.075), q_base_x);
@@ -1612,14 +2008,23 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
     // left_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_left_hip_roll;
     let t40 = R::fused(t15, sin_q_left_hip_roll, -t39);
+    out[14][3] = t40;
+    out[15][3] = t40;
+    out[16][3] = t40;
     let t41 = t27 * sin_q_left_hip_roll;
     let t42 = R::fused(t15, cos_q_left_hip_roll, t41);
     let t43 = t31 * cos_q_left_hip_roll;
     let t44 = R::fused(t19, sin_q_left_hip_roll, -t43);
+    out[14][4] = t44;
+    out[15][4] = t44;
+    out[16][4] = t44;
     let t45 = t31 * sin_q_left_hip_roll;
     let t46 = R::fused(t19, cos_q_left_hip_roll, t45);
     let t47 = t35 * cos_q_left_hip_roll;
     let t48 = R::fused(t23, sin_q_left_hip_roll, -t47);
+    out[14][5] = t48;
+    out[15][5] = t48;
+    out[16][5] = t48;
     let t49 = t35 * sin_q_left_hip_roll;
     let t50 = R::fused(t23, cos_q_left_hip_roll, t49);
     // left_upper_leg: pose in the world
@@ -1656,14 +2061,17 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
     let t79 = R::fused(-t66, sin_q_left_ankle_pitch, t78);
     let t80 = t64 * sin_q_left_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_left_ankle_pitch, -t80);
+    out[17][3] = t81;
     let t82 = t68 * cos_q_left_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_left_ankle_pitch, t82);
     let t84 = t68 * sin_q_left_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_left_ankle_pitch, -t84);
+    out[17][4] = t85;
     let t86 = t72 * cos_q_left_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_left_ankle_pitch, t86);
     let t88 = t72 * sin_q_left_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_left_ankle_pitch, -t88);
+    out[17][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -1698,94 +2106,119 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
     let t118 = t91 - t115;
     let t119 = t92 - t116;
     let t120 = t85 * t119;
-    let t121 = R::fused(t89, t118, -t120);
+    out[17][0] = R::fused(t89, t118, -t120);
     let t122 = t89 * t117;
-    let t123 = R::fused(t81, t119, -t122);
+    out[17][1] = R::fused(t81, t119, -t122);
     let t124 = t81 * t118;
-    let t125 = R::fused(t85, t117, -t124);
+    out[17][2] = R::fused(t85, t117, -t124);
     // left_ankle: Jacobian
     let t126 = t44 * t119;
-    let t127 = R::fused(t48, t118, -t126);
+    out[16][0] = R::fused(t48, t118, -t126);
     let t128 = t48 * t117;
-    let t129 = R::fused(t40, t119, -t128);
+    out[16][1] = R::fused(t40, t119, -t128);
     let t130 = t40 * t118;
-    let t131 = R::fused(t44, t117, -t130);
+    out[16][2] = R::fused(t44, t117, -t130);
     // left_lower_leg: Jacobian
     let t132 = t75 - t114;
     let t133 = t76 - t115;
     let t134 = t77 - t116;
     let t135 = t44 * t134;
-    let t136 = R::fused(t48, t133, -t135);
+    out[15][0] = R::fused(t48, t133, -t135);
     let t137 = t48 * t132;
-    let t138 = R::fused(t40, t134, -t137);
+    out[15][1] = R::fused(t40, t134, -t137);
     let t139 = t40 * t133;
-    let t140 = R::fused(t44, t132, -t139);
+    out[15][2] = R::fused(t44, t132, -t139);
     // left_upper_leg: Jacobian
     let t141 = t36 - t114;
     let t142 = t37 - t115;
     let t143 = t38 - t116;
     let t144 = t44 * t143;
-    let t145 = R::fused(t48, t142, -t144);
+    out[14][0] = R::fused(t48, t142, -t144);
     let t146 = t48 * t141;
-    let t147 = R::fused(t40, t143, -t146);
+    out[14][1] = R::fused(t40, t143, -t146);
     let t148 = t40 * t142;
-    let t149 = R::fused(t44, t141, -t148);
+    out[14][2] = R::fused(t44, t141, -t148);
     // left_hip_roll_link: Jacobian
     let t150 = t29 * t143;
-    let t151 = R::fused(t33, t142, -t150);
+    out[13][0] = R::fused(t33, t142, -t150);
     let t152 = t33 * t141;
-    let t153 = R::fused(t25, t143, -t152);
+    out[13][1] = R::fused(t25, t143, -t152);
     let t154 = t25 * t142;
-    let t155 = R::fused(t29, t141, -t154);
+    out[13][2] = R::fused(t29, t141, -t154);
     // left_hip_yaw_link: Jacobian
     let t156 = t19 * t143;
-    let t157 = R::fused(t23, t142, -t156);
+    out[12][0] = R::fused(t23, t142, -t156);
     let t158 = t23 * t141;
-    let t159 = R::fused(t15, t143, -t158);
+    out[12][1] = R::fused(t15, t143, -t158);
     let t160 = t15 * t142;
-    let t161 = R::fused(t19, t141, -t160);
+    out[12][2] = R::fused(t19, t141, -t160);
     // torso: Jacobian
     let t162 = q_base_x - t114;
     let t163 = q_base_y - t115;
     let t164 = q_base_z - t116;
     let t165 = t16 * t164;
-    let t166 = R::fused(t20, t163, -t165);
+    out[3][0] = R::fused(t20, t163, -t165);
     let t167 = t20 * t162;
-    let t168 = R::fused(t13, t164, -t167);
+    out[3][1] = R::fused(t13, t164, -t167);
     let t169 = t13 * t163;
-    let t170 = R::fused(t16, t162, -t169);
+    out[3][2] = R::fused(t16, t162, -t169);
     let t171 = t18 * t164;
-    let t172 = R::fused(t21, t163, -t171);
+    out[4][0] = R::fused(t21, t163, -t171);
     let t173 = t21 * t162;
-    let t174 = R::fused(t14, t164, -t173);
+    out[4][1] = R::fused(t14, t164, -t173);
     let t175 = t14 * t163;
-    let t176 = R::fused(t18, t162, -t175);
+    out[4][2] = R::fused(t18, t162, -t175);
     let t177 = t19 * t164;
-    let t178 = R::fused(t23, t163, -t177);
+    out[5][0] = R::fused(t23, t163, -t177);
     let t179 = t23 * t162;
-    let t180 = R::fused(t15, t164, -t179);
+    out[5][1] = R::fused(t15, t164, -t179);
     let t181 = t15 * t163;
-    let t182 = R::fused(t19, t162, -t181);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t166, t168, t170, t13, t16, t20], // base/angular/x
-        [t172, t174, t176, t14, t18, t21], // base/angular/y
-        [t178, t180, t182, t15, t19, t23], // base/angular/z
-        [R::constant(0.0); 6], // right_hip_yaw
-        [R::constant(0.0); 6], // right_hip_roll
-        [R::constant(0.0); 6], // right_hip_pitch
-        [R::constant(0.0); 6], // right_knee_pitch
-        [R::constant(0.0); 6], // right_ankle_pitch
-        [R::constant(0.0); 6], // right_ankle_roll
-        [t157, t159, t161, t15, t19, t23], // left_hip_yaw
-        [t151, t153, t155, t25, t29, t33], // left_hip_roll
-        [t145, t147, t149, t40, t44, t48], // left_hip_pitch
-        [t136, t138, t140, t40, t44, t48], // left_knee_pitch
-        [t127, t129, t131, t40, t44, t48], // left_ankle_pitch
-        [t121, t123, t125, t81, t85, t89], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t162, -t181);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[11][3] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
 }
 }
 
@@ -1853,27 +2286,51 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[12][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[12][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[12][5] = t23;
     // left_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_left_hip_yaw;
     let t25 = R::fused(t14, sin_q_left_hip_yaw, t24);
+    out[13][3] = t25;
     let t26 = t13 * sin_q_left_hip_yaw;
     let t27 = R::fused(-t14, cos_q_left_hip_yaw, t26);
     let t28 = t16 * cos_q_left_hip_yaw;
     let t29 = R::fused(t18, sin_q_left_hip_yaw, t28);
+    out[13][4] = t29;
     let t30 = t16 * sin_q_left_hip_yaw;
     let t31 = R::fused(-t18, cos_q_left_hip_yaw, t30);
     let t32 = t20 * cos_q_left_hip_yaw;
     let t33 = R::fused(t21, sin_q_left_hip_yaw, t32);
+    out[13][5] = t33;
     let t34 = t20 * sin_q_left_hip_yaw;
     let t35 = R::fused(-t21, cos_q_left_hip_yaw, t34);
     let t36 = R::fused(t14, R::constant(0.075), q_base_x);
@@ -1882,14 +2339,23 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
     // left_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_left_hip_roll;
     let t40 = R::fused(t15, sin_q_left_hip_roll, -t39);
+    out[14][3] = t40;
+    out[15][3] = t40;
+    out[16][3] = t40;
     let t41 = t27 * sin_q_left_hip_roll;
     let t42 = R::fused(t15, cos_q_left_hip_roll, t41);
     let t43 = t31 * cos_q_left_hip_roll;
     let t44 = R::fused(t19, sin_q_left_hip_roll, -t43);
+    out[14][4] = t44;
+    out[15][4] = t44;
+    out[16][4] = t44;
     let t45 = t31 * sin_q_left_hip_roll;
     let t46 = R::fused(t19, cos_q_left_hip_roll, t45);
     let t47 = t35 * cos_q_left_hip_roll;
     let t48 = R::fused(t23, sin_q_left_hip_roll, -t47);
+    out[14][5] = t48;
+    out[15][5] = t48;
+    out[16][5] = t48;
     let t49 = t35 * sin_q_left_hip_roll;
     let t50 = R::fused(t23, cos_q_left_hip_roll, t49);
     // left_upper_leg: pose in the world
@@ -1926,14 +2392,17 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
     let t79 = R::fused(-t66, sin_q_left_ankle_pitch, t78);
     let t80 = t64 * sin_q_left_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_left_ankle_pitch, -t80);
+    out[17][3] = t81;
     let t82 = t68 * cos_q_left_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_left_ankle_pitch, t82);
     let t84 = t68 * sin_q_left_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_left_ankle_pitch, -t84);
+    out[17][4] = t85;
     let t86 = t72 * cos_q_left_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_left_ankle_pitch, t86);
     let t88 = t72 * sin_q_left_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_left_ankle_pitch, -t88);
+    out[17][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -1968,94 +2437,119 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
     let t118 = t91 - t115;
     let t119 = t92 - t116;
     let t120 = t85 * t119;
-    let t121 = R::fused(t89, t118, -t120);
+    out[17][0] = R::fused(t89, t118, -t120);
     let t122 = t89 * t117;
-    let t123 = R::fused(t81, t119, -t122);
+    out[17][1] = R::fused(t81, t119, -t122);
     let t124 = t81 * t118;
-    let t125 = R::fused(t85, t117, -t124);
+    out[17][2] = R::fused(t85, t117, -t124);
     // left_ankle: Jacobian
     let t126 = t44 * t119;
-    let t127 = R::fused(t48, t118, -t126);
+    out[16][0] = R::fused(t48, t118, -t126);
     let t128 = t48 * t117;
-    let t129 = R::fused(t40, t119, -t128);
+    out[16][1] = R::fused(t40, t119, -t128);
     let t130 = t40 * t118;
-    let t131 = R::fused(t44, t117, -t130);
+    out[16][2] = R::fused(t44, t117, -t130);
     // left_lower_leg: Jacobian
     let t132 = t75 - t114;
     let t133 = t76 - t115;
     let t134 = t77 - t116;
     let t135 = t44 * t134;
-    let t136 = R::fused(t48, t133, -t135);
+    out[15][0] = R::fused(t48, t133, -t135);
     let t137 = t48 * t132;
-    let t138 = R::fused(t40, t134, -t137);
+    out[15][1] = R::fused(t40, t134, -t137);
     let t139 = t40 * t133;
-    let t140 = R::fused(t44, t132, -t139);
+    out[15][2] = R::fused(t44, t132, -t139);
     // left_upper_leg: Jacobian
     let t141 = t36 - t114;
     let t142 = t37 - t115;
     let t143 = t38 - t116;
     let t144 = t44 * t143;
-    let t145 = R::fused(t48, t142, -t144);
+    out[14][0] = R::fused(t48, t142, -t144);
     let t146 = t48 * t141;
-    let t147 = R::fused(t40, t143, -t146);
+    out[14][1] = R::fused(t40, t143, -t146);
     let t148 = t40 * t142;
-    let t149 = R::fused(t44, t141, -t148);
+    out[14][2] = R::fused(t44, t141, -t148);
     // left_hip_roll_link: Jacobian
     let t150 = t29 * t143;
-    let t151 = R::fused(t33, t142, -t150);
+    out[13][0] = R::fused(t33, t142, -t150);
     let t152 = t33 * t141;
-    let t153 = R::fused(t25, t143, -t152);
+    out[13][1] = R::fused(t25, t143, -t152);
     let t154 = t25 * t142;
-    let t155 = R::fused(t29, t141, -t154);
+    out[13][2] = R::fused(t29, t141, -t154);
     // left_hip_yaw_link: Jacobian
     let t156 = t19 * t143;
-    let t157 = R::fused(t23, t142, -t156);
+    out[12][0] = R::fused(t23, t142, -t156);
     let t158 = t23 * t141;
-    let t159 = R::fused(t15, t143, -t158);
+    out[12][1] = R::fused(t15, t143, -t158);
     let t160 = t15 * t142;
-    let t161 = R::fused(t19, t141, -t160);
+    out[12][2] = R::fused(t19, t141, -t160);
     // torso: Jacobian
     let t162 = q_base_x - t114;
     let t163 = q_base_y - t115;
     let t164 = q_base_z - t116;
     let t165 = t16 * t164;
-    let t166 = R::fused(t20, t163, -t165);
+    out[3][0] = R::fused(t20, t163, -t165);
     let t167 = t20 * t162;
-    let t168 = R::fused(t13, t164, -t167);
+    out[3][1] = R::fused(t13, t164, -t167);
     let t169 = t13 * t163;
-    let t170 = R::fused(t16, t162, -t169);
+    out[3][2] = R::fused(t16, t162, -t169);
     let t171 = t18 * t164;
-    let t172 = R::fused(t21, t163, -t171);
+    out[4][0] = R::fused(t21, t163, -t171);
     let t173 = t21 * t162;
-    let t174 = R::fused(t14, t164, -t173);
+    out[4][1] = R::fused(t14, t164, -t173);
     let t175 = t14 * t163;
-    let t176 = R::fused(t18, t162, -t175);
+    out[4][2] = R::fused(t18, t162, -t175);
     let t177 = t19 * t164;
-    let t178 = R::fused(t23, t163, -t177);
+    out[5][0] = R::fused(t23, t163, -t177);
     let t179 = t23 * t162;
-    let t180 = R::fused(t15, t164, -t179);
+    out[5][1] = R::fused(t15, t164, -t179);
     let t181 = t15 * t163;
-    let t182 = R::fused(t19, t162, -t181);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t166, t168, t170, t13, t16, t20], // base/angular/x
-        [t172, t174, t176, t14, t18, t21], // base/angular/y
-        [t178, t180, t182, t15, t19, t23], // base/angular/z
-        [R::constant(0.0); 6], // right_hip_yaw
-        [R::constant(0.0); 6], // right_hip_roll
-        [R::constant(0.0); 6], // right_hip_pitch
-        [R::constant(0.0); 6], // right_knee_pitch
-        [R::constant(0.0); 6], // right_ankle_pitch
-        [R::constant(0.0); 6], // right_ankle_roll
-        [t157, t159, t161, t15, t19, t23], // left_hip_yaw
-        [t151, t153, t155, t25, t29, t33], // left_hip_roll
-        [t145, t147, t149, t40, t44, t48], // left_hip_pitch
-        [t136, t138, t140, t40, t44, t48], // left_knee_pitch
-        [t127, t129, t131, t40, t44, t48], // left_ankle_pitch
-        [t121, t123, t125, t81, t85, t89], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t162, -t181);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[11][3] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
 }
 }
 
@@ -2123,27 +2617,51 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[12][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[12][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[12][5] = t23;
     // left_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_left_hip_yaw;
     let t25 = R::fused(t14, sin_q_left_hip_yaw, t24);
+    out[13][3] = t25;
     let t26 = t13 * sin_q_left_hip_yaw;
     let t27 = R::fused(-t14, cos_q_left_hip_yaw, t26);
     let t28 = t16 * cos_q_left_hip_yaw;
     let t29 = R::fused(t18, sin_q_left_hip_yaw, t28);
+    out[13][4] = t29;
     let t30 = t16 * sin_q_left_hip_yaw;
     let t31 = R::fused(-t18, cos_q_left_hip_yaw, t30);
     let t32 = t20 * cos_q_left_hip_yaw;
     let t33 = R::fused(t21, sin_q_left_hip_yaw, t32);
+    out[13][5] = t33;
     let t34 = t20 * sin_q_left_hip_yaw;
     let t35 = R::fused(-t21, cos_q_left_hip_yaw, t34);
     let t36 = R::fused(t14, R::constant(0.075), q_base_x);
@@ -2152,14 +2670,23 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
     // left_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_left_hip_roll;
     let t40 = R::fused(t15, sin_q_left_hip_roll, -t39);
+    out[14][3] = t40;
+    out[15][3] = t40;
+    out[16][3] = t40;
     let t41 = t27 * sin_q_left_hip_roll;
     let t42 = R::fused(t15, cos_q_left_hip_roll, t41);
     let t43 = t31 * cos_q_left_hip_roll;
     let t44 = R::fused(t19, sin_q_left_hip_roll, -t43);
+    out[14][4] = t44;
+    out[15][4] = t44;
+    out[16][4] = t44;
     let t45 = t31 * sin_q_left_hip_roll;
     let t46 = R::fused(t19, cos_q_left_hip_roll, t45);
     let t47 = t35 * cos_q_left_hip_roll;
     let t48 = R::fused(t23, sin_q_left_hip_roll, -t47);
+    out[14][5] = t48;
+    out[15][5] = t48;
+    out[16][5] = t48;
     let t49 = t35 * sin_q_left_hip_roll;
     let t50 = R::fused(t23, cos_q_left_hip_roll, t49);
     // left_upper_leg: pose in the world
@@ -2196,14 +2723,17 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
     let t79 = R::fused(-t66, sin_q_left_ankle_pitch, t78);
     let t80 = t64 * sin_q_left_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_left_ankle_pitch, -t80);
+    out[17][3] = t81;
     let t82 = t68 * cos_q_left_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_left_ankle_pitch, t82);
     let t84 = t68 * sin_q_left_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_left_ankle_pitch, -t84);
+    out[17][4] = t85;
     let t86 = t72 * cos_q_left_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_left_ankle_pitch, t86);
     let t88 = t72 * sin_q_left_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_left_ankle_pitch, -t88);
+    out[17][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -2238,94 +2768,119 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
     let t118 = t91 - t115;
     let t119 = t92 - t116;
     let t120 = t85 * t119;
-    let t121 = R::fused(t89, t118, -t120);
+    out[17][0] = R::fused(t89, t118, -t120);
     let t122 = t89 * t117;
-    let t123 = R::fused(t81, t119, -t122);
+    out[17][1] = R::fused(t81, t119, -t122);
     let t124 = t81 * t118;
-    let t125 = R::fused(t85, t117, -t124);
+    out[17][2] = R::fused(t85, t117, -t124);
     // left_ankle: Jacobian
     let t126 = t44 * t119;
-    let t127 = R::fused(t48, t118, -t126);
+    out[16][0] = R::fused(t48, t118, -t126);
     let t128 = t48 * t117;
-    let t129 = R::fused(t40, t119, -t128);
+    out[16][1] = R::fused(t40, t119, -t128);
     let t130 = t40 * t118;
-    let t131 = R::fused(t44, t117, -t130);
+    out[16][2] = R::fused(t44, t117, -t130);
     // left_lower_leg: Jacobian
     let t132 = t75 - t114;
     let t133 = t76 - t115;
     let t134 = t77 - t116;
     let t135 = t44 * t134;
-    let t136 = R::fused(t48, t133, -t135);
+    out[15][0] = R::fused(t48, t133, -t135);
     let t137 = t48 * t132;
-    let t138 = R::fused(t40, t134, -t137);
+    out[15][1] = R::fused(t40, t134, -t137);
     let t139 = t40 * t133;
-    let t140 = R::fused(t44, t132, -t139);
+    out[15][2] = R::fused(t44, t132, -t139);
     // left_upper_leg: Jacobian
     let t141 = t36 - t114;
     let t142 = t37 - t115;
     let t143 = t38 - t116;
     let t144 = t44 * t143;
-    let t145 = R::fused(t48, t142, -t144);
+    out[14][0] = R::fused(t48, t142, -t144);
     let t146 = t48 * t141;
-    let t147 = R::fused(t40, t143, -t146);
+    out[14][1] = R::fused(t40, t143, -t146);
     let t148 = t40 * t142;
-    let t149 = R::fused(t44, t141, -t148);
+    out[14][2] = R::fused(t44, t141, -t148);
     // left_hip_roll_link: Jacobian
     let t150 = t29 * t143;
-    let t151 = R::fused(t33, t142, -t150);
+    out[13][0] = R::fused(t33, t142, -t150);
     let t152 = t33 * t141;
-    let t153 = R::fused(t25, t143, -t152);
+    out[13][1] = R::fused(t25, t143, -t152);
     let t154 = t25 * t142;
-    let t155 = R::fused(t29, t141, -t154);
+    out[13][2] = R::fused(t29, t141, -t154);
     // left_hip_yaw_link: Jacobian
     let t156 = t19 * t143;
-    let t157 = R::fused(t23, t142, -t156);
+    out[12][0] = R::fused(t23, t142, -t156);
     let t158 = t23 * t141;
-    let t159 = R::fused(t15, t143, -t158);
+    out[12][1] = R::fused(t15, t143, -t158);
     let t160 = t15 * t142;
-    let t161 = R::fused(t19, t141, -t160);
+    out[12][2] = R::fused(t19, t141, -t160);
     // torso: Jacobian
     let t162 = q_base_x - t114;
     let t163 = q_base_y - t115;
     let t164 = q_base_z - t116;
     let t165 = t16 * t164;
-    let t166 = R::fused(t20, t163, -t165);
+    out[3][0] = R::fused(t20, t163, -t165);
     let t167 = t20 * t162;
-    let t168 = R::fused(t13, t164, -t167);
+    out[3][1] = R::fused(t13, t164, -t167);
     let t169 = t13 * t163;
-    let t170 = R::fused(t16, t162, -t169);
+    out[3][2] = R::fused(t16, t162, -t169);
     let t171 = t18 * t164;
-    let t172 = R::fused(t21, t163, -t171);
+    out[4][0] = R::fused(t21, t163, -t171);
     let t173 = t21 * t162;
-    let t174 = R::fused(t14, t164, -t173);
+    out[4][1] = R::fused(t14, t164, -t173);
     let t175 = t14 * t163;
-    let t176 = R::fused(t18, t162, -t175);
+    out[4][2] = R::fused(t18, t162, -t175);
     let t177 = t19 * t164;
-    let t178 = R::fused(t23, t163, -t177);
+    out[5][0] = R::fused(t23, t163, -t177);
     let t179 = t23 * t162;
-    let t180 = R::fused(t15, t164, -t179);
+    out[5][1] = R::fused(t15, t164, -t179);
     let t181 = t15 * t163;
-    let t182 = R::fused(t19, t162, -t181);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t166, t168, t170, t13, t16, t20], // base/angular/x
-        [t172, t174, t176, t14, t18, t21], // base/angular/y
-        [t178, t180, t182, t15, t19, t23], // base/angular/z
-        [R::constant(0.0); 6], // right_hip_yaw
-        [R::constant(0.0); 6], // right_hip_roll
-        [R::constant(0.0); 6], // right_hip_pitch
-        [R::constant(0.0); 6], // right_knee_pitch
-        [R::constant(0.0); 6], // right_ankle_pitch
-        [R::constant(0.0); 6], // right_ankle_roll
-        [t157, t159, t161, t15, t19, t23], // left_hip_yaw
-        [t151, t153, t155, t25, t29, t33], // left_hip_roll
-        [t145, t147, t149, t40, t44, t48], // left_hip_pitch
-        [t136, t138, t140, t40, t44, t48], // left_knee_pitch
-        [t127, t129, t131, t40, t44, t48], // left_ankle_pitch
-        [t121, t123, t125, t81, t85, t89], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t162, -t181);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[11][3] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
 }
 }
 
@@ -2393,27 +2948,51 @@ pub(super) fn jacobian_of_left_foot_rear_right_program<R: Real>(q: &[R; NQ], out
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[12][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[12][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[12][5] = t23;
     // left_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_left_hip_yaw;
     let t25 = R::fused(t14, sin_q_left_hip_yaw, t24);
+    out[13][3] = t25;
     let t26 = t13 * sin_q_left_hip_yaw;
     let t27 = R::fused(-t14, cos_q_left_hip_yaw, t26);
     let t28 = t16 * cos_q_left_hip_yaw;
     let t29 = R::fused(t18, sin_q_left_hip_yaw, t28);
+    out[13][4] = t29;
     let t30 = t16 * sin_q_left_hip_yaw;
     let t31 = R::fused(-t18, cos_q_left_hip_yaw, t30);
     let t32 = t20 * cos_q_left_hip_yaw;
     let t33 = R::fused(t21, sin_q_left_hip_yaw, t32);
+    out[13][5] = t33;
     let t34 = t20 * sin_q_left_hip_yaw;
     let t35 = R::fused(-t21, cos_q_left_hip_yaw, t34);
     let t36 = R::fused(t14, R::constant(0.075), q_base_x);
@@ -2422,14 +3001,23 @@ pub(super) fn jacobian_of_left_foot_rear_right_program<R: Real>(q: &[R; NQ], out
     // left_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_left_hip_roll;
     let t40 = R::fused(t15, sin_q_left_hip_roll, -t39);
+    out[14][3] = t40;
+    out[15][3] = t40;
+    out[16][3] = t40;
     let t41 = t27 * sin_q_left_hip_roll;
     let t42 = R::fused(t15, cos_q_left_hip_roll, t41);
     let t43 = t31 * cos_q_left_hip_roll;
     let t44 = R::fused(t19, sin_q_left_hip_roll, -t43);
+    out[14][4] = t44;
+    out[15][4] = t44;
+    out[16][4] = t44;
     let t45 = t31 * sin_q_left_hip_roll;
     let t46 = R::fused(t19, cos_q_left_hip_roll, t45);
     let t47 = t35 * cos_q_left_hip_roll;
     let t48 = R::fused(t23, sin_q_left_hip_roll, -t47);
+    out[14][5] = t48;
+    out[15][5] = t48;
+    out[16][5] = t48;
     let t49 = t35 * sin_q_left_hip_roll;
     let t50 = R::fused(t23, cos_q_left_hip_roll, t49);
     // left_upper_leg: pose in the world
@@ -2466,14 +3054,17 @@ pub(super) fn jacobian_of_left_foot_rear_right_program<R: Real>(q: &[R; NQ], out
     let t79 = R::fused(-t66, sin_q_left_ankle_pitch, t78);
     let t80 = t64 * sin_q_left_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_left_ankle_pitch, -t80);
+    out[17][3] = t81;
     let t82 = t68 * cos_q_left_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_left_ankle_pitch, t82);
     let t84 = t68 * sin_q_left_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_left_ankle_pitch, -t84);
+    out[17][4] = t85;
     let t86 = t72 * cos_q_left_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_left_ankle_pitch, t86);
     let t88 = t72 * sin_q_left_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_left_ankle_pitch, -t88);
+    out[17][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -2508,93 +3099,118 @@ pub(super) fn jacobian_of_left_foot_rear_right_program<R: Real>(q: &[R; NQ], out
     let t118 = t91 - t115;
     let t119 = t92 - t116;
     let t120 = t85 * t119;
-    let t121 = R::fused(t89, t118, -t120);
+    out[17][0] = R::fused(t89, t118, -t120);
     let t122 = t89 * t117;
-    let t123 = R::fused(t81, t119, -t122);
+    out[17][1] = R::fused(t81, t119, -t122);
     let t124 = t81 * t118;
-    let t125 = R::fused(t85, t117, -t124);
+    out[17][2] = R::fused(t85, t117, -t124);
     // left_ankle: Jacobian
     let t126 = t44 * t119;
-    let t127 = R::fused(t48, t118, -t126);
+    out[16][0] = R::fused(t48, t118, -t126);
     let t128 = t48 * t117;
-    let t129 = R::fused(t40, t119, -t128);
+    out[16][1] = R::fused(t40, t119, -t128);
     let t130 = t40 * t118;
-    let t131 = R::fused(t44, t117, -t130);
+    out[16][2] = R::fused(t44, t117, -t130);
     // left_lower_leg: Jacobian
     let t132 = t75 - t114;
     let t133 = t76 - t115;
     let t134 = t77 - t116;
     let t135 = t44 * t134;
-    let t136 = R::fused(t48, t133, -t135);
+    out[15][0] = R::fused(t48, t133, -t135);
     let t137 = t48 * t132;
-    let t138 = R::fused(t40, t134, -t137);
+    out[15][1] = R::fused(t40, t134, -t137);
     let t139 = t40 * t133;
-    let t140 = R::fused(t44, t132, -t139);
+    out[15][2] = R::fused(t44, t132, -t139);
     // left_upper_leg: Jacobian
     let t141 = t36 - t114;
     let t142 = t37 - t115;
     let t143 = t38 - t116;
     let t144 = t44 * t143;
-    let t145 = R::fused(t48, t142, -t144);
+    out[14][0] = R::fused(t48, t142, -t144);
     let t146 = t48 * t141;
-    let t147 = R::fused(t40, t143, -t146);
+    out[14][1] = R::fused(t40, t143, -t146);
     let t148 = t40 * t142;
-    let t149 = R::fused(t44, t141, -t148);
+    out[14][2] = R::fused(t44, t141, -t148);
     // left_hip_roll_link: Jacobian
     let t150 = t29 * t143;
-    let t151 = R::fused(t33, t142, -t150);
+    out[13][0] = R::fused(t33, t142, -t150);
     let t152 = t33 * t141;
-    let t153 = R::fused(t25, t143, -t152);
+    out[13][1] = R::fused(t25, t143, -t152);
     let t154 = t25 * t142;
-    let t155 = R::fused(t29, t141, -t154);
+    out[13][2] = R::fused(t29, t141, -t154);
     // left_hip_yaw_link: Jacobian
     let t156 = t19 * t143;
-    let t157 = R::fused(t23, t142, -t156);
+    out[12][0] = R::fused(t23, t142, -t156);
     let t158 = t23 * t141;
-    let t159 = R::fused(t15, t143, -t158);
+    out[12][1] = R::fused(t15, t143, -t158);
     let t160 = t15 * t142;
-    let t161 = R::fused(t19, t141, -t160);
+    out[12][2] = R::fused(t19, t141, -t160);
     // torso: Jacobian
     let t162 = q_base_x - t114;
     let t163 = q_base_y - t115;
     let t164 = q_base_z - t116;
     let t165 = t16 * t164;
-    let t166 = R::fused(t20, t163, -t165);
+    out[3][0] = R::fused(t20, t163, -t165);
     let t167 = t20 * t162;
-    let t168 = R::fused(t13, t164, -t167);
+    out[3][1] = R::fused(t13, t164, -t167);
     let t169 = t13 * t163;
-    let t170 = R::fused(t16, t162, -t169);
+    out[3][2] = R::fused(t16, t162, -t169);
     let t171 = t18 * t164;
-    let t172 = R::fused(t21, t163, -t171);
+    out[4][0] = R::fused(t21, t163, -t171);
     let t173 = t21 * t162;
-    let t174 = R::fused(t14, t164, -t173);
+    out[4][1] = R::fused(t14, t164, -t173);
     let t175 = t14 * t163;
-    let t176 = R::fused(t18, t162, -t175);
+    out[4][2] = R::fused(t18, t162, -t175);
     let t177 = t19 * t164;
-    let t178 = R::fused(t23, t163, -t177);
+    out[5][0] = R::fused(t23, t163, -t177);
     let t179 = t23 * t162;
-    let t180 = R::fused(t15, t164, -t179);
+    out[5][1] = R::fused(t15, t164, -t179);
     let t181 = t15 * t163;
-    let t182 = R::fused(t19, t162, -t181);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t166, t168, t170, t13, t16, t20], // base/angular/x
-        [t172, t174, t176, t14, t18, t21], // base/angular/y
-        [t178, t180, t182, t15, t19, t23], // base/angular/z
-        [R::constant(0.0); 6], // right_hip_yaw
-        [R::constant(0.0); 6], // right_hip_roll
-        [R::constant(0.0); 6], // right_hip_pitch
-        [R::constant(0.0); 6], // right_knee_pitch
-        [R::constant(0.0); 6], // right_ankle_pitch
-        [R::constant(0.0); 6], // right_ankle_roll
-        [t157, t159, t161, t15, t19, t23], // left_hip_yaw
-        [t151, t153, t155, t25, t29, t33], // left_hip_roll
-        [t145, t147, t149, t40, t44, t48], // left_hip_pitch
-        [t136, t138, t140, t40, t44, t48], // left_knee_pitch
-        [t127, t129, t131, t40, t44, t48], // left_ankle_pitch
-        [t121, t123, t125, t81, t85, t89], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t162, -t181);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[11][3] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
 }
 }

@@ -134,6 +134,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t61 = t46 * t38; // left_lower_leg: sums of what it carries
     t62 = t31 * t11; // right_ankle: sums of what it carries
     t63 = R::constant(0.003259) - t47; // left_ankle: sums of what it carries
+    out[16][16] = t63;
     t64 = t48 + t42; // left_ankle: sums of what it carries
     t65 = R::fused(t37, t33, t62); // right_ankle: sums of what it carries
     t66 = t49 * t40; // left_lower_leg: sums of what it carries
@@ -142,6 +143,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t69 = t54 * t39; // right_lower_leg: sums of what it carries
     t70 = t35 + t34; // right_ankle: mass matrix
     t71 = R::constant(0.003259) - t56; // right_ankle: sums of what it carries
+    out[10][10] = t71;
     t72 = t57 + t50; // right_ankle: sums of what it carries
     t73 = t32 + t30; // left_ankle: mass matrix
     t74 = t59 * t41; // right_lower_leg: sums of what it carries
@@ -157,6 +159,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t84 = t66 + t61; // left_lower_leg: mass matrix
     t85 = R::constant(0.0004491666685) + t60; // left_lower_leg: sums of what it carries
     t86 = t63 + t73; // left_ankle: mass matrix
+    out[15][16] = t86;
+    out[16][15] = t86;
     t87 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t88 = t75 + t85; // left_lower_leg: sums of what it carries
     t89 = R::constant(2.0) * t69; // right_lower_leg: sums of what it carries
@@ -165,6 +169,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t92 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t93 = R::constant(0.23740175003) * t79; // left_upper_leg: sums of what it carries
     t94 = R::constant(0.06634781167) + t82; // left_lower_leg: sums of what it carries
+    out[15][15] = t94;
     t95 = R::constant(0.00092625) * t87; // left_foot: sums of what it carries
     t96 = R::constant(0.00208075) - t53; // right_ankle: sums of what it carries
     t97 = t96 + t50; // right_ankle: sums of what it carries
@@ -173,18 +178,23 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t100 = t74 + t69; // right_lower_leg: mass matrix
     t101 = R::constant(0.0004491666685) + t68; // right_lower_leg: sums of what it carries
     t102 = t71 + t70; // right_ankle: mass matrix
+    out[9][10] = t102;
+    out[10][9] = t102;
     t103 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t104 = t78 + t101; // right_lower_leg: sums of what it carries
     t105 = t83 + t77; // left_lower_leg: sums of what it carries
     t106 = t91 + t77; // left_lower_leg: sums of what it carries
     t107 = R::constant(0.23740175003) * t92; // right_upper_leg: sums of what it carries
     t108 = R::constant(0.06634781167) + t98; // right_lower_leg: sums of what it carries
+    out[9][9] = t108;
     t109 = t99 + t89; // right_lower_leg: sums of what it carries
     t110 = t88 + t83; // left_lower_leg: sums of what it carries
     t111 = R::constant(0.00092625) * t103; // right_foot: sums of what it carries
     t112 = t94 + t105; // left_lower_leg: sums of what it carries
     t113 = R::constant(0.001754999985) + t93; // left_upper_leg: sums of what it carries
     t114 = t94 + t84; // left_lower_leg: mass matrix
+    out[14][15] = t114;
+    out[15][14] = t114;
     t115 = t95 * cos_t3; // left_ankle: sums of what it carries
     t116 = t104 + t99; // right_lower_leg: sums of what it carries
     t117 = R::constant(0.000855) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
@@ -192,6 +202,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t119 = t108 + t109; // right_lower_leg: sums of what it carries
     t120 = R::constant(0.001754999985) + t107; // right_upper_leg: sums of what it carries
     t121 = t108 + t100; // right_lower_leg: mass matrix
+    out[8][9] = t121;
+    out[9][8] = t121;
     t122 = t111 * cos_t2; // right_ankle: sums of what it carries
     t123 = t116 + t120; // right_upper_leg: sums of what it carries
     t124 = R::constant(0.000855) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
@@ -199,6 +211,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t126 = t106 + t125; // left_upper_leg: sums of what it carries
     t127 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t128 = R::constant(0.24091175) + t112; // left_upper_leg: sums of what it carries
+    out[14][14] = t128;
     t129 = R::constant(0.0017266666835) + t118; // left_hip_roll_link: sums of what it carries
     t130 = R::fused(t117, sin_t3, t115); // left_ankle: sums of what it carries
     t131 = t95 * sin_t3; // left_ankle: sums of what it carries
@@ -207,17 +220,24 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t134 = R::constant(0.0285) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t135 = t133 + t89; // right_lower_leg: sums of what it carries
     t136 = R::constant(0.24091175) + t119; // right_upper_leg: sums of what it carries
+    out[8][8] = t136;
     t137 = R::fused(t124, sin_t2, t122); // right_ankle: sums of what it carries
     t138 = R::constant(0.000005) + t128; // left_hip_roll_link: sums of what it carries
     t139 = R::fused(-t117, cos_t3, t131); // left_ankle: sums of what it carries
+    out[13][16] = t139;
+    out[16][13] = t139;
     t140 = R::constant(0.0017316666835) + t126; // left_hip_roll_link: sums of what it carries
+    out[13][13] = t140;
     t141 = R::constant(0.239156750015) - t107; // right_upper_leg: sums of what it carries
     t142 = t135 + t141; // right_upper_leg: sums of what it carries
     t143 = R::fused(t127, t9, t130); // left_ankle: sums of what it carries
     t144 = R::constant(0.0017266666835) + t123; // right_hip_roll_link: sums of what it carries
     t145 = t111 * sin_t2; // right_ankle: sums of what it carries
     t146 = R::fused(-t124, cos_t2, t145); // right_ankle: sums of what it carries
+    out[7][10] = t146;
+    out[10][7] = t146;
     t147 = R::constant(0.0017316666835) + t142; // right_hip_roll_link: sums of what it carries
+    out[7][7] = t147;
     t148 = t127 * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t149 = R::fused(R::constant(0.8932), cos_q_left_hip_pitch, t38); // left_upper_leg: sums of what it carries
     t150 = R::fused(-cos_q_left_hip_roll, t149, t148); // left_hip_roll_link: sums of what it carries
@@ -227,50 +247,88 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t154 = R::fused(R::constant(0.8932), sin_q_left_hip_pitch, t40); // left_upper_leg: sums of what it carries
     t155 = t127 * cos_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t156 = R::fused(sin_q_left_hip_roll, t149, t155); // left_hip_roll_link: sums of what it carries
+    out[2][13] = t156;
+    out[13][2] = t156;
     t157 = R::fused(R::constant(0.8932), sin_q_right_hip_pitch, t41); // right_upper_leg: sums of what it carries
     t158 = t134 * cos_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
     t159 = R::fused(sin_q_right_hip_roll, t152, t158); // right_hip_roll_link: sums of what it carries
+    out[2][7] = t159;
+    out[7][2] = t159;
     t160 = cos_q_right_hip_yaw * t152; // right_upper_leg: mass matrix
     t161 = sin_q_right_hip_yaw * t152; // right_upper_leg: mass matrix
     t162 = sin_q_left_hip_yaw * t154; // left_hip_yaw_link: sums of what it carries
     t163 = R::fused(-cos_q_left_hip_yaw, t156, t162); // left_hip_yaw_link: sums of what it carries
+    out[0][12] = t163;
+    out[12][0] = t163;
     t164 = sin_q_right_hip_yaw * t157; // right_hip_yaw_link: sums of what it carries
     t165 = R::fused(-cos_q_right_hip_yaw, t159, t164); // right_hip_yaw_link: sums of what it carries
+    out[0][6] = t165;
+    out[6][0] = t165;
     t166 = sin_q_right_hip_roll * t157; // right_upper_leg: mass matrix
     t167 = R::fused(sin_q_right_hip_yaw, t166, -t160); // right_upper_leg: mass matrix
+    out[0][8] = t167;
+    out[8][0] = t167;
     t168 = R::fused(-cos_q_right_hip_yaw, t166, -t161); // right_upper_leg: mass matrix
+    out[1][8] = t168;
+    out[8][1] = t168;
     t169 = t150 + t153; // right_hip_yaw_link: sums of what it carries
     t170 = R::constant(2.444) + t169; // torso: sums of what it carries
+    out[0][4] = t170;
+    out[4][0] = t170;
     t171 = -t170; // torso: sums of what it carries
+    out[1][3] = t171;
+    out[3][1] = t171;
     t172 = sin_q_right_hip_yaw * t153; // right_hip_roll_link: mass matrix
+    out[0][7] = t172;
+    out[7][0] = t172;
     t173 = cos_q_right_hip_yaw * t39; // right_lower_leg: mass matrix
     t174 = sin_q_right_hip_roll * t41; // right_lower_leg: mass matrix
     t175 = R::fused(sin_q_right_hip_yaw, t174, -t173); // right_lower_leg: mass matrix
+    out[0][9] = t175;
+    out[9][0] = t175;
     t176 = cos_q_right_hip_yaw * t23; // right_ankle: mass matrix
     t177 = sin_q_right_hip_roll * t25; // right_ankle: mass matrix
     t178 = R::fused(sin_q_right_hip_yaw, t177, -t176); // right_ankle: mass matrix
+    out[0][10] = t178;
+    out[10][0] = t178;
     // right_foot: mass matrix
     t179 = t134 * sin_t2;
     t180 = t7 * cos_q_right_hip_roll;
     t181 = t134 * cos_t2;
     t182 = R::fused(-sin_q_right_hip_roll, t181, t180);
     t183 = t163 + t165; // right_hip_yaw_link: sums of what it carries
+    out[0][5] = t183;
+    out[5][0] = t183;
     t184 = -t183; // right_hip_yaw_link: sums of what it carries
+    out[2][3] = t184;
+    out[3][2] = t184;
     t185 = sin_q_left_hip_yaw * t150; // left_hip_roll_link: mass matrix
+    out[0][13] = t185;
+    out[13][0] = t185;
     t186 = cos_q_right_hip_yaw * t179;
     t187 = R::fused(-sin_q_right_hip_yaw, t182, t186);
+    out[0][11] = t187;
+    out[11][0] = t187;
     // left_upper_leg: mass matrix
     t188 = cos_q_left_hip_yaw * t149;
     t189 = sin_q_left_hip_yaw * t149;
     t190 = sin_q_left_hip_roll * t154;
     t191 = R::fused(sin_q_left_hip_yaw, t190, -t188);
+    out[0][14] = t191;
+    out[14][0] = t191;
     t192 = R::fused(-cos_q_left_hip_yaw, t190, -t189);
+    out[1][14] = t192;
+    out[14][1] = t192;
     t193 = cos_q_left_hip_yaw * t38; // left_lower_leg: mass matrix
     t194 = sin_q_left_hip_roll * t40; // left_lower_leg: mass matrix
     t195 = R::fused(sin_q_left_hip_yaw, t194, -t193); // left_lower_leg: mass matrix
+    out[0][15] = t195;
+    out[15][0] = t195;
     t196 = cos_q_left_hip_yaw * t22; // left_ankle: mass matrix
     t197 = sin_q_left_hip_roll * t24; // left_ankle: mass matrix
     t198 = R::fused(sin_q_left_hip_yaw, t197, -t196); // left_ankle: mass matrix
+    out[0][16] = t198;
+    out[16][0] = t198;
     // left_foot: mass matrix
     t199 = t127 * sin_t3;
     t200 = t6 * cos_q_left_hip_roll;
@@ -278,42 +336,84 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t202 = R::fused(-sin_q_left_hip_roll, t201, t200);
     t203 = cos_q_left_hip_yaw * t154; // left_hip_yaw_link: sums of what it carries
     t204 = cos_q_left_hip_roll * t154; // left_upper_leg: mass matrix
+    out[2][14] = t204;
+    out[14][2] = t204;
     t205 = R::fused(-sin_q_left_hip_yaw, t156, -t203); // left_hip_yaw_link: sums of what it carries
+    out[1][12] = t205;
+    out[12][1] = t205;
     t206 = cos_q_left_hip_yaw * t199;
     t207 = R::fused(-sin_q_left_hip_yaw, t202, t206);
+    out[0][17] = t207;
+    out[17][0] = t207;
     t208 = cos_q_right_hip_yaw * t157; // right_hip_yaw_link: sums of what it carries
     t209 = cos_q_right_hip_roll * t157; // right_upper_leg: mass matrix
+    out[2][8] = t209;
+    out[8][2] = t209;
     t210 = R::fused(-sin_q_right_hip_yaw, t159, -t208); // right_hip_yaw_link: sums of what it carries
+    out[1][6] = t210;
+    out[6][1] = t210;
     t211 = cos_q_right_hip_yaw * t153; // right_hip_roll_link: mass matrix
     t212 = -t211; // right_hip_roll_link: mass matrix
+    out[1][7] = t212;
+    out[7][1] = t212;
     t213 = sin_q_right_hip_yaw * t39; // right_lower_leg: mass matrix
     t214 = R::fused(-cos_q_right_hip_yaw, t174, -t213); // right_lower_leg: mass matrix
+    out[1][9] = t214;
+    out[9][1] = t214;
     t215 = t59 * t39; // right_lower_leg: sums of what it carries
     t216 = R::fused(t54, t41, t215); // right_lower_leg: sums of what it carries
     t217 = cos_q_right_hip_roll * t41; // right_lower_leg: mass matrix
+    out[2][9] = t217;
+    out[9][2] = t217;
     t218 = sin_q_right_hip_yaw * t23; // right_ankle: mass matrix
     t219 = R::fused(-cos_q_right_hip_yaw, t177, -t218); // right_ankle: mass matrix
+    out[1][10] = t219;
+    out[10][1] = t219;
     t220 = sin_q_right_hip_yaw * t179; // right_foot: mass matrix
     t221 = R::fused(cos_q_right_hip_yaw, t182, t220); // right_foot: mass matrix
+    out[1][11] = t221;
+    out[11][1] = t221;
     t222 = cos_q_left_hip_yaw * t150; // left_hip_roll_link: mass matrix
     t223 = -t222; // left_hip_roll_link: mass matrix
+    out[1][13] = t223;
+    out[13][1] = t223;
     t224 = t205 + t210; // right_hip_yaw_link: sums of what it carries
+    out[1][5] = t224;
+    out[5][1] = t224;
     t225 = -t224; // right_hip_yaw_link: sums of what it carries
+    out[2][4] = t225;
+    out[4][2] = t225;
     t226 = sin_q_left_hip_yaw * t38; // left_lower_leg: mass matrix
     t227 = R::fused(-cos_q_left_hip_yaw, t194, -t226); // left_lower_leg: mass matrix
+    out[1][15] = t227;
+    out[15][1] = t227;
     t228 = t49 * t38; // left_lower_leg: sums of what it carries
     t229 = R::fused(t46, t40, t228); // left_lower_leg: sums of what it carries
     t230 = cos_q_left_hip_roll * t40; // left_lower_leg: mass matrix
+    out[2][15] = t230;
+    out[15][2] = t230;
     t231 = sin_q_left_hip_yaw * t22; // left_ankle: mass matrix
     t232 = R::fused(-cos_q_left_hip_yaw, t197, -t231); // left_ankle: mass matrix
+    out[1][16] = t232;
+    out[16][1] = t232;
     t233 = sin_q_left_hip_yaw * t199;
     t234 = R::fused(cos_q_left_hip_yaw, t202, t233);
+    out[1][17] = t234;
+    out[17][1] = t234;
     t235 = cos_q_right_hip_roll * t25; // right_ankle: mass matrix
+    out[2][10] = t235;
+    out[10][2] = t235;
     t236 = t7 * sin_q_right_hip_roll; // right_foot: mass matrix
     t237 = R::fused(cos_q_right_hip_roll, t181, t236); // right_foot: mass matrix
+    out[2][11] = t237;
+    out[11][2] = t237;
     t238 = cos_q_left_hip_roll * t24; // left_ankle: mass matrix
+    out[2][16] = t238;
+    out[16][2] = t238;
     t239 = t6 * sin_q_left_hip_roll;
     t240 = R::fused(cos_q_left_hip_roll, t201, t239);
+    out[2][17] = t240;
+    out[17][2] = t240;
     t241 = R::constant(0.000005) + t140; // left_hip_yaw_link: sums of what it carries
     t242 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t243 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
@@ -322,7 +422,11 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t246 = R::fused(t127, t46, t143); // left_lower_leg: sums of what it carries
     t247 = sin_q_left_hip_yaw * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t248 = R::fused(t127, t10, t139); // left_ankle: sums of what it carries
+    out[13][15] = t248;
+    out[15][13] = t248;
     t249 = R::fused(t127, t49, t248); // left_lower_leg: sums of what it carries
+    out[13][14] = t249;
+    out[14][13] = t249;
     t250 = R::constant(0.000855) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t251 = t250 - t58; // left_ankle: sums of what it carries
     t252 = t243 * t244; // left_hip_roll_link: sums of what it carries
@@ -332,22 +436,24 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t256 = R::fused(t49, t24, t254); // left_ankle: mass matrix
     t257 = t251 - t255; // left_ankle: sums of what it carries
     t258 = t86 + t256; // left_ankle: mass matrix
+    out[14][16] = t258;
+    out[16][14] = t258;
     // left_hip_roll_link: sums of what it carries
     t259 = R::constant(2.0) * t246;
     let (
         t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277,
         t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295,
         t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313,
-        t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331,
-        t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349,
-        t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367,
-        t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385,
-        t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403,
-        t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421,
-        t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439,
-        t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457,
-        t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475,
-        t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487,
+        t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t330, t331, t332,
+        t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350,
+        t351, t352, t353, t354, t355, t356, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370,
+        t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388,
+        t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406,
+        t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424,
+        t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442,
+        t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460,
+        t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478,
+        t479, t480, t481, t482, t483, t484, t485, t486, t487,
     );
     t260 = R::fused(t245, t259, t252);
     t261 = t243 * t259;
@@ -357,6 +463,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t265 = R::constant(0.00001) + t263; // left_hip_yaw_link: sums of what it carries
     t266 = t246 - t262;
     t267 = R::constant(0.000015) + t264; // left_hip_yaw_link: sums of what it carries
+    out[12][12] = t267;
     t268 = cos_q_left_hip_roll * t249;
     t269 = sin_t1 * cos_t1; // left_lower_leg: sums of what it carries
     t270 = R::fused(R::constant(-0.065449478333), t269, t257); // left_lower_leg: sums of what it carries
@@ -366,6 +473,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t274 = R::fused(-sin_q_left_hip_roll, t273, t268);
     t275 = R::constant(0.15) * t163; // left_hip_yaw_link: sums of what it carries
     t276 = R::fused(R::constant(-0.075), t163, t267); // left_hip_yaw_link: mass matrix
+    out[5][12] = t276;
+    out[12][5] = t276;
     t277 = t267 - t275; // left_hip_yaw_link: sums of what it carries
     t278 = R::constant(0.000005) + t147; // right_hip_yaw_link: sums of what it carries
     t279 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
@@ -375,6 +484,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t283 = R::fused(t134, t18, t137); // right_ankle: sums of what it carries
     t284 = sin_q_right_hip_yaw * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t285 = R::fused(t134, t19, t146); // right_ankle: sums of what it carries
+    out[7][9] = t285;
+    out[9][7] = t285;
     t286 = R::constant(0.000855) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t287 = t286 - t65; // right_ankle: sums of what it carries
     t288 = t280 - t144; // right_hip_roll_link: sums of what it carries
@@ -384,11 +495,15 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t292 = R::fused(t59, t25, t290); // right_ankle: mass matrix
     t293 = t287 - t291; // right_ankle: sums of what it carries
     t294 = t102 + t292; // right_ankle: mass matrix
+    out[8][10] = t294;
+    out[10][8] = t294;
     t295 = t241 - t265; // left_hip_yaw_link: sums of what it carries
     t296 = t281 * t288; // right_hip_roll_link: sums of what it carries
     // right_lower_leg: sums of what it carries
     t297 = R::fused(t134, t54, t283);
     t298 = R::fused(t134, t59, t285);
+    out[7][8] = t298;
+    out[8][7] = t298;
     t299 = sin_t0 * cos_t0;
     t300 = R::fused(R::constant(-0.065449478333), t299, t293);
     t301 = t300 - t216;
@@ -405,6 +520,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t311 = R::constant(0.00001) + t309; // right_hip_yaw_link: sums of what it carries
     t312 = t297 - t308;
     t313 = R::constant(0.000015) + t310; // right_hip_yaw_link: sums of what it carries
+    out[6][6] = t313;
     // left_hip_yaw_link: sums of what it carries
     t314 = R::constant(2.0) * t274;
     t315 = R::fused(t247, t314, t302);
@@ -419,22 +535,36 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t324 = R::fused(-sin_q_right_hip_roll, t304, t323); // right_hip_roll_link: sums of what it carries
     t325 = R::constant(0.15) * t165; // right_hip_yaw_link: sums of what it carries
     t326 = R::fused(R::constant(0.075), t165, t313); // right_hip_yaw_link: mass matrix
+    out[5][6] = t326;
+    out[6][5] = t326;
     t327 = t313 + t325; // right_hip_yaw_link: sums of what it carries
     t328 = t277 + t327; // right_hip_yaw_link: sums of what it carries
-    t329 = R::constant(0.154455) + t328; // torso: sums of what it carries
+    out[5][5] = R::constant(0.154455) + t328; // torso: sums of what it carries
     t330 = sin_q_left_hip_roll * t249; // left_hip_roll_link: sums of what it carries
     t331 = R::fused(cos_q_left_hip_roll, t273, t330); // left_hip_roll_link: sums of what it carries
+    out[12][13] = t331;
+    out[13][12] = t331;
     t332 = R::fused(R::constant(-0.075), t185, t331); // left_hip_roll_link: mass matrix
+    out[5][13] = t332;
+    out[13][5] = t332;
     t333 = sin_q_right_hip_roll * t298; // right_hip_roll_link: sums of what it carries
     t334 = R::fused(cos_q_right_hip_roll, t304, t333); // right_hip_roll_link: sums of what it carries
+    out[6][7] = t334;
+    out[7][6] = t334;
     t335 = R::fused(R::constant(0.075), t172, t334); // right_hip_roll_link: mass matrix
+    out[5][7] = t335;
+    out[7][5] = t335;
     t336 = t278 - t311; // right_hip_yaw_link: sums of what it carries
     // right_hip_roll_link: mass matrix
     t337 = cos_q_right_hip_yaw * t147;
     t338 = sin_q_right_hip_yaw * t147;
     t339 = R::fused(-sin_q_right_hip_yaw, t324, t337);
     t340 = R::fused(R::constant(-0.075), t159, t339);
+    out[3][7] = t340;
+    out[7][3] = t340;
     t341 = R::fused(cos_q_right_hip_yaw, t324, t338);
+    out[4][7] = t341;
+    out[7][4] = t341;
     t342 = cos_q_right_hip_yaw * t298; // right_upper_leg: mass matrix
     t343 = sin_q_right_hip_yaw * t298; // right_upper_leg: mass matrix
     // right_hip_yaw_link: sums of what it carries
@@ -446,36 +576,58 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t349 = t324 - t348;
     t350 = R::fused(R::constant(0.075), t210, t349);
     t351 = t322 + t350;
+    out[3][4] = t351;
+    out[4][3] = t351;
     t352 = t278 - t346;
     t353 = t311 + t346;
     t354 = t352 + t325;
     t355 = t319 + t353;
     t356 = t320 + t354;
-    t357 = R::constant(0.785816667) + t355; // torso: sums of what it carries
-    t358 = R::constant(0.884111667) + t356; // torso: sums of what it carries
+    out[4][4] = R::constant(0.785816667) + t355; // torso: sums of what it carries
+    out[3][3] = R::constant(0.884111667) + t356; // torso: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
     t359 = cos_q_left_hip_yaw * t331;
     t360 = sin_q_left_hip_yaw * t331;
     t361 = R::fused(-sin_q_left_hip_yaw, t266, t359);
+    out[3][12] = t361;
+    out[12][3] = t361;
     t362 = R::fused(cos_q_left_hip_yaw, t266, t360);
+    out[4][12] = t362;
+    out[12][4] = t362;
     t363 = R::fused(R::constant(-0.075), t150, t362);
     // right_hip_yaw_link: sums of what it carries
     t364 = cos_q_right_hip_yaw * t334;
     t365 = sin_q_right_hip_yaw * t334;
     t366 = R::fused(-sin_q_right_hip_yaw, t312, t364);
+    out[3][6] = t366;
+    out[6][3] = t366;
     t367 = R::fused(cos_q_right_hip_yaw, t312, t365);
+    out[4][6] = t367;
+    out[6][4] = t367;
     t368 = t361 + t366;
+    out[3][5] = t368;
+    out[5][3] = t368;
     t369 = R::fused(R::constant(0.075), t153, t367);
     t370 = t363 + t369;
+    out[4][5] = t370;
+    out[5][4] = t370;
     // right_upper_leg: mass matrix
     t371 = cos_q_right_hip_roll * t136;
     t372 = sin_q_right_hip_roll * t136;
     t373 = R::fused(-sin_q_right_hip_roll, t297, t371);
     t374 = R::fused(cos_q_right_hip_roll, t297, t372);
+    out[6][8] = t374;
+    out[8][6] = t374;
     t375 = R::fused(R::constant(0.075), t167, t374);
+    out[5][8] = t375;
+    out[8][5] = t375;
     t376 = R::fused(-sin_q_right_hip_yaw, t373, t342);
     t377 = R::fused(cos_q_right_hip_yaw, t373, t343);
+    out[4][8] = t377;
+    out[8][4] = t377;
     t378 = R::fused(R::constant(-0.075), t209, t376);
+    out[3][8] = t378;
+    out[8][3] = t378;
     // right_lower_leg: mass matrix
     t379 = cos_q_right_hip_yaw * t285;
     t380 = sin_q_right_hip_yaw * t285;
@@ -483,10 +635,18 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t382 = sin_q_right_hip_roll * t121;
     t383 = R::fused(-sin_q_right_hip_roll, t283, t381);
     t384 = R::fused(cos_q_right_hip_roll, t283, t382);
+    out[6][9] = t384;
+    out[9][6] = t384;
     t385 = R::fused(R::constant(0.075), t175, t384);
+    out[5][9] = t385;
+    out[9][5] = t385;
     t386 = R::fused(-sin_q_right_hip_yaw, t383, t379);
     t387 = R::fused(cos_q_right_hip_yaw, t383, t380);
+    out[4][9] = t387;
+    out[9][4] = t387;
     t388 = R::fused(R::constant(-0.075), t217, t386);
+    out[3][9] = t388;
+    out[9][3] = t388;
     // right_ankle: mass matrix
     t389 = cos_q_right_hip_yaw * t146;
     t390 = sin_q_right_hip_yaw * t146;
@@ -494,10 +654,18 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t392 = sin_q_right_hip_roll * t294;
     t393 = R::fused(-sin_q_right_hip_roll, t137, t391);
     t394 = R::fused(cos_q_right_hip_roll, t137, t392);
+    out[6][10] = t394;
+    out[10][6] = t394;
     t395 = R::fused(R::constant(0.075), t178, t394);
+    out[5][10] = t395;
+    out[10][5] = t395;
     t396 = R::fused(-sin_q_right_hip_yaw, t393, t389);
     t397 = R::fused(cos_q_right_hip_yaw, t393, t390);
+    out[4][10] = t397;
+    out[10][4] = t397;
     t398 = R::fused(R::constant(-0.075), t235, t396);
+    out[3][10] = t398;
+    out[10][3] = t398;
     // right_foot: mass matrix
     t399 = t286 * sin_t2;
     t400 = t286 * cos_t2;
@@ -507,20 +675,30 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t404 = t18 * t179;
     t405 = t54 * t179;
     t406 = R::fused(t7, t54, t403);
+    out[7][11] = t406;
+    out[11][7] = t406;
     t407 = R::fused(-t19, t181, t404);
     t408 = R::fused(-t59, t181, t405);
     t409 = R::fused(-t7, t19, t402);
     t410 = R::fused(-t7, t59, t409);
     t411 = t124 + t407;
     t412 = -t124; // right_foot: sums of what it carries
+    out[10][11] = t412;
+    out[11][10] = t412;
     t413 = t411 + t408;
     t414 = -t411;
+    out[9][11] = t414;
+    out[11][9] = t414;
     // left_hip_roll_link: mass matrix
     t415 = cos_q_left_hip_yaw * t140;
     t416 = sin_q_left_hip_yaw * t140;
     t417 = R::fused(-sin_q_left_hip_yaw, t274, t415);
     t418 = R::fused(cos_q_left_hip_yaw, t274, t416);
+    out[4][13] = t418;
+    out[13][4] = t418;
     t419 = R::fused(R::constant(0.075), t156, t417);
+    out[3][13] = t419;
+    out[13][3] = t419;
     // left_upper_leg: mass matrix
     t420 = cos_q_left_hip_yaw * t249;
     t421 = sin_q_left_hip_yaw * t249;
@@ -528,10 +706,18 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t423 = sin_q_left_hip_roll * t128;
     t424 = R::fused(-sin_q_left_hip_roll, t246, t422);
     t425 = R::fused(cos_q_left_hip_roll, t246, t423);
+    out[12][14] = t425;
+    out[14][12] = t425;
     t426 = R::fused(R::constant(-0.075), t191, t425);
+    out[5][14] = t426;
+    out[14][5] = t426;
     t427 = R::fused(-sin_q_left_hip_yaw, t424, t420);
     t428 = R::fused(cos_q_left_hip_yaw, t424, t421);
+    out[4][14] = t428;
+    out[14][4] = t428;
     t429 = R::fused(R::constant(0.075), t204, t427);
+    out[3][14] = t429;
+    out[14][3] = t429;
     t430 = cos_q_right_hip_yaw * t406; // right_foot: mass matrix
     t431 = sin_q_right_hip_yaw * t406; // right_foot: mass matrix
     // left_lower_leg: mass matrix
@@ -541,16 +727,28 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t435 = sin_q_left_hip_roll * t114;
     t436 = R::fused(-sin_q_left_hip_roll, t143, t434);
     t437 = R::fused(cos_q_left_hip_roll, t143, t435);
+    out[12][15] = t437;
+    out[15][12] = t437;
     t438 = R::fused(R::constant(-0.075), t195, t437);
+    out[5][15] = t438;
+    out[15][5] = t438;
     t439 = R::fused(-sin_q_left_hip_yaw, t436, t432);
     t440 = R::fused(cos_q_left_hip_yaw, t436, t433);
+    out[4][15] = t440;
+    out[15][4] = t440;
     t441 = R::fused(R::constant(0.075), t230, t439);
+    out[3][15] = t441;
+    out[15][3] = t441;
     // right_foot: mass matrix
     t442 = cos_q_right_hip_roll * t413;
     t443 = R::fused(sin_q_right_hip_roll, t410, t442);
     t444 = R::fused(sin_q_right_hip_yaw, t443, t430);
     t445 = R::fused(-cos_q_right_hip_yaw, t443, t431);
+    out[4][11] = t445;
+    out[11][4] = t445;
     t446 = R::fused(R::constant(-0.075), t237, t444);
+    out[3][11] = t446;
+    out[11][3] = t446;
     // left_ankle: mass matrix
     t447 = cos_q_left_hip_yaw * t139;
     t448 = sin_q_left_hip_yaw * t139;
@@ -558,10 +756,18 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t450 = sin_q_left_hip_roll * t258;
     t451 = R::fused(-sin_q_left_hip_roll, t130, t449);
     t452 = R::fused(cos_q_left_hip_roll, t130, t450);
+    out[12][16] = t452;
+    out[16][12] = t452;
     t453 = R::fused(R::constant(-0.075), t198, t452);
+    out[5][16] = t453;
+    out[16][5] = t453;
     t454 = R::fused(-sin_q_left_hip_yaw, t451, t447);
     t455 = R::fused(cos_q_left_hip_yaw, t451, t448);
+    out[4][16] = t455;
+    out[16][4] = t455;
     t456 = R::fused(R::constant(0.075), t238, t454);
+    out[3][16] = t456;
+    out[16][3] = t456;
     // left_foot: mass matrix
     t457 = t250 * sin_t3;
     t458 = t250 * cos_t3;
@@ -571,19 +777,31 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t462 = t9 * t199;
     t463 = t46 * t199;
     t464 = R::fused(t6, t46, t461);
+    out[13][17] = t464;
+    out[17][13] = t464;
     t465 = R::fused(-t10, t201, t462);
     t466 = R::fused(-t49, t201, t463);
     t467 = R::fused(-t6, t10, t460);
     t468 = R::fused(-t6, t49, t467);
     t469 = t117 + t465;
     t470 = -t117; // left_foot: sums of what it carries
+    out[16][17] = t470;
+    out[17][16] = t470;
     t471 = t469 + t466;
     t472 = -t469;
+    out[15][17] = t472;
+    out[17][15] = t472;
     // right_foot: mass matrix
     t473 = sin_q_right_hip_roll * t413;
     t474 = R::fused(cos_q_right_hip_roll, t410, -t473);
+    out[6][11] = t474;
+    out[11][6] = t474;
     t475 = R::fused(R::constant(0.075), t187, t474);
+    out[5][11] = t475;
+    out[11][5] = t475;
     t476 = -t413;
+    out[8][11] = t476;
+    out[11][8] = t476;
     // left_foot: mass matrix
     t477 = cos_q_left_hip_yaw * t464;
     t478 = sin_q_left_hip_yaw * t464;
@@ -591,102 +809,113 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t480 = R::fused(sin_q_left_hip_roll, t468, t479);
     t481 = R::fused(sin_q_left_hip_yaw, t480, t477);
     t482 = R::fused(-cos_q_left_hip_yaw, t480, t478);
+    out[4][17] = t482;
+    out[17][4] = t482;
     t483 = R::fused(R::constant(0.075), t240, t481);
+    out[3][17] = t483;
+    out[17][3] = t483;
     t484 = sin_q_left_hip_roll * t471;
     t485 = R::fused(cos_q_left_hip_roll, t468, -t484);
+    out[12][17] = t485;
+    out[17][12] = t485;
     t486 = R::fused(R::constant(-0.075), t207, t485);
+    out[5][17] = t486;
+    out[17][5] = t486;
     t487 = -t471;
-    *out = [
-        // base/linear/x
-        [
-            R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), t170, t183, t165, t172, t167, t175,
-            t178, t187, t163, t185, t191, t195, t198, t207,
-        ],
-        // base/linear/y
-        [
-            R::constant(0.0), R::constant(19.0), R::constant(0.0), t171, R::constant(0.0), t224, t210, t212, t168, t214,
-            t219, t221, t205, t223, t192, t227, t232, t234,
-        ],
-        // base/linear/z
-        [
-            R::constant(0.0), R::constant(0.0), R::constant(19.0), t184, t225, R::constant(0.0), R::constant(0.0), t159,
-            t209, t217, t235, t237, R::constant(0.0), t156, t204, t230, t238, t240,
-        ],
-        // base/angular/x
-        [
-            R::constant(0.0), t171, t184, t358, t351, t368, t366, t340, t378, t388, t398, t446, t361, t419, t429, t441,
-            t456, t483,
-        ],
-        // base/angular/y
-        [
-            t170, R::constant(0.0), t225, t351, t357, t370, t367, t341, t377, t387, t397, t445, t362, t418, t428, t440,
-            t455, t482,
-        ],
-        // base/angular/z
-        [
-            t183, t224, R::constant(0.0), t368, t370, t329, t326, t335, t375, t385, t395, t475, t276, t332, t426, t438,
-            t453, t486,
-        ],
-        // right_hip_yaw
-        [
-            t165, t210, R::constant(0.0), t366, t367, t326, t313, t334, t374, t384, t394, t474, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_roll
-        [
-            t172, t212, t159, t340, t341, t335, t334, t147, t298, t285, t146, t406, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_pitch
-        [
-            t167, t168, t209, t378, t377, t375, t374, t298, t136, t121, t294, t476, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_knee_pitch
-        [
-            t175, t214, t217, t388, t387, t385, t384, t285, t121, t108, t102, t414, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_pitch
-        [
-            t178, t219, t235, t398, t397, t395, t394, t146, t294, t102, t71, t412, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_roll
-        [
-            t187, t221, t237, t446, t445, t475, t474, t406, t476, t414, t412, R::constant(0.00207575), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_hip_yaw
-        [
-            t163, t205, R::constant(0.0), t361, t362, t276, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t267, t331, t425, t437, t452, t485,
-        ],
-        // left_hip_roll
-        [
-            t185, t223, t156, t419, t418, t332, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t331, t140, t249, t248, t139, t464,
-        ],
-        // left_hip_pitch
-        [
-            t191, t192, t204, t429, t428, t426, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t425, t249, t128, t114, t258, t487,
-        ],
-        // left_knee_pitch
-        [
-            t195, t227, t230, t441, t440, t438, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t437, t248, t114, t94, t86, t472,
-        ],
-        // left_ankle_pitch
-        [
-            t198, t232, t238, t456, t455, t453, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t452, t139, t258, t86, t63, t470,
-        ],
-        // left_ankle_roll
-        [
-            t207, t234, t240, t483, t482, t486, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t485, t464, t487, t472, t470, R::constant(0.00207575),
-        ],
-    ];
+    out[14][17] = t487;
+    out[17][14] = t487;
+    out[0][0] = R::constant(19.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(19.0);
+    out[1][2] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[2][0] = R::constant(0.0);
+    out[2][1] = R::constant(0.0);
+    out[2][2] = R::constant(19.0);
+    out[2][5] = R::constant(0.0);
+    out[2][6] = R::constant(0.0);
+    out[2][12] = R::constant(0.0);
+    out[3][0] = R::constant(0.0);
+    out[4][1] = R::constant(0.0);
+    out[5][2] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][12] = R::constant(0.0);
+    out[6][13] = R::constant(0.0);
+    out[6][14] = R::constant(0.0);
+    out[6][15] = R::constant(0.0);
+    out[6][16] = R::constant(0.0);
+    out[6][17] = R::constant(0.0);
+    out[7][12] = R::constant(0.0);
+    out[7][13] = R::constant(0.0);
+    out[7][14] = R::constant(0.0);
+    out[7][15] = R::constant(0.0);
+    out[7][16] = R::constant(0.0);
+    out[7][17] = R::constant(0.0);
+    out[8][12] = R::constant(0.0);
+    out[8][13] = R::constant(0.0);
+    out[8][14] = R::constant(0.0);
+    out[8][15] = R::constant(0.0);
+    out[8][16] = R::constant(0.0);
+    out[8][17] = R::constant(0.0);
+    out[9][12] = R::constant(0.0);
+    out[9][13] = R::constant(0.0);
+    out[9][14] = R::constant(0.0);
+    out[9][15] = R::constant(0.0);
+    out[9][16] = R::constant(0.0);
+    out[9][17] = R::constant(0.0);
+    out[10][12] = R::constant(0.0);
+    out[10][13] = R::constant(0.0);
+    out[10][14] = R::constant(0.0);
+    out[10][15] = R::constant(0.0);
+    out[10][16] = R::constant(0.0);
+    out[10][17] = R::constant(0.0);
+    out[11][11] = R::constant(0.00207575);
+    out[11][12] = R::constant(0.0);
+    out[11][13] = R::constant(0.0);
+    out[11][14] = R::constant(0.0);
+    out[11][15] = R::constant(0.0);
+    out[11][16] = R::constant(0.0);
+    out[11][17] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][6] = R::constant(0.0);
+    out[12][7] = R::constant(0.0);
+    out[12][8] = R::constant(0.0);
+    out[12][9] = R::constant(0.0);
+    out[12][10] = R::constant(0.0);
+    out[12][11] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[13][7] = R::constant(0.0);
+    out[13][8] = R::constant(0.0);
+    out[13][9] = R::constant(0.0);
+    out[13][10] = R::constant(0.0);
+    out[13][11] = R::constant(0.0);
+    out[14][6] = R::constant(0.0);
+    out[14][7] = R::constant(0.0);
+    out[14][8] = R::constant(0.0);
+    out[14][9] = R::constant(0.0);
+    out[14][10] = R::constant(0.0);
+    out[14][11] = R::constant(0.0);
+    out[15][6] = R::constant(0.0);
+    out[15][7] = R::constant(0.0);
+    out[15][8] = R::constant(0.0);
+    out[15][9] = R::constant(0.0);
+    out[15][10] = R::constant(0.0);
+    out[15][11] = R::constant(0.0);
+    out[16][6] = R::constant(0.0);
+    out[16][7] = R::constant(0.0);
+    out[16][8] = R::constant(0.0);
+    out[16][9] = R::constant(0.0);
+    out[16][10] = R::constant(0.0);
+    out[16][11] = R::constant(0.0);
+    out[17][6] = R::constant(0.0);
+    out[17][7] = R::constant(0.0);
+    out[17][8] = R::constant(0.0);
+    out[17][9] = R::constant(0.0);
+    out[17][10] = R::constant(0.0);
+    out[17][11] = R::constant(0.0);
+    out[17][17] = R::constant(0.00207575);
 }
 }

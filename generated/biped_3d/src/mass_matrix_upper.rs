@@ -67,12 +67,11 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
         t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130,
         t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148,
         t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166,
-        t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184,
-        t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202,
-        t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220,
-        t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238,
-        t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256,
-        t257, t258, t259,
+        t167, t168, t169, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
+        t186, t187, t188, t189, t190, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t204, t205,
+        t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223,
+        t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241,
+        t242, t243, t244, t245, t246, t247, t248, t249, t250, t252, t253, t255, t256, t257, t258, t259,
     );
     t4 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t5 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
@@ -134,6 +133,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t61 = t46 * t38; // left_lower_leg: sums of what it carries
     t62 = t31 * t11; // right_ankle: sums of what it carries
     t63 = R::constant(0.003259) - t47; // left_ankle: sums of what it carries
+    out[16][16] = t63;
     t64 = t48 + t42; // left_ankle: sums of what it carries
     t65 = R::fused(t37, t33, t62); // right_ankle: sums of what it carries
     t66 = t49 * t40; // left_lower_leg: sums of what it carries
@@ -142,6 +142,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t69 = t54 * t39; // right_lower_leg: sums of what it carries
     t70 = t35 + t34; // right_ankle: mass matrix
     t71 = R::constant(0.003259) - t56; // right_ankle: sums of what it carries
+    out[10][10] = t71;
     t72 = t57 + t50; // right_ankle: sums of what it carries
     t73 = t32 + t30; // left_ankle: mass matrix
     t74 = t59 * t41; // right_lower_leg: sums of what it carries
@@ -157,6 +158,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t84 = t66 + t61; // left_lower_leg: mass matrix
     t85 = R::constant(0.0004491666685) + t60; // left_lower_leg: sums of what it carries
     t86 = t63 + t73; // left_ankle: mass matrix
+    out[16][15] = t86;
     t87 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t88 = t75 + t85; // left_lower_leg: sums of what it carries
     t89 = R::constant(2.0) * t69; // right_lower_leg: sums of what it carries
@@ -165,6 +167,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t92 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t93 = R::constant(0.23740175003) * t79; // left_upper_leg: sums of what it carries
     t94 = R::constant(0.06634781167) + t82; // left_lower_leg: sums of what it carries
+    out[15][15] = t94;
     t95 = R::constant(0.00092625) * t87; // left_foot: sums of what it carries
     t96 = R::constant(0.00208075) - t53; // right_ankle: sums of what it carries
     t97 = t96 + t50; // right_ankle: sums of what it carries
@@ -173,18 +176,21 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t100 = t74 + t69; // right_lower_leg: mass matrix
     t101 = R::constant(0.0004491666685) + t68; // right_lower_leg: sums of what it carries
     t102 = t71 + t70; // right_ankle: mass matrix
+    out[10][9] = t102;
     t103 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     t104 = t78 + t101; // right_lower_leg: sums of what it carries
     t105 = t83 + t77; // left_lower_leg: sums of what it carries
     t106 = t91 + t77; // left_lower_leg: sums of what it carries
     t107 = R::constant(0.23740175003) * t92; // right_upper_leg: sums of what it carries
     t108 = R::constant(0.06634781167) + t98; // right_lower_leg: sums of what it carries
+    out[9][9] = t108;
     t109 = t99 + t89; // right_lower_leg: sums of what it carries
     t110 = t88 + t83; // left_lower_leg: sums of what it carries
     t111 = R::constant(0.00092625) * t103; // right_foot: sums of what it carries
     t112 = t94 + t105; // left_lower_leg: sums of what it carries
     t113 = R::constant(0.001754999985) + t93; // left_upper_leg: sums of what it carries
     t114 = t94 + t84; // left_lower_leg: mass matrix
+    out[15][14] = t114;
     t115 = t95 * cos_t3; // left_ankle: sums of what it carries
     t116 = t104 + t99; // right_lower_leg: sums of what it carries
     t117 = R::constant(0.000855) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
@@ -192,6 +198,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t119 = t108 + t109; // right_lower_leg: sums of what it carries
     t120 = R::constant(0.001754999985) + t107; // right_upper_leg: sums of what it carries
     t121 = t108 + t100; // right_lower_leg: mass matrix
+    out[9][8] = t121;
     t122 = t111 * cos_t2; // right_ankle: sums of what it carries
     t123 = t116 + t120; // right_upper_leg: sums of what it carries
     t124 = R::constant(0.000855) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
@@ -199,6 +206,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t126 = t106 + t125; // left_upper_leg: sums of what it carries
     t127 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t128 = R::constant(0.24091175) + t112; // left_upper_leg: sums of what it carries
+    out[14][14] = t128;
     t129 = R::constant(0.0017266666835) + t118; // left_hip_roll_link: sums of what it carries
     t130 = R::fused(t117, sin_t3, t115); // left_ankle: sums of what it carries
     t131 = t95 * sin_t3; // left_ankle: sums of what it carries
@@ -207,17 +215,22 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t134 = R::constant(0.0285) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t135 = t133 + t89; // right_lower_leg: sums of what it carries
     t136 = R::constant(0.24091175) + t119; // right_upper_leg: sums of what it carries
+    out[8][8] = t136;
     t137 = R::fused(t124, sin_t2, t122); // right_ankle: sums of what it carries
     t138 = R::constant(0.000005) + t128; // left_hip_roll_link: sums of what it carries
     t139 = R::fused(-t117, cos_t3, t131); // left_ankle: sums of what it carries
+    out[16][13] = t139;
     t140 = R::constant(0.0017316666835) + t126; // left_hip_roll_link: sums of what it carries
+    out[13][13] = t140;
     t141 = R::constant(0.239156750015) - t107; // right_upper_leg: sums of what it carries
     t142 = t135 + t141; // right_upper_leg: sums of what it carries
     t143 = R::fused(t127, t9, t130); // left_ankle: sums of what it carries
     t144 = R::constant(0.0017266666835) + t123; // right_hip_roll_link: sums of what it carries
     t145 = t111 * sin_t2; // right_ankle: sums of what it carries
     t146 = R::fused(-t124, cos_t2, t145); // right_ankle: sums of what it carries
+    out[10][7] = t146;
     t147 = R::constant(0.0017316666835) + t142; // right_hip_roll_link: sums of what it carries
+    out[7][7] = t147;
     t148 = t127 * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t149 = R::fused(R::constant(0.8932), cos_q_left_hip_pitch, t38); // left_upper_leg: sums of what it carries
     t150 = R::fused(-cos_q_left_hip_roll, t149, t148); // left_hip_roll_link: sums of what it carries
@@ -227,26 +240,32 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t154 = R::fused(R::constant(0.8932), sin_q_left_hip_pitch, t40); // left_upper_leg: sums of what it carries
     t155 = t127 * cos_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t156 = R::fused(sin_q_left_hip_roll, t149, t155); // left_hip_roll_link: sums of what it carries
+    out[13][2] = t156;
     t157 = R::fused(R::constant(0.8932), sin_q_right_hip_pitch, t41); // right_upper_leg: sums of what it carries
     t158 = t134 * cos_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
     t159 = R::fused(sin_q_right_hip_roll, t152, t158); // right_hip_roll_link: sums of what it carries
+    out[7][2] = t159;
     // left_hip_yaw_link: sums of what it carries
     t160 = R::constant(0.000005) + t140;
     t161 = sin_q_left_hip_yaw * sin_q_left_hip_yaw;
     t162 = sin_q_left_hip_yaw * t154;
     t163 = R::fused(-cos_q_left_hip_yaw, t156, t162);
+    out[12][0] = t163;
     t164 = sin_q_right_hip_yaw * t157; // right_hip_yaw_link: sums of what it carries
     t165 = R::fused(-cos_q_right_hip_yaw, t159, t164); // right_hip_yaw_link: sums of what it carries
+    out[6][0] = t165;
     t166 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t167 = t138 - t129; // left_hip_roll_link: sums of what it carries
     t168 = t150 + t153; // right_hip_yaw_link: sums of what it carries
     t169 = R::constant(2.444) + t168; // torso: sums of what it carries
-    t170 = -t169; // torso: sums of what it carries
+    out[4][0] = t169;
+    out[3][1] = -t169; // torso: sums of what it carries
     t171 = sin_q_left_hip_roll * cos_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t172 = R::fused(t127, t46, t143); // left_lower_leg: sums of what it carries
     t173 = sin_q_left_hip_yaw * cos_q_left_hip_yaw;
     t174 = t166 * t167; // left_hip_roll_link: sums of what it carries
     t175 = R::fused(t127, t10, t139); // left_ankle: sums of what it carries
+    out[15][13] = t175;
     t176 = R::constant(0.000855) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
     t177 = t176 - t58;
@@ -263,10 +282,13 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t187 = R::constant(0.00001) + t185; // left_hip_yaw_link: sums of what it carries
     t188 = t172 - t184;
     t189 = R::constant(0.000015) + t186; // left_hip_yaw_link: sums of what it carries
+    out[12][12] = t189;
     t190 = t163 + t165; // right_hip_yaw_link: sums of what it carries
-    t191 = -t190; // right_hip_yaw_link: sums of what it carries
+    out[5][0] = t190;
+    out[3][2] = -t190; // right_hip_yaw_link: sums of what it carries
     // left_lower_leg: sums of what it carries
     t192 = R::fused(t127, t49, t175);
+    out[14][13] = t192;
     t193 = sin_t1 * cos_t1;
     t194 = R::fused(R::constant(-0.065449478333), t193, t180);
     t195 = t49 * t38;
@@ -277,7 +299,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t200 = cos_q_left_hip_roll * t192; // left_hip_roll_link: sums of what it carries
     t201 = R::fused(-sin_q_left_hip_roll, t199, t200); // left_hip_roll_link: sums of what it carries
     t202 = R::constant(0.15) * t163; // left_hip_yaw_link: sums of what it carries
-    t203 = R::fused(R::constant(-0.075), t163, t189); // left_hip_yaw_link: mass matrix
+    out[12][5] = R::fused(R::constant(-0.075), t163, t189); // left_hip_yaw_link: mass matrix
     t204 = t189 - t202; // left_hip_yaw_link: sums of what it carries
     t205 = R::constant(0.000005) + t147; // right_hip_yaw_link: sums of what it carries
     t206 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
@@ -288,6 +310,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t211 = sin_q_right_hip_yaw * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t212 = t160 - t187; // left_hip_yaw_link: sums of what it carries
     t213 = R::fused(t134, t19, t146); // right_ankle: sums of what it carries
+    out[9][7] = t213;
     t214 = t207 - t144; // right_hip_roll_link: sums of what it carries
     t215 = R::constant(0.000855) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
@@ -300,6 +323,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t222 = t208 * t214; // right_hip_roll_link: sums of what it carries
     // right_lower_leg: sums of what it carries
     t223 = R::fused(t134, t59, t213);
+    out[8][7] = t223;
     t224 = sin_t0 * cos_t0;
     t225 = R::fused(R::constant(-0.065449478333), t224, t219);
     t226 = t59 * t39;
@@ -315,6 +339,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t235 = R::constant(0.00001) + t233; // right_hip_yaw_link: sums of what it carries
     t236 = t221 - t232;
     t237 = R::constant(0.000015) + t234; // right_hip_yaw_link: sums of what it carries
+    out[6][6] = t237;
     // left_hip_yaw_link: sums of what it carries
     t238 = R::constant(2.0) * t201;
     t239 = R::fused(t173, t238, t220);
@@ -329,43 +354,46 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t248 = R::fused(R::constant(-0.23740175003), t247, t228); // right_upper_leg: sums of what it carries
     t249 = R::fused(-sin_q_right_hip_roll, t248, t246); // right_hip_roll_link: sums of what it carries
     t250 = R::constant(0.15) * t165; // right_hip_yaw_link: sums of what it carries
-    t251 = R::fused(R::constant(0.075), t165, t237); // right_hip_yaw_link: mass matrix
+    out[6][5] = R::fused(R::constant(0.075), t165, t237); // right_hip_yaw_link: mass matrix
     t252 = t237 + t250; // right_hip_yaw_link: sums of what it carries
     t253 = t204 + t252; // right_hip_yaw_link: sums of what it carries
-    t254 = R::constant(0.154455) + t253; // torso: sums of what it carries
+    out[5][5] = R::constant(0.154455) + t253; // torso: sums of what it carries
     t255 = cos_q_left_hip_yaw * t154;
     t256 = R::fused(-sin_q_left_hip_yaw, t156, -t255);
+    out[12][1] = t256;
     t257 = R::fused(R::constant(-0.075), t256, t245);
     // right_hip_yaw_link: sums of what it carries
     t258 = cos_q_right_hip_yaw * t157;
     t259 = R::fused(-sin_q_right_hip_yaw, t159, -t258);
+    out[6][1] = t259;
     let (
-        t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277,
-        t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295,
-        t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313,
-        t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331,
-        t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349,
-        t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367,
-        t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385,
-        t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403,
-        t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421,
-        t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439,
-        t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457,
-        t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475,
-        t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487,
+        t260, t262, t263, t264, t265, t266, t267, t269, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280,
+        t281, t282, t286, t287, t288, t289, t290, t291, t293, t294, t295, t296, t298, t299, t300, t303, t304, t305,
+        t306, t307, t309, t310, t311, t312, t313, t314, t316, t319, t320, t321, t322, t323, t325, t326, t327, t328,
+        t329, t330, t332, t335, t336, t337, t338, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350,
+        t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t362, t363, t364, t365, t366, t368, t369, t370,
+        t371, t373, t376, t377, t378, t380, t382, t384, t385, t386, t387, t388, t391, t392, t393, t396, t397, t400,
+        t401, t402, t403, t404, t406, t407, t408, t409, t410, t411, t413, t416, t417, t418, t419, t420, t422, t423,
+        t424, t425, t426, t427, t429, t432, t433, t434, t435, t437, t438, t439, t440, t441, t442, t443, t444, t445,
+        t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t459, t460, t461, t462, t463, t465,
+        t466, t467, t468, t470, t473, t474, t475, t477, t478, t479, t480, t481, t484, t485,
     );
     t260 = t256 + t259;
-    t261 = -t260;
+    out[5][1] = t260;
+    out[4][2] = -t260;
     t262 = t205 - t235;
     t263 = sin_q_left_hip_roll * t192; // left_hip_roll_link: sums of what it carries
     t264 = R::fused(cos_q_left_hip_roll, t199, t263); // left_hip_roll_link: sums of what it carries
+    out[13][12] = t264;
     t265 = sin_q_right_hip_roll * t223; // right_hip_roll_link: sums of what it carries
     t266 = R::fused(cos_q_right_hip_roll, t248, t265); // right_hip_roll_link: sums of what it carries
+    out[7][6] = t266;
     // right_hip_roll_link: mass matrix
     t267 = sin_q_right_hip_yaw * t153;
-    t268 = R::fused(R::constant(0.075), t267, t266);
+    out[7][0] = t267;
+    out[7][5] = R::fused(R::constant(0.075), t267, t266);
     t269 = cos_q_right_hip_yaw * t153;
-    t270 = -t269;
+    out[7][1] = -t269;
     // right_hip_yaw_link: sums of what it carries
     t271 = t206 * t262;
     t272 = R::constant(2.0) * t249;
@@ -379,71 +407,84 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t280 = t244 + t278;
     t281 = t249 - t275;
     t282 = R::fused(R::constant(0.075), t259, t281);
-    t283 = t257 + t282;
-    t284 = R::constant(0.785816667) + t279; // torso: sums of what it carries
-    t285 = R::constant(0.884111667) + t280; // torso: sums of what it carries
+    out[4][3] = t257 + t282;
+    out[4][4] = R::constant(0.785816667) + t279; // torso: sums of what it carries
+    out[3][3] = R::constant(0.884111667) + t280; // torso: sums of what it carries
     t286 = cos_q_left_hip_yaw * t264; // left_hip_yaw_link: sums of what it carries
     t287 = R::fused(-sin_q_left_hip_yaw, t188, t286); // left_hip_yaw_link: sums of what it carries
+    out[12][3] = t287;
     t288 = cos_q_right_hip_yaw * t266;
     t289 = sin_q_right_hip_yaw * t266;
     t290 = R::fused(-sin_q_right_hip_yaw, t236, t288);
+    out[6][3] = t290;
     t291 = R::fused(cos_q_right_hip_yaw, t236, t289);
-    t292 = t287 + t290;
+    out[6][4] = t291;
+    out[5][3] = t287 + t290;
     t293 = R::fused(R::constant(0.075), t153, t291);
     t294 = sin_q_left_hip_yaw * t264; // left_hip_yaw_link: sums of what it carries
     t295 = R::fused(cos_q_left_hip_yaw, t188, t294); // left_hip_yaw_link: sums of what it carries
+    out[12][4] = t295;
     t296 = R::fused(R::constant(-0.075), t150, t295); // left_hip_yaw_link: sums of what it carries
-    t297 = t296 + t293;
+    out[5][4] = t296 + t293;
     // right_hip_roll_link: mass matrix
     t298 = cos_q_right_hip_yaw * t147;
     t299 = sin_q_right_hip_yaw * t147;
     t300 = R::fused(-sin_q_right_hip_yaw, t249, t298);
-    t301 = R::fused(cos_q_right_hip_yaw, t249, t299);
-    t302 = R::fused(R::constant(-0.075), t159, t300);
+    out[7][4] = R::fused(cos_q_right_hip_yaw, t249, t299);
+    out[7][3] = R::fused(R::constant(-0.075), t159, t300);
     // right_upper_leg: mass matrix
     t303 = cos_q_right_hip_yaw * t152;
     t304 = sin_q_right_hip_yaw * t152;
     t305 = sin_q_right_hip_roll * t157;
     t306 = cos_q_right_hip_roll * t157;
+    out[8][2] = t306;
     t307 = R::fused(sin_q_right_hip_yaw, t305, -t303);
-    t308 = R::fused(-cos_q_right_hip_yaw, t305, -t304);
+    out[8][0] = t307;
+    out[8][1] = R::fused(-cos_q_right_hip_yaw, t305, -t304);
     t309 = cos_q_right_hip_yaw * t223;
     t310 = sin_q_right_hip_yaw * t223;
     t311 = cos_q_right_hip_roll * t136;
     t312 = sin_q_right_hip_roll * t136;
     t313 = R::fused(-sin_q_right_hip_roll, t221, t311);
     t314 = R::fused(cos_q_right_hip_roll, t221, t312);
-    t315 = R::fused(R::constant(0.075), t307, t314);
+    out[8][6] = t314;
+    out[8][5] = R::fused(R::constant(0.075), t307, t314);
     t316 = R::fused(-sin_q_right_hip_yaw, t313, t309);
-    t317 = R::fused(cos_q_right_hip_yaw, t313, t310);
-    t318 = R::fused(R::constant(-0.075), t306, t316);
+    out[8][4] = R::fused(cos_q_right_hip_yaw, t313, t310);
+    out[8][3] = R::fused(R::constant(-0.075), t306, t316);
     // right_lower_leg: mass matrix
     t319 = cos_q_right_hip_yaw * t39;
     t320 = sin_q_right_hip_yaw * t39;
     t321 = sin_q_right_hip_roll * t41;
     t322 = cos_q_right_hip_roll * t41;
+    out[9][2] = t322;
     t323 = R::fused(sin_q_right_hip_yaw, t321, -t319);
-    t324 = R::fused(-cos_q_right_hip_yaw, t321, -t320);
+    out[9][0] = t323;
+    out[9][1] = R::fused(-cos_q_right_hip_yaw, t321, -t320);
     t325 = cos_q_right_hip_yaw * t213;
     t326 = sin_q_right_hip_yaw * t213;
     t327 = cos_q_right_hip_roll * t121;
     t328 = sin_q_right_hip_roll * t121;
     t329 = R::fused(-sin_q_right_hip_roll, t210, t327);
     t330 = R::fused(cos_q_right_hip_roll, t210, t328);
-    t331 = R::fused(R::constant(0.075), t323, t330);
+    out[9][6] = t330;
+    out[9][5] = R::fused(R::constant(0.075), t323, t330);
     t332 = R::fused(-sin_q_right_hip_yaw, t329, t325);
-    t333 = R::fused(cos_q_right_hip_yaw, t329, t326);
-    t334 = R::fused(R::constant(-0.075), t322, t332);
+    out[9][4] = R::fused(cos_q_right_hip_yaw, t329, t326);
+    out[9][3] = R::fused(R::constant(-0.075), t322, t332);
     // right_ankle: mass matrix
     t335 = cos_q_right_hip_yaw * t23;
     t336 = sin_q_right_hip_roll * t25;
     t337 = R::fused(sin_q_right_hip_yaw, t336, -t335);
+    out[10][0] = t337;
     t338 = sin_q_right_hip_yaw * t23;
-    t339 = R::fused(-cos_q_right_hip_yaw, t336, -t338);
+    out[10][1] = R::fused(-cos_q_right_hip_yaw, t336, -t338);
     t340 = t54 * t23;
     t341 = R::fused(t59, t25, t340);
     t342 = t102 + t341;
+    out[10][8] = t342;
     t343 = cos_q_right_hip_roll * t25;
+    out[10][2] = t343;
     t344 = cos_q_right_hip_yaw * t146;
     t345 = sin_q_right_hip_yaw * t146;
     // right_foot: mass matrix
@@ -453,6 +494,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t349 = R::fused(-sin_q_right_hip_roll, t347, t348);
     t350 = t7 * sin_q_right_hip_roll;
     t351 = R::fused(cos_q_right_hip_roll, t347, t350);
+    out[11][2] = t351;
     t352 = t215 * sin_t2;
     t353 = t215 * cos_t2;
     t354 = R::fused(R::constant(0.00207575), cos_t2, t352);
@@ -462,93 +504,107 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t358 = R::fused(-t19, t347, t357);
     t359 = R::fused(-t7, t19, t355);
     t360 = t124 + t358;
-    t361 = -t124; // right_foot: sums of what it carries
+    out[11][10] = -t124; // right_foot: sums of what it carries
     t362 = R::fused(t7, t54, t356);
+    out[11][7] = t362;
     t363 = R::fused(-t7, t59, t359);
     t364 = t54 * t346;
     t365 = R::fused(-t59, t347, t364);
     t366 = t360 + t365;
-    t367 = -t360;
+    out[11][9] = -t360;
     // right_ankle: mass matrix
     t368 = cos_q_right_hip_roll * t342;
     t369 = sin_q_right_hip_roll * t342;
     t370 = R::fused(-sin_q_right_hip_roll, t137, t368);
     t371 = R::fused(cos_q_right_hip_roll, t137, t369);
-    t372 = R::fused(R::constant(0.075), t337, t371);
+    out[10][6] = t371;
+    out[10][5] = R::fused(R::constant(0.075), t337, t371);
     t373 = R::fused(-sin_q_right_hip_yaw, t370, t344);
-    t374 = R::fused(cos_q_right_hip_yaw, t370, t345);
-    t375 = R::fused(R::constant(-0.075), t343, t373);
+    out[10][4] = R::fused(cos_q_right_hip_yaw, t370, t345);
+    out[10][3] = R::fused(R::constant(-0.075), t343, t373);
     // right_foot: mass matrix
     t376 = cos_q_right_hip_yaw * t346;
     t377 = sin_q_right_hip_yaw * t346;
     t378 = R::fused(-sin_q_right_hip_yaw, t349, t376);
-    t379 = R::fused(cos_q_right_hip_yaw, t349, t377);
+    out[11][0] = t378;
+    out[11][1] = R::fused(cos_q_right_hip_yaw, t349, t377);
     // left_hip_roll_link: mass matrix
     t380 = sin_q_left_hip_yaw * t150;
-    t381 = R::fused(R::constant(-0.075), t380, t264);
+    out[13][0] = t380;
+    out[13][5] = R::fused(R::constant(-0.075), t380, t264);
     t382 = cos_q_left_hip_yaw * t150;
-    t383 = -t382;
+    out[13][1] = -t382;
     t384 = cos_q_right_hip_yaw * t362; // right_foot: mass matrix
     t385 = sin_q_right_hip_yaw * t362; // right_foot: mass matrix
     t386 = cos_q_left_hip_yaw * t140;
     t387 = sin_q_left_hip_yaw * t140;
     t388 = R::fused(-sin_q_left_hip_yaw, t201, t386);
-    t389 = R::fused(cos_q_left_hip_yaw, t201, t387);
-    t390 = R::fused(R::constant(0.075), t156, t388);
+    out[13][4] = R::fused(cos_q_left_hip_yaw, t201, t387);
+    out[13][3] = R::fused(R::constant(0.075), t156, t388);
     // right_foot: mass matrix
     t391 = cos_q_right_hip_roll * t366;
     t392 = R::fused(sin_q_right_hip_roll, t363, t391);
     t393 = R::fused(sin_q_right_hip_yaw, t392, t384);
-    t394 = R::fused(-cos_q_right_hip_yaw, t392, t385);
-    t395 = R::fused(R::constant(-0.075), t351, t393);
+    out[11][4] = R::fused(-cos_q_right_hip_yaw, t392, t385);
+    out[11][3] = R::fused(R::constant(-0.075), t351, t393);
     t396 = sin_q_right_hip_roll * t366;
     t397 = R::fused(cos_q_right_hip_roll, t363, -t396);
-    t398 = R::fused(R::constant(0.075), t378, t397);
-    t399 = -t366;
+    out[11][6] = t397;
+    out[11][5] = R::fused(R::constant(0.075), t378, t397);
+    out[11][8] = -t366;
     // left_upper_leg: mass matrix
     t400 = cos_q_left_hip_yaw * t149;
     t401 = sin_q_left_hip_yaw * t149;
     t402 = sin_q_left_hip_roll * t154;
     t403 = cos_q_left_hip_roll * t154;
+    out[14][2] = t403;
     t404 = R::fused(sin_q_left_hip_yaw, t402, -t400);
-    t405 = R::fused(-cos_q_left_hip_yaw, t402, -t401);
+    out[14][0] = t404;
+    out[14][1] = R::fused(-cos_q_left_hip_yaw, t402, -t401);
     t406 = cos_q_left_hip_yaw * t192;
     t407 = sin_q_left_hip_yaw * t192;
     t408 = cos_q_left_hip_roll * t128;
     t409 = sin_q_left_hip_roll * t128;
     t410 = R::fused(-sin_q_left_hip_roll, t172, t408);
     t411 = R::fused(cos_q_left_hip_roll, t172, t409);
-    t412 = R::fused(R::constant(-0.075), t404, t411);
+    out[14][12] = t411;
+    out[14][5] = R::fused(R::constant(-0.075), t404, t411);
     t413 = R::fused(-sin_q_left_hip_yaw, t410, t406);
-    t414 = R::fused(cos_q_left_hip_yaw, t410, t407);
-    t415 = R::fused(R::constant(0.075), t403, t413);
+    out[14][4] = R::fused(cos_q_left_hip_yaw, t410, t407);
+    out[14][3] = R::fused(R::constant(0.075), t403, t413);
     // left_lower_leg: mass matrix
     t416 = cos_q_left_hip_yaw * t38;
     t417 = sin_q_left_hip_yaw * t38;
     t418 = sin_q_left_hip_roll * t40;
     t419 = cos_q_left_hip_roll * t40;
+    out[15][2] = t419;
     t420 = R::fused(sin_q_left_hip_yaw, t418, -t416);
-    t421 = R::fused(-cos_q_left_hip_yaw, t418, -t417);
+    out[15][0] = t420;
+    out[15][1] = R::fused(-cos_q_left_hip_yaw, t418, -t417);
     t422 = cos_q_left_hip_yaw * t175;
     t423 = sin_q_left_hip_yaw * t175;
     t424 = cos_q_left_hip_roll * t114;
     t425 = sin_q_left_hip_roll * t114;
     t426 = R::fused(-sin_q_left_hip_roll, t143, t424);
     t427 = R::fused(cos_q_left_hip_roll, t143, t425);
-    t428 = R::fused(R::constant(-0.075), t420, t427);
+    out[15][12] = t427;
+    out[15][5] = R::fused(R::constant(-0.075), t420, t427);
     t429 = R::fused(-sin_q_left_hip_yaw, t426, t422);
-    t430 = R::fused(cos_q_left_hip_yaw, t426, t423);
-    t431 = R::fused(R::constant(0.075), t419, t429);
+    out[15][4] = R::fused(cos_q_left_hip_yaw, t426, t423);
+    out[15][3] = R::fused(R::constant(0.075), t419, t429);
     // left_ankle: mass matrix
     t432 = cos_q_left_hip_yaw * t22;
     t433 = sin_q_left_hip_roll * t24;
     t434 = R::fused(sin_q_left_hip_yaw, t433, -t432);
+    out[16][0] = t434;
     t435 = sin_q_left_hip_yaw * t22;
-    t436 = R::fused(-cos_q_left_hip_yaw, t433, -t435);
+    out[16][1] = R::fused(-cos_q_left_hip_yaw, t433, -t435);
     t437 = t46 * t22;
     t438 = R::fused(t49, t24, t437);
     t439 = t86 + t438;
+    out[16][14] = t439;
     t440 = cos_q_left_hip_roll * t24;
+    out[16][2] = t440;
     t441 = cos_q_left_hip_yaw * t139;
     t442 = sin_q_left_hip_yaw * t139;
     // left_foot: mass matrix
@@ -558,6 +614,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t446 = R::fused(-sin_q_left_hip_roll, t444, t445);
     t447 = t6 * sin_q_left_hip_roll;
     t448 = R::fused(cos_q_left_hip_roll, t444, t447);
+    out[17][2] = t448;
     t449 = t176 * sin_t3;
     t450 = t176 * cos_t3;
     t451 = R::fused(R::constant(0.00207575), cos_t3, t449);
@@ -567,139 +624,243 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t455 = R::fused(-t10, t444, t454);
     t456 = R::fused(-t6, t10, t452);
     t457 = t117 + t455;
-    t458 = -t117; // left_foot: sums of what it carries
+    out[17][16] = -t117; // left_foot: sums of what it carries
     t459 = R::fused(t6, t46, t453);
+    out[17][13] = t459;
     t460 = R::fused(-t6, t49, t456);
     t461 = t46 * t443;
     t462 = R::fused(-t49, t444, t461);
     t463 = t457 + t462;
-    t464 = -t457;
+    out[17][15] = -t457;
     // left_ankle: mass matrix
     t465 = cos_q_left_hip_roll * t439;
     t466 = sin_q_left_hip_roll * t439;
     t467 = R::fused(-sin_q_left_hip_roll, t130, t465);
     t468 = R::fused(cos_q_left_hip_roll, t130, t466);
-    t469 = R::fused(R::constant(-0.075), t434, t468);
+    out[16][12] = t468;
+    out[16][5] = R::fused(R::constant(-0.075), t434, t468);
     t470 = R::fused(-sin_q_left_hip_yaw, t467, t441);
-    t471 = R::fused(cos_q_left_hip_yaw, t467, t442);
-    t472 = R::fused(R::constant(0.075), t440, t470);
+    out[16][4] = R::fused(cos_q_left_hip_yaw, t467, t442);
+    out[16][3] = R::fused(R::constant(0.075), t440, t470);
     // left_foot: mass matrix
     t473 = cos_q_left_hip_yaw * t443;
     t474 = sin_q_left_hip_yaw * t443;
     t475 = R::fused(-sin_q_left_hip_yaw, t446, t473);
-    t476 = R::fused(cos_q_left_hip_yaw, t446, t474);
+    out[17][0] = t475;
+    out[17][1] = R::fused(cos_q_left_hip_yaw, t446, t474);
     t477 = cos_q_left_hip_yaw * t459;
     t478 = sin_q_left_hip_yaw * t459;
     t479 = cos_q_left_hip_roll * t463;
     t480 = R::fused(sin_q_left_hip_roll, t460, t479);
     t481 = R::fused(sin_q_left_hip_yaw, t480, t477);
-    t482 = R::fused(-cos_q_left_hip_yaw, t480, t478);
-    t483 = R::fused(R::constant(0.075), t448, t481);
+    out[17][4] = R::fused(-cos_q_left_hip_yaw, t480, t478);
+    out[17][3] = R::fused(R::constant(0.075), t448, t481);
     t484 = sin_q_left_hip_roll * t463;
     t485 = R::fused(cos_q_left_hip_roll, t460, -t484);
-    t486 = R::fused(R::constant(-0.075), t475, t485);
-    t487 = -t463;
-    *out = [
-        // base/linear/x
-        [
-            R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/linear/y
-        [
-            R::constant(0.0), R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/linear/z
-        [
-            R::constant(0.0), R::constant(0.0), R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/angular/x
-        [
-            R::constant(0.0), t170, t191, t285, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/angular/y
-        [
-            t169, R::constant(0.0), t261, t283, t284, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/angular/z
-        [
-            t190, t260, R::constant(0.0), t292, t297, t254, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_yaw
-        [
-            t165, t259, R::constant(0.0), t290, t291, t251, t237, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_roll
-        [
-            t267, t270, t159, t302, t301, t268, t266, t147, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0),
-        ],
-        // right_hip_pitch
-        [
-            t307, t308, t306, t318, t317, t315, t314, t223, t136, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_knee_pitch
-        [
-            t323, t324, t322, t334, t333, t331, t330, t213, t121, t108, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_pitch
-        [
-            t337, t339, t343, t375, t374, t372, t371, t146, t342, t102, t71, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_roll
-        [
-            t378, t379, t351, t395, t394, t398, t397, t362, t399, t367, t361, R::constant(0.00207575), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_hip_yaw
-        [
-            t163, t256, R::constant(0.0), t287, t295, t203, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t189, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_hip_roll
-        [
-            t380, t383, t156, t390, t389, t381, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t264, t140, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0),
-        ],
-        // left_hip_pitch
-        [
-            t404, t405, t403, t415, t414, t412, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t411, t192, t128, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_knee_pitch
-        [
-            t420, t421, t419, t431, t430, t428, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t427, t175, t114, t94, R::constant(0.0), R::constant(0.0),
-        ],
-        // left_ankle_pitch
-        [
-            t434, t436, t440, t472, t471, t469, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t468, t139, t439, t86, t63, R::constant(0.0),
-        ],
-        // left_ankle_roll
-        [
-            t475, t476, t448, t483, t482, t486, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t485, t459, t487, t464, t458, R::constant(0.00207575),
-        ],
-    ];
+    out[17][12] = t485;
+    out[17][5] = R::fused(R::constant(-0.075), t475, t485);
+    out[17][14] = -t463;
+    out[0][0] = R::constant(19.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[0][6] = R::constant(0.0);
+    out[0][7] = R::constant(0.0);
+    out[0][8] = R::constant(0.0);
+    out[0][9] = R::constant(0.0);
+    out[0][10] = R::constant(0.0);
+    out[0][11] = R::constant(0.0);
+    out[0][12] = R::constant(0.0);
+    out[0][13] = R::constant(0.0);
+    out[0][14] = R::constant(0.0);
+    out[0][15] = R::constant(0.0);
+    out[0][16] = R::constant(0.0);
+    out[0][17] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(19.0);
+    out[1][2] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[1][6] = R::constant(0.0);
+    out[1][7] = R::constant(0.0);
+    out[1][8] = R::constant(0.0);
+    out[1][9] = R::constant(0.0);
+    out[1][10] = R::constant(0.0);
+    out[1][11] = R::constant(0.0);
+    out[1][12] = R::constant(0.0);
+    out[1][13] = R::constant(0.0);
+    out[1][14] = R::constant(0.0);
+    out[1][15] = R::constant(0.0);
+    out[1][16] = R::constant(0.0);
+    out[1][17] = R::constant(0.0);
+    out[2][0] = R::constant(0.0);
+    out[2][1] = R::constant(0.0);
+    out[2][2] = R::constant(19.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[2][6] = R::constant(0.0);
+    out[2][7] = R::constant(0.0);
+    out[2][8] = R::constant(0.0);
+    out[2][9] = R::constant(0.0);
+    out[2][10] = R::constant(0.0);
+    out[2][11] = R::constant(0.0);
+    out[2][12] = R::constant(0.0);
+    out[2][13] = R::constant(0.0);
+    out[2][14] = R::constant(0.0);
+    out[2][15] = R::constant(0.0);
+    out[2][16] = R::constant(0.0);
+    out[2][17] = R::constant(0.0);
+    out[3][0] = R::constant(0.0);
+    out[3][4] = R::constant(0.0);
+    out[3][5] = R::constant(0.0);
+    out[3][6] = R::constant(0.0);
+    out[3][7] = R::constant(0.0);
+    out[3][8] = R::constant(0.0);
+    out[3][9] = R::constant(0.0);
+    out[3][10] = R::constant(0.0);
+    out[3][11] = R::constant(0.0);
+    out[3][12] = R::constant(0.0);
+    out[3][13] = R::constant(0.0);
+    out[3][14] = R::constant(0.0);
+    out[3][15] = R::constant(0.0);
+    out[3][16] = R::constant(0.0);
+    out[3][17] = R::constant(0.0);
+    out[4][1] = R::constant(0.0);
+    out[4][5] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[4][7] = R::constant(0.0);
+    out[4][8] = R::constant(0.0);
+    out[4][9] = R::constant(0.0);
+    out[4][10] = R::constant(0.0);
+    out[4][11] = R::constant(0.0);
+    out[4][12] = R::constant(0.0);
+    out[4][13] = R::constant(0.0);
+    out[4][14] = R::constant(0.0);
+    out[4][15] = R::constant(0.0);
+    out[4][16] = R::constant(0.0);
+    out[4][17] = R::constant(0.0);
+    out[5][2] = R::constant(0.0);
+    out[5][6] = R::constant(0.0);
+    out[5][7] = R::constant(0.0);
+    out[5][8] = R::constant(0.0);
+    out[5][9] = R::constant(0.0);
+    out[5][10] = R::constant(0.0);
+    out[5][11] = R::constant(0.0);
+    out[5][12] = R::constant(0.0);
+    out[5][13] = R::constant(0.0);
+    out[5][14] = R::constant(0.0);
+    out[5][15] = R::constant(0.0);
+    out[5][16] = R::constant(0.0);
+    out[5][17] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][7] = R::constant(0.0);
+    out[6][8] = R::constant(0.0);
+    out[6][9] = R::constant(0.0);
+    out[6][10] = R::constant(0.0);
+    out[6][11] = R::constant(0.0);
+    out[6][12] = R::constant(0.0);
+    out[6][13] = R::constant(0.0);
+    out[6][14] = R::constant(0.0);
+    out[6][15] = R::constant(0.0);
+    out[6][16] = R::constant(0.0);
+    out[6][17] = R::constant(0.0);
+    out[7][8] = R::constant(0.0);
+    out[7][9] = R::constant(0.0);
+    out[7][10] = R::constant(0.0);
+    out[7][11] = R::constant(0.0);
+    out[7][12] = R::constant(0.0);
+    out[7][13] = R::constant(0.0);
+    out[7][14] = R::constant(0.0);
+    out[7][15] = R::constant(0.0);
+    out[7][16] = R::constant(0.0);
+    out[7][17] = R::constant(0.0);
+    out[8][9] = R::constant(0.0);
+    out[8][10] = R::constant(0.0);
+    out[8][11] = R::constant(0.0);
+    out[8][12] = R::constant(0.0);
+    out[8][13] = R::constant(0.0);
+    out[8][14] = R::constant(0.0);
+    out[8][15] = R::constant(0.0);
+    out[8][16] = R::constant(0.0);
+    out[8][17] = R::constant(0.0);
+    out[9][10] = R::constant(0.0);
+    out[9][11] = R::constant(0.0);
+    out[9][12] = R::constant(0.0);
+    out[9][13] = R::constant(0.0);
+    out[9][14] = R::constant(0.0);
+    out[9][15] = R::constant(0.0);
+    out[9][16] = R::constant(0.0);
+    out[9][17] = R::constant(0.0);
+    out[10][11] = R::constant(0.0);
+    out[10][12] = R::constant(0.0);
+    out[10][13] = R::constant(0.0);
+    out[10][14] = R::constant(0.0);
+    out[10][15] = R::constant(0.0);
+    out[10][16] = R::constant(0.0);
+    out[10][17] = R::constant(0.0);
+    out[11][11] = R::constant(0.00207575);
+    out[11][12] = R::constant(0.0);
+    out[11][13] = R::constant(0.0);
+    out[11][14] = R::constant(0.0);
+    out[11][15] = R::constant(0.0);
+    out[11][16] = R::constant(0.0);
+    out[11][17] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][6] = R::constant(0.0);
+    out[12][7] = R::constant(0.0);
+    out[12][8] = R::constant(0.0);
+    out[12][9] = R::constant(0.0);
+    out[12][10] = R::constant(0.0);
+    out[12][11] = R::constant(0.0);
+    out[12][13] = R::constant(0.0);
+    out[12][14] = R::constant(0.0);
+    out[12][15] = R::constant(0.0);
+    out[12][16] = R::constant(0.0);
+    out[12][17] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[13][7] = R::constant(0.0);
+    out[13][8] = R::constant(0.0);
+    out[13][9] = R::constant(0.0);
+    out[13][10] = R::constant(0.0);
+    out[13][11] = R::constant(0.0);
+    out[13][14] = R::constant(0.0);
+    out[13][15] = R::constant(0.0);
+    out[13][16] = R::constant(0.0);
+    out[13][17] = R::constant(0.0);
+    out[14][6] = R::constant(0.0);
+    out[14][7] = R::constant(0.0);
+    out[14][8] = R::constant(0.0);
+    out[14][9] = R::constant(0.0);
+    out[14][10] = R::constant(0.0);
+    out[14][11] = R::constant(0.0);
+    out[14][15] = R::constant(0.0);
+    out[14][16] = R::constant(0.0);
+    out[14][17] = R::constant(0.0);
+    out[15][6] = R::constant(0.0);
+    out[15][7] = R::constant(0.0);
+    out[15][8] = R::constant(0.0);
+    out[15][9] = R::constant(0.0);
+    out[15][10] = R::constant(0.0);
+    out[15][11] = R::constant(0.0);
+    out[15][16] = R::constant(0.0);
+    out[15][17] = R::constant(0.0);
+    out[16][6] = R::constant(0.0);
+    out[16][7] = R::constant(0.0);
+    out[16][8] = R::constant(0.0);
+    out[16][9] = R::constant(0.0);
+    out[16][10] = R::constant(0.0);
+    out[16][11] = R::constant(0.0);
+    out[16][17] = R::constant(0.0);
+    out[17][6] = R::constant(0.0);
+    out[17][7] = R::constant(0.0);
+    out[17][8] = R::constant(0.0);
+    out[17][9] = R::constant(0.0);
+    out[17][10] = R::constant(0.0);
+    out[17][11] = R::constant(0.0);
+    out[17][17] = R::constant(0.00207575);
 }
 }

@@ -265,6 +265,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t173 = t169 * t172;
     t174 = R::fused(-t169, t173, t171);
     t175 = R::constant(1.0) / t174;
+    out[14][0] = t175;
     // solved by the factors
     t176 = R::fused(t167, t173, t170);
     t177 = R::fused(t162, t173, t165);
@@ -363,18 +364,15 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
         t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277,
         t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295,
         t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313,
-        t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331,
-        t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349,
-        t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367,
-        t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385,
-        t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403,
-        t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421,
-        t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439,
-        t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457,
-        t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475,
-        t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493,
-        t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511,
-        t512, t513, t514, t515,
+        t314, t315, t316, t317, t319, t320, t322, t323, t324, t325, t326, t327, t328, t329, t331, t332, t333, t334,
+        t335, t336, t337, t338, t340, t341, t342, t343, t344, t345, t346, t348, t350, t351, t352, t353, t354, t355,
+        t357, t359, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t372, t374, t375, t377, t378, t379,
+        t381, t383, t385, t386, t387, t388, t389, t390, t391, t393, t395, t397, t399, t400, t401, t402, t403, t404,
+        t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t417, t419, t421, t423, t424, t426, t427, t428,
+        t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447,
+        t448, t449, t450, t451, t453, t454, t456, t457, t458, t460, t461, t462, t463, t465, t466, t467, t469, t470,
+        t471, t472, t474, t475, t476, t477, t478, t480, t482, t483, t485, t486, t487, t488, t489, t491, t493, t494,
+        t495, t496, t497, t498, t500, t502, t503, t504, t505, t506, t508, t510, t512, t513, t514, t515,
     );
     t260 = t254 + t258;
     t261 = t255 + t259;
@@ -440,10 +438,10 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t315 = t155 * t290;
     t316 = R::constant(2.601998334721066) * t278;
     t317 = R::constant(2.601998334721066) * t285;
-    t318 = R::fused(t173, t311, t312);
+    out[2][1] = R::fused(t173, t311, t312);
     t319 = t176 * t311;
     t320 = R::fused(t167, t312, t319);
-    t321 = t313 + t320;
+    out[2][2] = t313 + t320;
     t322 = t183 * t311;
     t323 = R::fused(t189, t312, t322);
     t324 = t313 + t323;
@@ -452,7 +450,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t327 = R::fused(t191, t312, t326);
     t328 = t193 * t314;
     t329 = t327 + t328;
-    t330 = t329 - t316;
+    out[2][4] = t329 - t316;
     t331 = t184 * t311;
     t332 = R::fused(t190, t312, t331);
     t333 = t313 + t332;
@@ -461,7 +459,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t336 = R::fused(t192, t312, t335);
     t337 = t194 * t315;
     t338 = t336 + t337;
-    t339 = t338 - t317;
+    out[2][6] = t338 - t317;
     // solved by the factors
     t340 = t258 + t296;
     t341 = t259 + t298;
@@ -471,20 +469,20 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     // other
     t345 = t175 * t344;
     t346 = t172 * t342;
-    t347 = R::fused(t173, t345, t346);
+    out[3][1] = R::fused(t173, t345, t346);
     t348 = t176 * t345;
-    t349 = R::fused(t167, t346, t348);
+    out[3][2] = R::fused(t167, t346, t348);
     t350 = t183 * t345;
     t351 = R::fused(t189, t346, t350);
     t352 = t314 + t351;
     t353 = t185 * t345;
     t354 = R::fused(t191, t346, t353);
     t355 = t328 + t354;
-    t356 = t355 - t316;
+    out[3][4] = t355 - t316;
     t357 = t184 * t345;
-    t358 = R::fused(-t190, t346, -t357);
+    out[3][5] = R::fused(-t190, t346, -t357);
     t359 = t186 * t345;
-    t360 = R::fused(t192, t346, t359);
+    out[3][6] = R::fused(t192, t346, t359);
     t361 = t273 - t276;
     // solved by the factors
     t362 = R::fused(t151, t273, t361);
@@ -497,20 +495,20 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t368 = t175 * t367;
     t369 = t172 * t365;
     t370 = t161 * t362;
-    t371 = R::fused(t173, t368, t369);
+    out[4][1] = R::fused(t173, t368, t369);
     t372 = t176 * t368;
-    t373 = R::fused(t167, t369, t372);
+    out[4][2] = R::fused(t167, t369, t372);
     t374 = t183 * t368;
     t375 = R::fused(t189, t369, t374);
-    t376 = t370 - t375;
+    out[4][3] = t370 - t375;
     t377 = t185 * t368;
     t378 = R::fused(t191, t369, t377);
     t379 = R::fused(-t193, t370, t378);
-    t380 = R::fused(R::constant(-2.601998334721066), t273, t379);
+    out[4][4] = R::fused(R::constant(-2.601998334721066), t273, t379);
     t381 = t184 * t368;
-    t382 = R::fused(-t190, t369, -t381);
+    out[4][5] = R::fused(-t190, t369, -t381);
     t383 = t186 * t368;
-    t384 = R::fused(t192, t369, t383);
+    out[4][6] = R::fused(t192, t369, t383);
     // solved by the factors
     t385 = t254 + t291;
     t386 = t255 + t293;
@@ -520,20 +518,20 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     // other
     t390 = t175 * t389;
     t391 = t172 * t387;
-    t392 = R::fused(t173, t390, t391);
+    out[5][1] = R::fused(t173, t390, t391);
     t393 = t176 * t390;
-    t394 = R::fused(t167, t391, t393);
+    out[5][2] = R::fused(t167, t391, t393);
     t395 = t183 * t390;
-    t396 = R::fused(-t189, t391, -t395);
+    out[5][3] = R::fused(-t189, t391, -t395);
     t397 = t185 * t390;
-    t398 = R::fused(t191, t391, t397);
+    out[5][4] = R::fused(t191, t391, t397);
     t399 = t184 * t390;
     t400 = R::fused(t190, t391, t399);
     t401 = t315 + t400;
     t402 = t186 * t390;
     t403 = R::fused(t192, t391, t402);
     t404 = t337 + t403;
-    t405 = t404 - t317;
+    out[5][6] = t404 - t317;
     t406 = t280 - t283;
     // solved by the factors
     t407 = R::fused(t147, t280, t406);
@@ -546,20 +544,20 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t413 = t175 * t412;
     t414 = t172 * t410;
     t415 = t155 * t407;
-    t416 = R::fused(t173, t413, t414);
+    out[6][1] = R::fused(t173, t413, t414);
     t417 = t176 * t413;
-    t418 = R::fused(t167, t414, t417);
+    out[6][2] = R::fused(t167, t414, t417);
     t419 = t183 * t413;
-    t420 = R::fused(-t189, t414, -t419);
+    out[6][3] = R::fused(-t189, t414, -t419);
     t421 = t185 * t413;
-    t422 = R::fused(t191, t414, t421);
+    out[6][4] = R::fused(t191, t414, t421);
     t423 = t184 * t413;
     t424 = R::fused(t190, t414, t423);
-    t425 = t415 - t424;
+    out[6][5] = t415 - t424;
     t426 = t186 * t413;
     t427 = R::fused(t192, t414, t426);
     t428 = R::fused(-t194, t415, t427);
-    t429 = R::fused(R::constant(-2.601998334721066), t280, t428);
+    out[6][6] = R::fused(R::constant(-2.601998334721066), t280, t428);
     t430 = t64 - t95;
     t431 = t44 + t430;
     t432 = t63 - t64;
@@ -584,90 +582,88 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t449 = R::constant(0.4947555907381754) * t431;
     t450 = t161 * t435;
     t451 = t155 * t434;
-    t452 = R::fused(t173, t447, -t448);
+    out[9][1] = R::fused(t173, t447, -t448);
     t453 = t176 * t447;
     t454 = R::fused(-t167, t448, t453);
-    t455 = t449 + t454;
+    out[9][2] = t449 + t454;
     t456 = t183 * t447;
     t457 = R::fused(-t189, t448, t456);
     t458 = t449 + t457;
-    t459 = t450 - t458;
+    out[9][3] = t450 - t458;
     t460 = t185 * t447;
     t461 = R::fused(-t191, t448, t460);
     t462 = t193 * t450;
     t463 = t461 - t462;
-    t464 = t463 - t141;
+    out[9][4] = t463 - t141;
     t465 = t184 * t447;
     t466 = R::fused(-t190, t448, t465);
     t467 = t449 + t466;
-    t468 = t451 - t467;
+    out[9][5] = t451 - t467;
     t469 = t186 * t447;
     t470 = R::fused(-t192, t448, t469);
     t471 = t194 * t451;
     t472 = t470 - t471;
-    t473 = t472 - t142;
+    out[9][6] = t472 - t142;
     t474 = t143 + t440; // solved by the factors
     t475 = t144 - t442; // solved by the factors
     t476 = R::fused(-t173, t474, t475); // solved by the factors
     t477 = t175 * t476;
     t478 = t172 * t474;
-    t479 = R::fused(t173, t477, -t478);
+    out[10][1] = R::fused(t173, t477, -t478);
     t480 = t176 * t477;
-    t481 = R::fused(-t167, t478, t480);
+    out[10][2] = R::fused(-t167, t478, t480);
     t482 = t183 * t477;
     t483 = R::fused(-t189, t478, t482);
-    t484 = t450 - t483;
+    out[10][3] = t450 - t483;
     t485 = t185 * t477;
     t486 = R::fused(-t191, t478, t485);
     t487 = t462 - t486;
     t488 = t141 + t487;
     t489 = t184 * t477;
-    t490 = R::fused(t190, t478, -t489);
+    out[10][5] = R::fused(t190, t478, -t489);
     t491 = t186 * t477;
-    t492 = R::fused(-t192, t478, t491);
+    out[10][6] = R::fused(-t192, t478, t491);
     t493 = R::fused(-t61, t162, t55); // solved by the factors
     t494 = R::fused(t61, t165, t56); // solved by the factors
     t495 = R::fused(-t173, t493, t494); // solved by the factors
     t496 = t175 * t495;
     t497 = t172 * t493;
     t498 = t61 * t161;
-    t499 = R::fused(t173, t496, -t497);
+    out[11][1] = R::fused(t173, t496, -t497);
     t500 = t176 * t496;
-    t501 = R::fused(-t167, t497, t500);
+    out[11][2] = R::fused(-t167, t497, t500);
     t502 = t183 * t496;
     t503 = R::fused(-t189, t497, t502);
     t504 = t498 + t503;
     t505 = t185 * t496;
     t506 = R::fused(-t191, t497, t505);
-    t507 = R::fused(t193, t498, t506);
+    out[11][4] = R::fused(t193, t498, t506);
     t508 = t184 * t496;
-    t509 = R::fused(t190, t497, -t508);
+    out[11][5] = R::fused(t190, t497, -t508);
     t510 = t186 * t496;
-    t511 = R::fused(-t192, t497, t510);
+    out[11][6] = R::fused(-t192, t497, t510);
     t512 = t145 + t436; // solved by the factors
     t513 = t146 - t438; // solved by the factors
     t514 = R::fused(-t173, t512, t513); // solved by the factors
     t515 = t175 * t514;
     let (
-        t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533,
-        t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551,
-        t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569,
-        t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587,
-        t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605,
-        t606, t607, t608, t609, t610, t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623,
-        t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635, t636, t637, t638,
+        t516, t518, t520, t522, t524, t525, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t538, t540,
+        t542, t544, t545, t546, t547, t548, t550, t552, t553, t554, t555, t556, t558, t559, t560, t561, t562, t563,
+        t564, t565, t566, t568, t569, t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t581, t582, t583,
+        t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594, t596, t597, t598, t599, t600, t601, t602,
+        t603, t604, t605, t606, t607, t608, t609, t610, t611, t631, t632, t633, t634, t635, t636, t637, t638,
     );
     t516 = t172 * t512;
-    t517 = R::fused(t173, t515, -t516);
+    out[12][1] = R::fused(t173, t515, -t516);
     t518 = t176 * t515;
-    t519 = R::fused(-t167, t516, t518);
+    out[12][2] = R::fused(-t167, t516, t518);
     t520 = t183 * t515;
-    t521 = R::fused(t189, t516, -t520);
+    out[12][3] = R::fused(t189, t516, -t520);
     t522 = t185 * t515;
-    t523 = R::fused(-t191, t516, t522);
+    out[12][4] = R::fused(-t191, t516, t522);
     t524 = t184 * t515;
     t525 = R::fused(-t190, t516, t524);
-    t526 = t451 - t525;
+    out[12][5] = t451 - t525;
     t527 = t186 * t515;
     t528 = R::fused(-t192, t516, t527);
     t529 = t471 - t528;
@@ -678,130 +674,177 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t534 = t175 * t533;
     t535 = t172 * t531;
     t536 = t41 * t155;
-    t537 = R::fused(t173, t534, -t535);
+    out[13][1] = R::fused(t173, t534, -t535);
     t538 = t176 * t534;
-    t539 = R::fused(-t167, t535, t538);
+    out[13][2] = R::fused(-t167, t535, t538);
     t540 = t183 * t534;
-    t541 = R::fused(t189, t535, -t540);
+    out[13][3] = R::fused(t189, t535, -t540);
     t542 = t185 * t534;
-    t543 = R::fused(-t191, t535, t542);
+    out[13][4] = R::fused(-t191, t535, t542);
     t544 = t184 * t534;
     t545 = R::fused(-t190, t535, t544);
     t546 = t536 + t545;
     t547 = t186 * t534;
     t548 = R::fused(-t192, t535, t547);
-    t549 = R::fused(t194, t536, t548);
+    out[13][6] = R::fused(t194, t536, t548);
     t550 = t173 * t175;
-    t551 = R::fused(t173, t550, t172);
+    out[15][1] = R::fused(t173, t550, t172);
     t552 = t175 * t176;
     t553 = t167 * t172;
     t554 = R::fused(t173, t552, t553);
+    out[15][2] = t554;
+    out[16][1] = t554;
     t555 = t176 * t552;
     t556 = R::fused(t167, t553, t555);
-    t557 = R::constant(0.4947555907381754) + t556;
+    out[16][2] = R::constant(0.4947555907381754) + t556;
     t558 = t175 * t183;
+    out[14][3] = t558;
+    out[17][0] = t558;
     t559 = t172 * t189;
     t560 = R::fused(-t173, t558, -t559);
+    out[15][3] = t560;
+    out[17][1] = t560;
     t561 = t176 * t558;
     t562 = R::fused(t167, t559, t561);
     t563 = R::constant(0.4947555907381754) + t562;
     t564 = t183 * t558;
     t565 = R::fused(t189, t559, t564);
     t566 = R::constant(0.4947555907381754) + t565;
-    t567 = t161 + t566;
+    out[17][3] = t161 + t566;
     t568 = t175 * t185;
     t569 = t172 * t191;
     t570 = t161 * t193;
     t571 = R::fused(t173, t568, t569);
+    out[15][4] = t571;
+    out[18][1] = t571;
     t572 = t176 * t568;
     t573 = R::fused(t167, t569, t572);
+    out[16][4] = t573;
+    out[18][2] = t573;
     t574 = t183 * t568;
     t575 = R::fused(t189, t569, t574);
     t576 = t570 + t575;
     t577 = t185 * t568;
     t578 = R::fused(t191, t569, t577);
     t579 = R::fused(t193, t570, t578);
-    t580 = R::constant(2.601998334721066) + t579;
+    out[18][4] = R::constant(2.601998334721066) + t579;
     t581 = t175 * t184;
+    out[14][5] = t581;
+    out[19][0] = t581;
     t582 = t172 * t190;
     t583 = R::fused(-t173, t581, -t582);
+    out[15][5] = t583;
+    out[19][1] = t583;
     t584 = t176 * t581;
     t585 = R::fused(t167, t582, t584);
     t586 = R::constant(0.4947555907381754) + t585;
     t587 = t183 * t581;
     t588 = R::fused(t189, t582, t587);
     t589 = R::constant(0.4947555907381754) + t588;
+    out[17][5] = t589;
+    out[19][3] = t589;
     t590 = t185 * t581;
     t591 = R::fused(-t191, t582, -t590);
+    out[18][5] = t591;
+    out[19][4] = t591;
     t592 = t184 * t581;
     t593 = R::fused(t190, t582, t592);
     t594 = R::constant(0.4947555907381754) + t593;
-    t595 = t155 + t594;
+    out[19][5] = t155 + t594;
     t596 = t175 * t186;
     t597 = t172 * t192;
     t598 = t155 * t194;
     t599 = R::fused(t173, t596, t597);
+    out[15][6] = t599;
+    out[20][1] = t599;
     t600 = t176 * t596;
     t601 = R::fused(t167, t597, t600);
+    out[16][6] = t601;
+    out[20][2] = t601;
     t602 = t183 * t596;
     t603 = R::fused(-t189, t597, -t602);
+    out[17][6] = t603;
+    out[20][3] = t603;
     t604 = t185 * t596;
     t605 = R::fused(t191, t597, t604);
+    out[18][6] = t605;
+    out[20][4] = t605;
     t606 = t184 * t596;
     t607 = R::fused(t190, t597, t606);
     t608 = t598 + t607;
     t609 = t186 * t596;
     t610 = R::fused(t192, t597, t609);
     t611 = R::fused(t194, t598, t610);
-    t612 = R::constant(2.601998334721066) + t611;
-    t613 = -t311;
-    t614 = -t325;
-    t615 = -t334;
-    t616 = -t345;
-    t617 = -t352;
-    t618 = -t368;
-    t619 = -t390;
-    t620 = -t401;
-    t621 = -t413;
-    t622 = -t447;
-    t623 = -t477;
-    t624 = -t488;
-    t625 = -t496;
-    t626 = -t504;
-    t627 = -t515;
-    t628 = -t530;
-    t629 = -t534;
-    t630 = -t546;
+    out[20][6] = R::constant(2.601998334721066) + t611;
+    out[2][0] = -t311;
+    out[2][3] = -t325;
+    out[2][5] = -t334;
+    out[3][0] = -t345;
+    out[3][3] = -t352;
+    out[4][0] = -t368;
+    out[5][0] = -t390;
+    out[5][5] = -t401;
+    out[6][0] = -t413;
+    out[9][0] = -t447;
+    out[10][0] = -t477;
+    out[10][4] = -t488;
+    out[11][0] = -t496;
+    out[11][3] = -t504;
+    out[12][0] = -t515;
+    out[12][6] = -t530;
+    out[13][0] = -t534;
+    out[13][5] = -t546;
     t631 = -t550;
+    out[14][1] = t631;
+    out[15][0] = t631;
     t632 = -t552;
+    out[14][2] = t632;
+    out[16][0] = t632;
     t633 = -t568;
+    out[14][4] = t633;
+    out[18][0] = t633;
     t634 = -t596;
+    out[14][6] = t634;
+    out[20][0] = t634;
     t635 = -t563;
+    out[16][3] = t635;
+    out[17][2] = t635;
     t636 = -t586;
+    out[16][5] = t636;
+    out[19][2] = t636;
     t637 = -t576;
+    out[17][4] = t637;
+    out[18][3] = t637;
     t638 = -t608;
-    *out = [
-        [R::constant(0.0); NV], // q/base/x
-        [R::constant(0.0); NV], // q/base/z
-        [t613, t318, t321, t614, t330, t615, t339], // q/base/pitch
-        [t616, t347, t349, t617, t356, t358, t360], // q/right_hip_pitch
-        [t618, t371, t373, t376, t380, t382, t384], // q/right_knee_pitch
-        [t619, t392, t394, t396, t398, t620, t405], // q/left_hip_pitch
-        [t621, t416, t418, t420, t422, t425, t429], // q/left_knee_pitch
-        [R::constant(0.0); NV], // v/base/x
-        [R::constant(0.0); NV], // v/base/z
-        [t622, t452, t455, t459, t464, t468, t473], // v/base/pitch
-        [t623, t479, t481, t484, t624, t490, t492], // v/right_hip_pitch
-        [t625, t499, t501, t626, t507, t509, t511], // v/right_knee_pitch
-        [t627, t517, t519, t521, t523, t526, t628], // v/left_hip_pitch
-        [t629, t537, t539, t541, t543, t630, t549], // v/left_knee_pitch
-        [t175, t631, t632, t558, t633, t581, t634], // tau/base/x
-        [t631, t551, t554, t560, t571, t583, t599], // tau/base/z
-        [t632, t554, t557, t635, t573, t636, t601], // tau/base/pitch
-        [t558, t560, t635, t567, t637, t589, t603], // tau/right_hip_pitch
-        [t633, t571, t573, t637, t580, t591, t605], // tau/right_knee_pitch
-        [t581, t583, t636, t589, t591, t595, t638], // tau/left_hip_pitch
-        [t634, t599, t601, t603, t605, t638, t612], // tau/left_knee_pitch
-    ];
+    out[19][6] = t638;
+    out[20][5] = t638;
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[0][6] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[1][2] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[1][6] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[7][6] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[8][6] = R::constant(0.0);
 }
 }

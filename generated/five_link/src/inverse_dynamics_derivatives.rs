@@ -83,12 +83,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t10 = t9 * t9; // left_tibia: motion
     let t11 = R::constant(0.768) * cos_t3; // left_tibia: sums of what it carries
     let t12 = R::fused(t10, t11, t7); // left_tibia: sums of what it carries
+    out[6][0] = t12;
     let t13 = R::constant(2.028) * sin_t1; // left_femur: sums of what it carries
     let t14 = t4 * t13; // left_femur: sums of what it carries
     let t15 = t8 * t8; // left_femur: motion
     let t16 = R::constant(2.028) * cos_t1; // left_femur: sums of what it carries
     let t17 = R::fused(t15, t16, t14); // left_femur: sums of what it carries
     let t18 = t12 + t17; // left_femur: sums of what it carries
+    out[5][0] = t18;
     let t19 = a_base_pitch + a_right_hip_pitch; // right_femur: motion
     let t20 = a_right_knee_pitch + t19; // right_tibia: motion
     let t21 = R::constant(0.768) * sin_t2; // right_tibia: sums of what it carries
@@ -98,6 +100,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t25 = t24 * t24; // right_tibia: motion
     let t26 = R::constant(0.768) * cos_t2; // right_tibia: sums of what it carries
     let t27 = R::fused(t25, t26, t22); // right_tibia: sums of what it carries
+    out[4][0] = t27;
     let t28 = R::constant(2.028) * sin_t0; // right_femur: sums of what it carries
     let t29 = t19 * t28; // right_femur: sums of what it carries
     let t30 = t23 * t23; // right_femur: motion
@@ -105,27 +108,32 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t31 = R::constant(2.028) * cos_t0;
     let t32 = R::fused(t30, t31, t29);
     let t33 = t27 + t32;
+    out[3][0] = t33;
     let t34 = t18 + t33;
     let t35 = R::constant(2.88) * sin_q_base_pitch; // torso: sums of what it carries
     let t36 = a_base_pitch * t35; // torso: sums of what it carries
     let t37 = v_base_pitch * v_base_pitch; // torso: motion
     let t38 = R::constant(2.88) * cos_q_base_pitch; // torso: sums of what it carries
     let t39 = R::fused(t37, t38, t36); // torso: sums of what it carries
-    let t40 = t34 - t39; // torso: sums of what it carries
+    out[2][0] = t34 - t39; // torso: sums of what it carries
     let t41 = t10 * t6; // left_tibia: sums of what it carries
     let t42 = R::fused(t5, t11, -t41); // left_tibia: sums of what it carries
+    out[6][1] = t42;
     let t43 = t15 * t13; // left_femur: sums of what it carries
     let t44 = R::fused(-t4, t16, t43); // left_femur: sums of what it carries
     let t45 = t42 - t44; // left_femur: sums of what it carries
+    out[5][1] = t45;
     let t46 = t25 * t21; // right_tibia: sums of what it carries
     let t47 = R::fused(t20, t26, -t46); // right_tibia: sums of what it carries
+    out[4][1] = t47;
     let t48 = t30 * t28;
     let t49 = R::fused(-t19, t31, t48);
     let t50 = t47 - t49;
+    out[3][1] = t50;
     let t51 = t45 + t50;
     let t52 = t37 * t35; // torso: sums of what it carries
     let t53 = R::fused(-a_base_pitch, t38, t52); // torso: sums of what it carries
-    let t54 = t51 + t53; // torso: sums of what it carries
+    out[2][1] = t51 + t53; // torso: sums of what it carries
     let t55 = a_base_z + R::constant(9.81); // base/z: motion
     let t56 = t11 + t16; // left_femur: sums of what it carries
     let t57 = t26 + t31;
@@ -136,15 +144,25 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t62 = t21 + t28;
     let t63 = t61 + t62;
     let t64 = t63 - t35; // torso: sums of what it carries
-    let t65 = R::fused(a_base_x, t64, t60); // torso: answer of the forces to its motion
+    out[2][2] = R::fused(a_base_x, t64, t60); // torso: answer of the forces to its motion
     let t66 = t55 * t57; // right_femur: answer of the forces to its motion
     let t67 = R::fused(a_base_x, t62, t66); // right_femur: answer of the forces to its motion
+    out[2][3] = t67;
+    out[3][2] = t67;
+    out[3][3] = t67;
     let t68 = t55 * t26; // right_tibia: answer of the forces to its motion
     let t69 = R::fused(a_base_x, t21, t68); // right_tibia: answer of the forces to its motion
+    out[2][4] = t69;
+    out[3][4] = t69;
     let t70 = t55 * t56; // left_femur: answer of the forces to its motion
     let t71 = R::fused(a_base_x, t61, t70); // left_femur: answer of the forces to its motion
+    out[2][5] = t71;
+    out[5][2] = t71;
+    out[5][5] = t71;
     let t72 = t55 * t11; // left_tibia: answer of the forces to its motion
     let t73 = R::fused(a_base_x, t6, t72); // left_tibia: answer of the forces to its motion
+    out[2][6] = t73;
+    out[5][6] = t73;
     // right_tibia: motion
     let t74 = sin_t0 * R::constant(0.4);
     let t75 = t19 * t74;
@@ -157,9 +175,12 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t82 = a_base_x + t81;
     // right_tibia: answer of the forces to its motion
     let t83 = R::fused(t82, t21, t79);
+    out[4][4] = t83;
     let t84 = t76 * t27;
     let t85 = R::fused(-t74, t47, t84);
     let t86 = t83 - t85;
+    out[4][2] = t86;
+    out[4][3] = t86;
     // left_tibia: motion
     let t87 = sin_t1 * R::constant(0.4);
     let t88 = t4 * t87;
@@ -172,50 +193,75 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t95 = a_base_x + t94;
     // left_tibia: answer of the forces to its motion
     let t96 = R::fused(t95, t6, t92);
+    out[6][6] = t96;
     let t97 = t89 * t12;
     let t98 = R::fused(-t87, t42, t97);
     let t99 = t96 - t98;
+    out[6][2] = t99;
+    out[6][5] = t99;
     let t100 = sin_t3 * R::constant(1.536); // left_tibia: sums of what it carries
     let t101 = t9 * t100; // left_tibia: sums of what it carries
+    out[13][0] = t101;
     let t102 = sin_t1 * R::constant(4.056); // left_femur: sums of what it carries
     let t103 = R::fused(t8, t102, t101); // left_femur: sums of what it carries
+    out[12][0] = t103;
     let t104 = sin_t2 * R::constant(1.536); // right_tibia: sums of what it carries
     let t105 = t24 * t104; // right_tibia: sums of what it carries
+    out[11][0] = t105;
     let t106 = sin_t0 * R::constant(4.056); // right_femur: sums of what it carries
     let t107 = R::fused(t23, t106, t105); // right_femur: sums of what it carries
+    out[10][0] = t107;
     let t108 = t103 + t107; // right_femur: sums of what it carries
     let t109 = sin_q_base_pitch * R::constant(5.76); // torso: sums of what it carries
-    let t110 = R::fused(-v_base_pitch, t109, t108); // torso: sums of what it carries
+    out[9][0] = R::fused(-v_base_pitch, t109, t108); // torso: sums of what it carries
     let t111 = cos_t3 * R::constant(1.536); // left_tibia: sums of what it carries
     let t112 = t9 * t111; // left_tibia: sums of what it carries
+    out[13][1] = t112;
     let t113 = cos_t1 * R::constant(4.056); // left_femur: sums of what it carries
     let t114 = R::fused(t8, t113, t112); // left_femur: sums of what it carries
+    out[12][1] = t114;
     let t115 = cos_t2 * R::constant(1.536); // right_tibia: sums of what it carries
     let t116 = t24 * t115; // right_tibia: sums of what it carries
+    out[11][1] = t116;
     let t117 = cos_t0 * R::constant(4.056); // right_femur: sums of what it carries
     let t118 = R::fused(t23, t117, t116); // right_femur: sums of what it carries
+    out[10][1] = t118;
     let t119 = t114 + t118; // right_femur: sums of what it carries
     let t120 = cos_q_base_pitch * R::constant(5.76); // torso: sums of what it carries
-    let t121 = R::fused(-v_base_pitch, t120, t119); // torso: sums of what it carries
+    out[9][1] = R::fused(-v_base_pitch, t120, t119); // torso: sums of what it carries
     let t122 = t87 * t112; // left_tibia: sums of what it carries
     let t123 = R::fused(-t89, t101, t122); // left_tibia: sums of what it carries
+    out[13][2] = t123;
+    out[13][5] = t123;
     let t124 = t8 * t89; // left_tibia: motion
     let t125 = R::constant(2.0) * t124; // left_tibia: sums of what it carries
     let t126 = t6 * t125; // left_tibia: sums of what it carries
     let t127 = t8 * t87; // left_tibia: motion
     let t128 = R::constant(2.0) * t127; // left_tibia: sums of what it carries
     let t129 = R::fused(-t11, t128, t126); // left_tibia: sums of what it carries
+    out[9][6] = t129;
+    out[12][6] = t129;
     let t130 = t123 + t129; // left_tibia: sums of what it carries
+    out[9][5] = t130;
+    out[12][2] = t130;
+    out[12][5] = t130;
     let t131 = t74 * t116; // right_tibia: sums of what it carries
     let t132 = R::fused(-t76, t105, t131); // right_tibia: sums of what it carries
+    out[11][2] = t132;
+    out[11][3] = t132;
     let t133 = t23 * t76; // right_tibia: motion
     let t134 = R::constant(2.0) * t133; // right_tibia: sums of what it carries
     let t135 = t21 * t134; // right_tibia: sums of what it carries
     let t136 = t23 * t74; // right_tibia: motion
     let t137 = R::constant(2.0) * t136; // right_tibia: sums of what it carries
     let t138 = R::fused(-t26, t137, t135); // right_tibia: sums of what it carries
+    out[9][4] = t138;
+    out[10][4] = t138;
     let t139 = t132 + t138; // right_tibia: sums of what it carries
-    let t140 = t130 + t139; // right_femur: sums of what it carries
+    out[9][3] = t139;
+    out[10][2] = t139;
+    out[10][3] = t139;
+    out[9][2] = t130 + t139; // right_femur: sums of what it carries
     let t141 = R::constant(0.768) * sin_q_left_knee_pitch; // left_tibia: sums of what it carries
     let t142 = t141 * sin_q_left_hip_pitch; // left_femur: sums of what it carries
     let t143 = R::constant(0.768) * cos_q_left_knee_pitch; // left_tibia: sums of what it carries
@@ -235,60 +281,131 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t157 = R::fused(t150, sin_q_right_hip_pitch, t156); // right_femur: sums of what it carries
     let t158 = t155 + t157; // right_femur: sums of what it carries
     let t159 = R::fused(sin_q_base_pitch, t158, t153); // torso: sums of what it carries
+    out[14][2] = t159;
+    out[16][0] = t159;
     let t160 = sin_q_base_pitch * t157; // right_femur: mass matrix
     let t161 = R::fused(-cos_q_base_pitch, t151, t160); // right_femur: mass matrix
+    out[14][3] = t161;
+    out[17][0] = t161;
     // right_tibia: mass matrix
     let t162 = R::fused(t149, sin_q_right_hip_pitch, t156);
     let t163 = sin_q_base_pitch * t162;
     let t164 = R::fused(-t149, cos_q_right_hip_pitch, t148);
     let t165 = R::fused(cos_q_base_pitch, t164, t163);
+    out[14][4] = t165;
+    out[18][0] = t165;
     let t166 = sin_q_base_pitch * t155; // left_femur: mass matrix
     let t167 = R::fused(-cos_q_base_pitch, t145, t166); // left_femur: mass matrix
+    out[14][5] = t167;
+    out[19][0] = t167;
     // left_tibia: mass matrix
     let t168 = R::fused(t143, sin_q_left_hip_pitch, t154);
     let t169 = sin_q_base_pitch * t168;
     let t170 = R::fused(-t143, cos_q_left_hip_pitch, t142);
     let t171 = R::fused(cos_q_base_pitch, t170, t169);
+    out[14][6] = t171;
+    out[20][0] = t171;
     let t172 = sin_q_base_pitch * t152; // torso: sums of what it carries
     let t173 = R::fused(cos_q_base_pitch, t158, -t172); // torso: sums of what it carries
+    out[15][2] = t173;
+    out[16][1] = t173;
     let t174 = cos_q_base_pitch * t157; // right_femur: mass matrix
     let t175 = R::fused(sin_q_base_pitch, t151, t174); // right_femur: mass matrix
+    out[15][3] = t175;
+    out[17][1] = t175;
     let t176 = cos_q_base_pitch * t162; // right_tibia: mass matrix
     let t177 = R::fused(-sin_q_base_pitch, t164, t176); // right_tibia: mass matrix
+    out[15][4] = t177;
+    out[18][1] = t177;
     let t178 = cos_q_base_pitch * t155; // left_femur: mass matrix
     let t179 = R::fused(sin_q_base_pitch, t145, t178); // left_femur: mass matrix
+    out[15][5] = t179;
+    out[19][1] = t179;
     let t180 = cos_q_base_pitch * t168;
     let t181 = R::fused(-sin_q_base_pitch, t170, t180);
+    out[15][6] = t181;
+    out[20][1] = t181;
     let t182 = R::fused(R::constant(0.6144), cos_q_right_knee_pitch, R::constant(0.38432)); // right_tibia
     let t183 = R::constant(1.06428) + t182; // right_tibia: sums of what it carries
+    out[16][3] = t183;
+    out[17][2] = t183;
+    out[17][3] = t183;
     let t184 = R::fused(cos_q_left_knee_pitch, R::constant(0.6144), R::constant(0.38432)); // left_tibia
     let t185 = R::constant(1.06428) + t184; // left_tibia: sums of what it carries
+    out[16][5] = t185;
+    out[19][2] = t185;
+    out[19][5] = t185;
     let t186 = R::constant(2.0212) + t185; // left_femur: sums of what it carries
-    let t187 = t183 + t186; // right_femur: sums of what it carries
+    out[16][2] = t183 + t186; // right_femur: sums of what it carries
     let t188 = R::fused(R::constant(0.3072), cos_q_right_knee_pitch, R::constant(0.38432)); // right_tibia: mass matrix
+    out[16][4] = t188;
+    out[17][4] = t188;
+    out[18][2] = t188;
+    out[18][3] = t188;
     let t189 = R::fused(cos_q_left_knee_pitch, R::constant(0.3072), R::constant(0.38432));
-    *out = [
-        [R::constant(0.0); NV], // q/base/x
-        [R::constant(0.0); NV], // q/base/z
-        [t40, t54, t65, t67, t69, t71, t73], // q/base/pitch
-        [t33, t50, t67, t67, t69, R::constant(0.0), R::constant(0.0)], // q/right_hip_pitch
-        [t27, t47, t86, t86, t83, R::constant(0.0), R::constant(0.0)], // q/right_knee_pitch
-        [t18, t45, t71, R::constant(0.0), R::constant(0.0), t71, t73], // q/left_hip_pitch
-        [t12, t42, t99, R::constant(0.0), R::constant(0.0), t99, t96], // q/left_knee_pitch
-        [R::constant(0.0); NV], // v/base/x
-        [R::constant(0.0); NV], // v/base/z
-        [t110, t121, t140, t139, t138, t130, t129], // v/base/pitch
-        [t107, t118, t139, t139, t138, R::constant(0.0), R::constant(0.0)], // v/right_hip_pitch
-        [t105, t116, t132, t132, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/right_knee_pitch
-        [t103, t114, t130, R::constant(0.0), R::constant(0.0), t130, t129], // v/left_hip_pitch
-        [t101, t112, t123, R::constant(0.0), R::constant(0.0), t123, R::constant(0.0)], // v/left_knee_pitch
-        [R::constant(32.0), R::constant(0.0), t159, t161, t165, t167, t171], // a/base/x
-        [R::constant(0.0), R::constant(32.0), t173, t175, t177, t179, t181], // a/base/z
-        [t159, t173, t187, t183, t188, t185, t189], // a/base/pitch
-        [t161, t175, t183, t183, t188, R::constant(0.0), R::constant(0.0)], // a/right_hip_pitch
-        [t165, t177, t188, t188, R::constant(0.38432), R::constant(0.0), R::constant(0.0)], // a/right_knee_pitch
-        [t167, t179, t185, R::constant(0.0), R::constant(0.0), t185, t189], // a/left_hip_pitch
-        [t171, t181, t189, R::constant(0.0), R::constant(0.0), t189, R::constant(0.38432)], // a/left_knee_pitch
-    ];
+    out[16][6] = t189;
+    out[19][6] = t189;
+    out[20][2] = t189;
+    out[20][5] = t189;
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[0][6] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[1][2] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[1][6] = R::constant(0.0);
+    out[3][5] = R::constant(0.0);
+    out[3][6] = R::constant(0.0);
+    out[4][5] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[5][3] = R::constant(0.0);
+    out[5][4] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[7][6] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[8][6] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[10][6] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
+    out[11][6] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[14][0] = R::constant(32.0);
+    out[14][1] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(32.0);
+    out[17][5] = R::constant(0.0);
+    out[17][6] = R::constant(0.0);
+    out[18][4] = R::constant(0.38432);
+    out[18][5] = R::constant(0.0);
+    out[18][6] = R::constant(0.0);
+    out[19][3] = R::constant(0.0);
+    out[19][4] = R::constant(0.0);
+    out[20][3] = R::constant(0.0);
+    out[20][4] = R::constant(0.0);
+    out[20][6] = R::constant(0.38432);
 }
 }

@@ -83,24 +83,34 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     let t30 = R::constant(0.0399) * sin_t5;
     let t31 = R::fused(R::constant(-0.0154), cos_t5, t30);
     let t32 = t25 * t29;
+    out[8][1] = t32;
     let t33 = t25 * t31;
+    out[8][0] = t33;
     let t34 = t24 * t32;
     let t35 = R::fused(-t23, t33, t34);
+    out[8][7] = t35;
     let t36 = t26 * t31;
     let t37 = R::fused(-t27, t29, t36);
+    out[7][8] = t37;
     let t38 = t35 + t37;
+    out[7][7] = t38;
     // right_foot: sums of what it carries
     let t39 = R::constant(0.0399) * cos_t4;
     let t40 = R::fused(R::constant(0.0154), sin_t4, t39);
     let t41 = R::constant(0.0399) * sin_t4;
     let t42 = R::fused(R::constant(-0.0154), cos_t4, t41);
     let t43 = t20 * t40;
+    out[5][1] = t43;
     let t44 = t20 * t42;
+    out[5][0] = t44;
     let t45 = t19 * t43;
     let t46 = R::fused(-t18, t44, t45);
+    out[5][4] = t46;
     let t47 = t21 * t42;
     let t48 = R::fused(-t22, t40, t47);
+    out[4][5] = t48;
     let t49 = t46 + t48;
+    out[4][4] = t49;
     // left_lower_leg: sums of what it carries
     let t50 = R::constant(0.3111) * cos_t3;
     let t51 = R::fused(R::constant(0.008), sin_t3, t50);
@@ -109,13 +119,20 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     let t54 = t31 + t53;
     let t55 = t29 + t51;
     let t56 = R::fused(t15, t51, t32);
+    out[7][1] = t56;
     let t57 = R::fused(t15, t53, t33);
+    out[7][0] = t57;
     let t58 = t14 * t56;
     let t59 = R::fused(-t13, t57, t58);
     let t60 = t38 + t59;
+    out[7][2] = t60;
+    out[7][6] = t60;
     let t61 = t16 * t54;
     let t62 = R::fused(-t17, t55, t61);
     let t63 = t60 + t62;
+    out[2][6] = t63;
+    out[6][2] = t63;
+    out[6][6] = t63;
     // right_lower_leg: sums of what it carries
     let t64 = R::constant(0.3111) * cos_t2;
     let t65 = R::fused(R::constant(0.008), sin_t2, t64);
@@ -124,65 +141,113 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     let t68 = t42 + t67;
     let t69 = t40 + t65;
     let t70 = R::fused(t10, t65, t43);
+    out[4][1] = t70;
     let t71 = R::fused(t10, t67, t44);
+    out[4][0] = t71;
     let t72 = t9 * t70;
     let t73 = R::fused(-t8, t71, t72);
     let t74 = t49 + t73;
+    out[4][2] = t74;
+    out[4][3] = t74;
     let t75 = t11 * t68;
     let t76 = R::fused(-t12, t69, t75);
     let t77 = t74 + t76;
+    out[2][3] = t77;
+    out[3][2] = t77;
+    out[3][3] = t77;
     // left_upper_leg: sums of what it carries
     let t78 = R::constant(0.8355) * cos_t1;
     let t79 = R::fused(R::constant(0.012), sin_t1, t78);
     let t80 = R::constant(0.8355) * sin_t1;
     let t81 = R::fused(R::constant(-0.012), cos_t1, t80);
     let t82 = R::fused(t7, t79, t56);
+    out[6][1] = t82;
     let t83 = R::fused(t7, t81, t57);
+    out[6][0] = t83;
     // right_upper_leg: sums of what it carries
     let t84 = R::constant(0.8355) * cos_t0;
     let t85 = R::fused(R::constant(0.012), sin_t0, t84);
     let t86 = R::constant(0.8355) * sin_t0;
     let t87 = R::fused(R::constant(-0.012), cos_t0, t86);
     let t88 = R::fused(t6, t85, t70);
+    out[3][1] = t88;
     let t89 = R::fused(t6, t87, t71);
+    out[3][0] = t89;
     let t90 = t82 + t88;
     let t91 = t83 + t89;
-    let t92 = t63 + t77;
+    out[2][2] = t63 + t77;
     // torso: sums of what it carries
     let t93 = R::constant(2.4915000028) * cos_q_base_pitch;
     let t94 = R::fused(R::constant(0.22408000024), sin_q_base_pitch, t93);
     let t95 = R::constant(2.4915000028) * sin_q_base_pitch;
     let t96 = R::fused(R::constant(-0.22408000024), cos_q_base_pitch, t95);
-    let t97 = R::fused(-v_base_pitch, t94, t90);
-    let t98 = R::fused(-v_base_pitch, t96, t91);
+    out[2][1] = R::fused(-v_base_pitch, t94, t90);
+    out[2][0] = R::fused(-v_base_pitch, t96, t91);
     let t99 = t49 + t76; // right_lower_leg: answer of the forces to its motion
+    out[2][4] = t99;
+    out[3][4] = t99;
     let t100 = t38 + t62; // left_lower_leg: answer of the forces to its motion
+    out[2][7] = t100;
+    out[6][7] = t100;
     // right_foot: answer of the forces to its motion
     let t101 = t8 * t44;
     let t102 = R::fused(-t9, t43, t101);
     let t103 = t46 - t102;
+    out[5][2] = t103;
+    out[5][3] = t103;
     let t104 = t12 * t40;
     let t105 = R::fused(-t11, t42, t104);
     let t106 = t48 - t105;
+    out[2][5] = t106;
+    out[3][5] = t106;
     // left_foot: answer of the forces to its motion
     let t107 = t13 * t33;
     let t108 = R::fused(-t14, t32, t107);
     let t109 = t35 - t108;
+    out[8][2] = t109;
+    out[8][6] = t109;
     let t110 = t17 * t29;
     let t111 = R::fused(-t16, t31, t110);
     let t112 = t37 - t111;
-    *out = [
-        [R::constant(0.0); NV], // base/x
-        [R::constant(0.0); NV], // base/z
-        [t98, t97, t92, t77, t99, t106, t63, t100, t112], // base/pitch
-        [t89, t88, t77, t77, t99, t106, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_hip_pitch
-        [t71, t70, t74, t74, t49, t48, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_knee_pitch
-        // right_ankle_pitch
-        [t44, t43, t103, t103, t46, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t83, t82, t63, R::constant(0.0), R::constant(0.0), R::constant(0.0), t63, t100, t112], // left_hip_pitch
-        [t57, t56, t60, R::constant(0.0), R::constant(0.0), R::constant(0.0), t60, t38, t37], // left_knee_pitch
-        // left_ankle_pitch
-        [t33, t32, t109, R::constant(0.0), R::constant(0.0), R::constant(0.0), t109, t35, R::constant(0.0)],
-    ];
+    out[2][8] = t112;
+    out[6][8] = t112;
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[0][6] = R::constant(0.0);
+    out[0][7] = R::constant(0.0);
+    out[0][8] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[1][2] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[1][6] = R::constant(0.0);
+    out[1][7] = R::constant(0.0);
+    out[1][8] = R::constant(0.0);
+    out[3][6] = R::constant(0.0);
+    out[3][7] = R::constant(0.0);
+    out[3][8] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[4][7] = R::constant(0.0);
+    out[4][8] = R::constant(0.0);
+    out[5][5] = R::constant(0.0);
+    out[5][6] = R::constant(0.0);
+    out[5][7] = R::constant(0.0);
+    out[5][8] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[8][8] = R::constant(0.0);
 }
 }

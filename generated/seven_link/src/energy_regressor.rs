@@ -64,62 +64,70 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t4 = R::fused(v_base_x, sin_q_base_pitch, t3); // torso: velocity
     let t5 = R::fused(t4, t4, t2); // torso: kinetic energy
     let t6 = R::constant(0.5) * t5;
+    out[20][0] = t6;
+    out[30][0] = t6;
+    out[40][0] = t6;
     let t7 = q_base_z * R::constant(9.81);
+    out[20][1] = t7;
+    out[30][1] = t7;
+    out[40][1] = t7;
     let t8 = t4 * v_base_pitch; // torso: kinetic energy
-    let t9 = -t8; // torso: kinetic energy
+    out[21][0] = -t8; // torso: kinetic energy
     let t10 = sin_q_base_pitch * R::constant(9.81);
-    let t11 = -t10;
+    out[21][1] = -t10;
     let t12 = t1 * v_base_pitch; // torso: kinetic energy
-    let t13 = -t12; // torso: kinetic energy
-    let t14 = cos_q_base_pitch * R::constant(9.81);
+    out[23][0] = -t12; // torso: kinetic energy
+    out[23][1] = cos_q_base_pitch * R::constant(9.81);
     let t15 = v_base_pitch * v_base_pitch; // torso: kinetic energy
-    let t16 = R::constant(0.5) * t15;
+    out[27][0] = R::constant(0.5) * t15;
     let t17 = t4 * cos_q_right_hip_pitch; // right_upper_leg: velocity
     let t18 = R::fused(-t1, sin_q_right_hip_pitch, t17); // right_upper_leg: velocity
     let t19 = v_base_pitch + v_right_hip_pitch; // right_upper_leg: velocity
     let t20 = t18 * t19; // right_upper_leg: kinetic energy
-    let t21 = -t20; // right_upper_leg: kinetic energy
+    out[31][0] = -t20; // right_upper_leg: kinetic energy
     let t22 = cos_q_base_pitch * sin_q_right_hip_pitch; // torso: sums of what it carries
     let t23 = R::fused(sin_q_base_pitch, cos_q_right_hip_pitch, t22); // torso: sums of what it carries
     let t24 = R::constant(9.81) * t23;
-    let t25 = -t24;
+    out[31][1] = -t24;
     let t26 = t4 * sin_q_right_hip_pitch; // right_upper_leg: velocity
     let t27 = R::fused(t1, cos_q_right_hip_pitch, t26); // right_upper_leg: velocity
     let t28 = t27 * t19; // right_upper_leg: kinetic energy
-    let t29 = -t28; // right_upper_leg: kinetic energy
+    out[33][0] = -t28; // right_upper_leg: kinetic energy
     let t30 = cos_q_base_pitch * cos_q_right_hip_pitch; // torso: sums of what it carries
     let t31 = R::fused(-sin_q_base_pitch, sin_q_right_hip_pitch, t30); // torso: sums of what it carries
-    let t32 = R::constant(9.81) * t31;
+    out[33][1] = R::constant(9.81) * t31;
     let t33 = t19 * t19; // right_upper_leg: kinetic energy
-    let t34 = R::constant(0.5) * t33;
+    out[37][0] = R::constant(0.5) * t33;
     let t35 = t4 * cos_q_left_hip_pitch; // left_upper_leg: velocity
     let t36 = R::fused(-t1, sin_q_left_hip_pitch, t35); // left_upper_leg: velocity
     let t37 = v_base_pitch + v_left_hip_pitch; // left_upper_leg: velocity
     let t38 = t36 * t37; // left_upper_leg: kinetic energy
-    let t39 = -t38; // left_upper_leg: kinetic energy
+    out[41][0] = -t38; // left_upper_leg: kinetic energy
     let t40 = cos_q_base_pitch * sin_q_left_hip_pitch; // torso: sums of what it carries
     let t41 = R::fused(sin_q_base_pitch, cos_q_left_hip_pitch, t40); // torso: sums of what it carries
     let t42 = R::constant(9.81) * t41;
-    let t43 = -t42;
+    out[41][1] = -t42;
     let t44 = t4 * sin_q_left_hip_pitch; // left_upper_leg: velocity
     let t45 = R::fused(t1, cos_q_left_hip_pitch, t44); // left_upper_leg: velocity
     let t46 = t45 * t37; // left_upper_leg: kinetic energy
-    let t47 = -t46; // left_upper_leg: kinetic energy
+    out[43][0] = -t46; // left_upper_leg: kinetic energy
     let t48 = cos_q_base_pitch * cos_q_left_hip_pitch; // torso: sums of what it carries
     let t49 = R::fused(-sin_q_base_pitch, sin_q_left_hip_pitch, t48); // torso: sums of what it carries
-    let t50 = R::constant(9.81) * t49;
+    out[43][1] = R::constant(9.81) * t49;
     let t51 = t37 * t37; // left_upper_leg: kinetic energy
-    let t52 = R::constant(0.5) * t51;
+    out[47][0] = R::constant(0.5) * t51;
     let t53 = R::fused(R::constant(0.315), t28, t6); // right_lower_leg: columns that its parent has too
     let t54 = R::fused(t33, R::constant(0.0496125), t53); // right_lower_leg: columns that its parent has too
+    out[50][0] = t54;
     let t55 = R::fused(-t31, R::constant(3.09015), t7); // right_lower_leg: columns that its parent has too
+    out[50][1] = t55;
     // right_lower_leg: velocity
     let t56 = t18 * cos_q_right_knee_pitch;
     let t57 = R::fused(t19, R::constant(0.315), t27);
     let t58 = R::fused(-t57, sin_q_right_knee_pitch, t56);
     let t59 = t19 + v_right_knee_pitch;
     let t60 = t58 * t59; // right_lower_leg: kinetic energy
-    let t61 = -t60; // right_lower_leg: kinetic energy
+    out[51][0] = -t60; // right_lower_leg: kinetic energy
     let t62 = cos_q_right_hip_pitch * sin_q_right_knee_pitch; // right_upper_leg: sums of what it carries
     let t63 = R::fused(sin_q_right_hip_pitch, cos_q_right_knee_pitch, t62); // right_upper_leg: sums of what it carries
     let t64 = cos_q_base_pitch * t63; // torso: sums of what it carries
@@ -127,26 +135,28 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t66 = R::fused(-sin_q_right_hip_pitch, sin_q_right_knee_pitch, t65); // right_upper_leg: sums of what it carries
     let t67 = R::fused(sin_q_base_pitch, t66, t64); // torso: sums of what it carries
     let t68 = R::constant(9.81) * t67; // other
-    let t69 = -t68; // other
+    out[51][1] = -t68; // other
     let t70 = t18 * sin_q_right_knee_pitch;
     let t71 = R::fused(t57, cos_q_right_knee_pitch, t70);
     let t72 = t71 * t59; // right_lower_leg: kinetic energy
-    let t73 = -t72; // right_lower_leg: kinetic energy
+    out[53][0] = -t72; // right_lower_leg: kinetic energy
     let t74 = cos_q_base_pitch * t66; // torso: sums of what it carries
     let t75 = R::fused(-sin_q_base_pitch, t63, t74); // torso: sums of what it carries
-    let t76 = R::constant(9.81) * t75; // other
+    out[53][1] = R::constant(9.81) * t75; // other
     let t77 = t59 * t59; // right_lower_leg: kinetic energy
-    let t78 = R::constant(0.5) * t77; // other
+    out[57][0] = R::constant(0.5) * t77; // other
     let t79 = R::fused(R::constant(0.315), t46, t6); // left_lower_leg: columns that its parent has too
     let t80 = R::fused(t51, R::constant(0.0496125), t79); // left_lower_leg: columns that its parent has too
+    out[60][0] = t80;
     let t81 = R::fused(-t49, R::constant(3.09015), t7); // left_lower_leg: columns that its parent has too
+    out[60][1] = t81;
     // left_lower_leg: velocity
     let t82 = t36 * cos_q_left_knee_pitch;
     let t83 = R::fused(t37, R::constant(0.315), t45);
     let t84 = R::fused(-t83, sin_q_left_knee_pitch, t82);
     let t85 = t37 + v_left_knee_pitch;
     let t86 = t84 * t85; // left_lower_leg: kinetic energy
-    let t87 = -t86; // left_lower_leg: kinetic energy
+    out[61][0] = -t86; // left_lower_leg: kinetic energy
     let t88 = cos_q_left_hip_pitch * sin_q_left_knee_pitch; // left_upper_leg: sums of what it carries
     let t89 = R::fused(sin_q_left_hip_pitch, cos_q_left_knee_pitch, t88); // left_upper_leg: sums of what it carries
     let t90 = cos_q_base_pitch * t89; // torso: sums of what it carries
@@ -154,26 +164,26 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t92 = R::fused(-sin_q_left_hip_pitch, sin_q_left_knee_pitch, t91); // left_upper_leg: sums of what it carries
     let t93 = R::fused(sin_q_base_pitch, t92, t90); // torso: sums of what it carries
     let t94 = R::constant(9.81) * t93; // other
-    let t95 = -t94; // other
+    out[61][1] = -t94; // other
     let t96 = t36 * sin_q_left_knee_pitch;
     let t97 = R::fused(t83, cos_q_left_knee_pitch, t96);
     let t98 = t97 * t85; // left_lower_leg: kinetic energy
-    let t99 = -t98; // left_lower_leg: kinetic energy
+    out[63][0] = -t98; // left_lower_leg: kinetic energy
     let t100 = cos_q_base_pitch * t92; // torso: sums of what it carries
     let t101 = R::fused(-sin_q_base_pitch, t89, t100); // torso: sums of what it carries
-    let t102 = R::constant(9.81) * t101; // other
+    out[63][1] = R::constant(9.81) * t101; // other
     let t103 = t85 * t85; // left_lower_leg: kinetic energy
-    let t104 = R::constant(0.5) * t103; // other
+    out[67][0] = R::constant(0.5) * t103; // other
     let t105 = R::fused(R::constant(0.273), t72, t54); // right_foot: columns that its parent has too
-    let t106 = R::fused(t77, R::constant(0.0372645), t105); // right_foot: columns that its parent has too
-    let t107 = R::fused(-t75, R::constant(2.67813), t55); // right_foot: columns that its parent has too
+    out[70][0] = R::fused(t77, R::constant(0.0372645), t105); // right_foot: columns that its parent has too
+    out[70][1] = R::fused(-t75, R::constant(2.67813), t55); // right_foot: columns that its parent has too
     // right_foot: velocity
     let t108 = t58 * cos_q_right_ankle_pitch;
     let t109 = R::fused(t59, R::constant(0.273), t71);
     let t110 = R::fused(-t109, sin_q_right_ankle_pitch, t108);
     let t111 = t59 + v_right_ankle_pitch;
     let t112 = t110 * t111; // right_foot: kinetic energy
-    let t113 = -t112; // right_foot: kinetic energy
+    out[71][0] = -t112; // right_foot: kinetic energy
     let t114 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch; // right_lower_leg: sums of what it carries
     let t115 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t114); // right_lower_leg
     let t116 = cos_q_right_hip_pitch * t115; // right_upper_leg: sums of what it carries
@@ -185,26 +195,26 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t122 = R::fused(-sin_q_right_hip_pitch, t115, t121); // right_upper_leg: sums of what it carries
     let t123 = R::fused(sin_q_base_pitch, t122, t120); // torso: sums of what it carries
     let t124 = R::constant(9.81) * t123; // other
-    let t125 = -t124; // other
+    out[71][1] = -t124; // other
     let t126 = t58 * sin_q_right_ankle_pitch;
     let t127 = R::fused(t109, cos_q_right_ankle_pitch, t126);
     let t128 = t127 * t111; // right_foot: kinetic energy
-    let t129 = -t128; // right_foot: kinetic energy
+    out[73][0] = -t128; // right_foot: kinetic energy
     let t130 = cos_q_base_pitch * t122; // torso: sums of what it carries
     let t131 = R::fused(-sin_q_base_pitch, t119, t130); // torso: sums of what it carries
-    let t132 = R::constant(9.81) * t131; // other
+    out[73][1] = R::constant(9.81) * t131; // other
     let t133 = t111 * t111; // right_foot: kinetic energy
-    let t134 = R::constant(0.5) * t133; // other
+    out[77][0] = R::constant(0.5) * t133; // other
     let t135 = R::fused(R::constant(0.273), t98, t80); // left_foot: columns that its parent has too
-    let t136 = R::fused(t103, R::constant(0.0372645), t135); // left_foot: columns that its parent has too
-    let t137 = R::fused(-t101, R::constant(2.67813), t81); // left_foot: columns that its parent has too
+    out[80][0] = R::fused(t103, R::constant(0.0372645), t135); // left_foot: columns that its parent has too
+    out[80][1] = R::fused(-t101, R::constant(2.67813), t81); // left_foot: columns that its parent has too
     // left_foot: velocity
     let t138 = t84 * cos_q_left_ankle_pitch;
     let t139 = R::fused(t85, R::constant(0.273), t97);
     let t140 = R::fused(-t139, sin_q_left_ankle_pitch, t138);
     let t141 = t85 + v_left_ankle_pitch;
     let t142 = t140 * t141; // left_foot: kinetic energy
-    let t143 = -t142; // left_foot: kinetic energy
+    out[81][0] = -t142; // left_foot: kinetic energy
     let t144 = cos_q_left_knee_pitch * sin_q_left_ankle_pitch; // left_lower_leg: sums of what it carries
     let t145 = R::fused(sin_q_left_knee_pitch, cos_q_left_ankle_pitch, t144); // left_lower_leg: sums of what it carries
     let t146 = cos_q_left_hip_pitch * t145; // left_upper_leg: sums of what it carries
@@ -216,107 +226,146 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t152 = R::fused(-sin_q_left_hip_pitch, t145, t151); // left_upper_leg: sums of what it carries
     let t153 = R::fused(sin_q_base_pitch, t152, t150); // torso: sums of what it carries
     let t154 = R::constant(9.81) * t153; // other
-    let t155 = -t154; // other
+    out[81][1] = -t154; // other
     let t156 = t84 * sin_q_left_ankle_pitch;
     let t157 = R::fused(t139, cos_q_left_ankle_pitch, t156);
     let t158 = t157 * t141; // left_foot: kinetic energy
-    let t159 = -t158; // left_foot: kinetic energy
+    out[83][0] = -t158; // left_foot: kinetic energy
     let t160 = cos_q_base_pitch * t152; // torso: sums of what it carries
     let t161 = R::fused(-sin_q_base_pitch, t149, t160); // torso: sums of what it carries
-    let t162 = R::constant(9.81) * t161; // other
+    out[83][1] = R::constant(9.81) * t161; // other
     let t163 = t141 * t141; // left_foot: kinetic energy
-    let t164 = R::constant(0.5) * t163; // other
-    *out = [
-        [R::constant(0.0); 2], // base/x.m
-        [R::constant(0.0); 2], // base/x.m*cx
-        [R::constant(0.0); 2], // base/x.m*cy
-        [R::constant(0.0); 2], // base/x.m*cz
-        [R::constant(0.0); 2], // base/x.Ixx
-        [R::constant(0.0); 2], // base/x.Ixy
-        [R::constant(0.0); 2], // base/x.Ixz
-        [R::constant(0.0); 2], // base/x.Iyy
-        [R::constant(0.0); 2], // base/x.Iyz
-        [R::constant(0.0); 2], // base/x.Izz
-        [R::constant(0.0); 2], // base/z.m
-        [R::constant(0.0); 2], // base/z.m*cx
-        [R::constant(0.0); 2], // base/z.m*cy
-        [R::constant(0.0); 2], // base/z.m*cz
-        [R::constant(0.0); 2], // base/z.Ixx
-        [R::constant(0.0); 2], // base/z.Ixy
-        [R::constant(0.0); 2], // base/z.Ixz
-        [R::constant(0.0); 2], // base/z.Iyy
-        [R::constant(0.0); 2], // base/z.Iyz
-        [R::constant(0.0); 2], // base/z.Izz
-        [t6, t7], // torso.m
-        [t9, t11], // torso.m*cx
-        [R::constant(0.0); 2], // torso.m*cy
-        [t13, t14], // torso.m*cz
-        [R::constant(0.0); 2], // torso.Ixx
-        [R::constant(0.0); 2], // torso.Ixy
-        [R::constant(0.0); 2], // torso.Ixz
-        [t16, R::constant(0.0)], // torso.Iyy
-        [R::constant(0.0); 2], // torso.Iyz
-        [R::constant(0.0); 2], // torso.Izz
-        [t6, t7], // right_upper_leg.m
-        [t21, t25], // right_upper_leg.m*cx
-        [R::constant(0.0); 2], // right_upper_leg.m*cy
-        [t29, t32], // right_upper_leg.m*cz
-        [R::constant(0.0); 2], // right_upper_leg.Ixx
-        [R::constant(0.0); 2], // right_upper_leg.Ixy
-        [R::constant(0.0); 2], // right_upper_leg.Ixz
-        [t34, R::constant(0.0)], // right_upper_leg.Iyy
-        [R::constant(0.0); 2], // right_upper_leg.Iyz
-        [R::constant(0.0); 2], // right_upper_leg.Izz
-        [t6, t7], // left_upper_leg.m
-        [t39, t43], // left_upper_leg.m*cx
-        [R::constant(0.0); 2], // left_upper_leg.m*cy
-        [t47, t50], // left_upper_leg.m*cz
-        [R::constant(0.0); 2], // left_upper_leg.Ixx
-        [R::constant(0.0); 2], // left_upper_leg.Ixy
-        [R::constant(0.0); 2], // left_upper_leg.Ixz
-        [t52, R::constant(0.0)], // left_upper_leg.Iyy
-        [R::constant(0.0); 2], // left_upper_leg.Iyz
-        [R::constant(0.0); 2], // left_upper_leg.Izz
-        [t54, t55], // right_lower_leg.m
-        [t61, t69], // right_lower_leg.m*cx
-        [R::constant(0.0); 2], // right_lower_leg.m*cy
-        [t73, t76], // right_lower_leg.m*cz
-        [R::constant(0.0); 2], // right_lower_leg.Ixx
-        [R::constant(0.0); 2], // right_lower_leg.Ixy
-        [R::constant(0.0); 2], // right_lower_leg.Ixz
-        [t78, R::constant(0.0)], // right_lower_leg.Iyy
-        [R::constant(0.0); 2], // right_lower_leg.Iyz
-        [R::constant(0.0); 2], // right_lower_leg.Izz
-        [t80, t81], // left_lower_leg.m
-        [t87, t95], // left_lower_leg.m*cx
-        [R::constant(0.0); 2], // left_lower_leg.m*cy
-        [t99, t102], // left_lower_leg.m*cz
-        [R::constant(0.0); 2], // left_lower_leg.Ixx
-        [R::constant(0.0); 2], // left_lower_leg.Ixy
-        [R::constant(0.0); 2], // left_lower_leg.Ixz
-        [t104, R::constant(0.0)], // left_lower_leg.Iyy
-        [R::constant(0.0); 2], // left_lower_leg.Iyz
-        [R::constant(0.0); 2], // left_lower_leg.Izz
-        [t106, t107], // right_foot.m
-        [t113, t125], // right_foot.m*cx
-        [R::constant(0.0); 2], // right_foot.m*cy
-        [t129, t132], // right_foot.m*cz
-        [R::constant(0.0); 2], // right_foot.Ixx
-        [R::constant(0.0); 2], // right_foot.Ixy
-        [R::constant(0.0); 2], // right_foot.Ixz
-        [t134, R::constant(0.0)], // right_foot.Iyy
-        [R::constant(0.0); 2], // right_foot.Iyz
-        [R::constant(0.0); 2], // right_foot.Izz
-        [t136, t137], // left_foot.m
-        [t143, t155], // left_foot.m*cx
-        [R::constant(0.0); 2], // left_foot.m*cy
-        [t159, t162], // left_foot.m*cz
-        [R::constant(0.0); 2], // left_foot.Ixx
-        [R::constant(0.0); 2], // left_foot.Ixy
-        [R::constant(0.0); 2], // left_foot.Ixz
-        [t164, R::constant(0.0)], // left_foot.Iyy
-        [R::constant(0.0); 2], // left_foot.Iyz
-        [R::constant(0.0); 2], // left_foot.Izz
-    ];
+    out[87][0] = R::constant(0.5) * t163; // other
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[2][0] = R::constant(0.0);
+    out[2][1] = R::constant(0.0);
+    out[3][0] = R::constant(0.0);
+    out[3][1] = R::constant(0.0);
+    out[4][0] = R::constant(0.0);
+    out[4][1] = R::constant(0.0);
+    out[5][0] = R::constant(0.0);
+    out[5][1] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[18][0] = R::constant(0.0);
+    out[18][1] = R::constant(0.0);
+    out[19][0] = R::constant(0.0);
+    out[19][1] = R::constant(0.0);
+    out[22][0] = R::constant(0.0);
+    out[22][1] = R::constant(0.0);
+    out[24][0] = R::constant(0.0);
+    out[24][1] = R::constant(0.0);
+    out[25][0] = R::constant(0.0);
+    out[25][1] = R::constant(0.0);
+    out[26][0] = R::constant(0.0);
+    out[26][1] = R::constant(0.0);
+    out[27][1] = R::constant(0.0);
+    out[28][0] = R::constant(0.0);
+    out[28][1] = R::constant(0.0);
+    out[29][0] = R::constant(0.0);
+    out[29][1] = R::constant(0.0);
+    out[32][0] = R::constant(0.0);
+    out[32][1] = R::constant(0.0);
+    out[34][0] = R::constant(0.0);
+    out[34][1] = R::constant(0.0);
+    out[35][0] = R::constant(0.0);
+    out[35][1] = R::constant(0.0);
+    out[36][0] = R::constant(0.0);
+    out[36][1] = R::constant(0.0);
+    out[37][1] = R::constant(0.0);
+    out[38][0] = R::constant(0.0);
+    out[38][1] = R::constant(0.0);
+    out[39][0] = R::constant(0.0);
+    out[39][1] = R::constant(0.0);
+    out[42][0] = R::constant(0.0);
+    out[42][1] = R::constant(0.0);
+    out[44][0] = R::constant(0.0);
+    out[44][1] = R::constant(0.0);
+    out[45][0] = R::constant(0.0);
+    out[45][1] = R::constant(0.0);
+    out[46][0] = R::constant(0.0);
+    out[46][1] = R::constant(0.0);
+    out[47][1] = R::constant(0.0);
+    out[48][0] = R::constant(0.0);
+    out[48][1] = R::constant(0.0);
+    out[49][0] = R::constant(0.0);
+    out[49][1] = R::constant(0.0);
+    out[52][0] = R::constant(0.0);
+    out[52][1] = R::constant(0.0);
+    out[54][0] = R::constant(0.0);
+    out[54][1] = R::constant(0.0);
+    out[55][0] = R::constant(0.0);
+    out[55][1] = R::constant(0.0);
+    out[56][0] = R::constant(0.0);
+    out[56][1] = R::constant(0.0);
+    out[57][1] = R::constant(0.0);
+    out[58][0] = R::constant(0.0);
+    out[58][1] = R::constant(0.0);
+    out[59][0] = R::constant(0.0);
+    out[59][1] = R::constant(0.0);
+    out[62][0] = R::constant(0.0);
+    out[62][1] = R::constant(0.0);
+    out[64][0] = R::constant(0.0);
+    out[64][1] = R::constant(0.0);
+    out[65][0] = R::constant(0.0);
+    out[65][1] = R::constant(0.0);
+    out[66][0] = R::constant(0.0);
+    out[66][1] = R::constant(0.0);
+    out[67][1] = R::constant(0.0);
+    out[68][0] = R::constant(0.0);
+    out[68][1] = R::constant(0.0);
+    out[69][0] = R::constant(0.0);
+    out[69][1] = R::constant(0.0);
+    out[72][0] = R::constant(0.0);
+    out[72][1] = R::constant(0.0);
+    out[74][0] = R::constant(0.0);
+    out[74][1] = R::constant(0.0);
+    out[75][0] = R::constant(0.0);
+    out[75][1] = R::constant(0.0);
+    out[76][0] = R::constant(0.0);
+    out[76][1] = R::constant(0.0);
+    out[77][1] = R::constant(0.0);
+    out[78][0] = R::constant(0.0);
+    out[78][1] = R::constant(0.0);
+    out[79][0] = R::constant(0.0);
+    out[79][1] = R::constant(0.0);
+    out[82][0] = R::constant(0.0);
+    out[82][1] = R::constant(0.0);
+    out[84][0] = R::constant(0.0);
+    out[84][1] = R::constant(0.0);
+    out[85][0] = R::constant(0.0);
+    out[85][1] = R::constant(0.0);
+    out[86][0] = R::constant(0.0);
+    out[86][1] = R::constant(0.0);
+    out[87][1] = R::constant(0.0);
+    out[88][0] = R::constant(0.0);
+    out[88][1] = R::constant(0.0);
+    out[89][0] = R::constant(0.0);
+    out[89][1] = R::constant(0.0);
 }
 }

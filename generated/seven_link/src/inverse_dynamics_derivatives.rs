@@ -86,18 +86,17 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let (
         t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26, t27, t28,
         t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49, t50,
-        t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72,
-        t73, t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94,
-        t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113,
-        t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131,
-        t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149,
-        t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167,
-        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
-        t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203,
-        t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221,
-        t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239,
-        t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257,
-        t258, t259, t260, t261,
+        t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t73,
+        t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t93, t94, t95, t96,
+        t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t108, t109, t110, t111, t112, t113, t114, t115, t116,
+        t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132, t133, t135,
+        t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150, t151, t152, t153,
+        t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t166, t167, t168, t169, t170, t171, t172,
+        t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186, t187, t188, t189, t190,
+        t191, t192, t193, t194, t195, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206, t207, t208, t209,
+        t210, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228,
+        t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246,
+        t247, t248, t249, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260, t261,
     );
     t6 = a_base_pitch + a_left_hip_pitch; // left_upper_leg: motion
     t7 = a_left_knee_pitch + t6; // left_lower_leg: motion
@@ -112,6 +111,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t16 = R::constant(0.0399) * cos_t5; // left_foot: sums of what it carries
     t17 = R::fused(R::constant(0.0154), sin_t5, t16); // left_foot: sums of what it carries
     t18 = R::fused(t15, t17, t11); // left_foot: sums of what it carries
+    out[8][0] = t18;
     t19 = R::constant(0.3111) * sin_t3; // left_lower_leg: sums of what it carries
     t20 = R::fused(R::constant(-0.008), cos_t3, t19); // left_lower_leg: sums of what it carries
     t21 = t7 * t20; // left_lower_leg: sums of what it carries
@@ -121,6 +121,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t24 = R::fused(R::constant(0.008), sin_t3, t23);
     t25 = R::fused(t22, t24, t21);
     t26 = t18 + t25;
+    out[7][0] = t26;
     t27 = R::constant(0.8355) * sin_t1; // left_upper_leg: sums of what it carries
     t28 = R::fused(R::constant(-0.012), cos_t1, t27); // left_upper_leg: sums of what it carries
     t29 = t6 * t28; // left_upper_leg: sums of what it carries
@@ -130,6 +131,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t32 = R::fused(R::constant(0.012), sin_t1, t31);
     t33 = R::fused(t30, t32, t29);
     t34 = t26 + t33;
+    out[6][0] = t34;
     t35 = a_base_pitch + a_right_hip_pitch; // right_upper_leg: motion
     t36 = a_right_knee_pitch + t35; // right_lower_leg: motion
     t37 = a_right_ankle_pitch + t36; // right_foot: motion
@@ -143,6 +145,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t45 = R::constant(0.0399) * cos_t4; // right_foot: sums of what it carries
     t46 = R::fused(R::constant(0.0154), sin_t4, t45); // right_foot: sums of what it carries
     t47 = R::fused(t44, t46, t40); // right_foot: sums of what it carries
+    out[5][0] = t47;
     t48 = R::constant(0.3111) * sin_t2; // right_lower_leg: sums of what it carries
     t49 = R::fused(R::constant(-0.008), cos_t2, t48); // right_lower_leg: sums of what it carries
     t50 = t36 * t49; // right_lower_leg: sums of what it carries
@@ -152,6 +155,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t53 = R::fused(R::constant(0.008), sin_t2, t52);
     t54 = R::fused(t51, t53, t50);
     t55 = t47 + t54;
+    out[4][0] = t55;
     t56 = R::constant(0.8355) * sin_t0; // right_upper_leg: sums of what it carries
     t57 = R::fused(R::constant(-0.012), cos_t0, t56); // right_upper_leg: sums of what it carries
     t58 = t35 * t57; // right_upper_leg: sums of what it carries
@@ -161,6 +165,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t61 = R::fused(R::constant(0.012), sin_t0, t60);
     t62 = R::fused(t59, t61, t58);
     t63 = t55 + t62;
+    out[3][0] = t63;
     t64 = t34 + t63;
     t65 = R::constant(2.4915000028) * sin_q_base_pitch; // torso: sums of what it carries
     t66 = R::fused(R::constant(-0.22408000024), cos_q_base_pitch, t65); // torso: sums of what it carries
@@ -170,28 +175,34 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t69 = R::constant(2.4915000028) * cos_q_base_pitch;
     t70 = R::fused(R::constant(0.22408000024), sin_q_base_pitch, t69);
     t71 = R::fused(t68, t70, t67);
-    t72 = t64 - t71;
+    out[2][0] = t64 - t71;
     t73 = t15 * t10; // left_foot: sums of what it carries
     t74 = R::fused(t8, t17, -t73); // left_foot: sums of what it carries
+    out[8][1] = t74;
     t75 = t22 * t20; // left_lower_leg: sums of what it carries
     t76 = R::fused(-t7, t24, t75); // left_lower_leg: sums of what it carries
     t77 = t74 - t76; // left_lower_leg: sums of what it carries
+    out[7][1] = t77;
     t78 = t30 * t28; // left_upper_leg: sums of what it carries
     t79 = R::fused(-t6, t32, t78); // left_upper_leg: sums of what it carries
     t80 = t77 - t79; // left_upper_leg: sums of what it carries
+    out[6][1] = t80;
     t81 = t44 * t39; // right_foot: sums of what it carries
     t82 = R::fused(t37, t46, -t81); // right_foot: sums of what it carries
+    out[5][1] = t82;
     t83 = t51 * t49; // right_lower_leg: sums of what it carries
     t84 = R::fused(-t36, t53, t83); // right_lower_leg: sums of what it carries
     t85 = t82 - t84; // right_lower_leg: sums of what it carries
+    out[4][1] = t85;
     // right_upper_leg: sums of what it carries
     t86 = t59 * t57;
     t87 = R::fused(-t35, t61, t86);
     t88 = t85 - t87;
+    out[3][1] = t88;
     t89 = t80 + t88;
     t90 = t68 * t66; // torso: sums of what it carries
     t91 = R::fused(-a_base_pitch, t70, t90); // torso: sums of what it carries
-    t92 = t89 + t91; // torso: sums of what it carries
+    out[2][1] = t89 + t91; // torso: sums of what it carries
     t93 = a_base_z + R::constant(9.81); // base/z: motion
     t94 = t17 + t24; // left_lower_leg: sums of what it carries
     t95 = t94 + t32; // left_upper_leg: sums of what it carries
@@ -206,19 +217,33 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t104 = t103 + t57;
     t105 = t102 + t104;
     t106 = t105 - t66; // torso: sums of what it carries
-    t107 = R::fused(a_base_x, t106, t100); // torso: answer of the forces to its motion
+    out[2][2] = R::fused(a_base_x, t106, t100); // torso: answer of the forces to its motion
     t108 = t93 * t97; // right_upper_leg: answer of the forces to its motion
     t109 = R::fused(a_base_x, t104, t108); // right_upper_leg: answer of the forces to its motion
+    out[2][3] = t109;
+    out[3][2] = t109;
+    out[3][3] = t109;
     t110 = t93 * t96; // right_lower_leg: answer of the forces to its motion
     t111 = R::fused(a_base_x, t103, t110); // right_lower_leg: answer of the forces to its motion
+    out[2][4] = t111;
+    out[3][4] = t111;
     t112 = t93 * t46; // right_foot: answer of the forces to its motion
     t113 = R::fused(a_base_x, t39, t112); // right_foot: answer of the forces to its motion
+    out[2][5] = t113;
+    out[3][5] = t113;
     t114 = t93 * t95; // left_upper_leg: answer of the forces to its motion
     t115 = R::fused(a_base_x, t102, t114); // left_upper_leg: answer of the forces to its motion
+    out[2][6] = t115;
+    out[6][2] = t115;
+    out[6][6] = t115;
     t116 = t93 * t94; // left_lower_leg: answer of the forces to its motion
     t117 = R::fused(a_base_x, t101, t116); // left_lower_leg: answer of the forces to its motion
+    out[2][7] = t117;
+    out[6][7] = t117;
     t118 = t93 * t17; // left_foot: answer of the forces to its motion
     t119 = R::fused(a_base_x, t10, t118); // left_foot: answer of the forces to its motion
+    out[2][8] = t119;
+    out[6][8] = t119;
     // right_lower_leg: motion
     t120 = sin_t0 * R::constant(0.315);
     t121 = t35 * t120;
@@ -231,11 +256,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t128 = a_base_x + t127;
     // right_lower_leg: answer of the forces to its motion
     t129 = R::fused(t128, t103, t125);
+    out[4][4] = t129;
     t130 = t122 * t55;
     t131 = R::fused(-t120, t85, t130);
     t132 = t129 - t131;
+    out[4][2] = t132;
+    out[4][3] = t132;
     t133 = t124 * t46; // right_foot: answer of the forces to its motion
-    t134 = R::fused(t128, t39, t133); // right_foot: answer of the forces to its motion
+    out[4][5] = R::fused(t128, t39, t133); // right_foot: answer of the forces to its motion
     // right_foot: motion
     t135 = sin_t2 * R::constant(0.273);
     t136 = t36 * t135;
@@ -248,12 +276,16 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t143 = t128 + t142;
     // right_foot: answer of the forces to its motion
     t144 = R::fused(t143, t39, t140);
+    out[5][5] = t144;
     t145 = t137 * t47;
     t146 = R::fused(-t135, t82, t145);
     t147 = t144 - t146;
+    out[5][4] = t147;
     t148 = t122 * t47;
     t149 = R::fused(-t120, t82, t148);
     t150 = t147 - t149;
+    out[5][2] = t150;
+    out[5][3] = t150;
     // left_lower_leg: motion
     t151 = sin_t1 * R::constant(0.315);
     t152 = t6 * t151;
@@ -266,11 +298,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t159 = a_base_x + t158;
     // left_lower_leg: answer of the forces to its motion
     t160 = R::fused(t159, t101, t156);
+    out[7][7] = t160;
     t161 = t153 * t26;
     t162 = R::fused(-t151, t77, t161);
     t163 = t160 - t162;
+    out[7][2] = t163;
+    out[7][6] = t163;
     t164 = t155 * t17; // left_foot: answer of the forces to its motion
-    t165 = R::fused(t159, t10, t164); // left_foot: answer of the forces to its motion
+    out[7][8] = R::fused(t159, t10, t164); // left_foot: answer of the forces to its motion
     // left_foot: motion
     t166 = sin_t3 * R::constant(0.273);
     t167 = t7 * t166;
@@ -283,54 +318,75 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t174 = t159 + t173;
     // left_foot: answer of the forces to its motion
     t175 = R::fused(t174, t10, t171);
+    out[8][8] = t175;
     t176 = t168 * t18;
     t177 = R::fused(-t166, t74, t176);
     t178 = t175 - t177;
+    out[8][7] = t178;
     t179 = t153 * t18;
     t180 = R::fused(-t151, t74, t179);
     t181 = t178 - t180;
+    out[8][2] = t181;
+    out[8][6] = t181;
     t182 = R::constant(2.0) * t10; // left_foot: sums of what it carries
     t183 = t14 * t182; // left_foot: sums of what it carries
+    out[17][0] = t183;
     t184 = R::constant(2.0) * t20; // left_lower_leg: sums of what it carries
     t185 = R::fused(t13, t184, t183); // left_lower_leg: sums of what it carries
+    out[16][0] = t185;
     t186 = R::constant(2.0) * t28; // left_upper_leg: sums of what it carries
     t187 = R::fused(t12, t186, t185); // left_upper_leg: sums of what it carries
+    out[15][0] = t187;
     t188 = R::constant(2.0) * t39; // right_foot: sums of what it carries
     t189 = t43 * t188; // right_foot: sums of what it carries
+    out[14][0] = t189;
     t190 = R::constant(2.0) * t49; // right_lower_leg: sums of what it carries
     t191 = R::fused(t42, t190, t189); // right_lower_leg: sums of what it carries
+    out[13][0] = t191;
     t192 = R::constant(2.0) * t57; // right_upper_leg: sums of what it carries
     t193 = R::fused(t41, t192, t191); // right_upper_leg: sums of what it carries
+    out[12][0] = t193;
     t194 = t187 + t193; // right_upper_leg: sums of what it carries
     t195 = R::constant(2.0) * t66; // torso: sums of what it carries
-    t196 = R::fused(-v_base_pitch, t195, t194); // torso: sums of what it carries
+    out[11][0] = R::fused(-v_base_pitch, t195, t194); // torso: sums of what it carries
     t197 = R::constant(2.0) * t17; // left_foot: sums of what it carries
     t198 = t14 * t197; // left_foot: sums of what it carries
+    out[17][1] = t198;
     t199 = R::constant(2.0) * t24; // left_lower_leg: sums of what it carries
     t200 = R::fused(t13, t199, t198); // left_lower_leg: sums of what it carries
+    out[16][1] = t200;
     t201 = R::constant(2.0) * t32; // left_upper_leg: sums of what it carries
     t202 = R::fused(t12, t201, t200); // left_upper_leg: sums of what it carries
+    out[15][1] = t202;
     t203 = R::constant(2.0) * t46; // right_foot: sums of what it carries
     t204 = t43 * t203; // right_foot: sums of what it carries
+    out[14][1] = t204;
     t205 = R::constant(2.0) * t53; // right_lower_leg: sums of what it carries
     t206 = R::fused(t42, t205, t204); // right_lower_leg: sums of what it carries
+    out[13][1] = t206;
     t207 = R::constant(2.0) * t61; // right_upper_leg: sums of what it carries
     t208 = R::fused(t41, t207, t206); // right_upper_leg: sums of what it carries
+    out[12][1] = t208;
     t209 = t202 + t208; // right_upper_leg: sums of what it carries
     t210 = R::constant(2.0) * t70; // torso: sums of what it carries
-    t211 = R::fused(-v_base_pitch, t210, t209); // torso: sums of what it carries
+    out[11][1] = R::fused(-v_base_pitch, t210, t209); // torso: sums of what it carries
     t212 = t166 * t198; // left_foot: sums of what it carries
     t213 = R::fused(-t168, t183, t212); // left_foot: sums of what it carries
+    out[17][7] = t213;
     t214 = t13 * t168; // left_foot: motion
     t215 = R::constant(2.0) * t214; // left_foot: sums of what it carries
     t216 = t10 * t215; // left_foot: sums of what it carries
     t217 = t13 * t166; // left_foot: motion
     t218 = R::constant(2.0) * t217; // left_foot: sums of what it carries
     t219 = R::fused(-t17, t218, t216); // left_foot: sums of what it carries
+    out[16][8] = t219;
     t220 = t213 + t219; // left_foot: sums of what it carries
+    out[16][7] = t220;
     t221 = t151 * t200; // left_lower_leg: sums of what it carries
     t222 = R::fused(-t153, t185, t221); // left_lower_leg: sums of what it carries
     t223 = t220 + t222; // left_lower_leg: sums of what it carries
+    out[16][2] = t223;
+    out[16][6] = t223;
     t224 = t12 * t153; // left_lower_leg: motion
     t225 = R::constant(2.0) * t224; // left_lower_leg: sums of what it carries
     t226 = t101 * t225; // left_lower_leg: sums of what it carries
@@ -338,18 +394,26 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t228 = R::constant(2.0) * t227; // left_lower_leg: sums of what it carries
     t229 = R::fused(-t94, t228, t226); // left_lower_leg: sums of what it carries
     t230 = t223 + t229; // left_lower_leg: sums of what it carries
+    out[11][6] = t230;
+    out[15][2] = t230;
+    out[15][6] = t230;
     t231 = t135 * t204; // right_foot: sums of what it carries
     t232 = R::fused(-t137, t189, t231); // right_foot: sums of what it carries
+    out[14][4] = t232;
     t233 = t42 * t137; // right_foot: motion
     t234 = R::constant(2.0) * t233; // right_foot: sums of what it carries
     t235 = t39 * t234; // right_foot: sums of what it carries
     t236 = t42 * t135; // right_foot: motion
     t237 = R::constant(2.0) * t236; // right_foot: sums of what it carries
     t238 = R::fused(-t46, t237, t235); // right_foot: sums of what it carries
+    out[13][5] = t238;
     t239 = t232 + t238; // right_foot: sums of what it carries
+    out[13][4] = t239;
     t240 = t120 * t206; // right_lower_leg: sums of what it carries
     t241 = R::fused(-t122, t191, t240); // right_lower_leg: sums of what it carries
     t242 = t239 + t241; // right_lower_leg: sums of what it carries
+    out[13][2] = t242;
+    out[13][3] = t242;
     t243 = t41 * t122; // right_lower_leg: motion
     t244 = R::constant(2.0) * t243; // right_lower_leg: sums of what it carries
     t245 = t103 * t244; // right_lower_leg: sums of what it carries
@@ -357,29 +421,44 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t247 = R::constant(2.0) * t246; // right_lower_leg: sums of what it carries
     t248 = R::fused(-t96, t247, t245); // right_lower_leg: sums of what it carries
     t249 = t242 + t248; // right_lower_leg: sums of what it carries
-    t250 = t230 + t249; // right_upper_leg: sums of what it carries
+    out[11][3] = t249;
+    out[12][2] = t249;
+    out[12][3] = t249;
+    out[11][2] = t230 + t249; // right_upper_leg: sums of what it carries
     t251 = t239 + t248; // right_lower_leg: answer of the forces to its motion
+    out[11][4] = t251;
+    out[12][4] = t251;
     t252 = t46 * t247; // right_foot: answer of the forces to its motion
     t253 = R::fused(-t39, t244, t252); // right_foot: answer of the forces to its motion
     t254 = t238 - t253; // right_foot: answer of the forces to its motion
+    out[11][5] = t254;
+    out[12][5] = t254;
     t255 = t220 + t229; // left_lower_leg: answer of the forces to its motion
+    out[11][7] = t255;
+    out[15][7] = t255;
     t256 = t17 * t228;
     t257 = R::fused(-t10, t225, t256);
     t258 = t219 - t257;
+    out[11][8] = t258;
+    out[15][8] = t258;
     t259 = t122 * t189; // right_foot: answer of the forces to its motion
     t260 = R::fused(-t120, t204, t259); // right_foot: answer of the forces to its motion
     t261 = t232 - t260; // right_foot: answer of the forces to its motion
+    out[14][2] = t261;
+    out[14][3] = t261;
     let (
         t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279,
         t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297,
         t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315,
         t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332, t333,
         t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351,
-        t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368,
+        t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t363, t364, t365, t366, t367, t368,
     );
     t262 = t153 * t183;
     t263 = R::fused(-t151, t198, t262);
     t264 = t213 - t263;
+    out[17][2] = t264;
+    out[17][6] = t264;
     t265 = R::constant(0.0399) * cos_q_left_ankle_pitch; // left_foot: sums of what it carries
     t266 = R::fused(R::constant(0.0154), sin_q_left_ankle_pitch, t265); // left_foot: sums of what it carries
     t267 = R::constant(0.3111) + t266; // left_foot: sums of what it carries
@@ -418,8 +497,12 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t300 = R::fused(-t292, cos_q_right_hip_pitch, t299); // right_upper_leg: sums of what it carries
     t301 = t298 + t300; // right_upper_leg: sums of what it carries
     t302 = R::fused(sin_q_base_pitch, t301, t295); // torso: sums of what it carries
+    out[18][2] = t302;
+    out[20][0] = t302;
     t303 = sin_q_base_pitch * t300; // right_upper_leg: mass matrix
     t304 = R::fused(-cos_q_base_pitch, t293, t303); // right_upper_leg: mass matrix
+    out[18][3] = t304;
+    out[21][0] = t304;
     // right_lower_leg: mass matrix
     t305 = t291 * cos_q_right_hip_pitch;
     t306 = R::fused(t287, sin_q_right_hip_pitch, t305);
@@ -427,6 +510,8 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t308 = t291 * sin_q_right_hip_pitch;
     t309 = R::fused(-t287, cos_q_right_hip_pitch, t308);
     t310 = R::fused(cos_q_base_pitch, t309, t307);
+    out[18][4] = t310;
+    out[22][0] = t310;
     // right_foot: mass matrix
     t311 = t285 * cos_q_right_knee_pitch;
     t312 = R::fused(t281, sin_q_right_knee_pitch, t311);
@@ -438,8 +523,12 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t318 = sin_q_right_hip_pitch * t312;
     t319 = R::fused(cos_q_right_hip_pitch, t315, t318);
     t320 = R::fused(cos_q_base_pitch, t319, t317);
+    out[18][5] = t320;
+    out[23][0] = t320;
     t321 = sin_q_base_pitch * t297; // left_upper_leg: mass matrix
     t322 = R::fused(-cos_q_base_pitch, t278, t321); // left_upper_leg: mass matrix
+    out[18][6] = t322;
+    out[24][0] = t322;
     // left_lower_leg: mass matrix
     t323 = t276 * cos_q_left_hip_pitch;
     t324 = R::fused(t272, sin_q_left_hip_pitch, t323);
@@ -447,6 +536,8 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t326 = t276 * sin_q_left_hip_pitch;
     t327 = R::fused(-t272, cos_q_left_hip_pitch, t326);
     t328 = R::fused(cos_q_base_pitch, t327, t325);
+    out[18][7] = t328;
+    out[25][0] = t328;
     // left_foot: mass matrix
     t329 = t270 * cos_q_left_knee_pitch;
     t330 = R::fused(t266, sin_q_left_knee_pitch, t329);
@@ -458,70 +549,177 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t336 = sin_q_left_hip_pitch * t330;
     t337 = R::fused(cos_q_left_hip_pitch, t333, t336);
     t338 = R::fused(cos_q_base_pitch, t337, t335);
+    out[18][8] = t338;
+    out[26][0] = t338;
     t339 = sin_q_base_pitch * t294; // torso: sums of what it carries
     t340 = R::fused(cos_q_base_pitch, t301, -t339); // torso: sums of what it carries
+    out[19][2] = t340;
+    out[20][1] = t340;
     t341 = cos_q_base_pitch * t300; // right_upper_leg: mass matrix
     t342 = R::fused(sin_q_base_pitch, t293, t341); // right_upper_leg: mass matrix
+    out[19][3] = t342;
+    out[21][1] = t342;
     t343 = cos_q_base_pitch * t306; // right_lower_leg: mass matrix
     t344 = R::fused(-sin_q_base_pitch, t309, t343); // right_lower_leg: mass matrix
+    out[19][4] = t344;
+    out[22][1] = t344;
     t345 = cos_q_base_pitch * t316; // right_foot: mass matrix
     t346 = R::fused(-sin_q_base_pitch, t319, t345); // right_foot: mass matrix
+    out[19][5] = t346;
+    out[23][1] = t346;
     t347 = cos_q_base_pitch * t297; // left_upper_leg: mass matrix
     t348 = R::fused(sin_q_base_pitch, t278, t347); // left_upper_leg: mass matrix
+    out[19][6] = t348;
+    out[24][1] = t348;
     t349 = cos_q_base_pitch * t324; // left_lower_leg: mass matrix
     t350 = R::fused(-sin_q_base_pitch, t327, t349); // left_lower_leg: mass matrix
+    out[19][7] = t350;
+    out[25][1] = t350;
     t351 = cos_q_base_pitch * t334;
     t352 = R::fused(-sin_q_base_pitch, t337, t351);
+    out[19][8] = t352;
+    out[26][1] = t352;
     t353 = R::fused(R::constant(0.546), t281, R::constant(0.0061831)); // right_foot: sums of what it carries
     t354 = R::constant(0.07325338333) + t353; // right_foot: sums of what it carries
+    out[22][4] = t354;
     t355 = R::fused(R::constant(0.63), t287, t354); // right_lower_leg: sums of what it carries
     t356 = R::constant(0.231642) + t355; // right_lower_leg: sums of what it carries
+    out[20][3] = t356;
+    out[21][2] = t356;
+    out[21][3] = t356;
     t357 = R::fused(t266, R::constant(0.546), R::constant(0.0061831)); // left_foot: sums of what it carries
     t358 = R::constant(0.07325338333) + t357; // left_foot: sums of what it carries
+    out[25][7] = t358;
     t359 = R::fused(t272, R::constant(0.63), t358); // left_lower_leg: sums of what it carries
     t360 = R::constant(0.231642) + t359; // left_lower_leg: sums of what it carries
+    out[20][6] = t360;
+    out[24][2] = t360;
+    out[24][6] = t360;
     t361 = R::constant(0.8044641474534446) + t360; // left_upper_leg: sums of what it carries
-    t362 = t356 + t361; // right_upper_leg: sums of what it carries
+    out[20][2] = t356 + t361; // right_upper_leg: sums of what it carries
     t363 = R::fused(R::constant(0.315), t287, t354); // right_lower_leg: mass matrix
+    out[20][4] = t363;
+    out[21][4] = t363;
+    out[22][2] = t363;
+    out[22][3] = t363;
     t364 = R::fused(R::constant(0.273), t281, R::constant(0.0061831)); // right_foot: mass matrix
+    out[22][5] = t364;
+    out[23][4] = t364;
     t365 = R::fused(R::constant(-0.315), t315, t364); // right_foot: mass matrix
+    out[20][5] = t365;
+    out[21][5] = t365;
+    out[23][2] = t365;
+    out[23][3] = t365;
     t366 = R::fused(R::constant(0.315), t272, t358); // left_lower_leg: mass matrix
+    out[20][7] = t366;
+    out[24][7] = t366;
+    out[25][2] = t366;
+    out[25][6] = t366;
     t367 = R::fused(R::constant(0.273), t266, R::constant(0.0061831));
+    out[25][8] = t367;
+    out[26][7] = t367;
     t368 = R::fused(R::constant(-0.315), t333, t367);
-    *out = [
-        [R::constant(0.0); NV], // q/base/x
-        [R::constant(0.0); NV], // q/base/z
-        [t72, t92, t107, t109, t111, t113, t115, t117, t119], // q/base/pitch
-        [t63, t88, t109, t109, t111, t113, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // q/right_hip_pitch
-        [t55, t85, t132, t132, t129, t134, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // q/right_knee_pitch
-        [t47, t82, t150, t150, t147, t144, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // q/right_ankle_pitch
-        [t34, t80, t115, R::constant(0.0), R::constant(0.0), R::constant(0.0), t115, t117, t119], // q/left_hip_pitch
-        [t26, t77, t163, R::constant(0.0), R::constant(0.0), R::constant(0.0), t163, t160, t165], // q/left_knee_pitch
-        [t18, t74, t181, R::constant(0.0), R::constant(0.0), R::constant(0.0), t181, t178, t175], // q/left_ankle_pitch
-        [R::constant(0.0); NV], // v/base/x
-        [R::constant(0.0); NV], // v/base/z
-        [t196, t211, t250, t249, t251, t254, t230, t255, t258], // v/base/pitch
-        [t193, t208, t249, t249, t251, t254, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/right_hip_pitch
-        // v/right_knee_pitch
-        [t191, t206, t242, t242, t239, t238, R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        // v/right_ankle_pitch
-        [t189, t204, t261, t261, t232, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t187, t202, t230, R::constant(0.0), R::constant(0.0), R::constant(0.0), t230, t255, t258], // v/left_hip_pitch
-        [t185, t200, t223, R::constant(0.0), R::constant(0.0), R::constant(0.0), t223, t220, t219], // v/left_knee_pitch
-        // v/left_ankle_pitch
-        [t183, t198, t264, R::constant(0.0), R::constant(0.0), R::constant(0.0), t264, t213, R::constant(0.0)],
-        [R::constant(19.0), R::constant(0.0), t302, t304, t310, t320, t322, t328, t338], // a/base/x
-        [R::constant(0.0), R::constant(19.0), t340, t342, t344, t346, t348, t350, t352], // a/base/z
-        [t302, t340, t362, t356, t363, t365, t360, t366, t368], // a/base/pitch
-        [t304, t342, t356, t356, t363, t365, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // a/right_hip_pitch
-        // a/right_knee_pitch
-        [t310, t344, t363, t363, t354, t364, R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        // a/right_ankle_pitch
-        [t320, t346, t365, t365, t364, R::constant(0.0061831), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t322, t348, t360, R::constant(0.0), R::constant(0.0), R::constant(0.0), t360, t366, t368], // a/left_hip_pitch
-        [t328, t350, t366, R::constant(0.0), R::constant(0.0), R::constant(0.0), t366, t358, t367], // a/left_knee_pitch
-        // a/left_ankle_pitch
-        [t338, t352, t368, R::constant(0.0), R::constant(0.0), R::constant(0.0), t368, t367, R::constant(0.0061831)],
-    ];
+    out[20][8] = t368;
+    out[24][8] = t368;
+    out[26][2] = t368;
+    out[26][6] = t368;
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[0][6] = R::constant(0.0);
+    out[0][7] = R::constant(0.0);
+    out[0][8] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[1][2] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[1][6] = R::constant(0.0);
+    out[1][7] = R::constant(0.0);
+    out[1][8] = R::constant(0.0);
+    out[3][6] = R::constant(0.0);
+    out[3][7] = R::constant(0.0);
+    out[3][8] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[4][7] = R::constant(0.0);
+    out[4][8] = R::constant(0.0);
+    out[5][6] = R::constant(0.0);
+    out[5][7] = R::constant(0.0);
+    out[5][8] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[9][6] = R::constant(0.0);
+    out[9][7] = R::constant(0.0);
+    out[9][8] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[10][6] = R::constant(0.0);
+    out[10][7] = R::constant(0.0);
+    out[10][8] = R::constant(0.0);
+    out[12][6] = R::constant(0.0);
+    out[12][7] = R::constant(0.0);
+    out[12][8] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[13][7] = R::constant(0.0);
+    out[13][8] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[14][6] = R::constant(0.0);
+    out[14][7] = R::constant(0.0);
+    out[14][8] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
+    out[17][8] = R::constant(0.0);
+    out[18][0] = R::constant(19.0);
+    out[18][1] = R::constant(0.0);
+    out[19][0] = R::constant(0.0);
+    out[19][1] = R::constant(19.0);
+    out[21][6] = R::constant(0.0);
+    out[21][7] = R::constant(0.0);
+    out[21][8] = R::constant(0.0);
+    out[22][6] = R::constant(0.0);
+    out[22][7] = R::constant(0.0);
+    out[22][8] = R::constant(0.0);
+    out[23][5] = R::constant(0.0061831);
+    out[23][6] = R::constant(0.0);
+    out[23][7] = R::constant(0.0);
+    out[23][8] = R::constant(0.0);
+    out[24][3] = R::constant(0.0);
+    out[24][4] = R::constant(0.0);
+    out[24][5] = R::constant(0.0);
+    out[25][3] = R::constant(0.0);
+    out[25][4] = R::constant(0.0);
+    out[25][5] = R::constant(0.0);
+    out[26][3] = R::constant(0.0);
+    out[26][4] = R::constant(0.0);
+    out[26][5] = R::constant(0.0);
+    out[26][8] = R::constant(0.0061831);
 }
 }

@@ -53,10 +53,18 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t12 = R::constant(0.273) * sin_t3; // left_foot: motion
     let t13 = R::constant(0.273) * sin_t2; // right_foot: motion
     let t14 = R::fused(R::constant(-0.0154), cos_t5, t6); // left_foot: sums of what it carries
+    out[1][8] = t14;
+    out[8][1] = t14;
     let t15 = R::fused(R::constant(-0.0154), cos_t4, t7); // right_foot: sums of what it carries
+    out[1][5] = t15;
+    out[5][1] = t15;
     let t16 = R::fused(R::constant(-0.0154), sin_t5, -t8); // left_foot: sums of what it carries
+    out[0][8] = t16;
+    out[8][0] = t16;
     let t17 = R::constant(0.3111) * cos_t3; // left_lower_leg: sums of what it carries
     let t18 = R::fused(R::constant(-0.0154), sin_t4, -t9); // right_foot: sums of what it carries
+    out[0][5] = t18;
+    out[5][0] = t18;
     let t19 = R::constant(0.3111) * cos_t2; // right_lower_leg: sums of what it carries
     let t20 = R::fused(R::constant(-0.008), cos_t3, t10); // left_lower_leg: sums of what it carries
     let t21 = R::fused(R::constant(-0.008), cos_t2, t11); // right_lower_leg: sums of what it carries
@@ -67,7 +75,11 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t26 = R::fused(R::constant(0.008), sin_t3, t17); // left_lower_leg: sums of what it carries
     let t27 = R::fused(R::constant(0.008), sin_t2, t19); // right_lower_leg: sums of what it carries
     let t28 = t14 + t20; // left_lower_leg: sums of what it carries
+    out[1][7] = t28;
+    out[7][1] = t28;
     let t29 = t15 + t21; // right_lower_leg: sums of what it carries
+    out[1][4] = t29;
+    out[4][1] = t29;
     let t30 = R::constant(2.0) * t22; // left_foot: sums of what it carries
     let t31 = t23 * t16; // left_foot: sums of what it carries
     let t32 = R::constant(0.315) * sin_t1; // left_lower_leg: motion
@@ -75,7 +87,11 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t34 = t25 * t18; // right_foot: sums of what it carries
     let t35 = R::constant(0.315) * sin_t0; // right_lower_leg: motion
     let t36 = t16 - t26; // left_lower_leg: sums of what it carries
+    out[0][7] = t36;
+    out[7][0] = t36;
     let t37 = t18 - t27; // right_lower_leg: sums of what it carries
+    out[0][4] = t37;
+    out[4][0] = t37;
     let t38 = R::fused(R::constant(-2.0), t31, t30); // left_foot: sums of what it carries
     let t39 = R::constant(0.315) * cos_t1; // left_lower_leg: motion
     let t40 = t32 * t28; // left_lower_leg: sums of what it carries
@@ -93,26 +109,42 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t52 = R::constant(0.8355) * sin_t1; // left_upper_leg: sums of what it carries
     let t53 = R::constant(0.8355) * sin_t0; // right_upper_leg: sums of what it carries
     let t54 = R::constant(0.07325338333) + t46; // left_lower_leg: sums of what it carries
+    out[7][7] = t54;
     let t55 = R::fused(R::constant(0.012), sin_t1, t44); // left_upper_leg: sums of what it carries
     let t56 = R::fused(R::constant(-2.0), t47, t48); // left_lower_leg: sums of what it carries
     let t57 = R::fused(R::constant(0.012), sin_t0, t45); // right_upper_leg: sums of what it carries
     let t58 = R::constant(0.07325338333) + t50; // right_lower_leg: sums of what it carries
+    out[4][4] = t58;
     let t59 = R::fused(R::constant(-2.0), t49, t51); // right_lower_leg: sums of what it carries
     let t60 = R::fused(R::constant(-0.012), cos_t1, t52); // left_upper_leg: sums of what it carries
     let t61 = R::fused(R::constant(-0.012), cos_t0, t53); // right_upper_leg: sums of what it carries
     let t62 = t36 - t55; // left_upper_leg: sums of what it carries
+    out[0][6] = t62;
+    out[6][0] = t62;
     let t63 = R::constant(2.4915000028) * cos_q_base_pitch; // torso: sums of what it carries
     let t64 = t54 + t56; // left_lower_leg: sums of what it carries
     let t65 = t37 - t57; // right_upper_leg: sums of what it carries
+    out[0][3] = t65;
+    out[3][0] = t65;
     let t66 = t58 + t59; // right_lower_leg: sums of what it carries
     let t67 = R::constant(2.4915000028) * sin_q_base_pitch; // torso: sums of what it carries
     let t68 = t28 + t60; // left_upper_leg: sums of what it carries
+    out[1][6] = t68;
+    out[6][1] = t68;
     let t69 = t29 + t61; // right_upper_leg: sums of what it carries
+    out[1][3] = t69;
+    out[3][1] = t69;
     let t70 = t24 - t34; // right_foot: mass matrix
     let t71 = t41 * t18; // right_foot: mass matrix
     let t72 = R::constant(0.231642) + t64; // left_upper_leg: sums of what it carries
+    out[2][6] = t72;
+    out[6][2] = t72;
+    out[6][6] = t72;
     let t73 = t22 - t31; // left_foot: mass matrix
     let t74 = R::constant(0.231642) + t66; // right_upper_leg: sums of what it carries
+    out[2][3] = t74;
+    out[3][2] = t74;
+    out[3][3] = t74;
     let t75 = t39 * t16; // left_foot: mass matrix
     let t76 = t62 + t65; // right_upper_leg: sums of what it carries
     let t77 = R::fused(R::constant(0.22408000024), sin_q_base_pitch, t63); // torso: sums of what it carries
@@ -120,30 +152,65 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t79 = R::fused(R::constant(-0.22408000024), cos_q_base_pitch, t67); // torso: sums of what it carries
     let t80 = t43 - t49; // right_lower_leg: mass matrix
     let t81 = R::constant(0.0061831) + t70; // right_foot: mass matrix
+    out[4][5] = t81;
+    out[5][4] = t81;
     let t82 = t72 + t74; // right_upper_leg: sums of what it carries
     let t83 = R::fused(t35, t15, -t71); // right_foot: mass matrix
     let t84 = t40 - t47; // left_lower_leg: mass matrix
     let t85 = R::constant(0.0061831) + t73; // left_foot: mass matrix
+    out[7][8] = t85;
+    out[8][7] = t85;
     let t86 = R::fused(t32, t14, -t75); // left_foot: mass matrix
     let t87 = t76 + t77; // torso: sums of what it carries
+    out[0][2] = t87;
+    out[2][0] = t87;
     let t88 = t78 - t79; // torso: sums of what it carries
+    out[1][2] = t88;
+    out[2][1] = t88;
     let t89 = t58 + t80; // right_lower_leg: mass matrix
-    let t90 = R::constant(0.8044641474534446) + t82; // torso: sums of what it carries
+    out[2][4] = t89;
+    out[3][4] = t89;
+    out[4][2] = t89;
+    out[4][3] = t89;
+    out[2][2] = R::constant(0.8044641474534446) + t82; // torso: sums of what it carries
     let t91 = t81 + t83; // right_foot: mass matrix
+    out[2][5] = t91;
+    out[3][5] = t91;
+    out[5][2] = t91;
+    out[5][3] = t91;
     let t92 = t54 + t84; // left_lower_leg: mass matrix
+    out[2][7] = t92;
+    out[6][7] = t92;
+    out[7][2] = t92;
+    out[7][6] = t92;
     let t93 = t85 + t86; // left_foot: mass matrix
-    *out = [
-        [R::constant(19.0), R::constant(0.0), t87, t65, t37, t18, t62, t36, t16], // base/x
-        [R::constant(0.0), R::constant(19.0), t88, t69, t29, t15, t68, t28, t14], // base/z
-        [t87, t88, t90, t74, t89, t91, t72, t92, t93], // base/pitch
-        [t65, t69, t74, t74, t89, t91, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_hip_pitch
-        [t37, t29, t89, t89, t58, t81, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_knee_pitch
-        // right_ankle_pitch
-        [t18, t15, t91, t91, t81, R::constant(0.0061831), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t62, t68, t72, R::constant(0.0), R::constant(0.0), R::constant(0.0), t72, t92, t93], // left_hip_pitch
-        [t36, t28, t92, R::constant(0.0), R::constant(0.0), R::constant(0.0), t92, t54, t85], // left_knee_pitch
-        // left_ankle_pitch
-        [t16, t14, t93, R::constant(0.0), R::constant(0.0), R::constant(0.0), t93, t85, R::constant(0.0061831)],
-    ];
+    out[2][8] = t93;
+    out[6][8] = t93;
+    out[8][2] = t93;
+    out[8][6] = t93;
+    out[0][0] = R::constant(19.0);
+    out[0][1] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(19.0);
+    out[3][6] = R::constant(0.0);
+    out[3][7] = R::constant(0.0);
+    out[3][8] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[4][7] = R::constant(0.0);
+    out[4][8] = R::constant(0.0);
+    out[5][5] = R::constant(0.0061831);
+    out[5][6] = R::constant(0.0);
+    out[5][7] = R::constant(0.0);
+    out[5][8] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[8][8] = R::constant(0.0061831);
 }
 }

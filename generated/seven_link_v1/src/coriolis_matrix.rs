@@ -83,98 +83,161 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     let t30 = t28 + t29;
     let t31 = t28 - t29;
     let t32 = t25 * t30;
+    out[8][1] = t32;
     let t33 = t25 * t31;
     let t34 = t24 * t32;
     let t35 = R::fused(t23, t33, t34);
+    out[8][7] = t35;
     let t36 = t26 * t31;
     let t37 = R::fused(-t27, t30, -t36);
+    out[7][8] = t37;
     let t38 = t35 + t37;
+    out[7][7] = t38;
     // right_foot: sums of what it carries
     let t39 = R::constant(0.018) * cos_t4;
     let t40 = R::constant(0.018) * sin_t4;
     let t41 = t39 + t40;
     let t42 = t39 - t40;
     let t43 = t20 * t41;
+    out[5][1] = t43;
     let t44 = t20 * t42;
     let t45 = t19 * t43;
     let t46 = R::fused(t18, t44, t45);
+    out[5][4] = t46;
     let t47 = t21 * t42;
     let t48 = R::fused(-t22, t41, -t47);
+    out[4][5] = t48;
     let t49 = t46 + t48;
+    out[4][4] = t49;
     // left_lower_leg: sums of what it carries
     let t50 = R::constant(0.362) * cos_t3;
     let t51 = R::constant(0.362) * sin_t3;
     let t52 = t31 - t51;
     let t53 = t30 + t50;
     let t54 = R::fused(t15, t50, t32);
+    out[7][1] = t54;
     let t55 = R::fused(t15, t51, -t33);
+    out[7][0] = t55;
     let t56 = t14 * t54;
     let t57 = R::fused(-t13, t55, t56);
     let t58 = t38 + t57;
+    out[7][2] = t58;
+    out[7][6] = t58;
     let t59 = t16 * t52;
     let t60 = R::fused(t17, t53, t59);
     let t61 = t58 - t60;
+    out[2][6] = t61;
+    out[6][2] = t61;
+    out[6][6] = t61;
     // right_lower_leg: sums of what it carries
     let t62 = R::constant(0.362) * cos_t2;
     let t63 = R::constant(0.362) * sin_t2;
     let t64 = t42 - t63;
     let t65 = t41 + t62;
     let t66 = R::fused(t10, t62, t43);
+    out[4][1] = t66;
     let t67 = R::fused(t10, t63, -t44);
+    out[4][0] = t67;
     let t68 = t9 * t66;
     let t69 = R::fused(-t8, t67, t68);
     let t70 = t49 + t69;
+    out[4][2] = t70;
+    out[4][3] = t70;
     let t71 = t11 * t64;
     let t72 = R::fused(t12, t65, t71);
     let t73 = t70 - t72;
+    out[2][3] = t73;
+    out[3][2] = t73;
+    out[3][3] = t73;
     // left_upper_leg: sums of what it carries
     let t74 = R::constant(0.925) * cos_t1;
     let t75 = R::constant(0.925) * sin_t1;
     let t76 = R::fused(t7, t74, t54);
+    out[6][1] = t76;
     let t77 = R::fused(t7, t75, t55);
+    out[6][0] = t77;
     // right_upper_leg: sums of what it carries
     let t78 = R::constant(0.925) * cos_t0;
     let t79 = R::constant(0.925) * sin_t0;
     let t80 = R::fused(t6, t78, t66);
+    out[3][1] = t80;
     let t81 = R::fused(t6, t79, t67);
+    out[3][0] = t81;
     let t82 = t76 + t80;
     let t83 = t77 + t81;
-    let t84 = t61 + t73;
+    out[2][2] = t61 + t73;
     // torso: sums of what it carries
     let t85 = R::constant(2.2) * cos_q_base_pitch;
     let t86 = R::constant(2.2) * sin_q_base_pitch;
-    let t87 = R::fused(-v_base_pitch, t85, t82);
-    let t88 = R::fused(-v_base_pitch, t86, t83);
+    out[2][1] = R::fused(-v_base_pitch, t85, t82);
+    out[2][0] = R::fused(-v_base_pitch, t86, t83);
     let t89 = t49 - t72; // right_lower_leg: answer of the forces to its motion
+    out[2][4] = t89;
+    out[3][4] = t89;
     let t90 = t38 - t60; // left_lower_leg: answer of the forces to its motion
+    out[2][7] = t90;
+    out[6][7] = t90;
     // right_foot: answer of the forces to its motion
     let t91 = t8 * t44;
     let t92 = R::fused(t9, t43, t91);
     let t93 = t46 + t92;
+    out[5][2] = t93;
+    out[5][3] = t93;
     let t94 = t12 * t41;
     let t95 = R::fused(t11, t42, t94);
     let t96 = t48 - t95;
+    out[2][5] = t96;
+    out[3][5] = t96;
     // left_foot: answer of the forces to its motion
     let t97 = t13 * t33;
     let t98 = R::fused(t14, t32, t97);
     let t99 = t35 + t98;
+    out[8][2] = t99;
+    out[8][6] = t99;
     let t100 = t17 * t30;
     let t101 = R::fused(t16, t31, t100);
     let t102 = t37 - t101;
-    let t103 = -t44; // right_foot: sums of what it carries
-    let t104 = -t33; // left_foot: sums of what it carries
-    *out = [
-        [R::constant(0.0); NV], // base/x
-        [R::constant(0.0); NV], // base/z
-        [t88, t87, t84, t73, t89, t96, t61, t90, t102], // base/pitch
-        [t81, t80, t73, t73, t89, t96, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_hip_pitch
-        [t67, t66, t70, t70, t49, t48, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_knee_pitch
-        // right_ankle_pitch
-        [t103, t43, t93, t93, t46, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t77, t76, t61, R::constant(0.0), R::constant(0.0), R::constant(0.0), t61, t90, t102], // left_hip_pitch
-        [t55, t54, t58, R::constant(0.0), R::constant(0.0), R::constant(0.0), t58, t38, t37], // left_knee_pitch
-        // left_ankle_pitch
-        [t104, t32, t99, R::constant(0.0), R::constant(0.0), R::constant(0.0), t99, t35, R::constant(0.0)],
-    ];
+    out[2][8] = t102;
+    out[6][8] = t102;
+    out[5][0] = -t44; // right_foot: sums of what it carries
+    out[8][0] = -t33; // left_foot: sums of what it carries
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[0][6] = R::constant(0.0);
+    out[0][7] = R::constant(0.0);
+    out[0][8] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[1][2] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[1][6] = R::constant(0.0);
+    out[1][7] = R::constant(0.0);
+    out[1][8] = R::constant(0.0);
+    out[3][6] = R::constant(0.0);
+    out[3][7] = R::constant(0.0);
+    out[3][8] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[4][7] = R::constant(0.0);
+    out[4][8] = R::constant(0.0);
+    out[5][5] = R::constant(0.0);
+    out[5][6] = R::constant(0.0);
+    out[5][7] = R::constant(0.0);
+    out[5][8] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[8][8] = R::constant(0.0);
 }
 }

@@ -86,18 +86,17 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let (
         t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26, t27, t28,
         t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49, t50,
-        t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72,
-        t73, t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94,
-        t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113,
-        t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131,
-        t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149,
-        t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167,
-        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
-        t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203,
-        t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221,
-        t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239,
-        t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257,
-        t258, t259, t260, t261,
+        t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72, t73,
+        t74, t75, t76, t77, t78, t79, t80, t81, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t95, t96,
+        t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114, t115, t116,
+        t117, t118, t119, t120, t121, t122, t123, t125, t126, t127, t128, t129, t130, t131, t132, t133, t134, t135,
+        t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150, t151, t152, t153,
+        t154, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167, t168, t169, t170, t171, t172,
+        t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t187, t188, t189, t190, t191,
+        t192, t193, t194, t195, t196, t197, t198, t199, t200, t202, t203, t204, t205, t206, t207, t208, t209, t210,
+        t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228,
+        t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t241, t242, t243, t244, t245, t246, t247,
+        t248, t250, t251, t252, t254, t255, t256, t257, t258, t259, t260, t261,
     );
     t6 = a_base_pitch + a_left_hip_pitch; // left_upper_leg: motion
     t7 = a_left_knee_pitch + t6; // left_lower_leg: motion
@@ -113,18 +112,21 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t16 = t15 * t15; // left_foot: motion
     t17 = t9 + t10;
     t18 = R::fused(t16, t17, -t12);
+    out[8][0] = t18;
     t19 = R::constant(0.362) * sin_t3; // left_lower_leg: sums of what it carries
     t20 = t7 * t19; // left_lower_leg: sums of what it carries
     t21 = t14 * t14; // left_lower_leg: motion
     t22 = R::constant(0.362) * cos_t3; // left_lower_leg: sums of what it carries
     t23 = R::fused(t21, t22, t20); // left_lower_leg: sums of what it carries
     t24 = t18 + t23; // left_lower_leg: sums of what it carries
+    out[7][0] = t24;
     t25 = R::constant(0.925) * sin_t1; // left_upper_leg: sums of what it carries
     t26 = t6 * t25; // left_upper_leg: sums of what it carries
     t27 = t13 * t13; // left_upper_leg: motion
     t28 = R::constant(0.925) * cos_t1; // left_upper_leg: sums of what it carries
     t29 = R::fused(t27, t28, t26); // left_upper_leg: sums of what it carries
     t30 = t24 + t29; // left_upper_leg: sums of what it carries
+    out[6][0] = t30;
     t31 = a_base_pitch + a_right_hip_pitch; // right_upper_leg: motion
     t32 = a_right_knee_pitch + t31; // right_lower_leg: motion
     t33 = a_right_ankle_pitch + t32; // right_foot: motion
@@ -139,12 +141,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t41 = t40 * t40; // right_foot: motion
     t42 = t34 + t35;
     t43 = R::fused(t41, t42, -t37);
+    out[5][0] = t43;
     t44 = R::constant(0.362) * sin_t2; // right_lower_leg: sums of what it carries
     t45 = t32 * t44; // right_lower_leg: sums of what it carries
     t46 = t39 * t39; // right_lower_leg: motion
     t47 = R::constant(0.362) * cos_t2; // right_lower_leg: sums of what it carries
     t48 = R::fused(t46, t47, t45); // right_lower_leg: sums of what it carries
     t49 = t43 + t48; // right_lower_leg: sums of what it carries
+    out[4][0] = t49;
     t50 = R::constant(0.925) * sin_t0; // right_upper_leg: sums of what it carries
     t51 = t31 * t50; // right_upper_leg: sums of what it carries
     t52 = t38 * t38; // right_upper_leg: motion
@@ -152,33 +156,40 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t53 = R::constant(0.925) * cos_t0;
     t54 = R::fused(t52, t53, t51);
     t55 = t49 + t54;
+    out[3][0] = t55;
     t56 = t30 + t55;
     t57 = R::constant(2.2) * sin_q_base_pitch; // torso: sums of what it carries
     t58 = a_base_pitch * t57; // torso: sums of what it carries
     t59 = v_base_pitch * v_base_pitch; // torso: motion
     t60 = R::constant(2.2) * cos_q_base_pitch; // torso: sums of what it carries
     t61 = R::fused(t59, t60, t58); // torso: sums of what it carries
-    t62 = t56 - t61; // torso: sums of what it carries
+    out[2][0] = t56 - t61; // torso: sums of what it carries
     t63 = t16 * t11; // left_foot: sums of what it carries
     t64 = R::fused(t8, t17, t63); // left_foot: sums of what it carries
+    out[8][1] = t64;
     t65 = t21 * t19; // left_lower_leg: sums of what it carries
     t66 = R::fused(-t7, t22, t65); // left_lower_leg: sums of what it carries
     t67 = t64 - t66; // left_lower_leg: sums of what it carries
+    out[7][1] = t67;
     t68 = t27 * t25; // left_upper_leg: sums of what it carries
     t69 = R::fused(-t6, t28, t68); // left_upper_leg: sums of what it carries
     t70 = t67 - t69; // left_upper_leg: sums of what it carries
+    out[6][1] = t70;
     t71 = t41 * t36; // right_foot: sums of what it carries
     t72 = R::fused(t33, t42, t71); // right_foot: sums of what it carries
+    out[5][1] = t72;
     t73 = t46 * t44; // right_lower_leg: sums of what it carries
     t74 = R::fused(-t32, t47, t73); // right_lower_leg: sums of what it carries
     t75 = t72 - t74; // right_lower_leg: sums of what it carries
+    out[4][1] = t75;
     t76 = t52 * t50;
     t77 = R::fused(-t31, t53, t76);
     t78 = t75 - t77;
+    out[3][1] = t78;
     t79 = t70 + t78;
     t80 = t59 * t57; // torso: sums of what it carries
     t81 = R::fused(-a_base_pitch, t60, t80); // torso: sums of what it carries
-    t82 = t79 + t81; // torso: sums of what it carries
+    out[2][1] = t79 + t81; // torso: sums of what it carries
     t83 = a_base_z + R::constant(9.81); // base/z: motion
     t84 = t17 + t22; // left_lower_leg: sums of what it carries
     t85 = t84 + t28; // left_upper_leg: sums of what it carries
@@ -193,19 +204,33 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t94 = t93 - t50;
     t95 = t92 + t94;
     t96 = t95 + t57; // torso: sums of what it carries
-    t97 = R::fused(-a_base_x, t96, t90); // torso: answer of the forces to its motion
+    out[2][2] = R::fused(-a_base_x, t96, t90); // torso: answer of the forces to its motion
     t98 = t83 * t87; // right_upper_leg: answer of the forces to its motion
     t99 = R::fused(-a_base_x, t94, t98); // right_upper_leg: answer of the forces to its motion
+    out[2][3] = t99;
+    out[3][2] = t99;
+    out[3][3] = t99;
     t100 = t83 * t86; // right_lower_leg: answer of the forces to its motion
     t101 = R::fused(-a_base_x, t93, t100); // right_lower_leg: answer of the forces to its motion
+    out[2][4] = t101;
+    out[3][4] = t101;
     t102 = t83 * t42; // right_foot: answer of the forces to its motion
     t103 = R::fused(-a_base_x, t36, t102); // right_foot: answer of the forces to its motion
+    out[2][5] = t103;
+    out[3][5] = t103;
     t104 = t83 * t85; // left_upper_leg: answer of the forces to its motion
     t105 = R::fused(-a_base_x, t92, t104); // left_upper_leg: answer of the forces to its motion
+    out[2][6] = t105;
+    out[6][2] = t105;
+    out[6][6] = t105;
     t106 = t83 * t84; // left_lower_leg: answer of the forces to its motion
     t107 = R::fused(-a_base_x, t91, t106); // left_lower_leg: answer of the forces to its motion
+    out[2][7] = t107;
+    out[6][7] = t107;
     t108 = t83 * t17; // left_foot: answer of the forces to its motion
     t109 = R::fused(-a_base_x, t11, t108); // left_foot: answer of the forces to its motion
+    out[2][8] = t109;
+    out[6][8] = t109;
     // right_lower_leg: motion
     t110 = sin_t0 * R::constant(0.3);
     t111 = t31 * t110;
@@ -218,11 +243,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t118 = a_base_x + t117;
     // right_lower_leg: answer of the forces to its motion
     t119 = R::fused(-t118, t93, t115);
+    out[4][4] = t119;
     t120 = t112 * t49;
     t121 = R::fused(t110, t75, -t120);
     t122 = t119 + t121;
+    out[4][2] = t122;
+    out[4][3] = t122;
     t123 = t114 * t42; // right_foot: answer of the forces to its motion
-    t124 = R::fused(-t118, t36, t123); // right_foot: answer of the forces to its motion
+    out[4][5] = R::fused(-t118, t36, t123); // right_foot: answer of the forces to its motion
     // right_foot: motion
     t125 = sin_t2 * R::constant(0.3);
     t126 = t32 * t125;
@@ -235,12 +263,16 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t133 = t118 + t132;
     // right_foot: answer of the forces to its motion
     t134 = R::fused(-t133, t36, t130);
+    out[5][5] = t134;
     t135 = t127 * t43;
     t136 = R::fused(t125, t72, -t135);
     t137 = t134 + t136;
+    out[5][4] = t137;
     t138 = t112 * t43;
     t139 = R::fused(t110, t72, -t138);
     t140 = t137 + t139;
+    out[5][2] = t140;
+    out[5][3] = t140;
     // left_lower_leg: motion
     t141 = sin_t1 * R::constant(0.3);
     t142 = t6 * t141;
@@ -253,11 +285,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t149 = a_base_x + t148;
     // left_lower_leg: answer of the forces to its motion
     t150 = R::fused(-t149, t91, t146);
+    out[7][7] = t150;
     t151 = t143 * t24;
     t152 = R::fused(t141, t67, -t151);
     t153 = t150 + t152;
+    out[7][2] = t153;
+    out[7][6] = t153;
     t154 = t145 * t17; // left_foot: answer of the forces to its motion
-    t155 = R::fused(-t149, t11, t154); // left_foot: answer of the forces to its motion
+    out[7][8] = R::fused(-t149, t11, t154); // left_foot: answer of the forces to its motion
     // left_foot: motion
     t156 = sin_t3 * R::constant(0.3);
     t157 = t7 * t156;
@@ -270,54 +305,73 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t164 = t149 + t163;
     // left_foot: answer of the forces to its motion
     t165 = R::fused(-t164, t11, t161);
+    out[8][8] = t165;
     t166 = t158 * t18;
     t167 = R::fused(t156, t64, -t166);
     t168 = t165 + t167;
+    out[8][7] = t168;
     t169 = t143 * t18;
     t170 = R::fused(t141, t64, -t169);
     t171 = t168 + t170;
+    out[8][2] = t171;
+    out[8][6] = t171;
     t172 = R::constant(2.0) * t11; // left_foot: sums of what it carries
     t173 = t15 * t172; // left_foot: sums of what it carries
     t174 = sin_t3 * R::constant(0.724); // left_lower_leg: sums of what it carries
     t175 = R::fused(t14, t174, -t173); // left_lower_leg: sums of what it carries
+    out[16][0] = t175;
     t176 = sin_t1 * R::constant(1.85); // left_upper_leg: sums of what it carries
     t177 = R::fused(t13, t176, t175); // left_upper_leg: sums of what it carries
+    out[15][0] = t177;
     t178 = R::constant(2.0) * t36; // right_foot: sums of what it carries
     t179 = t40 * t178; // right_foot: sums of what it carries
     t180 = sin_t2 * R::constant(0.724); // right_lower_leg: sums of what it carries
     t181 = R::fused(t39, t180, -t179); // right_lower_leg: sums of what it carries
+    out[13][0] = t181;
     t182 = sin_t0 * R::constant(1.85); // right_upper_leg: sums of what it carries
     t183 = R::fused(t38, t182, t181); // right_upper_leg: sums of what it carries
+    out[12][0] = t183;
     t184 = t177 + t183; // right_upper_leg: sums of what it carries
     t185 = sin_q_base_pitch * R::constant(4.4); // torso: sums of what it carries
-    t186 = R::fused(-v_base_pitch, t185, t184); // torso: sums of what it carries
+    out[11][0] = R::fused(-v_base_pitch, t185, t184); // torso: sums of what it carries
     t187 = R::constant(2.0) * t17; // left_foot: sums of what it carries
     t188 = t15 * t187; // left_foot: sums of what it carries
+    out[17][1] = t188;
     t189 = cos_t3 * R::constant(0.724); // left_lower_leg: sums of what it carries
     t190 = R::fused(t14, t189, t188); // left_lower_leg: sums of what it carries
+    out[16][1] = t190;
     t191 = cos_t1 * R::constant(1.85); // left_upper_leg: sums of what it carries
     t192 = R::fused(t13, t191, t190); // left_upper_leg: sums of what it carries
+    out[15][1] = t192;
     t193 = R::constant(2.0) * t42; // right_foot: sums of what it carries
     t194 = t40 * t193; // right_foot: sums of what it carries
+    out[14][1] = t194;
     t195 = cos_t2 * R::constant(0.724); // right_lower_leg: sums of what it carries
     t196 = R::fused(t39, t195, t194); // right_lower_leg: sums of what it carries
+    out[13][1] = t196;
     t197 = cos_t0 * R::constant(1.85); // right_upper_leg: sums of what it carries
     t198 = R::fused(t38, t197, t196); // right_upper_leg: sums of what it carries
+    out[12][1] = t198;
     t199 = t192 + t198; // right_upper_leg: sums of what it carries
     t200 = cos_q_base_pitch * R::constant(4.4); // torso: sums of what it carries
-    t201 = R::fused(-v_base_pitch, t200, t199); // torso: sums of what it carries
+    out[11][1] = R::fused(-v_base_pitch, t200, t199); // torso: sums of what it carries
     t202 = t156 * t188; // left_foot: sums of what it carries
     t203 = R::fused(t158, t173, t202); // left_foot: sums of what it carries
+    out[17][7] = t203;
     t204 = t14 * t158; // left_foot: motion
     t205 = R::constant(2.0) * t204; // left_foot: sums of what it carries
     t206 = t11 * t205; // left_foot: sums of what it carries
     t207 = t14 * t156; // left_foot: motion
     t208 = R::constant(2.0) * t207; // left_foot: sums of what it carries
     t209 = R::fused(-t17, t208, -t206); // left_foot: sums of what it carries
+    out[16][8] = t209;
     t210 = t203 + t209; // left_foot: sums of what it carries
+    out[16][7] = t210;
     t211 = t141 * t190; // left_lower_leg: sums of what it carries
     t212 = R::fused(-t143, t175, t211); // left_lower_leg: sums of what it carries
     t213 = t210 + t212; // left_lower_leg: sums of what it carries
+    out[16][2] = t213;
+    out[16][6] = t213;
     t214 = t13 * t143; // left_lower_leg: motion
     t215 = R::constant(2.0) * t214; // left_lower_leg: sums of what it carries
     t216 = t91 * t215; // left_lower_leg: sums of what it carries
@@ -325,18 +379,26 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t218 = R::constant(2.0) * t217; // left_lower_leg: sums of what it carries
     t219 = R::fused(t84, t218, t216); // left_lower_leg: sums of what it carries
     t220 = t213 - t219; // left_lower_leg: sums of what it carries
+    out[11][6] = t220;
+    out[15][2] = t220;
+    out[15][6] = t220;
     t221 = t125 * t194; // right_foot: sums of what it carries
     t222 = R::fused(t127, t179, t221); // right_foot: sums of what it carries
+    out[14][4] = t222;
     t223 = t39 * t127; // right_foot: motion
     t224 = R::constant(2.0) * t223; // right_foot: sums of what it carries
     t225 = t36 * t224; // right_foot: sums of what it carries
     t226 = t39 * t125; // right_foot: motion
     t227 = R::constant(2.0) * t226; // right_foot: sums of what it carries
     t228 = R::fused(-t42, t227, -t225); // right_foot: sums of what it carries
+    out[13][5] = t228;
     t229 = t222 + t228; // right_foot: sums of what it carries
+    out[13][4] = t229;
     t230 = t110 * t196; // right_lower_leg: sums of what it carries
     t231 = R::fused(-t112, t181, t230); // right_lower_leg: sums of what it carries
     t232 = t229 + t231; // right_lower_leg: sums of what it carries
+    out[13][2] = t232;
+    out[13][3] = t232;
     t233 = t38 * t112; // right_lower_leg: motion
     t234 = R::constant(2.0) * t233; // right_lower_leg: sums of what it carries
     t235 = t93 * t234; // right_lower_leg: sums of what it carries
@@ -344,23 +406,38 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t237 = R::constant(2.0) * t236; // right_lower_leg: sums of what it carries
     t238 = R::fused(t86, t237, t235); // right_lower_leg: sums of what it carries
     t239 = t232 - t238; // right_lower_leg: sums of what it carries
-    t240 = t220 + t239; // right_upper_leg: sums of what it carries
+    out[11][3] = t239;
+    out[12][2] = t239;
+    out[12][3] = t239;
+    out[11][2] = t220 + t239; // right_upper_leg: sums of what it carries
     t241 = t229 - t238; // right_lower_leg: answer of the forces to its motion
+    out[11][4] = t241;
+    out[12][4] = t241;
     t242 = t42 * t237; // right_foot: answer of the forces to its motion
     t243 = R::fused(t36, t234, t242); // right_foot: answer of the forces to its motion
     t244 = t228 - t243; // right_foot: answer of the forces to its motion
+    out[11][5] = t244;
+    out[12][5] = t244;
     t245 = t210 - t219; // left_lower_leg: answer of the forces to its motion
+    out[11][7] = t245;
+    out[15][7] = t245;
     t246 = t17 * t218;
     t247 = R::fused(t11, t215, t246);
     t248 = t209 - t247;
-    t249 = -t179; // right_foot: sums of what it carries
+    out[11][8] = t248;
+    out[15][8] = t248;
+    out[14][0] = -t179; // right_foot: sums of what it carries
     t250 = t112 * t179; // right_foot: answer of the forces to its motion
     t251 = R::fused(t110, t194, t250); // right_foot: answer of the forces to its motion
     t252 = t222 + t251; // right_foot: answer of the forces to its motion
-    t253 = -t173; // left_foot: sums of what it carries
+    out[14][2] = t252;
+    out[14][3] = t252;
+    out[17][0] = -t173; // left_foot: sums of what it carries
     t254 = t143 * t173;
     t255 = R::fused(t141, t188, t254);
     t256 = t203 + t255;
+    out[17][2] = t256;
+    out[17][6] = t256;
     t257 = R::constant(0.018) * cos_q_left_ankle_pitch; // left_foot: sums of what it carries
     t258 = R::constant(0.018) * sin_q_left_ankle_pitch; // left_foot: sums of what it carries
     t259 = t257 - t258; // left_foot: sums of what it carries
@@ -371,7 +448,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
         t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297,
         t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315,
         t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332, t333,
-        t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347,
+        t334, t335, t336, t337, t338, t339, t340, t342, t343, t344, t345, t346, t347,
     );
     t262 = R::constant(0.362) + t261; // left_foot: sums of what it carries
     t263 = R::fused(t262, sin_q_left_knee_pitch, -t260); // left_lower_leg: sums of what it carries
@@ -401,13 +478,19 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t287 = R::fused(t280, sin_q_right_hip_pitch, t286); // right_upper_leg: sums of what it carries
     t288 = t285 + t287; // right_upper_leg: sums of what it carries
     t289 = R::fused(sin_q_base_pitch, t288, t283); // torso: sums of what it carries
+    out[18][2] = t289;
+    out[20][0] = t289;
     t290 = sin_q_base_pitch * t287; // right_upper_leg: mass matrix
     t291 = R::fused(-cos_q_base_pitch, t281, t290); // right_upper_leg: mass matrix
+    out[18][3] = t291;
+    out[21][0] = t291;
     // right_lower_leg: mass matrix
     t292 = R::fused(t279, sin_q_right_hip_pitch, t286);
     t293 = sin_q_base_pitch * t292;
     t294 = R::fused(-t279, cos_q_right_hip_pitch, t277);
     t295 = R::fused(cos_q_base_pitch, t294, t293);
+    out[18][4] = t295;
+    out[22][0] = t295;
     // right_foot: mass matrix
     t296 = R::fused(-t274, sin_q_right_knee_pitch, t273);
     t297 = cos_q_right_hip_pitch * t296;
@@ -417,13 +500,19 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t301 = sin_q_right_hip_pitch * t296;
     t302 = R::fused(cos_q_right_hip_pitch, t298, t301);
     t303 = R::fused(-cos_q_base_pitch, t302, -t300);
+    out[18][5] = t303;
+    out[23][0] = t303;
     t304 = sin_q_base_pitch * t285; // left_upper_leg: mass matrix
     t305 = R::fused(-cos_q_base_pitch, t268, t304); // left_upper_leg: mass matrix
+    out[18][6] = t305;
+    out[24][0] = t305;
     // left_lower_leg: mass matrix
     t306 = R::fused(t266, sin_q_left_hip_pitch, t284);
     t307 = sin_q_base_pitch * t306;
     t308 = R::fused(-t266, cos_q_left_hip_pitch, t264);
     t309 = R::fused(cos_q_base_pitch, t308, t307);
+    out[18][7] = t309;
+    out[25][0] = t309;
     // left_foot: mass matrix
     t310 = R::fused(-t261, sin_q_left_knee_pitch, t260);
     t311 = cos_q_left_hip_pitch * t310;
@@ -433,70 +522,177 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t315 = sin_q_left_hip_pitch * t310;
     t316 = R::fused(cos_q_left_hip_pitch, t312, t315);
     t317 = R::fused(-cos_q_base_pitch, t316, -t314);
+    out[18][8] = t317;
+    out[26][0] = t317;
     t318 = sin_q_base_pitch * t282; // torso: sums of what it carries
     t319 = R::fused(cos_q_base_pitch, t288, -t318); // torso: sums of what it carries
+    out[19][2] = t319;
+    out[20][1] = t319;
     t320 = cos_q_base_pitch * t287; // right_upper_leg: mass matrix
     t321 = R::fused(sin_q_base_pitch, t281, t320); // right_upper_leg: mass matrix
+    out[19][3] = t321;
+    out[21][1] = t321;
     t322 = cos_q_base_pitch * t292; // right_lower_leg: mass matrix
     t323 = R::fused(-sin_q_base_pitch, t294, t322); // right_lower_leg: mass matrix
+    out[19][4] = t323;
+    out[22][1] = t323;
     t324 = cos_q_base_pitch * t299; // right_foot: mass matrix
     t325 = R::fused(sin_q_base_pitch, t302, -t324); // right_foot: mass matrix
+    out[19][5] = t325;
+    out[23][1] = t325;
     t326 = cos_q_base_pitch * t285; // left_upper_leg: mass matrix
     t327 = R::fused(sin_q_base_pitch, t268, t326); // left_upper_leg: mass matrix
+    out[19][6] = t327;
+    out[24][1] = t327;
     t328 = cos_q_base_pitch * t306; // left_lower_leg: mass matrix
     t329 = R::fused(-sin_q_base_pitch, t308, t328); // left_lower_leg: mass matrix
+    out[19][7] = t329;
+    out[25][1] = t329;
     t330 = cos_q_base_pitch * t313;
     t331 = R::fused(sin_q_base_pitch, t316, -t330);
+    out[19][8] = t331;
+    out[26][1] = t331;
     t332 = R::fused(R::constant(0.6), t274, R::constant(0.00348)); // right_foot: sums of what it carries
     t333 = R::constant(0.08816) + t332; // right_foot: sums of what it carries
+    out[22][4] = t333;
     t334 = R::fused(R::constant(0.6), t279, t333); // right_lower_leg: sums of what it carries
     t335 = R::constant(0.241) + t334; // right_lower_leg: sums of what it carries
+    out[20][3] = t335;
+    out[21][2] = t335;
+    out[21][3] = t335;
     t336 = R::fused(t261, R::constant(0.6), R::constant(0.00348)); // left_foot: sums of what it carries
     t337 = R::constant(0.08816) + t336; // left_foot: sums of what it carries
+    out[25][7] = t337;
     t338 = R::fused(R::constant(0.6), t266, t337); // left_lower_leg: sums of what it carries
     t339 = R::constant(0.241) + t338; // left_lower_leg: sums of what it carries
+    out[20][6] = t339;
+    out[24][2] = t339;
+    out[24][6] = t339;
     t340 = R::constant(0.734) + t339; // left_upper_leg: sums of what it carries
-    t341 = t335 + t340; // right_upper_leg: sums of what it carries
+    out[20][2] = t335 + t340; // right_upper_leg: sums of what it carries
     t342 = R::fused(R::constant(0.3), t279, t333); // right_lower_leg: mass matrix
+    out[20][4] = t342;
+    out[21][4] = t342;
+    out[22][2] = t342;
+    out[22][3] = t342;
     t343 = R::fused(R::constant(0.3), t274, R::constant(0.00348)); // right_foot: mass matrix
+    out[22][5] = t343;
+    out[23][4] = t343;
     t344 = R::fused(R::constant(0.3), t298, t343); // right_foot: mass matrix
+    out[20][5] = t344;
+    out[21][5] = t344;
+    out[23][2] = t344;
+    out[23][3] = t344;
     t345 = R::fused(R::constant(0.3), t266, t337); // left_lower_leg: mass matrix
+    out[20][7] = t345;
+    out[24][7] = t345;
+    out[25][2] = t345;
+    out[25][6] = t345;
     t346 = R::fused(R::constant(0.3), t261, R::constant(0.00348));
+    out[25][8] = t346;
+    out[26][7] = t346;
     t347 = R::fused(R::constant(0.3), t312, t346);
-    *out = [
-        [R::constant(0.0); NV], // q/base/x
-        [R::constant(0.0); NV], // q/base/z
-        [t62, t82, t97, t99, t101, t103, t105, t107, t109], // q/base/pitch
-        [t55, t78, t99, t99, t101, t103, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // q/right_hip_pitch
-        [t49, t75, t122, t122, t119, t124, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // q/right_knee_pitch
-        [t43, t72, t140, t140, t137, t134, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // q/right_ankle_pitch
-        [t30, t70, t105, R::constant(0.0), R::constant(0.0), R::constant(0.0), t105, t107, t109], // q/left_hip_pitch
-        [t24, t67, t153, R::constant(0.0), R::constant(0.0), R::constant(0.0), t153, t150, t155], // q/left_knee_pitch
-        [t18, t64, t171, R::constant(0.0), R::constant(0.0), R::constant(0.0), t171, t168, t165], // q/left_ankle_pitch
-        [R::constant(0.0); NV], // v/base/x
-        [R::constant(0.0); NV], // v/base/z
-        [t186, t201, t240, t239, t241, t244, t220, t245, t248], // v/base/pitch
-        [t183, t198, t239, t239, t241, t244, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/right_hip_pitch
-        // v/right_knee_pitch
-        [t181, t196, t232, t232, t229, t228, R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        // v/right_ankle_pitch
-        [t249, t194, t252, t252, t222, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t177, t192, t220, R::constant(0.0), R::constant(0.0), R::constant(0.0), t220, t245, t248], // v/left_hip_pitch
-        [t175, t190, t213, R::constant(0.0), R::constant(0.0), R::constant(0.0), t213, t210, t209], // v/left_knee_pitch
-        // v/left_ankle_pitch
-        [t253, t188, t256, R::constant(0.0), R::constant(0.0), R::constant(0.0), t256, t203, R::constant(0.0)],
-        [R::constant(19.0), R::constant(0.0), t289, t291, t295, t303, t305, t309, t317], // a/base/x
-        [R::constant(0.0), R::constant(19.0), t319, t321, t323, t325, t327, t329, t331], // a/base/z
-        [t289, t319, t341, t335, t342, t344, t339, t345, t347], // a/base/pitch
-        [t291, t321, t335, t335, t342, t344, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // a/right_hip_pitch
-        // a/right_knee_pitch
-        [t295, t323, t342, t342, t333, t343, R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        // a/right_ankle_pitch
-        [t303, t325, t344, t344, t343, R::constant(0.00348), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t305, t327, t339, R::constant(0.0), R::constant(0.0), R::constant(0.0), t339, t345, t347], // a/left_hip_pitch
-        [t309, t329, t345, R::constant(0.0), R::constant(0.0), R::constant(0.0), t345, t337, t346], // a/left_knee_pitch
-        // a/left_ankle_pitch
-        [t317, t331, t347, R::constant(0.0), R::constant(0.0), R::constant(0.0), t347, t346, R::constant(0.00348)],
-    ];
+    out[20][8] = t347;
+    out[24][8] = t347;
+    out[26][2] = t347;
+    out[26][6] = t347;
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[0][6] = R::constant(0.0);
+    out[0][7] = R::constant(0.0);
+    out[0][8] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[1][2] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[1][6] = R::constant(0.0);
+    out[1][7] = R::constant(0.0);
+    out[1][8] = R::constant(0.0);
+    out[3][6] = R::constant(0.0);
+    out[3][7] = R::constant(0.0);
+    out[3][8] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[4][7] = R::constant(0.0);
+    out[4][8] = R::constant(0.0);
+    out[5][6] = R::constant(0.0);
+    out[5][7] = R::constant(0.0);
+    out[5][8] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[9][6] = R::constant(0.0);
+    out[9][7] = R::constant(0.0);
+    out[9][8] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[10][6] = R::constant(0.0);
+    out[10][7] = R::constant(0.0);
+    out[10][8] = R::constant(0.0);
+    out[12][6] = R::constant(0.0);
+    out[12][7] = R::constant(0.0);
+    out[12][8] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[13][7] = R::constant(0.0);
+    out[13][8] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[14][6] = R::constant(0.0);
+    out[14][7] = R::constant(0.0);
+    out[14][8] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
+    out[17][8] = R::constant(0.0);
+    out[18][0] = R::constant(19.0);
+    out[18][1] = R::constant(0.0);
+    out[19][0] = R::constant(0.0);
+    out[19][1] = R::constant(19.0);
+    out[21][6] = R::constant(0.0);
+    out[21][7] = R::constant(0.0);
+    out[21][8] = R::constant(0.0);
+    out[22][6] = R::constant(0.0);
+    out[22][7] = R::constant(0.0);
+    out[22][8] = R::constant(0.0);
+    out[23][5] = R::constant(0.00348);
+    out[23][6] = R::constant(0.0);
+    out[23][7] = R::constant(0.0);
+    out[23][8] = R::constant(0.0);
+    out[24][3] = R::constant(0.0);
+    out[24][4] = R::constant(0.0);
+    out[24][5] = R::constant(0.0);
+    out[25][3] = R::constant(0.0);
+    out[25][4] = R::constant(0.0);
+    out[25][5] = R::constant(0.0);
+    out[26][3] = R::constant(0.0);
+    out[26][4] = R::constant(0.0);
+    out[26][5] = R::constant(0.0);
+    out[26][8] = R::constant(0.00348);
 }
 }

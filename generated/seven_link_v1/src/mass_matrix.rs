@@ -53,8 +53,12 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t12 = R::constant(0.3) * cos_t3; // left_foot: motion
     let t13 = R::constant(0.3) * cos_t2; // right_foot: motion
     let t14 = t7 - t6; // left_foot: sums of what it carries
+    out[1][8] = t14;
+    out[8][1] = t14;
     let t15 = t6 + t7; // left_foot: sums of what it carries
     let t16 = t9 - t8; // right_foot: sums of what it carries
+    out[1][5] = t16;
+    out[5][1] = t16;
     let t17 = t8 + t9; // right_foot: sums of what it carries
     let t18 = R::constant(0.3) * sin_t1; // left_lower_leg: motion
     let t19 = R::constant(0.3) * sin_t0; // right_lower_leg: motion
@@ -62,18 +66,30 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t21 = R::constant(0.3) * cos_t0; // right_lower_leg: motion
     let t22 = t10 * t14; // left_foot: sums of what it carries
     let t23 = R::fused(R::constant(0.362), sin_t3, t14); // left_lower_leg: sums of what it carries
+    out[1][7] = t23;
+    out[7][1] = t23;
     let t24 = t11 * t16; // right_foot: sums of what it carries
     let t25 = R::fused(R::constant(0.362), sin_t2, t16); // right_lower_leg: sums of what it carries
+    out[1][4] = t25;
+    out[4][1] = t25;
     let t26 = t12 * t15; // left_foot: sums of what it carries
     let t27 = t13 * t17; // right_foot: sums of what it carries
     let t28 = R::fused(R::constant(-0.362), cos_t3, -t15); // left_lower_leg: sums of what it carries
+    out[0][7] = t28;
+    out[7][0] = t28;
     let t29 = R::fused(R::constant(-0.362), cos_t2, -t17); // right_lower_leg: sums of what it carries
+    out[0][4] = t29;
+    out[4][0] = t29;
     let t30 = R::constant(2.0) * t22; // left_foot: sums of what it carries
     let t31 = t18 * t23; // left_lower_leg: sums of what it carries
     let t32 = R::constant(2.0) * t24; // right_foot: sums of what it carries
     let t33 = t19 * t25; // right_lower_leg: sums of what it carries
     let t34 = R::fused(R::constant(0.925), sin_t1, t23); // left_upper_leg: sums of what it carries
+    out[1][6] = t34;
+    out[6][1] = t34;
     let t35 = R::fused(R::constant(0.925), sin_t0, t25); // right_upper_leg: sums of what it carries
+    out[1][3] = t35;
+    out[3][1] = t35;
     let t36 = t20 * t28; // left_lower_leg: sums of what it carries
     let t37 = t21 * t29; // right_lower_leg: sums of what it carries
     let t38 = R::fused(R::constant(-2.0), t26, -t30); // left_foot: sums of what it carries
@@ -81,7 +97,11 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t40 = R::fused(R::constant(-2.0), t27, -t32); // right_foot: sums of what it carries
     let t41 = R::constant(2.0) * t33; // right_lower_leg: sums of what it carries
     let t42 = R::fused(R::constant(-0.925), cos_t1, t28); // left_upper_leg: sums of what it carries
+    out[0][6] = t42;
+    out[6][0] = t42;
     let t43 = R::fused(R::constant(-0.925), cos_t0, t29); // right_upper_leg: sums of what it carries
+    out[0][3] = t43;
+    out[3][0] = t43;
     let t44 = t24 + t27; // right_foot: mass matrix
     let t45 = t21 * t17; // right_foot: mass matrix
     let t46 = R::constant(0.00348) - t38; // left_foot: sums of what it carries
@@ -93,39 +113,86 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t52 = t42 + t43; // right_upper_leg: sums of what it carries
     let t53 = t34 + t35; // right_upper_leg: sums of what it carries
     let t54 = R::constant(0.08816) + t46; // left_lower_leg: sums of what it carries
+    out[7][7] = t54;
     let t55 = t37 - t33; // right_lower_leg: mass matrix
     let t56 = R::constant(0.08816) + t48; // right_lower_leg: sums of what it carries
+    out[4][4] = t56;
     let t57 = R::constant(0.00348) + t44; // right_foot: mass matrix
+    out[4][5] = t57;
+    out[5][4] = t57;
     let t58 = R::fused(t19, t16, t45); // right_foot: mass matrix
     let t59 = t36 - t31; // left_lower_leg: mass matrix
     let t60 = R::constant(0.00348) + t50; // left_foot: mass matrix
+    out[7][8] = t60;
+    out[8][7] = t60;
     let t61 = R::fused(t18, t14, t51); // left_foot: mass matrix
     let t62 = t54 - t47; // left_lower_leg: sums of what it carries
     let t63 = R::fused(R::constant(2.2), cos_q_base_pitch, t52); // torso: sums of what it carries
+    out[0][2] = t63;
+    out[2][0] = t63;
     let t64 = t56 - t49; // right_lower_leg: sums of what it carries
     let t65 = R::fused(R::constant(-2.2), sin_q_base_pitch, t53); // torso: sums of what it carries
+    out[1][2] = t65;
+    out[2][1] = t65;
     let t66 = t56 - t55; // right_lower_leg: mass matrix
+    out[2][4] = t66;
+    out[3][4] = t66;
+    out[4][2] = t66;
+    out[4][3] = t66;
     let t67 = t57 + t58; // right_foot: mass matrix
+    out[2][5] = t67;
+    out[3][5] = t67;
+    out[5][2] = t67;
+    out[5][3] = t67;
     let t68 = t54 - t59; // left_lower_leg: mass matrix
+    out[2][7] = t68;
+    out[6][7] = t68;
+    out[7][2] = t68;
+    out[7][6] = t68;
     let t69 = t60 + t61; // left_foot: mass matrix
+    out[2][8] = t69;
+    out[6][8] = t69;
+    out[8][2] = t69;
+    out[8][6] = t69;
     let t70 = R::constant(0.241) + t62; // left_upper_leg: sums of what it carries
+    out[2][6] = t70;
+    out[6][2] = t70;
+    out[6][6] = t70;
     let t71 = -t17; // right_foot: sums of what it carries
+    out[0][5] = t71;
+    out[5][0] = t71;
     let t72 = R::constant(0.241) + t64; // right_upper_leg: sums of what it carries
+    out[2][3] = t72;
+    out[3][2] = t72;
+    out[3][3] = t72;
     let t73 = -t15; // left_foot: sums of what it carries
+    out[0][8] = t73;
+    out[8][0] = t73;
     let t74 = t70 + t72; // right_upper_leg: sums of what it carries
-    let t75 = R::constant(0.734) + t74; // torso: sums of what it carries
-    *out = [
-        [R::constant(19.0), R::constant(0.0), t63, t43, t29, t71, t42, t28, t73], // base/x
-        [R::constant(0.0), R::constant(19.0), t65, t35, t25, t16, t34, t23, t14], // base/z
-        [t63, t65, t75, t72, t66, t67, t70, t68, t69], // base/pitch
-        [t43, t35, t72, t72, t66, t67, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_hip_pitch
-        [t29, t25, t66, t66, t56, t57, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_knee_pitch
-        // right_ankle_pitch
-        [t71, t16, t67, t67, t57, R::constant(0.00348), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t42, t34, t70, R::constant(0.0), R::constant(0.0), R::constant(0.0), t70, t68, t69], // left_hip_pitch
-        [t28, t23, t68, R::constant(0.0), R::constant(0.0), R::constant(0.0), t68, t54, t60], // left_knee_pitch
-        // left_ankle_pitch
-        [t73, t14, t69, R::constant(0.0), R::constant(0.0), R::constant(0.0), t69, t60, R::constant(0.00348)],
-    ];
+    out[2][2] = R::constant(0.734) + t74; // torso: sums of what it carries
+    out[0][0] = R::constant(19.0);
+    out[0][1] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(19.0);
+    out[3][6] = R::constant(0.0);
+    out[3][7] = R::constant(0.0);
+    out[3][8] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[4][7] = R::constant(0.0);
+    out[4][8] = R::constant(0.0);
+    out[5][5] = R::constant(0.00348);
+    out[5][6] = R::constant(0.0);
+    out[5][7] = R::constant(0.0);
+    out[5][8] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[8][8] = R::constant(0.00348);
 }
 }

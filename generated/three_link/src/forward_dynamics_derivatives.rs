@@ -134,6 +134,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t68 = t64 * t67;
     let t69 = R::fused(-t64, t68, t66);
     let t70 = R::constant(1.0) / t69;
+    out[10][0] = t70;
     let t71 = R::fused(t62, t68, t65); // solved by the factors
     let t72 = R::fused(t47, t68, t50); // solved by the factors
     let t73 = R::fused(t42, t68, t45); // solved by the factors
@@ -202,10 +203,10 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t130 = R::constant(0.4) * t116;
     let t131 = R::constant(0.7999360051195904) * t112;
     let t132 = R::constant(0.7999360051195904) * t114;
-    let t133 = R::fused(t68, t128, t129);
+    out[2][1] = R::fused(t68, t128, t129);
     let t134 = t71 * t128;
     let t135 = R::fused(t62, t129, t134);
-    let t136 = t130 + t135;
+    out[2][2] = t130 + t135;
     let t137 = t74 * t128;
     let t138 = R::fused(t76, t129, t137);
     let t139 = t130 + t138;
@@ -219,118 +220,141 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t147 = R::fused(t68, t145, t146); // solved by the factors
     let t148 = t70 * t147;
     let t149 = t67 * t145;
-    let t150 = R::fused(t68, t148, t149);
+    out[3][1] = R::fused(t68, t148, t149);
     let t151 = t71 * t148;
-    let t152 = R::fused(t62, t149, t151);
+    out[3][2] = R::fused(t62, t149, t151);
     let t153 = t74 * t148;
     let t154 = R::fused(t76, t149, t153);
     let t155 = t131 + t154;
     let t156 = t75 * t148;
-    let t157 = R::fused(-t77, t149, -t156);
+    out[3][4] = R::fused(-t77, t149, -t156);
     let t158 = t99 + t117; // solved by the factors
     let t159 = t100 + t119; // solved by the factors
     let t160 = R::fused(t68, t158, t159); // solved by the factors
     let t161 = t70 * t160;
     let t162 = t67 * t158;
-    let t163 = R::fused(t68, t161, t162);
+    out[4][1] = R::fused(t68, t161, t162);
     let t164 = t71 * t161;
-    let t165 = R::fused(t62, t162, t164);
+    out[4][2] = R::fused(t62, t162, t164);
     let t166 = t74 * t161;
-    let t167 = R::fused(-t76, t162, -t166);
+    out[4][3] = R::fused(-t76, t162, -t166);
     let t168 = t75 * t161;
     let t169 = R::fused(t77, t162, t168);
     let t170 = t132 + t169;
     let t171 = R::fused(-t37, t68, t38); // solved by the factors
     let t172 = t70 * t171;
     let t173 = t37 * t67;
-    let t174 = R::fused(t68, t172, -t173);
+    out[7][1] = R::fused(t68, t172, -t173);
     let t175 = t71 * t172;
-    let t176 = R::fused(-t62, t173, t175);
+    out[7][2] = R::fused(-t62, t173, t175);
     let t177 = t74 * t172;
-    let t178 = R::fused(t76, t173, -t177);
+    out[7][3] = R::fused(t76, t173, -t177);
     let t179 = t75 * t172;
-    let t180 = R::fused(t77, t173, -t179);
+    out[7][4] = R::fused(t77, t173, -t179);
     let t181 = R::fused(-t21, t68, t22); // solved by the factors
     let t182 = t70 * t181;
     let t183 = t21 * t67;
-    let t184 = R::fused(t68, t182, -t183);
+    out[8][1] = R::fused(t68, t182, -t183);
     let t185 = t71 * t182;
-    let t186 = R::fused(-t62, t183, t185);
+    out[8][2] = R::fused(-t62, t183, t185);
     let t187 = t74 * t182;
-    let t188 = R::fused(t76, t183, -t187);
+    out[8][3] = R::fused(t76, t183, -t187);
     let t189 = t75 * t182;
-    let t190 = R::fused(t77, t183, -t189);
+    out[8][4] = R::fused(t77, t183, -t189);
     let t191 = R::fused(-t13, t68, t14); // solved by the factors
     let t192 = t70 * t191;
     let t193 = t13 * t67;
-    let t194 = R::fused(t68, t192, -t193);
+    out[9][1] = R::fused(t68, t192, -t193);
     let t195 = t71 * t192;
-    let t196 = R::fused(-t62, t193, t195);
+    out[9][2] = R::fused(-t62, t193, t195);
     let t197 = t74 * t192;
-    let t198 = R::fused(t76, t193, -t197);
+    out[9][3] = R::fused(t76, t193, -t197);
     let t199 = t75 * t192;
-    let t200 = R::fused(t77, t193, -t199);
+    out[9][4] = R::fused(t77, t193, -t199);
     let t201 = t68 * t70;
-    let t202 = R::fused(t68, t201, t67);
+    out[11][1] = R::fused(t68, t201, t67);
     let t203 = t70 * t71;
     let t204 = t62 * t67;
     let t205 = R::fused(t68, t203, t204);
+    out[11][2] = t205;
+    out[12][1] = t205;
     let t206 = t71 * t203;
     let t207 = R::fused(t62, t204, t206);
-    let t208 = R::constant(0.4) + t207;
+    out[12][2] = R::constant(0.4) + t207;
     let t209 = t70 * t74;
+    out[10][3] = t209;
+    out[13][0] = t209;
     let t210 = t67 * t76;
     let t211 = R::fused(-t68, t209, -t210);
+    out[11][3] = t211;
+    out[13][1] = t211;
     let t212 = t71 * t209;
     let t213 = R::fused(t62, t210, t212);
     let t214 = R::constant(0.4) + t213;
     let t215 = t74 * t209;
     let t216 = R::fused(t76, t210, t215);
     let t217 = R::constant(0.4) + t216;
-    let t218 = R::constant(0.7999360051195904) + t217;
+    out[13][3] = R::constant(0.7999360051195904) + t217;
     let t219 = t70 * t75;
+    out[10][4] = t219;
+    out[14][0] = t219;
     let t220 = t67 * t77;
     let t221 = R::fused(-t68, t219, -t220);
+    out[11][4] = t221;
+    out[14][1] = t221;
     let t222 = t71 * t219;
     let t223 = R::fused(t62, t220, t222);
     let t224 = R::constant(0.4) + t223;
     let t225 = t74 * t219;
     let t226 = R::fused(t76, t220, t225);
     let t227 = R::constant(0.4) + t226;
+    out[13][4] = t227;
+    out[14][3] = t227;
     let t228 = t75 * t219;
     let t229 = R::fused(t77, t220, t228);
     let t230 = R::constant(0.4) + t229;
-    let t231 = R::constant(0.7999360051195904) + t230;
-    let t232 = -t128;
-    let t233 = -t140;
-    let t234 = -t144;
-    let t235 = -t148;
-    let t236 = -t155;
-    let t237 = -t161;
-    let t238 = -t170;
-    let t239 = -t172;
-    let t240 = -t182;
-    let t241 = -t192;
+    out[14][4] = R::constant(0.7999360051195904) + t230;
+    out[2][0] = -t128;
+    out[2][3] = -t140;
+    out[2][4] = -t144;
+    out[3][0] = -t148;
+    out[3][3] = -t155;
+    out[4][0] = -t161;
+    out[4][4] = -t170;
+    out[7][0] = -t172;
+    out[8][0] = -t182;
+    out[9][0] = -t192;
     let t242 = -t201;
+    out[10][1] = t242;
+    out[11][0] = t242;
     let t243 = -t203;
+    out[10][2] = t243;
+    out[12][0] = t243;
     let t244 = -t214;
+    out[12][3] = t244;
+    out[13][2] = t244;
     let t245 = -t224;
-    *out = [
-        [R::constant(0.0); NV], // q/base/x
-        [R::constant(0.0); NV], // q/base/z
-        [t232, t133, t136, t233, t234], // q/base/pitch
-        [t235, t150, t152, t236, t157], // q/right_hip_pitch
-        [t237, t163, t165, t167, t238], // q/left_hip_pitch
-        [R::constant(0.0); NV], // v/base/x
-        [R::constant(0.0); NV], // v/base/z
-        [t239, t174, t176, t178, t180], // v/base/pitch
-        [t240, t184, t186, t188, t190], // v/right_hip_pitch
-        [t241, t194, t196, t198, t200], // v/left_hip_pitch
-        [t70, t242, t243, t209, t219], // tau/base/x
-        [t242, t202, t205, t211, t221], // tau/base/z
-        [t243, t205, t208, t244, t245], // tau/base/pitch
-        [t209, t211, t244, t218, t227], // tau/right_hip_pitch
-        [t219, t221, t245, t227, t231], // tau/left_hip_pitch
-    ];
+    out[12][4] = t245;
+    out[14][2] = t245;
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[1][2] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[5][0] = R::constant(0.0);
+    out[5][1] = R::constant(0.0);
+    out[5][2] = R::constant(0.0);
+    out[5][3] = R::constant(0.0);
+    out[5][4] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
 }
 }

@@ -71,9 +71,8 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
         t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181,
         t182, t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199,
         t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217,
-        t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235,
-        t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253,
-        t254, t255,
+        t218, t220, t222, t224, t225, t227, t229, t231, t233, t235, t237, t238, t239, t241, t243, t245, t246, t247,
+        t249, t251, t253, t254, t255,
     );
     // torso: pose in the world
     t0 = q_base_qx * R::constant(2.0);
@@ -90,16 +89,25 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     t11 = q_base_qw * t2;
     t12 = t4 + t5;
     t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
     t14 = t6 - t11;
+    out[1][0] = t14;
     t15 = t7 + t10;
+    out[2][0] = t15;
     t16 = t6 + t11;
+    out[0][1] = t16;
     t17 = t3 + t5;
     t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
     t19 = t8 - t9;
+    out[2][1] = t19;
     t20 = t7 - t10;
+    out[0][2] = t20;
     t21 = t8 + t9;
+    out[1][2] = t21;
     t22 = t3 + t4;
     t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
     // right_hip_yaw_link: pose in the world
     t24 = t13 * cos_q_right_hip_yaw;
     t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
@@ -318,149 +326,128 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     t216 = t215 * R::constant(0.05263157894736842);
     t217 = t214 * R::constant(0.05263157894736842);
     t218 = t14 * t216;
-    t219 = R::fused(t15, t217, t218);
+    out[3][0] = R::fused(t15, t217, t218);
     t220 = t18 * t216;
-    t221 = R::fused(t19, t217, t220);
+    out[3][1] = R::fused(t19, t217, t220);
     t222 = t21 * t216;
-    t223 = R::fused(t23, t217, t222);
+    out[3][2] = R::fused(t23, t217, t222);
     t224 = t213 * R::constant(0.05263157894736842);
     t225 = t13 * t216;
-    t226 = R::fused(t15, t224, -t225);
+    out[4][0] = R::fused(t15, t224, -t225);
     t227 = t16 * t216;
-    t228 = R::fused(t19, t224, -t227);
+    out[4][1] = R::fused(t19, t224, -t227);
     t229 = t20 * t216;
-    t230 = R::fused(t23, t224, -t229);
+    out[4][2] = R::fused(t23, t224, -t229);
     t231 = t13 * t217;
-    t232 = R::fused(-t14, t224, -t231);
+    out[5][0] = R::fused(-t14, t224, -t231);
     t233 = t16 * t217;
-    t234 = R::fused(-t18, t224, -t233);
+    out[5][1] = R::fused(-t18, t224, -t233);
     t235 = t20 * t217;
-    t236 = R::fused(-t21, t224, -t235);
+    out[5][2] = R::fused(-t21, t224, -t235);
     // right_hip_yaw_link: Jacobian of the centre of mass
     t237 = t198 * R::constant(0.05263157894736842);
     t238 = t201 * R::constant(0.05263157894736842);
     t239 = t25 * t237;
-    t240 = R::fused(t27, t238, t239);
+    out[6][0] = R::fused(t27, t238, t239);
     t241 = t29 * t237;
-    t242 = R::fused(t31, t238, t241);
+    out[6][1] = R::fused(t31, t238, t241);
     t243 = t33 * t237;
-    t244 = R::fused(t35, t238, t243);
+    out[6][2] = R::fused(t35, t238, t243);
     // left_hip_yaw_link: Jacobian of the centre of mass
     t245 = t193 * R::constant(0.05263157894736842);
     t246 = t196 * R::constant(0.05263157894736842);
     t247 = t37 * t245;
-    t248 = R::fused(t39, t246, -t247);
+    out[12][0] = R::fused(t39, t246, -t247);
     t249 = t41 * t245;
-    t250 = R::fused(t43, t246, -t249);
+    out[12][1] = R::fused(t43, t246, -t249);
     t251 = t45 * t245;
-    t252 = R::fused(t47, t246, -t251);
+    out[12][2] = R::fused(t47, t246, -t251);
     // right_hip_roll_link: Jacobian of the centre of mass
     t253 = t188 * R::constant(0.05263157894736842);
     t254 = t191 * R::constant(0.05263157894736842);
     t255 = t49 * t253;
     let (
-        t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
-        t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
-        t292, t293, t294, t295, t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309,
-        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326,
+        t257, t259, t261, t262, t263, t265, t267, t269, t270, t271, t273, t275, t277, t278, t279, t281, t283, t285,
+        t286, t287, t289, t291, t293, t294, t295, t297, t299, t301, t302, t304, t306, t308, t309, t311, t313, t315,
+        t316, t317, t318, t319, t320,
     );
-    t256 = R::fused(-t51, t254, -t255);
+    out[7][0] = R::fused(-t51, t254, -t255);
     t257 = t53 * t253;
-    t258 = R::fused(-t55, t254, -t257);
+    out[7][1] = R::fused(-t55, t254, -t257);
     t259 = t57 * t253;
-    t260 = R::fused(-t59, t254, -t259);
+    out[7][2] = R::fused(-t59, t254, -t259);
     // left_hip_roll_link: Jacobian of the centre of mass
     t261 = t183 * R::constant(0.05263157894736842);
     t262 = t186 * R::constant(0.05263157894736842);
     t263 = t61 * t261;
-    t264 = R::fused(t63, t262, -t263);
+    out[13][0] = R::fused(t63, t262, -t263);
     t265 = t65 * t261;
-    t266 = R::fused(t67, t262, -t265);
+    out[13][1] = R::fused(t67, t262, -t265);
     t267 = t69 * t261;
-    t268 = R::fused(t71, t262, -t267);
+    out[13][2] = R::fused(t71, t262, -t267);
     // right_upper_leg: Jacobian of the centre of mass
     t269 = t181 * R::constant(0.05263157894736842);
     t270 = t180 * R::constant(0.05263157894736842);
     t271 = t75 * t269;
-    t272 = R::fused(-t73, t270, t271);
+    out[8][0] = R::fused(-t73, t270, t271);
     t273 = t79 * t269;
-    t274 = R::fused(-t77, t270, t273);
+    out[8][1] = R::fused(-t77, t270, t273);
     t275 = t83 * t269;
-    t276 = R::fused(-t81, t270, t275);
+    out[8][2] = R::fused(-t81, t270, t275);
     // left_upper_leg: Jacobian of the centre of mass
     t277 = t175 * R::constant(0.05263157894736842);
     t278 = t174 * R::constant(0.05263157894736842);
     t279 = t87 * t277;
-    t280 = R::fused(-t85, t278, t279);
+    out[14][0] = R::fused(-t85, t278, t279);
     t281 = t91 * t277;
-    t282 = R::fused(-t89, t278, t281);
+    out[14][1] = R::fused(-t89, t278, t281);
     t283 = t95 * t277;
-    t284 = R::fused(-t93, t278, t283);
+    out[14][2] = R::fused(-t93, t278, t283);
     // right_lower_leg: Jacobian of the centre of mass
     t285 = t169 * R::constant(0.05263157894736842);
     t286 = t168 * R::constant(0.05263157894736842);
     t287 = t99 * t285;
-    t288 = R::fused(-t97, t286, t287);
+    out[9][0] = R::fused(-t97, t286, t287);
     t289 = t103 * t285;
-    t290 = R::fused(-t101, t286, t289);
+    out[9][1] = R::fused(-t101, t286, t289);
     t291 = t107 * t285;
-    t292 = R::fused(-t105, t286, t291);
+    out[9][2] = R::fused(-t105, t286, t291);
     // left_lower_leg: Jacobian of the centre of mass
     t293 = t163 * R::constant(0.05263157894736842);
     t294 = t162 * R::constant(0.05263157894736842);
     t295 = t111 * t293;
-    t296 = R::fused(-t109, t294, t295);
+    out[15][0] = R::fused(-t109, t294, t295);
     t297 = t115 * t293;
-    t298 = R::fused(-t113, t294, t297);
+    out[15][1] = R::fused(-t113, t294, t297);
     t299 = t119 * t293;
-    t300 = R::fused(-t117, t294, t299);
+    out[15][2] = R::fused(-t117, t294, t299);
     // right_ankle: Jacobian of the centre of mass
     t301 = t157 * R::constant(0.05263157894736842);
     t302 = t123 * t301;
-    t303 = R::fused(-t121, R::constant(0.0008105263157894737), t302);
+    out[10][0] = R::fused(-t121, R::constant(0.0008105263157894737), t302);
     t304 = t127 * t301;
-    t305 = R::fused(-t125, R::constant(0.0008105263157894737), t304);
+    out[10][1] = R::fused(-t125, R::constant(0.0008105263157894737), t304);
     t306 = t131 * t301;
-    t307 = R::fused(-t129, R::constant(0.0008105263157894737), t306);
+    out[10][2] = R::fused(-t129, R::constant(0.0008105263157894737), t306);
     // left_ankle: Jacobian of the centre of mass
     t308 = t156 * R::constant(0.05263157894736842);
     t309 = t135 * t308;
-    t310 = R::fused(-t133, R::constant(0.0008105263157894737), t309);
+    out[16][0] = R::fused(-t133, R::constant(0.0008105263157894737), t309);
     t311 = t139 * t308;
-    t312 = R::fused(-t137, R::constant(0.0008105263157894737), t311);
+    out[16][1] = R::fused(-t137, R::constant(0.0008105263157894737), t311);
     t313 = t143 * t308;
-    t314 = R::fused(-t141, R::constant(0.0008105263157894737), t313);
+    out[16][2] = R::fused(-t141, R::constant(0.0008105263157894737), t313);
     t315 = t145 * R::constant(0.000868421052631579); // right_foot: Jacobian of the centre of mass
     t316 = t147 * R::constant(0.000868421052631579); // right_foot: Jacobian of the centre of mass
     t317 = t149 * R::constant(0.000868421052631579); // right_foot: Jacobian of the centre of mass
     t318 = t151 * R::constant(0.000868421052631579); // left_foot: Jacobian of the centre of mass
     t319 = t153 * R::constant(0.000868421052631579); // left_foot: Jacobian of the centre of mass
     t320 = t155 * R::constant(0.000868421052631579); // left_foot: Jacobian of the centre of mass
-    t321 = -t315; // right_foot: Jacobian of the centre of mass
-    t322 = -t316; // right_foot: Jacobian of the centre of mass
-    t323 = -t317; // right_foot: Jacobian of the centre of mass
-    t324 = -t318; // left_foot: Jacobian of the centre of mass
-    t325 = -t319; // left_foot: Jacobian of the centre of mass
-    t326 = -t320; // left_foot: Jacobian of the centre of mass
-    *out = [
-        [t13, t16, t20], // base/linear/x
-        [t14, t18, t21], // base/linear/y
-        [t15, t19, t23], // base/linear/z
-        [t219, t221, t223], // base/angular/x
-        [t226, t228, t230], // base/angular/y
-        [t232, t234, t236], // base/angular/z
-        [t240, t242, t244], // right_hip_yaw
-        [t256, t258, t260], // right_hip_roll
-        [t272, t274, t276], // right_hip_pitch
-        [t288, t290, t292], // right_knee_pitch
-        [t303, t305, t307], // right_ankle_pitch
-        [t321, t322, t323], // right_ankle_roll
-        [t248, t250, t252], // left_hip_yaw
-        [t264, t266, t268], // left_hip_roll
-        [t280, t282, t284], // left_hip_pitch
-        [t296, t298, t300], // left_knee_pitch
-        [t310, t312, t314], // left_ankle_pitch
-        [t324, t325, t326], // left_ankle_roll
-    ];
+    out[11][0] = -t315; // right_foot: Jacobian of the centre of mass
+    out[11][1] = -t316; // right_foot: Jacobian of the centre of mass
+    out[11][2] = -t317; // right_foot: Jacobian of the centre of mass
+    out[17][0] = -t318; // left_foot: Jacobian of the centre of mass
+    out[17][1] = -t319; // left_foot: Jacobian of the centre of mass
+    out[17][2] = -t320; // left_foot: Jacobian of the centre of mass
 }
 }

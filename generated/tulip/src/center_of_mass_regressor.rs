@@ -64,19 +64,17 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     ]);
     let (
         t0, t1, t2, t3, t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23,
-        t24, t25, t26, t27, t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45,
-        t46, t47, t48, t49, t50, t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67,
-        t68, t69, t70, t71, t72, t73, t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89,
-        t90, t91, t92, t93, t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109,
-        t110, t111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127,
-        t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145,
-        t146, t147, t148, t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163,
-        t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181,
-        t182, t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199,
-        t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217,
-        t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235,
-        t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253,
-        t254, t255,
+        t24, t25, t26, t27, t28, t29, t30, t31, t32, t33, t34, t35, t36, t38, t40, t42, t43, t44, t45, t46, t47, t48,
+        t49, t50, t51, t53, t55, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t73, t74,
+        t76, t77, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t95, t96, t98, t99, t101,
+        t102, t103, t104, t105, t106, t107, t108, t110, t111, t113, t114, t116, t117, t118, t119, t120, t121, t122,
+        t123, t124, t125, t126, t127, t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t140, t141,
+        t143, t144, t146, t147, t148, t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161,
+        t162, t163, t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t177, t178, t180, t181,
+        t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200,
+        t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t214, t215, t217, t218, t220, t221,
+        t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239,
+        t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255,
     );
     // torso: sums of what it carries
     t0 = q_base_qy * R::constant(2.0);
@@ -85,101 +83,170 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t3 = q_base_qz * t2;
     t4 = t1 + t3;
     t5 = R::constant(1.0) - t4;
+    out[1][0] = t5;
     t6 = q_base_qx * t0;
     t7 = q_base_qw * t2;
     t8 = t6 + t7;
+    out[1][1] = t8;
     t9 = q_base_qx * t2;
     t10 = q_base_qw * t0;
     t11 = t9 - t10;
+    out[1][2] = t11;
     t12 = t6 - t7;
+    out[2][0] = t12;
     t13 = q_base_qx * R::constant(2.0);
     t14 = q_base_qx * t13;
     t15 = t14 + t3;
     t16 = R::constant(1.0) - t15;
+    out[2][1] = t16;
     t17 = q_base_qy * t2;
     t18 = q_base_qw * t13;
     t19 = t17 + t18;
+    out[2][2] = t19;
     t20 = t9 + t10;
+    out[3][0] = t20;
+    out[13][0] = t20;
+    out[23][0] = t20;
     t21 = t17 - t18;
+    out[3][1] = t21;
+    out[13][1] = t21;
+    out[23][1] = t21;
     t22 = t14 + t1;
     t23 = R::constant(1.0) - t22;
+    out[3][2] = t23;
+    out[13][2] = t23;
+    out[23][2] = t23;
     t24 = R::constant(0.0764) * t12;
     t25 = q_base_x - t24;
+    out[10][0] = t25;
+    out[30][0] = t25;
+    out[50][0] = t25;
     t26 = R::constant(0.0764) * t16;
     t27 = q_base_y - t26;
+    out[10][1] = t27;
+    out[30][1] = t27;
+    out[50][1] = t27;
     t28 = R::constant(0.0764) * t19;
     t29 = q_base_z - t28;
+    out[10][2] = t29;
+    out[30][2] = t29;
+    out[50][2] = t29;
     t30 = cos_q_right_hip_yaw * t5;
     t31 = R::fused(sin_q_right_hip_yaw, t12, t30);
+    out[11][0] = t31;
+    out[31][0] = t31;
     t32 = cos_q_right_hip_yaw * t8;
     t33 = R::fused(sin_q_right_hip_yaw, t16, t32);
+    out[11][1] = t33;
+    out[31][1] = t33;
     t34 = cos_q_right_hip_yaw * t11;
     t35 = R::fused(sin_q_right_hip_yaw, t19, t34);
+    out[11][2] = t35;
+    out[31][2] = t35;
     t36 = sin_q_right_hip_yaw * t5;
-    t37 = R::fused(cos_q_right_hip_yaw, t12, -t36);
+    out[12][0] = R::fused(cos_q_right_hip_yaw, t12, -t36);
     t38 = sin_q_right_hip_yaw * t8;
-    t39 = R::fused(cos_q_right_hip_yaw, t16, -t38);
+    out[12][1] = R::fused(cos_q_right_hip_yaw, t16, -t38);
     t40 = sin_q_right_hip_yaw * t11;
-    t41 = R::fused(cos_q_right_hip_yaw, t19, -t40);
+    out[12][2] = R::fused(cos_q_right_hip_yaw, t19, -t40);
     t42 = q_base_x + t24;
+    out[20][0] = t42;
+    out[40][0] = t42;
+    out[60][0] = t42;
     t43 = q_base_y + t26;
+    out[20][1] = t43;
+    out[40][1] = t43;
+    out[60][1] = t43;
     t44 = q_base_z + t28;
+    out[20][2] = t44;
+    out[40][2] = t44;
+    out[60][2] = t44;
     t45 = cos_q_left_hip_yaw * t5;
     t46 = R::fused(sin_q_left_hip_yaw, t12, t45);
+    out[21][0] = t46;
+    out[41][0] = t46;
     t47 = cos_q_left_hip_yaw * t8;
     t48 = R::fused(sin_q_left_hip_yaw, t16, t47);
+    out[21][1] = t48;
+    out[41][1] = t48;
     t49 = cos_q_left_hip_yaw * t11;
     t50 = R::fused(sin_q_left_hip_yaw, t19, t49);
+    out[21][2] = t50;
+    out[41][2] = t50;
     t51 = sin_q_left_hip_yaw * t5;
-    t52 = R::fused(cos_q_left_hip_yaw, t12, -t51);
+    out[22][0] = R::fused(cos_q_left_hip_yaw, t12, -t51);
     t53 = sin_q_left_hip_yaw * t8;
-    t54 = R::fused(cos_q_left_hip_yaw, t16, -t53);
+    out[22][1] = R::fused(cos_q_left_hip_yaw, t16, -t53);
     t55 = sin_q_left_hip_yaw * t11;
-    t56 = R::fused(cos_q_left_hip_yaw, t19, -t55);
+    out[22][2] = R::fused(cos_q_left_hip_yaw, t19, -t55);
     t57 = cos_q_right_hip_roll * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t58 = t5 * t57;
     t59 = cos_q_right_hip_roll * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t60 = R::fused(-t12, t59, t58);
     t61 = R::fused(sin_q_right_hip_roll, t20, -t60);
+    out[32][0] = t61;
+    out[52][0] = t61;
+    out[72][0] = t61;
+    out[92][0] = t61;
     t62 = t8 * t57;
     t63 = R::fused(-t16, t59, t62);
     t64 = R::fused(sin_q_right_hip_roll, t21, -t63);
+    out[32][1] = t64;
+    out[52][1] = t64;
+    out[72][1] = t64;
+    out[92][1] = t64;
     t65 = t11 * t57;
     t66 = R::fused(-t19, t59, t65);
     t67 = R::fused(sin_q_right_hip_roll, t23, -t66);
+    out[32][2] = t67;
+    out[52][2] = t67;
+    out[72][2] = t67;
+    out[92][2] = t67;
     t68 = sin_q_right_hip_roll * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t69 = t5 * t68;
     t70 = sin_q_right_hip_roll * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t71 = R::fused(-t12, t70, t69);
-    t72 = R::fused(cos_q_right_hip_roll, t20, t71);
+    out[33][0] = R::fused(cos_q_right_hip_roll, t20, t71);
     t73 = t8 * t68;
     t74 = R::fused(-t16, t70, t73);
-    t75 = R::fused(cos_q_right_hip_roll, t21, t74);
+    out[33][1] = R::fused(cos_q_right_hip_roll, t21, t74);
     t76 = t11 * t68;
     t77 = R::fused(-t19, t70, t76);
-    t78 = R::fused(cos_q_right_hip_roll, t23, t77);
+    out[33][2] = R::fused(cos_q_right_hip_roll, t23, t77);
     t79 = cos_q_left_hip_roll * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t80 = t5 * t79;
     t81 = cos_q_left_hip_roll * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t82 = R::fused(-t12, t81, t80);
     t83 = R::fused(sin_q_left_hip_roll, t20, -t82);
+    out[42][0] = t83;
+    out[62][0] = t83;
+    out[82][0] = t83;
+    out[102][0] = t83;
     t84 = t8 * t79;
     t85 = R::fused(-t16, t81, t84);
     t86 = R::fused(sin_q_left_hip_roll, t21, -t85);
+    out[42][1] = t86;
+    out[62][1] = t86;
+    out[82][1] = t86;
+    out[102][1] = t86;
     t87 = t11 * t79;
     t88 = R::fused(-t19, t81, t87);
     t89 = R::fused(sin_q_left_hip_roll, t23, -t88);
+    out[42][2] = t89;
+    out[62][2] = t89;
+    out[82][2] = t89;
+    out[102][2] = t89;
     t90 = sin_q_left_hip_roll * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t91 = t5 * t90;
     t92 = sin_q_left_hip_roll * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t93 = R::fused(-t12, t92, t91);
-    t94 = R::fused(cos_q_left_hip_roll, t20, t93);
+    out[43][0] = R::fused(cos_q_left_hip_roll, t20, t93);
     t95 = t8 * t90;
     t96 = R::fused(-t16, t92, t95);
-    t97 = R::fused(cos_q_left_hip_roll, t21, t96);
+    out[43][1] = R::fused(cos_q_left_hip_roll, t21, t96);
     t98 = t11 * t90;
     t99 = R::fused(-t19, t92, t98);
-    t100 = R::fused(cos_q_left_hip_roll, t23, t99);
+    out[43][2] = R::fused(cos_q_left_hip_roll, t23, t99);
     t101 = cos_q_right_hip_pitch * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t102 = sin_q_right_hip_pitch * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
     t103 = R::fused(-sin_q_right_hip_yaw, t102, t101); // right_hip_yaw_link: sums of what it carries
@@ -188,13 +255,13 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t106 = R::fused(cos_q_right_hip_yaw, t102, t105); // right_hip_yaw_link: sums of what it carries
     t107 = R::fused(t12, t106, t104);
     t108 = sin_q_right_hip_pitch * cos_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
-    t109 = R::fused(-t20, t108, t107);
+    out[51][0] = R::fused(-t20, t108, t107);
     t110 = t8 * t103;
     t111 = R::fused(t16, t106, t110);
-    t112 = R::fused(-t21, t108, t111);
+    out[51][1] = R::fused(-t21, t108, t111);
     t113 = t11 * t103;
     t114 = R::fused(t19, t106, t113);
-    t115 = R::fused(-t23, t108, t114);
+    out[51][2] = R::fused(-t23, t108, t114);
     t116 = sin_q_right_hip_pitch * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     t117 = cos_q_right_hip_pitch * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
     t118 = R::fused(sin_q_right_hip_yaw, t117, t116); // right_hip_yaw_link: sums of what it carries
@@ -204,12 +271,15 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t122 = R::fused(t12, t121, t119);
     t123 = cos_q_right_hip_pitch * cos_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
     t124 = R::fused(t20, t123, t122);
+    out[53][0] = t124;
     t125 = t8 * t118;
     t126 = R::fused(t16, t121, t125);
     t127 = R::fused(t21, t123, t126);
+    out[53][1] = t127;
     t128 = t11 * t118;
     t129 = R::fused(t19, t121, t128);
     t130 = R::fused(t23, t123, t129);
+    out[53][2] = t130;
     t131 = cos_q_left_hip_pitch * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t132 = sin_q_left_hip_pitch * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t133 = R::fused(-sin_q_left_hip_yaw, t132, t131); // left_hip_yaw_link: sums of what it carries
@@ -218,13 +288,13 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t136 = R::fused(cos_q_left_hip_yaw, t132, t135); // left_hip_yaw_link: sums of what it carries
     t137 = R::fused(t12, t136, t134);
     t138 = sin_q_left_hip_pitch * cos_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
-    t139 = R::fused(-t20, t138, t137);
+    out[61][0] = R::fused(-t20, t138, t137);
     t140 = t8 * t133;
     t141 = R::fused(t16, t136, t140);
-    t142 = R::fused(-t21, t138, t141);
+    out[61][1] = R::fused(-t21, t138, t141);
     t143 = t11 * t133;
     t144 = R::fused(t19, t136, t143);
-    t145 = R::fused(-t23, t138, t144);
+    out[61][2] = R::fused(-t23, t138, t144);
     t146 = sin_q_left_hip_pitch * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t147 = cos_q_left_hip_pitch * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t148 = R::fused(sin_q_left_hip_yaw, t147, t146); // left_hip_yaw_link: sums of what it carries
@@ -234,15 +304,21 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t152 = R::fused(t12, t151, t149);
     t153 = cos_q_left_hip_pitch * cos_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t154 = R::fused(t20, t153, t152);
+    out[63][0] = t154;
     t155 = t8 * t148;
     t156 = R::fused(t16, t151, t155);
     t157 = R::fused(t21, t153, t156);
+    out[63][1] = t157;
     t158 = t11 * t148;
     t159 = R::fused(t19, t151, t158);
     t160 = R::fused(t23, t153, t159);
+    out[63][2] = t160;
     t161 = R::fused(R::constant(-0.315), t124, t25); // right_lower_leg: columns that its parent has too
+    out[70][0] = t161;
     t162 = R::fused(R::constant(-0.315), t127, t27); // right_lower_leg: columns that its parent has too
+    out[70][1] = t162;
     t163 = R::fused(R::constant(-0.315), t130, t29); // right_lower_leg: columns that its parent has too
+    out[70][2] = t163;
     t164 = cos_q_right_knee_pitch * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t165 = R::fused(-sin_q_right_knee_pitch, sin_q_right_hip_pitch, t164); // right_upper_leg: sums of what it carries
     t166 = cos_q_right_hip_yaw * t165; // right_hip_yaw_link: sums of what it carries
@@ -255,13 +331,13 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t173 = R::fused(cos_q_right_hip_yaw, t169, t172); // right_hip_yaw_link: sums of what it carries
     t174 = R::fused(t12, t173, t171);
     t175 = cos_q_right_hip_roll * t168; // right_hip_roll_link: sums of what it carries
-    t176 = R::fused(-t20, t175, t174);
+    out[71][0] = R::fused(-t20, t175, t174);
     t177 = t8 * t170;
     t178 = R::fused(t16, t173, t177);
-    t179 = R::fused(-t21, t175, t178);
+    out[71][1] = R::fused(-t21, t175, t178);
     t180 = t11 * t170;
     t181 = R::fused(t19, t173, t180);
-    t182 = R::fused(-t23, t175, t181);
+    out[71][2] = R::fused(-t23, t175, t181);
     t183 = cos_q_right_hip_yaw * t168; // right_hip_yaw_link: sums of what it carries
     t184 = sin_q_right_hip_roll * t165; // right_hip_roll_link: sums of what it carries
     t185 = R::fused(sin_q_right_hip_yaw, t184, t183); // right_hip_yaw_link: sums of what it carries
@@ -271,15 +347,21 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t189 = R::fused(t12, t188, t186);
     t190 = cos_q_right_hip_roll * t165; // right_hip_roll_link: sums of what it carries
     t191 = R::fused(t20, t190, t189);
+    out[73][0] = t191;
     t192 = t8 * t185;
     t193 = R::fused(t16, t188, t192);
     t194 = R::fused(t21, t190, t193);
+    out[73][1] = t194;
     t195 = t11 * t185;
     t196 = R::fused(t19, t188, t195);
     t197 = R::fused(t23, t190, t196);
+    out[73][2] = t197;
     t198 = R::fused(R::constant(-0.315), t154, t42); // left_lower_leg: columns that its parent has too
+    out[80][0] = t198;
     t199 = R::fused(R::constant(-0.315), t157, t43); // left_lower_leg: columns that its parent has too
+    out[80][1] = t199;
     t200 = R::fused(R::constant(-0.315), t160, t44); // left_lower_leg: columns that its parent has too
+    out[80][2] = t200;
     t201 = cos_q_left_knee_pitch * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
     t202 = R::fused(-sin_q_left_knee_pitch, sin_q_left_hip_pitch, t201); // left_upper_leg: sums of what it carries
     t203 = cos_q_left_hip_yaw * t202; // left_hip_yaw_link: sums of what it carries
@@ -292,13 +374,13 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t210 = R::fused(cos_q_left_hip_yaw, t206, t209); // left_hip_yaw_link: sums of what it carries
     t211 = R::fused(t12, t210, t208);
     t212 = cos_q_left_hip_roll * t205; // left_hip_roll_link: sums of what it carries
-    t213 = R::fused(-t20, t212, t211);
+    out[81][0] = R::fused(-t20, t212, t211);
     t214 = t8 * t207;
     t215 = R::fused(t16, t210, t214);
-    t216 = R::fused(-t21, t212, t215);
+    out[81][1] = R::fused(-t21, t212, t215);
     t217 = t11 * t207;
     t218 = R::fused(t19, t210, t217);
-    t219 = R::fused(-t23, t212, t218);
+    out[81][2] = R::fused(-t23, t212, t218);
     t220 = cos_q_left_hip_yaw * t205; // left_hip_yaw_link: sums of what it carries
     t221 = sin_q_left_hip_roll * t202; // left_hip_roll_link: sums of what it carries
     t222 = R::fused(sin_q_left_hip_yaw, t221, t220); // left_hip_yaw_link: sums of what it carries
@@ -308,15 +390,21 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t226 = R::fused(t12, t225, t223);
     t227 = cos_q_left_hip_roll * t202; // left_hip_roll_link: sums of what it carries
     t228 = R::fused(t20, t227, t226);
+    out[83][0] = t228;
     t229 = t8 * t222;
     t230 = R::fused(t16, t225, t229);
     t231 = R::fused(t21, t227, t230);
+    out[83][1] = t231;
     t232 = t11 * t222;
     t233 = R::fused(t19, t225, t232);
     t234 = R::fused(t23, t227, t233);
+    out[83][2] = t234;
     t235 = R::fused(R::constant(-0.273), t191, t161); // right_ankle: columns that its parent has too
+    out[90][0] = t235;
     t236 = R::fused(R::constant(-0.273), t194, t162); // right_ankle: columns that its parent has too
+    out[90][1] = t236;
     t237 = R::fused(R::constant(-0.273), t197, t163); // right_ankle: columns that its parent has too
+    out[90][2] = t237;
     t238 = cos_q_right_ankle_pitch * cos_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     t239 = R::fused(-sin_q_right_ankle_pitch, sin_q_right_knee_pitch, t238); // right_lower_leg: sums of what it carries
     t240 = cos_q_right_hip_pitch * t239; // right_upper_leg: sums of what it carries
@@ -334,24 +422,29 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t252 = R::fused(t12, t251, t249);
     t253 = cos_q_right_hip_roll * t246; // right_hip_roll_link: sums of what it carries
     t254 = R::fused(-t20, t253, t252);
+    out[91][0] = t254;
+    out[111][0] = t254;
     t255 = t8 * t248;
     let (
         t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
         t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
         t292, t293, t294, t295, t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309,
-        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327,
-        t328, t329, t330, t331, t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345,
-        t346, t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363,
-        t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381,
-        t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399,
-        t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417,
-        t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430,
+        t310, t311, t312, t313, t314, t315, t316, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330,
+        t331, t332, t333, t334, t335, t336, t337, t338, t339, t341, t342, t344, t345, t347, t348, t349, t350, t351,
+        t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t368, t369, t371,
+        t372, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393,
+        t394, t395, t396, t398, t399, t401, t402, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414,
+        t415, t416, t417, t418, t419, t420, t421, t422, t423, t425, t426, t428, t429,
     );
     t256 = R::fused(t16, t251, t255);
     t257 = R::fused(-t21, t253, t256);
+    out[91][1] = t257;
+    out[111][1] = t257;
     t258 = t11 * t248;
     t259 = R::fused(t19, t251, t258);
     t260 = R::fused(-t23, t253, t259);
+    out[91][2] = t260;
+    out[111][2] = t260;
     t261 = cos_q_right_hip_yaw * t246; // right_hip_yaw_link: sums of what it carries
     t262 = sin_q_right_hip_roll * t243; // right_hip_roll_link: sums of what it carries
     t263 = R::fused(sin_q_right_hip_yaw, t262, t261); // right_hip_yaw_link: sums of what it carries
@@ -361,15 +454,21 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t267 = R::fused(t12, t266, t264);
     t268 = cos_q_right_hip_roll * t243; // right_hip_roll_link: sums of what it carries
     t269 = R::fused(t20, t268, t267);
+    out[93][0] = t269;
     t270 = t8 * t263;
     t271 = R::fused(t16, t266, t270);
     t272 = R::fused(t21, t268, t271);
+    out[93][1] = t272;
     t273 = t11 * t263;
     t274 = R::fused(t19, t266, t273);
     t275 = R::fused(t23, t268, t274);
+    out[93][2] = t275;
     t276 = R::fused(R::constant(-0.273), t228, t198); // left_ankle: columns that its parent has too
+    out[100][0] = t276;
     t277 = R::fused(R::constant(-0.273), t231, t199); // left_ankle: columns that its parent has too
+    out[100][1] = t277;
     t278 = R::fused(R::constant(-0.273), t234, t200); // left_ankle: columns that its parent has too
+    out[100][2] = t278;
     t279 = cos_q_left_ankle_pitch * cos_q_left_knee_pitch; // left_lower_leg: sums of what it carries
     t280 = R::fused(-sin_q_left_ankle_pitch, sin_q_left_knee_pitch, t279); // left_lower_leg: sums of what it carries
     t281 = cos_q_left_hip_pitch * t280; // left_upper_leg: sums of what it carries
@@ -387,12 +486,18 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t293 = R::fused(t12, t292, t290);
     t294 = cos_q_left_hip_roll * t287; // left_hip_roll_link: sums of what it carries
     t295 = R::fused(-t20, t294, t293);
+    out[101][0] = t295;
+    out[121][0] = t295;
     t296 = t8 * t289;
     t297 = R::fused(t16, t292, t296);
     t298 = R::fused(-t21, t294, t297);
+    out[101][1] = t298;
+    out[121][1] = t298;
     t299 = t11 * t289;
     t300 = R::fused(t19, t292, t299);
     t301 = R::fused(-t23, t294, t300);
+    out[101][2] = t301;
+    out[121][2] = t301;
     t302 = cos_q_left_hip_yaw * t287; // left_hip_yaw_link: sums of what it carries
     t303 = sin_q_left_hip_roll * t284; // left_hip_roll_link: sums of what it carries
     t304 = R::fused(sin_q_left_hip_yaw, t303, t302); // left_hip_yaw_link: sums of what it carries
@@ -402,15 +507,18 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t308 = R::fused(t12, t307, t305);
     t309 = cos_q_left_hip_roll * t284; // left_hip_roll_link: sums of what it carries
     t310 = R::fused(t20, t309, t308);
+    out[103][0] = t310;
     t311 = t8 * t304;
     t312 = R::fused(t16, t307, t311);
     t313 = R::fused(t21, t309, t312);
+    out[103][1] = t313;
     t314 = t11 * t304;
     t315 = R::fused(t19, t307, t314);
     t316 = R::fused(t23, t309, t315);
-    t317 = R::fused(R::constant(-0.037), t269, t235); // right_foot: columns that its parent has too
-    t318 = R::fused(R::constant(-0.037), t272, t236); // right_foot: columns that its parent has too
-    t319 = R::fused(R::constant(-0.037), t275, t237); // right_foot: columns that its parent has too
+    out[103][2] = t316;
+    out[110][0] = R::fused(R::constant(-0.037), t269, t235); // right_foot: columns that its parent has too
+    out[110][1] = R::fused(R::constant(-0.037), t272, t236); // right_foot: columns that its parent has too
+    out[110][2] = R::fused(R::constant(-0.037), t275, t237); // right_foot: columns that its parent has too
     t320 = sin_q_right_ankle_roll * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t321 = cos_q_right_knee_pitch * t320; // right_lower_leg: sums of what it carries
     t322 = sin_q_right_ankle_roll * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
@@ -431,13 +539,13 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t337 = R::fused(t12, t336, t334);
     t338 = cos_q_right_ankle_roll * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
     t339 = R::fused(cos_q_right_hip_roll, t331, t338); // right_hip_roll_link: sums of what it carries
-    t340 = R::fused(t20, t339, t337);
+    out[112][0] = R::fused(t20, t339, t337);
     t341 = t8 * t333;
     t342 = R::fused(t16, t336, t341);
-    t343 = R::fused(t21, t339, t342);
+    out[112][1] = R::fused(t21, t339, t342);
     t344 = t11 * t333;
     t345 = R::fused(t19, t336, t344);
-    t346 = R::fused(t23, t339, t345);
+    out[112][2] = R::fused(t23, t339, t345);
     t347 = cos_q_right_ankle_roll * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t348 = cos_q_right_knee_pitch * t347; // right_lower_leg: sums of what it carries
     t349 = cos_q_right_ankle_roll * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
@@ -458,16 +566,16 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t364 = R::fused(t12, t363, t361);
     t365 = sin_q_right_ankle_roll * sin_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
     t366 = R::fused(-cos_q_right_hip_roll, t358, t365); // right_hip_roll_link: sums of what it carries
-    t367 = R::fused(-t20, t366, t364);
+    out[113][0] = R::fused(-t20, t366, t364);
     t368 = t8 * t360;
     t369 = R::fused(t16, t363, t368);
-    t370 = R::fused(-t21, t366, t369);
+    out[113][1] = R::fused(-t21, t366, t369);
     t371 = t11 * t360;
     t372 = R::fused(t19, t363, t371);
-    t373 = R::fused(-t23, t366, t372);
-    t374 = R::fused(R::constant(-0.037), t310, t276); // left_foot: columns that its parent has too
-    t375 = R::fused(R::constant(-0.037), t313, t277); // left_foot: columns that its parent has too
-    t376 = R::fused(R::constant(-0.037), t316, t278); // left_foot: columns that its parent has too
+    out[113][2] = R::fused(-t23, t366, t372);
+    out[120][0] = R::fused(R::constant(-0.037), t310, t276); // left_foot: columns that its parent has too
+    out[120][1] = R::fused(R::constant(-0.037), t313, t277); // left_foot: columns that its parent has too
+    out[120][2] = R::fused(R::constant(-0.037), t316, t278); // left_foot: columns that its parent has too
     t377 = sin_q_left_ankle_roll * cos_q_left_ankle_pitch; // left_ankle: sums of what it carries
     t378 = cos_q_left_knee_pitch * t377; // left_lower_leg: sums of what it carries
     t379 = sin_q_left_ankle_roll * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
@@ -488,13 +596,13 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t394 = R::fused(t12, t393, t391);
     t395 = cos_q_left_ankle_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t396 = R::fused(cos_q_left_hip_roll, t388, t395); // left_hip_roll_link: sums of what it carries
-    t397 = R::fused(t20, t396, t394);
+    out[122][0] = R::fused(t20, t396, t394);
     t398 = t8 * t390;
     t399 = R::fused(t16, t393, t398);
-    t400 = R::fused(t21, t396, t399);
+    out[122][1] = R::fused(t21, t396, t399);
     t401 = t11 * t390;
     t402 = R::fused(t19, t393, t401);
-    t403 = R::fused(t23, t396, t402);
+    out[122][2] = R::fused(t23, t396, t402);
     t404 = cos_q_left_ankle_roll * cos_q_left_ankle_pitch; // left_ankle: sums of what it carries
     t405 = cos_q_left_knee_pitch * t404; // left_lower_leg: sums of what it carries
     t406 = cos_q_left_ankle_roll * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
@@ -515,144 +623,249 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     t421 = R::fused(t12, t420, t418);
     t422 = sin_q_left_ankle_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t423 = R::fused(-cos_q_left_hip_roll, t415, t422); // left_hip_roll_link: sums of what it carries
-    t424 = R::fused(-t20, t423, t421);
+    out[123][0] = R::fused(-t20, t423, t421);
     t425 = t8 * t417;
     t426 = R::fused(t16, t420, t425);
-    t427 = R::fused(-t21, t423, t426);
+    out[123][1] = R::fused(-t21, t423, t426);
     t428 = t11 * t417;
     t429 = R::fused(t19, t420, t428);
-    t430 = R::fused(-t23, t423, t429);
-    *out = [
-        [q_base_x, q_base_y, q_base_z], // torso.m
-        [t5, t8, t11], // torso.m*cx
-        [t12, t16, t19], // torso.m*cy
-        [t20, t21, t23], // torso.m*cz
-        [R::constant(0.0); 3], // torso.Ixx
-        [R::constant(0.0); 3], // torso.Ixy
-        [R::constant(0.0); 3], // torso.Ixz
-        [R::constant(0.0); 3], // torso.Iyy
-        [R::constant(0.0); 3], // torso.Iyz
-        [R::constant(0.0); 3], // torso.Izz
-        [t25, t27, t29], // right_hip_yaw_link.m
-        [t31, t33, t35], // right_hip_yaw_link.m*cx
-        [t37, t39, t41], // right_hip_yaw_link.m*cy
-        [t20, t21, t23], // right_hip_yaw_link.m*cz
-        [R::constant(0.0); 3], // right_hip_yaw_link.Ixx
-        [R::constant(0.0); 3], // right_hip_yaw_link.Ixy
-        [R::constant(0.0); 3], // right_hip_yaw_link.Ixz
-        [R::constant(0.0); 3], // right_hip_yaw_link.Iyy
-        [R::constant(0.0); 3], // right_hip_yaw_link.Iyz
-        [R::constant(0.0); 3], // right_hip_yaw_link.Izz
-        [t42, t43, t44], // left_hip_yaw_link.m
-        [t46, t48, t50], // left_hip_yaw_link.m*cx
-        [t52, t54, t56], // left_hip_yaw_link.m*cy
-        [t20, t21, t23], // left_hip_yaw_link.m*cz
-        [R::constant(0.0); 3], // left_hip_yaw_link.Ixx
-        [R::constant(0.0); 3], // left_hip_yaw_link.Ixy
-        [R::constant(0.0); 3], // left_hip_yaw_link.Ixz
-        [R::constant(0.0); 3], // left_hip_yaw_link.Iyy
-        [R::constant(0.0); 3], // left_hip_yaw_link.Iyz
-        [R::constant(0.0); 3], // left_hip_yaw_link.Izz
-        [t25, t27, t29], // right_hip_roll_link.m
-        [t31, t33, t35], // right_hip_roll_link.m*cx
-        [t61, t64, t67], // right_hip_roll_link.m*cy
-        [t72, t75, t78], // right_hip_roll_link.m*cz
-        [R::constant(0.0); 3], // right_hip_roll_link.Ixx
-        [R::constant(0.0); 3], // right_hip_roll_link.Ixy
-        [R::constant(0.0); 3], // right_hip_roll_link.Ixz
-        [R::constant(0.0); 3], // right_hip_roll_link.Iyy
-        [R::constant(0.0); 3], // right_hip_roll_link.Iyz
-        [R::constant(0.0); 3], // right_hip_roll_link.Izz
-        [t42, t43, t44], // left_hip_roll_link.m
-        [t46, t48, t50], // left_hip_roll_link.m*cx
-        [t83, t86, t89], // left_hip_roll_link.m*cy
-        [t94, t97, t100], // left_hip_roll_link.m*cz
-        [R::constant(0.0); 3], // left_hip_roll_link.Ixx
-        [R::constant(0.0); 3], // left_hip_roll_link.Ixy
-        [R::constant(0.0); 3], // left_hip_roll_link.Ixz
-        [R::constant(0.0); 3], // left_hip_roll_link.Iyy
-        [R::constant(0.0); 3], // left_hip_roll_link.Iyz
-        [R::constant(0.0); 3], // left_hip_roll_link.Izz
-        [t25, t27, t29], // right_upper_leg.m
-        [t109, t112, t115], // right_upper_leg.m*cx
-        [t61, t64, t67], // right_upper_leg.m*cy
-        [t124, t127, t130], // right_upper_leg.m*cz
-        [R::constant(0.0); 3], // right_upper_leg.Ixx
-        [R::constant(0.0); 3], // right_upper_leg.Ixy
-        [R::constant(0.0); 3], // right_upper_leg.Ixz
-        [R::constant(0.0); 3], // right_upper_leg.Iyy
-        [R::constant(0.0); 3], // right_upper_leg.Iyz
-        [R::constant(0.0); 3], // right_upper_leg.Izz
-        [t42, t43, t44], // left_upper_leg.m
-        [t139, t142, t145], // left_upper_leg.m*cx
-        [t83, t86, t89], // left_upper_leg.m*cy
-        [t154, t157, t160], // left_upper_leg.m*cz
-        [R::constant(0.0); 3], // left_upper_leg.Ixx
-        [R::constant(0.0); 3], // left_upper_leg.Ixy
-        [R::constant(0.0); 3], // left_upper_leg.Ixz
-        [R::constant(0.0); 3], // left_upper_leg.Iyy
-        [R::constant(0.0); 3], // left_upper_leg.Iyz
-        [R::constant(0.0); 3], // left_upper_leg.Izz
-        [t161, t162, t163], // right_lower_leg.m
-        [t176, t179, t182], // right_lower_leg.m*cx
-        [t61, t64, t67], // right_lower_leg.m*cy
-        [t191, t194, t197], // right_lower_leg.m*cz
-        [R::constant(0.0); 3], // right_lower_leg.Ixx
-        [R::constant(0.0); 3], // right_lower_leg.Ixy
-        [R::constant(0.0); 3], // right_lower_leg.Ixz
-        [R::constant(0.0); 3], // right_lower_leg.Iyy
-        [R::constant(0.0); 3], // right_lower_leg.Iyz
-        [R::constant(0.0); 3], // right_lower_leg.Izz
-        [t198, t199, t200], // left_lower_leg.m
-        [t213, t216, t219], // left_lower_leg.m*cx
-        [t83, t86, t89], // left_lower_leg.m*cy
-        [t228, t231, t234], // left_lower_leg.m*cz
-        [R::constant(0.0); 3], // left_lower_leg.Ixx
-        [R::constant(0.0); 3], // left_lower_leg.Ixy
-        [R::constant(0.0); 3], // left_lower_leg.Ixz
-        [R::constant(0.0); 3], // left_lower_leg.Iyy
-        [R::constant(0.0); 3], // left_lower_leg.Iyz
-        [R::constant(0.0); 3], // left_lower_leg.Izz
-        [t235, t236, t237], // right_ankle.m
-        [t254, t257, t260], // right_ankle.m*cx
-        [t61, t64, t67], // right_ankle.m*cy
-        [t269, t272, t275], // right_ankle.m*cz
-        [R::constant(0.0); 3], // right_ankle.Ixx
-        [R::constant(0.0); 3], // right_ankle.Ixy
-        [R::constant(0.0); 3], // right_ankle.Ixz
-        [R::constant(0.0); 3], // right_ankle.Iyy
-        [R::constant(0.0); 3], // right_ankle.Iyz
-        [R::constant(0.0); 3], // right_ankle.Izz
-        [t276, t277, t278], // left_ankle.m
-        [t295, t298, t301], // left_ankle.m*cx
-        [t83, t86, t89], // left_ankle.m*cy
-        [t310, t313, t316], // left_ankle.m*cz
-        [R::constant(0.0); 3], // left_ankle.Ixx
-        [R::constant(0.0); 3], // left_ankle.Ixy
-        [R::constant(0.0); 3], // left_ankle.Ixz
-        [R::constant(0.0); 3], // left_ankle.Iyy
-        [R::constant(0.0); 3], // left_ankle.Iyz
-        [R::constant(0.0); 3], // left_ankle.Izz
-        [t317, t318, t319], // right_foot.m
-        [t254, t257, t260], // right_foot.m*cx
-        [t340, t343, t346], // right_foot.m*cy
-        [t367, t370, t373], // right_foot.m*cz
-        [R::constant(0.0); 3], // right_foot.Ixx
-        [R::constant(0.0); 3], // right_foot.Ixy
-        [R::constant(0.0); 3], // right_foot.Ixz
-        [R::constant(0.0); 3], // right_foot.Iyy
-        [R::constant(0.0); 3], // right_foot.Iyz
-        [R::constant(0.0); 3], // right_foot.Izz
-        [t374, t375, t376], // left_foot.m
-        [t295, t298, t301], // left_foot.m*cx
-        [t397, t400, t403], // left_foot.m*cy
-        [t424, t427, t430], // left_foot.m*cz
-        [R::constant(0.0); 3], // left_foot.Ixx
-        [R::constant(0.0); 3], // left_foot.Ixy
-        [R::constant(0.0); 3], // left_foot.Ixz
-        [R::constant(0.0); 3], // left_foot.Iyy
-        [R::constant(0.0); 3], // left_foot.Iyz
-        [R::constant(0.0); 3], // left_foot.Izz
-    ];
+    out[123][2] = R::fused(-t23, t423, t429);
+    out[0][0] = q_base_x;
+    out[0][1] = q_base_y;
+    out[0][2] = q_base_z;
+    out[4][0] = R::constant(0.0);
+    out[4][1] = R::constant(0.0);
+    out[4][2] = R::constant(0.0);
+    out[5][0] = R::constant(0.0);
+    out[5][1] = R::constant(0.0);
+    out[5][2] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[18][0] = R::constant(0.0);
+    out[18][1] = R::constant(0.0);
+    out[18][2] = R::constant(0.0);
+    out[19][0] = R::constant(0.0);
+    out[19][1] = R::constant(0.0);
+    out[19][2] = R::constant(0.0);
+    out[24][0] = R::constant(0.0);
+    out[24][1] = R::constant(0.0);
+    out[24][2] = R::constant(0.0);
+    out[25][0] = R::constant(0.0);
+    out[25][1] = R::constant(0.0);
+    out[25][2] = R::constant(0.0);
+    out[26][0] = R::constant(0.0);
+    out[26][1] = R::constant(0.0);
+    out[26][2] = R::constant(0.0);
+    out[27][0] = R::constant(0.0);
+    out[27][1] = R::constant(0.0);
+    out[27][2] = R::constant(0.0);
+    out[28][0] = R::constant(0.0);
+    out[28][1] = R::constant(0.0);
+    out[28][2] = R::constant(0.0);
+    out[29][0] = R::constant(0.0);
+    out[29][1] = R::constant(0.0);
+    out[29][2] = R::constant(0.0);
+    out[34][0] = R::constant(0.0);
+    out[34][1] = R::constant(0.0);
+    out[34][2] = R::constant(0.0);
+    out[35][0] = R::constant(0.0);
+    out[35][1] = R::constant(0.0);
+    out[35][2] = R::constant(0.0);
+    out[36][0] = R::constant(0.0);
+    out[36][1] = R::constant(0.0);
+    out[36][2] = R::constant(0.0);
+    out[37][0] = R::constant(0.0);
+    out[37][1] = R::constant(0.0);
+    out[37][2] = R::constant(0.0);
+    out[38][0] = R::constant(0.0);
+    out[38][1] = R::constant(0.0);
+    out[38][2] = R::constant(0.0);
+    out[39][0] = R::constant(0.0);
+    out[39][1] = R::constant(0.0);
+    out[39][2] = R::constant(0.0);
+    out[44][0] = R::constant(0.0);
+    out[44][1] = R::constant(0.0);
+    out[44][2] = R::constant(0.0);
+    out[45][0] = R::constant(0.0);
+    out[45][1] = R::constant(0.0);
+    out[45][2] = R::constant(0.0);
+    out[46][0] = R::constant(0.0);
+    out[46][1] = R::constant(0.0);
+    out[46][2] = R::constant(0.0);
+    out[47][0] = R::constant(0.0);
+    out[47][1] = R::constant(0.0);
+    out[47][2] = R::constant(0.0);
+    out[48][0] = R::constant(0.0);
+    out[48][1] = R::constant(0.0);
+    out[48][2] = R::constant(0.0);
+    out[49][0] = R::constant(0.0);
+    out[49][1] = R::constant(0.0);
+    out[49][2] = R::constant(0.0);
+    out[54][0] = R::constant(0.0);
+    out[54][1] = R::constant(0.0);
+    out[54][2] = R::constant(0.0);
+    out[55][0] = R::constant(0.0);
+    out[55][1] = R::constant(0.0);
+    out[55][2] = R::constant(0.0);
+    out[56][0] = R::constant(0.0);
+    out[56][1] = R::constant(0.0);
+    out[56][2] = R::constant(0.0);
+    out[57][0] = R::constant(0.0);
+    out[57][1] = R::constant(0.0);
+    out[57][2] = R::constant(0.0);
+    out[58][0] = R::constant(0.0);
+    out[58][1] = R::constant(0.0);
+    out[58][2] = R::constant(0.0);
+    out[59][0] = R::constant(0.0);
+    out[59][1] = R::constant(0.0);
+    out[59][2] = R::constant(0.0);
+    out[64][0] = R::constant(0.0);
+    out[64][1] = R::constant(0.0);
+    out[64][2] = R::constant(0.0);
+    out[65][0] = R::constant(0.0);
+    out[65][1] = R::constant(0.0);
+    out[65][2] = R::constant(0.0);
+    out[66][0] = R::constant(0.0);
+    out[66][1] = R::constant(0.0);
+    out[66][2] = R::constant(0.0);
+    out[67][0] = R::constant(0.0);
+    out[67][1] = R::constant(0.0);
+    out[67][2] = R::constant(0.0);
+    out[68][0] = R::constant(0.0);
+    out[68][1] = R::constant(0.0);
+    out[68][2] = R::constant(0.0);
+    out[69][0] = R::constant(0.0);
+    out[69][1] = R::constant(0.0);
+    out[69][2] = R::constant(0.0);
+    out[74][0] = R::constant(0.0);
+    out[74][1] = R::constant(0.0);
+    out[74][2] = R::constant(0.0);
+    out[75][0] = R::constant(0.0);
+    out[75][1] = R::constant(0.0);
+    out[75][2] = R::constant(0.0);
+    out[76][0] = R::constant(0.0);
+    out[76][1] = R::constant(0.0);
+    out[76][2] = R::constant(0.0);
+    out[77][0] = R::constant(0.0);
+    out[77][1] = R::constant(0.0);
+    out[77][2] = R::constant(0.0);
+    out[78][0] = R::constant(0.0);
+    out[78][1] = R::constant(0.0);
+    out[78][2] = R::constant(0.0);
+    out[79][0] = R::constant(0.0);
+    out[79][1] = R::constant(0.0);
+    out[79][2] = R::constant(0.0);
+    out[84][0] = R::constant(0.0);
+    out[84][1] = R::constant(0.0);
+    out[84][2] = R::constant(0.0);
+    out[85][0] = R::constant(0.0);
+    out[85][1] = R::constant(0.0);
+    out[85][2] = R::constant(0.0);
+    out[86][0] = R::constant(0.0);
+    out[86][1] = R::constant(0.0);
+    out[86][2] = R::constant(0.0);
+    out[87][0] = R::constant(0.0);
+    out[87][1] = R::constant(0.0);
+    out[87][2] = R::constant(0.0);
+    out[88][0] = R::constant(0.0);
+    out[88][1] = R::constant(0.0);
+    out[88][2] = R::constant(0.0);
+    out[89][0] = R::constant(0.0);
+    out[89][1] = R::constant(0.0);
+    out[89][2] = R::constant(0.0);
+    out[94][0] = R::constant(0.0);
+    out[94][1] = R::constant(0.0);
+    out[94][2] = R::constant(0.0);
+    out[95][0] = R::constant(0.0);
+    out[95][1] = R::constant(0.0);
+    out[95][2] = R::constant(0.0);
+    out[96][0] = R::constant(0.0);
+    out[96][1] = R::constant(0.0);
+    out[96][2] = R::constant(0.0);
+    out[97][0] = R::constant(0.0);
+    out[97][1] = R::constant(0.0);
+    out[97][2] = R::constant(0.0);
+    out[98][0] = R::constant(0.0);
+    out[98][1] = R::constant(0.0);
+    out[98][2] = R::constant(0.0);
+    out[99][0] = R::constant(0.0);
+    out[99][1] = R::constant(0.0);
+    out[99][2] = R::constant(0.0);
+    out[104][0] = R::constant(0.0);
+    out[104][1] = R::constant(0.0);
+    out[104][2] = R::constant(0.0);
+    out[105][0] = R::constant(0.0);
+    out[105][1] = R::constant(0.0);
+    out[105][2] = R::constant(0.0);
+    out[106][0] = R::constant(0.0);
+    out[106][1] = R::constant(0.0);
+    out[106][2] = R::constant(0.0);
+    out[107][0] = R::constant(0.0);
+    out[107][1] = R::constant(0.0);
+    out[107][2] = R::constant(0.0);
+    out[108][0] = R::constant(0.0);
+    out[108][1] = R::constant(0.0);
+    out[108][2] = R::constant(0.0);
+    out[109][0] = R::constant(0.0);
+    out[109][1] = R::constant(0.0);
+    out[109][2] = R::constant(0.0);
+    out[114][0] = R::constant(0.0);
+    out[114][1] = R::constant(0.0);
+    out[114][2] = R::constant(0.0);
+    out[115][0] = R::constant(0.0);
+    out[115][1] = R::constant(0.0);
+    out[115][2] = R::constant(0.0);
+    out[116][0] = R::constant(0.0);
+    out[116][1] = R::constant(0.0);
+    out[116][2] = R::constant(0.0);
+    out[117][0] = R::constant(0.0);
+    out[117][1] = R::constant(0.0);
+    out[117][2] = R::constant(0.0);
+    out[118][0] = R::constant(0.0);
+    out[118][1] = R::constant(0.0);
+    out[118][2] = R::constant(0.0);
+    out[119][0] = R::constant(0.0);
+    out[119][1] = R::constant(0.0);
+    out[119][2] = R::constant(0.0);
+    out[124][0] = R::constant(0.0);
+    out[124][1] = R::constant(0.0);
+    out[124][2] = R::constant(0.0);
+    out[125][0] = R::constant(0.0);
+    out[125][1] = R::constant(0.0);
+    out[125][2] = R::constant(0.0);
+    out[126][0] = R::constant(0.0);
+    out[126][1] = R::constant(0.0);
+    out[126][2] = R::constant(0.0);
+    out[127][0] = R::constant(0.0);
+    out[127][1] = R::constant(0.0);
+    out[127][2] = R::constant(0.0);
+    out[128][0] = R::constant(0.0);
+    out[128][1] = R::constant(0.0);
+    out[128][2] = R::constant(0.0);
+    out[129][0] = R::constant(0.0);
+    out[129][1] = R::constant(0.0);
+    out[129][2] = R::constant(0.0);
 }
 }

@@ -70,13 +70,11 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
         t90, t91, t92, t93, t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109,
         t110, t111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127,
         t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145,
-        t146, t147, t148, t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163,
-        t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181,
-        t182, t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199,
-        t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217,
-        t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235,
-        t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253,
-        t254, t255,
+        t146, t147, t148, t149, t150, t151, t152, t154, t155, t156, t158, t159, t160, t162, t163, t164, t166, t168,
+        t170, t171, t172, t174, t176, t178, t179, t180, t181, t182, t183, t184, t185, t186, t188, t189, t190, t192,
+        t193, t194, t196, t197, t198, t200, t202, t204, t205, t206, t208, t210, t212, t213, t214, t215, t216, t217,
+        t218, t219, t220, t221, t222, t224, t225, t226, t228, t229, t230, t232, t233, t234, t236, t238, t240, t241,
+        t242, t244, t246, t248, t249, t250, t251, t252, t253, t254, t255,
     );
     // torso: pose in the world
     t0 = q_base_qx * R::constant(2.0);
@@ -100,9 +98,33 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t18 = R::constant(1.0) - t17;
     t19 = t8 - t9;
     t20 = t7 - t10;
+    out[0][0] = t20;
+    out[1][0] = t20;
+    out[2][0] = t20;
+    out[3][0] = t20;
+    out[4][0] = t20;
+    out[5][0] = t20;
+    out[6][0] = t20;
+    out[7][0] = t20;
     t21 = t8 + t9;
+    out[0][1] = t21;
+    out[1][1] = t21;
+    out[2][1] = t21;
+    out[3][1] = t21;
+    out[4][1] = t21;
+    out[5][1] = t21;
+    out[6][1] = t21;
+    out[7][1] = t21;
     t22 = t3 + t4;
     t23 = R::constant(1.0) - t22;
+    out[0][2] = t23;
+    out[1][2] = t23;
+    out[2][2] = t23;
+    out[3][2] = t23;
+    out[4][2] = t23;
+    out[5][2] = t23;
+    out[6][2] = t23;
+    out[7][2] = t23;
     // right_hip_yaw_link: pose in the world
     t24 = t13 * cos_q_right_hip_yaw;
     t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
@@ -246,35 +268,35 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t150 = t126 - t148;
     t151 = t127 - t149;
     t152 = t101 * t151;
-    t153 = R::fused(-t105, t150, t152);
+    out[0][11] = R::fused(-t105, t150, t152);
     // right_ankle: Jacobian
     t154 = t106 - t148;
     t155 = t107 - t149;
     t156 = t47 * t155;
-    t157 = R::fused(-t51, t154, t156);
+    out[0][10] = R::fused(-t51, t154, t156);
     // right_lower_leg: Jacobian
     t158 = t86 - t148;
     t159 = t87 - t149;
     t160 = t47 * t159;
-    t161 = R::fused(-t51, t158, t160);
+    out[0][9] = R::fused(-t51, t158, t160);
     // right_upper_leg: Jacobian
     t162 = t34 - t148;
     t163 = t35 - t149;
     t164 = t47 * t163;
-    t165 = R::fused(-t51, t162, t164);
+    out[0][8] = R::fused(-t51, t162, t164);
     t166 = t25 * t163; // right_hip_roll_link: Jacobian
-    t167 = R::fused(t29, t162, -t166); // right_hip_roll_link: Jacobian
+    out[0][7] = R::fused(t29, t162, -t166); // right_hip_roll_link: Jacobian
     t168 = t15 * t163; // right_hip_yaw_link: Jacobian
-    t169 = R::fused(t19, t162, -t168); // right_hip_yaw_link: Jacobian
+    out[0][6] = R::fused(t19, t162, -t168); // right_hip_yaw_link: Jacobian
     // torso: Jacobian
     t170 = q_base_x - t148;
     t171 = q_base_y - t149;
     t172 = t13 * t171;
-    t173 = R::fused(t16, t170, -t172);
+    out[0][3] = R::fused(t16, t170, -t172);
     t174 = t14 * t171;
-    t175 = R::fused(t18, t170, -t174);
+    out[0][4] = R::fused(t18, t170, -t174);
     t176 = t15 * t171;
-    t177 = R::fused(t19, t170, -t176);
+    out[0][5] = R::fused(t19, t170, -t176);
     // other
     t178 = t138 - t139;
     t179 = t141 + t178;
@@ -286,35 +308,35 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t184 = t126 - t182;
     t185 = t127 - t183;
     t186 = t101 * t185;
-    t187 = R::fused(-t105, t184, t186);
+    out[1][11] = R::fused(-t105, t184, t186);
     // right_ankle: Jacobian
     t188 = t106 - t182;
     t189 = t107 - t183;
     t190 = t47 * t189;
-    t191 = R::fused(-t51, t188, t190);
+    out[1][10] = R::fused(-t51, t188, t190);
     // right_lower_leg: Jacobian
     t192 = t86 - t182;
     t193 = t87 - t183;
     t194 = t47 * t193;
-    t195 = R::fused(-t51, t192, t194);
+    out[1][9] = R::fused(-t51, t192, t194);
     // right_upper_leg: Jacobian
     t196 = t34 - t182;
     t197 = t35 - t183;
     t198 = t47 * t197;
-    t199 = R::fused(-t51, t196, t198);
+    out[1][8] = R::fused(-t51, t196, t198);
     t200 = t25 * t197; // right_hip_roll_link: Jacobian
-    t201 = R::fused(t29, t196, -t200); // right_hip_roll_link: Jacobian
+    out[1][7] = R::fused(t29, t196, -t200); // right_hip_roll_link: Jacobian
     t202 = t15 * t197; // right_hip_yaw_link: Jacobian
-    t203 = R::fused(t19, t196, -t202); // right_hip_yaw_link: Jacobian
+    out[1][6] = R::fused(t19, t196, -t202); // right_hip_yaw_link: Jacobian
     // torso: Jacobian
     t204 = q_base_x - t182;
     t205 = q_base_y - t183;
     t206 = t13 * t205;
-    t207 = R::fused(t16, t204, -t206);
+    out[1][3] = R::fused(t16, t204, -t206);
     t208 = t14 * t205;
-    t209 = R::fused(t18, t204, -t208);
+    out[1][4] = R::fused(t18, t204, -t208);
     t210 = t15 * t205;
-    t211 = R::fused(t19, t204, -t210);
+    out[1][5] = R::fused(t19, t204, -t210);
     // other
     t212 = t101 * R::constant(0.09);
     t213 = t139 - t212;
@@ -328,35 +350,35 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t220 = t126 - t218;
     t221 = t127 - t219;
     t222 = t101 * t221;
-    t223 = R::fused(-t105, t220, t222);
+    out[2][11] = R::fused(-t105, t220, t222);
     // right_ankle: Jacobian
     t224 = t106 - t218;
     t225 = t107 - t219;
     t226 = t47 * t225;
-    t227 = R::fused(-t51, t224, t226);
+    out[2][10] = R::fused(-t51, t224, t226);
     // right_lower_leg: Jacobian
     t228 = t86 - t218;
     t229 = t87 - t219;
     t230 = t47 * t229;
-    t231 = R::fused(-t51, t228, t230);
+    out[2][9] = R::fused(-t51, t228, t230);
     // right_upper_leg: Jacobian
     t232 = t34 - t218;
     t233 = t35 - t219;
     t234 = t47 * t233;
-    t235 = R::fused(-t51, t232, t234);
+    out[2][8] = R::fused(-t51, t232, t234);
     t236 = t25 * t233; // right_hip_roll_link: Jacobian
-    t237 = R::fused(t29, t232, -t236); // right_hip_roll_link: Jacobian
+    out[2][7] = R::fused(t29, t232, -t236); // right_hip_roll_link: Jacobian
     t238 = t15 * t233; // right_hip_yaw_link: Jacobian
-    t239 = R::fused(t19, t232, -t238); // right_hip_yaw_link: Jacobian
+    out[2][6] = R::fused(t19, t232, -t238); // right_hip_yaw_link: Jacobian
     // torso: Jacobian
     t240 = q_base_x - t218;
     t241 = q_base_y - t219;
     t242 = t13 * t241;
-    t243 = R::fused(t16, t240, -t242);
+    out[2][3] = R::fused(t16, t240, -t242);
     t244 = t14 * t241;
-    t245 = R::fused(t18, t240, -t244);
+    out[2][4] = R::fused(t18, t240, -t244);
     t246 = t15 * t241;
-    t247 = R::fused(t19, t240, -t246);
+    out[2][5] = R::fused(t19, t240, -t246);
     // other
     t248 = t139 + t212;
     t249 = t141 - t248;
@@ -368,47 +390,44 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t254 = t126 - t252;
     t255 = t127 - t253;
     let (
-        t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
-        t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
-        t292, t293, t294, t295, t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309,
-        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327,
-        t328, t329, t330, t331, t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345,
-        t346, t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363,
-        t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381,
-        t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399,
-        t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417,
-        t418, t419, t420, t421, t422, t423, t424, t425,
+        t256, t258, t259, t260, t262, t263, t264, t266, t267, t268, t270, t272, t274, t275, t276, t278, t280, t282,
+        t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t298, t299, t300, t302,
+        t303, t304, t306, t307, t308, t310, t312, t314, t315, t316, t318, t320, t322, t323, t324, t325, t326, t327,
+        t328, t329, t330, t332, t333, t334, t336, t337, t338, t340, t341, t342, t344, t346, t348, t349, t350, t352,
+        t354, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t368, t369, t370, t372, t373, t374,
+        t376, t377, t378, t380, t382, t384, t385, t386, t388, t390, t392, t393, t394, t395, t396, t397, t398, t399,
+        t400, t402, t403, t404, t406, t407, t408, t410, t411, t412, t414, t416, t418, t419, t420, t422, t424,
     );
     t256 = t101 * t255;
-    t257 = R::fused(-t105, t254, t256);
+    out[3][11] = R::fused(-t105, t254, t256);
     // right_ankle: Jacobian
     t258 = t106 - t252;
     t259 = t107 - t253;
     t260 = t47 * t259;
-    t261 = R::fused(-t51, t258, t260);
+    out[3][10] = R::fused(-t51, t258, t260);
     // right_lower_leg: Jacobian
     t262 = t86 - t252;
     t263 = t87 - t253;
     t264 = t47 * t263;
-    t265 = R::fused(-t51, t262, t264);
+    out[3][9] = R::fused(-t51, t262, t264);
     // right_upper_leg: Jacobian
     t266 = t34 - t252;
     t267 = t35 - t253;
     t268 = t47 * t267;
-    t269 = R::fused(-t51, t266, t268);
+    out[3][8] = R::fused(-t51, t266, t268);
     t270 = t25 * t267; // right_hip_roll_link: Jacobian
-    t271 = R::fused(t29, t266, -t270); // right_hip_roll_link: Jacobian
+    out[3][7] = R::fused(t29, t266, -t270); // right_hip_roll_link: Jacobian
     t272 = t15 * t267; // right_hip_yaw_link: Jacobian
-    t273 = R::fused(t19, t266, -t272); // right_hip_yaw_link: Jacobian
+    out[3][6] = R::fused(t19, t266, -t272); // right_hip_yaw_link: Jacobian
     // torso: Jacobian
     t274 = q_base_x - t252;
     t275 = q_base_y - t253;
     t276 = t13 * t275;
-    t277 = R::fused(t16, t274, -t276);
+    out[3][3] = R::fused(t16, t274, -t276);
     t278 = t14 * t275;
-    t279 = R::fused(t18, t274, -t278);
+    out[3][4] = R::fused(t18, t274, -t278);
     t280 = t15 * t275;
-    t281 = R::fused(t19, t274, -t280);
+    out[3][5] = R::fused(t19, t274, -t280);
     // other
     t282 = t111 * R::constant(0.15);
     t283 = t129 * R::constant(0.06);
@@ -426,35 +445,35 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t294 = t136 - t292;
     t295 = t137 - t293;
     t296 = t111 * t295;
-    t297 = R::fused(-t115, t294, t296);
+    out[4][17] = R::fused(-t115, t294, t296);
     // left_ankle: Jacobian
     t298 = t116 - t292;
     t299 = t117 - t293;
     t300 = t55 * t299;
-    t301 = R::fused(-t59, t298, t300);
+    out[4][16] = R::fused(-t59, t298, t300);
     // left_lower_leg: Jacobian
     t302 = t96 - t292;
     t303 = t97 - t293;
     t304 = t55 * t303;
-    t305 = R::fused(-t59, t302, t304);
+    out[4][15] = R::fused(-t59, t302, t304);
     // left_upper_leg: Jacobian
     t306 = t44 - t292;
     t307 = t45 - t293;
     t308 = t55 * t307;
-    t309 = R::fused(-t59, t306, t308);
+    out[4][14] = R::fused(-t59, t306, t308);
     t310 = t37 * t307; // left_hip_roll_link: Jacobian
-    t311 = R::fused(t41, t306, -t310); // left_hip_roll_link: Jacobian
+    out[4][13] = R::fused(t41, t306, -t310); // left_hip_roll_link: Jacobian
     t312 = t15 * t307; // left_hip_yaw_link: Jacobian
-    t313 = R::fused(t19, t306, -t312); // left_hip_yaw_link: Jacobian
+    out[4][12] = R::fused(t19, t306, -t312); // left_hip_yaw_link: Jacobian
     // torso: Jacobian
     t314 = q_base_x - t292;
     t315 = q_base_y - t293;
     t316 = t13 * t315;
-    t317 = R::fused(t16, t314, -t316);
+    out[4][3] = R::fused(t16, t314, -t316);
     t318 = t14 * t315;
-    t319 = R::fused(t18, t314, -t318);
+    out[4][4] = R::fused(t18, t314, -t318);
     t320 = t15 * t315;
-    t321 = R::fused(t19, t314, -t320);
+    out[4][5] = R::fused(t19, t314, -t320);
     // other
     t322 = t282 - t283;
     t323 = t285 + t322;
@@ -466,35 +485,35 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t328 = t136 - t326;
     t329 = t137 - t327;
     t330 = t111 * t329;
-    t331 = R::fused(-t115, t328, t330);
+    out[5][17] = R::fused(-t115, t328, t330);
     // left_ankle: Jacobian
     t332 = t116 - t326;
     t333 = t117 - t327;
     t334 = t55 * t333;
-    t335 = R::fused(-t59, t332, t334);
+    out[5][16] = R::fused(-t59, t332, t334);
     // left_lower_leg: Jacobian
     t336 = t96 - t326;
     t337 = t97 - t327;
     t338 = t55 * t337;
-    t339 = R::fused(-t59, t336, t338);
+    out[5][15] = R::fused(-t59, t336, t338);
     // left_upper_leg: Jacobian
     t340 = t44 - t326;
     t341 = t45 - t327;
     t342 = t55 * t341;
-    t343 = R::fused(-t59, t340, t342);
+    out[5][14] = R::fused(-t59, t340, t342);
     t344 = t37 * t341; // left_hip_roll_link: Jacobian
-    t345 = R::fused(t41, t340, -t344); // left_hip_roll_link: Jacobian
+    out[5][13] = R::fused(t41, t340, -t344); // left_hip_roll_link: Jacobian
     t346 = t15 * t341; // left_hip_yaw_link: Jacobian
-    t347 = R::fused(t19, t340, -t346); // left_hip_yaw_link: Jacobian
+    out[5][12] = R::fused(t19, t340, -t346); // left_hip_yaw_link: Jacobian
     // torso: Jacobian
     t348 = q_base_x - t326;
     t349 = q_base_y - t327;
     t350 = t13 * t349;
-    t351 = R::fused(t16, t348, -t350);
+    out[5][3] = R::fused(t16, t348, -t350);
     t352 = t14 * t349;
-    t353 = R::fused(t18, t348, -t352);
+    out[5][4] = R::fused(t18, t348, -t352);
     t354 = t15 * t349;
-    t355 = R::fused(t19, t348, -t354);
+    out[5][5] = R::fused(t19, t348, -t354);
     // other
     t356 = t111 * R::constant(0.09);
     t357 = t283 - t356;
@@ -508,35 +527,35 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t364 = t136 - t362;
     t365 = t137 - t363;
     t366 = t111 * t365;
-    t367 = R::fused(-t115, t364, t366);
+    out[6][17] = R::fused(-t115, t364, t366);
     // left_ankle: Jacobian
     t368 = t116 - t362;
     t369 = t117 - t363;
     t370 = t55 * t369;
-    t371 = R::fused(-t59, t368, t370);
+    out[6][16] = R::fused(-t59, t368, t370);
     // left_lower_leg: Jacobian
     t372 = t96 - t362;
     t373 = t97 - t363;
     t374 = t55 * t373;
-    t375 = R::fused(-t59, t372, t374);
+    out[6][15] = R::fused(-t59, t372, t374);
     // left_upper_leg: Jacobian
     t376 = t44 - t362;
     t377 = t45 - t363;
     t378 = t55 * t377;
-    t379 = R::fused(-t59, t376, t378);
+    out[6][14] = R::fused(-t59, t376, t378);
     t380 = t37 * t377; // left_hip_roll_link: Jacobian
-    t381 = R::fused(t41, t376, -t380); // left_hip_roll_link: Jacobian
+    out[6][13] = R::fused(t41, t376, -t380); // left_hip_roll_link: Jacobian
     t382 = t15 * t377; // left_hip_yaw_link: Jacobian
-    t383 = R::fused(t19, t376, -t382); // left_hip_yaw_link: Jacobian
+    out[6][12] = R::fused(t19, t376, -t382); // left_hip_yaw_link: Jacobian
     // torso: Jacobian
     t384 = q_base_x - t362;
     t385 = q_base_y - t363;
     t386 = t13 * t385;
-    t387 = R::fused(t16, t384, -t386);
+    out[6][3] = R::fused(t16, t384, -t386);
     t388 = t14 * t385;
-    t389 = R::fused(t18, t384, -t388);
+    out[6][4] = R::fused(t18, t384, -t388);
     t390 = t15 * t385;
-    t391 = R::fused(t19, t384, -t390);
+    out[6][5] = R::fused(t19, t384, -t390);
     // other
     t392 = t283 + t356;
     t393 = t285 - t392;
@@ -548,76 +567,82 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     t398 = t136 - t396;
     t399 = t137 - t397;
     t400 = t111 * t399;
-    t401 = R::fused(-t115, t398, t400);
+    out[7][17] = R::fused(-t115, t398, t400);
     // left_ankle: Jacobian
     t402 = t116 - t396;
     t403 = t117 - t397;
     t404 = t55 * t403;
-    t405 = R::fused(-t59, t402, t404);
+    out[7][16] = R::fused(-t59, t402, t404);
     // left_lower_leg: Jacobian
     t406 = t96 - t396;
     t407 = t97 - t397;
     t408 = t55 * t407;
-    t409 = R::fused(-t59, t406, t408);
+    out[7][15] = R::fused(-t59, t406, t408);
     // left_upper_leg: Jacobian
     t410 = t44 - t396;
     t411 = t45 - t397;
     t412 = t55 * t411;
-    t413 = R::fused(-t59, t410, t412);
+    out[7][14] = R::fused(-t59, t410, t412);
     t414 = t37 * t411; // left_hip_roll_link: Jacobian
-    t415 = R::fused(t41, t410, -t414); // left_hip_roll_link: Jacobian
+    out[7][13] = R::fused(t41, t410, -t414); // left_hip_roll_link: Jacobian
     t416 = t15 * t411; // left_hip_yaw_link: Jacobian
-    t417 = R::fused(t19, t410, -t416); // left_hip_yaw_link: Jacobian
+    out[7][12] = R::fused(t19, t410, -t416); // left_hip_yaw_link: Jacobian
     // torso: Jacobian
     t418 = q_base_x - t396;
     t419 = q_base_y - t397;
     t420 = t13 * t419;
-    t421 = R::fused(t16, t418, -t420);
+    out[7][3] = R::fused(t16, t418, -t420);
     t422 = t14 * t419;
-    t423 = R::fused(t18, t418, -t422);
+    out[7][4] = R::fused(t18, t418, -t422);
     t424 = t15 * t419;
-    t425 = R::fused(t19, t418, -t424);
-    *out = [
-        // right_foot/front_left/z
-        [
-            t20, t21, t23, t173, t175, t177, t169, t167, t165, t161, t157, t153, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/front_right/z
-        [
-            t20, t21, t23, t207, t209, t211, t203, t201, t199, t195, t191, t187, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_left/z
-        [
-            t20, t21, t23, t243, t245, t247, t239, t237, t235, t231, t227, t223, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_right/z
-        [
-            t20, t21, t23, t277, t279, t281, t273, t271, t269, t265, t261, t257, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_foot/front_left/z
-        [
-            t20, t21, t23, t317, t319, t321, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t313, t311, t309, t305, t301, t297,
-        ],
-        // left_foot/front_right/z
-        [
-            t20, t21, t23, t351, t353, t355, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t347, t345, t343, t339, t335, t331,
-        ],
-        // left_foot/rear_left/z
-        [
-            t20, t21, t23, t387, t389, t391, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t383, t381, t379, t375, t371, t367,
-        ],
-        // left_foot/rear_right/z
-        [
-            t20, t21, t23, t421, t423, t425, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t417, t415, t413, t409, t405, t401,
-        ],
-    ];
+    out[7][5] = R::fused(t19, t418, -t424);
+    out[0][12] = R::constant(0.0);
+    out[0][13] = R::constant(0.0);
+    out[0][14] = R::constant(0.0);
+    out[0][15] = R::constant(0.0);
+    out[0][16] = R::constant(0.0);
+    out[0][17] = R::constant(0.0);
+    out[1][12] = R::constant(0.0);
+    out[1][13] = R::constant(0.0);
+    out[1][14] = R::constant(0.0);
+    out[1][15] = R::constant(0.0);
+    out[1][16] = R::constant(0.0);
+    out[1][17] = R::constant(0.0);
+    out[2][12] = R::constant(0.0);
+    out[2][13] = R::constant(0.0);
+    out[2][14] = R::constant(0.0);
+    out[2][15] = R::constant(0.0);
+    out[2][16] = R::constant(0.0);
+    out[2][17] = R::constant(0.0);
+    out[3][12] = R::constant(0.0);
+    out[3][13] = R::constant(0.0);
+    out[3][14] = R::constant(0.0);
+    out[3][15] = R::constant(0.0);
+    out[3][16] = R::constant(0.0);
+    out[3][17] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[4][7] = R::constant(0.0);
+    out[4][8] = R::constant(0.0);
+    out[4][9] = R::constant(0.0);
+    out[4][10] = R::constant(0.0);
+    out[4][11] = R::constant(0.0);
+    out[5][6] = R::constant(0.0);
+    out[5][7] = R::constant(0.0);
+    out[5][8] = R::constant(0.0);
+    out[5][9] = R::constant(0.0);
+    out[5][10] = R::constant(0.0);
+    out[5][11] = R::constant(0.0);
+    out[6][6] = R::constant(0.0);
+    out[6][7] = R::constant(0.0);
+    out[6][8] = R::constant(0.0);
+    out[6][9] = R::constant(0.0);
+    out[6][10] = R::constant(0.0);
+    out[6][11] = R::constant(0.0);
+    out[7][6] = R::constant(0.0);
+    out[7][7] = R::constant(0.0);
+    out[7][8] = R::constant(0.0);
+    out[7][9] = R::constant(0.0);
+    out[7][10] = R::constant(0.0);
+    out[7][11] = R::constant(0.0);
 }
 }

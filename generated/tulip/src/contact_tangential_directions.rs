@@ -77,10 +77,9 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
         t146, t147, t148, t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163,
         t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181,
         t182, t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199,
-        t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217,
-        t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235,
-        t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253,
-        t254, t255,
+        t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t218,
+        t220, t221, t222, t223, t225, t227, t228, t229, t230, t232, t234, t235, t236, t237, t239, t241, t243, t245,
+        t247, t249, t250, t251, t252, t254,
     );
     // torso: pose in the world
     t0 = q_base_qx * R::constant(2.0);
@@ -97,12 +96,60 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t11 = q_base_qw * t2;
     t12 = t4 + t5;
     t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[2][0] = t13;
+    out[4][0] = t13;
+    out[6][0] = t13;
+    out[8][0] = t13;
+    out[10][0] = t13;
+    out[12][0] = t13;
+    out[14][0] = t13;
     t14 = t6 - t11;
+    out[0][1] = t14;
+    out[2][1] = t14;
+    out[4][1] = t14;
+    out[6][1] = t14;
+    out[8][1] = t14;
+    out[10][1] = t14;
+    out[12][1] = t14;
+    out[14][1] = t14;
     t15 = t7 + t10;
+    out[0][2] = t15;
+    out[2][2] = t15;
+    out[4][2] = t15;
+    out[6][2] = t15;
+    out[8][2] = t15;
+    out[10][2] = t15;
+    out[12][2] = t15;
+    out[14][2] = t15;
     t16 = t6 + t11;
+    out[1][0] = t16;
+    out[3][0] = t16;
+    out[5][0] = t16;
+    out[7][0] = t16;
+    out[9][0] = t16;
+    out[11][0] = t16;
+    out[13][0] = t16;
+    out[15][0] = t16;
     t17 = t3 + t5;
     t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[3][1] = t18;
+    out[5][1] = t18;
+    out[7][1] = t18;
+    out[9][1] = t18;
+    out[11][1] = t18;
+    out[13][1] = t18;
+    out[15][1] = t18;
     t19 = t8 - t9;
+    out[1][2] = t19;
+    out[3][2] = t19;
+    out[5][2] = t19;
+    out[7][2] = t19;
+    out[9][2] = t19;
+    out[11][2] = t19;
+    out[13][2] = t19;
+    out[15][2] = t19;
     t20 = t7 - t10;
     t21 = t8 + t9;
     t22 = t3 + t4;
@@ -314,76 +361,72 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t214 = t178 - t211;
     t215 = t179 - t212;
     t216 = t142 * t215;
-    t217 = R::fused(-t146, t214, t216);
+    out[0][11] = R::fused(-t146, t214, t216);
     t218 = t146 * t213;
-    t219 = R::fused(-t138, t215, t218);
+    out[1][11] = R::fused(-t138, t215, t218);
     // right_ankle: Jacobian
     t220 = t147 - t210;
     t221 = t148 - t211;
     t222 = t149 - t212;
     t223 = t62 * t222;
-    t224 = R::fused(-t66, t221, t223);
+    out[0][10] = R::fused(-t66, t221, t223);
     t225 = t66 * t220;
-    t226 = R::fused(-t58, t222, t225);
+    out[1][10] = R::fused(-t58, t222, t225);
     // right_lower_leg: Jacobian
     t227 = t117 - t210;
     t228 = t118 - t211;
     t229 = t119 - t212;
     t230 = t62 * t229;
-    t231 = R::fused(-t66, t228, t230);
+    out[0][9] = R::fused(-t66, t228, t230);
     t232 = t66 * t227;
-    t233 = R::fused(-t58, t229, t232);
+    out[1][9] = R::fused(-t58, t229, t232);
     // right_upper_leg: Jacobian
     t234 = t39 - t210;
     t235 = t40 - t211;
     t236 = t41 - t212;
     t237 = t62 * t236;
-    t238 = R::fused(-t66, t235, t237);
+    out[0][8] = R::fused(-t66, t235, t237);
     t239 = t66 * t234;
-    t240 = R::fused(-t58, t236, t239);
+    out[1][8] = R::fused(-t58, t236, t239);
     // right_hip_roll_link: Jacobian
     t241 = t29 * t236;
-    t242 = R::fused(t33, t235, -t241);
+    out[0][7] = R::fused(t33, t235, -t241);
     t243 = t33 * t234;
-    t244 = R::fused(t25, t236, -t243);
+    out[1][7] = R::fused(t25, t236, -t243);
     // right_hip_yaw_link: Jacobian
     t245 = t19 * t236;
-    t246 = R::fused(t23, t235, -t245);
+    out[0][6] = R::fused(t23, t235, -t245);
     t247 = t23 * t234;
-    t248 = R::fused(t15, t236, -t247);
+    out[1][6] = R::fused(t15, t236, -t247);
     // torso: Jacobian
     t249 = q_base_x - t210;
     t250 = q_base_y - t211;
     t251 = q_base_z - t212;
     t252 = t16 * t251;
-    t253 = R::fused(t20, t250, -t252);
+    out[0][3] = R::fused(t20, t250, -t252);
     t254 = t20 * t249;
-    t255 = R::fused(t13, t251, -t254);
+    out[1][3] = R::fused(t13, t251, -t254);
     let (
-        t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
-        t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
-        t292, t293, t294, t295, t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309,
-        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327,
-        t328, t329, t330, t331, t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345,
-        t346, t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363,
-        t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381,
-        t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399,
-        t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417,
-        t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435,
-        t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453,
-        t454, t455, t456, t457, t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471,
-        t472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489,
-        t490, t491, t492, t493, t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507,
-        t508, t509, t510, t511,
+        t256, t258, t260, t262, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t278,
+        t280, t281, t282, t283, t285, t287, t288, t289, t290, t292, t294, t295, t296, t297, t299, t301, t303, t305,
+        t307, t309, t310, t311, t312, t314, t316, t318, t320, t322, t324, t325, t326, t327, t328, t329, t330, t331,
+        t332, t333, t334, t335, t336, t337, t338, t339, t341, t343, t344, t345, t346, t348, t350, t351, t352, t353,
+        t355, t357, t358, t359, t360, t362, t364, t366, t368, t370, t372, t373, t374, t375, t377, t379, t381, t383,
+        t385, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t401, t403, t404, t405,
+        t406, t408, t410, t411, t412, t413, t415, t417, t418, t419, t420, t422, t424, t426, t428, t430, t432, t433,
+        t434, t435, t437, t439, t441, t443, t445, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457,
+        t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t470, t472, t473, t474, t475, t477, t479,
+        t480, t481, t482, t484, t486, t487, t488, t489, t491, t493, t495, t497, t499, t501, t502, t503, t504, t506,
+        t508, t510,
     );
     t256 = t18 * t251;
-    t257 = R::fused(t21, t250, -t256);
+    out[0][4] = R::fused(t21, t250, -t256);
     t258 = t21 * t249;
-    t259 = R::fused(t14, t251, -t258);
+    out[1][4] = R::fused(t14, t251, -t258);
     t260 = t19 * t251;
-    t261 = R::fused(t23, t250, -t260);
+    out[0][5] = R::fused(t23, t250, -t260);
     t262 = t23 * t249;
-    t263 = R::fused(t15, t251, -t262);
+    out[1][5] = R::fused(t15, t251, -t262);
     // other
     t264 = t195 - t196;
     t265 = t198 + t264;
@@ -399,59 +442,59 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t274 = t178 - t271;
     t275 = t179 - t272;
     t276 = t142 * t275;
-    t277 = R::fused(-t146, t274, t276);
+    out[2][11] = R::fused(-t146, t274, t276);
     t278 = t146 * t273;
-    t279 = R::fused(-t138, t275, t278);
+    out[3][11] = R::fused(-t138, t275, t278);
     // right_ankle: Jacobian
     t280 = t147 - t270;
     t281 = t148 - t271;
     t282 = t149 - t272;
     t283 = t62 * t282;
-    t284 = R::fused(-t66, t281, t283);
+    out[2][10] = R::fused(-t66, t281, t283);
     t285 = t66 * t280;
-    t286 = R::fused(-t58, t282, t285);
+    out[3][10] = R::fused(-t58, t282, t285);
     // right_lower_leg: Jacobian
     t287 = t117 - t270;
     t288 = t118 - t271;
     t289 = t119 - t272;
     t290 = t62 * t289;
-    t291 = R::fused(-t66, t288, t290);
+    out[2][9] = R::fused(-t66, t288, t290);
     t292 = t66 * t287;
-    t293 = R::fused(-t58, t289, t292);
+    out[3][9] = R::fused(-t58, t289, t292);
     // right_upper_leg: Jacobian
     t294 = t39 - t270;
     t295 = t40 - t271;
     t296 = t41 - t272;
     t297 = t62 * t296;
-    t298 = R::fused(-t66, t295, t297);
+    out[2][8] = R::fused(-t66, t295, t297);
     t299 = t66 * t294;
-    t300 = R::fused(-t58, t296, t299);
+    out[3][8] = R::fused(-t58, t296, t299);
     // right_hip_roll_link: Jacobian
     t301 = t29 * t296;
-    t302 = R::fused(t33, t295, -t301);
+    out[2][7] = R::fused(t33, t295, -t301);
     t303 = t33 * t294;
-    t304 = R::fused(t25, t296, -t303);
+    out[3][7] = R::fused(t25, t296, -t303);
     // right_hip_yaw_link: Jacobian
     t305 = t19 * t296;
-    t306 = R::fused(t23, t295, -t305);
+    out[2][6] = R::fused(t23, t295, -t305);
     t307 = t23 * t294;
-    t308 = R::fused(t15, t296, -t307);
+    out[3][6] = R::fused(t15, t296, -t307);
     // torso: Jacobian
     t309 = q_base_x - t270;
     t310 = q_base_y - t271;
     t311 = q_base_z - t272;
     t312 = t16 * t311;
-    t313 = R::fused(t20, t310, -t312);
+    out[2][3] = R::fused(t20, t310, -t312);
     t314 = t20 * t309;
-    t315 = R::fused(t13, t311, -t314);
+    out[3][3] = R::fused(t13, t311, -t314);
     t316 = t18 * t311;
-    t317 = R::fused(t21, t310, -t316);
+    out[2][4] = R::fused(t21, t310, -t316);
     t318 = t21 * t309;
-    t319 = R::fused(t14, t311, -t318);
+    out[3][4] = R::fused(t14, t311, -t318);
     t320 = t19 * t311;
-    t321 = R::fused(t23, t310, -t320);
+    out[2][5] = R::fused(t23, t310, -t320);
     t322 = t23 * t309;
-    t323 = R::fused(t15, t311, -t322);
+    out[3][5] = R::fused(t15, t311, -t322);
     // other
     t324 = t138 * R::constant(0.09);
     t325 = t196 - t324;
@@ -470,59 +513,59 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t337 = t178 - t334;
     t338 = t179 - t335;
     t339 = t142 * t338;
-    t340 = R::fused(-t146, t337, t339);
+    out[4][11] = R::fused(-t146, t337, t339);
     t341 = t146 * t336;
-    t342 = R::fused(-t138, t338, t341);
+    out[5][11] = R::fused(-t138, t338, t341);
     // right_ankle: Jacobian
     t343 = t147 - t333;
     t344 = t148 - t334;
     t345 = t149 - t335;
     t346 = t62 * t345;
-    t347 = R::fused(-t66, t344, t346);
+    out[4][10] = R::fused(-t66, t344, t346);
     t348 = t66 * t343;
-    t349 = R::fused(-t58, t345, t348);
+    out[5][10] = R::fused(-t58, t345, t348);
     // right_lower_leg: Jacobian
     t350 = t117 - t333;
     t351 = t118 - t334;
     t352 = t119 - t335;
     t353 = t62 * t352;
-    t354 = R::fused(-t66, t351, t353);
+    out[4][9] = R::fused(-t66, t351, t353);
     t355 = t66 * t350;
-    t356 = R::fused(-t58, t352, t355);
+    out[5][9] = R::fused(-t58, t352, t355);
     // right_upper_leg: Jacobian
     t357 = t39 - t333;
     t358 = t40 - t334;
     t359 = t41 - t335;
     t360 = t62 * t359;
-    t361 = R::fused(-t66, t358, t360);
+    out[4][8] = R::fused(-t66, t358, t360);
     t362 = t66 * t357;
-    t363 = R::fused(-t58, t359, t362);
+    out[5][8] = R::fused(-t58, t359, t362);
     // right_hip_roll_link: Jacobian
     t364 = t29 * t359;
-    t365 = R::fused(t33, t358, -t364);
+    out[4][7] = R::fused(t33, t358, -t364);
     t366 = t33 * t357;
-    t367 = R::fused(t25, t359, -t366);
+    out[5][7] = R::fused(t25, t359, -t366);
     // right_hip_yaw_link: Jacobian
     t368 = t19 * t359;
-    t369 = R::fused(t23, t358, -t368);
+    out[4][6] = R::fused(t23, t358, -t368);
     t370 = t23 * t357;
-    t371 = R::fused(t15, t359, -t370);
+    out[5][6] = R::fused(t15, t359, -t370);
     // torso: Jacobian
     t372 = q_base_x - t333;
     t373 = q_base_y - t334;
     t374 = q_base_z - t335;
     t375 = t16 * t374;
-    t376 = R::fused(t20, t373, -t375);
+    out[4][3] = R::fused(t20, t373, -t375);
     t377 = t20 * t372;
-    t378 = R::fused(t13, t374, -t377);
+    out[5][3] = R::fused(t13, t374, -t377);
     t379 = t18 * t374;
-    t380 = R::fused(t21, t373, -t379);
+    out[4][4] = R::fused(t21, t373, -t379);
     t381 = t21 * t372;
-    t382 = R::fused(t14, t374, -t381);
+    out[5][4] = R::fused(t14, t374, -t381);
     t383 = t19 * t374;
-    t384 = R::fused(t23, t373, -t383);
+    out[4][5] = R::fused(t23, t373, -t383);
     t385 = t23 * t372;
-    t386 = R::fused(t15, t374, -t385);
+    out[5][5] = R::fused(t15, t374, -t385);
     // other
     t387 = t196 + t324;
     t388 = t198 - t387;
@@ -538,59 +581,59 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t397 = t178 - t394;
     t398 = t179 - t395;
     t399 = t142 * t398;
-    t400 = R::fused(-t146, t397, t399);
+    out[6][11] = R::fused(-t146, t397, t399);
     t401 = t146 * t396;
-    t402 = R::fused(-t138, t398, t401);
+    out[7][11] = R::fused(-t138, t398, t401);
     // right_ankle: Jacobian
     t403 = t147 - t393;
     t404 = t148 - t394;
     t405 = t149 - t395;
     t406 = t62 * t405;
-    t407 = R::fused(-t66, t404, t406);
+    out[6][10] = R::fused(-t66, t404, t406);
     t408 = t66 * t403;
-    t409 = R::fused(-t58, t405, t408);
+    out[7][10] = R::fused(-t58, t405, t408);
     // right_lower_leg: Jacobian
     t410 = t117 - t393;
     t411 = t118 - t394;
     t412 = t119 - t395;
     t413 = t62 * t412;
-    t414 = R::fused(-t66, t411, t413);
+    out[6][9] = R::fused(-t66, t411, t413);
     t415 = t66 * t410;
-    t416 = R::fused(-t58, t412, t415);
+    out[7][9] = R::fused(-t58, t412, t415);
     // right_upper_leg: Jacobian
     t417 = t39 - t393;
     t418 = t40 - t394;
     t419 = t41 - t395;
     t420 = t62 * t419;
-    t421 = R::fused(-t66, t418, t420);
+    out[6][8] = R::fused(-t66, t418, t420);
     t422 = t66 * t417;
-    t423 = R::fused(-t58, t419, t422);
+    out[7][8] = R::fused(-t58, t419, t422);
     // right_hip_roll_link: Jacobian
     t424 = t29 * t419;
-    t425 = R::fused(t33, t418, -t424);
+    out[6][7] = R::fused(t33, t418, -t424);
     t426 = t33 * t417;
-    t427 = R::fused(t25, t419, -t426);
+    out[7][7] = R::fused(t25, t419, -t426);
     // right_hip_yaw_link: Jacobian
     t428 = t19 * t419;
-    t429 = R::fused(t23, t418, -t428);
+    out[6][6] = R::fused(t23, t418, -t428);
     t430 = t23 * t417;
-    t431 = R::fused(t15, t419, -t430);
+    out[7][6] = R::fused(t15, t419, -t430);
     // torso: Jacobian
     t432 = q_base_x - t393;
     t433 = q_base_y - t394;
     t434 = q_base_z - t395;
     t435 = t16 * t434;
-    t436 = R::fused(t20, t433, -t435);
+    out[6][3] = R::fused(t20, t433, -t435);
     t437 = t20 * t432;
-    t438 = R::fused(t13, t434, -t437);
+    out[7][3] = R::fused(t13, t434, -t437);
     t439 = t18 * t434;
-    t440 = R::fused(t21, t433, -t439);
+    out[6][4] = R::fused(t21, t433, -t439);
     t441 = t21 * t432;
-    t442 = R::fused(t14, t434, -t441);
+    out[7][4] = R::fused(t14, t434, -t441);
     t443 = t19 * t434;
-    t444 = R::fused(t23, t433, -t443);
+    out[6][5] = R::fused(t23, t433, -t443);
     t445 = t23 * t432;
-    t446 = R::fused(t15, t434, -t445);
+    out[7][5] = R::fused(t15, t434, -t445);
     // other
     t447 = t153 * R::constant(0.15);
     t448 = t181 * R::constant(0.06);
@@ -615,72 +658,69 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t466 = t193 - t463;
     t467 = t194 - t464;
     t468 = t157 * t467;
-    t469 = R::fused(-t161, t466, t468);
+    out[8][17] = R::fused(-t161, t466, t468);
     t470 = t161 * t465;
-    t471 = R::fused(-t153, t467, t470);
+    out[9][17] = R::fused(-t153, t467, t470);
     // left_ankle: Jacobian
     t472 = t162 - t462;
     t473 = t163 - t463;
     t474 = t164 - t464;
     t475 = t74 * t474;
-    t476 = R::fused(-t78, t473, t475);
+    out[8][16] = R::fused(-t78, t473, t475);
     t477 = t78 * t472;
-    t478 = R::fused(-t70, t474, t477);
+    out[9][16] = R::fused(-t70, t474, t477);
     // left_lower_leg: Jacobian
     t479 = t132 - t462;
     t480 = t133 - t463;
     t481 = t134 - t464;
     t482 = t74 * t481;
-    t483 = R::fused(-t78, t480, t482);
+    out[8][15] = R::fused(-t78, t480, t482);
     t484 = t78 * t479;
-    t485 = R::fused(-t70, t481, t484);
+    out[9][15] = R::fused(-t70, t481, t484);
     // left_upper_leg: Jacobian
     t486 = t54 - t462;
     t487 = t55 - t463;
     t488 = t56 - t464;
     t489 = t74 * t488;
-    t490 = R::fused(-t78, t487, t489);
+    out[8][14] = R::fused(-t78, t487, t489);
     t491 = t78 * t486;
-    t492 = R::fused(-t70, t488, t491);
+    out[9][14] = R::fused(-t70, t488, t491);
     // left_hip_roll_link: Jacobian
     t493 = t47 * t488;
-    t494 = R::fused(t51, t487, -t493);
+    out[8][13] = R::fused(t51, t487, -t493);
     t495 = t51 * t486;
-    t496 = R::fused(t43, t488, -t495);
+    out[9][13] = R::fused(t43, t488, -t495);
     // left_hip_yaw_link: Jacobian
     t497 = t19 * t488;
-    t498 = R::fused(t23, t487, -t497);
+    out[8][12] = R::fused(t23, t487, -t497);
     t499 = t23 * t486;
-    t500 = R::fused(t15, t488, -t499);
+    out[9][12] = R::fused(t15, t488, -t499);
     // torso: Jacobian
     t501 = q_base_x - t462;
     t502 = q_base_y - t463;
     t503 = q_base_z - t464;
     t504 = t16 * t503;
-    t505 = R::fused(t20, t502, -t504);
+    out[8][3] = R::fused(t20, t502, -t504);
     t506 = t20 * t501;
-    t507 = R::fused(t13, t503, -t506);
+    out[9][3] = R::fused(t13, t503, -t506);
     t508 = t18 * t503;
-    t509 = R::fused(t21, t502, -t508);
+    out[8][4] = R::fused(t21, t502, -t508);
     t510 = t21 * t501;
-    t511 = R::fused(t14, t503, -t510);
+    out[9][4] = R::fused(t14, t503, -t510);
     let (
-        t512, t513, t514, t515, t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529,
-        t530, t531, t532, t533, t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547,
-        t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565,
-        t566, t567, t568, t569, t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583,
-        t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601,
-        t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612, t613, t614, t615, t616, t617, t618, t619,
-        t620, t621, t622, t623, t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635, t636, t637,
-        t638, t639, t640, t641, t642, t643, t644, t645, t646, t647, t648, t649, t650, t651, t652, t653, t654, t655,
-        t656, t657, t658, t659, t660, t661, t662, t663, t664, t665, t666, t667, t668, t669, t670, t671, t672, t673,
-        t674, t675, t676, t677, t678, t679, t680, t681, t682, t683, t684, t685, t686, t687, t688, t689, t690, t691,
-        t692, t693, t694, t695, t696, t697, t698,
+        t512, t514, t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t530, t532, t533,
+        t534, t535, t537, t539, t540, t541, t542, t544, t546, t547, t548, t549, t551, t553, t555, t557, t559, t561,
+        t562, t563, t564, t566, t568, t570, t572, t574, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585,
+        t586, t587, t588, t589, t590, t591, t593, t595, t596, t597, t598, t600, t602, t603, t604, t605, t607, t609,
+        t610, t611, t612, t614, t616, t618, t620, t622, t624, t625, t626, t627, t629, t631, t633, t635, t637, t639,
+        t640, t641, t642, t643, t644, t645, t646, t647, t648, t649, t650, t651, t653, t655, t656, t657, t658, t660,
+        t662, t663, t664, t665, t667, t669, t670, t671, t672, t674, t676, t678, t680, t682, t684, t685, t686, t687,
+        t689, t691, t693, t695, t697,
     );
     t512 = t19 * t503;
-    t513 = R::fused(t23, t502, -t512);
+    out[8][5] = R::fused(t23, t502, -t512);
     t514 = t23 * t501;
-    t515 = R::fused(t15, t503, -t514);
+    out[9][5] = R::fused(t15, t503, -t514);
     // other
     t516 = t447 - t448;
     t517 = t450 + t516;
@@ -696,59 +736,59 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t526 = t193 - t523;
     t527 = t194 - t524;
     t528 = t157 * t527;
-    t529 = R::fused(-t161, t526, t528);
+    out[10][17] = R::fused(-t161, t526, t528);
     t530 = t161 * t525;
-    t531 = R::fused(-t153, t527, t530);
+    out[11][17] = R::fused(-t153, t527, t530);
     // left_ankle: Jacobian
     t532 = t162 - t522;
     t533 = t163 - t523;
     t534 = t164 - t524;
     t535 = t74 * t534;
-    t536 = R::fused(-t78, t533, t535);
+    out[10][16] = R::fused(-t78, t533, t535);
     t537 = t78 * t532;
-    t538 = R::fused(-t70, t534, t537);
+    out[11][16] = R::fused(-t70, t534, t537);
     // left_lower_leg: Jacobian
     t539 = t132 - t522;
     t540 = t133 - t523;
     t541 = t134 - t524;
     t542 = t74 * t541;
-    t543 = R::fused(-t78, t540, t542);
+    out[10][15] = R::fused(-t78, t540, t542);
     t544 = t78 * t539;
-    t545 = R::fused(-t70, t541, t544);
+    out[11][15] = R::fused(-t70, t541, t544);
     // left_upper_leg: Jacobian
     t546 = t54 - t522;
     t547 = t55 - t523;
     t548 = t56 - t524;
     t549 = t74 * t548;
-    t550 = R::fused(-t78, t547, t549);
+    out[10][14] = R::fused(-t78, t547, t549);
     t551 = t78 * t546;
-    t552 = R::fused(-t70, t548, t551);
+    out[11][14] = R::fused(-t70, t548, t551);
     // left_hip_roll_link: Jacobian
     t553 = t47 * t548;
-    t554 = R::fused(t51, t547, -t553);
+    out[10][13] = R::fused(t51, t547, -t553);
     t555 = t51 * t546;
-    t556 = R::fused(t43, t548, -t555);
+    out[11][13] = R::fused(t43, t548, -t555);
     // left_hip_yaw_link: Jacobian
     t557 = t19 * t548;
-    t558 = R::fused(t23, t547, -t557);
+    out[10][12] = R::fused(t23, t547, -t557);
     t559 = t23 * t546;
-    t560 = R::fused(t15, t548, -t559);
+    out[11][12] = R::fused(t15, t548, -t559);
     // torso: Jacobian
     t561 = q_base_x - t522;
     t562 = q_base_y - t523;
     t563 = q_base_z - t524;
     t564 = t16 * t563;
-    t565 = R::fused(t20, t562, -t564);
+    out[10][3] = R::fused(t20, t562, -t564);
     t566 = t20 * t561;
-    t567 = R::fused(t13, t563, -t566);
+    out[11][3] = R::fused(t13, t563, -t566);
     t568 = t18 * t563;
-    t569 = R::fused(t21, t562, -t568);
+    out[10][4] = R::fused(t21, t562, -t568);
     t570 = t21 * t561;
-    t571 = R::fused(t14, t563, -t570);
+    out[11][4] = R::fused(t14, t563, -t570);
     t572 = t19 * t563;
-    t573 = R::fused(t23, t562, -t572);
+    out[10][5] = R::fused(t23, t562, -t572);
     t574 = t23 * t561;
-    t575 = R::fused(t15, t563, -t574);
+    out[11][5] = R::fused(t15, t563, -t574);
     // other
     t576 = t153 * R::constant(0.09);
     t577 = t448 - t576;
@@ -767,59 +807,59 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t589 = t193 - t586;
     t590 = t194 - t587;
     t591 = t157 * t590;
-    t592 = R::fused(-t161, t589, t591);
+    out[12][17] = R::fused(-t161, t589, t591);
     t593 = t161 * t588;
-    t594 = R::fused(-t153, t590, t593);
+    out[13][17] = R::fused(-t153, t590, t593);
     // left_ankle: Jacobian
     t595 = t162 - t585;
     t596 = t163 - t586;
     t597 = t164 - t587;
     t598 = t74 * t597;
-    t599 = R::fused(-t78, t596, t598);
+    out[12][16] = R::fused(-t78, t596, t598);
     t600 = t78 * t595;
-    t601 = R::fused(-t70, t597, t600);
+    out[13][16] = R::fused(-t70, t597, t600);
     // left_lower_leg: Jacobian
     t602 = t132 - t585;
     t603 = t133 - t586;
     t604 = t134 - t587;
     t605 = t74 * t604;
-    t606 = R::fused(-t78, t603, t605);
+    out[12][15] = R::fused(-t78, t603, t605);
     t607 = t78 * t602;
-    t608 = R::fused(-t70, t604, t607);
+    out[13][15] = R::fused(-t70, t604, t607);
     // left_upper_leg: Jacobian
     t609 = t54 - t585;
     t610 = t55 - t586;
     t611 = t56 - t587;
     t612 = t74 * t611;
-    t613 = R::fused(-t78, t610, t612);
+    out[12][14] = R::fused(-t78, t610, t612);
     t614 = t78 * t609;
-    t615 = R::fused(-t70, t611, t614);
+    out[13][14] = R::fused(-t70, t611, t614);
     // left_hip_roll_link: Jacobian
     t616 = t47 * t611;
-    t617 = R::fused(t51, t610, -t616);
+    out[12][13] = R::fused(t51, t610, -t616);
     t618 = t51 * t609;
-    t619 = R::fused(t43, t611, -t618);
+    out[13][13] = R::fused(t43, t611, -t618);
     // left_hip_yaw_link: Jacobian
     t620 = t19 * t611;
-    t621 = R::fused(t23, t610, -t620);
+    out[12][12] = R::fused(t23, t610, -t620);
     t622 = t23 * t609;
-    t623 = R::fused(t15, t611, -t622);
+    out[13][12] = R::fused(t15, t611, -t622);
     // torso: Jacobian
     t624 = q_base_x - t585;
     t625 = q_base_y - t586;
     t626 = q_base_z - t587;
     t627 = t16 * t626;
-    t628 = R::fused(t20, t625, -t627);
+    out[12][3] = R::fused(t20, t625, -t627);
     t629 = t20 * t624;
-    t630 = R::fused(t13, t626, -t629);
+    out[13][3] = R::fused(t13, t626, -t629);
     t631 = t18 * t626;
-    t632 = R::fused(t21, t625, -t631);
+    out[12][4] = R::fused(t21, t625, -t631);
     t633 = t21 * t624;
-    t634 = R::fused(t14, t626, -t633);
+    out[13][4] = R::fused(t14, t626, -t633);
     t635 = t19 * t626;
-    t636 = R::fused(t23, t625, -t635);
+    out[12][5] = R::fused(t23, t625, -t635);
     t637 = t23 * t624;
-    t638 = R::fused(t15, t626, -t637);
+    out[13][5] = R::fused(t15, t626, -t637);
     // other
     t639 = t448 + t576;
     t640 = t450 - t639;
@@ -835,140 +875,154 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     t649 = t193 - t646;
     t650 = t194 - t647;
     t651 = t157 * t650;
-    t652 = R::fused(-t161, t649, t651);
+    out[14][17] = R::fused(-t161, t649, t651);
     t653 = t161 * t648;
-    t654 = R::fused(-t153, t650, t653);
+    out[15][17] = R::fused(-t153, t650, t653);
     // left_ankle: Jacobian
     t655 = t162 - t645;
     t656 = t163 - t646;
     t657 = t164 - t647;
     t658 = t74 * t657;
-    t659 = R::fused(-t78, t656, t658);
+    out[14][16] = R::fused(-t78, t656, t658);
     t660 = t78 * t655;
-    t661 = R::fused(-t70, t657, t660);
+    out[15][16] = R::fused(-t70, t657, t660);
     // left_lower_leg: Jacobian
     t662 = t132 - t645;
     t663 = t133 - t646;
     t664 = t134 - t647;
     t665 = t74 * t664;
-    t666 = R::fused(-t78, t663, t665);
+    out[14][15] = R::fused(-t78, t663, t665);
     t667 = t78 * t662;
-    t668 = R::fused(-t70, t664, t667);
+    out[15][15] = R::fused(-t70, t664, t667);
     // left_upper_leg: Jacobian
     t669 = t54 - t645;
     t670 = t55 - t646;
     t671 = t56 - t647;
     t672 = t74 * t671;
-    t673 = R::fused(-t78, t670, t672);
+    out[14][14] = R::fused(-t78, t670, t672);
     t674 = t78 * t669;
-    t675 = R::fused(-t70, t671, t674);
+    out[15][14] = R::fused(-t70, t671, t674);
     // left_hip_roll_link: Jacobian
     t676 = t47 * t671;
-    t677 = R::fused(t51, t670, -t676);
+    out[14][13] = R::fused(t51, t670, -t676);
     t678 = t51 * t669;
-    t679 = R::fused(t43, t671, -t678);
+    out[15][13] = R::fused(t43, t671, -t678);
     // left_hip_yaw_link: Jacobian
     t680 = t19 * t671;
-    t681 = R::fused(t23, t670, -t680);
+    out[14][12] = R::fused(t23, t670, -t680);
     t682 = t23 * t669;
-    t683 = R::fused(t15, t671, -t682);
+    out[15][12] = R::fused(t15, t671, -t682);
     // torso: Jacobian
     t684 = q_base_x - t645;
     t685 = q_base_y - t646;
     t686 = q_base_z - t647;
     t687 = t16 * t686;
-    t688 = R::fused(t20, t685, -t687);
+    out[14][3] = R::fused(t20, t685, -t687);
     t689 = t20 * t684;
-    t690 = R::fused(t13, t686, -t689);
+    out[15][3] = R::fused(t13, t686, -t689);
     t691 = t18 * t686;
-    t692 = R::fused(t21, t685, -t691);
+    out[14][4] = R::fused(t21, t685, -t691);
     t693 = t21 * t684;
-    t694 = R::fused(t14, t686, -t693);
+    out[15][4] = R::fused(t14, t686, -t693);
     t695 = t19 * t686;
-    t696 = R::fused(t23, t685, -t695);
+    out[14][5] = R::fused(t23, t685, -t695);
     t697 = t23 * t684;
-    t698 = R::fused(t15, t686, -t697);
-    *out = [
-        // right_foot/front_left/x
-        [
-            t13, t14, t15, t253, t257, t261, t246, t242, t238, t231, t224, t217, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/front_left/y
-        [
-            t16, t18, t19, t255, t259, t263, t248, t244, t240, t233, t226, t219, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/front_right/x
-        [
-            t13, t14, t15, t313, t317, t321, t306, t302, t298, t291, t284, t277, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/front_right/y
-        [
-            t16, t18, t19, t315, t319, t323, t308, t304, t300, t293, t286, t279, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_left/x
-        [
-            t13, t14, t15, t376, t380, t384, t369, t365, t361, t354, t347, t340, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_left/y
-        [
-            t16, t18, t19, t378, t382, t386, t371, t367, t363, t356, t349, t342, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_right/x
-        [
-            t13, t14, t15, t436, t440, t444, t429, t425, t421, t414, t407, t400, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_foot/rear_right/y
-        [
-            t16, t18, t19, t438, t442, t446, t431, t427, t423, t416, t409, t402, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_foot/front_left/x
-        [
-            t13, t14, t15, t505, t509, t513, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t498, t494, t490, t483, t476, t469,
-        ],
-        // left_foot/front_left/y
-        [
-            t16, t18, t19, t507, t511, t515, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t500, t496, t492, t485, t478, t471,
-        ],
-        // left_foot/front_right/x
-        [
-            t13, t14, t15, t565, t569, t573, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t558, t554, t550, t543, t536, t529,
-        ],
-        // left_foot/front_right/y
-        [
-            t16, t18, t19, t567, t571, t575, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t560, t556, t552, t545, t538, t531,
-        ],
-        // left_foot/rear_left/x
-        [
-            t13, t14, t15, t628, t632, t636, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t621, t617, t613, t606, t599, t592,
-        ],
-        // left_foot/rear_left/y
-        [
-            t16, t18, t19, t630, t634, t638, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t623, t619, t615, t608, t601, t594,
-        ],
-        // left_foot/rear_right/x
-        [
-            t13, t14, t15, t688, t692, t696, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t681, t677, t673, t666, t659, t652,
-        ],
-        // left_foot/rear_right/y
-        [
-            t16, t18, t19, t690, t694, t698, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t683, t679, t675, t668, t661, t654,
-        ],
-    ];
+    out[15][5] = R::fused(t15, t686, -t697);
+    out[0][12] = R::constant(0.0);
+    out[0][13] = R::constant(0.0);
+    out[0][14] = R::constant(0.0);
+    out[0][15] = R::constant(0.0);
+    out[0][16] = R::constant(0.0);
+    out[0][17] = R::constant(0.0);
+    out[1][12] = R::constant(0.0);
+    out[1][13] = R::constant(0.0);
+    out[1][14] = R::constant(0.0);
+    out[1][15] = R::constant(0.0);
+    out[1][16] = R::constant(0.0);
+    out[1][17] = R::constant(0.0);
+    out[2][12] = R::constant(0.0);
+    out[2][13] = R::constant(0.0);
+    out[2][14] = R::constant(0.0);
+    out[2][15] = R::constant(0.0);
+    out[2][16] = R::constant(0.0);
+    out[2][17] = R::constant(0.0);
+    out[3][12] = R::constant(0.0);
+    out[3][13] = R::constant(0.0);
+    out[3][14] = R::constant(0.0);
+    out[3][15] = R::constant(0.0);
+    out[3][16] = R::constant(0.0);
+    out[3][17] = R::constant(0.0);
+    out[4][12] = R::constant(0.0);
+    out[4][13] = R::constant(0.0);
+    out[4][14] = R::constant(0.0);
+    out[4][15] = R::constant(0.0);
+    out[4][16] = R::constant(0.0);
+    out[4][17] = R::constant(0.0);
+    out[5][12] = R::constant(0.0);
+    out[5][13] = R::constant(0.0);
+    out[5][14] = R::constant(0.0);
+    out[5][15] = R::constant(0.0);
+    out[5][16] = R::constant(0.0);
+    out[5][17] = R::constant(0.0);
+    out[6][12] = R::constant(0.0);
+    out[6][13] = R::constant(0.0);
+    out[6][14] = R::constant(0.0);
+    out[6][15] = R::constant(0.0);
+    out[6][16] = R::constant(0.0);
+    out[6][17] = R::constant(0.0);
+    out[7][12] = R::constant(0.0);
+    out[7][13] = R::constant(0.0);
+    out[7][14] = R::constant(0.0);
+    out[7][15] = R::constant(0.0);
+    out[7][16] = R::constant(0.0);
+    out[7][17] = R::constant(0.0);
+    out[8][6] = R::constant(0.0);
+    out[8][7] = R::constant(0.0);
+    out[8][8] = R::constant(0.0);
+    out[8][9] = R::constant(0.0);
+    out[8][10] = R::constant(0.0);
+    out[8][11] = R::constant(0.0);
+    out[9][6] = R::constant(0.0);
+    out[9][7] = R::constant(0.0);
+    out[9][8] = R::constant(0.0);
+    out[9][9] = R::constant(0.0);
+    out[9][10] = R::constant(0.0);
+    out[9][11] = R::constant(0.0);
+    out[10][6] = R::constant(0.0);
+    out[10][7] = R::constant(0.0);
+    out[10][8] = R::constant(0.0);
+    out[10][9] = R::constant(0.0);
+    out[10][10] = R::constant(0.0);
+    out[10][11] = R::constant(0.0);
+    out[11][6] = R::constant(0.0);
+    out[11][7] = R::constant(0.0);
+    out[11][8] = R::constant(0.0);
+    out[11][9] = R::constant(0.0);
+    out[11][10] = R::constant(0.0);
+    out[11][11] = R::constant(0.0);
+    out[12][6] = R::constant(0.0);
+    out[12][7] = R::constant(0.0);
+    out[12][8] = R::constant(0.0);
+    out[12][9] = R::constant(0.0);
+    out[12][10] = R::constant(0.0);
+    out[12][11] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[13][7] = R::constant(0.0);
+    out[13][8] = R::constant(0.0);
+    out[13][9] = R::constant(0.0);
+    out[13][10] = R::constant(0.0);
+    out[13][11] = R::constant(0.0);
+    out[14][6] = R::constant(0.0);
+    out[14][7] = R::constant(0.0);
+    out[14][8] = R::constant(0.0);
+    out[14][9] = R::constant(0.0);
+    out[14][10] = R::constant(0.0);
+    out[14][11] = R::constant(0.0);
+    out[15][6] = R::constant(0.0);
+    out[15][7] = R::constant(0.0);
+    out[15][8] = R::constant(0.0);
+    out[15][9] = R::constant(0.0);
+    out[15][10] = R::constant(0.0);
+    out[15][11] = R::constant(0.0);
 }
 }

@@ -920,10 +920,9 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
         t916, t917, t918, t919, t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933,
         t934, t935, t936, t937, t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951,
         t952, t953, t954, t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969,
-        t970, t971, t972, t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987,
-        t988, t989, t990, t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004,
-        t1005, t1006, t1007, t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020,
-        t1021, t1022, t1023, t1024, t1025, t1026, t1027,
+        t970, t971, t972, t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t987, t988, t989,
+        t990, t991, t992, t993, t997, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1009, t1010, t1011, t1012,
+        t1013, t1014, t1018, t1019, t1020, t1022, t1023, t1024, t1025, t1026, t1027,
     );
     t772 = sin_q_left_hip_yaw * t760;
     t773 = R::fused(-cos_q_left_hip_yaw, t669, t772);
@@ -1127,22 +1126,32 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t969 = t924 - t948;
     // torso: answer of the forces to its motion
     t970 = R::constant(19.0) * v_base_angular_z;
+    out[0][1] = t970;
     t971 = R::constant(19.0) * v_base_angular_y;
+    out[2][0] = t971;
     t972 = v_base_angular_y * t950;
     t973 = v_base_angular_z * t951;
     t974 = t972 + t973;
+    out[3][0] = t974;
     t975 = v_base_angular_y * t949;
     t976 = v_base_angular_z * t949;
     t977 = R::constant(19.0) * v_base_angular_x;
+    out[1][2] = t977;
     t978 = v_base_angular_x * t950;
+    out[1][3] = t978;
     t979 = v_base_angular_x * t949;
     t980 = t973 - t979;
+    out[4][1] = t980;
     t981 = v_base_angular_z * t950;
+    out[1][5] = t981;
     t982 = v_base_angular_x * t951;
+    out[2][3] = t982;
     t983 = v_base_angular_y * t951;
+    out[2][4] = t983;
     t984 = t972 - t979;
-    t985 = t960 + t975;
-    t986 = t976 - t959;
+    out[5][2] = t984;
+    out[3][1] = t960 + t975;
+    out[3][2] = t976 - t959;
     t987 = v_base_angular_z * t952;
     t988 = v_base_angular_y * t953;
     t989 = t987 - t988;
@@ -1150,11 +1159,11 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t991 = R::fused(v_base_angular_y, t954, t990);
     t992 = v_base_angular_z * t954;
     t993 = R::fused(v_base_angular_y, t957, t992);
-    t994 = t967 + t989;
-    t995 = t963 + t991;
-    t996 = t965 - t993;
+    out[3][3] = t967 + t989;
+    out[3][4] = t963 + t991;
+    out[3][5] = t965 - t993;
     t997 = t960 + t978;
-    t998 = t958 - t981;
+    out[4][2] = t958 - t981;
     t999 = v_base_angular_z * t955;
     t1000 = R::fused(-v_base_angular_x, t953, t999);
     t1001 = v_base_angular_x * t954;
@@ -1163,22 +1172,24 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1004 = R::fused(-v_base_angular_x, t957, t1003);
     t1005 = t961 + t1000;
     t1006 = t968 + t1002;
-    t1007 = t966 - t1004;
-    t1008 = t959 - t982;
+    out[4][5] = t966 - t1004;
+    out[5][0] = t959 - t982;
     t1009 = t958 + t983;
     t1010 = v_base_angular_y * t955;
     t1011 = R::fused(-v_base_angular_x, t952, t1010);
     t1012 = v_base_angular_y * t952;
     t1013 = R::fused(-v_base_angular_x, t956, t1012);
     t1014 = t988 + t1001;
-    t1015 = t1011 - t962;
-    t1016 = t1013 - t964;
-    t1017 = t969 + t1014;
+    out[5][3] = t1011 - t962;
+    out[5][4] = t1013 - t964;
+    out[5][5] = t969 + t1014;
     // right_hip_yaw_link: answer of the forces to its motion
     t1018 = v_base_angular_y * t845;
     t1019 = R::fused(v_base_angular_x, t843, t1018);
+    out[2][6] = t1019;
     t1020 = R::fused(v_base_angular_x, t722, t864);
-    t1021 = R::fused(v_base_angular_y, t722, -t862);
+    out[6][0] = t1020;
+    out[6][1] = R::fused(v_base_angular_y, t722, -t862);
     t1022 = v_base_angular_y * t859;
     t1023 = R::fused(v_base_angular_x, t854, t1022);
     t1024 = v_base_angular_y * t854;
@@ -1186,28 +1197,27 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1026 = v_base_angular_y * t856;
     t1027 = R::fused(-v_base_angular_x, t858, t1026);
     let (
-        t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042, t1043,
-        t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059,
-        t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075,
-        t1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091,
-        t1092, t1093, t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107,
-        t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123,
-        t1124, t1125, t1126, t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139,
-        t1140, t1141, t1142, t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155,
-        t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171,
-        t1172, t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187,
-        t1188, t1189, t1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203,
-        t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219,
-        t1220, t1221, t1222, t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235,
-        t1236, t1237, t1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251,
-        t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267,
-        t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282, t1283,
+        t1028, t1029, t1030, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1041, t1042, t1045, t1046, t1047, t1049,
+        t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1068,
+        t1069, t1072, t1073, t1074, t1075, t1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086,
+        t1087, t1089, t1090, t1091, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106,
+        t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1117, t1119, t1121, t1122, t1124, t1125, t1127, t1128,
+        t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142, t1143, t1144,
+        t1146, t1147, t1148, t1152, t1153, t1154, t1155, t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1165,
+        t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1174, t1176, t1178, t1179, t1181, t1182, t1184, t1185, t1186,
+        t1187, t1188, t1189, t1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202,
+        t1203, t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211, t1213, t1214, t1215, t1219, t1220, t1221, t1222,
+        t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1232, t1233, t1234, t1235, t1236, t1237, t1238, t1239,
+        t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1256,
+        t1258, t1260, t1261, t1263, t1264, t1266, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277,
+        t1278, t1279, t1280, t1281, t1282, t1283,
     );
     t1028 = t874 - t1023;
     t1029 = t876 + t1025;
     t1030 = t759 - t1027;
-    t1031 = R::fused(R::constant(0.0764), t1019, -t1028);
-    t1032 = R::fused(R::constant(0.0764), t1020, t1030);
+    out[6][6] = t1030;
+    out[6][3] = R::fused(R::constant(0.0764), t1019, -t1028);
+    out[6][5] = R::fused(R::constant(0.0764), t1020, t1030);
     t1033 = R::fused(R::constant(0.0764), t845, t835);
     t1034 = t880 - t894;
     t1035 = t759 - t893;
@@ -1215,16 +1225,18 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1037 = v_base_angular_z * t845;
     t1038 = v_base_angular_z * t858;
     t1039 = R::fused(v_base_angular_y, t1033, t1038);
-    t1040 = t899 - t1039;
+    out[3][6] = t899 - t1039;
     t1041 = v_base_angular_z * t856;
     t1042 = R::fused(v_base_angular_x, t1033, t1041);
-    t1043 = t1034 + t1042;
-    t1044 = t1035 - t1027;
+    out[4][6] = t1034 + t1042;
+    out[5][6] = t1035 - t1027;
     // left_hip_yaw_link: answer of the forces to its motion
     t1045 = v_base_angular_y * t773;
     t1046 = R::fused(v_base_angular_x, t771, t1045);
+    out[2][12] = t1046;
     t1047 = R::fused(-v_base_angular_x, t671, t792);
-    t1048 = R::fused(-v_base_angular_y, t671, -t790);
+    out[12][0] = t1047;
+    out[12][1] = R::fused(-v_base_angular_y, t671, -t790);
     t1049 = v_base_angular_y * t787;
     t1050 = R::fused(v_base_angular_x, t782, t1049);
     t1051 = v_base_angular_y * t782;
@@ -1234,8 +1246,9 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1055 = t802 - t1050;
     t1056 = t804 + t1052;
     t1057 = t708 - t1054;
-    t1058 = R::fused(R::constant(-0.0764), t1046, -t1055);
-    t1059 = R::fused(R::constant(-0.0764), t1047, t1057);
+    out[12][12] = t1057;
+    out[12][3] = R::fused(R::constant(-0.0764), t1046, -t1055);
+    out[12][5] = R::fused(R::constant(-0.0764), t1047, t1057);
     t1060 = R::fused(R::constant(-0.0764), t773, t763);
     t1061 = t808 + t822;
     t1062 = t708 + t821;
@@ -1243,16 +1256,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1064 = v_base_angular_z * t773;
     t1065 = v_base_angular_z * t786;
     t1066 = R::fused(v_base_angular_y, t1060, t1065);
-    t1067 = t827 - t1066;
+    out[3][12] = t827 - t1066;
     t1068 = v_base_angular_z * t784;
     t1069 = R::fused(v_base_angular_x, t1060, t1068);
-    t1070 = t1061 + t1069;
-    t1071 = t1062 - t1054;
+    out[4][12] = t1061 + t1069;
+    out[5][12] = t1062 - t1054;
     // right_hip_roll_link: answer of the forces to its motion
     t1072 = t4 * t722;
     t1073 = R::fused(-t8, t720, t1072);
     t1074 = R::fused(-t8, t638, t741);
     t1075 = R::fused(t4, t638, -t739);
+    out[7][2] = t1075;
     t1076 = t4 * t733;
     t1077 = R::fused(t8, t735, t1076);
     t1078 = t4 * t736;
@@ -1260,18 +1274,21 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1080 = t4 * t731;
     t1081 = R::fused(-t8, t737, t1080);
     t1082 = t655 - t1077;
+    out[7][7] = t1082;
     t1083 = t751 + t1079;
     t1084 = t753 - t1081;
+    out[7][6] = t1084;
     t1085 = cos_q_right_hip_yaw * t1073;
     t1086 = R::fused(-sin_q_right_hip_yaw, t1074, -t1085);
+    out[7][0] = t1086;
     t1087 = sin_q_right_hip_yaw * t1073;
-    t1088 = R::fused(cos_q_right_hip_yaw, t1074, -t1087);
+    out[7][1] = R::fused(cos_q_right_hip_yaw, t1074, -t1087);
     t1089 = cos_q_right_hip_yaw * t1082;
     t1090 = R::fused(-sin_q_right_hip_yaw, t1083, t1089);
     t1091 = sin_q_right_hip_yaw * t1082;
-    t1092 = R::fused(cos_q_right_hip_yaw, t1083, t1091);
-    t1093 = R::fused(R::constant(-0.0764), t1075, t1090);
-    t1094 = R::fused(R::constant(0.0764), t1086, t1084);
+    out[7][4] = R::fused(cos_q_right_hip_yaw, t1083, t1091);
+    out[7][3] = R::fused(R::constant(-0.0764), t1075, t1090);
+    out[7][5] = R::fused(R::constant(0.0764), t1086, t1084);
     t1095 = sin_q_right_hip_yaw * t722;
     t1096 = cos_q_right_hip_yaw * t722;
     t1097 = cos_q_right_hip_yaw * t710;
@@ -1284,7 +1301,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1104 = R::fused(-cos_q_right_hip_yaw, t755, t1103);
     t1105 = v_base_angular_x * t1100;
     t1106 = R::fused(v_base_angular_y, t1098, -t1105);
-    t1107 = t1106 - t757;
+    out[6][7] = t1106 - t757;
     t1108 = R::fused(R::constant(0.0764), t720, t1098);
     t1109 = R::fused(R::constant(0.0764), t1095, t735);
     t1110 = t10 * t1095;
@@ -1293,17 +1310,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1113 = t1104 + t1111;
     t1114 = R::fused(-t9, t1096, t757);
     t1115 = v_base_angular_z * t1096;
-    t1116 = R::fused(v_base_angular_y, t720, t1115);
+    out[0][7] = R::fused(v_base_angular_y, t720, t1115);
     t1117 = v_base_angular_z * t1095;
-    t1118 = R::fused(-v_base_angular_x, t720, t1117);
+    out[1][7] = R::fused(-v_base_angular_x, t720, t1117);
     t1119 = v_base_angular_y * t1095;
-    t1120 = R::fused(-v_base_angular_x, t1096, -t1119);
+    out[2][7] = R::fused(-v_base_angular_x, t1096, -t1119);
     t1121 = v_base_angular_z * t1100;
     t1122 = R::fused(v_base_angular_y, t1109, t1121);
-    t1123 = t1112 + t1122;
+    out[3][7] = t1112 + t1122;
     t1124 = v_base_angular_z * t1108;
     t1125 = R::fused(v_base_angular_x, t1109, t1124);
-    t1126 = t1113 - t1125;
+    out[4][7] = t1113 - t1125;
     t1127 = R::fused(-v_base_angular_y, t1108, t1105);
     t1128 = t1114 + t1127;
     // left_hip_roll_link: answer of the forces to its motion
@@ -1311,6 +1328,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1130 = R::fused(-t15, t669, t1129);
     t1131 = R::fused(-t15, t585, t690);
     t1132 = R::fused(t11, t585, -t688);
+    out[13][2] = t1132;
     t1133 = t11 * t682;
     t1134 = R::fused(t15, t684, t1133);
     t1135 = t11 * t685;
@@ -1318,18 +1336,21 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1137 = t11 * t680;
     t1138 = R::fused(-t15, t686, t1137);
     t1139 = t602 - t1134;
+    out[13][13] = t1139;
     t1140 = t700 + t1136;
     t1141 = t702 - t1138;
+    out[13][12] = t1141;
     t1142 = cos_q_left_hip_yaw * t1130;
     t1143 = R::fused(-sin_q_left_hip_yaw, t1131, t1142);
+    out[13][0] = t1143;
     t1144 = sin_q_left_hip_yaw * t1130;
-    t1145 = R::fused(cos_q_left_hip_yaw, t1131, t1144);
+    out[13][1] = R::fused(cos_q_left_hip_yaw, t1131, t1144);
     t1146 = cos_q_left_hip_yaw * t1139;
     t1147 = R::fused(-sin_q_left_hip_yaw, t1140, t1146);
     t1148 = sin_q_left_hip_yaw * t1139;
-    t1149 = R::fused(cos_q_left_hip_yaw, t1140, t1148);
-    t1150 = R::fused(R::constant(0.0764), t1132, t1147);
-    t1151 = R::fused(R::constant(-0.0764), t1143, t1141);
+    out[13][4] = R::fused(cos_q_left_hip_yaw, t1140, t1148);
+    out[13][3] = R::fused(R::constant(0.0764), t1132, t1147);
+    out[13][5] = R::fused(R::constant(-0.0764), t1143, t1141);
     t1152 = sin_q_left_hip_yaw * t671;
     t1153 = cos_q_left_hip_yaw * t671;
     t1154 = cos_q_left_hip_yaw * t659;
@@ -1342,7 +1363,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1161 = R::fused(-cos_q_left_hip_yaw, t704, t1160);
     t1162 = v_base_angular_x * t1157;
     t1163 = R::fused(v_base_angular_y, t1155, -t1162);
-    t1164 = t1163 - t706;
+    out[12][13] = t1163 - t706;
     t1165 = R::fused(R::constant(0.0764), t669, t1155);
     t1166 = R::fused(R::constant(0.0764), t1152, t684);
     t1167 = t10 * t1152;
@@ -1351,17 +1372,17 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1170 = t1161 + t1168;
     t1171 = R::fused(-t9, t1153, t706);
     t1172 = v_base_angular_z * t1153;
-    t1173 = R::fused(-v_base_angular_y, t669, -t1172);
+    out[0][13] = R::fused(-v_base_angular_y, t669, -t1172);
     t1174 = v_base_angular_z * t1152;
-    t1175 = R::fused(v_base_angular_x, t669, -t1174);
+    out[1][13] = R::fused(v_base_angular_x, t669, -t1174);
     t1176 = v_base_angular_y * t1152;
-    t1177 = R::fused(v_base_angular_x, t1153, t1176);
+    out[2][13] = R::fused(v_base_angular_x, t1153, t1176);
     t1178 = v_base_angular_z * t1157;
     t1179 = R::fused(v_base_angular_y, t1166, t1178);
-    t1180 = t1169 + t1179;
+    out[3][13] = t1169 + t1179;
     t1181 = v_base_angular_z * t1165;
     t1182 = R::fused(v_base_angular_x, t1166, t1181);
-    t1183 = t1170 - t1182;
+    out[4][13] = t1170 - t1182;
     t1184 = R::fused(-v_base_angular_y, t1165, t1162);
     t1185 = t1171 + t1184;
     // right_upper_leg: answer of the forces to its motion
@@ -1379,25 +1400,29 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1197 = R::fused(-t16, t645, t1196);
     t1198 = t649 + t1193;
     t1199 = t1195 - t656;
+    out[8][8] = t1199;
     t1200 = t654 + t1197;
     t1201 = cos_q_right_hip_roll * t1188;
     t1202 = R::fused(sin_q_right_hip_roll, t1191, t1201);
     t1203 = sin_q_right_hip_roll * t1188;
     t1204 = R::fused(cos_q_right_hip_roll, t1191, -t1203);
+    out[8][2] = t1204;
     t1205 = cos_q_right_hip_roll * t1199;
     t1206 = R::fused(-sin_q_right_hip_roll, t1200, -t1205);
     t1207 = sin_q_right_hip_roll * t1199;
     t1208 = R::fused(-cos_q_right_hip_roll, t1200, t1207);
+    out[8][6] = t1208;
     t1209 = cos_q_right_hip_yaw * t1190;
     t1210 = R::fused(sin_q_right_hip_yaw, t1202, -t1209);
+    out[8][0] = t1210;
     t1211 = sin_q_right_hip_yaw * t1190;
-    t1212 = R::fused(-cos_q_right_hip_yaw, t1202, -t1211);
+    out[8][1] = R::fused(-cos_q_right_hip_yaw, t1202, -t1211);
     t1213 = cos_q_right_hip_yaw * t1198;
     t1214 = R::fused(-sin_q_right_hip_yaw, t1206, t1213);
     t1215 = sin_q_right_hip_yaw * t1198;
-    t1216 = R::fused(-cos_q_right_hip_yaw, t1206, -t1215);
-    t1217 = R::fused(R::constant(-0.0764), t1204, -t1214);
-    t1218 = R::fused(R::constant(0.0764), t1210, t1208);
+    out[8][4] = R::fused(-cos_q_right_hip_yaw, t1206, -t1215);
+    out[8][3] = R::fused(R::constant(-0.0764), t1204, -t1214);
+    out[8][5] = R::fused(R::constant(0.0764), t1210, t1208);
     t1219 = sin_q_right_hip_roll * t638;
     t1220 = cos_q_right_hip_roll * t638;
     t1221 = cos_q_right_hip_roll * t644;
@@ -1410,7 +1435,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1228 = R::fused(-cos_q_right_hip_roll, t652, t1227);
     t1229 = t4 * t1222;
     t1230 = R::fused(t8, t1224, t1229);
-    t1231 = t651 + t1230;
+    out[7][8] = t651 + t1230;
     t1232 = cos_q_right_hip_yaw * t639;
     t1233 = R::fused(-sin_q_right_hip_yaw, t1219, t1232);
     t1234 = sin_q_right_hip_yaw * t639;
@@ -1434,19 +1459,19 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1252 = t1243 + t1250;
     t1253 = R::fused(t9, t1235, t1228);
     t1254 = v_base_angular_z * t1235;
-    t1255 = R::fused(-v_base_angular_y, t1220, -t1254);
+    out[0][8] = R::fused(-v_base_angular_y, t1220, -t1254);
     t1256 = v_base_angular_z * t1233;
-    t1257 = R::fused(v_base_angular_x, t1220, t1256);
+    out[1][8] = R::fused(v_base_angular_x, t1220, t1256);
     t1258 = v_base_angular_y * t1233;
-    t1259 = R::fused(v_base_angular_x, t1235, -t1258);
+    out[2][8] = R::fused(v_base_angular_x, t1235, -t1258);
     t1260 = v_base_angular_z * t1239;
     t1261 = R::fused(v_base_angular_y, t1248, t1260);
-    t1262 = t1251 - t1261;
+    out[3][8] = t1251 - t1261;
     t1263 = v_base_angular_z * t1247;
     t1264 = R::fused(v_base_angular_x, t1248, t1263);
-    t1265 = t1252 + t1264;
+    out[4][8] = t1252 + t1264;
     t1266 = R::fused(-v_base_angular_y, t1247, t1244);
-    t1267 = t1266 - t1253;
+    out[5][8] = t1266 - t1253;
     // left_upper_leg: answer of the forces to its motion
     t1268 = t21 * t70;
     t1269 = t21 * t585;
@@ -1462,43 +1487,45 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1279 = R::fused(-t21, t592, t1278);
     t1280 = t596 + t1275;
     t1281 = t1277 - t603;
+    out[14][14] = t1281;
     t1282 = t601 + t1279;
     t1283 = cos_q_left_hip_roll * t1270;
     let (
-        t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299,
-        t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315,
-        t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331,
-        t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347,
-        t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363,
-        t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379,
-        t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395,
-        t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411,
-        t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427,
-        t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443,
-        t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459,
-        t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475,
-        t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491,
-        t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507,
-        t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523,
-        t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539,
+        t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1295, t1296, t1297, t1301, t1302, t1303,
+        t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1314, t1315, t1316, t1317, t1318, t1319, t1320,
+        t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335, t1336,
+        t1338, t1340, t1342, t1343, t1345, t1346, t1348, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358,
+        t1359, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374,
+        t1375, t1376, t1377, t1378, t1380, t1381, t1382, t1386, t1387, t1388, t1389, t1390, t1392, t1393, t1394, t1395,
+        t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412,
+        t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427, t1429,
+        t1431, t1433, t1434, t1436, t1437, t1439, t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450,
+        t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463, t1464, t1465, t1466,
+        t1467, t1468, t1469, t1471, t1472, t1473, t1477, t1478, t1479, t1480, t1481, t1483, t1484, t1485, t1486, t1487,
+        t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504,
+        t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1520, t1522,
+        t1524, t1525, t1527, t1528, t1530, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539,
     );
     t1284 = R::fused(sin_q_left_hip_roll, t1273, t1283);
     t1285 = sin_q_left_hip_roll * t1270;
     t1286 = R::fused(cos_q_left_hip_roll, t1273, -t1285);
+    out[14][2] = t1286;
     t1287 = cos_q_left_hip_roll * t1281;
     t1288 = R::fused(-sin_q_left_hip_roll, t1282, -t1287);
     t1289 = sin_q_left_hip_roll * t1281;
     t1290 = R::fused(-cos_q_left_hip_roll, t1282, t1289);
+    out[14][12] = t1290;
     t1291 = cos_q_left_hip_yaw * t1272;
     t1292 = R::fused(sin_q_left_hip_yaw, t1284, -t1291);
+    out[14][0] = t1292;
     t1293 = sin_q_left_hip_yaw * t1272;
-    t1294 = R::fused(-cos_q_left_hip_yaw, t1284, -t1293);
+    out[14][1] = R::fused(-cos_q_left_hip_yaw, t1284, -t1293);
     t1295 = cos_q_left_hip_yaw * t1280;
     t1296 = R::fused(-sin_q_left_hip_yaw, t1288, t1295);
     t1297 = sin_q_left_hip_yaw * t1280;
-    t1298 = R::fused(-cos_q_left_hip_yaw, t1288, -t1297);
-    t1299 = R::fused(R::constant(0.0764), t1286, -t1296);
-    t1300 = R::fused(R::constant(-0.0764), t1292, t1290);
+    out[14][4] = R::fused(-cos_q_left_hip_yaw, t1288, -t1297);
+    out[14][3] = R::fused(R::constant(0.0764), t1286, -t1296);
+    out[14][5] = R::fused(R::constant(-0.0764), t1292, t1290);
     t1301 = sin_q_left_hip_roll * t585;
     t1302 = cos_q_left_hip_roll * t585;
     t1303 = cos_q_left_hip_roll * t591;
@@ -1511,7 +1538,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1310 = R::fused(-cos_q_left_hip_roll, t599, t1309);
     t1311 = t11 * t1304;
     t1312 = R::fused(t15, t1306, t1311);
-    t1313 = t598 + t1312;
+    out[13][14] = t598 + t1312;
     t1314 = cos_q_left_hip_yaw * t586;
     t1315 = R::fused(-sin_q_left_hip_yaw, t1301, t1314);
     t1316 = sin_q_left_hip_yaw * t586;
@@ -1535,19 +1562,19 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1334 = t1325 - t1332;
     t1335 = R::fused(-t9, t1317, t1310);
     t1336 = v_base_angular_z * t1317;
-    t1337 = R::fused(-v_base_angular_y, t1302, -t1336);
+    out[0][14] = R::fused(-v_base_angular_y, t1302, -t1336);
     t1338 = v_base_angular_z * t1315;
-    t1339 = R::fused(v_base_angular_x, t1302, t1338);
+    out[1][14] = R::fused(v_base_angular_x, t1302, t1338);
     t1340 = v_base_angular_y * t1315;
-    t1341 = R::fused(v_base_angular_x, t1317, -t1340);
+    out[2][14] = R::fused(v_base_angular_x, t1317, -t1340);
     t1342 = v_base_angular_z * t1321;
     t1343 = R::fused(v_base_angular_y, t1330, t1342);
-    t1344 = t1333 - t1343;
+    out[3][14] = t1333 - t1343;
     t1345 = v_base_angular_z * t1329;
     t1346 = R::fused(v_base_angular_x, t1330, t1345);
-    t1347 = t1334 + t1346;
+    out[4][14] = t1334 + t1346;
     t1348 = R::fused(-v_base_angular_y, t1329, t1326);
-    t1349 = t1348 - t1335;
+    out[5][14] = t1348 - t1335;
     // right_lower_leg: answer of the forces to its motion
     t1350 = t16 * t492;
     t1351 = R::fused(t20, t493, t1350);
@@ -1561,36 +1588,42 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1359 = R::fused(-t16, t499, t1358);
     t1360 = t503 + t1355;
     t1361 = t1357 - t510;
+    out[9][9] = t1361;
     t1362 = t508 + t1359;
     t1363 = t28 * t1352;
     t1364 = R::fused(t29, t1353, t1363);
     t1365 = R::fused(-t28, t1351, -t1360);
+    out[9][7] = t1365;
     t1366 = t1361 + t1364;
+    out[9][8] = t1366;
     t1367 = R::fused(-t29, t1351, t1362);
     t1368 = cos_q_right_hip_roll * t1351;
     t1369 = R::fused(sin_q_right_hip_roll, t1353, t1368);
     t1370 = sin_q_right_hip_roll * t1351;
     t1371 = R::fused(cos_q_right_hip_roll, t1353, -t1370);
+    out[9][2] = t1371;
     t1372 = cos_q_right_hip_roll * t1366;
     t1373 = R::fused(-sin_q_right_hip_roll, t1367, -t1372);
     t1374 = sin_q_right_hip_roll * t1366;
     t1375 = R::fused(-cos_q_right_hip_roll, t1367, t1374);
+    out[9][6] = t1375;
     t1376 = cos_q_right_hip_yaw * t1352;
     t1377 = R::fused(sin_q_right_hip_yaw, t1369, -t1376);
+    out[9][0] = t1377;
     t1378 = sin_q_right_hip_yaw * t1352;
-    t1379 = R::fused(-cos_q_right_hip_yaw, t1369, -t1378);
+    out[9][1] = R::fused(-cos_q_right_hip_yaw, t1369, -t1378);
     t1380 = cos_q_right_hip_yaw * t1365;
     t1381 = R::fused(-sin_q_right_hip_yaw, t1373, -t1380);
     t1382 = sin_q_right_hip_yaw * t1365;
-    t1383 = R::fused(-cos_q_right_hip_yaw, t1373, t1382);
-    t1384 = R::fused(R::constant(-0.0764), t1371, -t1381);
-    t1385 = R::fused(R::constant(0.0764), t1377, t1375);
+    out[9][4] = R::fused(-cos_q_right_hip_yaw, t1373, t1382);
+    out[9][3] = R::fused(R::constant(-0.0764), t1371, -t1381);
+    out[9][5] = R::fused(R::constant(0.0764), t1377, t1375);
     t1386 = t512 + t514;
     t1387 = t498 + t1386;
     t1388 = t505 - t536;
     t1389 = t510 + t541;
     t1390 = t506 - t538;
-    t1391 = t1357 - t1389;
+    out[8][9] = t1357 - t1389;
     t1392 = sin_q_right_hip_roll * t492;
     t1393 = cos_q_right_hip_roll * t492;
     t1394 = cos_q_right_hip_roll * t1387;
@@ -1603,7 +1636,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1401 = R::fused(-cos_q_right_hip_roll, t1390, t1400);
     t1402 = t4 * t1395;
     t1403 = R::fused(t8, t1397, t1402);
-    t1404 = t1388 + t1403;
+    out[7][9] = t1388 + t1403;
     t1405 = cos_q_right_hip_yaw * t493;
     t1406 = R::fused(-sin_q_right_hip_yaw, t1392, t1405);
     t1407 = sin_q_right_hip_yaw * t493;
@@ -1627,19 +1660,19 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1425 = t1416 + t1423;
     t1426 = R::fused(t9, t1408, t1401);
     t1427 = v_base_angular_z * t1408;
-    t1428 = R::fused(-v_base_angular_y, t1393, -t1427);
+    out[0][9] = R::fused(-v_base_angular_y, t1393, -t1427);
     t1429 = v_base_angular_z * t1406;
-    t1430 = R::fused(v_base_angular_x, t1393, t1429);
+    out[1][9] = R::fused(v_base_angular_x, t1393, t1429);
     t1431 = v_base_angular_y * t1406;
-    t1432 = R::fused(v_base_angular_x, t1408, -t1431);
+    out[2][9] = R::fused(v_base_angular_x, t1408, -t1431);
     t1433 = v_base_angular_z * t1412;
     t1434 = R::fused(v_base_angular_y, t1421, t1433);
-    t1435 = t1424 - t1434;
+    out[3][9] = t1424 - t1434;
     t1436 = v_base_angular_z * t1420;
     t1437 = R::fused(v_base_angular_x, t1421, t1436);
-    t1438 = t1425 + t1437;
+    out[4][9] = t1425 + t1437;
     t1439 = R::fused(-v_base_angular_y, t1420, t1417);
-    t1440 = t1439 - t1426;
+    out[5][9] = t1439 - t1426;
     // left_lower_leg: answer of the forces to its motion
     t1441 = t21 * t399;
     t1442 = R::fused(t25, t400, t1441);
@@ -1653,36 +1686,42 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1450 = R::fused(-t21, t406, t1449);
     t1451 = t410 + t1446;
     t1452 = t1448 - t417;
+    out[15][15] = t1452;
     t1453 = t415 + t1450;
     t1454 = t35 * t1443;
     t1455 = R::fused(t36, t1444, t1454);
     t1456 = R::fused(-t35, t1442, -t1451);
+    out[15][13] = t1456;
     t1457 = t1452 + t1455;
+    out[15][14] = t1457;
     t1458 = R::fused(-t36, t1442, t1453);
     t1459 = cos_q_left_hip_roll * t1442;
     t1460 = R::fused(sin_q_left_hip_roll, t1444, t1459);
     t1461 = sin_q_left_hip_roll * t1442;
     t1462 = R::fused(cos_q_left_hip_roll, t1444, -t1461);
+    out[15][2] = t1462;
     t1463 = cos_q_left_hip_roll * t1457;
     t1464 = R::fused(-sin_q_left_hip_roll, t1458, -t1463);
     t1465 = sin_q_left_hip_roll * t1457;
     t1466 = R::fused(-cos_q_left_hip_roll, t1458, t1465);
+    out[15][12] = t1466;
     t1467 = cos_q_left_hip_yaw * t1443;
     t1468 = R::fused(sin_q_left_hip_yaw, t1460, -t1467);
+    out[15][0] = t1468;
     t1469 = sin_q_left_hip_yaw * t1443;
-    t1470 = R::fused(-cos_q_left_hip_yaw, t1460, -t1469);
+    out[15][1] = R::fused(-cos_q_left_hip_yaw, t1460, -t1469);
     t1471 = cos_q_left_hip_yaw * t1456;
     t1472 = R::fused(-sin_q_left_hip_yaw, t1464, -t1471);
     t1473 = sin_q_left_hip_yaw * t1456;
-    t1474 = R::fused(-cos_q_left_hip_yaw, t1464, t1473);
-    t1475 = R::fused(R::constant(0.0764), t1462, -t1472);
-    t1476 = R::fused(R::constant(-0.0764), t1468, t1466);
+    out[15][4] = R::fused(-cos_q_left_hip_yaw, t1464, t1473);
+    out[15][3] = R::fused(R::constant(0.0764), t1462, -t1472);
+    out[15][5] = R::fused(R::constant(-0.0764), t1468, t1466);
     t1477 = t419 + t421;
     t1478 = t405 + t1477;
     t1479 = t412 - t443;
     t1480 = t417 + t448;
     t1481 = t413 - t445;
-    t1482 = t1448 - t1480;
+    out[14][15] = t1448 - t1480;
     t1483 = sin_q_left_hip_roll * t399;
     t1484 = cos_q_left_hip_roll * t399;
     t1485 = cos_q_left_hip_roll * t1478;
@@ -1695,7 +1734,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1492 = R::fused(-cos_q_left_hip_roll, t1481, t1491);
     t1493 = t11 * t1486;
     t1494 = R::fused(t15, t1488, t1493);
-    t1495 = t1479 + t1494;
+    out[13][15] = t1479 + t1494;
     t1496 = cos_q_left_hip_yaw * t400;
     t1497 = R::fused(-sin_q_left_hip_yaw, t1483, t1496);
     t1498 = sin_q_left_hip_yaw * t400;
@@ -1719,19 +1758,19 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1516 = t1507 - t1514;
     t1517 = R::fused(-t9, t1499, t1492);
     t1518 = v_base_angular_z * t1499;
-    t1519 = R::fused(-v_base_angular_y, t1484, -t1518);
+    out[0][15] = R::fused(-v_base_angular_y, t1484, -t1518);
     t1520 = v_base_angular_z * t1497;
-    t1521 = R::fused(v_base_angular_x, t1484, t1520);
+    out[1][15] = R::fused(v_base_angular_x, t1484, t1520);
     t1522 = v_base_angular_y * t1497;
-    t1523 = R::fused(v_base_angular_x, t1499, -t1522);
+    out[2][15] = R::fused(v_base_angular_x, t1499, -t1522);
     t1524 = v_base_angular_z * t1503;
     t1525 = R::fused(v_base_angular_y, t1512, t1524);
-    t1526 = t1515 - t1525;
+    out[3][15] = t1515 - t1525;
     t1527 = v_base_angular_z * t1511;
     t1528 = R::fused(v_base_angular_x, t1512, t1527);
-    t1529 = t1516 + t1528;
+    out[4][15] = t1516 + t1528;
     t1530 = R::fused(-v_base_angular_y, t1511, t1508);
-    t1531 = t1530 - t1517;
+    out[5][15] = t1530 - t1517;
     // right_ankle: answer of the forces to its motion
     t1532 = t16 * t288;
     t1533 = R::fused(t20, t286, t1532);
@@ -1743,61 +1782,67 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1539 = R::fused(-t16, t299, t1538);
     let (
         t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555,
-        t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571,
-        t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587,
-        t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603,
-        t1604, t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619,
-        t1620, t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635,
-        t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651,
-        t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667,
-        t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683,
-        t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699,
-        t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715,
-        t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731,
-        t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747,
-        t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763,
-        t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779,
-        t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795,
+        t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1567, t1568, t1569, t1573, t1574, t1575,
+        t1576, t1577, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1588, t1589, t1590, t1591, t1592, t1593,
+        t1594, t1595, t1596, t1597, t1598, t1599, t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608, t1609, t1610,
+        t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1625, t1627, t1629,
+        t1630, t1632, t1633, t1635, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648,
+        t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664,
+        t1665, t1666, t1667, t1668, t1669, t1670, t1672, t1673, t1674, t1678, t1679, t1680, t1681, t1682, t1684, t1685,
+        t1686, t1687, t1688, t1689, t1690, t1691, t1693, t1694, t1695, t1696, t1697, t1698, t1699, t1700, t1701, t1702,
+        t1703, t1704, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715, t1716, t1717, t1718, t1719,
+        t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1730, t1732, t1734, t1735, t1737, t1738, t1740,
+        t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757,
+        t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773,
+        t1774, t1775, t1776, t1777, t1779, t1780, t1781, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793,
+        t1794, t1795,
     );
     t1540 = t20 * t297;
     t1541 = R::fused(-t16, t302, t1540);
     t1542 = t319 + t1537;
     t1543 = t1539 - t154;
+    out[10][10] = t1543;
     t1544 = t317 + t1541;
     t1545 = t42 * t1534;
     t1546 = R::fused(t43, t1535, t1545);
     t1547 = R::fused(t42, t1533, t1542);
     t1548 = t1543 + t1546;
+    out[10][9] = t1548;
     t1549 = R::fused(-t43, t1533, t1544);
     t1550 = t28 * t1534;
     t1551 = R::fused(t29, t1535, t1550);
     t1552 = R::fused(-t28, t1533, -t1547);
+    out[10][7] = t1552;
     t1553 = t1548 + t1551;
+    out[10][8] = t1553;
     t1554 = R::fused(-t29, t1533, t1549);
     t1555 = cos_q_right_hip_roll * t1533;
     t1556 = R::fused(sin_q_right_hip_roll, t1535, t1555);
     t1557 = sin_q_right_hip_roll * t1533;
     t1558 = R::fused(cos_q_right_hip_roll, t1535, -t1557);
+    out[10][2] = t1558;
     t1559 = cos_q_right_hip_roll * t1553;
     t1560 = R::fused(-sin_q_right_hip_roll, t1554, -t1559);
     t1561 = sin_q_right_hip_roll * t1553;
     t1562 = R::fused(-cos_q_right_hip_roll, t1554, t1561);
+    out[10][6] = t1562;
     t1563 = cos_q_right_hip_yaw * t1534;
     t1564 = R::fused(sin_q_right_hip_yaw, t1556, -t1563);
+    out[10][0] = t1564;
     t1565 = sin_q_right_hip_yaw * t1534;
-    t1566 = R::fused(-cos_q_right_hip_yaw, t1556, -t1565);
+    out[10][1] = R::fused(-cos_q_right_hip_yaw, t1556, -t1565);
     t1567 = cos_q_right_hip_yaw * t1552;
     t1568 = R::fused(-sin_q_right_hip_yaw, t1560, -t1567);
     t1569 = sin_q_right_hip_yaw * t1552;
-    t1570 = R::fused(-cos_q_right_hip_yaw, t1560, t1569);
-    t1571 = R::fused(R::constant(-0.0764), t1558, -t1568);
-    t1572 = R::fused(R::constant(0.0764), t1564, t1562);
+    out[10][4] = R::fused(-cos_q_right_hip_yaw, t1560, t1569);
+    out[10][3] = R::fused(R::constant(-0.0764), t1558, -t1568);
+    out[10][5] = R::fused(R::constant(0.0764), t1564, t1562);
     t1573 = t326 + t328;
     t1574 = t274 + t1573;
     t1575 = t323 - t350;
     t1576 = t154 + t355;
     t1577 = t321 - t352;
-    t1578 = t1539 - t1576;
+    out[9][10] = t1539 - t1576;
     t1579 = t28 * t286;
     t1580 = R::fused(t29, t288, t1579);
     t1581 = t1574 + t1580;
@@ -1806,7 +1851,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1584 = R::fused(-t33, t288, t1575);
     t1585 = t1576 - t1583;
     t1586 = R::fused(-t33, t286, t1577);
-    t1587 = t1539 - t1585;
+    out[8][10] = t1539 - t1585;
     t1588 = sin_q_right_hip_roll * t288;
     t1589 = cos_q_right_hip_roll * t288;
     t1590 = cos_q_right_hip_roll * t1581;
@@ -1819,7 +1864,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1597 = R::fused(-cos_q_right_hip_roll, t1586, t1596);
     t1598 = t4 * t1591;
     t1599 = R::fused(t8, t1593, t1598);
-    t1600 = t1584 + t1599;
+    out[7][10] = t1584 + t1599;
     t1601 = cos_q_right_hip_yaw * t286;
     t1602 = R::fused(-sin_q_right_hip_yaw, t1588, t1601);
     t1603 = sin_q_right_hip_yaw * t286;
@@ -1843,19 +1888,19 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1621 = t1612 + t1619;
     t1622 = R::fused(t9, t1604, t1597);
     t1623 = v_base_angular_z * t1604;
-    t1624 = R::fused(-v_base_angular_y, t1589, -t1623);
+    out[0][10] = R::fused(-v_base_angular_y, t1589, -t1623);
     t1625 = v_base_angular_z * t1602;
-    t1626 = R::fused(v_base_angular_x, t1589, t1625);
+    out[1][10] = R::fused(v_base_angular_x, t1589, t1625);
     t1627 = v_base_angular_y * t1602;
-    t1628 = R::fused(v_base_angular_x, t1604, -t1627);
+    out[2][10] = R::fused(v_base_angular_x, t1604, -t1627);
     t1629 = v_base_angular_z * t1608;
     t1630 = R::fused(v_base_angular_y, t1617, t1629);
-    t1631 = t1620 - t1630;
+    out[3][10] = t1620 - t1630;
     t1632 = v_base_angular_z * t1616;
     t1633 = R::fused(v_base_angular_x, t1617, t1632);
-    t1634 = t1621 + t1633;
+    out[4][10] = t1621 + t1633;
     t1635 = R::fused(-v_base_angular_y, t1616, t1613);
-    t1636 = t1635 - t1622;
+    out[5][10] = t1635 - t1622;
     // left_ankle: answer of the forces to its motion
     t1637 = t21 * t186;
     t1638 = R::fused(t25, t184, t1637);
@@ -1869,41 +1914,48 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1646 = R::fused(-t21, t200, t1645);
     t1647 = t217 + t1642;
     t1648 = t1644 - t108;
+    out[16][16] = t1648;
     t1649 = t215 + t1646;
     t1650 = t53 * t1639;
     t1651 = R::fused(t54, t1640, t1650);
     t1652 = R::fused(t53, t1638, t1647);
     t1653 = t1648 + t1651;
+    out[16][15] = t1653;
     t1654 = R::fused(-t54, t1638, t1649);
     t1655 = t35 * t1639;
     t1656 = R::fused(t36, t1640, t1655);
     t1657 = R::fused(-t35, t1638, -t1652);
+    out[16][13] = t1657;
     t1658 = t1653 + t1656;
+    out[16][14] = t1658;
     t1659 = R::fused(-t36, t1638, t1654);
     t1660 = cos_q_left_hip_roll * t1638;
     t1661 = R::fused(sin_q_left_hip_roll, t1640, t1660);
     t1662 = sin_q_left_hip_roll * t1638;
     t1663 = R::fused(cos_q_left_hip_roll, t1640, -t1662);
+    out[16][2] = t1663;
     t1664 = cos_q_left_hip_roll * t1658;
     t1665 = R::fused(-sin_q_left_hip_roll, t1659, -t1664);
     t1666 = sin_q_left_hip_roll * t1658;
     t1667 = R::fused(-cos_q_left_hip_roll, t1659, t1666);
+    out[16][12] = t1667;
     t1668 = cos_q_left_hip_yaw * t1639;
     t1669 = R::fused(sin_q_left_hip_yaw, t1661, -t1668);
+    out[16][0] = t1669;
     t1670 = sin_q_left_hip_yaw * t1639;
-    t1671 = R::fused(-cos_q_left_hip_yaw, t1661, -t1670);
+    out[16][1] = R::fused(-cos_q_left_hip_yaw, t1661, -t1670);
     t1672 = cos_q_left_hip_yaw * t1657;
     t1673 = R::fused(-sin_q_left_hip_yaw, t1665, -t1672);
     t1674 = sin_q_left_hip_yaw * t1657;
-    t1675 = R::fused(-cos_q_left_hip_yaw, t1665, t1674);
-    t1676 = R::fused(R::constant(0.0764), t1663, -t1673);
-    t1677 = R::fused(R::constant(-0.0764), t1669, t1667);
+    out[16][4] = R::fused(-cos_q_left_hip_yaw, t1665, t1674);
+    out[16][3] = R::fused(R::constant(0.0764), t1663, -t1673);
+    out[16][5] = R::fused(R::constant(-0.0764), t1669, t1667);
     t1678 = t224 + t226;
     t1679 = t172 + t1678;
     t1680 = t221 - t248;
     t1681 = t108 + t253;
     t1682 = t219 - t250;
-    t1683 = t1644 - t1681;
+    out[15][16] = t1644 - t1681;
     t1684 = t35 * t184;
     t1685 = R::fused(t36, t186, t1684);
     t1686 = t1679 + t1685;
@@ -1912,7 +1964,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1689 = R::fused(-t40, t186, t1680);
     t1690 = t1681 - t1688;
     t1691 = R::fused(-t40, t184, t1682);
-    t1692 = t1644 - t1690;
+    out[14][16] = t1644 - t1690;
     t1693 = sin_q_left_hip_roll * t186;
     t1694 = cos_q_left_hip_roll * t186;
     t1695 = cos_q_left_hip_roll * t1686;
@@ -1925,7 +1977,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1702 = R::fused(-cos_q_left_hip_roll, t1691, t1701);
     t1703 = t11 * t1696;
     t1704 = R::fused(t15, t1698, t1703);
-    t1705 = t1689 + t1704;
+    out[13][16] = t1689 + t1704;
     t1706 = cos_q_left_hip_yaw * t184;
     t1707 = R::fused(-sin_q_left_hip_yaw, t1693, t1706);
     t1708 = sin_q_left_hip_yaw * t184;
@@ -1949,19 +2001,19 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1726 = t1717 - t1724;
     t1727 = R::fused(-t9, t1709, t1702);
     t1728 = v_base_angular_z * t1709;
-    t1729 = R::fused(-v_base_angular_y, t1694, -t1728);
+    out[0][16] = R::fused(-v_base_angular_y, t1694, -t1728);
     t1730 = v_base_angular_z * t1707;
-    t1731 = R::fused(v_base_angular_x, t1694, t1730);
+    out[1][16] = R::fused(v_base_angular_x, t1694, t1730);
     t1732 = v_base_angular_y * t1707;
-    t1733 = R::fused(v_base_angular_x, t1709, -t1732);
+    out[2][16] = R::fused(v_base_angular_x, t1709, -t1732);
     t1734 = v_base_angular_z * t1713;
     t1735 = R::fused(v_base_angular_y, t1722, t1734);
-    t1736 = t1725 - t1735;
+    out[3][16] = t1725 - t1735;
     t1737 = v_base_angular_z * t1721;
     t1738 = R::fused(v_base_angular_x, t1722, t1737);
-    t1739 = t1726 + t1738;
+    out[4][16] = t1726 + t1738;
     t1740 = R::fused(-v_base_angular_y, t1721, t1718);
-    t1741 = t1740 - t1727;
+    out[5][16] = t1740 - t1727;
     // right_foot: answer of the forces to its motion
     t1742 = t46 * t117;
     t1743 = R::fused(t44, t116, t1742);
@@ -1970,6 +2022,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1746 = t137 - t1744;
     t1747 = t142 - t1745;
     t1748 = R::fused(R::constant(0.037), t1743, t1746);
+    out[11][10] = t1748;
     t1749 = cos_t2 * t128;
     t1750 = R::fused(-sin_t2, t1743, t1749);
     t1751 = sin_t2 * t128;
@@ -1982,30 +2035,36 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1758 = R::fused(-t43, t1750, t1757);
     t1759 = R::fused(t42, t129, t1756);
     t1760 = t1748 + t1758;
+    out[11][9] = t1760;
     t1761 = R::fused(-t43, t129, t1754);
     t1762 = t28 * t1752;
     t1763 = R::fused(-t29, t1750, t1762);
     t1764 = R::fused(t28, t129, t1759);
+    out[11][7] = t1764;
     t1765 = t1760 + t1763;
+    out[11][8] = t1765;
     t1766 = R::fused(-t29, t129, t1761);
     t1767 = cos_q_right_hip_roll * t129;
     t1768 = R::fused(sin_q_right_hip_roll, t1750, t1767);
     t1769 = sin_q_right_hip_roll * t129;
     t1770 = R::fused(-cos_q_right_hip_roll, t1750, t1769);
+    out[11][2] = t1770;
     t1771 = cos_q_right_hip_roll * t1765;
     t1772 = R::fused(-sin_q_right_hip_roll, t1766, t1771);
     t1773 = sin_q_right_hip_roll * t1765;
     t1774 = R::fused(cos_q_right_hip_roll, t1766, t1773);
+    out[11][6] = t1774;
     t1775 = cos_q_right_hip_yaw * t1752;
     t1776 = R::fused(-sin_q_right_hip_yaw, t1768, -t1775);
+    out[11][0] = t1776;
     t1777 = sin_q_right_hip_yaw * t1752;
-    t1778 = R::fused(cos_q_right_hip_yaw, t1768, -t1777);
+    out[11][1] = R::fused(cos_q_right_hip_yaw, t1768, -t1777);
     t1779 = cos_q_right_hip_yaw * t1764;
     t1780 = R::fused(-sin_q_right_hip_yaw, t1772, t1779);
     t1781 = sin_q_right_hip_yaw * t1764;
-    t1782 = R::fused(cos_q_right_hip_yaw, t1772, t1781);
-    t1783 = R::fused(R::constant(-0.0764), t1770, t1780);
-    t1784 = R::fused(R::constant(0.0764), t1776, t1774);
+    out[11][4] = R::fused(cos_q_right_hip_yaw, t1772, t1781);
+    out[11][3] = R::fused(R::constant(-0.0764), t1770, t1780);
+    out[11][5] = R::fused(R::constant(0.0764), t1776, t1774);
     t1785 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t1786 = t132 - t156;
     t1787 = t136 + t155;
@@ -2018,28 +2077,25 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1794 = cos_t2 * t1787;
     t1795 = R::fused(-sin_t2, t1786, t1794);
     let (
-        t1796, t1797, t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811,
-        t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827,
-        t1828, t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843,
-        t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859,
-        t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875,
-        t1876, t1877, t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891,
-        t1892, t1893, t1894, t1895, t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907,
-        t1908, t1909, t1910, t1911, t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923,
-        t1924, t1925, t1926, t1927, t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939,
-        t1940, t1941, t1942, t1943, t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955,
-        t1956, t1957, t1958, t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971,
-        t1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987,
-        t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003,
-        t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019,
-        t2020, t2021, t2022, t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035,
-        t2036, t2037, t2038, t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051,
+        t1796, t1797, t1798, t1799, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812,
+        t1813, t1814, t1815, t1816, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829,
+        t1830, t1831, t1832, t1833, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846,
+        t1847, t1848, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862, t1863,
+        t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1874, t1876, t1878, t1879, t1881, t1882, t1884, t1886,
+        t1887, t1888, t1889, t1890, t1891, t1892, t1893, t1894, t1895, t1896, t1897, t1898, t1899, t1900, t1901, t1902,
+        t1903, t1904, t1905, t1906, t1907, t1908, t1909, t1910, t1911, t1912, t1913, t1914, t1915, t1916, t1917, t1918,
+        t1919, t1920, t1921, t1923, t1924, t1925, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938,
+        t1939, t1940, t1941, t1942, t1943, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955,
+        t1956, t1957, t1958, t1959, t1960, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972,
+        t1973, t1974, t1975, t1976, t1977, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989,
+        t1990, t1991, t1992, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006,
+        t2007, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2018, t2020, t2022, t2023, t2025, t2026, t2028,
     );
     t1796 = sin_t2 * t1787;
     t1797 = R::fused(cos_t2, t1786, t1796);
     t1798 = t20 * t1793;
     t1799 = R::fused(-t16, t1791, t1798);
-    t1800 = t157 - t1799;
+    out[10][11] = t157 - t1799;
     t1801 = t42 * t1789;
     t1802 = R::fused(-t43, t1788, t1801);
     t1803 = R::fused(t42, t117, t1793);
@@ -2056,7 +2112,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1814 = t1795 + t1811;
     t1815 = t20 * t1803;
     t1816 = R::fused(-t16, t1805, t1815);
-    t1817 = t1813 - t1816;
+    out[9][11] = t1813 - t1816;
     t1818 = t28 * t1789;
     t1819 = R::fused(-t29, t1788, t1818);
     t1820 = R::fused(t28, t117, t1803);
@@ -2073,7 +2129,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1831 = t1814 + t1828;
     t1832 = t20 * t1820;
     t1833 = R::fused(-t16, t1822, t1832);
-    t1834 = t1830 - t1833;
+    out[8][11] = t1830 - t1833;
     t1835 = cos_q_right_hip_roll * t117;
     t1836 = R::fused(-sin_q_right_hip_roll, t1788, t1835);
     t1837 = sin_q_right_hip_roll * t117;
@@ -2088,7 +2144,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1846 = R::fused(cos_q_right_hip_roll, t1831, t1845);
     t1847 = t4 * t1840;
     t1848 = R::fused(t8, t1842, t1847);
-    t1849 = t1829 - t1848;
+    out[7][11] = t1829 - t1848;
     t1850 = cos_q_right_hip_yaw * t1789;
     t1851 = R::fused(-sin_q_right_hip_yaw, t1836, t1850);
     t1852 = sin_q_right_hip_yaw * t1789;
@@ -2103,7 +2159,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1861 = R::fused(cos_q_right_hip_yaw, t1844, t1860);
     t1862 = v_base_angular_x * t1857;
     t1863 = R::fused(v_base_angular_y, t1855, -t1862);
-    t1864 = t1846 + t1863;
+    out[6][11] = t1846 + t1863;
     t1865 = R::fused(R::constant(-0.0764), t1838, t1855);
     t1866 = R::fused(R::constant(-0.0764), t1851, t1842);
     t1867 = t10 * t1851;
@@ -2112,19 +2168,19 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1870 = t1861 - t1868;
     t1871 = R::fused(t9, t1853, t1846);
     t1872 = v_base_angular_z * t1853;
-    t1873 = R::fused(-v_base_angular_y, t1838, t1872);
+    out[0][11] = R::fused(-v_base_angular_y, t1838, t1872);
     t1874 = v_base_angular_z * t1851;
-    t1875 = R::fused(v_base_angular_x, t1838, -t1874);
+    out[1][11] = R::fused(v_base_angular_x, t1838, -t1874);
     t1876 = v_base_angular_y * t1851;
-    t1877 = R::fused(-v_base_angular_x, t1853, t1876);
+    out[2][11] = R::fused(-v_base_angular_x, t1853, t1876);
     t1878 = v_base_angular_z * t1857;
     t1879 = R::fused(v_base_angular_y, t1866, t1878);
-    t1880 = t1869 + t1879;
+    out[3][11] = t1869 + t1879;
     t1881 = v_base_angular_z * t1865;
     t1882 = R::fused(v_base_angular_x, t1866, t1881);
-    t1883 = t1870 - t1882;
+    out[4][11] = t1870 - t1882;
     t1884 = R::fused(-v_base_angular_y, t1865, t1862);
-    t1885 = t1871 - t1884;
+    out[5][11] = t1871 - t1884;
     // left_foot: answer of the forces to its motion
     t1886 = t57 * t71;
     t1887 = R::fused(t55, t70, t1886);
@@ -2133,6 +2189,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1890 = t91 - t1888;
     t1891 = t96 - t1889;
     t1892 = R::fused(R::constant(0.037), t1887, t1890);
+    out[17][16] = t1892;
     t1893 = cos_t3 * t82;
     t1894 = R::fused(-sin_t3, t1887, t1893);
     t1895 = sin_t3 * t82;
@@ -2145,30 +2202,36 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1902 = R::fused(-t54, t1894, t1901);
     t1903 = R::fused(t53, t83, t1900);
     t1904 = t1892 + t1902;
+    out[17][15] = t1904;
     t1905 = R::fused(-t54, t83, t1898);
     t1906 = t35 * t1896;
     t1907 = R::fused(-t36, t1894, t1906);
     t1908 = R::fused(t35, t83, t1903);
+    out[17][13] = t1908;
     t1909 = t1904 + t1907;
+    out[17][14] = t1909;
     t1910 = R::fused(-t36, t83, t1905);
     t1911 = cos_q_left_hip_roll * t83;
     t1912 = R::fused(sin_q_left_hip_roll, t1894, t1911);
     t1913 = sin_q_left_hip_roll * t83;
     t1914 = R::fused(-cos_q_left_hip_roll, t1894, t1913);
+    out[17][2] = t1914;
     t1915 = cos_q_left_hip_roll * t1909;
     t1916 = R::fused(-sin_q_left_hip_roll, t1910, t1915);
     t1917 = sin_q_left_hip_roll * t1909;
     t1918 = R::fused(cos_q_left_hip_roll, t1910, t1917);
+    out[17][12] = t1918;
     t1919 = cos_q_left_hip_yaw * t1896;
     t1920 = R::fused(-sin_q_left_hip_yaw, t1912, -t1919);
+    out[17][0] = t1920;
     t1921 = sin_q_left_hip_yaw * t1896;
-    t1922 = R::fused(cos_q_left_hip_yaw, t1912, -t1921);
+    out[17][1] = R::fused(cos_q_left_hip_yaw, t1912, -t1921);
     t1923 = cos_q_left_hip_yaw * t1908;
     t1924 = R::fused(-sin_q_left_hip_yaw, t1916, t1923);
     t1925 = sin_q_left_hip_yaw * t1908;
-    t1926 = R::fused(cos_q_left_hip_yaw, t1916, t1925);
-    t1927 = R::fused(R::constant(0.0764), t1914, t1924);
-    t1928 = R::fused(R::constant(-0.0764), t1920, t1918);
+    out[17][4] = R::fused(cos_q_left_hip_yaw, t1916, t1925);
+    out[17][3] = R::fused(R::constant(0.0764), t1914, t1924);
+    out[17][5] = R::fused(R::constant(-0.0764), t1920, t1918);
     t1929 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t1930 = t86 - t110;
     t1931 = t90 + t109;
@@ -2184,7 +2247,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1941 = R::fused(cos_t3, t1930, t1940);
     t1942 = t25 * t1937;
     t1943 = R::fused(-t21, t1935, t1942);
-    t1944 = t111 - t1943;
+    out[16][17] = t111 - t1943;
     t1945 = t53 * t1933;
     t1946 = R::fused(-t54, t1932, t1945);
     t1947 = R::fused(t53, t71, t1937);
@@ -2201,7 +2264,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1958 = t1939 + t1955;
     t1959 = t25 * t1947;
     t1960 = R::fused(-t21, t1949, t1959);
-    t1961 = t1957 - t1960;
+    out[15][17] = t1957 - t1960;
     t1962 = t35 * t1933;
     t1963 = R::fused(-t36, t1932, t1962);
     t1964 = R::fused(t35, t71, t1947);
@@ -2218,7 +2281,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1975 = t1958 + t1972;
     t1976 = t25 * t1964;
     t1977 = R::fused(-t21, t1966, t1976);
-    t1978 = t1974 - t1977;
+    out[14][17] = t1974 - t1977;
     t1979 = cos_q_left_hip_roll * t71;
     t1980 = R::fused(-sin_q_left_hip_roll, t1932, t1979);
     t1981 = sin_q_left_hip_roll * t71;
@@ -2233,7 +2296,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t1990 = R::fused(cos_q_left_hip_roll, t1975, t1989);
     t1991 = t11 * t1984;
     t1992 = R::fused(t15, t1986, t1991);
-    t1993 = t1973 - t1992;
+    out[13][17] = t1973 - t1992;
     t1994 = cos_q_left_hip_yaw * t1933;
     t1995 = R::fused(-sin_q_left_hip_yaw, t1980, t1994);
     t1996 = sin_q_left_hip_yaw * t1933;
@@ -2248,7 +2311,7 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t2005 = R::fused(cos_q_left_hip_yaw, t1988, t2004);
     t2006 = v_base_angular_x * t2001;
     t2007 = R::fused(v_base_angular_y, t1999, -t2006);
-    t2008 = t1990 + t2007;
+    out[12][17] = t1990 + t2007;
     t2009 = R::fused(R::constant(0.0764), t1982, t1999);
     t2010 = R::fused(R::constant(0.0764), t1995, t1986);
     t2011 = t10 * t1995;
@@ -2257,142 +2320,126 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     t2014 = t2005 + t2012;
     t2015 = R::fused(-t9, t1997, t1990);
     t2016 = v_base_angular_z * t1997;
-    t2017 = R::fused(-v_base_angular_y, t1982, t2016);
+    out[0][17] = R::fused(-v_base_angular_y, t1982, t2016);
     t2018 = v_base_angular_z * t1995;
-    t2019 = R::fused(v_base_angular_x, t1982, -t2018);
+    out[1][17] = R::fused(v_base_angular_x, t1982, -t2018);
     t2020 = v_base_angular_y * t1995;
-    t2021 = R::fused(-v_base_angular_x, t1997, t2020);
+    out[2][17] = R::fused(-v_base_angular_x, t1997, t2020);
     t2022 = v_base_angular_z * t2001;
     t2023 = R::fused(v_base_angular_y, t2010, t2022);
-    t2024 = t2013 + t2023;
+    out[3][17] = t2013 + t2023;
     t2025 = v_base_angular_z * t2009;
     t2026 = R::fused(v_base_angular_x, t2010, t2025);
-    t2027 = t2014 - t2026;
+    out[4][17] = t2014 - t2026;
     t2028 = R::fused(-v_base_angular_y, t2009, t2006);
-    t2029 = t2015 - t2028;
+    out[5][17] = t2015 - t2028;
     // torso: answer of the forces to its motion
-    t2030 = -t971;
-    t2031 = -t974;
-    t2032 = -t975;
-    t2033 = -t976;
-    t2034 = -t1036; // right_hip_yaw_link: answer of the forces to its motion
-    t2035 = -t1063; // left_hip_yaw_link: answer of the forces to its motion
-    t2036 = -t970;
-    t2037 = -t980;
-    t2038 = -t1037; // right_hip_yaw_link: answer of the forces to its motion
-    t2039 = -t1064; // left_hip_yaw_link: answer of the forces to its motion
-    t2040 = -t977;
-    t2041 = -t984;
-    t2042 = -t997;
-    t2043 = -t1005;
-    t2044 = -t1006;
-    t2045 = -t1009;
-    t2046 = -t1128; // right_hip_roll_link: answer of the forces to its motion
-    t2047 = -t1185; // left_hip_roll_link: answer of the forces to its motion
-    t2048 = -t1019; // right_hip_yaw_link: answer of the forces to its motion
-    t2049 = -t1029; // right_hip_yaw_link: answer of the forces to its motion
-    t2050 = -t1246; // right_upper_leg: answer of the forces to its motion
-    t2051 = -t1419; // right_lower_leg: answer of the forces to its motion
-    let (t2052, t2053, t2054, t2055, t2056, t2057, t2058, t2059);
-    t2052 = -t1615; // right_ankle: answer of the forces to its motion
-    t2053 = -t1198; // right_upper_leg: answer of the forces to its motion
-    t2054 = -t1046; // left_hip_yaw_link: answer of the forces to its motion
-    t2055 = -t1056; // left_hip_yaw_link: answer of the forces to its motion
-    t2056 = -t1328; // left_upper_leg: answer of the forces to its motion
-    t2057 = -t1510; // left_lower_leg: answer of the forces to its motion
-    t2058 = -t1720; // left_ankle: answer of the forces to its motion
-    t2059 = -t1280; // left_upper_leg: answer of the forces to its motion
-    *out = [
-        // base/linear/x
-        [
-            R::constant(0.0), t970, t2030, t2031, t2032, t2033, t2034, t1116, t1255, t1428, t1624, t1873, t2035, t1173,
-            t1337, t1519, t1729, t2017,
-        ],
-        // base/linear/y
-        [
-            t2036, R::constant(0.0), t977, t978, t2037, t981, t2038, t1118, t1257, t1430, t1626, t1875, t2039, t1175,
-            t1339, t1521, t1731, t2019,
-        ],
-        // base/linear/z
-        [
-            t971, t2040, R::constant(0.0), t982, t983, t2041, t1019, t1120, t1259, t1432, t1628, t1877, t1046, t1177,
-            t1341, t1523, t1733, t2021,
-        ],
-        // base/angular/x
-        [
-            t974, t985, t986, t994, t995, t996, t1040, t1123, t1262, t1435, t1631, t1880, t1067, t1180, t1344, t1526,
-            t1736, t2024,
-        ],
-        // base/angular/y
-        [
-            t2042, t980, t998, t2043, t2044, t1007, t1043, t1126, t1265, t1438, t1634, t1883, t1070, t1183, t1347,
-            t1529, t1739, t2027,
-        ],
-        // base/angular/z
-        [
-            t1008, t2045, t984, t1015, t1016, t1017, t1044, t2046, t1267, t1440, t1636, t1885, t1071, t2047, t1349,
-            t1531, t1741, t2029,
-        ],
-        // right_hip_yaw
-        [
-            t1020, t1021, t2048, t1031, t2049, t1032, t1030, t1107, t2050, t2051, t2052, t1864, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_roll
-        [
-            t1086, t1088, t1075, t1093, t1092, t1094, t1084, t1082, t1231, t1404, t1600, t1849, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_pitch
-        [
-            t1210, t1212, t1204, t1217, t1216, t1218, t1208, t2053, t1199, t1391, t1587, t1834, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_knee_pitch
-        [
-            t1377, t1379, t1371, t1384, t1383, t1385, t1375, t1365, t1366, t1361, t1578, t1817, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_pitch
-        [
-            t1564, t1566, t1558, t1571, t1570, t1572, t1562, t1552, t1553, t1548, t1543, t1800, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_roll
-        [
-            t1776, t1778, t1770, t1783, t1782, t1784, t1774, t1764, t1765, t1760, t1748, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_hip_yaw
-        [
-            t1047, t1048, t2054, t1058, t2055, t1059, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t1057, t1164, t2056, t2057, t2058, t2008,
-        ],
-        // left_hip_roll
-        [
-            t1143, t1145, t1132, t1150, t1149, t1151, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t1141, t1139, t1313, t1495, t1705, t1993,
-        ],
-        // left_hip_pitch
-        [
-            t1292, t1294, t1286, t1299, t1298, t1300, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t1290, t2059, t1281, t1482, t1692, t1978,
-        ],
-        // left_knee_pitch
-        [
-            t1468, t1470, t1462, t1475, t1474, t1476, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t1466, t1456, t1457, t1452, t1683, t1961,
-        ],
-        // left_ankle_pitch
-        [
-            t1669, t1671, t1663, t1676, t1675, t1677, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t1667, t1657, t1658, t1653, t1648, t1944,
-        ],
-        // left_ankle_roll
-        [
-            t1920, t1922, t1914, t1927, t1926, t1928, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t1918, t1908, t1909, t1904, t1892, R::constant(0.0),
-        ],
-    ];
+    out[0][2] = -t971;
+    out[0][3] = -t974;
+    out[0][4] = -t975;
+    out[0][5] = -t976;
+    out[0][6] = -t1036; // right_hip_yaw_link: answer of the forces to its motion
+    out[0][12] = -t1063; // left_hip_yaw_link: answer of the forces to its motion
+    out[1][0] = -t970;
+    out[1][4] = -t980;
+    out[1][6] = -t1037; // right_hip_yaw_link: answer of the forces to its motion
+    out[1][12] = -t1064; // left_hip_yaw_link: answer of the forces to its motion
+    out[2][1] = -t977;
+    out[2][5] = -t984;
+    out[4][0] = -t997;
+    out[4][3] = -t1005;
+    out[4][4] = -t1006;
+    out[5][1] = -t1009;
+    out[5][7] = -t1128; // right_hip_roll_link: answer of the forces to its motion
+    out[5][13] = -t1185; // left_hip_roll_link: answer of the forces to its motion
+    out[6][2] = -t1019; // right_hip_yaw_link: answer of the forces to its motion
+    out[6][4] = -t1029; // right_hip_yaw_link: answer of the forces to its motion
+    out[6][8] = -t1246; // right_upper_leg: answer of the forces to its motion
+    out[6][9] = -t1419; // right_lower_leg: answer of the forces to its motion
+    out[6][10] = -t1615; // right_ankle: answer of the forces to its motion
+    out[8][7] = -t1198; // right_upper_leg: answer of the forces to its motion
+    out[12][2] = -t1046; // left_hip_yaw_link: answer of the forces to its motion
+    out[12][4] = -t1056; // left_hip_yaw_link: answer of the forces to its motion
+    out[12][14] = -t1328; // left_upper_leg: answer of the forces to its motion
+    out[12][15] = -t1510; // left_lower_leg: answer of the forces to its motion
+    out[12][16] = -t1720; // left_ankle: answer of the forces to its motion
+    out[14][13] = -t1280; // left_upper_leg: answer of the forces to its motion
+    out[0][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[2][2] = R::constant(0.0);
+    out[6][12] = R::constant(0.0);
+    out[6][13] = R::constant(0.0);
+    out[6][14] = R::constant(0.0);
+    out[6][15] = R::constant(0.0);
+    out[6][16] = R::constant(0.0);
+    out[6][17] = R::constant(0.0);
+    out[7][12] = R::constant(0.0);
+    out[7][13] = R::constant(0.0);
+    out[7][14] = R::constant(0.0);
+    out[7][15] = R::constant(0.0);
+    out[7][16] = R::constant(0.0);
+    out[7][17] = R::constant(0.0);
+    out[8][12] = R::constant(0.0);
+    out[8][13] = R::constant(0.0);
+    out[8][14] = R::constant(0.0);
+    out[8][15] = R::constant(0.0);
+    out[8][16] = R::constant(0.0);
+    out[8][17] = R::constant(0.0);
+    out[9][12] = R::constant(0.0);
+    out[9][13] = R::constant(0.0);
+    out[9][14] = R::constant(0.0);
+    out[9][15] = R::constant(0.0);
+    out[9][16] = R::constant(0.0);
+    out[9][17] = R::constant(0.0);
+    out[10][12] = R::constant(0.0);
+    out[10][13] = R::constant(0.0);
+    out[10][14] = R::constant(0.0);
+    out[10][15] = R::constant(0.0);
+    out[10][16] = R::constant(0.0);
+    out[10][17] = R::constant(0.0);
+    out[11][11] = R::constant(0.0);
+    out[11][12] = R::constant(0.0);
+    out[11][13] = R::constant(0.0);
+    out[11][14] = R::constant(0.0);
+    out[11][15] = R::constant(0.0);
+    out[11][16] = R::constant(0.0);
+    out[11][17] = R::constant(0.0);
+    out[12][6] = R::constant(0.0);
+    out[12][7] = R::constant(0.0);
+    out[12][8] = R::constant(0.0);
+    out[12][9] = R::constant(0.0);
+    out[12][10] = R::constant(0.0);
+    out[12][11] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[13][7] = R::constant(0.0);
+    out[13][8] = R::constant(0.0);
+    out[13][9] = R::constant(0.0);
+    out[13][10] = R::constant(0.0);
+    out[13][11] = R::constant(0.0);
+    out[14][6] = R::constant(0.0);
+    out[14][7] = R::constant(0.0);
+    out[14][8] = R::constant(0.0);
+    out[14][9] = R::constant(0.0);
+    out[14][10] = R::constant(0.0);
+    out[14][11] = R::constant(0.0);
+    out[15][6] = R::constant(0.0);
+    out[15][7] = R::constant(0.0);
+    out[15][8] = R::constant(0.0);
+    out[15][9] = R::constant(0.0);
+    out[15][10] = R::constant(0.0);
+    out[15][11] = R::constant(0.0);
+    out[16][6] = R::constant(0.0);
+    out[16][7] = R::constant(0.0);
+    out[16][8] = R::constant(0.0);
+    out[16][9] = R::constant(0.0);
+    out[16][10] = R::constant(0.0);
+    out[16][11] = R::constant(0.0);
+    out[17][6] = R::constant(0.0);
+    out[17][7] = R::constant(0.0);
+    out[17][8] = R::constant(0.0);
+    out[17][9] = R::constant(0.0);
+    out[17][10] = R::constant(0.0);
+    out[17][11] = R::constant(0.0);
+    out[17][17] = R::constant(0.0);
 }
 }

@@ -79,55 +79,62 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
         q_left_ankle_roll,
     ]);
     let (
-        t0, t1, t2, t3, t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23,
-        t24, t25, t26, t27, t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45,
-        t46, t47, t48, t49, t50, t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67,
-        t68, t69, t70, t71, t72, t73, t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89,
-        t90, t91, t92, t93, t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109,
-        t110, t111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127,
-        t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145,
-        t146, t147, t148, t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163,
-        t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181,
-        t182, t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199,
-        t200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217,
-        t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235,
-        t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253,
-        t254, t255,
+        t0, t1, t2, t3, t4, t5, t7, t8, t9, t10, t12, t13, t14, t15, t16, t18, t19, t20, t21, t22, t23, t24, t25, t28,
+        t29, t30, t31, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49, t50, t51,
+        t52, t53, t54, t55, t56, t57, t58, t59, t61, t62, t63, t65, t67, t68, t69, t71, t74, t76, t77, t78, t79, t80,
+        t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t95, t96, t97, t98, t100, t101, t102,
+        t105, t106, t108, t111, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126,
+        t127, t128, t129, t130, t131, t132, t133, t135, t136, t137, t138, t139, t141, t142, t143, t146, t147, t148,
+        t150, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167, t168,
+        t169, t170, t172, t173, t174, t175, t176, t178, t179, t180, t183, t184, t185, t187, t189, t190, t191, t192,
+        t193, t194, t196, t197, t198, t199, t200, t201, t202, t203, t204, t206, t207, t208, t209, t210, t211, t212,
+        t213, t214, t215, t216, t217, t218, t219, t220, t222, t223, t224, t225, t227, t229, t231, t233, t234, t235,
+        t236, t237, t238, t240, t241, t242, t243, t244, t245, t246, t247, t248, t250, t251, t252, t253, t254, t255,
     );
     t0 = v_base_linear_x * v_base_linear_x; // torso: kinetic energy
     t1 = R::fused(v_base_linear_y, v_base_linear_y, t0); // torso: kinetic energy
     t2 = R::fused(v_base_linear_z, v_base_linear_z, t1); // torso: kinetic energy
     t3 = R::constant(0.5) * t2;
+    out[0][0] = t3;
     t4 = R::constant(9.81) * q_base_z;
+    out[0][1] = t4;
     t5 = v_base_linear_y * v_base_angular_z; // torso: kinetic energy
-    t6 = R::fused(-v_base_linear_z, v_base_angular_y, t5); // torso: kinetic energy
+    out[1][0] = R::fused(-v_base_linear_z, v_base_angular_y, t5); // torso: kinetic energy
     // torso: sums of what it carries
     t7 = q_base_qz * R::constant(2.0);
     t8 = q_base_qx * t7;
     t9 = q_base_qy * R::constant(2.0);
     t10 = R::fused(-q_base_qw, t9, t8);
-    t11 = R::constant(9.81) * t10; // other
+    out[1][1] = R::constant(9.81) * t10; // other
     t12 = v_base_linear_x * v_base_angular_z; // torso: kinetic energy
     t13 = R::fused(v_base_linear_z, v_base_angular_x, -t12); // torso: kinetic energy
+    out[2][0] = t13;
     t14 = q_base_qy * t7;
     t15 = q_base_qx * R::constant(2.0);
     t16 = R::fused(q_base_qw, t15, t14);
-    t17 = R::constant(9.81) * t16; // other
+    out[2][1] = R::constant(9.81) * t16; // other
     t18 = v_base_linear_x * v_base_angular_y; // torso: kinetic energy
     t19 = R::fused(-v_base_linear_y, v_base_angular_x, t18); // torso: kinetic energy
+    out[3][0] = t19;
     t20 = q_base_qx * t15;
     t21 = R::fused(q_base_qy, t9, t20);
     t22 = R::constant(1.0) - t21;
     t23 = R::constant(9.81) * t22; // other
+    out[3][1] = t23;
+    out[13][1] = t23;
+    out[23][1] = t23;
     t24 = v_base_angular_x * v_base_angular_x; // torso: kinetic energy
     t25 = R::constant(0.5) * t24; // other
-    t26 = v_base_angular_x * v_base_angular_y; // torso: kinetic energy
-    t27 = v_base_angular_x * v_base_angular_z; // torso: kinetic energy
+    out[4][0] = t25;
+    out[5][0] = v_base_angular_x * v_base_angular_y; // torso: kinetic energy
+    out[6][0] = v_base_angular_x * v_base_angular_z; // torso: kinetic energy
     t28 = v_base_angular_y * v_base_angular_y; // torso: kinetic energy
     t29 = R::constant(0.5) * t28; // other
+    out[7][0] = t29;
     t30 = v_base_angular_y * v_base_angular_z; // torso: kinetic energy
+    out[8][0] = t30;
     t31 = v_base_angular_z * v_base_angular_z; // torso: kinetic energy
-    t32 = R::constant(0.5) * t31; // other
+    out[9][0] = R::constant(0.5) * t31; // other
     // right_hip_yaw_link: columns that its parent has too
     t33 = R::constant(0.0764) * t13;
     t34 = t3 - t33;
@@ -135,8 +142,14 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t36 = t34 + t35;
     t37 = t31 * R::constant(0.00291848);
     t38 = t36 + t37;
+    out[10][0] = t38;
+    out[30][0] = t38;
+    out[50][0] = t38;
     t39 = t16 * R::constant(0.749484);
     t40 = t4 - t39;
+    out[10][1] = t40;
+    out[30][1] = t40;
+    out[50][1] = t40;
     // right_hip_yaw_link: velocity
     t41 = v_base_angular_z * R::constant(0.0764);
     t42 = v_base_linear_x + t41;
@@ -149,38 +162,50 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t49 = v_base_angular_x * sin_q_right_hip_yaw;
     t50 = R::fused(-v_base_angular_y, cos_q_right_hip_yaw, t49);
     t51 = R::fused(t48, t50, -t46); // right_hip_yaw_link: kinetic energy
+    out[11][0] = t51;
+    out[31][0] = t51;
     t52 = cos_q_right_hip_yaw * t10; // torso: sums of what it carries
     t53 = R::fused(sin_q_right_hip_yaw, t16, t52); // torso: sums of what it carries
     t54 = R::constant(9.81) * t53; // other
+    out[11][1] = t54;
+    out[31][1] = t54;
     t55 = t42 * cos_q_right_hip_yaw;
     t56 = R::fused(v_base_linear_y, sin_q_right_hip_yaw, t55);
     t57 = t56 * t45; // right_hip_yaw_link: kinetic energy
     t58 = v_base_angular_x * cos_q_right_hip_yaw;
     t59 = R::fused(v_base_angular_y, sin_q_right_hip_yaw, t58);
-    t60 = R::fused(t48, t59, -t57); // right_hip_yaw_link: kinetic energy
+    out[12][0] = R::fused(t48, t59, -t57); // right_hip_yaw_link: kinetic energy
     t61 = sin_q_right_hip_yaw * t10; // torso: sums of what it carries
     t62 = R::fused(-cos_q_right_hip_yaw, t16, t61); // torso: sums of what it carries
     t63 = R::constant(9.81) * t62; // other
-    t64 = -t63; // other
+    out[12][1] = -t63; // other
     t65 = R::constant(0.0764) * t30; // right_hip_yaw_link: columns that its parent has too
-    t66 = t19 + t65; // right_hip_yaw_link: columns that its parent has too
+    out[13][0] = t19 + t65; // right_hip_yaw_link: columns that its parent has too
     t67 = t50 * t50; // right_hip_yaw_link: kinetic energy
     t68 = R::constant(0.5) * t67; // other
+    out[17][0] = t68;
     t69 = t25 + t29; // right_hip_yaw_link: columns that its parent has too
-    t70 = t69 - t68; // right_hip_yaw_link: columns that its parent has too
+    out[14][0] = t69 - t68; // right_hip_yaw_link: columns that its parent has too
     // right_hip_yaw_link: kinetic energy
     t71 = t59 * t50;
-    t72 = -t71;
-    t73 = t59 * t45;
+    out[15][0] = -t71;
+    out[16][0] = t59 * t45;
     t74 = t50 * t45;
-    t75 = -t74;
+    out[18][0] = -t74;
     t76 = t45 * t45;
     t77 = R::constant(0.5) * t76; // other
+    out[19][0] = t77;
     // left_hip_yaw_link: columns that its parent has too
     t78 = t3 + t33;
     t79 = t35 + t78;
     t80 = t37 + t79;
+    out[20][0] = t80;
+    out[40][0] = t80;
+    out[60][0] = t80;
     t81 = t4 + t39;
+    out[20][1] = t81;
+    out[40][1] = t81;
+    out[60][1] = t81;
     // left_hip_yaw_link: velocity
     t82 = v_base_linear_x - t41;
     t83 = t82 * sin_q_left_hip_yaw;
@@ -191,31 +216,37 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t88 = v_base_angular_x * sin_q_left_hip_yaw;
     t89 = R::fused(-v_base_angular_y, cos_q_left_hip_yaw, t88);
     t90 = R::fused(t87, t89, -t86); // left_hip_yaw_link: kinetic energy
+    out[21][0] = t90;
+    out[41][0] = t90;
     t91 = cos_q_left_hip_yaw * t10; // torso: sums of what it carries
     t92 = R::fused(sin_q_left_hip_yaw, t16, t91); // torso: sums of what it carries
     t93 = R::constant(9.81) * t92; // other
+    out[21][1] = t93;
+    out[41][1] = t93;
     t94 = t82 * cos_q_left_hip_yaw;
     t95 = R::fused(v_base_linear_y, sin_q_left_hip_yaw, t94);
     t96 = t95 * t85; // left_hip_yaw_link: kinetic energy
     t97 = v_base_angular_x * cos_q_left_hip_yaw;
     t98 = R::fused(v_base_angular_y, sin_q_left_hip_yaw, t97);
-    t99 = R::fused(t87, t98, -t96); // left_hip_yaw_link: kinetic energy
+    out[22][0] = R::fused(t87, t98, -t96); // left_hip_yaw_link: kinetic energy
     t100 = sin_q_left_hip_yaw * t10; // torso: sums of what it carries
     t101 = R::fused(-cos_q_left_hip_yaw, t16, t100); // torso: sums of what it carries
     t102 = R::constant(9.81) * t101; // other
-    t103 = -t102; // other
-    t104 = t19 - t65; // left_hip_yaw_link: columns that its parent has too
+    out[22][1] = -t102; // other
+    out[23][0] = t19 - t65; // left_hip_yaw_link: columns that its parent has too
     t105 = t89 * t89; // left_hip_yaw_link: kinetic energy
     t106 = R::constant(0.5) * t105; // other
-    t107 = t69 - t106; // left_hip_yaw_link: columns that its parent has too
+    out[27][0] = t106;
+    out[24][0] = t69 - t106; // left_hip_yaw_link: columns that its parent has too
     // left_hip_yaw_link: kinetic energy
     t108 = t98 * t89;
-    t109 = -t108;
-    t110 = t98 * t85;
+    out[25][0] = -t108;
+    out[26][0] = t98 * t85;
     t111 = t89 * t85;
-    t112 = -t111;
+    out[28][0] = -t111;
     t113 = t85 * t85;
     t114 = R::constant(0.5) * t113; // other
+    out[29][0] = t114;
     t115 = t50 * sin_q_right_hip_roll; // right_hip_roll_link: velocity
     t116 = R::fused(t45, cos_q_right_hip_roll, t115); // right_hip_roll_link: velocity
     t117 = t56 * t116; // right_hip_roll_link: kinetic energy
@@ -223,6 +254,8 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t119 = R::fused(t48, cos_q_right_hip_roll, t118); // right_hip_roll_link: velocity
     t120 = t59 + v_right_hip_roll; // right_hip_roll_link: velocity
     t121 = R::fused(t119, t120, -t117); // right_hip_roll_link: kinetic energy
+    out[32][0] = t121;
+    out[52][0] = t121;
     t122 = sin_q_right_hip_yaw * cos_q_right_hip_roll; // right_hip_yaw_link: sums of what it carries
     t123 = t10 * t122; // torso: sums of what it carries
     t124 = cos_q_right_hip_yaw * cos_q_right_hip_roll; // right_hip_yaw_link: sums of what it carries
@@ -230,30 +263,36 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t126 = R::fused(-sin_q_right_hip_roll, t22, t125); // torso: sums of what it carries
     t127 = R::constant(9.81) * t126; // other
     t128 = -t127; // other
+    out[32][1] = t128;
+    out[52][1] = t128;
+    out[72][1] = t128;
+    out[92][1] = t128;
     t129 = t50 * cos_q_right_hip_roll; // right_hip_roll_link: velocity
     t130 = R::fused(-t45, sin_q_right_hip_roll, t129); // right_hip_roll_link: velocity
     t131 = t56 * t130; // right_hip_roll_link: kinetic energy
     t132 = t44 * cos_q_right_hip_roll; // right_hip_roll_link: velocity
     t133 = R::fused(-t48, sin_q_right_hip_roll, t132); // right_hip_roll_link: velocity
-    t134 = R::fused(t133, t120, -t131); // right_hip_roll_link: kinetic energy
+    out[33][0] = R::fused(t133, t120, -t131); // right_hip_roll_link: kinetic energy
     t135 = sin_q_right_hip_yaw * sin_q_right_hip_roll; // right_hip_yaw_link: sums of what it carries
     t136 = t10 * t135; // torso: sums of what it carries
     t137 = cos_q_right_hip_yaw * sin_q_right_hip_roll; // right_hip_yaw_link: sums of what it carries
     t138 = R::fused(-t16, t137, t136); // torso: sums of what it carries
     t139 = R::fused(cos_q_right_hip_roll, t22, t138); // torso: sums of what it carries
-    t140 = R::constant(9.81) * t139; // other
+    out[33][1] = R::constant(9.81) * t139; // other
     t141 = t120 * t120; // right_hip_roll_link: kinetic energy
     t142 = R::constant(0.5) * t141; // other
+    out[34][0] = t142;
     // right_hip_roll_link: kinetic energy
     t143 = t130 * t120;
-    t144 = -t143;
-    t145 = t116 * t120;
+    out[35][0] = -t143;
+    out[36][0] = t116 * t120;
     t146 = t116 * t116;
     t147 = R::constant(0.5) * t146; // other
+    out[39][0] = t147;
     t148 = t68 + t77; // right_hip_roll_link: columns that its parent has too
-    t149 = t148 - t147; // right_hip_roll_link: columns that its parent has too
+    out[37][0] = t148 - t147; // right_hip_roll_link: columns that its parent has too
     t150 = t130 * t116;
-    t151 = -t150;
+    out[38][0] = -t150;
     t152 = t89 * sin_q_left_hip_roll; // left_hip_roll_link: velocity
     t153 = R::fused(t85, cos_q_left_hip_roll, t152); // left_hip_roll_link: velocity
     t154 = t95 * t153; // left_hip_roll_link: kinetic energy
@@ -261,6 +300,8 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t156 = R::fused(t87, cos_q_left_hip_roll, t155); // left_hip_roll_link: velocity
     t157 = t98 + v_left_hip_roll; // left_hip_roll_link: velocity
     t158 = R::fused(t156, t157, -t154); // left_hip_roll_link: kinetic energy
+    out[42][0] = t158;
+    out[62][0] = t158;
     t159 = sin_q_left_hip_yaw * cos_q_left_hip_roll; // left_hip_yaw_link: sums of what it carries
     t160 = t10 * t159; // torso: sums of what it carries
     t161 = cos_q_left_hip_yaw * cos_q_left_hip_roll; // left_hip_yaw_link: sums of what it carries
@@ -268,37 +309,43 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t163 = R::fused(-sin_q_left_hip_roll, t22, t162); // torso: sums of what it carries
     t164 = R::constant(9.81) * t163; // other
     t165 = -t164; // other
+    out[42][1] = t165;
+    out[62][1] = t165;
+    out[82][1] = t165;
+    out[102][1] = t165;
     t166 = t89 * cos_q_left_hip_roll; // left_hip_roll_link: velocity
     t167 = R::fused(-t85, sin_q_left_hip_roll, t166); // left_hip_roll_link: velocity
     t168 = t95 * t167; // left_hip_roll_link: kinetic energy
     t169 = t84 * cos_q_left_hip_roll; // left_hip_roll_link: velocity
     t170 = R::fused(-t87, sin_q_left_hip_roll, t169); // left_hip_roll_link: velocity
-    t171 = R::fused(t170, t157, -t168); // left_hip_roll_link: kinetic energy
+    out[43][0] = R::fused(t170, t157, -t168); // left_hip_roll_link: kinetic energy
     t172 = sin_q_left_hip_yaw * sin_q_left_hip_roll; // left_hip_yaw_link: sums of what it carries
     t173 = t10 * t172; // torso: sums of what it carries
     t174 = cos_q_left_hip_yaw * sin_q_left_hip_roll; // left_hip_yaw_link: sums of what it carries
     t175 = R::fused(-t16, t174, t173); // torso: sums of what it carries
     t176 = R::fused(cos_q_left_hip_roll, t22, t175); // torso: sums of what it carries
-    t177 = R::constant(9.81) * t176; // other
+    out[43][1] = R::constant(9.81) * t176; // other
     t178 = t157 * t157; // left_hip_roll_link: kinetic energy
     t179 = R::constant(0.5) * t178; // other
+    out[44][0] = t179;
     // left_hip_roll_link: kinetic energy
     t180 = t167 * t157;
-    t181 = -t180;
-    t182 = t153 * t157;
+    out[45][0] = -t180;
+    out[46][0] = t153 * t157;
     t183 = t153 * t153;
     t184 = R::constant(0.5) * t183; // other
+    out[49][0] = t184;
     t185 = t106 + t114; // left_hip_roll_link: columns that its parent has too
-    t186 = t185 - t184; // left_hip_roll_link: columns that its parent has too
+    out[47][0] = t185 - t184; // left_hip_roll_link: columns that its parent has too
     t187 = t167 * t153;
-    t188 = -t187;
+    out[48][0] = -t187;
     t189 = t116 * cos_q_right_hip_pitch; // right_upper_leg: velocity
     t190 = R::fused(t120, sin_q_right_hip_pitch, t189); // right_upper_leg: velocity
     t191 = t133 * t190; // right_upper_leg: kinetic energy
     t192 = t119 * cos_q_right_hip_pitch; // right_upper_leg: velocity
     t193 = R::fused(t56, sin_q_right_hip_pitch, t192); // right_upper_leg: velocity
     t194 = t130 - v_right_hip_pitch; // right_upper_leg: velocity
-    t195 = R::fused(t193, t194, -t191); // right_upper_leg: kinetic energy
+    out[51][0] = R::fused(t193, t194, -t191); // right_upper_leg: kinetic energy
     t196 = cos_q_right_hip_yaw * cos_q_right_hip_pitch; // right_hip_yaw_link: sums of what it carries
     t197 = sin_q_right_hip_roll * sin_q_right_hip_pitch; // right_hip_roll_link: sums of what it carries
     t198 = R::fused(-sin_q_right_hip_yaw, t197, t196); // right_hip_yaw_link: sums of what it carries
@@ -308,13 +355,14 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t202 = R::fused(t16, t201, t199); // torso: sums of what it carries
     t203 = cos_q_right_hip_roll * sin_q_right_hip_pitch; // right_hip_roll_link: sums of what it carries
     t204 = R::fused(-t22, t203, t202); // torso: sums of what it carries
-    t205 = R::constant(9.81) * t204; // other
+    out[51][1] = R::constant(9.81) * t204; // other
     t206 = t119 * sin_q_right_hip_pitch; // right_upper_leg: velocity
     t207 = R::fused(-t56, cos_q_right_hip_pitch, t206); // right_upper_leg: velocity
     t208 = t207 * t194; // right_upper_leg: kinetic energy
     t209 = t116 * sin_q_right_hip_pitch; // right_upper_leg: velocity
     t210 = R::fused(-t120, cos_q_right_hip_pitch, t209); // right_upper_leg: velocity
     t211 = R::fused(-t133, t210, t208); // right_upper_leg: kinetic energy
+    out[53][0] = t211;
     t212 = cos_q_right_hip_yaw * sin_q_right_hip_pitch; // right_hip_yaw_link: sums of what it carries
     t213 = sin_q_right_hip_roll * cos_q_right_hip_pitch; // right_hip_roll_link: sums of what it carries
     t214 = R::fused(sin_q_right_hip_yaw, t213, t212); // right_hip_yaw_link: sums of what it carries
@@ -324,26 +372,28 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t218 = R::fused(t16, t217, t215); // torso: sums of what it carries
     t219 = cos_q_right_hip_roll * cos_q_right_hip_pitch; // right_hip_roll_link: sums of what it carries
     t220 = R::fused(t22, t219, t218); // torso: sums of what it carries
-    t221 = R::constant(9.81) * t220; // other
+    out[53][1] = R::constant(9.81) * t220; // other
     t222 = t190 * t190; // right_upper_leg: kinetic energy
     t223 = R::constant(0.5) * t222; // other
+    out[59][0] = t223;
     t224 = t142 + t147; // right_upper_leg: columns that its parent has too
     t225 = t224 - t223; // right_upper_leg: columns that its parent has too
+    out[54][0] = t225;
     // right_upper_leg: kinetic energy
-    t226 = t210 * t194;
+    out[55][0] = t210 * t194;
     t227 = t190 * t210;
-    t228 = -t227;
+    out[56][0] = -t227;
     t229 = t194 * t194;
-    t230 = R::constant(0.5) * t229; // other
+    out[57][0] = R::constant(0.5) * t229; // other
     t231 = t190 * t194;
-    t232 = -t231;
+    out[58][0] = -t231;
     t233 = t153 * cos_q_left_hip_pitch; // left_upper_leg: velocity
     t234 = R::fused(t157, sin_q_left_hip_pitch, t233); // left_upper_leg: velocity
     t235 = t170 * t234; // left_upper_leg: kinetic energy
     t236 = t156 * cos_q_left_hip_pitch; // left_upper_leg: velocity
     t237 = R::fused(t95, sin_q_left_hip_pitch, t236); // left_upper_leg: velocity
     t238 = t167 - v_left_hip_pitch; // left_upper_leg: velocity
-    t239 = R::fused(t237, t238, -t235); // left_upper_leg: kinetic energy
+    out[61][0] = R::fused(t237, t238, -t235); // left_upper_leg: kinetic energy
     t240 = cos_q_left_hip_yaw * cos_q_left_hip_pitch; // left_hip_yaw_link: sums of what it carries
     t241 = sin_q_left_hip_roll * sin_q_left_hip_pitch; // left_hip_roll_link: sums of what it carries
     t242 = R::fused(-sin_q_left_hip_yaw, t241, t240); // left_hip_yaw_link: sums of what it carries
@@ -353,29 +403,28 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t246 = R::fused(t16, t245, t243); // torso: sums of what it carries
     t247 = cos_q_left_hip_roll * sin_q_left_hip_pitch; // left_hip_roll_link: sums of what it carries
     t248 = R::fused(-t22, t247, t246); // torso: sums of what it carries
-    t249 = R::constant(9.81) * t248; // other
+    out[61][1] = R::constant(9.81) * t248; // other
     t250 = t156 * sin_q_left_hip_pitch; // left_upper_leg: velocity
     t251 = R::fused(-t95, cos_q_left_hip_pitch, t250); // left_upper_leg: velocity
     t252 = t251 * t238; // left_upper_leg: kinetic energy
     t253 = t153 * sin_q_left_hip_pitch; // left_upper_leg: velocity
     t254 = R::fused(-t157, cos_q_left_hip_pitch, t253); // left_upper_leg: velocity
     t255 = R::fused(-t170, t254, t252); // left_upper_leg: kinetic energy
+    out[63][0] = t255;
     let (
-        t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
-        t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291,
-        t292, t293, t294, t295, t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309,
-        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327,
-        t328, t329, t330, t331, t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345,
-        t346, t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363,
-        t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381,
-        t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399,
-        t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417,
-        t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435,
-        t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453,
-        t454, t455, t456, t457, t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471,
-        t472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489,
-        t490, t491, t492, t493, t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507,
-        t508, t509, t510, t511,
+        t256, t257, t258, t259, t260, t261, t262, t263, t264, t266, t267, t268, t269, t271, t273, t275, t277, t278,
+        t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t290, t291, t292, t293, t294, t295, t296, t297,
+        t298, t299, t300, t301, t302, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315, t316,
+        t317, t318, t319, t321, t322, t323, t324, t326, t328, t330, t332, t333, t334, t335, t336, t337, t338, t339,
+        t340, t341, t342, t343, t345, t346, t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t359,
+        t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t376, t377, t378,
+        t379, t381, t383, t385, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400,
+        t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t419,
+        t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t435, t436, t437, t438,
+        t440, t442, t443, t444, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459,
+        t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t478,
+        t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t494, t495, t496, t497,
+        t499, t501, t502, t503, t505, t506, t510, t511,
     );
     t256 = cos_q_left_hip_yaw * sin_q_left_hip_pitch; // left_hip_yaw_link: sums of what it carries
     t257 = sin_q_left_hip_roll * cos_q_left_hip_pitch; // left_hip_roll_link: sums of what it carries
@@ -386,24 +435,28 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t262 = R::fused(t16, t261, t259); // torso: sums of what it carries
     t263 = cos_q_left_hip_roll * cos_q_left_hip_pitch; // left_hip_roll_link: sums of what it carries
     t264 = R::fused(t22, t263, t262); // torso: sums of what it carries
-    t265 = R::constant(9.81) * t264; // other
+    out[63][1] = R::constant(9.81) * t264; // other
     t266 = t234 * t234; // left_upper_leg: kinetic energy
     t267 = R::constant(0.5) * t266; // other
+    out[69][0] = t267;
     t268 = t179 + t184; // left_upper_leg: columns that its parent has too
     t269 = t268 - t267; // left_upper_leg: columns that its parent has too
+    out[64][0] = t269;
     // left_upper_leg: kinetic energy
-    t270 = t254 * t238;
+    out[65][0] = t254 * t238;
     t271 = t234 * t254;
-    t272 = -t271;
+    out[66][0] = -t271;
     t273 = t238 * t238;
-    t274 = R::constant(0.5) * t273; // other
+    out[67][0] = R::constant(0.5) * t273; // other
     t275 = t234 * t238;
-    t276 = -t275;
+    out[68][0] = -t275;
     // right_lower_leg: columns that its parent has too
     t277 = R::fused(R::constant(-0.315), t211, t38);
     t278 = R::fused(t225, R::constant(0.099225), t277);
     t279 = R::fused(t229, R::constant(0.0496125), t278);
+    out[70][0] = t279;
     t280 = R::fused(-t220, R::constant(3.09015), t40);
+    out[70][1] = t280;
     t281 = R::fused(t210, R::constant(0.315), t133); // right_lower_leg: velocity
     t282 = t190 * cos_q_right_knee_pitch; // right_lower_leg: velocity
     t283 = R::fused(-t210, sin_q_right_knee_pitch, t282); // right_lower_leg: velocity
@@ -413,7 +466,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t286 = R::fused(-t194, R::constant(0.315), t207);
     t287 = R::fused(-t286, sin_q_right_knee_pitch, t285);
     t288 = t194 - v_right_knee_pitch;
-    t289 = R::fused(t287, t288, -t284); // right_lower_leg: kinetic energy
+    out[71][0] = R::fused(t287, t288, -t284); // right_lower_leg: kinetic energy
     t290 = cos_q_right_hip_pitch * cos_q_right_knee_pitch; // right_upper_leg: sums of what it carries
     t291 = R::fused(-sin_q_right_hip_pitch, sin_q_right_knee_pitch, t290); // right_upper_leg: sums of what it carries
     t292 = cos_q_right_hip_yaw * t291; // right_hip_yaw_link: sums of what it carries
@@ -427,14 +480,16 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t300 = R::fused(t16, t299, t297); // torso: sums of what it carries
     t301 = cos_q_right_hip_roll * t294; // right_hip_roll_link: sums of what it carries
     t302 = R::fused(-t22, t301, t300); // torso: sums of what it carries
-    t303 = R::constant(9.81) * t302; // other
+    out[71][1] = R::constant(9.81) * t302; // other
     t304 = R::fused(R::constant(-0.315), t231, t121); // right_lower_leg: columns that its parent has too
+    out[72][0] = t304;
     t305 = t193 * sin_q_right_knee_pitch;
     t306 = R::fused(t286, cos_q_right_knee_pitch, t305);
     t307 = t306 * t288; // right_lower_leg: kinetic energy
     t308 = t190 * sin_q_right_knee_pitch;
     t309 = R::fused(t210, cos_q_right_knee_pitch, t308);
     t310 = R::fused(-t281, t309, t307); // right_lower_leg: kinetic energy
+    out[73][0] = t310;
     t311 = cos_q_right_hip_yaw * t294; // right_hip_yaw_link: sums of what it carries
     t312 = sin_q_right_hip_roll * t291; // right_hip_roll_link: sums of what it carries
     t313 = R::fused(sin_q_right_hip_yaw, t312, t311); // right_hip_yaw_link: sums of what it carries
@@ -444,24 +499,28 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t317 = R::fused(t16, t316, t314); // torso: sums of what it carries
     t318 = cos_q_right_hip_roll * t291; // right_hip_roll_link: sums of what it carries
     t319 = R::fused(t22, t318, t317); // torso: sums of what it carries
-    t320 = R::constant(9.81) * t319; // other
+    out[73][1] = R::constant(9.81) * t319; // other
     t321 = t283 * t283; // right_lower_leg: kinetic energy
     t322 = R::constant(0.5) * t321; // other
+    out[79][0] = t322;
     t323 = t223 + t225; // right_lower_leg: columns that its parent has too
     t324 = t323 - t322; // right_lower_leg: columns that its parent has too
+    out[74][0] = t324;
     // right_lower_leg: kinetic energy
-    t325 = t309 * t288;
+    out[75][0] = t309 * t288;
     t326 = t283 * t309;
-    t327 = -t326;
+    out[76][0] = -t326;
     t328 = t288 * t288;
-    t329 = R::constant(0.5) * t328; // other
+    out[77][0] = R::constant(0.5) * t328; // other
     t330 = t283 * t288;
-    t331 = -t330;
+    out[78][0] = -t330;
     // left_lower_leg: columns that its parent has too
     t332 = R::fused(R::constant(-0.315), t255, t80);
     t333 = R::fused(t269, R::constant(0.099225), t332);
     t334 = R::fused(t273, R::constant(0.0496125), t333);
+    out[80][0] = t334;
     t335 = R::fused(-t264, R::constant(3.09015), t81);
+    out[80][1] = t335;
     t336 = R::fused(t254, R::constant(0.315), t170); // left_lower_leg: velocity
     t337 = t234 * cos_q_left_knee_pitch; // left_lower_leg: velocity
     t338 = R::fused(-t254, sin_q_left_knee_pitch, t337); // left_lower_leg: velocity
@@ -471,7 +530,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t341 = R::fused(-t238, R::constant(0.315), t251);
     t342 = R::fused(-t341, sin_q_left_knee_pitch, t340);
     t343 = t238 - v_left_knee_pitch;
-    t344 = R::fused(t342, t343, -t339); // left_lower_leg: kinetic energy
+    out[81][0] = R::fused(t342, t343, -t339); // left_lower_leg: kinetic energy
     t345 = cos_q_left_hip_pitch * cos_q_left_knee_pitch; // left_upper_leg: sums of what it carries
     t346 = R::fused(-sin_q_left_hip_pitch, sin_q_left_knee_pitch, t345); // left_upper_leg: sums of what it carries
     t347 = cos_q_left_hip_yaw * t346; // left_hip_yaw_link: sums of what it carries
@@ -485,14 +544,16 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t355 = R::fused(t16, t354, t352); // torso: sums of what it carries
     t356 = cos_q_left_hip_roll * t349; // left_hip_roll_link: sums of what it carries
     t357 = R::fused(-t22, t356, t355); // torso: sums of what it carries
-    t358 = R::constant(9.81) * t357; // other
+    out[81][1] = R::constant(9.81) * t357; // other
     t359 = R::fused(R::constant(-0.315), t275, t158); // left_lower_leg: columns that its parent has too
+    out[82][0] = t359;
     t360 = t237 * sin_q_left_knee_pitch;
     t361 = R::fused(t341, cos_q_left_knee_pitch, t360);
     t362 = t361 * t343; // left_lower_leg: kinetic energy
     t363 = t234 * sin_q_left_knee_pitch;
     t364 = R::fused(t254, cos_q_left_knee_pitch, t363);
     t365 = R::fused(-t336, t364, t362); // left_lower_leg: kinetic energy
+    out[83][0] = t365;
     t366 = cos_q_left_hip_yaw * t349; // left_hip_yaw_link: sums of what it carries
     t367 = sin_q_left_hip_roll * t346; // left_hip_roll_link: sums of what it carries
     t368 = R::fused(sin_q_left_hip_yaw, t367, t366); // left_hip_yaw_link: sums of what it carries
@@ -502,24 +563,28 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t372 = R::fused(t16, t371, t369); // torso: sums of what it carries
     t373 = cos_q_left_hip_roll * t346; // left_hip_roll_link: sums of what it carries
     t374 = R::fused(t22, t373, t372); // torso: sums of what it carries
-    t375 = R::constant(9.81) * t374; // other
+    out[83][1] = R::constant(9.81) * t374; // other
     t376 = t338 * t338; // left_lower_leg: kinetic energy
     t377 = R::constant(0.5) * t376; // other
+    out[89][0] = t377;
     t378 = t267 + t269; // left_lower_leg: columns that its parent has too
     t379 = t378 - t377; // left_lower_leg: columns that its parent has too
+    out[84][0] = t379;
     // left_lower_leg: kinetic energy
-    t380 = t364 * t343;
+    out[85][0] = t364 * t343;
     t381 = t338 * t364;
-    t382 = -t381;
+    out[86][0] = -t381;
     t383 = t343 * t343;
-    t384 = R::constant(0.5) * t383; // other
+    out[87][0] = R::constant(0.5) * t383; // other
     t385 = t338 * t343;
-    t386 = -t385;
+    out[88][0] = -t385;
     // right_ankle: columns that its parent has too
     t387 = R::fused(R::constant(-0.273), t310, t279);
     t388 = R::fused(t324, R::constant(0.074529), t387);
     t389 = R::fused(t328, R::constant(0.0372645), t388);
+    out[90][0] = t389;
     t390 = R::fused(-t319, R::constant(2.67813), t280);
+    out[90][1] = t390;
     t391 = R::fused(t309, R::constant(0.273), t281); // right_ankle: velocity
     t392 = t283 * cos_q_right_ankle_pitch; // right_ankle: velocity
     t393 = R::fused(-t309, sin_q_right_ankle_pitch, t392); // right_ankle: velocity
@@ -530,6 +595,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t397 = R::fused(-t396, sin_q_right_ankle_pitch, t395);
     t398 = t288 - v_right_ankle_pitch;
     t399 = R::fused(t397, t398, -t394); // right_ankle: kinetic energy
+    out[91][0] = t399;
     t400 = cos_q_right_knee_pitch * cos_q_right_ankle_pitch; // right_lower_leg: sums of what it carries
     t401 = R::fused(-sin_q_right_knee_pitch, sin_q_right_ankle_pitch, t400); // right_lower_leg: sums of what it carries
     t402 = cos_q_right_hip_pitch * t401; // right_upper_leg: sums of what it carries
@@ -548,13 +614,16 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t415 = cos_q_right_hip_roll * t408; // right_hip_roll_link: sums of what it carries
     t416 = R::fused(-t22, t415, t414); // torso: sums of what it carries
     t417 = R::constant(9.81) * t416; // other
-    t418 = R::fused(R::constant(-0.273), t330, t304); // right_ankle: columns that its parent has too
+    out[91][1] = t417;
+    out[111][1] = t417;
+    out[92][0] = R::fused(R::constant(-0.273), t330, t304); // right_ankle: columns that its parent has too
     t419 = t287 * sin_q_right_ankle_pitch;
     t420 = R::fused(t396, cos_q_right_ankle_pitch, t419);
     t421 = t420 * t398; // right_ankle: kinetic energy
     t422 = t283 * sin_q_right_ankle_pitch;
     t423 = R::fused(t309, cos_q_right_ankle_pitch, t422);
     t424 = R::fused(-t391, t423, t421); // right_ankle: kinetic energy
+    out[93][0] = t424;
     t425 = cos_q_right_hip_yaw * t408; // right_hip_yaw_link: sums of what it carries
     t426 = sin_q_right_hip_roll * t405; // right_hip_roll_link: sums of what it carries
     t427 = R::fused(sin_q_right_hip_yaw, t426, t425); // right_hip_yaw_link: sums of what it carries
@@ -564,24 +633,29 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t431 = R::fused(t16, t430, t428); // torso: sums of what it carries
     t432 = cos_q_right_hip_roll * t405; // right_hip_roll_link: sums of what it carries
     t433 = R::fused(t22, t432, t431); // torso: sums of what it carries
-    t434 = R::constant(9.81) * t433; // other
+    out[93][1] = R::constant(9.81) * t433; // other
     t435 = t393 * t393; // right_ankle: kinetic energy
     t436 = R::constant(0.5) * t435; // other
+    out[99][0] = t436;
     t437 = t322 + t324; // right_ankle: columns that its parent has too
     t438 = t437 - t436; // right_ankle: columns that its parent has too
+    out[94][0] = t438;
     // right_ankle: kinetic energy
-    t439 = t423 * t398;
+    out[95][0] = t423 * t398;
     t440 = t393 * t423;
-    t441 = -t440;
+    out[96][0] = -t440;
     t442 = t398 * t398;
     t443 = R::constant(0.5) * t442; // other
+    out[97][0] = t443;
     t444 = t393 * t398;
-    t445 = -t444;
+    out[98][0] = -t444;
     // left_ankle: columns that its parent has too
     t446 = R::fused(R::constant(-0.273), t365, t334);
     t447 = R::fused(t379, R::constant(0.074529), t446);
     t448 = R::fused(t383, R::constant(0.0372645), t447);
+    out[100][0] = t448;
     t449 = R::fused(-t374, R::constant(2.67813), t335);
+    out[100][1] = t449;
     t450 = R::fused(t364, R::constant(0.273), t336); // left_ankle: velocity
     t451 = t338 * cos_q_left_ankle_pitch; // left_ankle: velocity
     t452 = R::fused(-t364, sin_q_left_ankle_pitch, t451); // left_ankle: velocity
@@ -592,6 +666,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t456 = R::fused(-t455, sin_q_left_ankle_pitch, t454);
     t457 = t343 - v_left_ankle_pitch;
     t458 = R::fused(t456, t457, -t453); // left_ankle: kinetic energy
+    out[101][0] = t458;
     t459 = cos_q_left_knee_pitch * cos_q_left_ankle_pitch; // left_lower_leg: sums of what it carries
     t460 = R::fused(-sin_q_left_knee_pitch, sin_q_left_ankle_pitch, t459); // left_lower_leg: sums of what it carries
     t461 = cos_q_left_hip_pitch * t460; // left_upper_leg: sums of what it carries
@@ -610,13 +685,16 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t474 = cos_q_left_hip_roll * t467; // left_hip_roll_link: sums of what it carries
     t475 = R::fused(-t22, t474, t473); // torso: sums of what it carries
     t476 = R::constant(9.81) * t475; // other
-    t477 = R::fused(R::constant(-0.273), t385, t359); // left_ankle: columns that its parent has too
+    out[101][1] = t476;
+    out[121][1] = t476;
+    out[102][0] = R::fused(R::constant(-0.273), t385, t359); // left_ankle: columns that its parent has too
     t478 = t342 * sin_q_left_ankle_pitch;
     t479 = R::fused(t455, cos_q_left_ankle_pitch, t478);
     t480 = t479 * t457; // left_ankle: kinetic energy
     t481 = t338 * sin_q_left_ankle_pitch;
     t482 = R::fused(t364, cos_q_left_ankle_pitch, t481);
     t483 = R::fused(-t450, t482, t480); // left_ankle: kinetic energy
+    out[103][0] = t483;
     t484 = cos_q_left_hip_yaw * t467; // left_hip_yaw_link: sums of what it carries
     t485 = sin_q_left_hip_roll * t464; // left_hip_roll_link: sums of what it carries
     t486 = R::fused(sin_q_left_hip_yaw, t485, t484); // left_hip_yaw_link: sums of what it carries
@@ -626,36 +704,38 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t490 = R::fused(t16, t489, t487); // torso: sums of what it carries
     t491 = cos_q_left_hip_roll * t464; // left_hip_roll_link: sums of what it carries
     t492 = R::fused(t22, t491, t490); // torso: sums of what it carries
-    t493 = R::constant(9.81) * t492; // other
+    out[103][1] = R::constant(9.81) * t492; // other
     t494 = t452 * t452; // left_ankle: kinetic energy
     t495 = R::constant(0.5) * t494; // other
+    out[109][0] = t495;
     t496 = t377 + t379; // left_ankle: columns that its parent has too
     t497 = t496 - t495; // left_ankle: columns that its parent has too
+    out[104][0] = t497;
     // left_ankle: kinetic energy
-    t498 = t482 * t457;
+    out[105][0] = t482 * t457;
     t499 = t452 * t482;
-    t500 = -t499;
+    out[106][0] = -t499;
     t501 = t457 * t457;
     t502 = R::constant(0.5) * t501; // other
+    out[107][0] = t502;
     t503 = t452 * t457;
-    t504 = -t503;
+    out[108][0] = -t503;
     // right_foot: columns that its parent has too
     t505 = R::fused(R::constant(-0.037), t424, t389);
     t506 = R::fused(t438, R::constant(0.001369), t505);
-    t507 = R::fused(t442, R::constant(0.0006845), t506);
-    t508 = R::fused(-t433, R::constant(0.36297), t390);
-    t509 = R::fused(R::constant(-0.037), t440, t399);
+    out[110][0] = R::fused(t442, R::constant(0.0006845), t506);
+    out[110][1] = R::fused(-t433, R::constant(0.36297), t390);
+    out[111][0] = R::fused(R::constant(-0.037), t440, t399);
     t510 = R::fused(-t398, R::constant(0.037), t420); // right_foot: velocity
     t511 = t398 * sin_q_right_ankle_roll; // right_foot: velocity
     let (
-        t512, t513, t514, t515, t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529,
-        t530, t531, t532, t533, t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547,
-        t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565,
-        t566, t567, t568, t569, t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583,
-        t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601,
-        t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612, t613, t614, t615, t616, t617, t618, t619,
-        t620, t621, t622, t623, t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635, t636, t637,
-        t638, t639, t640, t641, t642, t643, t644, t645, t646, t647, t648, t649, t650, t651, t652, t653, t654,
+        t512, t513, t514, t515, t516, t517, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530,
+        t531, t532, t533, t534, t535, t536, t537, t538, t539, t541, t542, t543, t544, t545, t547, t548, t549, t550,
+        t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t569,
+        t572, t574, t575, t576, t578, t580, t581, t585, t586, t587, t588, t589, t590, t591, t592, t594, t595, t596,
+        t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612, t613, t614,
+        t616, t617, t618, t619, t620, t622, t623, t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634,
+        t635, t636, t637, t638, t639, t640, t641, t642, t644, t647, t649, t650, t651, t653,
     );
     t512 = R::fused(t393, cos_q_right_ankle_roll, t511); // right_foot: velocity
     t513 = t510 * t512; // right_foot: kinetic energy
@@ -664,7 +744,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t515 = t514 * sin_q_right_ankle_roll;
     t516 = R::fused(t397, cos_q_right_ankle_roll, t515);
     t517 = t423 - v_right_ankle_roll;
-    t518 = R::fused(-t516, t517, t513); // right_foot: kinetic energy
+    out[112][0] = R::fused(-t516, t517, t513); // right_foot: kinetic energy
     t519 = cos_q_right_ankle_pitch * sin_q_right_ankle_roll; // right_ankle: sums of what it carries
     t520 = cos_q_right_knee_pitch * t519; // right_lower_leg: sums of what it carries
     t521 = sin_q_right_ankle_pitch * sin_q_right_ankle_roll; // right_ankle: sums of what it carries
@@ -686,13 +766,13 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t537 = sin_q_right_hip_roll * cos_q_right_ankle_roll; // right_hip_roll_link: sums of what it carries
     t538 = R::fused(cos_q_right_hip_roll, t530, t537); // right_hip_roll_link: sums of what it carries
     t539 = R::fused(t22, t538, t536); // torso: sums of what it carries
-    t540 = R::constant(9.81) * t539; // other
+    out[112][1] = R::constant(9.81) * t539; // other
     t541 = t398 * cos_q_right_ankle_roll;
     t542 = R::fused(-t393, sin_q_right_ankle_roll, t541);
     t543 = t510 * t542; // right_foot: kinetic energy
     t544 = t514 * cos_q_right_ankle_roll;
     t545 = R::fused(-t397, sin_q_right_ankle_roll, t544);
-    t546 = R::fused(-t545, t517, t543); // right_foot: kinetic energy
+    out[113][0] = R::fused(-t545, t517, t543); // right_foot: kinetic energy
     t547 = cos_q_right_ankle_pitch * cos_q_right_ankle_roll; // right_ankle: sums of what it carries
     t548 = cos_q_right_knee_pitch * t547; // right_lower_leg: sums of what it carries
     t549 = sin_q_right_ankle_pitch * cos_q_right_ankle_roll; // right_ankle: sums of what it carries
@@ -714,25 +794,26 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t565 = sin_q_right_hip_roll * sin_q_right_ankle_roll; // right_hip_roll_link: sums of what it carries
     t566 = R::fused(-cos_q_right_hip_roll, t558, t565); // right_hip_roll_link: sums of what it carries
     t567 = R::fused(-t22, t566, t564); // torso: sums of what it carries
-    t568 = R::constant(9.81) * t567; // other
+    out[113][1] = R::constant(9.81) * t567; // other
     t569 = t517 * t517; // right_foot: kinetic energy
-    t570 = R::constant(0.5) * t569; // other
+    out[114][0] = R::constant(0.5) * t569; // other
     // right_foot: kinetic energy
-    t571 = t542 * t517;
+    out[115][0] = t542 * t517;
     t572 = t512 * t517;
-    t573 = -t572;
+    out[116][0] = -t572;
     t574 = t512 * t512;
     t575 = R::constant(0.5) * t574; // other
+    out[119][0] = t575;
     t576 = t443 + t436; // right_foot: columns that its parent has too
-    t577 = t576 - t575; // right_foot: columns that its parent has too
+    out[117][0] = t576 - t575; // right_foot: columns that its parent has too
     t578 = t542 * t512;
-    t579 = -t578;
+    out[118][0] = -t578;
     // left_foot: columns that its parent has too
     t580 = R::fused(R::constant(-0.037), t483, t448);
     t581 = R::fused(t497, R::constant(0.001369), t580);
-    t582 = R::fused(t501, R::constant(0.0006845), t581);
-    t583 = R::fused(-t492, R::constant(0.36297), t449);
-    t584 = R::fused(R::constant(-0.037), t499, t458);
+    out[120][0] = R::fused(t501, R::constant(0.0006845), t581);
+    out[120][1] = R::fused(-t492, R::constant(0.36297), t449);
+    out[121][0] = R::fused(R::constant(-0.037), t499, t458);
     t585 = R::fused(-t457, R::constant(0.037), t479); // left_foot: velocity
     t586 = t457 * sin_q_left_ankle_roll; // left_foot: velocity
     t587 = R::fused(t452, cos_q_left_ankle_roll, t586); // left_foot: velocity
@@ -742,7 +823,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t590 = t589 * sin_q_left_ankle_roll;
     t591 = R::fused(t456, cos_q_left_ankle_roll, t590);
     t592 = t482 - v_left_ankle_roll;
-    t593 = R::fused(-t591, t592, t588); // left_foot: kinetic energy
+    out[122][0] = R::fused(-t591, t592, t588); // left_foot: kinetic energy
     t594 = cos_q_left_ankle_pitch * sin_q_left_ankle_roll; // left_ankle: sums of what it carries
     t595 = cos_q_left_knee_pitch * t594; // left_lower_leg: sums of what it carries
     t596 = sin_q_left_ankle_pitch * sin_q_left_ankle_roll; // left_ankle: sums of what it carries
@@ -764,13 +845,13 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t612 = sin_q_left_hip_roll * cos_q_left_ankle_roll; // left_hip_roll_link: sums of what it carries
     t613 = R::fused(cos_q_left_hip_roll, t605, t612); // left_hip_roll_link: sums of what it carries
     t614 = R::fused(t22, t613, t611); // torso: sums of what it carries
-    t615 = R::constant(9.81) * t614; // other
+    out[122][1] = R::constant(9.81) * t614; // other
     t616 = t457 * cos_q_left_ankle_roll;
     t617 = R::fused(-t452, sin_q_left_ankle_roll, t616);
     t618 = t585 * t617; // left_foot: kinetic energy
     t619 = t589 * cos_q_left_ankle_roll;
     t620 = R::fused(-t456, sin_q_left_ankle_roll, t619);
-    t621 = R::fused(-t620, t592, t618); // left_foot: kinetic energy
+    out[123][0] = R::fused(-t620, t592, t618); // left_foot: kinetic energy
     t622 = cos_q_left_ankle_pitch * cos_q_left_ankle_roll; // left_ankle: sums of what it carries
     t623 = cos_q_left_knee_pitch * t622; // left_lower_leg: sums of what it carries
     t624 = sin_q_left_ankle_pitch * cos_q_left_ankle_roll; // left_ankle: sums of what it carries
@@ -792,150 +873,97 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t640 = sin_q_left_hip_roll * sin_q_left_ankle_roll; // left_hip_roll_link: sums of what it carries
     t641 = R::fused(-cos_q_left_hip_roll, t633, t640); // left_hip_roll_link: sums of what it carries
     t642 = R::fused(-t22, t641, t639); // torso: sums of what it carries
-    t643 = R::constant(9.81) * t642; // other
+    out[123][1] = R::constant(9.81) * t642; // other
     t644 = t592 * t592; // left_foot: kinetic energy
-    t645 = R::constant(0.5) * t644; // other
+    out[124][0] = R::constant(0.5) * t644; // other
     // left_foot: kinetic energy
-    t646 = t617 * t592;
+    out[125][0] = t617 * t592;
     t647 = t587 * t592;
-    t648 = -t647;
+    out[126][0] = -t647;
     t649 = t587 * t587;
     t650 = R::constant(0.5) * t649; // other
+    out[129][0] = t650;
     t651 = t502 + t495; // left_foot: columns that its parent has too
-    t652 = t651 - t650; // left_foot: columns that its parent has too
+    out[127][0] = t651 - t650; // left_foot: columns that its parent has too
     t653 = t617 * t587;
-    t654 = -t653;
-    *out = [
-        [t3, t4], // torso.m
-        [t6, t11], // torso.m*cx
-        [t13, t17], // torso.m*cy
-        [t19, t23], // torso.m*cz
-        [t25, R::constant(0.0)], // torso.Ixx
-        [t26, R::constant(0.0)], // torso.Ixy
-        [t27, R::constant(0.0)], // torso.Ixz
-        [t29, R::constant(0.0)], // torso.Iyy
-        [t30, R::constant(0.0)], // torso.Iyz
-        [t32, R::constant(0.0)], // torso.Izz
-        [t38, t40], // right_hip_yaw_link.m
-        [t51, t54], // right_hip_yaw_link.m*cx
-        [t60, t64], // right_hip_yaw_link.m*cy
-        [t66, t23], // right_hip_yaw_link.m*cz
-        [t70, R::constant(0.0)], // right_hip_yaw_link.Ixx
-        [t72, R::constant(0.0)], // right_hip_yaw_link.Ixy
-        [t73, R::constant(0.0)], // right_hip_yaw_link.Ixz
-        [t68, R::constant(0.0)], // right_hip_yaw_link.Iyy
-        [t75, R::constant(0.0)], // right_hip_yaw_link.Iyz
-        [t77, R::constant(0.0)], // right_hip_yaw_link.Izz
-        [t80, t81], // left_hip_yaw_link.m
-        [t90, t93], // left_hip_yaw_link.m*cx
-        [t99, t103], // left_hip_yaw_link.m*cy
-        [t104, t23], // left_hip_yaw_link.m*cz
-        [t107, R::constant(0.0)], // left_hip_yaw_link.Ixx
-        [t109, R::constant(0.0)], // left_hip_yaw_link.Ixy
-        [t110, R::constant(0.0)], // left_hip_yaw_link.Ixz
-        [t106, R::constant(0.0)], // left_hip_yaw_link.Iyy
-        [t112, R::constant(0.0)], // left_hip_yaw_link.Iyz
-        [t114, R::constant(0.0)], // left_hip_yaw_link.Izz
-        [t38, t40], // right_hip_roll_link.m
-        [t51, t54], // right_hip_roll_link.m*cx
-        [t121, t128], // right_hip_roll_link.m*cy
-        [t134, t140], // right_hip_roll_link.m*cz
-        [t142, R::constant(0.0)], // right_hip_roll_link.Ixx
-        [t144, R::constant(0.0)], // right_hip_roll_link.Ixy
-        [t145, R::constant(0.0)], // right_hip_roll_link.Ixz
-        [t149, R::constant(0.0)], // right_hip_roll_link.Iyy
-        [t151, R::constant(0.0)], // right_hip_roll_link.Iyz
-        [t147, R::constant(0.0)], // right_hip_roll_link.Izz
-        [t80, t81], // left_hip_roll_link.m
-        [t90, t93], // left_hip_roll_link.m*cx
-        [t158, t165], // left_hip_roll_link.m*cy
-        [t171, t177], // left_hip_roll_link.m*cz
-        [t179, R::constant(0.0)], // left_hip_roll_link.Ixx
-        [t181, R::constant(0.0)], // left_hip_roll_link.Ixy
-        [t182, R::constant(0.0)], // left_hip_roll_link.Ixz
-        [t186, R::constant(0.0)], // left_hip_roll_link.Iyy
-        [t188, R::constant(0.0)], // left_hip_roll_link.Iyz
-        [t184, R::constant(0.0)], // left_hip_roll_link.Izz
-        [t38, t40], // right_upper_leg.m
-        [t195, t205], // right_upper_leg.m*cx
-        [t121, t128], // right_upper_leg.m*cy
-        [t211, t221], // right_upper_leg.m*cz
-        [t225, R::constant(0.0)], // right_upper_leg.Ixx
-        [t226, R::constant(0.0)], // right_upper_leg.Ixy
-        [t228, R::constant(0.0)], // right_upper_leg.Ixz
-        [t230, R::constant(0.0)], // right_upper_leg.Iyy
-        [t232, R::constant(0.0)], // right_upper_leg.Iyz
-        [t223, R::constant(0.0)], // right_upper_leg.Izz
-        [t80, t81], // left_upper_leg.m
-        [t239, t249], // left_upper_leg.m*cx
-        [t158, t165], // left_upper_leg.m*cy
-        [t255, t265], // left_upper_leg.m*cz
-        [t269, R::constant(0.0)], // left_upper_leg.Ixx
-        [t270, R::constant(0.0)], // left_upper_leg.Ixy
-        [t272, R::constant(0.0)], // left_upper_leg.Ixz
-        [t274, R::constant(0.0)], // left_upper_leg.Iyy
-        [t276, R::constant(0.0)], // left_upper_leg.Iyz
-        [t267, R::constant(0.0)], // left_upper_leg.Izz
-        [t279, t280], // right_lower_leg.m
-        [t289, t303], // right_lower_leg.m*cx
-        [t304, t128], // right_lower_leg.m*cy
-        [t310, t320], // right_lower_leg.m*cz
-        [t324, R::constant(0.0)], // right_lower_leg.Ixx
-        [t325, R::constant(0.0)], // right_lower_leg.Ixy
-        [t327, R::constant(0.0)], // right_lower_leg.Ixz
-        [t329, R::constant(0.0)], // right_lower_leg.Iyy
-        [t331, R::constant(0.0)], // right_lower_leg.Iyz
-        [t322, R::constant(0.0)], // right_lower_leg.Izz
-        [t334, t335], // left_lower_leg.m
-        [t344, t358], // left_lower_leg.m*cx
-        [t359, t165], // left_lower_leg.m*cy
-        [t365, t375], // left_lower_leg.m*cz
-        [t379, R::constant(0.0)], // left_lower_leg.Ixx
-        [t380, R::constant(0.0)], // left_lower_leg.Ixy
-        [t382, R::constant(0.0)], // left_lower_leg.Ixz
-        [t384, R::constant(0.0)], // left_lower_leg.Iyy
-        [t386, R::constant(0.0)], // left_lower_leg.Iyz
-        [t377, R::constant(0.0)], // left_lower_leg.Izz
-        [t389, t390], // right_ankle.m
-        [t399, t417], // right_ankle.m*cx
-        [t418, t128], // right_ankle.m*cy
-        [t424, t434], // right_ankle.m*cz
-        [t438, R::constant(0.0)], // right_ankle.Ixx
-        [t439, R::constant(0.0)], // right_ankle.Ixy
-        [t441, R::constant(0.0)], // right_ankle.Ixz
-        [t443, R::constant(0.0)], // right_ankle.Iyy
-        [t445, R::constant(0.0)], // right_ankle.Iyz
-        [t436, R::constant(0.0)], // right_ankle.Izz
-        [t448, t449], // left_ankle.m
-        [t458, t476], // left_ankle.m*cx
-        [t477, t165], // left_ankle.m*cy
-        [t483, t493], // left_ankle.m*cz
-        [t497, R::constant(0.0)], // left_ankle.Ixx
-        [t498, R::constant(0.0)], // left_ankle.Ixy
-        [t500, R::constant(0.0)], // left_ankle.Ixz
-        [t502, R::constant(0.0)], // left_ankle.Iyy
-        [t504, R::constant(0.0)], // left_ankle.Iyz
-        [t495, R::constant(0.0)], // left_ankle.Izz
-        [t507, t508], // right_foot.m
-        [t509, t417], // right_foot.m*cx
-        [t518, t540], // right_foot.m*cy
-        [t546, t568], // right_foot.m*cz
-        [t570, R::constant(0.0)], // right_foot.Ixx
-        [t571, R::constant(0.0)], // right_foot.Ixy
-        [t573, R::constant(0.0)], // right_foot.Ixz
-        [t577, R::constant(0.0)], // right_foot.Iyy
-        [t579, R::constant(0.0)], // right_foot.Iyz
-        [t575, R::constant(0.0)], // right_foot.Izz
-        [t582, t583], // left_foot.m
-        [t584, t476], // left_foot.m*cx
-        [t593, t615], // left_foot.m*cy
-        [t621, t643], // left_foot.m*cz
-        [t645, R::constant(0.0)], // left_foot.Ixx
-        [t646, R::constant(0.0)], // left_foot.Ixy
-        [t648, R::constant(0.0)], // left_foot.Ixz
-        [t652, R::constant(0.0)], // left_foot.Iyy
-        [t654, R::constant(0.0)], // left_foot.Iyz
-        [t650, R::constant(0.0)], // left_foot.Izz
-    ];
+    out[128][0] = -t653;
+    out[4][1] = R::constant(0.0);
+    out[5][1] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[18][1] = R::constant(0.0);
+    out[19][1] = R::constant(0.0);
+    out[24][1] = R::constant(0.0);
+    out[25][1] = R::constant(0.0);
+    out[26][1] = R::constant(0.0);
+    out[27][1] = R::constant(0.0);
+    out[28][1] = R::constant(0.0);
+    out[29][1] = R::constant(0.0);
+    out[34][1] = R::constant(0.0);
+    out[35][1] = R::constant(0.0);
+    out[36][1] = R::constant(0.0);
+    out[37][1] = R::constant(0.0);
+    out[38][1] = R::constant(0.0);
+    out[39][1] = R::constant(0.0);
+    out[44][1] = R::constant(0.0);
+    out[45][1] = R::constant(0.0);
+    out[46][1] = R::constant(0.0);
+    out[47][1] = R::constant(0.0);
+    out[48][1] = R::constant(0.0);
+    out[49][1] = R::constant(0.0);
+    out[54][1] = R::constant(0.0);
+    out[55][1] = R::constant(0.0);
+    out[56][1] = R::constant(0.0);
+    out[57][1] = R::constant(0.0);
+    out[58][1] = R::constant(0.0);
+    out[59][1] = R::constant(0.0);
+    out[64][1] = R::constant(0.0);
+    out[65][1] = R::constant(0.0);
+    out[66][1] = R::constant(0.0);
+    out[67][1] = R::constant(0.0);
+    out[68][1] = R::constant(0.0);
+    out[69][1] = R::constant(0.0);
+    out[74][1] = R::constant(0.0);
+    out[75][1] = R::constant(0.0);
+    out[76][1] = R::constant(0.0);
+    out[77][1] = R::constant(0.0);
+    out[78][1] = R::constant(0.0);
+    out[79][1] = R::constant(0.0);
+    out[84][1] = R::constant(0.0);
+    out[85][1] = R::constant(0.0);
+    out[86][1] = R::constant(0.0);
+    out[87][1] = R::constant(0.0);
+    out[88][1] = R::constant(0.0);
+    out[89][1] = R::constant(0.0);
+    out[94][1] = R::constant(0.0);
+    out[95][1] = R::constant(0.0);
+    out[96][1] = R::constant(0.0);
+    out[97][1] = R::constant(0.0);
+    out[98][1] = R::constant(0.0);
+    out[99][1] = R::constant(0.0);
+    out[104][1] = R::constant(0.0);
+    out[105][1] = R::constant(0.0);
+    out[106][1] = R::constant(0.0);
+    out[107][1] = R::constant(0.0);
+    out[108][1] = R::constant(0.0);
+    out[109][1] = R::constant(0.0);
+    out[114][1] = R::constant(0.0);
+    out[115][1] = R::constant(0.0);
+    out[116][1] = R::constant(0.0);
+    out[117][1] = R::constant(0.0);
+    out[118][1] = R::constant(0.0);
+    out[119][1] = R::constant(0.0);
+    out[124][1] = R::constant(0.0);
+    out[125][1] = R::constant(0.0);
+    out[126][1] = R::constant(0.0);
+    out[127][1] = R::constant(0.0);
+    out[128][1] = R::constant(0.0);
+    out[129][1] = R::constant(0.0);
 }
 }

@@ -126,20 +126,17 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     let cos_q_right_ankle_roll = cos[14];
     let cos_q_left_ankle_roll = cos[15];
     let (
-        t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26,
-        t27, t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48,
-        t49, t50, t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70,
-        t71, t72, t73, t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92,
-        t93, t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112,
-        t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130,
-        t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148,
-        t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166,
-        t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184,
-        t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202,
-        t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220,
-        t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238,
-        t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256,
-        t257, t258, t259,
+        t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26, t27,
+        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49,
+        t50, t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71,
+        t72, t73, t74, t75, t76, t77, t79, t80, t81, t82, t83, t84, t85, t87, t89, t91, t92, t94, t95, t96, t97, t98,
+        t100, t101, t102, t103, t104, t106, t107, t108, t109, t110, t112, t113, t114, t115, t116, t117, t118, t119,
+        t120, t122, t124, t125, t127, t128, t129, t130, t131, t133, t134, t135, t136, t137, t139, t140, t141, t142,
+        t143, t145, t146, t147, t148, t149, t150, t151, t152, t153, t156, t157, t158, t159, t161, t164, t166, t167,
+        t169, t170, t171, t173, t174, t175, t177, t178, t179, t181, t182, t183, t185, t187, t188, t190, t191, t192,
+        t194, t195, t196, t198, t199, t200, t202, t203, t204, t210, t212, t214, t216, t218, t220, t222, t224, t226,
+        t228, t230, t232, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248,
+        t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259,
     );
     // torso: motion
     t4 = q_base_qx * R::constant(2.0);
@@ -148,11 +145,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t7 = R::fused(q_base_qy, t6, t5);
     t8 = R::constant(1.0) - t7;
     t9 = t8 * R::constant(186.39); // torso: answer of the forces to its motion
+    out[3][1] = t9;
     t10 = q_base_qz * R::constant(2.0);
     t11 = q_base_qy * t10;
     t12 = R::fused(q_base_qw, t4, t11);
     t13 = t12 * R::constant(186.39); // torso: answer of the forces to its motion
-    t14 = -t13; // torso: answer of the forces to its motion
+    out[5][0] = t13;
+    out[3][2] = -t13; // torso: answer of the forces to its motion
     t15 = R::constant(9.81) * t12;
     t16 = R::constant(0.0165) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
     t17 = R::constant(0.023125) + t16; // left_ankle: sums of what it carries
@@ -216,7 +215,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t75 = R::constant(2.4915) + t74; // torso: sums of what it carries
     t76 = t69 * t75; // torso: answer of the forces to its motion
     t77 = t68 + t76; // torso: answer of the forces to its motion
-    t78 = -t77; // torso: answer of the forces to its motion
+    out[3][3] = -t77; // torso: answer of the forces to its motion
     t79 = cos_q_left_hip_yaw * t26; // left_hip_yaw_link: sums of what it carries
     t80 = R::fused(sin_q_left_hip_yaw, t39, t79); // left_hip_yaw_link: sums of what it carries
     t81 = cos_q_right_hip_yaw * t51; // right_hip_yaw_link: sums of what it carries
@@ -225,35 +224,35 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t84 = R::constant(0.20808) + t83; // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t85 = t15 * t84;
-    t86 = -t85;
+    out[3][4] = -t85;
     t87 = t69 * t84;
-    t88 = -t87;
+    out[3][5] = -t87;
     t89 = t69 * t82; // right_hip_yaw_link: answer of the forces to its motion
-    t90 = -t89; // right_hip_yaw_link: answer of the forces to its motion
+    out[3][6] = -t89; // right_hip_yaw_link: answer of the forces to its motion
     t91 = cos_q_right_hip_yaw * t73; // right_hip_roll_link: answer of the forces to its motion
     t92 = t69 * t91; // right_hip_roll_link: answer of the forces to its motion
-    t93 = R::fused(t15, t64, t92); // right_hip_roll_link: answer of the forces to its motion
+    out[3][7] = R::fused(t15, t64, t92); // right_hip_roll_link: answer of the forces to its motion
     // right_upper_leg: answer of the forces to its motion
     t94 = sin_q_right_hip_yaw * t63;
     t95 = sin_q_right_hip_roll * t50;
     t96 = R::fused(cos_q_right_hip_yaw, t95, t94);
     t97 = t69 * t96;
     t98 = cos_q_right_hip_roll * t50;
-    t99 = R::fused(-t15, t98, -t97);
+    out[3][8] = R::fused(-t15, t98, -t97);
     // right_lower_leg: answer of the forces to its motion
     t100 = sin_q_right_hip_yaw * t60;
     t101 = sin_q_right_hip_roll * t47;
     t102 = R::fused(cos_q_right_hip_yaw, t101, t100);
     t103 = t69 * t102;
     t104 = cos_q_right_hip_roll * t47;
-    t105 = R::fused(-t15, t104, -t103);
+    out[3][9] = R::fused(-t15, t104, -t103);
     // right_ankle: answer of the forces to its motion
     t106 = sin_q_right_hip_yaw * t57;
     t107 = sin_q_right_hip_roll * t44;
     t108 = R::fused(cos_q_right_hip_yaw, t107, t106);
     t109 = t69 * t108;
     t110 = cos_q_right_hip_roll * t44;
-    t111 = R::fused(-t15, t110, -t109);
+    out[3][10] = R::fused(-t15, t110, -t109);
     // right_foot: answer of the forces to its motion
     t112 = sin_t2 * t53;
     t113 = sin_q_right_hip_yaw * t112;
@@ -264,33 +263,33 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t118 = t69 * t117;
     t119 = sin_q_right_hip_roll * t41;
     t120 = R::fused(cos_q_right_hip_roll, t115, t119);
-    t121 = R::fused(-t15, t120, t118);
+    out[3][11] = R::fused(-t15, t120, t118);
     t122 = t69 * t80; // left_hip_yaw_link: answer of the forces to its motion
-    t123 = -t122; // left_hip_yaw_link: answer of the forces to its motion
+    out[3][12] = -t122; // left_hip_yaw_link: answer of the forces to its motion
     t124 = cos_q_left_hip_yaw * t71; // left_hip_roll_link: answer of the forces to its motion
     t125 = t69 * t124; // left_hip_roll_link: answer of the forces to its motion
-    t126 = R::fused(-t15, t39, -t125); // left_hip_roll_link: answer of the forces to its motion
+    out[3][13] = R::fused(-t15, t39, -t125); // left_hip_roll_link: answer of the forces to its motion
     // left_upper_leg: answer of the forces to its motion
     t127 = sin_q_left_hip_yaw * t38;
     t128 = sin_q_left_hip_roll * t25;
     t129 = R::fused(cos_q_left_hip_yaw, t128, t127);
     t130 = t69 * t129;
     t131 = cos_q_left_hip_roll * t25;
-    t132 = R::fused(-t15, t131, -t130);
+    out[3][14] = R::fused(-t15, t131, -t130);
     // left_lower_leg: answer of the forces to its motion
     t133 = sin_q_left_hip_yaw * t35;
     t134 = sin_q_left_hip_roll * t22;
     t135 = R::fused(cos_q_left_hip_yaw, t134, t133);
     t136 = t69 * t135;
     t137 = cos_q_left_hip_roll * t22;
-    t138 = R::fused(-t15, t137, -t136);
+    out[3][15] = R::fused(-t15, t137, -t136);
     // left_ankle: answer of the forces to its motion
     t139 = sin_q_left_hip_yaw * t32;
     t140 = sin_q_left_hip_roll * t19;
     t141 = R::fused(cos_q_left_hip_yaw, t140, t139);
     t142 = t69 * t141;
     t143 = cos_q_left_hip_roll * t19;
-    t144 = R::fused(-t15, t143, -t142);
+    out[3][16] = R::fused(-t15, t143, -t142);
     // left_foot: answer of the forces to its motion
     t145 = sin_t3 * t28;
     t146 = sin_q_left_hip_yaw * t145;
@@ -301,96 +300,97 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t151 = t69 * t150;
     t152 = sin_q_left_hip_roll * t16;
     t153 = R::fused(cos_q_left_hip_roll, t148, t152);
-    t154 = R::fused(-t15, t153, t151);
-    t155 = -t9; // torso: answer of the forces to its motion
+    out[3][17] = R::fused(-t15, t153, t151);
+    out[4][0] = -t9; // torso: answer of the forces to its motion
     t156 = q_base_qx * t10; // torso: motion
     t157 = R::fused(-q_base_qw, t6, t156); // torso: motion
     t158 = t157 * R::constant(186.39); // torso: answer of the forces to its motion
+    out[4][2] = t158;
     t159 = R::constant(9.81) * t157; // torso: motion
     // torso: answer of the forces to its motion
-    t160 = t159 * t67;
+    out[4][3] = t159 * t67;
     t161 = t159 * t84;
-    t162 = t161 - t76;
-    t163 = t69 * t67;
+    out[4][4] = t161 - t76;
+    out[4][5] = t69 * t67;
     t164 = t69 * t65; // right_hip_yaw_link: answer of the forces to its motion
-    t165 = -t164; // right_hip_yaw_link: answer of the forces to its motion
+    out[4][6] = -t164; // right_hip_yaw_link: answer of the forces to its motion
     t166 = sin_q_right_hip_yaw * t73; // right_hip_roll_link: answer of the forces to its motion
     t167 = t69 * t166; // right_hip_roll_link: answer of the forces to its motion
-    t168 = R::fused(-t159, t64, t167); // right_hip_roll_link: answer of the forces to its motion
+    out[4][7] = R::fused(-t159, t64, t167); // right_hip_roll_link: answer of the forces to its motion
     // right_upper_leg: answer of the forces to its motion
     t169 = cos_q_right_hip_yaw * t63;
     t170 = R::fused(-sin_q_right_hip_yaw, t95, t169);
     t171 = t69 * t170;
-    t172 = R::fused(t159, t98, t171);
+    out[4][8] = R::fused(t159, t98, t171);
     // right_lower_leg: answer of the forces to its motion
     t173 = cos_q_right_hip_yaw * t60;
     t174 = R::fused(-sin_q_right_hip_yaw, t101, t173);
     t175 = t69 * t174;
-    t176 = R::fused(t159, t104, t175);
+    out[4][9] = R::fused(t159, t104, t175);
     // right_ankle: answer of the forces to its motion
     t177 = cos_q_right_hip_yaw * t57;
     t178 = R::fused(-sin_q_right_hip_yaw, t107, t177);
     t179 = t69 * t178;
-    t180 = R::fused(t159, t110, t179);
+    out[4][10] = R::fused(t159, t110, t179);
     // right_foot: answer of the forces to its motion
     t181 = cos_q_right_hip_yaw * t112;
     t182 = R::fused(-sin_q_right_hip_yaw, t116, t181);
     t183 = t69 * t182;
-    t184 = R::fused(t159, t120, -t183);
+    out[4][11] = R::fused(t159, t120, -t183);
     t185 = t69 * t40; // left_hip_yaw_link: answer of the forces to its motion
-    t186 = -t185; // left_hip_yaw_link: answer of the forces to its motion
+    out[4][12] = -t185; // left_hip_yaw_link: answer of the forces to its motion
     t187 = sin_q_left_hip_yaw * t71; // left_hip_roll_link: answer of the forces to its motion
     t188 = t69 * t187; // left_hip_roll_link: answer of the forces to its motion
-    t189 = R::fused(t159, t39, -t188); // left_hip_roll_link: answer of the forces to its motion
+    out[4][13] = R::fused(t159, t39, -t188); // left_hip_roll_link: answer of the forces to its motion
     // left_upper_leg: answer of the forces to its motion
     t190 = cos_q_left_hip_yaw * t38;
     t191 = R::fused(-sin_q_left_hip_yaw, t128, t190);
     t192 = t69 * t191;
-    t193 = R::fused(t159, t131, t192);
+    out[4][14] = R::fused(t159, t131, t192);
     // left_lower_leg: answer of the forces to its motion
     t194 = cos_q_left_hip_yaw * t35;
     t195 = R::fused(-sin_q_left_hip_yaw, t134, t194);
     t196 = t69 * t195;
-    t197 = R::fused(t159, t137, t196);
+    out[4][15] = R::fused(t159, t137, t196);
     // left_ankle: answer of the forces to its motion
     t198 = cos_q_left_hip_yaw * t32;
     t199 = R::fused(-sin_q_left_hip_yaw, t140, t198);
     t200 = t69 * t199;
-    t201 = R::fused(t159, t143, t200);
+    out[4][16] = R::fused(t159, t143, t200);
     // left_foot: answer of the forces to its motion
     t202 = cos_q_left_hip_yaw * t145;
     t203 = R::fused(-sin_q_left_hip_yaw, t149, t202);
     t204 = t69 * t203;
-    t205 = R::fused(t159, t153, -t204);
+    out[4][17] = R::fused(t159, t153, -t204);
     // torso: answer of the forces to its motion
-    t206 = -t158;
-    t207 = t159 * t75;
-    t208 = t15 * t75;
-    t209 = t161 - t68;
+    out[5][1] = -t158;
+    out[5][3] = t159 * t75;
+    out[5][4] = t15 * t75;
+    out[5][5] = t161 - t68;
     t210 = t15 * t65; // right_hip_yaw_link: answer of the forces to its motion
-    t211 = R::fused(t159, t82, t210); // right_hip_yaw_link: answer of the forces to its motion
+    out[5][6] = R::fused(t159, t82, t210); // right_hip_yaw_link: answer of the forces to its motion
     t212 = t15 * t166; // right_hip_roll_link: answer of the forces to its motion
-    t213 = R::fused(-t159, t91, -t212); // right_hip_roll_link: answer of the forces to its motion
+    out[5][7] = R::fused(-t159, t91, -t212); // right_hip_roll_link: answer of the forces to its motion
     t214 = t15 * t170; // right_upper_leg: answer of the forces to its motion
-    t215 = R::fused(t159, t96, -t214); // right_upper_leg: answer of the forces to its motion
+    out[5][8] = R::fused(t159, t96, -t214); // right_upper_leg: answer of the forces to its motion
     t216 = t15 * t174; // right_lower_leg: answer of the forces to its motion
-    t217 = R::fused(t159, t102, -t216); // right_lower_leg: answer of the forces to its motion
+    out[5][9] = R::fused(t159, t102, -t216); // right_lower_leg: answer of the forces to its motion
     t218 = t15 * t178; // right_ankle: answer of the forces to its motion
-    t219 = R::fused(t159, t108, -t218); // right_ankle: answer of the forces to its motion
+    out[5][10] = R::fused(t159, t108, -t218); // right_ankle: answer of the forces to its motion
     t220 = t15 * t182; // right_foot: answer of the forces to its motion
-    t221 = R::fused(-t159, t117, t220); // right_foot: answer of the forces to its motion
+    out[5][11] = R::fused(-t159, t117, t220); // right_foot: answer of the forces to its motion
     t222 = t15 * t40; // left_hip_yaw_link: answer of the forces to its motion
-    t223 = R::fused(t159, t80, t222); // left_hip_yaw_link: answer of the forces to its motion
+    out[5][12] = R::fused(t159, t80, t222); // left_hip_yaw_link: answer of the forces to its motion
     t224 = t15 * t187; // left_hip_roll_link: answer of the forces to its motion
-    t225 = R::fused(t159, t124, t224); // left_hip_roll_link: answer of the forces to its motion
+    out[5][13] = R::fused(t159, t124, t224); // left_hip_roll_link: answer of the forces to its motion
     t226 = t15 * t191; // left_upper_leg: answer of the forces to its motion
-    t227 = R::fused(t159, t129, -t226); // left_upper_leg: answer of the forces to its motion
+    out[5][14] = R::fused(t159, t129, -t226); // left_upper_leg: answer of the forces to its motion
     t228 = t15 * t195; // left_lower_leg: answer of the forces to its motion
-    t229 = R::fused(t159, t135, -t228); // left_lower_leg: answer of the forces to its motion
+    out[5][15] = R::fused(t159, t135, -t228); // left_lower_leg: answer of the forces to its motion
     t230 = t15 * t199; // left_ankle: answer of the forces to its motion
-    t231 = R::fused(t159, t141, -t230); // left_ankle: answer of the forces to its motion
+    out[5][16] = R::fused(t159, t141, -t230); // left_ankle: answer of the forces to its motion
     t232 = t15 * t203; // left_foot: answer of the forces to its motion
-    t233 = R::fused(-t159, t150, t232); // left_foot: answer of the forces to its motion
+    out[5][17] = R::fused(-t159, t150, t232); // left_foot: answer of the forces to its motion
     t234 = sin_q_right_hip_yaw * v_base_angular_x; // right_hip_yaw_link: motion
     t235 = R::fused(-cos_q_right_hip_yaw, v_base_angular_y, t234); // right_hip_yaw_link: motion
     t236 = cos_q_right_hip_roll * t235; // right_hip_roll_link: motion
@@ -427,13 +427,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
         t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367,
         t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385,
         t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403,
-        t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421,
-        t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439,
-        t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457,
-        t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475,
-        t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493,
-        t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511,
-        t512, t513, t514, t515,
+        t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t419, t420, t421, t422,
+        t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t437, t438, t439, t440, t441,
+        t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459,
+        t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477,
+        t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495,
+        t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513,
+        t514, t515,
     );
     t260 = R::fused(t247, v_right_knee_pitch, t259); // right_lower_leg: motion
     t261 = R::fused(t247, v_right_ankle_pitch, t260); // right_ankle: motion
@@ -589,6 +589,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t409 = R::fused(t235, R::constant(0.016), t408); // right_hip_yaw_link: sums of what it carries
     t410 = R::fused(v_base_angular_x, t409, t380); // right_hip_yaw_link: answer of the forces to its motion
     t411 = t375 + t410; // right_hip_yaw_link: answer of the forces to its motion
+    out[6][0] = t411;
     t412 = cos_q_right_hip_yaw * t328; // right_hip_yaw_link: sums of what it carries
     t413 = R::fused(-sin_q_right_hip_yaw, t374, t412); // right_hip_yaw_link: sums of what it carries
     t414 = t379 * t82; // right_hip_yaw_link: answer of the forces to its motion
@@ -596,7 +597,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_hip_yaw_link: answer of the forces to its motion
     t416 = R::fused(t415, t73, t414);
     t417 = R::fused(v_base_angular_y, t409, t416);
-    t418 = t417 - t413;
+    out[6][1] = t417 - t413;
     t419 = t415 * t65;
     t420 = R::fused(t376, t82, t419);
     t421 = sin_t2 * t399; // right_ankle: sums of what it carries
@@ -614,7 +615,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t433 = R::fused(-sin_q_right_hip_yaw, t429, t432); // right_hip_yaw_link: sums of what it carries
     t434 = R::fused(v_base_angular_x, t433, t431);
     t435 = t420 + t434;
-    t436 = -t435;
+    out[6][2] = -t435;
     // right_foot: sums of what it carries
     t437 = sin_q_right_ankle_roll * sin_q_right_ankle_roll;
     t438 = R::constant(0.00009166667) * t437;
@@ -1004,11 +1005,11 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
         t898, t899, t900, t901, t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915,
         t916, t917, t918, t919, t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933,
         t934, t935, t936, t937, t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951,
-        t952, t953, t954, t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969,
-        t970, t971, t972, t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987,
-        t988, t989, t990, t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004,
-        t1005, t1006, t1007, t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020,
-        t1021, t1022, t1023, t1024, t1025, t1026, t1027,
+        t952, t953, t954, t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t969, t970,
+        t971, t972, t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t984, t985, t986, t987, t988, t989,
+        t990, t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1007,
+        t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1024,
+        t1025, t1026, t1027,
     );
     t772 = t248 * t765;
     t773 = R::constant(2.0) * t510;
@@ -1227,7 +1228,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t965 = R::fused(v_base_angular_x, t964, t961);
     t966 = t752 - t965;
     t967 = t656 + t966;
-    t968 = R::fused(R::constant(0.0764), t435, -t967);
+    out[6][3] = R::fused(R::constant(0.0764), t435, -t967);
     t969 = cos_q_right_hip_yaw * t577; // right_hip_yaw_link: sums of what it carries
     t970 = R::fused(-sin_q_right_hip_yaw, t655, t969); // right_hip_yaw_link: sums of what it carries
     t971 = t415 * t742;
@@ -1242,7 +1243,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t980 = t901 - t959; // right_hip_yaw_link: sums of what it carries
     t981 = R::fused(v_base_angular_x, t980, t979);
     t982 = t977 - t981;
-    t983 = t970 - t982;
+    out[6][4] = t970 - t982;
     t984 = t455 * t82;
     t985 = R::fused(t463, t65, t984);
     t986 = t415 * t750;
@@ -1265,7 +1266,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1003 = R::fused(-cos_q_right_hip_yaw, t999, t1002); // right_hip_yaw_link: sums of what it carries
     t1004 = R::fused(-v_base_angular_x, t1003, t1001);
     t1005 = t991 + t1004;
-    t1006 = R::fused(R::constant(0.0764), t411, t1005);
+    out[6][6] = t1005;
+    out[6][5] = R::fused(R::constant(0.0764), t411, t1005);
     // right_hip_roll_link: answer of the forces to its motion
     t1007 = t463 * t166;
     t1008 = R::fused(t455, t91, t1007);
@@ -1283,7 +1285,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1020 = sin_q_right_hip_yaw * t818;
     t1021 = R::fused(-cos_q_right_hip_yaw, t926, t1020);
     t1022 = R::fused(-v_base_angular_x, t1021, t1019);
-    t1023 = t1022 - t1016;
+    out[6][7] = t1022 - t1016;
     // right_upper_leg: answer of the forces to its motion
     t1024 = t463 * t170;
     t1025 = R::fused(-t455, t96, t1024);
@@ -1291,21 +1293,21 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1027 = cos_q_right_hip_roll * t690;
     let (
         t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042, t1043,
-        t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059,
-        t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075,
-        t1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091,
-        t1092, t1093, t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107,
-        t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123,
-        t1124, t1125, t1126, t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139,
-        t1140, t1141, t1142, t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155,
-        t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171,
-        t1172, t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187,
-        t1188, t1189, t1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203,
-        t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219,
-        t1220, t1221, t1222, t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235,
-        t1236, t1237, t1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251,
-        t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267,
-        t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282, t1283,
+        t1044, t1045, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060,
+        t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1075, t1076, t1077,
+        t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093,
+        t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109,
+        t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123, t1124, t1125, t1126,
+        t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142,
+        t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157, t1158,
+        t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171, t1173, t1174, t1175,
+        t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187, t1188, t1190, t1191, t1192,
+        t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207, t1208,
+        t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1219, t1221, t1222, t1223, t1224, t1225, t1226,
+        t1227, t1228, t1229, t1232, t1233, t1234, t1235, t1236, t1237, t1238, t1239, t1240, t1241, t1242, t1244, t1245,
+        t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1256, t1257, t1258, t1259, t1260, t1261, t1262,
+        t1263, t1264, t1265, t1266, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1279, t1280,
+        t1281, t1282, t1283,
     );
     t1028 = R::fused(sin_q_right_hip_roll, t708, t1027);
     t1029 = R::fused(sin_q_right_hip_yaw, t1028, t1026);
@@ -1325,7 +1327,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1043 = sin_q_right_hip_yaw * t943;
     t1044 = R::fused(-cos_q_right_hip_yaw, t1040, t1043);
     t1045 = R::fused(-v_base_angular_x, t1044, t1042);
-    t1046 = t1045 - t1037;
+    out[6][8] = t1045 - t1037;
     // right_lower_leg: answer of the forces to its motion
     t1047 = t463 * t174;
     t1048 = R::fused(-t455, t102, t1047);
@@ -1354,7 +1356,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1071 = sin_q_right_hip_yaw * t1063;
     t1072 = R::fused(-cos_q_right_hip_yaw, t1068, t1071);
     t1073 = R::fused(-v_base_angular_x, t1072, t1070);
-    t1074 = t1073 - t1062;
+    out[6][9] = t1073 - t1062;
     // right_ankle: answer of the forces to its motion
     t1075 = t463 * t178;
     t1076 = R::fused(-t455, t108, t1075);
@@ -1391,7 +1393,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1107 = sin_q_right_hip_yaw * t1095;
     t1108 = R::fused(-cos_q_right_hip_yaw, t1104, t1107);
     t1109 = R::fused(-v_base_angular_x, t1108, t1106);
-    t1110 = t1109 - t1093;
+    out[6][10] = t1109 - t1093;
     // right_foot: answer of the forces to its motion
     t1111 = t463 * t182;
     t1112 = R::fused(-t455, t117, t1111);
@@ -1454,7 +1456,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1169 = sin_q_right_hip_yaw * t1149;
     t1170 = R::fused(cos_q_right_hip_yaw, t1166, t1169);
     t1171 = R::fused(-v_base_angular_x, t1170, t1168);
-    t1172 = t1139 + t1171;
+    out[6][11] = t1139 + t1171;
     t1173 = R::fused(-t235, t247, t257); // right_hip_roll_link: motion
     t1174 = t1173 * t73; // right_hip_roll_link: answer of the forces to its motion
     t1175 = R::fused(t237, t247, t254); // right_hip_roll_link: motion
@@ -1471,12 +1473,14 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1185 = R::fused(t235, t425, t1184);
     t1186 = t1182 - t1185;
     t1187 = R::fused(-sin_q_right_hip_yaw, t1186, -t1180);
+    out[7][0] = t1187;
     t1188 = sin_q_right_hip_yaw * t1179;
-    t1189 = R::fused(cos_q_right_hip_yaw, t1186, -t1188);
+    out[7][1] = R::fused(cos_q_right_hip_yaw, t1186, -t1188);
     t1190 = t327 * t64;
     t1191 = R::fused(t1173, t50, t1190);
     t1192 = R::fused(t237, t425, t1191);
     t1193 = t1192 - t372;
+    out[7][2] = t1193;
     t1194 = t464 * t64;
     t1195 = R::fused(-t472, t73, t1194);
     t1196 = t327 * t677;
@@ -1501,9 +1505,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1215 = t1211 - t1214;
     t1216 = t1207 - t1215;
     t1217 = R::fused(-sin_q_right_hip_yaw, t1216, t1205);
-    t1218 = R::fused(R::constant(-0.0764), t1193, -t1217);
+    out[7][3] = R::fused(R::constant(-0.0764), t1193, -t1217);
     t1219 = sin_q_right_hip_yaw * t1204;
-    t1220 = R::fused(-cos_q_right_hip_yaw, t1216, -t1219);
+    out[7][4] = R::fused(-cos_q_right_hip_yaw, t1216, -t1219);
     t1221 = t327 * t745;
     t1222 = R::fused(-t1173, t749, t1221);
     t1223 = R::fused(t1175, t988, t1222);
@@ -1513,8 +1517,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1227 = R::fused(-t235, t1226, t1225);
     t1228 = t1224 + t1227;
     t1229 = t651 - t1228;
-    t1230 = R::fused(R::constant(0.0764), t1187, t1229);
-    t1231 = -t1204;
+    out[7][6] = t1229;
+    out[7][5] = R::fused(R::constant(0.0764), t1187, t1229);
+    out[7][7] = -t1204;
     // right_upper_leg: answer of the forces to its motion
     t1232 = t472 * t95;
     t1233 = R::fused(-t464, t98, t1232);
@@ -1527,7 +1532,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1240 = R::fused(-cos_q_right_hip_roll, t884, t1239);
     t1241 = R::fused(t235, t1240, t1238);
     t1242 = t1237 + t1241;
-    t1243 = -t1242;
+    out[7][8] = -t1242;
     // right_lower_leg: answer of the forces to its motion
     t1244 = t472 * t101;
     t1245 = R::fused(-t464, t104, t1244);
@@ -1540,7 +1545,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1252 = R::fused(-cos_q_right_hip_roll, t1067, t1251);
     t1253 = R::fused(t235, t1252, t1250);
     t1254 = t1249 + t1253;
-    t1255 = -t1254;
+    out[7][9] = -t1254;
     // right_ankle: answer of the forces to its motion
     t1256 = t472 * t107;
     t1257 = R::fused(-t464, t110, t1256);
@@ -1553,7 +1558,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1264 = R::fused(-cos_q_right_hip_roll, t1103, t1263);
     t1265 = R::fused(t235, t1264, t1262);
     t1266 = t1261 + t1265;
-    t1267 = -t1266;
+    out[7][10] = -t1266;
     // right_foot: answer of the forces to its motion
     t1268 = t472 * t116;
     t1269 = R::fused(t464, t120, t1268);
@@ -1565,7 +1570,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1275 = sin_q_right_hip_roll * t1156;
     t1276 = R::fused(cos_q_right_hip_roll, t1165, t1275);
     t1277 = R::fused(t235, t1276, t1274);
-    t1278 = t1273 + t1277;
+    out[7][11] = t1273 + t1277;
     // right_upper_leg: answer of the forces to its motion
     t1279 = t354 * t63;
     t1280 = R::fused(-t620, t53, t1279);
@@ -1573,22 +1578,21 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1282 = t368 - t1281;
     t1283 = cos_q_right_hip_yaw * t1282;
     let (
-        t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299,
-        t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315,
-        t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331,
-        t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347,
-        t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363,
-        t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379,
-        t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395,
-        t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411,
-        t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427,
-        t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443,
-        t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459,
-        t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475,
-        t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491,
-        t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507,
-        t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523,
-        t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539,
+        t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1298, t1299, t1300,
+        t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315, t1316,
+        t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1330, t1332, t1333, t1335,
+        t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1344, t1345, t1346, t1347, t1348, t1349, t1350, t1351, t1353,
+        t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370,
+        t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380, t1382, t1383, t1384, t1385, t1386, t1387,
+        t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403,
+        t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1419, t1421,
+        t1422, t1424, t1425, t1426, t1427, t1428, t1429, t1430, t1431, t1433, t1434, t1435, t1436, t1437, t1438, t1439,
+        t1440, t1441, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456,
+        t1457, t1458, t1459, t1460, t1461, t1462, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473,
+        t1474, t1475, t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489,
+        t1490, t1491, t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1506,
+        t1508, t1509, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1521, t1522, t1523, t1524, t1525,
+        t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539,
     );
     t1284 = t620 * t50;
     t1285 = R::fused(t618, t63, t1284);
@@ -1602,10 +1606,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1293 = t323 - t1292;
     t1294 = R::fused(sin_q_right_hip_roll, t1293, t1289);
     t1295 = R::fused(sin_q_right_hip_yaw, t1294, -t1283);
+    out[8][0] = t1295;
     t1296 = sin_q_right_hip_yaw * t1282;
-    t1297 = R::fused(-cos_q_right_hip_yaw, t1294, -t1296);
+    out[8][1] = R::fused(-cos_q_right_hip_yaw, t1294, -t1296);
     t1298 = sin_q_right_hip_roll * t1288;
     t1299 = R::fused(cos_q_right_hip_roll, t1293, -t1298);
+    out[8][2] = t1299;
     t1300 = t618 * t676;
     t1301 = R::fused(-t354, t722, t1300);
     t1302 = R::fused(-t620, t734, t1301);
@@ -1614,6 +1620,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1305 = R::fused(-t247, t924, t1304);
     t1306 = t1303 - t1305;
     t1307 = t647 + t1306;
+    out[8][7] = t1307;
     t1308 = cos_q_right_hip_yaw * t1307;
     t1309 = t473 * t63;
     t1310 = R::fused(t486, t50, t1309);
@@ -1624,6 +1631,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1315 = t243 * t943;
     t1316 = R::fused(-t247, t884, t1315);
     t1317 = t1314 - t1316;
+    out[8][8] = t1317;
     t1318 = cos_q_right_hip_roll * t1317;
     t1319 = t618 * t734;
     t1320 = R::fused(-t354, t708, t1319);
@@ -1635,12 +1643,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1326 = t571 - t1325;
     t1327 = R::fused(sin_q_right_hip_roll, t1326, t1318);
     t1328 = R::fused(-sin_q_right_hip_yaw, t1327, t1308);
-    t1329 = R::fused(R::constant(-0.0764), t1299, t1328);
+    out[8][3] = R::fused(R::constant(-0.0764), t1299, t1328);
     t1330 = sin_q_right_hip_yaw * t1307;
-    t1331 = R::fused(cos_q_right_hip_yaw, t1327, t1330);
+    out[8][4] = R::fused(cos_q_right_hip_yaw, t1327, t1330);
     t1332 = sin_q_right_hip_roll * t1317;
     t1333 = R::fused(-cos_q_right_hip_roll, t1326, t1332);
-    t1334 = R::fused(R::constant(0.0764), t1295, t1333);
+    out[8][6] = t1333;
+    out[8][5] = R::fused(R::constant(0.0764), t1295, t1333);
     // right_lower_leg: answer of the forces to its motion
     t1335 = t473 * t60;
     t1336 = R::fused(t486, t47, t1335);
@@ -1650,7 +1659,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1340 = t1336 + t1339;
     t1341 = t243 * t1063;
     t1342 = R::fused(-t247, t1067, t1341);
-    t1343 = t1340 - t1342;
+    out[8][9] = t1340 - t1342;
     // right_ankle: answer of the forces to its motion
     t1344 = t473 * t57;
     t1345 = R::fused(t486, t44, t1344);
@@ -1660,7 +1669,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1349 = t1345 + t1348;
     t1350 = t243 * t1095;
     t1351 = R::fused(-t247, t1103, t1350);
-    t1352 = t1349 - t1351;
+    out[8][10] = t1349 - t1351;
     // right_foot: answer of the forces to its motion
     t1353 = t473 * t112;
     t1354 = R::fused(-t486, t115, t1353);
@@ -1671,7 +1680,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1359 = t243 * t1149;
     t1360 = R::fused(-t247, t1165, t1359);
     t1361 = t1358 + t1360;
-    t1362 = -t1361;
+    out[8][11] = -t1361;
     // right_lower_leg: answer of the forces to its motion
     t1363 = t354 * t60;
     t1364 = R::fused(-t603, t53, t1363);
@@ -1690,10 +1699,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1377 = t317 - t1376;
     t1378 = R::fused(sin_q_right_hip_roll, t1377, t1373);
     t1379 = R::fused(sin_q_right_hip_yaw, t1378, -t1367);
+    out[9][0] = t1379;
     t1380 = sin_q_right_hip_yaw * t1366;
-    t1381 = R::fused(-cos_q_right_hip_yaw, t1378, -t1380);
+    out[9][1] = R::fused(-cos_q_right_hip_yaw, t1378, -t1380);
     t1382 = sin_q_right_hip_roll * t1372;
     t1383 = R::fused(cos_q_right_hip_roll, t1377, -t1382);
+    out[9][2] = t1383;
     t1384 = t601 * t672;
     t1385 = R::fused(-t354, t720, t1384);
     t1386 = R::fused(-t603, t730, t1385);
@@ -1703,6 +1714,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1390 = t1387 - t1389;
     t1391 = t639 + t1390;
     t1392 = R::fused(-t476, t1372, t1391);
+    out[9][7] = t1392;
     t1393 = cos_q_right_hip_yaw * t1392;
     t1394 = t478 * t60;
     t1395 = R::fused(t489, t47, t1394);
@@ -1713,9 +1725,11 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1400 = t243 * t936;
     t1401 = R::fused(-t247, t877, t1400);
     t1402 = t1399 - t1401;
+    out[9][9] = t1402;
     t1403 = t476 * t1366;
     t1404 = R::fused(t474, t1377, t1403);
     t1405 = t1402 + t1404;
+    out[9][8] = t1405;
     t1406 = cos_q_right_hip_roll * t1405;
     t1407 = t601 * t730;
     t1408 = R::fused(-t354, t706, t1407);
@@ -1728,12 +1742,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1415 = R::fused(-t474, t1372, t1414);
     t1416 = R::fused(sin_q_right_hip_roll, t1415, t1406);
     t1417 = R::fused(-sin_q_right_hip_yaw, t1416, t1393);
-    t1418 = R::fused(R::constant(-0.0764), t1383, t1417);
+    out[9][3] = R::fused(R::constant(-0.0764), t1383, t1417);
     t1419 = sin_q_right_hip_yaw * t1392;
-    t1420 = R::fused(cos_q_right_hip_yaw, t1416, t1419);
+    out[9][4] = R::fused(cos_q_right_hip_yaw, t1416, t1419);
     t1421 = sin_q_right_hip_roll * t1405;
     t1422 = R::fused(-cos_q_right_hip_roll, t1415, t1421);
-    t1423 = R::fused(R::constant(0.0764), t1379, t1422);
+    out[9][6] = t1422;
+    out[9][5] = R::fused(R::constant(0.0764), t1379, t1422);
     // right_ankle: answer of the forces to its motion
     t1424 = t478 * t57;
     t1425 = R::fused(t489, t44, t1424);
@@ -1743,7 +1758,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1429 = t1425 + t1428;
     t1430 = t243 * t1094;
     t1431 = R::fused(-t247, t1102, t1430);
-    t1432 = t1429 - t1431;
+    out[9][10] = t1429 - t1431;
     // right_foot: answer of the forces to its motion
     t1433 = t478 * t112;
     t1434 = R::fused(-t489, t115, t1433);
@@ -1754,7 +1769,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1439 = t243 * t1146;
     t1440 = R::fused(-t247, t1162, t1439);
     t1441 = t1438 + t1440;
-    t1442 = -t1441;
+    out[9][11] = -t1441;
     t1443 = t354 * t57; // right_ankle: answer of the forces to its motion
     t1444 = R::fused(-t243, t241, t268); // right_ankle: motion
     // right_ankle: answer of the forces to its motion
@@ -1775,10 +1790,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1459 = t309 - t1458;
     t1460 = R::fused(sin_q_right_hip_roll, t1459, t1455);
     t1461 = R::fused(sin_q_right_hip_yaw, t1460, -t1448);
+    out[10][0] = t1461;
     t1462 = sin_q_right_hip_yaw * t1447;
-    t1463 = R::fused(-cos_q_right_hip_yaw, t1460, -t1462);
+    out[10][1] = R::fused(-cos_q_right_hip_yaw, t1460, -t1462);
     t1464 = sin_q_right_hip_roll * t1454;
     t1465 = R::fused(cos_q_right_hip_roll, t1459, -t1464);
+    out[10][2] = t1465;
     t1466 = t1450 * t668;
     t1467 = R::fused(-t354, t718, t1466);
     t1468 = R::fused(-t1444, t726, t1467);
@@ -1789,6 +1806,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1473 = t631 + t1472;
     t1474 = R::fused(-t481, t1454, t1473);
     t1475 = R::fused(-t476, t1454, t1474);
+    out[10][7] = t1475;
     t1476 = cos_q_right_hip_yaw * t1475;
     t1477 = t483 * t57;
     t1478 = R::fused(t492, t44, t1477);
@@ -1799,12 +1817,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1483 = t243 * t929;
     t1484 = R::fused(-t247, t870, t1483);
     t1485 = t1482 - t1484;
+    out[10][10] = t1485;
     t1486 = t481 * t1447;
     t1487 = R::fused(t479, t1459, t1486);
     t1488 = t1485 + t1487;
+    out[10][9] = t1488;
     t1489 = t476 * t1447;
     t1490 = R::fused(t474, t1459, t1489);
     t1491 = t1488 + t1490;
+    out[10][8] = t1491;
     t1492 = cos_q_right_hip_roll * t1491;
     t1493 = t1450 * t726;
     t1494 = R::fused(-t354, t704, t1493);
@@ -1818,12 +1839,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1502 = R::fused(-t474, t1454, t1501);
     t1503 = R::fused(sin_q_right_hip_roll, t1502, t1492);
     t1504 = R::fused(-sin_q_right_hip_yaw, t1503, t1476);
-    t1505 = R::fused(R::constant(-0.0764), t1465, t1504);
+    out[10][3] = R::fused(R::constant(-0.0764), t1465, t1504);
     t1506 = sin_q_right_hip_yaw * t1475;
-    t1507 = R::fused(cos_q_right_hip_yaw, t1503, t1506);
+    out[10][4] = R::fused(cos_q_right_hip_yaw, t1503, t1506);
     t1508 = sin_q_right_hip_roll * t1491;
     t1509 = R::fused(-cos_q_right_hip_roll, t1502, t1508);
-    t1510 = R::fused(R::constant(0.0764), t1461, t1509);
+    out[10][6] = t1509;
+    out[10][5] = R::fused(R::constant(0.0764), t1461, t1509);
     // right_foot: answer of the forces to its motion
     t1511 = t483 * t112;
     t1512 = R::fused(-t492, t115, t1511);
@@ -1834,7 +1856,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1517 = t243 * t1143;
     t1518 = R::fused(-t247, t1159, t1517);
     t1519 = t1516 + t1518;
-    t1520 = -t1519;
+    out[10][11] = -t1519;
     t1521 = t304 * t53;
     t1522 = R::fused(t248, t402, t1521);
     t1523 = t333 + t1522;
@@ -1854,28 +1876,30 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1537 = R::fused(-sin_t2, t1529, t1536);
     t1538 = R::fused(sin_q_right_hip_roll, t1537, t1535);
     t1539 = R::fused(-sin_q_right_hip_yaw, t1538, -t1531);
+    out[11][0] = t1539;
     let (
-        t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555,
-        t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571,
-        t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587,
-        t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603,
-        t1604, t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619,
-        t1620, t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635,
-        t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651,
-        t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667,
-        t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683,
-        t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699,
-        t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715,
-        t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731,
-        t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747,
-        t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763,
-        t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779,
-        t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795,
+        t1540, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556,
+        t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572,
+        t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1588, t1590,
+        t1591, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605, t1606, t1607,
+        t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623,
+        t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639,
+        t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655,
+        t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670, t1671,
+        t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683, t1684, t1685, t1686, t1687,
+        t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699, t1700, t1701, t1702, t1703,
+        t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715, t1716, t1717, t1718, t1719,
+        t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735,
+        t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1750, t1751,
+        t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765, t1766, t1767,
+        t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784,
+        t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1794, t1795,
     );
     t1540 = sin_q_right_hip_yaw * t1530;
-    t1541 = R::fused(cos_q_right_hip_yaw, t1538, -t1540);
+    out[11][1] = R::fused(cos_q_right_hip_yaw, t1538, -t1540);
     t1542 = sin_q_right_hip_roll * t1534;
     t1543 = R::fused(-cos_q_right_hip_roll, t1537, t1542);
+    out[11][2] = t1543;
     t1544 = t304 * t441;
     t1545 = R::fused(t515, t444, t1544);
     t1546 = R::fused(t513, t439, t1545);
@@ -1893,10 +1917,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1558 = t248 * t891;
     t1559 = R::fused(t241, t774, t1558);
     t1560 = t1557 + t1559;
+    out[11][11] = t1560;
     t1561 = R::fused(R::constant(0.037), t1534, t1560);
     t1562 = R::fused(cos_t2, t1561, t1551);
     t1563 = R::fused(t481, t1534, t1562);
     t1564 = R::fused(t476, t1534, t1563);
+    out[11][7] = t1564;
     t1565 = cos_q_right_hip_yaw * t1564;
     t1566 = t304 * t446;
     t1567 = R::fused(t515, t510, t1566);
@@ -1906,12 +1932,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1571 = t1568 - t1570;
     t1572 = t495 - t1571;
     t1573 = R::fused(R::constant(0.037), t1529, -t1572);
+    out[11][10] = t1573;
     t1574 = t481 * t1530;
     t1575 = R::fused(-t479, t1537, t1574);
     t1576 = t1573 + t1575;
+    out[11][9] = t1576;
     t1577 = t476 * t1530;
     t1578 = R::fused(-t474, t1537, t1577);
     t1579 = t1576 + t1578;
+    out[11][8] = t1579;
     t1580 = cos_q_right_hip_roll * t1579;
     t1581 = cos_t2 * t1550;
     t1582 = R::fused(-sin_t2, t1561, t1581);
@@ -1919,12 +1948,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1584 = R::fused(-t474, t1534, t1583);
     t1585 = R::fused(sin_q_right_hip_roll, t1584, -t1580);
     t1586 = R::fused(sin_q_right_hip_yaw, t1585, t1565);
-    t1587 = R::fused(R::constant(-0.0764), t1543, t1586);
+    out[11][3] = R::fused(R::constant(-0.0764), t1543, t1586);
     t1588 = sin_q_right_hip_yaw * t1564;
-    t1589 = R::fused(-cos_q_right_hip_yaw, t1585, t1588);
+    out[11][4] = R::fused(-cos_q_right_hip_yaw, t1585, t1588);
     t1590 = sin_q_right_hip_roll * t1579;
     t1591 = R::fused(cos_q_right_hip_roll, t1584, t1590);
-    t1592 = R::fused(R::constant(0.0764), t1539, t1591);
+    out[11][6] = t1591;
+    out[11][5] = R::fused(R::constant(0.0764), t1539, t1591);
     t1593 = sin_q_left_hip_yaw * v_base_angular_x; // left_hip_yaw_link: motion
     t1594 = R::fused(-cos_q_left_hip_yaw, v_base_angular_y, t1593); // left_hip_yaw_link: motion
     t1595 = cos_q_left_hip_roll * t1594; // left_hip_roll_link: motion
@@ -2104,6 +2134,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1766 = R::fused(t1594, R::constant(0.016), t1765); // left_hip_yaw_link: sums of what it carries
     t1767 = R::fused(-v_base_angular_x, t1766, t1737); // left_hip_yaw_link: answer of the forces to its motion
     t1768 = t1734 - t1767; // left_hip_yaw_link: answer of the forces to its motion
+    out[12][0] = t1768;
     t1769 = cos_q_left_hip_yaw * t1687; // left_hip_yaw_link: sums of what it carries
     t1770 = R::fused(-sin_q_left_hip_yaw, t1733, t1769); // left_hip_yaw_link: sums of what it carries
     t1771 = t379 * t80; // left_hip_yaw_link: answer of the forces to its motion
@@ -2111,7 +2142,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // left_hip_yaw_link: answer of the forces to its motion
     t1773 = R::fused(-t1772, t71, t1771);
     t1774 = R::fused(v_base_angular_y, t1766, t1773);
-    t1775 = t1774 - t1770;
+    out[12][1] = t1774 - t1770;
     t1776 = t1772 * t40;
     t1777 = R::fused(t1735, t80, t1776);
     t1778 = sin_t3 * t1756; // left_ankle: sums of what it carries
@@ -2129,7 +2160,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1790 = R::fused(-sin_q_left_hip_yaw, t1786, t1789); // left_hip_yaw_link: sums of what it carries
     t1791 = R::fused(v_base_angular_x, t1790, t1788);
     t1792 = t1777 + t1791;
-    t1793 = -t1792;
+    out[12][2] = -t1792;
     // left_foot: sums of what it carries
     t1794 = sin_q_left_ankle_roll * sin_q_left_ankle_roll;
     t1795 = R::constant(0.00009166667) * t1794;
@@ -3081,142 +3112,6 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     w[412] = t2253;
     w[413] = t2255;
     w[414] = t2256;
-    // q/base/angular/x
-    out[3][1] = t9;
-    out[3][2] = t14;
-    out[3][3] = t78;
-    out[3][4] = t86;
-    out[3][5] = t88;
-    out[3][6] = t90;
-    out[3][7] = t93;
-    out[3][8] = t99;
-    out[3][9] = t105;
-    out[3][10] = t111;
-    out[3][11] = t121;
-    out[3][12] = t123;
-    out[3][13] = t126;
-    out[3][14] = t132;
-    out[3][15] = t138;
-    out[3][16] = t144;
-    out[3][17] = t154;
-    // q/base/angular/y
-    out[4][0] = t155;
-    out[4][2] = t158;
-    out[4][3] = t160;
-    out[4][4] = t162;
-    out[4][5] = t163;
-    out[4][6] = t165;
-    out[4][7] = t168;
-    out[4][8] = t172;
-    out[4][9] = t176;
-    out[4][10] = t180;
-    out[4][11] = t184;
-    out[4][12] = t186;
-    out[4][13] = t189;
-    out[4][14] = t193;
-    out[4][15] = t197;
-    out[4][16] = t201;
-    out[4][17] = t205;
-    // q/base/angular/z
-    out[5][0] = t13;
-    out[5][1] = t206;
-    out[5][3] = t207;
-    out[5][4] = t208;
-    out[5][5] = t209;
-    out[5][6] = t211;
-    out[5][7] = t213;
-    out[5][8] = t215;
-    out[5][9] = t217;
-    out[5][10] = t219;
-    out[5][11] = t221;
-    out[5][12] = t223;
-    out[5][13] = t225;
-    out[5][14] = t227;
-    out[5][15] = t229;
-    out[5][16] = t231;
-    out[5][17] = t233;
-    // q/right_hip_yaw
-    out[6][0] = t411;
-    out[6][1] = t418;
-    out[6][2] = t436;
-    out[6][3] = t968;
-    out[6][4] = t983;
-    out[6][5] = t1006;
-    out[6][6] = t1005;
-    out[6][7] = t1023;
-    out[6][8] = t1046;
-    out[6][9] = t1074;
-    out[6][10] = t1110;
-    out[6][11] = t1172;
-    // q/right_hip_roll
-    out[7][0] = t1187;
-    out[7][1] = t1189;
-    out[7][2] = t1193;
-    out[7][3] = t1218;
-    out[7][4] = t1220;
-    out[7][5] = t1230;
-    out[7][6] = t1229;
-    out[7][7] = t1231;
-    out[7][8] = t1243;
-    out[7][9] = t1255;
-    out[7][10] = t1267;
-    out[7][11] = t1278;
-    // q/right_hip_pitch
-    out[8][0] = t1295;
-    out[8][1] = t1297;
-    out[8][2] = t1299;
-    out[8][3] = t1329;
-    out[8][4] = t1331;
-    out[8][5] = t1334;
-    out[8][6] = t1333;
-    out[8][7] = t1307;
-    out[8][8] = t1317;
-    out[8][9] = t1343;
-    out[8][10] = t1352;
-    out[8][11] = t1362;
-    // q/right_knee_pitch
-    out[9][0] = t1379;
-    out[9][1] = t1381;
-    out[9][2] = t1383;
-    out[9][3] = t1418;
-    out[9][4] = t1420;
-    out[9][5] = t1423;
-    out[9][6] = t1422;
-    out[9][7] = t1392;
-    out[9][8] = t1405;
-    out[9][9] = t1402;
-    out[9][10] = t1432;
-    out[9][11] = t1442;
-    // q/right_ankle_pitch
-    out[10][0] = t1461;
-    out[10][1] = t1463;
-    out[10][2] = t1465;
-    out[10][3] = t1505;
-    out[10][4] = t1507;
-    out[10][5] = t1510;
-    out[10][6] = t1509;
-    out[10][7] = t1475;
-    out[10][8] = t1491;
-    out[10][9] = t1488;
-    out[10][10] = t1485;
-    out[10][11] = t1520;
-    // q/right_ankle_roll
-    out[11][0] = t1539;
-    out[11][1] = t1541;
-    out[11][2] = t1543;
-    out[11][3] = t1587;
-    out[11][4] = t1589;
-    out[11][5] = t1592;
-    out[11][6] = t1591;
-    out[11][7] = t1564;
-    out[11][8] = t1579;
-    out[11][9] = t1576;
-    out[11][10] = t1573;
-    out[11][11] = t1560;
-    // q/left_hip_yaw
-    out[12][0] = t1768;
-    out[12][1] = t1775;
-    out[12][2] = t1793;
 }
 }
 ::bipedc_runtime::dispatched! {
@@ -3710,19 +3605,19 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t2257, t2258, t2259, t2260, t2261, t2262, t2263, t2264, t2265, t2266, t2267, t2268, t2269, t2270, t2271, t2272,
         t2273, t2274, t2275, t2276, t2277, t2278, t2279, t2280, t2281, t2282, t2283, t2284, t2285, t2286, t2287, t2288,
         t2289, t2290, t2291, t2292, t2293, t2294, t2295, t2296, t2297, t2298, t2299, t2300, t2301, t2302, t2303, t2304,
-        t2305, t2306, t2307, t2308, t2309, t2310, t2311, t2312, t2313, t2314, t2315, t2316, t2317, t2318, t2319, t2320,
-        t2321, t2322, t2323, t2324, t2325, t2326, t2327, t2328, t2329, t2330, t2331, t2332, t2333, t2334, t2335, t2336,
-        t2337, t2338, t2339, t2340, t2341, t2342, t2343, t2344, t2345, t2346, t2347, t2348, t2349, t2350, t2351, t2352,
-        t2353, t2354, t2355, t2356, t2357, t2358, t2359, t2360, t2361, t2362, t2363, t2364, t2365, t2366, t2367, t2368,
-        t2369, t2370, t2371, t2372, t2373, t2374, t2375, t2376, t2377, t2378, t2379, t2380, t2381, t2382, t2383, t2384,
-        t2385, t2386, t2387, t2388, t2389, t2390, t2391, t2392, t2393, t2394, t2395, t2396, t2397, t2398, t2399, t2400,
-        t2401, t2402, t2403, t2404, t2405, t2406, t2407, t2408, t2409, t2410, t2411, t2412, t2413, t2414, t2415, t2416,
-        t2417, t2418, t2419, t2420, t2421, t2422, t2423, t2424, t2425, t2426, t2427, t2428, t2429, t2430, t2431, t2432,
-        t2433, t2434, t2435, t2436, t2437, t2438, t2439, t2440, t2441, t2442, t2443, t2444, t2445, t2446, t2447, t2448,
-        t2449, t2450, t2451, t2452, t2453, t2454, t2455, t2456, t2457, t2458, t2459, t2460, t2461, t2462, t2463, t2464,
-        t2465, t2466, t2467, t2468, t2469, t2470, t2471, t2472, t2473, t2474, t2475, t2476, t2477, t2478, t2479, t2480,
-        t2481, t2482, t2483, t2484, t2485, t2486, t2487, t2488, t2489, t2490, t2491, t2492, t2493, t2494, t2495, t2496,
-        t2497, t2498, t2499, t2500, t2501, t2502, t2503, t2504, t2505, t2506, t2507, t2508, t2509, t2510, t2511, t2512,
+        t2305, t2306, t2308, t2309, t2310, t2311, t2312, t2313, t2314, t2315, t2316, t2317, t2318, t2319, t2320, t2321,
+        t2323, t2324, t2325, t2326, t2327, t2328, t2329, t2330, t2331, t2332, t2333, t2334, t2335, t2336, t2337, t2338,
+        t2339, t2340, t2341, t2342, t2343, t2344, t2346, t2347, t2348, t2349, t2350, t2351, t2352, t2353, t2354, t2355,
+        t2356, t2357, t2358, t2359, t2360, t2361, t2363, t2364, t2365, t2366, t2367, t2368, t2369, t2370, t2371, t2372,
+        t2373, t2374, t2375, t2376, t2377, t2378, t2379, t2380, t2381, t2382, t2383, t2384, t2386, t2387, t2388, t2389,
+        t2390, t2391, t2392, t2393, t2394, t2395, t2396, t2397, t2398, t2399, t2400, t2401, t2402, t2403, t2404, t2405,
+        t2406, t2407, t2408, t2409, t2410, t2411, t2412, t2414, t2415, t2416, t2417, t2418, t2419, t2420, t2421, t2422,
+        t2423, t2424, t2425, t2426, t2427, t2428, t2429, t2430, t2431, t2432, t2433, t2434, t2435, t2436, t2437, t2438,
+        t2439, t2440, t2441, t2442, t2443, t2444, t2445, t2446, t2447, t2448, t2450, t2451, t2452, t2453, t2454, t2455,
+        t2456, t2457, t2458, t2459, t2460, t2461, t2462, t2463, t2464, t2465, t2466, t2467, t2468, t2469, t2470, t2471,
+        t2472, t2473, t2474, t2475, t2476, t2477, t2478, t2479, t2480, t2481, t2482, t2483, t2484, t2485, t2486, t2487,
+        t2488, t2489, t2490, t2491, t2492, t2493, t2494, t2495, t2496, t2497, t2498, t2499, t2500, t2501, t2502, t2503,
+        t2504, t2505, t2506, t2507, t2508, t2509, t2510, t2512,
     );
     // left_lower_leg: sums of what it carries
     t2257 = R::fused(-t1599, t2214, t2256);
@@ -3781,7 +3676,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2304 = R::fused(v_base_angular_x, t2303, t2300);
     t2305 = t2091 + t2304;
     t2306 = t1995 - t2305;
-    t2307 = R::fused(R::constant(-0.0764), t1792, -t2306);
+    out[12][3] = R::fused(R::constant(-0.0764), t1792, -t2306);
     t2308 = cos_q_left_hip_yaw * t1916; // left_hip_yaw_link: sums of what it carries
     t2309 = R::fused(-sin_q_left_hip_yaw, t1994, t2308); // left_hip_yaw_link: sums of what it carries
     t2310 = t1772 * t2081;
@@ -3796,7 +3691,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2319 = t2240 - t2298; // left_hip_yaw_link: sums of what it carries
     t2320 = R::fused(v_base_angular_x, t2319, t2318);
     t2321 = t2316 + t2320;
-    t2322 = t2309 + t2321;
+    out[12][4] = t2309 + t2321;
     t2323 = t1806 * t80;
     t2324 = R::fused(t1808, t40, t2323);
     t2325 = t1772 * t2089;
@@ -3819,7 +3714,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2342 = R::fused(-cos_q_left_hip_yaw, t2338, t2341); // left_hip_yaw_link: sums of what it carries
     t2343 = R::fused(-v_base_angular_x, t2342, t2340);
     t2344 = t2330 + t2343;
-    t2345 = R::fused(R::constant(-0.0764), t1768, t2344);
+    out[12][12] = t2344;
+    out[12][5] = R::fused(R::constant(-0.0764), t1768, t2344);
     // left_hip_roll_link: answer of the forces to its motion
     t2346 = t1808 * t187;
     t2347 = R::fused(t1806, t124, t2346);
@@ -3837,7 +3733,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2359 = sin_q_left_hip_yaw * t2157;
     t2360 = R::fused(-cos_q_left_hip_yaw, t2265, t2359);
     t2361 = R::fused(-v_base_angular_x, t2360, t2358);
-    t2362 = t2355 + t2361;
+    out[12][13] = t2355 + t2361;
     // left_upper_leg: answer of the forces to its motion
     t2363 = t1808 * t191;
     t2364 = R::fused(-t1806, t129, t2363);
@@ -3861,7 +3757,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2382 = sin_q_left_hip_yaw * t2282;
     t2383 = R::fused(-cos_q_left_hip_yaw, t2379, t2382);
     t2384 = R::fused(-v_base_angular_x, t2383, t2381);
-    t2385 = t2384 - t2376;
+    out[12][14] = t2384 - t2376;
     // left_lower_leg: answer of the forces to its motion
     t2386 = t1808 * t195;
     t2387 = R::fused(-t1806, t135, t2386);
@@ -3890,7 +3786,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2410 = sin_q_left_hip_yaw * t2402;
     t2411 = R::fused(-cos_q_left_hip_yaw, t2407, t2410);
     t2412 = R::fused(-v_base_angular_x, t2411, t2409);
-    t2413 = t2412 - t2401;
+    out[12][15] = t2412 - t2401;
     // left_ankle: answer of the forces to its motion
     t2414 = t1808 * t199;
     t2415 = R::fused(-t1806, t141, t2414);
@@ -3927,7 +3823,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2446 = sin_q_left_hip_yaw * t2434;
     t2447 = R::fused(-cos_q_left_hip_yaw, t2443, t2446);
     t2448 = R::fused(-v_base_angular_x, t2447, t2445);
-    t2449 = t2448 - t2432;
+    out[12][16] = t2448 - t2432;
     // left_foot: answer of the forces to its motion
     t2450 = t1808 * t203;
     t2451 = R::fused(-t1806, t150, t2450);
@@ -3990,25 +3886,24 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2508 = sin_q_left_hip_yaw * t2488;
     t2509 = R::fused(cos_q_left_hip_yaw, t2505, t2508);
     t2510 = R::fused(-v_base_angular_x, t2509, t2507);
-    t2511 = t2478 + t2510;
+    out[12][17] = t2478 + t2510;
     t2512 = R::fused(-t1594, t1606, t1616); // left_hip_roll_link: motion
     let (
-        t2513, t2514, t2515, t2516, t2517, t2518, t2519, t2520, t2521, t2522, t2523, t2524, t2525, t2526, t2527, t2528,
-        t2529, t2530, t2531, t2532, t2533, t2534, t2535, t2536, t2537, t2538, t2539, t2540, t2541, t2542, t2543, t2544,
-        t2545, t2546, t2547, t2548, t2549, t2550, t2551, t2552, t2553, t2554, t2555, t2556, t2557, t2558, t2559, t2560,
-        t2561, t2562, t2563, t2564, t2565, t2566, t2567, t2568, t2569, t2570, t2571, t2572, t2573, t2574, t2575, t2576,
-        t2577, t2578, t2579, t2580, t2581, t2582, t2583, t2584, t2585, t2586, t2587, t2588, t2589, t2590, t2591, t2592,
-        t2593, t2594, t2595, t2596, t2597, t2598, t2599, t2600, t2601, t2602, t2603, t2604, t2605, t2606, t2607, t2608,
-        t2609, t2610, t2611, t2612, t2613, t2614, t2615, t2616, t2617, t2618, t2619, t2620, t2621, t2622, t2623, t2624,
-        t2625, t2626, t2627, t2628, t2629, t2630, t2631, t2632, t2633, t2634, t2635, t2636, t2637, t2638, t2639, t2640,
-        t2641, t2642, t2643, t2644, t2645, t2646, t2647, t2648, t2649, t2650, t2651, t2652, t2653, t2654, t2655, t2656,
-        t2657, t2658, t2659, t2660, t2661, t2662, t2663, t2664, t2665, t2666, t2667, t2668, t2669, t2670, t2671, t2672,
-        t2673, t2674, t2675, t2676, t2677, t2678, t2679, t2680, t2681, t2682, t2683, t2684, t2685, t2686, t2687, t2688,
-        t2689, t2690, t2691, t2692, t2693, t2694, t2695, t2696, t2697, t2698, t2699, t2700, t2701, t2702, t2703, t2704,
-        t2705, t2706, t2707, t2708, t2709, t2710, t2711, t2712, t2713, t2714, t2715, t2716, t2717, t2718, t2719, t2720,
-        t2721, t2722, t2723, t2724, t2725, t2726, t2727, t2728, t2729, t2730, t2731, t2732, t2733, t2734, t2735, t2736,
-        t2737, t2738, t2739, t2740, t2741, t2742, t2743, t2744, t2745, t2746, t2747, t2748, t2749, t2750, t2751, t2752,
-        t2753, t2754, t2755, t2756, t2757, t2758, t2759, t2760, t2761, t2762, t2763, t2764, t2765, t2766, t2767, t2768,
+        t2513, t2514, t2515, t2516, t2517, t2518, t2519, t2520, t2521, t2522, t2523, t2524, t2525, t2526, t2527, t2529,
+        t2530, t2531, t2532, t2534, t2535, t2536, t2537, t2538, t2539, t2540, t2541, t2542, t2543, t2544, t2545, t2546,
+        t2547, t2548, t2549, t2550, t2551, t2552, t2553, t2554, t2555, t2556, t2557, t2559, t2561, t2562, t2563, t2564,
+        t2565, t2566, t2567, t2568, t2569, t2571, t2572, t2573, t2574, t2575, t2576, t2577, t2578, t2579, t2580, t2581,
+        t2583, t2584, t2585, t2586, t2587, t2588, t2589, t2590, t2591, t2592, t2593, t2595, t2596, t2597, t2598, t2599,
+        t2600, t2601, t2602, t2603, t2604, t2605, t2607, t2608, t2609, t2610, t2611, t2612, t2613, t2614, t2615, t2616,
+        t2618, t2619, t2620, t2621, t2622, t2623, t2624, t2625, t2626, t2627, t2628, t2629, t2630, t2631, t2632, t2633,
+        t2634, t2635, t2637, t2638, t2639, t2640, t2641, t2642, t2643, t2644, t2645, t2646, t2647, t2648, t2649, t2650,
+        t2651, t2652, t2653, t2654, t2655, t2656, t2657, t2658, t2659, t2660, t2661, t2662, t2663, t2664, t2665, t2666,
+        t2667, t2669, t2671, t2672, t2674, t2675, t2676, t2677, t2678, t2679, t2680, t2681, t2683, t2684, t2685, t2686,
+        t2687, t2688, t2689, t2690, t2692, t2693, t2694, t2695, t2696, t2697, t2698, t2699, t2700, t2702, t2703, t2704,
+        t2705, t2706, t2707, t2708, t2709, t2710, t2711, t2712, t2713, t2714, t2715, t2716, t2717, t2718, t2719, t2721,
+        t2722, t2723, t2724, t2725, t2726, t2727, t2728, t2729, t2730, t2731, t2732, t2733, t2734, t2735, t2736, t2737,
+        t2738, t2739, t2740, t2741, t2742, t2743, t2744, t2745, t2746, t2747, t2748, t2749, t2750, t2751, t2752, t2753,
+        t2754, t2755, t2756, t2758, t2760, t2761, t2763, t2764, t2765, t2766, t2767, t2768,
     );
     t2513 = t2512 * t71; // left_hip_roll_link: answer of the forces to its motion
     t2514 = R::fused(t1596, t1606, t1613); // left_hip_roll_link: motion
@@ -4025,13 +3920,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2524 = R::fused(t1594, t1782, t2523);
     t2525 = t2521 - t2524;
     t2526 = R::fused(-sin_q_left_hip_yaw, t2525, t2519);
+    out[13][0] = t2526;
     t2527 = sin_q_left_hip_yaw * t2518;
-    t2528 = R::fused(cos_q_left_hip_yaw, t2525, t2527);
+    out[13][1] = R::fused(cos_q_left_hip_yaw, t2525, t2527);
     t2529 = t1686 * t39;
     t2530 = R::fused(-t2512, t25, t2529);
     t2531 = R::fused(-t1596, t1782, t2530);
     t2532 = t1731 + t2531;
-    t2533 = -t2532;
+    out[13][2] = -t2532;
     t2534 = t1809 * t39;
     t2535 = R::fused(-t1811, t71, t2534);
     t2536 = t1686 * t2016;
@@ -4043,6 +3939,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2542 = R::fused(-cos_q_left_hip_roll, t2264, t2541); // left_hip_roll_link: sums of what it carries
     t2543 = R::fused(t1594, t2542, t2540);
     t2544 = t2539 - t2543;
+    out[13][13] = t2544;
     t2545 = cos_q_left_hip_yaw * t2544;
     t2546 = sin_q_left_hip_roll * t1967; // left_hip_roll_link: sums of what it carries
     t2547 = R::fused(cos_q_left_hip_roll, t1989, t2546); // left_hip_roll_link: sums of what it carries
@@ -4056,9 +3953,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2555 = t2551 - t2554;
     t2556 = t2547 - t2555;
     t2557 = R::fused(sin_q_left_hip_yaw, t2556, t2545);
-    t2558 = R::fused(R::constant(-0.0764), t2532, t2557);
+    out[13][3] = R::fused(R::constant(-0.0764), t2532, t2557);
     t2559 = sin_q_left_hip_yaw * t2544;
-    t2560 = R::fused(-cos_q_left_hip_yaw, t2556, t2559);
+    out[13][4] = R::fused(-cos_q_left_hip_yaw, t2556, t2559);
     t2561 = t1686 * t2084;
     t2562 = R::fused(-t2512, t2088, t2561);
     t2563 = R::fused(t2514, t2327, t2562);
@@ -4068,7 +3965,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2567 = R::fused(-t1594, t2566, t2565);
     t2568 = t2564 + t2567;
     t2569 = t1990 - t2568;
-    t2570 = R::fused(R::constant(-0.0764), t2526, t2569);
+    out[13][12] = t2569;
+    out[13][5] = R::fused(R::constant(-0.0764), t2526, t2569);
     // left_upper_leg: answer of the forces to its motion
     t2571 = t1811 * t128;
     t2572 = R::fused(-t1809, t131, t2571);
@@ -4081,7 +3979,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2579 = R::fused(-cos_q_left_hip_roll, t2223, t2578);
     t2580 = R::fused(t1594, t2579, t2577);
     t2581 = t2576 + t2580;
-    t2582 = -t2581;
+    out[13][14] = -t2581;
     // left_lower_leg: answer of the forces to its motion
     t2583 = t1811 * t134;
     t2584 = R::fused(-t1809, t137, t2583);
@@ -4094,7 +3992,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2591 = R::fused(-cos_q_left_hip_roll, t2406, t2590);
     t2592 = R::fused(t1594, t2591, t2589);
     t2593 = t2588 + t2592;
-    t2594 = -t2593;
+    out[13][15] = -t2593;
     // left_ankle: answer of the forces to its motion
     t2595 = t1811 * t140;
     t2596 = R::fused(-t1809, t143, t2595);
@@ -4107,7 +4005,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2603 = R::fused(-cos_q_left_hip_roll, t2442, t2602);
     t2604 = R::fused(t1594, t2603, t2601);
     t2605 = t2600 + t2604;
-    t2606 = -t2605;
+    out[13][16] = -t2605;
     // left_foot: answer of the forces to its motion
     t2607 = t1811 * t149;
     t2608 = R::fused(t1809, t153, t2607);
@@ -4119,7 +4017,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2614 = sin_q_left_hip_roll * t2495;
     t2615 = R::fused(cos_q_left_hip_roll, t2504, t2614);
     t2616 = R::fused(t1594, t2615, t2613);
-    t2617 = t2612 + t2616;
+    out[13][17] = t2612 + t2616;
     // left_upper_leg: answer of the forces to its motion
     t2618 = t1713 * t38;
     t2619 = R::fused(-t1959, t28, t2618);
@@ -4138,10 +4036,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2632 = t1682 - t2631;
     t2633 = R::fused(sin_q_left_hip_roll, t2632, t2628);
     t2634 = R::fused(sin_q_left_hip_yaw, t2633, -t2622);
+    out[14][0] = t2634;
     t2635 = sin_q_left_hip_yaw * t2621;
-    t2636 = R::fused(-cos_q_left_hip_yaw, t2633, -t2635);
+    out[14][1] = R::fused(-cos_q_left_hip_yaw, t2633, -t2635);
     t2637 = sin_q_left_hip_roll * t2627;
     t2638 = R::fused(cos_q_left_hip_roll, t2632, -t2637);
+    out[14][2] = t2638;
     t2639 = t1957 * t2015;
     t2640 = R::fused(-t1713, t2061, t2639);
     t2641 = R::fused(-t1959, t2073, t2640);
@@ -4150,6 +4050,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2644 = R::fused(-t1606, t2263, t2643);
     t2645 = t2642 - t2644;
     t2646 = t1986 + t2645;
+    out[14][13] = t2646;
     t2647 = cos_q_left_hip_yaw * t2646;
     t2648 = t1812 * t38;
     t2649 = R::fused(t1825, t25, t2648);
@@ -4160,6 +4061,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2654 = t1602 * t2282;
     t2655 = R::fused(-t1606, t2223, t2654);
     t2656 = t2653 - t2655;
+    out[14][14] = t2656;
     t2657 = cos_q_left_hip_roll * t2656;
     t2658 = t1957 * t2073;
     t2659 = R::fused(-t1713, t2047, t2658);
@@ -4171,12 +4073,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2665 = t1910 - t2664;
     t2666 = R::fused(sin_q_left_hip_roll, t2665, t2657);
     t2667 = R::fused(-sin_q_left_hip_yaw, t2666, t2647);
-    t2668 = R::fused(R::constant(0.0764), t2638, t2667);
+    out[14][3] = R::fused(R::constant(0.0764), t2638, t2667);
     t2669 = sin_q_left_hip_yaw * t2646;
-    t2670 = R::fused(cos_q_left_hip_yaw, t2666, t2669);
+    out[14][4] = R::fused(cos_q_left_hip_yaw, t2666, t2669);
     t2671 = sin_q_left_hip_roll * t2656;
     t2672 = R::fused(-cos_q_left_hip_roll, t2665, t2671);
-    t2673 = R::fused(R::constant(-0.0764), t2634, t2672);
+    out[14][12] = t2672;
+    out[14][5] = R::fused(R::constant(-0.0764), t2634, t2672);
     // left_lower_leg: answer of the forces to its motion
     t2674 = t1812 * t35;
     t2675 = R::fused(t1825, t22, t2674);
@@ -4186,7 +4089,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2679 = t2675 + t2678;
     t2680 = t1602 * t2402;
     t2681 = R::fused(-t1606, t2406, t2680);
-    t2682 = t2679 - t2681;
+    out[14][15] = t2679 - t2681;
     // left_ankle: answer of the forces to its motion
     t2683 = t1812 * t32;
     t2684 = R::fused(t1825, t19, t2683);
@@ -4196,7 +4099,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2688 = t2684 + t2687;
     t2689 = t1602 * t2434;
     t2690 = R::fused(-t1606, t2442, t2689);
-    t2691 = t2688 - t2690;
+    out[14][16] = t2688 - t2690;
     // left_foot: answer of the forces to its motion
     t2692 = t1812 * t145;
     t2693 = R::fused(-t1825, t148, t2692);
@@ -4207,7 +4110,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2698 = t1602 * t2488;
     t2699 = R::fused(-t1606, t2504, t2698);
     t2700 = t2697 + t2699;
-    t2701 = -t2700;
+    out[14][17] = -t2700;
     // left_lower_leg: answer of the forces to its motion
     t2702 = t1713 * t35;
     t2703 = R::fused(-t1942, t28, t2702);
@@ -4226,10 +4129,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2716 = t1676 - t2715;
     t2717 = R::fused(sin_q_left_hip_roll, t2716, t2712);
     t2718 = R::fused(sin_q_left_hip_yaw, t2717, -t2706);
+    out[15][0] = t2718;
     t2719 = sin_q_left_hip_yaw * t2705;
-    t2720 = R::fused(-cos_q_left_hip_yaw, t2717, -t2719);
+    out[15][1] = R::fused(-cos_q_left_hip_yaw, t2717, -t2719);
     t2721 = sin_q_left_hip_roll * t2711;
     t2722 = R::fused(cos_q_left_hip_roll, t2716, -t2721);
+    out[15][2] = t2722;
     t2723 = t1940 * t2011;
     t2724 = R::fused(-t1713, t2059, t2723);
     t2725 = R::fused(-t1942, t2069, t2724);
@@ -4239,6 +4144,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2729 = t2726 - t2728;
     t2730 = t1978 + t2729;
     t2731 = R::fused(-t1815, t2711, t2730);
+    out[15][13] = t2731;
     t2732 = cos_q_left_hip_yaw * t2731;
     t2733 = t1817 * t35;
     t2734 = R::fused(t1828, t22, t2733);
@@ -4249,9 +4155,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2739 = t1602 * t2275;
     t2740 = R::fused(-t1606, t2216, t2739);
     t2741 = t2738 - t2740;
+    out[15][15] = t2741;
     t2742 = t1815 * t2705;
     t2743 = R::fused(t1813, t2716, t2742);
     t2744 = t2741 + t2743;
+    out[15][14] = t2744;
     t2745 = cos_q_left_hip_roll * t2744;
     t2746 = t1940 * t2069;
     t2747 = R::fused(-t1713, t2045, t2746);
@@ -4264,12 +4172,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2754 = R::fused(-t1813, t2711, t2753);
     t2755 = R::fused(sin_q_left_hip_roll, t2754, t2745);
     t2756 = R::fused(-sin_q_left_hip_yaw, t2755, t2732);
-    t2757 = R::fused(R::constant(0.0764), t2722, t2756);
+    out[15][3] = R::fused(R::constant(0.0764), t2722, t2756);
     t2758 = sin_q_left_hip_yaw * t2731;
-    t2759 = R::fused(cos_q_left_hip_yaw, t2755, t2758);
+    out[15][4] = R::fused(cos_q_left_hip_yaw, t2755, t2758);
     t2760 = sin_q_left_hip_roll * t2744;
     t2761 = R::fused(-cos_q_left_hip_roll, t2754, t2760);
-    t2762 = R::fused(R::constant(-0.0764), t2718, t2761);
+    out[15][12] = t2761;
+    out[15][5] = R::fused(R::constant(-0.0764), t2718, t2761);
     // left_ankle: answer of the forces to its motion
     t2763 = t1817 * t32;
     t2764 = R::fused(t1828, t19, t2763);
@@ -4278,26 +4187,23 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2767 = R::fused(-t1942, t2043, t2766);
     t2768 = t2764 + t2767;
     let (
-        t2769, t2770, t2771, t2772, t2773, t2774, t2775, t2776, t2777, t2778, t2779, t2780, t2781, t2782, t2783, t2784,
-        t2785, t2786, t2787, t2788, t2789, t2790, t2791, t2792, t2793, t2794, t2795, t2796, t2797, t2798, t2799, t2800,
-        t2801, t2802, t2803, t2804, t2805, t2806, t2807, t2808, t2809, t2810, t2811, t2812, t2813, t2814, t2815, t2816,
-        t2817, t2818, t2819, t2820, t2821, t2822, t2823, t2824, t2825, t2826, t2827, t2828, t2829, t2830, t2831, t2832,
-        t2833, t2834, t2835, t2836, t2837, t2838, t2839, t2840, t2841, t2842, t2843, t2844, t2845, t2846, t2847, t2848,
-        t2849, t2850, t2851, t2852, t2853, t2854, t2855, t2856, t2857, t2858, t2859, t2860, t2861, t2862, t2863, t2864,
-        t2865, t2866, t2867, t2868, t2869, t2870, t2871, t2872, t2873, t2874, t2875, t2876, t2877, t2878, t2879, t2880,
-        t2881, t2882, t2883, t2884, t2885, t2886, t2887, t2888, t2889, t2890, t2891, t2892, t2893, t2894, t2895, t2896,
-        t2897, t2898, t2899, t2900, t2901, t2902, t2903, t2904, t2905, t2906, t2907, t2908, t2909, t2910, t2911, t2912,
-        t2913, t2914, t2915, t2916, t2917, t2918, t2919, t2920, t2921, t2922, t2923, t2924, t2925, t2926, t2927, t2928,
-        t2929, t2930, t2931, t2932, t2933, t2934, t2935, t2936, t2937, t2938, t2939, t2940, t2941, t2942, t2943, t2944,
-        t2945, t2946, t2947, t2948, t2949, t2950, t2951, t2952, t2953, t2954, t2955, t2956, t2957, t2958, t2959, t2960,
-        t2961, t2962, t2963, t2964, t2965, t2966, t2967, t2968, t2969, t2970, t2971, t2972, t2973, t2974, t2975, t2976,
-        t2977, t2978, t2979, t2980, t2981, t2982, t2983, t2984, t2985, t2986, t2987, t2988, t2989, t2990, t2991, t2992,
-        t2993, t2994, t2995, t2996, t2997, t2998, t2999, t3000, t3001, t3002, t3003, t3004, t3005, t3006, t3007, t3008,
-        t3009, t3010, t3011, t3012, t3013, t3014, t3015, t3016, t3017, t3018, t3019, t3020, t3021, t3022, t3023, t3024,
+        t2769, t2770, t2772, t2773, t2774, t2775, t2776, t2777, t2778, t2779, t2780, t2782, t2783, t2784, t2785, t2786,
+        t2787, t2788, t2789, t2790, t2791, t2792, t2793, t2794, t2795, t2796, t2797, t2798, t2799, t2800, t2801, t2803,
+        t2804, t2805, t2806, t2807, t2808, t2809, t2810, t2811, t2812, t2813, t2814, t2815, t2816, t2817, t2818, t2819,
+        t2820, t2821, t2822, t2823, t2824, t2825, t2826, t2827, t2828, t2829, t2830, t2831, t2832, t2833, t2834, t2835,
+        t2836, t2837, t2838, t2839, t2840, t2841, t2842, t2843, t2845, t2847, t2848, t2850, t2851, t2852, t2853, t2854,
+        t2855, t2856, t2857, t2858, t2860, t2861, t2862, t2863, t2864, t2865, t2866, t2867, t2868, t2869, t2870, t2871,
+        t2872, t2873, t2874, t2875, t2876, t2877, t2878, t2879, t2881, t2882, t2883, t2884, t2885, t2886, t2887, t2888,
+        t2889, t2890, t2891, t2892, t2893, t2894, t2895, t2896, t2897, t2898, t2899, t2900, t2901, t2902, t2903, t2904,
+        t2905, t2906, t2907, t2908, t2909, t2910, t2911, t2912, t2913, t2914, t2915, t2916, t2917, t2918, t2919, t2920,
+        t2921, t2922, t2923, t2924, t2925, t2927, t2929, t2930, t2932, t2933, t2935, t2936, t2937, t2939, t2941, t2943,
+        t2945, t2947, t2949, t2951, t2953, t2955, t2957, t2959, t2961, t2963, t2965, t2968, t2969, t2970, t2971, t2973,
+        t2974, t2976, t2978, t2980, t2982, t2984, t2986, t2988, t2990, t2992, t2994, t2996, t2999, t3000, t3001, t3003,
+        t3005, t3007, t3009, t3011, t3013, t3015, t3017, t3019, t3021, t3023,
     );
     t2769 = t1602 * t2433;
     t2770 = R::fused(-t1606, t2441, t2769);
-    t2771 = t2768 - t2770;
+    out[15][16] = t2768 - t2770;
     // left_foot: answer of the forces to its motion
     t2772 = t1817 * t145;
     t2773 = R::fused(-t1828, t148, t2772);
@@ -4308,7 +4214,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2778 = t1602 * t2485;
     t2779 = R::fused(-t1606, t2501, t2778);
     t2780 = t2777 + t2779;
-    t2781 = -t2780;
+    out[15][17] = -t2780;
     t2782 = t1713 * t32; // left_ankle: answer of the forces to its motion
     t2783 = R::fused(-t1602, t1600, t1627); // left_ankle: motion
     // left_ankle: answer of the forces to its motion
@@ -4329,10 +4235,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2798 = t1668 - t2797;
     t2799 = R::fused(sin_q_left_hip_roll, t2798, t2794);
     t2800 = R::fused(sin_q_left_hip_yaw, t2799, -t2787);
+    out[16][0] = t2800;
     t2801 = sin_q_left_hip_yaw * t2786;
-    t2802 = R::fused(-cos_q_left_hip_yaw, t2799, -t2801);
+    out[16][1] = R::fused(-cos_q_left_hip_yaw, t2799, -t2801);
     t2803 = sin_q_left_hip_roll * t2793;
     t2804 = R::fused(cos_q_left_hip_roll, t2798, -t2803);
+    out[16][2] = t2804;
     t2805 = t2789 * t2007;
     t2806 = R::fused(-t1713, t2057, t2805);
     t2807 = R::fused(-t2783, t2065, t2806);
@@ -4343,6 +4251,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2812 = t1970 + t2811;
     t2813 = R::fused(-t1820, t2793, t2812);
     t2814 = R::fused(-t1815, t2793, t2813);
+    out[16][13] = t2814;
     t2815 = cos_q_left_hip_yaw * t2814;
     t2816 = t1822 * t32;
     t2817 = R::fused(t1831, t19, t2816);
@@ -4353,12 +4262,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2822 = t1602 * t2268;
     t2823 = R::fused(-t1606, t2209, t2822);
     t2824 = t2821 - t2823;
+    out[16][16] = t2824;
     t2825 = t1820 * t2786;
     t2826 = R::fused(t1818, t2798, t2825);
     t2827 = t2824 + t2826;
+    out[16][15] = t2827;
     t2828 = t1815 * t2786;
     t2829 = R::fused(t1813, t2798, t2828);
     t2830 = t2827 + t2829;
+    out[16][14] = t2830;
     t2831 = cos_q_left_hip_roll * t2830;
     t2832 = t2789 * t2065;
     t2833 = R::fused(-t1713, t2043, t2832);
@@ -4372,12 +4284,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2841 = R::fused(-t1813, t2793, t2840);
     t2842 = R::fused(sin_q_left_hip_roll, t2841, t2831);
     t2843 = R::fused(-sin_q_left_hip_yaw, t2842, t2815);
-    t2844 = R::fused(R::constant(0.0764), t2804, t2843);
+    out[16][3] = R::fused(R::constant(0.0764), t2804, t2843);
     t2845 = sin_q_left_hip_yaw * t2814;
-    t2846 = R::fused(cos_q_left_hip_yaw, t2842, t2845);
+    out[16][4] = R::fused(cos_q_left_hip_yaw, t2842, t2845);
     t2847 = sin_q_left_hip_roll * t2830;
     t2848 = R::fused(-cos_q_left_hip_roll, t2841, t2847);
-    t2849 = R::fused(R::constant(-0.0764), t2800, t2848);
+    out[16][12] = t2848;
+    out[16][5] = R::fused(R::constant(-0.0764), t2800, t2848);
     // left_foot: answer of the forces to its motion
     t2850 = t1822 * t145;
     t2851 = R::fused(-t1831, t148, t2850);
@@ -4388,7 +4301,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2856 = t1602 * t2482;
     t2857 = R::fused(-t1606, t2498, t2856);
     t2858 = t2855 + t2857;
-    t2859 = -t2858;
+    out[16][17] = -t2858;
     t2860 = t1663 * t28;
     t2861 = R::fused(t1607, t1759, t2860);
     t2862 = t1692 + t2861;
@@ -4408,10 +4321,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2876 = R::fused(-sin_t3, t2868, t2875);
     t2877 = R::fused(sin_q_left_hip_roll, t2876, t2874);
     t2878 = R::fused(-sin_q_left_hip_yaw, t2877, -t2870);
+    out[17][0] = t2878;
     t2879 = sin_q_left_hip_yaw * t2869;
-    t2880 = R::fused(cos_q_left_hip_yaw, t2877, -t2879);
+    out[17][1] = R::fused(cos_q_left_hip_yaw, t2877, -t2879);
     t2881 = sin_q_left_hip_roll * t2873;
     t2882 = R::fused(-cos_q_left_hip_roll, t2876, t2881);
+    out[17][2] = t2882;
     t2883 = t1663 * t1798;
     t2884 = R::fused(t1854, t1801, t2883);
     t2885 = R::fused(t1852, t1796, t2884);
@@ -4429,10 +4344,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2897 = t1607 * t2230;
     t2898 = R::fused(t1600, t2113, t2897);
     t2899 = t2896 + t2898;
+    out[17][17] = t2899;
     t2900 = R::fused(R::constant(0.037), t2873, t2899);
     t2901 = R::fused(cos_t3, t2900, t2890);
     t2902 = R::fused(t1820, t2873, t2901);
     t2903 = R::fused(t1815, t2873, t2902);
+    out[17][13] = t2903;
     t2904 = cos_q_left_hip_yaw * t2903;
     t2905 = t1663 * t1803;
     t2906 = R::fused(t1854, t1849, t2905);
@@ -4442,12 +4359,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2910 = t2907 - t2909;
     t2911 = t1834 - t2910;
     t2912 = R::fused(R::constant(0.037), t2868, -t2911);
+    out[17][16] = t2912;
     t2913 = t1820 * t2869;
     t2914 = R::fused(-t1818, t2876, t2913);
     t2915 = t2912 + t2914;
+    out[17][15] = t2915;
     t2916 = t1815 * t2869;
     t2917 = R::fused(-t1813, t2876, t2916);
     t2918 = t2915 + t2917;
+    out[17][14] = t2918;
     t2919 = cos_q_left_hip_roll * t2918;
     t2920 = cos_t3 * t2889;
     t2921 = R::fused(-sin_t3, t2900, t2920);
@@ -4455,140 +4375,150 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2923 = R::fused(-t1813, t2873, t2922);
     t2924 = R::fused(sin_q_left_hip_roll, t2923, -t2919);
     t2925 = R::fused(sin_q_left_hip_yaw, t2924, t2904);
-    t2926 = R::fused(R::constant(0.0764), t2882, t2925);
+    out[17][3] = R::fused(R::constant(0.0764), t2882, t2925);
     t2927 = sin_q_left_hip_yaw * t2903;
-    t2928 = R::fused(-cos_q_left_hip_yaw, t2924, t2927);
+    out[17][4] = R::fused(-cos_q_left_hip_yaw, t2924, t2927);
     t2929 = sin_q_left_hip_roll * t2918;
     t2930 = R::fused(cos_q_left_hip_roll, t2923, t2929);
-    t2931 = R::fused(R::constant(-0.0764), t2878, t2930);
+    out[17][12] = t2930;
+    out[17][5] = R::fused(R::constant(-0.0764), t2878, t2930);
     // torso: answer of the forces to its motion
     t2932 = R::constant(19.0) * v_base_angular_z;
+    out[18][1] = t2932;
     t2933 = R::constant(19.0) * v_base_angular_y;
-    t2934 = -t2933;
+    out[20][0] = t2933;
+    out[18][2] = -t2933;
     t2935 = v_base_angular_y * t67;
     t2936 = v_base_angular_z * t75;
     t2937 = t2935 + t2936;
-    t2938 = -t2937;
+    out[21][0] = t2937;
+    out[18][3] = -t2937;
     t2939 = v_base_angular_y * t84;
-    t2940 = -t2939;
+    out[18][4] = -t2939;
     t2941 = v_base_angular_z * t84;
-    t2942 = -t2941;
+    out[18][5] = -t2941;
     t2943 = v_base_angular_z * t82; // right_hip_yaw_link: answer of the forces to its motion
-    t2944 = -t2943; // right_hip_yaw_link: answer of the forces to its motion
+    out[18][6] = -t2943; // right_hip_yaw_link: answer of the forces to its motion
     t2945 = v_base_angular_z * t91; // right_hip_roll_link: answer of the forces to its motion
-    t2946 = R::fused(v_base_angular_y, t64, t2945); // right_hip_roll_link: answer of the forces to its motion
+    out[18][7] = R::fused(v_base_angular_y, t64, t2945); // right_hip_roll_link: answer of the forces to its motion
     t2947 = v_base_angular_z * t96; // right_upper_leg: answer of the forces to its motion
-    t2948 = R::fused(-v_base_angular_y, t98, -t2947); // right_upper_leg: answer of the forces to its motion
+    out[18][8] = R::fused(-v_base_angular_y, t98, -t2947); // right_upper_leg: answer of the forces to its motion
     t2949 = v_base_angular_z * t102; // right_lower_leg: answer of the forces to its motion
-    t2950 = R::fused(-v_base_angular_y, t104, -t2949); // right_lower_leg: answer of the forces to its motion
+    out[18][9] = R::fused(-v_base_angular_y, t104, -t2949); // right_lower_leg: answer of the forces to its motion
     t2951 = v_base_angular_z * t108; // right_ankle: answer of the forces to its motion
-    t2952 = R::fused(-v_base_angular_y, t110, -t2951); // right_ankle: answer of the forces to its motion
+    out[18][10] = R::fused(-v_base_angular_y, t110, -t2951); // right_ankle: answer of the forces to its motion
     t2953 = v_base_angular_z * t117; // right_foot: answer of the forces to its motion
-    t2954 = R::fused(-v_base_angular_y, t120, t2953); // right_foot: answer of the forces to its motion
+    out[18][11] = R::fused(-v_base_angular_y, t120, t2953); // right_foot: answer of the forces to its motion
     t2955 = v_base_angular_z * t80; // left_hip_yaw_link: answer of the forces to its motion
-    t2956 = -t2955; // left_hip_yaw_link: answer of the forces to its motion
+    out[18][12] = -t2955; // left_hip_yaw_link: answer of the forces to its motion
     t2957 = v_base_angular_z * t124; // left_hip_roll_link: answer of the forces to its motion
-    t2958 = R::fused(-v_base_angular_y, t39, -t2957); // left_hip_roll_link: answer of the forces to its motion
+    out[18][13] = R::fused(-v_base_angular_y, t39, -t2957); // left_hip_roll_link: answer of the forces to its motion
     t2959 = v_base_angular_z * t129; // left_upper_leg: answer of the forces to its motion
-    t2960 = R::fused(-v_base_angular_y, t131, -t2959); // left_upper_leg: answer of the forces to its motion
+    out[18][14] = R::fused(-v_base_angular_y, t131, -t2959); // left_upper_leg: answer of the forces to its motion
     t2961 = v_base_angular_z * t135; // left_lower_leg: answer of the forces to its motion
-    t2962 = R::fused(-v_base_angular_y, t137, -t2961); // left_lower_leg: answer of the forces to its motion
+    out[18][15] = R::fused(-v_base_angular_y, t137, -t2961); // left_lower_leg: answer of the forces to its motion
     t2963 = v_base_angular_z * t141; // left_ankle: answer of the forces to its motion
-    t2964 = R::fused(-v_base_angular_y, t143, -t2963); // left_ankle: answer of the forces to its motion
+    out[18][16] = R::fused(-v_base_angular_y, t143, -t2963); // left_ankle: answer of the forces to its motion
     t2965 = v_base_angular_z * t150; // left_foot: answer of the forces to its motion
-    t2966 = R::fused(-v_base_angular_y, t153, t2965); // left_foot: answer of the forces to its motion
-    t2967 = -t2932;
+    out[18][17] = R::fused(-v_base_angular_y, t153, t2965); // left_foot: answer of the forces to its motion
+    out[19][0] = -t2932;
     t2968 = R::constant(19.0) * v_base_angular_x;
+    out[19][2] = t2968;
     t2969 = v_base_angular_x * t67;
+    out[19][3] = t2969;
     t2970 = v_base_angular_x * t84;
     t2971 = t2936 - t2970;
-    t2972 = -t2971;
+    out[22][1] = t2971;
+    out[19][4] = -t2971;
     t2973 = v_base_angular_z * t67;
+    out[19][5] = t2973;
     t2974 = v_base_angular_z * t65; // right_hip_yaw_link: answer of the forces to its motion
-    t2975 = -t2974; // right_hip_yaw_link: answer of the forces to its motion
+    out[19][6] = -t2974; // right_hip_yaw_link: answer of the forces to its motion
     t2976 = v_base_angular_z * t166; // right_hip_roll_link: answer of the forces to its motion
-    t2977 = R::fused(-v_base_angular_x, t64, t2976); // right_hip_roll_link: answer of the forces to its motion
+    out[19][7] = R::fused(-v_base_angular_x, t64, t2976); // right_hip_roll_link: answer of the forces to its motion
     t2978 = v_base_angular_z * t170; // right_upper_leg: answer of the forces to its motion
-    t2979 = R::fused(v_base_angular_x, t98, t2978); // right_upper_leg: answer of the forces to its motion
+    out[19][8] = R::fused(v_base_angular_x, t98, t2978); // right_upper_leg: answer of the forces to its motion
     t2980 = v_base_angular_z * t174; // right_lower_leg: answer of the forces to its motion
-    t2981 = R::fused(v_base_angular_x, t104, t2980); // right_lower_leg: answer of the forces to its motion
+    out[19][9] = R::fused(v_base_angular_x, t104, t2980); // right_lower_leg: answer of the forces to its motion
     t2982 = v_base_angular_z * t178; // right_ankle: answer of the forces to its motion
-    t2983 = R::fused(v_base_angular_x, t110, t2982); // right_ankle: answer of the forces to its motion
+    out[19][10] = R::fused(v_base_angular_x, t110, t2982); // right_ankle: answer of the forces to its motion
     t2984 = v_base_angular_z * t182; // right_foot: answer of the forces to its motion
-    t2985 = R::fused(v_base_angular_x, t120, -t2984); // right_foot: answer of the forces to its motion
+    out[19][11] = R::fused(v_base_angular_x, t120, -t2984); // right_foot: answer of the forces to its motion
     t2986 = v_base_angular_z * t40; // left_hip_yaw_link: answer of the forces to its motion
-    t2987 = -t2986; // left_hip_yaw_link: answer of the forces to its motion
+    out[19][12] = -t2986; // left_hip_yaw_link: answer of the forces to its motion
     t2988 = v_base_angular_z * t187; // left_hip_roll_link: answer of the forces to its motion
-    t2989 = R::fused(v_base_angular_x, t39, -t2988); // left_hip_roll_link: answer of the forces to its motion
+    out[19][13] = R::fused(v_base_angular_x, t39, -t2988); // left_hip_roll_link: answer of the forces to its motion
     t2990 = v_base_angular_z * t191; // left_upper_leg: answer of the forces to its motion
-    t2991 = R::fused(v_base_angular_x, t131, t2990); // left_upper_leg: answer of the forces to its motion
+    out[19][14] = R::fused(v_base_angular_x, t131, t2990); // left_upper_leg: answer of the forces to its motion
     t2992 = v_base_angular_z * t195; // left_lower_leg: answer of the forces to its motion
-    t2993 = R::fused(v_base_angular_x, t137, t2992); // left_lower_leg: answer of the forces to its motion
+    out[19][15] = R::fused(v_base_angular_x, t137, t2992); // left_lower_leg: answer of the forces to its motion
     t2994 = v_base_angular_z * t199; // left_ankle: answer of the forces to its motion
-    t2995 = R::fused(v_base_angular_x, t143, t2994); // left_ankle: answer of the forces to its motion
+    out[19][16] = R::fused(v_base_angular_x, t143, t2994); // left_ankle: answer of the forces to its motion
     t2996 = v_base_angular_z * t203; // left_foot: answer of the forces to its motion
-    t2997 = R::fused(v_base_angular_x, t153, -t2996); // left_foot: answer of the forces to its motion
-    t2998 = -t2968;
+    out[19][17] = R::fused(v_base_angular_x, t153, -t2996); // left_foot: answer of the forces to its motion
+    out[20][1] = -t2968;
     t2999 = v_base_angular_x * t75;
+    out[20][3] = t2999;
     t3000 = v_base_angular_y * t75;
+    out[20][4] = t3000;
     t3001 = t2935 - t2970;
-    t3002 = -t3001;
+    out[23][2] = t3001;
+    out[20][5] = -t3001;
     t3003 = v_base_angular_y * t65; // right_hip_yaw_link: answer of the forces to its motion
-    t3004 = R::fused(v_base_angular_x, t82, t3003); // right_hip_yaw_link: answer of the forces to its motion
+    out[20][6] = R::fused(v_base_angular_x, t82, t3003); // right_hip_yaw_link: answer of the forces to its motion
     t3005 = v_base_angular_y * t166; // right_hip_roll_link: answer of the forces to its motion
-    t3006 = R::fused(-v_base_angular_x, t91, -t3005); // right_hip_roll_link: answer of the forces to its motion
+    out[20][7] = R::fused(-v_base_angular_x, t91, -t3005); // right_hip_roll_link: answer of the forces to its motion
     t3007 = v_base_angular_y * t170; // right_upper_leg: answer of the forces to its motion
-    t3008 = R::fused(v_base_angular_x, t96, -t3007); // right_upper_leg: answer of the forces to its motion
+    out[20][8] = R::fused(v_base_angular_x, t96, -t3007); // right_upper_leg: answer of the forces to its motion
     t3009 = v_base_angular_y * t174; // right_lower_leg: answer of the forces to its motion
-    t3010 = R::fused(v_base_angular_x, t102, -t3009); // right_lower_leg: answer of the forces to its motion
+    out[20][9] = R::fused(v_base_angular_x, t102, -t3009); // right_lower_leg: answer of the forces to its motion
     t3011 = v_base_angular_y * t178; // right_ankle: answer of the forces to its motion
-    t3012 = R::fused(v_base_angular_x, t108, -t3011); // right_ankle: answer of the forces to its motion
+    out[20][10] = R::fused(v_base_angular_x, t108, -t3011); // right_ankle: answer of the forces to its motion
     t3013 = v_base_angular_y * t182; // right_foot: answer of the forces to its motion
-    t3014 = R::fused(-v_base_angular_x, t117, t3013); // right_foot: answer of the forces to its motion
+    out[20][11] = R::fused(-v_base_angular_x, t117, t3013); // right_foot: answer of the forces to its motion
     t3015 = v_base_angular_y * t40; // left_hip_yaw_link: answer of the forces to its motion
-    t3016 = R::fused(v_base_angular_x, t80, t3015); // left_hip_yaw_link: answer of the forces to its motion
+    out[20][12] = R::fused(v_base_angular_x, t80, t3015); // left_hip_yaw_link: answer of the forces to its motion
     t3017 = v_base_angular_y * t187; // left_hip_roll_link: answer of the forces to its motion
-    t3018 = R::fused(v_base_angular_x, t124, t3017); // left_hip_roll_link: answer of the forces to its motion
+    out[20][13] = R::fused(v_base_angular_x, t124, t3017); // left_hip_roll_link: answer of the forces to its motion
     t3019 = v_base_angular_y * t191; // left_upper_leg: answer of the forces to its motion
-    t3020 = R::fused(v_base_angular_x, t129, -t3019); // left_upper_leg: answer of the forces to its motion
+    out[20][14] = R::fused(v_base_angular_x, t129, -t3019); // left_upper_leg: answer of the forces to its motion
     t3021 = v_base_angular_y * t195; // left_lower_leg: answer of the forces to its motion
-    t3022 = R::fused(v_base_angular_x, t135, -t3021); // left_lower_leg: answer of the forces to its motion
+    out[20][15] = R::fused(v_base_angular_x, t135, -t3021); // left_lower_leg: answer of the forces to its motion
     t3023 = v_base_angular_y * t199; // left_ankle: answer of the forces to its motion
-    t3024 = R::fused(v_base_angular_x, t141, -t3023); // left_ankle: answer of the forces to its motion
+    out[20][16] = R::fused(v_base_angular_x, t141, -t3023); // left_ankle: answer of the forces to its motion
     let (
-        t3025, t3026, t3027, t3028, t3029, t3030, t3031, t3032, t3033, t3034, t3035, t3036, t3037, t3038, t3039, t3040,
-        t3041, t3042, t3043, t3044, t3045, t3046, t3047, t3048, t3049, t3050, t3051, t3052, t3053, t3054, t3055, t3056,
-        t3057, t3058, t3059, t3060, t3061, t3062, t3063, t3064, t3065, t3066, t3067, t3068, t3069, t3070, t3071, t3072,
-        t3073, t3074, t3075, t3076, t3077, t3078, t3079, t3080, t3081, t3082, t3083, t3084, t3085, t3086, t3087, t3088,
-        t3089, t3090, t3091, t3092, t3093, t3094, t3095, t3096, t3097, t3098, t3099, t3100, t3101, t3102, t3103, t3104,
-        t3105, t3106, t3107, t3108, t3109, t3110, t3111, t3112, t3113, t3114, t3115, t3116, t3117, t3118, t3119, t3120,
-        t3121, t3122, t3123, t3124, t3125, t3126, t3127, t3128, t3129, t3130, t3131, t3132, t3133, t3134, t3135, t3136,
-        t3137, t3138, t3139, t3140, t3141, t3142, t3143, t3144, t3145, t3146, t3147, t3148, t3149, t3150, t3151, t3152,
-        t3153, t3154, t3155, t3156, t3157, t3158, t3159, t3160, t3161, t3162, t3163, t3164, t3165, t3166, t3167, t3168,
-        t3169, t3170, t3171, t3172, t3173, t3174, t3175, t3176, t3177, t3178, t3179, t3180, t3181, t3182, t3183, t3184,
-        t3185, t3186, t3187, t3188, t3189, t3190, t3191, t3192, t3193, t3194, t3195, t3196, t3197, t3198, t3199, t3200,
-        t3201, t3202, t3203, t3204, t3205, t3206, t3207, t3208, t3209, t3210, t3211, t3212, t3213, t3214, t3215, t3216,
-        t3217, t3218, t3219, t3220, t3221, t3222, t3223, t3224, t3225, t3226, t3227, t3228, t3229, t3230, t3231, t3232,
-        t3233, t3234, t3235, t3236, t3237, t3238, t3239, t3240, t3241, t3242, t3243, t3244, t3245, t3246, t3247, t3248,
-        t3249, t3250, t3251, t3252, t3253, t3254, t3255, t3256, t3257, t3258, t3259, t3260, t3261, t3262, t3263, t3264,
-        t3265, t3266, t3267, t3268, t3269, t3270, t3271, t3272, t3273, t3274, t3275, t3276, t3277, t3278, t3279, t3280,
+        t3025, t3027, t3028, t3029, t3030, t3031, t3032, t3034, t3035, t3036, t3037, t3038, t3039, t3041, t3042, t3043,
+        t3044, t3045, t3046, t3047, t3048, t3049, t3050, t3051, t3052, t3053, t3054, t3055, t3056, t3057, t3058, t3059,
+        t3060, t3061, t3062, t3063, t3064, t3065, t3066, t3067, t3069, t3070, t3071, t3072, t3073, t3074, t3075, t3076,
+        t3077, t3078, t3079, t3080, t3081, t3083, t3084, t3085, t3086, t3087, t3088, t3089, t3090, t3091, t3092, t3093,
+        t3094, t3095, t3096, t3097, t3099, t3100, t3101, t3102, t3104, t3105, t3106, t3107, t3108, t3109, t3110, t3112,
+        t3113, t3114, t3115, t3116, t3117, t3118, t3120, t3121, t3122, t3123, t3124, t3125, t3126, t3128, t3129, t3130,
+        t3131, t3132, t3133, t3134, t3136, t3137, t3138, t3139, t3140, t3141, t3142, t3144, t3145, t3146, t3147, t3149,
+        t3150, t3151, t3152, t3153, t3154, t3155, t3157, t3158, t3159, t3160, t3161, t3162, t3163, t3165, t3166, t3167,
+        t3168, t3169, t3170, t3171, t3173, t3174, t3175, t3176, t3177, t3178, t3179, t3181, t3182, t3183, t3184, t3185,
+        t3186, t3187, t3189, t3190, t3192, t3193, t3194, t3195, t3196, t3197, t3199, t3200, t3201, t3202, t3203, t3204,
+        t3205, t3206, t3207, t3208, t3209, t3210, t3211, t3212, t3213, t3214, t3215, t3217, t3218, t3219, t3220, t3221,
+        t3222, t3223, t3224, t3225, t3226, t3227, t3228, t3229, t3230, t3231, t3233, t3234, t3235, t3236, t3237, t3238,
+        t3239, t3240, t3241, t3242, t3243, t3244, t3245, t3247, t3248, t3249, t3250, t3252, t3253, t3254, t3255, t3256,
+        t3257, t3258, t3259, t3260, t3262, t3263, t3264, t3265, t3266, t3267, t3268, t3269, t3270, t3272, t3273, t3274,
+        t3275, t3276, t3277, t3278, t3279, t3280,
     );
     t3025 = v_base_angular_y * t203; // left_foot: answer of the forces to its motion
-    t3026 = R::fused(-v_base_angular_x, t150, t3025); // left_foot: answer of the forces to its motion
+    out[20][17] = R::fused(-v_base_angular_x, t150, t3025); // left_foot: answer of the forces to its motion
     t3027 = t1766 + t409; // right_hip_yaw_link: sums of what it carries
     t3028 = v_base_angular_x * R::constant(0.0204); // torso: sums of what it carries
     t3029 = R::fused(v_base_angular_y, R::constant(0.41616), t3028); // torso: sums of what it carries
     t3030 = t3027 - t3029; // torso: sums of what it carries
     t3031 = R::constant(19.0) * v_base_linear_z;
     t3032 = t2939 - t3031;
-    t3033 = t3030 + t3032;
+    out[21][1] = t3030 + t3032;
     t3034 = t1787 + t430; // right_hip_yaw_link: sums of what it carries
     t3035 = v_base_angular_z * R::constant(0.41616); // torso: sums of what it carries
     t3036 = R::fused(v_base_angular_x, R::constant(4.983), t3035); // torso: sums of what it carries
     t3037 = t3034 + t3036; // torso: sums of what it carries
     t3038 = R::constant(19.0) * v_base_linear_y;
     t3039 = t2941 + t3038;
-    t3040 = t3039 - t3037;
+    out[21][2] = t3039 - t3037;
     // left_hip_yaw_link: sums of what it carries
     t3041 = R::constant(0.0764) * t1787;
     t3042 = t2299 - t3041;
@@ -4620,7 +4550,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3065 = v_base_angular_y * t3064;
     t3066 = t3062 - t3065;
     t3067 = t3057 + t3066;
-    t3068 = t3054 + t3067;
+    out[21][3] = t3054 + t3067;
     t3069 = t2317 + t978; // right_hip_yaw_link: sums of what it carries
     t3070 = v_base_angular_z * R::constant(0.063569664); // torso: sums of what it carries
     t3071 = R::fused(v_base_angular_x, R::constant(0.0809188), t3070); // torso: sums of what it carries
@@ -4634,7 +4564,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3079 = R::constant(0.0014735) + t3078; // torso: sums of what it carries
     t3080 = R::fused(v_base_angular_y, t3079, t3075);
     t3081 = R::fused(v_base_linear_y, t84, t3080);
-    t3082 = t3072 + t3081;
+    out[21][4] = t3072 + t3081;
     t3083 = R::fused(t80, t3043, t2339); // left_hip_yaw_link: sums of what it carries
     t3084 = R::fused(-t3043, t82, t1000); // right_hip_yaw_link: sums of what it carries
     t3085 = t3083 + t3084; // right_hip_yaw_link: sums of what it carries
@@ -4650,13 +4580,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3095 = R::constant(0.15966028) + t3094; // torso: sums of what it carries
     t3096 = R::fused(v_base_angular_y, t3095, t3089);
     t3097 = R::fused(v_base_linear_z, t84, -t3096);
-    t3098 = t3088 + t3097;
+    out[21][5] = t3088 + t3097;
     // right_hip_yaw_link: answer of the forces to its motion
     t3099 = v_base_angular_z * t975;
     t3100 = R::fused(R::constant(0.0764), t65, t989);
     t3101 = R::fused(v_base_angular_y, t3100, t3099);
     t3102 = R::fused(v_base_linear_z, t82, -t3101);
-    t3103 = t3084 + t3102;
+    out[21][6] = t3084 + t3102;
     // right_hip_roll_link: answer of the forces to its motion
     t3104 = R::fused(t3043, t91, t1018);
     t3105 = v_base_linear_z * t91;
@@ -4665,7 +4595,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3108 = R::fused(R::constant(0.0764), t166, t745);
     t3109 = R::fused(v_base_angular_y, t3108, t3107);
     t3110 = t3106 - t3109;
-    t3111 = t3104 - t3110;
+    out[21][7] = t3104 - t3110;
     // right_upper_leg: answer of the forces to its motion
     t3112 = R::fused(-t3043, t96, t1041);
     t3113 = v_base_linear_z * t96;
@@ -4674,7 +4604,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3116 = R::fused(R::constant(-0.0764), t170, t1035);
     t3117 = R::fused(v_base_angular_y, t3116, t3115);
     t3118 = t3114 - t3117;
-    t3119 = t3112 + t3118;
+    out[21][8] = t3112 + t3118;
     // right_lower_leg: answer of the forces to its motion
     t3120 = R::fused(-t3043, t102, t1069);
     t3121 = v_base_linear_z * t102;
@@ -4683,7 +4613,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3124 = R::fused(R::constant(-0.0764), t174, t1060);
     t3125 = R::fused(v_base_angular_y, t3124, t3123);
     t3126 = t3122 - t3125;
-    t3127 = t3120 + t3126;
+    out[21][9] = t3120 + t3126;
     // right_ankle: answer of the forces to its motion
     t3128 = R::fused(-t3043, t108, t1105);
     t3129 = v_base_linear_z * t108;
@@ -4692,7 +4622,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3132 = R::fused(R::constant(-0.0764), t178, t1091);
     t3133 = R::fused(v_base_angular_y, t3132, t3131);
     t3134 = t3130 - t3133;
-    t3135 = t3128 + t3134;
+    out[21][10] = t3128 + t3134;
     // right_foot: answer of the forces to its motion
     t3136 = R::fused(t3043, t117, t1167);
     t3137 = v_base_linear_z * t117;
@@ -4701,13 +4631,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3140 = R::fused(R::constant(-0.0764), t182, t1137);
     t3141 = R::fused(v_base_angular_y, t3140, t3139);
     t3142 = t3138 - t3141;
-    t3143 = t3136 - t3142;
+    out[21][11] = t3136 - t3142;
     // left_hip_yaw_link: answer of the forces to its motion
     t3144 = v_base_angular_z * t2314;
     t3145 = R::fused(R::constant(-0.0764), t40, t2328);
     t3146 = R::fused(v_base_angular_y, t3145, t3144);
     t3147 = R::fused(v_base_linear_z, t80, -t3146);
-    t3148 = t3083 + t3147;
+    out[21][12] = t3083 + t3147;
     // left_hip_roll_link: answer of the forces to its motion
     t3149 = R::fused(t3043, t124, t2357);
     t3150 = v_base_linear_z * t124;
@@ -4716,7 +4646,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3153 = R::fused(R::constant(0.0764), t187, t2084);
     t3154 = R::fused(v_base_angular_y, t3153, t3152);
     t3155 = t3151 + t3154;
-    t3156 = t3149 + t3155;
+    out[21][13] = t3149 + t3155;
     // left_upper_leg: answer of the forces to its motion
     t3157 = R::fused(t3043, t129, t2380);
     t3158 = v_base_linear_z * t129;
@@ -4725,7 +4655,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3161 = R::fused(R::constant(0.0764), t191, t2374);
     t3162 = R::fused(v_base_angular_y, t3161, t3160);
     t3163 = t3159 - t3162;
-    t3164 = t3157 + t3163;
+    out[21][14] = t3157 + t3163;
     // left_lower_leg: answer of the forces to its motion
     t3165 = R::fused(t3043, t135, t2408);
     t3166 = v_base_linear_z * t135;
@@ -4734,7 +4664,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3169 = R::fused(R::constant(0.0764), t195, t2399);
     t3170 = R::fused(v_base_angular_y, t3169, t3168);
     t3171 = t3167 - t3170;
-    t3172 = t3165 + t3171;
+    out[21][15] = t3165 + t3171;
     // left_ankle: answer of the forces to its motion
     t3173 = R::fused(t3043, t141, t2444);
     t3174 = v_base_linear_z * t141;
@@ -4743,7 +4673,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3177 = R::fused(R::constant(0.0764), t199, t2430);
     t3178 = R::fused(v_base_angular_y, t3177, t3176);
     t3179 = t3175 - t3178;
-    t3180 = t3173 + t3179;
+    out[21][16] = t3173 + t3179;
     // left_foot: answer of the forces to its motion
     t3181 = R::fused(-t3043, t150, t2506);
     t3182 = v_base_linear_z * t150;
@@ -4752,17 +4682,17 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3185 = R::fused(R::constant(0.0764), t203, t2476);
     t3186 = R::fused(v_base_angular_y, t3185, t3184);
     t3187 = t3183 - t3186;
-    t3188 = t3181 - t3187;
+    out[21][17] = t3181 - t3187;
     t3189 = t2969 - t3031; // torso: answer of the forces to its motion
     t3190 = t3030 + t3189; // torso: answer of the forces to its motion
-    t3191 = -t3190; // torso: answer of the forces to its motion
+    out[22][0] = -t3190; // torso: answer of the forces to its motion
     t3192 = t1790 + t433; // right_hip_yaw_link: sums of what it carries
     t3193 = v_base_angular_y * R::constant(4.983); // torso: sums of what it carries
     t3194 = R::fused(-v_base_angular_z, R::constant(0.0204), t3193); // torso: sums of what it carries
     t3195 = t3192 - t3194; // torso: sums of what it carries
     t3196 = R::constant(19.0) * v_base_linear_x; // torso: answer of the forces to its motion
     t3197 = t2973 + t3196; // torso: answer of the forces to its motion
-    t3198 = t3195 - t3197; // torso: answer of the forces to its motion
+    out[22][2] = t3195 - t3197; // torso: answer of the forces to its motion
     t3199 = R::fused(R::constant(-0.0764), t1790, t2303); // left_hip_yaw_link: sums of what it carries
     t3200 = v_base_angular_z * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
     t3201 = R::fused(t40, t3200, t3199); // left_hip_yaw_link: sums of what it carries
@@ -4781,7 +4711,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3213 = R::fused(-v_base_angular_x, t3064, t3212);
     t3214 = R::fused(v_base_linear_x, t67, t3213);
     t3215 = t3207 + t3214;
-    t3216 = -t3215;
+    out[22][3] = -t3215;
     t3217 = t80 * t3200; // left_hip_yaw_link: sums of what it carries
     t3218 = t3217 + t3044; // left_hip_yaw_link: sums of what it carries
     t3219 = t2319 - t3218; // left_hip_yaw_link: sums of what it carries
@@ -4799,7 +4729,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3229 = v_base_angular_x * t3079;
     t3230 = t3062 + t3229;
     t3231 = t3228 - t3230;
-    t3232 = t3231 - t3226;
+    out[22][4] = t3231 - t3226;
     t3233 = R::fused(R::constant(0.0764), t1766, t2342); // left_hip_yaw_link: sums of what it carries
     t3234 = t40 * t3043; // left_hip_yaw_link: sums of what it carries
     t3235 = t3233 + t3234; // left_hip_yaw_link: sums of what it carries
@@ -4815,13 +4745,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3243 = v_base_angular_z * t3064;
     t3244 = R::fused(-v_base_angular_x, t3095, t3243);
     t3245 = R::fused(v_base_linear_z, t67, t3244);
-    t3246 = t3242 - t3245;
+    out[22][5] = t3242 - t3245;
     // right_hip_yaw_link: answer of the forces to its motion
     t3247 = t1003 - t3237;
     t3248 = v_base_angular_z * t750;
     t3249 = R::fused(v_base_angular_x, t3100, t3248);
     t3250 = R::fused(v_base_linear_z, t65, t3249);
-    t3251 = t3247 + t3250;
+    out[22][6] = t3247 + t3250;
     // right_hip_roll_link: answer of the forces to its motion
     t3252 = t3043 * t166;
     t3253 = R::fused(t64, t3200, t3252);
@@ -4832,7 +4762,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3258 = v_base_angular_z * t3257;
     t3259 = R::fused(v_base_angular_x, t3108, t3258);
     t3260 = t3256 + t3259;
-    t3261 = t3254 - t3260;
+    out[22][7] = t3254 - t3260;
     // right_upper_leg: answer of the forces to its motion
     t3262 = t3043 * t170;
     t3263 = R::fused(-t3200, t98, t3262);
@@ -4843,7 +4773,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3268 = v_base_angular_z * t3267;
     t3269 = R::fused(v_base_angular_x, t3116, t3268);
     t3270 = t3266 - t3269;
-    t3271 = t3264 - t3270;
+    out[22][8] = t3264 - t3270;
     // right_lower_leg: answer of the forces to its motion
     t3272 = t3043 * t174;
     t3273 = R::fused(-t3200, t104, t3272);
@@ -4855,24 +4785,22 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3279 = R::fused(v_base_angular_x, t3124, t3278);
     t3280 = t3276 - t3279;
     let (
-        t3281, t3282, t3283, t3284, t3285, t3286, t3287, t3288, t3289, t3290, t3291, t3292, t3293, t3294, t3295, t3296,
-        t3297, t3298, t3299, t3300, t3301, t3302, t3303, t3304, t3305, t3306, t3307, t3308, t3309, t3310, t3311, t3312,
-        t3313, t3314, t3315, t3316, t3317, t3318, t3319, t3320, t3321, t3322, t3323, t3324, t3325, t3326, t3327, t3328,
-        t3329, t3330, t3331, t3332, t3333, t3334, t3335, t3336, t3337, t3338, t3339, t3340, t3341, t3342, t3343, t3344,
-        t3345, t3346, t3347, t3348, t3349, t3350, t3351, t3352, t3353, t3354, t3355, t3356, t3357, t3358, t3359, t3360,
-        t3361, t3362, t3363, t3364, t3365, t3366, t3367, t3368, t3369, t3370, t3371, t3372, t3373, t3374, t3375, t3376,
-        t3377, t3378, t3379, t3380, t3381, t3382, t3383, t3384, t3385, t3386, t3387, t3388, t3389, t3390, t3391, t3392,
-        t3393, t3394, t3395, t3396, t3397, t3398, t3399, t3400, t3401, t3402, t3403, t3404, t3405, t3406, t3407, t3408,
-        t3409, t3410, t3411, t3412, t3413, t3414, t3415, t3416, t3417, t3418, t3419, t3420, t3421, t3422, t3423, t3424,
-        t3425, t3426, t3427, t3428, t3429, t3430, t3431, t3432, t3433, t3434, t3435, t3436, t3437, t3438, t3439, t3440,
-        t3441, t3442, t3443, t3444, t3445, t3446, t3447, t3448, t3449, t3450, t3451, t3452, t3453, t3454, t3455, t3456,
-        t3457, t3458, t3459, t3460, t3461, t3462, t3463, t3464, t3465, t3466, t3467, t3468, t3469, t3470, t3471, t3472,
-        t3473, t3474, t3475, t3476, t3477, t3478, t3479, t3480, t3481, t3482, t3483, t3484, t3485, t3486, t3487, t3488,
-        t3489, t3490, t3491, t3492, t3493, t3494, t3495, t3496, t3497, t3498, t3499, t3500, t3501, t3502, t3503, t3504,
-        t3505, t3506, t3507, t3508, t3509, t3510, t3511, t3512, t3513, t3514, t3515, t3516, t3517, t3518, t3519, t3520,
-        t3521, t3522, t3523, t3524, t3525, t3526, t3527, t3528, t3529, t3530, t3531, t3532, t3533, t3534, t3535, t3536,
+        t3282, t3283, t3284, t3285, t3286, t3287, t3288, t3289, t3290, t3292, t3293, t3294, t3295, t3296, t3297, t3298,
+        t3299, t3300, t3302, t3303, t3304, t3305, t3307, t3308, t3309, t3310, t3311, t3312, t3313, t3314, t3315, t3317,
+        t3318, t3319, t3320, t3321, t3322, t3323, t3324, t3325, t3327, t3328, t3329, t3330, t3331, t3332, t3333, t3334,
+        t3335, t3337, t3338, t3339, t3340, t3341, t3342, t3343, t3344, t3345, t3347, t3348, t3349, t3350, t3351, t3352,
+        t3353, t3354, t3355, t3357, t3359, t3360, t3362, t3363, t3364, t3365, t3366, t3367, t3368, t3369, t3370, t3371,
+        t3372, t3373, t3374, t3375, t3377, t3378, t3379, t3380, t3381, t3382, t3383, t3384, t3385, t3386, t3387, t3388,
+        t3390, t3391, t3392, t3393, t3394, t3395, t3396, t3397, t3398, t3399, t3401, t3402, t3403, t3404, t3405, t3406,
+        t3408, t3409, t3410, t3411, t3412, t3413, t3415, t3416, t3417, t3418, t3419, t3420, t3422, t3423, t3424, t3425,
+        t3426, t3427, t3429, t3430, t3431, t3432, t3433, t3434, t3436, t3437, t3438, t3439, t3440, t3441, t3443, t3444,
+        t3445, t3446, t3447, t3448, t3450, t3451, t3452, t3453, t3454, t3455, t3456, t3458, t3459, t3460, t3461, t3462,
+        t3463, t3465, t3466, t3467, t3468, t3469, t3470, t3472, t3473, t3474, t3475, t3476, t3477, t3479, t3480, t3481,
+        t3482, t3483, t3484, t3486, t3487, t3488, t3490, t3491, t3492, t3493, t3494, t3496, t3497, t3498, t3500, t3501,
+        t3502, t3504, t3505, t3507, t3508, t3509, t3511, t3512, t3513, t3515, t3516, t3517, t3519, t3520, t3522, t3523,
+        t3524, t3525, t3526, t3527, t3528, t3529, t3531, t3532, t3533, t3534, t3535, t3536,
     );
-    t3281 = t3274 - t3280;
+    out[22][9] = t3274 - t3280;
     // right_ankle: answer of the forces to its motion
     t3282 = t3043 * t178;
     t3283 = R::fused(-t3200, t110, t3282);
@@ -4883,7 +4811,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3288 = v_base_angular_z * t3287;
     t3289 = R::fused(v_base_angular_x, t3132, t3288);
     t3290 = t3286 - t3289;
-    t3291 = t3284 - t3290;
+    out[22][10] = t3284 - t3290;
     // right_foot: answer of the forces to its motion
     t3292 = t3043 * t182;
     t3293 = R::fused(t3200, t120, t3292);
@@ -4894,13 +4822,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3298 = v_base_angular_z * t3297;
     t3299 = R::fused(v_base_angular_x, t3140, t3298);
     t3300 = t3296 - t3299;
-    t3301 = t3294 + t3300;
+    out[22][11] = t3294 + t3300;
     // left_hip_yaw_link: answer of the forces to its motion
     t3302 = t2342 + t3234;
     t3303 = v_base_angular_z * t2089;
     t3304 = R::fused(v_base_angular_x, t3145, t3303);
     t3305 = R::fused(v_base_linear_z, t40, t3304);
-    t3306 = t3302 + t3305;
+    out[22][12] = t3302 + t3305;
     // left_hip_roll_link: answer of the forces to its motion
     t3307 = t3043 * t187;
     t3308 = R::fused(t39, t3200, t3307);
@@ -4911,7 +4839,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3313 = v_base_angular_z * t3312;
     t3314 = R::fused(v_base_angular_x, t3153, t3313);
     t3315 = t3311 - t3314;
-    t3316 = t3309 + t3315;
+    out[22][13] = t3309 + t3315;
     // left_upper_leg: answer of the forces to its motion
     t3317 = t3043 * t191;
     t3318 = R::fused(-t3200, t131, t3317);
@@ -4922,7 +4850,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3323 = v_base_angular_z * t3322;
     t3324 = R::fused(v_base_angular_x, t3161, t3323);
     t3325 = t3321 - t3324;
-    t3326 = t3319 - t3325;
+    out[22][14] = t3319 - t3325;
     // left_lower_leg: answer of the forces to its motion
     t3327 = t3043 * t195;
     t3328 = R::fused(-t3200, t137, t3327);
@@ -4933,7 +4861,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3333 = v_base_angular_z * t3332;
     t3334 = R::fused(v_base_angular_x, t3169, t3333);
     t3335 = t3331 - t3334;
-    t3336 = t3329 - t3335;
+    out[22][15] = t3329 - t3335;
     // left_ankle: answer of the forces to its motion
     t3337 = t3043 * t199;
     t3338 = R::fused(-t3200, t143, t3337);
@@ -4944,7 +4872,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3343 = v_base_angular_z * t3342;
     t3344 = R::fused(v_base_angular_x, t3177, t3343);
     t3345 = t3341 - t3344;
-    t3346 = t3339 - t3345;
+    out[22][16] = t3339 - t3345;
     // left_foot: answer of the forces to its motion
     t3347 = t3043 * t203;
     t3348 = R::fused(t3200, t153, t3347);
@@ -4955,13 +4883,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3353 = v_base_angular_z * t3352;
     t3354 = R::fused(v_base_angular_x, t3185, t3353);
     t3355 = t3351 - t3354;
-    t3356 = t3349 + t3355;
+    out[22][17] = t3349 + t3355;
     // torso: answer of the forces to its motion
     t3357 = t2999 + t3038;
-    t3358 = t3037 - t3357;
+    out[23][0] = t3037 - t3357;
     t3359 = t3000 - t3196;
     t3360 = t3195 + t3359;
-    t3361 = -t3360;
+    out[23][1] = -t3360;
     t3362 = cos_q_left_hip_yaw * t2542; // left_hip_yaw_link: sums of what it carries
     t3363 = R::fused(sin_q_left_hip_yaw, t2553, t3362); // left_hip_yaw_link: sums of what it carries
     t3364 = R::fused(-t71, t3200, t3363); // left_hip_yaw_link: sums of what it carries
@@ -4978,7 +4906,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3373 = R::fused(-v_base_angular_x, t3061, t3372);
     t3374 = R::fused(v_base_linear_x, t75, -t3373);
     t3375 = t3371 + t3374;
-    t3376 = -t3375;
+    out[23][3] = -t3375;
     t3377 = sin_q_left_hip_yaw * t2542; // left_hip_yaw_link: sums of what it carries
     t3378 = R::fused(-cos_q_left_hip_yaw, t2553, t3377); // left_hip_yaw_link: sums of what it carries
     t3379 = sin_q_right_hip_yaw * t1202; // right_hip_yaw_link: sums of what it carries
@@ -4991,7 +4919,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3386 = R::fused(-v_base_angular_x, t3074, t3385);
     t3387 = R::fused(v_base_linear_y, t75, -t3386);
     t3388 = t3384 + t3387;
-    t3389 = -t3388;
+    out[23][4] = -t3388;
     t3390 = t2566 - t3041; // left_hip_yaw_link: sums of what it carries
     t3391 = t3390 + t3217; // left_hip_yaw_link: sums of what it carries
     t3392 = t1226 + t3046; // right_hip_yaw_link: sums of what it carries
@@ -5002,7 +4930,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3397 = t3055 - t3227;
     t3398 = t3065 + t3229;
     t3399 = t3397 + t3398;
-    t3400 = t3396 + t3399;
+    out[23][5] = t3396 + t3399;
     // right_hip_yaw_link: answer of the forces to its motion
     t3401 = t1226 - t3220;
     t3402 = v_base_linear_y * t65;
@@ -5010,7 +4938,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3404 = v_base_angular_y * t750;
     t3405 = R::fused(-v_base_angular_x, t975, t3404);
     t3406 = t3403 + t3405;
-    t3407 = t3401 - t3406;
+    out[23][6] = t3401 - t3406;
     // right_hip_roll_link: answer of the forces to its motion
     t3408 = R::fused(-t3200, t91, t1202);
     t3409 = v_base_linear_y * t166;
@@ -5018,7 +4946,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3411 = v_base_angular_y * t3257;
     t3412 = R::fused(-v_base_angular_x, t1013, t3411);
     t3413 = t3410 + t3412;
-    t3414 = t3413 - t3408;
+    out[23][7] = t3413 - t3408;
     // right_upper_leg: answer of the forces to its motion
     t3415 = R::fused(t3200, t96, t1240);
     t3416 = v_base_linear_y * t170;
@@ -5026,7 +4954,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3418 = v_base_angular_y * t3267;
     t3419 = R::fused(-v_base_angular_x, t1032, t3418);
     t3420 = t3417 - t3419;
-    t3421 = t3420 - t3415;
+    out[23][8] = t3420 - t3415;
     // right_lower_leg: answer of the forces to its motion
     t3422 = R::fused(t3200, t102, t1252);
     t3423 = v_base_linear_y * t174;
@@ -5034,7 +4962,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3425 = v_base_angular_y * t3277;
     t3426 = R::fused(-v_base_angular_x, t1057, t3425);
     t3427 = t3424 - t3426;
-    t3428 = t3427 - t3422;
+    out[23][9] = t3427 - t3422;
     // right_ankle: answer of the forces to its motion
     t3429 = R::fused(t3200, t108, t1264);
     t3430 = v_base_linear_y * t178;
@@ -5042,7 +4970,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3432 = v_base_angular_y * t3287;
     t3433 = R::fused(-v_base_angular_x, t1088, t3432);
     t3434 = t3431 - t3433;
-    t3435 = t3434 - t3429;
+    out[23][10] = t3434 - t3429;
     // right_foot: answer of the forces to its motion
     t3436 = R::fused(t3200, t117, t1276);
     t3437 = v_base_linear_y * t182;
@@ -5050,7 +4978,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3439 = v_base_angular_y * t3297;
     t3440 = R::fused(-v_base_angular_x, t1134, t3439);
     t3441 = t3438 - t3440;
-    t3442 = t3436 - t3441;
+    out[23][11] = t3436 - t3441;
     // left_hip_yaw_link: answer of the forces to its motion
     t3443 = t2566 + t3217;
     t3444 = v_base_linear_y * t40;
@@ -5058,7 +4986,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3446 = v_base_angular_y * t2089;
     t3447 = R::fused(-v_base_angular_x, t2314, t3446);
     t3448 = t3445 + t3447;
-    t3449 = t3443 - t3448;
+    out[23][12] = t3443 - t3448;
     // left_hip_roll_link: answer of the forces to its motion
     t3450 = R::fused(-t3200, t124, t2542);
     t3451 = v_base_linear_y * t187;
@@ -5067,7 +4995,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3454 = R::fused(-v_base_angular_x, t2352, t3453);
     t3455 = t3452 - t3454;
     t3456 = t3450 + t3455;
-    t3457 = -t3456;
+    out[23][13] = -t3456;
     // left_upper_leg: answer of the forces to its motion
     t3458 = R::fused(-t3200, t129, t2579);
     t3459 = v_base_linear_y * t191;
@@ -5075,7 +5003,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3461 = v_base_angular_y * t3322;
     t3462 = R::fused(-v_base_angular_x, t2371, t3461);
     t3463 = t3460 - t3462;
-    t3464 = t3463 - t3458;
+    out[23][14] = t3463 - t3458;
     // left_lower_leg: answer of the forces to its motion
     t3465 = R::fused(-t3200, t135, t2591);
     t3466 = v_base_linear_y * t195;
@@ -5083,7 +5011,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3468 = v_base_angular_y * t3332;
     t3469 = R::fused(-v_base_angular_x, t2396, t3468);
     t3470 = t3467 - t3469;
-    t3471 = t3470 - t3465;
+    out[23][15] = t3470 - t3465;
     // left_ankle: answer of the forces to its motion
     t3472 = R::fused(-t3200, t141, t2603);
     t3473 = v_base_linear_y * t199;
@@ -5091,7 +5019,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3475 = v_base_angular_y * t3342;
     t3476 = R::fused(-v_base_angular_x, t2427, t3475);
     t3477 = t3474 - t3476;
-    t3478 = t3477 - t3472;
+    out[23][16] = t3477 - t3472;
     // left_foot: answer of the forces to its motion
     t3479 = R::fused(-t3200, t150, t2615);
     t3480 = v_base_linear_y * t203;
@@ -5099,47 +5027,50 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3482 = v_base_angular_y * t3352;
     t3483 = R::fused(-v_base_angular_x, t2473, t3482);
     t3484 = t3481 - t3483;
-    t3485 = t3479 - t3484;
+    out[23][17] = t3479 - t3484;
     t3486 = v_base_angular_x * R::constant(2.0); // right_hip_yaw_link: change of its motion
     t3487 = R::fused(t73, t3486, t430); // right_hip_yaw_link: answer of the forces to its motion
+    out[24][0] = t3487;
     t3488 = v_base_angular_y * R::constant(2.0); // right_hip_yaw_link: change of its motion
     // right_hip_yaw_link: answer of the forces to its motion
-    t3489 = R::fused(t73, t3488, -t433);
+    out[24][1] = R::fused(t73, t3488, -t433);
     t3490 = t65 * t3488;
     t3491 = R::fused(-t82, t3486, -t3490);
+    out[24][2] = t3491;
     t3492 = t738 * t3488;
     t3493 = R::fused(t742, t3486, t3492);
     t3494 = t3366 - t3493;
-    t3495 = R::fused(R::constant(-0.0764), t3491, -t3494);
+    out[24][3] = R::fused(R::constant(-0.0764), t3491, -t3494);
     t3496 = t742 * t3488;
     t3497 = R::fused(t972, t3486, t3496);
     t3498 = t3380 + t3497;
-    t3499 = -t3498;
+    out[24][4] = -t3498;
     t3500 = t750 * t3488;
     t3501 = R::fused(-t975, t3486, t3500);
     t3502 = t1226 - t3501;
-    t3503 = R::fused(R::constant(0.0764), t3487, t3502);
+    out[24][6] = t3502;
+    out[24][5] = R::fused(R::constant(0.0764), t3487, t3502);
     t3504 = t1010 * t3488; // right_hip_roll_link: answer of the forces to its motion
     t3505 = R::fused(-t1013, t3486, t3504); // right_hip_roll_link: answer of the forces to its motion
-    t3506 = t3505 - t1202; // right_hip_roll_link: answer of the forces to its motion
+    out[24][7] = t3505 - t1202; // right_hip_roll_link: answer of the forces to its motion
     // right_upper_leg: answer of the forces to its motion
     t3507 = t1029 * t3488;
     t3508 = R::fused(-t1032, t3486, t3507);
     t3509 = t1240 + t3508;
-    t3510 = -t3509;
+    out[24][8] = -t3509;
     // right_lower_leg: answer of the forces to its motion
     t3511 = t1054 * t3488;
     t3512 = R::fused(-t1057, t3486, t3511);
     t3513 = t1252 + t3512;
-    t3514 = -t3513;
+    out[24][9] = -t3513;
     // right_ankle: answer of the forces to its motion
     t3515 = t1085 * t3488;
     t3516 = R::fused(-t1088, t3486, t3515);
     t3517 = t1264 + t3516;
-    t3518 = -t3517;
+    out[24][10] = -t3517;
     t3519 = t1131 * t3488; // right_foot: answer of the forces to its motion
     t3520 = R::fused(-t1134, t3486, t3519); // right_foot: answer of the forces to its motion
-    t3521 = t1276 + t3520; // right_foot: answer of the forces to its motion
+    out[24][11] = t1276 + t3520; // right_foot: answer of the forces to its motion
     t3522 = R::constant(2.0) * t237; // right_hip_roll_link: change of its motion
     t3523 = t73 * t3522; // right_hip_roll_link: answer of the forces to its motion
     t3524 = R::constant(2.0) * t235; // right_hip_roll_link: change of its motion
@@ -5148,54 +5079,56 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3526 = cos_q_right_hip_yaw * t3525;
     t3527 = R::fused(-t50, t3524, t408);
     t3528 = R::fused(-sin_q_right_hip_yaw, t3527, -t3526);
+    out[25][0] = t3528;
     t3529 = sin_q_right_hip_yaw * t3525;
-    t3530 = R::fused(cos_q_right_hip_yaw, t3527, -t3529);
+    out[25][1] = R::fused(cos_q_right_hip_yaw, t3527, -t3529);
     t3531 = R::fused(t50, t3522, -t428);
+    out[25][2] = t3531;
     t3532 = t735 * t3522;
     t3533 = R::fused(t745, t3524, t3532);
     t3534 = t818 - t3533;
+    out[25][7] = t3534;
     t3535 = cos_q_right_hip_yaw * t3534;
     t3536 = t711 * t3522;
     let (
-        t3537, t3538, t3539, t3540, t3541, t3542, t3543, t3544, t3545, t3546, t3547, t3548, t3549, t3550, t3551, t3552,
-        t3553, t3554, t3555, t3556, t3557, t3558, t3559, t3560, t3561, t3562, t3563, t3564, t3565, t3566, t3567, t3568,
-        t3569, t3570, t3571, t3572, t3573, t3574, t3575, t3576, t3577, t3578, t3579, t3580, t3581, t3582, t3583, t3584,
-        t3585, t3586, t3587, t3588, t3589, t3590, t3591, t3592, t3593, t3594, t3595, t3596, t3597, t3598, t3599, t3600,
-        t3601, t3602, t3603, t3604, t3605, t3606, t3607, t3608, t3609, t3610, t3611, t3612, t3613, t3614, t3615, t3616,
-        t3617, t3618, t3619, t3620, t3621, t3622, t3623, t3624, t3625, t3626, t3627, t3628, t3629, t3630, t3631, t3632,
-        t3633, t3634, t3635, t3636, t3637, t3638, t3639, t3640, t3641, t3642, t3643, t3644, t3645, t3646, t3647, t3648,
-        t3649, t3650, t3651, t3652, t3653, t3654, t3655, t3656, t3657, t3658, t3659, t3660, t3661, t3662, t3663, t3664,
-        t3665, t3666, t3667, t3668, t3669, t3670, t3671, t3672, t3673, t3674, t3675, t3676, t3677, t3678, t3679, t3680,
-        t3681, t3682, t3683, t3684, t3685, t3686, t3687, t3688, t3689, t3690, t3691, t3692, t3693, t3694, t3695, t3696,
-        t3697, t3698, t3699, t3700, t3701, t3702, t3703, t3704, t3705, t3706, t3707, t3708, t3709, t3710, t3711, t3712,
-        t3713, t3714, t3715, t3716, t3717, t3718, t3719, t3720, t3721, t3722, t3723, t3724, t3725, t3726, t3727, t3728,
-        t3729, t3730, t3731, t3732, t3733, t3734, t3735, t3736, t3737, t3738, t3739, t3740, t3741, t3742, t3743, t3744,
-        t3745, t3746, t3747, t3748, t3749, t3750, t3751, t3752, t3753, t3754, t3755, t3756, t3757, t3758, t3759, t3760,
-        t3761, t3762, t3763, t3764, t3765, t3766, t3767, t3768, t3769, t3770, t3771, t3772, t3773, t3774, t3775, t3776,
-        t3777, t3778, t3779, t3780, t3781, t3782, t3783, t3784, t3785, t3786, t3787, t3788, t3789, t3790, t3791, t3792,
+        t3537, t3538, t3539, t3541, t3543, t3544, t3545, t3547, t3548, t3550, t3551, t3553, t3554, t3556, t3557, t3559,
+        t3560, t3561, t3562, t3563, t3564, t3565, t3566, t3567, t3568, t3569, t3570, t3571, t3573, t3574, t3575, t3576,
+        t3577, t3578, t3579, t3580, t3581, t3582, t3583, t3584, t3585, t3586, t3587, t3589, t3591, t3592, t3595, t3596,
+        t3598, t3599, t3601, t3602, t3604, t3605, t3606, t3607, t3608, t3609, t3610, t3611, t3612, t3614, t3615, t3616,
+        t3617, t3618, t3619, t3620, t3621, t3622, t3623, t3624, t3625, t3626, t3627, t3628, t3629, t3630, t3631, t3633,
+        t3635, t3636, t3639, t3640, t3642, t3643, t3644, t3645, t3646, t3647, t3648, t3649, t3650, t3652, t3653, t3654,
+        t3655, t3656, t3657, t3658, t3659, t3660, t3661, t3662, t3663, t3664, t3665, t3666, t3667, t3668, t3669, t3670,
+        t3671, t3672, t3673, t3674, t3676, t3678, t3679, t3681, t3682, t3684, t3685, t3686, t3687, t3688, t3689, t3690,
+        t3691, t3692, t3693, t3694, t3695, t3696, t3698, t3699, t3700, t3701, t3702, t3703, t3704, t3705, t3706, t3707,
+        t3708, t3709, t3710, t3711, t3712, t3713, t3714, t3715, t3716, t3717, t3718, t3719, t3720, t3721, t3722, t3723,
+        t3724, t3725, t3726, t3727, t3728, t3730, t3732, t3733, t3735, t3737, t3738, t3739, t3740, t3741, t3743, t3744,
+        t3745, t3747, t3748, t3749, t3751, t3752, t3754, t3755, t3756, t3758, t3759, t3760, t3762, t3763, t3764, t3766,
+        t3767, t3769, t3770, t3771, t3772, t3773, t3774, t3775, t3776, t3778, t3779, t3780, t3781, t3782, t3783, t3784,
+        t3785, t3786, t3788, t3790, t3791, t3792,
     );
     t3537 = R::fused(-t749, t3524, t3536);
     t3538 = t956 + t3537;
     t3539 = R::fused(-sin_q_right_hip_yaw, t3538, t3535);
-    t3540 = R::fused(R::constant(-0.0764), t3531, t3539);
+    out[25][3] = R::fused(R::constant(-0.0764), t3531, t3539);
     t3541 = sin_q_right_hip_yaw * t3534;
-    t3542 = R::fused(cos_q_right_hip_yaw, t3538, t3541);
+    out[25][4] = R::fused(cos_q_right_hip_yaw, t3538, t3541);
     t3543 = t749 * t3522;
     t3544 = R::fused(-t988, t3524, t3543);
     t3545 = t993 - t3544;
-    t3546 = R::fused(R::constant(0.0764), t3528, t3545);
+    out[25][6] = t3545;
+    out[25][5] = R::fused(R::constant(0.0764), t3528, t3545);
     t3547 = t1028 * t3522; // right_upper_leg: answer of the forces to its motion
     t3548 = R::fused(t1035, t3524, t3547); // right_upper_leg: answer of the forces to its motion
-    t3549 = t943 + t3548; // right_upper_leg: answer of the forces to its motion
+    out[25][8] = t943 + t3548; // right_upper_leg: answer of the forces to its motion
     t3550 = t1053 * t3522; // right_lower_leg: answer of the forces to its motion
     t3551 = R::fused(t1060, t3524, t3550); // right_lower_leg: answer of the forces to its motion
-    t3552 = t1063 + t3551; // right_lower_leg: answer of the forces to its motion
+    out[25][9] = t1063 + t3551; // right_lower_leg: answer of the forces to its motion
     t3553 = t1084 * t3522; // right_ankle: answer of the forces to its motion
     t3554 = R::fused(t1091, t3524, t3553); // right_ankle: answer of the forces to its motion
-    t3555 = t1095 + t3554; // right_ankle: answer of the forces to its motion
+    out[25][10] = t1095 + t3554; // right_ankle: answer of the forces to its motion
     t3556 = t1130 * t3522; // right_foot: answer of the forces to its motion
     t3557 = R::fused(t1137, t3524, t3556); // right_foot: answer of the forces to its motion
-    t3558 = t1149 - t3557; // right_foot: answer of the forces to its motion
+    out[25][11] = t1149 - t3557; // right_foot: answer of the forces to its motion
     t3559 = R::constant(2.0) * t247; // right_upper_leg: change of its motion
     // right_upper_leg: answer of the forces to its motion
     t3560 = t53 * t3559;
@@ -5209,10 +5142,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3568 = t424 - t3567;
     t3569 = R::fused(sin_q_right_hip_roll, t3568, t3566);
     t3570 = R::fused(sin_q_right_hip_yaw, t3569, -t3562);
+    out[26][0] = t3570;
     t3571 = sin_q_right_hip_yaw * t3561;
-    t3572 = R::fused(-cos_q_right_hip_yaw, t3569, -t3571);
+    out[26][1] = R::fused(-cos_q_right_hip_yaw, t3569, -t3571);
     t3573 = sin_q_right_hip_roll * t3565;
     t3574 = R::fused(cos_q_right_hip_roll, t3568, -t3573);
+    out[26][2] = t3574;
     t3575 = t676 * t3564;
     t3576 = R::fused(-t734, t3559, t3575);
     t3577 = t909 + t3576;
@@ -5220,28 +5155,30 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3579 = t722 * t3564;
     t3580 = R::fused(-t708, t3559, t3579);
     t3581 = t3580 - t844;
+    out[26][8] = t3581;
     t3582 = cos_q_right_hip_roll * t3581;
     t3583 = t734 * t3564;
     t3584 = R::fused(-t696, t3559, t3583);
     t3585 = t897 + t3584;
     t3586 = R::fused(-sin_q_right_hip_roll, t3585, -t3582);
     t3587 = R::fused(-sin_q_right_hip_yaw, t3586, t3578);
-    t3588 = R::fused(R::constant(-0.0764), t3574, -t3587);
+    out[26][3] = R::fused(R::constant(-0.0764), t3574, -t3587);
     t3589 = sin_q_right_hip_yaw * t3577;
-    t3590 = R::fused(-cos_q_right_hip_yaw, t3586, -t3589);
+    out[26][4] = R::fused(-cos_q_right_hip_yaw, t3586, -t3589);
     t3591 = sin_q_right_hip_roll * t3581;
     t3592 = R::fused(-cos_q_right_hip_roll, t3585, t3591);
-    t3593 = R::fused(R::constant(0.0764), t3570, t3592);
-    t3594 = -t3577;
+    out[26][6] = t3592;
+    out[26][5] = R::fused(R::constant(0.0764), t3570, t3592);
+    out[26][7] = -t3577;
     t3595 = t720 * t3564; // right_lower_leg: answer of the forces to its motion
     t3596 = R::fused(-t706, t3559, t3595); // right_lower_leg: answer of the forces to its motion
-    t3597 = t3596 - t1065; // right_lower_leg: answer of the forces to its motion
+    out[26][9] = t3596 - t1065; // right_lower_leg: answer of the forces to its motion
     t3598 = t718 * t3564; // right_ankle: answer of the forces to its motion
     t3599 = R::fused(-t704, t3559, t3598); // right_ankle: answer of the forces to its motion
-    t3600 = t3599 - t1100; // right_ankle: answer of the forces to its motion
+    out[26][10] = t3599 - t1100; // right_ankle: answer of the forces to its motion
     t3601 = t1117 * t3564; // right_foot: answer of the forces to its motion
     t3602 = R::fused(-t1129, t3559, t3601); // right_foot: answer of the forces to its motion
-    t3603 = t1156 - t3602; // right_foot: answer of the forces to its motion
+    out[26][11] = t1156 - t3602; // right_foot: answer of the forces to its motion
     // right_lower_leg: answer of the forces to its motion
     t3604 = t405 + t3560;
     t3605 = cos_q_right_hip_yaw * t3604;
@@ -5251,19 +5188,24 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3609 = t423 - t3567;
     t3610 = R::fused(sin_q_right_hip_roll, t3609, t3608);
     t3611 = R::fused(sin_q_right_hip_yaw, t3610, -t3605);
+    out[27][0] = t3611;
     t3612 = sin_q_right_hip_yaw * t3604;
-    t3613 = R::fused(-cos_q_right_hip_yaw, t3610, -t3612);
+    out[27][1] = R::fused(-cos_q_right_hip_yaw, t3610, -t3612);
     t3614 = sin_q_right_hip_roll * t3607;
     t3615 = R::fused(cos_q_right_hip_roll, t3609, -t3614);
+    out[27][2] = t3615;
     t3616 = t672 * t3564;
     t3617 = R::fused(-t730, t3559, t3616);
     t3618 = t907 + t3617;
     t3619 = R::fused(-t476, t3607, -t3618);
+    out[27][7] = t3619;
     t3620 = cos_q_right_hip_yaw * t3619;
     t3621 = t3596 - t832;
+    out[27][9] = t3621;
     t3622 = t476 * t3604;
     t3623 = R::fused(t474, t3609, t3622);
     t3624 = t3621 + t3623;
+    out[27][8] = t3624;
     t3625 = cos_q_right_hip_roll * t3624;
     t3626 = t730 * t3564;
     t3627 = R::fused(-t694, t3559, t3626);
@@ -5271,16 +5213,17 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3629 = R::fused(-t474, t3607, t3628);
     t3630 = R::fused(-sin_q_right_hip_roll, t3629, -t3625);
     t3631 = R::fused(-sin_q_right_hip_yaw, t3630, -t3620);
-    t3632 = R::fused(R::constant(-0.0764), t3615, -t3631);
+    out[27][3] = R::fused(R::constant(-0.0764), t3615, -t3631);
     t3633 = sin_q_right_hip_yaw * t3619;
-    t3634 = R::fused(-cos_q_right_hip_yaw, t3630, t3633);
+    out[27][4] = R::fused(-cos_q_right_hip_yaw, t3630, t3633);
     t3635 = sin_q_right_hip_roll * t3624;
     t3636 = R::fused(-cos_q_right_hip_roll, t3629, t3635);
-    t3637 = R::fused(R::constant(0.0764), t3611, t3636);
-    t3638 = t3599 - t1097; // right_ankle: answer of the forces to its motion
+    out[27][6] = t3636;
+    out[27][5] = R::fused(R::constant(0.0764), t3611, t3636);
+    out[27][10] = t3599 - t1097; // right_ankle: answer of the forces to its motion
     t3639 = t1116 * t3564; // right_foot: answer of the forces to its motion
     t3640 = R::fused(-t1128, t3559, t3639); // right_foot: answer of the forces to its motion
-    t3641 = t1153 - t3640; // right_foot: answer of the forces to its motion
+    out[27][11] = t1153 - t3640; // right_foot: answer of the forces to its motion
     // right_ankle: answer of the forces to its motion
     t3642 = t404 + t3560;
     t3643 = cos_q_right_hip_yaw * t3642;
@@ -5290,23 +5233,29 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3647 = t422 - t3567;
     t3648 = R::fused(sin_q_right_hip_roll, t3647, t3646);
     t3649 = R::fused(sin_q_right_hip_yaw, t3648, -t3643);
+    out[28][0] = t3649;
     t3650 = sin_q_right_hip_yaw * t3642;
-    t3651 = R::fused(-cos_q_right_hip_yaw, t3648, -t3650);
+    out[28][1] = R::fused(-cos_q_right_hip_yaw, t3648, -t3650);
     t3652 = sin_q_right_hip_roll * t3645;
     t3653 = R::fused(cos_q_right_hip_roll, t3647, -t3652);
+    out[28][2] = t3653;
     t3654 = t668 * t3564;
     t3655 = R::fused(-t726, t3559, t3654);
     t3656 = t905 + t3655;
     t3657 = R::fused(t481, t3645, t3656);
     t3658 = R::fused(-t476, t3645, -t3657);
+    out[28][7] = t3658;
     t3659 = cos_q_right_hip_yaw * t3658;
     t3660 = t3599 - t820;
+    out[28][10] = t3660;
     t3661 = t481 * t3642;
     t3662 = R::fused(t479, t3647, t3661);
     t3663 = t3660 + t3662;
+    out[28][9] = t3663;
     t3664 = t476 * t3642;
     t3665 = R::fused(t474, t3647, t3664);
     t3666 = t3663 + t3665;
+    out[28][8] = t3666;
     t3667 = cos_q_right_hip_roll * t3666;
     t3668 = t726 * t3564;
     t3669 = R::fused(-t692, t3559, t3668);
@@ -5315,16 +5264,17 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3672 = R::fused(-t474, t3645, t3671);
     t3673 = R::fused(-sin_q_right_hip_roll, t3672, -t3667);
     t3674 = R::fused(-sin_q_right_hip_yaw, t3673, -t3659);
-    t3675 = R::fused(R::constant(-0.0764), t3653, -t3674);
+    out[28][3] = R::fused(R::constant(-0.0764), t3653, -t3674);
     t3676 = sin_q_right_hip_yaw * t3658;
-    t3677 = R::fused(-cos_q_right_hip_yaw, t3673, t3676);
+    out[28][4] = R::fused(-cos_q_right_hip_yaw, t3673, t3676);
     t3678 = sin_q_right_hip_roll * t3666;
     t3679 = R::fused(-cos_q_right_hip_roll, t3672, t3678);
-    t3680 = R::fused(R::constant(0.0764), t3649, t3679);
+    out[28][6] = t3679;
+    out[28][5] = R::fused(R::constant(0.0764), t3649, t3679);
     // right_foot: answer of the forces to its motion
     t3681 = t1115 * t3564;
     t3682 = R::fused(-t1127, t3559, t3681);
-    t3683 = t892 - t3682;
+    out[28][11] = t892 - t3682;
     t3684 = sin_t2 * t382;
     t3685 = R::constant(2.0) * t248; // right_foot: change of its motion
     t3686 = t41 * t3685;
@@ -5337,10 +5287,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3693 = R::fused(-sin_t2, t3688, t3692);
     t3694 = R::fused(sin_q_right_hip_roll, t3693, t3691);
     t3695 = R::fused(-sin_q_right_hip_yaw, t3694, -t3690);
+    out[29][0] = t3695;
     t3696 = sin_q_right_hip_yaw * t3689;
-    t3697 = R::fused(cos_q_right_hip_yaw, t3694, -t3696);
+    out[29][1] = R::fused(cos_q_right_hip_yaw, t3694, -t3696);
     t3698 = sin_q_right_hip_roll * t398;
     t3699 = R::fused(-cos_q_right_hip_roll, t3693, t3698);
+    out[29][2] = t3699;
     t3700 = t444 * t3685;
     t3701 = R::fused(-t439, t3687, t3700);
     t3702 = t780 - t3701;
@@ -5348,21 +5300,26 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3704 = t446 * t3685;
     t3705 = R::fused(-t441, t3687, t3704);
     t3706 = t757 - t3705;
+    out[29][11] = t3706;
     t3707 = t758 + t3706;
     t3708 = R::fused(cos_t2, t3707, t3703);
     t3709 = R::fused(t481, t398, t3708);
     t3710 = R::fused(t476, t398, t3709);
+    out[29][7] = t3710;
     t3711 = cos_q_right_hip_yaw * t3710;
     t3712 = t510 * t3685;
     t3713 = R::fused(-t444, t3687, t3712);
     t3714 = t866 + t3713;
     t3715 = R::fused(R::constant(0.037), t3688, t3714);
+    out[29][10] = t3715;
     t3716 = t481 * t3689;
     t3717 = R::fused(-t479, t3693, t3716);
     t3718 = t3715 + t3717;
+    out[29][9] = t3718;
     t3719 = t476 * t3689;
     t3720 = R::fused(-t474, t3693, t3719);
     t3721 = t3718 + t3720;
+    out[29][8] = t3721;
     t3722 = cos_q_right_hip_roll * t3721;
     t3723 = cos_t2 * t3702;
     t3724 = R::fused(-sin_t2, t3707, t3723);
@@ -5370,50 +5327,54 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3726 = R::fused(-t474, t398, t3725);
     t3727 = R::fused(-sin_q_right_hip_roll, t3726, t3722);
     t3728 = R::fused(-sin_q_right_hip_yaw, t3727, t3711);
-    t3729 = R::fused(R::constant(-0.0764), t3699, t3728);
+    out[29][3] = R::fused(R::constant(-0.0764), t3699, t3728);
     t3730 = sin_q_right_hip_yaw * t3710;
-    t3731 = R::fused(cos_q_right_hip_yaw, t3727, t3730);
+    out[29][4] = R::fused(cos_q_right_hip_yaw, t3727, t3730);
     t3732 = sin_q_right_hip_roll * t3721;
     t3733 = R::fused(cos_q_right_hip_roll, t3726, t3732);
-    t3734 = R::fused(R::constant(0.0764), t3695, t3733);
+    out[29][6] = t3733;
+    out[29][5] = R::fused(R::constant(0.0764), t3695, t3733);
     // left_hip_yaw_link: answer of the forces to its motion
     t3735 = R::fused(-t71, t3486, t1787);
-    t3736 = R::fused(-t71, t3488, -t1790);
+    out[30][0] = t3735;
+    out[30][1] = R::fused(-t71, t3488, -t1790);
     t3737 = t40 * t3488;
     t3738 = R::fused(-t80, t3486, -t3737);
+    out[30][2] = t3738;
     t3739 = t2077 * t3488;
     t3740 = R::fused(t2081, t3486, t3739);
     t3741 = t3363 - t3740;
-    t3742 = R::fused(R::constant(0.0764), t3738, -t3741);
+    out[30][3] = R::fused(R::constant(0.0764), t3738, -t3741);
     t3743 = t2081 * t3488;
     t3744 = R::fused(t2311, t3486, t3743);
     t3745 = t3378 + t3744;
-    t3746 = -t3745;
+    out[30][4] = -t3745;
     t3747 = t2089 * t3488;
     t3748 = R::fused(-t2314, t3486, t3747);
     t3749 = t2566 - t3748;
-    t3750 = R::fused(R::constant(-0.0764), t3735, t3749);
+    out[30][12] = t3749;
+    out[30][5] = R::fused(R::constant(-0.0764), t3735, t3749);
     t3751 = t2349 * t3488; // left_hip_roll_link: answer of the forces to its motion
     t3752 = R::fused(-t2352, t3486, t3751); // left_hip_roll_link: answer of the forces to its motion
-    t3753 = t3752 - t2542; // left_hip_roll_link: answer of the forces to its motion
+    out[30][13] = t3752 - t2542; // left_hip_roll_link: answer of the forces to its motion
     // left_upper_leg: answer of the forces to its motion
     t3754 = t2368 * t3488;
     t3755 = R::fused(-t2371, t3486, t3754);
     t3756 = t2579 + t3755;
-    t3757 = -t3756;
+    out[30][14] = -t3756;
     // left_lower_leg: answer of the forces to its motion
     t3758 = t2393 * t3488;
     t3759 = R::fused(-t2396, t3486, t3758);
     t3760 = t2591 + t3759;
-    t3761 = -t3760;
+    out[30][15] = -t3760;
     // left_ankle: answer of the forces to its motion
     t3762 = t2424 * t3488;
     t3763 = R::fused(-t2427, t3486, t3762);
     t3764 = t2603 + t3763;
-    t3765 = -t3764;
+    out[30][16] = -t3764;
     t3766 = t2470 * t3488; // left_foot: answer of the forces to its motion
     t3767 = R::fused(-t2473, t3486, t3766); // left_foot: answer of the forces to its motion
-    t3768 = t2615 + t3767; // left_foot: answer of the forces to its motion
+    out[30][17] = t2615 + t3767; // left_foot: answer of the forces to its motion
     t3769 = R::constant(2.0) * t1596; // left_hip_roll_link: change of its motion
     t3770 = t71 * t3769; // left_hip_roll_link: answer of the forces to its motion
     t3771 = R::constant(2.0) * t1594; // left_hip_roll_link: change of its motion
@@ -5422,54 +5383,57 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3773 = cos_q_left_hip_yaw * t3772;
     t3774 = R::fused(-t25, t3771, t1765);
     t3775 = R::fused(-sin_q_left_hip_yaw, t3774, t3773);
+    out[31][0] = t3775;
     t3776 = sin_q_left_hip_yaw * t3772;
-    t3777 = R::fused(cos_q_left_hip_yaw, t3774, t3776);
+    out[31][1] = R::fused(cos_q_left_hip_yaw, t3774, t3776);
     t3778 = R::fused(t25, t3769, -t1785);
+    out[31][2] = t3778;
     t3779 = t2074 * t3769;
     t3780 = R::fused(t2084, t3771, t3779);
     t3781 = t2157 - t3780;
+    out[31][13] = t3781;
     t3782 = cos_q_left_hip_yaw * t3781;
     t3783 = t2050 * t3769;
     t3784 = R::fused(-t2088, t3771, t3783);
     t3785 = t2295 + t3784;
     t3786 = R::fused(-sin_q_left_hip_yaw, t3785, t3782);
-    t3787 = R::fused(R::constant(0.0764), t3778, t3786);
+    out[31][3] = R::fused(R::constant(0.0764), t3778, t3786);
     t3788 = sin_q_left_hip_yaw * t3781;
-    t3789 = R::fused(cos_q_left_hip_yaw, t3785, t3788);
+    out[31][4] = R::fused(cos_q_left_hip_yaw, t3785, t3788);
     t3790 = t2088 * t3769;
     t3791 = R::fused(-t2327, t3771, t3790);
     t3792 = t2332 - t3791;
+    out[31][12] = t3792;
     let (
-        t3793, t3794, t3795, t3796, t3797, t3798, t3799, t3800, t3801, t3802, t3803, t3804, t3805, t3806, t3807, t3808,
-        t3809, t3810, t3811, t3812, t3813, t3814, t3815, t3816, t3817, t3818, t3819, t3820, t3821, t3822, t3823, t3824,
-        t3825, t3826, t3827, t3828, t3829, t3830, t3831, t3832, t3833, t3834, t3835, t3836, t3837, t3838, t3839, t3840,
-        t3841, t3842, t3843, t3844, t3845, t3846, t3847, t3848, t3849, t3850, t3851, t3852, t3853, t3854, t3855, t3856,
-        t3857, t3858, t3859, t3860, t3861, t3862, t3863, t3864, t3865, t3866, t3867, t3868, t3869, t3870, t3871, t3872,
-        t3873, t3874, t3875, t3876, t3877, t3878, t3879, t3880, t3881, t3882, t3883, t3884, t3885, t3886, t3887, t3888,
-        t3889, t3890, t3891, t3892, t3893, t3894, t3895, t3896, t3897, t3898, t3899, t3900, t3901, t3902, t3903, t3904,
-        t3905, t3906, t3907, t3908, t3909, t3910, t3911, t3912, t3913, t3914, t3915, t3916, t3917, t3918, t3919, t3920,
-        t3921, t3922, t3923, t3924, t3925, t3926, t3927, t3928, t3929, t3930, t3931, t3932, t3933, t3934, t3935, t3936,
-        t3937, t3938, t3939, t3940, t3941, t3942, t3943, t3944, t3945, t3946, t3947, t3948, t3949, t3950, t3951, t3952,
-        t3953, t3954, t3955, t3956, t3957, t3958, t3959, t3960, t3961, t3962, t3963, t3964, t3965, t3966, t3967, t3968,
-        t3969, t3970, t3971, t3972, t3973, t3974, t3975, t3976, t3977, t3978, t3979, t3980, t3981, t3982, t3983, t3984,
-        t3985, t3986, t3987, t3988, t3989, t3990, t3991, t3992, t3993, t3994, t3995, t3996, t3997, t3998, t3999, t4000,
-        t4001, t4002, t4003, t4004, t4005, t4006, t4007, t4008, t4009, t4010, t4011, t4012, t4013, t4014, t4015, t4016,
-        t4017, t4018, t4019, t4020, t4021, t4022, t4023, t4024, t4025, t4026, t4027, t4028, t4029, t4030, t4031, t4032,
-        t4033, t4034, t4035, t4036, t4037, t4038, t4039, t4040, t4041, t4042, t4043, t4044, t4045, t4046, t4047, t4048,
+        t3794, t3795, t3797, t3798, t3800, t3801, t3803, t3804, t3806, t3807, t3808, t3809, t3810, t3811, t3812, t3813,
+        t3814, t3815, t3816, t3817, t3818, t3820, t3821, t3822, t3823, t3824, t3825, t3826, t3827, t3828, t3829, t3830,
+        t3831, t3832, t3833, t3834, t3836, t3838, t3839, t3842, t3843, t3845, t3846, t3848, t3849, t3851, t3852, t3853,
+        t3854, t3855, t3856, t3857, t3858, t3859, t3861, t3862, t3863, t3864, t3865, t3866, t3867, t3868, t3869, t3870,
+        t3871, t3872, t3873, t3874, t3875, t3876, t3877, t3878, t3880, t3882, t3883, t3886, t3887, t3889, t3890, t3891,
+        t3892, t3893, t3894, t3895, t3896, t3897, t3899, t3900, t3901, t3902, t3903, t3904, t3905, t3906, t3907, t3908,
+        t3909, t3910, t3911, t3912, t3913, t3914, t3915, t3916, t3917, t3918, t3919, t3920, t3921, t3923, t3925, t3926,
+        t3928, t3929, t3931, t3932, t3933, t3934, t3935, t3936, t3937, t3938, t3939, t3940, t3941, t3942, t3943, t3945,
+        t3946, t3947, t3948, t3949, t3950, t3951, t3952, t3953, t3954, t3955, t3956, t3957, t3958, t3959, t3960, t3961,
+        t3962, t3963, t3964, t3965, t3966, t3967, t3968, t3969, t3970, t3971, t3972, t3973, t3974, t3975, t3977, t3979,
+        t3980, t3982, t3983, t3984, t3985, t3986, t3987, t3988, t3989, t3990, t3991, t3992, t3993, t3994, t3995, t3996,
+        t3997, t3998, t3999, t4000, t4001, t4002, t4003, t4004, t4005, t4006, t4007, t4008, t4009, t4010, t4011, t4012,
+        t4013, t4014, t4015, t4016, t4017, t4018, t4019, t4020, t4021, t4022, t4023, t4024, t4025, t4026, t4027, t4028,
+        t4029, t4030, t4031, t4032, t4033, t4034, t4035, t4036, t4037, t4038, t4039, t4040, t4041, t4042, t4043, t4044,
+        t4045, t4046, t4047, t4048,
     );
-    t3793 = R::fused(R::constant(-0.0764), t3775, t3792);
+    out[31][5] = R::fused(R::constant(-0.0764), t3775, t3792);
     t3794 = t2367 * t3769; // left_upper_leg: answer of the forces to its motion
     t3795 = R::fused(t2374, t3771, t3794); // left_upper_leg: answer of the forces to its motion
-    t3796 = t2282 + t3795; // left_upper_leg: answer of the forces to its motion
+    out[31][14] = t2282 + t3795; // left_upper_leg: answer of the forces to its motion
     t3797 = t2392 * t3769; // left_lower_leg: answer of the forces to its motion
     t3798 = R::fused(t2399, t3771, t3797); // left_lower_leg: answer of the forces to its motion
-    t3799 = t2402 + t3798; // left_lower_leg: answer of the forces to its motion
+    out[31][15] = t2402 + t3798; // left_lower_leg: answer of the forces to its motion
     t3800 = t2423 * t3769; // left_ankle: answer of the forces to its motion
     t3801 = R::fused(t2430, t3771, t3800); // left_ankle: answer of the forces to its motion
-    t3802 = t2434 + t3801; // left_ankle: answer of the forces to its motion
+    out[31][16] = t2434 + t3801; // left_ankle: answer of the forces to its motion
     t3803 = t2469 * t3769; // left_foot: answer of the forces to its motion
     t3804 = R::fused(t2476, t3771, t3803); // left_foot: answer of the forces to its motion
-    t3805 = t2488 - t3804; // left_foot: answer of the forces to its motion
+    out[31][17] = t2488 - t3804; // left_foot: answer of the forces to its motion
     t3806 = R::constant(2.0) * t1606; // left_upper_leg: change of its motion
     // left_upper_leg: answer of the forces to its motion
     t3807 = t28 * t3806;
@@ -5483,10 +5447,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3815 = t1781 - t3814;
     t3816 = R::fused(sin_q_left_hip_roll, t3815, t3813);
     t3817 = R::fused(sin_q_left_hip_yaw, t3816, -t3809);
+    out[32][0] = t3817;
     t3818 = sin_q_left_hip_yaw * t3808;
-    t3819 = R::fused(-cos_q_left_hip_yaw, t3816, -t3818);
+    out[32][1] = R::fused(-cos_q_left_hip_yaw, t3816, -t3818);
     t3820 = sin_q_left_hip_roll * t3812;
     t3821 = R::fused(cos_q_left_hip_roll, t3815, -t3820);
+    out[32][2] = t3821;
     t3822 = t2015 * t3811;
     t3823 = R::fused(-t2073, t3806, t3822);
     t3824 = t2248 + t3823;
@@ -5494,28 +5460,30 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3826 = t2061 * t3811;
     t3827 = R::fused(-t2047, t3806, t3826);
     t3828 = t3827 - t2183;
+    out[32][14] = t3828;
     t3829 = cos_q_left_hip_roll * t3828;
     t3830 = t2073 * t3811;
     t3831 = R::fused(-t2035, t3806, t3830);
     t3832 = t2236 + t3831;
     t3833 = R::fused(-sin_q_left_hip_roll, t3832, -t3829);
     t3834 = R::fused(-sin_q_left_hip_yaw, t3833, t3825);
-    t3835 = R::fused(R::constant(0.0764), t3821, -t3834);
+    out[32][3] = R::fused(R::constant(0.0764), t3821, -t3834);
     t3836 = sin_q_left_hip_yaw * t3824;
-    t3837 = R::fused(-cos_q_left_hip_yaw, t3833, -t3836);
+    out[32][4] = R::fused(-cos_q_left_hip_yaw, t3833, -t3836);
     t3838 = sin_q_left_hip_roll * t3828;
     t3839 = R::fused(-cos_q_left_hip_roll, t3832, t3838);
-    t3840 = R::fused(R::constant(-0.0764), t3817, t3839);
-    t3841 = -t3824;
+    out[32][12] = t3839;
+    out[32][5] = R::fused(R::constant(-0.0764), t3817, t3839);
+    out[32][13] = -t3824;
     t3842 = t2059 * t3811; // left_lower_leg: answer of the forces to its motion
     t3843 = R::fused(-t2045, t3806, t3842); // left_lower_leg: answer of the forces to its motion
-    t3844 = t3843 - t2404; // left_lower_leg: answer of the forces to its motion
+    out[32][15] = t3843 - t2404; // left_lower_leg: answer of the forces to its motion
     t3845 = t2057 * t3811; // left_ankle: answer of the forces to its motion
     t3846 = R::fused(-t2043, t3806, t3845); // left_ankle: answer of the forces to its motion
-    t3847 = t3846 - t2439; // left_ankle: answer of the forces to its motion
+    out[32][16] = t3846 - t2439; // left_ankle: answer of the forces to its motion
     t3848 = t2456 * t3811; // left_foot: answer of the forces to its motion
     t3849 = R::fused(-t2468, t3806, t3848); // left_foot: answer of the forces to its motion
-    t3850 = t2495 - t3849; // left_foot: answer of the forces to its motion
+    out[32][17] = t2495 - t3849; // left_foot: answer of the forces to its motion
     // left_lower_leg: answer of the forces to its motion
     t3851 = t1762 + t3807;
     t3852 = cos_q_left_hip_yaw * t3851;
@@ -5525,19 +5493,24 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3856 = t1780 - t3814;
     t3857 = R::fused(sin_q_left_hip_roll, t3856, t3855);
     t3858 = R::fused(sin_q_left_hip_yaw, t3857, -t3852);
+    out[33][0] = t3858;
     t3859 = sin_q_left_hip_yaw * t3851;
-    t3860 = R::fused(-cos_q_left_hip_yaw, t3857, -t3859);
+    out[33][1] = R::fused(-cos_q_left_hip_yaw, t3857, -t3859);
     t3861 = sin_q_left_hip_roll * t3854;
     t3862 = R::fused(cos_q_left_hip_roll, t3856, -t3861);
+    out[33][2] = t3862;
     t3863 = t2011 * t3811;
     t3864 = R::fused(-t2069, t3806, t3863);
     t3865 = t2246 + t3864;
     t3866 = R::fused(-t1815, t3854, -t3865);
+    out[33][13] = t3866;
     t3867 = cos_q_left_hip_yaw * t3866;
     t3868 = t3843 - t2171;
+    out[33][15] = t3868;
     t3869 = t1815 * t3851;
     t3870 = R::fused(t1813, t3856, t3869);
     t3871 = t3868 + t3870;
+    out[33][14] = t3871;
     t3872 = cos_q_left_hip_roll * t3871;
     t3873 = t2069 * t3811;
     t3874 = R::fused(-t2033, t3806, t3873);
@@ -5545,16 +5518,17 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3876 = R::fused(-t1813, t3854, t3875);
     t3877 = R::fused(-sin_q_left_hip_roll, t3876, -t3872);
     t3878 = R::fused(-sin_q_left_hip_yaw, t3877, -t3867);
-    t3879 = R::fused(R::constant(0.0764), t3862, -t3878);
+    out[33][3] = R::fused(R::constant(0.0764), t3862, -t3878);
     t3880 = sin_q_left_hip_yaw * t3866;
-    t3881 = R::fused(-cos_q_left_hip_yaw, t3877, t3880);
+    out[33][4] = R::fused(-cos_q_left_hip_yaw, t3877, t3880);
     t3882 = sin_q_left_hip_roll * t3871;
     t3883 = R::fused(-cos_q_left_hip_roll, t3876, t3882);
-    t3884 = R::fused(R::constant(-0.0764), t3858, t3883);
-    t3885 = t3846 - t2436; // left_ankle: answer of the forces to its motion
+    out[33][12] = t3883;
+    out[33][5] = R::fused(R::constant(-0.0764), t3858, t3883);
+    out[33][16] = t3846 - t2436; // left_ankle: answer of the forces to its motion
     t3886 = t2455 * t3811; // left_foot: answer of the forces to its motion
     t3887 = R::fused(-t2467, t3806, t3886); // left_foot: answer of the forces to its motion
-    t3888 = t2492 - t3887; // left_foot: answer of the forces to its motion
+    out[33][17] = t2492 - t3887; // left_foot: answer of the forces to its motion
     // left_ankle: answer of the forces to its motion
     t3889 = t1761 + t3807;
     t3890 = cos_q_left_hip_yaw * t3889;
@@ -5564,23 +5538,29 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3894 = t1779 - t3814;
     t3895 = R::fused(sin_q_left_hip_roll, t3894, t3893);
     t3896 = R::fused(sin_q_left_hip_yaw, t3895, -t3890);
+    out[34][0] = t3896;
     t3897 = sin_q_left_hip_yaw * t3889;
-    t3898 = R::fused(-cos_q_left_hip_yaw, t3895, -t3897);
+    out[34][1] = R::fused(-cos_q_left_hip_yaw, t3895, -t3897);
     t3899 = sin_q_left_hip_roll * t3892;
     t3900 = R::fused(cos_q_left_hip_roll, t3894, -t3899);
+    out[34][2] = t3900;
     t3901 = t2007 * t3811;
     t3902 = R::fused(-t2065, t3806, t3901);
     t3903 = t2244 + t3902;
     t3904 = R::fused(t1820, t3892, t3903);
     t3905 = R::fused(-t1815, t3892, -t3904);
+    out[34][13] = t3905;
     t3906 = cos_q_left_hip_yaw * t3905;
     t3907 = t3846 - t2159;
+    out[34][16] = t3907;
     t3908 = t1820 * t3889;
     t3909 = R::fused(t1818, t3894, t3908);
     t3910 = t3907 + t3909;
+    out[34][15] = t3910;
     t3911 = t1815 * t3889;
     t3912 = R::fused(t1813, t3894, t3911);
     t3913 = t3910 + t3912;
+    out[34][14] = t3913;
     t3914 = cos_q_left_hip_roll * t3913;
     t3915 = t2065 * t3811;
     t3916 = R::fused(-t2031, t3806, t3915);
@@ -5589,16 +5569,17 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3919 = R::fused(-t1813, t3892, t3918);
     t3920 = R::fused(-sin_q_left_hip_roll, t3919, -t3914);
     t3921 = R::fused(-sin_q_left_hip_yaw, t3920, -t3906);
-    t3922 = R::fused(R::constant(0.0764), t3900, -t3921);
+    out[34][3] = R::fused(R::constant(0.0764), t3900, -t3921);
     t3923 = sin_q_left_hip_yaw * t3905;
-    t3924 = R::fused(-cos_q_left_hip_yaw, t3920, t3923);
+    out[34][4] = R::fused(-cos_q_left_hip_yaw, t3920, t3923);
     t3925 = sin_q_left_hip_roll * t3913;
     t3926 = R::fused(-cos_q_left_hip_roll, t3919, t3925);
-    t3927 = R::fused(R::constant(-0.0764), t3896, t3926);
+    out[34][12] = t3926;
+    out[34][5] = R::fused(R::constant(-0.0764), t3896, t3926);
     // left_foot: answer of the forces to its motion
     t3928 = t2454 * t3811;
     t3929 = R::fused(-t2466, t3806, t3928);
-    t3930 = t2231 - t3929;
+    out[34][17] = t2231 - t3929;
     t3931 = sin_t3 * t1739;
     t3932 = R::constant(2.0) * t1607; // left_foot: change of its motion
     t3933 = t16 * t3932;
@@ -5611,10 +5592,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3940 = R::fused(-sin_t3, t3935, t3939);
     t3941 = R::fused(sin_q_left_hip_roll, t3940, t3938);
     t3942 = R::fused(-sin_q_left_hip_yaw, t3941, -t3937);
+    out[35][0] = t3942;
     t3943 = sin_q_left_hip_yaw * t3936;
-    t3944 = R::fused(cos_q_left_hip_yaw, t3941, -t3943);
+    out[35][1] = R::fused(cos_q_left_hip_yaw, t3941, -t3943);
     t3945 = sin_q_left_hip_roll * t1755;
     t3946 = R::fused(-cos_q_left_hip_roll, t3940, t3945);
+    out[35][2] = t3946;
     t3947 = t1801 * t3932;
     t3948 = R::fused(-t1796, t3934, t3947);
     t3949 = t2119 - t3948;
@@ -5622,21 +5605,26 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3951 = t1803 * t3932;
     t3952 = R::fused(-t1798, t3934, t3951);
     t3953 = t2096 - t3952;
+    out[35][17] = t3953;
     t3954 = t2097 + t3953;
     t3955 = R::fused(cos_t3, t3954, t3950);
     t3956 = R::fused(t1820, t1755, t3955);
     t3957 = R::fused(t1815, t1755, t3956);
+    out[35][13] = t3957;
     t3958 = cos_q_left_hip_yaw * t3957;
     t3959 = t1849 * t3932;
     t3960 = R::fused(-t1801, t3934, t3959);
     t3961 = t2205 + t3960;
     t3962 = R::fused(R::constant(0.037), t3935, t3961);
+    out[35][16] = t3962;
     t3963 = t1820 * t3936;
     t3964 = R::fused(-t1818, t3940, t3963);
     t3965 = t3962 + t3964;
+    out[35][15] = t3965;
     t3966 = t1815 * t3936;
     t3967 = R::fused(-t1813, t3940, t3966);
     t3968 = t3965 + t3967;
+    out[35][14] = t3968;
     t3969 = cos_q_left_hip_roll * t3968;
     t3970 = cos_t3 * t3949;
     t3971 = R::fused(-sin_t3, t3954, t3970);
@@ -5644,12 +5632,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3973 = R::fused(-t1813, t1755, t3972);
     t3974 = R::fused(-sin_q_left_hip_roll, t3973, t3969);
     t3975 = R::fused(-sin_q_left_hip_yaw, t3974, t3958);
-    t3976 = R::fused(R::constant(0.0764), t3946, t3975);
+    out[35][3] = R::fused(R::constant(0.0764), t3946, t3975);
     t3977 = sin_q_left_hip_yaw * t3957;
-    t3978 = R::fused(cos_q_left_hip_yaw, t3974, t3977);
+    out[35][4] = R::fused(cos_q_left_hip_yaw, t3974, t3977);
     t3979 = sin_q_left_hip_roll * t3968;
     t3980 = R::fused(cos_q_left_hip_roll, t3973, t3979);
-    t3981 = R::fused(R::constant(-0.0764), t3942, t3980);
+    out[35][12] = t3980;
+    out[35][5] = R::fused(R::constant(-0.0764), t3942, t3980);
     t3982 = t42 * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
     t3983 = R::fused(R::constant(0.0154), sin_q_right_ankle_pitch, t3982); // right_ankle: sums of what it carries
     t3984 = R::constant(0.3111) + t3983; // right_ankle: sums of what it carries
@@ -5682,27 +5671,47 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4011 = R::fused(-cos_q_left_hip_roll, t4010, t70); // left_hip_roll_link: sums of what it carries
     t4012 = R::constant(2.4915) + t4011; // left_hip_yaw_link: sums of what it carries
     t4013 = t3996 - t4012; // right_hip_yaw_link: sums of what it carries
+    out[37][3] = t4013;
+    out[39][1] = t4013;
     t4014 = -t4013; // right_hip_yaw_link: sums of what it carries
+    out[36][4] = t4014;
+    out[40][0] = t4014;
     t4015 = sin_q_left_hip_pitch * t4005; // left_upper_leg: sums of what it carries
     t4016 = R::fused(-cos_q_left_hip_pitch, t4009, t4015); // left_upper_leg: sums of what it carries
     t4017 = R::constant(0.008) + t4016; // left_hip_roll_link: sums of what it carries
     t4018 = sin_q_left_hip_yaw * t4017; // left_hip_yaw_link: sums of what it carries
     t4019 = R::fused(sin_q_left_hip_roll, t4010, t30); // left_hip_roll_link: sums of what it carries
+    out[38][13] = t4019;
+    out[49][2] = t4019;
     t4020 = R::fused(-cos_q_left_hip_yaw, t4019, t4018); // left_hip_yaw_link: sums of what it carries
+    out[36][12] = t4020;
+    out[48][0] = t4020;
     t4021 = R::constant(0.0102) - t4020; // left_hip_yaw_link: sums of what it carries
     t4022 = sin_q_right_hip_pitch * t3990; // right_upper_leg: sums of what it carries
     t4023 = R::fused(-cos_q_right_hip_pitch, t3994, t4022); // right_upper_leg: sums of what it carries
     t4024 = R::constant(0.008) + t4023; // right_hip_roll_link: sums of what it carries
     t4025 = sin_q_right_hip_yaw * t4024; // right_hip_yaw_link: sums of what it carries
     t4026 = R::fused(sin_q_right_hip_roll, t3995, -t55); // right_hip_roll_link: sums of what it carries
+    out[38][7] = t4026;
+    out[43][2] = t4026;
     t4027 = R::fused(-cos_q_right_hip_yaw, t4026, t4025); // right_hip_yaw_link: sums of what it carries
+    out[36][6] = t4027;
+    out[42][0] = t4027;
     t4028 = t4021 - t4027; // right_hip_yaw_link: sums of what it carries
+    out[38][3] = t4028;
+    out[39][2] = t4028;
     t4029 = -t4028; // right_hip_yaw_link: sums of what it carries
+    out[36][5] = t4029;
+    out[41][0] = t4029;
     t4030 = sin_q_right_hip_yaw * t3996; // right_hip_roll_link: mass matrix
     t4031 = -t4030; // right_hip_roll_link: mass matrix
+    out[36][7] = t4031;
+    out[43][0] = t4031;
     t4032 = cos_q_right_hip_yaw * t3995; // right_upper_leg: mass matrix
     t4033 = sin_q_right_hip_roll * t4023; // right_upper_leg: mass matrix
     t4034 = R::fused(sin_q_right_hip_yaw, t4033, -t4032); // right_upper_leg: mass matrix
+    out[36][8] = t4034;
+    out[44][0] = t4034;
     // right_lower_leg: mass matrix
     t4035 = sin_q_right_hip_pitch * t3993;
     t4036 = R::fused(-cos_q_right_hip_pitch, t3989, t4035);
@@ -5711,6 +5720,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4039 = R::fused(sin_q_right_hip_pitch, t3989, t4038);
     t4040 = sin_q_right_hip_roll * t4039;
     t4041 = R::fused(sin_q_right_hip_yaw, t4040, t4037);
+    out[36][9] = t4041;
+    out[45][0] = t4041;
     // right_ankle: mass matrix
     t4042 = t3987 * cos_q_right_knee_pitch;
     t4043 = R::fused(t3983, sin_q_right_knee_pitch, t4042);
@@ -5735,12 +5746,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t4241, t4242, t4243, t4244, t4245, t4246, t4247, t4248, t4249, t4250, t4251, t4252, t4253, t4254, t4255, t4256,
         t4257, t4258, t4259, t4260, t4261, t4262, t4263, t4264, t4265, t4266, t4267, t4268, t4269, t4270, t4271, t4272,
         t4273, t4274, t4275, t4276, t4277, t4278, t4279, t4280, t4281, t4282, t4283, t4284, t4285, t4286, t4287, t4288,
-        t4289, t4290, t4291, t4292, t4293, t4294, t4295, t4296, t4297, t4298, t4299, t4300, t4301, t4302, t4303, t4304,
+        t4289, t4290, t4291, t4292, t4293, t4294, t4295, t4296, t4297, t4298, t4299, t4300, t4301, t4302, t4303,
     );
     t4049 = cos_q_right_hip_pitch * t4043;
     t4050 = R::fused(-sin_q_right_hip_pitch, t4046, t4049);
     t4051 = sin_q_right_hip_roll * t4050;
     t4052 = R::fused(sin_q_right_hip_yaw, t4051, t4048);
+    out[36][10] = t4052;
+    out[46][0] = t4052;
     // right_foot: mass matrix
     t4053 = t53 * cos_q_right_ankle_pitch;
     t4054 = cos_q_right_knee_pitch * t4053;
@@ -5755,10 +5768,16 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4063 = R::fused(-sin_q_right_hip_pitch, t4059, t4062);
     t4064 = R::fused(-sin_q_right_hip_roll, t4063, t114);
     t4065 = R::fused(-sin_q_right_hip_yaw, t4064, t4061);
+    out[36][11] = t4065;
+    out[47][0] = t4065;
     t4066 = sin_q_left_hip_yaw * t4011; // left_hip_roll_link: mass matrix
+    out[36][13] = t4066;
+    out[49][0] = t4066;
     t4067 = cos_q_left_hip_yaw * t4010; // left_upper_leg: mass matrix
     t4068 = sin_q_left_hip_roll * t4016; // left_upper_leg: mass matrix
     t4069 = R::fused(sin_q_left_hip_yaw, t4068, -t4067); // left_upper_leg: mass matrix
+    out[36][14] = t4069;
+    out[50][0] = t4069;
     // left_lower_leg: mass matrix
     t4070 = sin_q_left_hip_pitch * t4008;
     t4071 = R::fused(-cos_q_left_hip_pitch, t4004, t4070);
@@ -5767,6 +5786,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4074 = R::fused(sin_q_left_hip_pitch, t4004, t4073);
     t4075 = sin_q_left_hip_roll * t4074;
     t4076 = R::fused(sin_q_left_hip_yaw, t4075, t4072);
+    out[36][15] = t4076;
+    out[51][0] = t4076;
     // left_ankle: mass matrix
     t4077 = t4002 * cos_q_left_knee_pitch;
     t4078 = R::fused(t3998, sin_q_left_knee_pitch, t4077);
@@ -5779,6 +5800,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4085 = R::fused(-sin_q_left_hip_pitch, t4081, t4084);
     t4086 = sin_q_left_hip_roll * t4085;
     t4087 = R::fused(sin_q_left_hip_yaw, t4086, t4083);
+    out[36][16] = t4087;
+    out[52][0] = t4087;
     // left_foot: mass matrix
     t4088 = t28 * cos_q_left_ankle_pitch;
     t4089 = cos_q_left_knee_pitch * t4088;
@@ -5793,41 +5816,87 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4098 = R::fused(-sin_q_left_hip_pitch, t4094, t4097);
     t4099 = R::fused(-sin_q_left_hip_roll, t4098, t147);
     t4100 = R::fused(-sin_q_left_hip_yaw, t4099, t4096);
+    out[36][17] = t4100;
+    out[53][0] = t4100;
     t4101 = cos_q_left_hip_yaw * t4017; // left_hip_yaw_link: sums of what it carries
     t4102 = R::fused(-sin_q_left_hip_yaw, t4019, -t4101); // left_hip_yaw_link: sums of what it carries
+    out[37][12] = t4102;
+    out[48][1] = t4102;
     t4103 = R::constant(0.20808) - t4102; // left_hip_yaw_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
     t4104 = cos_q_right_hip_yaw * t4024;
     t4105 = R::fused(-sin_q_right_hip_yaw, t4026, -t4104);
+    out[37][6] = t4105;
+    out[42][1] = t4105;
     t4106 = t4103 - t4105;
+    out[38][4] = t4106;
+    out[40][2] = t4106;
     t4107 = -t4106;
+    out[37][5] = t4107;
+    out[41][1] = t4107;
     t4108 = cos_q_right_hip_yaw * t3996; // right_hip_roll_link: mass matrix
+    out[37][7] = t4108;
+    out[43][1] = t4108;
     t4109 = sin_q_right_hip_yaw * t3995; // right_upper_leg: mass matrix
     t4110 = R::fused(-cos_q_right_hip_yaw, t4033, -t4109); // right_upper_leg: mass matrix
+    out[37][8] = t4110;
+    out[44][1] = t4110;
     t4111 = sin_q_right_hip_yaw * t4036; // right_lower_leg: mass matrix
     t4112 = R::fused(-cos_q_right_hip_yaw, t4040, t4111); // right_lower_leg: mass matrix
+    out[37][9] = t4112;
+    out[45][1] = t4112;
     t4113 = sin_q_right_hip_yaw * t4047; // right_ankle: mass matrix
     t4114 = R::fused(-cos_q_right_hip_yaw, t4051, t4113); // right_ankle: mass matrix
+    out[37][10] = t4114;
+    out[46][1] = t4114;
     t4115 = sin_q_right_hip_yaw * t4060; // right_foot: mass matrix
     t4116 = R::fused(cos_q_right_hip_yaw, t4064, t4115); // right_foot: mass matrix
+    out[37][11] = t4116;
+    out[47][1] = t4116;
     t4117 = cos_q_left_hip_yaw * t4011; // left_hip_roll_link: mass matrix
     t4118 = -t4117; // left_hip_roll_link: mass matrix
+    out[37][13] = t4118;
+    out[49][1] = t4118;
     t4119 = sin_q_left_hip_yaw * t4010; // left_upper_leg: mass matrix
     t4120 = R::fused(-cos_q_left_hip_yaw, t4068, -t4119); // left_upper_leg: mass matrix
+    out[37][14] = t4120;
+    out[50][1] = t4120;
     t4121 = sin_q_left_hip_yaw * t4071; // left_lower_leg: mass matrix
     t4122 = R::fused(-cos_q_left_hip_yaw, t4075, t4121); // left_lower_leg: mass matrix
+    out[37][15] = t4122;
+    out[51][1] = t4122;
     t4123 = sin_q_left_hip_yaw * t4082; // left_ankle: mass matrix
     t4124 = R::fused(-cos_q_left_hip_yaw, t4086, t4123); // left_ankle: mass matrix
+    out[37][16] = t4124;
+    out[52][1] = t4124;
     t4125 = sin_q_left_hip_yaw * t4095; // left_foot: mass matrix
     t4126 = R::fused(cos_q_left_hip_yaw, t4099, t4125); // left_foot: mass matrix
+    out[37][17] = t4126;
+    out[53][1] = t4126;
     t4127 = cos_q_right_hip_roll * t4023; // right_upper_leg: mass matrix
+    out[38][8] = t4127;
+    out[44][2] = t4127;
     t4128 = cos_q_right_hip_roll * t4039; // right_lower_leg: mass matrix
+    out[38][9] = t4128;
+    out[45][2] = t4128;
     t4129 = cos_q_right_hip_roll * t4050; // right_ankle: mass matrix
+    out[38][10] = t4129;
+    out[46][2] = t4129;
     t4130 = R::fused(cos_q_right_hip_roll, t4063, t119); // right_foot: mass matrix
+    out[38][11] = t4130;
+    out[47][2] = t4130;
     t4131 = cos_q_left_hip_roll * t4016; // left_upper_leg: mass matrix
+    out[38][14] = t4131;
+    out[50][2] = t4131;
     t4132 = cos_q_left_hip_roll * t4074; // left_lower_leg: mass matrix
+    out[38][15] = t4132;
+    out[51][2] = t4132;
     t4133 = cos_q_left_hip_roll * t4085; // left_ankle: mass matrix
+    out[38][16] = t4133;
+    out[52][2] = t4133;
     t4134 = R::fused(cos_q_left_hip_roll, t4098, t152); // left_foot: mass matrix
+    out[38][17] = t4134;
+    out[53][2] = t4134;
     t4135 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
     t4136 = R::constant(0.0029269125) - t1795; // left_foot: sums of what it carries
     // left_ankle: sums of what it carries
@@ -5870,14 +5939,18 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4171 = R::fused(R::constant(-2.0), t4170, t4164);
     t4172 = t4160 - t4171;
     t4173 = R::constant(0.305437170867) + t4172;
+    out[49][13] = t4173;
     t4174 = R::constant(0.305783837533) - t4173; // left_hip_roll_link: sums of what it carries
     t4175 = R::constant(0.00009166667) - t1795; // left_foot: sums of what it carries
     t4176 = t1996 - t4175; // left_foot: sums of what it carries
     t4177 = R::constant(0.0045979875) + t4176; // left_foot: sums of what it carries
+    out[52][16] = t4177;
     t4178 = t4177 + t4143; // left_ankle: sums of what it carries
     t4179 = R::constant(0.07325338333) + t4178; // left_ankle: sums of what it carries
+    out[51][15] = t4179;
     t4180 = t4179 + t4159; // left_lower_leg: sums of what it carries
     t4181 = R::constant(0.231642) + t4180; // left_lower_leg: sums of what it carries
+    out[50][14] = t4181;
     t4182 = R::constant(0.3052705042) - t4181;
     t4183 = t4162 - t4171;
     t4184 = t4183 - t4182; // left_hip_roll_link: sums of what it carries
@@ -5906,6 +5979,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4206 = t2053 * t4205; // left_hip_yaw_link: sums of what it carries
     t4207 = sin_q_left_hip_pitch * t4196; // left_upper_leg: sums of what it carries
     t4208 = R::fused(-cos_q_left_hip_pitch, t4200, t4207); // left_upper_leg: sums of what it carries
+    out[49][14] = t4208;
+    out[50][13] = t4208;
     t4209 = cos_q_left_hip_roll * t4208; // left_hip_roll_link: sums of what it carries
     t4210 = t1892 * t4169; // left_upper_leg: sums of what it carries
     t4211 = R::fused(R::constant(-2.0), t4210, t4169); // left_upper_leg: sums of what it carries
@@ -5960,14 +6035,18 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4256 = R::fused(R::constant(-2.0), t4255, t4249);
     t4257 = t4245 - t4256;
     t4258 = R::constant(0.305437170867) + t4257;
+    out[43][7] = t4258;
     t4259 = R::constant(0.305783837533) - t4258; // right_hip_roll_link: sums of what it carries
     t4260 = R::constant(0.00009166667) - t438; // right_foot: sums of what it carries
     t4261 = t657 - t4260; // right_foot: sums of what it carries
     t4262 = R::constant(0.0045979875) + t4261; // right_foot: sums of what it carries
+    out[46][10] = t4262;
     t4263 = t4262 + t4228; // right_ankle: sums of what it carries
     t4264 = R::constant(0.07325338333) + t4263; // right_ankle: sums of what it carries
+    out[45][9] = t4264;
     t4265 = t4264 + t4244; // right_lower_leg: sums of what it carries
     t4266 = R::constant(0.231642) + t4265; // right_lower_leg: sums of what it carries
+    out[44][8] = t4266;
     t4267 = R::constant(0.3052705042) - t4266;
     t4268 = t4247 - t4256;
     t4269 = t4268 - t4267; // right_hip_roll_link: sums of what it carries
@@ -5996,6 +6075,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4291 = t714 * t4290; // right_hip_yaw_link: sums of what it carries
     t4292 = sin_q_right_hip_pitch * t4281; // right_upper_leg: sums of what it carries
     t4293 = R::fused(cos_q_right_hip_pitch, t4285, -t4292); // right_upper_leg: sums of what it carries
+    out[43][8] = t4293;
+    out[44][7] = t4293;
     t4294 = cos_q_right_hip_roll * t4293; // right_hip_roll_link: sums of what it carries
     t4295 = t553 * t4254; // right_upper_leg: sums of what it carries
     t4296 = R::fused(R::constant(-2.0), t4295, t4254); // right_upper_leg: sums of what it carries
@@ -6007,7 +6088,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4301 = t4259 + t4300;
     t4302 = R::constant(0.1528) * t4027;
     t4303 = t4301 - t4302;
-    t4304 = t4219 - t4303;
+    out[39][3] = t4219 - t4303;
     let (
         t4305, t4306, t4307, t4308, t4309, t4310, t4311, t4312, t4313, t4314, t4315, t4316, t4317, t4318, t4319, t4320,
         t4321, t4322, t4323, t4324, t4325, t4326, t4327, t4328, t4329, t4330, t4331, t4332, t4333, t4334, t4335, t4336,
@@ -6017,11 +6098,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t4385, t4386, t4387, t4388, t4389, t4390, t4391, t4392, t4393, t4394, t4395, t4396, t4397, t4398, t4399, t4400,
         t4401, t4402, t4403, t4404, t4405, t4406, t4407, t4408, t4409, t4410, t4411, t4412, t4413, t4414, t4415, t4416,
         t4417, t4418, t4419, t4420, t4421, t4422, t4423, t4424, t4425, t4426, t4427, t4428, t4429, t4430, t4431, t4432,
-        t4433, t4434, t4435, t4436, t4437, t4438, t4439, t4440, t4441, t4442, t4443, t4444, t4445, t4446, t4447, t4448,
-        t4449, t4450, t4451, t4452, t4453, t4454, t4455, t4456, t4457, t4458, t4459, t4460, t4461, t4462, t4463, t4464,
-        t4465, t4466, t4467, t4468, t4469, t4470, t4471, t4472, t4473, t4474, t4475, t4476, t4477, t4478, t4479, t4480,
-        t4481, t4482, t4483, t4484, t4485, t4486, t4487, t4488, t4489, t4490, t4491, t4492, t4493, t4494, t4495, t4496,
-        t4497, t4498, t4499, t4500, t4501, t4502, t4503, t4504, t4505, t4506, t4507, t4508, t4509,
+        t4433, t4434, t4435, t4436, t4437, t4438, t4439, t4440, t4441, t4443, t4444, t4445, t4446, t4447, t4448, t4449,
+        t4450, t4451, t4452, t4453, t4454, t4455, t4456, t4457, t4458, t4459, t4460, t4461, t4462, t4463, t4464, t4465,
+        t4466, t4467, t4468, t4469, t4470, t4471, t4472, t4473, t4474, t4475, t4476, t4477, t4478, t4480, t4481, t4482,
+        t4483, t4484, t4485, t4486, t4487, t4488, t4489, t4490, t4491, t4492, t4493, t4494, t4495, t4496, t4497, t4498,
+        t4499, t4500, t4501, t4502, t4503, t4504, t4505, t4506, t4507, t4508, t4509,
     );
     // left_hip_yaw_link: sums of what it carries
     t4305 = t2053 * t4213;
@@ -6035,42 +6116,64 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4312 = R::fused(-t716, t4290, t4311);
     t4313 = R::fused(R::constant(-0.0764), t4105, t4312);
     t4314 = t4309 - t4313;
+    out[39][4] = t4314;
+    out[40][3] = t4314;
     t4315 = sin_q_left_hip_roll * t4208; // left_hip_roll_link: sums of what it carries
     t4316 = R::fused(cos_q_left_hip_roll, t4212, t4315); // left_hip_roll_link: sums of what it carries
+    out[48][13] = t4316;
+    out[49][12] = t4316;
     t4317 = cos_q_left_hip_yaw * t4316; // left_hip_yaw_link: sums of what it carries
     t4318 = t2038 * t4201; // left_hip_roll_link: sums of what it carries
     t4319 = R::fused(R::constant(-2.0), t4318, t4201); // left_hip_roll_link: sums of what it carries
     t4320 = R::fused(t2040, t4184, t4319); // left_hip_roll_link: sums of what it carries
     t4321 = R::fused(-sin_q_left_hip_yaw, t4320, t4317); // left_hip_yaw_link: sums of what it carries
+    out[39][12] = t4321;
+    out[48][3] = t4321;
     t4322 = R::constant(0.0404594) + t4321; // left_hip_yaw_link: sums of what it carries
     t4323 = sin_q_right_hip_roll * t4293; // right_hip_roll_link: sums of what it carries
     t4324 = R::fused(cos_q_right_hip_roll, t4297, t4323); // right_hip_roll_link: sums of what it carries
+    out[42][7] = t4324;
+    out[43][6] = t4324;
     t4325 = cos_q_right_hip_yaw * t4324;
     t4326 = t699 * t4286; // right_hip_roll_link: sums of what it carries
     t4327 = R::fused(R::constant(-2.0), t4326, t4286); // right_hip_roll_link: sums of what it carries
     t4328 = R::fused(-t701, t4269, t4327); // right_hip_roll_link: sums of what it carries
     t4329 = R::fused(sin_q_right_hip_yaw, t4328, t4325);
+    out[39][6] = t4329;
+    out[42][3] = t4329;
     t4330 = t4322 + t4329;
+    out[39][5] = t4330;
+    out[41][3] = t4330;
     t4331 = cos_q_right_hip_yaw * t4258; // right_hip_roll_link: mass matrix
     t4332 = R::fused(sin_q_right_hip_yaw, t4298, t4331); // right_hip_roll_link: mass matrix
     t4333 = R::fused(R::constant(-0.0764), t4026, t4332); // right_hip_roll_link: mass matrix
+    out[39][7] = t4333;
+    out[43][3] = t4333;
     // right_upper_leg: mass matrix
     t4334 = cos_q_right_hip_yaw * t4293;
     t4335 = cos_q_right_hip_roll * t4266;
     t4336 = R::fused(sin_q_right_hip_roll, t4286, t4335);
     t4337 = R::fused(sin_q_right_hip_yaw, t4336, -t4334);
     t4338 = R::fused(R::constant(-0.0764), t4127, -t4337);
+    out[39][8] = t4338;
+    out[44][3] = t4338;
     // right_lower_leg: mass matrix
     t4339 = sin_q_right_hip_pitch * t4279;
     t4340 = R::fused(-cos_q_right_hip_pitch, t4284, -t4339);
+    out[43][9] = t4340;
+    out[45][7] = t4340;
     t4341 = cos_q_right_hip_yaw * t4340;
     t4342 = R::fused(R::constant(0.315), t3989, t4264);
+    out[44][9] = t4342;
+    out[45][8] = t4342;
     t4343 = cos_q_right_hip_roll * t4342;
     t4344 = cos_q_right_hip_pitch * t4279;
     t4345 = R::fused(-sin_q_right_hip_pitch, t4284, t4344);
     t4346 = R::fused(sin_q_right_hip_roll, t4345, t4343);
     t4347 = R::fused(sin_q_right_hip_yaw, t4346, -t4341);
     t4348 = R::fused(R::constant(-0.0764), t4128, -t4347);
+    out[39][9] = t4348;
+    out[45][3] = t4348;
     // right_ankle: mass matrix
     t4349 = t4272 * cos_q_right_knee_pitch;
     t4350 = R::fused(-t4277, sin_q_right_knee_pitch, t4349);
@@ -6078,15 +6181,23 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4352 = t4272 * sin_q_right_knee_pitch;
     t4353 = R::fused(t4277, cos_q_right_knee_pitch, t4352);
     t4354 = R::fused(-cos_q_right_hip_pitch, t4353, -t4351);
+    out[43][10] = t4354;
+    out[46][7] = t4354;
     t4355 = cos_q_right_hip_yaw * t4354;
     t4356 = R::fused(R::constant(0.273), t3983, t4262);
+    out[45][10] = t4356;
+    out[46][9] = t4356;
     t4357 = R::fused(R::constant(-0.315), t4046, t4356);
+    out[44][10] = t4357;
+    out[46][8] = t4357;
     t4358 = cos_q_right_hip_roll * t4357;
     t4359 = cos_q_right_hip_pitch * t4350;
     t4360 = R::fused(-sin_q_right_hip_pitch, t4353, t4359);
     t4361 = R::fused(sin_q_right_hip_roll, t4360, t4358);
     t4362 = R::fused(sin_q_right_hip_yaw, t4361, -t4355);
     t4363 = R::fused(R::constant(-0.0764), t4129, -t4362);
+    out[39][10] = t4363;
+    out[46][3] = t4363;
     // right_foot: mass matrix
     t4364 = t441 * cos_q_right_ankle_pitch;
     t4365 = R::fused(-t1114, sin_q_right_ankle_pitch, t4364);
@@ -6100,35 +6211,53 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4373 = R::fused(cos_q_right_knee_pitch, t4369, t4372);
     t4374 = R::fused(cos_q_right_ankle_roll, R::constant(0.0051975), t4373);
     t4375 = R::fused(cos_q_right_hip_pitch, t4374, t4371);
+    out[43][11] = t4375;
+    out[47][7] = t4375;
     t4376 = cos_q_right_hip_yaw * t4375;
     t4377 = R::fused(R::constant(-0.273), t4055, -t446);
+    out[45][11] = t4377;
+    out[47][9] = t4377;
     t4378 = R::fused(R::constant(-0.315), t4059, t4377);
+    out[44][11] = t4378;
+    out[47][8] = t4378;
     t4379 = cos_q_right_hip_roll * t4378;
     t4380 = cos_q_right_hip_pitch * t4370;
     t4381 = R::fused(-sin_q_right_hip_pitch, t4374, t4380);
     t4382 = R::fused(sin_q_right_hip_roll, t4381, -t4379);
     t4383 = R::fused(sin_q_right_hip_yaw, t4382, t4376);
     t4384 = R::fused(R::constant(-0.0764), t4130, t4383);
+    out[39][11] = t4384;
+    out[47][3] = t4384;
     t4385 = cos_q_left_hip_yaw * t4173; // left_hip_roll_link: mass matrix
     t4386 = R::fused(-sin_q_left_hip_yaw, t4213, t4385); // left_hip_roll_link: mass matrix
     t4387 = R::fused(R::constant(0.0764), t4019, t4386); // left_hip_roll_link: mass matrix
+    out[39][13] = t4387;
+    out[49][3] = t4387;
     // left_upper_leg: mass matrix
     t4388 = cos_q_left_hip_yaw * t4208;
     t4389 = cos_q_left_hip_roll * t4181;
     t4390 = R::fused(-sin_q_left_hip_roll, t4201, t4389);
     t4391 = R::fused(-sin_q_left_hip_yaw, t4390, t4388);
     t4392 = R::fused(R::constant(0.0764), t4131, t4391);
+    out[39][14] = t4392;
+    out[50][3] = t4392;
     // left_lower_leg: mass matrix
     t4393 = sin_q_left_hip_pitch * t4194;
     t4394 = R::fused(cos_q_left_hip_pitch, t4199, t4393);
+    out[49][15] = t4394;
+    out[51][13] = t4394;
     t4395 = cos_q_left_hip_yaw * t4394;
     t4396 = R::fused(R::constant(0.315), t4004, t4179);
+    out[50][15] = t4396;
+    out[51][14] = t4396;
     t4397 = cos_q_left_hip_roll * t4396;
     t4398 = cos_q_left_hip_pitch * t4194;
     t4399 = R::fused(-sin_q_left_hip_pitch, t4199, t4398);
     t4400 = R::fused(-sin_q_left_hip_roll, t4399, t4397);
     t4401 = R::fused(-sin_q_left_hip_yaw, t4400, t4395);
     t4402 = R::fused(R::constant(0.0764), t4132, t4401);
+    out[39][15] = t4402;
+    out[51][3] = t4402;
     // left_ankle: mass matrix
     t4403 = t4187 * cos_q_left_knee_pitch;
     t4404 = R::fused(-t4192, sin_q_left_knee_pitch, t4403);
@@ -6136,15 +6265,23 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4406 = t4187 * sin_q_left_knee_pitch;
     t4407 = R::fused(t4192, cos_q_left_knee_pitch, t4406);
     t4408 = R::fused(-cos_q_left_hip_pitch, t4407, -t4405);
+    out[49][16] = t4408;
+    out[52][13] = t4408;
     t4409 = cos_q_left_hip_yaw * t4408;
     t4410 = R::fused(R::constant(0.273), t3998, t4177);
+    out[51][16] = t4410;
+    out[52][15] = t4410;
     t4411 = R::fused(R::constant(-0.315), t4081, t4410);
+    out[50][16] = t4411;
+    out[52][14] = t4411;
     t4412 = cos_q_left_hip_roll * t4411;
     t4413 = cos_q_left_hip_pitch * t4404;
     t4414 = R::fused(-sin_q_left_hip_pitch, t4407, t4413);
     t4415 = R::fused(sin_q_left_hip_roll, t4414, t4412);
     t4416 = R::fused(sin_q_left_hip_yaw, t4415, -t4409);
     t4417 = R::fused(R::constant(0.0764), t4133, -t4416);
+    out[39][16] = t4417;
+    out[52][3] = t4417;
     // left_foot: mass matrix
     t4418 = t1798 * cos_q_left_ankle_pitch;
     t4419 = R::fused(-t2453, sin_q_left_ankle_pitch, t4418);
@@ -6158,89 +6295,168 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4427 = R::fused(cos_q_left_knee_pitch, t4423, t4426);
     t4428 = R::fused(cos_q_left_ankle_roll, R::constant(0.0051975), t4427);
     t4429 = R::fused(cos_q_left_hip_pitch, t4428, t4425);
+    out[49][17] = t4429;
+    out[53][13] = t4429;
     t4430 = cos_q_left_hip_yaw * t4429;
     t4431 = R::fused(R::constant(-0.273), t4090, -t1803);
+    out[51][17] = t4431;
+    out[53][15] = t4431;
     t4432 = R::fused(R::constant(-0.315), t4094, t4431);
+    out[50][17] = t4432;
+    out[53][14] = t4432;
     t4433 = cos_q_left_hip_roll * t4432;
     t4434 = cos_q_left_hip_pitch * t4424;
     t4435 = R::fused(-sin_q_left_hip_pitch, t4428, t4434);
     t4436 = R::fused(sin_q_left_hip_roll, t4435, -t4433);
     t4437 = R::fused(sin_q_left_hip_yaw, t4436, t4430);
     t4438 = R::fused(R::constant(0.0764), t4134, t4437);
+    out[39][17] = t4438;
+    out[53][3] = t4438;
     t4439 = t4204 - t4215; // left_hip_yaw_link: sums of what it carries
     t4440 = R::constant(1.423881257066) - t4439; // left_hip_yaw_link: sums of what it carries
     t4441 = t4289 - t4300; // right_hip_yaw_link: sums of what it carries
-    t4442 = t4440 - t4441; // right_hip_yaw_link: sums of what it carries
+    out[40][4] = t4440 - t4441; // right_hip_yaw_link: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
     t4443 = sin_q_left_hip_yaw * t4316;
     t4444 = R::fused(cos_q_left_hip_yaw, t4320, t4443);
+    out[40][12] = t4444;
+    out[48][4] = t4444;
     t4445 = R::fused(R::constant(-0.0764), t4011, t4444);
     t4446 = R::constant(0.0014735) - t4445;
     // right_hip_yaw_link: sums of what it carries
     t4447 = sin_q_right_hip_yaw * t4324;
     t4448 = R::fused(-cos_q_right_hip_yaw, t4328, t4447);
+    out[40][6] = t4448;
+    out[42][4] = t4448;
     t4449 = R::fused(R::constant(0.0764), t3996, -t4448);
     t4450 = t4446 + t4449;
     t4451 = -t4450;
+    out[40][5] = t4451;
+    out[41][4] = t4451;
     t4452 = sin_q_right_hip_yaw * t4258; // right_hip_roll_link: mass matrix
     t4453 = R::fused(-cos_q_right_hip_yaw, t4298, t4452); // right_hip_roll_link: mass matrix
+    out[40][7] = t4453;
+    out[43][4] = t4453;
     t4454 = sin_q_right_hip_yaw * t4293; // right_upper_leg: mass matrix
     t4455 = R::fused(cos_q_right_hip_yaw, t4336, t4454); // right_upper_leg: mass matrix
+    out[40][8] = t4455;
+    out[44][4] = t4455;
     t4456 = sin_q_right_hip_yaw * t4340; // right_lower_leg: mass matrix
     t4457 = R::fused(cos_q_right_hip_yaw, t4346, t4456); // right_lower_leg: mass matrix
+    out[40][9] = t4457;
+    out[45][4] = t4457;
     t4458 = sin_q_right_hip_yaw * t4354; // right_ankle: mass matrix
     t4459 = R::fused(cos_q_right_hip_yaw, t4361, t4458); // right_ankle: mass matrix
+    out[40][10] = t4459;
+    out[46][4] = t4459;
     t4460 = sin_q_right_hip_yaw * t4375; // right_foot: mass matrix
     t4461 = R::fused(-cos_q_right_hip_yaw, t4382, t4460); // right_foot: mass matrix
+    out[40][11] = t4461;
+    out[47][4] = t4461;
     t4462 = sin_q_left_hip_yaw * t4173; // left_hip_roll_link: mass matrix
     t4463 = R::fused(cos_q_left_hip_yaw, t4213, t4462); // left_hip_roll_link: mass matrix
+    out[40][13] = t4463;
+    out[49][4] = t4463;
     t4464 = sin_q_left_hip_yaw * t4208; // left_upper_leg: mass matrix
     t4465 = R::fused(cos_q_left_hip_yaw, t4390, t4464); // left_upper_leg: mass matrix
+    out[40][14] = t4465;
+    out[50][4] = t4465;
     t4466 = sin_q_left_hip_yaw * t4394; // left_lower_leg: mass matrix
     t4467 = R::fused(cos_q_left_hip_yaw, t4400, t4466); // left_lower_leg: mass matrix
+    out[40][15] = t4467;
+    out[51][4] = t4467;
     t4468 = sin_q_left_hip_yaw * t4408; // left_ankle: mass matrix
     t4469 = R::fused(cos_q_left_hip_yaw, t4415, t4468); // left_ankle: mass matrix
+    out[40][16] = t4469;
+    out[52][4] = t4469;
     t4470 = sin_q_left_hip_yaw * t4429; // left_foot: mass matrix
     t4471 = R::fused(-cos_q_left_hip_yaw, t4436, t4470); // left_foot: mass matrix
+    out[40][17] = t4471;
+    out[53][4] = t4471;
     t4472 = t4183 - t4203; // left_hip_roll_link: sums of what it carries
     t4473 = R::constant(0.305963837533) - t4472; // left_hip_roll_link: sums of what it carries
+    out[48][12] = t4473;
     t4474 = t4473 - t4217; // left_hip_yaw_link: sums of what it carries
     t4475 = R::constant(0.15966028) + t4474; // left_hip_yaw_link: sums of what it carries
     t4476 = t4268 - t4288; // right_hip_roll_link: sums of what it carries
     t4477 = R::constant(0.305963837533) - t4476; // right_hip_roll_link: sums of what it carries
+    out[42][6] = t4477;
     t4478 = t4477 + t4302;
-    t4479 = t4475 + t4478;
+    out[41][5] = t4475 + t4478;
     t4480 = R::fused(R::constant(0.0764), t4027, t4477); // right_hip_yaw_link: mass matrix
+    out[41][6] = t4480;
+    out[42][5] = t4480;
     t4481 = R::fused(R::constant(-0.0764), t4030, t4324); // right_hip_roll_link: mass matrix
+    out[41][7] = t4481;
+    out[43][5] = t4481;
     t4482 = sin_q_right_hip_roll * t4266; // right_upper_leg: mass matrix
     t4483 = R::fused(-cos_q_right_hip_roll, t4286, t4482); // right_upper_leg: mass matrix
+    out[42][8] = t4483;
+    out[44][6] = t4483;
     t4484 = R::fused(R::constant(0.0764), t4034, t4483); // right_upper_leg: mass matrix
+    out[41][8] = t4484;
+    out[44][5] = t4484;
     t4485 = sin_q_right_hip_roll * t4342; // right_lower_leg: mass matrix
     t4486 = R::fused(-cos_q_right_hip_roll, t4345, t4485); // right_lower_leg: mass matrix
+    out[42][9] = t4486;
+    out[45][6] = t4486;
     t4487 = R::fused(R::constant(0.0764), t4041, t4486); // right_lower_leg: mass matrix
+    out[41][9] = t4487;
+    out[45][5] = t4487;
     t4488 = sin_q_right_hip_roll * t4357; // right_ankle: mass matrix
     t4489 = R::fused(-cos_q_right_hip_roll, t4360, t4488); // right_ankle: mass matrix
+    out[42][10] = t4489;
+    out[46][6] = t4489;
     t4490 = R::fused(R::constant(0.0764), t4052, t4489); // right_ankle: mass matrix
+    out[41][10] = t4490;
+    out[46][5] = t4490;
     t4491 = sin_q_right_hip_roll * t4378; // right_foot: mass matrix
     t4492 = R::fused(cos_q_right_hip_roll, t4381, t4491); // right_foot: mass matrix
+    out[42][11] = t4492;
+    out[47][6] = t4492;
     t4493 = R::fused(R::constant(0.0764), t4065, t4492); // right_foot: mass matrix
+    out[41][11] = t4493;
+    out[47][5] = t4493;
     t4494 = R::fused(R::constant(-0.0764), t4020, t4473); // left_hip_yaw_link: mass matrix
+    out[41][12] = t4494;
+    out[48][5] = t4494;
     t4495 = R::fused(R::constant(-0.0764), t4066, t4316); // left_hip_roll_link: mass matrix
+    out[41][13] = t4495;
+    out[49][5] = t4495;
     t4496 = sin_q_left_hip_roll * t4181; // left_upper_leg: mass matrix
     t4497 = R::fused(cos_q_left_hip_roll, t4201, t4496); // left_upper_leg: mass matrix
+    out[48][14] = t4497;
+    out[50][12] = t4497;
     t4498 = R::fused(R::constant(-0.0764), t4069, t4497); // left_upper_leg: mass matrix
+    out[41][14] = t4498;
+    out[50][5] = t4498;
     t4499 = sin_q_left_hip_roll * t4396; // left_lower_leg: mass matrix
     t4500 = R::fused(cos_q_left_hip_roll, t4399, t4499); // left_lower_leg: mass matrix
+    out[48][15] = t4500;
+    out[51][12] = t4500;
     t4501 = R::fused(R::constant(-0.0764), t4076, t4500); // left_lower_leg: mass matrix
+    out[41][15] = t4501;
+    out[51][5] = t4501;
     t4502 = sin_q_left_hip_roll * t4411; // left_ankle: mass matrix
     t4503 = R::fused(-cos_q_left_hip_roll, t4414, t4502); // left_ankle: mass matrix
+    out[48][16] = t4503;
+    out[52][12] = t4503;
     t4504 = R::fused(R::constant(-0.0764), t4087, t4503); // left_ankle: mass matrix
+    out[41][16] = t4504;
+    out[52][5] = t4504;
     t4505 = sin_q_left_hip_roll * t4432; // left_foot: mass matrix
     t4506 = R::fused(cos_q_left_hip_roll, t4435, t4505); // left_foot: mass matrix
+    out[48][17] = t4506;
+    out[53][12] = t4506;
     t4507 = R::fused(R::constant(-0.0764), t4100, t4506); // left_foot: mass matrix
+    out[41][17] = t4507;
+    out[53][5] = t4507;
     t4508 = -t446; // right_foot: sums of what it carries
+    out[46][11] = t4508;
+    out[47][10] = t4508;
     t4509 = -t1803; // left_foot: sums of what it carries
-    // q/base/linear/x
+    out[52][17] = t4509;
+    out[53][16] = t4509;
     out[0][0] = R::constant(0.0);
     out[0][1] = R::constant(0.0);
     out[0][2] = R::constant(0.0);
@@ -6259,7 +6475,6 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[0][15] = R::constant(0.0);
     out[0][16] = R::constant(0.0);
     out[0][17] = R::constant(0.0);
-    // q/base/linear/y
     out[1][0] = R::constant(0.0);
     out[1][1] = R::constant(0.0);
     out[1][2] = R::constant(0.0);
@@ -6278,7 +6493,6 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[1][15] = R::constant(0.0);
     out[1][16] = R::constant(0.0);
     out[1][17] = R::constant(0.0);
-    // q/base/linear/z
     out[2][0] = R::constant(0.0);
     out[2][1] = R::constant(0.0);
     out[2][2] = R::constant(0.0);
@@ -6297,728 +6511,204 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[2][15] = R::constant(0.0);
     out[2][16] = R::constant(0.0);
     out[2][17] = R::constant(0.0);
-    // q/base/angular/x
     out[3][0] = R::constant(0.0);
-    // q/base/angular/y
     out[4][1] = R::constant(0.0);
-    // q/base/angular/z
     out[5][2] = R::constant(0.0);
-    // q/right_hip_yaw
     out[6][12] = R::constant(0.0);
     out[6][13] = R::constant(0.0);
     out[6][14] = R::constant(0.0);
     out[6][15] = R::constant(0.0);
     out[6][16] = R::constant(0.0);
     out[6][17] = R::constant(0.0);
-    // q/right_hip_roll
     out[7][12] = R::constant(0.0);
     out[7][13] = R::constant(0.0);
     out[7][14] = R::constant(0.0);
     out[7][15] = R::constant(0.0);
     out[7][16] = R::constant(0.0);
     out[7][17] = R::constant(0.0);
-    // q/right_hip_pitch
     out[8][12] = R::constant(0.0);
     out[8][13] = R::constant(0.0);
     out[8][14] = R::constant(0.0);
     out[8][15] = R::constant(0.0);
     out[8][16] = R::constant(0.0);
     out[8][17] = R::constant(0.0);
-    // q/right_knee_pitch
     out[9][12] = R::constant(0.0);
     out[9][13] = R::constant(0.0);
     out[9][14] = R::constant(0.0);
     out[9][15] = R::constant(0.0);
     out[9][16] = R::constant(0.0);
     out[9][17] = R::constant(0.0);
-    // q/right_ankle_pitch
     out[10][12] = R::constant(0.0);
     out[10][13] = R::constant(0.0);
     out[10][14] = R::constant(0.0);
     out[10][15] = R::constant(0.0);
     out[10][16] = R::constant(0.0);
     out[10][17] = R::constant(0.0);
-    // q/right_ankle_roll
     out[11][12] = R::constant(0.0);
     out[11][13] = R::constant(0.0);
     out[11][14] = R::constant(0.0);
     out[11][15] = R::constant(0.0);
     out[11][16] = R::constant(0.0);
     out[11][17] = R::constant(0.0);
-    // q/left_hip_yaw
-    out[12][3] = t2307;
-    out[12][4] = t2322;
-    out[12][5] = t2345;
     out[12][6] = R::constant(0.0);
     out[12][7] = R::constant(0.0);
     out[12][8] = R::constant(0.0);
     out[12][9] = R::constant(0.0);
     out[12][10] = R::constant(0.0);
     out[12][11] = R::constant(0.0);
-    out[12][12] = t2344;
-    out[12][13] = t2362;
-    out[12][14] = t2385;
-    out[12][15] = t2413;
-    out[12][16] = t2449;
-    out[12][17] = t2511;
-    // q/left_hip_roll
-    out[13][0] = t2526;
-    out[13][1] = t2528;
-    out[13][2] = t2533;
-    out[13][3] = t2558;
-    out[13][4] = t2560;
-    out[13][5] = t2570;
     out[13][6] = R::constant(0.0);
     out[13][7] = R::constant(0.0);
     out[13][8] = R::constant(0.0);
     out[13][9] = R::constant(0.0);
     out[13][10] = R::constant(0.0);
     out[13][11] = R::constant(0.0);
-    out[13][12] = t2569;
-    out[13][13] = t2544;
-    out[13][14] = t2582;
-    out[13][15] = t2594;
-    out[13][16] = t2606;
-    out[13][17] = t2617;
-    // q/left_hip_pitch
-    out[14][0] = t2634;
-    out[14][1] = t2636;
-    out[14][2] = t2638;
-    out[14][3] = t2668;
-    out[14][4] = t2670;
-    out[14][5] = t2673;
     out[14][6] = R::constant(0.0);
     out[14][7] = R::constant(0.0);
     out[14][8] = R::constant(0.0);
     out[14][9] = R::constant(0.0);
     out[14][10] = R::constant(0.0);
     out[14][11] = R::constant(0.0);
-    out[14][12] = t2672;
-    out[14][13] = t2646;
-    out[14][14] = t2656;
-    out[14][15] = t2682;
-    out[14][16] = t2691;
-    out[14][17] = t2701;
-    // q/left_knee_pitch
-    out[15][0] = t2718;
-    out[15][1] = t2720;
-    out[15][2] = t2722;
-    out[15][3] = t2757;
-    out[15][4] = t2759;
-    out[15][5] = t2762;
     out[15][6] = R::constant(0.0);
     out[15][7] = R::constant(0.0);
     out[15][8] = R::constant(0.0);
     out[15][9] = R::constant(0.0);
     out[15][10] = R::constant(0.0);
     out[15][11] = R::constant(0.0);
-    out[15][12] = t2761;
-    out[15][13] = t2731;
-    out[15][14] = t2744;
-    out[15][15] = t2741;
-    out[15][16] = t2771;
-    out[15][17] = t2781;
-    // q/left_ankle_pitch
-    out[16][0] = t2800;
-    out[16][1] = t2802;
-    out[16][2] = t2804;
-    out[16][3] = t2844;
-    out[16][4] = t2846;
-    out[16][5] = t2849;
     out[16][6] = R::constant(0.0);
     out[16][7] = R::constant(0.0);
     out[16][8] = R::constant(0.0);
     out[16][9] = R::constant(0.0);
     out[16][10] = R::constant(0.0);
     out[16][11] = R::constant(0.0);
-    out[16][12] = t2848;
-    out[16][13] = t2814;
-    out[16][14] = t2830;
-    out[16][15] = t2827;
-    out[16][16] = t2824;
-    out[16][17] = t2859;
-    // q/left_ankle_roll
-    out[17][0] = t2878;
-    out[17][1] = t2880;
-    out[17][2] = t2882;
-    out[17][3] = t2926;
-    out[17][4] = t2928;
-    out[17][5] = t2931;
     out[17][6] = R::constant(0.0);
     out[17][7] = R::constant(0.0);
     out[17][8] = R::constant(0.0);
     out[17][9] = R::constant(0.0);
     out[17][10] = R::constant(0.0);
     out[17][11] = R::constant(0.0);
-    out[17][12] = t2930;
-    out[17][13] = t2903;
-    out[17][14] = t2918;
-    out[17][15] = t2915;
-    out[17][16] = t2912;
-    out[17][17] = t2899;
-    // v/base/linear/x
     out[18][0] = R::constant(0.0);
-    out[18][1] = t2932;
-    out[18][2] = t2934;
-    out[18][3] = t2938;
-    out[18][4] = t2940;
-    out[18][5] = t2942;
-    out[18][6] = t2944;
-    out[18][7] = t2946;
-    out[18][8] = t2948;
-    out[18][9] = t2950;
-    out[18][10] = t2952;
-    out[18][11] = t2954;
-    out[18][12] = t2956;
-    out[18][13] = t2958;
-    out[18][14] = t2960;
-    out[18][15] = t2962;
-    out[18][16] = t2964;
-    out[18][17] = t2966;
-    // v/base/linear/y
-    out[19][0] = t2967;
     out[19][1] = R::constant(0.0);
-    out[19][2] = t2968;
-    out[19][3] = t2969;
-    out[19][4] = t2972;
-    out[19][5] = t2973;
-    out[19][6] = t2975;
-    out[19][7] = t2977;
-    out[19][8] = t2979;
-    out[19][9] = t2981;
-    out[19][10] = t2983;
-    out[19][11] = t2985;
-    out[19][12] = t2987;
-    out[19][13] = t2989;
-    out[19][14] = t2991;
-    out[19][15] = t2993;
-    out[19][16] = t2995;
-    out[19][17] = t2997;
-    // v/base/linear/z
-    out[20][0] = t2933;
-    out[20][1] = t2998;
     out[20][2] = R::constant(0.0);
-    out[20][3] = t2999;
-    out[20][4] = t3000;
-    out[20][5] = t3002;
-    out[20][6] = t3004;
-    out[20][7] = t3006;
-    out[20][8] = t3008;
-    out[20][9] = t3010;
-    out[20][10] = t3012;
-    out[20][11] = t3014;
-    out[20][12] = t3016;
-    out[20][13] = t3018;
-    out[20][14] = t3020;
-    out[20][15] = t3022;
-    out[20][16] = t3024;
-    out[20][17] = t3026;
-    // v/base/angular/x
-    out[21][0] = t2937;
-    out[21][1] = t3033;
-    out[21][2] = t3040;
-    out[21][3] = t3068;
-    out[21][4] = t3082;
-    out[21][5] = t3098;
-    out[21][6] = t3103;
-    out[21][7] = t3111;
-    out[21][8] = t3119;
-    out[21][9] = t3127;
-    out[21][10] = t3135;
-    out[21][11] = t3143;
-    out[21][12] = t3148;
-    out[21][13] = t3156;
-    out[21][14] = t3164;
-    out[21][15] = t3172;
-    out[21][16] = t3180;
-    out[21][17] = t3188;
-    // v/base/angular/y
-    out[22][0] = t3191;
-    out[22][1] = t2971;
-    out[22][2] = t3198;
-    out[22][3] = t3216;
-    out[22][4] = t3232;
-    out[22][5] = t3246;
-    out[22][6] = t3251;
-    out[22][7] = t3261;
-    out[22][8] = t3271;
-    out[22][9] = t3281;
-    out[22][10] = t3291;
-    out[22][11] = t3301;
-    out[22][12] = t3306;
-    out[22][13] = t3316;
-    out[22][14] = t3326;
-    out[22][15] = t3336;
-    out[22][16] = t3346;
-    out[22][17] = t3356;
-    // v/base/angular/z
-    out[23][0] = t3358;
-    out[23][1] = t3361;
-    out[23][2] = t3001;
-    out[23][3] = t3376;
-    out[23][4] = t3389;
-    out[23][5] = t3400;
-    out[23][6] = t3407;
-    out[23][7] = t3414;
-    out[23][8] = t3421;
-    out[23][9] = t3428;
-    out[23][10] = t3435;
-    out[23][11] = t3442;
-    out[23][12] = t3449;
-    out[23][13] = t3457;
-    out[23][14] = t3464;
-    out[23][15] = t3471;
-    out[23][16] = t3478;
-    out[23][17] = t3485;
-    // v/right_hip_yaw
-    out[24][0] = t3487;
-    out[24][1] = t3489;
-    out[24][2] = t3491;
-    out[24][3] = t3495;
-    out[24][4] = t3499;
-    out[24][5] = t3503;
-    out[24][6] = t3502;
-    out[24][7] = t3506;
-    out[24][8] = t3510;
-    out[24][9] = t3514;
-    out[24][10] = t3518;
-    out[24][11] = t3521;
     out[24][12] = R::constant(0.0);
     out[24][13] = R::constant(0.0);
     out[24][14] = R::constant(0.0);
     out[24][15] = R::constant(0.0);
     out[24][16] = R::constant(0.0);
     out[24][17] = R::constant(0.0);
-    // v/right_hip_roll
-    out[25][0] = t3528;
-    out[25][1] = t3530;
-    out[25][2] = t3531;
-    out[25][3] = t3540;
-    out[25][4] = t3542;
-    out[25][5] = t3546;
-    out[25][6] = t3545;
-    out[25][7] = t3534;
-    out[25][8] = t3549;
-    out[25][9] = t3552;
-    out[25][10] = t3555;
-    out[25][11] = t3558;
     out[25][12] = R::constant(0.0);
     out[25][13] = R::constant(0.0);
     out[25][14] = R::constant(0.0);
     out[25][15] = R::constant(0.0);
     out[25][16] = R::constant(0.0);
     out[25][17] = R::constant(0.0);
-    // v/right_hip_pitch
-    out[26][0] = t3570;
-    out[26][1] = t3572;
-    out[26][2] = t3574;
-    out[26][3] = t3588;
-    out[26][4] = t3590;
-    out[26][5] = t3593;
-    out[26][6] = t3592;
-    out[26][7] = t3594;
-    out[26][8] = t3581;
-    out[26][9] = t3597;
-    out[26][10] = t3600;
-    out[26][11] = t3603;
     out[26][12] = R::constant(0.0);
     out[26][13] = R::constant(0.0);
     out[26][14] = R::constant(0.0);
     out[26][15] = R::constant(0.0);
     out[26][16] = R::constant(0.0);
     out[26][17] = R::constant(0.0);
-    // v/right_knee_pitch
-    out[27][0] = t3611;
-    out[27][1] = t3613;
-    out[27][2] = t3615;
-    out[27][3] = t3632;
-    out[27][4] = t3634;
-    out[27][5] = t3637;
-    out[27][6] = t3636;
-    out[27][7] = t3619;
-    out[27][8] = t3624;
-    out[27][9] = t3621;
-    out[27][10] = t3638;
-    out[27][11] = t3641;
     out[27][12] = R::constant(0.0);
     out[27][13] = R::constant(0.0);
     out[27][14] = R::constant(0.0);
     out[27][15] = R::constant(0.0);
     out[27][16] = R::constant(0.0);
     out[27][17] = R::constant(0.0);
-    // v/right_ankle_pitch
-    out[28][0] = t3649;
-    out[28][1] = t3651;
-    out[28][2] = t3653;
-    out[28][3] = t3675;
-    out[28][4] = t3677;
-    out[28][5] = t3680;
-    out[28][6] = t3679;
-    out[28][7] = t3658;
-    out[28][8] = t3666;
-    out[28][9] = t3663;
-    out[28][10] = t3660;
-    out[28][11] = t3683;
     out[28][12] = R::constant(0.0);
     out[28][13] = R::constant(0.0);
     out[28][14] = R::constant(0.0);
     out[28][15] = R::constant(0.0);
     out[28][16] = R::constant(0.0);
     out[28][17] = R::constant(0.0);
-    // v/right_ankle_roll
-    out[29][0] = t3695;
-    out[29][1] = t3697;
-    out[29][2] = t3699;
-    out[29][3] = t3729;
-    out[29][4] = t3731;
-    out[29][5] = t3734;
-    out[29][6] = t3733;
-    out[29][7] = t3710;
-    out[29][8] = t3721;
-    out[29][9] = t3718;
-    out[29][10] = t3715;
-    out[29][11] = t3706;
     out[29][12] = R::constant(0.0);
     out[29][13] = R::constant(0.0);
     out[29][14] = R::constant(0.0);
     out[29][15] = R::constant(0.0);
     out[29][16] = R::constant(0.0);
     out[29][17] = R::constant(0.0);
-    // v/left_hip_yaw
-    out[30][0] = t3735;
-    out[30][1] = t3736;
-    out[30][2] = t3738;
-    out[30][3] = t3742;
-    out[30][4] = t3746;
-    out[30][5] = t3750;
     out[30][6] = R::constant(0.0);
     out[30][7] = R::constant(0.0);
     out[30][8] = R::constant(0.0);
     out[30][9] = R::constant(0.0);
     out[30][10] = R::constant(0.0);
     out[30][11] = R::constant(0.0);
-    out[30][12] = t3749;
-    out[30][13] = t3753;
-    out[30][14] = t3757;
-    out[30][15] = t3761;
-    out[30][16] = t3765;
-    out[30][17] = t3768;
-    // v/left_hip_roll
-    out[31][0] = t3775;
-    out[31][1] = t3777;
-    out[31][2] = t3778;
-    out[31][3] = t3787;
-    out[31][4] = t3789;
-    out[31][5] = t3793;
     out[31][6] = R::constant(0.0);
     out[31][7] = R::constant(0.0);
     out[31][8] = R::constant(0.0);
     out[31][9] = R::constant(0.0);
     out[31][10] = R::constant(0.0);
     out[31][11] = R::constant(0.0);
-    out[31][12] = t3792;
-    out[31][13] = t3781;
-    out[31][14] = t3796;
-    out[31][15] = t3799;
-    out[31][16] = t3802;
-    out[31][17] = t3805;
-    // v/left_hip_pitch
-    out[32][0] = t3817;
-    out[32][1] = t3819;
-    out[32][2] = t3821;
-    out[32][3] = t3835;
-    out[32][4] = t3837;
-    out[32][5] = t3840;
     out[32][6] = R::constant(0.0);
     out[32][7] = R::constant(0.0);
     out[32][8] = R::constant(0.0);
     out[32][9] = R::constant(0.0);
     out[32][10] = R::constant(0.0);
     out[32][11] = R::constant(0.0);
-    out[32][12] = t3839;
-    out[32][13] = t3841;
-    out[32][14] = t3828;
-    out[32][15] = t3844;
-    out[32][16] = t3847;
-    out[32][17] = t3850;
-    // v/left_knee_pitch
-    out[33][0] = t3858;
-    out[33][1] = t3860;
-    out[33][2] = t3862;
-    out[33][3] = t3879;
-    out[33][4] = t3881;
-    out[33][5] = t3884;
     out[33][6] = R::constant(0.0);
     out[33][7] = R::constant(0.0);
     out[33][8] = R::constant(0.0);
     out[33][9] = R::constant(0.0);
     out[33][10] = R::constant(0.0);
     out[33][11] = R::constant(0.0);
-    out[33][12] = t3883;
-    out[33][13] = t3866;
-    out[33][14] = t3871;
-    out[33][15] = t3868;
-    out[33][16] = t3885;
-    out[33][17] = t3888;
-    // v/left_ankle_pitch
-    out[34][0] = t3896;
-    out[34][1] = t3898;
-    out[34][2] = t3900;
-    out[34][3] = t3922;
-    out[34][4] = t3924;
-    out[34][5] = t3927;
     out[34][6] = R::constant(0.0);
     out[34][7] = R::constant(0.0);
     out[34][8] = R::constant(0.0);
     out[34][9] = R::constant(0.0);
     out[34][10] = R::constant(0.0);
     out[34][11] = R::constant(0.0);
-    out[34][12] = t3926;
-    out[34][13] = t3905;
-    out[34][14] = t3913;
-    out[34][15] = t3910;
-    out[34][16] = t3907;
-    out[34][17] = t3930;
-    // v/left_ankle_roll
-    out[35][0] = t3942;
-    out[35][1] = t3944;
-    out[35][2] = t3946;
-    out[35][3] = t3976;
-    out[35][4] = t3978;
-    out[35][5] = t3981;
     out[35][6] = R::constant(0.0);
     out[35][7] = R::constant(0.0);
     out[35][8] = R::constant(0.0);
     out[35][9] = R::constant(0.0);
     out[35][10] = R::constant(0.0);
     out[35][11] = R::constant(0.0);
-    out[35][12] = t3980;
-    out[35][13] = t3957;
-    out[35][14] = t3968;
-    out[35][15] = t3965;
-    out[35][16] = t3962;
-    out[35][17] = t3953;
-    // a/base/linear/x
     out[36][0] = R::constant(19.0);
     out[36][1] = R::constant(0.0);
     out[36][2] = R::constant(0.0);
     out[36][3] = R::constant(0.0);
-    out[36][4] = t4014;
-    out[36][5] = t4029;
-    out[36][6] = t4027;
-    out[36][7] = t4031;
-    out[36][8] = t4034;
-    out[36][9] = t4041;
-    out[36][10] = t4052;
-    out[36][11] = t4065;
-    out[36][12] = t4020;
-    out[36][13] = t4066;
-    out[36][14] = t4069;
-    out[36][15] = t4076;
-    out[36][16] = t4087;
-    out[36][17] = t4100;
-    // a/base/linear/y
     out[37][0] = R::constant(0.0);
     out[37][1] = R::constant(19.0);
     out[37][2] = R::constant(0.0);
-    out[37][3] = t4013;
     out[37][4] = R::constant(0.0);
-    out[37][5] = t4107;
-    out[37][6] = t4105;
-    out[37][7] = t4108;
-    out[37][8] = t4110;
-    out[37][9] = t4112;
-    out[37][10] = t4114;
-    out[37][11] = t4116;
-    out[37][12] = t4102;
-    out[37][13] = t4118;
-    out[37][14] = t4120;
-    out[37][15] = t4122;
-    out[37][16] = t4124;
-    out[37][17] = t4126;
-    // a/base/linear/z
     out[38][0] = R::constant(0.0);
     out[38][1] = R::constant(0.0);
     out[38][2] = R::constant(19.0);
-    out[38][3] = t4028;
-    out[38][4] = t4106;
     out[38][5] = R::constant(0.0);
     out[38][6] = R::constant(0.0);
-    out[38][7] = t4026;
-    out[38][8] = t4127;
-    out[38][9] = t4128;
-    out[38][10] = t4129;
-    out[38][11] = t4130;
     out[38][12] = R::constant(0.0);
-    out[38][13] = t4019;
-    out[38][14] = t4131;
-    out[38][15] = t4132;
-    out[38][16] = t4133;
-    out[38][17] = t4134;
-    // a/base/angular/x
     out[39][0] = R::constant(0.0);
-    out[39][1] = t4013;
-    out[39][2] = t4028;
-    out[39][3] = t4304;
-    out[39][4] = t4314;
-    out[39][5] = t4330;
-    out[39][6] = t4329;
-    out[39][7] = t4333;
-    out[39][8] = t4338;
-    out[39][9] = t4348;
-    out[39][10] = t4363;
-    out[39][11] = t4384;
-    out[39][12] = t4321;
-    out[39][13] = t4387;
-    out[39][14] = t4392;
-    out[39][15] = t4402;
-    out[39][16] = t4417;
-    out[39][17] = t4438;
-    // a/base/angular/y
-    out[40][0] = t4014;
     out[40][1] = R::constant(0.0);
-    out[40][2] = t4106;
-    out[40][3] = t4314;
-    out[40][4] = t4442;
-    out[40][5] = t4451;
-    out[40][6] = t4448;
-    out[40][7] = t4453;
-    out[40][8] = t4455;
-    out[40][9] = t4457;
-    out[40][10] = t4459;
-    out[40][11] = t4461;
-    out[40][12] = t4444;
-    out[40][13] = t4463;
-    out[40][14] = t4465;
-    out[40][15] = t4467;
-    out[40][16] = t4469;
-    out[40][17] = t4471;
-    // a/base/angular/z
-    out[41][0] = t4029;
-    out[41][1] = t4107;
     out[41][2] = R::constant(0.0);
-    out[41][3] = t4330;
-    out[41][4] = t4451;
-    out[41][5] = t4479;
-    out[41][6] = t4480;
-    out[41][7] = t4481;
-    out[41][8] = t4484;
-    out[41][9] = t4487;
-    out[41][10] = t4490;
-    out[41][11] = t4493;
-    out[41][12] = t4494;
-    out[41][13] = t4495;
-    out[41][14] = t4498;
-    out[41][15] = t4501;
-    out[41][16] = t4504;
-    out[41][17] = t4507;
-    // a/right_hip_yaw
-    out[42][0] = t4027;
-    out[42][1] = t4105;
     out[42][2] = R::constant(0.0);
-    out[42][3] = t4329;
-    out[42][4] = t4448;
-    out[42][5] = t4480;
-    out[42][6] = t4477;
-    out[42][7] = t4324;
-    out[42][8] = t4483;
-    out[42][9] = t4486;
-    out[42][10] = t4489;
-    out[42][11] = t4492;
     out[42][12] = R::constant(0.0);
     out[42][13] = R::constant(0.0);
     out[42][14] = R::constant(0.0);
     out[42][15] = R::constant(0.0);
     out[42][16] = R::constant(0.0);
     out[42][17] = R::constant(0.0);
-    // a/right_hip_roll
-    out[43][0] = t4031;
-    out[43][1] = t4108;
-    out[43][2] = t4026;
-    out[43][3] = t4333;
-    out[43][4] = t4453;
-    out[43][5] = t4481;
-    out[43][6] = t4324;
-    out[43][7] = t4258;
-    out[43][8] = t4293;
-    out[43][9] = t4340;
-    out[43][10] = t4354;
-    out[43][11] = t4375;
     out[43][12] = R::constant(0.0);
     out[43][13] = R::constant(0.0);
     out[43][14] = R::constant(0.0);
     out[43][15] = R::constant(0.0);
     out[43][16] = R::constant(0.0);
     out[43][17] = R::constant(0.0);
-    // a/right_hip_pitch
-    out[44][0] = t4034;
-    out[44][1] = t4110;
-    out[44][2] = t4127;
-    out[44][3] = t4338;
-    out[44][4] = t4455;
-    out[44][5] = t4484;
-    out[44][6] = t4483;
-    out[44][7] = t4293;
-    out[44][8] = t4266;
-    out[44][9] = t4342;
-    out[44][10] = t4357;
-    out[44][11] = t4378;
     out[44][12] = R::constant(0.0);
     out[44][13] = R::constant(0.0);
     out[44][14] = R::constant(0.0);
     out[44][15] = R::constant(0.0);
     out[44][16] = R::constant(0.0);
     out[44][17] = R::constant(0.0);
-    // a/right_knee_pitch
-    out[45][0] = t4041;
-    out[45][1] = t4112;
-    out[45][2] = t4128;
-    out[45][3] = t4348;
-    out[45][4] = t4457;
-    out[45][5] = t4487;
-    out[45][6] = t4486;
-    out[45][7] = t4340;
-    out[45][8] = t4342;
-    out[45][9] = t4264;
-    out[45][10] = t4356;
-    out[45][11] = t4377;
     out[45][12] = R::constant(0.0);
     out[45][13] = R::constant(0.0);
     out[45][14] = R::constant(0.0);
     out[45][15] = R::constant(0.0);
     out[45][16] = R::constant(0.0);
     out[45][17] = R::constant(0.0);
-    // a/right_ankle_pitch
-    out[46][0] = t4052;
-    out[46][1] = t4114;
-    out[46][2] = t4129;
-    out[46][3] = t4363;
-    out[46][4] = t4459;
-    out[46][5] = t4490;
-    out[46][6] = t4489;
-    out[46][7] = t4354;
-    out[46][8] = t4357;
-    out[46][9] = t4356;
-    out[46][10] = t4262;
-    out[46][11] = t4508;
     out[46][12] = R::constant(0.0);
     out[46][13] = R::constant(0.0);
     out[46][14] = R::constant(0.0);
     out[46][15] = R::constant(0.0);
     out[46][16] = R::constant(0.0);
     out[46][17] = R::constant(0.0);
-    // a/right_ankle_roll
-    out[47][0] = t4065;
-    out[47][1] = t4116;
-    out[47][2] = t4130;
-    out[47][3] = t4384;
-    out[47][4] = t4461;
-    out[47][5] = t4493;
-    out[47][6] = t4492;
-    out[47][7] = t4375;
-    out[47][8] = t4378;
-    out[47][9] = t4377;
-    out[47][10] = t4508;
     out[47][11] = R::constant(0.001228333333);
     out[47][12] = R::constant(0.0);
     out[47][13] = R::constant(0.0);
@@ -7026,119 +6716,43 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[47][15] = R::constant(0.0);
     out[47][16] = R::constant(0.0);
     out[47][17] = R::constant(0.0);
-    // a/left_hip_yaw
-    out[48][0] = t4020;
-    out[48][1] = t4102;
     out[48][2] = R::constant(0.0);
-    out[48][3] = t4321;
-    out[48][4] = t4444;
-    out[48][5] = t4494;
     out[48][6] = R::constant(0.0);
     out[48][7] = R::constant(0.0);
     out[48][8] = R::constant(0.0);
     out[48][9] = R::constant(0.0);
     out[48][10] = R::constant(0.0);
     out[48][11] = R::constant(0.0);
-    out[48][12] = t4473;
-    out[48][13] = t4316;
-    out[48][14] = t4497;
-    out[48][15] = t4500;
-    out[48][16] = t4503;
-    out[48][17] = t4506;
-    // a/left_hip_roll
-    out[49][0] = t4066;
-    out[49][1] = t4118;
-    out[49][2] = t4019;
-    out[49][3] = t4387;
-    out[49][4] = t4463;
-    out[49][5] = t4495;
     out[49][6] = R::constant(0.0);
     out[49][7] = R::constant(0.0);
     out[49][8] = R::constant(0.0);
     out[49][9] = R::constant(0.0);
     out[49][10] = R::constant(0.0);
     out[49][11] = R::constant(0.0);
-    out[49][12] = t4316;
-    out[49][13] = t4173;
-    out[49][14] = t4208;
-    out[49][15] = t4394;
-    out[49][16] = t4408;
-    out[49][17] = t4429;
-    // a/left_hip_pitch
-    out[50][0] = t4069;
-    out[50][1] = t4120;
-    out[50][2] = t4131;
-    out[50][3] = t4392;
-    out[50][4] = t4465;
-    out[50][5] = t4498;
     out[50][6] = R::constant(0.0);
     out[50][7] = R::constant(0.0);
     out[50][8] = R::constant(0.0);
     out[50][9] = R::constant(0.0);
     out[50][10] = R::constant(0.0);
     out[50][11] = R::constant(0.0);
-    out[50][12] = t4497;
-    out[50][13] = t4208;
-    out[50][14] = t4181;
-    out[50][15] = t4396;
-    out[50][16] = t4411;
-    out[50][17] = t4432;
-    // a/left_knee_pitch
-    out[51][0] = t4076;
-    out[51][1] = t4122;
-    out[51][2] = t4132;
-    out[51][3] = t4402;
-    out[51][4] = t4467;
-    out[51][5] = t4501;
     out[51][6] = R::constant(0.0);
     out[51][7] = R::constant(0.0);
     out[51][8] = R::constant(0.0);
     out[51][9] = R::constant(0.0);
     out[51][10] = R::constant(0.0);
     out[51][11] = R::constant(0.0);
-    out[51][12] = t4500;
-    out[51][13] = t4394;
-    out[51][14] = t4396;
-    out[51][15] = t4179;
-    out[51][16] = t4410;
-    out[51][17] = t4431;
-    // a/left_ankle_pitch
-    out[52][0] = t4087;
-    out[52][1] = t4124;
-    out[52][2] = t4133;
-    out[52][3] = t4417;
-    out[52][4] = t4469;
-    out[52][5] = t4504;
     out[52][6] = R::constant(0.0);
     out[52][7] = R::constant(0.0);
     out[52][8] = R::constant(0.0);
     out[52][9] = R::constant(0.0);
     out[52][10] = R::constant(0.0);
     out[52][11] = R::constant(0.0);
-    out[52][12] = t4503;
-    out[52][13] = t4408;
-    out[52][14] = t4411;
-    out[52][15] = t4410;
-    out[52][16] = t4177;
-    out[52][17] = t4509;
-    // a/left_ankle_roll
-    out[53][0] = t4100;
-    out[53][1] = t4126;
-    out[53][2] = t4134;
-    out[53][3] = t4438;
-    out[53][4] = t4471;
-    out[53][5] = t4507;
     out[53][6] = R::constant(0.0);
     out[53][7] = R::constant(0.0);
     out[53][8] = R::constant(0.0);
     out[53][9] = R::constant(0.0);
     out[53][10] = R::constant(0.0);
     out[53][11] = R::constant(0.0);
-    out[53][12] = t4506;
-    out[53][13] = t4429;
-    out[53][14] = t4432;
-    out[53][15] = t4431;
-    out[53][16] = t4509;
     out[53][17] = R::constant(0.001228333333);
 }
 }

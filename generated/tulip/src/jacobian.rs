@@ -60,27 +60,51 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[12][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[12][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[12][5] = t23;
     // left_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_left_hip_yaw;
     let t25 = R::fused(t14, sin_q_left_hip_yaw, t24);
+    out[13][3] = t25;
     let t26 = t13 * sin_q_left_hip_yaw;
     let t27 = R::fused(-t14, cos_q_left_hip_yaw, t26);
     let t28 = t16 * cos_q_left_hip_yaw;
     let t29 = R::fused(t18, sin_q_left_hip_yaw, t28);
+    out[13][4] = t29;
     let t30 = t16 * sin_q_left_hip_yaw;
     let t31 = R::fused(-t18, cos_q_left_hip_yaw, t30);
     let t32 = t20 * cos_q_left_hip_yaw;
     let t33 = R::fused(t21, sin_q_left_hip_yaw, t32);
+    out[13][5] = t33;
     let t34 = t20 * sin_q_left_hip_yaw;
     let t35 = R::fused(-t21, cos_q_left_hip_yaw, t34);
     let t36 = R::fused(t14, R::constant(0.0764), q_base_x);
@@ -89,14 +113,23 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     // left_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_left_hip_roll;
     let t40 = R::fused(t15, sin_q_left_hip_roll, -t39);
+    out[14][3] = t40;
+    out[15][3] = t40;
+    out[16][3] = t40;
     let t41 = t27 * sin_q_left_hip_roll;
     let t42 = R::fused(t15, cos_q_left_hip_roll, t41);
     let t43 = t31 * cos_q_left_hip_roll;
     let t44 = R::fused(t19, sin_q_left_hip_roll, -t43);
+    out[14][4] = t44;
+    out[15][4] = t44;
+    out[16][4] = t44;
     let t45 = t31 * sin_q_left_hip_roll;
     let t46 = R::fused(t19, cos_q_left_hip_roll, t45);
     let t47 = t35 * cos_q_left_hip_roll;
     let t48 = R::fused(t23, sin_q_left_hip_roll, -t47);
+    out[14][5] = t48;
+    out[15][5] = t48;
+    out[16][5] = t48;
     let t49 = t35 * sin_q_left_hip_roll;
     let t50 = R::fused(t23, cos_q_left_hip_roll, t49);
     // left_upper_leg: pose in the world
@@ -132,15 +165,15 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t78 = t64 * cos_q_left_ankle_pitch;
     let t79 = R::fused(-t66, sin_q_left_ankle_pitch, t78);
     let t80 = t64 * sin_q_left_ankle_pitch;
-    let t81 = R::fused(-t66, cos_q_left_ankle_pitch, -t80);
+    out[17][3] = R::fused(-t66, cos_q_left_ankle_pitch, -t80);
     let t82 = t68 * cos_q_left_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_left_ankle_pitch, t82);
     let t84 = t68 * sin_q_left_ankle_pitch;
-    let t85 = R::fused(-t70, cos_q_left_ankle_pitch, -t84);
+    out[17][4] = R::fused(-t70, cos_q_left_ankle_pitch, -t84);
     let t86 = t72 * cos_q_left_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_left_ankle_pitch, t86);
     let t88 = t72 * sin_q_left_ankle_pitch;
-    let t89 = R::fused(-t74, cos_q_left_ankle_pitch, -t88);
+    out[17][5] = R::fused(-t74, cos_q_left_ankle_pitch, -t88);
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -152,87 +185,115 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t97 = t91 - t94;
     let t98 = t92 - t95;
     let t99 = t44 * t98;
-    let t100 = R::fused(t48, t97, -t99);
+    out[16][0] = R::fused(t48, t97, -t99);
     let t101 = t48 * t96;
-    let t102 = R::fused(t40, t98, -t101);
+    out[16][1] = R::fused(t40, t98, -t101);
     let t103 = t40 * t97;
-    let t104 = R::fused(t44, t96, -t103);
+    out[16][2] = R::fused(t44, t96, -t103);
     // left_lower_leg: Jacobian
     let t105 = t75 - t93;
     let t106 = t76 - t94;
     let t107 = t77 - t95;
     let t108 = t44 * t107;
-    let t109 = R::fused(t48, t106, -t108);
+    out[15][0] = R::fused(t48, t106, -t108);
     let t110 = t48 * t105;
-    let t111 = R::fused(t40, t107, -t110);
+    out[15][1] = R::fused(t40, t107, -t110);
     let t112 = t40 * t106;
-    let t113 = R::fused(t44, t105, -t112);
+    out[15][2] = R::fused(t44, t105, -t112);
     // left_upper_leg: Jacobian
     let t114 = t36 - t93;
     let t115 = t37 - t94;
     let t116 = t38 - t95;
     let t117 = t44 * t116;
-    let t118 = R::fused(t48, t115, -t117);
+    out[14][0] = R::fused(t48, t115, -t117);
     let t119 = t48 * t114;
-    let t120 = R::fused(t40, t116, -t119);
+    out[14][1] = R::fused(t40, t116, -t119);
     let t121 = t40 * t115;
-    let t122 = R::fused(t44, t114, -t121);
+    out[14][2] = R::fused(t44, t114, -t121);
     // left_hip_roll_link: Jacobian
     let t123 = t29 * t116;
-    let t124 = R::fused(t33, t115, -t123);
+    out[13][0] = R::fused(t33, t115, -t123);
     let t125 = t33 * t114;
-    let t126 = R::fused(t25, t116, -t125);
+    out[13][1] = R::fused(t25, t116, -t125);
     let t127 = t25 * t115;
-    let t128 = R::fused(t29, t114, -t127);
+    out[13][2] = R::fused(t29, t114, -t127);
     // left_hip_yaw_link: Jacobian
     let t129 = t19 * t116;
-    let t130 = R::fused(t23, t115, -t129);
+    out[12][0] = R::fused(t23, t115, -t129);
     let t131 = t23 * t114;
-    let t132 = R::fused(t15, t116, -t131);
+    out[12][1] = R::fused(t15, t116, -t131);
     let t133 = t15 * t115;
-    let t134 = R::fused(t19, t114, -t133);
+    out[12][2] = R::fused(t19, t114, -t133);
     // torso: Jacobian
     let t135 = q_base_x - t93;
     let t136 = q_base_y - t94;
     let t137 = q_base_z - t95;
     let t138 = t16 * t137;
-    let t139 = R::fused(t20, t136, -t138);
+    out[3][0] = R::fused(t20, t136, -t138);
     let t140 = t20 * t135;
-    let t141 = R::fused(t13, t137, -t140);
+    out[3][1] = R::fused(t13, t137, -t140);
     let t142 = t13 * t136;
-    let t143 = R::fused(t16, t135, -t142);
+    out[3][2] = R::fused(t16, t135, -t142);
     let t144 = t18 * t137;
-    let t145 = R::fused(t21, t136, -t144);
+    out[4][0] = R::fused(t21, t136, -t144);
     let t146 = t21 * t135;
-    let t147 = R::fused(t14, t137, -t146);
+    out[4][1] = R::fused(t14, t137, -t146);
     let t148 = t14 * t136;
-    let t149 = R::fused(t18, t135, -t148);
+    out[4][2] = R::fused(t18, t135, -t148);
     let t150 = t19 * t137;
-    let t151 = R::fused(t23, t136, -t150);
+    out[5][0] = R::fused(t23, t136, -t150);
     let t152 = t23 * t135;
-    let t153 = R::fused(t15, t137, -t152);
+    out[5][1] = R::fused(t15, t137, -t152);
     let t154 = t15 * t136;
-    let t155 = R::fused(t19, t135, -t154);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t139, t141, t143, t13, t16, t20], // base/angular/x
-        [t145, t147, t149, t14, t18, t21], // base/angular/y
-        [t151, t153, t155, t15, t19, t23], // base/angular/z
-        [R::constant(0.0); 6], // right_hip_yaw
-        [R::constant(0.0); 6], // right_hip_roll
-        [R::constant(0.0); 6], // right_hip_pitch
-        [R::constant(0.0); 6], // right_knee_pitch
-        [R::constant(0.0); 6], // right_ankle_pitch
-        [R::constant(0.0); 6], // right_ankle_roll
-        [t130, t132, t134, t15, t19, t23], // left_hip_yaw
-        [t124, t126, t128, t25, t29, t33], // left_hip_roll
-        [t118, t120, t122, t40, t44, t48], // left_hip_pitch
-        [t109, t111, t113, t40, t44, t48], // left_knee_pitch
-        [t100, t102, t104, t40, t44, t48], // left_ankle_pitch
-        [R::constant(0.0), R::constant(0.0), R::constant(0.0), t81, t85, t89], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t135, -t154);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[11][3] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
 }
 }
 
@@ -297,27 +358,51 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[6][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[6][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[6][5] = t23;
     // right_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_right_hip_yaw;
     let t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
+    out[7][3] = t25;
     let t26 = t13 * sin_q_right_hip_yaw;
     let t27 = R::fused(-t14, cos_q_right_hip_yaw, t26);
     let t28 = t16 * cos_q_right_hip_yaw;
     let t29 = R::fused(t18, sin_q_right_hip_yaw, t28);
+    out[7][4] = t29;
     let t30 = t16 * sin_q_right_hip_yaw;
     let t31 = R::fused(-t18, cos_q_right_hip_yaw, t30);
     let t32 = t20 * cos_q_right_hip_yaw;
     let t33 = R::fused(t21, sin_q_right_hip_yaw, t32);
+    out[7][5] = t33;
     let t34 = t20 * sin_q_right_hip_yaw;
     let t35 = R::fused(-t21, cos_q_right_hip_yaw, t34);
     let t36 = R::fused(-t14, R::constant(0.0764), q_base_x);
@@ -326,14 +411,23 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     // right_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_right_hip_roll;
     let t40 = R::fused(t15, sin_q_right_hip_roll, -t39);
+    out[8][3] = t40;
+    out[9][3] = t40;
+    out[10][3] = t40;
     let t41 = t27 * sin_q_right_hip_roll;
     let t42 = R::fused(t15, cos_q_right_hip_roll, t41);
     let t43 = t31 * cos_q_right_hip_roll;
     let t44 = R::fused(t19, sin_q_right_hip_roll, -t43);
+    out[8][4] = t44;
+    out[9][4] = t44;
+    out[10][4] = t44;
     let t45 = t31 * sin_q_right_hip_roll;
     let t46 = R::fused(t19, cos_q_right_hip_roll, t45);
     let t47 = t35 * cos_q_right_hip_roll;
     let t48 = R::fused(t23, sin_q_right_hip_roll, -t47);
+    out[8][5] = t48;
+    out[9][5] = t48;
+    out[10][5] = t48;
     let t49 = t35 * sin_q_right_hip_roll;
     let t50 = R::fused(t23, cos_q_right_hip_roll, t49);
     // right_upper_leg: pose in the world
@@ -369,15 +463,15 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t78 = t64 * cos_q_right_ankle_pitch;
     let t79 = R::fused(-t66, sin_q_right_ankle_pitch, t78);
     let t80 = t64 * sin_q_right_ankle_pitch;
-    let t81 = R::fused(-t66, cos_q_right_ankle_pitch, -t80);
+    out[11][3] = R::fused(-t66, cos_q_right_ankle_pitch, -t80);
     let t82 = t68 * cos_q_right_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_right_ankle_pitch, t82);
     let t84 = t68 * sin_q_right_ankle_pitch;
-    let t85 = R::fused(-t70, cos_q_right_ankle_pitch, -t84);
+    out[11][4] = R::fused(-t70, cos_q_right_ankle_pitch, -t84);
     let t86 = t72 * cos_q_right_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_right_ankle_pitch, t86);
     let t88 = t72 * sin_q_right_ankle_pitch;
-    let t89 = R::fused(-t74, cos_q_right_ankle_pitch, -t88);
+    out[11][5] = R::fused(-t74, cos_q_right_ankle_pitch, -t88);
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -389,87 +483,115 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t97 = t91 - t94;
     let t98 = t92 - t95;
     let t99 = t44 * t98;
-    let t100 = R::fused(t48, t97, -t99);
+    out[10][0] = R::fused(t48, t97, -t99);
     let t101 = t48 * t96;
-    let t102 = R::fused(t40, t98, -t101);
+    out[10][1] = R::fused(t40, t98, -t101);
     let t103 = t40 * t97;
-    let t104 = R::fused(t44, t96, -t103);
+    out[10][2] = R::fused(t44, t96, -t103);
     // right_lower_leg: Jacobian
     let t105 = t75 - t93;
     let t106 = t76 - t94;
     let t107 = t77 - t95;
     let t108 = t44 * t107;
-    let t109 = R::fused(t48, t106, -t108);
+    out[9][0] = R::fused(t48, t106, -t108);
     let t110 = t48 * t105;
-    let t111 = R::fused(t40, t107, -t110);
+    out[9][1] = R::fused(t40, t107, -t110);
     let t112 = t40 * t106;
-    let t113 = R::fused(t44, t105, -t112);
+    out[9][2] = R::fused(t44, t105, -t112);
     // right_upper_leg: Jacobian
     let t114 = t36 - t93;
     let t115 = t37 - t94;
     let t116 = t38 - t95;
     let t117 = t44 * t116;
-    let t118 = R::fused(t48, t115, -t117);
+    out[8][0] = R::fused(t48, t115, -t117);
     let t119 = t48 * t114;
-    let t120 = R::fused(t40, t116, -t119);
+    out[8][1] = R::fused(t40, t116, -t119);
     let t121 = t40 * t115;
-    let t122 = R::fused(t44, t114, -t121);
+    out[8][2] = R::fused(t44, t114, -t121);
     // right_hip_roll_link: Jacobian
     let t123 = t29 * t116;
-    let t124 = R::fused(t33, t115, -t123);
+    out[7][0] = R::fused(t33, t115, -t123);
     let t125 = t33 * t114;
-    let t126 = R::fused(t25, t116, -t125);
+    out[7][1] = R::fused(t25, t116, -t125);
     let t127 = t25 * t115;
-    let t128 = R::fused(t29, t114, -t127);
+    out[7][2] = R::fused(t29, t114, -t127);
     // right_hip_yaw_link: Jacobian
     let t129 = t19 * t116;
-    let t130 = R::fused(t23, t115, -t129);
+    out[6][0] = R::fused(t23, t115, -t129);
     let t131 = t23 * t114;
-    let t132 = R::fused(t15, t116, -t131);
+    out[6][1] = R::fused(t15, t116, -t131);
     let t133 = t15 * t115;
-    let t134 = R::fused(t19, t114, -t133);
+    out[6][2] = R::fused(t19, t114, -t133);
     // torso: Jacobian
     let t135 = q_base_x - t93;
     let t136 = q_base_y - t94;
     let t137 = q_base_z - t95;
     let t138 = t16 * t137;
-    let t139 = R::fused(t20, t136, -t138);
+    out[3][0] = R::fused(t20, t136, -t138);
     let t140 = t20 * t135;
-    let t141 = R::fused(t13, t137, -t140);
+    out[3][1] = R::fused(t13, t137, -t140);
     let t142 = t13 * t136;
-    let t143 = R::fused(t16, t135, -t142);
+    out[3][2] = R::fused(t16, t135, -t142);
     let t144 = t18 * t137;
-    let t145 = R::fused(t21, t136, -t144);
+    out[4][0] = R::fused(t21, t136, -t144);
     let t146 = t21 * t135;
-    let t147 = R::fused(t14, t137, -t146);
+    out[4][1] = R::fused(t14, t137, -t146);
     let t148 = t14 * t136;
-    let t149 = R::fused(t18, t135, -t148);
+    out[4][2] = R::fused(t18, t135, -t148);
     let t150 = t19 * t137;
-    let t151 = R::fused(t23, t136, -t150);
+    out[5][0] = R::fused(t23, t136, -t150);
     let t152 = t23 * t135;
-    let t153 = R::fused(t15, t137, -t152);
+    out[5][1] = R::fused(t15, t137, -t152);
     let t154 = t15 * t136;
-    let t155 = R::fused(t19, t135, -t154);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t139, t141, t143, t13, t16, t20], // base/angular/x
-        [t145, t147, t149, t14, t18, t21], // base/angular/y
-        [t151, t153, t155, t15, t19, t23], // base/angular/z
-        [t130, t132, t134, t15, t19, t23], // right_hip_yaw
-        [t124, t126, t128, t25, t29, t33], // right_hip_roll
-        [t118, t120, t122, t40, t44, t48], // right_hip_pitch
-        [t109, t111, t113, t40, t44, t48], // right_knee_pitch
-        [t100, t102, t104, t40, t44, t48], // right_ankle_pitch
-        [R::constant(0.0), R::constant(0.0), R::constant(0.0), t81, t85, t89], // right_ankle_roll
-        [R::constant(0.0); 6], // left_hip_yaw
-        [R::constant(0.0); 6], // left_hip_roll
-        [R::constant(0.0); 6], // left_hip_pitch
-        [R::constant(0.0); 6], // left_knee_pitch
-        [R::constant(0.0); 6], // left_ankle_pitch
-        [R::constant(0.0); 6], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t135, -t154);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[12][5] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[13][2] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][5] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[14][3] = R::constant(0.0);
+    out[14][4] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
 }
 }
 
@@ -538,27 +660,51 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[6][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[6][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[6][5] = t23;
     // right_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_right_hip_yaw;
     let t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
+    out[7][3] = t25;
     let t26 = t13 * sin_q_right_hip_yaw;
     let t27 = R::fused(-t14, cos_q_right_hip_yaw, t26);
     let t28 = t16 * cos_q_right_hip_yaw;
     let t29 = R::fused(t18, sin_q_right_hip_yaw, t28);
+    out[7][4] = t29;
     let t30 = t16 * sin_q_right_hip_yaw;
     let t31 = R::fused(-t18, cos_q_right_hip_yaw, t30);
     let t32 = t20 * cos_q_right_hip_yaw;
     let t33 = R::fused(t21, sin_q_right_hip_yaw, t32);
+    out[7][5] = t33;
     let t34 = t20 * sin_q_right_hip_yaw;
     let t35 = R::fused(-t21, cos_q_right_hip_yaw, t34);
     let t36 = R::fused(-t14, R::constant(0.0764), q_base_x);
@@ -567,14 +713,23 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     // right_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_right_hip_roll;
     let t40 = R::fused(t15, sin_q_right_hip_roll, -t39);
+    out[8][3] = t40;
+    out[9][3] = t40;
+    out[10][3] = t40;
     let t41 = t27 * sin_q_right_hip_roll;
     let t42 = R::fused(t15, cos_q_right_hip_roll, t41);
     let t43 = t31 * cos_q_right_hip_roll;
     let t44 = R::fused(t19, sin_q_right_hip_roll, -t43);
+    out[8][4] = t44;
+    out[9][4] = t44;
+    out[10][4] = t44;
     let t45 = t31 * sin_q_right_hip_roll;
     let t46 = R::fused(t19, cos_q_right_hip_roll, t45);
     let t47 = t35 * cos_q_right_hip_roll;
     let t48 = R::fused(t23, sin_q_right_hip_roll, -t47);
+    out[8][5] = t48;
+    out[9][5] = t48;
+    out[10][5] = t48;
     let t49 = t35 * sin_q_right_hip_roll;
     let t50 = R::fused(t23, cos_q_right_hip_roll, t49);
     // right_upper_leg: pose in the world
@@ -611,14 +766,17 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     let t79 = R::fused(-t66, sin_q_right_ankle_pitch, t78);
     let t80 = t64 * sin_q_right_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_right_ankle_pitch, -t80);
+    out[11][3] = t81;
     let t82 = t68 * cos_q_right_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_right_ankle_pitch, t82);
     let t84 = t68 * sin_q_right_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_right_ankle_pitch, -t84);
+    out[11][4] = t85;
     let t86 = t72 * cos_q_right_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_right_ankle_pitch, t86);
     let t88 = t72 * sin_q_right_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_right_ankle_pitch, -t88);
+    out[11][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -656,97 +814,122 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     let t121 = t106 - t118;
     let t122 = t107 - t119;
     let t123 = t85 * t122;
-    let t124 = R::fused(t89, t121, -t123);
+    out[11][0] = R::fused(t89, t121, -t123);
     let t125 = t89 * t120;
-    let t126 = R::fused(t81, t122, -t125);
+    out[11][1] = R::fused(t81, t122, -t125);
     let t127 = t81 * t121;
-    let t128 = R::fused(t85, t120, -t127);
+    out[11][2] = R::fused(t85, t120, -t127);
     // right_ankle: Jacobian
     let t129 = t90 - t117;
     let t130 = t91 - t118;
     let t131 = t92 - t119;
     let t132 = t44 * t131;
-    let t133 = R::fused(t48, t130, -t132);
+    out[10][0] = R::fused(t48, t130, -t132);
     let t134 = t48 * t129;
-    let t135 = R::fused(t40, t131, -t134);
+    out[10][1] = R::fused(t40, t131, -t134);
     let t136 = t40 * t130;
-    let t137 = R::fused(t44, t129, -t136);
+    out[10][2] = R::fused(t44, t129, -t136);
     // right_lower_leg: Jacobian
     let t138 = t75 - t117;
     let t139 = t76 - t118;
     let t140 = t77 - t119;
     let t141 = t44 * t140;
-    let t142 = R::fused(t48, t139, -t141);
+    out[9][0] = R::fused(t48, t139, -t141);
     let t143 = t48 * t138;
-    let t144 = R::fused(t40, t140, -t143);
+    out[9][1] = R::fused(t40, t140, -t143);
     let t145 = t40 * t139;
-    let t146 = R::fused(t44, t138, -t145);
+    out[9][2] = R::fused(t44, t138, -t145);
     // right_upper_leg: Jacobian
     let t147 = t36 - t117;
     let t148 = t37 - t118;
     let t149 = t38 - t119;
     let t150 = t44 * t149;
-    let t151 = R::fused(t48, t148, -t150);
+    out[8][0] = R::fused(t48, t148, -t150);
     let t152 = t48 * t147;
-    let t153 = R::fused(t40, t149, -t152);
+    out[8][1] = R::fused(t40, t149, -t152);
     let t154 = t40 * t148;
-    let t155 = R::fused(t44, t147, -t154);
+    out[8][2] = R::fused(t44, t147, -t154);
     // right_hip_roll_link: Jacobian
     let t156 = t29 * t149;
-    let t157 = R::fused(t33, t148, -t156);
+    out[7][0] = R::fused(t33, t148, -t156);
     let t158 = t33 * t147;
-    let t159 = R::fused(t25, t149, -t158);
+    out[7][1] = R::fused(t25, t149, -t158);
     let t160 = t25 * t148;
-    let t161 = R::fused(t29, t147, -t160);
+    out[7][2] = R::fused(t29, t147, -t160);
     // right_hip_yaw_link: Jacobian
     let t162 = t19 * t149;
-    let t163 = R::fused(t23, t148, -t162);
+    out[6][0] = R::fused(t23, t148, -t162);
     let t164 = t23 * t147;
-    let t165 = R::fused(t15, t149, -t164);
+    out[6][1] = R::fused(t15, t149, -t164);
     let t166 = t15 * t148;
-    let t167 = R::fused(t19, t147, -t166);
+    out[6][2] = R::fused(t19, t147, -t166);
     // torso: Jacobian
     let t168 = q_base_x - t117;
     let t169 = q_base_y - t118;
     let t170 = q_base_z - t119;
     let t171 = t16 * t170;
-    let t172 = R::fused(t20, t169, -t171);
+    out[3][0] = R::fused(t20, t169, -t171);
     let t173 = t20 * t168;
-    let t174 = R::fused(t13, t170, -t173);
+    out[3][1] = R::fused(t13, t170, -t173);
     let t175 = t13 * t169;
-    let t176 = R::fused(t16, t168, -t175);
+    out[3][2] = R::fused(t16, t168, -t175);
     let t177 = t18 * t170;
-    let t178 = R::fused(t21, t169, -t177);
+    out[4][0] = R::fused(t21, t169, -t177);
     let t179 = t21 * t168;
-    let t180 = R::fused(t14, t170, -t179);
+    out[4][1] = R::fused(t14, t170, -t179);
     let t181 = t14 * t169;
-    let t182 = R::fused(t18, t168, -t181);
+    out[4][2] = R::fused(t18, t168, -t181);
     let t183 = t19 * t170;
-    let t184 = R::fused(t23, t169, -t183);
+    out[5][0] = R::fused(t23, t169, -t183);
     let t185 = t23 * t168;
-    let t186 = R::fused(t15, t170, -t185);
+    out[5][1] = R::fused(t15, t170, -t185);
     let t187 = t15 * t169;
-    let t188 = R::fused(t19, t168, -t187);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t172, t174, t176, t13, t16, t20], // base/angular/x
-        [t178, t180, t182, t14, t18, t21], // base/angular/y
-        [t184, t186, t188, t15, t19, t23], // base/angular/z
-        [t163, t165, t167, t15, t19, t23], // right_hip_yaw
-        [t157, t159, t161, t25, t29, t33], // right_hip_roll
-        [t151, t153, t155, t40, t44, t48], // right_hip_pitch
-        [t142, t144, t146, t40, t44, t48], // right_knee_pitch
-        [t133, t135, t137, t40, t44, t48], // right_ankle_pitch
-        [t124, t126, t128, t81, t85, t89], // right_ankle_roll
-        [R::constant(0.0); 6], // left_hip_yaw
-        [R::constant(0.0); 6], // left_hip_roll
-        [R::constant(0.0); 6], // left_hip_pitch
-        [R::constant(0.0); 6], // left_knee_pitch
-        [R::constant(0.0); 6], // left_ankle_pitch
-        [R::constant(0.0); 6], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t168, -t187);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[12][5] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[13][2] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][5] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[14][3] = R::constant(0.0);
+    out[14][4] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
 }
 }
 
@@ -815,27 +998,51 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[6][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[6][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[6][5] = t23;
     // right_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_right_hip_yaw;
     let t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
+    out[7][3] = t25;
     let t26 = t13 * sin_q_right_hip_yaw;
     let t27 = R::fused(-t14, cos_q_right_hip_yaw, t26);
     let t28 = t16 * cos_q_right_hip_yaw;
     let t29 = R::fused(t18, sin_q_right_hip_yaw, t28);
+    out[7][4] = t29;
     let t30 = t16 * sin_q_right_hip_yaw;
     let t31 = R::fused(-t18, cos_q_right_hip_yaw, t30);
     let t32 = t20 * cos_q_right_hip_yaw;
     let t33 = R::fused(t21, sin_q_right_hip_yaw, t32);
+    out[7][5] = t33;
     let t34 = t20 * sin_q_right_hip_yaw;
     let t35 = R::fused(-t21, cos_q_right_hip_yaw, t34);
     let t36 = R::fused(-t14, R::constant(0.0764), q_base_x);
@@ -844,14 +1051,23 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     // right_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_right_hip_roll;
     let t40 = R::fused(t15, sin_q_right_hip_roll, -t39);
+    out[8][3] = t40;
+    out[9][3] = t40;
+    out[10][3] = t40;
     let t41 = t27 * sin_q_right_hip_roll;
     let t42 = R::fused(t15, cos_q_right_hip_roll, t41);
     let t43 = t31 * cos_q_right_hip_roll;
     let t44 = R::fused(t19, sin_q_right_hip_roll, -t43);
+    out[8][4] = t44;
+    out[9][4] = t44;
+    out[10][4] = t44;
     let t45 = t31 * sin_q_right_hip_roll;
     let t46 = R::fused(t19, cos_q_right_hip_roll, t45);
     let t47 = t35 * cos_q_right_hip_roll;
     let t48 = R::fused(t23, sin_q_right_hip_roll, -t47);
+    out[8][5] = t48;
+    out[9][5] = t48;
+    out[10][5] = t48;
     let t49 = t35 * sin_q_right_hip_roll;
     let t50 = R::fused(t23, cos_q_right_hip_roll, t49);
     // right_upper_leg: pose in the world
@@ -888,14 +1104,17 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     let t79 = R::fused(-t66, sin_q_right_ankle_pitch, t78);
     let t80 = t64 * sin_q_right_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_right_ankle_pitch, -t80);
+    out[11][3] = t81;
     let t82 = t68 * cos_q_right_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_right_ankle_pitch, t82);
     let t84 = t68 * sin_q_right_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_right_ankle_pitch, -t84);
+    out[11][4] = t85;
     let t86 = t72 * cos_q_right_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_right_ankle_pitch, t86);
     let t88 = t72 * sin_q_right_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_right_ankle_pitch, -t88);
+    out[11][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -933,97 +1152,122 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     let t121 = t106 - t118;
     let t122 = t107 - t119;
     let t123 = t85 * t122;
-    let t124 = R::fused(t89, t121, -t123);
+    out[11][0] = R::fused(t89, t121, -t123);
     let t125 = t89 * t120;
-    let t126 = R::fused(t81, t122, -t125);
+    out[11][1] = R::fused(t81, t122, -t125);
     let t127 = t81 * t121;
-    let t128 = R::fused(t85, t120, -t127);
+    out[11][2] = R::fused(t85, t120, -t127);
     // right_ankle: Jacobian
     let t129 = t90 - t117;
     let t130 = t91 - t118;
     let t131 = t92 - t119;
     let t132 = t44 * t131;
-    let t133 = R::fused(t48, t130, -t132);
+    out[10][0] = R::fused(t48, t130, -t132);
     let t134 = t48 * t129;
-    let t135 = R::fused(t40, t131, -t134);
+    out[10][1] = R::fused(t40, t131, -t134);
     let t136 = t40 * t130;
-    let t137 = R::fused(t44, t129, -t136);
+    out[10][2] = R::fused(t44, t129, -t136);
     // right_lower_leg: Jacobian
     let t138 = t75 - t117;
     let t139 = t76 - t118;
     let t140 = t77 - t119;
     let t141 = t44 * t140;
-    let t142 = R::fused(t48, t139, -t141);
+    out[9][0] = R::fused(t48, t139, -t141);
     let t143 = t48 * t138;
-    let t144 = R::fused(t40, t140, -t143);
+    out[9][1] = R::fused(t40, t140, -t143);
     let t145 = t40 * t139;
-    let t146 = R::fused(t44, t138, -t145);
+    out[9][2] = R::fused(t44, t138, -t145);
     // right_upper_leg: Jacobian
     let t147 = t36 - t117;
     let t148 = t37 - t118;
     let t149 = t38 - t119;
     let t150 = t44 * t149;
-    let t151 = R::fused(t48, t148, -t150);
+    out[8][0] = R::fused(t48, t148, -t150);
     let t152 = t48 * t147;
-    let t153 = R::fused(t40, t149, -t152);
+    out[8][1] = R::fused(t40, t149, -t152);
     let t154 = t40 * t148;
-    let t155 = R::fused(t44, t147, -t154);
+    out[8][2] = R::fused(t44, t147, -t154);
     // right_hip_roll_link: Jacobian
     let t156 = t29 * t149;
-    let t157 = R::fused(t33, t148, -t156);
+    out[7][0] = R::fused(t33, t148, -t156);
     let t158 = t33 * t147;
-    let t159 = R::fused(t25, t149, -t158);
+    out[7][1] = R::fused(t25, t149, -t158);
     let t160 = t25 * t148;
-    let t161 = R::fused(t29, t147, -t160);
+    out[7][2] = R::fused(t29, t147, -t160);
     // right_hip_yaw_link: Jacobian
     let t162 = t19 * t149;
-    let t163 = R::fused(t23, t148, -t162);
+    out[6][0] = R::fused(t23, t148, -t162);
     let t164 = t23 * t147;
-    let t165 = R::fused(t15, t149, -t164);
+    out[6][1] = R::fused(t15, t149, -t164);
     let t166 = t15 * t148;
-    let t167 = R::fused(t19, t147, -t166);
+    out[6][2] = R::fused(t19, t147, -t166);
     // torso: Jacobian
     let t168 = q_base_x - t117;
     let t169 = q_base_y - t118;
     let t170 = q_base_z - t119;
     let t171 = t16 * t170;
-    let t172 = R::fused(t20, t169, -t171);
+    out[3][0] = R::fused(t20, t169, -t171);
     let t173 = t20 * t168;
-    let t174 = R::fused(t13, t170, -t173);
+    out[3][1] = R::fused(t13, t170, -t173);
     let t175 = t13 * t169;
-    let t176 = R::fused(t16, t168, -t175);
+    out[3][2] = R::fused(t16, t168, -t175);
     let t177 = t18 * t170;
-    let t178 = R::fused(t21, t169, -t177);
+    out[4][0] = R::fused(t21, t169, -t177);
     let t179 = t21 * t168;
-    let t180 = R::fused(t14, t170, -t179);
+    out[4][1] = R::fused(t14, t170, -t179);
     let t181 = t14 * t169;
-    let t182 = R::fused(t18, t168, -t181);
+    out[4][2] = R::fused(t18, t168, -t181);
     let t183 = t19 * t170;
-    let t184 = R::fused(t23, t169, -t183);
+    out[5][0] = R::fused(t23, t169, -t183);
     let t185 = t23 * t168;
-    let t186 = R::fused(t15, t170, -t185);
+    out[5][1] = R::fused(t15, t170, -t185);
     let t187 = t15 * t169;
-    let t188 = R::fused(t19, t168, -t187);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t172, t174, t176, t13, t16, t20], // base/angular/x
-        [t178, t180, t182, t14, t18, t21], // base/angular/y
-        [t184, t186, t188, t15, t19, t23], // base/angular/z
-        [t163, t165, t167, t15, t19, t23], // right_hip_yaw
-        [t157, t159, t161, t25, t29, t33], // right_hip_roll
-        [t151, t153, t155, t40, t44, t48], // right_hip_pitch
-        [t142, t144, t146, t40, t44, t48], // right_knee_pitch
-        [t133, t135, t137, t40, t44, t48], // right_ankle_pitch
-        [t124, t126, t128, t81, t85, t89], // right_ankle_roll
-        [R::constant(0.0); 6], // left_hip_yaw
-        [R::constant(0.0); 6], // left_hip_roll
-        [R::constant(0.0); 6], // left_hip_pitch
-        [R::constant(0.0); 6], // left_knee_pitch
-        [R::constant(0.0); 6], // left_ankle_pitch
-        [R::constant(0.0); 6], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t168, -t187);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[12][5] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[13][2] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][5] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[14][3] = R::constant(0.0);
+    out[14][4] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
 }
 }
 
@@ -1092,27 +1336,51 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[6][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[6][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[6][5] = t23;
     // right_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_right_hip_yaw;
     let t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
+    out[7][3] = t25;
     let t26 = t13 * sin_q_right_hip_yaw;
     let t27 = R::fused(-t14, cos_q_right_hip_yaw, t26);
     let t28 = t16 * cos_q_right_hip_yaw;
     let t29 = R::fused(t18, sin_q_right_hip_yaw, t28);
+    out[7][4] = t29;
     let t30 = t16 * sin_q_right_hip_yaw;
     let t31 = R::fused(-t18, cos_q_right_hip_yaw, t30);
     let t32 = t20 * cos_q_right_hip_yaw;
     let t33 = R::fused(t21, sin_q_right_hip_yaw, t32);
+    out[7][5] = t33;
     let t34 = t20 * sin_q_right_hip_yaw;
     let t35 = R::fused(-t21, cos_q_right_hip_yaw, t34);
     let t36 = R::fused(-t14, R::constant(0.0764), q_base_x);
@@ -1121,14 +1389,23 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     // right_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_right_hip_roll;
     let t40 = R::fused(t15, sin_q_right_hip_roll, -t39);
+    out[8][3] = t40;
+    out[9][3] = t40;
+    out[10][3] = t40;
     let t41 = t27 * sin_q_right_hip_roll;
     let t42 = R::fused(t15, cos_q_right_hip_roll, t41);
     let t43 = t31 * cos_q_right_hip_roll;
     let t44 = R::fused(t19, sin_q_right_hip_roll, -t43);
+    out[8][4] = t44;
+    out[9][4] = t44;
+    out[10][4] = t44;
     let t45 = t31 * sin_q_right_hip_roll;
     let t46 = R::fused(t19, cos_q_right_hip_roll, t45);
     let t47 = t35 * cos_q_right_hip_roll;
     let t48 = R::fused(t23, sin_q_right_hip_roll, -t47);
+    out[8][5] = t48;
+    out[9][5] = t48;
+    out[10][5] = t48;
     let t49 = t35 * sin_q_right_hip_roll;
     let t50 = R::fused(t23, cos_q_right_hip_roll, t49);
     // right_upper_leg: pose in the world
@@ -1165,14 +1442,17 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     let t79 = R::fused(-t66, sin_q_right_ankle_pitch, t78);
     let t80 = t64 * sin_q_right_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_right_ankle_pitch, -t80);
+    out[11][3] = t81;
     let t82 = t68 * cos_q_right_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_right_ankle_pitch, t82);
     let t84 = t68 * sin_q_right_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_right_ankle_pitch, -t84);
+    out[11][4] = t85;
     let t86 = t72 * cos_q_right_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_right_ankle_pitch, t86);
     let t88 = t72 * sin_q_right_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_right_ankle_pitch, -t88);
+    out[11][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -1210,97 +1490,122 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     let t121 = t106 - t118;
     let t122 = t107 - t119;
     let t123 = t85 * t122;
-    let t124 = R::fused(t89, t121, -t123);
+    out[11][0] = R::fused(t89, t121, -t123);
     let t125 = t89 * t120;
-    let t126 = R::fused(t81, t122, -t125);
+    out[11][1] = R::fused(t81, t122, -t125);
     let t127 = t81 * t121;
-    let t128 = R::fused(t85, t120, -t127);
+    out[11][2] = R::fused(t85, t120, -t127);
     // right_ankle: Jacobian
     let t129 = t90 - t117;
     let t130 = t91 - t118;
     let t131 = t92 - t119;
     let t132 = t44 * t131;
-    let t133 = R::fused(t48, t130, -t132);
+    out[10][0] = R::fused(t48, t130, -t132);
     let t134 = t48 * t129;
-    let t135 = R::fused(t40, t131, -t134);
+    out[10][1] = R::fused(t40, t131, -t134);
     let t136 = t40 * t130;
-    let t137 = R::fused(t44, t129, -t136);
+    out[10][2] = R::fused(t44, t129, -t136);
     // right_lower_leg: Jacobian
     let t138 = t75 - t117;
     let t139 = t76 - t118;
     let t140 = t77 - t119;
     let t141 = t44 * t140;
-    let t142 = R::fused(t48, t139, -t141);
+    out[9][0] = R::fused(t48, t139, -t141);
     let t143 = t48 * t138;
-    let t144 = R::fused(t40, t140, -t143);
+    out[9][1] = R::fused(t40, t140, -t143);
     let t145 = t40 * t139;
-    let t146 = R::fused(t44, t138, -t145);
+    out[9][2] = R::fused(t44, t138, -t145);
     // right_upper_leg: Jacobian
     let t147 = t36 - t117;
     let t148 = t37 - t118;
     let t149 = t38 - t119;
     let t150 = t44 * t149;
-    let t151 = R::fused(t48, t148, -t150);
+    out[8][0] = R::fused(t48, t148, -t150);
     let t152 = t48 * t147;
-    let t153 = R::fused(t40, t149, -t152);
+    out[8][1] = R::fused(t40, t149, -t152);
     let t154 = t40 * t148;
-    let t155 = R::fused(t44, t147, -t154);
+    out[8][2] = R::fused(t44, t147, -t154);
     // right_hip_roll_link: Jacobian
     let t156 = t29 * t149;
-    let t157 = R::fused(t33, t148, -t156);
+    out[7][0] = R::fused(t33, t148, -t156);
     let t158 = t33 * t147;
-    let t159 = R::fused(t25, t149, -t158);
+    out[7][1] = R::fused(t25, t149, -t158);
     let t160 = t25 * t148;
-    let t161 = R::fused(t29, t147, -t160);
+    out[7][2] = R::fused(t29, t147, -t160);
     // right_hip_yaw_link: Jacobian
     let t162 = t19 * t149;
-    let t163 = R::fused(t23, t148, -t162);
+    out[6][0] = R::fused(t23, t148, -t162);
     let t164 = t23 * t147;
-    let t165 = R::fused(t15, t149, -t164);
+    out[6][1] = R::fused(t15, t149, -t164);
     let t166 = t15 * t148;
-    let t167 = R::fused(t19, t147, -t166);
+    out[6][2] = R::fused(t19, t147, -t166);
     // torso: Jacobian
     let t168 = q_base_x - t117;
     let t169 = q_base_y - t118;
     let t170 = q_base_z - t119;
     let t171 = t16 * t170;
-    let t172 = R::fused(t20, t169, -t171);
+    out[3][0] = R::fused(t20, t169, -t171);
     let t173 = t20 * t168;
-    let t174 = R::fused(t13, t170, -t173);
+    out[3][1] = R::fused(t13, t170, -t173);
     let t175 = t13 * t169;
-    let t176 = R::fused(t16, t168, -t175);
+    out[3][2] = R::fused(t16, t168, -t175);
     let t177 = t18 * t170;
-    let t178 = R::fused(t21, t169, -t177);
+    out[4][0] = R::fused(t21, t169, -t177);
     let t179 = t21 * t168;
-    let t180 = R::fused(t14, t170, -t179);
+    out[4][1] = R::fused(t14, t170, -t179);
     let t181 = t14 * t169;
-    let t182 = R::fused(t18, t168, -t181);
+    out[4][2] = R::fused(t18, t168, -t181);
     let t183 = t19 * t170;
-    let t184 = R::fused(t23, t169, -t183);
+    out[5][0] = R::fused(t23, t169, -t183);
     let t185 = t23 * t168;
-    let t186 = R::fused(t15, t170, -t185);
+    out[5][1] = R::fused(t15, t170, -t185);
     let t187 = t15 * t169;
-    let t188 = R::fused(t19, t168, -t187);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t172, t174, t176, t13, t16, t20], // base/angular/x
-        [t178, t180, t182, t14, t18, t21], // base/angular/y
-        [t184, t186, t188, t15, t19, t23], // base/angular/z
-        [t163, t165, t167, t15, t19, t23], // right_hip_yaw
-        [t157, t159, t161, t25, t29, t33], // right_hip_roll
-        [t151, t153, t155, t40, t44, t48], // right_hip_pitch
-        [t142, t144, t146, t40, t44, t48], // right_knee_pitch
-        [t133, t135, t137, t40, t44, t48], // right_ankle_pitch
-        [t124, t126, t128, t81, t85, t89], // right_ankle_roll
-        [R::constant(0.0); 6], // left_hip_yaw
-        [R::constant(0.0); 6], // left_hip_roll
-        [R::constant(0.0); 6], // left_hip_pitch
-        [R::constant(0.0); 6], // left_knee_pitch
-        [R::constant(0.0); 6], // left_ankle_pitch
-        [R::constant(0.0); 6], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t168, -t187);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[12][5] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[13][2] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][5] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[14][3] = R::constant(0.0);
+    out[14][4] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
 }
 }
 
@@ -1369,27 +1674,51 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[6][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[6][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[6][5] = t23;
     // right_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_right_hip_yaw;
     let t25 = R::fused(t14, sin_q_right_hip_yaw, t24);
+    out[7][3] = t25;
     let t26 = t13 * sin_q_right_hip_yaw;
     let t27 = R::fused(-t14, cos_q_right_hip_yaw, t26);
     let t28 = t16 * cos_q_right_hip_yaw;
     let t29 = R::fused(t18, sin_q_right_hip_yaw, t28);
+    out[7][4] = t29;
     let t30 = t16 * sin_q_right_hip_yaw;
     let t31 = R::fused(-t18, cos_q_right_hip_yaw, t30);
     let t32 = t20 * cos_q_right_hip_yaw;
     let t33 = R::fused(t21, sin_q_right_hip_yaw, t32);
+    out[7][5] = t33;
     let t34 = t20 * sin_q_right_hip_yaw;
     let t35 = R::fused(-t21, cos_q_right_hip_yaw, t34);
     let t36 = R::fused(-t14, R::constant(0.0764), q_base_x);
@@ -1398,14 +1727,23 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     // right_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_right_hip_roll;
     let t40 = R::fused(t15, sin_q_right_hip_roll, -t39);
+    out[8][3] = t40;
+    out[9][3] = t40;
+    out[10][3] = t40;
     let t41 = t27 * sin_q_right_hip_roll;
     let t42 = R::fused(t15, cos_q_right_hip_roll, t41);
     let t43 = t31 * cos_q_right_hip_roll;
     let t44 = R::fused(t19, sin_q_right_hip_roll, -t43);
+    out[8][4] = t44;
+    out[9][4] = t44;
+    out[10][4] = t44;
     let t45 = t31 * sin_q_right_hip_roll;
     let t46 = R::fused(t19, cos_q_right_hip_roll, t45);
     let t47 = t35 * cos_q_right_hip_roll;
     let t48 = R::fused(t23, sin_q_right_hip_roll, -t47);
+    out[8][5] = t48;
+    out[9][5] = t48;
+    out[10][5] = t48;
     let t49 = t35 * sin_q_right_hip_roll;
     let t50 = R::fused(t23, cos_q_right_hip_roll, t49);
     // right_upper_leg: pose in the world
@@ -1442,14 +1780,17 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     let t79 = R::fused(-t66, sin_q_right_ankle_pitch, t78);
     let t80 = t64 * sin_q_right_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_right_ankle_pitch, -t80);
+    out[11][3] = t81;
     let t82 = t68 * cos_q_right_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_right_ankle_pitch, t82);
     let t84 = t68 * sin_q_right_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_right_ankle_pitch, -t84);
+    out[11][4] = t85;
     let t86 = t72 * cos_q_right_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_right_ankle_pitch, t86);
     let t88 = t72 * sin_q_right_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_right_ankle_pitch, -t88);
+    out[11][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -1487,97 +1828,122 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     let t121 = t106 - t118;
     let t122 = t107 - t119;
     let t123 = t85 * t122;
-    let t124 = R::fused(t89, t121, -t123);
+    out[11][0] = R::fused(t89, t121, -t123);
     let t125 = t89 * t120;
-    let t126 = R::fused(t81, t122, -t125);
+    out[11][1] = R::fused(t81, t122, -t125);
     let t127 = t81 * t121;
-    let t128 = R::fused(t85, t120, -t127);
+    out[11][2] = R::fused(t85, t120, -t127);
     // right_ankle: Jacobian
     let t129 = t90 - t117;
     let t130 = t91 - t118;
     let t131 = t92 - t119;
     let t132 = t44 * t131;
-    let t133 = R::fused(t48, t130, -t132);
+    out[10][0] = R::fused(t48, t130, -t132);
     let t134 = t48 * t129;
-    let t135 = R::fused(t40, t131, -t134);
+    out[10][1] = R::fused(t40, t131, -t134);
     let t136 = t40 * t130;
-    let t137 = R::fused(t44, t129, -t136);
+    out[10][2] = R::fused(t44, t129, -t136);
     // right_lower_leg: Jacobian
     let t138 = t75 - t117;
     let t139 = t76 - t118;
     let t140 = t77 - t119;
     let t141 = t44 * t140;
-    let t142 = R::fused(t48, t139, -t141);
+    out[9][0] = R::fused(t48, t139, -t141);
     let t143 = t48 * t138;
-    let t144 = R::fused(t40, t140, -t143);
+    out[9][1] = R::fused(t40, t140, -t143);
     let t145 = t40 * t139;
-    let t146 = R::fused(t44, t138, -t145);
+    out[9][2] = R::fused(t44, t138, -t145);
     // right_upper_leg: Jacobian
     let t147 = t36 - t117;
     let t148 = t37 - t118;
     let t149 = t38 - t119;
     let t150 = t44 * t149;
-    let t151 = R::fused(t48, t148, -t150);
+    out[8][0] = R::fused(t48, t148, -t150);
     let t152 = t48 * t147;
-    let t153 = R::fused(t40, t149, -t152);
+    out[8][1] = R::fused(t40, t149, -t152);
     let t154 = t40 * t148;
-    let t155 = R::fused(t44, t147, -t154);
+    out[8][2] = R::fused(t44, t147, -t154);
     // right_hip_roll_link: Jacobian
     let t156 = t29 * t149;
-    let t157 = R::fused(t33, t148, -t156);
+    out[7][0] = R::fused(t33, t148, -t156);
     let t158 = t33 * t147;
-    let t159 = R::fused(t25, t149, -t158);
+    out[7][1] = R::fused(t25, t149, -t158);
     let t160 = t25 * t148;
-    let t161 = R::fused(t29, t147, -t160);
+    out[7][2] = R::fused(t29, t147, -t160);
     // right_hip_yaw_link: Jacobian
     let t162 = t19 * t149;
-    let t163 = R::fused(t23, t148, -t162);
+    out[6][0] = R::fused(t23, t148, -t162);
     let t164 = t23 * t147;
-    let t165 = R::fused(t15, t149, -t164);
+    out[6][1] = R::fused(t15, t149, -t164);
     let t166 = t15 * t148;
-    let t167 = R::fused(t19, t147, -t166);
+    out[6][2] = R::fused(t19, t147, -t166);
     // torso: Jacobian
     let t168 = q_base_x - t117;
     let t169 = q_base_y - t118;
     let t170 = q_base_z - t119;
     let t171 = t16 * t170;
-    let t172 = R::fused(t20, t169, -t171);
+    out[3][0] = R::fused(t20, t169, -t171);
     let t173 = t20 * t168;
-    let t174 = R::fused(t13, t170, -t173);
+    out[3][1] = R::fused(t13, t170, -t173);
     let t175 = t13 * t169;
-    let t176 = R::fused(t16, t168, -t175);
+    out[3][2] = R::fused(t16, t168, -t175);
     let t177 = t18 * t170;
-    let t178 = R::fused(t21, t169, -t177);
+    out[4][0] = R::fused(t21, t169, -t177);
     let t179 = t21 * t168;
-    let t180 = R::fused(t14, t170, -t179);
+    out[4][1] = R::fused(t14, t170, -t179);
     let t181 = t14 * t169;
-    let t182 = R::fused(t18, t168, -t181);
+    out[4][2] = R::fused(t18, t168, -t181);
     let t183 = t19 * t170;
-    let t184 = R::fused(t23, t169, -t183);
+    out[5][0] = R::fused(t23, t169, -t183);
     let t185 = t23 * t168;
-    let t186 = R::fused(t15, t170, -t185);
+    out[5][1] = R::fused(t15, t170, -t185);
     let t187 = t15 * t169;
-    let t188 = R::fused(t19, t168, -t187);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t172, t174, t176, t13, t16, t20], // base/angular/x
-        [t178, t180, t182, t14, t18, t21], // base/angular/y
-        [t184, t186, t188, t15, t19, t23], // base/angular/z
-        [t163, t165, t167, t15, t19, t23], // right_hip_yaw
-        [t157, t159, t161, t25, t29, t33], // right_hip_roll
-        [t151, t153, t155, t40, t44, t48], // right_hip_pitch
-        [t142, t144, t146, t40, t44, t48], // right_knee_pitch
-        [t133, t135, t137, t40, t44, t48], // right_ankle_pitch
-        [t124, t126, t128, t81, t85, t89], // right_ankle_roll
-        [R::constant(0.0); 6], // left_hip_yaw
-        [R::constant(0.0); 6], // left_hip_roll
-        [R::constant(0.0); 6], // left_hip_pitch
-        [R::constant(0.0); 6], // left_knee_pitch
-        [R::constant(0.0); 6], // left_ankle_pitch
-        [R::constant(0.0); 6], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t168, -t187);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[12][0] = R::constant(0.0);
+    out[12][1] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][3] = R::constant(0.0);
+    out[12][4] = R::constant(0.0);
+    out[12][5] = R::constant(0.0);
+    out[13][0] = R::constant(0.0);
+    out[13][1] = R::constant(0.0);
+    out[13][2] = R::constant(0.0);
+    out[13][3] = R::constant(0.0);
+    out[13][4] = R::constant(0.0);
+    out[13][5] = R::constant(0.0);
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[14][3] = R::constant(0.0);
+    out[14][4] = R::constant(0.0);
+    out[14][5] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[15][3] = R::constant(0.0);
+    out[15][4] = R::constant(0.0);
+    out[15][5] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[16][3] = R::constant(0.0);
+    out[16][4] = R::constant(0.0);
+    out[16][5] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[17][3] = R::constant(0.0);
+    out[17][4] = R::constant(0.0);
+    out[17][5] = R::constant(0.0);
 }
 }
 
@@ -1645,27 +2011,51 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[12][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[12][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[12][5] = t23;
     // left_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_left_hip_yaw;
     let t25 = R::fused(t14, sin_q_left_hip_yaw, t24);
+    out[13][3] = t25;
     let t26 = t13 * sin_q_left_hip_yaw;
     let t27 = R::fused(-t14, cos_q_left_hip_yaw, t26);
     let t28 = t16 * cos_q_left_hip_yaw;
     let t29 = R::fused(t18, sin_q_left_hip_yaw, t28);
+    out[13][4] = t29;
     let t30 = t16 * sin_q_left_hip_yaw;
     let t31 = R::fused(-t18, cos_q_left_hip_yaw, t30);
     let t32 = t20 * cos_q_left_hip_yaw;
     let t33 = R::fused(t21, sin_q_left_hip_yaw, t32);
+    out[13][5] = t33;
     let t34 = t20 * sin_q_left_hip_yaw;
     let t35 = R::fused(-t21, cos_q_left_hip_yaw, t34);
     let t36 = R::fused(t14, R::constant(0.0764), q_base_x);
@@ -1674,14 +2064,23 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
     // left_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_left_hip_roll;
     let t40 = R::fused(t15, sin_q_left_hip_roll, -t39);
+    out[14][3] = t40;
+    out[15][3] = t40;
+    out[16][3] = t40;
     let t41 = t27 * sin_q_left_hip_roll;
     let t42 = R::fused(t15, cos_q_left_hip_roll, t41);
     let t43 = t31 * cos_q_left_hip_roll;
     let t44 = R::fused(t19, sin_q_left_hip_roll, -t43);
+    out[14][4] = t44;
+    out[15][4] = t44;
+    out[16][4] = t44;
     let t45 = t31 * sin_q_left_hip_roll;
     let t46 = R::fused(t19, cos_q_left_hip_roll, t45);
     let t47 = t35 * cos_q_left_hip_roll;
     let t48 = R::fused(t23, sin_q_left_hip_roll, -t47);
+    out[14][5] = t48;
+    out[15][5] = t48;
+    out[16][5] = t48;
     let t49 = t35 * sin_q_left_hip_roll;
     let t50 = R::fused(t23, cos_q_left_hip_roll, t49);
     // left_upper_leg: pose in the world
@@ -1718,14 +2117,17 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
     let t79 = R::fused(-t66, sin_q_left_ankle_pitch, t78);
     let t80 = t64 * sin_q_left_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_left_ankle_pitch, -t80);
+    out[17][3] = t81;
     let t82 = t68 * cos_q_left_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_left_ankle_pitch, t82);
     let t84 = t68 * sin_q_left_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_left_ankle_pitch, -t84);
+    out[17][4] = t85;
     let t86 = t72 * cos_q_left_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_left_ankle_pitch, t86);
     let t88 = t72 * sin_q_left_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_left_ankle_pitch, -t88);
+    out[17][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -1763,97 +2165,122 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
     let t121 = t106 - t118;
     let t122 = t107 - t119;
     let t123 = t85 * t122;
-    let t124 = R::fused(t89, t121, -t123);
+    out[17][0] = R::fused(t89, t121, -t123);
     let t125 = t89 * t120;
-    let t126 = R::fused(t81, t122, -t125);
+    out[17][1] = R::fused(t81, t122, -t125);
     let t127 = t81 * t121;
-    let t128 = R::fused(t85, t120, -t127);
+    out[17][2] = R::fused(t85, t120, -t127);
     // left_ankle: Jacobian
     let t129 = t90 - t117;
     let t130 = t91 - t118;
     let t131 = t92 - t119;
     let t132 = t44 * t131;
-    let t133 = R::fused(t48, t130, -t132);
+    out[16][0] = R::fused(t48, t130, -t132);
     let t134 = t48 * t129;
-    let t135 = R::fused(t40, t131, -t134);
+    out[16][1] = R::fused(t40, t131, -t134);
     let t136 = t40 * t130;
-    let t137 = R::fused(t44, t129, -t136);
+    out[16][2] = R::fused(t44, t129, -t136);
     // left_lower_leg: Jacobian
     let t138 = t75 - t117;
     let t139 = t76 - t118;
     let t140 = t77 - t119;
     let t141 = t44 * t140;
-    let t142 = R::fused(t48, t139, -t141);
+    out[15][0] = R::fused(t48, t139, -t141);
     let t143 = t48 * t138;
-    let t144 = R::fused(t40, t140, -t143);
+    out[15][1] = R::fused(t40, t140, -t143);
     let t145 = t40 * t139;
-    let t146 = R::fused(t44, t138, -t145);
+    out[15][2] = R::fused(t44, t138, -t145);
     // left_upper_leg: Jacobian
     let t147 = t36 - t117;
     let t148 = t37 - t118;
     let t149 = t38 - t119;
     let t150 = t44 * t149;
-    let t151 = R::fused(t48, t148, -t150);
+    out[14][0] = R::fused(t48, t148, -t150);
     let t152 = t48 * t147;
-    let t153 = R::fused(t40, t149, -t152);
+    out[14][1] = R::fused(t40, t149, -t152);
     let t154 = t40 * t148;
-    let t155 = R::fused(t44, t147, -t154);
+    out[14][2] = R::fused(t44, t147, -t154);
     // left_hip_roll_link: Jacobian
     let t156 = t29 * t149;
-    let t157 = R::fused(t33, t148, -t156);
+    out[13][0] = R::fused(t33, t148, -t156);
     let t158 = t33 * t147;
-    let t159 = R::fused(t25, t149, -t158);
+    out[13][1] = R::fused(t25, t149, -t158);
     let t160 = t25 * t148;
-    let t161 = R::fused(t29, t147, -t160);
+    out[13][2] = R::fused(t29, t147, -t160);
     // left_hip_yaw_link: Jacobian
     let t162 = t19 * t149;
-    let t163 = R::fused(t23, t148, -t162);
+    out[12][0] = R::fused(t23, t148, -t162);
     let t164 = t23 * t147;
-    let t165 = R::fused(t15, t149, -t164);
+    out[12][1] = R::fused(t15, t149, -t164);
     let t166 = t15 * t148;
-    let t167 = R::fused(t19, t147, -t166);
+    out[12][2] = R::fused(t19, t147, -t166);
     // torso: Jacobian
     let t168 = q_base_x - t117;
     let t169 = q_base_y - t118;
     let t170 = q_base_z - t119;
     let t171 = t16 * t170;
-    let t172 = R::fused(t20, t169, -t171);
+    out[3][0] = R::fused(t20, t169, -t171);
     let t173 = t20 * t168;
-    let t174 = R::fused(t13, t170, -t173);
+    out[3][1] = R::fused(t13, t170, -t173);
     let t175 = t13 * t169;
-    let t176 = R::fused(t16, t168, -t175);
+    out[3][2] = R::fused(t16, t168, -t175);
     let t177 = t18 * t170;
-    let t178 = R::fused(t21, t169, -t177);
+    out[4][0] = R::fused(t21, t169, -t177);
     let t179 = t21 * t168;
-    let t180 = R::fused(t14, t170, -t179);
+    out[4][1] = R::fused(t14, t170, -t179);
     let t181 = t14 * t169;
-    let t182 = R::fused(t18, t168, -t181);
+    out[4][2] = R::fused(t18, t168, -t181);
     let t183 = t19 * t170;
-    let t184 = R::fused(t23, t169, -t183);
+    out[5][0] = R::fused(t23, t169, -t183);
     let t185 = t23 * t168;
-    let t186 = R::fused(t15, t170, -t185);
+    out[5][1] = R::fused(t15, t170, -t185);
     let t187 = t15 * t169;
-    let t188 = R::fused(t19, t168, -t187);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t172, t174, t176, t13, t16, t20], // base/angular/x
-        [t178, t180, t182, t14, t18, t21], // base/angular/y
-        [t184, t186, t188, t15, t19, t23], // base/angular/z
-        [R::constant(0.0); 6], // right_hip_yaw
-        [R::constant(0.0); 6], // right_hip_roll
-        [R::constant(0.0); 6], // right_hip_pitch
-        [R::constant(0.0); 6], // right_knee_pitch
-        [R::constant(0.0); 6], // right_ankle_pitch
-        [R::constant(0.0); 6], // right_ankle_roll
-        [t163, t165, t167, t15, t19, t23], // left_hip_yaw
-        [t157, t159, t161, t25, t29, t33], // left_hip_roll
-        [t151, t153, t155, t40, t44, t48], // left_hip_pitch
-        [t142, t144, t146, t40, t44, t48], // left_knee_pitch
-        [t133, t135, t137, t40, t44, t48], // left_ankle_pitch
-        [t124, t126, t128, t81, t85, t89], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t168, -t187);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[11][3] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
 }
 }
 
@@ -1921,27 +2348,51 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[12][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[12][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[12][5] = t23;
     // left_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_left_hip_yaw;
     let t25 = R::fused(t14, sin_q_left_hip_yaw, t24);
+    out[13][3] = t25;
     let t26 = t13 * sin_q_left_hip_yaw;
     let t27 = R::fused(-t14, cos_q_left_hip_yaw, t26);
     let t28 = t16 * cos_q_left_hip_yaw;
     let t29 = R::fused(t18, sin_q_left_hip_yaw, t28);
+    out[13][4] = t29;
     let t30 = t16 * sin_q_left_hip_yaw;
     let t31 = R::fused(-t18, cos_q_left_hip_yaw, t30);
     let t32 = t20 * cos_q_left_hip_yaw;
     let t33 = R::fused(t21, sin_q_left_hip_yaw, t32);
+    out[13][5] = t33;
     let t34 = t20 * sin_q_left_hip_yaw;
     let t35 = R::fused(-t21, cos_q_left_hip_yaw, t34);
     let t36 = R::fused(t14, R::constant(0.0764), q_base_x);
@@ -1950,14 +2401,23 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
     // left_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_left_hip_roll;
     let t40 = R::fused(t15, sin_q_left_hip_roll, -t39);
+    out[14][3] = t40;
+    out[15][3] = t40;
+    out[16][3] = t40;
     let t41 = t27 * sin_q_left_hip_roll;
     let t42 = R::fused(t15, cos_q_left_hip_roll, t41);
     let t43 = t31 * cos_q_left_hip_roll;
     let t44 = R::fused(t19, sin_q_left_hip_roll, -t43);
+    out[14][4] = t44;
+    out[15][4] = t44;
+    out[16][4] = t44;
     let t45 = t31 * sin_q_left_hip_roll;
     let t46 = R::fused(t19, cos_q_left_hip_roll, t45);
     let t47 = t35 * cos_q_left_hip_roll;
     let t48 = R::fused(t23, sin_q_left_hip_roll, -t47);
+    out[14][5] = t48;
+    out[15][5] = t48;
+    out[16][5] = t48;
     let t49 = t35 * sin_q_left_hip_roll;
     let t50 = R::fused(t23, cos_q_left_hip_roll, t49);
     // left_upper_leg: pose in the world
@@ -1994,14 +2454,17 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
     let t79 = R::fused(-t66, sin_q_left_ankle_pitch, t78);
     let t80 = t64 * sin_q_left_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_left_ankle_pitch, -t80);
+    out[17][3] = t81;
     let t82 = t68 * cos_q_left_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_left_ankle_pitch, t82);
     let t84 = t68 * sin_q_left_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_left_ankle_pitch, -t84);
+    out[17][4] = t85;
     let t86 = t72 * cos_q_left_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_left_ankle_pitch, t86);
     let t88 = t72 * sin_q_left_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_left_ankle_pitch, -t88);
+    out[17][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -2039,97 +2502,122 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
     let t121 = t106 - t118;
     let t122 = t107 - t119;
     let t123 = t85 * t122;
-    let t124 = R::fused(t89, t121, -t123);
+    out[17][0] = R::fused(t89, t121, -t123);
     let t125 = t89 * t120;
-    let t126 = R::fused(t81, t122, -t125);
+    out[17][1] = R::fused(t81, t122, -t125);
     let t127 = t81 * t121;
-    let t128 = R::fused(t85, t120, -t127);
+    out[17][2] = R::fused(t85, t120, -t127);
     // left_ankle: Jacobian
     let t129 = t90 - t117;
     let t130 = t91 - t118;
     let t131 = t92 - t119;
     let t132 = t44 * t131;
-    let t133 = R::fused(t48, t130, -t132);
+    out[16][0] = R::fused(t48, t130, -t132);
     let t134 = t48 * t129;
-    let t135 = R::fused(t40, t131, -t134);
+    out[16][1] = R::fused(t40, t131, -t134);
     let t136 = t40 * t130;
-    let t137 = R::fused(t44, t129, -t136);
+    out[16][2] = R::fused(t44, t129, -t136);
     // left_lower_leg: Jacobian
     let t138 = t75 - t117;
     let t139 = t76 - t118;
     let t140 = t77 - t119;
     let t141 = t44 * t140;
-    let t142 = R::fused(t48, t139, -t141);
+    out[15][0] = R::fused(t48, t139, -t141);
     let t143 = t48 * t138;
-    let t144 = R::fused(t40, t140, -t143);
+    out[15][1] = R::fused(t40, t140, -t143);
     let t145 = t40 * t139;
-    let t146 = R::fused(t44, t138, -t145);
+    out[15][2] = R::fused(t44, t138, -t145);
     // left_upper_leg: Jacobian
     let t147 = t36 - t117;
     let t148 = t37 - t118;
     let t149 = t38 - t119;
     let t150 = t44 * t149;
-    let t151 = R::fused(t48, t148, -t150);
+    out[14][0] = R::fused(t48, t148, -t150);
     let t152 = t48 * t147;
-    let t153 = R::fused(t40, t149, -t152);
+    out[14][1] = R::fused(t40, t149, -t152);
     let t154 = t40 * t148;
-    let t155 = R::fused(t44, t147, -t154);
+    out[14][2] = R::fused(t44, t147, -t154);
     // left_hip_roll_link: Jacobian
     let t156 = t29 * t149;
-    let t157 = R::fused(t33, t148, -t156);
+    out[13][0] = R::fused(t33, t148, -t156);
     let t158 = t33 * t147;
-    let t159 = R::fused(t25, t149, -t158);
+    out[13][1] = R::fused(t25, t149, -t158);
     let t160 = t25 * t148;
-    let t161 = R::fused(t29, t147, -t160);
+    out[13][2] = R::fused(t29, t147, -t160);
     // left_hip_yaw_link: Jacobian
     let t162 = t19 * t149;
-    let t163 = R::fused(t23, t148, -t162);
+    out[12][0] = R::fused(t23, t148, -t162);
     let t164 = t23 * t147;
-    let t165 = R::fused(t15, t149, -t164);
+    out[12][1] = R::fused(t15, t149, -t164);
     let t166 = t15 * t148;
-    let t167 = R::fused(t19, t147, -t166);
+    out[12][2] = R::fused(t19, t147, -t166);
     // torso: Jacobian
     let t168 = q_base_x - t117;
     let t169 = q_base_y - t118;
     let t170 = q_base_z - t119;
     let t171 = t16 * t170;
-    let t172 = R::fused(t20, t169, -t171);
+    out[3][0] = R::fused(t20, t169, -t171);
     let t173 = t20 * t168;
-    let t174 = R::fused(t13, t170, -t173);
+    out[3][1] = R::fused(t13, t170, -t173);
     let t175 = t13 * t169;
-    let t176 = R::fused(t16, t168, -t175);
+    out[3][2] = R::fused(t16, t168, -t175);
     let t177 = t18 * t170;
-    let t178 = R::fused(t21, t169, -t177);
+    out[4][0] = R::fused(t21, t169, -t177);
     let t179 = t21 * t168;
-    let t180 = R::fused(t14, t170, -t179);
+    out[4][1] = R::fused(t14, t170, -t179);
     let t181 = t14 * t169;
-    let t182 = R::fused(t18, t168, -t181);
+    out[4][2] = R::fused(t18, t168, -t181);
     let t183 = t19 * t170;
-    let t184 = R::fused(t23, t169, -t183);
+    out[5][0] = R::fused(t23, t169, -t183);
     let t185 = t23 * t168;
-    let t186 = R::fused(t15, t170, -t185);
+    out[5][1] = R::fused(t15, t170, -t185);
     let t187 = t15 * t169;
-    let t188 = R::fused(t19, t168, -t187);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t172, t174, t176, t13, t16, t20], // base/angular/x
-        [t178, t180, t182, t14, t18, t21], // base/angular/y
-        [t184, t186, t188, t15, t19, t23], // base/angular/z
-        [R::constant(0.0); 6], // right_hip_yaw
-        [R::constant(0.0); 6], // right_hip_roll
-        [R::constant(0.0); 6], // right_hip_pitch
-        [R::constant(0.0); 6], // right_knee_pitch
-        [R::constant(0.0); 6], // right_ankle_pitch
-        [R::constant(0.0); 6], // right_ankle_roll
-        [t163, t165, t167, t15, t19, t23], // left_hip_yaw
-        [t157, t159, t161, t25, t29, t33], // left_hip_roll
-        [t151, t153, t155, t40, t44, t48], // left_hip_pitch
-        [t142, t144, t146, t40, t44, t48], // left_knee_pitch
-        [t133, t135, t137, t40, t44, t48], // left_ankle_pitch
-        [t124, t126, t128, t81, t85, t89], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t168, -t187);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[11][3] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
 }
 }
 
@@ -2197,27 +2685,51 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[12][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[12][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[12][5] = t23;
     // left_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_left_hip_yaw;
     let t25 = R::fused(t14, sin_q_left_hip_yaw, t24);
+    out[13][3] = t25;
     let t26 = t13 * sin_q_left_hip_yaw;
     let t27 = R::fused(-t14, cos_q_left_hip_yaw, t26);
     let t28 = t16 * cos_q_left_hip_yaw;
     let t29 = R::fused(t18, sin_q_left_hip_yaw, t28);
+    out[13][4] = t29;
     let t30 = t16 * sin_q_left_hip_yaw;
     let t31 = R::fused(-t18, cos_q_left_hip_yaw, t30);
     let t32 = t20 * cos_q_left_hip_yaw;
     let t33 = R::fused(t21, sin_q_left_hip_yaw, t32);
+    out[13][5] = t33;
     let t34 = t20 * sin_q_left_hip_yaw;
     let t35 = R::fused(-t21, cos_q_left_hip_yaw, t34);
     let t36 = R::fused(t14, R::constant(0.0764), q_base_x);
@@ -2226,14 +2738,23 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
     // left_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_left_hip_roll;
     let t40 = R::fused(t15, sin_q_left_hip_roll, -t39);
+    out[14][3] = t40;
+    out[15][3] = t40;
+    out[16][3] = t40;
     let t41 = t27 * sin_q_left_hip_roll;
     let t42 = R::fused(t15, cos_q_left_hip_roll, t41);
     let t43 = t31 * cos_q_left_hip_roll;
     let t44 = R::fused(t19, sin_q_left_hip_roll, -t43);
+    out[14][4] = t44;
+    out[15][4] = t44;
+    out[16][4] = t44;
     let t45 = t31 * sin_q_left_hip_roll;
     let t46 = R::fused(t19, cos_q_left_hip_roll, t45);
     let t47 = t35 * cos_q_left_hip_roll;
     let t48 = R::fused(t23, sin_q_left_hip_roll, -t47);
+    out[14][5] = t48;
+    out[15][5] = t48;
+    out[16][5] = t48;
     let t49 = t35 * sin_q_left_hip_roll;
     let t50 = R::fused(t23, cos_q_left_hip_roll, t49);
     // left_upper_leg: pose in the world
@@ -2270,14 +2791,17 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
     let t79 = R::fused(-t66, sin_q_left_ankle_pitch, t78);
     let t80 = t64 * sin_q_left_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_left_ankle_pitch, -t80);
+    out[17][3] = t81;
     let t82 = t68 * cos_q_left_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_left_ankle_pitch, t82);
     let t84 = t68 * sin_q_left_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_left_ankle_pitch, -t84);
+    out[17][4] = t85;
     let t86 = t72 * cos_q_left_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_left_ankle_pitch, t86);
     let t88 = t72 * sin_q_left_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_left_ankle_pitch, -t88);
+    out[17][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -2315,97 +2839,122 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
     let t121 = t106 - t118;
     let t122 = t107 - t119;
     let t123 = t85 * t122;
-    let t124 = R::fused(t89, t121, -t123);
+    out[17][0] = R::fused(t89, t121, -t123);
     let t125 = t89 * t120;
-    let t126 = R::fused(t81, t122, -t125);
+    out[17][1] = R::fused(t81, t122, -t125);
     let t127 = t81 * t121;
-    let t128 = R::fused(t85, t120, -t127);
+    out[17][2] = R::fused(t85, t120, -t127);
     // left_ankle: Jacobian
     let t129 = t90 - t117;
     let t130 = t91 - t118;
     let t131 = t92 - t119;
     let t132 = t44 * t131;
-    let t133 = R::fused(t48, t130, -t132);
+    out[16][0] = R::fused(t48, t130, -t132);
     let t134 = t48 * t129;
-    let t135 = R::fused(t40, t131, -t134);
+    out[16][1] = R::fused(t40, t131, -t134);
     let t136 = t40 * t130;
-    let t137 = R::fused(t44, t129, -t136);
+    out[16][2] = R::fused(t44, t129, -t136);
     // left_lower_leg: Jacobian
     let t138 = t75 - t117;
     let t139 = t76 - t118;
     let t140 = t77 - t119;
     let t141 = t44 * t140;
-    let t142 = R::fused(t48, t139, -t141);
+    out[15][0] = R::fused(t48, t139, -t141);
     let t143 = t48 * t138;
-    let t144 = R::fused(t40, t140, -t143);
+    out[15][1] = R::fused(t40, t140, -t143);
     let t145 = t40 * t139;
-    let t146 = R::fused(t44, t138, -t145);
+    out[15][2] = R::fused(t44, t138, -t145);
     // left_upper_leg: Jacobian
     let t147 = t36 - t117;
     let t148 = t37 - t118;
     let t149 = t38 - t119;
     let t150 = t44 * t149;
-    let t151 = R::fused(t48, t148, -t150);
+    out[14][0] = R::fused(t48, t148, -t150);
     let t152 = t48 * t147;
-    let t153 = R::fused(t40, t149, -t152);
+    out[14][1] = R::fused(t40, t149, -t152);
     let t154 = t40 * t148;
-    let t155 = R::fused(t44, t147, -t154);
+    out[14][2] = R::fused(t44, t147, -t154);
     // left_hip_roll_link: Jacobian
     let t156 = t29 * t149;
-    let t157 = R::fused(t33, t148, -t156);
+    out[13][0] = R::fused(t33, t148, -t156);
     let t158 = t33 * t147;
-    let t159 = R::fused(t25, t149, -t158);
+    out[13][1] = R::fused(t25, t149, -t158);
     let t160 = t25 * t148;
-    let t161 = R::fused(t29, t147, -t160);
+    out[13][2] = R::fused(t29, t147, -t160);
     // left_hip_yaw_link: Jacobian
     let t162 = t19 * t149;
-    let t163 = R::fused(t23, t148, -t162);
+    out[12][0] = R::fused(t23, t148, -t162);
     let t164 = t23 * t147;
-    let t165 = R::fused(t15, t149, -t164);
+    out[12][1] = R::fused(t15, t149, -t164);
     let t166 = t15 * t148;
-    let t167 = R::fused(t19, t147, -t166);
+    out[12][2] = R::fused(t19, t147, -t166);
     // torso: Jacobian
     let t168 = q_base_x - t117;
     let t169 = q_base_y - t118;
     let t170 = q_base_z - t119;
     let t171 = t16 * t170;
-    let t172 = R::fused(t20, t169, -t171);
+    out[3][0] = R::fused(t20, t169, -t171);
     let t173 = t20 * t168;
-    let t174 = R::fused(t13, t170, -t173);
+    out[3][1] = R::fused(t13, t170, -t173);
     let t175 = t13 * t169;
-    let t176 = R::fused(t16, t168, -t175);
+    out[3][2] = R::fused(t16, t168, -t175);
     let t177 = t18 * t170;
-    let t178 = R::fused(t21, t169, -t177);
+    out[4][0] = R::fused(t21, t169, -t177);
     let t179 = t21 * t168;
-    let t180 = R::fused(t14, t170, -t179);
+    out[4][1] = R::fused(t14, t170, -t179);
     let t181 = t14 * t169;
-    let t182 = R::fused(t18, t168, -t181);
+    out[4][2] = R::fused(t18, t168, -t181);
     let t183 = t19 * t170;
-    let t184 = R::fused(t23, t169, -t183);
+    out[5][0] = R::fused(t23, t169, -t183);
     let t185 = t23 * t168;
-    let t186 = R::fused(t15, t170, -t185);
+    out[5][1] = R::fused(t15, t170, -t185);
     let t187 = t15 * t169;
-    let t188 = R::fused(t19, t168, -t187);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t172, t174, t176, t13, t16, t20], // base/angular/x
-        [t178, t180, t182, t14, t18, t21], // base/angular/y
-        [t184, t186, t188, t15, t19, t23], // base/angular/z
-        [R::constant(0.0); 6], // right_hip_yaw
-        [R::constant(0.0); 6], // right_hip_roll
-        [R::constant(0.0); 6], // right_hip_pitch
-        [R::constant(0.0); 6], // right_knee_pitch
-        [R::constant(0.0); 6], // right_ankle_pitch
-        [R::constant(0.0); 6], // right_ankle_roll
-        [t163, t165, t167, t15, t19, t23], // left_hip_yaw
-        [t157, t159, t161, t25, t29, t33], // left_hip_roll
-        [t151, t153, t155, t40, t44, t48], // left_hip_pitch
-        [t142, t144, t146, t40, t44, t48], // left_knee_pitch
-        [t133, t135, t137, t40, t44, t48], // left_ankle_pitch
-        [t124, t126, t128, t81, t85, t89], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t168, -t187);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[11][3] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
 }
 }
 
@@ -2473,27 +3022,51 @@ pub(super) fn jacobian_of_left_foot_rear_right_program<R: Real>(q: &[R; NQ], out
     let t11 = q_base_qw * t2;
     let t12 = t4 + t5;
     let t13 = R::constant(1.0) - t12;
+    out[0][0] = t13;
+    out[3][3] = t13;
     let t14 = t6 - t11;
+    out[1][0] = t14;
+    out[4][3] = t14;
     let t15 = t7 + t10;
+    out[2][0] = t15;
+    out[5][3] = t15;
+    out[12][3] = t15;
     let t16 = t6 + t11;
+    out[0][1] = t16;
+    out[3][4] = t16;
     let t17 = t3 + t5;
     let t18 = R::constant(1.0) - t17;
+    out[1][1] = t18;
+    out[4][4] = t18;
     let t19 = t8 - t9;
+    out[2][1] = t19;
+    out[5][4] = t19;
+    out[12][4] = t19;
     let t20 = t7 - t10;
+    out[0][2] = t20;
+    out[3][5] = t20;
     let t21 = t8 + t9;
+    out[1][2] = t21;
+    out[4][5] = t21;
     let t22 = t3 + t4;
     let t23 = R::constant(1.0) - t22;
+    out[2][2] = t23;
+    out[5][5] = t23;
+    out[12][5] = t23;
     // left_hip_yaw_link: pose in the world
     let t24 = t13 * cos_q_left_hip_yaw;
     let t25 = R::fused(t14, sin_q_left_hip_yaw, t24);
+    out[13][3] = t25;
     let t26 = t13 * sin_q_left_hip_yaw;
     let t27 = R::fused(-t14, cos_q_left_hip_yaw, t26);
     let t28 = t16 * cos_q_left_hip_yaw;
     let t29 = R::fused(t18, sin_q_left_hip_yaw, t28);
+    out[13][4] = t29;
     let t30 = t16 * sin_q_left_hip_yaw;
     let t31 = R::fused(-t18, cos_q_left_hip_yaw, t30);
     let t32 = t20 * cos_q_left_hip_yaw;
     let t33 = R::fused(t21, sin_q_left_hip_yaw, t32);
+    out[13][5] = t33;
     let t34 = t20 * sin_q_left_hip_yaw;
     let t35 = R::fused(-t21, cos_q_left_hip_yaw, t34);
     let t36 = R::fused(t14, R::constant(0.0764), q_base_x);
@@ -2502,14 +3075,23 @@ pub(super) fn jacobian_of_left_foot_rear_right_program<R: Real>(q: &[R; NQ], out
     // left_hip_roll_link: pose in the world
     let t39 = t27 * cos_q_left_hip_roll;
     let t40 = R::fused(t15, sin_q_left_hip_roll, -t39);
+    out[14][3] = t40;
+    out[15][3] = t40;
+    out[16][3] = t40;
     let t41 = t27 * sin_q_left_hip_roll;
     let t42 = R::fused(t15, cos_q_left_hip_roll, t41);
     let t43 = t31 * cos_q_left_hip_roll;
     let t44 = R::fused(t19, sin_q_left_hip_roll, -t43);
+    out[14][4] = t44;
+    out[15][4] = t44;
+    out[16][4] = t44;
     let t45 = t31 * sin_q_left_hip_roll;
     let t46 = R::fused(t19, cos_q_left_hip_roll, t45);
     let t47 = t35 * cos_q_left_hip_roll;
     let t48 = R::fused(t23, sin_q_left_hip_roll, -t47);
+    out[14][5] = t48;
+    out[15][5] = t48;
+    out[16][5] = t48;
     let t49 = t35 * sin_q_left_hip_roll;
     let t50 = R::fused(t23, cos_q_left_hip_roll, t49);
     // left_upper_leg: pose in the world
@@ -2546,14 +3128,17 @@ pub(super) fn jacobian_of_left_foot_rear_right_program<R: Real>(q: &[R; NQ], out
     let t79 = R::fused(-t66, sin_q_left_ankle_pitch, t78);
     let t80 = t64 * sin_q_left_ankle_pitch;
     let t81 = R::fused(-t66, cos_q_left_ankle_pitch, -t80);
+    out[17][3] = t81;
     let t82 = t68 * cos_q_left_ankle_pitch;
     let t83 = R::fused(-t70, sin_q_left_ankle_pitch, t82);
     let t84 = t68 * sin_q_left_ankle_pitch;
     let t85 = R::fused(-t70, cos_q_left_ankle_pitch, -t84);
+    out[17][4] = t85;
     let t86 = t72 * cos_q_left_ankle_pitch;
     let t87 = R::fused(-t74, sin_q_left_ankle_pitch, t86);
     let t88 = t72 * sin_q_left_ankle_pitch;
     let t89 = R::fused(-t74, cos_q_left_ankle_pitch, -t88);
+    out[17][5] = t89;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
@@ -2591,96 +3176,121 @@ pub(super) fn jacobian_of_left_foot_rear_right_program<R: Real>(q: &[R; NQ], out
     let t121 = t106 - t118;
     let t122 = t107 - t119;
     let t123 = t85 * t122;
-    let t124 = R::fused(t89, t121, -t123);
+    out[17][0] = R::fused(t89, t121, -t123);
     let t125 = t89 * t120;
-    let t126 = R::fused(t81, t122, -t125);
+    out[17][1] = R::fused(t81, t122, -t125);
     let t127 = t81 * t121;
-    let t128 = R::fused(t85, t120, -t127);
+    out[17][2] = R::fused(t85, t120, -t127);
     // left_ankle: Jacobian
     let t129 = t90 - t117;
     let t130 = t91 - t118;
     let t131 = t92 - t119;
     let t132 = t44 * t131;
-    let t133 = R::fused(t48, t130, -t132);
+    out[16][0] = R::fused(t48, t130, -t132);
     let t134 = t48 * t129;
-    let t135 = R::fused(t40, t131, -t134);
+    out[16][1] = R::fused(t40, t131, -t134);
     let t136 = t40 * t130;
-    let t137 = R::fused(t44, t129, -t136);
+    out[16][2] = R::fused(t44, t129, -t136);
     // left_lower_leg: Jacobian
     let t138 = t75 - t117;
     let t139 = t76 - t118;
     let t140 = t77 - t119;
     let t141 = t44 * t140;
-    let t142 = R::fused(t48, t139, -t141);
+    out[15][0] = R::fused(t48, t139, -t141);
     let t143 = t48 * t138;
-    let t144 = R::fused(t40, t140, -t143);
+    out[15][1] = R::fused(t40, t140, -t143);
     let t145 = t40 * t139;
-    let t146 = R::fused(t44, t138, -t145);
+    out[15][2] = R::fused(t44, t138, -t145);
     // left_upper_leg: Jacobian
     let t147 = t36 - t117;
     let t148 = t37 - t118;
     let t149 = t38 - t119;
     let t150 = t44 * t149;
-    let t151 = R::fused(t48, t148, -t150);
+    out[14][0] = R::fused(t48, t148, -t150);
     let t152 = t48 * t147;
-    let t153 = R::fused(t40, t149, -t152);
+    out[14][1] = R::fused(t40, t149, -t152);
     let t154 = t40 * t148;
-    let t155 = R::fused(t44, t147, -t154);
+    out[14][2] = R::fused(t44, t147, -t154);
     // left_hip_roll_link: Jacobian
     let t156 = t29 * t149;
-    let t157 = R::fused(t33, t148, -t156);
+    out[13][0] = R::fused(t33, t148, -t156);
     let t158 = t33 * t147;
-    let t159 = R::fused(t25, t149, -t158);
+    out[13][1] = R::fused(t25, t149, -t158);
     let t160 = t25 * t148;
-    let t161 = R::fused(t29, t147, -t160);
+    out[13][2] = R::fused(t29, t147, -t160);
     // left_hip_yaw_link: Jacobian
     let t162 = t19 * t149;
-    let t163 = R::fused(t23, t148, -t162);
+    out[12][0] = R::fused(t23, t148, -t162);
     let t164 = t23 * t147;
-    let t165 = R::fused(t15, t149, -t164);
+    out[12][1] = R::fused(t15, t149, -t164);
     let t166 = t15 * t148;
-    let t167 = R::fused(t19, t147, -t166);
+    out[12][2] = R::fused(t19, t147, -t166);
     // torso: Jacobian
     let t168 = q_base_x - t117;
     let t169 = q_base_y - t118;
     let t170 = q_base_z - t119;
     let t171 = t16 * t170;
-    let t172 = R::fused(t20, t169, -t171);
+    out[3][0] = R::fused(t20, t169, -t171);
     let t173 = t20 * t168;
-    let t174 = R::fused(t13, t170, -t173);
+    out[3][1] = R::fused(t13, t170, -t173);
     let t175 = t13 * t169;
-    let t176 = R::fused(t16, t168, -t175);
+    out[3][2] = R::fused(t16, t168, -t175);
     let t177 = t18 * t170;
-    let t178 = R::fused(t21, t169, -t177);
+    out[4][0] = R::fused(t21, t169, -t177);
     let t179 = t21 * t168;
-    let t180 = R::fused(t14, t170, -t179);
+    out[4][1] = R::fused(t14, t170, -t179);
     let t181 = t14 * t169;
-    let t182 = R::fused(t18, t168, -t181);
+    out[4][2] = R::fused(t18, t168, -t181);
     let t183 = t19 * t170;
-    let t184 = R::fused(t23, t169, -t183);
+    out[5][0] = R::fused(t23, t169, -t183);
     let t185 = t23 * t168;
-    let t186 = R::fused(t15, t170, -t185);
+    out[5][1] = R::fused(t15, t170, -t185);
     let t187 = t15 * t169;
-    let t188 = R::fused(t19, t168, -t187);
-    *out = [
-        [t13, t16, t20, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/x
-        [t14, t18, t21, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/y
-        [t15, t19, t23, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/linear/z
-        [t172, t174, t176, t13, t16, t20], // base/angular/x
-        [t178, t180, t182, t14, t18, t21], // base/angular/y
-        [t184, t186, t188, t15, t19, t23], // base/angular/z
-        [R::constant(0.0); 6], // right_hip_yaw
-        [R::constant(0.0); 6], // right_hip_roll
-        [R::constant(0.0); 6], // right_hip_pitch
-        [R::constant(0.0); 6], // right_knee_pitch
-        [R::constant(0.0); 6], // right_ankle_pitch
-        [R::constant(0.0); 6], // right_ankle_roll
-        [t163, t165, t167, t15, t19, t23], // left_hip_yaw
-        [t157, t159, t161, t25, t29, t33], // left_hip_roll
-        [t151, t153, t155, t40, t44, t48], // left_hip_pitch
-        [t142, t144, t146, t40, t44, t48], // left_knee_pitch
-        [t133, t135, t137, t40, t44, t48], // left_ankle_pitch
-        [t124, t126, t128, t81, t85, t89], // left_ankle_roll
-    ];
+    out[5][2] = R::fused(t19, t168, -t187);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][3] = R::constant(0.0);
+    out[6][4] = R::constant(0.0);
+    out[6][5] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[7][3] = R::constant(0.0);
+    out[7][4] = R::constant(0.0);
+    out[7][5] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[8][3] = R::constant(0.0);
+    out[8][4] = R::constant(0.0);
+    out[8][5] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[9][3] = R::constant(0.0);
+    out[9][4] = R::constant(0.0);
+    out[9][5] = R::constant(0.0);
+    out[10][0] = R::constant(0.0);
+    out[10][1] = R::constant(0.0);
+    out[10][2] = R::constant(0.0);
+    out[10][3] = R::constant(0.0);
+    out[10][4] = R::constant(0.0);
+    out[10][5] = R::constant(0.0);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[11][2] = R::constant(0.0);
+    out[11][3] = R::constant(0.0);
+    out[11][4] = R::constant(0.0);
+    out[11][5] = R::constant(0.0);
 }
 }

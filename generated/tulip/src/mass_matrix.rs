@@ -153,6 +153,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t79 = t28 + t67;
     t80 = sin_t1 * cos_t1; // left_lower_leg: sums of what it carries
     t81 = R::constant(0.0039379874985) + t61;
+    out[16][16] = t81;
     t82 = R::constant(0.00009166667) * t57; // left_foot: sums of what it carries
     t83 = t54 * R::constant(0.00172); // left_lower_leg: sums of what it carries
     t84 = R::fused(-t59, t60, t58); // right_ankle: sums of what it carries
@@ -180,13 +181,17 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t106 = R::constant(0.315) * sin_q_right_hip_pitch; // right_lower_leg: motion
     t107 = t81 + t98;
     t108 = t81 + t90; // left_ankle: mass matrix
+    out[15][16] = t108;
+    out[16][15] = t108;
     t109 = R::constant(0.00009166667) * t73; // right_foot: sums of what it carries
     t110 = t86 * t63; // left_lower_leg: sums of what it carries
     t111 = R::constant(0.00086) - t96; // left_lower_leg: sums of what it carries
     t112 = t102 + t91; // right_ankle: sums of what it carries
     t113 = R::fused(R::constant(-0.00172), t97, t93); // right_lower_leg: sums of what it carries
     t114 = R::constant(0.07325338333) + t107; // left_lower_leg: sums of what it carries
+    out[15][15] = t114;
     t115 = R::constant(0.0039379874985) + t74; // right_ankle: sums of what it carries
+    out[10][10] = t115;
     t116 = t104 + t91; // right_ankle: sums of what it carries
     t117 = t103 + t104; // right_ankle: sums of what it carries
     t118 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
@@ -195,9 +200,12 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t121 = R::fused(R::constant(0.072308716667), t97, t120); // right_lower_leg: sums of what it carries
     t122 = t89 * t65; // left_lower_leg: sums of what it carries
     t123 = t115 + t105; // right_ankle: mass matrix
+    out[9][10] = t123;
+    out[10][9] = t123;
     t124 = t115 + t116; // right_ankle: sums of what it carries
     t125 = t100 * t64; // right_lower_leg: sums of what it carries
     t126 = R::constant(0.07325338333) + t124; // right_lower_leg: sums of what it carries
+    out[9][9] = t126;
     t127 = R::constant(0.00086) - t121; // right_lower_leg: sums of what it carries
     t128 = R::constant(0.0165) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t129 = R::constant(0.8355) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
@@ -222,19 +230,27 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t145 = t136 * cos_q_left_hip_roll;
     t146 = R::fused(-cos_q_left_hip_roll, t131, t144);
     t147 = R::fused(sin_q_left_hip_roll, t131, t145);
+    out[2][13] = t147;
+    out[13][2] = t147;
     // right_hip_roll_link: sums of what it carries
     t148 = t140 * sin_q_right_hip_roll;
     t149 = t140 * cos_q_right_hip_roll;
     t150 = R::fused(cos_q_right_hip_roll, t135, t148);
     t151 = R::fused(sin_q_right_hip_roll, t135, -t149);
+    out[2][7] = t151;
+    out[7][2] = t151;
     t152 = cos_q_right_hip_yaw * t64; // right_lower_leg: mass matrix
     t153 = sin_q_right_hip_roll * t66; // right_lower_leg: mass matrix
     t154 = R::fused(sin_q_right_hip_yaw, t153, -t152); // right_lower_leg: mass matrix
+    out[0][9] = t154;
+    out[9][0] = t154;
     t155 = cos_q_right_hip_yaw * t31; // right_ankle: mass matrix
     t156 = cos_q_right_hip_yaw * t135; // right_upper_leg: mass matrix
     t157 = sin_q_right_hip_yaw * t135; // right_upper_leg: mass matrix
     t158 = sin_q_right_hip_roll * t34; // right_ankle: mass matrix
     t159 = R::fused(sin_q_right_hip_yaw, t158, -t155); // right_ankle: mass matrix
+    out[0][10] = t159;
+    out[10][0] = t159;
     t160 = R::constant(0.008) + t139; // left_hip_yaw_link: sums of what it carries
     // right_foot: mass matrix
     t161 = t132 * sin_t2;
@@ -243,44 +259,82 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t164 = R::fused(-sin_q_right_hip_roll, t163, t162);
     t165 = t146 - t150; // right_hip_yaw_link: sums of what it carries
     t166 = R::constant(2.4915) + t165; // torso: sums of what it carries
+    out[0][4] = t166;
+    out[4][0] = t166;
     t167 = -t166; // torso: sums of what it carries
+    out[1][3] = t167;
+    out[3][1] = t167;
     // left_hip_yaw_link: sums of what it carries
     t168 = sin_q_left_hip_yaw * t160;
     t169 = cos_q_left_hip_yaw * t160;
     t170 = R::fused(-cos_q_left_hip_yaw, t147, t168);
+    out[0][12] = t170;
+    out[12][0] = t170;
     t171 = R::fused(-sin_q_left_hip_yaw, t147, -t169);
+    out[1][12] = t171;
+    out[12][1] = t171;
     t172 = R::constant(0.008) + t143; // right_hip_yaw_link: sums of what it carries
     t173 = sin_q_right_hip_yaw * t150; // right_hip_roll_link: mass matrix
     // right_upper_leg: mass matrix
     t174 = sin_q_right_hip_roll * t143;
     t175 = cos_q_right_hip_roll * t143;
+    out[2][8] = t175;
+    out[8][2] = t175;
     t176 = R::fused(sin_q_right_hip_yaw, t174, -t156);
+    out[0][8] = t176;
+    out[8][0] = t176;
     t177 = R::fused(-cos_q_right_hip_yaw, t174, -t157);
+    out[1][8] = t177;
+    out[8][1] = t177;
     t178 = cos_q_right_hip_yaw * t161; // right_foot: mass matrix
     t179 = R::fused(-sin_q_right_hip_yaw, t164, t178); // right_foot: mass matrix
+    out[0][11] = t179;
+    out[11][0] = t179;
     // right_hip_yaw_link: sums of what it carries
     t180 = sin_q_right_hip_yaw * t172;
     t181 = cos_q_right_hip_yaw * t172;
     t182 = R::fused(-cos_q_right_hip_yaw, t151, t180);
+    out[0][6] = t182;
+    out[6][0] = t182;
     t183 = R::fused(-sin_q_right_hip_yaw, t151, -t181);
+    out[1][6] = t183;
+    out[6][1] = t183;
     t184 = -t173; // right_hip_roll_link: mass matrix
+    out[0][7] = t184;
+    out[7][0] = t184;
     t185 = sin_q_left_hip_yaw * t146; // left_hip_roll_link: mass matrix
+    out[0][13] = t185;
+    out[13][0] = t185;
     // left_upper_leg: mass matrix
     t186 = cos_q_left_hip_yaw * t131;
     t187 = sin_q_left_hip_yaw * t131;
     t188 = sin_q_left_hip_roll * t139;
     t189 = cos_q_left_hip_roll * t139;
+    out[2][14] = t189;
+    out[14][2] = t189;
     t190 = R::fused(sin_q_left_hip_yaw, t188, -t186);
+    out[0][14] = t190;
+    out[14][0] = t190;
     t191 = R::fused(-cos_q_left_hip_yaw, t188, -t187);
+    out[1][14] = t191;
+    out[14][1] = t191;
     t192 = cos_q_left_hip_yaw * t63; // left_lower_leg: mass matrix
     t193 = sin_q_left_hip_roll * t65; // left_lower_leg: mass matrix
     t194 = R::fused(sin_q_left_hip_yaw, t193, -t192); // left_lower_leg: mass matrix
+    out[0][15] = t194;
+    out[15][0] = t194;
     t195 = cos_q_left_hip_yaw * t30; // left_ankle: mass matrix
     t196 = t170 + t182; // right_hip_yaw_link: sums of what it carries
     t197 = R::constant(0.0102) - t196; // torso: sums of what it carries
+    out[2][3] = t197;
+    out[3][2] = t197;
     t198 = -t197; // torso: sums of what it carries
+    out[0][5] = t198;
+    out[5][0] = t198;
     t199 = sin_q_left_hip_roll * t32; // left_ankle: mass matrix
     t200 = R::fused(sin_q_left_hip_yaw, t199, -t195); // left_ankle: mass matrix
+    out[0][16] = t200;
+    out[16][0] = t200;
     // left_foot: mass matrix
     t201 = t128 * sin_t3;
     t202 = t6 * cos_q_left_hip_roll;
@@ -288,37 +342,71 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t204 = R::fused(-sin_q_left_hip_roll, t203, t202);
     t205 = t171 + t183; // right_hip_yaw_link: sums of what it carries
     t206 = R::constant(0.20808) - t205; // torso: sums of what it carries
+    out[2][4] = t206;
+    out[4][2] = t206;
     t207 = -t206; // torso: sums of what it carries
+    out[1][5] = t207;
+    out[5][1] = t207;
     t208 = cos_q_left_hip_yaw * t201;
     t209 = R::fused(-sin_q_left_hip_yaw, t204, t208);
+    out[0][17] = t209;
+    out[17][0] = t209;
     t210 = cos_q_right_hip_yaw * t150; // right_hip_roll_link: mass matrix
+    out[1][7] = t210;
+    out[7][1] = t210;
     t211 = sin_q_right_hip_yaw * t64; // right_lower_leg: mass matrix
     t212 = R::fused(-cos_q_right_hip_yaw, t153, -t211); // right_lower_leg: mass matrix
+    out[1][9] = t212;
+    out[9][1] = t212;
     t213 = t106 * t64; // right_lower_leg: sums of what it carries
     t214 = R::fused(t100, t66, t213); // right_lower_leg: sums of what it carries
     t215 = sin_q_right_hip_yaw * t31; // right_ankle: mass matrix
     t216 = R::fused(-cos_q_right_hip_yaw, t158, -t215); // right_ankle: mass matrix
+    out[1][10] = t216;
+    out[10][1] = t216;
     t217 = sin_q_right_hip_yaw * t161; // right_foot: mass matrix
     t218 = R::fused(cos_q_right_hip_yaw, t164, t217); // right_foot: mass matrix
+    out[1][11] = t218;
+    out[11][1] = t218;
     t219 = cos_q_left_hip_yaw * t146; // left_hip_roll_link: mass matrix
     t220 = -t219; // left_hip_roll_link: mass matrix
+    out[1][13] = t220;
+    out[13][1] = t220;
     t221 = sin_q_left_hip_yaw * t63; // left_lower_leg: mass matrix
     t222 = R::fused(-cos_q_left_hip_yaw, t193, -t221); // left_lower_leg: mass matrix
+    out[1][15] = t222;
+    out[15][1] = t222;
     t223 = t89 * t63; // left_lower_leg: sums of what it carries
     t224 = R::fused(t86, t65, t223); // left_lower_leg: sums of what it carries
     t225 = cos_q_left_hip_roll * t65; // left_lower_leg: mass matrix
+    out[2][15] = t225;
+    out[15][2] = t225;
     t226 = sin_q_left_hip_yaw * t30; // left_ankle: mass matrix
     t227 = R::fused(-cos_q_left_hip_yaw, t199, -t226); // left_ankle: mass matrix
+    out[1][16] = t227;
+    out[16][1] = t227;
     t228 = sin_q_left_hip_yaw * t201;
     t229 = R::fused(cos_q_left_hip_yaw, t204, t228);
+    out[1][17] = t229;
+    out[17][1] = t229;
     t230 = cos_q_right_hip_roll * t66; // right_lower_leg: mass matrix
+    out[2][9] = t230;
+    out[9][2] = t230;
     t231 = t106 * t66; // right_lower_leg: sums of what it carries
     t232 = cos_q_right_hip_roll * t34; // right_ankle: mass matrix
+    out[2][10] = t232;
+    out[10][2] = t232;
     t233 = t7 * sin_q_right_hip_roll; // right_foot: mass matrix
     t234 = R::fused(cos_q_right_hip_roll, t163, t233); // right_foot: mass matrix
+    out[2][11] = t234;
+    out[11][2] = t234;
     t235 = cos_q_left_hip_roll * t32; // left_ankle: mass matrix
+    out[2][16] = t235;
+    out[16][2] = t235;
     t236 = t6 * sin_q_left_hip_roll;
     t237 = R::fused(cos_q_left_hip_roll, t203, t236);
+    out[2][17] = t237;
+    out[17][2] = t237;
     // left_lower_leg: sums of what it carries
     t238 = R::constant(0.0727810499985) - t95;
     t239 = t94 + t238;
@@ -328,12 +416,15 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t243 = t122 + t110; // left_lower_leg: mass matrix
     t244 = R::constant(2.0) * t122;
     t245 = t114 + t243; // left_lower_leg: mass matrix
+    out[14][15] = t245;
+    out[15][14] = t245;
     t246 = t239 + t242;
     t247 = t244 + t242;
     t248 = t241 + t244;
     t249 = t114 + t247;
     // left_upper_leg: sums of what it carries
     t250 = R::constant(0.231642) + t249;
+    out[14][14] = t250;
     t251 = R::constant(0.22879800003) * t118;
     t252 = t118 * R::constant(0.004);
     t253 = sin_q_left_hip_pitch * cos_q_left_hip_pitch;
@@ -352,19 +443,21 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
         t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367,
         t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385,
         t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403,
-        t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421,
-        t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439,
-        t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457,
-        t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475,
-        t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493,
-        t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511,
-        t512, t513, t514, t515,
+        t404, t405, t406, t407, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422,
+        t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440,
+        t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t454, t455, t456, t457, t458, t459, t460,
+        t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478,
+        t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496,
+        t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514,
+        t515,
     );
     t260 = t101 * cos_t3; // left_ankle: sums of what it carries
     t261 = t101 * sin_t3; // left_ankle: sums of what it carries
     t262 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t263 = R::fused(-t262, sin_t3, t260); // left_ankle: sums of what it carries
     t264 = R::fused(-t262, cos_t3, -t261); // left_ankle: sums of what it carries
+    out[13][16] = t264;
+    out[16][13] = t264;
     t265 = R::constant(0.00024) * cos_t1; // left_lower_leg: sums of what it carries
     t266 = R::fused(R::constant(0.000016), sin_t1, t265); // left_lower_leg: sums of what it carries
     t267 = R::constant(0.00193) * cos_q_left_hip_pitch;
@@ -374,6 +467,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t271 = R::constant(0.001421999985) + t254;
     t272 = t248 + t271;
     t273 = R::constant(0.0016005833535) + t270; // left_hip_roll_link: sums of what it carries
+    out[13][13] = t273;
     t274 = R::constant(0.00151725002) + t272; // left_hip_roll_link: sums of what it carries
     t275 = sin_q_left_hip_yaw * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t276 = R::constant(0.0000833333335) + t250; // left_hip_roll_link: sums of what it carries
@@ -383,6 +477,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t280 = t279 - t266; // left_lower_leg: sums of what it carries
     t281 = R::fused(-t128, t40, -t264); // left_ankle: sums of what it carries
     t282 = t278 - t281; // left_lower_leg: sums of what it carries
+    out[13][15] = t282;
+    out[15][13] = t282;
     t283 = R::constant(0.00193) * sin_q_left_hip_pitch;
     t284 = R::fused(R::constant(-0.000048), cos_q_left_hip_pitch, t283);
     t285 = t40 * t30; // left_ankle: sums of what it carries
@@ -391,6 +487,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t288 = R::fused(t89, t32, t286); // left_ankle: mass matrix
     t289 = t76 - t287; // left_ankle: sums of what it carries
     t290 = t108 + t288; // left_ankle: mass matrix
+    out[14][16] = t290;
+    out[16][14] = t290;
     t291 = t289 + t111; // left_lower_leg: sums of what it carries
     t292 = t291 - t224; // left_lower_leg: sums of what it carries
     t293 = t292 + t256;
@@ -400,6 +498,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t297 = t296 - t268;
     t298 = R::fused(-t128, t89, -t282); // left_lower_leg: sums of what it carries
     t299 = t284 - t298;
+    out[13][14] = t299;
+    out[14][13] = t299;
     t300 = R::constant(0.1528) * t170; // left_hip_yaw_link: sums of what it carries
     // right_lower_leg: sums of what it carries
     t301 = R::constant(0.0727810499985) - t113;
@@ -411,11 +511,14 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t307 = t231 + t125; // right_lower_leg: mass matrix
     t308 = R::constant(2.0) * t231;
     t309 = t126 + t307; // right_lower_leg: mass matrix
+    out[8][9] = t309;
+    out[9][8] = t309;
     t310 = t302 + t306;
     t311 = t308 + t306;
     t312 = t304 + t308;
     t313 = t126 + t311;
     t314 = R::constant(0.231642) + t313; // right_upper_leg: sums of what it carries
+    out[8][8] = t314;
     // left_hip_roll_link: sums of what it carries
     t315 = R::constant(2.0) * t297;
     t316 = R::fused(-t259, t315, t305);
@@ -426,7 +529,10 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t321 = R::constant(0.0005199999995) + t319; // left_hip_yaw_link: sums of what it carries
     t322 = t297 - t318;
     t323 = R::constant(0.0006099999995) + t320; // left_hip_yaw_link: sums of what it carries
+    out[12][12] = t323;
     t324 = R::fused(R::constant(-0.0764), t170, t323); // left_hip_yaw_link: mass matrix
+    out[5][12] = t324;
+    out[12][5] = t324;
     t325 = t323 - t300; // left_hip_yaw_link: sums of what it carries
     t326 = cos_q_left_hip_roll * t299;
     t327 = R::fused(sin_q_left_hip_roll, t293, -t326);
@@ -440,6 +546,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t335 = R::constant(0.000612) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t336 = R::fused(-t335, sin_t2, t333); // right_ankle: sums of what it carries
     t337 = R::fused(-t335, cos_t2, -t334); // right_ankle: sums of what it carries
+    out[7][10] = t337;
+    out[10][7] = t337;
     // right_upper_leg: sums of what it carries
     t338 = R::constant(0.22879800003) * t328;
     t339 = t328 * R::constant(0.004);
@@ -473,6 +581,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t365 = R::constant(0.001421999985) + t340;
     t366 = t312 + t365;
     t367 = R::constant(0.0016005833535) + t364; // right_hip_roll_link: sums of what it carries
+    out[7][7] = t367;
     t368 = R::constant(0.00151725002) + t366; // right_hip_roll_link: sums of what it carries
     t369 = R::fused(-t132, t100, t351); // right_lower_leg: sums of what it carries
     t370 = t369 + t349;
@@ -490,6 +599,8 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t381 = R::fused(t106, t34, t379); // right_ankle: mass matrix
     t382 = t92 - t380; // right_ankle: sums of what it carries
     t383 = t123 + t381; // right_ankle: mass matrix
+    out[8][10] = t383;
+    out[10][8] = t383;
     t384 = t382 + t127;
     t385 = t384 - t214;
     t386 = t385 + t342; // right_upper_leg: sums of what it carries
@@ -499,7 +610,11 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t390 = R::constant(0.1528) * t182; // right_hip_yaw_link: sums of what it carries
     t391 = sin_q_left_hip_roll * t299; // left_hip_roll_link: sums of what it carries
     t392 = R::fused(cos_q_left_hip_roll, t293, t391); // left_hip_roll_link: sums of what it carries
+    out[12][13] = t392;
+    out[13][12] = t392;
     t393 = R::fused(R::constant(-0.0764), t185, t392); // left_hip_roll_link: mass matrix
+    out[5][13] = t393;
+    out[13][5] = t393;
     t394 = cos_q_right_hip_yaw * t367; // right_hip_roll_link: mass matrix
     t395 = sin_q_right_hip_yaw * t367; // right_hip_roll_link: mass matrix
     // right_hip_roll_link: sums of what it carries
@@ -512,33 +627,54 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t402 = t370 - t399;
     t403 = R::constant(0.0005199999995) + t400; // right_hip_yaw_link: sums of what it carries
     t404 = R::constant(0.0006099999995) + t401; // right_hip_yaw_link: sums of what it carries
+    out[6][6] = t404;
     t405 = R::fused(R::constant(0.0764), t182, t404); // right_hip_yaw_link: mass matrix
+    out[5][6] = t405;
+    out[6][5] = t405;
     t406 = t404 + t390; // right_hip_yaw_link: sums of what it carries
     t407 = t325 + t406; // right_hip_yaw_link: sums of what it carries
-    t408 = R::constant(0.15966028) + t407; // torso: sums of what it carries
+    out[5][5] = R::constant(0.15966028) + t407; // torso: sums of what it carries
     // left_hip_yaw_link: sums of what it carries
     t409 = cos_q_left_hip_yaw * t392;
     t410 = sin_q_left_hip_yaw * t392;
     t411 = R::fused(sin_q_left_hip_yaw, t322, t409);
+    out[3][12] = t411;
+    out[12][3] = t411;
     t412 = R::fused(-cos_q_left_hip_yaw, t322, t410);
+    out[4][12] = t412;
+    out[12][4] = t412;
     t413 = R::fused(R::constant(0.0764), t146, -t412);
     t414 = cos_q_right_hip_roll * t377; // right_hip_roll_link: sums of what it carries
     t415 = R::fused(sin_q_right_hip_roll, t386, t414); // right_hip_roll_link: sums of what it carries
     t416 = R::fused(sin_q_right_hip_yaw, t415, t394); // right_hip_roll_link: mass matrix
     t417 = R::fused(R::constant(-0.0764), t151, t416); // right_hip_roll_link: mass matrix
+    out[3][7] = t417;
+    out[7][3] = t417;
     t418 = R::fused(-cos_q_right_hip_yaw, t415, t395); // right_hip_roll_link: mass matrix
+    out[4][7] = t418;
+    out[7][4] = t418;
     t419 = sin_q_right_hip_roll * t377; // right_hip_roll_link: sums of what it carries
     t420 = R::fused(cos_q_right_hip_roll, t386, -t419); // right_hip_roll_link: sums of what it carries
+    out[6][7] = t420;
+    out[7][6] = t420;
     t421 = R::fused(R::constant(-0.0764), t173, t420); // right_hip_roll_link: mass matrix
+    out[5][7] = t421;
+    out[7][5] = t421;
     // right_upper_leg: mass matrix
     t422 = cos_q_right_hip_yaw * t377;
     t423 = cos_q_right_hip_roll * t314;
     t424 = sin_q_right_hip_roll * t314;
     t425 = R::fused(sin_q_right_hip_roll, t370, t423);
     t426 = R::fused(-cos_q_right_hip_roll, t370, t424);
+    out[6][8] = t426;
+    out[8][6] = t426;
     t427 = R::fused(R::constant(0.0764), t176, t426);
+    out[5][8] = t427;
+    out[8][5] = t427;
     t428 = R::fused(sin_q_right_hip_yaw, t425, t422);
     t429 = R::fused(R::constant(-0.0764), t175, -t428);
+    out[3][8] = t429;
+    out[8][3] = t429;
     t430 = t387 - t403; // right_hip_yaw_link: sums of what it carries
     // right_lower_leg: mass matrix
     t431 = cos_q_right_hip_yaw * t373;
@@ -546,9 +682,15 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t433 = sin_q_right_hip_roll * t309;
     t434 = R::fused(sin_q_right_hip_roll, t351, t432);
     t435 = R::fused(-cos_q_right_hip_roll, t351, t433);
+    out[6][9] = t435;
+    out[9][6] = t435;
     t436 = R::fused(R::constant(0.0764), t154, t435);
+    out[5][9] = t436;
+    out[9][5] = t436;
     t437 = R::fused(sin_q_right_hip_yaw, t434, t431);
     t438 = R::fused(R::constant(-0.0764), t230, -t437);
+    out[3][9] = t438;
+    out[9][3] = t438;
     // right_hip_yaw_link: sums of what it carries
     t439 = t330 * t430;
     t440 = R::constant(2.0) * t415;
@@ -563,19 +705,29 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t449 = t447 + t390;
     t450 = t359 + t448;
     t451 = t360 + t449;
-    t452 = R::constant(0.812133582) + t450; // torso: sums of what it carries
-    t453 = R::constant(0.908224198) + t451; // torso: sums of what it carries
+    out[4][4] = R::constant(0.812133582) + t450; // torso: sums of what it carries
+    out[3][3] = R::constant(0.908224198) + t451; // torso: sums of what it carries
     t454 = R::constant(0.00220808) - t446; // torso: sums of what it carries
+    out[3][4] = t454;
+    out[4][3] = t454;
     t455 = cos_q_right_hip_yaw * t420;
     t456 = sin_q_right_hip_yaw * t420;
     t457 = R::fused(sin_q_right_hip_yaw, t402, t455);
+    out[3][6] = t457;
+    out[6][3] = t457;
     t458 = R::fused(-cos_q_right_hip_yaw, t402, t456);
+    out[4][6] = t458;
+    out[6][4] = t458;
     t459 = t411 + t457;
     t460 = R::fused(R::constant(0.0764), t150, -t458);
     t461 = t413 + t460;
     t462 = R::constant(0.0404594) + t459; // torso: sums of what it carries
+    out[3][5] = t462;
+    out[5][3] = t462;
     t463 = R::constant(0.0014735) + t461; // torso: sums of what it carries
     t464 = -t463; // torso: sums of what it carries
+    out[4][5] = t464;
+    out[5][4] = t464;
     // right_ankle: mass matrix
     t465 = cos_q_right_hip_yaw * t337;
     t466 = sin_q_right_hip_yaw * t337;
@@ -583,10 +735,18 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t468 = sin_q_right_hip_roll * t383;
     t469 = R::fused(sin_q_right_hip_roll, t336, t467);
     t470 = R::fused(-cos_q_right_hip_roll, t336, t468);
+    out[6][10] = t470;
+    out[10][6] = t470;
     t471 = R::fused(R::constant(0.0764), t159, t470);
+    out[5][10] = t471;
+    out[10][5] = t471;
     t472 = R::fused(sin_q_right_hip_yaw, t469, -t465);
     t473 = R::fused(cos_q_right_hip_yaw, t469, t466);
+    out[4][10] = t473;
+    out[10][4] = t473;
     t474 = R::fused(R::constant(-0.0764), t232, -t472);
+    out[3][10] = t474;
+    out[10][3] = t474;
     // right_foot: mass matrix
     t475 = t11 * sin_t2;
     t476 = t11 * cos_t2;
@@ -597,20 +757,30 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t481 = t44 * t161;
     t482 = t100 * t161;
     t483 = R::fused(t7, t100, t480);
+    out[7][11] = t483;
+    out[11][7] = t483;
     t484 = R::fused(-t45, t163, t481);
     t485 = R::fused(-t106, t163, t482);
     t486 = R::fused(-t7, t45, t479);
     t487 = R::fused(-t7, t106, t486);
     t488 = t335 + t484;
     t489 = -t335; // right_foot: sums of what it carries
+    out[10][11] = t489;
+    out[11][10] = t489;
     t490 = t488 + t485;
     t491 = -t488;
+    out[9][11] = t491;
+    out[11][9] = t491;
     // left_hip_roll_link: mass matrix
     t492 = cos_q_left_hip_yaw * t273;
     t493 = sin_q_left_hip_yaw * t273;
     t494 = R::fused(sin_q_left_hip_yaw, t327, t492);
     t495 = R::fused(-cos_q_left_hip_yaw, t327, t493);
+    out[4][13] = t495;
+    out[13][4] = t495;
     t496 = R::fused(R::constant(0.0764), t147, t494);
+    out[3][13] = t496;
+    out[13][3] = t496;
     // left_upper_leg: mass matrix
     t497 = cos_q_left_hip_yaw * t299;
     t498 = sin_q_left_hip_yaw * t299;
@@ -618,10 +788,18 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t500 = sin_q_left_hip_roll * t250;
     t501 = R::fused(sin_q_left_hip_roll, t297, t499);
     t502 = R::fused(-cos_q_left_hip_roll, t297, t500);
+    out[12][14] = t502;
+    out[14][12] = t502;
     t503 = R::fused(R::constant(-0.0764), t190, t502);
+    out[5][14] = t503;
+    out[14][5] = t503;
     t504 = R::fused(sin_q_left_hip_yaw, t501, -t497);
     t505 = R::fused(cos_q_left_hip_yaw, t501, t498);
+    out[4][14] = t505;
+    out[14][4] = t505;
     t506 = R::fused(R::constant(0.0764), t189, -t504);
+    out[3][14] = t506;
+    out[14][3] = t506;
     t507 = cos_q_left_hip_yaw * t282; // left_lower_leg: mass matrix
     t508 = sin_q_left_hip_yaw * t282; // left_lower_leg: mass matrix
     t509 = cos_q_right_hip_yaw * t483; // right_foot: mass matrix
@@ -631,7 +809,11 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t512 = sin_q_left_hip_roll * t245;
     t513 = R::fused(sin_q_left_hip_roll, t280, t511);
     t514 = R::fused(-cos_q_left_hip_roll, t280, t512);
+    out[12][15] = t514;
+    out[15][12] = t514;
     t515 = R::fused(R::constant(-0.0764), t194, t514);
+    out[5][15] = t515;
+    out[15][5] = t515;
     let (
         t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533,
         t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551,
@@ -640,13 +822,21 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     );
     t516 = R::fused(sin_q_left_hip_yaw, t513, -t507);
     t517 = R::fused(cos_q_left_hip_yaw, t513, t508);
+    out[4][15] = t517;
+    out[15][4] = t517;
     t518 = R::fused(R::constant(0.0764), t225, -t516);
+    out[3][15] = t518;
+    out[15][3] = t518;
     // right_foot: mass matrix
     t519 = cos_q_right_hip_roll * t490;
     t520 = R::fused(sin_q_right_hip_roll, t487, t519);
     t521 = R::fused(sin_q_right_hip_yaw, t520, t509);
     t522 = R::fused(-cos_q_right_hip_yaw, t520, t510);
+    out[4][11] = t522;
+    out[11][4] = t522;
     t523 = R::fused(R::constant(-0.0764), t234, t521);
+    out[3][11] = t523;
+    out[11][3] = t523;
     // left_ankle: mass matrix
     t524 = cos_q_left_hip_yaw * t264;
     t525 = sin_q_left_hip_yaw * t264;
@@ -654,10 +844,18 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t527 = sin_q_left_hip_roll * t290;
     t528 = R::fused(sin_q_left_hip_roll, t263, t526);
     t529 = R::fused(-cos_q_left_hip_roll, t263, t527);
+    out[12][16] = t529;
+    out[16][12] = t529;
     t530 = R::fused(R::constant(-0.0764), t200, t529);
+    out[5][16] = t530;
+    out[16][5] = t530;
     t531 = R::fused(sin_q_left_hip_yaw, t528, -t524);
     t532 = R::fused(cos_q_left_hip_yaw, t528, t525);
+    out[4][16] = t532;
+    out[16][4] = t532;
     t533 = R::fused(R::constant(0.0764), t235, -t531);
+    out[3][16] = t533;
+    out[16][3] = t533;
     // left_foot: mass matrix
     t534 = t10 * sin_t3;
     t535 = t10 * cos_t3;
@@ -668,25 +866,45 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t540 = t39 * t201;
     t541 = t86 * t201;
     t542 = R::fused(t6, t86, t539);
+    out[13][17] = t542;
+    out[17][13] = t542;
     t543 = R::fused(-t40, t203, t540);
     t544 = R::fused(-t89, t203, t541);
     t545 = R::fused(-t6, t40, t538);
     t546 = R::fused(-t6, t89, t545);
     t547 = t262 + t543;
     t548 = -t262; // left_foot: sums of what it carries
+    out[16][17] = t548;
+    out[17][16] = t548;
     t549 = t547 + t544;
     t550 = -t547;
+    out[15][17] = t550;
+    out[17][15] = t550;
     t551 = sin_q_right_hip_yaw * t377; // right_upper_leg: mass matrix
     t552 = R::fused(cos_q_right_hip_yaw, t425, -t551); // right_upper_leg: mass matrix
+    out[4][8] = t552;
+    out[8][4] = t552;
     t553 = -t377; // right_upper_leg: sums of what it carries
+    out[7][8] = t553;
+    out[8][7] = t553;
     t554 = sin_q_right_hip_yaw * t373; // right_lower_leg: mass matrix
     t555 = R::fused(cos_q_right_hip_yaw, t434, -t554); // right_lower_leg: mass matrix
+    out[4][9] = t555;
+    out[9][4] = t555;
     t556 = -t373; // right_lower_leg: sums of what it carries
+    out[7][9] = t556;
+    out[9][7] = t556;
     // right_foot: mass matrix
     t557 = sin_q_right_hip_roll * t490;
     t558 = R::fused(cos_q_right_hip_roll, t487, -t557);
+    out[6][11] = t558;
+    out[11][6] = t558;
     t559 = R::fused(R::constant(0.0764), t179, t558);
+    out[5][11] = t559;
+    out[11][5] = t559;
     t560 = -t490;
+    out[8][11] = t560;
+    out[11][8] = t560;
     // left_foot: mass matrix
     t561 = cos_q_left_hip_yaw * t542;
     t562 = sin_q_left_hip_yaw * t542;
@@ -694,102 +912,113 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t564 = R::fused(sin_q_left_hip_roll, t546, t563);
     t565 = R::fused(sin_q_left_hip_yaw, t564, t561);
     t566 = R::fused(-cos_q_left_hip_yaw, t564, t562);
+    out[4][17] = t566;
+    out[17][4] = t566;
     t567 = R::fused(R::constant(0.0764), t237, t565);
+    out[3][17] = t567;
+    out[17][3] = t567;
     t568 = sin_q_left_hip_roll * t549;
     t569 = R::fused(cos_q_left_hip_roll, t546, -t568);
+    out[12][17] = t569;
+    out[17][12] = t569;
     t570 = R::fused(R::constant(-0.0764), t209, t569);
+    out[5][17] = t570;
+    out[17][5] = t570;
     t571 = -t549;
-    *out = [
-        // base/linear/x
-        [
-            R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), t166, t198, t182, t184, t176, t154,
-            t159, t179, t170, t185, t190, t194, t200, t209,
-        ],
-        // base/linear/y
-        [
-            R::constant(0.0), R::constant(19.0), R::constant(0.0), t167, R::constant(0.0), t207, t183, t210, t177, t212,
-            t216, t218, t171, t220, t191, t222, t227, t229,
-        ],
-        // base/linear/z
-        [
-            R::constant(0.0), R::constant(0.0), R::constant(19.0), t197, t206, R::constant(0.0), R::constant(0.0), t151,
-            t175, t230, t232, t234, R::constant(0.0), t147, t189, t225, t235, t237,
-        ],
-        // base/angular/x
-        [
-            R::constant(0.0), t167, t197, t453, t454, t462, t457, t417, t429, t438, t474, t523, t411, t496, t506, t518,
-            t533, t567,
-        ],
-        // base/angular/y
-        [
-            t166, R::constant(0.0), t206, t454, t452, t464, t458, t418, t552, t555, t473, t522, t412, t495, t505, t517,
-            t532, t566,
-        ],
-        // base/angular/z
-        [
-            t198, t207, R::constant(0.0), t462, t464, t408, t405, t421, t427, t436, t471, t559, t324, t393, t503, t515,
-            t530, t570,
-        ],
-        // right_hip_yaw
-        [
-            t182, t183, R::constant(0.0), t457, t458, t405, t404, t420, t426, t435, t470, t558, R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_roll
-        [
-            t184, t210, t151, t417, t418, t421, t420, t367, t553, t556, t337, t483, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_pitch
-        [
-            t176, t177, t175, t429, t552, t427, t426, t553, t314, t309, t383, t560, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_knee_pitch
-        [
-            t154, t212, t230, t438, t555, t436, t435, t556, t309, t126, t123, t491, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_pitch
-        [
-            t159, t216, t232, t474, t473, t471, t470, t337, t383, t123, t115, t489, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_roll
-        [
-            t179, t218, t234, t523, t522, t559, t558, t483, t560, t491, t489, R::constant(0.001228333333),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_hip_yaw
-        [
-            t170, t171, R::constant(0.0), t411, t412, t324, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t323, t392, t502, t514, t529, t569,
-        ],
-        // left_hip_roll
-        [
-            t185, t220, t147, t496, t495, t393, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t392, t273, t299, t282, t264, t542,
-        ],
-        // left_hip_pitch
-        [
-            t190, t191, t189, t506, t505, t503, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t502, t299, t250, t245, t290, t571,
-        ],
-        // left_knee_pitch
-        [
-            t194, t222, t225, t518, t517, t515, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t514, t282, t245, t114, t108, t550,
-        ],
-        // left_ankle_pitch
-        [
-            t200, t227, t235, t533, t532, t530, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t529, t264, t290, t108, t81, t548,
-        ],
-        // left_ankle_roll
-        [
-            t209, t229, t237, t567, t566, t570, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t569, t542, t571, t550, t548, R::constant(0.001228333333),
-        ],
-    ];
+    out[14][17] = t571;
+    out[17][14] = t571;
+    out[0][0] = R::constant(19.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(19.0);
+    out[1][2] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[2][0] = R::constant(0.0);
+    out[2][1] = R::constant(0.0);
+    out[2][2] = R::constant(19.0);
+    out[2][5] = R::constant(0.0);
+    out[2][6] = R::constant(0.0);
+    out[2][12] = R::constant(0.0);
+    out[3][0] = R::constant(0.0);
+    out[4][1] = R::constant(0.0);
+    out[5][2] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][12] = R::constant(0.0);
+    out[6][13] = R::constant(0.0);
+    out[6][14] = R::constant(0.0);
+    out[6][15] = R::constant(0.0);
+    out[6][16] = R::constant(0.0);
+    out[6][17] = R::constant(0.0);
+    out[7][12] = R::constant(0.0);
+    out[7][13] = R::constant(0.0);
+    out[7][14] = R::constant(0.0);
+    out[7][15] = R::constant(0.0);
+    out[7][16] = R::constant(0.0);
+    out[7][17] = R::constant(0.0);
+    out[8][12] = R::constant(0.0);
+    out[8][13] = R::constant(0.0);
+    out[8][14] = R::constant(0.0);
+    out[8][15] = R::constant(0.0);
+    out[8][16] = R::constant(0.0);
+    out[8][17] = R::constant(0.0);
+    out[9][12] = R::constant(0.0);
+    out[9][13] = R::constant(0.0);
+    out[9][14] = R::constant(0.0);
+    out[9][15] = R::constant(0.0);
+    out[9][16] = R::constant(0.0);
+    out[9][17] = R::constant(0.0);
+    out[10][12] = R::constant(0.0);
+    out[10][13] = R::constant(0.0);
+    out[10][14] = R::constant(0.0);
+    out[10][15] = R::constant(0.0);
+    out[10][16] = R::constant(0.0);
+    out[10][17] = R::constant(0.0);
+    out[11][11] = R::constant(0.001228333333);
+    out[11][12] = R::constant(0.0);
+    out[11][13] = R::constant(0.0);
+    out[11][14] = R::constant(0.0);
+    out[11][15] = R::constant(0.0);
+    out[11][16] = R::constant(0.0);
+    out[11][17] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][6] = R::constant(0.0);
+    out[12][7] = R::constant(0.0);
+    out[12][8] = R::constant(0.0);
+    out[12][9] = R::constant(0.0);
+    out[12][10] = R::constant(0.0);
+    out[12][11] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[13][7] = R::constant(0.0);
+    out[13][8] = R::constant(0.0);
+    out[13][9] = R::constant(0.0);
+    out[13][10] = R::constant(0.0);
+    out[13][11] = R::constant(0.0);
+    out[14][6] = R::constant(0.0);
+    out[14][7] = R::constant(0.0);
+    out[14][8] = R::constant(0.0);
+    out[14][9] = R::constant(0.0);
+    out[14][10] = R::constant(0.0);
+    out[14][11] = R::constant(0.0);
+    out[15][6] = R::constant(0.0);
+    out[15][7] = R::constant(0.0);
+    out[15][8] = R::constant(0.0);
+    out[15][9] = R::constant(0.0);
+    out[15][10] = R::constant(0.0);
+    out[15][11] = R::constant(0.0);
+    out[16][6] = R::constant(0.0);
+    out[16][7] = R::constant(0.0);
+    out[16][8] = R::constant(0.0);
+    out[16][9] = R::constant(0.0);
+    out[16][10] = R::constant(0.0);
+    out[16][11] = R::constant(0.0);
+    out[17][6] = R::constant(0.0);
+    out[17][7] = R::constant(0.0);
+    out[17][8] = R::constant(0.0);
+    out[17][9] = R::constant(0.0);
+    out[17][10] = R::constant(0.0);
+    out[17][11] = R::constant(0.0);
+    out[17][17] = R::constant(0.001228333333);
 }
 }

@@ -67,12 +67,11 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
         t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130,
         t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148,
         t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166,
-        t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184,
-        t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202,
-        t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220,
-        t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238,
-        t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256,
-        t257, t258, t259,
+        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
+        t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t199, t200, t201, t202, t203, t204,
+        t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222,
+        t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240,
+        t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t258, t259,
     );
     t4 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t5 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
@@ -153,6 +152,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t79 = t28 + t67;
     t80 = sin_t1 * cos_t1; // left_lower_leg: sums of what it carries
     t81 = R::constant(0.0039379874985) + t61;
+    out[16][16] = t81;
     t82 = R::constant(0.00009166667) * t57; // left_foot: sums of what it carries
     t83 = t54 * R::constant(0.00172); // left_lower_leg: sums of what it carries
     t84 = R::fused(-t59, t60, t58); // right_ankle: sums of what it carries
@@ -180,13 +180,16 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t106 = R::constant(0.315) * sin_q_right_hip_pitch; // right_lower_leg: motion
     t107 = t81 + t98;
     t108 = t81 + t90; // left_ankle: mass matrix
+    out[16][15] = t108;
     t109 = R::constant(0.00009166667) * t73; // right_foot: sums of what it carries
     t110 = t86 * t63; // left_lower_leg: sums of what it carries
     t111 = R::constant(0.00086) - t96; // left_lower_leg: sums of what it carries
     t112 = t102 + t91; // right_ankle: sums of what it carries
     t113 = R::fused(R::constant(-0.00172), t97, t93); // right_lower_leg: sums of what it carries
     t114 = R::constant(0.07325338333) + t107; // left_lower_leg: sums of what it carries
+    out[15][15] = t114;
     t115 = R::constant(0.0039379874985) + t74; // right_ankle: sums of what it carries
+    out[10][10] = t115;
     t116 = t104 + t91; // right_ankle: sums of what it carries
     t117 = t103 + t104; // right_ankle: sums of what it carries
     t118 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
@@ -195,9 +198,11 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t121 = R::fused(R::constant(0.072308716667), t97, t120); // right_lower_leg: sums of what it carries
     t122 = t89 * t65; // left_lower_leg: sums of what it carries
     t123 = t115 + t105; // right_ankle: mass matrix
+    out[10][9] = t123;
     t124 = t115 + t116; // right_ankle: sums of what it carries
     t125 = t100 * t64; // right_lower_leg: sums of what it carries
     t126 = R::constant(0.07325338333) + t124; // right_lower_leg: sums of what it carries
+    out[9][9] = t126;
     t127 = R::constant(0.00086) - t121; // right_lower_leg: sums of what it carries
     t128 = R::constant(0.0165) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t129 = R::constant(0.8355) * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
@@ -222,11 +227,13 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t145 = t136 * cos_q_left_hip_roll;
     t146 = R::fused(-cos_q_left_hip_roll, t131, t144);
     t147 = R::fused(sin_q_left_hip_roll, t131, t145);
+    out[13][2] = t147;
     // right_hip_roll_link: sums of what it carries
     t148 = t140 * sin_q_right_hip_roll;
     t149 = t140 * cos_q_right_hip_roll;
     t150 = R::fused(cos_q_right_hip_roll, t135, t148);
     t151 = R::fused(sin_q_right_hip_roll, t135, -t149);
+    out[7][2] = t151;
     // left_lower_leg: sums of what it carries
     t152 = R::constant(0.0727810499985) - t95;
     t153 = t94 + t152;
@@ -236,14 +243,17 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t157 = t122 + t110; // left_lower_leg: mass matrix
     t158 = R::constant(2.0) * t122;
     t159 = t114 + t157; // left_lower_leg: mass matrix
+    out[15][14] = t159;
     t160 = t153 + t156;
     t161 = t158 + t156;
     t162 = t155 + t158;
     t163 = t114 + t161;
     t164 = R::constant(0.231642) + t163; // left_upper_leg: sums of what it carries
+    out[14][14] = t164;
     t165 = t146 - t150; // right_hip_yaw_link: sums of what it carries
     t166 = R::constant(2.4915) + t165; // torso: sums of what it carries
-    t167 = -t166; // torso: sums of what it carries
+    out[4][0] = t166;
+    out[3][1] = -t166; // torso: sums of what it carries
     t168 = R::constant(0.008) + t139; // left_hip_yaw_link: sums of what it carries
     t169 = R::constant(0.008) + t143; // right_hip_yaw_link: sums of what it carries
     // left_upper_leg: sums of what it carries
@@ -257,12 +267,16 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t176 = sin_q_left_hip_yaw * t168;
     t177 = cos_q_left_hip_yaw * t168;
     t178 = R::fused(-cos_q_left_hip_yaw, t147, t176);
+    out[12][0] = t178;
     t179 = R::fused(-sin_q_left_hip_yaw, t147, -t177);
+    out[12][1] = t179;
     // right_hip_yaw_link: sums of what it carries
     t180 = sin_q_right_hip_yaw * t169;
     t181 = cos_q_right_hip_yaw * t169;
     t182 = R::fused(-cos_q_right_hip_yaw, t151, t180);
+    out[6][0] = t182;
     t183 = R::fused(-sin_q_right_hip_yaw, t151, -t181);
+    out[6][1] = t183;
     t184 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
     t185 = sin_q_left_hip_roll * sin_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
     t186 = sin_q_left_hip_roll * cos_q_left_hip_roll; // left_hip_roll_link: sums of what it carries
@@ -274,14 +288,17 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t191 = R::constant(0.001421999985) + t173;
     t192 = t162 + t191;
     t193 = R::constant(0.0016005833535) + t190; // left_hip_roll_link: sums of what it carries
+    out[13][13] = t193;
     t194 = R::constant(0.00151725002) + t192; // left_hip_roll_link: sums of what it carries
     t195 = R::constant(0.0000833333335) + t164; // left_hip_roll_link: sums of what it carries
     t196 = t178 + t182; // right_hip_yaw_link: sums of what it carries
     t197 = R::constant(0.0102) - t196; // torso: sums of what it carries
-    t198 = -t197; // torso: sums of what it carries
+    out[3][2] = t197;
+    out[5][0] = -t197; // torso: sums of what it carries
     t199 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
     t200 = R::fused(-t199, sin_t3, t187); // left_ankle: sums of what it carries
     t201 = R::fused(-t199, cos_t3, -t188); // left_ankle: sums of what it carries
+    out[16][13] = t201;
     t202 = R::constant(0.00024) * cos_t1; // left_lower_leg: sums of what it carries
     t203 = R::fused(R::constant(0.000016), sin_t1, t202); // left_lower_leg: sums of what it carries
     t204 = R::constant(0.00193) * cos_q_left_hip_pitch;
@@ -302,6 +319,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t219 = R::fused(-t128, t40, -t201); // left_ankle: sums of what it carries
     // left_lower_leg: sums of what it carries
     t220 = t208 - t219;
+    out[15][13] = t220;
     t221 = t89 * t63;
     t222 = R::fused(t86, t65, t221);
     t223 = t214 - t222;
@@ -319,6 +337,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t234 = t233 - t205; // left_upper_leg: sums of what it carries
     t235 = R::fused(-t128, t89, -t220); // left_lower_leg: sums of what it carries
     t236 = t210 - t235; // left_upper_leg: sums of what it carries
+    out[14][13] = t236;
     t237 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t238 = sin_q_right_hip_pitch * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     t239 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
@@ -328,8 +347,10 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t243 = t242 + t231;
     t244 = t230 + t242;
     t245 = t126 + t241; // right_lower_leg: mass matrix
+    out[9][8] = t245;
     t246 = t126 + t243;
     t247 = R::constant(0.231642) + t246; // right_upper_leg: sums of what it carries
+    out[8][8] = t247;
     // left_hip_roll_link: sums of what it carries
     t248 = R::constant(2.0) * t234;
     t249 = R::fused(-t186, t248, t225);
@@ -340,25 +361,23 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t254 = R::constant(0.0005199999995) + t252; // left_hip_yaw_link: sums of what it carries
     t255 = t234 - t251;
     t256 = R::constant(0.0006099999995) + t253; // left_hip_yaw_link: sums of what it carries
-    t257 = R::fused(R::constant(-0.0764), t178, t256); // left_hip_yaw_link: mass matrix
+    out[12][12] = t256;
+    out[12][5] = R::fused(R::constant(-0.0764), t178, t256); // left_hip_yaw_link: mass matrix
     t258 = t256 - t226; // left_hip_yaw_link: sums of what it carries
     t259 = cos_q_left_hip_roll * t236;
     let (
         t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277,
         t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295,
-        t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313,
-        t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331,
-        t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349,
-        t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367,
-        t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385,
-        t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403,
-        t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421,
-        t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439,
-        t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457,
-        t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475,
-        t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493,
-        t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511,
-        t512, t513, t514, t515,
+        t296, t297, t298, t299, t300, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314,
+        t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t331, t332, t334,
+        t335, t336, t337, t338, t340, t341, t342, t343, t344, t345, t346, t349, t350, t351, t352, t354, t355, t356,
+        t357, t360, t361, t362, t363, t364, t366, t367, t368, t369, t370, t372, t373, t374, t375, t376, t377, t378,
+        t379, t380, t381, t382, t383, t387, t388, t389, t390, t391, t392, t393, t395, t397, t400, t401, t402, t403,
+        t404, t406, t407, t408, t409, t410, t412, t414, t417, t418, t419, t420, t422, t423, t424, t425, t426, t427,
+        t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t440, t441, t442, t443, t444, t445, t446,
+        t447, t448, t449, t450, t451, t453, t455, t456, t457, t458, t460, t463, t465, t467, t468, t469, t472, t473,
+        t474, t475, t476, t477, t478, t481, t482, t485, t486, t487, t489, t490, t491, t492, t493, t494, t496, t499,
+        t500, t501, t502, t503, t505, t506, t507, t508, t509, t510, t512, t515,
     );
     t260 = R::fused(sin_q_left_hip_roll, t224, -t259);
     // right_upper_leg: sums of what it carries
@@ -374,6 +393,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t270 = R::constant(0.000612) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
     t271 = R::fused(-t270, sin_t2, t268); // right_ankle: sums of what it carries
     t272 = R::fused(-t270, cos_t2, -t269); // right_ankle: sums of what it carries
+    out[10][7] = t272;
     t273 = R::constant(0.00024) * cos_t0; // right_lower_leg: sums of what it carries
     t274 = R::fused(R::constant(0.000016), sin_t0, t273); // right_lower_leg: sums of what it carries
     t275 = R::constant(2.0) * t260; // left_hip_yaw_link: sums of what it carries
@@ -382,6 +402,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t278 = R::constant(0.001421999985) + t263;
     t279 = t244 + t278;
     t280 = R::constant(0.0016005833535) + t277; // right_hip_roll_link: sums of what it carries
+    out[7][7] = t280;
     t281 = R::constant(0.00151725002) + t279; // right_hip_roll_link: sums of what it carries
     t282 = t215 - t254; // left_hip_yaw_link: sums of what it carries
     t283 = R::constant(0.0000833333335) + t247; // right_hip_roll_link: sums of what it carries
@@ -403,7 +424,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t298 = R::fused(R::constant(0.0764), t179, t297);
     t299 = t179 + t183; // right_hip_yaw_link: sums of what it carries
     t300 = R::constant(0.20808) - t299; // torso: sums of what it carries
-    t301 = -t300; // torso: sums of what it carries
+    out[4][2] = t300;
+    out[5][1] = -t300; // torso: sums of what it carries
     t302 = R::constant(0.00009) + t280; // right_hip_yaw_link: sums of what it carries
     t303 = t283 - t281; // right_hip_roll_link: sums of what it carries
     t304 = R::fused(-t132, t100, t287); // right_lower_leg: sums of what it carries
@@ -433,18 +455,20 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t326 = R::constant(0.0005199999995) + t324; // right_hip_yaw_link: sums of what it carries
     t327 = t305 - t323;
     t328 = R::constant(0.0006099999995) + t325; // right_hip_yaw_link: sums of what it carries
+    out[6][6] = t328;
     t329 = R::constant(0.1528) * t182; // right_hip_yaw_link: sums of what it carries
-    t330 = R::fused(R::constant(0.0764), t182, t328); // right_hip_yaw_link: mass matrix
+    out[6][5] = R::fused(R::constant(0.0764), t182, t328); // right_hip_yaw_link: mass matrix
     t331 = t328 + t329; // right_hip_yaw_link: sums of what it carries
     t332 = t258 + t331; // right_hip_yaw_link: sums of what it carries
-    t333 = R::constant(0.15966028) + t332; // torso: sums of what it carries
+    out[5][5] = R::constant(0.15966028) + t332; // torso: sums of what it carries
     t334 = R::fused(-t132, t106, t308); // right_lower_leg: sums of what it carries
     t335 = t334 + t310; // right_upper_leg: sums of what it carries
     t336 = sin_q_left_hip_roll * t236; // left_hip_roll_link: sums of what it carries
     t337 = R::fused(cos_q_left_hip_roll, t224, t336); // left_hip_roll_link: sums of what it carries
+    out[13][12] = t337;
     // right_hip_roll_link: mass matrix
     t338 = sin_q_right_hip_yaw * t150;
-    t339 = cos_q_right_hip_yaw * t150;
+    out[7][1] = cos_q_right_hip_yaw * t150;
     t340 = cos_q_right_hip_yaw * t280;
     t341 = sin_q_right_hip_yaw * t280;
     // right_upper_leg: mass matrix
@@ -452,32 +476,38 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t343 = sin_q_right_hip_yaw * t135;
     t344 = sin_q_right_hip_roll * t143;
     t345 = cos_q_right_hip_roll * t143;
+    out[8][2] = t345;
     t346 = R::fused(sin_q_right_hip_yaw, t344, -t342);
-    t347 = R::fused(-cos_q_right_hip_yaw, t344, -t343);
-    t348 = -t338; // right_hip_roll_link: mass matrix
+    out[8][0] = t346;
+    out[8][1] = R::fused(-cos_q_right_hip_yaw, t344, -t343);
+    out[7][0] = -t338; // right_hip_roll_link: mass matrix
     t349 = cos_q_right_hip_roll * t247;
     t350 = sin_q_right_hip_roll * t247;
     t351 = R::fused(sin_q_right_hip_roll, t305, t349);
     t352 = R::fused(-cos_q_right_hip_roll, t305, t350);
-    t353 = R::fused(R::constant(0.0764), t346, t352);
+    out[8][6] = t352;
+    out[8][5] = R::fused(R::constant(0.0764), t346, t352);
     t354 = t302 - t326; // right_hip_yaw_link: sums of what it carries
     t355 = cos_q_right_hip_roll * t335; // right_hip_roll_link: sums of what it carries
     t356 = R::fused(sin_q_right_hip_roll, t319, t355); // right_hip_roll_link: sums of what it carries
     t357 = R::fused(sin_q_right_hip_yaw, t356, t340); // right_hip_roll_link: mass matrix
-    t358 = R::fused(R::constant(-0.0764), t151, t357); // right_hip_roll_link: mass matrix
-    t359 = R::fused(-cos_q_right_hip_yaw, t356, t341); // right_hip_roll_link: mass matrix
+    out[7][3] = R::fused(R::constant(-0.0764), t151, t357); // right_hip_roll_link: mass matrix
+    out[7][4] = R::fused(-cos_q_right_hip_yaw, t356, t341); // right_hip_roll_link: mass matrix
     t360 = cos_q_left_hip_yaw * t337; // left_hip_yaw_link: sums of what it carries
     t361 = R::fused(sin_q_left_hip_yaw, t255, t360); // left_hip_yaw_link: sums of what it carries
+    out[12][3] = t361;
     t362 = t239 * t354; // right_hip_yaw_link: sums of what it carries
     t363 = sin_q_right_hip_roll * t335; // right_hip_roll_link: sums of what it carries
     t364 = R::fused(cos_q_right_hip_roll, t319, -t363); // right_hip_roll_link: sums of what it carries
-    t365 = R::fused(R::constant(-0.0764), t338, t364); // right_hip_roll_link: mass matrix
+    out[7][6] = t364;
+    out[7][5] = R::fused(R::constant(-0.0764), t338, t364); // right_hip_roll_link: mass matrix
     t366 = sin_q_left_hip_yaw * t337; // left_hip_yaw_link: sums of what it carries
     t367 = R::fused(-cos_q_left_hip_yaw, t255, t366); // left_hip_yaw_link: sums of what it carries
+    out[12][4] = t367;
     t368 = R::fused(R::constant(0.0764), t146, -t367); // left_hip_yaw_link: sums of what it carries
     t369 = cos_q_right_hip_yaw * t335;
     t370 = R::fused(sin_q_right_hip_yaw, t351, t369);
-    t371 = R::fused(R::constant(-0.0764), t345, -t370);
+    out[8][3] = R::fused(R::constant(-0.0764), t345, -t370);
     // right_hip_yaw_link: sums of what it carries
     t372 = R::constant(2.0) * t356;
     t373 = R::fused(-t288, t372, t362);
@@ -491,50 +521,58 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t381 = t379 + t329;
     t382 = t295 + t380;
     t383 = t296 + t381;
-    t384 = R::constant(0.812133582) + t382; // torso: sums of what it carries
-    t385 = R::constant(0.908224198) + t383; // torso: sums of what it carries
-    t386 = R::constant(0.00220808) - t378; // torso: sums of what it carries
+    out[4][4] = R::constant(0.812133582) + t382; // torso: sums of what it carries
+    out[3][3] = R::constant(0.908224198) + t383; // torso: sums of what it carries
+    out[4][3] = R::constant(0.00220808) - t378; // torso: sums of what it carries
     t387 = cos_q_right_hip_yaw * t364;
     t388 = sin_q_right_hip_yaw * t364;
     t389 = R::fused(sin_q_right_hip_yaw, t327, t387);
+    out[6][3] = t389;
     t390 = R::fused(-cos_q_right_hip_yaw, t327, t388);
+    out[6][4] = t390;
     t391 = t361 + t389;
     t392 = R::fused(R::constant(0.0764), t150, -t390);
     t393 = t368 + t392;
-    t394 = R::constant(0.0404594) + t391; // torso: sums of what it carries
+    out[5][3] = R::constant(0.0404594) + t391; // torso: sums of what it carries
     t395 = R::constant(0.0014735) + t393; // torso: sums of what it carries
-    t396 = -t395; // torso: sums of what it carries
+    out[5][4] = -t395; // torso: sums of what it carries
     t397 = sin_q_right_hip_yaw * t335; // right_upper_leg: mass matrix
-    t398 = R::fused(cos_q_right_hip_yaw, t351, -t397); // right_upper_leg: mass matrix
-    t399 = -t335; // right_upper_leg: sums of what it carries
+    out[8][4] = R::fused(cos_q_right_hip_yaw, t351, -t397); // right_upper_leg: mass matrix
+    out[8][7] = -t335; // right_upper_leg: sums of what it carries
     // right_lower_leg: mass matrix
     t400 = cos_q_right_hip_yaw * t64;
     t401 = sin_q_right_hip_yaw * t64;
     t402 = sin_q_right_hip_roll * t66;
     t403 = cos_q_right_hip_roll * t66;
+    out[9][2] = t403;
     t404 = R::fused(sin_q_right_hip_yaw, t402, -t400);
-    t405 = R::fused(-cos_q_right_hip_yaw, t402, -t401);
+    out[9][0] = t404;
+    out[9][1] = R::fused(-cos_q_right_hip_yaw, t402, -t401);
     t406 = cos_q_right_hip_yaw * t308;
     t407 = cos_q_right_hip_roll * t245;
     t408 = sin_q_right_hip_roll * t245;
     t409 = R::fused(sin_q_right_hip_roll, t287, t407);
     t410 = R::fused(-cos_q_right_hip_roll, t287, t408);
-    t411 = R::fused(R::constant(0.0764), t404, t410);
+    out[9][6] = t410;
+    out[9][5] = R::fused(R::constant(0.0764), t404, t410);
     t412 = R::fused(sin_q_right_hip_yaw, t409, t406);
-    t413 = R::fused(R::constant(-0.0764), t403, -t412);
+    out[9][3] = R::fused(R::constant(-0.0764), t403, -t412);
     t414 = sin_q_right_hip_yaw * t308;
-    t415 = R::fused(cos_q_right_hip_yaw, t409, -t414);
-    t416 = -t308; // right_lower_leg: sums of what it carries
+    out[9][4] = R::fused(cos_q_right_hip_yaw, t409, -t414);
+    out[9][7] = -t308; // right_lower_leg: sums of what it carries
     // right_ankle: mass matrix
     t417 = cos_q_right_hip_yaw * t31;
     t418 = sin_q_right_hip_roll * t34;
     t419 = R::fused(sin_q_right_hip_yaw, t418, -t417);
+    out[10][0] = t419;
     t420 = sin_q_right_hip_yaw * t31;
-    t421 = R::fused(-cos_q_right_hip_yaw, t418, -t420);
+    out[10][1] = R::fused(-cos_q_right_hip_yaw, t418, -t420);
     t422 = t100 * t31;
     t423 = R::fused(t106, t34, t422);
     t424 = t123 + t423;
+    out[10][8] = t424;
     t425 = cos_q_right_hip_roll * t34;
+    out[10][2] = t425;
     t426 = cos_q_right_hip_yaw * t272;
     t427 = sin_q_right_hip_yaw * t272;
     // right_foot: mass matrix
@@ -544,12 +582,14 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t431 = R::fused(-sin_q_right_hip_roll, t429, t430);
     t432 = t7 * sin_q_right_hip_roll;
     t433 = R::fused(cos_q_right_hip_roll, t429, t432);
+    out[11][2] = t433;
     t434 = t11 * sin_t2;
     t435 = t11 * cos_t2;
     t436 = cos_q_right_hip_yaw * t428;
     t437 = R::fused(-sin_q_right_hip_yaw, t431, t436);
+    out[11][0] = t437;
     t438 = sin_q_right_hip_yaw * t428;
-    t439 = R::fused(cos_q_right_hip_yaw, t431, t438);
+    out[11][1] = R::fused(cos_q_right_hip_yaw, t431, t438);
     t440 = R::fused(R::constant(0.0006105), cos_q_right_ankle_roll, R::constant(0.001228333333));
     t441 = R::fused(t440, cos_t2, t434);
     t442 = R::fused(-t440, sin_t2, t435);
@@ -557,33 +597,36 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t444 = t44 * t428;
     t445 = t100 * t428;
     t446 = R::fused(t7, t100, t443);
+    out[11][7] = t446;
     t447 = R::fused(-t45, t429, t444);
     t448 = R::fused(-t106, t429, t445);
     t449 = R::fused(-t7, t45, t442);
     t450 = R::fused(-t7, t106, t449);
     t451 = t270 + t447;
-    t452 = -t270; // right_foot: sums of what it carries
+    out[11][10] = -t270; // right_foot: sums of what it carries
     t453 = t451 + t448;
-    t454 = -t451;
+    out[11][9] = -t451;
     // right_ankle: mass matrix
     t455 = cos_q_right_hip_roll * t424;
     t456 = sin_q_right_hip_roll * t424;
     t457 = R::fused(sin_q_right_hip_roll, t271, t455);
     t458 = R::fused(-cos_q_right_hip_roll, t271, t456);
-    t459 = R::fused(R::constant(0.0764), t419, t458);
+    out[10][6] = t458;
+    out[10][5] = R::fused(R::constant(0.0764), t419, t458);
     t460 = R::fused(sin_q_right_hip_yaw, t457, -t426);
-    t461 = R::fused(cos_q_right_hip_yaw, t457, t427);
-    t462 = R::fused(R::constant(-0.0764), t425, -t460);
+    out[10][4] = R::fused(cos_q_right_hip_yaw, t457, t427);
+    out[10][3] = R::fused(R::constant(-0.0764), t425, -t460);
     // left_hip_roll_link: mass matrix
     t463 = sin_q_left_hip_yaw * t146;
-    t464 = R::fused(R::constant(-0.0764), t463, t337);
+    out[13][0] = t463;
+    out[13][5] = R::fused(R::constant(-0.0764), t463, t337);
     t465 = cos_q_left_hip_yaw * t146;
-    t466 = -t465;
+    out[13][1] = -t465;
     t467 = cos_q_left_hip_yaw * t193;
     t468 = sin_q_left_hip_yaw * t193;
     t469 = R::fused(sin_q_left_hip_yaw, t260, t467);
-    t470 = R::fused(-cos_q_left_hip_yaw, t260, t468);
-    t471 = R::fused(R::constant(0.0764), t147, t469);
+    out[13][4] = R::fused(-cos_q_left_hip_yaw, t260, t468);
+    out[13][3] = R::fused(R::constant(0.0764), t147, t469);
     t472 = cos_q_right_hip_yaw * t446; // right_foot: mass matrix
     t473 = sin_q_right_hip_yaw * t446; // right_foot: mass matrix
     t474 = cos_q_left_hip_yaw * t131; // left_upper_leg: mass matrix
@@ -592,60 +635,69 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t476 = cos_q_right_hip_roll * t453;
     t477 = R::fused(sin_q_right_hip_roll, t450, t476);
     t478 = R::fused(sin_q_right_hip_yaw, t477, t472);
-    t479 = R::fused(-cos_q_right_hip_yaw, t477, t473);
-    t480 = R::fused(R::constant(-0.0764), t433, t478);
+    out[11][4] = R::fused(-cos_q_right_hip_yaw, t477, t473);
+    out[11][3] = R::fused(R::constant(-0.0764), t433, t478);
     t481 = sin_q_right_hip_roll * t453;
     t482 = R::fused(cos_q_right_hip_roll, t450, -t481);
-    t483 = R::fused(R::constant(0.0764), t437, t482);
-    t484 = -t453;
+    out[11][6] = t482;
+    out[11][5] = R::fused(R::constant(0.0764), t437, t482);
+    out[11][8] = -t453;
     // left_upper_leg: mass matrix
     t485 = sin_q_left_hip_roll * t139;
     t486 = cos_q_left_hip_roll * t139;
+    out[14][2] = t486;
     t487 = R::fused(sin_q_left_hip_yaw, t485, -t474);
-    t488 = R::fused(-cos_q_left_hip_yaw, t485, -t475);
+    out[14][0] = t487;
+    out[14][1] = R::fused(-cos_q_left_hip_yaw, t485, -t475);
     t489 = cos_q_left_hip_yaw * t236;
     t490 = sin_q_left_hip_yaw * t236;
     t491 = cos_q_left_hip_roll * t164;
     t492 = sin_q_left_hip_roll * t164;
     t493 = R::fused(sin_q_left_hip_roll, t234, t491);
     t494 = R::fused(-cos_q_left_hip_roll, t234, t492);
-    t495 = R::fused(R::constant(-0.0764), t487, t494);
+    out[14][12] = t494;
+    out[14][5] = R::fused(R::constant(-0.0764), t487, t494);
     t496 = R::fused(sin_q_left_hip_yaw, t493, -t489);
-    t497 = R::fused(cos_q_left_hip_yaw, t493, t490);
-    t498 = R::fused(R::constant(0.0764), t486, -t496);
+    out[14][4] = R::fused(cos_q_left_hip_yaw, t493, t490);
+    out[14][3] = R::fused(R::constant(0.0764), t486, -t496);
     // left_lower_leg: mass matrix
     t499 = cos_q_left_hip_yaw * t63;
     t500 = sin_q_left_hip_yaw * t63;
     t501 = sin_q_left_hip_roll * t65;
     t502 = cos_q_left_hip_roll * t65;
+    out[15][2] = t502;
     t503 = R::fused(sin_q_left_hip_yaw, t501, -t499);
-    t504 = R::fused(-cos_q_left_hip_yaw, t501, -t500);
+    out[15][0] = t503;
+    out[15][1] = R::fused(-cos_q_left_hip_yaw, t501, -t500);
     t505 = cos_q_left_hip_yaw * t220;
     t506 = sin_q_left_hip_yaw * t220;
     t507 = cos_q_left_hip_roll * t159;
     t508 = sin_q_left_hip_roll * t159;
     t509 = R::fused(sin_q_left_hip_roll, t218, t507);
     t510 = R::fused(-cos_q_left_hip_roll, t218, t508);
-    t511 = R::fused(R::constant(-0.0764), t503, t510);
+    out[15][12] = t510;
+    out[15][5] = R::fused(R::constant(-0.0764), t503, t510);
     t512 = R::fused(sin_q_left_hip_yaw, t509, -t505);
-    t513 = R::fused(cos_q_left_hip_yaw, t509, t506);
-    t514 = R::fused(R::constant(0.0764), t502, -t512);
+    out[15][4] = R::fused(cos_q_left_hip_yaw, t509, t506);
+    out[15][3] = R::fused(R::constant(0.0764), t502, -t512);
     // left_ankle: mass matrix
     t515 = cos_q_left_hip_yaw * t30;
     let (
-        t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533,
-        t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551,
-        t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569,
-        t570, t571,
+        t516, t517, t518, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534,
+        t535, t536, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t551, t553, t554, t555,
+        t556, t558, t561, t562, t563, t564, t565, t568, t569,
     );
     t516 = sin_q_left_hip_roll * t32;
     t517 = R::fused(sin_q_left_hip_yaw, t516, -t515);
+    out[16][0] = t517;
     t518 = sin_q_left_hip_yaw * t30;
-    t519 = R::fused(-cos_q_left_hip_yaw, t516, -t518);
+    out[16][1] = R::fused(-cos_q_left_hip_yaw, t516, -t518);
     t520 = t86 * t30;
     t521 = R::fused(t89, t32, t520);
     t522 = t108 + t521;
+    out[16][14] = t522;
     t523 = cos_q_left_hip_roll * t32;
+    out[16][2] = t523;
     t524 = cos_q_left_hip_yaw * t201;
     t525 = sin_q_left_hip_yaw * t201;
     // left_foot: mass matrix
@@ -655,12 +707,14 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t529 = R::fused(-sin_q_left_hip_roll, t527, t528);
     t530 = t6 * sin_q_left_hip_roll;
     t531 = R::fused(cos_q_left_hip_roll, t527, t530);
+    out[17][2] = t531;
     t532 = t10 * sin_t3;
     t533 = t10 * cos_t3;
     t534 = cos_q_left_hip_yaw * t526;
     t535 = R::fused(-sin_q_left_hip_yaw, t529, t534);
+    out[17][0] = t535;
     t536 = sin_q_left_hip_yaw * t526;
-    t537 = R::fused(cos_q_left_hip_yaw, t529, t536);
+    out[17][1] = R::fused(cos_q_left_hip_yaw, t529, t536);
     t538 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
     t539 = R::fused(t538, cos_t3, t532);
     t540 = R::fused(-t538, sin_t3, t533);
@@ -668,136 +722,239 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t542 = t39 * t526;
     t543 = t86 * t526;
     t544 = R::fused(t6, t86, t541);
+    out[17][13] = t544;
     t545 = R::fused(-t40, t527, t542);
     t546 = R::fused(-t89, t527, t543);
     t547 = R::fused(-t6, t40, t540);
     t548 = R::fused(-t6, t89, t547);
     t549 = t199 + t545;
-    t550 = -t199; // left_foot: sums of what it carries
+    out[17][16] = -t199; // left_foot: sums of what it carries
     t551 = t549 + t546;
-    t552 = -t549;
+    out[17][15] = -t549;
     // left_ankle: mass matrix
     t553 = cos_q_left_hip_roll * t522;
     t554 = sin_q_left_hip_roll * t522;
     t555 = R::fused(sin_q_left_hip_roll, t200, t553);
     t556 = R::fused(-cos_q_left_hip_roll, t200, t554);
-    t557 = R::fused(R::constant(-0.0764), t517, t556);
+    out[16][12] = t556;
+    out[16][5] = R::fused(R::constant(-0.0764), t517, t556);
     t558 = R::fused(sin_q_left_hip_yaw, t555, -t524);
-    t559 = R::fused(cos_q_left_hip_yaw, t555, t525);
-    t560 = R::fused(R::constant(0.0764), t523, -t558);
+    out[16][4] = R::fused(cos_q_left_hip_yaw, t555, t525);
+    out[16][3] = R::fused(R::constant(0.0764), t523, -t558);
     // left_foot: mass matrix
     t561 = cos_q_left_hip_yaw * t544;
     t562 = sin_q_left_hip_yaw * t544;
     t563 = cos_q_left_hip_roll * t551;
     t564 = R::fused(sin_q_left_hip_roll, t548, t563);
     t565 = R::fused(sin_q_left_hip_yaw, t564, t561);
-    t566 = R::fused(-cos_q_left_hip_yaw, t564, t562);
-    t567 = R::fused(R::constant(0.0764), t531, t565);
+    out[17][4] = R::fused(-cos_q_left_hip_yaw, t564, t562);
+    out[17][3] = R::fused(R::constant(0.0764), t531, t565);
     t568 = sin_q_left_hip_roll * t551;
     t569 = R::fused(cos_q_left_hip_roll, t548, -t568);
-    t570 = R::fused(R::constant(-0.0764), t535, t569);
-    t571 = -t551;
-    *out = [
-        // base/linear/x
-        [
-            R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/linear/y
-        [
-            R::constant(0.0), R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/linear/z
-        [
-            R::constant(0.0), R::constant(0.0), R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/angular/x
-        [
-            R::constant(0.0), t167, t197, t385, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/angular/y
-        [
-            t166, R::constant(0.0), t300, t386, t384, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/angular/z
-        [
-            t198, t301, R::constant(0.0), t394, t396, t333, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_yaw
-        [
-            t182, t183, R::constant(0.0), t389, t390, t330, t328, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0),
-        ],
-        // right_hip_roll
-        [
-            t348, t339, t151, t358, t359, t365, t364, t280, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0),
-        ],
-        // right_hip_pitch
-        [
-            t346, t347, t345, t371, t398, t353, t352, t399, t247, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_knee_pitch
-        [
-            t404, t405, t403, t413, t415, t411, t410, t416, t245, t126, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_pitch
-        [
-            t419, t421, t425, t462, t461, t459, t458, t272, t424, t123, t115, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_roll
-        [
-            t437, t439, t433, t480, t479, t483, t482, t446, t484, t454, t452, R::constant(0.001228333333),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_hip_yaw
-        [
-            t178, t179, R::constant(0.0), t361, t367, t257, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0), t256, R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_hip_roll
-        [
-            t463, t466, t147, t471, t470, t464, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t337, t193, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0),
-        ],
-        // left_hip_pitch
-        [
-            t487, t488, t486, t498, t497, t495, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t494, t236, t164, R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_knee_pitch
-        [
-            t503, t504, t502, t514, t513, t511, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t510, t220, t159, t114, R::constant(0.0), R::constant(0.0),
-        ],
-        // left_ankle_pitch
-        [
-            t517, t519, t523, t560, t559, t557, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t556, t201, t522, t108, t81, R::constant(0.0),
-        ],
-        // left_ankle_roll
-        [
-            t535, t537, t531, t567, t566, t570, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), t569, t544, t571, t552, t550, R::constant(0.001228333333),
-        ],
-    ];
+    out[17][12] = t569;
+    out[17][5] = R::fused(R::constant(-0.0764), t535, t569);
+    out[17][14] = -t551;
+    out[0][0] = R::constant(19.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[0][6] = R::constant(0.0);
+    out[0][7] = R::constant(0.0);
+    out[0][8] = R::constant(0.0);
+    out[0][9] = R::constant(0.0);
+    out[0][10] = R::constant(0.0);
+    out[0][11] = R::constant(0.0);
+    out[0][12] = R::constant(0.0);
+    out[0][13] = R::constant(0.0);
+    out[0][14] = R::constant(0.0);
+    out[0][15] = R::constant(0.0);
+    out[0][16] = R::constant(0.0);
+    out[0][17] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(19.0);
+    out[1][2] = R::constant(0.0);
+    out[1][3] = R::constant(0.0);
+    out[1][4] = R::constant(0.0);
+    out[1][5] = R::constant(0.0);
+    out[1][6] = R::constant(0.0);
+    out[1][7] = R::constant(0.0);
+    out[1][8] = R::constant(0.0);
+    out[1][9] = R::constant(0.0);
+    out[1][10] = R::constant(0.0);
+    out[1][11] = R::constant(0.0);
+    out[1][12] = R::constant(0.0);
+    out[1][13] = R::constant(0.0);
+    out[1][14] = R::constant(0.0);
+    out[1][15] = R::constant(0.0);
+    out[1][16] = R::constant(0.0);
+    out[1][17] = R::constant(0.0);
+    out[2][0] = R::constant(0.0);
+    out[2][1] = R::constant(0.0);
+    out[2][2] = R::constant(19.0);
+    out[2][3] = R::constant(0.0);
+    out[2][4] = R::constant(0.0);
+    out[2][5] = R::constant(0.0);
+    out[2][6] = R::constant(0.0);
+    out[2][7] = R::constant(0.0);
+    out[2][8] = R::constant(0.0);
+    out[2][9] = R::constant(0.0);
+    out[2][10] = R::constant(0.0);
+    out[2][11] = R::constant(0.0);
+    out[2][12] = R::constant(0.0);
+    out[2][13] = R::constant(0.0);
+    out[2][14] = R::constant(0.0);
+    out[2][15] = R::constant(0.0);
+    out[2][16] = R::constant(0.0);
+    out[2][17] = R::constant(0.0);
+    out[3][0] = R::constant(0.0);
+    out[3][4] = R::constant(0.0);
+    out[3][5] = R::constant(0.0);
+    out[3][6] = R::constant(0.0);
+    out[3][7] = R::constant(0.0);
+    out[3][8] = R::constant(0.0);
+    out[3][9] = R::constant(0.0);
+    out[3][10] = R::constant(0.0);
+    out[3][11] = R::constant(0.0);
+    out[3][12] = R::constant(0.0);
+    out[3][13] = R::constant(0.0);
+    out[3][14] = R::constant(0.0);
+    out[3][15] = R::constant(0.0);
+    out[3][16] = R::constant(0.0);
+    out[3][17] = R::constant(0.0);
+    out[4][1] = R::constant(0.0);
+    out[4][5] = R::constant(0.0);
+    out[4][6] = R::constant(0.0);
+    out[4][7] = R::constant(0.0);
+    out[4][8] = R::constant(0.0);
+    out[4][9] = R::constant(0.0);
+    out[4][10] = R::constant(0.0);
+    out[4][11] = R::constant(0.0);
+    out[4][12] = R::constant(0.0);
+    out[4][13] = R::constant(0.0);
+    out[4][14] = R::constant(0.0);
+    out[4][15] = R::constant(0.0);
+    out[4][16] = R::constant(0.0);
+    out[4][17] = R::constant(0.0);
+    out[5][2] = R::constant(0.0);
+    out[5][6] = R::constant(0.0);
+    out[5][7] = R::constant(0.0);
+    out[5][8] = R::constant(0.0);
+    out[5][9] = R::constant(0.0);
+    out[5][10] = R::constant(0.0);
+    out[5][11] = R::constant(0.0);
+    out[5][12] = R::constant(0.0);
+    out[5][13] = R::constant(0.0);
+    out[5][14] = R::constant(0.0);
+    out[5][15] = R::constant(0.0);
+    out[5][16] = R::constant(0.0);
+    out[5][17] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[6][7] = R::constant(0.0);
+    out[6][8] = R::constant(0.0);
+    out[6][9] = R::constant(0.0);
+    out[6][10] = R::constant(0.0);
+    out[6][11] = R::constant(0.0);
+    out[6][12] = R::constant(0.0);
+    out[6][13] = R::constant(0.0);
+    out[6][14] = R::constant(0.0);
+    out[6][15] = R::constant(0.0);
+    out[6][16] = R::constant(0.0);
+    out[6][17] = R::constant(0.0);
+    out[7][8] = R::constant(0.0);
+    out[7][9] = R::constant(0.0);
+    out[7][10] = R::constant(0.0);
+    out[7][11] = R::constant(0.0);
+    out[7][12] = R::constant(0.0);
+    out[7][13] = R::constant(0.0);
+    out[7][14] = R::constant(0.0);
+    out[7][15] = R::constant(0.0);
+    out[7][16] = R::constant(0.0);
+    out[7][17] = R::constant(0.0);
+    out[8][9] = R::constant(0.0);
+    out[8][10] = R::constant(0.0);
+    out[8][11] = R::constant(0.0);
+    out[8][12] = R::constant(0.0);
+    out[8][13] = R::constant(0.0);
+    out[8][14] = R::constant(0.0);
+    out[8][15] = R::constant(0.0);
+    out[8][16] = R::constant(0.0);
+    out[8][17] = R::constant(0.0);
+    out[9][10] = R::constant(0.0);
+    out[9][11] = R::constant(0.0);
+    out[9][12] = R::constant(0.0);
+    out[9][13] = R::constant(0.0);
+    out[9][14] = R::constant(0.0);
+    out[9][15] = R::constant(0.0);
+    out[9][16] = R::constant(0.0);
+    out[9][17] = R::constant(0.0);
+    out[10][11] = R::constant(0.0);
+    out[10][12] = R::constant(0.0);
+    out[10][13] = R::constant(0.0);
+    out[10][14] = R::constant(0.0);
+    out[10][15] = R::constant(0.0);
+    out[10][16] = R::constant(0.0);
+    out[10][17] = R::constant(0.0);
+    out[11][11] = R::constant(0.001228333333);
+    out[11][12] = R::constant(0.0);
+    out[11][13] = R::constant(0.0);
+    out[11][14] = R::constant(0.0);
+    out[11][15] = R::constant(0.0);
+    out[11][16] = R::constant(0.0);
+    out[11][17] = R::constant(0.0);
+    out[12][2] = R::constant(0.0);
+    out[12][6] = R::constant(0.0);
+    out[12][7] = R::constant(0.0);
+    out[12][8] = R::constant(0.0);
+    out[12][9] = R::constant(0.0);
+    out[12][10] = R::constant(0.0);
+    out[12][11] = R::constant(0.0);
+    out[12][13] = R::constant(0.0);
+    out[12][14] = R::constant(0.0);
+    out[12][15] = R::constant(0.0);
+    out[12][16] = R::constant(0.0);
+    out[12][17] = R::constant(0.0);
+    out[13][6] = R::constant(0.0);
+    out[13][7] = R::constant(0.0);
+    out[13][8] = R::constant(0.0);
+    out[13][9] = R::constant(0.0);
+    out[13][10] = R::constant(0.0);
+    out[13][11] = R::constant(0.0);
+    out[13][14] = R::constant(0.0);
+    out[13][15] = R::constant(0.0);
+    out[13][16] = R::constant(0.0);
+    out[13][17] = R::constant(0.0);
+    out[14][6] = R::constant(0.0);
+    out[14][7] = R::constant(0.0);
+    out[14][8] = R::constant(0.0);
+    out[14][9] = R::constant(0.0);
+    out[14][10] = R::constant(0.0);
+    out[14][11] = R::constant(0.0);
+    out[14][15] = R::constant(0.0);
+    out[14][16] = R::constant(0.0);
+    out[14][17] = R::constant(0.0);
+    out[15][6] = R::constant(0.0);
+    out[15][7] = R::constant(0.0);
+    out[15][8] = R::constant(0.0);
+    out[15][9] = R::constant(0.0);
+    out[15][10] = R::constant(0.0);
+    out[15][11] = R::constant(0.0);
+    out[15][16] = R::constant(0.0);
+    out[15][17] = R::constant(0.0);
+    out[16][6] = R::constant(0.0);
+    out[16][7] = R::constant(0.0);
+    out[16][8] = R::constant(0.0);
+    out[16][9] = R::constant(0.0);
+    out[16][10] = R::constant(0.0);
+    out[16][11] = R::constant(0.0);
+    out[16][17] = R::constant(0.0);
+    out[17][6] = R::constant(0.0);
+    out[17][7] = R::constant(0.0);
+    out[17][8] = R::constant(0.0);
+    out[17][9] = R::constant(0.0);
+    out[17][10] = R::constant(0.0);
+    out[17][11] = R::constant(0.0);
+    out[17][17] = R::constant(0.001228333333);
 }
 }

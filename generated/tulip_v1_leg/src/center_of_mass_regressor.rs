@@ -47,61 +47,83 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
         q_right_hip_yaw,
     ]);
     // right_hip_yaw_link: sums of what it carries
-    let t0 = -sin_q_right_hip_yaw;
-    let t1 = R::constant(0.035) * sin_q_right_hip_yaw;
-    let t2 = R::fused(R::constant(-0.035), cos_q_right_hip_yaw, R::constant(-0.0764));
+    out[2][0] = -sin_q_right_hip_yaw;
+    out[10][0] = R::constant(0.035) * sin_q_right_hip_yaw;
+    out[10][1] = R::fused(R::constant(-0.035), cos_q_right_hip_yaw, R::constant(-0.0764));
     let t3 = cos_q_right_hip_roll * sin_q_right_hip_yaw;
     let t4 = -t3;
+    out[12][0] = t4;
+    out[22][0] = t4;
+    out[32][0] = t4;
+    out[42][0] = t4;
     let t5 = cos_q_right_hip_roll * cos_q_right_hip_yaw;
-    let t6 = sin_q_right_hip_roll * sin_q_right_hip_yaw;
+    out[12][1] = t5;
+    out[22][1] = t5;
+    out[32][1] = t5;
+    out[42][1] = t5;
+    out[13][0] = sin_q_right_hip_roll * sin_q_right_hip_yaw;
     let t7 = sin_q_right_hip_roll * cos_q_right_hip_yaw;
-    let t8 = -t7;
+    out[13][1] = -t7;
     let t9 = R::constant(0.055) * cos_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
     let t10 = R::fused(R::constant(-0.04), sin_q_right_hip_roll, t9); // right_hip_roll_link: sums of what it carries
     let t11 = R::constant(0.035) + t10; // right_hip_roll_link: sums of what it carries
     let t12 = sin_q_right_hip_yaw * t11;
+    out[20][0] = t12;
     let t13 = R::fused(-cos_q_right_hip_yaw, t11, R::constant(-0.0764));
+    out[20][1] = t13;
     // right_hip_roll_link: sums of what it carries
     let t14 = R::constant(0.055) * sin_q_right_hip_roll;
     let t15 = R::fused(R::constant(0.04), cos_q_right_hip_roll, t14);
     let t16 = R::constant(0.045) + t15;
-    let t17 = -t16;
+    out[20][2] = -t16;
     let t18 = cos_q_right_hip_pitch * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     let t19 = sin_q_right_hip_pitch * sin_q_right_hip_roll;
-    let t20 = R::fused(-sin_q_right_hip_yaw, t19, t18); // right_hip_yaw_link: sums of what it carries
+    out[21][0] = R::fused(-sin_q_right_hip_yaw, t19, t18); // right_hip_yaw_link: sums of what it carries
     let t21 = cos_q_right_hip_pitch * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    let t22 = R::fused(cos_q_right_hip_yaw, t19, t21); // right_hip_yaw_link: sums of what it carries
+    out[21][1] = R::fused(cos_q_right_hip_yaw, t19, t21); // right_hip_yaw_link: sums of what it carries
     let t23 = sin_q_right_hip_pitch * cos_q_right_hip_roll;
-    let t24 = -t23;
+    out[21][2] = -t23;
     let t25 = sin_q_right_hip_pitch * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     let t26 = cos_q_right_hip_pitch * sin_q_right_hip_roll;
     let t27 = R::fused(sin_q_right_hip_yaw, t26, t25); // right_hip_yaw_link: sums of what it carries
+    out[23][0] = t27;
     let t28 = sin_q_right_hip_pitch * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
     let t29 = R::fused(-cos_q_right_hip_yaw, t26, t28); // right_hip_yaw_link: sums of what it carries
+    out[23][1] = t29;
     let t30 = cos_q_right_hip_pitch * cos_q_right_hip_roll;
+    out[23][2] = t30;
     let t31 = R::fused(R::constant(-0.315), t27, t12); // right_lower_leg: columns that its parent has too
+    out[30][0] = t31;
     let t32 = R::fused(R::constant(-0.315), t29, t13); // right_lower_leg: columns that its parent has too
+    out[30][1] = t32;
     let t33 = R::fused(R::constant(-0.315), t30, -t16); // right_lower_leg: columns that its parent has too
+    out[30][2] = t33;
     let t34 = cos_q_right_knee_pitch * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     let t35 = R::fused(-sin_q_right_knee_pitch, sin_q_right_hip_pitch, t34); // right_upper_leg: sums of what it carries
     let t36 = cos_q_right_hip_yaw * t35; // right_hip_yaw_link: sums of what it carries
     let t37 = sin_q_right_knee_pitch * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     let t38 = R::fused(cos_q_right_knee_pitch, sin_q_right_hip_pitch, t37); // right_upper_leg: sums of what it carries
     let t39 = sin_q_right_hip_roll * t38;
-    let t40 = R::fused(-sin_q_right_hip_yaw, t39, t36); // right_hip_yaw_link: sums of what it carries
+    out[31][0] = R::fused(-sin_q_right_hip_yaw, t39, t36); // right_hip_yaw_link: sums of what it carries
     let t41 = sin_q_right_hip_yaw * t35; // right_hip_yaw_link: sums of what it carries
-    let t42 = R::fused(cos_q_right_hip_yaw, t39, t41); // right_hip_yaw_link: sums of what it carries
+    out[31][1] = R::fused(cos_q_right_hip_yaw, t39, t41); // right_hip_yaw_link: sums of what it carries
     let t43 = cos_q_right_hip_roll * t38;
-    let t44 = -t43;
+    out[31][2] = -t43;
     let t45 = cos_q_right_hip_yaw * t38; // right_hip_yaw_link: sums of what it carries
     let t46 = sin_q_right_hip_roll * t35;
     let t47 = R::fused(sin_q_right_hip_yaw, t46, t45); // right_hip_yaw_link: sums of what it carries
+    out[33][0] = t47;
     let t48 = sin_q_right_hip_yaw * t38; // right_hip_yaw_link: sums of what it carries
     let t49 = R::fused(-cos_q_right_hip_yaw, t46, t48); // right_hip_yaw_link: sums of what it carries
+    out[33][1] = t49;
     let t50 = cos_q_right_hip_roll * t35;
+    out[33][2] = t50;
     let t51 = R::fused(R::constant(-0.273), t47, t31); // right_ankle: columns that its parent has too
+    out[40][0] = t51;
     let t52 = R::fused(R::constant(-0.273), t49, t32); // right_ankle: columns that its parent has too
+    out[40][1] = t52;
     let t53 = R::fused(R::constant(-0.273), t50, t33); // right_ankle: columns that its parent has too
+    out[40][2] = t53;
     let t54 = cos_q_right_ankle_pitch * cos_q_right_knee_pitch; // right_lower_leg: sums of what it carries
     let t55 = R::fused(-sin_q_right_ankle_pitch, sin_q_right_knee_pitch, t54); // right_lower_leg
     let t56 = cos_q_right_hip_pitch * t55; // right_upper_leg: sums of what it carries
@@ -113,19 +135,28 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t62 = R::fused(sin_q_right_hip_pitch, t55, t61); // right_upper_leg: sums of what it carries
     let t63 = sin_q_right_hip_roll * t62;
     let t64 = R::fused(-sin_q_right_hip_yaw, t63, t60); // right_hip_yaw_link: sums of what it carries
+    out[41][0] = t64;
+    out[51][0] = t64;
     let t65 = sin_q_right_hip_yaw * t59; // right_hip_yaw_link: sums of what it carries
     let t66 = R::fused(cos_q_right_hip_yaw, t63, t65); // right_hip_yaw_link: sums of what it carries
+    out[41][1] = t66;
+    out[51][1] = t66;
     let t67 = cos_q_right_hip_roll * t62;
     let t68 = -t67;
+    out[41][2] = t68;
+    out[51][2] = t68;
     let t69 = cos_q_right_hip_yaw * t62; // right_hip_yaw_link: sums of what it carries
     let t70 = sin_q_right_hip_roll * t59;
     let t71 = R::fused(sin_q_right_hip_yaw, t70, t69); // right_hip_yaw_link: sums of what it carries
+    out[43][0] = t71;
     let t72 = sin_q_right_hip_yaw * t62; // right_hip_yaw_link: sums of what it carries
     let t73 = R::fused(-cos_q_right_hip_yaw, t70, t72); // right_hip_yaw_link: sums of what it carries
+    out[43][1] = t73;
     let t74 = cos_q_right_hip_roll * t59;
-    let t75 = R::fused(R::constant(-0.037), t71, t51); // right_foot: columns that its parent has too
-    let t76 = R::fused(R::constant(-0.037), t73, t52); // right_foot: columns that its parent has too
-    let t77 = R::fused(R::constant(-0.037), t74, t53); // right_foot: columns that its parent has too
+    out[43][2] = t74;
+    out[50][0] = R::fused(R::constant(-0.037), t71, t51); // right_foot: columns that its parent has too
+    out[50][1] = R::fused(R::constant(-0.037), t73, t52); // right_foot: columns that its parent has too
+    out[50][2] = R::fused(R::constant(-0.037), t74, t53); // right_foot: columns that its parent has too
     let t78 = sin_q_right_ankle_roll * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
     let t79 = cos_q_right_knee_pitch * t78; // right_lower_leg: sums of what it carries
     let t80 = sin_q_right_ankle_roll * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
@@ -139,11 +170,11 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t88 = cos_q_right_hip_pitch * t81; // right_upper_leg: sums of what it carries
     let t89 = R::fused(-sin_q_right_hip_pitch, t84, t88); // right_upper_leg: sums of what it carries
     let t90 = R::fused(-sin_q_right_hip_roll, t89, t87);
-    let t91 = R::fused(-sin_q_right_hip_yaw, t90, t86); // right_hip_yaw_link: sums of what it carries
+    out[52][0] = R::fused(-sin_q_right_hip_yaw, t90, t86); // right_hip_yaw_link: sums of what it carries
     let t92 = sin_q_right_hip_yaw * t85; // right_hip_yaw_link: sums of what it carries
-    let t93 = R::fused(cos_q_right_hip_yaw, t90, t92); // right_hip_yaw_link: sums of what it carries
+    out[52][1] = R::fused(cos_q_right_hip_yaw, t90, t92); // right_hip_yaw_link: sums of what it carries
     let t94 = cos_q_right_ankle_roll * sin_q_right_hip_roll;
-    let t95 = R::fused(cos_q_right_hip_roll, t89, t94);
+    out[52][2] = R::fused(cos_q_right_hip_roll, t89, t94);
     let t96 = cos_q_right_ankle_roll * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
     let t97 = cos_q_right_knee_pitch * t96; // right_lower_leg: sums of what it carries
     let t98 = cos_q_right_ankle_roll * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
@@ -157,72 +188,138 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t106 = cos_q_right_hip_pitch * t99; // right_upper_leg: sums of what it carries
     let t107 = R::fused(-sin_q_right_hip_pitch, t102, t106); // right_upper_leg: sums of what it carries
     let t108 = R::fused(sin_q_right_hip_roll, t107, t105);
-    let t109 = R::fused(sin_q_right_hip_yaw, t108, t104); // right_hip_yaw_link: sums of what it carries
+    out[53][0] = R::fused(sin_q_right_hip_yaw, t108, t104); // right_hip_yaw_link: sums of what it carries
     let t110 = sin_q_right_hip_yaw * t103; // right_hip_yaw_link: sums of what it carries
-    let t111 = R::fused(-cos_q_right_hip_yaw, t108, t110); // right_hip_yaw_link: sums of what it carries
+    out[53][1] = R::fused(-cos_q_right_hip_yaw, t108, t110); // right_hip_yaw_link: sums of what it carries
     let t112 = sin_q_right_ankle_roll * sin_q_right_hip_roll;
-    let t113 = R::fused(cos_q_right_hip_roll, t107, -t112);
-    *out = [
-        [R::constant(0.0), R::constant(-0.0764), R::constant(0.0)], // right_hip_yaw_link.m
-        [cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_yaw_link.m*cx
-        [t0, cos_q_right_hip_yaw, R::constant(0.0)], // right_hip_yaw_link.m*cy
-        [R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw_link.m*cz
-        [R::constant(0.0); 3], // right_hip_yaw_link.Ixx
-        [R::constant(0.0); 3], // right_hip_yaw_link.Ixy
-        [R::constant(0.0); 3], // right_hip_yaw_link.Ixz
-        [R::constant(0.0); 3], // right_hip_yaw_link.Iyy
-        [R::constant(0.0); 3], // right_hip_yaw_link.Iyz
-        [R::constant(0.0); 3], // right_hip_yaw_link.Izz
-        [t1, t2, R::constant(-0.045)], // right_hip_roll_link.m
-        [cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_roll_link.m*cx
-        [t4, t5, sin_q_right_hip_roll], // right_hip_roll_link.m*cy
-        [t6, t8, cos_q_right_hip_roll], // right_hip_roll_link.m*cz
-        [R::constant(0.0); 3], // right_hip_roll_link.Ixx
-        [R::constant(0.0); 3], // right_hip_roll_link.Ixy
-        [R::constant(0.0); 3], // right_hip_roll_link.Ixz
-        [R::constant(0.0); 3], // right_hip_roll_link.Iyy
-        [R::constant(0.0); 3], // right_hip_roll_link.Iyz
-        [R::constant(0.0); 3], // right_hip_roll_link.Izz
-        [t12, t13, t17], // right_upper_leg.m
-        [t20, t22, t24], // right_upper_leg.m*cx
-        [t4, t5, sin_q_right_hip_roll], // right_upper_leg.m*cy
-        [t27, t29, t30], // right_upper_leg.m*cz
-        [R::constant(0.0); 3], // right_upper_leg.Ixx
-        [R::constant(0.0); 3], // right_upper_leg.Ixy
-        [R::constant(0.0); 3], // right_upper_leg.Ixz
-        [R::constant(0.0); 3], // right_upper_leg.Iyy
-        [R::constant(0.0); 3], // right_upper_leg.Iyz
-        [R::constant(0.0); 3], // right_upper_leg.Izz
-        [t31, t32, t33], // right_lower_leg.m
-        [t40, t42, t44], // right_lower_leg.m*cx
-        [t4, t5, sin_q_right_hip_roll], // right_lower_leg.m*cy
-        [t47, t49, t50], // right_lower_leg.m*cz
-        [R::constant(0.0); 3], // right_lower_leg.Ixx
-        [R::constant(0.0); 3], // right_lower_leg.Ixy
-        [R::constant(0.0); 3], // right_lower_leg.Ixz
-        [R::constant(0.0); 3], // right_lower_leg.Iyy
-        [R::constant(0.0); 3], // right_lower_leg.Iyz
-        [R::constant(0.0); 3], // right_lower_leg.Izz
-        [t51, t52, t53], // right_ankle.m
-        [t64, t66, t68], // right_ankle.m*cx
-        [t4, t5, sin_q_right_hip_roll], // right_ankle.m*cy
-        [t71, t73, t74], // right_ankle.m*cz
-        [R::constant(0.0); 3], // right_ankle.Ixx
-        [R::constant(0.0); 3], // right_ankle.Ixy
-        [R::constant(0.0); 3], // right_ankle.Ixz
-        [R::constant(0.0); 3], // right_ankle.Iyy
-        [R::constant(0.0); 3], // right_ankle.Iyz
-        [R::constant(0.0); 3], // right_ankle.Izz
-        [t75, t76, t77], // right_foot.m
-        [t64, t66, t68], // right_foot.m*cx
-        [t91, t93, t95], // right_foot.m*cy
-        [t109, t111, t113], // right_foot.m*cz
-        [R::constant(0.0); 3], // right_foot.Ixx
-        [R::constant(0.0); 3], // right_foot.Ixy
-        [R::constant(0.0); 3], // right_foot.Ixz
-        [R::constant(0.0); 3], // right_foot.Iyy
-        [R::constant(0.0); 3], // right_foot.Iyz
-        [R::constant(0.0); 3], // right_foot.Izz
-    ];
+    out[53][2] = R::fused(cos_q_right_hip_roll, t107, -t112);
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(-0.0764);
+    out[0][2] = R::constant(0.0);
+    out[1][0] = cos_q_right_hip_yaw;
+    out[1][1] = sin_q_right_hip_yaw;
+    out[1][2] = R::constant(0.0);
+    out[2][1] = cos_q_right_hip_yaw;
+    out[2][2] = R::constant(0.0);
+    out[3][0] = R::constant(0.0);
+    out[3][1] = R::constant(0.0);
+    out[3][2] = R::constant(1.0);
+    out[4][0] = R::constant(0.0);
+    out[4][1] = R::constant(0.0);
+    out[4][2] = R::constant(0.0);
+    out[5][0] = R::constant(0.0);
+    out[5][1] = R::constant(0.0);
+    out[5][2] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[6][2] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[7][2] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[8][2] = R::constant(0.0);
+    out[9][0] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[9][2] = R::constant(0.0);
+    out[10][2] = R::constant(-0.045);
+    out[11][0] = cos_q_right_hip_yaw;
+    out[11][1] = sin_q_right_hip_yaw;
+    out[11][2] = R::constant(0.0);
+    out[12][2] = sin_q_right_hip_roll;
+    out[13][2] = cos_q_right_hip_roll;
+    out[14][0] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[14][2] = R::constant(0.0);
+    out[15][0] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[15][2] = R::constant(0.0);
+    out[16][0] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[16][2] = R::constant(0.0);
+    out[17][0] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[17][2] = R::constant(0.0);
+    out[18][0] = R::constant(0.0);
+    out[18][1] = R::constant(0.0);
+    out[18][2] = R::constant(0.0);
+    out[19][0] = R::constant(0.0);
+    out[19][1] = R::constant(0.0);
+    out[19][2] = R::constant(0.0);
+    out[22][2] = sin_q_right_hip_roll;
+    out[24][0] = R::constant(0.0);
+    out[24][1] = R::constant(0.0);
+    out[24][2] = R::constant(0.0);
+    out[25][0] = R::constant(0.0);
+    out[25][1] = R::constant(0.0);
+    out[25][2] = R::constant(0.0);
+    out[26][0] = R::constant(0.0);
+    out[26][1] = R::constant(0.0);
+    out[26][2] = R::constant(0.0);
+    out[27][0] = R::constant(0.0);
+    out[27][1] = R::constant(0.0);
+    out[27][2] = R::constant(0.0);
+    out[28][0] = R::constant(0.0);
+    out[28][1] = R::constant(0.0);
+    out[28][2] = R::constant(0.0);
+    out[29][0] = R::constant(0.0);
+    out[29][1] = R::constant(0.0);
+    out[29][2] = R::constant(0.0);
+    out[32][2] = sin_q_right_hip_roll;
+    out[34][0] = R::constant(0.0);
+    out[34][1] = R::constant(0.0);
+    out[34][2] = R::constant(0.0);
+    out[35][0] = R::constant(0.0);
+    out[35][1] = R::constant(0.0);
+    out[35][2] = R::constant(0.0);
+    out[36][0] = R::constant(0.0);
+    out[36][1] = R::constant(0.0);
+    out[36][2] = R::constant(0.0);
+    out[37][0] = R::constant(0.0);
+    out[37][1] = R::constant(0.0);
+    out[37][2] = R::constant(0.0);
+    out[38][0] = R::constant(0.0);
+    out[38][1] = R::constant(0.0);
+    out[38][2] = R::constant(0.0);
+    out[39][0] = R::constant(0.0);
+    out[39][1] = R::constant(0.0);
+    out[39][2] = R::constant(0.0);
+    out[42][2] = sin_q_right_hip_roll;
+    out[44][0] = R::constant(0.0);
+    out[44][1] = R::constant(0.0);
+    out[44][2] = R::constant(0.0);
+    out[45][0] = R::constant(0.0);
+    out[45][1] = R::constant(0.0);
+    out[45][2] = R::constant(0.0);
+    out[46][0] = R::constant(0.0);
+    out[46][1] = R::constant(0.0);
+    out[46][2] = R::constant(0.0);
+    out[47][0] = R::constant(0.0);
+    out[47][1] = R::constant(0.0);
+    out[47][2] = R::constant(0.0);
+    out[48][0] = R::constant(0.0);
+    out[48][1] = R::constant(0.0);
+    out[48][2] = R::constant(0.0);
+    out[49][0] = R::constant(0.0);
+    out[49][1] = R::constant(0.0);
+    out[49][2] = R::constant(0.0);
+    out[54][0] = R::constant(0.0);
+    out[54][1] = R::constant(0.0);
+    out[54][2] = R::constant(0.0);
+    out[55][0] = R::constant(0.0);
+    out[55][1] = R::constant(0.0);
+    out[55][2] = R::constant(0.0);
+    out[56][0] = R::constant(0.0);
+    out[56][1] = R::constant(0.0);
+    out[56][2] = R::constant(0.0);
+    out[57][0] = R::constant(0.0);
+    out[57][1] = R::constant(0.0);
+    out[57][2] = R::constant(0.0);
+    out[58][0] = R::constant(0.0);
+    out[58][1] = R::constant(0.0);
+    out[58][2] = R::constant(0.0);
+    out[59][0] = R::constant(0.0);
+    out[59][1] = R::constant(0.0);
+    out[59][2] = R::constant(0.0);
 }
 }

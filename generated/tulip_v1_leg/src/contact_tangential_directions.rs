@@ -139,6 +139,7 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t82 = R::constant(0.055) * t65;
     let t83 = t81 - t82;
     let t84 = t66 - t73;
+    out[1][0] = t84;
     let t85 = t67 - t78;
     let t86 = t68 + t83;
     // right_foot: Jacobian
@@ -146,37 +147,37 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t88 = t67 - t85;
     let t89 = t68 - t86;
     let t90 = t46 * t89;
-    let t91 = R::fused(t50, t88, t90);
+    out[0][5] = R::fused(t50, t88, t90);
     let t92 = t50 * t87;
-    let t93 = R::fused(t42, t89, t92);
+    out[1][5] = R::fused(t42, t89, t92);
     // right_ankle: Jacobian
     let t94 = t51 - t84;
     let t95 = t52 - t85;
     let t96 = t53 - t86;
     let t97 = t2 * t96;
-    let t98 = R::fused(-sin_q_right_hip_roll, t95, t97);
+    out[0][4] = R::fused(-sin_q_right_hip_roll, t95, t97);
     let t99 = sin_q_right_hip_roll * t94;
-    let t100 = R::fused(t0, t96, -t99);
+    out[1][4] = R::fused(t0, t96, -t99);
     // right_lower_leg: Jacobian
     let t101 = t36 - t84;
     let t102 = t37 - t85;
     let t103 = t38 - t86;
     let t104 = t2 * t103;
-    let t105 = R::fused(-sin_q_right_hip_roll, t102, t104);
+    out[0][3] = R::fused(-sin_q_right_hip_roll, t102, t104);
     let t106 = sin_q_right_hip_roll * t101;
-    let t107 = R::fused(t0, t103, -t106);
+    out[1][3] = R::fused(t0, t103, -t106);
     // right_upper_leg: Jacobian
     let t108 = t21 - t84;
     let t109 = t22 - t85;
     let t110 = t23 - t86;
     let t111 = t2 * t110;
-    let t112 = R::fused(-sin_q_right_hip_roll, t109, t111);
+    out[0][2] = R::fused(-sin_q_right_hip_roll, t109, t111);
     let t113 = sin_q_right_hip_roll * t108;
-    let t114 = R::fused(t0, t110, -t113);
+    out[1][2] = R::fused(t0, t110, -t113);
     let t115 = R::constant(0.045) - t86; // right_hip_roll_link: Jacobian
-    let t116 = sin_q_right_hip_yaw * t115; // right_hip_roll_link: Jacobian
+    out[0][1] = sin_q_right_hip_yaw * t115; // right_hip_roll_link: Jacobian
     let t117 = cos_q_right_hip_yaw * t115; // right_hip_roll_link: Jacobian
-    let t118 = t85 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
+    out[0][0] = t85 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
     // other
     let t119 = t69 - t70;
     let t120 = t72 + t119;
@@ -185,6 +186,7 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t123 = t79 + t80;
     let t124 = t82 - t123;
     let t125 = t66 - t120;
+    out[3][0] = t125;
     let t126 = t67 - t122;
     let t127 = t68 - t124;
     // right_foot: Jacobian
@@ -192,37 +194,37 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t129 = t67 - t126;
     let t130 = t68 - t127;
     let t131 = t46 * t130;
-    let t132 = R::fused(t50, t129, t131);
+    out[2][5] = R::fused(t50, t129, t131);
     let t133 = t50 * t128;
-    let t134 = R::fused(t42, t130, t133);
+    out[3][5] = R::fused(t42, t130, t133);
     // right_ankle: Jacobian
     let t135 = t51 - t125;
     let t136 = t52 - t126;
     let t137 = t53 - t127;
     let t138 = t2 * t137;
-    let t139 = R::fused(-sin_q_right_hip_roll, t136, t138);
+    out[2][4] = R::fused(-sin_q_right_hip_roll, t136, t138);
     let t140 = sin_q_right_hip_roll * t135;
-    let t141 = R::fused(t0, t137, -t140);
+    out[3][4] = R::fused(t0, t137, -t140);
     // right_lower_leg: Jacobian
     let t142 = t36 - t125;
     let t143 = t37 - t126;
     let t144 = t38 - t127;
     let t145 = t2 * t144;
-    let t146 = R::fused(-sin_q_right_hip_roll, t143, t145);
+    out[2][3] = R::fused(-sin_q_right_hip_roll, t143, t145);
     let t147 = sin_q_right_hip_roll * t142;
-    let t148 = R::fused(t0, t144, -t147);
+    out[3][3] = R::fused(t0, t144, -t147);
     // right_upper_leg: Jacobian
     let t149 = t21 - t125;
     let t150 = t22 - t126;
     let t151 = t23 - t127;
     let t152 = t2 * t151;
-    let t153 = R::fused(-sin_q_right_hip_roll, t150, t152);
+    out[2][2] = R::fused(-sin_q_right_hip_roll, t150, t152);
     let t154 = sin_q_right_hip_roll * t149;
-    let t155 = R::fused(t0, t151, -t154);
+    out[3][2] = R::fused(t0, t151, -t154);
     let t156 = R::constant(0.045) - t127; // right_hip_roll_link: Jacobian
-    let t157 = sin_q_right_hip_yaw * t156; // right_hip_roll_link: Jacobian
+    out[2][1] = sin_q_right_hip_yaw * t156; // right_hip_roll_link: Jacobian
     let t158 = cos_q_right_hip_yaw * t156; // right_hip_roll_link: Jacobian
-    let t159 = t126 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
+    out[2][0] = t126 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
     // other
     let t160 = t42 * R::constant(0.09);
     let t161 = t70 - t160;
@@ -234,6 +236,7 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t167 = t80 + t166;
     let t168 = t82 + t167;
     let t169 = t66 - t162;
+    out[5][0] = t169;
     let t170 = t67 - t165;
     let t171 = t68 - t168;
     // right_foot: Jacobian
@@ -241,37 +244,37 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t173 = t67 - t170;
     let t174 = t68 - t171;
     let t175 = t46 * t174;
-    let t176 = R::fused(t50, t173, t175);
+    out[4][5] = R::fused(t50, t173, t175);
     let t177 = t50 * t172;
-    let t178 = R::fused(t42, t174, t177);
+    out[5][5] = R::fused(t42, t174, t177);
     // right_ankle: Jacobian
     let t179 = t51 - t169;
     let t180 = t52 - t170;
     let t181 = t53 - t171;
     let t182 = t2 * t181;
-    let t183 = R::fused(-sin_q_right_hip_roll, t180, t182);
+    out[4][4] = R::fused(-sin_q_right_hip_roll, t180, t182);
     let t184 = sin_q_right_hip_roll * t179;
-    let t185 = R::fused(t0, t181, -t184);
+    out[5][4] = R::fused(t0, t181, -t184);
     // right_lower_leg: Jacobian
     let t186 = t36 - t169;
     let t187 = t37 - t170;
     let t188 = t38 - t171;
     let t189 = t2 * t188;
-    let t190 = R::fused(-sin_q_right_hip_roll, t187, t189);
+    out[4][3] = R::fused(-sin_q_right_hip_roll, t187, t189);
     let t191 = sin_q_right_hip_roll * t186;
-    let t192 = R::fused(t0, t188, -t191);
+    out[5][3] = R::fused(t0, t188, -t191);
     // right_upper_leg: Jacobian
     let t193 = t21 - t169;
     let t194 = t22 - t170;
     let t195 = t23 - t171;
     let t196 = t2 * t195;
-    let t197 = R::fused(-sin_q_right_hip_roll, t194, t196);
+    out[4][2] = R::fused(-sin_q_right_hip_roll, t194, t196);
     let t198 = sin_q_right_hip_roll * t193;
-    let t199 = R::fused(t0, t195, -t198);
+    out[5][2] = R::fused(t0, t195, -t198);
     let t200 = R::constant(0.045) - t171; // right_hip_roll_link: Jacobian
-    let t201 = sin_q_right_hip_yaw * t200; // right_hip_roll_link: Jacobian
+    out[4][1] = sin_q_right_hip_yaw * t200; // right_hip_roll_link: Jacobian
     let t202 = cos_q_right_hip_yaw * t200; // right_hip_roll_link: Jacobian
-    let t203 = t170 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
+    out[4][0] = t170 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
     // other
     let t204 = t70 + t160;
     let t205 = t72 - t204;
@@ -280,6 +283,7 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t208 = t80 - t166;
     let t209 = t82 - t208;
     let t210 = t66 - t205;
+    out[7][0] = t210;
     let t211 = t67 - t207;
     let t212 = t68 - t209;
     // right_foot: Jacobian
@@ -287,51 +291,41 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t214 = t67 - t211;
     let t215 = t68 - t212;
     let t216 = t46 * t215;
-    let t217 = R::fused(t50, t214, t216);
+    out[6][5] = R::fused(t50, t214, t216);
     let t218 = t50 * t213;
-    let t219 = R::fused(t42, t215, t218);
+    out[7][5] = R::fused(t42, t215, t218);
     // right_ankle: Jacobian
     let t220 = t51 - t210;
     let t221 = t52 - t211;
     let t222 = t53 - t212;
     let t223 = t2 * t222;
-    let t224 = R::fused(-sin_q_right_hip_roll, t221, t223);
+    out[6][4] = R::fused(-sin_q_right_hip_roll, t221, t223);
     let t225 = sin_q_right_hip_roll * t220;
-    let t226 = R::fused(t0, t222, -t225);
+    out[7][4] = R::fused(t0, t222, -t225);
     // right_lower_leg: Jacobian
     let t227 = t36 - t210;
     let t228 = t37 - t211;
     let t229 = t38 - t212;
     let t230 = t2 * t229;
-    let t231 = R::fused(-sin_q_right_hip_roll, t228, t230);
+    out[6][3] = R::fused(-sin_q_right_hip_roll, t228, t230);
     let t232 = sin_q_right_hip_roll * t227;
-    let t233 = R::fused(t0, t229, -t232);
+    out[7][3] = R::fused(t0, t229, -t232);
     // right_upper_leg: Jacobian
     let t234 = t21 - t210;
     let t235 = t22 - t211;
     let t236 = t23 - t212;
     let t237 = t2 * t236;
-    let t238 = R::fused(-sin_q_right_hip_roll, t235, t237);
+    out[6][2] = R::fused(-sin_q_right_hip_roll, t235, t237);
     let t239 = sin_q_right_hip_roll * t234;
-    let t240 = R::fused(t0, t236, -t239);
+    out[7][2] = R::fused(t0, t236, -t239);
     let t241 = R::constant(0.045) - t212; // right_hip_roll_link: Jacobian
-    let t242 = sin_q_right_hip_yaw * t241; // right_hip_roll_link: Jacobian
+    out[6][1] = sin_q_right_hip_yaw * t241; // right_hip_roll_link: Jacobian
     let t243 = cos_q_right_hip_yaw * t241; // right_hip_roll_link: Jacobian
-    let t244 = t211 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
+    out[6][0] = t211 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
     // right_hip_roll_link: Jacobian
-    let t245 = -t117;
-    let t246 = -t158;
-    let t247 = -t202;
-    let t248 = -t243;
-    *out = [
-        [t118, t116, t112, t105, t98, t91], // right_foot/front_left/x
-        [t84, t245, t114, t107, t100, t93], // right_foot/front_left/y
-        [t159, t157, t153, t146, t139, t132], // right_foot/front_right/x
-        [t125, t246, t155, t148, t141, t134], // right_foot/front_right/y
-        [t203, t201, t197, t190, t183, t176], // right_foot/rear_left/x
-        [t169, t247, t199, t192, t185, t178], // right_foot/rear_left/y
-        [t244, t242, t238, t231, t224, t217], // right_foot/rear_right/x
-        [t210, t248, t240, t233, t226, t219], // right_foot/rear_right/y
-    ];
+    out[1][1] = -t117;
+    out[3][1] = -t158;
+    out[5][1] = -t202;
+    out[7][1] = -t243;
 }
 }

@@ -52,24 +52,32 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     ]);
     let t0 = v_right_hip_yaw * v_right_hip_yaw; // right_hip_yaw_link: kinetic energy
     let t1 = R::constant(0.5) * t0;
+    out[9][0] = t1;
     let t2 = v_right_hip_yaw * R::constant(0.035); // right_hip_roll_link: velocity
     let t3 = t2 * t2; // right_hip_roll_link: kinetic energy
-    let t4 = R::constant(0.5) * t3;
+    out[10][0] = R::constant(0.5) * t3;
     let t5 = v_right_hip_yaw * cos_q_right_hip_roll; // right_hip_roll_link: velocity
     let t6 = t2 * t5; // right_hip_roll_link: kinetic energy
-    let t7 = -t6; // right_hip_roll_link: kinetic energy
+    out[12][0] = -t6; // right_hip_roll_link: kinetic energy
     let t8 = sin_q_right_hip_roll * R::constant(9.81);
+    out[12][1] = t8;
+    out[22][1] = t8;
+    out[32][1] = t8;
+    out[42][1] = t8;
     let t9 = v_right_hip_yaw * sin_q_right_hip_roll; // right_hip_roll_link: velocity
-    let t10 = t2 * t9; // right_hip_roll_link: kinetic energy
-    let t11 = cos_q_right_hip_roll * R::constant(9.81);
+    out[13][0] = t2 * t9; // right_hip_roll_link: kinetic energy
+    out[13][1] = cos_q_right_hip_roll * R::constant(9.81);
     let t12 = v_right_hip_roll * v_right_hip_roll; // right_hip_roll_link: kinetic energy
     let t13 = R::constant(0.5) * t12;
-    let t14 = t9 * v_right_hip_roll; // right_hip_roll_link: kinetic energy
-    let t15 = t5 * v_right_hip_roll; // right_hip_roll_link: kinetic energy
+    out[14][0] = t13;
+    out[15][0] = t9 * v_right_hip_roll; // right_hip_roll_link: kinetic energy
+    out[16][0] = t5 * v_right_hip_roll; // right_hip_roll_link: kinetic energy
     let t16 = t5 * t5; // right_hip_roll_link: kinetic energy
     let t17 = R::constant(0.5) * t16;
-    let t18 = t1 - t17; // right_hip_roll_link: columns that its parent has too
+    out[19][0] = t17;
+    out[17][0] = t1 - t17; // right_hip_roll_link: columns that its parent has too
     let t19 = t9 * t5; // right_hip_roll_link: kinetic energy
+    out[18][0] = t19;
     // right_upper_leg: velocity
     let t20 = v_right_hip_roll * R::constant(0.055);
     let t21 = t20 * sin_q_right_hip_pitch;
@@ -84,45 +92,53 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t30 = R::fused(-t24, sin_q_right_hip_pitch, t29);
     let t31 = R::fused(t30, t30, t28); // right_upper_leg: kinetic energy
     let t32 = R::constant(0.5) * t31; // other
+    out[20][0] = t32;
     let t33 = sin_q_right_hip_roll * R::constant(0.055); // right_hip_roll_link: sums of what it carries
     let t34 = R::fused(cos_q_right_hip_roll, R::constant(0.04), t33); // right_hip_roll_link: sums of what it carries
     let t35 = R::constant(0.045) + t34; // right_hip_roll_link: sums of what it carries
     let t36 = R::constant(9.81) * t35; // other
-    let t37 = -t36; // other
+    out[20][1] = -t36; // other
     let t38 = t5 * cos_q_right_hip_pitch;
     let t39 = R::fused(v_right_hip_roll, sin_q_right_hip_pitch, t38);
     let t40 = t27 * t39; // right_upper_leg: kinetic energy
     let t41 = t9 + v_right_hip_pitch;
-    let t42 = R::fused(t30, t41, t40); // right_upper_leg: kinetic energy
+    out[21][0] = R::fused(t30, t41, t40); // right_upper_leg: kinetic energy
     let t43 = cos_q_right_hip_roll * sin_q_right_hip_pitch; // right_hip_roll_link: sums of what it carries
     let t44 = R::constant(9.81) * t43; // other
-    let t45 = -t44; // other
+    out[21][1] = -t44; // other
     let t46 = R::fused(R::constant(0.055), t12, t6); // right_upper_leg: columns that its parent has too
     let t47 = R::fused(R::constant(-0.04), t19, t46); // right_upper_leg: columns that its parent has too
     let t48 = R::fused(R::constant(-0.055), t16, -t47); // right_upper_leg: columns that its parent has too
+    out[22][0] = t48;
     let t49 = t25 * t41; // right_upper_leg: kinetic energy
     let t50 = t5 * sin_q_right_hip_pitch;
     let t51 = R::fused(-v_right_hip_roll, cos_q_right_hip_pitch, t50);
     let t52 = R::fused(t27, t51, t49); // right_upper_leg: kinetic energy
+    out[23][0] = t52;
     let t53 = cos_q_right_hip_roll * cos_q_right_hip_pitch; // right_hip_roll_link: sums of what it carries
-    let t54 = R::constant(9.81) * t53; // other
+    out[23][1] = R::constant(9.81) * t53; // other
     let t55 = t39 * t39; // right_upper_leg: kinetic energy
     let t56 = R::constant(0.5) * t55; // other
+    out[29][0] = t56;
     let t57 = t13 + t17; // right_upper_leg: columns that its parent has too
     let t58 = t57 - t56; // right_upper_leg: columns that its parent has too
+    out[24][0] = t58;
     // right_upper_leg: kinetic energy
     let t59 = t51 * t41;
-    let t60 = -t59;
+    out[25][0] = -t59;
     let t61 = t39 * t51;
-    let t62 = -t61;
+    out[26][0] = -t61;
     let t63 = t41 * t41;
-    let t64 = R::constant(0.5) * t63; // other
+    out[27][0] = R::constant(0.5) * t63; // other
     let t65 = t39 * t41;
+    out[28][0] = t65;
     // right_lower_leg: columns that its parent has too
     let t66 = R::fused(R::constant(-0.315), t52, t32);
     let t67 = R::fused(t58, R::constant(0.099225), t66);
     let t68 = R::fused(t63, R::constant(0.0496125), t67);
+    out[30][0] = t68;
     let t69 = R::fused(-t53, R::constant(3.09015), -t36);
+    out[30][1] = t69;
     let t70 = R::fused(-t51, R::constant(0.315), t27); // right_lower_leg: velocity
     let t71 = t39 * cos_q_right_knee_pitch; // right_lower_leg: velocity
     let t72 = R::fused(-t51, sin_q_right_knee_pitch, t71); // right_lower_leg: velocity
@@ -132,40 +148,47 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t75 = R::fused(-t41, R::constant(0.315), t25);
     let t76 = R::fused(-t75, sin_q_right_knee_pitch, t74);
     let t77 = t41 + v_right_knee_pitch;
-    let t78 = R::fused(t76, t77, t73); // right_lower_leg: kinetic energy
+    out[31][0] = R::fused(t76, t77, t73); // right_lower_leg: kinetic energy
     let t79 = cos_q_right_hip_pitch * sin_q_right_knee_pitch; // right_upper_leg: sums of what it carries
     let t80 = R::fused(sin_q_right_hip_pitch, cos_q_right_knee_pitch, t79); // right_upper_leg: sums of what it carries
     let t81 = cos_q_right_hip_roll * t80; // right_hip_roll_link: sums of what it carries
     let t82 = R::constant(9.81) * t81; // other
-    let t83 = -t82; // other
+    out[31][1] = -t82; // other
     let t84 = R::fused(R::constant(0.315), t65, t48); // right_lower_leg: columns that its parent has too
+    out[32][0] = t84;
     let t85 = t30 * sin_q_right_knee_pitch;
     let t86 = R::fused(t75, cos_q_right_knee_pitch, t85);
     let t87 = t86 * t77; // right_lower_leg: kinetic energy
     let t88 = t39 * sin_q_right_knee_pitch;
     let t89 = R::fused(t51, cos_q_right_knee_pitch, t88);
     let t90 = R::fused(t70, t89, t87); // right_lower_leg: kinetic energy
+    out[33][0] = t90;
     let t91 = cos_q_right_hip_pitch * cos_q_right_knee_pitch; // right_upper_leg: sums of what it carries
     let t92 = R::fused(-sin_q_right_hip_pitch, sin_q_right_knee_pitch, t91); // right_upper_leg: sums of what it carries
     let t93 = cos_q_right_hip_roll * t92; // right_hip_roll_link: sums of what it carries
-    let t94 = R::constant(9.81) * t93; // other
+    out[33][1] = R::constant(9.81) * t93; // other
     let t95 = t72 * t72; // right_lower_leg: kinetic energy
     let t96 = R::constant(0.5) * t95; // other
+    out[39][0] = t96;
     let t97 = t56 + t58; // right_lower_leg: columns that its parent has too
     let t98 = t97 - t96; // right_lower_leg: columns that its parent has too
+    out[34][0] = t98;
     // right_lower_leg: kinetic energy
     let t99 = t89 * t77;
-    let t100 = -t99;
+    out[35][0] = -t99;
     let t101 = t72 * t89;
-    let t102 = -t101;
+    out[36][0] = -t101;
     let t103 = t77 * t77;
-    let t104 = R::constant(0.5) * t103; // other
+    out[37][0] = R::constant(0.5) * t103; // other
     let t105 = t72 * t77;
+    out[38][0] = t105;
     // right_ankle: columns that its parent has too
     let t106 = R::fused(R::constant(-0.273), t90, t68);
     let t107 = R::fused(t98, R::constant(0.074529), t106);
     let t108 = R::fused(t103, R::constant(0.0372645), t107);
+    out[40][0] = t108;
     let t109 = R::fused(-t93, R::constant(2.67813), t69);
+    out[40][1] = t109;
     let t110 = R::fused(-t89, R::constant(0.273), t70); // right_ankle: velocity
     let t111 = t72 * cos_q_right_ankle_pitch; // right_ankle: velocity
     let t112 = R::fused(-t89, sin_q_right_ankle_pitch, t111); // right_ankle: velocity
@@ -176,6 +199,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t116 = R::fused(-t115, sin_q_right_ankle_pitch, t114);
     let t117 = t77 + v_right_ankle_pitch;
     let t118 = R::fused(t116, t117, t113); // right_ankle: kinetic energy
+    out[41][0] = t118;
     let t119 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch; // right_lower_leg: sums of what it carries
     let t120 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t119); // right_lower_leg
     let t121 = cos_q_right_hip_pitch * t120; // right_upper_leg: sums of what it carries
@@ -185,35 +209,41 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t125 = cos_q_right_hip_roll * t124; // right_hip_roll_link: sums of what it carries
     let t126 = R::constant(9.81) * t125; // other
     let t127 = -t126; // other
-    let t128 = R::fused(R::constant(0.273), t105, t84); // right_ankle: columns that its parent has too
+    out[41][1] = t127;
+    out[51][1] = t127;
+    out[42][0] = R::fused(R::constant(0.273), t105, t84); // right_ankle: columns that its parent has too
     let t129 = t76 * sin_q_right_ankle_pitch;
     let t130 = R::fused(t115, cos_q_right_ankle_pitch, t129);
     let t131 = t130 * t117; // right_ankle: kinetic energy
     let t132 = t72 * sin_q_right_ankle_pitch;
     let t133 = R::fused(t89, cos_q_right_ankle_pitch, t132);
     let t134 = R::fused(t110, t133, t131); // right_ankle: kinetic energy
+    out[43][0] = t134;
     let t135 = cos_q_right_hip_pitch * t123; // right_upper_leg: sums of what it carries
     let t136 = R::fused(-sin_q_right_hip_pitch, t120, t135); // right_upper_leg: sums of what it carries
     let t137 = cos_q_right_hip_roll * t136; // right_hip_roll_link: sums of what it carries
-    let t138 = R::constant(9.81) * t137; // other
+    out[43][1] = R::constant(9.81) * t137; // other
     let t139 = t112 * t112; // right_ankle: kinetic energy
     let t140 = R::constant(0.5) * t139; // other
+    out[49][0] = t140;
     let t141 = t96 + t98; // right_ankle: columns that its parent has too
     let t142 = t141 - t140; // right_ankle: columns that its parent has too
+    out[44][0] = t142;
     // right_ankle: kinetic energy
     let t143 = t133 * t117;
-    let t144 = -t143;
+    out[45][0] = -t143;
     let t145 = t112 * t133;
-    let t146 = -t145;
+    out[46][0] = -t145;
     let t147 = t117 * t117;
     let t148 = R::constant(0.5) * t147; // other
-    let t149 = t112 * t117;
+    out[47][0] = t148;
+    out[48][0] = t112 * t117;
     // right_foot: columns that its parent has too
     let t150 = R::fused(R::constant(-0.037), t134, t108);
     let t151 = R::fused(t142, R::constant(0.001369), t150);
-    let t152 = R::fused(t147, R::constant(0.0006845), t151);
-    let t153 = R::fused(-t137, R::constant(0.36297), t109);
-    let t154 = R::fused(R::constant(-0.037), t145, t118);
+    out[50][0] = R::fused(t147, R::constant(0.0006845), t151);
+    out[50][1] = R::fused(-t137, R::constant(0.36297), t109);
+    out[51][0] = R::fused(R::constant(-0.037), t145, t118);
     let t155 = R::fused(-t117, R::constant(0.037), t130); // right_foot: velocity
     let t156 = t117 * sin_q_right_ankle_roll; // right_foot: velocity
     let t157 = R::fused(-t112, cos_q_right_ankle_roll, t156); // right_foot: velocity
@@ -223,7 +253,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t160 = t159 * sin_q_right_ankle_roll;
     let t161 = R::fused(t116, cos_q_right_ankle_roll, t160);
     let t162 = t133 - v_right_ankle_roll;
-    let t163 = R::fused(t161, t162, t158); // right_foot: kinetic energy
+    out[52][0] = R::fused(t161, t162, t158); // right_foot: kinetic energy
     let t164 = sin_q_right_hip_roll * cos_q_right_ankle_roll; // right_hip_roll_link: sums of what it carries
     let t165 = cos_q_right_ankle_pitch * sin_q_right_ankle_roll; // right_ankle: sums of what it carries
     let t166 = cos_q_right_knee_pitch * t165; // right_lower_leg: sums of what it carries
@@ -234,13 +264,13 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t171 = R::fused(cos_q_right_knee_pitch, t167, t170); // right_lower_leg: sums of what it carries
     let t172 = R::fused(-sin_q_right_hip_pitch, t171, t169); // right_upper_leg: sums of what it carries
     let t173 = R::fused(cos_q_right_hip_roll, t172, t164); // right_hip_roll_link: sums of what it carries
-    let t174 = R::constant(9.81) * t173; // other
+    out[52][1] = R::constant(9.81) * t173; // other
     let t175 = t117 * cos_q_right_ankle_roll;
     let t176 = R::fused(t112, sin_q_right_ankle_roll, t175);
     let t177 = t155 * t176; // right_foot: kinetic energy
     let t178 = t159 * cos_q_right_ankle_roll;
     let t179 = R::fused(-t116, sin_q_right_ankle_roll, t178);
-    let t180 = R::fused(t179, t162, t177); // right_foot: kinetic energy
+    out[53][0] = R::fused(t179, t162, t177); // right_foot: kinetic energy
     let t181 = sin_q_right_hip_roll * sin_q_right_ankle_roll; // right_hip_roll_link: sums of what it carries
     let t182 = cos_q_right_ankle_pitch * cos_q_right_ankle_roll; // right_ankle: sums of what it carries
     let t183 = cos_q_right_knee_pitch * t182; // right_lower_leg: sums of what it carries
@@ -252,80 +282,71 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t189 = R::fused(-sin_q_right_hip_pitch, t188, t186); // right_upper_leg: sums of what it carries
     let t190 = R::fused(-cos_q_right_hip_roll, t189, t181); // right_hip_roll_link: sums of what it carries
     let t191 = R::constant(9.81) * t190; // other
-    let t192 = -t191; // other
+    out[53][1] = -t191; // other
     let t193 = t162 * t162; // right_foot: kinetic energy
-    let t194 = R::constant(0.5) * t193; // other
+    out[54][0] = R::constant(0.5) * t193; // other
     // right_foot: kinetic energy
     let t195 = t176 * t162;
-    let t196 = -t195;
-    let t197 = t157 * t162;
+    out[55][0] = -t195;
+    out[56][0] = t157 * t162;
     let t198 = t157 * t157;
     let t199 = R::constant(0.5) * t198; // other
+    out[59][0] = t199;
     let t200 = t148 + t140; // right_foot: columns that its parent has too
-    let t201 = t200 - t199; // right_foot: columns that its parent has too
+    out[57][0] = t200 - t199; // right_foot: columns that its parent has too
     let t202 = t176 * t157;
-    let t203 = -t202;
-    *out = [
-        [R::constant(0.0); 2], // right_hip_yaw_link.m
-        [R::constant(0.0); 2], // right_hip_yaw_link.m*cx
-        [R::constant(0.0); 2], // right_hip_yaw_link.m*cy
-        [R::constant(0.0), R::constant(9.81)], // right_hip_yaw_link.m*cz
-        [R::constant(0.0); 2], // right_hip_yaw_link.Ixx
-        [R::constant(0.0); 2], // right_hip_yaw_link.Ixy
-        [R::constant(0.0); 2], // right_hip_yaw_link.Ixz
-        [R::constant(0.0); 2], // right_hip_yaw_link.Iyy
-        [R::constant(0.0); 2], // right_hip_yaw_link.Iyz
-        [t1, R::constant(0.0)], // right_hip_yaw_link.Izz
-        [t4, R::constant(-0.44145)], // right_hip_roll_link.m
-        [R::constant(0.0); 2], // right_hip_roll_link.m*cx
-        [t7, t8], // right_hip_roll_link.m*cy
-        [t10, t11], // right_hip_roll_link.m*cz
-        [t13, R::constant(0.0)], // right_hip_roll_link.Ixx
-        [t14, R::constant(0.0)], // right_hip_roll_link.Ixy
-        [t15, R::constant(0.0)], // right_hip_roll_link.Ixz
-        [t18, R::constant(0.0)], // right_hip_roll_link.Iyy
-        [t19, R::constant(0.0)], // right_hip_roll_link.Iyz
-        [t17, R::constant(0.0)], // right_hip_roll_link.Izz
-        [t32, t37], // right_upper_leg.m
-        [t42, t45], // right_upper_leg.m*cx
-        [t48, t8], // right_upper_leg.m*cy
-        [t52, t54], // right_upper_leg.m*cz
-        [t58, R::constant(0.0)], // right_upper_leg.Ixx
-        [t60, R::constant(0.0)], // right_upper_leg.Ixy
-        [t62, R::constant(0.0)], // right_upper_leg.Ixz
-        [t64, R::constant(0.0)], // right_upper_leg.Iyy
-        [t65, R::constant(0.0)], // right_upper_leg.Iyz
-        [t56, R::constant(0.0)], // right_upper_leg.Izz
-        [t68, t69], // right_lower_leg.m
-        [t78, t83], // right_lower_leg.m*cx
-        [t84, t8], // right_lower_leg.m*cy
-        [t90, t94], // right_lower_leg.m*cz
-        [t98, R::constant(0.0)], // right_lower_leg.Ixx
-        [t100, R::constant(0.0)], // right_lower_leg.Ixy
-        [t102, R::constant(0.0)], // right_lower_leg.Ixz
-        [t104, R::constant(0.0)], // right_lower_leg.Iyy
-        [t105, R::constant(0.0)], // right_lower_leg.Iyz
-        [t96, R::constant(0.0)], // right_lower_leg.Izz
-        [t108, t109], // right_ankle.m
-        [t118, t127], // right_ankle.m*cx
-        [t128, t8], // right_ankle.m*cy
-        [t134, t138], // right_ankle.m*cz
-        [t142, R::constant(0.0)], // right_ankle.Ixx
-        [t144, R::constant(0.0)], // right_ankle.Ixy
-        [t146, R::constant(0.0)], // right_ankle.Ixz
-        [t148, R::constant(0.0)], // right_ankle.Iyy
-        [t149, R::constant(0.0)], // right_ankle.Iyz
-        [t140, R::constant(0.0)], // right_ankle.Izz
-        [t152, t153], // right_foot.m
-        [t154, t127], // right_foot.m*cx
-        [t163, t174], // right_foot.m*cy
-        [t180, t192], // right_foot.m*cz
-        [t194, R::constant(0.0)], // right_foot.Ixx
-        [t196, R::constant(0.0)], // right_foot.Ixy
-        [t197, R::constant(0.0)], // right_foot.Ixz
-        [t201, R::constant(0.0)], // right_foot.Iyy
-        [t203, R::constant(0.0)], // right_foot.Iyz
-        [t199, R::constant(0.0)], // right_foot.Izz
-    ];
+    out[58][0] = -t202;
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(0.0);
+    out[1][0] = R::constant(0.0);
+    out[1][1] = R::constant(0.0);
+    out[2][0] = R::constant(0.0);
+    out[2][1] = R::constant(0.0);
+    out[3][0] = R::constant(0.0);
+    out[3][1] = R::constant(9.81);
+    out[4][0] = R::constant(0.0);
+    out[4][1] = R::constant(0.0);
+    out[5][0] = R::constant(0.0);
+    out[5][1] = R::constant(0.0);
+    out[6][0] = R::constant(0.0);
+    out[6][1] = R::constant(0.0);
+    out[7][0] = R::constant(0.0);
+    out[7][1] = R::constant(0.0);
+    out[8][0] = R::constant(0.0);
+    out[8][1] = R::constant(0.0);
+    out[9][1] = R::constant(0.0);
+    out[10][1] = R::constant(-0.44145);
+    out[11][0] = R::constant(0.0);
+    out[11][1] = R::constant(0.0);
+    out[14][1] = R::constant(0.0);
+    out[15][1] = R::constant(0.0);
+    out[16][1] = R::constant(0.0);
+    out[17][1] = R::constant(0.0);
+    out[18][1] = R::constant(0.0);
+    out[19][1] = R::constant(0.0);
+    out[24][1] = R::constant(0.0);
+    out[25][1] = R::constant(0.0);
+    out[26][1] = R::constant(0.0);
+    out[27][1] = R::constant(0.0);
+    out[28][1] = R::constant(0.0);
+    out[29][1] = R::constant(0.0);
+    out[34][1] = R::constant(0.0);
+    out[35][1] = R::constant(0.0);
+    out[36][1] = R::constant(0.0);
+    out[37][1] = R::constant(0.0);
+    out[38][1] = R::constant(0.0);
+    out[39][1] = R::constant(0.0);
+    out[44][1] = R::constant(0.0);
+    out[45][1] = R::constant(0.0);
+    out[46][1] = R::constant(0.0);
+    out[47][1] = R::constant(0.0);
+    out[48][1] = R::constant(0.0);
+    out[49][1] = R::constant(0.0);
+    out[54][1] = R::constant(0.0);
+    out[55][1] = R::constant(0.0);
+    out[56][1] = R::constant(0.0);
+    out[57][1] = R::constant(0.0);
+    out[58][1] = R::constant(0.0);
+    out[59][1] = R::constant(0.0);
 }
 }

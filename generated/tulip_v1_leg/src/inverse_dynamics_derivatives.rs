@@ -658,18 +658,17 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
         t514, t515, t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531,
         t532, t533, t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549,
         t550, t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567,
-        t568, t569, t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585,
-        t586, t587, t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603,
-        t604, t605, t606, t607, t608, t609, t610, t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621,
-        t622, t623, t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639,
-        t640, t641, t642, t643, t644, t645, t646, t647, t648, t649, t650, t651, t652, t653, t654, t655, t656, t657,
-        t658, t659, t660, t661, t662, t663, t664, t665, t666, t667, t668, t669, t670, t671, t672, t673, t674, t675,
-        t676, t677, t678, t679, t680, t681, t682, t683, t684, t685, t686, t687, t688, t689, t690, t691, t692, t693,
-        t694, t695, t696, t697, t698, t699, t700, t701, t702, t703, t704, t705, t706, t707, t708, t709, t710, t711,
-        t712, t713, t714, t715, t716, t717, t718, t719, t720, t721, t722, t723, t724, t725, t726, t727, t728, t729,
-        t730, t731, t732, t733, t734, t735, t736, t737, t738, t739, t740, t741, t742, t743, t744, t745, t746, t747,
-        t748, t749, t750, t751, t752, t753, t754, t755, t756, t757, t758, t759, t760, t761, t762, t763, t764, t765,
-        t766, t767, t768, t769,
+        t568, t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586,
+        t587, t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604,
+        t605, t606, t607, t608, t609, t610, t611, t612, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623,
+        t624, t625, t626, t627, t628, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641, t642,
+        t643, t644, t645, t646, t647, t648, t649, t650, t651, t653, t654, t655, t656, t657, t658, t659, t660, t661,
+        t662, t663, t664, t665, t666, t667, t668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678, t679,
+        t680, t681, t683, t684, t685, t686, t687, t688, t689, t690, t691, t692, t693, t694, t695, t696, t697, t698,
+        t699, t700, t701, t702, t703, t704, t705, t706, t707, t708, t709, t710, t711, t712, t713, t714, t715, t716,
+        t717, t718, t719, t720, t721, t722, t723, t724, t725, t726, t727, t728, t729, t730, t731, t732, t733, t734,
+        t735, t736, t737, t738, t739, t741, t742, t743, t744, t745, t746, t747, t748, t749, t750, t751, t752, t753,
+        t754, t755, t756, t757, t758, t759, t760, t761, t762, t763, t764, t765, t766, t767, t768, t769,
     );
     t514 = t512 + t513;
     t515 = t34 * R::constant(0.000925); // right_ankle: sums of what it carries
@@ -730,7 +729,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t566 = R::fused(v_right_hip_roll, R::constant(0.4762), t404);
     t567 = R::fused(cos_q_right_hip_roll, t566, t565);
     t568 = R::fused(v_right_hip_yaw, t567, t563); // right_hip_roll_link: answer of the forces to its motion
-    t569 = R::fused(R::constant(-0.035), t568, t558); // right_hip_roll_link: answer of the forces to its motion
+    out[1][0] = R::fused(R::constant(-0.035), t568, t558); // right_hip_roll_link: answer of the forces to its motion
     t570 = cos_q_right_hip_roll * t559;
     t571 = R::fused(-sin_q_right_hip_roll, t561, t570);
     t572 = t54 * t571; // right_hip_roll_link: answer of the forces to its motion
@@ -776,7 +775,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t610 = R::fused(-t31, R::constant(0.0137565), t609);
     t611 = t608 + t610;
     t612 = R::fused(-sin_q_right_hip_roll, t611, t597);
-    t613 = R::fused(v_right_hip_yaw, t612, t586); // right_hip_roll_link: answer of the forces to its motion
+    out[1][1] = R::fused(v_right_hip_yaw, t612, t586); // right_hip_roll_link: answer of the forces to its motion
     // right_upper_leg: answer of the forces to its motion
     t614 = sin_q_right_hip_roll * t296;
     t615 = R::constant(9.81) * t614;
@@ -793,7 +792,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t626 = cos_q_right_hip_roll * t625;
     t627 = t456 + t463;
     t628 = R::fused(sin_q_right_hip_roll, t627, t626);
-    t629 = R::fused(-v_right_hip_yaw, t628, -t624);
+    out[1][2] = R::fused(-v_right_hip_yaw, t628, -t624);
     // right_lower_leg: answer of the forces to its motion
     t630 = sin_q_right_hip_roll * t295;
     t631 = R::constant(9.81) * t630;
@@ -817,7 +816,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t649 = t441 - t450;
     t650 = R::fused(t318, t462, t649);
     t651 = R::fused(sin_q_right_hip_roll, t650, t648);
-    t652 = R::fused(-v_right_hip_yaw, t651, -t643);
+    out[1][3] = R::fused(-v_right_hip_yaw, t651, -t643);
     // right_ankle: answer of the forces to its motion
     t653 = sin_q_right_hip_roll * t294;
     t654 = R::constant(9.81) * t653;
@@ -848,7 +847,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t679 = R::fused(-t313, t449, t678);
     t680 = R::fused(t313, t462, t679);
     t681 = R::fused(sin_q_right_hip_roll, t680, t677);
-    t682 = R::fused(-v_right_hip_yaw, t681, -t669);
+    out[1][4] = R::fused(-v_right_hip_yaw, t681, -t669);
     // right_foot: answer of the forces to its motion
     t683 = cos_q_right_hip_roll * t103;
     t684 = cos_t1 * t105;
@@ -907,7 +906,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t737 = R::fused(t462, t699, t736);
     t738 = t735 - t737;
     t739 = R::fused(-sin_q_right_hip_roll, t738, t725);
-    t740 = R::fused(v_right_hip_yaw, t739, t715);
+    out[1][5] = R::fused(v_right_hip_yaw, t739, t715);
     t741 = t64 * t331; // right_upper_leg: answer of the forces to its motion
     t742 = R::fused(-t87, t296, t741); // right_upper_leg: answer of the forces to its motion
     t743 = t23 + t222; // right_upper_leg: motion
@@ -943,19 +942,18 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let (
         t770, t771, t772, t773, t774, t775, t776, t777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787,
         t788, t789, t790, t791, t792, t793, t794, t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805,
-        t806, t807, t808, t809, t810, t811, t812, t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823,
-        t824, t825, t826, t827, t828, t829, t830, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841,
-        t842, t843, t844, t845, t846, t847, t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859,
-        t860, t861, t862, t863, t864, t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877,
-        t878, t879, t880, t881, t882, t883, t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895,
-        t896, t897, t898, t899, t900, t901, t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913,
-        t914, t915, t916, t917, t918, t919, t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931,
-        t932, t933, t934, t935, t936, t937, t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949,
-        t950, t951, t952, t953, t954, t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967,
-        t968, t969, t970, t971, t972, t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985,
-        t986, t987, t988, t989, t990, t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003,
-        t1004, t1005, t1006, t1007, t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019,
-        t1020, t1021, t1022, t1023, t1024, t1025,
+        t807, t808, t809, t810, t811, t812, t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824,
+        t825, t826, t827, t828, t829, t830, t831, t832, t833, t834, t837, t838, t839, t840, t841, t842, t843, t844,
+        t845, t846, t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t860, t861, t862, t863, t864,
+        t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t877, t878, t879, t880, t881, t882, t883,
+        t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900, t901,
+        t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t918, t919, t920,
+        t921, t922, t923, t924, t925, t926, t927, t928, t932, t933, t934, t935, t936, t937, t938, t939, t940, t942,
+        t943, t944, t945, t946, t947, t948, t949, t951, t952, t953, t954, t955, t956, t957, t958, t959, t960, t961,
+        t962, t963, t964, t965, t966, t967, t968, t969, t970, t971, t972, t973, t974, t975, t976, t977, t978, t979,
+        t980, t981, t982, t983, t984, t985, t986, t987, t988, t989, t990, t991, t992, t993, t994, t996, t997, t998,
+        t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007, t1012, t1013, t1014, t1015, t1016, t1017, t1018,
+        t1019, t1021, t1022, t1023, t1024, t1025,
     );
     t770 = t168 - t769;
     // right_upper_leg: answer of the forces to its motion
@@ -997,7 +995,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t803 = t788 - t802;
     t804 = R::fused(R::constant(0.055), t774, t803);
     t805 = R::fused(-cos_q_right_hip_roll, t804, t776);
-    t806 = R::fused(R::constant(0.035), t774, -t805);
+    out[2][0] = R::fused(R::constant(0.035), t774, -t805);
     t807 = t743 * t578;
     t808 = R::fused(t217, t291, t807);
     t809 = R::fused(t746, t322, t808);
@@ -1029,8 +1027,8 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t832 = R::fused(t8, t404, t831);
     t833 = t830 + t832;
     t834 = R::fused(R::constant(-0.04), t833, t828);
-    t835 = t834 - t823;
-    t836 = -t767;
+    out[2][1] = t834 - t823;
+    out[2][2] = -t767;
     // right_lower_leg: answer of the forces to its motion
     t837 = t64 * t318;
     t838 = R::fused(-t87, t295, t837);
@@ -1042,7 +1040,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t844 = t8 * t843;
     t845 = R::fused(-v_right_hip_roll, t649, t844);
     t846 = t842 + t845;
-    t847 = -t846;
+    out[2][3] = -t846;
     // right_ankle: answer of the forces to its motion
     t848 = t64 * t313;
     t849 = R::fused(-t87, t294, t848);
@@ -1055,7 +1053,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t856 = t8 * t855;
     t857 = R::fused(-v_right_hip_roll, t679, t856);
     t858 = t853 + t857;
-    t859 = -t858;
+    out[2][4] = -t858;
     // right_foot: answer of the forces to its motion
     t860 = t64 * t699;
     t861 = R::fused(t87, t684, t860);
@@ -1073,7 +1071,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t873 = t870 - t872;
     t874 = t8 * t873;
     t875 = R::fused(-v_right_hip_roll, t735, t874);
-    t876 = t865 - t875;
+    out[2][5] = t865 - t875;
     t877 = t73 * t318; // right_lower_leg: answer of the forces to its motion
     t878 = R::fused(-t93, t295, t877); // right_lower_leg: answer of the forces to its motion
     t879 = t24 + t229; // right_lower_leg: motion
@@ -1115,7 +1113,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t914 = R::fused(t67, t913, t908);
     t915 = R::fused(R::constant(0.055), t891, t914);
     t916 = R::fused(-cos_q_right_hip_roll, t915, t900);
-    t917 = R::fused(R::constant(0.035), t891, -t916);
+    out[3][0] = R::fused(R::constant(0.035), t891, -t916);
     t918 = t879 * t576;
     t919 = R::fused(t217, t290, t918);
     t920 = R::fused(t882, t317, t919);
@@ -1127,9 +1125,9 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t926 = R::fused(t71, t913, t925);
     t927 = R::constant(0.055) * t896;
     t928 = R::fused(R::constant(-0.04), t913, t927);
-    t929 = t928 - t926;
-    t930 = -t898;
-    t931 = -t887;
+    out[3][1] = t928 - t926;
+    out[3][2] = -t898;
+    out[3][3] = -t887;
     // right_ankle: answer of the forces to its motion
     t932 = t73 * t313;
     t933 = R::fused(-t93, t294, t932);
@@ -1140,7 +1138,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t938 = t8 * t854;
     t939 = R::fused(-v_right_hip_roll, t678, t938);
     t940 = t937 + t939;
-    t941 = -t940;
+    out[3][4] = -t940;
     // right_foot: answer of the forces to its motion
     t942 = t73 * t699;
     t943 = R::fused(t93, t684, t942);
@@ -1150,7 +1148,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t947 = t943 + t946;
     t948 = t8 * t870;
     t949 = R::fused(-v_right_hip_roll, t732, t948);
-    t950 = t947 - t949;
+    out[3][5] = t947 - t949;
     t951 = t81 * t313; // right_ankle: answer of the forces to its motion
     t952 = R::fused(-t98, t294, t951); // right_ankle: answer of the forces to its motion
     t953 = R::fused(v_right_hip_roll, t34, t25); // right_ankle: motion
@@ -1196,7 +1194,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t992 = R::fused(t67, t990, t991);
     t993 = R::fused(R::constant(0.055), t965, t992);
     t994 = R::fused(-cos_q_right_hip_roll, t993, t977);
-    t995 = R::fused(R::constant(0.035), t965, -t994);
+    out[4][0] = R::fused(R::constant(0.035), t965, -t994);
     t996 = t953 * t574;
     t997 = R::fused(t217, t289, t996);
     t998 = R::fused(t956, t311, t997);
@@ -1209,10 +1207,10 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1005 = R::fused(t71, t990, t1004);
     t1006 = R::constant(0.055) * t970;
     t1007 = R::fused(R::constant(-0.04), t990, t1006);
-    t1008 = t1007 - t1005;
-    t1009 = -t975;
-    t1010 = -t972;
-    t1011 = -t961;
+    out[4][1] = t1007 - t1005;
+    out[4][2] = -t975;
+    out[4][3] = -t972;
+    out[4][4] = -t961;
     // right_foot: answer of the forces to its motion
     t1012 = t81 * t699;
     t1013 = R::fused(t98, t684, t1012);
@@ -1222,7 +1220,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1017 = t1013 + t1016;
     t1018 = t8 * t867;
     t1019 = R::fused(-v_right_hip_roll, t729, t1018);
-    t1020 = t1017 - t1019;
+    out[4][5] = t1017 - t1019;
     t1021 = t130 * t46;
     t1022 = R::fused(-t244, t19, t1021);
     t1023 = R::fused(t242, t39, t1022);
@@ -1232,19 +1230,18 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
         t1026, t1027, t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041,
         t1042, t1043, t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057,
         t1058, t1059, t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073,
-        t1074, t1075, t1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089,
-        t1090, t1091, t1092, t1093, t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105,
-        t1106, t1107, t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121,
-        t1122, t1123, t1124, t1125, t1126, t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137,
-        t1138, t1139, t1140, t1141, t1142, t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153,
-        t1154, t1155, t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169,
-        t1170, t1171, t1172, t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185,
-        t1186, t1187, t1188, t1189, t1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201,
-        t1202, t1203, t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217,
-        t1218, t1219, t1220, t1221, t1222, t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233,
-        t1234, t1235, t1236, t1237, t1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249,
-        t1250, t1251, t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265,
-        t1266, t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281,
+        t1074, t1076, t1077, t1078, t1079, t1080, t1081, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1091, t1092,
+        t1094, t1095, t1097, t1098, t1100, t1101, t1103, t1104, t1106, t1107, t1108, t1109, t1110, t1111, t1112, t1113,
+        t1114, t1116, t1117, t1118, t1119, t1120, t1121, t1124, t1126, t1128, t1129, t1130, t1132, t1133, t1134, t1135,
+        t1136, t1137, t1138, t1139, t1140, t1141, t1142, t1143, t1144, t1145, t1147, t1148, t1149, t1150, t1151, t1152,
+        t1153, t1154, t1155, t1157, t1158, t1160, t1161, t1163, t1164, t1166, t1167, t1168, t1169, t1170, t1171, t1172,
+        t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1183, t1184, t1185, t1186, t1187, t1188, t1191,
+        t1192, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207, t1208,
+        t1209, t1210, t1211, t1212, t1213, t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1223, t1224, t1226, t1227,
+        t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235, t1236, t1237, t1238, t1239, t1240, t1241, t1242, t1243,
+        t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1260,
+        t1261, t1262, t1263, t1264, t1265, t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277,
+        t1278, t1279, t1280, t1281,
     );
     t1026 = t1023 - t1025;
     t1027 = t210 + t1026;
@@ -1254,6 +1251,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1031 = R::fused(t34, t415, t1030);
     t1032 = t1029 - t1031;
     t1033 = R::fused(R::constant(-0.037), t1032, t1027);
+    out[5][4] = t1033;
     t1034 = t130 * t105;
     t1035 = R::fused(-t10, t398, t1034);
     t1036 = t255 + t1035;
@@ -1264,9 +1262,11 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1041 = R::fused(sin_t1, t1032, t1040);
     t1042 = R::fused(-t75, t1041, t1039);
     t1043 = t1033 + t1042;
+    out[5][3] = t1043;
     t1044 = t71 * t1038;
     t1045 = R::fused(-t67, t1041, t1044);
     t1046 = t1043 + t1045;
+    out[5][2] = t1046;
     t1047 = R::fused(R::constant(0.04), t1038, t1046);
     t1048 = sin_q_right_hip_roll * t1047;
     t1049 = t130 * t48;
@@ -1286,6 +1286,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1063 = t10 * t382;
     t1064 = R::fused(-t34, t524, t1063);
     t1065 = t1064 - t1062;
+    out[5][5] = t1065;
     t1066 = t130 * t103;
     t1067 = R::fused(-t34, t398, t1066);
     t1068 = t123 + t1067;
@@ -1295,14 +1296,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1072 = R::fused(t67, t1068, t1071);
     t1073 = R::fused(R::constant(-0.055), t1038, t1072);
     t1074 = R::fused(cos_q_right_hip_roll, t1073, t1048);
-    t1075 = R::fused(R::constant(-0.035), t1038, t1074);
+    out[5][0] = R::fused(R::constant(-0.035), t1038, t1074);
     t1076 = sin_t1 * t1055;
     t1077 = R::fused(-cos_t1, t1069, t1076);
     t1078 = R::fused(-t79, t1068, t1077);
     t1079 = R::fused(-t71, t1068, t1078);
     t1080 = R::constant(0.055) * t1041;
     t1081 = R::fused(R::constant(-0.04), t1068, t1080);
-    t1082 = t1079 + t1081;
+    out[5][1] = t1079 + t1081;
     // right_hip_roll_link: sums of what it carries
     t1083 = t337 * t554;
     t1084 = R::fused(-t370, t468, t1083);
@@ -1311,22 +1312,22 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1087 = R::fused(-sin_q_right_hip_roll, t566, t1086);
     t1088 = R::fused(R::constant(-0.035), t1087, t1085);
     t1089 = v_right_hip_yaw * R::constant(0.07);
-    t1090 = R::fused(-t296, t1089, -t1088);
+    out[6][0] = R::fused(-t296, t1089, -t1088);
     t1091 = sin_q_right_hip_roll * t596;
     t1092 = R::fused(cos_q_right_hip_roll, t611, t1091);
-    t1093 = R::fused(t562, t1089, t1092); // right_hip_roll_link: answer of the forces to its motion
+    out[6][1] = R::fused(t562, t1089, t1092); // right_hip_roll_link: answer of the forces to its motion
     t1094 = sin_q_right_hip_roll * t625; // right_upper_leg: answer of the forces to its motion
     t1095 = R::fused(-cos_q_right_hip_roll, t627, t1094); // right_upper_leg: answer of the forces to its motion
-    t1096 = R::fused(-t1089, t614, -t1095); // right_upper_leg: answer of the forces to its motion
+    out[6][2] = R::fused(-t1089, t614, -t1095); // right_upper_leg: answer of the forces to its motion
     t1097 = sin_q_right_hip_roll * t647; // right_lower_leg: answer of the forces to its motion
     t1098 = R::fused(-cos_q_right_hip_roll, t650, t1097); // right_lower_leg: answer of the forces to its motion
-    t1099 = R::fused(-t1089, t630, -t1098); // right_lower_leg: answer of the forces to its motion
+    out[6][3] = R::fused(-t1089, t630, -t1098); // right_lower_leg: answer of the forces to its motion
     t1100 = sin_q_right_hip_roll * t676; // right_ankle: answer of the forces to its motion
     t1101 = R::fused(-cos_q_right_hip_roll, t680, t1100); // right_ankle: answer of the forces to its motion
-    t1102 = R::fused(-t1089, t653, -t1101); // right_ankle: answer of the forces to its motion
+    out[6][4] = R::fused(-t1089, t653, -t1101); // right_ankle: answer of the forces to its motion
     t1103 = sin_q_right_hip_roll * t724; // right_foot: answer of the forces to its motion
     t1104 = R::fused(cos_q_right_hip_roll, t738, t1103); // right_foot: answer of the forces to its motion
-    t1105 = R::fused(t1089, t685, t1104); // right_foot: answer of the forces to its motion
+    out[6][5] = R::fused(t1089, t685, t1104); // right_foot: answer of the forces to its motion
     t1106 = R::fused(t296, t462, t764); // right_upper_leg: sums of what it carries
     t1107 = R::fused(v_right_hip_roll, R::constant(0.0003), t1106);
     t1108 = sin_q_right_hip_roll * t1107;
@@ -1336,7 +1337,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1112 = v_right_hip_yaw * R::constant(2.0); // right_hip_roll_link: change of its motion
     t1113 = R::fused(-t372, t1112, t1111); // right_hip_roll_link: answer of the forces to its motion
     t1114 = t562 * t1112; // right_hip_roll_link: answer of the forces to its motion
-    t1115 = R::fused(R::constant(-0.035), t1114, t1113); // right_hip_roll_link: answer of the forces to its motion
+    out[7][0] = R::fused(R::constant(-0.035), t1114, t1113); // right_hip_roll_link: answer of the forces to its motion
     // right_upper_leg: sums of what it carries
     t1116 = t546 + t498;
     t1117 = t819 + t1116;
@@ -1344,23 +1345,24 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1119 = t1117 + t1118;
     t1120 = t507 - t551; // right_hip_roll_link: sums of what it carries
     t1121 = t1119 + t1120; // right_hip_roll_link: sums of what it carries
-    t1122 = R::fused(-t584, t1112, t1121); // right_hip_roll_link: answer of the forces to its motion
-    t1123 = R::fused(t622, t1112, t1106); // right_upper_leg: answer of the forces to its motion
+    out[7][1] = R::fused(-t584, t1112, t1121); // right_hip_roll_link: answer of the forces to its motion
+    out[7][2] = R::fused(t622, t1112, t1106); // right_upper_leg: answer of the forces to its motion
     t1124 = R::fused(t295, t462, t843); // right_lower_leg: answer of the forces to its motion
-    t1125 = R::fused(t641, t1112, t1124); // right_lower_leg: answer of the forces to its motion
+    out[7][3] = R::fused(t641, t1112, t1124); // right_lower_leg: answer of the forces to its motion
     t1126 = R::fused(t294, t462, t855); // right_ankle: answer of the forces to its motion
-    t1127 = R::fused(t667, t1112, t1126); // right_ankle: answer of the forces to its motion
+    out[7][4] = R::fused(t667, t1112, t1126); // right_ankle: answer of the forces to its motion
     // right_foot: answer of the forces to its motion
     t1128 = t462 * t684;
     t1129 = R::fused(t103, t406, t1128);
     t1130 = t873 + t1129;
-    t1131 = R::fused(-t713, t1112, t1130);
+    out[7][5] = R::fused(-t713, t1112, t1130);
     t1132 = R::constant(2.0) * t8; // right_upper_leg: change of its motion
     t1133 = t291 * t1132; // right_upper_leg: answer of the forces to its motion
     t1134 = v_right_hip_roll * R::constant(2.0); // right_upper_leg: change of its motion
     // right_upper_leg: answer of the forces to its motion
     t1135 = R::fused(-t330, t1134, t1133);
     t1136 = t1135 - t497;
+    out[8][2] = t1136;
     t1137 = t105 * t1134;
     t1138 = t404 + t1137;
     t1139 = R::fused(R::constant(-0.04), t1138, -t1136);
@@ -1370,7 +1372,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1143 = t391 - t1142;
     t1144 = R::fused(R::constant(-0.055), t1138, t1143);
     t1145 = R::fused(-cos_q_right_hip_roll, t1144, t1140);
-    t1146 = R::fused(R::constant(-0.035), t1138, -t1145);
+    out[8][0] = R::fused(R::constant(-0.035), t1138, -t1145);
     t1147 = t578 * t1132;
     t1148 = R::fused(-t322, t1134, t1147);
     t1149 = t590 - t1148;
@@ -1380,23 +1382,25 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1153 = t296 * t1134;
     t1154 = R::fused(t331, t1132, t1153);
     t1155 = R::fused(R::constant(0.04), t1154, t1152);
-    t1156 = t1149 - t1155;
+    out[8][1] = t1149 - t1155;
     t1157 = t290 * t1132; // right_lower_leg: answer of the forces to its motion
     t1158 = R::fused(-t329, t1134, t1157); // right_lower_leg: answer of the forces to its motion
-    t1159 = t1158 - t644; // right_lower_leg: answer of the forces to its motion
+    out[8][3] = t1158 - t644; // right_lower_leg: answer of the forces to its motion
     t1160 = t289 * t1132; // right_ankle: answer of the forces to its motion
     t1161 = R::fused(-t328, t1134, t1160); // right_ankle: answer of the forces to its motion
-    t1162 = t1161 - t673; // right_ankle: answer of the forces to its motion
+    out[8][4] = t1161 - t673; // right_ankle: answer of the forces to its motion
     t1163 = t694 * t1132; // right_foot: answer of the forces to its motion
     t1164 = R::fused(-t711, t1134, t1163); // right_foot: answer of the forces to its motion
-    t1165 = t721 - t1164; // right_foot: answer of the forces to its motion
+    out[8][5] = t721 - t1164; // right_foot: answer of the forces to its motion
     // right_lower_leg: answer of the forces to its motion
     t1166 = t1158 - t486;
+    out[9][3] = t1166;
     t1167 = t402 + t1137;
     t1168 = t71 * t1167;
     t1169 = t487 - t1150;
     t1170 = R::fused(t67, t1169, t1168);
     t1171 = t1166 + t1170;
+    out[9][2] = t1171;
     t1172 = R::fused(R::constant(-0.04), t1167, -t1171);
     t1173 = sin_q_right_hip_roll * t1172;
     t1174 = t317 * t1132;
@@ -1407,28 +1411,31 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1179 = R::fused(t67, t1178, t1176);
     t1180 = R::fused(R::constant(-0.055), t1167, t1179);
     t1181 = R::fused(-cos_q_right_hip_roll, t1180, t1173);
-    t1182 = R::fused(R::constant(-0.035), t1167, -t1181);
+    out[9][0] = R::fused(R::constant(-0.035), t1167, -t1181);
     t1183 = t576 * t1132;
     t1184 = R::fused(-t317, t1134, t1183);
     t1185 = t589 - t1184;
     t1186 = R::fused(-t71, t1178, t1185);
     t1187 = R::constant(0.055) * t1169;
     t1188 = R::fused(R::constant(0.04), t1178, t1187);
-    t1189 = t1186 - t1188;
-    t1190 = t1161 - t670; // right_ankle: answer of the forces to its motion
+    out[9][1] = t1186 - t1188;
+    out[9][4] = t1161 - t670; // right_ankle: answer of the forces to its motion
     t1191 = t693 * t1132; // right_foot: answer of the forces to its motion
     t1192 = R::fused(-t710, t1134, t1191); // right_foot: answer of the forces to its motion
-    t1193 = t718 - t1192; // right_foot: answer of the forces to its motion
+    out[9][5] = t718 - t1192; // right_foot: answer of the forces to its motion
     // right_ankle: answer of the forces to its motion
     t1194 = t1161 - t474;
+    out[10][4] = t1194;
     t1195 = t400 + t1137;
     t1196 = t79 * t1195;
     t1197 = t476 - t1150;
     t1198 = R::fused(t75, t1197, t1196);
     t1199 = t1194 + t1198;
+    out[10][3] = t1199;
     t1200 = t71 * t1195;
     t1201 = R::fused(t67, t1197, t1200);
     t1202 = t1199 + t1201;
+    out[10][2] = t1202;
     t1203 = R::fused(R::constant(-0.04), t1195, -t1202);
     t1204 = sin_q_right_hip_roll * t1203;
     t1205 = t311 * t1132;
@@ -1440,7 +1447,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1211 = R::fused(t67, t1209, t1210);
     t1212 = R::fused(R::constant(-0.055), t1195, t1211);
     t1213 = R::fused(-cos_q_right_hip_roll, t1212, t1204);
-    t1214 = R::fused(R::constant(-0.035), t1195, -t1213);
+    out[10][0] = R::fused(R::constant(-0.035), t1195, -t1213);
     t1215 = t574 * t1132;
     t1216 = R::fused(-t311, t1134, t1215);
     t1217 = t588 - t1216;
@@ -1448,10 +1455,10 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1219 = R::fused(-t71, t1209, t1218);
     t1220 = R::constant(0.055) * t1197;
     t1221 = R::fused(R::constant(0.04), t1209, t1220);
-    t1222 = t1219 - t1221;
+    out[10][1] = t1219 - t1221;
     t1223 = t692 * t1132; // right_foot: answer of the forces to its motion
     t1224 = R::fused(-t709, t1134, t1223); // right_foot: answer of the forces to its motion
-    t1225 = t384 - t1224; // right_foot: answer of the forces to its motion
+    out[10][5] = t384 - t1224; // right_foot: answer of the forces to its motion
     t1226 = R::constant(2.0) * t10; // right_foot: change of its motion
     t1227 = t19 * t1226; // right_foot: answer of the forces to its motion
     t1228 = R::constant(2.0) * t34; // right_foot: change of its motion
@@ -1461,6 +1468,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1231 = t103 * t1226;
     t1232 = R::fused(-t105, t1228, t1231);
     t1233 = R::fused(R::constant(0.037), t1232, t1230);
+    out[11][4] = t1233;
     t1234 = sin_t1 * t415;
     t1235 = R::fused(cos_t1, t1232, t1234);
     t1236 = t79 * t1235;
@@ -1468,9 +1476,11 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1238 = R::fused(-sin_t1, t1232, t1237);
     t1239 = R::fused(-t75, t1238, t1236);
     t1240 = t1233 + t1239;
+    out[11][3] = t1240;
     t1241 = t71 * t1235;
     t1242 = R::fused(-t67, t1238, t1241);
     t1243 = t1240 + t1242;
+    out[11][2] = t1243;
     t1244 = R::fused(R::constant(0.04), t1235, t1243);
     t1245 = sin_q_right_hip_roll * t1244;
     t1246 = t39 * t1226;
@@ -1480,20 +1490,21 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1250 = t46 * t1226;
     t1251 = R::fused(t48, t1228, t1250);
     t1252 = t517 - t1251;
+    out[11][5] = t1252;
     t1253 = t473 + t1252;
     t1254 = R::fused(-sin_t1, t1253, t1249);
     t1255 = R::fused(-t75, t393, t1254);
     t1256 = R::fused(-t67, t393, t1255);
     t1257 = R::fused(R::constant(-0.055), t1235, t1256);
     t1258 = R::fused(cos_q_right_hip_roll, t1257, t1245);
-    t1259 = R::fused(R::constant(-0.035), t1235, t1258);
+    out[11][0] = R::fused(R::constant(-0.035), t1235, t1258);
     t1260 = sin_t1 * t1248;
     t1261 = R::fused(cos_t1, t1253, t1260);
     t1262 = R::fused(t79, t393, t1261);
     t1263 = R::fused(t71, t393, t1262);
     t1264 = R::constant(0.055) * t1238;
     t1265 = R::fused(R::constant(0.04), t393, t1264);
-    t1266 = t1263 + t1265;
+    out[11][1] = t1263 + t1265;
     t1267 = R::constant(0.00258693) - t18; // right_foot: sums of what it carries
     // right_ankle: sums of what it carries
     t1268 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch;
@@ -1515,13 +1526,13 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
         t1298, t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313,
         t1314, t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329,
         t1330, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345,
-        t1346, t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361,
-        t1362, t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377,
-        t1378, t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393,
-        t1394, t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409,
-        t1410, t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425,
-        t1426, t1427, t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441,
-        t1442, t1443, t1444, t1445,
+        t1346, t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362,
+        t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378,
+        t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394,
+        t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410,
+        t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426,
+        t1427, t1428, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443,
+        t1444, t1445,
     );
     t1282 = t1281 + t1275; // right_lower_leg: sums of what it carries
     t1283 = t1276 * t1282; // right_lower_leg: sums of what it carries
@@ -1562,10 +1573,13 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1316 = R::constant(0.00008333333) - t18; // right_foot: sums of what it carries
     t1317 = t304 - t1316; // right_foot: sums of what it carries
     t1318 = R::constant(0.00408807) + t1317; // right_foot: sums of what it carries
+    out[16][4] = t1318;
     t1319 = t1318 + t1280; // right_ankle: sums of what it carries
     t1320 = R::constant(0.066260055) + t1319; // right_ankle: sums of what it carries
+    out[15][3] = t1320;
     t1321 = t1320 + t1301; // right_lower_leg: sums of what it carries
     t1322 = R::constant(0.213287) + t1321; // right_lower_leg: sums of what it carries
+    out[14][2] = t1322;
     t1323 = R::constant(0.7908) + t1300; // right_lower_leg: sums of what it carries
     t1324 = cos_q_right_hip_pitch * t1323;
     t1325 = R::constant(0.012) - t1309; // right_lower_leg: sums of what it carries
@@ -1597,12 +1611,14 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1351 = R::constant(0.1718) + t1326;
     t1352 = R::fused(-sin_q_right_hip_roll, t1351, t570); // right_hip_roll_link: sums of what it carries
     t1353 = R::fused(R::constant(-0.07), t1352, t1350); // right_hip_roll_link: sums of what it carries
-    t1354 = R::constant(0.299803558333) - t1353; // right_hip_roll_link: sums of what it carries
+    out[12][0] = R::constant(0.299803558333) - t1353; // right_hip_roll_link: sums of what it carries
     t1355 = cos_q_right_hip_pitch * t1338;
     t1356 = R::fused(sin_q_right_hip_pitch, t1342, t1355);
     t1357 = sin_q_right_hip_pitch * t1323;
     t1358 = R::fused(-cos_q_right_hip_pitch, t1325, t1357);
     t1359 = R::fused(R::constant(-0.055), t1358, -t1356);
+    out[13][2] = t1359;
+    out[14][1] = t1359;
     t1360 = R::constant(0.000225) - t1359;
     t1361 = sin_q_right_hip_roll * t1360; // right_hip_roll_link: sums of what it carries
     t1362 = t172 * t1311;
@@ -1611,14 +1627,20 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1365 = R::fused(R::constant(-0.04), t1358, t1364);
     t1366 = R::constant(0.00015) - t1365;
     t1367 = R::fused(-cos_q_right_hip_roll, t1366, -t1361); // right_hip_roll_link: sums of what it carries
+    out[12][1] = t1367;
+    out[13][0] = t1367;
     // right_upper_leg: mass matrix
     t1368 = R::fused(R::constant(0.04), t1326, t1322);
     t1369 = sin_q_right_hip_roll * t1368;
     t1370 = t1343 + t1344;
     t1371 = R::fused(-cos_q_right_hip_roll, t1370, t1369);
     t1372 = R::fused(R::constant(-0.035), t1326, t1371);
+    out[12][2] = t1372;
+    out[14][0] = t1372;
     // right_lower_leg: mass matrix
     t1373 = R::fused(R::constant(0.315), t1300, t1320);
+    out[14][3] = t1373;
+    out[15][2] = t1373;
     t1374 = sin_q_right_hip_pitch * t1309;
     t1375 = R::fused(-cos_q_right_hip_pitch, t1300, t1374);
     t1376 = R::fused(R::constant(-0.04), t1375, t1373);
@@ -1627,11 +1649,17 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1379 = R::fused(R::constant(0.055), t1375, t1378);
     t1380 = R::fused(cos_q_right_hip_roll, t1379, t1377);
     t1381 = R::fused(R::constant(0.035), t1375, t1380);
+    out[12][3] = t1381;
+    out[15][0] = t1381;
     // right_ankle: mass matrix
     t1382 = R::fused(R::constant(0.273), t1279, t1318);
+    out[15][4] = t1382;
+    out[16][3] = t1382;
     t1383 = t1288 * sin_q_right_knee_pitch;
     t1384 = R::fused(-t1279, cos_q_right_knee_pitch, t1383);
     t1385 = R::fused(R::constant(-0.315), t1384, t1382);
+    out[14][4] = t1385;
+    out[16][2] = t1385;
     t1386 = t1288 * cos_q_right_knee_pitch;
     t1387 = R::fused(t1279, sin_q_right_knee_pitch, t1386);
     t1388 = sin_q_right_hip_pitch * t1387;
@@ -1645,13 +1673,19 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1396 = R::fused(R::constant(0.055), t1389, t1395);
     t1397 = R::fused(cos_q_right_hip_roll, t1396, t1391);
     t1398 = R::fused(R::constant(0.035), t1389, t1397);
+    out[12][4] = t1398;
+    out[16][0] = t1398;
     // right_foot: mass matrix
     t1399 = t105 * sin_q_right_ankle_pitch;
     t1400 = R::fused(R::constant(-0.273), t1399, -t46);
+    out[15][5] = t1400;
+    out[17][3] = t1400;
     t1401 = t105 * cos_q_right_ankle_pitch;
     t1402 = sin_q_right_knee_pitch * t1401;
     t1403 = R::fused(cos_q_right_knee_pitch, t1399, t1402);
     t1404 = R::fused(R::constant(-0.315), t1403, t1400);
+    out[14][5] = t1404;
+    out[17][2] = t1404;
     t1405 = cos_q_right_knee_pitch * t1401;
     t1406 = R::fused(-sin_q_right_knee_pitch, t1399, t1405);
     t1407 = sin_q_right_hip_pitch * t1406;
@@ -1673,22 +1707,28 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1423 = R::fused(R::constant(0.055), t1408, t1422);
     t1424 = R::fused(-cos_q_right_hip_roll, t1423, t1410);
     t1425 = R::fused(R::constant(0.035), t1408, -t1424);
+    out[12][5] = t1425;
+    out[17][0] = t1425;
     // right_upper_leg: sums of what it carries
     t1426 = t1302 - t1313;
     t1427 = t366 - t1327;
     t1428 = t1426 - t1427;
-    t1429 = R::constant(0.299670225) + t1428;
+    out[13][1] = R::constant(0.299670225) + t1428;
     // right_lower_leg: mass matrix
     t1430 = R::fused(sin_q_right_hip_pitch, t1341, t1355);
     t1431 = cos_q_right_hip_pitch * t1309;
     t1432 = R::fused(sin_q_right_hip_pitch, t1300, t1431);
     t1433 = R::fused(R::constant(-0.055), t1432, -t1430);
+    out[13][3] = t1433;
+    out[15][1] = t1433;
     // right_ankle: mass matrix
     t1434 = sin_q_right_hip_pitch * t1392;
     t1435 = R::fused(-cos_q_right_hip_pitch, t1394, t1434);
     t1436 = cos_q_right_hip_pitch * t1387;
     t1437 = R::fused(-sin_q_right_hip_pitch, t1384, t1436);
     t1438 = R::fused(R::constant(-0.055), t1437, t1435);
+    out[13][4] = t1438;
+    out[16][1] = t1438;
     // right_foot: mass matrix
     t1439 = sin_q_right_hip_pitch * t1417;
     t1440 = R::fused(cos_q_right_hip_pitch, t1421, t1439);
@@ -1696,26 +1736,17 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     t1442 = R::fused(-sin_q_right_hip_pitch, t1403, t1441);
     t1443 = R::fused(R::constant(-0.055), t1442, t695);
     t1444 = t1440 + t1443;
+    out[13][5] = t1444;
+    out[17][1] = t1444;
     t1445 = -t46; // right_foot: sums of what it carries
-    *out = [
-        [R::constant(0.0); NV], // q/right_hip_yaw
-        [t569, t613, t629, t652, t682, t740], // q/right_hip_roll
-        [t806, t835, t836, t847, t859, t876], // q/right_hip_pitch
-        [t917, t929, t930, t931, t941, t950], // q/right_knee_pitch
-        [t995, t1008, t1009, t1010, t1011, t1020], // q/right_ankle_pitch
-        [t1075, t1082, t1046, t1043, t1033, t1065], // q/right_ankle_roll
-        [t1090, t1093, t1096, t1099, t1102, t1105], // v/right_hip_yaw
-        [t1115, t1122, t1123, t1125, t1127, t1131], // v/right_hip_roll
-        [t1146, t1156, t1136, t1159, t1162, t1165], // v/right_hip_pitch
-        [t1182, t1189, t1171, t1166, t1190, t1193], // v/right_knee_pitch
-        [t1214, t1222, t1202, t1199, t1194, t1225], // v/right_ankle_pitch
-        [t1259, t1266, t1243, t1240, t1233, t1252], // v/right_ankle_roll
-        [t1354, t1367, t1372, t1381, t1398, t1425], // a/right_hip_yaw
-        [t1367, t1429, t1359, t1433, t1438, t1444], // a/right_hip_roll
-        [t1372, t1359, t1322, t1373, t1385, t1404], // a/right_hip_pitch
-        [t1381, t1433, t1373, t1320, t1382, t1400], // a/right_knee_pitch
-        [t1398, t1438, t1385, t1382, t1318, t1445], // a/right_ankle_pitch
-        [t1425, t1444, t1404, t1400, t1445, R::constant(0.001116666667)], // a/right_ankle_roll
-    ];
+    out[16][5] = t1445;
+    out[17][4] = t1445;
+    out[0][0] = R::constant(0.0);
+    out[0][1] = R::constant(0.0);
+    out[0][2] = R::constant(0.0);
+    out[0][3] = R::constant(0.0);
+    out[0][4] = R::constant(0.0);
+    out[0][5] = R::constant(0.0);
+    out[17][5] = R::constant(0.001116666667);
 }
 }
