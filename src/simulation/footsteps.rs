@@ -12,6 +12,7 @@ use bipedc_runtime::walking::steps::{Phase, Velocity};
 use bipedc_runtime::walking::{OnBoardWalker, Payload, WalkingController};
 use serde::Serialize;
 use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -234,6 +235,7 @@ impl Footsteps {
             record: Rc::clone(&record),
             begin: None,
             calls: 0,
+            late: Late::default(),
             limited: 0,
             phase: Phase::Stand,
         };
@@ -257,6 +259,51 @@ pub(super) fn known_robot(folder: &Path, robot: &Robot) -> Result<Robot, Diagnos
     Ok(known)
 }
 
+/// An observation that is kept.
+#[derive(Debug, Clone, Default)]
+struct Told {
+    time: f64,
+    q: Vec<f64>,
+    v: Vec<f64>,
+    loads: Vec<f64>,
+    centers: Vec<[f64; 2]>,
+    inertial: Option<[[f64; 3]; 2]>,
+}
+
+impl Told {
+    fn observed(&self) -> Observation<'_, f64> {
+        let observed = Observation::new(self.time, 0, &self.q, &self.v);
+        let observed = observed.with_loads(&self.loads).with_centers(&self.centers);
+        match self.inertial {
+            Some(inertial) => observed.with_inertial(inertial),
+            None => observed,
+        }
+    }
+}
+
+/// What was observed in the last steps.
+#[derive(Debug, Clone, Default)]
+struct Late(VecDeque<Told>);
+
+impl Late {
+    /// Notes what is observed; what was so many steps ago, or at first.
+    fn after(&mut self, steps: usize, observed: &Observation<'_, f64>) -> &Told {
+        let spare = if self.0.len() > steps { self.0.pop_front() } else { None };
+        let mut told = spare.unwrap_or_default();
+        (told.time, told.inertial) = (observed.time, observed.inertial);
+        told.q.clear();
+        told.q.extend(observed.q);
+        told.v.clear();
+        told.v.extend(observed.v);
+        told.loads.clear();
+        told.loads.extend(observed.loads);
+        told.centers.clear();
+        told.centers.extend(observed.centers);
+        self.0.push_back(told);
+        &self.0[0]
+    }
+}
+
 /// The controller, told velocities by a clock; a robot that has fallen is left without torque.
 pub(super) struct Scheduled<'a> {
     driver: Driver<'a>,
@@ -265,6 +312,7 @@ pub(super) struct Scheduled<'a> {
     record: Rc<RefCell<FootstepSummary>>,
     begin: Option<[f64; 2]>,
     calls: usize,
+    late: Late,
     limited: usize,
     phase: Phase,
 }
@@ -310,7 +358,11 @@ impl Controller<f64> for Scheduled<'_> {
         }
         let [forward, left, turning] = self.walk.velocity(observed.time);
         self.driver.walk(Velocity { forward, left, turning });
-        if let Err(refusal) = self.driver.command(observed, commands) {
+        let told = match self.walk.delay {
+            0 => self.driver.command(observed, commands),
+            steps => self.driver.command(&self.late.after(steps, observed).observed(), commands),
+        };
+        if let Err(refusal) = told {
             let mut record = self.record.borrow_mut();
             record.fell = Some(observed.time);
             record.refused = Some(refusal.to_string());
