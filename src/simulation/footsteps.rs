@@ -1,4 +1,6 @@
 //! Robots that walk by footsteps in time stepping: their controller, the velocities that it is told, what became of the walk.
+use super::estimated::EstimateErrors;
+use super::late::Late;
 use crate::walking::{FootstepWalker, Legs, robots_own};
 use bipedc_analysis::simulate::{FootstepWalk, Scenario};
 use bipedc_analysis::walking::read_settings;
@@ -12,7 +14,6 @@ use bipedc_runtime::walking::steps::{Phase, Velocity};
 use bipedc_runtime::walking::{OnBoardWalker, Payload, WalkingController};
 use serde::Serialize;
 use std::cell::RefCell;
-use std::collections::VecDeque;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -53,6 +54,13 @@ impl<'a> Driver<'a> {
         match self {
             Self::True(controller) => controller,
             Self::Measured(walker) => walker.controller(),
+        }
+    }
+
+    fn estimate(&self) -> Option<[f64; 7]> {
+        match self {
+            Self::True(_) => None,
+            Self::Measured(walker) => walker.estimator().q().first_chunk().copied(),
         }
     }
 
@@ -113,9 +121,26 @@ pub struct FootstepSummary {
     /// What the controller found that its root link carries.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload: Option<FoundPayload>,
+    /// How far off the estimator was, where one tells the controller.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimated: Option<EstimateErrors>,
     /// Why the controller gave up, if it did not just fall.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
+}
+
+/// How a walk goes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Record {
+    pub summary: FootstepSummary,
+    pub live: Live,
+}
+
+/// What the controller knows just now.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Live {
+    /// Where it believes its root link to be: place (m) and quaternion x y z w; none where it is told.
+    pub estimate: Option<[f64; 7]>,
 }
 
 /// What a controller found that the root link carries.
@@ -224,8 +249,8 @@ impl Footsteps {
     }
 
     /// The controller, and what it writes down.
-    pub fn controller(&self) -> (Scheduled<'_>, Rc<RefCell<FootstepSummary>>) {
-        let record = Rc::new(RefCell::new(FootstepSummary::default()));
+    pub fn controller(&self) -> (Scheduled<'_>, Rc<RefCell<Record>>) {
+        let record = Rc::new(RefCell::new(Record::default()));
         let mut driver = self.driver();
         driver.learn_payload(self.walk.learns_payload);
         let controller = Scheduled {
@@ -259,57 +284,12 @@ pub(super) fn known_robot(folder: &Path, robot: &Robot) -> Result<Robot, Diagnos
     Ok(known)
 }
 
-/// An observation that is kept.
-#[derive(Debug, Clone, Default)]
-struct Told {
-    time: f64,
-    q: Vec<f64>,
-    v: Vec<f64>,
-    loads: Vec<f64>,
-    centers: Vec<[f64; 2]>,
-    inertial: Option<[[f64; 3]; 2]>,
-}
-
-impl Told {
-    fn observed(&self) -> Observation<'_, f64> {
-        let observed = Observation::new(self.time, 0, &self.q, &self.v);
-        let observed = observed.with_loads(&self.loads).with_centers(&self.centers);
-        match self.inertial {
-            Some(inertial) => observed.with_inertial(inertial),
-            None => observed,
-        }
-    }
-}
-
-/// What was observed in the last steps.
-#[derive(Debug, Clone, Default)]
-struct Late(VecDeque<Told>);
-
-impl Late {
-    /// Notes what is observed; what was so many steps ago, or at first.
-    fn after(&mut self, steps: usize, observed: &Observation<'_, f64>) -> &Told {
-        let spare = if self.0.len() > steps { self.0.pop_front() } else { None };
-        let mut told = spare.unwrap_or_default();
-        (told.time, told.inertial) = (observed.time, observed.inertial);
-        told.q.clear();
-        told.q.extend(observed.q);
-        told.v.clear();
-        told.v.extend(observed.v);
-        told.loads.clear();
-        told.loads.extend(observed.loads);
-        told.centers.clear();
-        told.centers.extend(observed.centers);
-        self.0.push_back(told);
-        &self.0[0]
-    }
-}
-
 /// The controller, told velocities by a clock; a robot that has fallen is left without torque.
 pub(super) struct Scheduled<'a> {
     driver: Driver<'a>,
     walk: &'a FootstepWalk,
     least: f64,
-    record: Rc<RefCell<FootstepSummary>>,
+    record: Rc<RefCell<Record>>,
     begin: Option<[f64; 2]>,
     calls: usize,
     late: Late,
@@ -320,6 +300,8 @@ pub(super) struct Scheduled<'a> {
 impl Scheduled<'_> {
     fn note(&mut self, observed: &Observation<'_, f64>) {
         let mut record = self.record.borrow_mut();
+        let Record { summary: record, live } = &mut *record;
+        live.estimate = self.driver.estimate();
         let controller = self.driver.controller();
         if let Some([x, y]) = controller.walked().map(|walked| walked.center) {
             let begin = *self.begin.get_or_insert([x, y]);
@@ -352,7 +334,7 @@ impl Controller<f64> for Scheduled<'_> {
         observed: &Observation<'_, f64>,
         commands: &mut [JointCommand<f64>],
     ) -> Result<(), Refusal> {
-        if self.record.borrow().fell.is_some() {
+        if self.record.borrow().summary.fell.is_some() {
             commands.fill(JointCommand::Off);
             return Ok(());
         }
@@ -363,7 +345,7 @@ impl Controller<f64> for Scheduled<'_> {
             steps => self.driver.command(&self.late.after(steps, observed).observed(), commands),
         };
         if let Err(refusal) = told {
-            let mut record = self.record.borrow_mut();
+            let record = &mut self.record.borrow_mut().summary;
             record.fell = Some(observed.time);
             record.refused = Some(refusal.to_string());
             commands.fill(JointCommand::Off);
