@@ -66,6 +66,8 @@ pub struct Estimator<R> {
     pub(super) errors: Errors<R>,
     pub(super) readings: Readings<R>,
     pub(super) joints: usize,
+    /// So long no sole lay flat, s.
+    pub(super) askew: R,
     q: [R; BASE[0] + MOST_JOINTS],
     v: [R; BASE[1] + MOST_JOINTS],
 }
@@ -93,6 +95,7 @@ impl<R: Scalar> Estimator<R> {
             errors: Errors::new(),
             readings: Readings::new(),
             joints: 0,
+            askew: o,
             q: [o; BASE[0] + MOST_JOINTS],
             v: [o; BASE[1] + MOST_JOINTS],
         }

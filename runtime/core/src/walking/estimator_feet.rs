@@ -19,8 +19,8 @@ const LASTING: [f64; 2] = [0.01, 0.5];
 
 /// Twists of a sole are filtered over this time (s), and seen from so many standard deviations on.
 const TWIST: (f64, f64) = (0.02, 4.0);
-/// A sole that is off the plane by more standard deviations lies on something else than the plane.
-const ASKEW: f64 = 5.0;
+/// A sole that is off the plane by more standard deviations lies on something else than the plane; for so long (s) at most.
+const ASKEW: (f64, f64) = (5.0, 1.0);
 
 /// A foot.
 #[derive(Debug, Clone, Copy)]
@@ -226,7 +226,10 @@ impl<R: Scalar> Estimator<R> {
             let [x, y, _] = cross(up, [zero, zero, one]);
             let [_, flat] = self.settings.ground;
             let known = flat * flat + self.errors.variance(first + 3).larger(self.errors.variance(first + 4));
-            if x * x + y * y > R::constant(ASKEW * ASKEW) * known {
+            let off = x * x + y * y > R::constant(ASKEW.0 * ASKEW.0) * known;
+            self.askew = if off { self.askew + step } else { zero };
+            // Where no sole lies flat for long it is the estimate that does not.
+            if off && self.askew < R::constant(ASKEW.1) {
                 return;
             }
             self.errors.measure(&single(first + 3), x, tilt);
