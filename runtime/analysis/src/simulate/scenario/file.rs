@@ -49,7 +49,6 @@ pub(super) struct Walking {
     pub state: Option<Spanned<String>>,
     pub learn_payload: Option<bool>,
     pub delay: Option<Number>,
-    pub known_delay: Option<Number>,
 }
 
 #[derive(Deserialize)]

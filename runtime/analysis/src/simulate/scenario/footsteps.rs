@@ -20,8 +20,6 @@ pub struct FootstepWalk {
     pub learns_payload: bool,
     /// What it is told was so many steps ago.
     pub delay: usize,
-    /// How long ago it takes that to have been, s.
-    pub known_delay: f64,
     /// The scenario says where no joint begins: the robot begins as it stands when it walks.
     pub begins_standing: bool,
     /// Line and column.
@@ -88,7 +86,6 @@ impl Reading<'_> {
             }
             velocities.push((time, velocity));
         }
-        let known = table.known_delay.as_ref().or(table.delay.as_ref());
         let begins_standing = file.joint.values().all(|joint| joint.get_ref().position.is_none());
         Some(FootstepWalk {
             velocities,
@@ -97,7 +94,6 @@ impl Reading<'_> {
             measured: self.choice("state", table.state.as_ref(), ["true", "measured"]) == 1,
             learns_payload: table.learn_payload.unwrap_or(false),
             delay: self.delay(table.delay.as_ref(), step),
-            known_delay: self.number("known_delay", known, 0.0, (0.0, LONGEST_DELAY), "s"),
             begins_standing,
             position: self.place(at),
         })
