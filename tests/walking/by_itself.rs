@@ -131,9 +131,10 @@ fn what_the_model_lacks_disturbs_the_robot_and_what_it_knows_does_not() {
     let told = simulated("told", &told);
     let of = |found: &Value, name: &str| found["walk"][name].as_f64().unwrap();
     let [off, known] = [&untold, &told].map(|found| of(found, "divergent_error"));
-    assert!(off > 0.1 && known < 0.6 * off, "{off} {known}");
+    // 61 against 34 mm. It was 119 mm while a late foot, which friction makes, went down slowly.
+    assert!(off > 0.05 && known < 0.6 * off, "{off} {known}");
     let [limited, known] = [&untold, &told].map(|found| of(found, "limited"));
-    assert!(limited > 0.1 && known < 0.01, "{limited} {known}");
+    assert!(limited > 0.02 && known < 0.01, "{limited} {known}");
 }
 
 fn refused(scenario: &str, words: &str) {
