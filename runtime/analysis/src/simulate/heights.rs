@@ -53,7 +53,12 @@ pub(super) struct Terrain {
 impl Terrain {
     /// Below a robot that begins at a place (m); `points`: contact points in all, and coordinates of each along the ground; `feet`: points
     /// of each foot.
-    pub fn new(heights: Heights, feet: Vec<Range<usize>>, [points, tangents]: [usize; 2], start: [f64; 2]) -> Self {
+    pub fn new(
+        heights: Heights,
+        feet: Vec<Range<usize>>,
+        [points, tangents]: [usize; 2],
+        start: [f64; 2],
+    ) -> Self {
         let random = Random::new(heights.seed);
         let plates = vec![(0.0, None); feet.len()];
         let (places, below) = (vec![0.0; tangents * points], vec![0.0; points]);

@@ -77,7 +77,8 @@ impl<R: Scalar> Estimator<R> {
     /// and its x axis along that of the base.
     pub fn new(settings: Settings<R>, start: Option<Pose<R>>) -> Self {
         let o = R::constant(0.0);
-        let anchor = Anchor { standing: false, position: zero(), turn: identity(), age: o, refused: 0, twist: o };
+        let anchor =
+            Anchor { standing: false, position: zero(), turn: identity(), age: o, refused: 0, twist: o };
         Self {
             settings,
             start,

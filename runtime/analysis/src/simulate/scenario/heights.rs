@@ -18,13 +18,21 @@ impl Reading<'_> {
             return self.wrong(at, message, "leave it out, or choose --base floating or planar");
         }
         if height.is_none() && list.is_none() {
-            return self.wrong(at, "`height` is missing", "write height = 0.01 (m): heights are within ± this");
+            return self.wrong(
+                at,
+                "`height` is missing",
+                "write height = 0.01 (m): heights are within ± this",
+            );
         }
         let listed = list.as_ref().map(|list| list.get_ref().clone()).unwrap_or_default();
         let possible = |height: &f64| height.abs() <= HIGHEST;
         if let Some(list) = list.as_ref().filter(|_| listed.is_empty() || !listed.iter().all(possible)) {
             let message = format!("`list` = {listed:?} is not possible");
-            return self.wrong(list.span().start, message, "write heights of footholds in m, such as [0.01, -0.01]");
+            return self.wrong(
+                list.span().start,
+                message,
+                "write heights of footholds in m, such as [0.01, -0.01]",
+            );
         }
         let kind = match self.choice("kind", kind.as_ref(), ["footholds", "tiles", "waves"]) {
             0 => HeightsKind::Footholds(listed),

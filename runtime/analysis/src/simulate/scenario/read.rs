@@ -87,7 +87,11 @@ impl Reading<'_> {
             rises: Vec::new(),
             events,
             phase: self.first_phase(file, plant, event_driven || outputs.is_some() || gait.is_some()),
-            walking: self.footstep_walk(file, plant, (event_driven || outputs.is_some() || gait.is_some(), step)),
+            walking: self.footstep_walk(
+                file,
+                plant,
+                (event_driven || outputs.is_some() || gait.is_some(), step),
+            ),
             outputs,
             gait,
             world: self.world(file),

@@ -67,7 +67,8 @@ impl Stepper<'_> {
     /// The same on ground that is not level, below a robot that begins at a place (m); `feet`: contact points of each.
     #[must_use]
     pub fn with_heights(mut self, heights: Heights, feet: Vec<Range<usize>>, start: [f64; 2]) -> Self {
-        self.terrain = Some(Terrain::new(heights, feet, [self.mechanics.points(), self.mechanics.tangents()], start));
+        self.terrain =
+            Some(Terrain::new(heights, feet, [self.mechanics.points(), self.mechanics.tangents()], start));
         self
     }
 
