@@ -175,7 +175,7 @@ mod tests {
     #[test]
     fn plates_change_in_the_air() {
         let kind = HeightsKind::Footholds(vec![0.01, -0.01]);
-        let mut terrain = Terrain::new(heights(kind), vec![0..2], [2, 2], [0.0; 2]);
+        let mut terrain = Terrain::new(heights(kind), std::iter::once(0..2).collect(), [2, 2], [0.0; 2]);
         let mut at = |z: f64| {
             let mut gaps = [z, z + 0.001];
             terrain.lower(&mut gaps);
