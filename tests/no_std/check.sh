@@ -25,5 +25,5 @@ check() { # CPU FEATURES
 for cpu in "${@:-}"; do
     check "$cpu" ''
 done
-# Both levels of x86-64 in one program, and how they are found without the standard library.
+# All levels of x86-64 in one program, and how they are found without the standard library.
 check '' dispatch

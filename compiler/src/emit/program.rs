@@ -33,7 +33,7 @@ impl Head<'_> {
         text.indent();
     }
 
-    /// The same of a function that is compiled at both levels of its target, see `bipedc_runtime::dispatch`, if it has enough
+    /// The same of a function that is compiled at all levels of its target, see `bipedc_runtime::dispatch`, if it has enough
     /// `operations` for that to pay. `inline` is the attribute in front of it.
     pub fn open_dispatched(self, operations: usize, inline: &str, text: &mut Text) -> Dispatched {
         let dispatched = Dispatched(operations >= WORTH_CHOOSING);

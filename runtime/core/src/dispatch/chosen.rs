@@ -5,7 +5,7 @@ use crate::lanes::{FusedF32, FusedF64};
 use core::any::TypeId;
 use core::sync::atomic::{AtomicU8, Ordering};
 
-/// Whether the faster number of a type is one of those above, which are laid out as the slower ones.
+/// Whether the faster number of a type is one of the fused ones of `lanes`, which are laid out as the slower ones.
 #[inline(always)]
 pub(super) fn is_known<R: Real>() -> bool {
     let (own, faster) = (TypeId::of::<R>(), TypeId::of::<R::Faster>());
