@@ -183,10 +183,8 @@ impl<'a> FreeStepper<'a> {
         for i in 0..rows {
             let restitution = [self.ground.normal_restitution, self.ground.tangential_restitution][i % 2];
             self.problem.free[i] = known[i] + restitution * gamma[i];
-            for j in 0..rows {
-                self.problem.delassus[i * rows + j] = 0.5 * (delassus[(i, j)] + delassus[(j, i)]);
-            }
         }
+        self.problem.set_delassus(|i, j| 0.5 * (delassus[(i, j)] + delassus[(j, i)]));
         for (k, &point) in closed.iter().enumerate() {
             self.problem.impulse[2 * k..2 * k + 2].copy_from_slice(&self.memory[point]);
             let law = Law::Contact { friction: self.ground.friction, tangents: 1, cone: self.ground.cone };

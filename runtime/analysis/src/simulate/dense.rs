@@ -25,19 +25,134 @@ macro_rules! wide {
     };
 }
 
-/// A stretch of columns outside of which a row is zero.
+/// Columns that are worked on side by side. Every row of a matrix takes a whole multiple, see [`row_length`]; what lies beyond
+/// its columns is of no use, and computed along.
+const SIDE: usize = 4;
+
+/// Neighbours in a row.
+type Chunk = [f64; SIDE];
+
+/// Numbers from one row of a matrix with so many columns to the next.
+pub(super) fn row_length(columns: usize) -> usize {
+    columns.next_multiple_of(SIDE)
+}
+
+/// Chunks that hold the first `columns`.
+fn chunks(columns: usize) -> usize {
+    columns.div_ceil(SIDE)
+}
+
+fn whole(a: &[f64]) -> &[Chunk] {
+    a.as_chunks().0
+}
+
+fn whole_mut(a: &mut [f64]) -> &mut [Chunk] {
+    a.as_chunks_mut().0
+}
+
+/// Neighbours in rows and columns.
+type Tile = [Chunk; SIDE];
+
+/// Rows of a matrix with so many columns.
+fn rows(a: &[f64], columns: usize) -> impl DoubleEndedIterator<Item = &[f64]> + ExactSizeIterator {
+    a.chunks_exact(row_length(columns).max(1))
+}
+
+/// A tile from the block of rows `i`; rows that are missing below the last one are zero.
+#[inline(always)]
+fn tile(a: &[Chunk], length: usize, i: usize, j: usize) -> Tile {
+    let at = i * SIDE * length + j;
+    if let Some(a) = a.get(at..at + 3 * length + 1) {
+        return [a[0], a[length], a[2 * length], a[3 * length]];
+    }
+    std::array::from_fn(|k| a.get(at + k * length).copied().unwrap_or_default())
+}
+
+#[inline(always)]
+fn put(a: &mut [Chunk], length: usize, i: usize, j: usize, tile: &Tile) {
+    let at = i * SIDE * length + j;
+    if let Some(a) = a.get_mut(at..at + 3 * length + 1) {
+        [a[0], a[length], a[2 * length], a[3 * length]] = *tile;
+        return;
+    }
+    for (k, row) in tile.iter().enumerate() {
+        if let Some(a) = a.get_mut(at + k * length) {
+            *a = *row;
+        }
+    }
+}
+
+#[inline(always)]
+fn less(x: Chunk, factor: f64, y: Chunk) -> Chunk {
+    std::array::from_fn(|i| x[i] - factor * y[i])
+}
+
+/// `target − Lᵀ Y`, from the last row of L on.
+#[inline(always)]
+fn less_product(mut target: Tile, l: &Tile, y: &Tile) -> Tile {
+    for k in (0..SIDE).rev() {
+        target = std::array::from_fn(|i| less(target[i], l[k][i], y[k]));
+    }
+    target
+}
+
+/// `Lᵀ Y = B` with L on the diagonal.
+#[inline(always)]
+fn solve_tile(l: &Tile, mut b: Tile) -> Tile {
+    for k in (0..SIDE).rev() {
+        b[k] = b[k].map(|x| x * l[k][k]);
+        for i in 0..k {
+            b[i] = less(b[i], l[k][i], b[k]);
+        }
+    }
+    b
+}
+
+/// L of a tile on the diagonal with `rows` rows; `None`: not positive definite.
+#[inline(always)]
+fn factor_tile(mut a: Tile, rows: usize) -> Option<Tile> {
+    for k in rows..SIDE {
+        a[k][k] = 1.0;
+    }
+    let mut definite = true;
+    for k in (0..SIDE).rev() {
+        let rest = a[k][k];
+        // Written so that NaN fails too.
+        definite &= rest > 0.0 && rest < f64::INFINITY;
+        let reciprocal = rest.sqrt().recip();
+        a[k] = a[k].map(|x| x * reciprocal);
+        a[k][k] = reciprocal;
+        for i in 0..k {
+            a[i] = less(a[i], a[k][i], a[k]);
+        }
+    }
+    definite.then_some(a)
+}
+
+fn is_zero(tile: &Tile) -> bool {
+    tile.iter().flatten().all(|x| *x == 0.0)
+}
+
+/// Whole chunks of columns outside of which a block of rows is zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Stretch {
-    pub begin: usize,
-    pub end: usize,
+    begin: usize,
+    end: usize,
 }
 
 impl Stretch {
-    /// Of the numbers that are not zero.
-    pub fn of(row: &[f64]) -> Self {
-        let begin = row.iter().position(|x| *x != 0.0).unwrap_or(row.len());
-        let end = row.iter().rposition(|x| *x != 0.0).map_or(begin, |last| last + 1);
-        Self { begin, end }
+    /// Of the blocks of rows of a matrix with so many columns.
+    pub fn all(a: &[f64], columns: usize) -> impl Iterator<Item = Self> {
+        let of = |row: &[Chunk]| {
+            let full = |chunk: &Chunk| chunk.iter().any(|x| *x != 0.0);
+            let begin = row.iter().position(full).unwrap_or(row.len());
+            let end = row.iter().rposition(full).map_or(begin, |last| last + 1);
+            Self { begin, end }
+        };
+        let length = chunks(columns).max(1);
+        whole(a).chunks(SIDE * length).map(move |block| {
+            block.chunks_exact(length).map(of).fold(Self::default(), Self::with)
+        })
     }
 
     /// The smallest that holds both.
@@ -50,29 +165,34 @@ impl Stretch {
         }
         Self { begin: self.begin.min(other.begin), end: self.end.max(other.end) }
     }
+
+    fn has(&self, chunk: usize) -> bool {
+        self.begin <= chunk && chunk < self.end
+    }
 }
 
 wide! {
-    /// Turns the lower triangle of `a` (`n × n`, row after row) into L with `a = Lᵀ L`, with reciprocals on the diagonal.
+    /// Turns the lower triangle of `a` (`n` rows and columns) into L with `a = Lᵀ L`, with reciprocals on the diagonal.
     /// `false`: the matrix is not positive definite; `a` is of no use then.
     ///
     /// From the last row on: limbs come before what carries them, and what is zero between them stays zero and is passed
     /// over (Featherstone, 2005).
     fn factor(a: &mut [f64], n: usize) -> bool {
-        for k in (0..n).rev() {
-            let (above, row) = a.split_at_mut(k * n);
-            let rest = row[k];
-            // Written so that NaN fails too.
-            if !(rest > 0.0 && rest.is_finite()) {
-                return false;
-            }
-            let reciprocal = rest.sqrt().recip();
-            row[..k].iter_mut().for_each(|x| *x *= reciprocal);
-            row[k] = reciprocal;
-            for (i, target) in above.chunks_exact_mut(n).enumerate() {
-                let factor = row[i];
-                if factor != 0.0 {
-                    target[..=i].iter_mut().zip(&row[..=i]).for_each(|(x, y)| *x -= factor * y);
+        let length = chunks(n);
+        let a = &mut whole_mut(a)[..n * length];
+        for k in (0..length).rev() {
+            let Some(own) = factor_tile(tile(a, length, k, k), n - k * SIDE) else { return false };
+            put(a, length, k, k, &own);
+            for i in 0..k {
+                let l = solve_tile(&own, tile(a, length, k, i));
+                put(a, length, k, i, &l);
+                if is_zero(&l) {
+                    continue;
+                }
+                for j in 0..=i {
+                    let y = tile(a, length, k, j);
+                    let rest = less_product(tile(a, length, i, j), &l, &y);
+                    put(a, length, i, j, &rest);
                 }
             }
         }
@@ -81,102 +201,192 @@ wide! {
 }
 
 wide! {
-    /// `Lᵀ Y = B` in place, `B` with `columns` columns, row after row; `stretches` are those of its rows, then of Y's.
+    /// `Lᵀ Y = B` in place, `B` with `columns` columns; `stretches` are those of its blocks of rows, then of Y's.
     fn forward(l: &[f64], n: usize, b: &mut [f64], columns: usize, stretches: &mut [Stretch]) {
-        for k in (0..n).rev() {
-            let (above, row) = b.split_at_mut(k * columns);
-            let own = stretches[k];
-            let Some(row) = row.get_mut(own.begin..own.end) else { continue };
-            let reciprocal = l[k * n + k];
-            row.iter_mut().for_each(|x| *x *= reciprocal);
-            for (i, target) in above.chunks_exact_mut(columns).enumerate() {
-                let factor = l[k * n + i];
-                if factor != 0.0 {
-                    stretches[i] = stretches[i].with(own);
-                    target[own.begin..own.end].iter_mut().zip(&*row).for_each(|(x, y)| *x -= factor * y);
+        let (length, l) = (chunks(n), &whole(l)[..n * chunks(n)]);
+        let (width, b) = (chunks(columns), &mut whole_mut(b)[..n * chunks(columns)]);
+        for k in (0..length).rev() {
+            let own = tile(l, length, k, k);
+            let Stretch { begin, end } = stretches[k];
+            for c in begin..end {
+                let y = solve_tile(&own, tile(b, width, k, c));
+                put(b, width, k, c, &y);
+            }
+            for i in 0..k {
+                let factors = tile(l, length, k, i);
+                if is_zero(&factors) {
+                    continue;
+                }
+                stretches[i] = stretches[i].with(stretches[k]);
+                for c in begin..end {
+                    let y = tile(b, width, k, c);
+                    let rest = less_product(tile(b, width, i, c), &factors, &y);
+                    put(b, width, i, c, &rest);
                 }
             }
         }
     }
 }
 
-/// `Lᵀ y = b` in place.
-pub(super) fn forward_one(l: &[f64], n: usize, b: &mut [f64]) {
-    for k in (0..n).rev() {
-        let y = b[k] * l[k * n + k];
-        b[k] = y;
-        let row = &l[k * n..k * n + k];
-        b[..k].iter_mut().zip(row).for_each(|(x, factor)| *x -= factor * y);
-    }
-}
-
-/// `L x = b` in place.
-pub(super) fn backward(l: &[f64], n: usize, b: &mut [f64]) {
-    for i in 0..n {
-        b[i] = (b[i] - dot(&l[i * n..i * n + i], &b[..i])) * l[i * n + i];
+wide! {
+    /// `Lᵀ y = b` in place.
+    fn forward_one(l: &[f64], n: usize, b: &mut [f64]) {
+        let (length, l) = (chunks(n), &whole(l)[..n * chunks(n)]);
+        for k in (0..length).rev() {
+            let (above, own) = b.split_at_mut(k * SIDE);
+            let on_diagonal = tile(l, length, k, k);
+            for (at, row) in on_diagonal.iter().enumerate().take(own.len().min(SIDE)).rev() {
+                own[at] *= row[at];
+                let y = own[at];
+                own[..at].iter_mut().zip(row).for_each(|(x, factor)| *x -= factor * y);
+            }
+            let y: Chunk = std::array::from_fn(|at| own.get(at).copied().unwrap_or_default());
+            for (j, x) in whole_mut(above).iter_mut().enumerate() {
+                let rows = tile(l, length, k, j);
+                for at in (0..SIDE).rev() {
+                    *x = less(*x, y[at], rows[at]);
+                }
+            }
+        }
     }
 }
 
 wide! {
-    /// `Yᵀ Y`; `Y` has `columns` columns, row after row.
+    /// `L x = b` in place.
+    fn backward(l: &[f64], n: usize, b: &mut [f64]) {
+        let (length, l) = (chunks(n), &whole(l)[..n * chunks(n)]);
+        for i in 0..length {
+            let (before, own) = b.split_at_mut(i * SIDE);
+            let mut sums = [[0.0; SIDE]; SIDE];
+            for (j, x) in whole(before).iter().enumerate() {
+                let rows = tile(l, length, i, j);
+                sums = std::array::from_fn(|k| std::array::from_fn(|c| sums[k][c] + rows[k][c] * x[c]));
+            }
+            let on_diagonal = tile(l, length, i, i);
+            for at in 0..own.len().min(SIDE) {
+                let [a, b, c, d] = sums[at];
+                let known: f64 = own[..at].iter().zip(&on_diagonal[at]).map(|(x, factor)| factor * x).sum();
+                own[at] = (own[at] - ((a + b) + (c + d)) - known) * on_diagonal[at][at];
+            }
+        }
+    }
+}
+
+wide! {
+    /// `Yᵀ Y`; `Y` has `columns` columns, `stretches` are those of its blocks of rows.
     fn gram(y: &[f64], columns: usize, stretches: &[Stretch], g: &mut [f64]) {
-        g.fill(0.0);
-        for (row, stretch) in y.chunks_exact(columns).zip(stretches) {
-            for i in stretch.begin..stretch.end {
-                let factor = row[i];
-                let own = &row[stretch.begin..=i];
-                let target = &mut g[i * columns + stretch.begin..=i * columns + i];
-                target.iter_mut().zip(own).for_each(|(x, y)| *x += factor * y);
-            }
-        }
-        for i in 0..columns {
-            for j in 0..i {
-                g[j * columns + i] = g[i * columns + j];
-            }
-        }
-    }
-}
-
-wide! {
-    /// `out = start + G x` with a symmetric `G`.
-    fn multiply(g: &[f64], x: &[f64], start: &[f64], out: &mut [f64]) {
-        out.copy_from_slice(start);
-        for (row, &factor) in g.chunks_exact(x.len().max(1)).zip(x) {
-            if factor != 0.0 {
-                out.iter_mut().zip(row).for_each(|(y, g)| *y += factor * g);
+        let (length, y, g) = (chunks(columns), whole(y), whole_mut(g));
+        let blocks = || y.chunks(SIDE * length).zip(stretches);
+        for i in 0..length {
+            for j in 0..=i {
+                let mut sum = [[0.0; SIDE]; SIDE];
+                for (block, _) in blocks().filter(|(_, stretch)| stretch.has(i) && stretch.has(j)) {
+                    for row in block.chunks_exact(length) {
+                        let (down, along) = (row[i], row[j]);
+                        sum = std::array::from_fn(|k| std::array::from_fn(|l| sum[k][l] + down[k] * along[l]));
+                    }
+                }
+                let rows = SIDE.min(columns - i * SIDE);
+                for (k, row) in sum.iter().enumerate().take(rows) {
+                    g[(i * SIDE + k) * length + j] = *row;
+                }
+                if i != j {
+                    put(g, length, j, i, &std::array::from_fn(|k| std::array::from_fn(|l| sum[l][k])));
+                }
             }
         }
     }
 }
 
 wide! {
-    /// Factors `a` (`n × n`, row after row) in place by elimination with row exchanges, which `order` takes down.
+    /// `out + xᵀ A` in place: every row of `A` by its factor. `A` has as many columns as `out`.
+    fn add_rows(a: &[f64], x: &[f64], out: &mut [f64]) {
+        const TOGETHER: usize = 3;
+        let (length, a) = (chunks(out.len()).max(1), whole(a));
+        let (wide, rest) = out.as_chunks_mut::<{ TOGETHER * SIDE }>();
+        let done = TOGETHER * wide.len();
+        for (c, out) in wide.iter_mut().enumerate() {
+            let mut sum: [Chunk; TOGETHER] = std::array::from_fn(|k| whole(out)[k]);
+            for (row, factor) in a.chunks_exact(length).zip(x) {
+                let row = &row[c * TOGETHER..][..TOGETHER];
+                sum = std::array::from_fn(|k| std::array::from_fn(|i| sum[k][i] + factor * row[k][i]));
+            }
+            out.copy_from_slice(sum.as_flattened());
+        }
+        for (c, out) in rest.chunks_mut(SIDE).enumerate() {
+            let mut sum = [0.0; SIDE];
+            sum[..out.len()].copy_from_slice(out);
+            for (row, factor) in a.chunks_exact(length).zip(x) {
+                sum = std::array::from_fn(|i| sum[i] + factor * row[done + c][i]);
+            }
+            out.copy_from_slice(&sum[..out.len()]);
+        }
+    }
+}
+
+wide! {
+    /// `A x`: `A` has as many columns as `x`.
+    fn dots(a: &[f64], x: &[f64], out: &mut [f64]) {
+        for (row, out) in rows(a, x.len()).zip(out) {
+            *out = dot(&row[..x.len()], x);
+        }
+    }
+}
+
+/// Takes multiples of the row of a pivot (from its chunk on) off the next `R` rows, so that they are zero below it; what they were is
+/// put there. `first`: the row's first chunk, zero up to the pivot.
+#[inline(always)]
+fn take_off<const R: usize>(
+    rows: &mut [Chunk],
+    [length, chunk, side]: [usize; 3],
+    reciprocal: f64,
+    first: Chunk,
+    pivot: &[Chunk],
+) {
+    let factors: [f64; R] = std::array::from_fn(|r| rows[r * length + chunk][side] * reciprocal);
+    for (r, factor) in factors.into_iter().enumerate() {
+        let target = &mut rows[r * length + chunk];
+        *target = less(*target, factor, first);
+        target[side] = factor;
+    }
+    for (c, pivot) in pivot.iter().enumerate().skip(1) {
+        for (r, factor) in factors.into_iter().enumerate() {
+            let target = &mut rows[r * length + chunk + c];
+            *target = less(*target, factor, *pivot);
+        }
+    }
+}
+
+wide! {
+    /// Factors `a` (`n` rows and columns) in place by elimination with row exchanges, which `order` takes down.
     /// `false`: singular to working precision.
     fn eliminate(a: &mut [f64], n: usize, order: &mut Vec<usize>) -> bool {
         order.clear();
+        let (length, a) = (chunks(n), whole_mut(a));
         for k in 0..n {
-            let largest = |best: usize, row: usize| {
-                if a[row * n + k].abs() > a[best * n + k].abs() { row } else { best }
-            };
-            let pivot = (k + 1..n).fold(k, largest);
-            let size = a[pivot * n + k].abs();
+            let (chunk, side) = (k / SIDE, k % SIDE);
+            let size = |row: usize| a[row * length + chunk][side].abs();
+            let pivot = (k + 1..n).fold(k, |best, row| if size(row) > size(best) { row } else { best });
+            let size = size(pivot);
             if size <= f64::MIN_POSITIVE || !size.is_finite() {
                 return false;
             }
             if pivot != k {
-                let (upper, lower) = a.split_at_mut(pivot * n);
-                upper[k * n..(k + 1) * n].swap_with_slice(&mut lower[..n]);
+                let (upper, lower) = a.split_at_mut(pivot * length);
+                upper[k * length..(k + 1) * length].swap_with_slice(&mut lower[..length]);
             }
             order.push(pivot);
-            let (upper, lower) = a.split_at_mut((k + 1) * n);
-            let pivot_row = &upper[k * n + k..];
-            let reciprocal = pivot_row[0].recip();
-            for row in lower.chunks_exact_mut(n) {
-                let factor = row[k] * reciprocal;
-                if factor != 0.0 {
-                    row[k + 1..].iter_mut().zip(&pivot_row[1..]).for_each(|(x, y)| *x -= factor * y);
-                }
-                row[k] = factor;
+            let (upper, lower) = a.split_at_mut((k + 1) * length);
+            let row = &upper[k * length + chunk..];
+            let reciprocal = row[0][side].recip();
+            // What stands left of the pivot are factors.
+            let first: Chunk = std::array::from_fn(|i| if i > side { row[0][i] } else { 0.0 });
+            let mut fours = lower[..(n - k - 1) * length].chunks_exact_mut(SIDE * length);
+            for four in &mut fours {
+                take_off::<SIDE>(four, [length, chunk, side], reciprocal, first, row);
+            }
+            for one in fours.into_remainder().chunks_exact_mut(length) {
+                take_off::<1>(one, [length, chunk, side], reciprocal, first, row);
             }
         }
         true
@@ -189,25 +399,24 @@ wide! {
         for (k, &pivot) in order.iter().enumerate() {
             b.swap(k, pivot);
         }
-        for k in 0..n {
-            let row = &a[k * n..k * n + k];
-            b[k] -= dot(row, &b[..k]);
+        for (k, row) in rows(a, n).enumerate().take(n) {
+            b[k] -= dot(&row[..k], &b[..k]);
         }
-        for k in (0..n).rev() {
-            let row = &a[k * n..(k + 1) * n];
-            b[k] = (b[k] - dot(&row[k + 1..], &b[k + 1..n])) / row[k];
+        for (k, row) in rows(a, n).enumerate().take(n).rev() {
+            b[k] = (b[k] - dot(&row[k + 1..n], &b[k + 1..n])) / row[k];
         }
         b[..n].iter().all(|x| x.is_finite())
     }
 }
 
 /// Four sums side by side: one would wait for itself.
+#[inline(always)]
 pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    let mut sums = [0.0; 4];
-    let (a4, a_rest) = a.as_chunks::<4>();
-    let (b4, b_rest) = b.as_chunks::<4>();
-    for ([x0, x1, x2, x3], [y0, y1, y2, y3]) in a4.iter().zip(b4) {
-        sums = [sums[0] + x0 * y0, sums[1] + x1 * y1, sums[2] + x2 * y2, sums[3] + x3 * y3];
+    let mut sums = [0.0; SIDE];
+    let (a4, a_rest) = a.as_chunks::<SIDE>();
+    let (b4, b_rest) = b.as_chunks::<SIDE>();
+    for (x, y) in a4.iter().zip(b4) {
+        sums = std::array::from_fn(|i| sums[i] + x[i] * y[i]);
     }
     let rest: f64 = a_rest.iter().zip(b_rest).map(|(x, y)| x * y).sum();
     (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
@@ -228,49 +437,69 @@ mod tests {
         &a * a.transpose() + DMatrix::identity(n, n) * 0.1
     }
 
+    /// With rows of whole chunks, and something beyond the columns.
+    fn padded(a: &DMatrix<f64>) -> Vec<f64> {
+        let mut rows = vec![f64::NAN; a.nrows() * row_length(a.ncols())];
+        for (to, from) in rows.chunks_exact_mut(row_length(a.ncols())).zip(a.row_iter()) {
+            to.iter_mut().zip(from.iter()).for_each(|(to, from)| *to = *from);
+        }
+        rows
+    }
+
     #[test]
     fn agree_with_nalgebra() {
-        let (n, columns) = (9, 5);
-        let d = positive(n);
-        let mut l: Vec<f64> = d.transpose().as_slice().to_vec();
-        assert!(factor(&mut l, n));
-        let mut y = numbers(n * columns);
-        // The last column is zero but in the last row, as where a limb has contacts of its own.
-        (0..n - 1).for_each(|i| y[i * columns + columns - 1] = 0.0);
-        let b = DMatrix::from_row_slice(n, columns, &y);
-        let mut stretches: Vec<Stretch> = y.chunks(columns).map(Stretch::of).collect();
-        assert_eq!(stretches[0], Stretch { begin: usize::from(y[0] == 0.0), end: columns - 1 });
-        forward(&l, n, &mut y, columns, &mut stretches);
-        let mut g = vec![0.0; columns * columns];
-        gram(&y, columns, &stretches, &mut g);
-        let expected = b.transpose() * d.clone().try_inverse().unwrap() * &b;
-        assert!((DMatrix::from_row_slice(columns, columns, &g) - &expected).amax() < 1e-10 * expected.amax());
-        let mut x = numbers(n);
-        let right = DVector::from_row_slice(&x);
-        forward_one(&l, n, &mut x);
-        backward(&l, n, &mut x);
-        assert!((&d * DVector::from_row_slice(&x) - &right).amax() < 1e-12);
-        let (start, mut out) = (numbers(n), vec![0.0; n]);
-        multiply(d.as_slice(), &x, &start, &mut out);
-        let expected = &right + DVector::from_row_slice(&start);
-        assert!((DVector::from_row_slice(&out) - expected).amax() < 1e-12);
+        for (n, columns) in [(9, 5), (8, 4), (6, 11), (1, 1)] {
+            let d = positive(n);
+            let mut l = padded(&d);
+            assert!(factor(&mut l, n));
+            let mut b = DMatrix::from_fn(n, columns, |i, j| ((3 * i + 5 * j + 1) as f64).sin());
+            // The last columns are zero but in the last row, as where a limb has contacts of its own.
+            b.view_mut((0, columns.min(4)), (n - 1, columns - columns.min(4))).fill(0.0);
+            let mut y = padded(&b);
+            y.iter_mut().filter(|y| y.is_nan()).for_each(|y| *y = 0.0);
+            let mut stretches: Vec<Stretch> = Stretch::all(&y, columns).collect();
+            assert_eq!(stretches[0], Stretch { begin: 0, end: if n <= SIDE { chunks(columns) } else { 1 } });
+            let mut product = vec![0.0; columns];
+            let x = numbers(n);
+            add_rows(&y, &x, &mut product);
+            let expected = b.transpose() * DVector::from_row_slice(&x);
+            assert!((DVector::from_row_slice(&product) - expected).amax() < 1e-12);
+            let mut other = vec![0.0; n];
+            dots(&y, &product, &mut other);
+            let expected = &b * DVector::from_row_slice(&product);
+            assert!((DVector::from_row_slice(&other) - expected).amax() < 1e-12);
+            forward(&l, n, &mut y, columns, &mut stretches);
+            let mut g = vec![0.0; columns * row_length(columns)];
+            gram(&y, columns, &stretches, &mut g);
+            let expected = b.transpose() * d.clone().try_inverse().unwrap() * &b;
+            let found = DMatrix::from_fn(columns, columns, |i, j| g[i * row_length(columns) + j]);
+            assert!((found - &expected).amax() < 1e-10 * expected.amax());
+            let mut x = numbers(n);
+            let right = DVector::from_row_slice(&x);
+            forward_one(&l, n, &mut x);
+            backward(&l, n, &mut x);
+            assert!((&d * DVector::from_row_slice(&x) - &right).amax() < 1e-12);
+        }
     }
 
     #[test]
     fn elimination_solves_and_refuses() {
-        let (n, mut order) = (7, Vec::new());
-        let a = DMatrix::from_row_slice(n, n, &numbers(n * n));
-        let mut factors = a.transpose();
-        assert!(eliminate(factors.as_mut_slice(), n, &mut order));
-        // Any number of right sides.
-        for scale in [1.0, -3.0] {
-            let mut x: Vec<f64> = numbers(n).iter().map(|x| scale * x).collect();
-            let right = DVector::from_row_slice(&x);
-            assert!(substitute(factors.as_slice(), n, &order, &mut x));
-            assert!((&a * DVector::from_row_slice(&x) - right).amax() < 1e-10);
+        let mut order = Vec::new();
+        for n in [1, 7, 8, 13] {
+            let a = DMatrix::from_row_slice(n, n, &numbers(n * n)) + DMatrix::identity(n, n) * 0.3;
+            let mut factors = padded(&a);
+            assert!(eliminate(&mut factors, n, &mut order));
+            // Any number of right sides.
+            for scale in [1.0, -3.0] {
+                let mut x: Vec<f64> = (1..=n).map(|i| scale * (i as f64).cos()).collect();
+                let right = DVector::from_row_slice(&x);
+                assert!(substitute(&factors, n, &order, &mut x));
+                assert!((&a * DVector::from_row_slice(&x) - right).amax() < 1e-10);
+            }
         }
-        assert!(!eliminate(&mut [1.0, 2.0, 2.0, 4.0], 2, &mut order));
-        assert!(!factor(&mut [1.0, 0.0, 2.0, 1.0], 2));
-        assert!(!factor(&mut [f64::NAN], 1));
+        let singular = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 4.0]);
+        assert!(!eliminate(&mut padded(&singular), 2, &mut order));
+        assert!(!factor(&mut padded(&DMatrix::from_row_slice(2, 2, &[1.0, 0.0, 2.0, 1.0])), 2));
+        assert!(!factor(&mut [f64::NAN; 4], 1));
     }
 }

@@ -1,4 +1,5 @@
 //! Motors that turn on their own: a spring and play lie between them and the joint (thesis 4.6).
+use super::dense::row_length;
 use super::ground::within;
 use super::implicit::{ImplicitSpring, Relaxed};
 use bipedc_effects::diagnostic::Diagnostic;
@@ -78,19 +79,19 @@ impl Motors {
         }
     }
 
-    /// Adds rotors and springs to the mass matrix (`n × n`) whose first motor is row `nv`; joints begin at `first`.
+    /// Adds rotors and springs to the mass matrix (`n` rows and columns) whose last rows are the motors'; joints begin at `first`.
     pub fn add_inertia(&mut self, mass: &mut [f64], n: usize, first: usize, time: f64) {
-        let nv = n - self.laws.len();
+        let (nv, length) = (n - self.laws.len(), row_length(n));
         for (k, (law, held)) in self.laws.iter().zip(&mut self.held).enumerate() {
             let (i, j) = (nv + k, first + law.joint);
-            let mobility = 1.0 / law.inertia + 1.0 / mass[j * n + j].max(f64::MIN_POSITIVE);
+            let mobility = 1.0 / law.inertia + 1.0 / mass[j * length + j].max(f64::MIN_POSITIVE);
             *held = ImplicitSpring::new(law.stiffness, law.spring_damping, mobility, time);
-            mass[i * n + i] += law.inertia + 0.5 * time * law.damping;
+            mass[i * length + i] += law.inertia + 0.5 * time * law.damping;
             if law.pulls() {
                 let added = held.inertia();
-                mass[i * n + i] += added;
-                mass[j * n + j] += added;
-                mass[i * n + j] -= added;
+                mass[i * length + i] += added;
+                mass[j * length + j] += added;
+                mass[i * length + j] -= added;
             }
         }
     }
@@ -137,10 +138,10 @@ impl Motors {
     }
 }
 
-/// A matrix of the model's size into the upper left corner of a larger one, row after row.
-pub(super) fn embed(small: &[f64], size: usize, large: &mut [f64], n: usize) {
+/// A matrix of the model's size into the upper left corner of a larger one with so long rows.
+pub(super) fn embed(small: &[f64], size: usize, large: &mut [f64], length: usize) {
     large.fill(0.0);
-    for (from, to) in small.chunks_exact(size).zip(large.chunks_exact_mut(n)) {
+    for (from, to) in small.chunks_exact(size).zip(large.chunks_exact_mut(length)) {
         to[..size].copy_from_slice(from);
     }
 }

@@ -1,5 +1,7 @@
 //! One semismooth Newton step on `λ = prox(λ − r ξ(λ))`.
-use super::dense;
+mod symmetric;
+
+use super::dense::{self, row_length};
 use super::problem::{Cone, Law, Problem};
 use super::proximal::residual;
 
@@ -14,16 +16,32 @@ pub(super) const NEAR: f64 = 1e-9;
 /// Step lengths that are tried.
 const LENGTHS: [f64; 4] = [1.0, 0.5, 0.25, 0.0625];
 
+/// What the equations of the last whole step were factored into.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Factors {
+    /// Nothing: there was none yet for the present problem, or it has no solution.
+    #[default]
+    None,
+    /// `Lᵀ L` of the rows of G that stand still: the first so many active ones. The steps of the others are known.
+    Symmetric { still: usize },
+    /// An elimination of all active rows.
+    General,
+}
+
 /// Workspace.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Newton {
     /// Rows that are not simply zero.
     active: Vec<usize>,
+    /// Rows of open contacts whose impulses are not zero yet.
+    opening: Vec<usize>,
+    /// Rows at a bound, and the impulse there.
+    given: Vec<(usize, f64)>,
     matrix: Vec<f64>,
-    /// Row exchanges of its elimination.
+    /// Row exchanges of an elimination.
     order: Vec<usize>,
-    /// Whether the elimination came to its end, for the present problem.
-    factored: bool,
+    factors: Factors,
+    /// Of the active rows, in their order.
     step: Vec<f64>,
     /// Of [`NEARNESS`].
     nearness: f64,
@@ -35,15 +53,18 @@ pub(super) struct Newton {
 
 impl Newton {
     pub fn with_room(rows: usize) -> Self {
+        let room = || Vec::with_capacity(rows);
         Self {
             active: Vec::with_capacity(rows),
-            matrix: Vec::with_capacity(rows * rows),
+            opening: Vec::with_capacity(rows),
+            given: Vec::with_capacity(rows),
+            matrix: Vec::with_capacity(rows * row_length(rows)),
             order: Vec::with_capacity(rows),
-            factored: false,
-            step: Vec::with_capacity(rows),
+            factors: Factors::None,
+            step: room(),
             nearness: NEARNESS[0],
-            before: Vec::with_capacity(rows),
-            after: Vec::with_capacity(rows),
+            before: room(),
+            after: room(),
         }
     }
 
@@ -78,20 +99,20 @@ impl Newton {
 
     /// Forgets the last problem.
     pub fn begin(&mut self) {
-        self.factored = false;
+        self.factors = Factors::None;
     }
 
     /// A further step with the matrix of the last one, if that makes the residual smaller than `present`: the new one. Expects
     /// `problem.missed` to be current.
     pub fn refine(&mut self, problem: &mut Problem, present: f64) -> Option<f64> {
-        if !self.factored {
+        if self.factors == Factors::None {
             return None;
         }
         self.before.clear();
         self.before.extend_from_slice(&problem.impulse);
         self.step.clear();
         self.step.extend(self.active.iter().map(|row| problem.missed[*row]));
-        if dense::substitute(&self.matrix, self.active.len(), &self.order, &mut self.step) {
+        if self.substitute(problem) {
             for (&row, step) in self.active.iter().zip(&self.step) {
                 problem.impulse[row] += step;
             }
@@ -116,10 +137,10 @@ impl Newton {
         self.before.clear();
         self.before.extend_from_slice(&problem.impulse);
         self.choose(problem);
-        self.assemble(problem);
-        let n = self.active.len();
-        self.factored = dense::eliminate(&mut self.matrix, n, &mut self.order);
-        if !self.factored || !dense::substitute(&self.matrix, n, &self.order, &mut self.step) {
+        if !self.factor_symmetric(problem) && !self.factor_general(problem) {
+            return false;
+        }
+        if !self.substitute(problem) {
             return false;
         }
         self.after.clear();
@@ -130,9 +151,40 @@ impl Newton {
         true
     }
 
+    /// Equations of all active rows, and their right side.
+    fn factor_general(&mut self, problem: &Problem) -> bool {
+        self.assemble(problem);
+        let solvable = dense::eliminate(&mut self.matrix, self.active.len(), &mut self.order);
+        self.factors = if solvable { Factors::General } else { Factors::None };
+        solvable
+    }
+
+    /// Solves with the factors at hand, `step` from right side to answer. The right sides are those of scaled rows, `r ξ = 0`.
+    fn substitute(&mut self, problem: &Problem) -> bool {
+        match self.factors {
+            Factors::None => false,
+            Factors::General => {
+                dense::substitute(&self.matrix, self.active.len(), &self.order, &mut self.step)
+            }
+            Factors::Symmetric { still } => {
+                let (held, known) = self.active.split_at(still);
+                let (steps, given) = self.step.split_at_mut(still);
+                for (&row, step) in held.iter().zip(&mut *steps) {
+                    let own = problem.row(row);
+                    let by_given: f64 = known.iter().zip(&*given).map(|(k, step)| own[*k] * step).sum();
+                    *step = *step / problem.weight[row] - by_given;
+                }
+                dense::forward_one(&self.matrix, still, steps);
+                dense::backward(&self.matrix, still, steps);
+                self.step.iter().all(|step| step.is_finite())
+            }
+        }
+    }
+
     /// All rows but those of open contacts.
     fn choose(&mut self, problem: &Problem) {
         self.active.clear();
+        self.opening.clear();
         for block in &problem.blocks {
             let closed = match block.law {
                 Law::Limited { .. } => true,
@@ -141,8 +193,11 @@ impl Newton {
                 }
                 _ => wanted(problem, block.first) > 0.0,
             };
+            let rows = block.first..block.first + block.size();
             if closed {
-                self.active.extend(block.first..block.first + block.size());
+                self.active.extend(rows);
+            } else {
+                self.opening.extend(rows.filter(|row| problem.impulse[*row] != 0.0));
             }
         }
     }
@@ -151,7 +206,7 @@ impl Newton {
     fn assemble(&mut self, problem: &Problem) {
         let n = self.active.len();
         self.matrix.clear();
-        self.matrix.resize(n * n, 0.0);
+        self.matrix.resize(n * row_length(n), 0.0);
         self.step.clear();
         self.step.resize(n, 0.0);
         let mut at = 0;
@@ -164,7 +219,7 @@ impl Newton {
                 Law::Limited { low, high } => {
                     let target = wanted(problem, block.first);
                     if target <= low || target >= high {
-                        self.matrix[at * n + at] = 1.0;
+                        self.matrix[at * row_length(n) + at] = 1.0;
                         self.step[at] = target.max(low).min(high) - problem.impulse[block.first];
                     } else {
                         self.still(problem, at);
@@ -191,26 +246,21 @@ impl Newton {
     fn still(&mut self, problem: &Problem, at: usize) {
         let n = self.active.len();
         let row = self.active[at];
-        let weight = problem.weight[row];
-        for (k, &column) in self.active.iter().enumerate() {
-            self.matrix[at * n + k] = weight * problem.row(row)[column];
+        let (weight, own) = (problem.weight[row], problem.row(row));
+        let target = &mut self.matrix[at * row_length(n)..][..n];
+        if n == own.len() {
+            target.iter_mut().zip(own).for_each(|(x, own)| *x = weight * own);
+        } else {
+            target.iter_mut().zip(&self.active).for_each(|(x, column)| *x = weight * own[*column]);
         }
-        self.matrix[at * n + at] += self.nearness;
+        target[at] += self.nearness;
         self.step[at] = -weight * self.velocity_without_open(problem, row);
     }
 
     /// ξ when open contacts let go.
     fn velocity_without_open(&self, problem: &Problem, row: usize) -> f64 {
-        let mut velocity = problem.velocity[row];
-        let mut next = self.active.iter().peekable();
-        for (k, impulse) in problem.impulse.iter().enumerate() {
-            if next.peek() == Some(&&k) {
-                next.next();
-            } else if *impulse != 0.0 {
-                velocity -= problem.row(row)[k] * impulse;
-            }
-        }
-        velocity
+        let own = problem.row(row);
+        self.opening.iter().fold(problem.velocity[row], |sum, k| sum - own[*k] * problem.impulse[*k])
     }
 
     /// Tangential rows from `at` on.
@@ -231,10 +281,10 @@ impl Newton {
 
     /// One tangential row that sticks, or slips with `λ_T = ± μ λ_N`.
     fn slip_straight(&mut self, problem: &Problem, load: Load, at: usize, friction: f64) {
-        let n = self.active.len();
+        let n = row_length(self.active.len());
         let row = self.active[at];
         let target = wanted(problem, row);
-        if target.abs() <= friction * load.force {
+        if sticks(&[target], friction * load.force) {
             return self.still(problem, at);
         }
         let sign = target.signum();
@@ -246,11 +296,11 @@ impl Newton {
     /// Both tangential rows: stick, or slip with `λ_T = μ λ_N z/|z|`, `z = λ_T − r ξ_T`, whose derivative has the part
     /// along `z` (through λ_N) and the part across it.
     fn slip_round(&mut self, problem: &Problem, load: Load, first: usize, friction: f64) {
-        let n = self.active.len();
+        let n = row_length(self.active.len());
         let rows = [self.active[first], self.active[first + 1]];
         let target = rows.map(|row| wanted(problem, row));
-        let length = (target[0] * target[0] + target[1] * target[1]).sqrt();
-        if length <= friction * load.force {
+        let length = size_of(&target);
+        if sticks(&target, friction * load.force) {
             self.still(problem, first);
             return self.still(problem, first + 1);
         }
@@ -280,6 +330,16 @@ impl Newton {
 struct Load {
     rows: (usize, usize),
     force: f64,
+}
+
+/// Length of a tangential impulse.
+fn size_of(tangential: &[f64]) -> f64 {
+    tangential.iter().map(|x| x * x).sum::<f64>().sqrt()
+}
+
+/// Whether friction can give what is wanted.
+fn sticks(wanted: &[f64], most: f64) -> bool {
+    size_of(wanted) <= most
 }
 
 fn wanted(problem: &Problem, row: usize) -> f64 {

@@ -1,5 +1,5 @@
 //! One step's contact problem: which impulses, which velocities they make, which laws tie the two.
-use super::dense::dot;
+use super::dense::{add_rows, dot, row_length};
 
 /// What an impulse may be, and what its velocity is then.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,8 +70,9 @@ impl Block {
 /// enough.
 #[derive(Debug, Clone, Default)]
 pub struct Problem {
-    /// `rows × rows`, symmetric, positive semidefinite: velocities per impulse (Delassus' operator `Wᵀ D⁻¹ W`), 1/kg.
-    pub delassus: Vec<f64>,
+    /// `rows × rows`, symmetric, positive semidefinite: velocities per impulse (Delassus' operator `Wᵀ D⁻¹ W`), 1/kg. Rows are
+    /// as long as [`row_length`] says.
+    pub(super) delassus: Vec<f64>,
     /// Velocity without impulses plus restitution times the velocity before, m/s.
     pub free: Vec<f64>,
     /// In the order of the rows, without gaps.
@@ -92,20 +93,17 @@ impl Problem {
         self.free.len()
     }
 
-    /// Takes everything out and makes place for this many rows; λ and c are zero.
+    /// Takes everything out and makes place for this many rows; λ and c are zero, G is to be written.
     pub fn clear(&mut self, rows: usize) {
         self.blocks.clear();
-        for (values, size) in [
-            (&mut self.delassus, rows * rows),
-            (&mut self.free, rows),
-            (&mut self.impulse, rows),
-            (&mut self.velocity, rows),
-            (&mut self.weight, rows),
-            (&mut self.missed, rows),
-        ] {
+        for values in [&mut self.free, &mut self.impulse] {
             values.clear();
-            values.resize(size, 0.0);
+            values.resize(rows, 0.0);
         }
+        for values in [&mut self.velocity, &mut self.weight, &mut self.missed] {
+            values.resize(rows, 0.0);
+        }
+        self.delassus.resize(rows * row_length(rows), 0.0);
     }
 
     /// Makes room for so many rows once, so that [`Self::clear`] never allocates for fewer.
@@ -118,7 +116,27 @@ impl Problem {
     /// One row of `G`.
     pub(super) fn row(&self, row: usize) -> &[f64] {
         let n = self.rows();
-        &self.delassus[row * n..(row + 1) * n]
+        &self.delassus[row * row_length(n)..][..n]
+    }
+
+    /// Writes all of `G`.
+    pub fn set_delassus(&mut self, entry: impl Fn(usize, usize) -> f64) {
+        let n = self.rows();
+        for (i, row) in self.delassus.chunks_exact_mut(row_length(n).max(1)).enumerate() {
+            row[..n].iter_mut().enumerate().for_each(|(j, value)| *value = entry(i, j));
+        }
+    }
+
+    /// One number on the diagonal of `G`.
+    pub(super) fn diagonal_mut(&mut self, row: usize) -> &mut f64 {
+        let length = row_length(self.rows());
+        &mut self.delassus[row * length + row]
+    }
+
+    /// `ξ` at the present impulses.
+    pub(super) fn move_by_impulses(&mut self) {
+        self.velocity.copy_from_slice(&self.free);
+        add_rows(&self.delassus, &self.impulse, &mut self.velocity);
     }
 
     /// `ξ` of one row at the present impulses.

@@ -1,5 +1,4 @@
 //! The solver of contact problems: proximal points by Gauss and Seidel, Newton's method on the same equations.
-use super::dense;
 use super::newton::{NEAR, NEARNESS, Newton};
 use super::problem::{Law, Problem, nearest};
 use super::sharing::Springs;
@@ -232,7 +231,7 @@ fn admit(problem: &mut Problem) -> f64 {
 
 /// [`Solved::residual`]; computes `problem.velocity`.
 pub(super) fn residual(problem: &mut Problem) -> f64 {
-    dense::multiply(&problem.delassus, &problem.impulse, &problem.free, &mut problem.velocity);
+    problem.move_by_impulses();
     if !problem.velocity.iter().all(|velocity| velocity.is_finite()) {
         // Comparisons below would take NaN for an open contact.
         return f64::NAN;

@@ -53,18 +53,19 @@ impl Springs {
             return false;
         }
         for (row, hard) in self.hard.iter().enumerate() {
-            problem.delassus[row * n + row] += BESIDE * hard;
+            *problem.diagonal_mut(row) += BESIDE * hard;
         }
-        for row in problem.blocks.iter().flat_map(rows_of_contact) {
-            problem.delassus[row * n + row] = self.hard[row] + SOFTNESS * least;
+        for block in 0..problem.blocks.len() {
+            for row in rows_of_contact(&problem.blocks[block]) {
+                *problem.diagonal_mut(row) = self.hard[row] + SOFTNESS * least;
+            }
         }
         true
     }
 
     pub fn take_out_of(&self, problem: &mut Problem) {
-        let n = problem.rows();
         for (row, hard) in self.hard.iter().enumerate() {
-            problem.delassus[row * n + row] = *hard;
+            *problem.diagonal_mut(row) = *hard;
         }
     }
 

@@ -100,8 +100,9 @@ pub struct Stepper<'a> {
     memory: Vec<f64>,
     /// Heights of the points at the last midpoint, m.
     gaps: Vec<f64>,
+    /// Rows as long as [`dense::row_length`] says; then its factor L.
     mass: Vec<f64>,
-    /// Of the model alone, where motors make the other one larger.
+    /// Of the model alone.
     inner: Vec<f64>,
     /// `v` and the speeds of the motors before the step.
     speed: Vec<f64>,
@@ -118,7 +119,7 @@ pub struct Stepper<'a> {
     around: Vec<f64>,
     last: LastStep,
     drive: Vec<f64>,
-    /// `W` of the closed rows, one row per coordinate; then `L⁻ᵀ W`.
+    /// `W` of the closed rows, one row per coordinate (of [`dense::row_length`]); then `L⁻ᵀ W`.
     directions: Vec<f64>,
     /// Where its rows are not zero.
     stretches: Vec<Stretch>,
@@ -128,6 +129,8 @@ pub struct Stepper<'a> {
     before: Vec<f64>,
     /// Twice the mean of their velocities without and with impulses.
     mean: Vec<f64>,
+    /// What the impulses do to `drive`.
+    pushes: Vec<f64>,
     energy_accounting: Option<energy_accounting::EnergyAccounting>,
 }
 
@@ -183,6 +186,7 @@ impl<'a> Stepper<'a> {
             tangential: vec![0.0; nv * points * tangents],
             before: Vec::new(),
             mean: Vec::new(),
+            pushes: Vec::new(),
             stretches: Vec::new(),
             energy_accounting: None,
         }
@@ -319,12 +323,13 @@ impl<'a> Stepper<'a> {
         // Twice the mean of the velocities without and with all impulses: what each impulse works against.
         self.mean.clear();
         self.mean.extend(self.before.iter().map(|gamma| 2.0 * gamma));
-        for (drive, y) in self.drive.iter_mut().zip(self.directions.chunks_exact(rows)) {
-            let push: f64 = y.iter().zip(&self.problem.impulse).map(|(y, impulse)| y * impulse).sum();
-            let both = 2.0 * *drive + push;
-            self.mean.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * both);
-            *drive += push;
+        dense::dots(&self.directions, &self.problem.impulse, &mut self.pushes);
+        for (drive, push) in self.drive.iter_mut().zip(&mut self.pushes) {
+            let both = 2.0 * *drive + *push;
+            *drive += *push;
+            *push = both;
         }
+        dense::add_rows(&self.directions, &self.pushes, &mut self.mean);
         for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
             // Springs and servos give energy by their nature.
             if !self.is_drive(*source) {

@@ -3,7 +3,7 @@ use super::Feedback;
 use super::program::{Program, Work};
 use super::signals::{Reader, Signal};
 use crate::robot::BaseKind;
-use crate::simulate::dense::{eliminate, substitute};
+use crate::simulate::dense::{eliminate, row_length, substitute};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use bipedc_runtime::model::{Argument, Model, State};
@@ -67,7 +67,14 @@ struct Workspace {
     matrix: Vec<f64>,
     right: Vec<f64>,
     small: Vec<f64>,
-    /// Row exchanges of the elimination.
+    factors: Factors,
+}
+
+/// Of an elimination.
+#[derive(Default)]
+struct Factors {
+    matrix: Vec<f64>,
+    /// Row exchanges.
     order: Vec<usize>,
 }
 
@@ -108,7 +115,10 @@ impl<'a> VirtualConstraints<'a> {
             matrix: Vec::with_capacity(drives * drives),
             right: Vec::with_capacity(drives),
             small: Vec::with_capacity(drives * drives),
-            order: Vec::with_capacity(drives),
+            factors: Factors {
+                matrix: Vec::with_capacity(drives * row_length(drives)),
+                order: Vec::with_capacity(drives),
+            },
         };
         Ok(Self { model, outputs, dynamics, workspace })
     }
@@ -141,7 +151,7 @@ impl<'a> VirtualConstraints<'a> {
         workspace.demand(*model, wanted, (size, outputs.actuated.len()), (q, v));
         let (count, drives) = (wanted.program.outputs(), outputs.actuated.len());
         let solved = if count == drives {
-            solve(&mut workspace.matrix, &mut workspace.right, &mut workspace.order)
+            solve(&workspace.matrix, &mut workspace.right, &mut workspace.factors)
         } else {
             least(workspace, count, drives)
         };
@@ -233,7 +243,7 @@ fn least(workspace: &mut Workspace, outputs: usize, drives: usize) -> bool {
         let dot = |b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
         workspace.small.extend(workspace.matrix.chunks_exact(drives).map(dot));
     }
-    if !solve(&mut workspace.small, &mut workspace.right, &mut workspace.order) {
+    if !solve(&workspace.small, &mut workspace.right, &mut workspace.factors) {
         return false;
     }
     workspace.small.clear();
@@ -247,14 +257,20 @@ fn least(workspace: &mut Workspace, outputs: usize, drives: usize) -> bool {
 }
 
 /// `A x = b` into `b`, A row after row; `false`: A is singular.
-fn solve(a: &mut [f64], b: &mut [f64], order: &mut Vec<usize>) -> bool {
+fn solve(a: &[f64], b: &mut [f64], Factors { matrix, order }: &mut Factors) -> bool {
     let n = b.len();
+    let length = row_length(n);
+    matrix.clear();
+    matrix.resize(n * length, 0.0);
+    for (to, from) in matrix.chunks_exact_mut(length).zip(a.chunks_exact(n)) {
+        to[..n].copy_from_slice(from);
+    }
     let largest = a.iter().fold(0.0, |m: f64, x| m.max(x.abs()));
-    if !eliminate(a, n, order) || (0..n).any(|k| a[k * n + k].abs() <= SINGULAR * largest) {
+    if !eliminate(matrix, n, order) || (0..n).any(|k| matrix[k * length + k].abs() <= SINGULAR * largest) {
         return false;
     }
     // What is no number in `b` stays none: that is not the matrix's fault.
-    substitute(a, n, order, b);
+    substitute(matrix, n, order, b);
     true
 }
 
@@ -268,10 +284,10 @@ mod tests {
         let x = [1.0, -2.0, 0.5];
         let mut b: Vec<f64> =
             a.chunks_exact(3).map(|row| row.iter().zip(x).map(|(a, x)| a * x).sum()).collect();
-        let mut order = Vec::new();
-        assert!(solve(&mut a.clone(), &mut b, &mut order));
+        let mut factors = Factors::default();
+        assert!(solve(&a, &mut b, &mut factors));
         assert!(b.iter().zip(x).all(|(b, x)| (b - x).abs() < 1e-14), "{b:?}");
-        assert!(!solve(&mut [1.0, 2.0, 2.0, 4.0], &mut [1.0, 1.0], &mut order));
-        assert!(!solve(&mut [f64::NAN], &mut [1.0], &mut order));
+        assert!(!solve(&[1.0, 2.0, 2.0, 4.0], &mut [1.0, 1.0], &mut factors));
+        assert!(!solve(&[f64::NAN], &mut [1.0], &mut factors));
     }
 }

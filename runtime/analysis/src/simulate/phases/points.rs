@@ -138,7 +138,7 @@ fn within_friction(
     let (square, right) = (rows.transpose() * rows, rows.transpose() * sum);
     let mut problem = Problem::default();
     problem.clear(rows.ncols());
-    problem.delassus.copy_from_slice(square.as_slice());
+    problem.set_delassus(|i, j| square[(i, j)]);
     problem.free.iter_mut().zip(right.iter()).for_each(|(free, right)| *free = -right);
     let friction = friction.min(UNLIMITED);
     let law = Law::Contact { friction, tangents, cone: Cone::Round };

@@ -1,6 +1,6 @@
 //! The contact problem of a step: what is closed, how fast it would move, what gives way.
 use super::{MotionState, RowSource, Stepper};
-use crate::simulate::dense::{self, Stretch};
+use crate::simulate::dense::{self, Stretch, row_length};
 use crate::simulate::implicit::Relaxed;
 use crate::simulate::problem::{Block, Law};
 
@@ -43,9 +43,8 @@ impl Stepper<'_> {
 
     /// Delassus' matrix, free velocities, laws and the guess.
     pub(super) fn assemble(&mut self, motion: &MotionState, time: f64) {
-        let (n, rows) = (self.size(), self.problem.rows());
         self.directions.clear();
-        self.directions.resize(n * rows, 0.0);
+        self.directions.resize(self.size() * row_length(self.problem.rows()), 0.0);
         if matches!(self.sources.first(), Some(RowSource::Point(_) | RowSource::Normal(_))) {
             self.mechanics.directions(&motion.q, &mut self.normal, &mut self.tangential);
             if !self.soles.points.is_empty() {
@@ -65,7 +64,7 @@ impl Stepper<'_> {
             row += block.size();
         }
         self.free_velocities();
-        dense::gram(&self.directions, rows, &self.stretches, &mut self.problem.delassus);
+        dense::gram(&self.directions, self.problem.rows(), &self.stretches, &mut self.problem.delassus);
         self.soften(motion, time);
     }
 
@@ -73,16 +72,12 @@ impl Stepper<'_> {
         let (n, rows) = (self.size(), self.problem.rows());
         self.before.clear();
         self.before.resize(rows, 0.0);
-        for (w, v) in self.directions.chunks_exact(rows).zip(&self.speed) {
-            self.before.iter_mut().zip(w).for_each(|(gamma, w)| *gamma += w * v);
-        }
+        dense::add_rows(&self.directions, &self.speed, &mut self.before);
         self.stretches.clear();
-        self.stretches.extend(self.directions.chunks_exact(rows).map(Stretch::of));
+        self.stretches.extend(Stretch::all(&self.directions, rows));
         dense::forward(&self.mass, n, &mut self.directions, rows, &mut self.stretches);
         self.problem.free.copy_from_slice(&self.before);
-        for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
-            self.problem.free.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
-        }
+        dense::add_rows(&self.directions, &self.drive, &mut self.problem.free);
         if self.ground.compliance.is_some() {
             return;
         }
@@ -110,10 +105,10 @@ impl Stepper<'_> {
     /// `γ⁺ + Λ/(h (½ h k + d)) + k κ_M/(½ h k + d) = 0`, the relaxed constraint of (4.17). And the recovery from
     /// penetration of hard ground.
     fn soften(&mut self, motion: &MotionState, time: f64) {
-        let (rows, joints) = (self.problem.rows(), self.joints.len());
+        let joints = self.joints.len();
         let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[motion.v.len() - joints..]);
-        for (block, source) in self.problem.blocks.iter_mut().zip(&self.sources) {
-            let row = block.first;
+        for (index, source) in self.sources.iter().enumerate() {
+            let row = self.problem.blocks[index].first;
             let relaxed = match *source {
                 RowSource::Point(point) | RowSource::Normal(point) => {
                     Some(self.ground.relaxed(self.gaps[point], time))
@@ -138,14 +133,14 @@ impl Stepper<'_> {
                     if relaxed.is_none() {
                         // Without gains what is left is constant.
                         let given = time * servo.bias.max(servo.limits[0]).min(servo.limits[1]);
-                        block.law = Law::Limited { low: given, high: given };
+                        self.problem.blocks[index].law = Law::Limited { low: given, high: given };
                     }
                     relaxed
                 }
                 _ => None,
             };
             if let Some(relaxed) = relaxed {
-                self.problem.delassus[row * rows + row] += relaxed.softness;
+                *self.problem.diagonal_mut(row) += relaxed.softness;
                 self.problem.free[row] += relaxed.offset;
             }
         }

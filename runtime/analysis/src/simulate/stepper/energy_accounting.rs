@@ -1,6 +1,7 @@
 //! The work of everything in a step, for whoever asks for it.
 use super::{MotionState, RowSource, Stepper};
 use crate::simulate::account::{Account, Done};
+use crate::simulate::dense;
 
 /// Work so far, with the room to sum it.
 #[derive(Debug, Clone, Default)]
@@ -50,9 +51,7 @@ impl Stepper<'_> {
             return;
         }
         accounting.after.extend_from_slice(&self.before);
-        for (y, z) in self.directions.chunks_exact(rows).zip(&self.drive) {
-            accounting.after.iter_mut().zip(y).for_each(|(gamma, y)| *gamma += y * z);
-        }
+        dense::add_rows(&self.directions, &self.drive, &mut accounting.after);
         accounting.heights.resize(rows, 0.0);
         accounting.driven.clear();
         accounting.driven.extend(self.sources.iter().map(|source| matches!(source, RowSource::Servo(_))));

@@ -1,6 +1,6 @@
 //! What a stepper has besides the model: motors of their own, coupled joints, servos, soles that turn, ground that is not level.
 use super::{MotionState, ROWS_OF_AXIS, Stepper};
-use crate::simulate::dense;
+use crate::simulate::dense::{self, row_length};
 use crate::simulate::drives::Coupled;
 use crate::simulate::ground::within;
 use crate::simulate::heights::{Heights, Terrain};
@@ -82,16 +82,17 @@ impl Stepper<'_> {
         self.servos = Vec::with_capacity(axes);
         self.sources = Vec::with_capacity(rows);
         self.memory = vec![0.0; rows];
-        self.mass = vec![0.0; n * n];
+        self.mass = vec![0.0; n * row_length(n)];
         self.speed = vec![0.0; n];
         self.inertia = vec![0.0; axes];
         self.stops = vec![0.0; self.motors.laws.len()];
         self.asked = vec![0.0; axes];
         self.middle = vec![0.0; n];
         self.drive = vec![0.0; n];
-        self.directions = Vec::with_capacity(n * rows);
+        self.directions = Vec::with_capacity(n * row_length(rows));
         self.before = Vec::with_capacity(rows);
         self.mean = Vec::with_capacity(rows);
+        self.pushes = vec![0.0; n];
         self.stretches = Vec::with_capacity(n);
         self
     }

@@ -15,23 +15,20 @@ impl Stepper<'_> {
     ) -> Result<(), Diagnostic> {
         let (nv, n) = (self.mechanics.nv(), self.size());
         let first = nv - self.joints.len();
-        if n == nv {
-            self.mechanics.mass_matrix(&motion.q, &mut self.mass);
-        } else {
-            self.mechanics.mass_matrix(&motion.q, &mut self.inner);
-            embed(&self.inner, nv, &mut self.mass, n);
-        }
+        let length = dense::row_length(n);
+        self.mechanics.mass_matrix(&motion.q, &mut self.inner);
+        embed(&self.inner, nv, &mut self.mass, length);
         for (j, joint) in self.joints.iter().enumerate() {
             let i = first + j;
-            self.mass[i * n + i] += joint.rotor_inertia + 0.5 * time * (joint.damping + joint.slope);
+            self.mass[i * length + i] += joint.rotor_inertia + 0.5 * time * (joint.damping + joint.slope);
         }
         for pair in &self.coupled {
             let [a, b] = pair.joints;
-            self.mass[(first + a.max(b)) * n + first + a.min(b)] += pair.inertia;
+            self.mass[(first + a.max(b)) * length + first + a.min(b)] += pair.inertia;
         }
         self.motors.add_inertia(&mut self.mass, n, first, time);
         for (axis, inertia) in self.inertia.iter_mut().enumerate() {
-            *inertia = self.mass[(first + axis) * (n + 1)];
+            *inertia = self.mass[(first + axis) * (length + 1)];
         }
         if !dense::factor(&mut self.mass, n) {
             return Err(too_long(motion.time));

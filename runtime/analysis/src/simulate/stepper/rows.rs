@@ -1,5 +1,6 @@
 //! Rows of the contact problem: which there are, along which directions, under which laws.
 use super::{ROWS_OF_AXIS, RowSource, Stepper};
+use crate::simulate::dense::row_length;
 use crate::simulate::problem::Law;
 
 /// How many times farther than at the present speed a joint may come in a step.
@@ -71,21 +72,24 @@ impl Stepper<'_> {
 
     /// Writes the directions of a source into the columns from `row` on.
     pub(super) fn direct(&mut self, source: RowSource, row: usize) {
-        let (nv, rows, tangents) = (self.mechanics.nv(), self.problem.rows(), self.mechanics.tangents());
+        let (nv, tangents) = (self.mechanics.nv(), self.mechanics.tangents());
+        let length = row_length(self.problem.rows());
         let (axis, sign) = match source {
             RowSource::Point(point) => {
-                for i in 0..nv {
-                    let target = &mut self.directions[i * rows + row..i * rows + row + 1 + tangents];
-                    target[0] = self.normal[point * nv + i];
+                let own = self.directions.chunks_exact_mut(length).map(|along| &mut along[row..=row + tangents]);
+                let normal = &self.normal[point * nv..][..nv];
+                let tangential = &self.tangential[point * tangents * nv..][..tangents * nv];
+                for ((i, target), normal) in own.enumerate().zip(normal) {
+                    target[0] = *normal;
                     for (k, target) in target[1..].iter_mut().enumerate() {
-                        *target = self.tangential[(point * tangents + k) * nv + i];
+                        *target = tangential[k * nv + i];
                     }
                 }
                 return;
             }
             RowSource::Normal(point) => {
                 for i in 0..nv {
-                    self.directions[i * rows + row] = self.normal[point * nv + i];
+                    self.directions[i * length + row] = self.normal[point * nv + i];
                 }
                 return;
             }
@@ -94,7 +98,7 @@ impl Stepper<'_> {
                     for (k, part) in parts.iter().enumerate() {
                         for i in 0..nv {
                             let along = |axis: usize| self.tangential[(2 * point + axis) * nv + i];
-                            self.directions[i * rows + row + k] += part[0] * along(0) + part[1] * along(1);
+                            self.directions[i * length + row + k] += part[0] * along(0) + part[1] * along(1);
                         }
                     }
                 }
@@ -107,13 +111,13 @@ impl Stepper<'_> {
                 // Play lies between a motor and its joint.
                 if let Some(k) = axis.checked_sub(self.joints.len()) {
                     let joint = self.coordinate(self.motors.laws[k].joint);
-                    self.directions[joint * rows + row] = -sign;
+                    self.directions[joint * length + row] = -sign;
                 }
                 (axis, sign)
             }
         };
         let coordinate = self.coordinate(axis);
-        self.directions[coordinate * rows + row] = sign;
+        self.directions[coordinate * length + row] = sign;
     }
 
     /// Spreads the friction of flat soles over their corners, for those who ask for the forces on points.
