@@ -133,41 +133,28 @@ fn is_zero(tile: &Tile) -> bool {
     tile.iter().flatten().all(|x| *x == 0.0)
 }
 
-/// Whole chunks of columns outside of which a block of rows is zero.
+/// Which chunks of columns of a block of rows are not zero: a bit each, the last for all that have none of their own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Stretch {
-    begin: usize,
-    end: usize,
-}
+pub(super) struct Filled(u64);
 
-impl Stretch {
+impl Filled {
     /// Of the blocks of rows of a matrix with so many columns.
     pub fn all(a: &[f64], columns: usize) -> impl Iterator<Item = Self> {
-        let of = |row: &[Chunk]| {
-            let full = |chunk: &Chunk| chunk.iter().any(|x| *x != 0.0);
-            let begin = row.iter().position(full).unwrap_or(row.len());
-            let end = row.iter().rposition(full).map_or(begin, |last| last + 1);
-            Self { begin, end }
-        };
         let length = chunks(columns).max(1);
-        whole(a).chunks(SIDE * length).map(move |block| {
-            block.chunks_exact(length).map(of).fold(Self::default(), Self::with)
-        })
+        let of = move |block: &[Chunk]| {
+            let mut filled = Self::default();
+            for row in block.chunks_exact(length) {
+                for (c, chunk) in row.iter().enumerate() {
+                    filled.0 |= u64::from(chunk.iter().any(|x| *x != 0.0)) << c.min(63);
+                }
+            }
+            filled
+        };
+        whole(a).chunks(SIDE * length).map(of)
     }
 
-    /// The smallest that holds both.
-    fn with(self, other: Self) -> Self {
-        if self.begin >= self.end {
-            return other;
-        }
-        if other.begin >= other.end {
-            return self;
-        }
-        Self { begin: self.begin.min(other.begin), end: self.end.max(other.end) }
-    }
-
-    fn has(&self, chunk: usize) -> bool {
-        self.begin <= chunk && chunk < self.end
+    fn has(self, chunk: usize) -> bool {
+        self.0 >> chunk.min(63) & 1 == 1
     }
 }
 
@@ -201,14 +188,14 @@ wide! {
 }
 
 wide! {
-    /// `Lᵀ Y = B` in place, `B` with `columns` columns; `stretches` are those of its blocks of rows, then of Y's.
-    fn forward(l: &[f64], n: usize, b: &mut [f64], columns: usize, stretches: &mut [Stretch]) {
+    /// `Lᵀ Y = B` in place, `B` with `columns` columns; `filled` are its blocks of rows, then Y's.
+    fn forward(l: &[f64], n: usize, b: &mut [f64], columns: usize, filled: &mut [Filled]) {
         let (length, l) = (chunks(n), &whole(l)[..n * chunks(n)]);
         let (width, b) = (chunks(columns), &mut whole_mut(b)[..n * chunks(columns)]);
         for k in (0..length).rev() {
             let own = tile(l, length, k, k);
-            let Stretch { begin, end } = stretches[k];
-            for c in begin..end {
+            let full = filled[k];
+            for c in (0..width).filter(|c| full.has(*c)) {
                 let y = solve_tile(&own, tile(b, width, k, c));
                 put(b, width, k, c, &y);
             }
@@ -217,8 +204,8 @@ wide! {
                 if is_zero(&factors) {
                     continue;
                 }
-                stretches[i] = stretches[i].with(stretches[k]);
-                for c in begin..end {
+                filled[i].0 |= full.0;
+                for c in (0..width).filter(|c| full.has(*c)) {
                     let y = tile(b, width, k, c);
                     let rest = less_product(tile(b, width, i, c), &factors, &y);
                     put(b, width, i, c, &rest);
@@ -228,24 +215,37 @@ wide! {
     }
 }
 
+/// A block of a column; what is missing below its end is zero.
+#[inline(always)]
+fn block(b: &[f64], at: usize) -> Chunk {
+    let own = &b[at * SIDE..];
+    own.first_chunk()
+        .copied()
+        .unwrap_or_else(|| std::array::from_fn(|i| own.get(i).copied().unwrap_or_default()))
+}
+
+#[inline(always)]
+fn put_block(b: &mut [f64], at: usize, block: Chunk) {
+    b[at * SIDE..].iter_mut().zip(block).for_each(|(b, x)| *b = x);
+}
+
 wide! {
     /// `Lᵀ y = b` in place.
     fn forward_one(l: &[f64], n: usize, b: &mut [f64]) {
         let (length, l) = (chunks(n), &whole(l)[..n * chunks(n)]);
         for k in (0..length).rev() {
-            let (above, own) = b.split_at_mut(k * SIDE);
-            let on_diagonal = tile(l, length, k, k);
-            for (at, row) in on_diagonal.iter().enumerate().take(own.len().min(SIDE)).rev() {
-                own[at] *= row[at];
-                let y = own[at];
-                own[..at].iter_mut().zip(row).for_each(|(x, factor)| *x -= factor * y);
-            }
-            let y: Chunk = std::array::from_fn(|at| own.get(at).copied().unwrap_or_default());
-            for (j, x) in whole_mut(above).iter_mut().enumerate() {
-                let rows = tile(l, length, k, j);
-                for at in (0..SIDE).rev() {
-                    *x = less(*x, y[at], rows[at]);
+            let own = tile(l, length, k, k);
+            let mut y = block(b, k);
+            for at in (0..SIDE).rev() {
+                y[at] *= own[at][at];
+                for i in 0..at {
+                    y[i] -= own[at][i] * y[at];
                 }
+            }
+            put_block(b, k, y);
+            for (j, x) in whole_mut(b).iter_mut().enumerate().take(k) {
+                let rows = tile(l, length, k, j);
+                *x = (0..SIDE).rev().fold(*x, |x, at| less(x, y[at], rows[at]));
             }
         }
     }
@@ -256,40 +256,43 @@ wide! {
     fn backward(l: &[f64], n: usize, b: &mut [f64]) {
         let (length, l) = (chunks(n), &whole(l)[..n * chunks(n)]);
         for i in 0..length {
-            let (before, own) = b.split_at_mut(i * SIDE);
             let mut sums = [[0.0; SIDE]; SIDE];
-            for (j, x) in whole(before).iter().enumerate() {
+            for (j, x) in whole(b).iter().enumerate().take(i) {
                 let rows = tile(l, length, i, j);
                 sums = std::array::from_fn(|k| std::array::from_fn(|c| sums[k][c] + rows[k][c] * x[c]));
             }
-            let on_diagonal = tile(l, length, i, i);
-            for at in 0..own.len().min(SIDE) {
+            let own = tile(l, length, i, i);
+            let mut x = block(b, i);
+            for at in 0..SIDE {
                 let [a, b, c, d] = sums[at];
-                let known: f64 = own[..at].iter().zip(&on_diagonal[at]).map(|(x, factor)| factor * x).sum();
-                own[at] = (own[at] - ((a + b) + (c + d)) - known) * on_diagonal[at][at];
+                x[at] -= (a + b) + (c + d);
+                for j in 0..at {
+                    x[at] -= own[at][j] * x[j];
+                }
+                x[at] *= own[at][at];
             }
+            put_block(b, i, x);
         }
     }
 }
 
 wide! {
-    /// `Yᵀ Y`; `Y` has `columns` columns, `stretches` are those of its blocks of rows.
-    fn gram(y: &[f64], columns: usize, stretches: &[Stretch], g: &mut [f64]) {
-        let (length, y, g) = (chunks(columns), whole(y), whole_mut(g));
-        let blocks = || y.chunks(SIDE * length).zip(stretches);
+    /// `Yᵀ Y`; `Y` has `columns` columns, `filled` are its blocks of rows.
+    fn gram(y: &[f64], columns: usize, filled: &[Filled], g: &mut [f64]) {
+        let length = chunks(columns);
+        let (y, g) = (whole(y), &mut whole_mut(g)[..columns * length]);
         for i in 0..length {
             for j in 0..=i {
                 let mut sum = [[0.0; SIDE]; SIDE];
-                for (block, _) in blocks().filter(|(_, stretch)| stretch.has(i) && stretch.has(j)) {
-                    for row in block.chunks_exact(length) {
-                        let (down, along) = (row[i], row[j]);
-                        sum = std::array::from_fn(|k| std::array::from_fn(|l| sum[k][l] + down[k] * along[l]));
+                for (b, full) in filled.iter().enumerate() {
+                    if full.has(i) && full.has(j) {
+                        let (down, along) = (tile(y, length, b, i), tile(y, length, b, j));
+                        for k in 0..SIDE {
+                            sum = std::array::from_fn(|r| std::array::from_fn(|c| sum[r][c] + down[k][r] * along[k][c]));
+                        }
                     }
                 }
-                let rows = SIDE.min(columns - i * SIDE);
-                for (k, row) in sum.iter().enumerate().take(rows) {
-                    g[(i * SIDE + k) * length + j] = *row;
-                }
+                put(g, length, i, j, &sum);
                 if i != j {
                     put(g, length, j, i, &std::array::from_fn(|k| std::array::from_fn(|l| sum[l][k])));
                 }
@@ -333,28 +336,37 @@ wide! {
     }
 }
 
-/// Takes multiples of the row of a pivot (from its chunk on) off the next `R` rows, so that they are zero below it; what they were is
-/// put there. `first`: the row's first chunk, zero up to the pivot.
+/// Eliminates below the diagonal in the block of columns `k`, with exchanges of whole rows. `false`: singular.
 #[inline(always)]
-fn take_off<const R: usize>(
-    rows: &mut [Chunk],
-    [length, chunk, side]: [usize; 3],
-    reciprocal: f64,
-    first: Chunk,
-    pivot: &[Chunk],
-) {
-    let factors: [f64; R] = std::array::from_fn(|r| rows[r * length + chunk][side] * reciprocal);
-    for (r, factor) in factors.into_iter().enumerate() {
-        let target = &mut rows[r * length + chunk];
-        *target = less(*target, factor, first);
-        target[side] = factor;
-    }
-    for (c, pivot) in pivot.iter().enumerate().skip(1) {
-        for (r, factor) in factors.into_iter().enumerate() {
-            let target = &mut rows[r * length + chunk + c];
-            *target = less(*target, factor, *pivot);
+fn eliminate_panel(a: &mut [Chunk], n: usize, k: usize, order: &mut Vec<usize>) -> bool {
+    let length = chunks(n);
+    for (side, at) in (k * SIDE..n.min((k + 1) * SIDE)).enumerate() {
+        let size = |row: usize| a[row * length + k][side].abs();
+        let (mut pivot, mut largest) = (at, size(at));
+        for row in at + 1..n {
+            if size(row) > largest {
+                (pivot, largest) = (row, size(row));
+            }
+        }
+        if largest <= f64::MIN_POSITIVE || !largest.is_finite() {
+            return false;
+        }
+        if pivot != at {
+            let (upper, lower) = a.split_at_mut(pivot * length);
+            upper[at * length..][..length].swap_with_slice(&mut lower[..length]);
+        }
+        order.push(pivot);
+        let own = a[at * length + k];
+        let reciprocal = own[side].recip();
+        // What stands left of the pivot are factors.
+        let own: Chunk = std::array::from_fn(|i| if i > side { own[i] } else { 0.0 });
+        for target in a[(at + 1) * length..].chunks_exact_mut(length) {
+            let factor = target[k][side] * reciprocal;
+            target[k] = less(target[k], factor, own);
+            target[k][side] = factor;
         }
     }
+    true
 }
 
 wide! {
@@ -362,31 +374,27 @@ wide! {
     /// `false`: singular to working precision.
     fn eliminate(a: &mut [f64], n: usize, order: &mut Vec<usize>) -> bool {
         order.clear();
-        let (length, a) = (chunks(n), whole_mut(a));
-        for k in 0..n {
-            let (chunk, side) = (k / SIDE, k % SIDE);
-            let size = |row: usize| a[row * length + chunk][side].abs();
-            let pivot = (k + 1..n).fold(k, |best, row| if size(row) > size(best) { row } else { best });
-            let size = size(pivot);
-            if size <= f64::MIN_POSITIVE || !size.is_finite() {
+        let length = chunks(n);
+        let a = &mut whole_mut(a)[..n * length];
+        for k in 0..length {
+            if !eliminate_panel(a, n, k, order) {
                 return false;
             }
-            if pivot != k {
-                let (upper, lower) = a.split_at_mut(pivot * length);
-                upper[k * length..(k + 1) * length].swap_with_slice(&mut lower[..length]);
-            }
-            order.push(pivot);
-            let (upper, lower) = a.split_at_mut((k + 1) * length);
-            let row = &upper[k * length + chunk..];
-            let reciprocal = row[0][side].recip();
-            // What stands left of the pivot are factors.
-            let first: Chunk = std::array::from_fn(|i| if i > side { row[0][i] } else { 0.0 });
-            let mut fours = lower[..(n - k - 1) * length].chunks_exact_mut(SIDE * length);
-            for four in &mut fours {
-                take_off::<SIDE>(four, [length, chunk, side], reciprocal, first, row);
-            }
-            for one in fours.into_remainder().chunks_exact_mut(length) {
-                take_off::<1>(one, [length, chunk, side], reciprocal, first, row);
+            for c in k + 1..length {
+                let (own, mut upper) = (tile(a, length, k, k), tile(a, length, k, c));
+                for i in 1..SIDE {
+                    for j in 0..i {
+                        upper[i] = less(upper[i], own[i][j], upper[j]);
+                    }
+                }
+                put(a, length, k, c, &upper);
+                for i in k + 1..length {
+                    let (factors, mut target) = (tile(a, length, i, k), tile(a, length, i, c));
+                    for s in 0..SIDE {
+                        target = std::array::from_fn(|r| less(target[r], factors[r][s], upper[s]));
+                    }
+                    put(a, length, i, c, &target);
+                }
             }
         }
         true
@@ -457,8 +465,8 @@ mod tests {
             b.view_mut((0, columns.min(4)), (n - 1, columns - columns.min(4))).fill(0.0);
             let mut y = padded(&b);
             y.iter_mut().filter(|y| y.is_nan()).for_each(|y| *y = 0.0);
-            let mut stretches: Vec<Stretch> = Stretch::all(&y, columns).collect();
-            assert_eq!(stretches[0], Stretch { begin: 0, end: if n <= SIDE { chunks(columns) } else { 1 } });
+            let mut filled: Vec<Filled> = Filled::all(&y, columns).collect();
+            assert!(n <= SIDE || (filled[0].has(0) && !filled[0].has(1)));
             let mut product = vec![0.0; columns];
             let x = numbers(n);
             add_rows(&y, &x, &mut product);
@@ -468,9 +476,9 @@ mod tests {
             dots(&y, &product, &mut other);
             let expected = &b * DVector::from_row_slice(&product);
             assert!((DVector::from_row_slice(&other) - expected).amax() < 1e-12);
-            forward(&l, n, &mut y, columns, &mut stretches);
+            forward(&l, n, &mut y, columns, &mut filled);
             let mut g = vec![0.0; columns * row_length(columns)];
-            gram(&y, columns, &stretches, &mut g);
+            gram(&y, columns, &filled, &mut g);
             let expected = b.transpose() * d.clone().try_inverse().unwrap() * &b;
             let found = DMatrix::from_fn(columns, columns, |i, j| g[i * row_length(columns) + j]);
             assert!((found - &expected).amax() < 1e-10 * expected.amax());

@@ -83,6 +83,8 @@ pub struct Problem {
     pub velocity: Vec<f64>,
     /// Step of the proximal point by row (r of 4.7), kg.
     pub(super) weight: Vec<f64>,
+    /// `|r c|²` of what drives the robot: where stops that nothing drives together do not count, however far they are.
+    pub(super) driven: f64,
     /// How far `impulse` is from what the laws make of it, by row: what the residual is formed from.
     pub(super) missed: Vec<f64>,
 }
@@ -160,6 +162,14 @@ impl Problem {
                 Law::Unilateral | Law::Limited { .. } => {}
             }
         }
+        self.driven = self.blocks.iter().map(|block| self.driven_by(block)).sum();
+    }
+
+    fn driven_by(&self, block: &Block) -> f64 {
+        let rows = block.first..block.first + block.size();
+        let one_sided = matches!(block.law, Law::Unilateral);
+        let drives = |free: f64| if one_sided { free.min(0.0) } else { free };
+        rows.map(|row| (self.weight[row] * drives(self.free[row])).powi(2)).sum()
     }
 
     /// Two tangential rows have one weight.

@@ -1,4 +1,5 @@
 //! The solver of contact problems: proximal points by Gauss and Seidel, Newton's method on the same equations.
+use super::dense::dot;
 use super::newton::{NEAR, NEARNESS, Newton};
 use super::problem::{Law, Problem, nearest};
 use super::sharing::Springs;
@@ -33,7 +34,7 @@ pub struct Solved {
 }
 
 /// Sweeps before the first Newton step.
-const FIRST_SWEEPS: usize = 1;
+const FIRST_SWEEPS: usize = 0;
 
 /// Largest number of Newton steps in a row.
 const NEWTON_STEPS: usize = 12;
@@ -117,7 +118,7 @@ impl Solver {
                 self.stride(problem, tolerance, solved);
             }
             turn += 1;
-            round = (2 * round).min(64);
+            round = (2 * round).clamp(1, 64);
         }
         solved.converged = true;
     }
@@ -236,42 +237,37 @@ pub(super) fn residual(problem: &mut Problem) -> f64 {
         // Comparisons below would take NaN for an open contact.
         return f64::NAN;
     }
-    let (mut missed, mut size, mut free) = (0.0, 0.0, 0.0);
     // Taken out, since the laws read the rest of the problem.
-    let mut rows = std::mem::take(&mut problem.missed);
+    let mut missed = std::mem::take(&mut problem.missed);
+    for ((missed, impulse), (weight, velocity)) in
+        missed.iter_mut().zip(&problem.impulse).zip(problem.weight.iter().zip(&problem.velocity))
+    {
+        *missed = impulse - weight * velocity;
+    }
     for block in &problem.blocks {
         let row = block.first;
-        let wanted = |r: usize| problem.impulse[r] - problem.weight[r] * problem.velocity[r];
-        // A stop that nothing drives together, however far it is, says nothing of the size of impulses.
-        let one_sided = matches!(block.law, Law::Unilateral);
-        let mut add = |r: usize, target: f64| {
-            rows[r] = target - problem.impulse[r];
-            missed += rows[r].powi(2);
-            size += problem.impulse[r].powi(2);
-            let driven = if one_sided { problem.free[r].min(0.0) } else { problem.free[r] };
-            free += (problem.weight[r] * driven).powi(2);
-        };
+        let wanted = &mut missed[row..row + block.size()];
         match block.law {
-            Law::Unilateral => add(row, wanted(row).max(0.0)),
-            Law::Limited { low, high } => add(row, wanted(row).max(low).min(high)),
+            Law::Unilateral => wanted[0] = wanted[0].max(0.0),
+            Law::Limited { low, high } => wanted[0] = wanted[0].max(low).min(high),
             Law::Contact { friction, tangents, cone } => {
-                add(row, wanted(row).max(0.0));
+                wanted[0] = wanted[0].max(0.0);
                 let limit = friction * problem.impulse[row].max(0.0);
-                let both = [wanted(row + 1), if tangents == 2 { wanted(row + 2) } else { 0.0 }];
+                let both = [wanted[1], if tangents == 2 { wanted[2] } else { 0.0 }];
                 let found = nearest(both, limit, tangents, cone);
-                for (k, &target) in found.iter().enumerate().take(tangents) {
-                    add(row + 1 + k, target);
-                }
+                wanted[1..].copy_from_slice(&found[..tangents]);
             }
             Law::Sole { friction, turning, normals, cone } => {
                 let load = problem.load(row, normals);
-                let found = nearest([wanted(row), wanted(row + 1)], friction * load, 2, cone);
-                (0..2).for_each(|k| add(row + k, found[k]));
-                add(row + 2, wanted(row + 2).max(-turning * load).min(turning * load));
+                let found = nearest([wanted[0], wanted[1]], friction * load, 2, cone);
+                wanted[..2].copy_from_slice(&found);
+                wanted[2] = wanted[2].max(-turning * load).min(turning * load);
             }
         }
     }
-    problem.missed = rows;
-    let scale = f64::max(size, free).sqrt();
-    if scale > 0.0 { missed.sqrt() / scale } else { missed.sqrt() }
+    missed.iter_mut().zip(&problem.impulse).for_each(|(missed, impulse)| *missed -= impulse);
+    let (miss, size) = (dot(&missed, &missed), dot(&problem.impulse, &problem.impulse));
+    problem.missed = missed;
+    let scale = f64::max(size, problem.driven).sqrt();
+    if scale > 0.0 { miss.sqrt() / scale } else { miss.sqrt() }
 }

@@ -6,7 +6,7 @@ mod free_motion;
 mod rows;
 
 use super::carried::Carried;
-use super::dense::{self, Stretch};
+use super::dense::{self, Filled};
 use super::drives::Coupled;
 use super::ground::{Ground, JointLaw};
 use super::heights::Terrain;
@@ -121,8 +121,8 @@ pub struct Stepper<'a> {
     drive: Vec<f64>,
     /// `W` of the closed rows, one row per coordinate (of [`dense::row_length`]); then `L⁻ᵀ W`.
     directions: Vec<f64>,
-    /// Where its rows are not zero.
-    stretches: Vec<Stretch>,
+    /// Where it is not zero.
+    filled: Vec<Filled>,
     normal: Vec<f64>,
     tangential: Vec<f64>,
     /// γ⁻ of the closed rows.
@@ -187,7 +187,7 @@ impl<'a> Stepper<'a> {
             before: Vec::new(),
             mean: Vec::new(),
             pushes: Vec::new(),
-            stretches: Vec::new(),
+            filled: Vec::new(),
             energy_accounting: None,
         }
         .with_room())

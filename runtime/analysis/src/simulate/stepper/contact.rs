@@ -1,6 +1,6 @@
 //! The contact problem of a step: what is closed, how fast it would move, what gives way.
 use super::{MotionState, RowSource, Stepper};
-use crate::simulate::dense::{self, Stretch, row_length};
+use crate::simulate::dense::{self, Filled, row_length};
 use crate::simulate::implicit::Relaxed;
 use crate::simulate::problem::{Block, Law};
 
@@ -64,7 +64,7 @@ impl Stepper<'_> {
             row += block.size();
         }
         self.free_velocities();
-        dense::gram(&self.directions, self.problem.rows(), &self.stretches, &mut self.problem.delassus);
+        dense::gram(&self.directions, self.problem.rows(), &self.filled, &mut self.problem.delassus);
         self.soften(motion, time);
     }
 
@@ -73,9 +73,9 @@ impl Stepper<'_> {
         self.before.clear();
         self.before.resize(rows, 0.0);
         dense::add_rows(&self.directions, &self.speed, &mut self.before);
-        self.stretches.clear();
-        self.stretches.extend(Stretch::all(&self.directions, rows));
-        dense::forward(&self.mass, n, &mut self.directions, rows, &mut self.stretches);
+        self.filled.clear();
+        self.filled.extend(Filled::all(&self.directions, rows));
+        dense::forward(&self.mass, n, &mut self.directions, rows, &mut self.filled);
         self.problem.free.copy_from_slice(&self.before);
         dense::add_rows(&self.directions, &self.drive, &mut self.problem.free);
         if self.ground.compliance.is_some() {

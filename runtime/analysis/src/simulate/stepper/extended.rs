@@ -93,7 +93,7 @@ impl Stepper<'_> {
         self.before = Vec::with_capacity(rows);
         self.mean = Vec::with_capacity(rows);
         self.pushes = vec![0.0; n];
-        self.stretches = Vec::with_capacity(n);
+        self.filled = Vec::with_capacity(n);
         self
     }
 

@@ -76,7 +76,8 @@ impl Stepper<'_> {
         let length = row_length(self.problem.rows());
         let (axis, sign) = match source {
             RowSource::Point(point) => {
-                let own = self.directions.chunks_exact_mut(length).map(|along| &mut along[row..=row + tangents]);
+                let own =
+                    self.directions.chunks_exact_mut(length).map(|along| &mut along[row..=row + tangents]);
                 let normal = &self.normal[point * nv..][..nv];
                 let tangential = &self.tangential[point * tangents * nv..][..tangents * nv];
                 for ((i, target), normal) in own.enumerate().zip(normal) {
