@@ -126,8 +126,11 @@ impl Newton {
         None
     }
 
-    /// The largest change of an impulse in the last whole step.
+    /// The largest change of an impulse in the last step that was tried for the present problem.
     pub fn change(&self) -> f64 {
+        if self.factors == Factors::None {
+            return f64::INFINITY;
+        }
         self.step.iter().fold(0.0, |largest: f64, step| largest.max(step.abs()))
     }
 

@@ -39,6 +39,9 @@ const FIRST_SWEEPS: usize = 0;
 /// Largest number of Newton steps in a row.
 const NEWTON_STEPS: usize = 12;
 
+/// What a further step with the same matrix leaves of the residual, where such steps are taken.
+pub(super) const STEADY: f64 = 0.1;
+
 /// Largest number of those that are taken whatever they bring.
 const STRIDES: usize = 16;
 
@@ -137,6 +140,10 @@ impl Solver {
         for _ in 0..NEWTON_STEPS {
             if solved.residual <= tolerance.relative {
                 return;
+            }
+            if let Some(smaller) = self.newton.refine(problem, STEADY * solved.residual) {
+                solved.residual = smaller;
+                continue;
             }
             solved.newton += 1;
             match self.newton.step(problem, solved.residual, nearness) {

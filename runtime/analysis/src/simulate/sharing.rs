@@ -7,7 +7,7 @@
 //! taken out again when they have chosen.
 use super::newton::{NEAR, NEARNESS};
 use super::problem::{Block, Law, Problem};
-use super::proximal::{Solved, Solver, Tolerance, residual};
+use super::proximal::{STEADY, Solved, Solver, Tolerance, residual};
 use std::ops::Range;
 
 /// Softness of the springs, as a part of the least velocity per impulse of a contact's row.
@@ -111,14 +111,29 @@ impl Solver {
             if solved.residual <= SHARED {
                 return self.springs.remember(problem);
             }
-            let Some(found) = self.newton.leap(problem, NEARNESS[0]) else { break };
+            // The matrix at hand does while nothing changes between sticking, slipping and letting go.
+            let found = match self.newton.refine(problem, STEADY * solved.residual) {
+                Some(found) => found,
+                None if solved.residual <= SOFTNESS && self.still(problem) => {
+                    return self.springs.remember(problem);
+                }
+                None => {
+                    solved.newton += 1;
+                    let Some(found) = self.newton.leap(problem, NEARNESS[0]) else { break };
+                    found
+                }
+            };
             solved.residual = found;
-            solved.newton += 1;
-            if found <= SOFTNESS && self.newton.change() <= UNSEEN * largest(&problem.impulse) {
+            if found <= SOFTNESS && self.still(problem) {
                 return self.springs.remember(problem);
             }
         }
         problem.impulse.copy_from_slice(&self.start);
+    }
+
+    /// Whether the last Newton step changed nothing that is seen.
+    fn still(&self, problem: &Problem) -> bool {
+        self.newton.change() <= UNSEEN * largest(&problem.impulse)
     }
 
     /// The nearest solution without springs, so that nothing creeps on them: one step with the matrix at hand, more if little is
