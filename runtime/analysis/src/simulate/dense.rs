@@ -53,11 +53,6 @@ fn whole_mut(a: &mut [f64]) -> &mut [Chunk] {
 /// Neighbours in rows and columns.
 type Tile = [Chunk; SIDE];
 
-/// Rows of a matrix with so many columns.
-fn rows(a: &[f64], columns: usize) -> impl DoubleEndedIterator<Item = &[f64]> + ExactSizeIterator {
-    a.chunks_exact(row_length(columns).max(1))
-}
-
 /// A tile from the block of rows `i`; rows that are missing below the last one are zero.
 #[inline(always)]
 fn tile(a: &[Chunk], length: usize, i: usize, j: usize) -> Tile {
@@ -141,16 +136,17 @@ impl Filled {
     /// Of the blocks of rows of a matrix with so many columns.
     pub fn all(a: &[f64], columns: usize) -> impl Iterator<Item = Self> {
         let length = chunks(columns).max(1);
-        let of = move |block: &[Chunk]| {
-            let mut filled = Self::default();
-            for row in block.chunks_exact(length) {
-                for (c, chunk) in row.iter().enumerate() {
-                    filled.0 |= u64::from(chunk.iter().any(|x| *x != 0.0)) << c.min(63);
-                }
-            }
-            filled
-        };
-        whole(a).chunks(SIDE * length).map(of)
+        whole(a).chunks(SIDE * length).map(move |block| {
+            let full = |c: &usize| {
+                // Bits, which are joined faster than numbers are compared.
+                let chunks = block.iter().skip(*c).step_by(length);
+                let joined = chunks.fold([0; SIDE], |bits: [u64; SIDE], chunk| {
+                    std::array::from_fn(|i| bits[i] | chunk[i].abs().to_bits())
+                });
+                joined != [0; SIDE]
+            };
+            Self((0..length).filter(full).fold(0, |bits, c| bits | 1 << c.min(63)))
+        })
     }
 
     fn has(self, chunk: usize) -> bool {
@@ -256,16 +252,9 @@ wide! {
     fn backward(l: &[f64], n: usize, b: &mut [f64]) {
         let (length, l) = (chunks(n), &whole(l)[..n * chunks(n)]);
         for i in 0..length {
-            let mut sums = [[0.0; SIDE]; SIDE];
-            for (j, x) in whole(b).iter().enumerate().take(i) {
-                let rows = tile(l, length, i, j);
-                sums = std::array::from_fn(|k| std::array::from_fn(|c| sums[k][c] + rows[k][c] * x[c]));
-            }
             let own = tile(l, length, i, i);
-            let mut x = block(b, i);
+            let mut x = less_rows(l, length, i, 0..i, b);
             for at in 0..SIDE {
-                let [a, b, c, d] = sums[at];
-                x[at] -= (a + b) + (c + d);
                 for j in 0..at {
                     x[at] -= own[at][j] * x[j];
                 }
@@ -330,7 +319,7 @@ wide! {
 wide! {
     /// `A x`: `A` has as many columns as `x`.
     fn dots(a: &[f64], x: &[f64], out: &mut [f64]) {
-        for (row, out) in rows(a, x.len()).zip(out) {
+        for (row, out) in a.chunks_exact(row_length(x.len()).max(1)).zip(out) {
             *out = dot(&row[..x.len()], x);
         }
     }
@@ -376,6 +365,10 @@ wide! {
         order.clear();
         let length = chunks(n);
         let a = &mut whole_mut(a)[..n * length];
+        // What lies beyond the columns would reach the answer as zero times what it is.
+        for row in a.chunks_exact_mut(length.max(1)) {
+            row[length - 1][n - (length - 1) * SIDE..].fill(0.0);
+        }
         for k in 0..length {
             if !eliminate_panel(a, n, k, order) {
                 return false;
@@ -407,14 +400,45 @@ wide! {
         for (k, &pivot) in order.iter().enumerate() {
             b.swap(k, pivot);
         }
-        for (k, row) in rows(a, n).enumerate().take(n) {
-            b[k] -= dot(&row[..k], &b[..k]);
+        let (length, a) = (chunks(n), &whole(a)[..n * chunks(n)]);
+        for i in 0..length {
+            let own = tile(a, length, i, i);
+            let mut x = less_rows(a, length, i, 0..i, b);
+            for at in 1..SIDE {
+                for j in 0..at {
+                    x[at] -= own[at][j] * x[j];
+                }
+            }
+            put_block(b, i, x);
         }
-        for (k, row) in rows(a, n).enumerate().take(n).rev() {
-            b[k] = (b[k] - dot(&row[k + 1..n], &b[k + 1..n])) / row[k];
+        for i in (0..length).rev() {
+            let own = tile(a, length, i, i);
+            let mut x = less_rows(a, length, i, i + 1..length, b);
+            for at in (0..SIDE.min(n - i * SIDE)).rev() {
+                for j in at + 1..SIDE {
+                    x[at] -= own[at][j] * x[j];
+                }
+                x[at] /= own[at][at];
+            }
+            put_block(b, i, x);
         }
         b[..n].iter().all(|x| x.is_finite())
     }
+}
+
+/// A block of `b` less some of its rows of `a` times other blocks.
+#[inline(always)]
+fn less_rows(a: &[Chunk], length: usize, i: usize, others: std::ops::Range<usize>, b: &[f64]) -> Chunk {
+    let mut sums = [[0.0; SIDE]; SIDE];
+    for j in others {
+        let (rows, x) = (tile(a, length, i, j), block(b, j));
+        sums = std::array::from_fn(|k| std::array::from_fn(|c| sums[k][c] + rows[k][c] * x[c]));
+    }
+    let own = block(b, i);
+    std::array::from_fn(|k| {
+        let [a, b, c, d] = sums[k];
+        own[k] - ((a + b) + (c + d))
+    })
 }
 
 /// Four sums side by side: one would wait for itself.

@@ -3,18 +3,10 @@ use super::{Newton, wanted};
 use crate::simulate::problem::{Block, Cone, Law, Problem};
 use std::ops::Range;
 
-/// A way in which impulses are free to change.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Unknown {
-    /// A row whose ξ is to vanish.
-    Still(usize),
-    /// Two tangential rows from this one on, across the direction of sliding.
-    Across(usize, Slide),
-}
-
-/// Of friction `λ_T = μ λ_N z/|z|`, `z = λ_T − r ξ_T`.
+/// Two tangential rows that slide: `λ_T = μ λ_N z/|z|`, `z = λ_T − r ξ_T`.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Slide {
+    pub first: usize,
     /// `z/|z|`
     pub along: [f64; 2],
     /// `μ λ_N/|z|`, below 1.
@@ -22,8 +14,9 @@ pub(super) struct Slide {
 }
 
 impl Slide {
-    pub fn across(&self) -> [f64; 2] {
-        [-self.along[1], self.along[0]]
+    /// What a row's entries give together, across.
+    pub fn across(&self, by_row: &[f64]) -> f64 {
+        self.along[0] * by_row[self.first + 1] - self.along[1] * by_row[self.first]
     }
 }
 
@@ -38,7 +31,10 @@ pub(super) struct Follow {
 /// Unknowns, and what all other active rows do.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Arrangement {
-    pub unknowns: Vec<Unknown>,
+    /// Rows whose ξ is to vanish: an unknown each.
+    pub still: Vec<usize>,
+    /// What slides: an unknown each, the change across the direction of sliding.
+    pub slides: Vec<Slide>,
     pub follows: Vec<Follow>,
     /// Rows that change by their right side, and by what they follow.
     pub given: Vec<usize>,
@@ -47,10 +43,16 @@ pub(super) struct Arrangement {
 impl Arrangement {
     pub fn with_room(rows: usize) -> Self {
         Self {
-            unknowns: Vec::with_capacity(rows),
+            still: Vec::with_capacity(rows),
+            slides: Vec::with_capacity(rows),
             follows: Vec::with_capacity(rows),
             given: Vec::with_capacity(rows),
         }
+    }
+
+    /// How many unknowns there are.
+    pub fn size(&self) -> usize {
+        self.still.len() + self.slides.len()
     }
 
     /// Whether the equations are those of symmetric rows of G.
@@ -69,7 +71,8 @@ struct Load {
 impl Newton {
     /// Arranges the step of the active rows, and writes their right sides.
     pub(super) fn arrange(&mut self, problem: &Problem) {
-        self.arrangement.unknowns.clear();
+        self.arrangement.still.clear();
+        self.arrangement.slides.clear();
         self.arrangement.follows.clear();
         self.arrangement.given.clear();
         self.right.clear();
@@ -118,7 +121,7 @@ impl Newton {
     /// `r ξ = 0` after the step.
     fn still(&mut self, problem: &Problem, row: usize) {
         self.right[row] = -problem.weight[row] * self.velocity_without_open(problem, row);
-        self.arrangement.unknowns.push(Unknown::Still(row));
+        self.arrangement.still.push(row);
     }
 
     /// ξ when open contacts let go.
@@ -155,6 +158,6 @@ impl Newton {
             let share = friction * along;
             self.arrangement.follows.push(Follow { row, normals: load.normals.clone(), share });
         }
-        self.arrangement.unknowns.push(Unknown::Across(first, Slide { along, ratio: most / length }));
+        self.arrangement.slides.push(Slide { first, along, ratio: most / length });
     }
 }

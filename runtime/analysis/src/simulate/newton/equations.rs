@@ -1,6 +1,6 @@
 //! Linear equations of a Newton step in as few unknowns as it has.
 use super::Newton;
-use super::arrange::Unknown;
+use super::arrange::Slide;
 use crate::simulate::dense::{self, row_length};
 use crate::simulate::problem::Problem;
 
@@ -19,7 +19,7 @@ pub(super) enum Factors {
 impl Newton {
     /// Assembles and factors; false: singular.
     pub(super) fn factor(&mut self, problem: &Problem) -> bool {
-        let n = self.arrangement.unknowns.len();
+        let n = self.arrangement.size();
         self.factors = Factors::None;
         self.matrix.resize(n * row_length(n), 0.0);
         if self.arrangement.is_symmetric()
@@ -38,22 +38,17 @@ impl Newton {
 
     /// The lower triangle of `G + nearness/r`; false: a row that nothing moves.
     fn assemble_symmetric(&mut self, problem: &Problem) -> bool {
-        let unknowns = &self.arrangement.unknowns;
-        let length = row_length(unknowns.len()).max(1);
-        let all = unknowns.len() == problem.rows();
-        for (at, (target, unknown)) in self.matrix.chunks_exact_mut(length).zip(unknowns).enumerate() {
-            let Unknown::Still(row) = *unknown else { return false };
+        let still = &self.arrangement.still;
+        let length = row_length(still.len()).max(1);
+        for (at, (target, &row)) in self.matrix.chunks_exact_mut(length).zip(still).enumerate() {
             let (own, weight) = (problem.row(row), problem.weight[row]);
             if weight <= 0.0 {
                 return false;
             }
-            if all {
+            if still.len() == problem.rows() {
                 target[..=at].copy_from_slice(&own[..=at]);
             } else {
-                for (x, other) in target.iter_mut().zip(&unknowns[..=at]) {
-                    let Unknown::Still(column) = *other else { return false };
-                    *x = own[column];
-                }
+                target.iter_mut().zip(&still[..=at]).for_each(|(x, column)| *x = own[*column]);
             }
             target[at] += self.nearness / weight;
         }
@@ -63,37 +58,32 @@ impl Newton {
     /// Every equation scaled by r.
     fn assemble(&mut self, problem: &Problem) {
         let Self { arrangement, matrix, row: by_row, nearness, .. } = self;
-        let length = row_length(arrangement.unknowns.len()).max(1);
-        for (at, (target, unknown)) in matrix.chunks_exact_mut(length).zip(&arrangement.unknowns).enumerate()
-        {
-            by_row.clear();
-            let diagonal = match *unknown {
-                Unknown::Still(row) => {
-                    let weight = problem.weight[row];
-                    by_row.extend(problem.row(row).iter().map(|own| weight * own));
-                    *nearness
-                }
-                Unknown::Across(first, slide) => {
-                    let [a, b] = slide.across().map(|x| x * slide.ratio * problem.weight[first]);
-                    let both = problem.row(first).iter().zip(problem.row(first + 1));
-                    by_row.extend(both.map(|(x, y)| a * x + b * y));
-                    1.0 - slide.ratio
-                }
-            };
+        let (n, still) = (arrangement.size(), arrangement.still.len());
+        let mut rows = matrix.chunks_exact_mut(row_length(n).max(1)).enumerate();
+        let mut write = |by_row: &mut [f64], diagonal: f64| {
             for follow in &arrangement.follows {
                 let by_follower = follow.share * by_row[follow.row];
                 by_row[follow.normals.clone()].iter_mut().for_each(|x| *x += by_follower);
             }
-            for (x, other) in target.iter_mut().zip(&arrangement.unknowns) {
-                *x = match *other {
-                    Unknown::Still(row) => by_row[row],
-                    Unknown::Across(first, slide) => {
-                        let [a, b] = slide.across();
-                        a * by_row[first] + b * by_row[first + 1]
-                    }
-                };
-            }
-            target[at] += diagonal;
+            let Some((at, row)) = rows.next() else { return };
+            let (left, right) = row.split_at_mut(still);
+            left.iter_mut().zip(&arrangement.still).for_each(|(x, column)| *x = by_row[*column]);
+            right.iter_mut().zip(&arrangement.slides).for_each(|(x, slide)| *x = slide.across(by_row));
+            row[at] += diagonal;
+        };
+        for &row in &arrangement.still {
+            let weight = problem.weight[row];
+            by_row.clear();
+            by_row.extend(problem.row(row).iter().map(|own| weight * own));
+            write(by_row, *nearness);
+        }
+        for slide in &arrangement.slides {
+            let weight = slide.ratio * problem.weight[slide.first];
+            let [x, y] = slide.along.map(|x| x * weight);
+            let both = problem.row(slide.first).iter().zip(problem.row(slide.first + 1));
+            by_row.clear();
+            by_row.extend(both.map(|(first, second)| x * second - y * first));
+            write(by_row, 1.0 - slide.ratio);
         }
     }
 
@@ -112,15 +102,11 @@ impl Newton {
                 dense::substitute(&self.matrix, n, &self.order, &mut self.values);
             }
         }
-        for (unknown, value) in self.arrangement.unknowns.iter().zip(&self.values) {
-            match *unknown {
-                Unknown::Still(row) => self.step[row] = *value,
-                Unknown::Across(first, slide) => {
-                    let [a, b] = slide.across();
-                    self.step[first] += a * value;
-                    self.step[first + 1] += b * value;
-                }
-            }
+        let (still, across) = self.values.split_at(self.arrangement.still.len());
+        self.arrangement.still.iter().zip(still).for_each(|(row, value)| self.step[*row] = *value);
+        for (Slide { first, along: [x, y], .. }, value) in self.arrangement.slides.iter().zip(across) {
+            self.step[*first] -= y * value;
+            self.step[first + 1] += x * value;
         }
         for follow in &self.arrangement.follows {
             let load: f64 = self.step[follow.normals.clone()].iter().sum();
@@ -139,12 +125,9 @@ impl Newton {
         for &row in &self.arrangement.given {
             self.step[row] = self.right[row];
         }
-        for unknown in &self.arrangement.unknowns {
-            if let Unknown::Across(first, slide) = *unknown {
-                let [x, y] = slide.along;
-                let along = x * self.right[first] + y * self.right[first + 1];
-                (self.step[first], self.step[first + 1]) = (x * along, y * along);
-            }
+        for &Slide { first, along: [x, y], .. } in &self.arrangement.slides {
+            let along = x * self.right[first] + y * self.right[first + 1];
+            (self.step[first], self.step[first + 1]) = (x * along, y * along);
         }
         if self.step.iter().any(|step| *step != 0.0) {
             dense::add_rows(&problem.delassus, &self.step, &mut self.row);
@@ -154,15 +137,12 @@ impl Newton {
     fn right_of_unknowns(&mut self, problem: &Problem) {
         self.values.clear();
         let symmetric = self.factors == Factors::Symmetric;
-        self.values.extend(self.arrangement.unknowns.iter().map(|unknown| match *unknown {
-            Unknown::Still(row) if symmetric => self.right[row] / problem.weight[row] - self.row[row],
-            Unknown::Still(row) => self.right[row] - problem.weight[row] * self.row[row],
-            Unknown::Across(first, slide) => {
-                let [a, b] = slide.across();
-                let weight = slide.ratio * problem.weight[first];
-                a * (self.right[first] - weight * self.row[first])
-                    + b * (self.right[first + 1] - weight * self.row[first + 1])
-            }
+        self.values.extend(self.arrangement.still.iter().map(|&row| {
+            let (right, weight, known) = (self.right[row], problem.weight[row], self.row[row]);
+            if symmetric { right / weight - known } else { right - weight * known }
+        }));
+        self.values.extend(self.arrangement.slides.iter().map(|slide| {
+            slide.across(&self.right) - slide.ratio * problem.weight[slide.first] * slide.across(&self.row)
         }));
     }
 }
