@@ -133,24 +133,27 @@ fn is_zero(tile: &Tile) -> bool {
 pub(super) struct Filled(u64);
 
 impl Filled {
-    /// Of the blocks of rows of a matrix with so many columns.
-    pub fn all(a: &[f64], columns: usize) -> impl Iterator<Item = Self> {
-        let length = chunks(columns).max(1);
-        whole(a).chunks(SIDE * length).map(move |block| {
-            let full = |c: &usize| {
-                // Bits, which are joined faster than numbers are compared.
-                let chunks = block.iter().skip(*c).step_by(length);
-                let joined = chunks.fold([0; SIDE], |bits: [u64; SIDE], chunk| {
-                    std::array::from_fn(|i| bits[i] | chunk[i].abs().to_bits())
-                });
-                joined != [0; SIDE]
-            };
-            Self((0..length).filter(full).fold(0, |bits, c| bits | 1 << c.min(63)))
-        })
-    }
-
     fn has(self, chunk: usize) -> bool {
         self.0 >> chunk.min(63) & 1 == 1
+    }
+}
+
+wide! {
+    /// What is not zero in the blocks of rows of a matrix with so many columns.
+    fn survey(a: &[f64], columns: usize, filled: &mut Vec<Filled>) {
+        let length = chunks(columns).max(1);
+        filled.clear();
+        for block in whole(a).chunks(SIDE * length) {
+            let mut bits = 0;
+            for c in 0..length {
+                let mut joined = [0; SIDE];
+                for row in block.chunks_exact(length) {
+                    joined = std::array::from_fn(|i| joined[i] | row[c][i].abs().to_bits());
+                }
+                bits |= u64::from(joined.iter().any(|bits| *bits != 0)) << c.min(63);
+            }
+            filled.push(Filled(bits));
+        }
     }
 }
 
@@ -489,7 +492,8 @@ mod tests {
             b.view_mut((0, columns.min(4)), (n - 1, columns - columns.min(4))).fill(0.0);
             let mut y = padded(&b);
             y.iter_mut().filter(|y| y.is_nan()).for_each(|y| *y = 0.0);
-            let mut filled: Vec<Filled> = Filled::all(&y, columns).collect();
+            let mut filled = Vec::new();
+            survey(&y, columns, &mut filled);
             assert!(n <= SIDE || (filled[0].has(0) && !filled[0].has(1)));
             let mut product = vec![0.0; columns];
             let x = numbers(n);

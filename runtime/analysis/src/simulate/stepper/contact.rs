@@ -1,6 +1,6 @@
 //! The contact problem of a step: what is closed, how fast it would move, what gives way.
 use super::{MotionState, RowSource, Stepper};
-use crate::simulate::dense::{self, Filled, row_length};
+use crate::simulate::dense::{self, row_length};
 use crate::simulate::implicit::Relaxed;
 use crate::simulate::problem::{Block, Law};
 
@@ -73,8 +73,7 @@ impl Stepper<'_> {
         self.before.clear();
         self.before.resize(rows, 0.0);
         dense::add_rows(&self.directions, &self.speed, &mut self.before);
-        self.filled.clear();
-        self.filled.extend(Filled::all(&self.directions, rows));
+        dense::survey(&self.directions, rows, &mut self.filled);
         dense::forward(&self.mass, n, &mut self.directions, rows, &mut self.filled);
         self.problem.free.copy_from_slice(&self.before);
         dense::add_rows(&self.directions, &self.drive, &mut self.problem.free);
