@@ -1,0 +1,166 @@
+//! Rows in chunks and tiles of four, which a processor works on side by side.
+
+/// A function compiled twice: as it is, and for processors with 256 bit registers, which are asked for at run time. Both
+/// do the same operations in the same order.
+macro_rules! wide {
+    ($(#[$meta:meta])* fn $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? $body:block) => {
+        $(#[$meta])*
+        pub(in crate::simulate) fn $name($($argument: $type),*) $(-> $result)? {
+            #[inline(always)]
+            fn plain($($argument: $type),*) $(-> $result)? $body
+
+            #[cfg(target_arch = "x86_64")]
+            {
+                #[target_feature(enable = "avx2")]
+                fn wide($($argument: $type),*) $(-> $result)? {
+                    plain($($argument),*)
+                }
+                if std::arch::is_x86_feature_detected!("avx2") {
+                    // SAFETY: the processor has what the function is compiled for.
+                    return unsafe { wide($($argument),*) };
+                }
+            }
+            plain($($argument),*)
+        }
+    };
+}
+
+/// Columns that are worked on side by side. Every row of a matrix takes a whole multiple, see [`row_length`]; what lies beyond
+/// its columns is of no use, and computed along.
+pub(super) const SIDE: usize = 4;
+
+/// Neighbours in a row.
+pub(super) type Chunk = [f64; SIDE];
+
+/// Numbers from one row of a matrix with so many columns to the next.
+pub(in crate::simulate) fn row_length(columns: usize) -> usize {
+    columns.next_multiple_of(SIDE)
+}
+
+/// Chunks that hold the first `columns`.
+pub(super) fn chunks(columns: usize) -> usize {
+    columns.div_ceil(SIDE)
+}
+
+pub(super) fn whole(a: &[f64]) -> &[Chunk] {
+    a.as_chunks().0
+}
+
+pub(super) fn whole_mut(a: &mut [f64]) -> &mut [Chunk] {
+    a.as_chunks_mut().0
+}
+
+/// Neighbours in rows and columns.
+pub(super) type Tile = [Chunk; SIDE];
+
+/// A tile from the block of rows `i`; rows that are missing below the last one are zero.
+#[inline(always)]
+pub(super) fn tile(a: &[Chunk], length: usize, i: usize, j: usize) -> Tile {
+    let at = i * SIDE * length + j;
+    if let Some(a) = a.get(at..at + 3 * length + 1) {
+        return [a[0], a[length], a[2 * length], a[3 * length]];
+    }
+    std::array::from_fn(|k| a.get(at + k * length).copied().unwrap_or_default())
+}
+
+#[inline(always)]
+pub(super) fn put(a: &mut [Chunk], length: usize, i: usize, j: usize, tile: &Tile) {
+    let at = i * SIDE * length + j;
+    if let Some(a) = a.get_mut(at..at + 3 * length + 1) {
+        [a[0], a[length], a[2 * length], a[3 * length]] = *tile;
+        return;
+    }
+    for (k, row) in tile.iter().enumerate() {
+        if let Some(a) = a.get_mut(at + k * length) {
+            *a = *row;
+        }
+    }
+}
+
+#[inline(always)]
+pub(super) fn less(x: Chunk, factor: f64, y: Chunk) -> Chunk {
+    std::array::from_fn(|i| x[i] - factor * y[i])
+}
+
+/// `target − Lᵀ Y`, from the last row of L on.
+#[inline(always)]
+pub(super) fn less_product(mut target: Tile, l: &Tile, y: &Tile) -> Tile {
+    for k in (0..SIDE).rev() {
+        target = std::array::from_fn(|i| less(target[i], l[k][i], y[k]));
+    }
+    target
+}
+
+/// `Lᵀ Y = B` with L on the diagonal.
+#[inline(always)]
+pub(super) fn solve_tile(l: &Tile, mut b: Tile) -> Tile {
+    for k in (0..SIDE).rev() {
+        b[k] = b[k].map(|x| x * l[k][k]);
+        for i in 0..k {
+            b[i] = less(b[i], l[k][i], b[k]);
+        }
+    }
+    b
+}
+
+/// L of a tile on the diagonal with `rows` rows; `None`: not positive definite.
+#[inline(always)]
+pub(super) fn factor_tile(mut a: Tile, rows: usize) -> Option<Tile> {
+    for (k, row) in a.iter_mut().enumerate().skip(rows) {
+        row[k] = 1.0;
+    }
+    let mut definite = true;
+    for k in (0..SIDE).rev() {
+        let rest = a[k][k];
+        // Written so that NaN fails too.
+        definite &= rest > 0.0 && rest < f64::INFINITY;
+        let reciprocal = rest.sqrt().recip();
+        a[k] = a[k].map(|x| x * reciprocal);
+        a[k][k] = reciprocal;
+        for i in 0..k {
+            a[i] = less(a[i], a[k][i], a[k]);
+        }
+    }
+    definite.then_some(a)
+}
+
+pub(super) fn is_zero(tile: &Tile) -> bool {
+    tile.iter().flatten().all(|x| *x == 0.0)
+}
+
+/// A block of a column; what is missing below its end is zero.
+#[inline(always)]
+pub(super) fn block(b: &[f64], at: usize) -> Chunk {
+    let own = &b[at * SIDE..];
+    own.first_chunk()
+        .copied()
+        .unwrap_or_else(|| std::array::from_fn(|i| own.get(i).copied().unwrap_or_default()))
+}
+
+#[inline(always)]
+pub(super) fn put_block(b: &mut [f64], at: usize, block: Chunk) {
+    b[at * SIDE..].iter_mut().zip(block).for_each(|(b, x)| *b = x);
+}
+
+/// A block of `b` less some of its rows of `a` times other blocks.
+#[inline(always)]
+pub(super) fn less_rows(
+    a: &[Chunk],
+    length: usize,
+    i: usize,
+    others: std::ops::Range<usize>,
+    b: &[f64],
+) -> Chunk {
+    let mut sums = [[0.0; SIDE]; SIDE];
+    for j in others {
+        let (rows, x) = (tile(a, length, i, j), block(b, j));
+        sums = std::array::from_fn(|k| std::array::from_fn(|c| sums[k][c] + rows[k][c] * x[c]));
+    }
+    let own = block(b, i);
+    std::array::from_fn(|k| {
+        let [a, b, c, d] = sums[k];
+        own[k] - ((a + b) + (c + d))
+    })
+}
+
+pub(super) use wide;
