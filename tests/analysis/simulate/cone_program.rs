@@ -46,7 +46,7 @@ fn minimised(problem: &Problem, slip: &[f64]) -> Vec<f64> {
         }
     }
     let upper: Vec<Vec<f64>> = (0..n)
-        .map(|i| (0..n).map(|j| if j >= i { problem.delassus[i * n + j] } else { 0.0 }).collect())
+        .map(|i| (0..n).map(|j| if j >= i { problem.row(i)[j] } else { 0.0 }).collect())
         .collect();
     let p = CscMatrix::from(upper.iter());
     let a = CscMatrix::from(rows.iter());
@@ -63,7 +63,7 @@ fn minimised(problem: &Problem, slip: &[f64]) -> Vec<f64> {
     assert!(fine || solver.solution.r_dual < 1e-9, "{:?}", solver.solution.status);
     let impulse = &solver.solution.x;
     (0..n)
-        .map(|i| problem.free[i] + (0..n).map(|j| problem.delassus[i * n + j] * impulse[j]).sum::<f64>())
+        .map(|i| problem.free[i] + (0..n).map(|j| problem.row(i)[j] * impulse[j]).sum::<f64>())
         .collect()
 }
 

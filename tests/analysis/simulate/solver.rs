@@ -36,7 +36,7 @@ fn laws_hold(problem: &Problem, tolerance: f64) {
     let n = problem.rows();
     let velocity: Vec<f64> = (0..n)
         .map(|i| {
-            problem.free[i] + (0..n).map(|j| problem.delassus[i * n + j] * problem.impulse[j]).sum::<f64>()
+            problem.free[i] + (0..n).map(|j| problem.row(i)[j] * problem.impulse[j]).sum::<f64>()
         })
         .collect();
     for block in &problem.blocks {

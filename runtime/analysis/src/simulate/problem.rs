@@ -116,7 +116,7 @@ impl Problem {
     }
 
     /// One row of `G`.
-    pub(super) fn row(&self, row: usize) -> &[f64] {
+    pub fn row(&self, row: usize) -> &[f64] {
         let n = self.rows();
         &self.delassus[row * row_length(n)..][..n]
     }
