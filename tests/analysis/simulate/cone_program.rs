@@ -45,9 +45,8 @@ fn minimised(problem: &Problem, slip: &[f64]) -> Vec<f64> {
             Law::Sole { .. } => unreachable!("the random problems have point contacts"),
         }
     }
-    let upper: Vec<Vec<f64>> = (0..n)
-        .map(|i| (0..n).map(|j| if j >= i { problem.row(i)[j] } else { 0.0 }).collect())
-        .collect();
+    let upper: Vec<Vec<f64>> =
+        (0..n).map(|i| (0..n).map(|j| if j >= i { problem.row(i)[j] } else { 0.0 }).collect()).collect();
     let p = CscMatrix::from(upper.iter());
     let a = CscMatrix::from(rows.iter());
     let settings = DefaultSettings {
@@ -62,9 +61,7 @@ fn minimised(problem: &Problem, slip: &[f64]) -> Vec<f64> {
     let fine = matches!(solver.solution.status, SolverStatus::Solved | SolverStatus::AlmostSolved);
     assert!(fine || solver.solution.r_dual < 1e-9, "{:?}", solver.solution.status);
     let impulse = &solver.solution.x;
-    (0..n)
-        .map(|i| problem.free[i] + (0..n).map(|j| problem.row(i)[j] * impulse[j]).sum::<f64>())
-        .collect()
+    (0..n).map(|i| problem.free[i] + (0..n).map(|j| problem.row(i)[j] * impulse[j]).sum::<f64>()).collect()
 }
 
 fn slips(problem: &Problem, velocity: &[f64]) -> Vec<f64> {

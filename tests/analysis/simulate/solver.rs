@@ -13,10 +13,8 @@ pub fn random(numbers: &mut Numbers, contacts: usize, tangents: usize, cone: Con
     let v = numbers.fill(velocities);
     let mut problem = Problem::default();
     problem.clear(rows);
+    problem.set_delassus(|i, j| y.iter().map(|row| row[i] * row[j]).sum());
     for i in 0..rows {
-        for j in 0..rows {
-            problem.delassus[i * rows + j] = y.iter().map(|row| row[i] * row[j]).sum();
-        }
         // In the range of Yᵀ: there is a velocity that no row minds.
         problem.free[i] = y.iter().zip(&v).map(|(row, v)| row[i] * v).sum();
     }
@@ -35,9 +33,7 @@ pub fn random(numbers: &mut Numbers, contacts: usize, tangents: usize, cone: Con
 fn laws_hold(problem: &Problem, tolerance: f64) {
     let n = problem.rows();
     let velocity: Vec<f64> = (0..n)
-        .map(|i| {
-            problem.free[i] + (0..n).map(|j| problem.row(i)[j] * problem.impulse[j]).sum::<f64>()
-        })
+        .map(|i| problem.free[i] + (0..n).map(|j| problem.row(i)[j] * problem.impulse[j]).sum::<f64>())
         .collect();
     for block in &problem.blocks {
         let (i, impulse) = (block.first, problem.impulse[block.first]);
