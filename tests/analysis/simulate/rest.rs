@@ -8,7 +8,9 @@ fn slid(planar: bool, slope: f64, friction: f64, direction: f64, cone: Cone) -> 
     let (down, level) = (brick.gravity[0], brick.gravity[2]);
     brick.gravity = [down * direction.cos(), down * direction.sin(), level];
     let mut stepper = brick.stepper(Ground { friction, cone, ..Ground::default() });
-    let mut motion = brick.at(0.05);
+    // A nanometre deep: at a height of zero, rounding decides now and then which corners touch, and the brick falls onto the
+    // others, by some 10 µm in a step or two.
+    let mut motion = brick.at(0.05 - 1e-9);
     let force = vec![0.0; motion.v.len()];
     for _ in 0..1000 {
         let stepped = stepper.step(&mut motion, &force, 1e-3).unwrap();
@@ -30,8 +32,7 @@ fn a_brick_sticks_below_the_friction_limit_and_slides_above_it() {
             }
             let (way, speed) = slid(planar, 0.99 * limit, friction, direction, Cone::Round);
             println!("planar {planar}, direction {direction}: stuck to {way:.1e} m, {speed:.1e} m/s");
-            // Falling by rounding onto the ground it may slip in the first step.
-            assert!(way < 1e-5 && speed < 1e-9, "{way} {speed}");
+            assert!(way < 1e-9 && speed < 1e-9, "{way} {speed}");
             let slope = 1.2 * limit;
             let (way, speed) = slid(planar, slope, friction, direction, Cone::Round);
             let a = 9.81 * (slope.sin() - friction * slope.cos());

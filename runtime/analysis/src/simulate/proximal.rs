@@ -82,6 +82,10 @@ impl Solver {
         if !self.springs.put_into(problem) {
             problem.weigh();
             self.arrive(problem, tolerance, NEAR, &mut solved);
+            // What nearness leaves would make what rests creep.
+            if let Some(smaller) = self.newton.refine(problem, solved.residual) {
+                solved.residual = smaller;
+            }
             return solved;
         }
         problem.weigh();
