@@ -252,10 +252,38 @@ fn corrections_of_inertias_are_written_and_add_up() {
     let twice = amend(&[]);
     assert!(twice.contains("mass = 0.5  # kg, 95 %: 0.45 to 0.55"), "{twice}");
     assert_eq!(twice.matches("inertial_correction").count(), 1);
+    // What was judged is what stands: the parameters of the link change twice as much, which its shift does not.
+    let second = torso_parameters(&folder);
+    assert!(!twice.contains("x = 0.004"), "{twice}");
+    bipedc(&["amend", text(&folder), "--undo"]).ok();
+    let first = torso_parameters(&folder);
+    bipedc(&["amend", text(&folder), "--undo"]).ok();
+    let described = torso_parameters(&folder);
+    for ((second, first), described) in second.into_iter().zip(first).zip(described) {
+        assert!((second - 2.0 * first + described).abs() < 1e-12, "{described} {first} {second}");
+    }
+    for _ in 0..2 {
+        amend(&[]);
+    }
     for _ in 0..2 {
         bipedc(&["amend", text(&folder), "--undo"]).ok();
     }
     assert_eq!(read(&folder, "biped.toml"), before);
+}
+
+/// Mass, first and second moments of the torso as amended, in its own axes.
+fn torso_parameters(folder: &std::path::Path) -> Vec<f64> {
+    let robot = bipedc_compiler::Robot::read(folder).unwrap();
+    let built = bipedc_compiler::tree::as_built(&robot.description);
+    let inertial = built.links.iter().find(|link| link.name == "torso").unwrap().inertial.unwrap();
+    let (m, c) = (inertial.mass, inertial.origin.xyz);
+    let about = bipedc::robot::link_inertias::about_center(&inertial);
+    let square: f64 = c.iter().map(|x| x * x).sum();
+    let mut all = vec![m, m * c[0], m * c[1], m * c[2]];
+    for (r, k) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
+        all.push(about[r][k] + m * (if r == k { square } else { 0.0 } - c[r] * c[k]));
+    }
+    all
 }
 
 #[cfg(unix)]

@@ -3,10 +3,12 @@ use super::files::{Lock, prepared, read_text};
 use super::history::{Action, Change, History, HistoryState, Step, Version, pack};
 use super::text::{self, Written};
 use super::{Proposal, Proposed, Request, comments, description_path, is_same, now};
+use crate::robot::link_inertias::about_center;
+use bipedc_analysis::robot::link_inertias;
 use bipedc_compiler::description::SourceFiles;
-use bipedc_compiler::description::model::RobotDescription;
+use bipedc_compiler::description::model::{Inertial, Link, RobotDescription};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect, Law};
 use bipedc_effects::files::Batch;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -135,7 +137,7 @@ fn put(
     }
     let mut ci95 = proposed.ci95.clone();
     if let Some(previous) = previous.as_ref().filter(|_| proposed.request == Request::Increase) {
-        increase(&mut effect, &mut ci95, previous);
+        increase(&mut effect, &mut ci95, previous, robot);
     }
     let is_twin = |change: &Change| is_same(&change.effect, &effect);
     let action = match proposed.request {
@@ -163,13 +165,48 @@ fn put(
     Ok((text, Change { action, effect, ci95, previous, error }))
 }
 
-/// What a change of an effect makes of what stands: values and intervals move by the latter's values.
-fn increase(effect: &mut Effect, ci95: &mut BTreeMap<String, [f64; 2]>, previous: &Effect) {
-    for (name, value) in &previous.parameters {
-        *effect.parameters.entry(name.clone()).or_insert(0.0) += value;
-        if let Some(interval) = ci95.get_mut(name) {
-            *interval = interval.map(|end| end + value);
+/// What a change of an effect makes of what stands: values move by the latter's, those of a link's correction so that its
+/// parameters are what was judged; intervals move along.
+fn increase(
+    effect: &mut Effect,
+    ci95: &mut BTreeMap<String, [f64; 2]>,
+    previous: &Effect,
+    robot: &RobotDescription,
+) {
+    let found = effect.parameters.clone();
+    let link =
+        effect.location.link.as_deref().and_then(|name| robot.links.iter().find(|link| link.name == name));
+    match link.filter(|_| effect.kind.law == Law::InertialCorrection) {
+        Some(link) => {
+            let joined = inertia_of_link(link).joined([previous, effect]);
+            let kept = |name: &str| previous.parameters.contains_key(name) || found.contains_key(name);
+            let values = joined.into_iter().filter(|(name, value)| *value != 0.0 || kept(name));
+            effect.parameters.extend(values.map(|(name, value)| (name.to_owned(), value)));
         }
+        None => {
+            for (name, value) in &previous.parameters {
+                *effect.parameters.entry(name.clone()).or_insert(0.0) += value;
+            }
+        }
+    }
+    for (name, interval) in ci95 {
+        let moved = effect.value(name) - found.get(name).copied().unwrap_or(0.0);
+        *interval = interval.map(|end| end + moved);
+    }
+}
+
+/// A link by itself, in its own axes.
+fn inertia_of_link(link: &Link) -> link_inertias::Link {
+    let inertial =
+        link.inertial.unwrap_or(Inertial { mass: 0.0, origin: Default::default(), inertia: [0.0; 6] });
+    link_inertias::Link {
+        name: link.name.clone(),
+        body: 0,
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        translation: [0.0; 3],
+        mass: inertial.mass,
+        center: inertial.origin.xyz,
+        inertia: about_center(&inertial),
     }
 }
 

@@ -102,8 +102,12 @@ impl Writer<'_> {
         let description = self.description;
         let root = &description.root_link;
         let mut world = Element::new("worldbody");
-        let floor = Element::new("geom").with("name", "floor").with("type", "plane").with("size", "0 0 0.05");
-        world.add(floor.with("contype", "0").with("conaffinity", "1"));
+        // Below a robot on a stand nobody knows where the floor is; its feet would stand in it.
+        if !matches!(description.base, Base::Fixed { .. }) {
+            let floor = Element::new("geom").with("name", "floor").with("type", "plane");
+            let floor = floor.with("size", "0 0 0.05");
+            world.add(floor.with("contype", "0").with("conaffinity", "1"));
+        }
         let base = self.base()?;
         if root == "world" && base.is_empty() {
             for joint in description.joints.iter().filter(|joint| joint.parent == *root) {

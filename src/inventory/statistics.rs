@@ -1,5 +1,5 @@
 //! What one pass over a file tells of its clock and its columns, in memory that does not depend on its length.
-use bipedc_analysis::log::Field;
+use bipedc_analysis::log::{Field, usual_step};
 use bipedc_effects::magnitude;
 use serde::Serialize;
 
@@ -116,8 +116,7 @@ impl Clock {
         if steps.is_empty() {
             return;
         }
-        let middle = steps.len() / 2;
-        let step = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let step = usual_step(&mut steps, self.largest);
         self.step = Some(step);
         waiting.into_iter().for_each(|one| self.judge(step, one));
     }

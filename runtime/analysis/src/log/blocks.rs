@@ -51,8 +51,8 @@ impl Sampling {
             };
             return Err(Diagnostics(vec![error]));
         }
-        let middle = steps.len() / 2;
-        let step = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let latest = first.back().map_or(0.0, |(_, values)| values[0]);
+        let step = usual_step(&mut steps, latest);
         match first.front().and_then(|(row, _)| other_unit(&reader, *row, step)) {
             Some(error) => Err(Diagnostics(vec![error])),
             None => Ok(Self { reader, first, step }),
@@ -63,6 +63,20 @@ impl Sampling {
     pub fn step(&self) -> f64 {
         self.step
     }
+}
+
+/// The usual one of at least one step between time stamps, the latest of which is given: the median. Where rounding of the stamps
+/// shows in it (in seconds since 1970 they are multiples of 0.24 µs, and so is every step), the mean of those near it.
+pub fn usual_step(steps: &mut [f64], latest: f64) -> f64 {
+    /// Rounding of time stamps, in parts of a step, that shows in the rate of a log.
+    const COARSE: f64 = 1e-7;
+    let middle = steps.len() / 2;
+    let median = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
+    if latest.abs() * f64::EPSILON <= COARSE * median {
+        return median;
+    }
+    let near = || steps.iter().filter(|step| (**step - median).abs() <= 0.5 * median.abs());
+    near().sum::<f64>() / near().count().max(1) as f64
 }
 
 /// Robots are sampled between 10 Hz and 10 kHz: steps beyond that tell the unit of the time column.
@@ -368,4 +382,22 @@ fn repaired(reader: &Reader) -> Vec<Diagnostic> {
         "if they are samples of their own, log time with more digits",
     );
     [sorted, left_out].into_iter().flatten().collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::usual_step;
+
+    #[test]
+    fn stamps_since_1970_keep_their_rate() {
+        for begin in [0.0, 1.7e9 + 0.123_457] {
+            let stamps: Vec<f64> = (0..2000).map(|k| begin + 0.005 * f64::from(k)).collect();
+            let mut steps: Vec<f64> = stamps.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            // A gap and a hurried sample do not count.
+            (steps[7], steps[11]) = (0.4, 1e-4);
+            let step = usual_step(&mut steps, stamps[1999]);
+            assert!((step / 0.005 - 1.0).abs() < 1e-7, "{begin}: {step}");
+        }
+        assert_eq!(usual_step(&mut [0.01], 1.7e9), 0.01);
+    }
 }

@@ -21,7 +21,7 @@ mod spikes;
 mod table;
 mod value;
 
-pub use blocks::{Block, Blocks, MOST_GAPS, Sampling, SamplingReport};
+pub use blocks::{Block, Blocks, MOST_GAPS, Sampling, SamplingReport, usual_step};
 pub use file::Log;
 pub use header::{Column, Kind};
 pub use in_time::{REACH, Repairs};

@@ -105,6 +105,38 @@ impl Link {
         [0, 1, 2].map(|r| [0, 1, 2].map(|c| (0..3).map(|k| self.rotation[c][k] * half[r][k]).sum()))
     }
 
+    /// The values of the one `inertial_correction` that does what two do together, each stated from the described link: mass,
+    /// shift of the centre (m) and inertia about it (kg m²). First and second moments add; shifts and inertias about the centre
+    /// do not.
+    pub fn joined(&self, corrections: [&Effect; 2]) -> [(&'static str, f64); 10] {
+        let axes = [0, 1, 2].map(|r| [0, 1, 2].map(|c| f64::from(u8::from(r == c))));
+        let own = Self { rotation: axes, translation: [0.0; 3], ..self.clone() };
+        let before = own.parameters();
+        let mut all = before;
+        for effect in corrections {
+            let shift = ["x", "y", "z"].map(|axis| effect.value(axis));
+            let changed = own.changed(effect.value("mass"), shift, &inertia_of(effect));
+            all.iter_mut().zip(changed.iter().zip(before)).for_each(|(x, (new, old))| *x += new - old);
+        }
+        let [mass, mx, my, mz, xx, xy, xz, yy, yz, zz] = all;
+        let center = [mx, my, mz].map(|moment| if mass == 0.0 { 0.0 } else { moment / mass });
+        // The second moment of all mass in its centre.
+        let [.., cxx, cxy, cxz, cyy, cyz, czz] = parameters(mass, center, &[[0.0; 3]; 3]);
+        let was = &self.inertia;
+        [
+            ("mass", mass - self.mass),
+            ("x", center[0] - self.center[0]),
+            ("y", center[1] - self.center[1]),
+            ("z", center[2] - self.center[2]),
+            ("ixx", xx - cxx - was[0][0]),
+            ("ixy", xy - cxy - was[0][1]),
+            ("ixz", xz - cxz - was[0][2]),
+            ("iyy", yy - cyy - was[1][1]),
+            ("iyz", yz - cyz - was[1][2]),
+            ("izz", zz - czz - was[2][2]),
+        ]
+    }
+
     /// Ten parameters in the body's frame, with mass, centre and inertia (about the centre) changed.
     fn changed(&self, mass: f64, shift: [f64; 3], inertia: &Matrix) -> [f64; 10] {
         let center = [0, 1, 2].map(|i| self.center[i] + shift[i]);

@@ -1,6 +1,5 @@
 //! An effect of a certain robot: a kind at a place with numbers.
 use super::kind::{Kind, Law, Role};
-use super::sliding::at_sliding;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::fmt;
@@ -109,8 +108,7 @@ impl Effect {
 
     /// What is usual of a parameter at its joint for the value 1 at a turning one.
     fn scale(&self, name: &str) -> f64 {
-        let unit = self.kind.parameter(name).filter(|_| self.sliding).map(|p| p.unit);
-        unit.map_or(1.0, |unit| at_sliding(unit).1)
+        self.kind.parameter(name).filter(|_| self.sliding).map_or(1.0, |p| p.at_sliding().1)
     }
 
     /// Usual values of a parameter of the library; anything for a formula's own.
@@ -130,8 +128,7 @@ impl Effect {
     /// Unit of a parameter: of the library, or as the author of the formula says; `1` if nobody says.
     pub fn unit(&self, name: &str) -> &str {
         let own = || self.own.get(name).map(|own| own.unit.as_str());
-        let here = |unit| if self.sliding { at_sliding(unit).0 } else { unit };
-        let library = self.kind.parameter(name).map(|p| here(p.unit));
+        let library = self.kind.parameter(name).map(|_| self.kind.unit(name, self.sliding));
         library.or_else(own).unwrap_or("1")
     }
 

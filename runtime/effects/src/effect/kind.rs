@@ -103,6 +103,8 @@ pub struct Parameter {
     pub size: Size,
     /// Refinement stays within these multiples of the value that a search found, where it may not go all over the bounds.
     pub reach: Option<(f64, f64)>,
+    /// Unit at sliding joints where values are the same there, whatever unit that of the joint's position is.
+    pub sliding: Option<&'static str>,
 }
 
 /// Where a parameter's value comes from.
@@ -224,8 +226,7 @@ impl Law {
 impl Kind {
     /// Unit of a parameter at a turning or a sliding joint; `1` for names that it does not know.
     pub fn unit(&'static self, parameter: &str, sliding: bool) -> &'static str {
-        let unit = self.parameter(parameter).map_or("1", |p| p.unit);
-        if sliding { at_sliding(unit).0 } else { unit }
+        self.parameter(parameter).map_or("1", |p| if sliding { p.at_sliding().0 } else { p.unit })
     }
 
     /// The parameter of this name.
@@ -306,6 +307,16 @@ impl<'de> serde::Deserialize<'de> for &'static Kind {
 }
 
 impl Parameter {
+    /// Unit at sliding joints, and a usual value there for the value 1 at turning ones.
+    pub(super) fn at_sliding(&self) -> (&'static str, f64) {
+        self.sliding.map_or_else(|| at_sliding(self.unit), |unit| (unit, 1.0))
+    }
+
+    /// With this unit, and the same values, at sliding joints.
+    pub(super) const fn at_sliding_in(self, unit: &'static str) -> Self {
+        Self { sliding: Some(unit), ..self }
+    }
+
     /// A usual value: between the ends of the usual range, geometrically where it spans decades; one digit.
     pub fn example(&self) -> f64 {
         let (low, high) = self.plausible;

@@ -131,6 +131,7 @@ pub static SPIN_FRICTION: Kind = Kind {
             plausible: (0.05, 1.5),
             meaning: "tangential limit force per normal force, unless `foot_slip` states it",
             size: Size::Place,
+            sliding: None,
             reach: None,
         },
     ],

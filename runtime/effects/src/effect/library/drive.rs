@@ -93,6 +93,7 @@ pub static BACKLASH: Kind = Kind {
             plausible: (1e-6, 10.0),
             meaning: "torque below which the play may be anywhere between its stops",
             size: Size::Place,
+            sliding: None,
             reach: None,
         },
     ],
@@ -216,8 +217,11 @@ pub static TORQUE_RIPPLE: Kind = Kind {
     parameters: &[
         estimated("amplitude", "N m", POSITIVE, (0.0, 10.0), "amplitude"),
         estimated("periods_per_turn", "1", (0.5, 2000.0), (1.0, 500.0), "periods in one turn of the joint")
-            .of_size(Size::Place),
-        estimated("phase", "rad", INFINITE, (-6.3, 6.3), "phase at position 0").of_size(Size::Place),
+            .of_size(Size::Place)
+            .at_sliding_in("rad/m"),
+        estimated("phase", "rad", INFINITE, (-6.3, 6.3), "phase at position 0")
+            .of_size(Size::Place)
+            .at_sliding_in("rad"),
     ],
     law: Law::Torque("amplitude * sin(periods_per_turn * position + phase)"),
     simulation: Simulation::MotorFormula,
@@ -314,6 +318,7 @@ pub static COUPLING: Kind = Kind {
             plausible: (-1.0, 1.0),
             meaning: "part of the joint's own velocity in the sign: 1 or -1 where a bearing turns with the sum or the difference of both joints, as in differential wrists",
             size: Size::Place,
+            sliding: None,
             reach: None,
         },
         SMOOTHING,

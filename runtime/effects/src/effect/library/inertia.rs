@@ -117,7 +117,17 @@ const ABOUT: &str = "added to the inertia about the centre of mass, link axes";
 
 const fn change(name: &'static str, unit: &'static str, meaning: &'static str) -> Parameter {
     let (role, size) = (Role::Setting(0.0), Size::NothingAt(0.0));
-    Parameter { name, unit, role, bounds: INFINITE, plausible: INFINITE, meaning, size, reach: None }
+    Parameter {
+        name,
+        unit,
+        role,
+        bounds: INFINITE,
+        plausible: INFINITE,
+        meaning,
+        size,
+        reach: None,
+        sliding: None,
+    }
 }
 
 /// Another mass, centre of mass and inertia: all ten parameters of a link, as a diagnosis or an identification of the whole

@@ -93,7 +93,17 @@ const fn estimated(
     meaning: &'static str,
 ) -> Parameter {
     let size = Size::NothingAt(0.0);
-    Parameter { name, unit, role: Role::Estimated, bounds, plausible, meaning, size, reach: None }
+    Parameter {
+        name,
+        unit,
+        role: Role::Estimated,
+        bounds,
+        plausible,
+        meaning,
+        size,
+        reach: None,
+        sliding: None,
+    }
 }
 
 impl Parameter {
@@ -158,6 +168,7 @@ const SMOOTHING: Parameter = Parameter {
     meaning: "speed over which friction changes its sign",
     size: Size::Place,
     reach: None,
+    sliding: None,
 };
 
 const fn confounder(kind: &'static str, experiment: &'static str) -> Confounder {
