@@ -21,6 +21,9 @@ use bipedc_effects::effect::{Effect, Kind, Law, Location};
 use nalgebra::Vector3;
 use std::sync::OnceLock;
 
+/// The filter of the rows smears what happens at an instant over this part of a period of its cut-off.
+const SMEARED: f64 = 0.25;
+
 /// A log of a free robot with foot forces and joint efforts: base rows first, then joints.
 pub struct WalkingExperiment<'a> {
     base: ContactExperiment<'a>,
@@ -34,6 +37,8 @@ pub struct WalkingExperiment<'a> {
     rows: Vec<Row>,
     /// Of the joints' rows, at the samples that count.
     residual: Vec<Vec<f64>>,
+    /// Where their joints stick, at the samples that count.
+    sticks: Vec<Vec<bool>>,
     inertial: OnceLock<Vec<Option<Inertial>>>,
     /// Joints without a row, and why.
     pub missing: Vec<Missing>,
@@ -89,10 +94,12 @@ impl<'a> WalkingExperiment<'a> {
             shown,
             rows,
             residual: Vec::new(),
+            sticks: Vec::new(),
             inertial: OnceLock::new(),
             missing,
         };
         this.residual = this.rest(|row| Some(this.joints.residual(row)));
+        this.sticks = this.shown.iter().map(|row| this.sticking(this.joints.sticks(*row))).collect();
         Ok(this)
     }
 
@@ -103,6 +110,17 @@ impl<'a> WalkingExperiment<'a> {
 
     fn first(&self) -> usize {
         self.base.rows.len()
+    }
+
+    /// Where a joint's row has to do with a joint that sticks, at the samples that count: the rows pass the filter once more.
+    fn sticking(&self, flags: &[bool]) -> Vec<bool> {
+        let recording = &self.base.recording;
+        let reach = (SMEARED / (recording.cutoff_hz * recording.step)).ceil() as usize;
+        let beside = |i: usize| {
+            let around = i.saturating_sub(reach)..(i + reach + 1).min(flags.len());
+            flags[around].contains(&true)
+        };
+        if flags.is_empty() { Vec::new() } else { recording.kept.iter().map(|i| beside(*i)).collect() }
     }
 
     /// What is left of the rows shown here, of values by row of `joints` (`None`: zeros), through the filter.
@@ -286,6 +304,14 @@ impl Experiment for WalkingExperiment<'_> {
             }
             None => self.base.measured(row),
         }
+    }
+    fn sticks(&self, row: usize) -> &[bool] {
+        row.checked_sub(self.first()).map_or(&[], |joint| &self.sticks[joint])
+    }
+    fn smeared(&self) -> usize {
+        // The joints' own in samples of the log, of which not all count.
+        let spacing = self.base.recording.kept.windows(2).map(|pair| pair[1] - pair[0]).min();
+        self.joints.smeared().div_ceil(spacing.unwrap_or(1).max(1))
     }
     fn is_cut_at_impacts(&self) -> bool {
         self.base.is_cut_at_impacts()
