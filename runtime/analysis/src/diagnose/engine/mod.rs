@@ -14,6 +14,7 @@ mod parsimony;
 mod refinement;
 mod regression;
 mod resolution;
+mod rival;
 mod run;
 mod search;
 mod significance;

@@ -6,6 +6,7 @@ use super::errors::errors;
 use super::parsimony::{put_simpler, simplify};
 use super::refinement::{Data, Refined, refine};
 use super::regression::{Regression, is_held_out};
+use super::rival::is_likelier;
 use super::search::{Outcome, consider, search};
 use super::significance::{Insignificant, insignificant, is_vague, says_no_more, uncertain};
 use super::text;
@@ -77,26 +78,44 @@ pub fn diagnose(
     progress(0.85);
     let own_blocks = regression.own_blocks;
     let teaches = move |sample: usize, n: usize| !own_blocks || !is_held_out(sample, n);
-    let mut left = RECONSIDERED;
-    let mut diagnosis = loop {
-        let refined = estimated(&mut regression, &mut outcome, &teaches, (options.most, &entered));
-        progress(0.9);
-        let settled = settle(data(&regression, &teaches), refined, &regression.spread, regression.free);
-        progress(0.95);
-        let conclusion = Conclusion { regression: &regression, outcome: &outcome, settled: &settled };
-        let diagnosis = conclusion.write(train, validation);
-        let Some(k) = conclusion.idle(&diagnosis).filter(|_| left > 0) else { break diagnosis };
-        left -= 1;
-        if !drop_effect(&regression, &mut outcome, k) {
-            break diagnosis;
+    let rival = outcome.rival.take();
+    let how = (validation, options.most, &entered as &dyn Fn(usize));
+    let mut diagnosis = concluded(&mut regression, &mut outcome, &teaches, how);
+    progress(0.92);
+    if let Some(mut simpler) = rival.map(|rival| rival.stand(&mut regression)) {
+        simplify(&regression, &mut simpler);
+        let other = concluded(&mut regression, &mut simpler, &teaches, how);
+        if is_likelier(&regression, validation, &other, &diagnosis) {
+            diagnosis = other;
         }
-    };
+    }
     diagnosis.warnings.extend(left_out.into_iter().map(|effect| {
         format!("{effect} was left out: this data cannot tell it from the other effects of the description")
     }));
     diagnosis.summary = text::summary(&diagnosis);
     progress(1.0);
     diagnosis
+}
+
+/// What a search found, estimated and judged; effects that say nothing leave `outcome`.
+fn concluded(
+    regression: &mut Regression<'_>,
+    outcome: &mut Outcome,
+    teaches: &(dyn Fn(usize, usize) -> bool + Sync),
+    (validation, most, entered): (Option<&dyn Experiment>, usize, &dyn Fn(usize)),
+) -> Diagnosis {
+    let mut left = RECONSIDERED;
+    loop {
+        let refined = estimated(regression, outcome, teaches, (most, entered));
+        let settled = settle(data(regression, teaches), refined, &regression.spread, regression.free);
+        let conclusion = Conclusion { regression, outcome, settled: &settled };
+        let diagnosis = conclusion.write(regression.train, validation);
+        let Some(k) = conclusion.idle(&diagnosis).filter(|_| left > 0) else { return diagnosis };
+        left -= 1;
+        if !drop_effect(regression, outcome, k) {
+            return diagnosis;
+        }
+    }
 }
 
 /// The final estimate of what a search found; effects that it shows to be impossible or insignificant leave `outcome`.
@@ -169,7 +188,7 @@ pub fn estimate(
     let starts: Vec<Effect> = effects.iter().map(|effect| start(&regression, effect)).collect();
     let corrected = regression.has_corrections();
     let Some(scored) = regression.scored_fit(&[], corrected) else { return Diagnosis::default() };
-    let outcome = Outcome { active: Vec::new(), scored, corrected, reasons: BTreeMap::new() };
+    let outcome = Outcome { active: Vec::new(), scored, corrected, reasons: BTreeMap::new(), rival: None };
     let teaches = |sample: usize, n: usize| !regression.own_blocks || !is_held_out(sample, n);
     let data = data(&regression, &teaches);
     let refined = refine(data, starts, &[], spread(&regression, corrected));

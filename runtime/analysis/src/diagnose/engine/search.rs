@@ -2,6 +2,7 @@
 use super::exchange::{best_set, exchange, pair};
 use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
+use super::rival::Rival;
 use crate::experiments::Channel;
 use bipedc_effects::effect::{Acts, Kind, Law, Location};
 use std::collections::BTreeMap;
@@ -45,6 +46,8 @@ pub(super) struct Outcome {
     pub corrected: bool,
     /// Why candidates did not stand, by index: the last reason.
     pub reasons: BTreeMap<usize, String>,
+    /// What effects alone explain, where corrections explain more.
+    pub rival: Option<Box<Rival>>,
 }
 
 /// Runs the search with and without inertial corrections, and takes what costs less: a single cause is preferred to
@@ -68,7 +71,8 @@ pub(super) fn search(
         && whole_cost(regression, &corrected) < whole_cost(regression, &plain)
         && !as_good(regression, &plain, &corrected)
     {
-        return Some(corrected);
+        let rival = Rival::of(regression, plain, forms);
+        return Some(Outcome { rival, ..corrected });
     }
     // The nonlinear candidates as they were when the simpler answer was found.
     forms.into_iter().for_each(|(c, form)| regression.recall(c, form));
@@ -164,7 +168,7 @@ fn run(
     (active, scored) = exchange(regression, active, scored, corrected);
     (active, scored) = prune(regression, active, scored, corrected);
     (active, scored) = relinearised(regression, active, scored, corrected);
-    Some(Outcome { active, scored, corrected, reasons })
+    Some(Outcome { active, scored, corrected, reasons, rival: None })
 }
 
 /// Drops effects that only made up for directions of a payload that were taken at another estimate.
