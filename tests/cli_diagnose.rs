@@ -180,4 +180,12 @@ fn the_loop_by_itself_ends_with_nothing_missing() {
     assert!((torque / truth() - 1.0).abs() < 0.02, "{torque}");
     let history = bipedc(&["history", text(&folder)]).ok();
     assert!(history.out.contains("Coulomb friction"), "{}", history.out);
+    // The same for programs.
+    bipedc(&["amend", text(&folder), "--undo"]).ok();
+    let run =
+        bipedc(&[&["diagnose", text(&folder), TRAIN, "--json"], arguments.as_slice()].concat()).ok().json();
+    assert_eq!((run["complete"].as_bool(), run["searches"].as_u64()), (Some(true), Some(2)), "{run}");
+    let steps = run["steps"].as_array().unwrap();
+    assert!(steps.len() == 1 && steps[0]["changes"].to_string().contains(JOINT), "{steps:?}");
+    assert_eq!(run["last"]["effects"].as_array().map(Vec::len), Some(0));
 }

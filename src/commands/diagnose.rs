@@ -4,8 +4,9 @@ use crate::terminal::failure::{Failure, Outcome};
 use crate::terminal::next::Typed;
 use crate::terminal::output;
 use crate::terminal::pages::Pages;
+use bipedc::amendment::history::Step;
 use bipedc::amendment::{Amended, comments, description_path};
-use bipedc::diagnosis::{self, Options};
+use bipedc::diagnosis::{self, Diagnosed, Options};
 use bipedc::workbench::{Event, Explained};
 use bipedc::{Diagnostic, Diagnostics, Log, Workbench};
 use bipedc_analysis::diagnose::{Diagnosis, FoundEffect};
@@ -14,6 +15,7 @@ use bipedc_analysis::measure;
 use bipedc_analysis::report::{NextStep, Report};
 use bipedc_compiler::description::model::Base;
 use clap::{Args, ValueEnum};
+use serde::Serialize;
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -93,7 +95,7 @@ pub struct Diagnose {
     #[arg(long)]
     anyway: bool,
     /// Amend the description effect by effect until nothing more earns its place
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long)]
     until_explained: bool,
     /// What is the case without it, too: joints' efforts are explained wherever they are logged, beside forces at the feet;
     /// `--channels base_force,base_moment` leaves them out
@@ -107,6 +109,18 @@ pub struct Diagnose {
     /// Print the answer as JSON (docs/diagnosis.md explains every key)
     #[arg(long)]
     json: bool,
+}
+
+/// What `--until-explained --json` prints.
+#[derive(Serialize)]
+struct Explanation<'a> {
+    /// As in the history, in their order.
+    steps: &'a [Step],
+    searches: usize,
+    /// Whether the last search found nothing more.
+    complete: bool,
+    /// Its answer.
+    last: &'a Diagnosed,
 }
 
 impl Diagnose {
@@ -140,6 +154,7 @@ impl Diagnose {
         output::diagnostics(&bench.robot().warnings);
         let (log, judge) = self.logs(bench, mapping)?;
         let options = Options { report: false, ..self.options() };
+        let mut steps = Vec::new();
         let explained = bench.explain((&log, judge.as_ref()), &options, &mut |event| {
             let text = match event {
                 Event::Warnings(warnings) => {
@@ -148,12 +163,21 @@ impl Diagnose {
                 }
                 Event::Step(amended) => {
                     output::diagnostics(&amended.warnings);
+                    steps.push(amended.step.clone());
                     step(amended)
                 }
             };
+            if self.json {
+                return Ok(());
+            }
             output::print(&text).map_err(|error| Diagnostics::from(Diagnostic::error(error.to_string())))
         })?;
-        output::print(&end(&explained))?;
+        if self.json {
+            let (complete, searches) = (explained.is_complete(), explained.searches);
+            output::print_json(&Explanation { steps: &steps, searches, complete, last: &explained.last })?;
+        } else {
+            output::print(&end(&explained))?;
+        }
         Ok(ExitCode::SUCCESS)
     }
 
