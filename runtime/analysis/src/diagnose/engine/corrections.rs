@@ -59,7 +59,7 @@ pub(super) fn settle(data: Data<'_>, refined: Refined, spread: &Spread, free: bo
     let Some(links) = data.experiment.link_inertias().filter(|_| !refined.corrections.is_empty()) else {
         return plain(refined, false);
     };
-    let mut bodies = matter(&refined);
+    let mut bodies = if free { needed(&refined) } else { matter(&refined) };
     let without = |effects: Vec<Effect>| refine(data, effects, &[], None);
     let of_all = refined.half_width;
     let mut effects = refined.effects;
@@ -139,6 +139,39 @@ fn matter(refined: &Refined) -> Vec<usize> {
     list.retain(|(evidence, _)| *evidence >= EVIDENCE);
     list.sort_by(|a, b| b.0.total_cmp(&a.0));
     list.into_iter().map(|(_, body)| body).collect()
+}
+
+/// The same where no prior shares corrections among bodies: each could do most of what a neighbour does, so that none but the outermost
+/// seems to matter while all are estimated along. The one with the least evidence goes, the others take over what it did, until all
+/// that are left have enough.
+fn needed(refined: &Refined) -> Vec<usize> {
+    let count = refined.corrections.len() / InertialParameters::PER_BODY;
+    let mut left: Vec<usize> = (0..count).collect();
+    let mut change = DVector::from_column_slice(&refined.corrections);
+    let mut covariance = refined.covariance.view((0, 0), (change.len(), change.len())).into_owned();
+    loop {
+        let evidence = |body: usize| -> (f64, usize) {
+            let of = of_body(body);
+            let own = covariance.view((of.start, of.start), (of.len(), of.len())).into_owned();
+            let x = change.rows(of.start, of.len()).into_owned();
+            (own.cholesky().map_or(0.0, |cholesky| cholesky.solve(&x).dot(&x)), body)
+        };
+        let mut ranked: Vec<(f64, usize)> = left.iter().map(|body| evidence(*body)).collect();
+        ranked.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let Some(&(least, weakest)) = ranked.last() else { return Vec::new() };
+        if least >= EVIDENCE {
+            return ranked.into_iter().map(|(_, body)| body).collect();
+        }
+        left.retain(|body| *body != weakest);
+        // What is known of the others once this one is known to be as described.
+        let of = of_body(weakest);
+        let across = covariance.columns(of.start, of.len()).into_owned();
+        let own = covariance.view((of.start, of.start), (of.len(), of.len())).into_owned();
+        let Some(cholesky) = own.cholesky() else { continue };
+        let gone = change.rows(of.start, of.len()).into_owned();
+        change -= &across * cholesky.solve(&gone);
+        covariance -= &across * cholesky.solve(&across.transpose());
+    }
 }
 
 /// An estimate whose corrections become effects.

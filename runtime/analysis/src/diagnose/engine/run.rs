@@ -40,7 +40,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Self { cad: CadError::default(), widening: 1.0, most: 8, standing: Vec::new() }
+        Self { cad: CadError::default(), widening: 1.0, most: 12, standing: Vec::new() }
     }
 }
 
@@ -92,6 +92,12 @@ pub fn diagnose(
     diagnosis.warnings.extend(left_out.into_iter().map(|effect| {
         format!("{effect} was left out: this data cannot tell it from the other effects of the description")
     }));
+    if diagnosis.effects.len() >= options.most {
+        diagnosis.warnings.push(format!(
+            "as many effects were found as are looked for, {}: there may be more",
+            options.most
+        ));
+    }
     diagnosis.summary = text::summary(&diagnosis);
     progress(1.0);
     diagnosis

@@ -31,9 +31,9 @@ fn play<'r>(regression: &'r Regression<'_>, active: &[usize]) -> Vec<&'r Locatio
 /// forms of the others leave.
 const TRACE: f64 = 1e-3;
 /// Most effects that are looked for.
-const MOST: usize = 12;
-/// Most entries, those included that did not last.
-const ROUNDS: usize = 24;
+const MOST: usize = 24;
+/// Most entries, those included that did not last, for each effect that is looked for.
+const ROUNDS: usize = 2;
 /// Parameters of effects that compete with inertial corrections as the simpler explanation.
 const FEW: usize = 4;
 /// Why a candidate does not stand that makes the equations singular.
@@ -135,8 +135,9 @@ fn run(
     let mut reasons = BTreeMap::new();
     let mut banned: Vec<usize> = Vec::new();
     // What enters may drive out what entered before, and the other way round: there is an end to it.
-    for _ in 0..ROUNDS {
-        if active.len() - standing >= most.min(MOST) {
+    let most = most.min(MOST);
+    for _ in 0..ROUNDS * most {
+        if active.len() - standing >= most {
             break;
         }
         let before = (active.clone(), scored.clone());
