@@ -149,6 +149,20 @@ fn imu_log(text: &str) -> Log {
 }
 
 #[test]
+fn encoders_count_whole_turns_at_least() {
+    let tulip = robot("tulip", Some("fixed"));
+    let with = |counts: f64| {
+        let text = format!("duration = 0.1\nlog_step = 0.1\n[sensors]\nencoder_counts = {counts:?}\n");
+        ran(&tulip, &text).err().unwrap_or_default()
+    };
+    assert!(with(0.5).contains("`encoder_counts` = 0.5 is not possible"), "{}", with(0.5));
+    assert!(with(-1.0).contains("at least 1"), "{}", with(-1.0));
+    for counts in [0.0, 1.0, 4096.0] {
+        assert_eq!(with(counts), "");
+    }
+}
+
+#[test]
 fn held_controllers_that_swing_are_refused() {
     let tulip = robot("tulip", Some("fixed"));
     let refused = |stiffness: f64, damping: f64| {

@@ -69,9 +69,9 @@ impl Reading<'_> {
         over("spring_damping", &motor.spring_damping, damping, NOT_NEGATIVE, "N m s/rad");
         over("gap", &motor.gap, &mut actuator.gap, NOT_NEGATIVE, "rad");
         let mut counts = |name: &str, found: &Option<Number>, known: &mut Option<f64>| {
-            let mut counts = known.unwrap_or(0.0);
-            over(name, found, &mut counts, NOT_NEGATIVE, "1");
-            *known = (counts > 0.0).then_some(counts);
+            if found.is_some() {
+                *known = Some(self.counts(name, found.as_ref())).filter(|counts| *counts > 0.0);
+            }
         };
         let drive = &mut actuator.drive;
         counts("encoder_counts", &motor.encoder_counts, &mut drive.motor_encoder_counts);

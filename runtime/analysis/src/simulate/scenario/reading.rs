@@ -94,6 +94,12 @@ impl<'a> Reading<'a> {
         default
     }
 
+    /// Counts of an encoder in a turn; 0, the default, for an exact one.
+    pub fn counts(&mut self, name: &str, found: Option<&Number>) -> f64 {
+        let exact = found.is_some_and(|found| *found.get_ref() == 0.0);
+        self.number(name, found, 0.0, if exact { NOT_NEGATIVE } else { (1.0, f64::MAX) }, "1")
+    }
+
     /// So many numbers, or as many zeros.
     pub fn vector(
         &mut self,

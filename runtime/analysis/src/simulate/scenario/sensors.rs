@@ -8,11 +8,12 @@ impl Reading<'_> {
     pub(super) fn sensors(&mut self, senses: Option<&Senses>) -> Sensors {
         let none = Senses::default();
         let s = senses.unwrap_or(&none);
+        let encoder_counts = self.counts("encoder_counts", s.encoder_counts.as_ref());
         let mut of = |name: &str, found: &Option<Number>, unit: &str| {
             self.number(name, found.as_ref(), 0.0, NOT_NEGATIVE, unit)
         };
         Sensors {
-            encoder_counts: of("encoder_counts", &s.encoder_counts, "1"),
+            encoder_counts,
             position: of("position_noise", &s.position_noise, "rad"),
             velocity: of("velocity_noise", &s.velocity_noise, "rad/s"),
             effort: of("effort_noise", &s.effort_noise, "N m"),
