@@ -306,3 +306,32 @@ fn found(link: &str, values: &[f64; 10], sigma: &[f64; 10]) -> FoundEffect {
     let ci95: BTreeMap<String, [f64; 2]> = (0..10).map(interval).collect();
     FoundEffect { effect, ci95, share: 0.0, doubts: Vec::new() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Three bodies of which data tell the sum of the first numbers of the first two, and nothing of the third.
+    fn confounded(sum: f64, precision: f64) -> Refined {
+        let direction = DVector::from_fn(30, |i, _| f64::from(u8::from(i == 0 || i == 10)));
+        let information = DMatrix::identity(30, 30) + &direction * direction.transpose() * precision;
+        let covariance = information.cholesky().unwrap().inverse();
+        let corrections = &covariance * &direction * (precision * sum);
+        Refined {
+            effects: Vec::new(),
+            half_width: Vec::new(),
+            corrections: corrections.as_slice().to_vec(),
+            covariance,
+        }
+    }
+
+    #[test]
+    fn of_bodies_that_can_do_the_same_one_does_it() {
+        // Half of it by either body, which alone would be no evidence: the other one could do that too.
+        let refined = confounded(6.0, 1e4);
+        assert!(matter(&refined).is_empty());
+        let needed = needed(&refined);
+        assert!(needed.len() == 1 && needed[0] < 2, "{needed:?}");
+        assert!(super::needed(&confounded(1e-3, 1e4)).is_empty(), "what is not there needs nobody");
+    }
+}
