@@ -7,14 +7,14 @@ use super::amended::Amended;
 use super::fit::Term;
 use super::regression::{Regression, is_held_out};
 use super::search::Outcome;
-use crate::diagnose::Diagnosis;
+use crate::diagnose::{Diagnosis, FoundEffect};
 use crate::experiments::Experiment;
 use crate::experiments::form::Form;
 
-/// What one of the ten numbers of a correction costs, as one of an effect does.
-const NUMBER: f64 = 4.0;
-/// A row's held-out error may be larger by this part for an explanation with fewer numbers.
-const ALIKE: f64 = 0.015;
+/// Most numbers of what only the simpler answer states: one effect stands for corrections, many are no simpler cause.
+const FEW: usize = 4;
+/// Its deviance may be larger by so much, which is chance.
+const CHANCE: f64 = 6.0;
 
 /// The answer of a search without corrections.
 pub(super) struct Rival {
@@ -41,28 +41,32 @@ impl Rival {
     }
 }
 
-/// Whether an answer is likelier than another one: it tells the rows better for what it costs, or as well with fewer numbers.
+/// Whether an answer of effects alone is likelier than another one: what only it states is one effect of few numbers, and it tells the
+/// rows as well.
 pub(super) fn is_likelier(
     regression: &Regression<'_>,
     validation: Option<&dyn Experiment>,
     answer: &Diagnosis,
     other: &Diagnosis,
 ) -> bool {
-    if answer.effects.is_empty() {
+    let own = own_numbers(answer, other);
+    if own.is_empty() || own.iter().sum::<usize>() > FEW || own.len() > 1 + own_numbers(other, answer).len() {
         return false;
     }
-    let [mine, its] = [answer, other].map(|diagnosis| numbers(diagnosis) as f64 * NUMBER);
     let [here, there] = [answer, other].map(|diagnosis| deviance(regression, validation, diagnosis));
-    let alike = answer.rows.iter().all(|(row, fall)| {
-        other.rows.get(row).is_some_and(|other| fall.after <= (1.0 + ALIKE) * other.after)
-    });
-    here + mine <= there + its || (mine <= its && alike)
+    here <= there + CHANCE
 }
 
-/// How many numbers an answer states.
-fn numbers(diagnosis: &Diagnosis) -> usize {
-    let effects = diagnosis.effects.iter().map(|found| found.effect.kind.estimated().count());
-    effects.sum::<usize>() + 10 * diagnosis.inertial_corrections.len()
+/// How many numbers each effect has that only one answer states.
+fn own_numbers(answer: &Diagnosis, other: &Diagnosis) -> Vec<usize> {
+    let known = |found: &FoundEffect| {
+        let is_it = |o: &FoundEffect| {
+            o.effect.kind == found.effect.kind && o.effect.location == found.effect.location
+        };
+        other.effects.iter().any(is_it)
+    };
+    let own = answer.effects.iter().filter(|found| !known(found));
+    own.map(|found| found.effect.kind.estimated().count()).collect()
 }
 
 /// Weighted squares of held-out errors.
