@@ -11,8 +11,8 @@ use tulip_controller::walking::{Controller, STATE};
 #[allow(dead_code)]
 mod recorded;
 
-/// Of a push that needs another step.
-const PUSH: &str = "[[push]]\ntime = 4.1\nimpulse = 5.0\ndirection = 1.57\n";
+/// A push that is stepped out.
+const PUSH: &str = "[[push]]\ntime = 4.1\nimpulse = 4.0\ndirection = 1.57\n";
 
 /// Nanoseconds of a clock of the system.
 #[cfg(unix)]

@@ -1,7 +1,8 @@
 //! TUlip walks by itself, undisturbed and disturbed, and is pushed: how often it stays on its feet.
 //!
 //! `cargo run --release --example tulip_walks [TRIALS] [TABLE…]` prints Markdown tables, all or those of `walks`, `together`, `ground`, `payloads`,
-//! `pushes`; every number follows from the seeds, which count from 0. TRIALS are those of each push; the others have eight, the first table one.
+//! `pushes`; every number follows from the seeds, which count from 0. TRIALS are those of each push; of the others' rows `ground` and
+//! `payloads` have eight, `together` four, `walks` one.
 use bipedc::simulation::{EstimateErrors, FootstepSummary, Options, wilson};
 use bipedc::{Diagnostics, Workbench};
 use std::fs;
@@ -46,9 +47,6 @@ fn main() {
         }
     }
 }
-
-/// Seeds of each row but those of pushes.
-const SEEDS: usize = 8;
 
 /// Play of 1° in both ankles, about either axis.
 fn play() -> String {
@@ -150,7 +148,8 @@ fn together() -> Result<(), Diagnostics> {
                 "[[effect]]\nkind = \"payload\"\nlink = \"torso\"\nmass = {mass}\nx = 0.0\ny = 0.0\nz = 0.1\n"
             );
             let more = format!("{SENSORS}{}{mass}", play());
-            counted(|seed| walk_with((70.0, seed), velocity, "state = \"measured\"\ndelay = 0.002\n", &more))
+            let keys = "state = \"measured\"\ndelay = 0.002\n";
+            each(4, |seed| walk_with((70.0, seed), velocity, keys, &more)).map(|all| counted(&all))
         });
         let [heavier, lighter] = cells;
         println!("| {words} | {} | {} |", heavier?, lighter?);
@@ -171,7 +170,7 @@ fn ground() -> Result<(), Diagnostics> {
         "\n| 64 s forward, 0.3 m/s, measured state | walks | estimate along the ground, median and worst | up | tilt | heading |\n|---|---|---|---|---|---|"
     );
     for (words, more) in kinds {
-        let all = each(|seed| walk(64.0, "forward = 0.3", true, &more, seed))?;
+        let all = each(8, |seed| walk(64.0, "forward = 0.3", true, &more, seed))?;
         let found = |of: fn(&EstimateErrors) -> f64, by: f64| {
             let mut all: Vec<f64> =
                 all.iter().filter_map(|walk| walk.estimated.as_ref()).map(|e| by * of(e)).collect();
@@ -182,7 +181,7 @@ fn ground() -> Result<(), Diagnostics> {
         let (mm, degrees) = (1e3, 1.0_f64.to_degrees());
         println!(
             "| {words} | {} | {} mm | {} mm | {}° | {}° |",
-            together_told(&all),
+            counted(&all),
             found(|e| e.along_ground, mm),
             found(|e| e.up, mm),
             found(|e| e.tilt, degrees),
@@ -215,7 +214,7 @@ fn payloads() -> Result<(), Diagnostics> {
         let put = format!("{SENSORS}[[payload]]\ntime = 4.0\nmass = {mass}\nposition = {place:?}\n");
         let more = if mass > 0.0 { put } else { SENSORS.to_owned() };
         let keys = "state = \"measured\"\nlearn_payload = true\n";
-        let all = each(|seed| walk_with((9.0, seed), velocity, keys, &more))?;
+        let all = each(8, |seed| walk_with((9.0, seed), velocity, keys, &more))?;
         let found: Vec<_> = all.iter().filter_map(|walk| walk.payload).collect();
         let of = |wished: f64, values: Vec<f64>| {
             let mut sorted = values;
@@ -239,9 +238,10 @@ fn payloads() -> Result<(), Diagnostics> {
 
 /// The walks of all seeds, two at a time.
 fn each(
+    seeds: usize,
     one: impl Fn(usize) -> Result<FootstepSummary, Diagnostics> + Sync,
 ) -> Result<Vec<FootstepSummary>, Diagnostics> {
-    let part = |first: usize| (first..SEEDS).step_by(2).map(&one).collect::<Result<Vec<_>, Diagnostics>>();
+    let part = |first: usize| (first..seeds).step_by(2).map(&one).collect::<Result<Vec<_>, Diagnostics>>();
     let (even, odd) = std::thread::scope(|scope| {
         let odd = scope.spawn(|| part(1));
         (part(0), odd.join().expect("a walk does not panic"))
@@ -249,14 +249,8 @@ fn each(
     Ok(even?.into_iter().chain(odd?).collect())
 }
 
-fn counted(
-    one: impl Fn(usize) -> Result<FootstepSummary, Diagnostics> + Sync,
-) -> Result<String, Diagnostics> {
-    each(one).map(|all| together_told(&all))
-}
-
 /// How many of them fell, and how far the others came.
-fn together_told(all: &[FootstepSummary]) -> String {
+fn counted(all: &[FootstepSummary]) -> String {
     let steps: Vec<usize> = all.iter().filter(|walk| walk.fell.is_none()).map(|walk| walk.steps).collect();
     let fell = all.len() - steps.len();
     match (steps.iter().min(), steps.iter().max()) {

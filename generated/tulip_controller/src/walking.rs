@@ -6,10 +6,10 @@
 //! Nothing is allocated, nothing panics, the work of a call is bounded. All numbers are those of the robot's
 //! `walking.toml`.
 //!
-//! Torques are always finite and within the drives' limits, and change by at most [`TORQUE_CHANGE`] of them from call to
-//! call, whatever is read. After [`BLIND_CALLS`] calls in a row that do not tell where the joints are (no later time, a
-//! position that is no number or jumped, no load) joints are braked; after [`SEEING_CALLS`] that do, the robot stands
-//! where it is and goes on.
+//! Torques are always finite and within the drives' limits, and change by at most [`TORQUE_CHANGE`] of them from call
+//! to call, whatever is read. After [`BLIND_CALLS`] calls in a row that do not tell where the joints are (no later
+//! time, a position that is no number or jumped, no load) joints are braked; after [`SEEING_CALLS`] that do, the robot
+//! stands where it is and goes on.
 use bipedc_runtime::control::{JointCommand, Refusal};
 use bipedc_runtime::walking::estimator::{Estimated, Sensed, Settings};
 use bipedc_runtime::walking::robot::{Leg, WalkingRobot};

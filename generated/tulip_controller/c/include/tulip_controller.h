@@ -48,7 +48,7 @@ typedef struct tulip_controller_velocity {
                                                  until 200 calls in a row tell that again */
 
 typedef struct tulip_controller_actuators {
-    double torque[TULIP_CONTROLLER_JOINTS];            /* N m, finite, within the drives' limits, within a tenth of them of the call before */
+    double torque[TULIP_CONTROLLER_JOINTS];            /* N m, finite, within the drives' limits, within a fifth of them of the call before */
     uint32_t status;                          /* 0, or the bits above */
 } tulip_controller_actuators;
 
