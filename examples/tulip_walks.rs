@@ -1,7 +1,9 @@
 //! TUlip walks by itself, undisturbed and disturbed, and is pushed: how often it stays on its feet.
 //!
-//! `cargo run --release --example tulip_walks [TRIALS]` prints Markdown tables; every number follows from the seeds, which count from 0.
-use bipedc::simulation::{FootstepSummary, Options, wilson};
+//! `cargo run --release --example tulip_walks [TRIALS] [TABLE…]` prints Markdown tables, all or those of `walks`, `together`, `ground`, `payloads`,
+//! `pushes`; every number follows from the seeds, which count from 0. TRIALS are those of each push; of the others' rows `ground` and
+//! `payloads` have eight, `together` four, `walks` one.
+use bipedc::simulation::{EstimateErrors, FootstepSummary, Options, wilson};
 use bipedc::{Diagnostics, Workbench};
 use std::fs;
 use std::path::Path;
@@ -26,10 +28,23 @@ const SLOPES: [&str; 2] = [
 ];
 
 fn main() {
-    let trials = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(100);
-    if let Err(errors) = walks().and_then(|()| pushes(trials)) {
-        eprintln!("{errors}");
-        std::process::exit(1);
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let trials = words.iter().find_map(|word| word.parse().ok()).unwrap_or(100);
+    let chosen: Vec<&String> = words.iter().filter(|word| word.parse::<usize>().is_err()).collect();
+    let pushes = || pushes(trials);
+    let tables: [(&str, &dyn Fn() -> Result<(), Diagnostics>); 5] = [
+        ("walks", &walks),
+        ("together", &together),
+        ("ground", &ground),
+        ("payloads", &payloads),
+        ("pushes", &pushes),
+    ];
+    for (name, table) in tables {
+        let wanted = chosen.is_empty() || chosen.iter().any(|word| *word == name);
+        if let Err(errors) = if wanted { table() } else { Ok(()) } {
+            eprintln!("{errors}");
+            std::process::exit(1);
+        }
     }
 }
 
@@ -54,13 +69,23 @@ fn walk(
     more: &str,
     seed: usize,
 ) -> Result<FootstepSummary, Diagnostics> {
+    let keys = if measured { "state = \"measured\"\n" } else { "" };
+    walk_with((seconds, seed), velocity, keys, &format!("{}{more}", if measured { SENSORS } else { "" }))
+}
+
+/// The same with keys of `[walking]`, sensors among what is more.
+fn walk_with(
+    (seconds, seed): (f64, usize),
+    velocity: &str,
+    keys: &str,
+    more: &str,
+) -> Result<FootstepSummary, Diagnostics> {
     let folder = Path::new("target/tulip_walks");
     fs::create_dir_all(folder).expect("target/ can be written");
     let [file, log] =
         ["toml", "csv"].map(|end| folder.join(format!("{:?}.{end}", std::thread::current().id())));
-    let (state, sensors) = if measured { ("state = \"measured\"\n", SENSORS) } else { ("", "") };
     let text = format!(
-        "duration = {seconds}\nlog_step = 0.1\nseed = {seed}\n[walking]\n{state}velocity = [{{ time = 0.5, {velocity} }}]\n{sensors}{more}"
+        "duration = {seconds}\nlog_step = 0.1\nseed = {seed}\n[walking]\n{keys}velocity = [{{ time = 0.5, {velocity} }}]\n{more}"
     );
     fs::write(&file, text).expect("target/ can be written");
     let robot = Workbench::open("robots/tulip")?;
@@ -100,6 +125,137 @@ fn told(walk: &FootstepSummary) -> String {
     match walk.fell {
         None => format!("{} steps, {:.2} m", walk.steps, walk.distance),
         Some(time) => format!("falls at {time:.1} s, {} steps", walk.steps),
+    }
+}
+
+/// Everything at once: noise and biases of the sensors, 1° of play in both ankles, 5 % of the mass more or less than known, readings 2 ms late; at least
+/// a hundred steps.
+fn together() -> Result<(), Diagnostics> {
+    let gaits = [
+        ("forward, 0.3 m/s", "forward = 0.3"),
+        ("backward, 0.2 m/s", "forward = -0.2"),
+        ("to the side, 0.1 m/s", "left = 0.1"),
+        ("on the spot, turning by 0.4 rad/s", "turning = 0.4"),
+        ("curve, 0.25 m/s and 0.3 rad/s", "forward = 0.25, turning = 0.3"),
+        ("forward, 0.4 m/s", "forward = 0.4"),
+    ];
+    println!(
+        "\n| 70 s, everything at once | 5 % heavier than known | 5 % lighter than known |\n|---|---|---|"
+    );
+    for (words, velocity) in gaits {
+        let cells = [0.95, -0.95].map(|mass| {
+            let mass = format!(
+                "[[effect]]\nkind = \"payload\"\nlink = \"torso\"\nmass = {mass}\nx = 0.0\ny = 0.0\nz = 0.1\n"
+            );
+            let more = format!("{SENSORS}{}{mass}", play());
+            let keys = "state = \"measured\"\ndelay = 0.002\n";
+            each(4, |seed| walk_with((70.0, seed), velocity, keys, &more)).map(|all| counted(&all))
+        });
+        let [heavier, lighter] = cells;
+        println!("| {words} | {} | {} |", heavier?, lighter?);
+    }
+    Ok(())
+}
+
+/// Ground that nobody told the controller of.
+fn ground() -> Result<(), Diagnostics> {
+    let kinds = [
+        ("level", String::new()),
+        ("footholds of ±10 mm", "[ground.heights]\nkind = \"footholds\"\nheight = 0.01\n".to_owned()),
+        ("tiles of ±10 mm", "[ground.heights]\nkind = \"tiles\"\nheight = 0.01\n".to_owned()),
+        ("waves of ±10 mm", "[ground.heights]\nkind = \"waves\"\nheight = 0.01\n".to_owned()),
+        ("level, 1° of play in the ankles", play()),
+    ];
+    println!(
+        "\n| 64 s forward, 0.3 m/s, measured state | walks | estimate along the ground, median and worst | up | tilt | heading |\n|---|---|---|---|---|---|"
+    );
+    for (words, more) in kinds {
+        let all = each(8, |seed| walk(64.0, "forward = 0.3", true, &more, seed))?;
+        let found = |of: fn(&EstimateErrors) -> f64, by: f64| {
+            let mut all: Vec<f64> =
+                all.iter().filter_map(|walk| walk.estimated.as_ref()).map(|e| by * of(e)).collect();
+            all.sort_by(f64::total_cmp);
+            let middle = 0.5 * (all[(all.len() - 1) / 2] + all[all.len() / 2]);
+            format!("{middle:.3} and {:.3}", all[all.len() - 1])
+        };
+        let (mm, degrees) = (1e3, 1.0_f64.to_degrees());
+        println!(
+            "| {words} | {} | {} mm | {} mm | {}° | {}° |",
+            counted(&all),
+            found(|e| e.along_ground, mm),
+            found(|e| e.up, mm),
+            found(|e| e.tilt, degrees),
+            found(|e| e.heading, degrees)
+        );
+    }
+    Ok(())
+}
+
+/// What is put onto the torso while it walks, 5 s later.
+fn payloads() -> Result<(), Diagnostics> {
+    let rows = [
+        ("forward, 0.3 m/s", "forward = 0.3", 1.0, [0.0, 0.0, 0.2]),
+        ("forward, 0.3 m/s", "forward = 0.3", 1.0, [0.05, -0.05, 0.1]),
+        ("forward, 0.4 m/s", "forward = 0.4", 1.0, [0.05, 0.0, 0.1]),
+        ("backward, 0.2 m/s", "forward = -0.2", 1.0, [0.0, 0.05, 0.2]),
+        ("to the side, 0.05 m/s", "left = 0.05", 1.0, [-0.05, 0.05, 0.3]),
+        ("on the spot, turning by 0.4 rad/s", "turning = 0.4", 1.0, [-0.05, 0.0, 0.2]),
+        ("standing", "forward = 0.0", 1.0, [0.05, -0.05, 0.1]),
+        ("curve, 0.2 m/s and 0.3 rad/s", "forward = 0.2, turning = 0.3", 2.0, [0.05, -0.05, 0.1]),
+        ("forward, 0.2 m/s", "forward = 0.2", 0.3, [0.05, -0.05, 0.1]),
+        ("forward, 0.2 m/s", "forward = 0.2", 3.0, [0.05, 0.0, 0.2]),
+        ("forward, 0.2 m/s", "forward = 0.2", 0.0, [0.0; 3]),
+        ("forward, 0.3 m/s", "forward = 0.3", 0.0, [0.0; 3]),
+    ];
+    println!(
+        "\n| walking | put on | mass, median and farthest off | place, median | farthest off |\n|---|---|---|---|---|"
+    );
+    for (words, velocity, mass, place) in rows {
+        let put = format!("{SENSORS}[[payload]]\ntime = 4.0\nmass = {mass}\nposition = {place:?}\n");
+        let more = if mass > 0.0 { put } else { SENSORS.to_owned() };
+        let keys = "state = \"measured\"\nlearn_payload = true\n";
+        let all = each(8, |seed| walk_with((9.0, seed), velocity, keys, &more))?;
+        let found: Vec<_> = all.iter().filter_map(|walk| walk.payload).collect();
+        let of = |wished: f64, values: Vec<f64>| {
+            let mut sorted = values;
+            sorted.sort_by(f64::total_cmp);
+            let far = sorted.iter().copied().max_by(|a, b| (a - wished).abs().total_cmp(&(b - wished).abs()));
+            let middle = sorted.get((sorted.len().max(1) - 1) / 2).zip(sorted.get(sorted.len() / 2));
+            far.zip(middle.map(|(a, b)| 0.5 * (a + b)))
+        };
+        let axes = [0, 1, 2].map(|k| of(place[k], found.iter().filter_map(|f| f.place[k]).collect()));
+        let text = |x: Option<f64>| x.map_or("?".to_owned(), |x| format!("{x:.3}"));
+        let [medians, farthest] = [
+            axes.map(|axis| text(axis.map(|(_, median)| median))).join(", "),
+            [0, 1, 2].map(|k| text(axes[k].map(|(far, _)| far - place[k]))).join(", "),
+        ];
+        let (far, median) = of(mass, found.iter().map(|f| f.mass).collect()).unwrap_or((f64::NAN, f64::NAN));
+        let put = if mass > 0.0 { format!("{mass} kg at {place:?} m") } else { "nothing".to_owned() };
+        println!("| {words} | {put} | {median:.3} and {far:.3} kg | ({medians}) m | ({farthest}) m |");
+    }
+    Ok(())
+}
+
+/// The walks of all seeds, two at a time.
+fn each(
+    seeds: usize,
+    one: impl Fn(usize) -> Result<FootstepSummary, Diagnostics> + Sync,
+) -> Result<Vec<FootstepSummary>, Diagnostics> {
+    let part = |first: usize| (first..seeds).step_by(2).map(&one).collect::<Result<Vec<_>, Diagnostics>>();
+    let (even, odd) = std::thread::scope(|scope| {
+        let odd = scope.spawn(|| part(1));
+        (part(0), odd.join().expect("a walk does not panic"))
+    });
+    Ok(even?.into_iter().chain(odd?).collect())
+}
+
+/// How many of them fell, and how far the others came.
+fn counted(all: &[FootstepSummary]) -> String {
+    let steps: Vec<usize> = all.iter().filter(|walk| walk.fell.is_none()).map(|walk| walk.steps).collect();
+    let fell = all.len() - steps.len();
+    match (steps.iter().min(), steps.iter().max()) {
+        (Some(least), Some(most)) => format!("{fell} of {} fall, {least} to {most} steps", all.len()),
+        _ => format!("{fell} of {} fall", all.len()),
     }
 }
 

@@ -81,6 +81,10 @@ pub struct Simulate {
     /// Also write down what was hidden, as JSON
     #[arg(long, value_name = "TRUTH.json")]
     truth: Option<PathBuf>,
+    /// Also write down, call by call and to the last bit, what the controller of [walking] was told by its sensors and asked for: its crate
+    /// (`generate --controller`) has an example that answers it again
+    #[arg(long, value_name = "TOLD.csv")]
+    told: Option<PathBuf>,
     /// Also say where the energy went: work of the drives, losses in joints, impacts and sliding
     #[arg(long)]
     energy: bool,
@@ -102,6 +106,7 @@ impl Simulate {
         self.check_files(&bench, &scene)?;
         let options = Options {
             truth: self.truth.clone(),
+            told: self.told.clone(),
             energy: self.energy,
             film: self.pages.wanted(),
             energies: self.energies.is_some(),
@@ -148,6 +153,7 @@ impl Simulate {
         scene.note(&mut ledger);
         ledger.writes("--out", &self.out)?;
         self.truth.as_ref().map_or(Ok(()), |path| ledger.writes("--truth", path))?;
+        self.told.as_ref().map_or(Ok(()), |path| ledger.writes("--told", path))?;
         self.energies.as_ref().map_or(Ok(()), |path| ledger.writes("--energies", path))?;
         self.pages.note(&mut ledger)
     }

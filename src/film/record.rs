@@ -2,7 +2,7 @@
 use super::parts::{parts, side_of_bodies};
 use super::poses::poses;
 use crate::robot::feet;
-use bipedc_analysis::report::{Curve, Film, FilmFoot, FilmPoint, Frame, Plot};
+use bipedc_analysis::report::{Balance, Curve, Film, FilmFoot, FilmPoint, Frame, Plot};
 use bipedc_analysis::robot::Foot;
 use bipedc_analysis::simulate::{Mechanics, Sample};
 use bipedc_compiler::robot::Robot;
@@ -31,6 +31,8 @@ pub struct Recorder<'a> {
     taken: usize,
     /// Potential energy at the start, J.
     start: Option<f64>,
+    /// A controller tells of its balance.
+    balanced: bool,
 }
 
 impl<'a> Recorder<'a> {
@@ -67,22 +69,46 @@ impl<'a> Recorder<'a> {
         };
         let frame_step = (1.0 / FRAME_RATE).max(duration / MOST_FRAMES);
         let every = rows.div_ceil(MOST_SAMPLES).max(1);
-        Ok(Self { mechanics, tree, film, frame_step, next_frame: 0.0, every, taken: 0, start: None })
+        Ok(Self {
+            mechanics,
+            tree,
+            film,
+            frame_step,
+            next_frame: 0.0,
+            every,
+            taken: 0,
+            start: None,
+            balanced: false,
+        })
+    }
+
+    /// The same of a walk that a controller balances: plots of it before those of the joints.
+    pub fn with_balance(mut self) -> Self {
+        let own = self.film.plots.iter().position(|plot| plot.joint.is_some());
+        let place = own.unwrap_or(self.film.plots.len());
+        self.film.plots.splice(place..place, plots_of_balance());
+        self.balanced = true;
+        self
     }
 
     /// Adds a sample.
     pub fn take(&mut self, sample: &Sample) {
+        self.take_balanced(sample, None);
+    }
+
+    /// Adds a sample, with what a controller knows of its balance.
+    pub fn take_balanced(&mut self, sample: &Sample, balance: Option<Balance>) {
+        if self.taken.is_multiple_of(self.every) {
+            self.plot(sample, balance.as_ref());
+        }
+        self.taken += 1;
         if sample.time >= self.next_frame - 1e-9 {
-            let frame = self.frame(sample);
+            let frame = Frame { balance, ..self.frame(sample) };
             self.film.frames.push(frame);
             while self.next_frame <= sample.time + 1e-9 {
                 self.next_frame += self.frame_step;
             }
         }
-        if self.taken.is_multiple_of(self.every) {
-            self.plot(sample);
-        }
-        self.taken += 1;
     }
 
     /// The film so far.
@@ -96,7 +122,7 @@ impl<'a> Recorder<'a> {
             poses: poses(&self.tree, &sample.q),
             forces: sample.forces.iter().copied().take(self.film.points.len()).collect(),
             center_of_mass: self.center_of_mass(&sample.q, &sample.v),
-            center_of_pressure: None,
+            ..Frame::default()
         };
         frame.center_of_pressure = self.center_of_pressure(&frame);
         frame
@@ -122,8 +148,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// One value more for every curve, in the order of [`plots_of_robot`] and [`plots_of_joint`].
-    fn plot(&mut self, sample: &Sample) {
+    /// One value more for every curve, in the order of [`plots_of_robot`], [`plots_of_balance`] and [`plots_of_joint`].
+    fn plot(&mut self, sample: &Sample, balance: Option<&Balance>) {
         let energy = |name: &str| {
             let found = self.mechanics.named(name, &sample.q, &sample.v);
             found.and_then(|values| values.first().copied()).unwrap_or(f64::NAN)
@@ -137,6 +163,12 @@ impl<'a> Recorder<'a> {
         let mut values = loads.clone();
         values.extend([kinetic, risen, kinetic + risen]);
         values.extend(self.center_of_mass(&sample.q, &sample.v));
+        if self.balanced {
+            values.extend(balance.map_or([f64::NAN; 6], |balance| {
+                let ([[x, y], [wished_x, wished_y]], [a, b]) = (balance.divergent, balance.zero_moment_point);
+                [x, wished_x, a, y, wished_y, b]
+            }));
+        }
         let joints = self.tree.joints.len();
         let first = sample.q.len().saturating_sub(joints);
         for j in 0..joints {
@@ -165,6 +197,13 @@ fn plots_of_robot(feet: &[Foot]) -> Vec<Plot> {
     let energy = empty("Energy of the links", "J", &["kinetic", "potential, from the start", "sum"]);
     let center = empty("Centre of mass", "m", &["x", "y", "z"]);
     forces.into_iter().chain([energy, center]).collect()
+}
+
+/// What a controller knows of its balance.
+fn plots_of_balance() -> [Plot; 2] {
+    let curves = ["divergent component", "as it is wished", "zero moment point that is asked for"];
+    [("Balance forward", "x"), ("Balance to the left", "y")]
+        .map(|(title, axis)| empty(format!("{title} ({axis})"), "m", &curves))
 }
 
 fn plots_of_joint(name: &str, prismatic: bool) -> [Plot; 2] {

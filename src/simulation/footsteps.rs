@@ -1,17 +1,18 @@
 //! Robots that walk by footsteps in time stepping: their controller, the velocities that it is told, what became of the walk.
 use super::estimated::EstimateErrors;
 use super::late::Late;
+use super::told::ToldLog;
 use crate::walking::{FootstepWalker, Legs, robots_own};
-use bipedc_analysis::simulate::{FootstepWalk, Scenario};
+use bipedc_analysis::simulate::{FootstepWalk, Plant, Scenario};
 use bipedc_analysis::walking::read_settings;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
-use bipedc_runtime::walking::estimator::Sensed;
-use bipedc_runtime::walking::steps::{Phase, Velocity};
-use bipedc_runtime::walking::{OnBoardWalker, Payload, WalkingController};
+use bipedc_runtime::walking::estimator::{Fault, Sensed};
+use bipedc_runtime::walking::steps::{Phase, Steps, Velocity};
+use bipedc_runtime::walking::{OnBoardWalker, Payload, Stepped, Walked, WalkingController};
 use serde::Serialize;
 use std::cell::RefCell;
 use std::fmt;
@@ -78,13 +79,15 @@ impl<'a> Driver<'a> {
         }
     }
 
+    /// `told`: where what it is told is written down.
     fn command(
         &mut self,
         observed: &Observation<'_, f64>,
         commands: &mut [JointCommand<f64>],
-    ) -> Result<(), Refusal> {
+        (told, wanted): (Option<&mut ToldLog>, Velocity<f64>),
+    ) -> Result<Option<Stepped<f64>>, Refusal> {
         let walker = match self {
-            Self::True(controller) => return controller.command(observed, commands),
+            Self::True(controller) => return controller.command(observed, commands).map(|()| None),
             Self::Measured(walker) => walker,
         };
         let (position, velocity) = observed.joints(commands.len());
@@ -101,7 +104,11 @@ impl<'a> Driver<'a> {
             load: [load(0), load(1)],
             center: [center(0), center(1)],
         };
-        walker.step(&sensed, commands).refusal.map_or(Ok(()), Err)
+        let stepped = walker.step(&sensed, commands);
+        if let Some(told) = told {
+            told.note(&sensed, wanted, commands);
+        }
+        stepped.refusal.map_or(Ok(Some(stepped)), Err)
     }
 }
 
@@ -130,10 +137,12 @@ pub struct FootstepSummary {
 }
 
 /// How a walk goes.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Record {
     pub summary: FootstepSummary,
     pub live: Live,
+    /// Where what the controller is told is written down.
+    pub told: Option<ToldLog>,
 }
 
 /// What the controller knows just now.
@@ -141,6 +150,11 @@ pub(super) struct Record {
 pub(super) struct Live {
     /// Where it believes its root link to be: place (m) and quaternion x y z w; none where it is told.
     pub estimate: Option<[f64; 7]>,
+    pub walked: Option<Walked<f64>>,
+    pub steps: Option<Steps<f64>>,
+    /// What was wrong with its sensors.
+    pub fault: Option<Fault>,
+    pub braked: bool,
 }
 
 /// What a controller found that the root link carries.
@@ -248,9 +262,24 @@ impl Footsteps {
         Driver::Measured(Box::new(self.walker.on_board(settings)))
     }
 
+    /// The file of what the controller will be told and asked for; `velocities`: of joints are measured.
+    ///
+    /// # Errors
+    /// A controller that is told the truth; the file cannot be written.
+    pub fn told(&self, path: &Path, plant: &Plant, velocities: bool) -> Result<ToldLog, Diagnostic> {
+        if !self.walk.measured {
+            let message = "the controller is told the true state: there is nothing that its sensors tell";
+            return Err(Diagnostic::error(message).help("write state = \"measured\" under [walking]"));
+        }
+        let joints: Vec<String> = plant.joint_names().map(str::to_owned).collect();
+        let (_, robot, _) = self.walker.parts();
+        let feet = robot.legs.each_ref().map(|leg| plant.feet[leg.foot].name.as_str());
+        ToldLog::begin(path, (&joints, velocities), feet)
+    }
+
     /// The controller, and what it writes down.
-    pub fn controller(&self) -> (Scheduled<'_>, Rc<RefCell<Record>>) {
-        let record = Rc::new(RefCell::new(Record::default()));
+    pub fn controller(&self, told: Option<ToldLog>) -> (Scheduled<'_>, Rc<RefCell<Record>>) {
+        let record = Rc::new(RefCell::new(Record { told, ..Record::default() }));
         let mut driver = self.driver();
         driver.learn_payload(self.walk.learns_payload);
         let controller = Scheduled {
@@ -298,11 +327,17 @@ pub(super) struct Scheduled<'a> {
 }
 
 impl Scheduled<'_> {
-    fn note(&mut self, observed: &Observation<'_, f64>) {
+    fn note(&mut self, observed: &Observation<'_, f64>, stepped: Option<Stepped<f64>>) {
         let mut record = self.record.borrow_mut();
-        let Record { summary: record, live } = &mut *record;
-        live.estimate = self.driver.estimate();
+        let Record { summary: record, live, .. } = &mut *record;
         let controller = self.driver.controller();
+        *live = Live {
+            estimate: self.driver.estimate(),
+            walked: controller.walked().copied(),
+            steps: controller.steps().copied(),
+            fault: stepped.and_then(|stepped| stepped.estimated.fault),
+            braked: stepped.is_some_and(|stepped| stepped.braked),
+        };
         if let Some([x, y]) = controller.walked().map(|walked| walked.center) {
             let begin = *self.begin.get_or_insert([x, y]);
             record.distance = (x - begin[0]).hypot(y - begin[1]);
@@ -339,19 +374,24 @@ impl Controller<f64> for Scheduled<'_> {
             return Ok(());
         }
         let [forward, left, turning] = self.walk.velocity(observed.time);
-        self.driver.walk(Velocity { forward, left, turning });
+        let velocity = Velocity { forward, left, turning };
+        self.driver.walk(velocity);
+        let mut record = self.record.borrow_mut();
+        let noted = (record.told.as_mut(), velocity);
         let told = match self.walk.delay {
-            0 => self.driver.command(observed, commands),
-            steps => self.driver.command(&self.late.after(steps, observed).observed(), commands),
+            0 => self.driver.command(observed, commands, noted),
+            steps => self.driver.command(&self.late.after(steps, observed).observed(), commands, noted),
         };
-        if let Err(refusal) = told {
-            let record = &mut self.record.borrow_mut().summary;
-            record.fell = Some(observed.time);
-            record.refused = Some(refusal.to_string());
-            commands.fill(JointCommand::Off);
-            return Ok(());
+        drop(record);
+        match told {
+            Ok(stepped) => self.note(observed, stepped),
+            Err(refusal) => {
+                let record = &mut self.record.borrow_mut().summary;
+                record.fell = Some(observed.time);
+                record.refused = Some(refusal.to_string());
+                commands.fill(JointCommand::Off);
+            }
         }
-        self.note(observed);
         Ok(())
     }
 }

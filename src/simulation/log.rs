@@ -76,10 +76,11 @@ impl Log {
         self.file.put(&self.line)
     }
 
-    pub(super) fn commit_with(self, truth: Option<Output>) -> Result<(), Diagnostic> {
+    /// With the files beside it, all or none.
+    pub(super) fn commit_with(self, more: impl IntoIterator<Item = Output>) -> Result<(), Diagnostic> {
         let mut files = Batch::default();
         files.add(self.file);
-        truth.into_iter().for_each(|truth| files.add(truth));
+        more.into_iter().for_each(|file| files.add(file));
         files.commit()
     }
 }

@@ -1,5 +1,6 @@
 //! Robots ready for [`bipedc_analysis::simulate`]: what is built into the true model, and what a simulation knows beside it.
 pub mod absolute;
+mod balance;
 mod choosers;
 mod chosen;
 mod contact_sets;
@@ -13,6 +14,7 @@ mod log;
 mod robust;
 mod run;
 mod stepping;
+mod told;
 mod touching;
 mod trial;
 mod walking;

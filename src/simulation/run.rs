@@ -35,6 +35,8 @@ pub struct Scene {
 pub struct Options {
     /// Also write down what was hidden, as JSON.
     pub truth: Option<PathBuf>,
+    /// Also write down, call by call and to the last bit, what the controller of a walk by footsteps was told by its sensors and asked for.
+    pub told: Option<PathBuf>,
     /// Also say where the energy went.
     pub energy: bool,
     /// Also keep the motion as a film.
@@ -121,6 +123,9 @@ impl Scene {
     /// # Errors
     /// Functions that cannot be derived, motions without solution, files that cannot be written.
     pub fn simulate(&self, out: &Path, options: &Options, run: &Run<'_>) -> Result<Simulated, Diagnostics> {
+        if let (Some(path), None) = (&options.told, &self.footsteps) {
+            self.told(None, path)?;
+        }
         match &self.scenario.events {
             Some(events) => self.walk(events, None, out, options, run),
             None => self.step(None, out, options, run),

@@ -2,6 +2,7 @@
 use super::estimated::EstimateWatch;
 use super::footsteps::{FootstepSummary, Footsteps, Record};
 use super::log::Log;
+use super::told::ToldLog;
 use super::{Options, Outcome, Scene, Simulated, driven_model, energies, filmed_model, true_model};
 use crate::film::Recorder;
 use crate::progress::Run;
@@ -34,9 +35,14 @@ impl Scene {
         let mechanics = Mechanics::new(&model, plant.layout.base)?;
         let recorder = || Recorder::new(robot, mechanics, scenario.duration, rows(scenario));
         let mut recorder = options.film.then(recorder).transpose()?;
+        if self.footsteps.is_some() && own.is_none() {
+            recorder = recorder.map(Recorder::with_balance);
+        }
         let mut watch = EstimateWatch::default();
         let simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
-        let stepping = self.footsteps.as_ref().filter(|_| own.is_none()).map(Footsteps::controller);
+        let footsteps = self.footsteps.as_ref().filter(|_| own.is_none());
+        let told = options.told.as_deref().map(|path| self.told(footsteps, path)).transpose()?;
+        let stepping = footsteps.map(|footsteps| footsteps.controller(told));
         let record = stepping.as_ref().map(|(_, record)| Rc::clone(record));
         let mut simulation = match stepping {
             Some((controller, _)) => simulation.controlled(controller),
@@ -44,10 +50,11 @@ impl Scene {
         };
         simulation = simulation.watched(|sample| {
             if let Some(recorder) = &mut recorder {
-                recorder.take(sample);
+                let balance = record.as_ref().and_then(|record| record.borrow().live.balance(&sample.q));
+                recorder.take_balanced(sample, balance);
             }
             let Some(record) = &record else { return };
-            let Record { summary, live } = &mut *record.borrow_mut();
+            let Record { summary, live, .. } = &mut *record.borrow_mut();
             if let Some(estimate) = live.estimate.filter(|_| summary.fell.is_none()) {
                 summary.estimated = Some(watch.see(&sample.q, &estimate));
             }
@@ -63,13 +70,23 @@ impl Scene {
             simulation.run(&mut simulate::Run { row: &mut row, progress, stop: run.stop })
         });
         let summary = summary.map_err(|error| self.ended(error))?;
-        log.commit_with(truth)?;
+        let told = record.as_ref().and_then(|record| record.borrow_mut().told.take());
+        log.commit_with(truth.into_iter().chain(told.map(ToldLog::end).transpose()?))?;
         let film = recorder.map(|recorder| self.film(recorder.finish(), out, &summary)).transpose()?;
         let warning = |text| Diagnostic::warning(text).help("a shorter `step` makes them easier");
         let messages =
             self.warnings().into_iter().chain(unsolved(&summary).into_iter().map(warning)).collect();
         let walk = record.map(|record| record.borrow().summary.clone());
         Ok(Simulated { walk, ..Simulated::new(Outcome::Stepped(summary), (out, start), film, messages) })
+    }
+
+    /// The file of what the controller is told.
+    pub(super) fn told(&self, footsteps: Option<&Footsteps>, path: &Path) -> Result<ToldLog, Diagnostic> {
+        let Some(footsteps) = footsteps else {
+            let message = "no controller of walks by footsteps is told anything here";
+            return Err(Diagnostic::error(message).in_file(&self.file).help("add [walking]"));
+        };
+        footsteps.told(path, &self.plant, self.scenario.sensors.velocities)
     }
 
     /// The same under somebody's own controller, else the scenario's gait, else its outputs.

@@ -94,7 +94,7 @@ impl Names {
             ("@GUARD@", name.to_uppercase()),
             ("@TYPE@", type_name(name)),
             ("@JOINTS@", joints.len().to_string()),
-            ("@NAMES@", format!("{joints:?}")),
+            ("@NAMES@", literal(&format!("{joints:?}"))),
             ("@C_NAMES@", quoted.join(", ")),
             ("@JOINT_LIST@", list.join("\n")),
             ("@RIGHT@", legs.feet[0].clone()),
@@ -110,7 +110,23 @@ impl Names {
     }
 }
 
-/// Rust prints its values as Rust, but for infinity.
+/// Longest line of a value.
+const WIDTH: usize = 116;
+
+/// Rust prints its values as Rust, but for infinity and the ends of lines.
 fn literal(printed: &str) -> String {
-    printed.replace(" inf", " f64::INFINITY").replace("[inf", "[f64::INFINITY")
+    let printed = printed.replace(" inf", " f64::INFINITY").replace("[inf", "[f64::INFINITY");
+    let mut lines = vec![String::new()];
+    for word in printed.split_inclusive(", ") {
+        let line = lines.last_mut().expect("there is a first line");
+        if line.len() + word.trim_end().len() <= WIDTH {
+            line.push_str(word);
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    if lines.len() == 1 {
+        return printed;
+    }
+    lines.iter().map(|line| format!("\n    {}", line.trim_end())).collect()
 }

@@ -38,7 +38,9 @@ fn problem(robot: &str) -> Option<String> {
 fn committed_crates_are_up_to_date() {
     let generated = folders("generated");
     let robots = folders("robots");
-    let orphans = generated.iter().filter(|name| !robots.contains(name));
+    // Crates of controllers are checked by `tests/walking/on_board.rs`.
+    let of = |name: &String| name.strip_suffix("_controller").unwrap_or(name).to_owned();
+    let orphans = generated.iter().filter(|name| !robots.contains(&of(name)));
     let mut problems: Vec<String> =
         orphans.map(|name| format!("generated/{name}: there is no robots/{name}; remove it")).collect();
     // Before the first crate is committed there is nothing to compare.

@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 58] = [
+const FILES: [(&str, &str); 59] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -47,6 +47,7 @@ const FILES: [(&str, &str); 58] = [
     ("src/walking/ground_foot.rs", include_str!("walking/ground_foot.rs")),
     ("src/walking/ground_forces.rs", include_str!("walking/ground_forces.rs")),
     ("src/walking/ground_program.rs", include_str!("walking/ground_program.rs")),
+    ("src/walking/guard.rs", include_str!("walking/guard.rs")),
     ("src/walking/mod.rs", include_str!("walking/mod.rs")),
     ("src/walking/motion.rs", include_str!("walking/motion.rs")),
     ("src/walking/on_board.rs", include_str!("walking/on_board.rs")),

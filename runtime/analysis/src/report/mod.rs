@@ -38,8 +38,8 @@ pub use data::{
 };
 pub use fill::rows_of;
 pub use film::{
-    Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Picture, Plot, Pose, render_film, write_film,
-    write_strobe,
+    Balance, Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Picture, Plot, Pose, render_film,
+    write_film, write_strobe,
 };
 pub use map::{MapAxisFigure, MapFigure, MapPanel, Table, map_svg, render_map};
 pub use page::render;

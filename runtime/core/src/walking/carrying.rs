@@ -36,6 +36,11 @@ impl<M, R: Scalar> WalkingController<M, R> {
         self.observer = learns.then(made);
     }
 
+    /// What feet feel is not known: filters begin anew.
+    pub(super) fn pause_learning(&mut self) {
+        self.observer.iter_mut().for_each(PayloadObserver::pause);
+    }
+
     /// Learns from what feet feel what the robot carries.
     pub(super) fn learn(
         &mut self,

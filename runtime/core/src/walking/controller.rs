@@ -119,6 +119,13 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
         }
     }
 
+    /// Forgets its steps: asked again it stands where it is, and goes on from there.
+    pub(super) fn begin_anew(&mut self) {
+        (self.steps, self.last, self.walked) = (None, None, None);
+        (self.bias, self.lower) = (DivergentBias::new(), R::constant(0.0));
+        self.pause_learning();
+    }
+
     /// The steps, once it was asked.
     pub fn steps(&self) -> Option<&Steps<R>> {
         self.steps.as_ref()

@@ -42,6 +42,8 @@ pub struct Estimated<R> {
     pub trust: [R; 2],
     /// What was wrong.
     pub fault: Option<Fault>,
+    /// It does not say where the robot is: no later time, a joint without a believable position, no foot with a load, or begun anew.
+    pub blind: bool,
 }
 
 /// See the module.
@@ -165,13 +167,17 @@ impl<R: Scalar> Estimator<R> {
         let trust = self.stand(&believed, &soles, step, &mut fault);
         self.correct(before, &mut fault);
         self.write();
-        self.answer(fault, trust)
+        let unloaded = believed.load == [None; 2];
+        let answer = self.answer(fault, trust);
+        Estimated { blind: answer.blind || unloaded, ..answer }
     }
 
     fn answer(&self, fault: Option<Fault>, trust: [R; 2]) -> Estimated<R> {
         let standing = self.feet.map(|foot| foot.standing);
         let aloft = (standing == [false; 2] && self.time.is_some()).then_some(Fault::Aloft);
-        Estimated { standing, trust, fault: fault.or(aloft) }
+        let at_once = matches!(fault, Some(Fault::Time | Fault::Length | Fault::Restarted));
+        let blind = at_once || self.readings.wrong.iter().take(self.joints).any(|wrong| *wrong);
+        Estimated { standing, trust, fault: fault.or(aloft), blind }
     }
 
     /// The first sample: a robot that stands still.

@@ -161,7 +161,7 @@ impl<'a, R: Scalar> Program<'a, R> {
                 Outcome::GaveWay => self.compromise(torques, work, x),
             };
             if let Some(certificate) = found.filter(Certificate::holds) {
-                for (foot, x) in self.feet().zip(x.chunks_exact(6)) {
+                for (foot, x) in self.feet().zip(x.as_chunks::<6>().0) {
                     foot.write(|k| get(x, k), wrenches);
                 }
                 return (outcome, certificate);

@@ -11,6 +11,7 @@ mod gains;
 mod ground_foot;
 pub mod ground_forces;
 mod ground_program;
+mod guard;
 mod motion;
 mod on_board;
 mod payload;
@@ -26,6 +27,7 @@ pub mod swing;
 
 pub use controller::{Walked, WalkingController};
 pub use gains::Gains;
+pub use guard::{BLIND_CALLS, SEEING_CALLS, TORQUE_CHANGE};
 pub use motion::{Motion, Wish};
 pub use on_board::{Legs, OnBoardWalker, Stepped};
 pub use payload::Payload;

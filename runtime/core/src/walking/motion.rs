@@ -4,7 +4,7 @@ use super::robot::{BASE, LEG, MOST_VELOCITIES, Place, WalkingRobot};
 use super::space::{Vector, add, along, cross, scale, subtract, turned, turned_back, zero};
 use crate::control::Refusal;
 use crate::control::elimination::{solve, solve_all};
-use crate::control::slices::{get, set};
+use crate::control::slices::{columns, get, set};
 use crate::model::{Argument, Model, State};
 use crate::real::Scalar;
 use core::cmp::Ordering;
@@ -62,12 +62,12 @@ fn damped<R: Scalar>(columns: &[[R; 6]; LEG], rights: &mut [R], bend: R) -> bool
     }
     let dot = |a: &[R], b: &[R]| a.iter().zip(b).fold(o, |sum, (a, b)| R::fused(*a, *b, sum));
     let damping = R::constant(DAMPING / STRAIGHT) * missing;
-    for (k, (row, a)) in matrix.chunks_exact_mut(LEG).zip(columns).enumerate() {
+    for (k, (row, a)) in matrix.as_chunks_mut::<LEG>().0.iter_mut().zip(columns).enumerate() {
         for (j, (place, b)) in row.iter_mut().zip(columns).enumerate() {
             *place = dot(a, b) + if j == k { damping * damping } else { o };
         }
     }
-    for right in rights.chunks_exact_mut(LEG) {
+    for right in rights.as_chunks_mut::<LEG>().0 {
         let found = columns.each_ref().map(|column| dot(column, right));
         right.iter_mut().zip(found).for_each(|(to, from)| *to = from);
     }
@@ -77,7 +77,7 @@ fn damped<R: Scalar>(columns: &[[R; 6]; LEG], rights: &mut [R], bend: R) -> bool
 /// The first six rows of D v.
 fn momentum<R: Scalar>(mass: &[R], v: &[R]) -> [Vector<R>; 2] {
     let mut sum = [zero(); 2];
-    for (column, x) in mass.chunks_exact(v.len().max(1)).zip(v) {
+    for (column, x) in columns(mass, v.len()).zip(v) {
         let rows = [0, 3].map(|first| [0, 1, 2].map(|k| get(column, first + k)));
         sum = [along(sum[0], *x, rows[0]), along(sum[1], *x, rows[1])];
     }
@@ -170,13 +170,13 @@ impl<R: Scalar> Motion<R> {
             };
             let rights = [(linear, angular), (axis(0), zero()), (axis(1), zero()), (axis(2), zero())];
             let mut right = [o; 4 * LEG];
-            for (right, ([a, b, c], [d, e, f])) in right.chunks_exact_mut(LEG).zip(rights) {
+            for (right, ([a, b, c], [d, e, f])) in right.as_chunks_mut::<LEG>().0.iter_mut().zip(rights) {
                 right.iter_mut().zip([a, b, c, d, e, f]).for_each(|(to, from)| *to = from);
             }
             if !damped(&sole.columns, &mut right, bend) {
                 return Err(Refusal::Because("a leg is stretched or its joints are parallel"));
             }
-            for (column, found) in self.columns.iter_mut().zip(right.chunks_exact(LEG)) {
+            for (column, found) in self.columns.iter_mut().zip(right.as_chunks::<LEG>().0) {
                 leg.joints.iter().zip(found).for_each(|(joint, x)| set(column, *joint, *x));
             }
         }
@@ -188,7 +188,7 @@ impl<R: Scalar> Motion<R> {
         let Self { mass, bias, columns, forces, .. } = self;
         for (force, column) in forces.iter_mut().zip(columns.iter()) {
             force.fill(R::constant(0.0));
-            for (of, x) in mass.chunks_exact(nv.max(1)).take(nv).zip(column.iter()) {
+            for (of, x) in self::columns(mass, nv).take(nv).zip(column.iter()) {
                 force.iter_mut().zip(of).for_each(|(f, m)| *f = R::fused(*m, *x, *f));
             }
         }

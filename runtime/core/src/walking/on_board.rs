@@ -2,6 +2,7 @@
 use super::controller::WalkingController;
 use super::estimator::{Estimated, Estimator, LegKinematics, Sensed, Settings};
 use super::gains::Gains;
+use super::guard::Guard;
 use super::payload::Payload;
 use super::robot::{BASE, Columns, MOST_VELOCITIES, WalkingRobot};
 use super::space::{Pose, Vector, cross};
@@ -58,13 +59,14 @@ impl<M: Model<R>, R: Scalar> LegKinematics<R> for Legs<'_, M, R> {
 pub struct OnBoardWalker<M, R> {
     estimator: Estimator<R>,
     controller: WalkingController<M, R>,
+    guard: Guard<R>,
 }
 
 impl<M: Model<R>, R: Scalar> OnBoardWalker<M, R> {
     /// Of a robot that stands still on flat ground when it is first asked, which may slope; the world's plane is the ground's, its origin below the middle of its soles then.
     pub fn new(model: M, robot: WalkingRobot<R>, gains: Gains<R>, settings: Settings<R>) -> Self {
         let estimator = Estimator::new(settings, None);
-        Self { estimator, controller: WalkingController::new(model, robot, gains) }
+        Self { estimator, controller: WalkingController::new(model, robot, gains), guard: Guard::new() }
     }
 
     /// How fast it shall walk from the next step on.
@@ -92,30 +94,53 @@ impl<M: Model<R>, R: Scalar> OnBoardWalker<M, R> {
         &self.estimator
     }
 
-    /// Commands for what sensors say, always finite and within the drives' limits. Where the controller has none, joints are braked.
+    /// Torques for what sensors say, always finite, within the drives' limits and within [`TORQUE_CHANGE`](super::TORQUE_CHANGE) of them of the last call's.
+    /// Where the controller has none, or was blind for [`BLIND_CALLS`](super::BLIND_CALLS), joints are braked, until [`SEEING_CALLS`](super::SEEING_CALLS)
+    /// have told again where they are: then it stands up where it is.
     pub fn step(&mut self, sensed: &Sensed<'_, R>, commands: &mut [JointCommand<R>]) -> Stepped<R> {
         let (model, robot) = self.controller.parts();
         let estimated = self.estimator.update(sensed, &Legs { model, robot });
-        let loads = robot.legs_by_foot(sensed.load);
+        let loads = robot.legs_by_foot(self.loads(sensed.load));
         let centers = robot.legs_by_foot(sensed.center);
+        let braked = self.guard.judge(estimated.blind);
+        if braked {
+            self.controller.begin_anew();
+        }
+        if !sensed.load.iter().all(|load| load.is_finite()) {
+            self.controller.pause_learning();
+        }
         let observed = Observation::new(sensed.time, 0, self.estimator.q(), self.estimator.v());
         let observed = observed.with_loads(&loads).with_centers(&centers);
-        let refusal = self.controller.command(&observed, commands).err();
-        if refusal.is_some() {
-            self.brake(commands);
+        let refusal = if braked { None } else { self.controller.command(&observed, commands).err() };
+        if braked || refusal.is_some() {
+            self.brake(sensed, estimated.blind, commands);
         }
-        Stepped { estimated, refusal }
+        let (_, robot) = self.controller.parts();
+        self.guard.pass(&robot.torque, commands);
+        Stepped { estimated, refusal, braked: braked || refusal.is_some() }
     }
 
-    /// Torques against the motion, as the estimator last knew it.
-    fn brake(&self, commands: &mut [JointCommand<R>]) {
-        let (_, robot) = self.controller.parts();
-        let damping = self.controller.gains().passive;
+    /// What feet carry: one that does not say, what the other one does not.
+    fn loads(&self, sensed: [R; 2]) -> [R; 2] {
+        let [right, left] = sensed;
+        // A foot touches from a tenth of the weight on.
+        let rest =
+            |known: R| (R::constant(10.0) * self.controller.gains().touch - known).larger(R::constant(0.0));
+        match (right.is_finite(), left.is_finite()) {
+            (true, false) => [right, rest(right)],
+            (false, true) => [rest(left), left],
+            _ => sensed,
+        }
+    }
+
+    /// Torques against the motion of the joints, as far as it is known: what is measured, else what the estimator knows unless that is old.
+    fn brake(&self, sensed: &Sensed<'_, R>, blind: bool, commands: &mut [JointCommand<R>]) {
+        let (damping, o) = (self.controller.gains().passive, R::constant(0.0));
         for (joint, command) in commands.iter_mut().enumerate() {
-            let asked = -damping * get(self.estimator.v(), BASE + joint);
-            let limit = get(&robot.torque, joint);
-            let torque = -(-asked.larger(-limit)).larger(-limit);
-            *command = JointCommand::Torque(if torque.is_finite() { torque } else { R::constant(0.0) });
+            let measured = sensed.joint_velocity.and_then(|all| all.get(joint).copied());
+            let known = if blind { o } else { get(self.estimator.v(), BASE + joint) };
+            let velocity = measured.filter(|velocity| velocity.is_finite()).unwrap_or(known);
+            *command = JointCommand::Torque(-damping * velocity);
         }
     }
 }
@@ -127,4 +152,6 @@ pub struct Stepped<R> {
     pub estimated: Estimated<R>,
     /// Why the controller had no commands, if it had none: joints are braked.
     pub refusal: Option<Refusal>,
+    /// Joints are braked: the controller had no commands, or was blind for too long.
+    pub braked: bool,
 }

@@ -15,6 +15,11 @@
     scrub.setAttribute("aria-valuetext", `${now.toFixed(3)} s`);
     get("now").textContent = `${now.toFixed(3)} s of ${number(last, 4)} s`;
     get("film").dataset.frame = String(seen.frame);
+    if (get("limits")) {
+      const [phase, ...limits] = film.said[seen.frame].map((place) => film.words[place]);
+      get("limits").textContent = phase ? `${phase} — ${limits.join("; ") || "no limit is active"}` : "";
+      get("limits").classList.toggle("active", limits.length > 0);
+    }
     drawStrip();
     for (const plot of plots) placeHead(plot);
   }

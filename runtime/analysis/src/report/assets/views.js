@@ -36,7 +36,7 @@ function scene(film, time) {
   }));
   const metres = (list) => list.map((x) => x / film.per_metre);
   const center = film.centers[low].map((x, k) => (x + part * (film.centers[high][k] - x)) / film.per_metre);
-  return { at, forces, center, pressure: film.pressures[near].length ? metres(film.pressures[near]) : null, frame: near };
+  return { at, forces, center, pressure: film.pressures[near].length ? metres(film.pressures[near]) : null, balance: film.words.length && film.balance[near].length ? metres(film.balance[near]) : null, frame: near };
 }
 
 /** Corners of all parts, their depth in the view, and the outward light of their faces. */
@@ -92,7 +92,7 @@ class View {
     this.ctx.setTransform(r, 0, 0, r, 0, 0);
     const rgb = (name) => (colour(name).match(/[\d.]+/g) || [0, 0, 0]).slice(0, 3).map(Number);
     this.colours = Object.fromEntries(["left", "right", "middle"].map((name) => [name, rgb(name)]));
-    for (const name of ["force", "polygon", "mark", "ink", "soft", "rule", "paper", "raised"]) this.colours[name] = colour(name);
+    for (const name of ["force", "polygon", "mark", "ink", "soft", "rule", "paper", "raised", "amended"]) this.colours[name] = colour(name);
   }
   /** Shows `size` metres (across, up) around a middle. */
   look(middle) {
@@ -209,6 +209,29 @@ class View {
       }
     }
   }
+  /** A square on the ground, on its corner or not. */
+  square([x, y], radius, style, turned, filled) {
+    const [a, b] = this.at([x, y, 0]), r = radius;
+    this.path(turned ? [[a - r, b], [a, b - r], [a + r, b], [a, b + r]] : [[a - r, b - r], [a + r, b - r], [a + r, b + r], [a - r, b + r]]);
+    if (filled) this.fill(style);
+    this.stroke(style, 1.8);
+  }
+  /** What the controller knows: zero moment point, divergent component as it is wished and as it is. */
+  balance(seen) {
+    if (!seen.balance) return;
+    const [x, y, a, b, p, q] = seen.balance, { amended, mark } = this.colours;
+    this.square([p, q], 4.5, mark, false, false);
+    this.square([a, b], 6, amended, true, false);
+    this.square([x, y], 4.5, amended, true, true);
+  }
+  /** Where feet stood until now. */
+  prints(time) {
+    for (const print of this.footprints || []) {
+      if (print.from > time) break;
+      this.path(print.corners.map((c) => this.at(c)));
+      this.stroke(this.colours.soft, 1);
+    }
+  }
   /** None on a stand; else a line with ticks every tenth of a metre, numbers every half; or squares of a quarter. */
   ground() {
     const { ctx, colours } = this;
@@ -249,6 +272,7 @@ class View {
   draw(seen, time) {
     this.ctx.clearRect(0, 0, this.width, this.height);
     this.ground();
+    if (!this.flat) this.prints(time);
     if (this.isAbove) {
       this.robot(seen, 0.28);
       this.polygon(seen);
@@ -259,7 +283,18 @@ class View {
       this.arrows(seen);
     }
     this.marks(seen);
+    this.balance(seen);
   }
+}
+
+/** Outlines of the feet of a walk, each in the middle of a time for which it was loaded, in the order of time. */
+function footprints(film) {
+  if (!film.words.length) return [];
+  const prints = film.feet.flatMap((foot, index) => foot.loaded.filter(([a, b]) => b - a > 0.1).map(([a, b]) => {
+    const places = scene(film, (a + b) / 2).forces.filter((force) => force.foot === index).map((force) => force.at);
+    return { from: a, corners: outline(places.map((p) => [p[0], p[1], 0])) };
+  }));
+  return prints.sort((a, b) => a.from - b.from);
 }
 
 /** How far the robot reaches, in its largest frames, and how far it goes. */
@@ -300,7 +335,8 @@ function makeViews(film) {
   side.flat = front.flat = true;
   above.isAbove = true;
   const all = [side, front, space, above];
-  for (const view of all) view.arrowLength = 0.4 * tall;
+  const prints = footprints(film);
+  for (const view of all) { view.arrowLength = 0.4 * tall; view.footprints = prints; }
   const views = {
     prepare() { for (const view of all) view.prepare(); },
     draw(time) {

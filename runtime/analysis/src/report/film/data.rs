@@ -120,6 +120,21 @@ pub struct Frame {
     /// Where the contact forces have no horizontal moment, m: the centre of pressure, which on flat ground is the zero
     /// moment point; `None` in the air.
     pub center_of_pressure: Option<[f64; 2]>,
+    /// Of a walk that a controller balances.
+    pub balance: Option<Balance>,
+}
+
+/// What the controller of a walk knows of its balance.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Balance {
+    /// The divergent component of motion as it is and as it is wished, on the ground, m.
+    pub divergent: [[f64; 2]; 2],
+    /// The zero moment point that it asks for, m.
+    pub zero_moment_point: [f64; 2],
+    /// What it does, such as `stands on the left foot`.
+    pub phase: String,
+    /// What keeps it from what it would do undisturbed, in words.
+    pub limits: Vec<String>,
 }
 
 /// A body's frame in the world.

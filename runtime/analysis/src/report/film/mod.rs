@@ -7,7 +7,7 @@ mod page;
 mod payload;
 mod strobe;
 
-pub use data::{Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Picture, Plot, Pose};
+pub use data::{Balance, Curve, Film, FilmFoot, FilmPart, FilmPoint, Form, Frame, Picture, Plot, Pose};
 pub use page::render as render_film;
 
 use super::svg::standalone;

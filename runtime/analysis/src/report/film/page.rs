@@ -48,6 +48,7 @@ fn stage(film: &Film) -> Markup {
         html! { button type="button" data-film=(action) aria-label=(words) title=(words) { (sign) } }
     };
     let touching = !film.feet.is_empty();
+    let balanced = film.frames.iter().any(|frame| frame.balance.is_some());
     html! {
         section #film aria-labelledby="motion" {
             h2 #motion { "The motion" }
@@ -64,8 +65,14 @@ fn stage(film: &Film) -> Markup {
                     span { b.polygon { "▱" } " support polygon" }
                     span { b.mark { "✚" } " centre of pressure = ZMP" }
                 }
+                @if balanced {
+                    span { b.amended { "◆" } " divergent component, " b.amended { "◇" } " as it is wished" }
+                    span { b.mark { "□" } " zero moment point that is asked for" }
+                    span { "▭ where feet stood" }
+                }
                 span { b.ink { "◉" } " centre of mass" @if touching { ", ◯ below it on the ground" } @else { " of the links that move" } }
             }
+            @if balanced { p #limits aria-live="off" {} }
             div.player {
                 div.tools role="toolbar" aria-label="Player" {
                     button #play type="button" aria-keyshortcuts="Space" { "▶ play" }

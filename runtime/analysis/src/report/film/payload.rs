@@ -43,6 +43,11 @@ struct Payload<'a> {
     centers: Vec<Vec<i64>>,
     /// Centres of pressure; empty in the air.
     pressures: Vec<Vec<i64>>,
+    /// Divergent component, as it is wished, zero moment point that is asked for; nothing at all where no controller tells.
+    balance: Vec<Vec<i64>>,
+    /// What the controller does and what limits it: places in `words`.
+    said: Vec<Vec<usize>>,
+    words: Vec<&'a str>,
     plots: Vec<Plotted<'a>>,
 }
 
@@ -86,6 +91,7 @@ pub(super) fn json(film: &Film) -> String {
     let numbers: usize = film.plots.iter().map(|plot| 1 + plot.curves.len()).sum();
     let most = (MOST_PLOT_BYTES / BYTES / numbers.max(1)).clamp(FEWEST_SAMPLES, MOST_SAMPLES);
     let frames = shown(film);
+    let (said, words) = said(&frames);
     let payload = Payload {
         per_metre: PER_METRE,
         per_unit: PER_UNIT,
@@ -112,10 +118,35 @@ pub(super) fn json(film: &Film) -> String {
             .iter()
             .map(|f| f.center_of_pressure.iter().flatten().map(|x| whole(x * PER_METRE)).collect())
             .collect(),
+        balance: frames.iter().filter(|_| !words.is_empty()).map(|frame| balance(frame)).collect(),
+        said,
+        words,
         plots: film.plots.iter().map(|plot| plotted(plot, &film.time, most)).collect(),
     };
     // Text and finite or null numbers: nothing that JSON could refuse.
     harmless(&serde_json::to_string(&payload).unwrap_or_else(|_| "{}".to_owned()))
+}
+
+fn balance(frame: &Frame) -> Vec<i64> {
+    let points = frame.balance.iter().flat_map(|b| b.divergent.into_iter().chain([b.zero_moment_point]));
+    points.flatten().map(|x| whole(x * PER_METRE)).collect()
+}
+
+/// What controllers say in each frame as places among different words; nothing where none says anything.
+fn said<'a>(frames: &[&'a Frame]) -> (Vec<Vec<usize>>, Vec<&'a str>) {
+    let mut words: Vec<&str> = Vec::new();
+    let mut place = |said: &'a String| {
+        words.iter().position(|word| word == said).unwrap_or_else(|| {
+            words.push(said);
+            words.len() - 1
+        })
+    };
+    let of = |frame: &&'a Frame| {
+        let all = frame.balance.iter().flat_map(|b| std::iter::once(&b.phase).chain(&b.limits));
+        all.map(&mut place).collect::<Vec<_>>()
+    };
+    let said: Vec<_> = frames.iter().map(of).collect();
+    (if words.is_empty() { Vec::new() } else { said }, words)
 }
 
 fn poses(frame: &Frame) -> Vec<i64> {
@@ -134,7 +165,8 @@ fn shown(film: &Film) -> Vec<&Frame> {
     let frames: Vec<&Frame> = film.frames.iter().filter(finite).collect();
     let Some(first) = frames.first() else { return frames };
     // A position has about five digits, sign and comma included six characters.
-    let each = 6 * (7 * first.poses.len() + 3 * first.forces.len() + 5) + 10;
+    let balance = if first.balance.is_some() { 10 } else { 0 };
+    let each = 6 * (7 * first.poses.len() + 3 * first.forces.len() + 5 + balance) + 10;
     let every = (frames.len() * each).div_ceil(MOST_FRAME_BYTES).max(1);
     frames.into_iter().step_by(every).collect()
 }

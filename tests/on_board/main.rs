@@ -1,0 +1,6 @@
+//! The committed crate of TUlip's controller, called with what its sensors told in a simulated walk, whole and corrupted.
+#![allow(missing_docs)]
+mod corrupted;
+mod corruption;
+mod recorded;
+mod same;
