@@ -182,6 +182,10 @@ impl Workbench {
             let it = Tried { file: asked.file, text: &text, of: asked.of, optimum: &optimum, friction };
             let tried = self.progress.stage("walking", || self.tried(trial, &it));
             let lack = Lack::of((&wished, largest), &tried);
+            if crate::gait::optimise::knob("G_LOG", 0.0) > 0.0 {
+                let motion = optimum.step_length() / optimum.durations().iter().sum::<f64>();
+                eprintln!("  round {rounds} {:.1} s motion {motion:.4} walked {:?} mult {:?} walks {} {:?} lacks {:?} demands {demands:?}", begin.elapsed().as_secs_f64(), tried.walking_speed, tried.multiplier, tried.walks, tried.reason, lack.names());
+            }
             if !lack.walks {
                 near = None;
                 let goes_on = demands.finer();

@@ -41,6 +41,10 @@ const CLEAR_END: f64 = 0.35;
 const LETTING_GO: f64 = 0.3;
 const TIPPING: f64 = 0.15;
 
+/// Part of the determinant of the guess that a posture keeps: legs stay as far from straight where outputs are no joints, so that the posture on the curves is found and
+/// small errors of an output are small errors of the posture.
+const REGULAR: f64 = 0.3;
+
 const ABOVE: [f64; 2] = [0.0, f64::INFINITY];
 
 pub(super) struct Builder<'a> {
@@ -51,6 +55,8 @@ pub(super) struct Builder<'a> {
     pub outputs: bool,
     /// Smallest rate of each phase variable.
     pub rates: &'a [f64],
+    /// Regularity of each phase in the guess; none where it has no sign there.
+    pub regular: &'a [Option<f64>],
     /// Parts of the step that the phases take in the guess.
     pub parts: &'a [f64],
     /// Height of the base at ease, m.
@@ -114,6 +120,7 @@ impl Builder<'_> {
             NodeRow::Phase => similar.position(self.variable(phase)),
             NodeRow::PhaseRate => similar.velocity(self.variable(phase)),
             NodeRow::Height | NodeRow::Place => similar.length,
+            NodeRow::Regularity => self.regular[phase].map_or(1.0, f64::abs),
             NodeRow::HeightRate => similar.velocity(Measure::Length),
         }
     }
@@ -150,6 +157,12 @@ impl Builder<'_> {
             NodeRow::Place if phase == 0 && first && of.standing.first() == Some(&k) => {
                 equal(format!("place of {}", self.point(k)))
             }
+            NodeRow::Regularity if self.outputs => {
+                let usual = self.regular[phase]?;
+                let least = crate::gait::optimise::knob("G_REG", REGULAR) * usual;
+                let limits = if usual > 0.0 { [least, f64::INFINITY] } else { [f64::NEG_INFINITY, least] };
+                Some((limits, "postures that outputs settle".to_owned()))
+            }
             _ => None,
         }
     }
@@ -161,8 +174,7 @@ impl Builder<'_> {
     /// How high a contact point has to be.
     fn height(&self, point: usize, phase: usize, node: usize) -> Option<([f64; 2], String)> {
         let of = &self.of.phases[phase];
-        let nodes = self.layout.phases[phase].nodes();
-        let last = node + 1 == nodes;
+        let last = node + 1 == self.layout.phases[phase].nodes();
         let lands = self.of.changes[phase].landing.contains(&point);
         if of.standing.contains(&point) {
             return None;
@@ -170,7 +182,7 @@ impl Builder<'_> {
         if last && lands {
             return Some((EQUAL, format!("{} on the ground", self.point(point))));
         }
-        let part = node as f64 / (nodes - 1) as f64;
+        let part = self.layout.phases[phase].part(node);
         let ramp = (0.1 / self.parts[phase]).min(1.0);
         let left = self.stood_before(phase, point);
         let [rise, fall] = [(left, part), (lands, 1.0 - part)]
@@ -230,7 +242,7 @@ impl Builder<'_> {
         for foot in of.feet.iter().flatten() {
             let name = of.forces[foot.force[0]].split('/').next().unwrap_or("");
             let [x, z] = foot.force.map(|k| first + k);
-            let left = 1.0 - node as f64 / (self.layout.phases[phase].nodes() - 1) as f64;
+            let left = 1.0 - self.layout.phases[phase].part(node);
             if last && !foot.holds {
                 let what = format!("{name} lets go");
                 let nothing = [-0.5 * force, 0.5 * force];

@@ -207,9 +207,8 @@ impl Postures<'_> {
     /// A straight line between two postures.
     fn line(&self, x: &mut [f64], p: usize, [from, to]: [&[f64]; 2]) {
         let phase = &self.layout.phases[p];
-        let last = (phase.nodes() - 1) as f64;
         for node in 0..phase.nodes() {
-            let part = node as f64 / last;
+            let part = phase.part(node);
             let [q, v] = [0, 1].map(|order| self.layout.motion(p, node, order));
             for k in 0..self.layout.nv {
                 x[q + k] = from[k] + part * (to[k] - from[k]);

@@ -36,6 +36,8 @@ pub struct Optimum {
     /// Parts of the step that the phases took in the first guess.
     parts: Vec<f64>,
     rates: Vec<f64>,
+    /// Determinants of the first guess, by phase.
+    regular: Vec<Option<f64>>,
     height: f64,
     /// Of the constraints, where the last stage ended.
     multipliers: Vec<f64>,
@@ -88,7 +90,7 @@ pub fn from_nothing(
 ) -> Optimum {
     let layout = Layout::new(of, &intervals(of, demands));
     let guess = guess::naive(of, &layout, demands.speed);
-    in_two_stages(of, demands, &begun(guess, layout), watch)
+    in_two_stages(of, demands, &begun(of, guess, layout), watch)
 }
 
 /// Finds a gait near one that has curves; `seed` is derived from the form of that one.
@@ -103,21 +105,27 @@ pub fn from_gait(
 ) -> Result<Optimum, Diagnostic> {
     let layout = Layout::new(of, &intervals(of, demands));
     let guess = seed::along_curves((of, &layout), (gait, seed), demands.speed)?;
-    Ok(in_two_stages(of, demands, &begun(guess, layout), watch))
+    Ok(in_two_stages(of, demands, &begun(of, guess, layout), watch))
 }
 
 /// Of each phase, at least six.
 fn intervals(of: &Collocation, demands: &Demands) -> Vec<usize> {
-    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(6);
+    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(knob("G_MIN", 6.0) as usize);
     guess::parts(of.phases.len()).into_iter().map(share).collect()
 }
 
-fn begun(guess: Guess, layout: Layout) -> Optimum {
+pub fn knob(name: &str, usual: f64) -> f64 {
+    std::env::var(name).ok().and_then(|x| x.parse().ok()).unwrap_or(usual)
+}
+
+fn begun(of: &Collocation, guess: Guess, layout: Layout) -> Optimum {
+    let regular = (0..of.phases.len()).map(|p| regularity(of, &layout, &guess.x, p)).collect();
     Optimum {
         x: guess.x,
         layout,
         parts: guess.parts,
         rates: guess.rates,
+        regular,
         height: guess.height,
         multipliers: Vec::new(),
         ending: Ending::Infeasible,
@@ -125,6 +133,23 @@ fn begun(guess: Guess, layout: Layout) -> Optimum {
         iterations: 0,
         violations: Vec::new(),
     }
+}
+
+/// The determinant of a phase's postures that is smallest in size; none where they do not all have its sign.
+fn regularity(of: &Collocation, layout: &Layout, x: &[f64], p: usize) -> Option<f64> {
+    let at = |node: usize| row_of(of, layout, x, (p, node), NodeRow::Regularity);
+    let all: Vec<f64> = (0..layout.phases[p].nodes()).map(at).collect();
+    let smallest = all.iter().copied().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    (smallest != 0.0 && all.iter().all(|x| x * smallest > 0.0)).then_some(smallest)
+}
+
+/// The first row of a kind at a node.
+fn row_of(of: &Collocation, layout: &Layout, x: &[f64], (p, node): (usize, usize), kind: NodeRow) -> f64 {
+    let local: Vec<f64> = layout.node(p, node).iter().map(|&k| x[k]).collect();
+    let phase = &of.phases[p];
+    let mut values = vec![0.0; phase.node.rows()];
+    phase.node.values(&local, &mut values);
+    values[phase.rows.iter().find(|row| row.0 == kind).map_or(0, |row| row.1)]
 }
 
 /// First without, then with virtual constraints.
@@ -150,13 +175,8 @@ impl Optimum {
         self.first_row(of, (p, node), NodeRow::Phase)
     }
 
-    /// The first row of a kind at a node.
-    fn first_row(&self, of: &Collocation, (p, node): (usize, usize), kind: NodeRow) -> f64 {
-        let local: Vec<f64> = self.layout.node(p, node).iter().map(|&k| self.x[k]).collect();
-        let phase = &of.phases[p];
-        let mut values = vec![0.0; phase.node.rows()];
-        phase.node.values(&local, &mut values);
-        values[phase.rows.iter().find(|row| row.0 == kind).map_or(0, |row| row.1)]
+    fn first_row(&self, of: &Collocation, at: (usize, usize), kind: NodeRow) -> f64 {
+        row_of(of, &self.layout, &self.x, at, kind)
     }
 
     /// φ at the first and at the last node of a phase.
@@ -261,6 +281,7 @@ pub fn solve(
         demands,
         outputs: stage == Stage::Gait,
         rates: &rates,
+        regular: &from.regular,
         parts: &from.parts,
         height: from.height,
     };
@@ -278,7 +299,11 @@ pub fn solve(
         Stage::Motion => InteriorPoint { tolerance: 1e-3, patience: (5, 0.02), ..usual },
         Stage::Gait => usual,
     };
+    let clock = std::time::Instant::now();
     let found: Solution = solver.minimise(&program, &start, &mut |iteration| watch(stage, iteration));
+    if knob("G_LOG", 0.0) > 0.0 {
+        eprintln!("    {stage:?} n {} m {} it {} {:?} f {:.4} warm {} {:.2} s worst {:?} {:?}", program.scale.len(), program.rows.limits.len(), found.iterations, found.ending, found.objective, known.is_some(), clock.elapsed().as_secs_f64(), found.violations.first(), found.violations.first().map(|v| &program.rows.names[v.0]));
+    }
     let name = |&(row, by): &(usize, f64)| (program.rows.names[row].clone(), by * program.rows.scale[row]);
     let told = found.violations.iter().filter(|(_, by)| by.abs() >= FEASIBLE);
     Optimum {
@@ -289,6 +314,7 @@ pub fn solve(
         violations: told.map(name).collect(),
         parts: from.parts.clone(),
         rates: from.rates.clone(),
+        regular: from.regular.clone(),
         height: from.height,
         multipliers: if stage == Stage::Gait { found.multipliers } else { Vec::new() },
         layout: program.layout.clone(),

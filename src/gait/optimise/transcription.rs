@@ -30,6 +30,10 @@ const SMOOTH: f64 = 2.5e-4;
 /// torque than that of the motion.
 const EVEN: f64 = 10.0;
 
+/// Part of a phase over which a torque that goes through its own size costs as much as that torque. A phase that ends by a force of the ground asks torques
+/// to have a value at its last instant: without a cost of their rates they take it in the last interval, however short that is.
+const RATE: f64 = 0.12;
+
 /// A function of the program with its variables and rows.
 struct Part<'a> {
     function: &'a LocalFunction,
@@ -172,8 +176,8 @@ impl<'c> Transcription<'c> {
     fn each_between(&self, mut tell: impl FnMut(usize, usize, [(usize, f64); 3], [(usize, f64); 3])) {
         let nv = self.layout.nv;
         for (p, phase) in self.layout.phases.iter().enumerate() {
-            let part = 1.0 / phase.intervals as f64;
             for interval in 0..phase.intervals {
+                let part = phase.width(interval);
                 let first = self.rows.between[p] + 4 * nv * interval;
                 for order in 0..2 {
                     let at = [0, 1, 2].map(|k| self.layout.motion(p, 2 * interval + k, order));
@@ -241,12 +245,13 @@ impl<'c> Transcription<'c> {
         let last = phase.nodes() - 1;
         let smooth = SMOOTH * self.of.mass * self.of.mass;
         for node in 0..=last {
+            let width = |interval: usize| phase.width(interval.min(phase.intervals - 1)) / 6.0;
             let weight = match node {
-                0 => 1.0,
-                node if node == last => 1.0,
-                node if node % 2 == 1 => 4.0,
-                _ => 2.0,
-            } / (6.0 * phase.intervals as f64);
+                0 => width(0),
+                node if node == last => width(phase.intervals),
+                node if node % 2 == 1 => 4.0 * width(node / 2),
+                _ => width(node / 2 - 1) + width(node / 2),
+            };
             let torques = self.layout.torques(p, node);
             (torques..torques + self.layout.joints).for_each(|k| tell(k, weight));
             let accelerations = self.layout.motion(p, node, 2);
@@ -261,11 +266,15 @@ impl<'c> Transcription<'c> {
     /// Torques at both ends and in the middle of each interval, with the weight of their squared deviation from a straight line.
     fn each_bend(&self, mut tell: impl FnMut([(usize, f64); 3], f64)) {
         for (p, phase) in self.layout.phases.iter().enumerate() {
-            let weight = self.weight * EVEN / (phase.intervals * self.layout.phases.len()) as f64;
+            let share = self.weight / self.layout.phases.len() as f64;
             for interval in 0..phase.intervals {
+                let width = phase.width(interval);
+                let (even, rate) = (share * crate::gait::optimise::knob("G_EVEN", EVEN) * width, share * crate::gait::optimise::knob("G_RATE", RATE).powi(2) * 2.0 / width);
                 let [a, m, b] = [0, 1, 2].map(|k| self.layout.torques(p, 2 * interval + k));
                 for k in 0..self.layout.joints {
-                    tell([(a + k, -0.5), (m + k, 1.0), (b + k, -0.5)], weight);
+                    tell([(a + k, -0.5), (m + k, 1.0), (b + k, -0.5)], even);
+                    tell([(a + k, -1.0), (m + k, 1.0), (b + k, 0.0)], rate);
+                    tell([(a + k, 0.0), (m + k, -1.0), (b + k, 1.0)], rate);
                 }
             }
         }

@@ -13,7 +13,7 @@ use crate::derive::virtual_constraints::controlled_of;
 use crate::derive::{InertiaMode, Motions, RobotModel};
 use crate::description::gait::{AnyGait, GaitOutput, hip_height};
 use crate::description::model::{Contact, Phase, RobotDescription};
-use crate::expression::{Graph, Input, Sym, replaced, slopes_along};
+use crate::expression::{Graph, Input, Sym, gradient, replaced, slopes_along};
 use crate::program::LocalFunction;
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -112,6 +112,8 @@ pub enum NodeRow {
     HeightRate,
     /// x of each contact point, m.
     Place,
+    /// Determinant of the slopes of what stands, of the outputs and of φ by q: where it vanishes, φ and the outputs settle no posture.
+    Regularity,
 }
 
 /// One phase. Variables of a node: q, v, a, φ at the phase's first and at its last node, torques by joint, forces of the ground,
@@ -281,6 +283,7 @@ fn node(
         (NodeRow::Height, points.normal.clone()),
         (NodeRow::HeightRate, rate(&model, &points.normal)),
         (NodeRow::Place, points.tangential.clone()),
+        (NodeRow::Regularity, vec![regularity(&model, &held, &controlled)]),
     ];
     let (mut all, mut rows) = (Vec::new(), Vec::new());
     for (kind, of_kind) in kinds {
@@ -303,6 +306,45 @@ fn node(
         forces: held.names,
         standing: on_the_ground(description, tree, &phase.contacts),
     })
+}
+
+/// Determinant of the slopes by q of what the ground holds and of what is controlled.
+fn regularity<'g>(model: &RobotModel<'g, '_>, held: &Constraints<'g>, controlled: &[Sym<'g>]) -> Sym<'g> {
+    let nv = model.tree.nv;
+    let slopes = |of: &Sym<'g>| {
+        let found = gradient(*of);
+        let slope = |k: usize| {
+            let along = found.iter().find(|(input, _)| input.argument == Argument::Q && input.index as usize == k);
+            along.map_or_else(|| of.zero(), |(_, slope)| *slope)
+        };
+        (0..nv).map(slope).collect::<Vec<_>>()
+    };
+    let rows: Vec<Vec<Sym<'g>>> = held.jacobian.iter().cloned().chain(controlled.iter().map(slopes)).collect();
+    determinant(&rows)
+}
+
+/// By expansion along rows, those with the fewest elements first; minors are computed once. The sign is that of some order of the rows.
+fn determinant<'g>(rows: &[Vec<Sym<'g>>]) -> Sym<'g> {
+    let is_zero = |x: &Sym<'g>| x.constant_value() == Some(0.0);
+    let mut rows: Vec<&Vec<Sym<'g>>> = rows.iter().collect();
+    rows.sort_by_key(|row| row.iter().filter(|x| !is_zero(x)).count());
+    let zero = rows[0][0].zero();
+    // Of the first rows: by the columns that are taken, as bits.
+    let mut minors = BTreeMap::from([(0u64, zero.constant(1.0))]);
+    for row in rows {
+        let mut next: BTreeMap<u64, Sym<'g>> = BTreeMap::new();
+        for (&taken, &minor) in &minors {
+            let free = (0..row.len()).filter(|k| taken & (1 << k) == 0 && !is_zero(&row[*k]));
+            for k in free {
+                let later = (taken >> (k + 1)).count_ones();
+                let term = row[k] * minor;
+                let sum = next.get(&(taken | 1 << k)).copied().unwrap_or(zero);
+                next.insert(taken | 1 << k, if later % 2 == 0 { sum + term } else { sum - term });
+            }
+        }
+        minors = next;
+    }
+    minors.into_values().next().unwrap_or(zero)
 }
 
 /// What the motion needs less what the ground and the joints give, N and N m; torques and forces of the ground are parameters from these
