@@ -88,7 +88,8 @@ fn tree(own: &[Vec<usize>]) -> Vec<usize> {
         for &a in before {
             let mut at = a;
             while ancestors[at] != at && ancestors[at] != k {
-                (at, ancestors[at]) = (ancestors[at], k);
+                let above = std::mem::replace(&mut ancestors[at], k);
+                at = above;
             }
             if ancestors[at] == at && at != k {
                 ancestors[at] = k;
