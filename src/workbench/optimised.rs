@@ -154,7 +154,7 @@ impl Workbench {
         let mut best: Option<(Lack, OptimisedGait, Optimum)> = None;
         let (mut rounds, mut iterations) = (0, 0);
         let mut search_seconds = 0.0;
-        while rounds < ROUNDS {
+        while rounds < crate::gait::optimise::knob("G_ROUNDS", ROUNDS as f64) as usize {
             let optimum = self.search(asked, &demands, near.as_ref())?;
             if (self.stop)() {
                 return Ok(None);

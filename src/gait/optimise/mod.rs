@@ -139,7 +139,10 @@ fn begun(of: &Collocation, guess: Guess, layout: Layout) -> Optimum {
 fn regularity(of: &Collocation, layout: &Layout, x: &[f64], p: usize) -> Option<f64> {
     let at = |node: usize| row_of(of, layout, x, (p, node), NodeRow::Regularity);
     let all: Vec<f64> = (0..layout.phases[p].nodes()).map(at).collect();
-    let smallest = all.iter().copied().min_by(|a, b| a.abs().total_cmp(&b.abs()))?;
+    if knob("G_LOG", 0.0) > 0.0 {
+        eprintln!("    regular {p} {all:.4?}");
+    }
+    let smallest = if knob("G_REGMAX", 1.0) > 0.0 { all.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))? } else { all.iter().copied().min_by(|a, b| a.abs().total_cmp(&b.abs()))? };
     (smallest != 0.0 && all.iter().all(|x| x * smallest > 0.0)).then_some(smallest)
 }
 
@@ -271,7 +274,7 @@ pub fn solve(
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
     let layout = from.layout.clone();
-    let rates: Vec<f64> = from.rates.iter().map(|rate| 0.5 * rate).collect();
+    let rates: Vec<f64> = from.rates.iter().map(|rate| knob("G_FLOOR", 0.5) * rate).collect();
     let similar = Similarity::new(of.mass, from.height);
     let builder = Builder {
         of,

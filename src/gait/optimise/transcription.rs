@@ -243,7 +243,7 @@ impl<'c> Transcription<'c> {
     fn each_torque(&self, p: usize, mut tell: impl FnMut(usize, f64)) {
         let phase = &self.layout.phases[p];
         let last = phase.nodes() - 1;
-        let smooth = SMOOTH * self.of.mass * self.of.mass;
+        let smooth = crate::gait::optimise::knob("G_SMOOTH", SMOOTH) * self.of.mass * self.of.mass;
         for node in 0..=last {
             let width = |interval: usize| phase.width(interval.min(phase.intervals - 1)) / 6.0;
             let weight = match node {
