@@ -41,8 +41,13 @@ const CLEAR_END: f64 = 0.35;
 const LETTING_GO: f64 = 0.3;
 const TIPPING: f64 = 0.15;
 
-/// Part of the determinant of the guess that a posture keeps: legs stay as far from straight where outputs are no joints, so that the posture on the curves is found and
-/// small errors of an output are small errors of the posture.
+/// How far outputs may be from their curves where an interval ends, of a robot 0.7 m high: rad or m, and their rates over that, 1/s. Accelerations hold outputs on
+/// their curves at the nodes alone. What is gained by leaving the curves between them is lost under the controller, which does not leave them.
+const DRIFT: f64 = 5e-4;
+const DRIFT_RATE: f64 = 16.0;
+
+/// Part of its bend in the guess that a leg on the ground keeps where outputs are none of its joints: beyond a straight leg no posture lies on the curves, and near
+/// one a small error of an output is a large one of the posture.
 const REGULAR: f64 = 0.3;
 
 const ABOVE: [f64; 2] = [0.0, f64::INFINITY];
@@ -55,8 +60,8 @@ pub(super) struct Builder<'a> {
     pub outputs: bool,
     /// Smallest rate of each phase variable.
     pub rates: &'a [f64],
-    /// Regularity of each phase in the guess; none where it has no sign there.
-    pub regular: &'a [Option<f64>],
+    /// By phase and foot the determinant of a leg in the guess; none where that is no question.
+    pub regular: &'a [Vec<Option<f64>>],
     /// Parts of the step that the phases take in the guess.
     pub parts: &'a [f64],
     /// Height of the base at ease, m.
@@ -120,7 +125,7 @@ impl Builder<'_> {
             NodeRow::Phase => similar.position(self.variable(phase)),
             NodeRow::PhaseRate => similar.velocity(self.variable(phase)),
             NodeRow::Height | NodeRow::Place => similar.length,
-            NodeRow::Regularity => self.regular[phase].map_or(1.0, f64::abs),
+            NodeRow::Regularity => self.regular[phase][k].map_or(1.0, f64::abs),
             NodeRow::HeightRate => similar.velocity(Measure::Length),
         }
     }
@@ -143,6 +148,10 @@ impl Builder<'_> {
             NodeRow::Output | NodeRow::OutputRate if self.outputs && first => {
                 equal(format!("beginning of virtual constraint {}", of.outputs[k]))
             }
+            NodeRow::Output | NodeRow::OutputRate if self.outputs && node % 2 == 0 => {
+                let most = if kind == NodeRow::Output { crate::gait::optimise::knob("G_DRIFT", DRIFT) } else { crate::gait::optimise::knob("G_DRIFT", DRIFT) * crate::gait::optimise::knob("G_DR", DRIFT_RATE) } * self.unit(kind, k, phase);
+                Some(([-most, most], format!("distance from virtual constraint {}", of.outputs[k])))
+            }
             NodeRow::Phase if self.outputs && (k == 1 && first || k == 2 && last) => {
                 equal("ends of the phase variable".to_owned())
             }
@@ -158,13 +167,19 @@ impl Builder<'_> {
                 equal(format!("place of {}", self.point(k)))
             }
             NodeRow::Regularity if self.outputs => {
-                let usual = self.regular[phase]?;
+                let usual = self.regular[phase][k].filter(|_| self.stands(phase, k))?;
                 let least = crate::gait::optimise::knob("G_REG", REGULAR) * usual;
                 let limits = if usual > 0.0 { [least, f64::INFINITY] } else { [f64::NEG_INFINITY, least] };
-                Some((limits, "postures that outputs settle".to_owned()))
+                Some((limits, format!("leg of {} is bent", self.of.description.feet[k].name)))
             }
             _ => None,
         }
+    }
+
+    /// Whether a foot, by index, is on the ground.
+    fn stands(&self, phase: usize, foot: usize) -> bool {
+        let name = &self.of.description.feet[foot].name;
+        self.of.phases[phase].standing.iter().any(|&point| self.foot(point) == name)
     }
 
     fn foot(&self, point: usize) -> &str {

@@ -36,8 +36,8 @@ pub struct Optimum {
     /// Parts of the step that the phases took in the first guess.
     parts: Vec<f64>,
     rates: Vec<f64>,
-    /// Determinants of the first guess, by phase.
-    regular: Vec<Option<f64>>,
+    /// Of legs in the first guess, by phase and foot.
+    regular: Vec<Vec<Option<f64>>>,
     height: f64,
     /// Of the constraints, where the last stage ended.
     multipliers: Vec<f64>,
@@ -135,24 +135,24 @@ fn begun(of: &Collocation, guess: Guess, layout: Layout) -> Optimum {
     }
 }
 
-/// The determinant of a phase's postures that is smallest in size; none where they do not all have its sign.
-fn regularity(of: &Collocation, layout: &Layout, x: &[f64], p: usize) -> Option<f64> {
-    let at = |node: usize| row_of(of, layout, x, (p, node), NodeRow::Regularity);
-    let all: Vec<f64> = (0..layout.phases[p].nodes()).map(at).collect();
-    if knob("G_LOG", 0.0) > 0.0 {
-        eprintln!("    regular {p} {all:.4?}");
-    }
-    let smallest = if knob("G_REGMAX", 1.0) > 0.0 { all.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs()))? } else { all.iter().copied().min_by(|a, b| a.abs().total_cmp(&b.abs()))? };
-    (smallest != 0.0 && all.iter().all(|x| x * smallest > 0.0)).then_some(smallest)
+/// The largest determinant of each leg in a phase of the guess; none where it vanishes.
+fn regularity(of: &Collocation, layout: &Layout, x: &[f64], p: usize) -> Vec<Option<f64>> {
+    let nodes: Vec<Vec<f64>> = (0..layout.phases[p].nodes()).map(|node| rows_of(of, layout, x, (p, node), NodeRow::Regularity)).collect();
+    let largest = |foot: usize| {
+        let of_nodes = nodes.iter().filter_map(|node| node.get(foot).copied());
+        of_nodes.max_by(|a, b| a.abs().total_cmp(&b.abs())).filter(|x| *x != 0.0)
+    };
+    (0..of.description.feet.len()).map(largest).collect()
 }
 
-/// The first row of a kind at a node.
-fn row_of(of: &Collocation, layout: &Layout, x: &[f64], (p, node): (usize, usize), kind: NodeRow) -> f64 {
+/// The rows of a kind at a node.
+fn rows_of(of: &Collocation, layout: &Layout, x: &[f64], (p, node): (usize, usize), kind: NodeRow) -> Vec<f64> {
     let local: Vec<f64> = layout.node(p, node).iter().map(|&k| x[k]).collect();
     let phase = &of.phases[p];
     let mut values = vec![0.0; phase.node.rows()];
     phase.node.values(&local, &mut values);
-    values[phase.rows.iter().find(|row| row.0 == kind).map_or(0, |row| row.1)]
+    let place = phase.rows.iter().find(|row| row.0 == kind);
+    place.map_or_else(Vec::new, |&(_, first, count)| values[first..first + count].to_vec())
 }
 
 /// First without, then with virtual constraints.
@@ -179,7 +179,7 @@ impl Optimum {
     }
 
     fn first_row(&self, of: &Collocation, at: (usize, usize), kind: NodeRow) -> f64 {
-        row_of(of, &self.layout, &self.x, at, kind)
+        rows_of(of, &self.layout, &self.x, at, kind).first().copied().unwrap_or(f64::NAN)
     }
 
     /// φ at the first and at the last node of a phase.

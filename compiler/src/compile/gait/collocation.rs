@@ -12,8 +12,8 @@ use crate::derive::relabel::Relabelling;
 use crate::derive::virtual_constraints::controlled_of;
 use crate::derive::{InertiaMode, Motions, RobotModel};
 use crate::description::gait::{AnyGait, GaitOutput, hip_height};
-use crate::description::model::{Contact, Phase, RobotDescription};
-use crate::expression::{Graph, Input, Sym, gradient, replaced, slopes_along};
+use crate::description::model::{Contact, Foot, Phase, RobotDescription};
+use crate::expression::{Graph, Input, Sym, gradient, inputs, replaced, slopes_along};
 use crate::program::LocalFunction;
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -112,7 +112,7 @@ pub enum NodeRow {
     HeightRate,
     /// x of each contact point, m.
     Place,
-    /// Determinant of the slopes of what stands, of the outputs and of φ by q: where it vanishes, φ and the outputs settle no posture.
+    /// By foot: a determinant that vanishes where its leg is straight; 0 where outputs are joints of the leg.
     Regularity,
 }
 
@@ -283,7 +283,7 @@ fn node(
         (NodeRow::Height, points.normal.clone()),
         (NodeRow::HeightRate, rate(&model, &points.normal)),
         (NodeRow::Place, points.tangential.clone()),
-        (NodeRow::Regularity, vec![regularity(&model, &held, &controlled)]),
+        (NodeRow::Regularity, regularity(&model, description, [&points.tangential, &points.normal], &controlled[1..])),
     ];
     let (mut all, mut rows) = (Vec::new(), Vec::new());
     for (kind, of_kind) in kinds {
@@ -308,43 +308,53 @@ fn node(
     })
 }
 
-/// Determinant of the slopes by q of what the ground holds and of what is controlled.
-fn regularity<'g>(model: &RobotModel<'g, '_>, held: &Constraints<'g>, controlled: &[Sym<'g>]) -> Sym<'g> {
-    let nv = model.tree.nv;
-    let slopes = |of: &Sym<'g>| {
-        let found = gradient(*of);
-        let slope = |k: usize| {
-            let along = found.iter().find(|(input, _)| input.argument == Argument::Q && input.index as usize == k);
-            along.map_or_else(|| of.zero(), |(_, slope)| *slope)
-        };
-        (0..nv).map(slope).collect::<Vec<_>>()
+/// By foot: how far its leg is from where its joints do not settle the foot's place and pitch under the base (a knee that is straight), as a determinant of
+/// slopes; 0 where that is no question: an output is a joint of the leg, or the leg has other joints than a point (two) or a sole (three) needs.
+fn regularity<'g>(
+    model: &RobotModel<'g, '_>,
+    description: &RobotDescription,
+    [places, heights]: [&[Sym<'g>]; 2],
+    outputs: &[Sym<'g>],
+) -> Vec<Sym<'g>> {
+    let joints: Vec<usize> = model.tree.joints.iter().map(|joint| joint.v_index).collect();
+    let moved = |of: Sym<'g>| -> Vec<usize> {
+        let known = inputs(of);
+        joints.iter().copied().filter(|&k| known.contains(&Input { argument: Argument::Q, index: k as u32 })).collect()
     };
-    let rows: Vec<Vec<Sym<'g>>> = held.jacobian.iter().cloned().chain(controlled.iter().map(slopes)).collect();
-    determinant(&rows)
-}
-
-/// By expansion along rows, those with the fewest elements first; minors are computed once. The sign is that of some order of the rows.
-fn determinant<'g>(rows: &[Vec<Sym<'g>>]) -> Sym<'g> {
-    let is_zero = |x: &Sym<'g>| x.constant_value() == Some(0.0);
-    let mut rows: Vec<&Vec<Sym<'g>>> = rows.iter().collect();
-    rows.sort_by_key(|row| row.iter().filter(|x| !is_zero(x)).count());
-    let zero = rows[0][0].zero();
-    // Of the first rows: by the columns that are taken, as bits.
-    let mut minors = BTreeMap::from([(0u64, zero.constant(1.0))]);
-    for row in rows {
-        let mut next: BTreeMap<u64, Sym<'g>> = BTreeMap::new();
-        for (&taken, &minor) in &minors {
-            let free = (0..row.len()).filter(|k| taken & (1 << k) == 0 && !is_zero(&row[*k]));
-            for k in free {
-                let later = (taken >> (k + 1)).count_ones();
-                let term = row[k] * minor;
-                let sum = next.get(&(taken | 1 << k)).copied().unwrap_or(zero);
-                next.insert(taken | 1 << k, if later % 2 == 0 { sum + term } else { sum - term });
-            }
+    let points = |foot: &Foot| -> Vec<usize> {
+        let own = |k: &usize| model.tree.points[*k].name.split('/').next() == Some(&foot.name);
+        (0..model.tree.points.len()).filter(own).collect()
+    };
+    let of_foot = |foot: &Foot| {
+        let zero = heights[0].zero();
+        let own = points(foot);
+        let Some(&first) = own.first() else { return zero };
+        let others = description.feet.iter().filter(|other| other.name != foot.name).flat_map(points);
+        let shared: Vec<usize> = others.flat_map(|point| moved(heights[point])).collect();
+        let leg: Vec<usize> = moved(heights[first]).into_iter().filter(|k| !shared.contains(k)).collect();
+        let settled = |output: &Sym<'g>| matches!(moved(*output)[..], [joint] if leg.contains(&joint));
+        let slopes = |of: Sym<'g>| {
+            let found = gradient(of);
+            let along = |&k: &usize| found.get(&Input { argument: Argument::Q, index: k as u32 }).copied();
+            leg.iter().map(|k| along(k).unwrap_or(zero)).collect::<Vec<_>>()
+        };
+        if outputs.iter().any(settled) {
+            return zero;
         }
-        minors = next;
-    }
-    minors.into_values().next().unwrap_or(zero)
+        let (x, z) = (slopes(places[first]), slopes(heights[first]));
+        let pair = |i: usize, j: usize| x[i] * z[j] - x[j] * z[i];
+        match (own.get(1), leg.len()) {
+            (None, 2) => pair(0, 1),
+            (Some(&second), 3) => {
+                let along = [places[second] - places[first], heights[second] - heights[first]];
+                let turned = slopes(along[1]).into_iter().zip(slopes(along[0]));
+                let pitch: Vec<Sym<'g>> = turned.map(|(up, on)| along[0] * up - along[1] * on).collect();
+                pitch[0] * pair(1, 2) - pitch[1] * pair(0, 2) + pitch[2] * pair(0, 1)
+            }
+            _ => zero,
+        }
+    };
+    description.feet.iter().map(of_foot).collect()
 }
 
 /// What the motion needs less what the ground and the joints give, N and N m; torques and forces of the ground are parameters from these
