@@ -184,7 +184,7 @@ impl Workbench {
             let lack = Lack::of((&wished, largest), &tried);
             if crate::gait::optimise::knob("G_LOG", 0.0) > 0.0 {
                 let motion = optimum.step_length() / optimum.durations().iter().sum::<f64>();
-                eprintln!("  drift {:.5?} durations {:.4?} margins {:?}", optimum.drift(asked.of), optimum.durations(), optimum.margins(asked.of));
+                eprintln!("  slip {:.5?} drift {:.5?} durations {:.4?} margins {:?}", optimum.slip(asked.of), optimum.drift(asked.of), optimum.durations(), optimum.margins(asked.of));
                 eprintln!("  round {rounds} {:.1} s motion {motion:.4} walked {:?} mult {:?} walks {} {:?} lacks {:?} demands {demands:?}", begin.elapsed().as_secs_f64(), tried.walking_speed, tried.multiplier, tried.walks, tried.reason, lack.names());
             }
             if !lack.walks {

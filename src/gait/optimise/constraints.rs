@@ -43,7 +43,7 @@ const TIPPING: f64 = 0.15;
 
 /// How far outputs may be from their curves where an interval ends, of a robot 0.7 m high: rad or m, and their rates over that, 1/s. Accelerations hold outputs on
 /// their curves at the nodes alone. What is gained by leaving the curves between them is lost under the controller, which does not leave them.
-const DRIFT: f64 = 5e-4;
+const DRIFT: f64 = 3e-3;
 const DRIFT_RATE: f64 = 16.0;
 
 /// Part of its bend in the guess that a leg on the ground keeps where outputs are none of its joints: beyond a straight leg no posture lies on the curves, and near

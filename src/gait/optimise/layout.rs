@@ -46,7 +46,7 @@ impl PhaseLayout {
 }
 
 /// Of how much shorter intervals at the ends of a phase are than even ones.
-const GRADING: f64 = 0.5;
+const GRADING: f64 = 0.25;
 
 /// A place of an even grid on one that is finer towards both ends.
 fn graded(even: f64) -> f64 {

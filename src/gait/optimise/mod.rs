@@ -249,6 +249,23 @@ impl Optimum {
         (0..of.phases.len()).map(of_phase).collect()
     }
 
+    /// Largest height of a point that stands, and by how much its place changes, m: what nodes leave of contacts.
+    pub fn slip(&self, of: &Collocation) -> Vec<[f64; 2]> {
+        let of_phase = |p: usize| {
+            let at = |node: usize, kind: NodeRow| rows_of(of, &self.layout, &self.x, (p, node), kind);
+            let begin = at(0, NodeRow::Place);
+            let mut found = [0.0f64; 2];
+            for node in 0..self.layout.phases[p].nodes() {
+                let (heights, places) = (at(node, NodeRow::Height), at(node, NodeRow::Place));
+                for &point in &of.phases[p].standing {
+                    found = [found[0].max(heights[point].abs()), found[1].max((places[point] - begin[point]).abs())];
+                }
+            }
+            found
+        };
+        (0..of.phases.len()).map(of_phase).collect()
+    }
+
     /// Distance that the robot goes in a step, m.
     pub fn step_length(&self) -> f64 {
         let last = self.layout.phases.len() - 1;

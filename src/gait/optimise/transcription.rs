@@ -34,6 +34,9 @@ const EVEN: f64 = 10.0;
 /// to have a value at its last instant: without a cost of their rates they take it in the last interval, however short that is.
 const RATE: f64 = 0.12;
 
+/// What a third difference of Bezier coefficients costs, per rad² (or m², of a robot 0.7 m high). Curves that turn within an interval are not seen by its nodes.
+const CURVED: f64 = 0.1;
+
 /// A function of the program with its variables and rows.
 struct Part<'a> {
     function: &'a LocalFunction,
@@ -263,18 +266,29 @@ impl<'c> Transcription<'c> {
         }
     }
 
-    /// Torques at both ends and in the middle of each interval, with the weight of their squared deviation from a straight line.
-    fn each_bend(&self, mut tell: impl FnMut([(usize, f64); 3], f64)) {
+    /// Sums whose squares cost something, with their weights: of torques in each interval what is off a straight line, and their rates; of coefficients the third
+    /// differences.
+    fn each_bend(&self, mut tell: impl FnMut([(usize, f64); 4], f64)) {
+        let share = self.weight / self.layout.phases.len() as f64;
         for (p, phase) in self.layout.phases.iter().enumerate() {
-            let share = self.weight / self.layout.phases.len() as f64;
             for interval in 0..phase.intervals {
                 let width = phase.width(interval);
                 let (even, rate) = (share * crate::gait::optimise::knob("G_EVEN", EVEN) * width, share * crate::gait::optimise::knob("G_RATE", RATE).powi(2) * 2.0 / width);
                 let [a, m, b] = [0, 1, 2].map(|k| self.layout.torques(p, 2 * interval + k));
                 for k in 0..self.layout.joints {
-                    tell([(a + k, -0.5), (m + k, 1.0), (b + k, -0.5)], even);
-                    tell([(a + k, -1.0), (m + k, 1.0), (b + k, 0.0)], rate);
-                    tell([(a + k, 0.0), (m + k, -1.0), (b + k, 1.0)], rate);
+                    let [a, m, b] = [a + k, m + k, b + k];
+                    tell([(a, -0.5), (m, 1.0), (b, -0.5), (b, 0.0)], even);
+                    tell([(a, -1.0), (m, 1.0), (b, 0.0), (b, 0.0)], rate);
+                    tell([(a, 0.0), (m, -1.0), (b, 1.0), (b, 0.0)], rate);
+                }
+            }
+            let of = &self.of.phases[p];
+            for (k, unit) in of.output_units.iter().enumerate() {
+                let first = phase.coefficients.start + k * of.coefficients;
+                let unit = self.similar.position(Measure::of_unit(unit));
+                for c in first..(first + of.coefficients).saturating_sub(3) {
+                    let weight = crate::gait::optimise::knob("G_BEND", CURVED) / (unit * unit);
+                    tell([(c, -1.0), (c + 1, 3.0), (c + 2, -3.0), (c + 3, 1.0)], weight);
                 }
             }
         }
@@ -309,7 +323,7 @@ impl<'c> Transcription<'c> {
     }
 }
 
-fn bend(x: &[f64], terms: [(usize, f64); 3]) -> f64 {
+fn bend(x: &[f64], terms: [(usize, f64); 4]) -> f64 {
     terms.iter().map(|&(k, factor)| x[k] * factor).sum()
 }
 
