@@ -108,11 +108,16 @@ fn diagnosed_of_seed(name: &str, seed: u64) -> (serde_json::Value, Truth) {
 }
 
 fn asked(name: &str, folder: &Path) -> serde_json::Value {
+    asked_with(name, folder, &[])
+}
+
+fn asked_with(name: &str, folder: &Path, options: &[&str]) -> serde_json::Value {
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_bipedc"))
         .args(["diagnose", "--json"])
         .args([plan(name).folder(&root()), folder.join("train.csv")])
         .arg("--validate")
         .arg(folder.join("validation.csv"))
+        .args(options)
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -158,6 +163,10 @@ fn a_faster_filter_has_a_second_look() {
     is_found(&answer, &truth, "stribeck_friction", "static");
     assert!(answer["cutoff_hz"].as_f64().unwrap() > 16.0, "{}", answer["cutoff_hz"]);
     assert_eq!(answer["unexplained"], false);
+    // Not where the filter is given.
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects/seeds/stribeck_friction-1");
+    let given = asked_with("stribeck_friction-1", &folder, &["--cutoff", "16"]);
+    assert_eq!((&given["cutoff_hz"], &given["unexplained"]), (&16.0.into(), &true.into()));
 }
 
 /// Encoders of this arm are so coarse that behind 10 Hz noise of accelerations is fourteen times that of the torque.

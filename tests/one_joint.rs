@@ -100,3 +100,29 @@ fn what_teaches_and_does_not_judge_is_said() {
     let warnings = bipedc(&cut).ok().json()["warnings"].to_string();
     assert!(!warnings.contains("does not hold elsewhere"), "{warnings}");
 }
+
+/// Whose effort is not logged is not looked at, and the answer says so beside "nothing is missing".
+#[test]
+fn a_joint_without_effort_is_named() {
+    let folder = arm("one_joint_unseen");
+    let second = r#"<link name="hand"><inertial><mass value="0.1"/><inertia ixx="1e-4" ixy="0" ixz="0" iyy="1e-4" iyz="0" izz="1e-4"/>
+</inertial></link><joint name="wrist" type="revolute"><parent link="bench"/><child link="hand"/><axis xyz="0 1 0"/>
+<limit lower="-3" upper="3" effort="10" velocity="20"/></joint></robot>"#;
+    std::fs::write(folder.join("robot.urdf"), URDF.replace("</robot>", second)).unwrap();
+    let plain = log(&folder, "plain.csv", [2.9, 5.3], &|motion| torque(motion, 0.0, 0.0));
+    let with_wrist: String = std::fs::read_to_string(plain)
+        .unwrap()
+        .lines()
+        .enumerate()
+        .map(|(row, line)| format!("{line},{}\n", if row == 0 { "wrist/position" } else { "0.0" }))
+        .collect();
+    let file = folder.join("train.csv");
+    std::fs::write(&file, with_wrist).unwrap();
+    let run = bipedc(&["diagnose", text(&folder), text(&file)]).ok();
+    assert!(run.out.contains("Nothing is missing"), "{}", run.out);
+    assert!(
+        run.out.contains("assumed: `wrist` is not compared: the log has no column `wrist/effort`"),
+        "{}",
+        run.out
+    );
+}

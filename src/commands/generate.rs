@@ -29,7 +29,8 @@ Examples:
   bipedc generate robots/tulip --controller writes generated/tulip_controller: it walks on flat feet by itself
 
 With --out the crate has the small runtime that it needs in its folder; with --runtime two crates of one program share one.
-The crate is `no_std` and never allocates. What it holds is chosen by `[generate]` in biped.toml; by default \
+The crate never allocates. On x86-64 its default feature `dispatch` takes the better instructions where the processor has them; with \
+`default-features = false` it is `no_std`. What it holds is chosen by `[generate]` in biped.toml; by default \
 everything. The crate is written whole or not at all; files that bipedc did not generate stay. --check writes nothing: it names \
 missing, changed (stale or edited) and extra files, exit code 1.
 JSON: {\"folder\", \"functions\": [{\"name\", \"rows\", \"columns\", \"operations\"}], \"files\", \"bytes\", \"seconds\"}; with --check {\"folder\", \"up_to_date\", \"files\", \"missing\", \"changed\", \"extra\": [file]}.";

@@ -1,6 +1,6 @@
 //! The logs that teach and judge at one cut-off, and a second look at a higher one.
 use super::Options;
-use super::judged::geometric_mean;
+use super::judged::mean_error;
 use crate::measurements::{Loaded, Log, Measured};
 use crate::progress::Progress;
 use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors};
@@ -77,7 +77,8 @@ type Found<'m> = (Filtered<'m>, Diagnosis);
 
 /// A search of the same at another cut-off, if its answer is the better one: a slower one, where with all that was found much less is
 /// left behind it, because encoders are coarse; faster ones, where something is left that nothing explains, because what friction does
-/// within a few degrees of a reversal is over before a slow filter shows it. `quietest` is the cut-off (Hz) behind which least is left, and how much.
+/// within a few degrees of a reversal is over before a slow filter shows it. `quietest` is the cut-off (Hz) behind which least is left, and how much;
+/// without it, as where the cut-off is given, there is no second look.
 pub(super) fn second_look<'m>(
     measured: &'m Measured,
     request: &Request<'_>,
@@ -85,6 +86,7 @@ pub(super) fn second_look<'m>(
     quietest: Option<(f64, f64)>,
     work: Work<'_>,
 ) -> Option<Found<'m>> {
+    let (cutoff, error) = quietest?;
     let look = |cutoff: f64| -> Option<Found<'m>> {
         // A cut-off beyond half the sampling rate is not one.
         let other = filtered(measured, request, cutoff).ok()?;
@@ -92,13 +94,13 @@ pub(super) fn second_look<'m>(
         Some((other, second))
     };
     let here = first.train.cutoff_hz;
-    let slower = quietest.filter(|(cutoff, error)| *cutoff < here && *error < QUIETER * left(first, answer));
+    let is_quieter = cutoff < here && error < QUIETER * left(first, answer);
     let better = |(other, second): &Found<'_>| {
         (!second.unexplained || answer.unexplained)
             && left(other, second) < left(other, answer)
             && left(first, second) <= ALIKE * left(first, answer)
     };
-    if let Some(found) = slower.and_then(|(cutoff, _)| look(cutoff)).filter(better) {
+    if let Some(found) = is_quieter.then(|| look(cutoff)).flatten().filter(better) {
         return Some(found);
     }
     let explains = |(other, second): &Found<'_>| {
@@ -114,7 +116,7 @@ pub(super) fn second_look<'m>(
 /// What is left of all torques of the log that judges.
 fn left(logs: &Filtered<'_>, answer: &Diagnosis) -> f64 {
     let effects: Vec<Effect> = answer.estimated().cloned().collect();
-    geometric_mean(logs.judging().unwrap_or(&*logs.train.experiment), &effects)
+    mean_error(logs.judging().unwrap_or(&*logs.train.experiment), &effects)
 }
 
 /// What is left in some rows together, where joints do not stick.

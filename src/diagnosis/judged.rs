@@ -2,6 +2,7 @@
 use super::filtered::Request;
 use super::stated::state;
 use crate::measurements::{Content, Measured, SAMPLES};
+use bipedc_analysis::compare::geometric_mean;
 use bipedc_analysis::diagnose::{Diagnosis, errors};
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::measure::{self, HELD};
@@ -46,22 +47,17 @@ pub(super) fn quietest(
         let reading = measure::Options { cutoff_hz: Some(cutoff), ..whole.clone() };
         // A cut-off beyond half the sampling rate is not one.
         let loaded = measured.load(log, &reading, None).ok()?;
-        Some((cutoff, geometric_mean(&*loaded.experiment, &effects)))
+        Some((cutoff, mean_error(&*loaded.experiment, &effects)))
     };
     measure::CANDIDATES.into_iter().filter_map(at).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// Geometric mean of the errors of all torques, all samples.
-pub(super) fn geometric_mean(experiment: &dyn Experiment, effects: &[Effect]) -> f64 {
+pub(super) fn mean_error(experiment: &dyn Experiment, effects: &[Effect]) -> f64 {
     // Judged by itself a log shows all of its samples.
     let rows = errors(experiment, Some(experiment), effects).rows;
     let torques = experiment.rows().iter().filter(|row| row.channel == Channel::Effort);
-    let logs: Vec<f64> = torques
-        .filter_map(|row| rows.get(&row.name))
-        .map(|fall| fall.after.ln())
-        .filter(|x| x.is_finite())
-        .collect();
-    (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp()
+    geometric_mean(torques.filter_map(|row| rows.get(&row.name)).map(|fall| fall.after))
 }
 
 /// The errors of a log that the search saw a part of only: of all its samples, as `compare` measures them.

@@ -26,6 +26,13 @@ pub fn text(d: &Diagnosis) -> String {
     out.push('\n');
     out.push_str(&errors(d));
     out.push_str(&whole_log(d));
+    if !d.assumptions.is_empty() {
+        out.push('\n');
+    }
+    for assumption in &d.assumptions {
+        // Writing into a string cannot fail.
+        let _ = writeln!(out, "assumed: {assumption}");
+    }
     out
 }
 

@@ -243,7 +243,9 @@ impl Measured {
             Content::Efforts => {
                 let experiment = self.efforts(log, options, SAMPLES)?;
                 let recording = experiment.recording();
-                let (warnings, assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
+                let (warnings, mut assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
+                let not_seen = recording.missing.iter();
+                assumptions.extend(not_seen.map(|m| format!("`{}` is not compared: {}", m.name, m.reason)));
                 (Box::new(experiment), warnings, assumptions)
             }
             Content::Contacts => self.in_contact(log, options)?,

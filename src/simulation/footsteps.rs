@@ -1,4 +1,6 @@
 //! Robots that walk by footsteps in time stepping: their controller, the velocities that it is told, what became of the walk.
+use super::estimated::EstimateErrors;
+use super::late::Late;
 use crate::walking::{FootstepWalker, Legs, robots_own};
 use bipedc_analysis::simulate::{FootstepWalk, Scenario};
 use bipedc_analysis::walking::read_settings;
@@ -52,6 +54,13 @@ impl<'a> Driver<'a> {
         match self {
             Self::True(controller) => controller,
             Self::Measured(walker) => walker.controller(),
+        }
+    }
+
+    fn estimate(&self) -> Option<[f64; 7]> {
+        match self {
+            Self::True(_) => None,
+            Self::Measured(walker) => walker.estimator().q().first_chunk().copied(),
         }
     }
 
@@ -112,9 +121,26 @@ pub struct FootstepSummary {
     /// What the controller found that its root link carries.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub payload: Option<FoundPayload>,
+    /// How far off the estimator was, where one tells the controller.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub estimated: Option<EstimateErrors>,
     /// Why the controller gave up, if it did not just fall.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub refused: Option<String>,
+}
+
+/// How a walk goes.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Record {
+    pub summary: FootstepSummary,
+    pub live: Live,
+}
+
+/// What the controller knows just now.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Live {
+    /// Where it believes its root link to be: place (m) and quaternion x y z w; none where it is told.
+    pub estimate: Option<[f64; 7]>,
 }
 
 /// What a controller found that the root link carries.
@@ -223,8 +249,8 @@ impl Footsteps {
     }
 
     /// The controller, and what it writes down.
-    pub fn controller(&self) -> (Scheduled<'_>, Rc<RefCell<FootstepSummary>>) {
-        let record = Rc::new(RefCell::new(FootstepSummary::default()));
+    pub fn controller(&self) -> (Scheduled<'_>, Rc<RefCell<Record>>) {
+        let record = Rc::new(RefCell::new(Record::default()));
         let mut driver = self.driver();
         driver.learn_payload(self.walk.learns_payload);
         let controller = Scheduled {
@@ -234,6 +260,7 @@ impl Footsteps {
             record: Rc::clone(&record),
             begin: None,
             calls: 0,
+            late: Late::default(),
             limited: 0,
             phase: Phase::Stand,
         };
@@ -262,9 +289,10 @@ pub(super) struct Scheduled<'a> {
     driver: Driver<'a>,
     walk: &'a FootstepWalk,
     least: f64,
-    record: Rc<RefCell<FootstepSummary>>,
+    record: Rc<RefCell<Record>>,
     begin: Option<[f64; 2]>,
     calls: usize,
+    late: Late,
     limited: usize,
     phase: Phase,
 }
@@ -272,6 +300,8 @@ pub(super) struct Scheduled<'a> {
 impl Scheduled<'_> {
     fn note(&mut self, observed: &Observation<'_, f64>) {
         let mut record = self.record.borrow_mut();
+        let Record { summary: record, live } = &mut *record;
+        live.estimate = self.driver.estimate();
         let controller = self.driver.controller();
         if let Some([x, y]) = controller.walked().map(|walked| walked.center) {
             let begin = *self.begin.get_or_insert([x, y]);
@@ -304,14 +334,18 @@ impl Controller<f64> for Scheduled<'_> {
         observed: &Observation<'_, f64>,
         commands: &mut [JointCommand<f64>],
     ) -> Result<(), Refusal> {
-        if self.record.borrow().fell.is_some() {
+        if self.record.borrow().summary.fell.is_some() {
             commands.fill(JointCommand::Off);
             return Ok(());
         }
         let [forward, left, turning] = self.walk.velocity(observed.time);
         self.driver.walk(Velocity { forward, left, turning });
-        if let Err(refusal) = self.driver.command(observed, commands) {
-            let mut record = self.record.borrow_mut();
+        let told = match self.walk.delay {
+            0 => self.driver.command(observed, commands),
+            steps => self.driver.command(&self.late.after(steps, observed).observed(), commands),
+        };
+        if let Err(refusal) = told {
+            let record = &mut self.record.borrow_mut().summary;
             record.fell = Some(observed.time);
             record.refused = Some(refusal.to_string());
             commands.fill(JointCommand::Off);

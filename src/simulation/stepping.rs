@@ -1,5 +1,6 @@
 //! Time stepping with contacts (thesis 4.3), as a film and in words.
-use super::footsteps::{FootstepSummary, Footsteps};
+use super::estimated::EstimateWatch;
+use super::footsteps::{FootstepSummary, Footsteps, Record};
 use super::log::Log;
 use super::{Options, Outcome, Scene, Simulated, driven_model, energies, filmed_model, true_model};
 use crate::film::Recorder;
@@ -33,6 +34,7 @@ impl Scene {
         let mechanics = Mechanics::new(&model, plant.layout.base)?;
         let recorder = || Recorder::new(robot, mechanics, scenario.duration, rows(scenario));
         let mut recorder = options.film.then(recorder).transpose()?;
+        let mut watch = EstimateWatch::default();
         let simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
         let stepping = self.footsteps.as_ref().filter(|_| own.is_none()).map(Footsteps::controller);
         let record = stepping.as_ref().map(|(_, record)| Rc::clone(record));
@@ -40,9 +42,16 @@ impl Scene {
             Some((controller, _)) => simulation.controlled(controller),
             None => self.driven(simulation, (&model, &phases), own)?,
         };
-        if let Some(recorder) = &mut recorder {
-            simulation = simulation.watched(|sample| recorder.take(sample));
-        }
+        simulation = simulation.watched(|sample| {
+            if let Some(recorder) = &mut recorder {
+                recorder.take(sample);
+            }
+            let Some(record) = &record else { return };
+            let Record { summary, live } = &mut *record.borrow_mut();
+            if let Some(estimate) = live.estimate.filter(|_| summary.fell.is_none()) {
+                summary.estimated = Some(watch.see(&sample.q, &estimate));
+            }
+        });
         if options.energy {
             simulation = simulation.with_energy()?;
         }
@@ -59,7 +68,7 @@ impl Scene {
         let warning = |text| Diagnostic::warning(text).help("a shorter `step` makes them easier");
         let messages =
             self.warnings().into_iter().chain(unsolved(&summary).into_iter().map(warning)).collect();
-        let walk = record.map(|record| record.borrow().clone());
+        let walk = record.map(|record| record.borrow().summary.clone());
         Ok(Simulated { walk, ..Simulated::new(Outcome::Stepped(summary), (out, start), film, messages) })
     }
 

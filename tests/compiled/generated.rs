@@ -107,7 +107,8 @@ fn generated_code_says_what_is_what() {
     assert!(file("five_link/src/model.rs").contains("Signature::new(\"bias\", &[Q, V], NV, 1),\n"));
     let both = file("tulip/src/inverse_dynamics_derivatives.rs");
     assert!(
-        both.contains("-> SMatrix<R, NV, { 3 * NV }> {") && both.contains("// v/left_knee_pitch\n"),
+        both.contains("-> SMatrix<R, NV, { 3 * NV }> {")
+            && both.contains("/// Columns: `q/`, `v/`, `a/`, each before all"),
         "{both}"
     );
 }

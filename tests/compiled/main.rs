@@ -3,6 +3,7 @@
 use crate::support;
 mod front_ends;
 mod generated;
+mod levels;
 mod machine_code;
 mod operation_counts;
 mod optimisation;

@@ -8,10 +8,10 @@ target="${CARGO_TARGET_DIR:-$PWD/target}/no_std"
 # The linker drops the probe's own panic handler when nothing panics, so its name is forbidden too.
 forbidden='panicking|rust_begin_unwind|unwrap_failed|slice_.*fail|__rust_(re)?alloc|__rdl_|malloc|calloc|(^|[^a-z0-9_])(fma|fmaf|sin|cos|sincos|sqrt|exp|expm1|tanh|expf|expm1f|tanhf|sinf|cosf|sqrtf)(@|$)|4libm'
 
-for cpu in "${@:-}"; do
-    flags="${cpu:+-C target-cpu=$cpu}"
-    name="${cpu:-default}"
-    RUSTFLAGS="$flags" CARGO_TARGET_DIR="$target/$name" cargo build --quiet --locked --release
+check() { # CPU FEATURES
+    flags="${1:+-C target-cpu=$1}"
+    name="${1:-default}${2:+ with $2}"
+    RUSTFLAGS="$flags" CARGO_TARGET_DIR="$target/$name" cargo build --quiet --locked --release --features "$2"
     program="$target/$name/release/no-std-probe"
     "$program" || { echo "$name: wrong numbers" >&2; exit 1; }
     # Defined and undefined symbols alike.
@@ -20,4 +20,10 @@ for cpu in "${@:-}"; do
         exit 1
     fi
     echo "$name: no panic, no allocation, no library function"
+}
+
+for cpu in "${@:-}"; do
+    check "$cpu" ''
 done
+# All levels of x86-64 in one program, and how they are found without the standard library.
+check '' dispatch

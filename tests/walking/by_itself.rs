@@ -89,6 +89,18 @@ fn an_unknown_slope_is_walked_on() {
     }
 }
 
+/// Footholds up to 10 mm higher or lower than the plane, of which nobody knows: feet land early and late, and the estimator does not take them for level.
+#[test]
+fn unknown_steps_in_the_ground_are_walked_on() {
+    let told = WALK.replace("[walking]", "[walking]\nstate = \"measured\"").replace("6.0", "12.0");
+    let told = told.replace("time = 4.0", "time = 11.0");
+    let ground = "[ground.heights]\nlist = [0.01, -0.01]\n";
+    let found = simulated("steps", &format!("{told}{SENSORS}{ground}"));
+    assert_eq!(found["walk"]["fell"], Value::Null, "{}", found["walk"]);
+    let error = |name: &str| found["walk"]["estimated"][name].as_f64().unwrap();
+    assert!(error("tilt") < f64::to_radians(0.5) && error("along_ground") < 0.02, "{}", found["walk"]);
+}
+
 /// Which way is north makes no difference.
 #[test]
 fn a_robot_that_looks_elsewhere_walks_there() {
@@ -119,9 +131,10 @@ fn what_the_model_lacks_disturbs_the_robot_and_what_it_knows_does_not() {
     let told = simulated("told", &told);
     let of = |found: &Value, name: &str| found["walk"][name].as_f64().unwrap();
     let [off, known] = [&untold, &told].map(|found| of(found, "divergent_error"));
-    assert!(off > 0.1 && known < 0.6 * off, "{off} {known}");
+    // 61 against 34 mm. It was 119 mm while a late foot, which friction makes, went down slowly.
+    assert!(off > 0.05 && known < 0.6 * off, "{off} {known}");
     let [limited, known] = [&untold, &told].map(|found| of(found, "limited"));
-    assert!(limited > 0.1 && known < 0.01, "{limited} {known}");
+    assert!(limited > 0.02 && known < 0.01, "{limited} {known}");
 }
 
 fn refused(scenario: &str, words: &str) {
@@ -143,5 +156,10 @@ fn scenarios_without_meaning_are_refused() {
     refused(&walking("model = \"nowhere\""), "nowhere");
     refused(&walking("settings = \"nothing.toml\""), "nothing.toml");
     refused(&walking("speed = 1.0"), "unknown key `speed`");
+    refused(&walking("delay = 0.0015"), "no multiple of the step");
+    let ground = |more: &str| format!("duration = 1.0\n[ground.heights]\n{more}\n");
+    refused(&ground("kind = \"waves\""), "`height` is missing");
+    refused(&ground("kind = \"tiles\"\nheight = 0.01\nlist = [0.01]"), "footholds alone");
+    refused(&ground("kind = \"holes\"\nheight = 0.01"), "there is no kind");
     refused("duration = 1.0\nmethod = \"event_driven\"\n[walking]\n", "something else does too");
 }

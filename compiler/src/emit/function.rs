@@ -104,7 +104,7 @@ pub fn function(model: &CompiledModel, names: &Names, f: &Function, limit: usize
         |out| {
             let entries = out.replacen("&mut ", "", 1);
             // A place that is not there would be a fault of the compiler; code on a robot has no branch that panics.
-            format!("&mut |k, x| if let Some(entry) = {entries}[0].get_mut(k) {{ *entry = x }}")
+            format!("|k, x| if let Some(entry) = {entries}[0].get_mut(k) {{ *entry = x }}")
         },
         text,
     );

@@ -81,13 +81,13 @@ impl Packed {
         text.line(&format!("const POSITIONS: [u16; {count}] = {pattern}.positions();"));
         text.line("let out = out.as_flattened_mut();");
         text.line("out.fill(R::constant(0.0));");
-        text.open("let mut set = |k: usize, x: R| {");
+        text.open("let set = |k: usize, x: R| {");
         text.open("if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {");
         text.line("*entry = x;");
         text.close("}");
         text.close("};");
         let mut passed: Vec<String> = f.program.arguments().map(|a| a.name().to_owned()).collect();
-        passed.push("&mut set".to_owned());
+        passed.push("set".to_owned());
         text.list(&format!("{}_program(", self.entries.name), &passed, ");");
         text.close("}");
         text.line("");

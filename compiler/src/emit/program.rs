@@ -32,17 +32,59 @@ impl Head<'_> {
         text.close(&format!("){result} {{"));
         text.indent();
     }
+
+    /// The same of a function that is compiled at all levels of its target, see `bipedc_runtime::dispatch`, if it has enough
+    /// `operations` for that to pay. `inline` is the attribute in front of it.
+    pub fn open_dispatched(self, operations: usize, inline: &str, text: &mut Text) -> Dispatched {
+        let dispatched = Dispatched(operations >= WORTH_CHOOSING);
+        if !dispatched.0 {
+            text.line(inline);
+            self.open(text);
+            return dispatched;
+        }
+        let Self { visibility, name, mut parameters, .. } = self;
+        let result = if parameters.last().is_some_and(|parameter| parameter == STORES) {
+            parameters.pop();
+            " storing set"
+        } else {
+            ""
+        };
+        text.line("::bipedc_runtime::dispatched! {");
+        text.line(inline);
+        Head { visibility, name, parameters, result }.open(text);
+        dispatched
+    }
 }
+
+/// Of an open function: whether it stands in the macro.
+#[must_use]
+pub struct Dispatched(bool);
+
+impl Dispatched {
+    /// The end of the function.
+    pub fn close(&self, text: &mut Text) {
+        text.close("}");
+        if self.0 {
+            text.line("}");
+        }
+    }
+}
+
+/// Operations from which on asking for the processor's level costs little beside them; a sine and cosine count as a dozen.
+const WORTH_CHOOSING: usize = 24;
+
+/// The parameter that stores results.
+const STORES: &str = "mut set: impl FnMut(usize, R)";
 
 /// `q: &[R; NQ]` for each argument.
 pub fn parameters(model: &CompiledModel, arguments: impl Iterator<Item = Argument>) -> Vec<String> {
     arguments.map(|a| format!("{}: &[R; {}]", a.name(), Size::of(model, a))).collect()
 }
 
-/// Where results go, as a parameter and as an argument: `out: &mut [[R; ROWS]; COLUMNS]`, or a function that stores an entry.
+/// Where results go, as a parameter and as an argument of a part: `out: &mut [[R; ROWS]; COLUMNS]`, or a function that stores an entry.
 pub fn output_parameter(model: &CompiledModel, function: &Function) -> (String, &'static str) {
     if function.packed {
-        return ("set: &mut impl FnMut(usize, R)".to_owned(), "set");
+        return (STORES.to_owned(), "&mut set");
     }
     let (rows, columns) = Size::of_result(model, function);
     (format!("out: &mut [[R; {rows}]; {columns}]"), "out")
@@ -56,32 +98,43 @@ pub fn program(model: &CompiledModel, names: &Names, f: &Function, limit: usize,
     let name = format!("{}_program", f.name);
     let head = Head { visibility: "pub(super) ", name: &name, parameters, result: "" };
     if p.instructions.len() > limit {
-        return split::program(&code, f, limit, &head, text);
+        return split::program(code, f, limit, head, text);
     }
-    let code = if f.packed { code.storing() } else { code };
+    let at_once = stores_at_once(f);
+    let code = if at_once { storing(code, f) } else { code };
     let operands = p.instructions.iter().flat_map(Instruction::operands);
     let reads = Reads::of(operands.chain(p.outputs.iter().copied()).chain(p.angles.iter().copied()));
-    text.line("#[inline]");
-    head.open(text);
+    let open = head.open_dispatched(p.instructions.len() + 12 * p.angles.len(), "#[inline]", text);
     reads.name_inputs(&code, text);
     code.statements(text, 0..p.angles_ready);
     reads.sines_and_cosines(&code, text);
     code.statements(text, p.angles_ready..p.instructions.len());
-    if f.packed {
-        others(&code, text)
+    if at_once {
+        others(&code, 0..p.outputs.len(), text)
     } else {
         outputs(&code, f, text)
     }
-    text.close("}");
+    open.close(text);
 }
 
-/// Elements of a packed result that no instruction computes.
-fn others(code: &Code<'_>, text: &mut Text) {
-    for (place, &operand) in code.program.outputs.iter().enumerate() {
-        if !matches!(operand, Operand::Value(_)) {
-            text.line(&format!("set({place}, {});", code.operand(operand)));
-        }
-    }
+/// So many computed entries would not stay in registers until the end.
+const MANY: usize = 40;
+
+/// Whether entries of the result are stored as soon as they are known.
+fn stores_at_once(f: &Function) -> bool {
+    let computed = f.program.outputs.iter().filter(|output| matches!(output, Operand::Value(_)));
+    f.packed || computed.count() >= MANY
+}
+
+/// The code that stores them.
+pub fn storing<'a>(code: Code<'a>, f: &Function) -> Code<'a> {
+    code.storing((!f.packed).then(|| f.rows.len().max(1)))
+}
+
+/// Elements of the result that no instruction computes.
+pub fn others(code: &Code<'_>, places: impl IntoIterator<Item = usize>, text: &mut Text) {
+    let given = places.into_iter().filter(|place| !matches!(code.program.outputs[*place], Operand::Value(_)));
+    given.for_each(|place| text.line(&code.store(place)));
 }
 
 /// `*out = [[…], …];`, a line for each column with its name behind.

@@ -3,9 +3,9 @@
 //! rustc takes more than linear time for a function: 30 000 instructions on end cost minutes. Parts of a few
 //! thousand, never inlined, hand values on through a workspace; every operation stays as it was, so the
 //! results have the same bits.
-use super::program::{Head, output_parameter, parameters};
+use super::program::{Head, others, output_parameter, parameters, storing};
 use super::statements::{Code, Reads, constant};
-use super::text::{Text, harmless};
+use super::text::Text;
 use crate::compile::Function;
 use crate::program::{Instruction, Operand, Program};
 use std::ops::Range;
@@ -145,16 +145,16 @@ fn part(code: &Code<'_>, f: &Function, plan: &Plan, index: usize, text: &mut Tex
         }
     }
     let name = format!("{}_part_{index}", f.name);
-    text.line("#[inline(never)]");
-    Head { visibility: "", name: &name, parameters: taken, result: "" }.open(text);
+    let head = Head { visibility: "", name: &name, parameters: taken, result: "" };
+    let open = head.open_dispatched(part.instructions.len(), "#[inline(never)]", text);
     reads.name_inputs(code, text);
     reads.name_angles(code, text);
-    part_body(code, f, part, text);
-    text.close("}");
+    part_body(code, part, text);
+    open.close(text);
     format!("{name}({});", passed.join(", "))
 }
 
-fn part_body(code: &Code<'_>, f: &Function, part: &FunctionPart, text: &mut Text) {
+fn part_body(code: &Code<'_>, part: &FunctionPart, text: &mut Text) {
     let place =
         |value: usize| part.loads.iter().find(|slot| slot.value as usize == value).map_or(0, |s| s.place);
     let loads = part.loads.iter().map(|slot| slot.value as usize);
@@ -163,19 +163,7 @@ fn part_body(code: &Code<'_>, f: &Function, part: &FunctionPart, text: &mut Text
     for slot in &part.stores {
         text.line(&format!("w[{}] = t{};", slot.place, slot.value));
     }
-    let rows = f.rows.len().max(1);
-    let mut column = None;
-    for &o in &part.outputs {
-        if f.columns.len() > 1 && column.replace(o / rows) != Some(o / rows) {
-            text.line(&format!("// {}", harmless(&f.columns[o / rows])));
-        }
-        let value = code.operand(code.program.outputs[o]);
-        if f.packed {
-            text.line(&format!("set({o}, {value});"));
-            continue;
-        }
-        text.line(&format!("out[{}][{}] = {value};", o / rows, o % rows));
-    }
+    others(code, part.outputs.iter().copied(), text);
 }
 
 /// Sines and cosines between the parts.
@@ -202,19 +190,19 @@ fn trigonometry(code: &Code<'_>, plan: &Plan, text: &mut Text) {
 }
 
 /// The program as parts of at most `limit` instructions, and the function that calls them in turn, whose head is given.
-pub fn program(code: &Code<'_>, f: &Function, limit: usize, head: &Head<'_>, text: &mut Text) {
+pub fn program(code: Code<'_>, f: &Function, limit: usize, head: Head<'_>, text: &mut Text) {
+    let code = &storing(code, f);
     let plan = Plan::new(code.program, limit);
     let calls: Vec<String> = (0..plan.parts.len()).map(|k| part(code, f, &plan, k, text)).collect();
     let (before, after) = calls.split_at(plan.before);
-    text.line("#[inline]");
-    head.open(text);
+    let open = head.open_dispatched(12 * code.program.angles.len(), "#[inline]", text);
     if plan.places > 0 {
         text.line(&format!("let mut w = [R::constant(0.0); {}];", plan.places));
     }
     before.iter().for_each(|call| text.line(call));
     trigonometry(code, &plan, text);
     after.iter().for_each(|call| text.line(call));
-    text.close("}");
+    open.close(text);
 }
 
 #[cfg(test)]

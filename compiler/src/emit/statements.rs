@@ -30,11 +30,13 @@ struct Stores {
     places: BTreeMap<usize, Vec<usize>>,
     /// Values that nothing else needs: they get no name.
     unnamed: BTreeSet<usize>,
+    /// Rows of the matrix that is written into; `None`: a function stores them.
+    rows: Option<usize>,
 }
 
 impl Stores {
-    fn of(program: &Program) -> Self {
-        let mut stores = Self::default();
+    fn of(program: &Program, rows: Option<usize>) -> Self {
+        let mut stores = Self { rows, ..Self::default() };
         for (place, &output) in program.outputs.iter().enumerate() {
             if let Operand::Value(k) = output {
                 stores.places.entry(k as usize).or_default().push(place);
@@ -50,6 +52,13 @@ impl Stores {
         }
         stores
     }
+
+    fn statement(&self, place: usize, value: &str) -> String {
+        match self.rows {
+            None => format!("set({place}, {value});"),
+            Some(rows) => format!("out[{}][{}] = {value};", place / rows, place % rows),
+        }
+    }
 }
 
 impl<'a> Code<'a> {
@@ -58,10 +67,15 @@ impl<'a> Code<'a> {
         Self { model, names, program, angles, stores: Stores::default() }
     }
 
-    /// With each entry of the result stored by `set` as soon as it is known: of many results most would wait in memory until all
-    /// of them are.
-    pub fn storing(self) -> Self {
-        Self { stores: Stores::of(self.program), ..self }
+    /// With each entry of the result stored as soon as it is known, into a matrix with so many `rows`, else by `set`: of many
+    /// results most would wait in memory until all of them are.
+    pub fn storing(self, rows: Option<usize>) -> Self {
+        Self { stores: Stores::of(self.program, rows), ..self }
+    }
+
+    /// What stores an entry of the result that no instruction computes.
+    pub fn store(&self, place: usize) -> String {
+        self.stores.statement(place, &self.operand(self.program.outputs[place]))
     }
 
     pub fn operand(&self, operand: Operand) -> String {
@@ -108,7 +122,7 @@ impl<'a> Code<'a> {
             let behind = comments.before(this, text, k);
             let places = this.stores.places.get(&k).map_or(&[][..], Vec::as_slice);
             let statement = match places {
-                [place] if this.stores.unnamed.contains(&k) => format!("set({place}, {value});"),
+                [place] if this.stores.unnamed.contains(&k) => this.stores.statement(*place, &value),
                 _ => format!("{start}t{k} = {value};"),
             };
             match behind.map(|purpose| [comment(this.model, purpose), short_comment(this.model, purpose)]) {
@@ -119,7 +133,7 @@ impl<'a> Code<'a> {
                 None => text.line(&statement),
             }
             let places = places.iter().filter(|_| !this.stores.unnamed.contains(&k));
-            places.for_each(|place| text.line(&format!("set({place}, t{k});")));
+            places.for_each(|place| text.line(&this.stores.statement(*place, &format!("t{k}"))));
         });
     }
 

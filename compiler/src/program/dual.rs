@@ -40,6 +40,7 @@ impl<T: Real> Neg for Dual<T> {
 }
 
 impl<T: Real> Real for Dual<T> {
+    type Faster = Self;
     fn constant(value: f64) -> Self {
         Self(T::constant(value), T::constant(0.0))
     }

@@ -1,9 +1,11 @@
 //! What runs on the robot: what generated models need at run time.
 //!
-//! The crate is `no_std` (but with the feature `std`), never allocates and never panics on finite input.
+//! The crate is `no_std` (but with the feature `std`), never allocates and never panics on finite input. With the feature
+//! `dispatch` generated functions use what the processor has beyond the target, see [`mod@dispatch`].
 #![cfg_attr(not(feature = "std"), no_std)]
 
 pub mod control;
+pub mod dispatch;
 pub mod format;
 pub mod lanes;
 pub mod math;

@@ -17,6 +17,11 @@ pub trait Real:
     + Div<Output = Self>
     + Neg<Output = Self>
 {
+    /// What generated functions compute with where the processor has more than the target, see the module `dispatch`; the type
+    /// itself where there is no such number.
+    type Faster: Real;
+    /// Whether this is the faster one of two types.
+    const IS_FASTER: bool = false;
     /// The constant in every lane.
     fn constant(value: f64) -> Self;
     /// `a * b + c`: one rounding where the target has fused multiply-add, two elsewhere.

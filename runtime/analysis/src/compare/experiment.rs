@@ -1,5 +1,6 @@
 //! Comparisons of measurements of any kind, by way of their experiments.
 use super::report::{Channel, Comparison, Cutoff, KindError};
+use super::statistics::geometric_mean;
 use crate::experiments::Experiment;
 use crate::experiments::moving::moving;
 use crate::measure::Missing;
@@ -154,9 +155,8 @@ impl Comparison {
         for (cutoff_hz, mut channels) in by_cutoff {
             channels.retain(|c| own.contains(&c.name.as_str()) || self.has_joint_of(c));
             let rms = by_kind(&channels).get("effort").map_or(0.0, |kind| kind.rms);
-            let torques = channels.iter().filter(|c| c.rms > 0.0 && c.kind != TRANSMISSION);
-            let logs: Vec<f64> = torques.map(|c| c.rms.ln()).collect();
-            let geometric_mean = (logs.iter().sum::<f64>() / logs.len().max(1) as f64).exp();
+            let torques = channels.iter().filter(|c| c.kind != TRANSMISSION);
+            let geometric_mean = geometric_mean(torques.map(|c| c.rms));
             cutoffs.push(Cutoff { cutoff_hz, rms, geometric_mean });
             if best.as_ref().is_none_or(|(least, ..)| geometric_mean < *least) {
                 best = Some((geometric_mean, cutoff_hz, channels));

@@ -18,3 +18,4 @@ pub use experiment::{Reading, channels_of};
 pub use free_run::{FEWEST_SAMPLES, FreeChannel, FreeRun, MOST_WINDOWS, free_run};
 pub use report::{Channel, Comparison, Cutoff, KindError};
 pub use run::{compare, compare_file};
+pub use statistics::geometric_mean;

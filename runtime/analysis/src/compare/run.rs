@@ -2,7 +2,7 @@
 use super::experiment::by_kind;
 use super::influence::depends_on;
 use super::report::{Channel, Comparison, Cutoff};
-use super::statistics::Sums;
+use super::statistics::{Sums, geometric_mean};
 use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
 use crate::measure::columns::{JointColumns, Plan};
 use crate::measure::filtered::{cut, unusable};
@@ -30,9 +30,7 @@ impl Candidate {
         self.sums.iter().fold(Sums::default(), |total, s| total.merged(s))
     }
     fn geometric_mean(&self) -> f64 {
-        let used = self.sums.iter().filter(|s| s.samples > 0 && s.error_squares > 0.0);
-        let (sum, count) = used.fold((0.0, 0.0_f64), |(sum, n), s| (sum + s.rms().ln(), n + 1.0));
-        (sum / count.max(1.0)).exp()
+        geometric_mean(self.sums.iter().filter(|sums| sums.samples > 0).map(Sums::rms))
     }
 }
 

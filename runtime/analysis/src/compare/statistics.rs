@@ -39,3 +39,10 @@ impl Sums {
         (self.logged_squares > 0.0).then(|| (self.error_squares / self.logged_squares).sqrt())
     }
 }
+
+/// Geometric mean of errors but those that are 0 (a joint that nothing moves must not outweigh all others) or not finite; 0 without any.
+pub fn geometric_mean(errors: impl Iterator<Item = f64>) -> f64 {
+    let logarithms = errors.map(f64::ln).filter(|ln| ln.is_finite());
+    let (sum, count) = logarithms.fold((0.0, 0.0_f64), |(sum, n), ln| (sum + ln, n + 1.0));
+    if count > 0.0 { (sum / count).exp() } else { 0.0 }
+}

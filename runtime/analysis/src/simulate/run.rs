@@ -138,8 +138,14 @@ impl<'a> Simulation<'a> {
         let laws = drives.laws(plant, scenario.joint_stops);
         let ground = with_effects(scenario.ground, &effects);
         let mut stepper = Stepper::new(mechanics, ground, laws, scenario.tolerance)?;
+        let flat = points_of_feet(plant).into_iter().filter(|points| points.len() > 2).collect();
         if let Some(turning) = turning(&effects).filter(|_| mechanics.tangents() == 2) {
-            stepper = stepper.with_soles(soles(plant), turning)?;
+            stepper = stepper.with_soles(flat, turning)?;
+        }
+        if let Some(heights) = &scenario.heights {
+            let planar = plant.layout.base == BaseKind::Planar;
+            let start = [motion.q[0], if planar { 0.0 } else { motion.q[1] }];
+            stepper = stepper.with_heights(heights.clone(), points_of_feet(plant), start);
         }
         let stepper =
             stepper.with_coupled(drives.coupled().to_vec())?.with_motors(drives.motors(), &motion)?;
@@ -425,18 +431,15 @@ fn turning(effects: &[&Effect]) -> Option<f64> {
     Some(spin.value("radius") * of(Law::Slip).unwrap_or(spin).value("friction"))
 }
 
-/// Contact points of the feet that can stand flat.
-fn soles(plant: &Plant) -> Vec<Range<usize>> {
-    let mut soles = Vec::new();
+/// Contact points of each foot.
+fn points_of_feet(plant: &Plant) -> Vec<Range<usize>> {
     let mut first = 0;
-    for foot in &plant.feet {
+    let points = plant.feet.iter().map(|foot| {
         let points = first..first + foot.corners.len();
         first = points.end;
-        if points.len() > 2 {
-            soles.push(points);
-        }
-    }
-    soles
+        points
+    });
+    points.collect()
 }
 
 /// The ground as the effects make it.

@@ -9,6 +9,7 @@ use super::carried::Carried;
 use super::dense::{self, Stretch};
 use super::drives::Coupled;
 use super::ground::{Ground, JointLaw};
+use super::heights::Terrain;
 use super::mechanics::{Frame, Mechanics};
 use super::motors::Motors;
 use super::problem::Problem;
@@ -90,6 +91,7 @@ pub struct Stepper<'a> {
     coupled: Vec<Coupled>,
     servos: Vec<DriveServo>,
     soles: Soles,
+    terrain: Option<Terrain>,
     tolerance: Tolerance,
     solver: Solver,
     problem: Problem,
@@ -158,6 +160,7 @@ impl<'a> Stepper<'a> {
             coupled: Vec::new(),
             servos: Vec::new(),
             soles: Soles::default(),
+            terrain: None,
             tolerance,
             solver: Solver::default(),
             problem: Problem::default(),
@@ -216,7 +219,7 @@ impl<'a> Stepper<'a> {
         &mut self.joints
     }
 
-    /// Heights of the contact points at the middle of the last step, m.
+    /// Heights of the contact points above the ground at the middle of the last step, m.
     pub fn gaps(&self) -> &[f64] {
         &self.gaps
     }

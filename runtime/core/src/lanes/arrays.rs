@@ -73,11 +73,18 @@ packed!(all_f64, f64, F64x4 4, F64x8 8);
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 packed!(all_f32, f32, F32x8 8, F32x16 16);
 
-/// Scalars in a loop that the compiler can vectorise, with one branch for all of them.
-#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
-mod looped {
+/// Scalars in loops that the compiler can vectorise, with one branch for all of them.
+#[cfg(any(
+    not(all(target_arch = "x86_64", target_feature = "sse2")),
+    all(feature = "dispatch", not(target_feature = "fma"))
+))]
+pub(crate) mod looped {
     use super::{Kernel, each};
     use crate::math::kernel::common;
+
+    /// As many as the widest registers hold; what is left is padded to half of that.
+    const BLOCK: usize = 8;
+    const HALF: usize = BLOCK / 2;
 
     /// Any angles.
     #[cold]
@@ -86,16 +93,48 @@ mod looped {
         each(*angles)
     }
 
+    /// Angles of the common range.
+    #[inline(always)]
+    fn block<V: Kernel, const N: usize>(angles: &[V; N], sines: &mut [V], cosines: &mut [V]) {
+        let (mut s, mut c) = (*angles, *angles);
+        for (s, c) in s.iter_mut().zip(&mut c) {
+            (*s, *c) = common(*s);
+        }
+        sines.iter_mut().zip(s).for_each(|(to, from)| *to = from);
+        cosines.iter_mut().zip(c).for_each(|(to, from)| *to = from);
+    }
+
+    /// The first elements, and the first one again where there are too few.
+    #[inline(always)]
+    fn padded<V: Kernel, const N: usize>(angles: &[V], first: V) -> [V; N] {
+        let mut block = [first; N];
+        block.iter_mut().zip(angles).for_each(|(to, from)| *to = *from);
+        block
+    }
+
     /// The same bits as one by one.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn all<V: Kernel, const N: usize>(angles: [V; N]) -> ([V; N], [V; N]) {
         // No short circuit: the comparisons merge into one branch.
         if !angles.iter().fold(true, |all, x| all & x.within()) {
             return slow(&angles);
         }
         let (mut sines, mut cosines) = (angles, angles);
-        for (sine, cosine) in sines.iter_mut().zip(&mut cosines) {
-            (*sine, *cosine) = common(*sine);
+        let (blocks, rest) = angles.as_chunks::<BLOCK>();
+        let (sine_blocks, sine_rest) = sines.as_chunks_mut::<BLOCK>();
+        let (cosine_blocks, cosine_rest) = cosines.as_chunks_mut::<BLOCK>();
+        for ((x, sine), cosine) in blocks.iter().zip(sine_blocks).zip(cosine_blocks) {
+            block(x, sine, cosine);
+        }
+        // Which of these runs is known at compile time.
+        if let &[first, ..] = rest {
+            if N % BLOCK > HALF {
+                block(&padded::<V, BLOCK>(rest, first), sine_rest, cosine_rest);
+            } else if N % BLOCK > 1 {
+                block(&padded::<V, HALF>(rest, first), sine_rest, cosine_rest);
+            } else {
+                block(&[first], sine_rest, cosine_rest);
+            }
         }
         (sines, cosines)
     }

@@ -8,12 +8,26 @@
 //! thousands of statements and the 16 registers of the default target, and the code is no faster. Each lane has the same bits as the scalar type at equal target features.
 
 mod arrays;
+#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+mod fused;
 mod pair;
 mod scalar;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod x86;
 
+#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+use arrays::looped;
+#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+pub use fused::{FusedF32, FusedF64};
 pub use pair::Pair;
+
+/// The number that `f64` becomes on a processor with fused multiply-add: itself, where there is nothing to choose.
+#[cfg(not(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma"))))]
+pub type FusedF64 = f64;
+/// The number that `f32` becomes there.
+#[cfg(not(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma"))))]
+pub type FusedF32 = f32;
+
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 pub use x86::{F32x4, F64x2};
 

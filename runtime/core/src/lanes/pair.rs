@@ -37,6 +37,7 @@ impl<V: Neg<Output = V>> Neg for Pair<V> {
 
 #[allow(private_bounds)]
 impl<V: Kernel> Real for Pair<V> {
+    type Faster = Self;
     #[inline(always)]
     fn constant(value: f64) -> Self {
         Self(V::constant(value), V::constant(value))

@@ -4,6 +4,7 @@ use crate::Real;
 use crate::math::{exponential, scalar};
 
 impl Real for f64 {
+    type Faster = super::FusedF64;
     #[inline(always)]
     fn constant(value: f64) -> Self {
         value
@@ -43,6 +44,7 @@ impl Real for f64 {
 }
 
 impl Real for f32 {
+    type Faster = super::FusedF32;
     #[inline(always)]
     fn constant(value: f64) -> Self {
         value as f32

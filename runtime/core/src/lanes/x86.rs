@@ -94,6 +94,7 @@ macro_rules! register {
         }
 
         impl Real for $name {
+            type Faster = Self;
             #[inline(always)]
             fn constant(value: f64) -> Self {
                 Self(vector!($set1(value as $scalar)))

@@ -71,3 +71,18 @@ scalar_functions!(
     -104.0 89.0 20.0;
     1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5
 );
+#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+scalar_functions!(
+    f64 u64 i64: fused_exp_f64 fused_tanh_f64 fused_reduce_f64 fused_power_f64 instruction_f64;
+    6_755_399_441_055_744.0 52 1023 6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10;
+    -746.0 710.0 44.0;
+    1.0 / 6_227_020_800.0, 1.0 / 479_001_600.0, 1.0 / 39_916_800.0, 1.0 / 3_628_800.0, 1.0 / 362_880.0,
+    1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5
+);
+#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+scalar_functions!(
+    f32 u32 i32: fused_exp_f32 fused_tanh_f32 fused_reduce_f32 fused_power_f32 instruction_f32;
+    12_582_912.0 23 127 355.0 / 512.0, -2.121_944_4e-4;
+    -104.0 89.0 20.0;
+    1.0 / 40_320.0, 1.0 / 5_040.0, 1.0 / 720.0, 1.0 / 120.0, 1.0 / 24.0, 1.0 / 6.0, 0.5
+);

@@ -23,6 +23,8 @@ pub(crate) trait Element: Kernel {
     const SHIFT: f64;
     /// π/2 in parts, to be subtracted n times one after the other.
     const PARTS: &'static [f64];
+    /// The same where products are not rounded.
+    const FUSED_PARTS: &'static [f64];
     /// Sine and cosine of |y| ≤ π/4.
     fn polynomials<V: Kernel>(y: V) -> (V, V);
 }
@@ -53,8 +55,10 @@ impl Element for f64 {
     // Fused: the first difference is exact, and so is each later one that cancels, because n times a part
     // is never rounded. Otherwise parts of at most 33 bits keep the products exact for
     // n < 2^20; the second part ends at 2^-53, so that its difference is exact too and only one of them rounds.
+    const FUSED_PARTS: &'static [f64] =
+        &[core::f64::consts::FRAC_PI_2, 6.123233995736766e-17, -1.4973849048591698e-33];
     const PARTS: &'static [f64] = if super::FUSED {
-        &[core::f64::consts::FRAC_PI_2, 6.123233995736766e-17, -1.4973849048591698e-33]
+        Self::FUSED_PARTS
     } else {
         &[1.5707963267341256, 6.077094383272197e-11, 6.12323399538461e-17, 3.5215598651832e-27]
     };
@@ -80,8 +84,9 @@ impl Element for f32 {
     const SHIFT: f64 = 12_582_912.0;
 
     // As for `f64`; without fusing, 14 bits are exact for n < 2^10, and the second part ends at 2^-24.
+    const FUSED_PARTS: &'static [f64] = &[1.5707963705062866, -4.371138828673793e-8, -1.7151245100058819e-15];
     const PARTS: &'static [f64] = if super::FUSED {
-        &[1.5707963705062866, -4.371138828673793e-8, -1.7151245100058819e-15]
+        Self::FUSED_PARTS
     } else {
         &[1.5706787109375, 0.0001175999641418457, 1.5892510418780148e-08, 7.443547731314504e-13]
     };

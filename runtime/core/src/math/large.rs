@@ -69,10 +69,15 @@ pub(super) fn sin_cos_f64(x: f64) -> (f64, f64) {
     if !x.is_finite() {
         return (f64::NAN, f64::NAN);
     }
-    let (quadrant, y) = reduce(x.abs());
-    let (quadrant, y) = if x < 0.0 { (quadrant.wrapping_neg(), -y) } else { (quadrant, y) };
+    let (quadrant, y) = signed(x);
     let (sine, cosine) = f64::polynomials(y);
     f64::rotate(f64::from_bits(quadrant), sine, cosine)
+}
+
+/// The quadrant and the remainder of a finite number.
+fn signed(x: f64) -> (u64, f64) {
+    let (quadrant, y) = reduce(x.abs());
+    if x < 0.0 { (quadrant.wrapping_neg(), -y) } else { (quadrant, y) }
 }
 
 /// Any `f32` outside the common range, not finite ones included.
@@ -81,4 +86,17 @@ pub(super) fn sin_cos_f64(x: f64) -> (f64, f64) {
 pub(super) fn sin_cos_f32(x: f32) -> (f32, f32) {
     let (sine, cosine) = any(f64::from(x));
     (sine as f32, cosine as f32)
+}
+
+/// The same by way of another number of the same size.
+#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+#[cold]
+#[inline(never)]
+pub(crate) fn sin_cos_by<V: Kernel>(x: f64, number: impl Fn(V) -> f64) -> (f64, f64) {
+    if !x.is_finite() {
+        return (f64::NAN, f64::NAN);
+    }
+    let (quadrant, y) = signed(x);
+    let (sine, cosine) = f64::polynomials(V::constant(y));
+    f64::rotate(f64::from_bits(quadrant), number(sine), number(cosine))
 }

@@ -2,12 +2,12 @@
 //! scalars, arrays and lanes.
 //!
 //! `core` has none of them. Results depend on the target features the crate is compiled for (one rounding
-//! or two in `a * b + c`) and on nothing else: not on the feature `std`, on the number of angles given
+//! or two in `a * b + c`; in generated functions with the feature `dispatch` on those of the processor) and on nothing else: not on the feature `std`, on the number of angles given
 //! together, nor on the lane that holds a value.
 
 pub(crate) mod exponential;
 pub(crate) mod kernel;
-mod large;
+pub(crate) mod large;
 mod logarithm;
 pub(crate) mod scalar;
 

@@ -4,7 +4,7 @@
 //! instruction for it, it is a multiplication and an addition.
 
 macro_rules! scalar_operations {
-    ($scalar:ident: $fused:ident $sqrt:ident; $set:ident $get:ident $fmadd:ident $root:ident; $vdup:ident $vget:ident $vfma:ident $vsqrt:ident) => {
+    ($scalar:ident: $fused:ident $instruction:ident $sqrt:ident; $set:ident $get:ident $fmadd:ident $root:ident; $vdup:ident $vget:ident $vfma:ident $vsqrt:ident) => {
         /// `a * b + c`, one rounding where the target has the instruction.
         #[inline(always)]
         pub(crate) fn $fused(a: $scalar, b: $scalar, c: $scalar) -> $scalar {
@@ -37,6 +37,25 @@ macro_rules! scalar_operations {
             #[cfg(not(any(all(target_arch = "x86_64", target_feature = "fma"), target_arch = "aarch64")))]
             {
                 a * b + c
+            }
+        }
+
+        /// `a * b + c` with one rounding; one instruction where it is inlined into a function that has it.
+        #[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+        #[inline(always)]
+        pub(crate) fn $instruction(a: $scalar, b: $scalar, c: $scalar) -> $scalar {
+            #[cfg(feature = "std")]
+            {
+                $scalar::mul_add(a, b, c)
+            }
+            #[cfg(not(feature = "std"))]
+            {
+                use core::arch::x86_64::*;
+                // SAFETY: only what runs on a processor that has it computes with these numbers, see `dispatch`.
+                #[allow(unused_unsafe)]
+                unsafe {
+                    $get($fmadd($set(a), $set(b), $set(c)))
+                }
             }
         }
 
@@ -77,5 +96,5 @@ macro_rules! scalar_operations {
     };
 }
 
-scalar_operations!(f64: fused_f64 sqrt_f64; _mm_set_sd _mm_cvtsd_f64 _mm_fmadd_sd _mm_sqrt_pd; vdup_n_f64 vget_lane_f64 vfma_f64 vsqrt_f64);
-scalar_operations!(f32: fused_f32 sqrt_f32; _mm_set_ss _mm_cvtss_f32 _mm_fmadd_ss _mm_sqrt_ss; vdup_n_f32 vget_lane_f32 vfma_f32 vsqrt_f32);
+scalar_operations!(f64: fused_f64 instruction_f64 sqrt_f64; _mm_set_sd _mm_cvtsd_f64 _mm_fmadd_sd _mm_sqrt_pd; vdup_n_f64 vget_lane_f64 vfma_f64 vsqrt_f64);
+scalar_operations!(f32: fused_f32 instruction_f32 sqrt_f32; _mm_set_ss _mm_cvtss_f32 _mm_fmadd_ss _mm_sqrt_ss; vdup_n_f32 vget_lane_f32 vfma_f32 vsqrt_f32);

@@ -17,8 +17,8 @@ use crate::real::Scalar;
 /// Bend of a knee (rad) below which the robot goes down.
 const BENT: f64 = 0.35;
 
-/// A foot that has not found the ground goes down twice as fast after so long, s.
-const LATE: f64 = 0.05;
+/// A foot that has not found the ground goes down in so long (s) as far as it was lifted.
+const LATE: f64 = 0.1;
 
 /// What the controller does just now.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -256,9 +256,7 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
             to_z.toward(z, left, step);
         } else {
             // The ground is lower than it should be: faster and faster, within bounds.
-            let late = (steps.time - steps.duration) / R::constant(LATE);
-            let faster = R::constant(1.0) + clamp(late, R::constant(0.0), R::constant(4.0));
-            to_z.at_rate(-self.gains.lift / steps.duration * faster, step);
+            to_z.at_rate(-self.gains.lift / R::constant(LATE), step);
         }
     }
 }

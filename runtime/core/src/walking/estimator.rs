@@ -26,6 +26,8 @@ const LONGEST_STEP: f64 = 0.1;
 
 /// Biases of more standard deviations than this are none.
 const LARGEST_BIAS: f64 = 5.0;
+/// Soles within this angle (rad) of what the accelerometer says lie on the ground when the robot begins.
+const FLAT: f64 = 0.2;
 /// Slopes of more than this are none.
 const STEEPEST: f64 = 0.3;
 /// So many samples in a row whose time does not advance: the clock was set back.
@@ -64,6 +66,8 @@ pub struct Estimator<R> {
     pub(super) errors: Errors<R>,
     pub(super) readings: Readings<R>,
     pub(super) joints: usize,
+    /// So long no sole lay flat, s.
+    pub(super) askew: R,
     q: [R; BASE[0] + MOST_JOINTS],
     v: [R; BASE[1] + MOST_JOINTS],
 }
@@ -73,7 +77,8 @@ impl<R: Scalar> Estimator<R> {
     /// and its x axis along that of the base.
     pub fn new(settings: Settings<R>, start: Option<Pose<R>>) -> Self {
         let o = R::constant(0.0);
-        let anchor = Anchor { standing: false, position: zero(), turn: identity(), age: o, refused: 0 };
+        let anchor =
+            Anchor { standing: false, position: zero(), turn: identity(), age: o, refused: 0, twist: o };
         Self {
             settings,
             start,
@@ -91,6 +96,7 @@ impl<R: Scalar> Estimator<R> {
             errors: Errors::new(),
             readings: Readings::new(),
             joints: 0,
+            askew: o,
             q: [o; BASE[0] + MOST_JOINTS],
             v: [o; BASE[1] + MOST_JOINTS],
         }
@@ -172,18 +178,23 @@ impl<R: Scalar> Estimator<R> {
     fn begin(&mut self, believed: &Believed<R>, soles: &[Option<Seen<R>>; 2]) {
         let loads = believed.load.map(|load| load.unwrap_or(R::constant(0.0)));
         let pressed = |foot: usize| get(&loads, foot) >= get(&self.settings.loads, 1);
-        // Before any load was measured a robot stands on both; how they lie is not believed then.
+        // Before any load was measured a robot stands on both. Whether they lie flat then, the accelerometer has to say.
         let none = !pressed(0) && !pressed(1);
         let those = |believed: [bool; 2]| {
             let both = believed.into_iter().enumerate().filter(|(_, stands)| *stands);
             both.filter_map(|(foot, _)| soles.get(foot)?.as_ref())
         };
         let standing = || those([none || pressed(0), none || pressed(1)]);
-        let up = those([pressed(0), pressed(1)]).fold(zero(), |sum, sole| add(sum, transpose(sole.turn)[2]));
-        let up = match believed.specific_force {
-            _ if length(up) > R::constant(0.5) => up,
-            Some(force) if length(force) > R::constant(0.5) => force,
-            _ => [R::constant(0.0), R::constant(0.0), R::constant(1.0)],
+        let mean = standing().fold(zero(), |sum, sole| add(sum, transpose(sole.turn)[2]));
+        let felt = believed.specific_force.filter(|force| length(*force) > R::constant(0.5));
+        let agrees = |force: Vector<R>| {
+            let most = R::constant(FLAT) * length(force);
+            standing().all(|sole| length(cross(transpose(sole.turn)[2], force)) < most)
+        };
+        let up = match felt {
+            _ if length(mean) > R::constant(0.5) && (!none || felt.is_some_and(agrees)) => mean,
+            Some(force) => force,
+            None => [R::constant(0.0), R::constant(0.0), R::constant(1.0)],
         };
         let pose = self.start.unwrap_or_else(|| {
             let turn = upright(up);

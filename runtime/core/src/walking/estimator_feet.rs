@@ -17,6 +17,11 @@ const SETTLING: f64 = 0.05;
 /// Errors of kinematics and of the ground last about so long, s: samples within that time say the same.
 const LASTING: [f64; 2] = [0.01, 0.5];
 
+/// Twists of a sole are filtered over this time (s), and seen from so many standard deviations on.
+const TWIST: (f64, f64) = (0.02, 4.0);
+/// A sole that is off the plane by more standard deviations lies on something else than the plane; for so long (s) at most.
+const ASKEW: (f64, f64) = (5.0, 1.0);
+
 /// A foot.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Anchor<R> {
@@ -26,6 +31,8 @@ pub(super) struct Anchor<R> {
     /// Since it stands, s.
     pub(super) age: R,
     pub(super) refused: u16,
+    /// How far the leg sees it turned about the vertical from where it is held to be, filtered, rad.
+    pub(super) twist: R,
 }
 
 /// A sole from the unit, in axes of the base, and how well it is known.
@@ -133,6 +140,7 @@ impl<R: Scalar> Estimator<R> {
         anchor.position = add(self.position, arm);
         anchor.turn = product(turn, sole.turn);
         anchor.refused = 0;
+        anchor.twist = R::constant(0.0);
         let one = identity();
         self.errors.mix(
             first,
@@ -150,13 +158,14 @@ impl<R: Scalar> Estimator<R> {
         let (one, zero) = (R::constant(1.0), R::constant(0.0));
         let young = anchor.age < R::constant(SETTLING);
         let loose = if young { R::constant(100.0) } else { one } / (trust * trust);
-        let [place, angle] = self.settings.foot.map(|x| x * x * step * loose);
+        let [place, tilting, turning] = self.settings.foot.map(|x| x * x * step * loose);
         self.errors.grow(first, [place; 3]);
-        self.errors.grow(first + 3, [angle; 3]);
+        self.errors.grow(first + 3, [tilting, tilting, turning]);
         let turn = of_quaternion(self.quaternion);
         let distance = subtract(anchor.position, self.position);
         let miss = subtract(turned(turn, sole.arm), distance);
         let twist = turn_between(anchor.turn, product(turn, sole.turn));
+        self.turning(anchor, sole, first, (twist, step));
         let lever = cross_matrix(distance);
         let lasting = R::constant(LASTING[0]) / (step * trust);
         let lasting = if lasting > one { lasting } else { one };
@@ -179,6 +188,28 @@ impl<R: Scalar> Estimator<R> {
         }
     }
 
+    /// A sole that turns on the ground, by some hundredths of a degree within some milliseconds: over so short a time the gyroscope knows the heading better
+    /// than a sole stays. A twist of more than the noise of the encoders is the foot's, and not believed of the base.
+    fn turning(
+        &mut self,
+        anchor: &mut Anchor<R>,
+        sole: &Seen<R>,
+        first: usize,
+        (twist, step): (Vector<R>, R),
+    ) {
+        let ([_, _, now], [.., read]) = (twist, sole.variance);
+        let [_, leg] = self.settings.leg;
+        let part = step / (step + R::constant(TWIST.0));
+        anchor.twist = R::fused(part, now - anchor.twist, anchor.twist);
+        let square = anchor.twist * anchor.twist;
+        // White noise of readings, filtered.
+        let noise = (read - leg * leg) * part * R::constant(0.5);
+        if square > R::constant(TWIST.1 * TWIST.1) * noise {
+            let zero = R::constant(0.0);
+            self.errors.grow(first + 3, [zero, zero, square]);
+        }
+    }
+
     /// Level ground.
     fn level(&mut self, anchor: &Anchor<R>, first: usize, (trust, step): (R, R)) {
         let (one, zero) = (R::constant(1.0), R::constant(0.0));
@@ -193,6 +224,14 @@ impl<R: Scalar> Estimator<R> {
         if tilt.is_finite() {
             let [_, _, up] = transpose(anchor.turn);
             let [x, y, _] = cross(up, [zero, zero, one]);
+            let [_, flat] = self.settings.ground;
+            let known = flat * flat + self.errors.variance(first + 3).larger(self.errors.variance(first + 4));
+            let off = x * x + y * y > R::constant(ASKEW.0 * ASKEW.0) * known;
+            self.askew = if off { self.askew + step } else { zero };
+            // Where no sole lies flat for long it is the estimate that does not.
+            if off && self.askew < R::constant(ASKEW.1) {
+                return;
+            }
             self.errors.measure(&single(first + 3), x, tilt);
             self.errors.measure(&single(first + 4), y, tilt);
         }

@@ -51,8 +51,8 @@ pub struct Settings<R> {
     pub encoder: R,
     /// What else is wrong with where a leg says that the sole is: m, rad.
     pub leg: [R; 2],
-    /// How a foot that stands moves nevertheless: m/√s, rad/√s.
-    pub foot: [R; 2],
+    /// How a foot that stands moves, tilts and turns nevertheless: m/√s, rad/√s, rad/√s; what it turns at once is seen.
+    pub foot: [R; 3],
     /// Level ground: how far a foot at rest is from its height (m) and from lying flat (rad); infinite: nothing is known of it.
     pub ground: [R; 2],
     /// Tangent of the ground's slope that is expected, and how it changes, per √s. The world's plane is that of the ground.
@@ -74,12 +74,12 @@ impl<R: Scalar> Settings<R> {
         Self {
             gravity: x(9.81),
             unit: zero(),
-            noise: [x(1e-3), x(1e-2)],
+            noise: [x(2e-4), x(1e-2)],
             bias: [x(0.02), x(0.1)],
-            bias_walk: [x(1e-4), x(1e-3)],
+            bias_walk: [x(1e-5), x(1e-3)],
             encoder: x(5e-4),
             leg: [x(5e-4), x(1e-3)],
-            foot: [x(2e-4), x(5e-4)],
+            foot: [x(2e-4), x(5e-4), x(1e-4)],
             ground: [x(2e-3), x(5e-3)],
             slope: [x(0.05), x(2e-3)],
             loads: [x(0.05) * weight, x(0.1) * weight, x(0.4) * weight],

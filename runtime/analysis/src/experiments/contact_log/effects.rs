@@ -76,25 +76,8 @@ impl Change {
                 Law::NoImpact => change.level.no_impact = true,
                 Law::SingleMass => change.level.single_mass = true,
                 Law::DecoupledPlanes => change.level.decoupled_planes = true,
-                // In the world and in the bodies, above.
-                Law::EncoderOffset
-                | Law::GravityTilt
-                | Law::GroundSlope
-                | Law::Payload
-                | Law::CenterOfMassOffset
-                | Law::InertiaError
-                | Law::InertialCorrection => {}
-                // Neither standing feet nor wrenches show these: torques, and what happens at impacts.
-                Law::Torque(_)
-                | Law::Formula
-                | Law::Reading(_)
-                | Law::TrueTorque(_)
-                | Law::Delay
-                | Law::SeriesElasticity
-                | Law::Backlash
-                | Law::Restitution
-                | Law::Slip
-                | Law::SpinFriction => {}
+                // In the world and in the bodies, above; or nothing here, see `spares_contact`.
+                _ => {}
             }
         }
         change
@@ -103,19 +86,33 @@ impl Change {
 
 /// Whether an effect shows in no wrench and no sole, whatever its size: it acts on torques, or on what happens at impacts.
 pub(super) fn spares_contact(effect: &Effect) -> bool {
-    matches!(
-        effect.kind.law,
+    match effect.kind.law {
         Law::Torque(_)
-            | Law::Formula
-            | Law::Reading(_)
-            | Law::TrueTorque(_)
-            | Law::Delay
-            | Law::SeriesElasticity
-            | Law::Backlash
-            | Law::Restitution
-            | Law::Slip
-            | Law::SpinFriction
-    )
+        | Law::Formula
+        | Law::Reading(_)
+        | Law::TrueTorque(_)
+        | Law::Delay
+        | Law::SeriesElasticity
+        | Law::Backlash
+        | Law::Restitution
+        | Law::Slip
+        | Law::SpinFriction => true,
+        Law::EncoderOffset
+        | Law::GravityTilt
+        | Law::GroundSlope
+        | Law::Payload
+        | Law::CenterOfMassOffset
+        | Law::InertiaError
+        | Law::InertialCorrection
+        | Law::ForceSensorGain
+        | Law::ForceSensorBias
+        | Law::ForceSensorSaturation
+        | Law::GroundCompliance
+        | Law::PointFeet
+        | Law::NoImpact
+        | Law::SingleMass
+        | Law::DecoupledPlanes => false,
+    }
 }
 
 impl ContactExperiment<'_> {

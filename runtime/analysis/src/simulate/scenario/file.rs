@@ -48,6 +48,7 @@ pub(super) struct Walking {
     pub model: Option<Spanned<String>>,
     pub state: Option<Spanned<String>>,
     pub learn_payload: Option<bool>,
+    pub delay: Option<Number>,
 }
 
 #[derive(Deserialize)]
@@ -141,6 +142,19 @@ pub(super) struct Soil {
     pub damping: Option<Number>,
     pub recovery: Option<Number>,
     pub shapes: Option<Spanned<toml::Value>>,
+    pub heights: Option<Spanned<Uneven>>,
+}
+
+/// Heights of the ground.
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct Uneven {
+    pub kind: Option<Spanned<String>>,
+    pub height: Option<Number>,
+    pub size: Option<Number>,
+    pub level: Option<Number>,
+    pub list: Option<Spanned<Vec<f64>>>,
+    pub seed: Option<u64>,
 }
 
 #[derive(Deserialize, Default)]

@@ -1,5 +1,5 @@
 //! `[walking]` of a scenario: a robot that walks by footsteps, at velocities that it is told on the way.
-use super::file::File;
+use super::file::{File, Number};
 use super::reading::{ANY, NOT_NEGATIVE, Reading};
 use crate::robot::BaseKind;
 use crate::simulate::Plant;
@@ -18,6 +18,8 @@ pub struct FootstepWalk {
     pub measured: bool,
     /// The controller finds out what it carries on its root link.
     pub learns_payload: bool,
+    /// What it is told was so many steps ago.
+    pub delay: usize,
     /// The scenario says where no joint begins: the robot begins as it stands when it walks.
     pub begins_standing: bool,
     /// Line and column.
@@ -32,13 +34,28 @@ impl FootstepWalk {
     }
 }
 
+/// Longer delays (s) are none.
+const LONGEST_DELAY: f64 = 0.1;
+
 impl Reading<'_> {
+    /// In steps.
+    fn delay(&mut self, delay: Option<&Number>, step: f64) -> usize {
+        let wanted = self.number("delay", delay, 0.0, (0.0, LONGEST_DELAY), "s");
+        let steps = (wanted / step).round();
+        if (steps * step - wanted).abs() > 1e-9 {
+            let at = delay.map_or(0, |found| found.span().start);
+            let help = format!("write a multiple of {step} s");
+            self.wrong::<()>(at, format!("`delay` = {wanted} s is no multiple of the step"), help);
+        }
+        steps as usize
+    }
+
     /// The table `[walking]`, if there is one; `otherwise`: something else says how the robot moves.
     pub(super) fn footstep_walk(
         &mut self,
         file: &File,
         plant: &Plant,
-        otherwise: bool,
+        (otherwise, step): (bool, f64),
     ) -> Option<FootstepWalk> {
         let table = file.walking.as_ref()?;
         let at = table.span().start;
@@ -76,6 +93,7 @@ impl Reading<'_> {
             model: table.model.as_ref().map(|name| self.beside(name.get_ref())),
             measured: self.choice("state", table.state.as_ref(), ["true", "measured"]) == 1,
             learns_payload: table.learn_payload.unwrap_or(false),
+            delay: self.delay(table.delay.as_ref(), step),
             begins_standing,
             position: self.place(at),
         })

@@ -4,6 +4,7 @@ mod file;
 mod footsteps;
 mod gait;
 mod ground;
+mod heights;
 mod imu;
 mod initial;
 mod lenient;
@@ -26,6 +27,7 @@ use super::actuation::EffortSensor;
 use super::actuator::Actuator;
 use super::control::Outputs;
 use super::ground::Ground;
+use super::heights::Heights;
 use super::imu::Imu;
 use super::phases::Assumptions;
 use super::proximal::Tolerance;
@@ -54,6 +56,8 @@ pub struct Scenario {
     pub trajectory: Option<PathBuf>,
     /// Without what effects do to it.
     pub ground: Ground,
+    /// Of the ground, where it is not level.
+    pub heights: Option<Heights>,
     /// Links that touch the ground besides the feet.
     pub shapes: Option<Shapes>,
     /// Joints stop at the limits of the URDF.

@@ -8,6 +8,10 @@ impl Stepper<'_> {
     /// Finds the closed points and limits at the midpoint and makes place for them.
     pub(super) fn close(&mut self, motion: &MotionState, time: f64) {
         self.mechanics.distances(&motion.q, &mut self.gaps);
+        if let Some(terrain) = &mut self.terrain {
+            self.mechanics.positions(&motion.q, &mut terrain.places);
+            terrain.lower(&mut self.gaps);
+        }
         self.sources.clear();
         let mut rows = self.touch();
         let first = motion.q.len() - self.joints.len();

@@ -1,8 +1,9 @@
-//! What a stepper has besides the model: motors of their own, coupled joints, servos, soles that turn.
+//! What a stepper has besides the model: motors of their own, coupled joints, servos, soles that turn, ground that is not level.
 use super::{MotionState, ROWS_OF_AXIS, Stepper};
 use crate::simulate::dense;
 use crate::simulate::drives::Coupled;
 use crate::simulate::ground::within;
+use crate::simulate::heights::{Heights, Terrain};
 use crate::simulate::motors::{MotorLaw, Motors};
 use crate::simulate::proximal::Solver;
 use crate::simulate::servo::DriveServo;
@@ -61,6 +62,14 @@ impl Stepper<'_> {
         }
         self.soles = Soles { points, turning, places: vec![0.0; 2 * self.mechanics.points()] };
         Ok(self.with_room())
+    }
+
+    /// The same on ground that is not level, below a robot that begins at a place (m); `feet`: contact points of each.
+    #[must_use]
+    pub fn with_heights(mut self, heights: Heights, feet: Vec<Range<usize>>, start: [f64; 2]) -> Self {
+        self.terrain =
+            Some(Terrain::new(heights, feet, [self.mechanics.points(), self.mechanics.tangents()], start));
+        self
     }
 
     /// Place for the largest problem, so that no step allocates.
