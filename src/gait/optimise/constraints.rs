@@ -50,6 +50,9 @@ const DRIFT_RATE: f64 = 16.0;
 /// one a small error of an output is a large one of the posture.
 const REGULAR: f64 = 0.3;
 
+/// How high feet go, over the height of the base.
+const HIGHEST: f64 = 0.3;
+
 const ABOVE: [f64; 2] = [0.0, f64::INFINITY];
 
 pub(super) struct Builder<'a> {
@@ -207,7 +210,8 @@ impl Builder<'_> {
             return None;
         }
         let height = if rolls { 0.0 } else { self.demands.clearance * rise.min(fall) };
-        Some(([height, f64::INFINITY], format!("clearance of {}", self.point(point))))
+        let highest = crate::gait::optimise::knob("G_HIGH", HIGHEST) * self.height;
+        Some(([height, highest], format!("clearance of {}", self.point(point))))
     }
 
     /// Whether a point stood in the phase before.

@@ -78,7 +78,7 @@ pub(super) fn parts(count: usize) -> Vec<f64> {
 }
 
 /// Positions of the joints away from their limits.
-fn ease(of: &Collocation) -> Vec<f64> {
+pub(super) fn ease(of: &Collocation) -> Vec<f64> {
     let mut q = vec![0.0; of.tree.nq];
     for joint in &of.tree.joints {
         let named = of.description.joints.iter().find(|other| other.name == joint.name);

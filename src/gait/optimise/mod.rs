@@ -162,7 +162,11 @@ fn in_two_stages(
     start: &Optimum,
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
-    let mut found = solve(of, demands, start, Stage::Motion, watch);
+    let mode = knob("G_EASED", 1.0);
+    let mut found = if mode > 0.0 { solve(of, &demands.eased(), start, Stage::Motion, watch) } else { solve(of, demands, start, Stage::Motion, watch) };
+    if mode > 1.0 {
+        found = solve(of, demands, &found, Stage::Motion, watch);
+    }
     for p in 0..of.phases.len() {
         let last = found.layout.phases[p].nodes() - 1;
         let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, last));
@@ -313,7 +317,7 @@ pub fn solve(
     let start = Start { x: &start, multipliers: known };
     // From a neighbour with its multipliers some ten iterations do, or it was none.
     let most = if known.is_some() { 80 } else { 400 };
-    let usual = InteriorPoint { iterations: most, ..InteriorPoint::default() };
+    let usual = InteriorPoint { iterations: knob("G_MOST", most as f64) as usize, ..InteriorPoint::default() };
     // The first stage is a guess for the second.
     let solver = match stage {
         Stage::Motion => InteriorPoint { tolerance: 1e-3, patience: (5, 0.02), ..usual },

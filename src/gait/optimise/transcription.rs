@@ -1,7 +1,8 @@
 //! The nonlinear program of a gait: direct collocation by Hermite and Simpson with the equations of motion, forces and torques at every node.
 use super::constraints::Rows;
 use super::demands::Demands;
-use super::layout::Layout;
+use super::guess::ease;
+use super::layout::{Layout, PhaseLayout};
 use super::similarity::{Measure, Similarity};
 use bipedc_analysis::nonlinear::Program;
 use bipedc_compiler::compile::Collocation;
@@ -17,6 +18,8 @@ pub(super) struct Transcription<'c> {
     weight: f64,
     similar: Similarity,
     coordinates: Vec<Measure>,
+    /// Coordinates at ease.
+    ease: Vec<f64>,
     jacobian: Vec<[usize; 2]>,
     hessian: Vec<[usize; 2]>,
 }
@@ -36,6 +39,12 @@ const RATE: f64 = 0.12;
 
 /// What a third difference of Bezier coefficients costs, per rad² (or m², of a robot 0.7 m high). Curves that turn within an interval are not seen by its nodes.
 const CURVED: f64 = 0.1;
+
+/// How far the base leans, rad. Torques alone are as small in motions that bow low and kick high as in walks, and searches end in those.
+const LEAN: f64 = 0.4;
+
+/// What a joint, or the lean of the base, off its place at ease costs, per rad² (or m², of a robot 0.7 m high).
+const EASE: f64 = 1.0;
 
 /// A function of the program with its variables and rows.
 struct Part<'a> {
@@ -59,6 +68,7 @@ impl<'c> Transcription<'c> {
             weight: (0.05 * of.mass * 9.81 * similar.length).powi(-2),
             similar,
             coordinates: Measure::of_coordinates(of),
+            ease: ease(of),
             jacobian: Vec::new(),
             hessian: Vec::new(),
             layout,
@@ -91,7 +101,8 @@ impl<'c> Transcription<'c> {
                         self.scale[first + k] = scales[order];
                     }
                 }
-                self.bounds[q + 2] = [-1.5, 1.5];
+                let lean = crate::gait::optimise::knob("G_PITCH", LEAN);
+                self.bounds[q + 2] = [-lean, lean];
                 for (k, joint) in self.of.tree.joints.iter().enumerate() {
                     let named = self.of.description.joints.iter().find(|other| other.name == joint.name);
                     let limits = named.and_then(|joint| joint.position_limits);
@@ -245,16 +256,9 @@ impl<'c> Transcription<'c> {
     /// Torques of a phase with their weights (Simpson), and accelerations with theirs.
     fn each_torque(&self, p: usize, mut tell: impl FnMut(usize, f64)) {
         let phase = &self.layout.phases[p];
-        let last = phase.nodes() - 1;
         let smooth = crate::gait::optimise::knob("G_SMOOTH", SMOOTH) * self.of.mass * self.of.mass;
-        for node in 0..=last {
-            let width = |interval: usize| phase.width(interval.min(phase.intervals - 1)) / 6.0;
-            let weight = match node {
-                0 => width(0),
-                node if node == last => width(phase.intervals),
-                node if node % 2 == 1 => 4.0 * width(node / 2),
-                _ => width(node / 2 - 1) + width(node / 2),
-            };
+        for node in 0..phase.nodes() {
+            let weight = simpson(phase, node);
             let torques = self.layout.torques(p, node);
             (torques..torques + self.layout.joints).for_each(|k| tell(k, weight));
             let accelerations = self.layout.motion(p, node, 2);
@@ -294,6 +298,20 @@ impl<'c> Transcription<'c> {
         }
     }
 
+    /// Lean of the base and joints with their places at ease, and what a squared distance from there costs.
+    fn each_ease(&self, mut tell: impl FnMut(usize, f64, f64)) {
+        let cost = crate::gait::optimise::knob("G_NEAR", EASE) / self.layout.phases.len() as f64;
+        for (p, phase) in self.layout.phases.iter().enumerate() {
+            for node in 0..phase.nodes() {
+                let weight = cost * simpson(phase, node);
+                let q = self.layout.motion(p, node, 0);
+                for (k, &of) in self.coordinates.iter().enumerate().skip(2) {
+                    tell(q + k, self.ease[k], weight / self.similar.position(of).powi(2));
+                }
+            }
+        }
+    }
+
     /// Second derivatives of the cost.
     fn each_cost(&self, x: &[f64], mut tell: impl FnMut([usize; 2], f64)) {
         let (total, squares) = self.squares(x);
@@ -313,6 +331,7 @@ impl<'c> Transcription<'c> {
                 tell([own, durations[other]], self.weight * mixed);
             }
         }
+        self.each_ease(|k, _, weight| tell([k, k], 2.0 * weight));
         self.each_bend(|terms, weight| {
             for (i, &(first, a)) in terms.iter().enumerate() {
                 for &(second, b) in &terms[..=i] {
@@ -320,6 +339,18 @@ impl<'c> Transcription<'c> {
                 }
             }
         });
+    }
+}
+
+/// Simpson's weight of a node; all of a phase add up to 1.
+fn simpson(phase: &PhaseLayout, node: usize) -> f64 {
+    match node {
+        node if node % 2 == 1 => 4.0 / 6.0 * phase.width(node / 2),
+        node => {
+            let before = if node == 0 { 0.0 } else { phase.width(node / 2 - 1) };
+            let after = if node + 1 == phase.nodes() { 0.0 } else { phase.width(node / 2) };
+            (before + after) / 6.0
+        }
     }
 }
 
@@ -347,6 +378,7 @@ impl Program for Transcription<'_> {
         let all: f64 = self.layout.phases.iter().zip(&squares).map(|(phase, s)| x[phase.duration] * s).sum();
         let mut bends = 0.0;
         self.each_bend(|terms, weight| bends += weight * bend(&x, terms).powi(2));
+        self.each_ease(|k, ease, weight| bends += weight * (x[k] - ease).powi(2));
         self.weight * all / total + bends
     }
 
@@ -366,6 +398,7 @@ impl Program for Transcription<'_> {
             let off = bend(&x, terms);
             terms.iter().for_each(|&(k, factor)| gradient[k] += 2.0 * weight * off * factor);
         });
+        self.each_ease(|k, ease, weight| gradient[k] += 2.0 * weight * (x[k] - ease));
         gradient.iter_mut().zip(&self.scale).for_each(|(g, scale)| *g *= scale);
     }
 
