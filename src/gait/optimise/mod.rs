@@ -295,7 +295,7 @@ pub fn solve(
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
     let layout = from.layout.clone();
-    let rates: Vec<f64> = from.rates.iter().map(|rate| knob("G_FLOOR", 0.5) * rate).collect();
+    let rates: Vec<f64> = from.rates.iter().map(|rate| knob("G_FLOOR", 0.6) * rate).collect();
     let similar = Similarity::new(of.mass, from.height);
     let builder = Builder {
         of,
