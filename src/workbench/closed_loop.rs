@@ -172,10 +172,12 @@ const BEGINNINGS: [f64; 4] = [1.0, 1.1, 1.25, 0.9];
 /// Steps that repeat themselves, begun near a speed.
 fn repeated_near(bench: &PhasedBench, trial: &Trial, speed: f64) -> Result<Repeated, Diagnostics> {
     let found = repeated(bench, trial, BEGINNINGS[0] * speed);
-    BEGINNINGS[1..].iter().fold(found, |found, part| found.or_else(|first| {
-        // What the motion's own speed came to is told, if none does.
-        repeated(bench, trial, part * speed).map_err(|_| first)
-    }))
+    BEGINNINGS[1..].iter().fold(found, |found, part| {
+        found.or_else(|first| {
+            // What the motion's own speed came to is told, if none does.
+            repeated(bench, trial, part * speed).map_err(|_| first)
+        })
+    })
 }
 
 /// The fixed point of the map from the speed of a step to that of the next, by the secant method.

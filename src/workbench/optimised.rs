@@ -154,7 +154,7 @@ impl Workbench {
         let mut best: Option<(Lack, OptimisedGait, Optimum)> = None;
         let (mut rounds, mut iterations) = (0, 0);
         let mut search_seconds = 0.0;
-        while rounds < crate::gait::optimise::knob("G_ROUNDS", ROUNDS as f64) as usize {
+        while rounds < ROUNDS {
             let optimum = self.search(asked, &demands, near.as_ref())?;
             if (self.stop)() {
                 return Ok(None);
@@ -182,11 +182,6 @@ impl Workbench {
             let it = Tried { file: asked.file, text: &text, of: asked.of, optimum: &optimum, friction };
             let tried = self.progress.stage("walking", || self.tried(trial, &it));
             let lack = Lack::of((&wished, largest), &tried);
-            if crate::gait::optimise::knob("G_LOG", 0.0) > 0.0 {
-                let motion = optimum.step_length() / optimum.durations().iter().sum::<f64>();
-                eprintln!("  slip {:.5?} drift {:.5?} durations {:.4?} margins {:?}", optimum.slip(asked.of), optimum.drift(asked.of), optimum.durations(), optimum.margins(asked.of));
-                eprintln!("  round {rounds} {:.1} s motion {motion:.4} walked {:?} mult {:?} walks {} {:?} lacks {:?} demands {demands:?}", begin.elapsed().as_secs_f64(), tried.walking_speed, tried.multiplier, tried.walks, tried.reason, lack.names());
-            }
             if !lack.walks {
                 near = None;
                 let goes_on = demands.finer();

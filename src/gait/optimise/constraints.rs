@@ -152,7 +152,8 @@ impl Builder<'_> {
                 equal(format!("beginning of virtual constraint {}", of.outputs[k]))
             }
             NodeRow::Output | NodeRow::OutputRate if self.outputs && node % 2 == 0 => {
-                let most = if kind == NodeRow::Output { crate::gait::optimise::knob("G_DRIFT", DRIFT) } else { crate::gait::optimise::knob("G_DRIFT", DRIFT) * crate::gait::optimise::knob("G_DR", DRIFT_RATE) } * self.unit(kind, k, phase);
+                let free = if kind == NodeRow::Output { DRIFT } else { DRIFT * DRIFT_RATE };
+                let most = free * self.unit(kind, k, phase);
                 Some(([-most, most], format!("distance from virtual constraint {}", of.outputs[k])))
             }
             NodeRow::Phase if self.outputs && (k == 1 && first || k == 2 && last) => {
@@ -171,7 +172,7 @@ impl Builder<'_> {
             }
             NodeRow::Regularity if self.outputs => {
                 let usual = self.regular[phase][k].filter(|_| self.stands(phase, k))?;
-                let least = crate::gait::optimise::knob("G_REG", REGULAR) * usual;
+                let least = REGULAR * usual;
                 let limits = if usual > 0.0 { [least, f64::INFINITY] } else { [f64::NEG_INFINITY, least] };
                 Some((limits, format!("leg of {} is bent", self.of.description.feet[k].name)))
             }
@@ -210,7 +211,7 @@ impl Builder<'_> {
             return None;
         }
         let height = if rolls { 0.0 } else { self.demands.clearance * rise.min(fall) };
-        let highest = crate::gait::optimise::knob("G_HIGH", HIGHEST) * self.height;
+        let highest = HIGHEST * self.height;
         Some(([height, highest], format!("clearance of {}", self.point(point))))
     }
 

@@ -25,7 +25,7 @@ pub struct Demands {
     pub landing: [f64; 2],
     /// Longest step, as a part of the base's height.
     pub longest_step: f64,
-    /// Intervals of a step; each phase has as many of them as it takes of the first guess, at least 6.
+    /// Intervals of a step; each phase has as many of them as it takes of the first guess, at least 10.
     pub intervals: usize,
 }
 

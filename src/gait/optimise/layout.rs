@@ -50,7 +50,7 @@ const GRADING: f64 = 0.25;
 
 /// A place of an even grid on one that is finer towards both ends.
 fn graded(even: f64) -> f64 {
-    let grading = crate::gait::optimise::knob("G_GRADE", GRADING);
+    let grading = GRADING;
     even - grading * (std::f64::consts::TAU * even).sin() / std::f64::consts::TAU
 }
 

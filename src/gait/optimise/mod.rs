@@ -108,14 +108,13 @@ pub fn from_gait(
     Ok(in_two_stages(of, demands, &begun(of, guess, layout), watch))
 }
 
-/// Of each phase, at least six.
-fn intervals(of: &Collocation, demands: &Demands) -> Vec<usize> {
-    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(knob("G_MIN", 6.0) as usize);
-    guess::parts(of.phases.len()).into_iter().map(share).collect()
-}
+/// Intervals of a phase at least. With six of them φ̇ at the end of a phase is off by one part in a hundred, and walks are that much faster than motions.
+const LEAST_INTERVALS: usize = 10;
 
-pub fn knob(name: &str, usual: f64) -> f64 {
-    std::env::var(name).ok().and_then(|x| x.parse().ok()).unwrap_or(usual)
+/// Of each phase.
+fn intervals(of: &Collocation, demands: &Demands) -> Vec<usize> {
+    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(LEAST_INTERVALS);
+    guess::parts(of.phases.len()).into_iter().map(share).collect()
 }
 
 fn begun(of: &Collocation, guess: Guess, layout: Layout) -> Optimum {
@@ -137,7 +136,9 @@ fn begun(of: &Collocation, guess: Guess, layout: Layout) -> Optimum {
 
 /// The largest determinant of each leg in a phase of the guess; none where it vanishes.
 fn regularity(of: &Collocation, layout: &Layout, x: &[f64], p: usize) -> Vec<Option<f64>> {
-    let nodes: Vec<Vec<f64>> = (0..layout.phases[p].nodes()).map(|node| rows_of(of, layout, x, (p, node), NodeRow::Regularity)).collect();
+    let nodes: Vec<Vec<f64>> = (0..layout.phases[p].nodes())
+        .map(|node| rows_of(of, layout, x, (p, node), NodeRow::Regularity))
+        .collect();
     let largest = |foot: usize| {
         let of_nodes = nodes.iter().filter_map(|node| node.get(foot).copied());
         of_nodes.max_by(|a, b| a.abs().total_cmp(&b.abs())).filter(|x| *x != 0.0)
@@ -146,7 +147,13 @@ fn regularity(of: &Collocation, layout: &Layout, x: &[f64], p: usize) -> Vec<Opt
 }
 
 /// The rows of a kind at a node.
-fn rows_of(of: &Collocation, layout: &Layout, x: &[f64], (p, node): (usize, usize), kind: NodeRow) -> Vec<f64> {
+fn rows_of(
+    of: &Collocation,
+    layout: &Layout,
+    x: &[f64],
+    (p, node): (usize, usize),
+    kind: NodeRow,
+) -> Vec<f64> {
     let local: Vec<f64> = layout.node(p, node).iter().map(|&k| x[k]).collect();
     let phase = &of.phases[p];
     let mut values = vec![0.0; phase.node.rows()];
@@ -155,18 +162,14 @@ fn rows_of(of: &Collocation, layout: &Layout, x: &[f64], (p, node): (usize, usiz
     place.map_or_else(Vec::new, |&(_, first, count)| values[first..first + count].to_vec())
 }
 
-/// First without, then with virtual constraints.
+/// First less than what is asked for and without, then with virtual constraints.
 fn in_two_stages(
     of: &Collocation,
     demands: &Demands,
     start: &Optimum,
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
-    let mode = knob("G_EASED", 1.0);
-    let mut found = if mode > 0.0 { solve(of, &demands.eased(), start, Stage::Motion, watch) } else { solve(of, demands, start, Stage::Motion, watch) };
-    if mode > 1.0 {
-        found = solve(of, demands, &found, Stage::Motion, watch);
-    }
+    let mut found = solve(of, &demands.eased(), start, Stage::Motion, watch);
     for p in 0..of.phases.len() {
         let last = found.layout.phases[p].nodes() - 1;
         let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, last));
@@ -253,23 +256,6 @@ impl Optimum {
         (0..of.phases.len()).map(of_phase).collect()
     }
 
-    /// Largest height of a point that stands, and by how much its place changes, m: what nodes leave of contacts.
-    pub fn slip(&self, of: &Collocation) -> Vec<[f64; 2]> {
-        let of_phase = |p: usize| {
-            let at = |node: usize, kind: NodeRow| rows_of(of, &self.layout, &self.x, (p, node), kind);
-            let begin = at(0, NodeRow::Place);
-            let mut found = [0.0f64; 2];
-            for node in 0..self.layout.phases[p].nodes() {
-                let (heights, places) = (at(node, NodeRow::Height), at(node, NodeRow::Place));
-                for &point in &of.phases[p].standing {
-                    found = [found[0].max(heights[point].abs()), found[1].max((places[point] - begin[point]).abs())];
-                }
-            }
-            found
-        };
-        (0..of.phases.len()).map(of_phase).collect()
-    }
-
     /// Distance that the robot goes in a step, m.
     pub fn step_length(&self) -> f64 {
         let last = self.layout.phases.len() - 1;
@@ -283,6 +269,9 @@ impl Optimum {
     }
 }
 
+/// Smallest rate of a phase variable, over its mean in the first guess.
+const SLOWEST: f64 = 0.6;
+
 /// Violations that are rounding, of a robot of 20 kg and 0.7 m.
 const FEASIBLE: f64 = 1e-5;
 
@@ -295,7 +284,7 @@ pub fn solve(
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
     let layout = from.layout.clone();
-    let rates: Vec<f64> = from.rates.iter().map(|rate| knob("G_FLOOR", 0.6) * rate).collect();
+    let rates: Vec<f64> = from.rates.iter().map(|rate| SLOWEST * rate).collect();
     let similar = Similarity::new(of.mass, from.height);
     let builder = Builder {
         of,
@@ -317,17 +306,13 @@ pub fn solve(
     let start = Start { x: &start, multipliers: known };
     // From a neighbour with its multipliers some ten iterations do, or it was none.
     let most = if known.is_some() { 80 } else { 400 };
-    let usual = InteriorPoint { iterations: knob("G_MOST", most as f64) as usize, ..InteriorPoint::default() };
+    let usual = InteriorPoint { iterations: most, ..InteriorPoint::default() };
     // The first stage is a guess for the second.
     let solver = match stage {
         Stage::Motion => InteriorPoint { tolerance: 1e-3, patience: (5, 0.02), ..usual },
         Stage::Gait => usual,
     };
-    let clock = std::time::Instant::now();
     let found: Solution = solver.minimise(&program, &start, &mut |iteration| watch(stage, iteration));
-    if knob("G_LOG", 0.0) > 0.0 {
-        eprintln!("    {stage:?} n {} m {} it {} {:?} f {:.4} warm {} {:.2} s worst {:?} {:?}", program.scale.len(), program.rows.limits.len(), found.iterations, found.ending, found.objective, known.is_some(), clock.elapsed().as_secs_f64(), found.violations.first(), found.violations.first().map(|v| &program.rows.names[v.0]));
-    }
     let name = |&(row, by): &(usize, f64)| (program.rows.names[row].clone(), by * program.rows.scale[row]);
     let told = found.violations.iter().filter(|(_, by)| by.abs() >= FEASIBLE);
     Optimum {

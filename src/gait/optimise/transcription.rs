@@ -101,7 +101,7 @@ impl<'c> Transcription<'c> {
                         self.scale[first + k] = scales[order];
                     }
                 }
-                let lean = crate::gait::optimise::knob("G_PITCH", LEAN);
+                let lean = LEAN;
                 self.bounds[q + 2] = [-lean, lean];
                 for (k, joint) in self.of.tree.joints.iter().enumerate() {
                     let named = self.of.description.joints.iter().find(|other| other.name == joint.name);
@@ -256,7 +256,7 @@ impl<'c> Transcription<'c> {
     /// Torques of a phase with their weights (Simpson), and accelerations with theirs.
     fn each_torque(&self, p: usize, mut tell: impl FnMut(usize, f64)) {
         let phase = &self.layout.phases[p];
-        let smooth = crate::gait::optimise::knob("G_SMOOTH", SMOOTH) * self.of.mass * self.of.mass;
+        let smooth = SMOOTH * self.of.mass * self.of.mass;
         for node in 0..phase.nodes() {
             let weight = simpson(phase, node);
             let torques = self.layout.torques(p, node);
@@ -277,7 +277,7 @@ impl<'c> Transcription<'c> {
         for (p, phase) in self.layout.phases.iter().enumerate() {
             for interval in 0..phase.intervals {
                 let width = phase.width(interval);
-                let (even, rate) = (share * crate::gait::optimise::knob("G_EVEN", EVEN) * width, share * crate::gait::optimise::knob("G_RATE", RATE).powi(2) * 2.0 / width);
+                let (even, rate) = (share * EVEN * width, share * RATE.powi(2) * 2.0 / width);
                 let [a, m, b] = [0, 1, 2].map(|k| self.layout.torques(p, 2 * interval + k));
                 for k in 0..self.layout.joints {
                     let [a, m, b] = [a + k, m + k, b + k];
@@ -291,7 +291,7 @@ impl<'c> Transcription<'c> {
                 let first = phase.coefficients.start + k * of.coefficients;
                 let unit = self.similar.position(Measure::of_unit(unit));
                 for c in first..(first + of.coefficients).saturating_sub(3) {
-                    let weight = crate::gait::optimise::knob("G_BEND", CURVED) / (unit * unit);
+                    let weight = CURVED / (unit * unit);
                     tell([(c, -1.0), (c + 1, 3.0), (c + 2, -3.0), (c + 3, 1.0)], weight);
                 }
             }
@@ -300,7 +300,7 @@ impl<'c> Transcription<'c> {
 
     /// Lean of the base and joints with their places at ease, and what a squared distance from there costs.
     fn each_ease(&self, mut tell: impl FnMut(usize, f64, f64)) {
-        let cost = crate::gait::optimise::knob("G_NEAR", EASE) / self.layout.phases.len() as f64;
+        let cost = EASE / self.layout.phases.len() as f64;
         for (p, phase) in self.layout.phases.iter().enumerate() {
             for node in 0..phase.nodes() {
                 let weight = cost * simpson(phase, node);

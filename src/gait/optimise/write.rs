@@ -103,8 +103,10 @@ const BEYOND: f64 = 0.15;
 /// Torques over φ with one place more, behind the end. The event that ends a phase comes a little earlier or later than in the motion; torques that stayed as they are
 /// at the end would let the force that has to vanish vanish no further.
 fn beyond((mut at, mut torques): (Vec<f64>, Vec<Vec<f64>>)) -> (Vec<f64>, Vec<Vec<f64>>) {
-    let (Some(before), Some(last)) = (at.len().checked_sub(3), at.len().checked_sub(1)) else { return (at, torques) };
-    let further = crate::gait::optimise::knob("G_BEYOND", BEYOND) * (at[last] - at[0]);
+    let (Some(before), Some(last)) = (at.len().checked_sub(3), at.len().checked_sub(1)) else {
+        return (at, torques);
+    };
+    let further = BEYOND * (at[last] - at[0]);
     for values in &mut torques {
         let slope = (values[last] - values[before]) / (at[last] - at[before]);
         values.push(values[last] + slope * further);

@@ -283,7 +283,10 @@ fn node(
         (NodeRow::Height, points.normal.clone()),
         (NodeRow::HeightRate, rate(&model, &points.normal)),
         (NodeRow::Place, points.tangential.clone()),
-        (NodeRow::Regularity, regularity(&model, description, [&points.tangential, &points.normal], &controlled[1..])),
+        (
+            NodeRow::Regularity,
+            regularity(&model, description, [&points.tangential, &points.normal], &controlled[1..]),
+        ),
     ];
     let (mut all, mut rows) = (Vec::new(), Vec::new());
     for (kind, of_kind) in kinds {
@@ -319,7 +322,11 @@ fn regularity<'g>(
     let joints: Vec<usize> = model.tree.joints.iter().map(|joint| joint.v_index).collect();
     let moved = |of: Sym<'g>| -> Vec<usize> {
         let known = inputs(of);
-        joints.iter().copied().filter(|&k| known.contains(&Input { argument: Argument::Q, index: k as u32 })).collect()
+        joints
+            .iter()
+            .copied()
+            .filter(|&k| known.contains(&Input { argument: Argument::Q, index: k as u32 }))
+            .collect()
     };
     let points = |foot: &Foot| -> Vec<usize> {
         let own = |k: &usize| model.tree.points[*k].name.split('/').next() == Some(&foot.name);
