@@ -145,3 +145,19 @@ fn rows(of: &[f64]) -> Array {
     found.set_trailing_comma(true);
     found
 }
+
+#[cfg(test)]
+mod tests {
+    use super::beyond;
+
+    /// A torque that falls evenly goes on to fall behind the end; what was known stays.
+    #[test]
+    fn torques_go_on_behind_the_end() {
+        let (at, torques) = beyond((vec![0.0, 0.5, 1.0, 1.5, 2.0], vec![vec![9.0, 4.0, 3.0, 2.5, 2.0]]));
+        assert_eq!(at[..5], [0.0, 0.5, 1.0, 1.5, 2.0]);
+        assert_eq!(torques[0][..5], [9.0, 4.0, 3.0, 2.5, 2.0]);
+        assert!((at[5] - 2.3).abs() < 1e-12 && (torques[0][5] - 1.7).abs() < 1e-12, "{at:?} {torques:?}");
+        let short = (vec![0.0, 1.0], vec![vec![1.0, 2.0]]);
+        assert_eq!(beyond(short.clone()), short);
+    }
+}
