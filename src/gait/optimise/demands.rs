@@ -138,7 +138,7 @@ impl Demands {
             push: 0.2 * self.push,
             zmp: 0.2 * self.zmp,
             clearance: 0.5 * self.clearance,
-            impulse: 0.3 * self.impulse,
+            impulse: 0.02 * self.impulse,
             lift_off: 0.0,
             landing: [0.25 * self.landing[0], 2.0 * self.landing[1]],
             ..self.clone()
