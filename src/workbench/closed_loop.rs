@@ -117,7 +117,7 @@ impl Workbench {
                 .and_then(|bench| Ok((self.cycle(&bench)?, AnyBench::OnePhase(Box::new(bench))))),
             _ => PhasedBench::parse(&self.robot, &file, it.text, &Silent).and_then(|bench| {
                 let speed = it.optimum.slowest_rate(it.of, 0);
-                Ok((repeated(&bench, trial, speed)?, AnyBench::Phased(Box::new(bench))))
+                Ok((repeated_near(&bench, trial, speed)?, AnyBench::Phased(Box::new(bench))))
             }),
         };
         let (step, bench) = match repeated {
@@ -164,6 +164,20 @@ impl Workbench {
             phases: Vec::new(),
         })
     }
+}
+
+/// Parts of the motion's speed that steps are begun with, one after the other: where they repeat themselves is not known before.
+const BEGINNINGS: [f64; 4] = [1.0, 1.1, 1.25, 0.9];
+
+/// Steps that repeat themselves, begun near a speed.
+fn repeated_near(bench: &PhasedBench, trial: &Trial, speed: f64) -> Result<Repeated, Diagnostics> {
+    let found = repeated(bench, trial, BEGINNINGS[0] * speed);
+    BEGINNINGS[1..].iter().fold(found, |found, part| {
+        found.or_else(|first| {
+            // What the motion's own speed came to is told, if none does.
+            repeated(bench, trial, part * speed).map_err(|_| first)
+        })
+    })
 }
 
 /// The fixed point of the map from the speed of a step to that of the next, by the secant method.

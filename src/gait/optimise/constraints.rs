@@ -41,6 +41,18 @@ const CLEAR_END: f64 = 0.35;
 const LETTING_GO: f64 = 0.3;
 const TIPPING: f64 = 0.15;
 
+/// How far outputs may be from their curves where an interval ends, of a robot 0.7 m high: rad or m, and their rates over that, 1/s. Accelerations hold outputs on
+/// their curves at the nodes alone. What is gained by leaving the curves between them is lost under the controller, which does not leave them.
+const DRIFT: f64 = 3e-3;
+const DRIFT_RATE: f64 = 16.0;
+
+/// Part of its bend in the guess that a leg on the ground keeps where outputs are none of its joints: beyond a straight leg no posture lies on the curves, and near
+/// one a small error of an output is a large one of the posture.
+const REGULAR: f64 = 0.3;
+
+/// How high feet go, over the height of the base.
+const HIGHEST: f64 = 0.3;
+
 const ABOVE: [f64; 2] = [0.0, f64::INFINITY];
 
 pub(super) struct Builder<'a> {
@@ -51,6 +63,8 @@ pub(super) struct Builder<'a> {
     pub outputs: bool,
     /// Smallest rate of each phase variable.
     pub rates: &'a [f64],
+    /// By phase and foot the determinant of a leg in the guess; none where that is no question.
+    pub regular: &'a [Vec<Option<f64>>],
     /// Parts of the step that the phases take in the guess.
     pub parts: &'a [f64],
     /// Height of the base at ease, m.
@@ -114,6 +128,7 @@ impl Builder<'_> {
             NodeRow::Phase => similar.position(self.variable(phase)),
             NodeRow::PhaseRate => similar.velocity(self.variable(phase)),
             NodeRow::Height | NodeRow::Place => similar.length,
+            NodeRow::Regularity => self.regular[phase][k].map_or(1.0, f64::abs),
             NodeRow::HeightRate => similar.velocity(Measure::Length),
         }
     }
@@ -136,6 +151,11 @@ impl Builder<'_> {
             NodeRow::Output | NodeRow::OutputRate if self.outputs && first => {
                 equal(format!("beginning of virtual constraint {}", of.outputs[k]))
             }
+            NodeRow::Output | NodeRow::OutputRate if self.outputs && node % 2 == 0 => {
+                let free = if kind == NodeRow::Output { DRIFT } else { DRIFT * DRIFT_RATE };
+                let most = free * self.unit(kind, k, phase);
+                Some(([-most, most], format!("distance from virtual constraint {}", of.outputs[k])))
+            }
             NodeRow::Phase if self.outputs && (k == 1 && first || k == 2 && last) => {
                 equal("ends of the phase variable".to_owned())
             }
@@ -150,8 +170,20 @@ impl Builder<'_> {
             NodeRow::Place if phase == 0 && first && of.standing.first() == Some(&k) => {
                 equal(format!("place of {}", self.point(k)))
             }
+            NodeRow::Regularity if self.outputs => {
+                let usual = self.regular[phase][k].filter(|_| self.stands(phase, k))?;
+                let least = REGULAR * usual;
+                let limits = if usual > 0.0 { [least, f64::INFINITY] } else { [f64::NEG_INFINITY, least] };
+                Some((limits, format!("leg of {} is bent", self.of.description.feet[k].name)))
+            }
             _ => None,
         }
+    }
+
+    /// Whether a foot, by index, is on the ground.
+    fn stands(&self, phase: usize, foot: usize) -> bool {
+        let name = &self.of.description.feet[foot].name;
+        self.of.phases[phase].standing.iter().any(|&point| self.foot(point) == name)
     }
 
     fn foot(&self, point: usize) -> &str {
@@ -161,8 +193,7 @@ impl Builder<'_> {
     /// How high a contact point has to be.
     fn height(&self, point: usize, phase: usize, node: usize) -> Option<([f64; 2], String)> {
         let of = &self.of.phases[phase];
-        let nodes = self.layout.phases[phase].nodes();
-        let last = node + 1 == nodes;
+        let last = node + 1 == self.layout.phases[phase].nodes();
         let lands = self.of.changes[phase].landing.contains(&point);
         if of.standing.contains(&point) {
             return None;
@@ -170,7 +201,7 @@ impl Builder<'_> {
         if last && lands {
             return Some((EQUAL, format!("{} on the ground", self.point(point))));
         }
-        let part = node as f64 / (nodes - 1) as f64;
+        let part = self.layout.phases[phase].part(node);
         let ramp = (0.1 / self.parts[phase]).min(1.0);
         let left = self.stood_before(phase, point);
         let [rise, fall] = [(left, part), (lands, 1.0 - part)]
@@ -180,7 +211,8 @@ impl Builder<'_> {
             return None;
         }
         let height = if rolls { 0.0 } else { self.demands.clearance * rise.min(fall) };
-        Some(([height, f64::INFINITY], format!("clearance of {}", self.point(point))))
+        let highest = HIGHEST * self.height;
+        Some(([height, highest], format!("clearance of {}", self.point(point))))
     }
 
     /// Whether a point stood in the phase before.
@@ -230,7 +262,7 @@ impl Builder<'_> {
         for foot in of.feet.iter().flatten() {
             let name = of.forces[foot.force[0]].split('/').next().unwrap_or("");
             let [x, z] = foot.force.map(|k| first + k);
-            let left = 1.0 - node as f64 / (self.layout.phases[phase].nodes() - 1) as f64;
+            let left = 1.0 - self.layout.phases[phase].part(node);
             if last && !foot.holds {
                 let what = format!("{name} lets go");
                 let nothing = [-0.5 * force, 0.5 * force];

@@ -25,7 +25,7 @@ pub struct Demands {
     pub landing: [f64; 2],
     /// Longest step, as a part of the base's height.
     pub longest_step: f64,
-    /// Intervals of a step; each phase has as many of them as it takes of the first guess, at least 6.
+    /// Intervals of a step; each phase has as many of them as it takes of the first guess, at least 10.
     pub intervals: usize,
 }
 
@@ -56,7 +56,7 @@ impl Demands {
             push: usual.push.min(0.03 * mass * 9.81),
             zmp: usual.zmp.min(0.02 * height),
             clearance: usual.clearance.min(0.02 * height),
-            impulse: usual.impulse.min(3.5e-3 * mass * swing),
+            impulse: usual.impulse.min(1.2e-3 * mass * swing),
             lift_off: usual.lift_off.min(0.02 * swing),
             landing: [usual.landing[0].min(0.08 * swing), usual.landing[1].max(0.4 * swing)],
             ..usual
@@ -130,6 +130,21 @@ impl Wishes {
 }
 
 impl Demands {
+    /// What a first motion is asked for: with less it is found from nearly anywhere, and what is asked for in earnest is then near.
+    #[must_use]
+    pub fn eased(&self) -> Self {
+        Self {
+            friction: self.friction.max(0.8),
+            push: 0.2 * self.push,
+            zmp: 0.2 * self.zmp,
+            clearance: 0.5 * self.clearance,
+            impulse: 0.02 * self.impulse,
+            lift_off: 0.0,
+            landing: [0.25 * self.landing[0], 2.0 * self.landing[1]],
+            ..self.clone()
+        }
+    }
+
     /// With what the controller's walk takes of them, so that about as much is left.
     #[must_use]
     pub fn with_reserve(&self) -> Self {

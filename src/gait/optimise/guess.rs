@@ -78,7 +78,7 @@ pub(super) fn parts(count: usize) -> Vec<f64> {
 }
 
 /// Positions of the joints away from their limits.
-fn ease(of: &Collocation) -> Vec<f64> {
+pub(super) fn ease(of: &Collocation) -> Vec<f64> {
     let mut q = vec![0.0; of.tree.nq];
     for joint in &of.tree.joints {
         let named = of.description.joints.iter().find(|other| other.name == joint.name);
@@ -207,9 +207,8 @@ impl Postures<'_> {
     /// A straight line between two postures.
     fn line(&self, x: &mut [f64], p: usize, [from, to]: [&[f64]; 2]) {
         let phase = &self.layout.phases[p];
-        let last = (phase.nodes() - 1) as f64;
         for node in 0..phase.nodes() {
-            let part = node as f64 / last;
+            let part = phase.part(node);
             let [q, v] = [0, 1].map(|order| self.layout.motion(p, node, order));
             for k in 0..self.layout.nv {
                 x[q + k] = from[k] + part * (to[k] - from[k]);

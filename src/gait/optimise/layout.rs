@@ -22,6 +22,8 @@ pub(super) struct PhaseLayout {
     size: usize,
     /// Intervals; each has a node in its middle.
     pub intervals: usize,
+    /// Their ends, as parts of the phase: 0 to 1.
+    grid: Vec<f64>,
     pub forces: usize,
     pub impulses: Range<usize>,
 }
@@ -30,9 +32,26 @@ impl PhaseLayout {
     pub fn nodes(&self) -> usize {
         2 * self.intervals + 1
     }
+    /// Part of the phase that is over at a node.
+    pub fn part(&self, node: usize) -> f64 {
+        0.5 * (self.grid[node / 2] + self.grid[node.div_ceil(2)])
+    }
+    /// Part of the phase that an interval takes.
+    pub fn width(&self, interval: usize) -> f64 {
+        self.grid[interval + 1] - self.grid[interval]
+    }
     pub fn ends(&self) -> [usize; 2] {
         [self.duration + 1, self.duration + 2]
     }
+}
+
+/// Of how much shorter intervals at the ends of a phase are than even ones.
+const GRADING: f64 = 0.25;
+
+/// A place of an even grid on one that is finer towards both ends.
+fn graded(even: f64) -> f64 {
+    let grading = GRADING;
+    even - grading * (std::f64::consts::TAU * even).sin() / std::f64::consts::TAU
 }
 
 impl Layout {
@@ -50,7 +69,8 @@ impl Layout {
             let size = 3 * nv + joints + forces;
             let first = take(nodes * size).start;
             let impulses = take(change);
-            PhaseLayout { duration, coefficients, first, size, intervals, forces, impulses }
+            let grid = (0..=intervals).map(|k| graded(k as f64 / intervals as f64)).collect();
+            PhaseLayout { duration, coefficients, first, size, intervals, grid, forces, impulses }
         };
         let changes = of.changes.iter().map(|change| change.impulses.len());
         let each = of.phases.iter().zip(changes).zip(intervals).map(|((a, b), c)| (a, b, c));

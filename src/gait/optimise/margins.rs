@@ -110,7 +110,7 @@ fn clearance(
     x: &[f64],
 ) {
     let phase = &of.phases[p];
-    let part = node as f64 / (layout.phases[p].nodes() - 1) as f64;
+    let part = layout.phases[p].part(node);
     let foot = |point: usize| of.tree.points[point].name.split('/').next().unwrap_or("").to_owned();
     let landing: Vec<String> = of.changes[p].landing.iter().map(|&point| foot(point)).collect();
     if !(0.1..=0.9).contains(&part) {

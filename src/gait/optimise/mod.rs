@@ -36,6 +36,8 @@ pub struct Optimum {
     /// Parts of the step that the phases took in the first guess.
     parts: Vec<f64>,
     rates: Vec<f64>,
+    /// Of legs in the first guess, by phase and foot.
+    regular: Vec<Vec<Option<f64>>>,
     height: f64,
     /// Of the constraints, where the last stage ended.
     multipliers: Vec<f64>,
@@ -88,7 +90,7 @@ pub fn from_nothing(
 ) -> Optimum {
     let layout = Layout::new(of, &intervals(of, demands));
     let guess = guess::naive(of, &layout, demands.speed);
-    in_two_stages(of, demands, &begun(guess, layout), watch)
+    in_two_stages(of, demands, &begun(of, guess, layout), watch)
 }
 
 /// Finds a gait near one that has curves; `seed` is derived from the form of that one.
@@ -103,21 +105,26 @@ pub fn from_gait(
 ) -> Result<Optimum, Diagnostic> {
     let layout = Layout::new(of, &intervals(of, demands));
     let guess = seed::along_curves((of, &layout), (gait, seed), demands.speed)?;
-    Ok(in_two_stages(of, demands, &begun(guess, layout), watch))
+    Ok(in_two_stages(of, demands, &begun(of, guess, layout), watch))
 }
 
-/// Of each phase, at least six.
+/// Intervals of a phase at least. With six of them φ̇ at the end of a phase is off by one part in a hundred, and walks are that much faster than motions.
+const LEAST_INTERVALS: usize = 10;
+
+/// Of each phase.
 fn intervals(of: &Collocation, demands: &Demands) -> Vec<usize> {
-    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(6);
+    let share = |part: f64| ((part * demands.intervals as f64).ceil() as usize).max(LEAST_INTERVALS);
     guess::parts(of.phases.len()).into_iter().map(share).collect()
 }
 
-fn begun(guess: Guess, layout: Layout) -> Optimum {
+fn begun(of: &Collocation, guess: Guess, layout: Layout) -> Optimum {
+    let regular = (0..of.phases.len()).map(|p| regularity(of, &layout, &guess.x, p)).collect();
     Optimum {
         x: guess.x,
         layout,
         parts: guess.parts,
         rates: guess.rates,
+        regular,
         height: guess.height,
         multipliers: Vec::new(),
         ending: Ending::Infeasible,
@@ -127,14 +134,42 @@ fn begun(guess: Guess, layout: Layout) -> Optimum {
     }
 }
 
-/// First without, then with virtual constraints.
+/// The largest determinant of each leg in a phase of the guess; none where it vanishes.
+fn regularity(of: &Collocation, layout: &Layout, x: &[f64], p: usize) -> Vec<Option<f64>> {
+    let nodes: Vec<Vec<f64>> = (0..layout.phases[p].nodes())
+        .map(|node| rows_of(of, layout, x, (p, node), NodeRow::Regularity))
+        .collect();
+    let largest = |foot: usize| {
+        let of_nodes = nodes.iter().filter_map(|node| node.get(foot).copied());
+        of_nodes.max_by(|a, b| a.abs().total_cmp(&b.abs())).filter(|x| *x != 0.0)
+    };
+    (0..of.description.feet.len()).map(largest).collect()
+}
+
+/// The rows of a kind at a node.
+fn rows_of(
+    of: &Collocation,
+    layout: &Layout,
+    x: &[f64],
+    (p, node): (usize, usize),
+    kind: NodeRow,
+) -> Vec<f64> {
+    let local: Vec<f64> = layout.node(p, node).iter().map(|&k| x[k]).collect();
+    let phase = &of.phases[p];
+    let mut values = vec![0.0; phase.node.rows()];
+    phase.node.values(&local, &mut values);
+    let place = phase.rows.iter().find(|row| row.0 == kind);
+    place.map_or_else(Vec::new, |&(_, first, count)| values[first..first + count].to_vec())
+}
+
+/// First less than what is asked for and without, then with virtual constraints.
 fn in_two_stages(
     of: &Collocation,
     demands: &Demands,
     start: &Optimum,
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
-    let mut found = solve(of, demands, start, Stage::Motion, watch);
+    let mut found = solve(of, &demands.eased(), start, Stage::Motion, watch);
     for p in 0..of.phases.len() {
         let last = found.layout.phases[p].nodes() - 1;
         let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, last));
@@ -150,13 +185,8 @@ impl Optimum {
         self.first_row(of, (p, node), NodeRow::Phase)
     }
 
-    /// The first row of a kind at a node.
-    fn first_row(&self, of: &Collocation, (p, node): (usize, usize), kind: NodeRow) -> f64 {
-        let local: Vec<f64> = self.layout.node(p, node).iter().map(|&k| self.x[k]).collect();
-        let phase = &of.phases[p];
-        let mut values = vec![0.0; phase.node.rows()];
-        phase.node.values(&local, &mut values);
-        values[phase.rows.iter().find(|row| row.0 == kind).map_or(0, |row| row.1)]
+    fn first_row(&self, of: &Collocation, at: (usize, usize), kind: NodeRow) -> f64 {
+        rows_of(of, &self.layout, &self.x, at, kind).first().copied().unwrap_or(f64::NAN)
     }
 
     /// φ at the first and at the last node of a phase.
@@ -239,6 +269,9 @@ impl Optimum {
     }
 }
 
+/// Smallest rate of a phase variable, over its mean in the first guess.
+const SLOWEST: f64 = 0.6;
+
 /// Violations that are rounding, of a robot of 20 kg and 0.7 m.
 const FEASIBLE: f64 = 1e-5;
 
@@ -251,7 +284,7 @@ pub fn solve(
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
     let layout = from.layout.clone();
-    let rates: Vec<f64> = from.rates.iter().map(|rate| 0.5 * rate).collect();
+    let rates: Vec<f64> = from.rates.iter().map(|rate| SLOWEST * rate).collect();
     let similar = Similarity::new(of.mass, from.height);
     let builder = Builder {
         of,
@@ -261,6 +294,7 @@ pub fn solve(
         demands,
         outputs: stage == Stage::Gait,
         rates: &rates,
+        regular: &from.regular,
         parts: &from.parts,
         height: from.height,
     };
@@ -289,6 +323,7 @@ pub fn solve(
         violations: told.map(name).collect(),
         parts: from.parts.clone(),
         rates: from.rates.clone(),
+        regular: from.regular.clone(),
         height: from.height,
         multipliers: if stage == Stage::Gait { found.multipliers } else { Vec::new() },
         layout: program.layout.clone(),

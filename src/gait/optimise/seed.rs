@@ -45,7 +45,7 @@ pub(super) fn along_curves(
         let nodes = phase.nodes();
         let mut found: Vec<Vec<f64>> = Vec::with_capacity(nodes);
         for node in 0..nodes {
-            let part = node as f64 / (nodes - 1) as f64;
+            let part = phase.part(node);
             let phi = own.over[0] + part * (own.over[1] - own.over[0]);
             posture(seed, p, (&mut q, phi), own, &held)?;
             found.push(q.clone());
@@ -197,16 +197,17 @@ fn posture(
 /// Positions, and velocities and accelerations by their differences.
 fn motion(x: &mut [f64], (layout, p): (&Layout, usize), found: &[Vec<f64>], duration: f64) {
     let last = found.len() - 1;
-    let step = duration / last as f64;
+    let at = |node: usize| duration * layout.phases[p].part(node);
     for k in 0..layout.nv {
         let q = |node: usize| found[node][k];
+        let slope = |from: usize, to: usize| (q(to) - q(from)) / (at(to) - at(from));
         for node in 0..=last {
             let (before, after) = (node.saturating_sub(1), (node + 1).min(last));
             x[layout.motion(p, node, 0) + k] = q(node);
-            x[layout.motion(p, node, 1) + k] = (q(after) - q(before)) / (step * (after - before) as f64);
+            x[layout.motion(p, node, 1) + k] = slope(before, after);
             let middle = node.clamp(1, last.max(2) - 1);
-            x[layout.motion(p, node, 2) + k] =
-                (q(middle + 1) - 2.0 * q(middle) + q(middle - 1)) / (step * step);
+            let rise = slope(middle, middle + 1) - slope(middle - 1, middle);
+            x[layout.motion(p, node, 2) + k] = 2.0 * rise / (at(middle + 1) - at(middle - 1));
         }
     }
 }
@@ -222,7 +223,7 @@ fn torques(
     for (k, joint) in of.tree.joints.iter().enumerate() {
         let Some(values) = known.torques.get(&joint.name) else { continue };
         for node in 0..=last {
-            let phi = over[0] + (over[1] - over[0]) * node as f64 / last as f64;
+            let phi = over[0] + (over[1] - over[0]) * layout.phases[p].part(node);
             let after = known.at.partition_point(|&at| at < phi).clamp(1, known.at.len() - 1);
             let part =
                 ((phi - known.at[after - 1]) / (known.at[after] - known.at[after - 1])).clamp(0.0, 1.0);

@@ -41,6 +41,7 @@ fn derivatives_of_all_phases_are_those_of_differences() {
         demands: &demands,
         outputs: true,
         rates: &guess.rates,
+        regular: &std::array::from_fn::<_, 4, _>(|_| vec![Some(1.0); 2]),
         parts: &guess.parts,
         height: guess.height,
     };
@@ -152,6 +153,7 @@ fn size_and_mass_of_a_robot_make_no_other_program() {
             demands: &demands,
             outputs: true,
             rates: &[0.3 * time; 4],
+            regular: &std::array::from_fn::<_, 4, _>(|_| vec![None; 2]),
             parts: &guess.parts,
             height: guess.height,
         };

@@ -1,7 +1,8 @@
 //! The nonlinear program of a gait: direct collocation by Hermite and Simpson with the equations of motion, forces and torques at every node.
 use super::constraints::Rows;
 use super::demands::Demands;
-use super::layout::Layout;
+use super::guess::ease;
+use super::layout::{Layout, PhaseLayout};
 use super::similarity::{Measure, Similarity};
 use bipedc_analysis::nonlinear::Program;
 use bipedc_compiler::compile::Collocation;
@@ -17,6 +18,8 @@ pub(super) struct Transcription<'c> {
     weight: f64,
     similar: Similarity,
     coordinates: Vec<Measure>,
+    /// Coordinates at ease.
+    ease: Vec<f64>,
     jacobian: Vec<[usize; 2]>,
     hessian: Vec<[usize; 2]>,
 }
@@ -29,6 +32,19 @@ const SMOOTH: f64 = 2.5e-4;
 /// freedom that motion alone does not settle: without this they go up and down from node to node, and what is fed forward over φ as a smooth curve is another
 /// torque than that of the motion.
 const EVEN: f64 = 10.0;
+
+/// Part of a phase over which a torque that goes through its own size costs as much as that torque. A phase that ends by a force of the ground asks torques
+/// to have a value at its last instant: without a cost of their rates they take it in the last interval, however short that is.
+const RATE: f64 = 0.12;
+
+/// What a third difference of Bezier coefficients costs, per rad² (or m², of a robot 0.7 m high). Curves that turn within an interval are not seen by its nodes.
+const CURVED: f64 = 0.1;
+
+/// How far the base leans, rad. Torques alone are as small in motions that bow low and kick high as in walks, and searches end in those.
+const LEAN: f64 = 0.4;
+
+/// What a joint, or the lean of the base, off its place at ease costs, per rad² (or m², of a robot 0.7 m high).
+const EASE: f64 = 1.0;
 
 /// A function of the program with its variables and rows.
 struct Part<'a> {
@@ -52,6 +68,7 @@ impl<'c> Transcription<'c> {
             weight: (0.05 * of.mass * 9.81 * similar.length).powi(-2),
             similar,
             coordinates: Measure::of_coordinates(of),
+            ease: ease(of),
             jacobian: Vec::new(),
             hessian: Vec::new(),
             layout,
@@ -84,7 +101,8 @@ impl<'c> Transcription<'c> {
                         self.scale[first + k] = scales[order];
                     }
                 }
-                self.bounds[q + 2] = [-1.5, 1.5];
+                let lean = LEAN;
+                self.bounds[q + 2] = [-lean, lean];
                 for (k, joint) in self.of.tree.joints.iter().enumerate() {
                     let named = self.of.description.joints.iter().find(|other| other.name == joint.name);
                     let limits = named.and_then(|joint| joint.position_limits);
@@ -172,8 +190,8 @@ impl<'c> Transcription<'c> {
     fn each_between(&self, mut tell: impl FnMut(usize, usize, [(usize, f64); 3], [(usize, f64); 3])) {
         let nv = self.layout.nv;
         for (p, phase) in self.layout.phases.iter().enumerate() {
-            let part = 1.0 / phase.intervals as f64;
             for interval in 0..phase.intervals {
+                let part = phase.width(interval);
                 let first = self.rows.between[p] + 4 * nv * interval;
                 for order in 0..2 {
                     let at = [0, 1, 2].map(|k| self.layout.motion(p, 2 * interval + k, order));
@@ -238,15 +256,9 @@ impl<'c> Transcription<'c> {
     /// Torques of a phase with their weights (Simpson), and accelerations with theirs.
     fn each_torque(&self, p: usize, mut tell: impl FnMut(usize, f64)) {
         let phase = &self.layout.phases[p];
-        let last = phase.nodes() - 1;
         let smooth = SMOOTH * self.of.mass * self.of.mass;
-        for node in 0..=last {
-            let weight = match node {
-                0 => 1.0,
-                node if node == last => 1.0,
-                node if node % 2 == 1 => 4.0,
-                _ => 2.0,
-            } / (6.0 * phase.intervals as f64);
+        for node in 0..phase.nodes() {
+            let weight = simpson(phase, node);
             let torques = self.layout.torques(p, node);
             (torques..torques + self.layout.joints).for_each(|k| tell(k, weight));
             let accelerations = self.layout.motion(p, node, 2);
@@ -258,14 +270,43 @@ impl<'c> Transcription<'c> {
         }
     }
 
-    /// Torques at both ends and in the middle of each interval, with the weight of their squared deviation from a straight line.
-    fn each_bend(&self, mut tell: impl FnMut([(usize, f64); 3], f64)) {
+    /// Sums whose squares cost something, with their weights: of torques in each interval what is off a straight line, and their rates; of coefficients the third
+    /// differences.
+    fn each_bend(&self, mut tell: impl FnMut([(usize, f64); 4], f64)) {
+        let share = self.weight / self.layout.phases.len() as f64;
         for (p, phase) in self.layout.phases.iter().enumerate() {
-            let weight = self.weight * EVEN / (phase.intervals * self.layout.phases.len()) as f64;
             for interval in 0..phase.intervals {
+                let width = phase.width(interval);
+                let (even, rate) = (share * EVEN * width, share * RATE.powi(2) * 2.0 / width);
                 let [a, m, b] = [0, 1, 2].map(|k| self.layout.torques(p, 2 * interval + k));
                 for k in 0..self.layout.joints {
-                    tell([(a + k, -0.5), (m + k, 1.0), (b + k, -0.5)], weight);
+                    let [a, m, b] = [a + k, m + k, b + k];
+                    tell([(a, -0.5), (m, 1.0), (b, -0.5), (b, 0.0)], even);
+                    tell([(a, -1.0), (m, 1.0), (b, 0.0), (b, 0.0)], rate);
+                    tell([(a, 0.0), (m, -1.0), (b, 1.0), (b, 0.0)], rate);
+                }
+            }
+            let of = &self.of.phases[p];
+            for (k, unit) in of.output_units.iter().enumerate() {
+                let first = phase.coefficients.start + k * of.coefficients;
+                let unit = self.similar.position(Measure::of_unit(unit));
+                for c in first..(first + of.coefficients).saturating_sub(3) {
+                    let weight = CURVED / (unit * unit);
+                    tell([(c, -1.0), (c + 1, 3.0), (c + 2, -3.0), (c + 3, 1.0)], weight);
+                }
+            }
+        }
+    }
+
+    /// Lean of the base and joints with their places at ease, and what a squared distance from there costs.
+    fn each_ease(&self, mut tell: impl FnMut(usize, f64, f64)) {
+        let cost = EASE / self.layout.phases.len() as f64;
+        for (p, phase) in self.layout.phases.iter().enumerate() {
+            for node in 0..phase.nodes() {
+                let weight = cost * simpson(phase, node);
+                let q = self.layout.motion(p, node, 0);
+                for (k, &of) in self.coordinates.iter().enumerate().skip(2) {
+                    tell(q + k, self.ease[k], weight / self.similar.position(of).powi(2));
                 }
             }
         }
@@ -290,6 +331,7 @@ impl<'c> Transcription<'c> {
                 tell([own, durations[other]], self.weight * mixed);
             }
         }
+        self.each_ease(|k, _, weight| tell([k, k], 2.0 * weight));
         self.each_bend(|terms, weight| {
             for (i, &(first, a)) in terms.iter().enumerate() {
                 for &(second, b) in &terms[..=i] {
@@ -300,7 +342,19 @@ impl<'c> Transcription<'c> {
     }
 }
 
-fn bend(x: &[f64], terms: [(usize, f64); 3]) -> f64 {
+/// Simpson's weight of a node; all of a phase add up to 1.
+fn simpson(phase: &PhaseLayout, node: usize) -> f64 {
+    match node {
+        node if node % 2 == 1 => 4.0 / 6.0 * phase.width(node / 2),
+        node => {
+            let before = if node == 0 { 0.0 } else { phase.width(node / 2 - 1) };
+            let after = if node + 1 == phase.nodes() { 0.0 } else { phase.width(node / 2) };
+            (before + after) / 6.0
+        }
+    }
+}
+
+fn bend(x: &[f64], terms: [(usize, f64); 4]) -> f64 {
     terms.iter().map(|&(k, factor)| x[k] * factor).sum()
 }
 
@@ -324,6 +378,7 @@ impl Program for Transcription<'_> {
         let all: f64 = self.layout.phases.iter().zip(&squares).map(|(phase, s)| x[phase.duration] * s).sum();
         let mut bends = 0.0;
         self.each_bend(|terms, weight| bends += weight * bend(&x, terms).powi(2));
+        self.each_ease(|k, ease, weight| bends += weight * (x[k] - ease).powi(2));
         self.weight * all / total + bends
     }
 
@@ -343,6 +398,7 @@ impl Program for Transcription<'_> {
             let off = bend(&x, terms);
             terms.iter().for_each(|&(k, factor)| gradient[k] += 2.0 * weight * off * factor);
         });
+        self.each_ease(|k, ease, weight| gradient[k] += 2.0 * weight * (x[k] - ease));
         gradient.iter_mut().zip(&self.scale).for_each(|(g, scale)| *g *= scale);
     }
 

@@ -86,7 +86,7 @@ fn several(phase: &mut Table, (p, of): (usize, &Collocation), found: &Optimum) {
         posture(phase, found.last_configuration(p), of);
     }
     phase.remove("feedforward");
-    let (at, torques) = found.torques(of, p);
+    let (at, torques) = beyond(found.torques(of, p));
     let mut table = Table::new();
     table.insert("at", value(rows(&at)));
     let mut joints = Table::new();
@@ -95,6 +95,24 @@ fn several(phase: &mut Table, (p, of): (usize, &Collocation), found: &Optimum) {
     }
     table.insert("torques", Item::Table(joints));
     phase.insert("feedforward", Item::Table(table));
+}
+
+/// Part of a phase by which torques go on behind its end as they came to it.
+const BEYOND: f64 = 0.15;
+
+/// Torques over φ with one place more, behind the end. The event that ends a phase comes a little earlier or later than in the motion; torques that stayed as they are
+/// at the end would let the force that has to vanish vanish no further.
+fn beyond((mut at, mut torques): (Vec<f64>, Vec<Vec<f64>>)) -> (Vec<f64>, Vec<Vec<f64>>) {
+    let (Some(before), Some(last)) = (at.len().checked_sub(3), at.len().checked_sub(1)) else {
+        return (at, torques);
+    };
+    let further = BEYOND * (at[last] - at[0]);
+    for values in &mut torques {
+        let slope = (values[last] - values[before]) / (at[last] - at[before]);
+        values.push(values[last] + slope * further);
+    }
+    at.push(at[last] + further);
+    (at, torques)
 }
 
 /// Joints where searches for a posture begin.
@@ -126,4 +144,20 @@ fn rows(of: &[f64]) -> Array {
     found.set_trailing("\n");
     found.set_trailing_comma(true);
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::beyond;
+
+    /// A torque that falls evenly goes on to fall behind the end; what was known stays.
+    #[test]
+    fn torques_go_on_behind_the_end() {
+        let (at, torques) = beyond((vec![0.0, 0.5, 1.0, 1.5, 2.0], vec![vec![9.0, 4.0, 3.0, 2.5, 2.0]]));
+        assert_eq!(at[..5], [0.0, 0.5, 1.0, 1.5, 2.0]);
+        assert_eq!(torques[0][..5], [9.0, 4.0, 3.0, 2.5, 2.0]);
+        assert!((at[5] - 2.3).abs() < 1e-12 && (torques[0][5] - 1.7).abs() < 1e-12, "{at:?} {torques:?}");
+        let short = (vec![0.0, 1.0], vec![vec![1.0, 2.0]]);
+        assert_eq!(beyond(short.clone()), short);
+    }
 }

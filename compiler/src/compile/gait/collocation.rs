@@ -12,8 +12,8 @@ use crate::derive::relabel::Relabelling;
 use crate::derive::virtual_constraints::controlled_of;
 use crate::derive::{InertiaMode, Motions, RobotModel};
 use crate::description::gait::{AnyGait, GaitOutput, hip_height};
-use crate::description::model::{Contact, Phase, RobotDescription};
-use crate::expression::{Graph, Input, Sym, replaced, slopes_along};
+use crate::description::model::{Contact, Foot, Phase, RobotDescription};
+use crate::expression::{Graph, Input, Sym, gradient, inputs, replaced, slopes_along};
 use crate::program::LocalFunction;
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -112,6 +112,8 @@ pub enum NodeRow {
     HeightRate,
     /// x of each contact point, m.
     Place,
+    /// By foot: a determinant that vanishes where its leg is straight; 0 where outputs are joints of the leg.
+    Regularity,
 }
 
 /// One phase. Variables of a node: q, v, a, φ at the phase's first and at its last node, torques by joint, forces of the ground,
@@ -281,6 +283,10 @@ fn node(
         (NodeRow::Height, points.normal.clone()),
         (NodeRow::HeightRate, rate(&model, &points.normal)),
         (NodeRow::Place, points.tangential.clone()),
+        (
+            NodeRow::Regularity,
+            regularity(&model, description, [&points.tangential, &points.normal], &controlled[1..]),
+        ),
     ];
     let (mut all, mut rows) = (Vec::new(), Vec::new());
     for (kind, of_kind) in kinds {
@@ -303,6 +309,59 @@ fn node(
         forces: held.names,
         standing: on_the_ground(description, tree, &phase.contacts),
     })
+}
+
+/// By foot: how far its leg is from where its joints do not settle the foot's place and pitch under the base (a knee that is straight), as a determinant of
+/// slopes; 0 where that is no question: an output is a joint of the leg, or the leg has other joints than a point (two) or a sole (three) needs.
+fn regularity<'g>(
+    model: &RobotModel<'g, '_>,
+    description: &RobotDescription,
+    [places, heights]: [&[Sym<'g>]; 2],
+    outputs: &[Sym<'g>],
+) -> Vec<Sym<'g>> {
+    let joints: Vec<usize> = model.tree.joints.iter().map(|joint| joint.v_index).collect();
+    let moved = |of: Sym<'g>| -> Vec<usize> {
+        let known = inputs(of);
+        joints
+            .iter()
+            .copied()
+            .filter(|&k| known.contains(&Input { argument: Argument::Q, index: k as u32 }))
+            .collect()
+    };
+    let points = |foot: &Foot| -> Vec<usize> {
+        let own = |k: &usize| model.tree.points[*k].name.split('/').next() == Some(&foot.name);
+        (0..model.tree.points.len()).filter(own).collect()
+    };
+    let of_foot = |foot: &Foot| {
+        let zero = heights[0].zero();
+        let own = points(foot);
+        let Some(&first) = own.first() else { return zero };
+        let others = description.feet.iter().filter(|other| other.name != foot.name).flat_map(points);
+        let shared: Vec<usize> = others.flat_map(|point| moved(heights[point])).collect();
+        let leg: Vec<usize> = moved(heights[first]).into_iter().filter(|k| !shared.contains(k)).collect();
+        let settled = |output: &Sym<'g>| matches!(moved(*output)[..], [joint] if leg.contains(&joint));
+        let slopes = |of: Sym<'g>| {
+            let found = gradient(of);
+            let along = |&k: &usize| found.get(&Input { argument: Argument::Q, index: k as u32 }).copied();
+            leg.iter().map(|k| along(k).unwrap_or(zero)).collect::<Vec<_>>()
+        };
+        if outputs.iter().any(settled) {
+            return zero;
+        }
+        let (x, z) = (slopes(places[first]), slopes(heights[first]));
+        let pair = |i: usize, j: usize| x[i] * z[j] - x[j] * z[i];
+        match (own.get(1), leg.len()) {
+            (None, 2) => pair(0, 1),
+            (Some(&second), 3) => {
+                let along = [places[second] - places[first], heights[second] - heights[first]];
+                let turned = slopes(along[1]).into_iter().zip(slopes(along[0]));
+                let pitch: Vec<Sym<'g>> = turned.map(|(up, on)| along[0] * up - along[1] * on).collect();
+                pitch[0] * pair(1, 2) - pitch[1] * pair(0, 2) + pitch[2] * pair(0, 1)
+            }
+            _ => zero,
+        }
+    };
+    description.feet.iter().map(of_foot).collect()
 }
 
 /// What the motion needs less what the ground and the joints give, N and N m; torques and forces of the ground are parameters from these

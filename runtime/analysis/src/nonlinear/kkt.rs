@@ -1,6 +1,5 @@
 //! The symmetric system of an iteration, factorised as L D Lᵀ, with the signs of D counted.
-use clarabel::algebra::CscMatrix;
-use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettingsBuilder};
+use super::factor::Factor;
 use std::collections::BTreeMap;
 
 /// [H + Σ, Jᵀ; J, −Δ] with fixed structure.
@@ -14,9 +13,7 @@ pub(super) struct Kkt {
     hessian: Vec<usize>,
     jacobian: Vec<usize>,
     diagonal: Vec<usize>,
-    /// Diagonal that regularises but is no part of the equations.
-    factor: Option<QDLDLFactorisation<f64>>,
-    all: Vec<usize>,
+    factor: Option<Factor>,
 }
 
 impl Kkt {
@@ -45,14 +42,13 @@ impl Kkt {
         Self {
             n,
             m,
+            factor: Factor::new(&columns, &rows),
             columns,
-            all: (0..rows.len()).collect(),
             rows,
             values,
             hessian: hessian.to_vec(),
             jacobian: jacobian.to_vec(),
             diagonal: diagonal.to_vec(),
-            factor: None,
         }
     }
 
@@ -80,23 +76,8 @@ impl Kkt {
         for (k, &place) in self.diagonal.iter().enumerate() {
             values[place] += if k < self.n { primal } else { -dual };
         }
-        let done = match &mut self.factor {
-            Some(factor) => {
-                factor.update_values(&self.all, &values);
-                factor.refactor().is_ok()
-            }
-            None => {
-                let size = self.n + self.m;
-                let matrix = CscMatrix::new(size, size, self.columns.clone(), self.rows.clone(), values);
-                let settings = QDLDLSettingsBuilder::default().regularize_enable(false).build();
-                let Ok(settings) = settings else { return false };
-                self.factor = QDLDLFactorisation::new(&matrix, Some(settings)).ok();
-                self.factor.is_some()
-            }
-        };
-        done && self.factor.as_ref().is_some_and(|factor| {
-            factor.positive_inertia() == self.n && factor.Dinv.iter().all(|d| d.is_finite())
-        })
+        let Some(factor) = &mut self.factor else { return false };
+        factor.factorise(&values) && factor.positive() == self.n
     }
 
     /// The system without additions but for `primal` times a vector.
@@ -129,7 +110,7 @@ impl Kkt {
         let mut product = vec![0.0; right.len()];
         for _ in 0..10 {
             let mut correction = residual.clone();
-            let Some(factor) = &mut self.factor else { return f64::INFINITY };
+            let Some(factor) = &self.factor else { return f64::INFINITY };
             factor.solve(&mut correction);
             x.iter_mut().zip(&correction).for_each(|(x, c)| *x += c);
             self.product(x, primal, &mut product);
