@@ -105,9 +105,7 @@ pub(super) fn second_look<'m>(
     }
     let suspects: Vec<String> = answer.structured().map(|part| part.joint.clone()).collect();
     let explains = |(other, second): &Found<'_>| {
-        let fewer = |logs: &Filtered<'_>| {
-            left_in(logs, second, &suspects) < left_in(logs, answer, &suspects)
-        };
+        let fewer = |logs: &Filtered<'_>| left_in(logs, second, &suspects) < left_in(logs, answer, &suspects);
         !second.leaves_structure() && fewer(first) && fewer(other)
     };
     let faster = measure::CANDIDATES.into_iter().filter(|cutoff| answer.leaves_structure() && *cutoff > here);

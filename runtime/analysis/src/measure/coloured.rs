@@ -185,7 +185,8 @@ mod tests {
         let dry = |i: f64| 3.0 * (hz(0.7, i) + 0.4 * hz(1.3, i)).signum();
         for seed in 0..8 {
             let coloured = noise(5000, 0.6, seed);
-            for (what, left) in [("ripple", with(&coloured, 1.0, ripple)), ("dry", with(&coloured, 1.0, dry))] {
+            for (what, left) in [("ripple", with(&coloured, 1.0, ripple)), ("dry", with(&coloured, 1.0, dry))]
+            {
                 let found = coloured_noise(&left).unwrap_or(1.0);
                 assert!((0.7..1.35).contains(&found), "{what}, {seed}: {found}");
             }
