@@ -103,9 +103,10 @@ pub(super) fn second_look<'m>(
     if let Some(found) = is_quieter.then(|| look(cutoff)).flatten().filter(better) {
         return Some(found);
     }
-    let suspects: Vec<String> = answer.structured().map(|part| part.joint.clone()).collect();
+    let structured: Vec<String> = answer.structured().map(|part| part.joint.clone()).collect();
+    let suspects = if structured.is_empty() { &answer.suspects } else { &structured };
     let explains = |(other, second): &Found<'_>| {
-        let fewer = |logs: &Filtered<'_>| left_in(logs, second, &suspects) < left_in(logs, answer, &suspects);
+        let fewer = |logs: &Filtered<'_>| left_in(logs, second, suspects) < left_in(logs, answer, suspects);
         !second.leaves_structure() && fewer(first) && fewer(other)
     };
     let faster = measure::CANDIDATES.into_iter().filter(|cutoff| answer.leaves_structure() && *cutoff > here);

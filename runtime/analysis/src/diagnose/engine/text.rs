@@ -164,10 +164,15 @@ fn sentence(found: &FoundEffect) -> String {
         })
         .collect();
     let symptom = effect.kind.symptom;
+    // Of a small joint beside large ones.
+    let share = if (0.0..0.005).contains(&found.share) {
+        "less than 1 %".to_owned()
+    } else {
+        format!("{:.0} %", 100.0 * found.share)
+    };
     let mut text = format!(
-        "{}: {:.0} % of the squared error is {}, {}; the residual {symptom}.",
+        "{}: {share} of the squared error is {}, {}; the residual {symptom}.",
         effect.location,
-        100.0 * found.share,
         effect.kind.title,
         values.join(", ")
     );
