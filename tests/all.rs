@@ -25,6 +25,7 @@ mod cli_log;
 mod cli_separate;
 mod cli_simulate;
 mod cli_walk;
+mod coloured_noise;
 #[path = "compiled/main.rs"]
 mod compiled;
 #[path = "compiler/main.rs"]

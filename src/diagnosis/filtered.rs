@@ -96,20 +96,20 @@ pub(super) fn second_look<'m>(
     let here = first.train.cutoff_hz;
     let is_quieter = cutoff < here && error < QUIETER * left(first, answer);
     let better = |(other, second): &Found<'_>| {
-        (!second.unexplained || answer.unexplained)
+        (!second.leaves_structure() || answer.leaves_structure())
             && left(other, second) < left(other, answer)
             && left(first, second) <= ALIKE * left(first, answer)
     };
     if let Some(found) = is_quieter.then(|| look(cutoff)).flatten().filter(better) {
         return Some(found);
     }
+    let structured: Vec<String> = answer.structured().map(|part| part.joint.clone()).collect();
+    let suspects = if structured.is_empty() { &answer.suspects } else { &structured };
     let explains = |(other, second): &Found<'_>| {
-        let fewer = |logs: &Filtered<'_>| {
-            left_in(logs, second, &answer.suspects) < left_in(logs, answer, &answer.suspects)
-        };
-        !second.unexplained && fewer(first) && fewer(other)
+        let fewer = |logs: &Filtered<'_>| left_in(logs, second, suspects) < left_in(logs, answer, suspects);
+        !second.leaves_structure() && fewer(first) && fewer(other)
     };
-    let faster = measure::CANDIDATES.into_iter().filter(|cutoff| answer.unexplained && *cutoff > here);
+    let faster = measure::CANDIDATES.into_iter().filter(|cutoff| answer.leaves_structure() && *cutoff > here);
     faster.take(SECOND_LOOKS).find_map(|cutoff| look(cutoff).filter(explains))
 }
 

@@ -28,6 +28,7 @@ pub(super) fn state(answer: &mut Diagnosis, train: &dyn Experiment, judge: Optio
             })
             .collect();
     }
+    answer.conclude();
     answer.summary = said(answer);
 }
 

@@ -140,8 +140,7 @@ mod tests {
             before,
             after: before,
             noise: 2e-4,
-            before_moving: None,
-            after_moving: None,
+            ..ErrorFall::default()
         };
         let rows = [("foot/heel/height".to_owned(), fall(3.1e-6))].into();
         let text = errors(&Diagnosis { rows, ..Diagnosis::default() });

@@ -172,8 +172,7 @@ pub fn steps(history: &History) -> Vec<HistoryStep> {
             before: stair.before,
             after: stair.after,
             noise: stair.noise,
-            before_moving: None,
-            after_moving: None,
+            ..ErrorFall::default()
         };
         let (held_out, training) = if stair.held_out { (Some(fall), None) } else { (None, Some(fall)) };
         HistoryStep { label: stair.label, date: stair.date, training, held_out }

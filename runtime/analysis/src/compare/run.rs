@@ -4,6 +4,7 @@ use super::influence::depends_on;
 use super::report::{Channel, Comparison, Cutoff};
 use super::statistics::{Sums, geometric_mean};
 use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
+use crate::measure::coloured::coloured_noise;
 use crate::measure::columns::{JointColumns, Plan};
 use crate::measure::filtered::{cut, unusable};
 use crate::measure::noise::white_noise;
@@ -23,6 +24,8 @@ struct Candidate {
     filter: Butterworth,
     /// One per joint; joints that are not compared stay empty.
     sums: Vec<Sums>,
+    /// What the first block leaves, one per joint.
+    left: Vec<Vec<f64>>,
 }
 
 impl Candidate {
@@ -163,6 +166,7 @@ fn candidates(
                     cutoff_hz,
                     filter,
                     sums: vec![Sums::default(); layout.joints.len()],
+                    left: vec![Vec::new(); layout.joints.len()],
                 });
             }
             Err(error) => {
@@ -231,6 +235,8 @@ impl Run<'_> {
             let Some(effort) = columns.effort else { continue };
             let logged = &block.columns[effort][first..];
             let row = self.layout.base.nv() + joint;
+            let sums = &mut self.candidates[candidate].sums[joint];
+            let is_first = sums.samples == 0;
             for (i, tau) in tau.chunks_exact(nv).enumerate() {
                 // Its square must be a number too.
                 if tau[row].abs().partial_cmp(&LARGEST_EFFORT) != Some(std::cmp::Ordering::Less) {
@@ -240,7 +246,11 @@ impl Run<'_> {
                     let help = "check the masses of the description and the positions at that time";
                     return Err(one(Diagnostic::error(message).in_file(&self.file).help(help)));
                 }
-                self.candidates[candidate].sums[joint].add(logged[i], tau[row]);
+                sums.add(logged[i], tau[row]);
+            }
+            if is_first {
+                let left = logged.iter().zip(tau.chunks_exact(nv)).map(|(logged, tau)| logged - tau[row]);
+                self.candidates[candidate].left[joint] = left.collect();
             }
         }
         Ok(())
@@ -251,10 +261,13 @@ impl Run<'_> {
         let Some((from_s, to_s)) = self.span else { return Err(one(self.nothing(blocks, options))) };
         let best = self.candidates.iter().min_by(|a, b| a.geometric_mean().total_cmp(&b.geometric_mean()));
         let Some(best) = best else { return Err(one(self.nothing(blocks, options))) };
-        let channels = self.layout.joints.iter().zip(&best.sums).zip(&self.noise);
+        let noise = self.noise.iter().zip(&best.left);
+        // What is left shows noise that is correlated in time, which differences of neighbours do not.
+        let noise = noise.map(|(white, left)| coloured_noise(left).map_or(*white, |n| n.max(*white)));
+        let channels = self.layout.joints.iter().zip(&best.sums).zip(noise);
         let channels: Vec<Channel> = channels
             .filter(|((_, sums), _)| sums.samples > 0)
-            .map(|((joint, sums), noise)| channel(&joint.name, joint.unit(), sums, *noise))
+            .map(|((joint, sums), noise)| channel(&joint.name, joint.unit(), sums, noise))
             .collect();
         let kinds = by_kind(&channels);
         let mut warnings = self.plan.warnings;

@@ -103,6 +103,35 @@ impl Diagnosis {
         Some(telling(falls, main))
     }
 
+    /// Whether something is left of which more was seen than that it is above the noise.
+    pub fn leaves_structure(&self) -> bool {
+        self.unexplained && self.structured().next().is_some() | self.unexplained_parts.is_empty()
+    }
+
+    /// What is left of which more was seen than that it is above the noise.
+    pub fn structured(&self) -> impl Iterator<Item = &Unexplained> {
+        self.unexplained_parts.iter().filter(|part| part.seen != Seen::Excess)
+    }
+
+    /// Says of every row whose error is above the noise that it is unexplained, by the errors as they stand now.
+    pub fn conclude(&mut self) {
+        if self.unexplained && self.unexplained_parts.is_empty() {
+            // Nothing could be estimated.
+            return;
+        }
+        self.unexplained_parts.retain(|part| part.seen != Seen::Excess);
+        let known: Vec<String> = self.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
+        let excess = self.rows.iter().filter(|(row, _)| !known.contains(row)).filter_map(|(row, fall)| {
+            let share = 1.0 - fall.above_noise()?.powi(-2);
+            Some(Unexplained { joint: row.clone(), share, signals: Vec::new(), seen: Seen::Excess })
+        });
+        let mut excess: Vec<Unexplained> = excess.collect();
+        excess.sort_by(|a, b| b.share.total_cmp(&a.share));
+        self.unexplained_parts.extend(excess);
+        self.unexplained = !self.unexplained_parts.is_empty();
+        self.suspects = self.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
+    }
+
     /// All that was estimated, in the order in which it acts: effects of the description, those that were found as they
     /// entered, and inertial corrections.
     pub fn estimated(&self) -> impl Iterator<Item = &Effect> {
@@ -165,6 +194,8 @@ pub enum Seen {
     Slowness,
     /// It is larger than the noise; the rows are too few to see what it goes with.
     Size,
+    /// It is larger than the noise; what it goes with was not found.
+    Excess,
 }
 
 impl Seen {
@@ -174,6 +205,7 @@ impl Seen {
             Self::Motion => "the motion",
             Self::Slowness => "slow changes",
             Self::Size => "its size",
+            Self::Excess => "its size, far above the noise; what it goes with was not found",
         }
     }
 }
@@ -190,6 +222,10 @@ pub struct ErrorFall {
     /// Estimated noise of the measurement; 0 if unknown.
     #[serde(default)]
     pub noise: f64,
+    /// Of one row: the error below which nothing is worth an explanation, its noise or what no model and no sensor is right by; 0 of
+    /// several rows together.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub resolution: f64,
     /// As `before`, but where the joint sticks; `None` if it never does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub before_moving: Option<f64>,
@@ -198,7 +234,22 @@ pub struct ErrorFall {
     pub after_moving: Option<f64>,
 }
 
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
+fn is_zero(x: &f64) -> bool {
+    *x == 0.0
+}
+
+/// Errors above so many times their noise are no noise.
+pub(super) const LEFT: f64 = 1.4;
+
 impl ErrorFall {
+    /// The remaining error in multiples of the noise where it is no noise, nor too small to be worth a word. What is said of it, in words
+    /// and as a flag, hangs on this.
+    pub fn above_noise(&self) -> Option<f64> {
+        let (times, left) = (self.noises()?, self.after_moving.unwrap_or(self.after));
+        (times > LEFT && left > LEFT * self.resolution).then_some(times)
+    }
+
     /// The remaining error in multiples of the noise, where the model says what the torque is; `None` if the noise is unknown.
     pub fn noises(&self) -> Option<f64> {
         (self.noise > 0.0).then(|| self.after_moving.unwrap_or(self.after) / self.noise)

@@ -6,6 +6,7 @@ pub(crate) mod form;
 pub mod impacts;
 mod motion;
 pub(crate) mod moving;
+pub(crate) mod noise;
 pub mod plotted;
 pub mod postures;
 

@@ -1,5 +1,6 @@
 //! What was measured: columns of a log as states of the robot, recorded motions, their noise, motions that repeat themselves.
 mod base;
+pub(crate) mod coloured;
 pub(crate) mod columns;
 mod content;
 pub(crate) mod directions;

@@ -31,11 +31,11 @@ pub(crate) fn of_encoders(difference: &[f64]) -> f64 {
     white_noise(difference).max(rounding)
 }
 
-fn third_difference(w: &[f64]) -> f64 {
+pub(super) fn third_difference(w: &[f64]) -> f64 {
     (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()
 }
 
-fn of_differences(mut differences: Vec<f64>) -> f64 {
+pub(super) fn of_differences(mut differences: Vec<f64>) -> f64 {
     let mut medians: Vec<f64> = differences.chunks_exact_mut(WINDOW).map(median).collect();
     let typical = if medians.is_empty() {
         median(&mut differences)

@@ -14,7 +14,7 @@ pub(super) fn section(diagnosis: &Diagnosis) -> Markup {
             @if diagnosis.effects.is_empty() {
                 p {
                     "No effect earned its place."
-                    @if !diagnosis.unexplained { " " (diagnosis.summary.lines().last().unwrap_or_default()) }
+                    @if !diagnosis.leaves_structure() { " " (diagnosis.summary.lines().last().unwrap_or_default()) }
                 }
             }
             @if !diagnosis.effects.is_empty() {
@@ -167,7 +167,7 @@ fn experiments(group: &[Vec<FoundEffect>]) -> Vec<&'static str> {
 fn unexplained(diagnosis: &Diagnosis) -> Markup {
     html! {
         h3 { "Unexplained" }
-        p { "Something structured is left that no effect of the library accounts for, in: " (diagnosis.suspects.join(", ")) "." }
+        p { "Something is left that no effect of the library accounts for, in: " (diagnosis.suspects.join(", ")) "." }
         @if !diagnosis.unexplained_parts.is_empty() {
             div.table { table {
                 thead { tr { th scope="col" { "row" } th.number scope="col" { "share of what remains" } th scope="col" { "seen in" } } }

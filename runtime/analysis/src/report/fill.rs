@@ -31,6 +31,7 @@ pub fn rows_of(experiment: &dyn Experiment, diagnosis: Option<&Diagnosis>) -> Ve
         match diagnosis.and_then(|d| d.rows.get(&built.name)) {
             Some(fall) => {
                 let after = built.rms_after.map(|_| fall.after);
+                let built = Row { noise: fall.noise, ..built };
                 built.judged(fall.before, after).without_sticking([fall.before_moving, fall.after_moving])
             }
             None => built.without_sticking([before, after]),

@@ -1,8 +1,10 @@
 //! Errors of a diagnosis: root mean squares before and after effects, by row and by kind of channel.
 use super::amended::Amended;
 use super::regression::is_held_out;
+use super::resolution::resolutions;
 use crate::diagnose::{Diagnosis, ErrorFall};
 use crate::experiments::moving::moving;
+use crate::experiments::noise::heard;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::Effect;
 use std::collections::BTreeMap;
@@ -39,13 +41,15 @@ fn grouped(
         let kept = values.iter().enumerate().filter(|(i, _)| counts(*i, values.len()));
         kept.fold((0.0, 0.0_f64), |(sum, n), (_, x)| (sum + x * x, n + 1.0))
     };
+    let resolutions = resolutions(before);
     let (mut rows, mut groups) = (Falls::new(), BTreeMap::<Channel, Sums>::new());
     for (row, what) in before.rows().iter().enumerate() {
         let ((was, n), (is, _)): ((f64, f64), _) =
             (squares(before.residual(row)), squares(after.residual(row)));
         let [was_moving, is_moving] =
             [before.residual(row), after.residual(row)].map(|residual| moving(before, row, residual, counts));
-        let (noise, all) = (what.noise.powi(2) * n, [was, is].map(|squares| (squares, n)));
+        let heard = heard(what, after.residual(row));
+        let (noise, all) = (heard.powi(2) * n, [was, is].map(|squares| (squares, n)));
         let told = [was_moving, is_moving].map(|told| told.map(|told| (told.squares, told.samples as f64)));
         let sums = Sums {
             all,
@@ -53,7 +57,8 @@ fn grouped(
             noise,
             sticks: told[0].is_some(),
         };
-        rows.insert(what.name.clone(), sums.fall(what.unit));
+        let resolution = resolutions[row].max(heard);
+        rows.insert(what.name.clone(), ErrorFall { resolution, ..sums.fall(what.unit) });
         groups.entry(what.channel).or_default().add(&sums);
     }
     let of_kind = |(channel, sums): (Channel, Sums)| (channel.name().to_owned(), sums.fall(channel.unit()));
@@ -91,6 +96,7 @@ impl Sums {
             before: root(self.all[0]),
             after: root(self.all[1]),
             noise: root((self.noise, self.all[0].1)),
+            resolution: 0.0,
             before_moving: moving(0),
             after_moving: moving(1),
         }

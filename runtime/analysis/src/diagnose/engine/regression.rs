@@ -1,4 +1,5 @@
 //! The linear regression that a search works on: candidates, normal equations, weights, and what a set of effects costs.
+use super::amended::Amended;
 use super::block_equations::{BlockEquations, Spread, block_equations};
 use super::candidates::{all_forms, candidates_of};
 use super::fit::{Candidate, Corrections, Fit, NormalEquations, Term, TermProducts, errors, fit, sizes};
@@ -6,6 +7,7 @@ use super::noise_floor::noise_floor;
 use super::parallel::parallel;
 use super::resolution::resolutions;
 use crate::experiments::form::{Column, Form, Search};
+use crate::experiments::noise::heard;
 use crate::experiments::{Channel, Experiment};
 use crate::physical::is_possible;
 use crate::robot::inertial_parameters::{InertialParameters, body_of, parameter_index};
@@ -38,6 +40,8 @@ const STEPS_FROM_AFAR: usize = 12;
 
 /// A noise floor that effects lower further than to this part of it was none.
 const LOWER: f64 = 0.4;
+/// Noise that is so many times larger than it was taken is worth another search.
+const LOUDER: f64 = 1.1;
 
 /// Candidates with the normal equations of their columns, and how errors weigh.
 pub(super) struct Regression<'a> {
@@ -207,6 +211,27 @@ impl<'a> Regression<'a> {
         }
         if changed {
             self.weigh_by_noise_floors();
+        }
+        changed
+    }
+
+    /// Takes noise for as large as what is left by these effects, as a search scored them, shows it to be: beside what they explain noise
+    /// that is correlated in time could not be told. Tells whether that changed anything worth another search.
+    pub fn hear(&mut self, effects: &[Effect], scored: &ScoredFit) -> bool {
+        let mut left = Amended::new(self.train, effects);
+        if !scored.fit.corrections.is_empty() {
+            left.correct(&self.spread.change(&scored.fit.corrections));
+        }
+        let mut changed = false;
+        for (row, resolution) in self.resolutions.iter_mut().enumerate() {
+            let noise = heard(&self.train.rows()[row], left.residual(row));
+            if noise > LOUDER * *resolution {
+                *resolution = noise;
+                changed = true;
+            }
+        }
+        if changed {
+            self.weigh();
         }
         changed
     }

@@ -21,6 +21,8 @@ use std::collections::BTreeMap;
 const ELSEWHERE: f64 = 0.01;
 /// Most searches with a lower noise floor.
 const WEIGHINGS: usize = 2;
+/// Most searches with noise that what is left shows to be larger than it was taken.
+const HEARINGS: usize = 2;
 /// Most effects that are taken out again once everything was estimated.
 const RECONSIDERED: usize = 6;
 
@@ -67,12 +69,15 @@ pub fn diagnose(
     let Some(mut outcome) = search(&mut regression, options.most, &entered) else {
         return unanswered(train, validation);
     };
-    for _ in 0..WEIGHINGS {
-        if !regression.reweigh(&outcome.scored) {
+    reweighed(&mut regression, &mut outcome, (options.most, &entered));
+    for _ in 0..HEARINGS {
+        let effects = estimates(&regression, &outcome);
+        if !regression.hear(&effects, &outcome.scored) {
             break;
         }
         let Some(again) = search(&mut regression, options.most, &entered) else { break };
         outcome = again;
+        reweighed(&mut regression, &mut outcome, (options.most, &entered));
     }
     simplify(&regression, &mut outcome);
     progress(0.85);
@@ -98,6 +103,7 @@ pub fn diagnose(
             options.most
         ));
     }
+    diagnosis.conclude();
     diagnosis.summary = text::summary(&diagnosis);
     progress(1.0);
     diagnosis
@@ -121,6 +127,21 @@ fn concluded(
         if !drop_effect(regression, outcome, k) {
             return diagnosis;
         }
+    }
+}
+
+/// Searches again as long as what was found does better than the noise floor.
+fn reweighed(
+    regression: &mut Regression<'_>,
+    outcome: &mut Outcome,
+    (most, entered): (usize, &dyn Fn(usize)),
+) {
+    for _ in 0..WEIGHINGS {
+        if !regression.reweigh(&outcome.scored) {
+            break;
+        }
+        let Some(again) = search(regression, most, entered) else { break };
+        *outcome = again;
     }
 }
 
@@ -201,6 +222,7 @@ pub fn estimate(
     let settled = settle(data, refined, &regression.spread, regression.free);
     let mut diagnosis =
         Conclusion { regression: &regression, outcome: &outcome, settled: &settled }.write(train, validation);
+    diagnosis.conclude();
     diagnosis.summary = text::summary(&diagnosis);
     diagnosis
 }

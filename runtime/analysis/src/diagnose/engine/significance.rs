@@ -133,8 +133,13 @@ fn is_cancelled(regression: &Regression<'_>, effect: &Effect) -> bool {
     made > MOST * wanted
 }
 
+/// A limit that cuts off less than so many times the noise, root mean square of what it cuts, trims peaks of the noise: those of a torque that
+/// just reaches it are as large as the noise.
+const PEAKS: f64 = 1.5;
+
 /// Where a drive saturates, the true torque is the limit: what is left there must be no more than elsewhere. Otherwise
-/// the limit only hides that the model is wrong where torques are large. True for all other kinds.
+/// the limit only hides that the model is wrong where torques are large; and what it cuts off must be more than noise. True for all other
+/// kinds.
 fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
     let effect = &refined.effects[k];
     if !matches!(effect.kind.law, Law::TrueTorque(_)) {
@@ -150,6 +155,8 @@ fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
             (sum / n.max(1.0), n)
         };
         let ((inside, count), (outside, _)) = (mean(true), mean(false));
-        count > 5.0 && inside < 4.0 * outside
+        let cut: f64 = response.iter().map(|x| x * x).sum();
+        let cuts_more_than_noise = cut > count * (PEAKS * experiment.rows()[*row].noise).powi(2);
+        count > 5.0 && inside < 4.0 * outside && cuts_more_than_noise
     })
 }

@@ -1,4 +1,5 @@
 //! A diagnosis as sentences.
+use crate::diagnose::result::LEFT;
 use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Seen, Unexplained};
 use crate::number::counting;
 use bipedc_effects::effect::Effect;
@@ -12,7 +13,7 @@ fn short(x: f64) -> String {
 /// The whole answer, from its numbers.
 pub fn summary(d: &Diagnosis) -> String {
     let unit = d.rms.values().find(|f| f.before == d.rms_before).map_or("", |f| f.unit.as_str());
-    if d.effects.is_empty() && d.inertial_corrections.is_empty() && !d.unexplained {
+    if d.effects.is_empty() && d.inertial_corrections.is_empty() && !d.leaves_structure() {
         return match (loudest(d), training_only(d)) {
             (Some(_), _) => what_is_left(d),
             (None, Some(said)) => said,
@@ -42,8 +43,8 @@ pub fn summary(d: &Diagnosis) -> String {
     for group in &d.indistinguishable {
         let _ = writeln!(out, "{}", alike(group));
     }
-    if d.unexplained {
-        for part in &d.unexplained_parts {
+    if d.leaves_structure() {
+        for part in d.structured() {
             let _ = writeln!(
                 out,
                 "{}: something is left that none of the library's effects explains: {:.0} % of the remaining squared error {}.",
@@ -89,27 +90,25 @@ fn seen(part: &Unexplained) -> String {
                 .to_owned()
         }
         Seen::Size => "is more than noise; these are too few rows to see what it goes with".to_owned(),
+        Seen::Excess => "is more than noise; what it goes with was not found".to_owned(),
     }
 }
 
 /// So many times the noise: it was a simulator that had none.
 const HARDLY_ANY: f64 = 100.0;
-/// Rows above so many times their noise have something left.
-const LEFT: f64 = 1.4;
 
 /// The row that is missed by most of its noise, and by how many times, if that is more than noise.
 fn loudest(d: &Diagnosis) -> Option<(&String, &ErrorFall, f64)> {
-    let ratios = d.rows.iter().filter_map(|(row, fall)| Some((row, fall, fall.noises()?)));
-    ratios.filter(|(_, _, ratio)| *ratio > LEFT).max_by(|a, b| a.2.total_cmp(&b.2))
+    let ratios = d.rows.iter().filter_map(|(row, fall)| Some((row, fall, fall.above_noise()?)));
+    ratios.max_by(|a, b| a.2.total_cmp(&b.2))
 }
 
 /// What is said where the judging log is explained and the training log is not: the judge cannot tell what acts there.
 fn training_only(d: &Diagnosis) -> Option<String> {
     d.validation.as_ref()?;
-    let ratio = |fall: &ErrorFall| fall.noises().filter(|ratio| *ratio > LEFT);
     let more = |(kind, fall): (&String, &ErrorFall)| {
         let judged = d.rms.get(kind).and_then(ErrorFall::noises)?;
-        let own = ratio(fall).filter(|own| *own > LEFT * judged)?;
+        let own = fall.above_noise().filter(|own| *own > LEFT * judged)?;
         Some((kind.replace('_', " "), short(fall.after_moving.unwrap_or(fall.after)), fall.unit.clone(), own))
     };
     let (kind, error, unit, times) =
@@ -165,10 +164,15 @@ fn sentence(found: &FoundEffect) -> String {
         })
         .collect();
     let symptom = effect.kind.symptom;
+    // Of a small joint beside large ones.
+    let share = if (0.0..0.005).contains(&found.share) {
+        "less than 1 %".to_owned()
+    } else {
+        format!("{:.0} %", 100.0 * found.share)
+    };
     let mut text = format!(
-        "{}: {:.0} % of the squared error is {}, {}; the residual {symptom}.",
+        "{}: {share} of the squared error is {}, {}; the residual {symptom}.",
         effect.location,
-        100.0 * found.share,
         effect.kind.title,
         values.join(", ")
     );

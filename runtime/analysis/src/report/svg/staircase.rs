@@ -24,8 +24,7 @@ pub(in crate::report) fn steps(report: &Report) -> Vec<HistoryStep> {
             before: step.before,
             after: step.after,
             noise,
-            before_moving: None,
-            after_moving: None,
+            ..ErrorFall::default()
         }),
     };
     diagnosis.steps.iter().map(step).collect()

@@ -1,0 +1,202 @@
+//! Noise that remembers: its size, told from what a motion leaves.
+//!
+//! Third differences over one sample see all of white noise and little of noise that is correlated in time. Over `h` samples they
+//! see, of a first-order noise of variance s whose neighbours correlate by ρ and white noise of variance w,
+//!
+//! V(h) / 20 = w + s (1 − 1.5 ρʰ + 0.6 ρ²ʰ − 0.1 ρ³ʰ):
+//!
+//! it grows by no more than h, from the first sample on, until the noise has forgotten. What follows the motion does otherwise: it
+//! is not there over few samples, and grows by h² to h⁶ once it is. So the lags that count are those up to which the formula holds.
+use super::noise::of_differences;
+
+/// Lags at which differences are looked at, samples.
+const LAGS: [usize; 12] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
+/// The fewest that tell a formula of three numbers from anything else.
+const FEWEST: usize = 5;
+/// A signal has at least so many times a lag of samples.
+const SAMPLES_PER_LAG: usize = 60;
+/// V(2) / V(1) of white noise scatters by less than this around 1, of `n` samples by less than [`SCATTER`] / √n.
+const WHITE: f64 = 0.15;
+/// Three standard deviations of that ratio, times √n (by simulation).
+const SCATTER: f64 = 13.5;
+/// The same ratio of noise with whatever memory of the first order: at most 2.
+const MOST_RATIO: f64 = 2.0;
+/// V is as the formula says within this part of it, or within [`LAG_SCATTER`] · √(h / n).
+const MISFIT: f64 = 0.25;
+/// Three standard deviations of V, times √(n / h) (by simulation).
+const LAG_SCATTER: f64 = 3.9;
+
+/// Standard deviation of a residual's noise if that is correlated in time, and more than white noise would be; `None` where it is
+/// white as far as one can see, or where what the residual does over a few samples is not noise of the first order.
+///
+/// `residual`: measured less modelled, evenly sampled. What follows the motion may be in it, as long as over some ten samples it is
+/// less than the noise; else the answer is the part that was told from it, too small rather than too large.
+pub(crate) fn coloured_noise(residual: &[f64]) -> Option<f64> {
+    let n = residual.len() as f64;
+    let scatter = SCATTER / n.max(1.0).sqrt();
+    let first = seen(residual, 1);
+    let ratio = seen(residual, 2) / first.max(f64::MIN_POSITIVE);
+    if !(1.0 + WHITE.max(scatter)..MOST_RATIO * (1.0 + scatter)).contains(&ratio) {
+        return None;
+    }
+    let lags: Vec<usize> = LAGS.into_iter().filter(|lag| lag * SAMPLES_PER_LAG <= residual.len()).collect();
+    let points: Vec<Point> = lags
+        .into_iter()
+        .map(|lag| Point { lag, variance: seen(residual, lag), scatter: (lag as f64 / n).sqrt() })
+        .collect();
+    let told = (FEWEST..=points.len()).rev().find_map(|count| Memory::shown(&points[..count]));
+    told.map(|variance| variance.max(first).sqrt())
+}
+
+/// Variance that third differences over a lag see, by their median.
+fn seen(signal: &[f64], lag: usize) -> f64 {
+    let mut differences = Vec::with_capacity(signal.len());
+    for phase in 0..lag.min(signal.len()) {
+        let every: Vec<f64> = signal[phase..].iter().step_by(lag).copied().collect();
+        differences.extend(every.windows(4).map(super::noise::third_difference));
+    }
+    of_differences(differences).powi(2)
+}
+
+/// What third differences see over a lag.
+struct Point {
+    lag: usize,
+    variance: f64,
+    /// √(lag / samples).
+    scatter: f64,
+}
+
+/// White noise and noise of the first order.
+struct Memory {
+    white: f64,
+    coloured: f64,
+    /// Correlation of neighbours.
+    rho: f64,
+}
+
+impl Memory {
+    /// The variance that the last of these points shows by the formula that fits them, if one does: nothing is extrapolated.
+    fn shown(points: &[Point]) -> Option<f64> {
+        let tried = (1..99).map(|percent| Self::fitted(points, 0.01 * f64::from(percent)));
+        let (_, best) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let fits = |point: &Point| {
+            let off = point.variance / best.at(point.lag) - 1.0;
+            off.abs() < MISFIT.max(LAG_SCATTER * point.scatter)
+        };
+        (best.coloured > 0.0 && points.iter().all(fits)).then(|| best.at(points[points.len() - 1].lag))
+    }
+
+    /// Least squares of relative errors for a given ρ, neither part below nothing; and their sum.
+    fn fitted(points: &[Point], rho: f64) -> (f64, Self) {
+        let weight = |p: &Point| 1.0 / (p.variance.powi(2) * (9e-4 + 1.7 * p.scatter.powi(2)));
+        let (mut ww, mut wg, mut gg, mut yw, mut yg) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for point in points {
+            let (w, g) = (weight(point), forgotten(rho, point.lag));
+            ww += w;
+            wg += w * g;
+            gg += w * g * g;
+            yw += w * point.variance;
+            yg += w * g * point.variance;
+        }
+        let determinant = ww * gg - wg * wg;
+        let both = [(gg * yw - wg * yg) / determinant, (ww * yg - wg * yw) / determinant];
+        let inside = both.iter().all(|x| *x >= 0.0 && x.is_finite());
+        let [white, coloured] = if inside { both } else { [0.0, yg / gg] };
+        let memory = Self { white, coloured, rho };
+        let error = points.iter().map(|p| weight(p) * (p.variance - memory.at(p.lag)).powi(2)).sum();
+        (error, memory)
+    }
+
+    /// V(lag) / 20.
+    fn at(&self, lag: usize) -> f64 {
+        self.white + self.coloured * forgotten(self.rho, lag)
+    }
+}
+
+/// The part of a first-order noise's variance that third differences over a lag see.
+fn forgotten(rho: f64, lag: usize) -> f64 {
+    let r = rho.powi(lag as i32);
+    1.0 - r * (1.5 - r * (0.6 - 0.1 * r))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bipedc_effects::random::Random;
+
+    /// First-order noise of variance 1.
+    fn noise(count: usize, rho: f64, seed: u64) -> Vec<f64> {
+        let mut random = Random::new(seed);
+        let mut last = random.normal();
+        let next = |_| {
+            last = rho * last + (1.0 - rho * rho).sqrt() * random.normal();
+            last
+        };
+        (0..count).map(next).collect()
+    }
+
+    fn with(noise: &[f64], size: f64, left: impl Fn(f64) -> f64) -> Vec<f64> {
+        noise.iter().enumerate().map(|(i, x)| size * x + left(i as f64)).collect()
+    }
+
+    #[test]
+    fn noise_that_remembers_has_the_size_it_has() {
+        for (k, rho) in [0.3, 0.4, 0.6, 0.75, 0.9].into_iter().enumerate() {
+            for seed in 0..6 {
+                let found = coloured_noise(&with(&noise(5000, rho, 10 * k as u64 + seed), 0.03, |_| 0.0));
+                let off = found.unwrap_or(0.0) / 0.03 - 1.0;
+                assert!(off.abs() < 0.15, "{rho}, {seed}: {off}");
+            }
+        }
+    }
+
+    #[test]
+    fn beside_white_noise_it_is_still_seen() {
+        for seed in 0..6 {
+            let mut white = Random::new(100 + seed);
+            let both = with(&noise(6000, 0.85, seed), 1.0, |_| 0.0);
+            let both: Vec<f64> = both.iter().map(|x| x + 0.4 * white.normal()).collect();
+            let off = coloured_noise(&both).unwrap_or(0.0) / 1.16_f64.sqrt() - 1.0;
+            assert!(off.abs() < 0.15, "{seed}: {off}");
+        }
+    }
+
+    #[test]
+    fn white_noise_is_white_whatever_the_motion_leaves() {
+        let hz = |f: f64, i: f64| (std::f64::consts::TAU * f * i / 250.0).sin();
+        let ripple = |i: f64| 3.0 * (14.0 * hz(0.6, i)).sin();
+        let dry = |i: f64| 3.0 * (hz(0.7, i) + 0.4 * hz(1.3, i)).signum();
+        let spring = |i: f64| 4.0 * hz(0.5, i) + hz(4.0, i);
+        for seed in 0..8 {
+            let white = noise(5000, 0.0, seed);
+            assert_eq!(coloured_noise(&with(&white, 1.0, |_| 0.0)), None);
+            assert_eq!(coloured_noise(&with(&white, 1.0, ripple)), None);
+            assert_eq!(coloured_noise(&with(&white, 1.0, dry)), None);
+            assert_eq!(coloured_noise(&with(&white, 1.0, spring)), None);
+            // A motion without noise has none.
+            assert_eq!(coloured_noise(&with(&white, 1e-9, spring)), None);
+        }
+    }
+
+    #[test]
+    fn what_the_motion_leaves_is_not_taken_for_noise() {
+        let hz = |f: f64, i: f64| (std::f64::consts::TAU * f * i / 250.0).sin();
+        let ripple = |i: f64| 3.0 * (14.0 * hz(0.6, i)).sin();
+        let dry = |i: f64| 3.0 * (hz(0.7, i) + 0.4 * hz(1.3, i)).signum();
+        for seed in 0..8 {
+            let coloured = noise(5000, 0.6, seed);
+            for (what, left) in [("ripple", with(&coloured, 1.0, ripple)), ("dry", with(&coloured, 1.0, dry))]
+            {
+                let found = coloured_noise(&left).unwrap_or(1.0);
+                assert!((0.7..1.35).contains(&found), "{what}, {seed}: {found}");
+            }
+        }
+    }
+
+    #[test]
+    fn too_little_says_nothing() {
+        assert_eq!(coloured_noise(&[]), None);
+        assert_eq!(coloured_noise(&noise(200, 0.9, 1)), None);
+        assert_eq!(coloured_noise(&[0.0; 5000]), None);
+    }
+}
