@@ -104,10 +104,10 @@ impl Stepper<'_> {
     /// `γ⁺ + Λ/(h (½ h k + d)) + k κ_M/(½ h k + d) = 0`, the relaxed constraint of (4.17). And the recovery from
     /// penetration of hard ground.
     fn soften(&mut self, motion: &MotionState, time: f64) {
-        let joints = self.joints.len();
+        let (joints, length) = (self.joints.len(), row_length(self.problem.rows()));
         let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[motion.v.len() - joints..]);
-        for (index, source) in self.sources.iter().enumerate() {
-            let row = self.problem.blocks[index].first;
+        for (block, source) in self.problem.blocks.iter_mut().zip(&self.sources) {
+            let row = block.first;
             let relaxed = match *source {
                 RowSource::Point(point) | RowSource::Normal(point) => {
                     Some(self.ground.relaxed(self.gaps[point], time))
@@ -132,14 +132,14 @@ impl Stepper<'_> {
                     if relaxed.is_none() {
                         // Without gains what is left is constant.
                         let given = time * servo.bias.max(servo.limits[0]).min(servo.limits[1]);
-                        self.problem.blocks[index].law = Law::Limited { low: given, high: given };
+                        block.law = Law::Limited { low: given, high: given };
                     }
                     relaxed
                 }
                 _ => None,
             };
             if let Some(relaxed) = relaxed {
-                *self.problem.diagonal_mut(row) += relaxed.softness;
+                self.problem.delassus[row * length + row] += relaxed.softness;
                 self.problem.free[row] += relaxed.offset;
             }
         }
