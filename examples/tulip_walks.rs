@@ -27,12 +27,15 @@ const SLOPES: [&str; 2] = [
     "[[effect]]\nkind = \"ground_slope\"\nroll = 0.0524\npitch = 0.0\n",
 ];
 
+/// Of a table.
+type Outcome = Result<(), Diagnostics>;
+
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let trials = words.iter().find_map(|word| word.parse().ok()).unwrap_or(100);
     let chosen: Vec<&String> = words.iter().filter(|word| word.parse::<usize>().is_err()).collect();
     let pushes = || pushes(trials);
-    let tables: [(&str, &dyn Fn() -> Result<(), Diagnostics>); 5] = [
+    let tables: [(&str, &dyn Fn() -> Outcome); 5] = [
         ("walks", &walks),
         ("together", &together),
         ("ground", &ground),

@@ -151,7 +151,7 @@ impl Builder<'_> {
             NodeRow::Output | NodeRow::OutputRate if self.outputs && first => {
                 equal(format!("beginning of virtual constraint {}", of.outputs[k]))
             }
-            NodeRow::Output | NodeRow::OutputRate if self.outputs && node % 2 == 0 => {
+            NodeRow::Output | NodeRow::OutputRate if self.outputs && node.is_multiple_of(2) => {
                 let free = if kind == NodeRow::Output { DRIFT } else { DRIFT * DRIFT_RATE };
                 let most = free * self.unit(kind, k, phase);
                 Some(([-most, most], format!("distance from virtual constraint {}", of.outputs[k])))

@@ -35,7 +35,7 @@ impl Rival {
     }
 
     /// The answer, with its candidates as they were.
-    pub fn stand(self: Box<Self>, regression: &mut Regression<'_>) -> Outcome {
+    pub fn stand(self, regression: &mut Regression<'_>) -> Outcome {
         self.forms.into_iter().for_each(|(c, form)| regression.recall(c, form));
         self.outcome
     }
