@@ -25,7 +25,7 @@ const MOST_RATIO: f64 = 2.0;
 const MISFIT: f64 = 0.2;
 /// Three times the longest lag is at most this part of the time between two reversals of the motion: dry friction jumps there.
 const OF_TURN: f64 = 1.0 / 3.0;
-/// Where the last lag shows this part of the variance, the formula tells the rest.
+/// Where all lags are as the formula says and the last one shows this part of the variance, the formula tells the rest.
 const SHOWN: f64 = 0.6;
 /// Three standard deviations of V, times √(n / h) (by simulation).
 const LAG_SCATTER: f64 = 3.9;
@@ -50,7 +50,7 @@ pub(crate) fn coloured_noise(residual: &[f64], turn: impl FnOnce() -> f64) -> Op
         .into_iter()
         .map(|lag| Point { lag, variance: seen(residual, lag), scatter: (lag as f64 / n).sqrt() })
         .collect();
-    let told = (FEWEST..=points.len()).rev().find_map(|count| Memory::shown(&points[..count]));
+    let told = (FEWEST..=points.len()).rev().find_map(|count| Memory::shown(&points, count));
     told.map(|variance| variance.max(first).sqrt())
 }
 
@@ -81,17 +81,19 @@ struct Memory {
 }
 
 impl Memory {
-    /// The variance by the formula that fits these points, if one does: all of it if the last point shows most of it, else what that shows.
-    fn shown(points: &[Point]) -> Option<f64> {
+    /// The variance by the formula that fits the first `count` points, if one does: what the last of them shows, and all of it where no
+    /// point is left and most of it is shown.
+    fn shown(all: &[Point], count: usize) -> Option<f64> {
+        let points = &all[..count];
         let tried = (1..99).map(|percent| Self::fitted(points, 0.01 * f64::from(percent)));
         let (_, best) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let fits = |point: &Point| {
             let off = point.variance / best.at(point.lag) - 1.0;
             off.abs() < MISFIT + LAG_SCATTER * point.scatter
         };
-        let (all, shown) = (best.white + best.coloured, best.at(points.last()?.lag));
-        let told = if shown >= SHOWN * all { all } else { shown };
-        (best.coloured > 0.0 && points.iter().all(fits)).then_some(told)
+        let (whole, shown) = (best.white + best.coloured, best.at(points.last()?.lag));
+        let variance = if count == all.len() && shown >= SHOWN * whole { whole } else { shown };
+        (best.coloured > 0.0 && points.iter().all(fits)).then_some(variance)
     }
 
     /// Least squares of relative errors for a given ρ, neither part below nothing; and their sum.
@@ -136,12 +138,12 @@ pub(crate) fn between_reversals(velocity: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use bipedc_effects::random::Random;
+
     /// As of a motion with 0.8 reversals a second, sampled at 250 Hz.
-    fn found(residual: &[f64]) -> Option<f64> {
+    fn told(residual: &[f64]) -> Option<f64> {
         coloured_noise(residual, || 312.0)
     }
-
-    use bipedc_effects::random::Random;
 
     /// First-order noise of variance 1.
     fn noise(count: usize, rho: f64, seed: u64) -> Vec<f64> {
@@ -162,8 +164,7 @@ mod tests {
     fn noise_that_remembers_has_the_size_it_has() {
         for (k, rho) in [0.3, 0.4, 0.6, 0.75, 0.9].into_iter().enumerate() {
             for seed in 0..6 {
-                let found =
-                    super::tests::found(&with(&noise(5000, rho, 10 * k as u64 + seed), 0.03, |_| 0.0));
+                let found = told(&with(&noise(5000, rho, 10 * k as u64 + seed), 0.03, |_| 0.0));
                 let off = found.unwrap_or(0.0) / 0.03 - 1.0;
                 assert!(off.abs() < 0.15, "{rho}, {seed}: {off}");
             }
@@ -176,7 +177,7 @@ mod tests {
             let mut white = Random::new(100 + seed);
             let both = with(&noise(6000, 0.85, seed), 1.0, |_| 0.0);
             let both: Vec<f64> = both.iter().map(|x| x + 0.4 * white.normal()).collect();
-            let off = found(&both).unwrap_or(0.0) / 1.16_f64.sqrt() - 1.0;
+            let off = told(&both).unwrap_or(0.0) / 1.16_f64.sqrt() - 1.0;
             assert!(off.abs() < 0.15, "{seed}: {off}");
         }
     }
@@ -189,12 +190,12 @@ mod tests {
         let spring = |i: f64| 4.0 * hz(0.5, i) + hz(4.0, i);
         for seed in 0..8 {
             let white = noise(5000, 0.0, seed);
-            assert_eq!(found(&with(&white, 1.0, |_| 0.0)), None);
-            assert_eq!(found(&with(&white, 1.0, ripple)), None);
-            assert_eq!(found(&with(&white, 1.0, dry)), None);
-            assert_eq!(found(&with(&white, 1.0, spring)), None);
+            assert_eq!(told(&with(&white, 1.0, |_| 0.0)), None);
+            assert_eq!(told(&with(&white, 1.0, ripple)), None);
+            assert_eq!(told(&with(&white, 1.0, dry)), None);
+            assert_eq!(told(&with(&white, 1.0, spring)), None);
             // A motion without noise has none.
-            assert_eq!(found(&with(&white, 1e-9, spring)), None);
+            assert_eq!(told(&with(&white, 1e-9, spring)), None);
         }
     }
 
@@ -207,7 +208,7 @@ mod tests {
             let coloured = noise(5000, 0.6, seed);
             for (what, left) in [("ripple", with(&coloured, 1.0, ripple)), ("dry", with(&coloured, 1.0, dry))]
             {
-                let found = super::tests::found(&left).unwrap_or(1.0);
+                let found = told(&left).unwrap_or(1.0);
                 assert!((0.7..1.35).contains(&found), "{what}, {seed}: {found}");
             }
         }
@@ -215,8 +216,8 @@ mod tests {
 
     #[test]
     fn too_little_says_nothing() {
-        assert_eq!(found(&[]), None);
-        assert_eq!(found(&noise(200, 0.9, 1)), None);
-        assert_eq!(found(&[0.0; 5000]), None);
+        assert_eq!(told(&[]), None);
+        assert_eq!(told(&noise(200, 0.9, 1)), None);
+        assert_eq!(told(&[0.0; 5000]), None);
     }
 }
