@@ -4,7 +4,7 @@ use super::influence::depends_on;
 use super::report::{Channel, Comparison, Cutoff};
 use super::statistics::{Sums, geometric_mean};
 use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
-use crate::measure::coloured::coloured_noise;
+use crate::measure::coloured::{between_reversals, coloured_noise};
 use crate::measure::columns::{JointColumns, Plan};
 use crate::measure::filtered::{cut, unusable};
 use crate::measure::noise::white_noise;
@@ -24,8 +24,8 @@ struct Candidate {
     filter: Butterworth,
     /// One per joint; joints that are not compared stay empty.
     sums: Vec<Sums>,
-    /// What the first block leaves, one per joint.
-    left: Vec<Vec<f64>>,
+    /// What the first block leaves, one per joint; and samples between reversals there.
+    left: Vec<(Vec<f64>, f64)>,
 }
 
 impl Candidate {
@@ -166,7 +166,7 @@ fn candidates(
                     cutoff_hz,
                     filter,
                     sums: vec![Sums::default(); layout.joints.len()],
-                    left: vec![Vec::new(); layout.joints.len()],
+                    left: vec![(Vec::new(), 0.0); layout.joints.len()],
                 });
             }
             Err(error) => {
@@ -250,7 +250,8 @@ impl Run<'_> {
             }
             if is_first {
                 let left = logged.iter().zip(tau.chunks_exact(nv)).map(|(logged, tau)| logged - tau[row]);
-                self.candidates[candidate].left[joint] = left.collect();
+                let speeds: Vec<f64> = states.v.chunks_exact(nv).map(|v| v[row]).collect();
+                self.candidates[candidate].left[joint] = (left.collect(), between_reversals(&speeds));
             }
         }
         Ok(())
@@ -263,7 +264,8 @@ impl Run<'_> {
         let Some(best) = best else { return Err(one(self.nothing(blocks, options))) };
         let noise = self.noise.iter().zip(&best.left);
         // What is left shows noise that is correlated in time, which differences of neighbours do not.
-        let noise = noise.map(|(white, left)| coloured_noise(left).map_or(*white, |n| n.max(*white)));
+        let noise = noise
+            .map(|(white, (left, turn))| coloured_noise(left, || *turn).map_or(*white, |n| n.max(*white)));
         let channels = self.layout.joints.iter().zip(&best.sums).zip(noise);
         let channels: Vec<Channel> = channels
             .filter(|((_, sums), _)| sums.samples > 0)

@@ -2,6 +2,7 @@
 //! is structured in it, in words.
 use super::signature::{self, Feature};
 use crate::experiments::moving::moving;
+use crate::experiments::noise::heard;
 use crate::experiments::{Experiment, Row};
 use crate::number::counting;
 use serde::Serialize;
@@ -103,6 +104,7 @@ pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown 
         None => (Vec::new(), Vec::new()),
     };
     let phases = parts(residual, phases).into_iter();
+    let noise = heard(experiment, index, residual);
     let mut breakdown = Breakdown {
         name: row.name.clone(),
         kind: row.channel.name(),
@@ -110,7 +112,7 @@ pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown 
         rms: rms(residual.iter()),
         rms_moving: moving(experiment, index, residual, &|_, _| true).map(|moving| moving.rms()),
         max: residual.iter().fold(0.0, |max, r| max.max(r.abs())),
-        noise: row.noise,
+        noise,
         beyond_noise: 0.0,
         samples: residual.len(),
         motion,
@@ -121,9 +123,9 @@ pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown 
         words: Vec::new(),
     };
     if breakdown.told() > 0.0 {
-        breakdown.beyond_noise = (1.0 - (row.noise / breakdown.told()).powi(2)).max(0.0);
+        breakdown.beyond_noise = (1.0 - (noise / breakdown.told()).powi(2)).max(0.0);
     }
-    if breakdown.told() > AT_NOISE * row.noise {
+    if breakdown.told() > AT_NOISE * noise {
         breakdown.signature = signature::screen(experiment, index);
     }
     breakdown.words = sentences(row, &breakdown);

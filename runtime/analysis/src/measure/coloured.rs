@@ -21,17 +21,21 @@ const WHITE: f64 = 0.15;
 const SCATTER: f64 = 13.5;
 /// The same ratio of noise with whatever memory of the first order: at most 2.
 const MOST_RATIO: f64 = 2.0;
-/// V is as the formula says within this part of it, or within [`LAG_SCATTER`] · √(h / n).
-const MISFIT: f64 = 0.25;
+/// V is as the formula says within this part of it and [`LAG_SCATTER`] · √(h / n).
+const MISFIT: f64 = 0.2;
+/// Three times the longest lag is at most this part of the time between two reversals of the motion: dry friction jumps there.
+const OF_TURN: f64 = 1.0 / 3.0;
+/// Where all lags are as the formula says and the last one shows this part of the variance, the formula tells the rest.
+const SHOWN: f64 = 0.6;
 /// Three standard deviations of V, times √(n / h) (by simulation).
 const LAG_SCATTER: f64 = 3.9;
 
 /// Standard deviation of a residual's noise if that is correlated in time, and more than white noise would be; `None` where it is
 /// white as far as one can see, or where what the residual does over a few samples is not noise of the first order.
 ///
-/// `residual`: measured less modelled, evenly sampled. What follows the motion may be in it, as long as over some ten samples it is
+/// `turn`: samples between two reversals of the motion. `residual`: measured less modelled, evenly sampled. What follows the motion may be in it, as long as over some ten samples it is
 /// less than the noise; else the answer is the part that was told from it, too small rather than too large.
-pub(crate) fn coloured_noise(residual: &[f64]) -> Option<f64> {
+pub(crate) fn coloured_noise(residual: &[f64], turn: impl FnOnce() -> f64) -> Option<f64> {
     let n = residual.len() as f64;
     let scatter = SCATTER / n.max(1.0).sqrt();
     let first = seen(residual, 1);
@@ -39,12 +43,14 @@ pub(crate) fn coloured_noise(residual: &[f64]) -> Option<f64> {
     if !(1.0 + WHITE.max(scatter)..MOST_RATIO * (1.0 + scatter)).contains(&ratio) {
         return None;
     }
-    let lags: Vec<usize> = LAGS.into_iter().filter(|lag| lag * SAMPLES_PER_LAG <= residual.len()).collect();
+    let longest = OF_TURN / 3.0 * turn();
+    let tells = |lag: &usize| lag * SAMPLES_PER_LAG <= residual.len() && *lag as f64 <= longest;
+    let lags: Vec<usize> = LAGS.into_iter().filter(tells).collect();
     let points: Vec<Point> = lags
         .into_iter()
         .map(|lag| Point { lag, variance: seen(residual, lag), scatter: (lag as f64 / n).sqrt() })
         .collect();
-    let told = (FEWEST..=points.len()).rev().find_map(|count| Memory::shown(&points[..count]));
+    let told = (FEWEST..=points.len()).rev().find_map(|count| Memory::shown(&points, count));
     told.map(|variance| variance.max(first).sqrt())
 }
 
@@ -75,15 +81,19 @@ struct Memory {
 }
 
 impl Memory {
-    /// The variance that the last of these points shows by the formula that fits them, if one does: nothing is extrapolated.
-    fn shown(points: &[Point]) -> Option<f64> {
+    /// The variance by the formula that fits the first `count` points, if one does: what the last of them shows, and all of it where no
+    /// point is left and most of it is shown.
+    fn shown(all: &[Point], count: usize) -> Option<f64> {
+        let points = &all[..count];
         let tried = (1..99).map(|percent| Self::fitted(points, 0.01 * f64::from(percent)));
         let (_, best) = tried.min_by(|a, b| a.0.total_cmp(&b.0))?;
         let fits = |point: &Point| {
             let off = point.variance / best.at(point.lag) - 1.0;
-            off.abs() < MISFIT.max(LAG_SCATTER * point.scatter)
+            off.abs() < MISFIT + LAG_SCATTER * point.scatter
         };
-        (best.coloured > 0.0 && points.iter().all(fits)).then(|| best.at(points[points.len() - 1].lag))
+        let (whole, shown) = (best.white + best.coloured, best.at(points.last()?.lag));
+        let variance = if count == all.len() && shown >= SHOWN * whole { whole } else { shown };
+        (best.coloured > 0.0 && points.iter().all(fits)).then_some(variance)
     }
 
     /// Least squares of relative errors for a given ρ, neither part below nothing; and their sum.
@@ -119,10 +129,21 @@ fn forgotten(rho: f64, lag: usize) -> f64 {
     1.0 - r * (1.5 - r * (0.6 - 0.1 * r))
 }
 
+/// Samples between two changes of a signal's sign, on average.
+pub(crate) fn between_reversals(velocity: &[f64]) -> f64 {
+    let reversals = velocity.windows(2).filter(|w| w[0] * w[1] < 0.0).count();
+    velocity.len() as f64 / (reversals + 1) as f64
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use bipedc_effects::random::Random;
+
+    /// As of a motion with 0.8 reversals a second, sampled at 250 Hz.
+    fn told(residual: &[f64]) -> Option<f64> {
+        coloured_noise(residual, || 312.0)
+    }
 
     /// First-order noise of variance 1.
     fn noise(count: usize, rho: f64, seed: u64) -> Vec<f64> {
@@ -143,7 +164,7 @@ mod tests {
     fn noise_that_remembers_has_the_size_it_has() {
         for (k, rho) in [0.3, 0.4, 0.6, 0.75, 0.9].into_iter().enumerate() {
             for seed in 0..6 {
-                let found = coloured_noise(&with(&noise(5000, rho, 10 * k as u64 + seed), 0.03, |_| 0.0));
+                let found = told(&with(&noise(5000, rho, 10 * k as u64 + seed), 0.03, |_| 0.0));
                 let off = found.unwrap_or(0.0) / 0.03 - 1.0;
                 assert!(off.abs() < 0.15, "{rho}, {seed}: {off}");
             }
@@ -156,7 +177,7 @@ mod tests {
             let mut white = Random::new(100 + seed);
             let both = with(&noise(6000, 0.85, seed), 1.0, |_| 0.0);
             let both: Vec<f64> = both.iter().map(|x| x + 0.4 * white.normal()).collect();
-            let off = coloured_noise(&both).unwrap_or(0.0) / 1.16_f64.sqrt() - 1.0;
+            let off = told(&both).unwrap_or(0.0) / 1.16_f64.sqrt() - 1.0;
             assert!(off.abs() < 0.15, "{seed}: {off}");
         }
     }
@@ -169,12 +190,12 @@ mod tests {
         let spring = |i: f64| 4.0 * hz(0.5, i) + hz(4.0, i);
         for seed in 0..8 {
             let white = noise(5000, 0.0, seed);
-            assert_eq!(coloured_noise(&with(&white, 1.0, |_| 0.0)), None);
-            assert_eq!(coloured_noise(&with(&white, 1.0, ripple)), None);
-            assert_eq!(coloured_noise(&with(&white, 1.0, dry)), None);
-            assert_eq!(coloured_noise(&with(&white, 1.0, spring)), None);
+            assert_eq!(told(&with(&white, 1.0, |_| 0.0)), None);
+            assert_eq!(told(&with(&white, 1.0, ripple)), None);
+            assert_eq!(told(&with(&white, 1.0, dry)), None);
+            assert_eq!(told(&with(&white, 1.0, spring)), None);
             // A motion without noise has none.
-            assert_eq!(coloured_noise(&with(&white, 1e-9, spring)), None);
+            assert_eq!(told(&with(&white, 1e-9, spring)), None);
         }
     }
 
@@ -187,7 +208,7 @@ mod tests {
             let coloured = noise(5000, 0.6, seed);
             for (what, left) in [("ripple", with(&coloured, 1.0, ripple)), ("dry", with(&coloured, 1.0, dry))]
             {
-                let found = coloured_noise(&left).unwrap_or(1.0);
+                let found = told(&left).unwrap_or(1.0);
                 assert!((0.7..1.35).contains(&found), "{what}, {seed}: {found}");
             }
         }
@@ -195,8 +216,8 @@ mod tests {
 
     #[test]
     fn too_little_says_nothing() {
-        assert_eq!(coloured_noise(&[]), None);
-        assert_eq!(coloured_noise(&noise(200, 0.9, 1)), None);
-        assert_eq!(coloured_noise(&[0.0; 5000]), None);
+        assert_eq!(told(&[]), None);
+        assert_eq!(told(&noise(200, 0.9, 1)), None);
+        assert_eq!(told(&[0.0; 5000]), None);
     }
 }

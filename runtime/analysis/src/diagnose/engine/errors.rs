@@ -48,7 +48,7 @@ fn grouped(
             (squares(before.residual(row)), squares(after.residual(row)));
         let [was_moving, is_moving] =
             [before.residual(row), after.residual(row)].map(|residual| moving(before, row, residual, counts));
-        let heard = heard(what, after.residual(row));
+        let heard = heard(before, row, after.residual(row));
         let (noise, all) = (heard.powi(2) * n, [was, is].map(|squares| (squares, n)));
         let told = [was_moving, is_moving].map(|told| told.map(|told| (told.squares, told.samples as f64)));
         let sums = Sums {

@@ -224,7 +224,7 @@ impl<'a> Regression<'a> {
         }
         let mut changed = false;
         for (row, resolution) in self.resolutions.iter_mut().enumerate() {
-            let noise = heard(&self.train.rows()[row], left.residual(row));
+            let noise = heard(self.train, row, left.residual(row));
             if noise > LOUDER * *resolution {
                 *resolution = noise;
                 changed = true;

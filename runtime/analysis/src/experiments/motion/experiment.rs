@@ -1,7 +1,6 @@
 //! Joint torques as an [`Experiment`].
 use super::places;
 use super::rigid::Rigid;
-use crate::experiments::noise::heard;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
 use crate::measure::JointPositions;
 use crate::measure::recording::Recording;
@@ -103,21 +102,8 @@ impl<'a> MotionExperiment<'a> {
         for (row, residual) in this.residuals(&this.present, &all, None) {
             this.residual[row] = residual;
         }
-        this.hear();
         this.sticks = (0..this.rows.len()).map(|row| this.sticking(row)).collect();
         Ok(this)
-    }
-
-    /// Noise that is correlated in time is more than differences of neighbours tell: what the model leaves shows it. Not of logs
-    /// with forces of the ground, whose efforts are filtered.
-    fn hear(&mut self) {
-        for (row, joint) in self.joint_of.iter().enumerate().filter(|_| self.ground.is_empty()) {
-            let heard = heard(&self.rows[row], &self.residual[row]);
-            self.rows[row].noise = heard;
-            if self.rows[row].channel == Channel::Effort {
-                self.recording.noise[*joint] = heard;
-            }
-        }
     }
 
     /// Where the joint of an effort sticks.
