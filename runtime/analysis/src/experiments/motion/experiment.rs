@@ -300,9 +300,8 @@ impl<'a> MotionExperiment<'a> {
         let quantile = |part: f64| sizes[((sizes.len() - 1) as f64 * part) as usize];
         let noise = self.recording.noise[joint];
         // A limit within the noise would pass the measurement off as the prediction.
-        let limits =
-            [0.02, 0.05, 0.1, 0.15, 0.22, 0.3, 0.4, 0.5, 0.6, 0.68, 0.75, 0.81, 0.86, 0.9, 0.94, 0.97, 0.99]
-                .map(quantile);
+        let low = [0.02, 0.05, 0.1, 0.15, 0.22, 0.3].map(quantile);
+        let limits = [0.4, 0.5, 0.6, 0.68, 0.75, 0.81, 0.86, 0.9, 0.94, 0.97, 0.99].map(quantile);
         let best = self.effort_row(joint).and_then(|row| {
             let signals = self.smooth_signals(row);
             let others: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
@@ -310,7 +309,8 @@ impl<'a> MotionExperiment<'a> {
         });
         let load: Vec<f64> = self.strided(&self.load, joint).collect();
         let stays = |limit: &f64| super::limit::stays(effort, &load, *limit);
-        limits.into_iter().chain(best).filter(|limit| *limit > 4.0 * noise).filter(stays).collect()
+        let low = low.into_iter().filter(|limit| super::limit::rests_at(effort, &load, *limit));
+        low.chain(limits).chain(best).filter(|limit| *limit > 4.0 * noise).filter(stays).collect()
     }
 
     /// Periods per turn with which a joint's residual may repeat.

@@ -53,6 +53,17 @@ pub(super) fn stays(reading: &[f64], load: &[f64], limit: f64) -> bool {
     count < FEWEST || covariance * within.variance <= LEFT * within.covariance.max(0.0) * variance
 }
 
+/// Whether the load lies at the limit wherever readings exceed it. Most readings may lie beyond a limit; but then clipping makes a sign of
+/// the reading, and where the load says nothing of a limit, that is friction's.
+pub(super) fn rests_at(reading: &[f64], load: &[f64], limit: f64) -> bool {
+    /// Part of the limit, and of the samples.
+    const NEAR: f64 = 0.25;
+    const MOST: f64 = 0.7;
+    let beyond = || reading.iter().zip(load).filter(|(u, _)| u.abs() > limit);
+    let near = beyond().filter(|(u, load)| (**load * u.signum() - limit).abs() <= NEAR * limit).count();
+    near as f64 >= MOST * beyond().count() as f64
+}
+
 /// Sums of a straight line through some samples.
 struct Line {
     count: usize,
