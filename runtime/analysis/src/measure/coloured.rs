@@ -22,9 +22,9 @@ const SCATTER: f64 = 13.5;
 /// The same ratio of noise with whatever memory of the first order: at most 2.
 const MOST_RATIO: f64 = 2.0;
 /// V is as the formula says within this part of it and [`LAG_SCATTER`] · √(h / n).
-const MISFIT: f64 = 0.2;
+const MISFIT: f64 = 0.3;
 /// Three times the longest lag is at most this part of the time between two reversals of the motion: dry friction jumps there.
-const OF_TURN: f64 = 1.0 / 3.0;
+const OF_TURN: f64 = 0.5;
 /// Where all lags are as the formula says and the last one shows this part of the variance, the formula tells the rest.
 const SHOWN: f64 = 0.6;
 /// Three standard deviations of V, times √(n / h) (by simulation).
@@ -98,7 +98,7 @@ impl Memory {
 
     /// Least squares of relative errors for a given ρ, neither part below nothing; and their sum.
     fn fitted(points: &[Point], rho: f64) -> (f64, Self) {
-        let weight = |p: &Point| 1.0 / (p.variance.powi(2) * (9e-4 + 1.7 * p.scatter.powi(2)));
+        let weight = |p: &Point| 1.0 / (p.variance.powi(2) * (3e-3 + 1.7 * p.scatter.powi(2)));
         let (mut ww, mut wg, mut gg, mut yw, mut yg) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for point in points {
             let (w, g) = (weight(point), forgotten(rho, point.lag));

@@ -218,7 +218,10 @@ impl<'a> Regression<'a> {
     /// Takes noise for as large as what is left by these effects, as a search scored them, shows it to be: beside what they explain noise
     /// that is correlated in time could not be told. Tells whether that changed anything worth another search.
     pub fn hear(&mut self, effects: &[Effect], scored: &ScoredFit) -> bool {
-        let mut left = Amended::new(self.train, effects);
+        // Limits trim what is left, and with it the noise that they may be mistaken for.
+        let kept = effects.iter().filter(|effect| !matches!(effect.kind.law, Law::TrueTorque(_)));
+        let kept: Vec<Effect> = kept.cloned().collect();
+        let mut left = Amended::new(self.train, &kept);
         if !scored.fit.corrections.is_empty() {
             left.correct(&self.spread.change(&scored.fit.corrections));
         }

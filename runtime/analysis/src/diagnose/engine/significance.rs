@@ -156,7 +156,7 @@ fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
         };
         let ((inside, count), (outside, _)) = (mean(true), mean(false));
         let cut: f64 = response.iter().map(|x| x * x).sum();
-        let cuts_more_than_noise = cut > count * (PEAKS * experiment.rows()[*row].noise).powi(2);
+        let cuts_more_than_noise = cut > count * (PEAKS * regression.resolutions[*row]).powi(2);
         count > 5.0 && inside < 4.0 * outside && cuts_more_than_noise
     })
 }
