@@ -3,10 +3,9 @@ use super::files::{Lock, prepared, read_text};
 use super::history::{Action, Change, History, HistoryState, Step, Version, pack};
 use super::text::{self, Written};
 use super::{Proposal, Proposed, Request, comments, description_path, is_same, now};
-use crate::robot::link_inertias::about_center;
-use bipedc_analysis::robot::link_inertias;
+use crate::robot::link_inertias::by_itself;
 use bipedc_compiler::description::SourceFiles;
-use bipedc_compiler::description::model::{Inertial, Link, RobotDescription};
+use bipedc_compiler::description::model::RobotDescription;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_effects::effect::{Effect, Law};
 use bipedc_effects::files::Batch;
@@ -178,7 +177,7 @@ fn increase(
         effect.location.link.as_deref().and_then(|name| robot.links.iter().find(|link| link.name == name));
     match link.filter(|_| effect.kind.law == Law::InertialCorrection) {
         Some(link) => {
-            let joined = inertia_of_link(link).joined([previous, effect]);
+            let joined = by_itself(link).joined([previous, effect]);
             let kept = |name: &str| previous.parameters.contains_key(name) || found.contains_key(name);
             let values = joined.into_iter().filter(|(name, value)| *value != 0.0 || kept(name));
             effect.parameters.extend(values.map(|(name, value)| (name.to_owned(), value)));
@@ -192,21 +191,6 @@ fn increase(
     for (name, interval) in ci95 {
         let moved = effect.value(name) - found.get(name).copied().unwrap_or(0.0);
         *interval = interval.map(|end| end + moved);
-    }
-}
-
-/// A link by itself, in its own axes.
-fn inertia_of_link(link: &Link) -> link_inertias::Link {
-    let inertial =
-        link.inertial.unwrap_or(Inertial { mass: 0.0, origin: Default::default(), inertia: [0.0; 6] });
-    link_inertias::Link {
-        name: link.name.clone(),
-        body: 0,
-        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-        translation: [0.0; 3],
-        mass: inertial.mass,
-        center: inertial.origin.xyz,
-        inertia: about_center(&inertial),
     }
 }
 

@@ -1,6 +1,6 @@
 //! The links in their bodies, for tools that change or estimate inertial parameters.
 use bipedc_analysis::robot::link_inertias::{Link, LinkInertias};
-use bipedc_compiler::description::model::{Inertial, RobotDescription};
+use bipedc_compiler::description::model::{self, Inertial, RobotDescription};
 use bipedc_compiler::tree::{Placement, Rotation, Tree};
 
 /// All links with the bodies that they belong to, bodies in the order of the inertial parameters.
@@ -16,19 +16,29 @@ pub fn link_inertias(description: &RobotDescription, tree: &Tree) -> LinkInertia
         // Links of the world have no parameters.
         let Some(body) = frame.body else { continue };
         let placement: Placement = tree.bodies[body].main_link.inverse().then(&frame.placement);
-        let none = Inertial { mass: 0.0, origin: Default::default(), inertia: [0.0; 6] };
-        let inertial = link.inertial.unwrap_or(none);
         link_inertias.links.push(Link {
-            name: link.name.clone(),
             body,
             rotation: placement.rotation.matrix(),
             translation: placement.translation,
-            mass: inertial.mass,
-            center: inertial.origin.xyz,
-            inertia: about_center(&inertial),
+            ..by_itself(link)
         });
     }
     link_inertias
+}
+
+/// A link by itself, in its own axes.
+pub fn by_itself(link: &model::Link) -> Link {
+    let none = Inertial { mass: 0.0, origin: Default::default(), inertia: [0.0; 6] };
+    let inertial = link.inertial.unwrap_or(none);
+    Link {
+        name: link.name.clone(),
+        body: 0,
+        rotation: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+        translation: [0.0; 3],
+        mass: inertial.mass,
+        center: inertial.origin.xyz,
+        inertia: about_center(&inertial),
+    }
 }
 
 /// The inertia about the centre of mass in link axes.

@@ -1,6 +1,7 @@
 //! Whatever sensors say, torques are finite, within the drives' limits and change by little; what is wrong is said.
-use super::corruption::{Numbers, Wrong};
+use super::corruption::{Wrong, below};
 use super::recorded::{Call, walk};
+use bipedc_effects::random::Random;
 use tulip_controller::walking::{
     Actuators, BLIND_CALLS, Controller, JOINTS, ROBOT, SEEING_CALLS, TORQUE_CHANGE,
 };
@@ -20,22 +21,22 @@ fn checked(asked: &Actuators, last: &[f64; JOINTS]) -> f64 {
 
 /// How many calls were braked, the largest change of a torque in parts of its limit.
 fn corrupted(calls: &[Call], count: usize, seed: u64) -> (usize, f64) {
-    let mut n = Numbers(seed);
+    let mut random = Random::new(seed);
     let (mut braked, mut largest, mut done) = (0, 0.0_f64, 0);
     while done < count {
         let mut controller = Controller::default();
-        controller.learn_payload(n.below(2) == 0);
+        controller.learn_payload(below(&mut random, 2) == 0);
         let (mut last, mut wrong, mut until, mut since) = ([0.0; JOINTS], Wrong::Nothing, 0, 0);
         let (mut before, mut blind) = (calls[0].sensors, 0_usize);
         for (place, call) in calls.iter().enumerate().take(count - done) {
             if place == until {
                 (before, since) = (call.sensors, place);
-                let longest = [3, 40, 400, 2000][n.below(4)];
-                until = place + 1 + n.below(longest);
-                wrong = if n.below(2) == 0 { Wrong::Nothing } else { Wrong::random(&mut n) };
+                let longest = [3, 40, 400, 2000][below(&mut random, 4)];
+                until = place + 1 + below(&mut random, longest);
+                wrong = if below(&mut random, 2) == 0 { Wrong::Nothing } else { Wrong::random(&mut random) };
             }
             let (mut sensors, mut wanted) = (call.sensors, call.wanted);
-            wrong.corrupt(&mut n, &before, &mut sensors, &mut wanted);
+            wrong.corrupt(&mut random, &before, &mut sensors, &mut wanted);
             let asked = controller.step(&sensors, wanted);
             largest = largest.max(checked(&asked, &last));
             last = asked.torque;

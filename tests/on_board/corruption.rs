@@ -1,36 +1,19 @@
 //! What can be wrong with readings: seeded, for a while, then something else.
+use bipedc_effects::random::Random;
 use tulip_controller::walking::{JOINTS, Sensors, Velocity};
 
-/// Random numbers, the same every time (SplitMix64).
-pub struct Numbers(pub u64);
+/// One of so many whole numbers from 0.
+pub fn below(random: &mut Random, count: usize) -> usize {
+    (random.bits() % count as u64) as usize
+}
 
-impl Numbers {
-    pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub fn below(&mut self, count: usize) -> usize {
-        (self.next() % count as u64) as usize
-    }
-
-    /// From -1 to 1.
-    pub fn part(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    /// No number, beyond all ranges, or nearly anything.
-    pub fn nonsense(&mut self) -> f64 {
-        const ODD: [f64; 8] =
-            [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308, -1e308, 1e-310, -0.0, f64::MAX];
-        match self.below(3) {
-            0 => ODD[self.below(ODD.len())],
-            1 => f64::NAN,
-            _ => self.part() * 10.0_f64.powf(12.0 * self.part()),
-        }
+/// No number, beyond all ranges, or nearly anything.
+fn nonsense(random: &mut Random) -> f64 {
+    const ODD: [f64; 8] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308, -1e308, 1e-310, -0.0, f64::MAX];
+    match below(random, 3) {
+        0 => ODD[below(random, ODD.len())],
+        1 => f64::NAN,
+        _ => random.symmetric() * 10.0_f64.powf(12.0 * random.symmetric()),
     }
 }
 
@@ -61,19 +44,19 @@ pub enum Wrong {
 }
 
 impl Wrong {
-    pub fn random(n: &mut Numbers) -> Self {
-        let joint = n.below(JOINTS);
-        match n.below(12) {
-            0 => Self::Number(n.below(NUMBERS)),
+    pub fn random(random: &mut Random) -> Self {
+        let joint = below(random, JOINTS);
+        match below(random, 12) {
+            0 => Self::Number(below(random, NUMBERS)),
             1 => Self::Everything,
             2 => Self::Frozen(Some(joint)),
             3 => Self::Frozen(None),
-            4 => Self::Jumped(joint, 3.0 * n.part()),
-            5 => Self::Dropped([None, Some(0), Some(1)][n.below(3)]),
+            4 => Self::Jumped(joint, 3.0 * random.symmetric()),
+            5 => Self::Dropped([None, Some(0), Some(1)][below(random, 3)]),
             6 => Self::StuckLoads,
             7 => Self::StuckUnit,
             8 => Self::Still,
-            9 => Self::Clock(10.0_f64.powf(3.0 * n.part()) * n.part().signum()),
+            9 => Self::Clock(10.0_f64.powf(3.0 * random.symmetric()) * random.symmetric().signum()),
             10 => Self::Command,
             _ => Self::Number(1 + joint),
         }
@@ -82,15 +65,15 @@ impl Wrong {
     /// Corrupts a reading; `before`: what was read as it began.
     pub fn corrupt(
         self,
-        n: &mut Numbers,
+        random: &mut Random,
         before: &Sensors,
         sensors: &mut Sensors,
         wanted: &mut Velocity<f64>,
     ) {
         match self {
             Self::Nothing => {}
-            Self::Number(place) => *number(sensors, place) = n.nonsense(),
-            Self::Everything => (0..NUMBERS).for_each(|place| *number(sensors, place) = n.nonsense()),
+            Self::Number(place) => *number(sensors, place) = nonsense(random),
+            Self::Everything => (0..NUMBERS).for_each(|place| *number(sensors, place) = nonsense(random)),
             Self::Frozen(which) => {
                 for joint in (0..JOINTS).filter(|joint| which.is_none_or(|which| which == *joint)) {
                     sensors.joint_position[joint] = before.joint_position[joint];
@@ -111,7 +94,7 @@ impl Wrong {
             Self::Still => sensors.time = before.time,
             Self::Clock(by) => sensors.time += by,
             Self::Command => {
-                let mut odd = || n.nonsense();
+                let mut odd = || nonsense(random);
                 *wanted = Velocity { forward: odd(), left: odd(), turning: odd() };
             }
         }

@@ -105,7 +105,7 @@ impl Diagnosis {
 
     /// Whether something is left of which more was seen than that it is above the noise.
     pub fn leaves_structure(&self) -> bool {
-        self.unexplained && self.structured().next().is_some() | self.unexplained_parts.is_empty()
+        self.unexplained && (self.structured().next().is_some() || self.unexplained_parts.is_empty())
     }
 
     /// What is left of which more was seen than that it is above the noise.
@@ -205,7 +205,7 @@ impl Seen {
             Self::Motion => "the motion",
             Self::Slowness => "slow changes",
             Self::Size => "its size",
-            Self::Excess => "its size, far above the noise; what it goes with was not found",
+            Self::Excess => "its size, above the noise; what it goes with was not found",
         }
     }
 }
@@ -232,6 +232,10 @@ pub struct ErrorFall {
     /// As `after`, but where the joint sticks and dry friction may be anything within its bounds; `None` if it never does.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after_moving: Option<f64>,
+    /// Of one row: as `after`, but where nothing jumps: away from samples at which a joint with dry friction or play turns about, or
+    /// a drive is at its limit, and where the joint does not stick; `None` if nothing does, or too few samples are left.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub away_from_jumps: Option<f64>,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
@@ -246,13 +250,18 @@ impl ErrorFall {
     /// The remaining error in multiples of the noise where it is no noise, nor too small to be worth a word. What is said of it, in words
     /// and as a flag, hangs on this.
     pub fn above_noise(&self) -> Option<f64> {
-        let (times, left) = (self.noises()?, self.after_moving.unwrap_or(self.after));
-        (times > LEFT && left > LEFT * self.resolution).then_some(times)
+        let times = self.noises()?;
+        (times > LEFT && self.told() > LEFT * self.resolution).then_some(times)
     }
 
     /// The remaining error in multiples of the noise, where the model says what the torque is; `None` if the noise is unknown.
     pub fn noises(&self) -> Option<f64> {
-        (self.noise > 0.0).then(|| self.after_moving.unwrap_or(self.after) / self.noise)
+        (self.noise > 0.0).then(|| self.told() / self.noise)
+    }
+
+    /// The remaining error where the model says what the torque is and the filter what the motion is.
+    pub fn told(&self) -> f64 {
+        self.away_from_jumps.or(self.after_moving).unwrap_or(self.after)
     }
 }
 

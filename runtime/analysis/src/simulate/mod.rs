@@ -15,6 +15,7 @@ mod actuation;
 mod actuator;
 mod carried;
 pub mod control;
+mod csv;
 mod dense;
 mod driven_joint;
 mod drives;
@@ -25,6 +26,7 @@ mod heights;
 mod implicit;
 mod imu;
 mod instability;
+mod mean_forces;
 mod mechanics;
 mod motors;
 mod newton;
@@ -50,6 +52,7 @@ pub use account::Account;
 pub use actuation::EffortSensor;
 pub use actuator::Actuator;
 pub use carried::{Carried, PutOn};
+pub use csv::csv_line;
 pub use drives::Coupled;
 pub use energy::EnergyBalance;
 pub use fall::{Fall, FallCause};
@@ -62,7 +65,7 @@ pub use plant::Plant;
 pub use problem::{Block, Cone, Law, Problem};
 pub use proximal::{Solved, Solver, Tolerance};
 pub use reference::{Reference, Sine};
-pub use run::{Run, Simulation, Summary, csv_line};
+pub use run::{Run, Simulation, Summary};
 pub use scenario::{
     Choosable, EventDriven, FootstepWalk, GaitControl, GaitValue, Initial, JointServo, Push, Scenario,
     Sensors, Shapes, Wishes, World,

@@ -7,6 +7,7 @@ use super::fall::{Fall, FallWatch};
 use super::ground::{Compliance, Ground};
 use super::imu::{self, Inertial};
 use super::instability::InstabilityDetector;
+use super::mean_forces::MeanForces;
 use super::mechanics::Mechanics;
 use super::plant::Plant;
 use super::scenario::{Initial, Scenario};
@@ -21,7 +22,6 @@ use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::{Acts, Effect, Law};
 use bipedc_runtime::control::{Controller, JointCommand};
 use serde::Serialize;
-use std::fmt::Write;
 use std::ops::Range;
 
 /// Depth by which a contact point may begin below the ground: rounding of what people write, m.
@@ -68,6 +68,33 @@ pub struct Run<'a> {
     pub progress: &'a dyn Fn(f64),
     /// Asked now and then; true ends the run early.
     pub stop: &'a dyn Fn() -> bool,
+}
+
+/// The row of the log that is begun and, until the time that it stands for is over, not written.
+struct Rows {
+    begun: bool,
+    sample: Sample,
+    row: Vec<f64>,
+    /// Forces on the contact points in the steps before and after the row's time, N.
+    earlier: Vec<[f64; 3]>,
+    later: Vec<[f64; 3]>,
+    forces: MeanForces,
+    /// With the motion at the end of the row's first step.
+    inertial: Option<(Inertial, MotionState)>,
+}
+
+impl Rows {
+    fn new(every: usize, points: usize) -> Self {
+        Self {
+            begun: false,
+            sample: Sample::default(),
+            row: Vec::new(),
+            earlier: Vec::new(),
+            later: Vec::new(),
+            forces: MeanForces::new(every, points),
+            inertial: None,
+        }
+    }
 }
 
 /// A scenario of a robot, ready to run.
@@ -260,8 +287,7 @@ impl<'a> Simulation<'a> {
     pub fn run(mut self, run: &mut Run<'_>) -> Result<Summary, Diagnostic> {
         let (h, every) = (self.scenario.step, self.scenario.log_every);
         let steps = (self.scenario.duration / h).round() as usize;
-        let (mut sample, mut row) = (Sample::default(), Vec::new());
-        let (mut earlier, mut later) = (Vec::new(), Vec::new());
+        let mut rows = Rows::new(every, self.stepper.mechanics().points());
         for step in 0..steps {
             let logged = step % every == 0;
             if step % 256 == 0 {
@@ -276,33 +302,22 @@ impl<'a> Simulation<'a> {
             }
             self.control(step as f64 * h)?;
             if logged {
-                self.take(&mut sample, step as f64 * h);
-                self.measured(&mut earlier);
+                self.take(&mut rows.sample, step as f64 * h);
+                self.measured(&mut rows.earlier);
             }
             self.step(h)?;
             self.report();
+            self.measured(&mut rows.later);
             if logged {
-                self.measured(&mut later);
-                self.report_sample(&mut sample);
-                if let Some(axes) = &self.axes {
-                    axes.at(&sample.q, &mut sample.soles);
-                }
-                if step == 0 {
-                    earlier.clone_from(&later);
-                }
-                for (force, (a, b)) in sample.forces.iter_mut().zip(earlier.iter().zip(&later)) {
-                    *force = std::array::from_fn(|i| 0.5 * (a[i] + b[i]));
-                }
-                if let Some(watch) = &mut self.watch {
-                    watch(&sample);
-                }
-                self.sensing.row(&sample, &self.drives, &mut row);
-                if let Some(inertial) = &self.inertial {
-                    inertial.measure(&self.motion, h, self.sensing.random(), &mut row);
-                }
-                (run.row)(&row)?;
-                self.summary.rows += 1;
+                self.begin_row(&mut rows, step);
             }
+            if rows.forces.add(step, &rows.later, &mut rows.sample.forces) {
+                self.write_row(&mut rows, run)?;
+            }
+        }
+        if rows.begun {
+            rows.forces.close(&mut rows.sample.forces);
+            self.write_row(&mut rows, run)?;
         }
         self.summary.time = self.summary.steps as f64 * h;
         if let Some(energy_flow) = self.energy_flow.take() {
@@ -312,6 +327,38 @@ impl<'a> Simulation<'a> {
         let names = self.plant.joint_names().map(str::to_owned);
         self.summary.clipped = names.zip(self.clipped).filter(|(_, count)| *count > 0).collect();
         Ok(self.summary)
+    }
+
+    /// Notes what a row has of the step that begins at its time, and shows the truth then.
+    fn begin_row(&mut self, rows: &mut Rows, step: usize) {
+        let sample = &mut rows.sample;
+        self.report_sample(sample);
+        if let Some(axes) = &self.axes {
+            axes.at(&sample.q, &mut sample.soles);
+        }
+        if step == 0 {
+            rows.earlier.clone_from(&rows.later);
+        }
+        for (force, (a, b)) in sample.forces.iter_mut().zip(rows.earlier.iter().zip(&rows.later)) {
+            *force = std::array::from_fn(|i| 0.5 * (a[i] + b[i]));
+        }
+        if let Some(watch) = &mut self.watch {
+            watch(sample);
+        }
+        rows.inertial = self.inertial.as_ref().map(|inertial| (inertial.clone(), self.motion.clone()));
+        rows.begun = true;
+    }
+
+    /// Writes the row that was begun, with noise, once its forces are known.
+    fn write_row(&mut self, rows: &mut Rows, run: &mut Run<'_>) -> Result<(), Diagnostic> {
+        self.sensing.row(&rows.sample, &self.drives, &mut rows.row);
+        if let Some((inertial, after)) = rows.inertial.take() {
+            inertial.measure(&after, self.scenario.step, self.sensing.random(), &mut rows.row);
+        }
+        (run.row)(&rows.row)?;
+        self.summary.rows += 1;
+        rows.begun = false;
+        Ok(())
     }
 
     /// The state now.
@@ -461,67 +508,4 @@ fn with_effects(mut ground: Ground, effects: &[&Effect]) -> Ground {
         }
     }
     ground
-}
-
-/// A row as a line of CSV; nothing where the number is NaN.
-pub fn csv_line(row: &[f64], line: &mut String) {
-    line.clear();
-    for (i, value) in row.iter().enumerate() {
-        if i > 0 {
-            line.push(',');
-        }
-        if value.is_finite() {
-            decimal(*value, line);
-        }
-    }
-    line.push('\n');
-}
-
-/// With nine decimals. Through a whole number where it has room: a quarter of a run's time went into exact formatting.
-fn decimal(value: f64, line: &mut String) {
-    const ONE: f64 = 1e9;
-    let scaled = (value * ONE).round();
-    // Every whole number below 2⁵³ is exact.
-    if scaled.abs() >= 9e15 {
-        // Writing to a string cannot fail.
-        let _ = write!(line, "{value:.9}");
-        return;
-    }
-    let mut rest = scaled.abs() as u64;
-    let mut digits = [b'0'; 18];
-    let mut first = digits.len();
-    // Nine decimals and one digit before them at least.
-    while rest > 0 || first > digits.len() - 10 {
-        first -= 1;
-        digits[first] = b'0' + (rest % 10) as u8;
-        rest /= 10;
-    }
-    if scaled < 0.0 {
-        line.push('-');
-    }
-    let point = digits.len() - 9;
-    line.extend(digits[first..point].iter().map(|digit| char::from(*digit)));
-    line.push('.');
-    line.extend(digits[point..].iter().map(|digit| char::from(*digit)));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::csv_line;
-
-    #[test]
-    fn lines_have_nine_decimals() {
-        let mut line = String::new();
-        let row = [0.0, -0.0, -1e-12, 1.5, -0.000_000_001, 1_234.567_890_123_4, f64::NAN, 8e6, 1e12, -3.0];
-        csv_line(&row, &mut line);
-        let expected = "0.000000000,0.000000000,0.000000000,1.500000000,-0.000000001,1234.567890123,,8000000.000000000,1000000000000.000000000,-3.000000000\n";
-        assert_eq!(line, expected);
-        let mut x = 0.37_f64;
-        for _ in 0..1000 {
-            x = -1.7 * x % 1e4 + 0.013;
-            csv_line(&[x], &mut line);
-            let back: f64 = line.trim().parse().unwrap();
-            assert!((back - x).abs() <= 0.5001e-9, "{x} {line}");
-        }
-    }
 }

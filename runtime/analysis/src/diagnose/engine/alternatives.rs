@@ -1,8 +1,8 @@
 //! Explanations that the data cannot tell from the one that stands.
+use super::conclusion::Conclusion;
 use super::parallel::parallel;
 use super::parsimony::{ALIKE, SCATTER};
 use super::regression::ScoredFit;
-use super::run::Conclusion;
 use crate::diagnose::FoundEffect;
 use crate::experiments::form::Form;
 use bipedc_effects::effect::{Effect, Kind};

@@ -3,6 +3,7 @@ mod alternatives;
 mod amended;
 mod block_equations;
 mod candidates;
+mod conclusion;
 mod corners;
 mod corrections;
 mod errors;

@@ -109,7 +109,7 @@ fn training_only(d: &Diagnosis) -> Option<String> {
     let more = |(kind, fall): (&String, &ErrorFall)| {
         let judged = d.rms.get(kind).and_then(ErrorFall::noises)?;
         let own = fall.above_noise().filter(|own| *own > LEFT * judged)?;
-        Some((kind.replace('_', " "), short(fall.after_moving.unwrap_or(fall.after)), fall.unit.clone(), own))
+        Some((kind.replace('_', " "), short(fall.told()), fall.unit.clone(), own))
     };
     let (kind, error, unit, times) =
         d.rms_training.iter().filter_map(more).max_by(|a, b| a.3.total_cmp(&b.3))?;
@@ -134,9 +134,13 @@ fn what_is_left(d: &Diagnosis) -> String {
             format!(
                 "{further} effect was found in {}. What is left is above the noise: {row} is missed by {} {}{}, {times}.",
                 looked_at(d),
-                short(fall.after_moving.unwrap_or(fall.after)),
+                short(fall.told()),
                 fall.unit,
-                if fall.after_moving.is_some() { " where it does not stick" } else { "" },
+                match (fall.away_from_jumps, fall.after_moving) {
+                    (Some(_), _) => " where nothing jumps",
+                    (None, Some(_)) => " where it does not stick",
+                    (None, None) => "",
+                },
             )
         }
     }
