@@ -3,7 +3,7 @@ use super::report::{Channel, Comparison, Cutoff, KindError};
 use super::statistics::geometric_mean;
 use crate::experiments::Experiment;
 use crate::experiments::moving::moving;
-use crate::experiments::noise::heard;
+use crate::experiments::noise::noise_of;
 use crate::measure::Missing;
 use bipedc_effects::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
@@ -51,7 +51,7 @@ pub fn channels_of(experiment: &dyn Experiment) -> Vec<Channel> {
                 .filter(|_| row.channel != crate::experiments::Channel::Sole)
                 .map(|size| rms(residual) / size),
             samples: residual.len(),
-            noise: heard(experiment, index, residual),
+            noise: noise_of(experiment, index, residual),
             rms_moving: moving.map(|moving| moving.rms()),
             sticking: moving.map(|moving| moving.sticking),
             kind: row.channel.name(),

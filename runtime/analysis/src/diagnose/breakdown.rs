@@ -2,7 +2,7 @@
 //! is structured in it, in words.
 use super::signature::{self, Feature};
 use crate::experiments::moving::moving;
-use crate::experiments::noise::heard;
+use crate::experiments::noise::noise_of;
 use crate::experiments::{Experiment, Row};
 use crate::number::counting;
 use serde::Serialize;
@@ -104,7 +104,7 @@ pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown 
         None => (Vec::new(), Vec::new()),
     };
     let phases = parts(residual, phases).into_iter();
-    let noise = heard(experiment, index, residual);
+    let noise = noise_of(experiment, index, residual);
     let mut breakdown = Breakdown {
         name: row.name.clone(),
         kind: row.channel.name(),

@@ -100,6 +100,12 @@ pub trait Experiment: Sync {
         &[]
     }
 
+    /// Standard deviation of what the noise of the measured motion makes of a row, through filter and model, where it is not in the row's
+    /// own [`Row::noise`].
+    fn motion_noise(&self, _row: usize) -> f64 {
+        0.0
+    }
+
     /// Over how many samples, on either side, the filter of a joint's motion smears a jump of its acceleration; 0: none.
     fn smeared(&self) -> usize {
         0

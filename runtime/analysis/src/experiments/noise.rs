@@ -2,10 +2,18 @@
 use super::{Channel, Experiment};
 use crate::measure::coloured::{between_reversals, coloured_noise};
 
-/// Standard deviation of the measurement's noise in a row, of whose measurement a model leaves `residual`: at least the row's own
-/// estimate, which takes noise as white, and more where neighbouring samples are noisy alike.
+/// Standard deviation of what noise leaves in a row, of whose measurement a model leaves `residual`: noise of the row's own measurement and of
+/// the motion.
 ///
 /// The one estimate of `diagnose`, `compare` and reports.
+pub(crate) fn noise_of(experiment: &dyn Experiment, row: usize, residual: &[f64]) -> f64 {
+    let both = experiment.rows()[row].noise.hypot(experiment.motion_noise(row));
+    // What is heard may be the motion's: the two are no sum.
+    heard(experiment, row, residual).max(both)
+}
+
+/// Standard deviation of the measurement's noise in a row, of whose measurement a model leaves `residual`: at least the row's own
+/// estimate, which takes noise as white, and more where neighbouring samples are noisy alike.
 pub(crate) fn heard(experiment: &dyn Experiment, row: usize, residual: &[f64]) -> f64 {
     let what = &experiment.rows()[row];
     let turn = || {

@@ -2,7 +2,7 @@
 use crate::log::{Blocks, Reader, Sampling};
 use crate::measure::Options;
 use crate::measure::trajectory::Unusable;
-use crate::signal::Butterworth;
+use crate::signal::{Butterworth, Spline};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::path::Path;
 
@@ -53,6 +53,16 @@ impl Filtered {
 pub(crate) fn cut(sampling: Sampling, overlap: usize, parts: usize, options: &Options) -> Blocks {
     let overlap = parts * (overlap + SPLINE_OVERLAP);
     Blocks::new(sampling, overlap, options.trim_s).between(options.from_s, options.to_s)
+}
+
+/// Parts of a white noise's variance that value, first and second derivative of a signal have that was filtered so often.
+pub(crate) fn noise_gains(filter: &Butterworth, step: f64, passes: usize) -> [f64; 3] {
+    let half = filter.overlap() + SPLINE_OVERLAP;
+    let impulse: Vec<f64> = (0..2 * half + 1).map(|i| if i == half { 1.0 } else { 0.0 }).collect();
+    let filtered = (0..passes).fold(impulse, |signal, _| filter.zero_phase(&signal));
+    let Some(spline) = Spline::new(&filtered, step) else { return [1.0, 0.0, 0.0] };
+    let squares = (0..filtered.len()).map(|i| spline.at_sample(i).map(|x| x * x));
+    squares.fold([0.0; 3], |sum, more| std::array::from_fn(|k| sum[k] + more[k]))
 }
 
 /// Why a block gave no states, in words.

@@ -19,16 +19,33 @@ pub(crate) fn white_noise(signal: &[f64]) -> f64 {
     of_differences(signal.windows(4).map(third_difference).collect())
 }
 
-/// Standard deviation of the noise of a difference of two encoders' angles: white, or from rounding to their steps.
+/// Standard deviation of the noise of an encoder's angle, or of the difference of two: white, or from rounding to steps.
 ///
-/// Between two steps a slow joint's encoders say the same again and again: third differences see nothing. Where that is so for
-/// half the samples, what changes is a step, s; both angles are uniformly rounded, which makes s/√6.
-pub(crate) fn of_encoders(difference: &[f64]) -> f64 {
+/// Between two steps a slow joint's encoder says the same again and again: third differences see nothing. Of a fast joint they are whole
+/// steps, and so is their median, up to a quarter too large. Where less than rounding's own noise is seen besides, an angle is uniformly
+/// rounded: to steps s, which makes s/√12, two make s/√6.
+pub(crate) fn of_encoders(angle: &[f64], encoders: u8) -> f64 {
+    /// Third differences of noise that is more than rounding are more than this many times what rounding makes.
+    const MORE: f64 = 1.5;
     let mut steps: Vec<f64> =
-        difference.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0).collect();
-    let rounded = 2 * steps.len() < difference.len();
-    let rounding = if rounded { median(&mut steps) / 6f64.sqrt() } else { 0.0 };
-    white_noise(difference).max(rounding)
+        angle.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0).collect();
+    let rests = 2 * steps.len() < angle.len();
+    let usual = median(&mut steps);
+    let step = step_of_encoder(&steps, usual).or_else(|| rests.then_some(usual)).unwrap_or(0.0);
+    let (white, rounding) = (white_noise(angle), step * (f64::from(encoders) / 12.0).sqrt());
+    if white > MORE * rounding { white } else { rounding }
+}
+
+/// The step of an encoder whose angle changes by these amounts, and usually by `usual`; `None` if they are not whole steps.
+fn step_of_encoder(changes: &[f64], usual: f64) -> Option<f64> {
+    /// Usual changes are of fewer steps where these matter.
+    const FEW: f64 = 50.0;
+    /// Part of a step by which a change may be no whole number of them.
+    const EXACT: f64 = 0.05;
+    let step = changes.iter().copied().fold(f64::INFINITY, f64::min);
+    let is_whole = |change: &&f64| (**change / step - (**change / step).round()).abs() < EXACT;
+    let whole = changes.iter().filter(is_whole).count();
+    (usual < FEW * step && 20 * whole > 19 * changes.len()).then_some(step)
 }
 
 pub(super) fn third_difference(w: &[f64]) -> f64 {
@@ -133,11 +150,16 @@ mod tests {
         let play: Vec<f64> = (0..6000).map(angles).map(|(q, play)| rounded(q + play) - rounded(q)).collect();
         let errors = play.iter().enumerate().map(|(i, seen)| seen - angles(i).1);
         let error = (errors.map(|e| e * e).sum::<f64>() / 6000.0).sqrt();
-        let found = of_encoders(&play);
+        let found = of_encoders(&play, 2);
         assert!((0.7..1.4).contains(&(found / error)), "{found} {error}");
+        let one: Vec<f64> = (0..6000).map(|i| rounded(angles(i).0)).collect();
+        let errors = one.iter().enumerate().map(|(i, seen)| seen - angles(i).0);
+        let error = (errors.map(|e| e * e).sum::<f64>() / 6000.0).sqrt();
+        let found = of_encoders(&one, 1);
+        assert!((0.9..1.1).contains(&(found / error)), "{found} {error}");
         // What does not rest on steps is judged as before.
         let noisy = signal(4000);
-        assert_eq!(of_encoders(&noisy).to_bits(), white_noise(&noisy).to_bits());
+        assert_eq!(of_encoders(&noisy, 2).to_bits(), white_noise(&noisy).to_bits());
     }
 
     #[test]

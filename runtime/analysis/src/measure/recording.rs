@@ -2,8 +2,8 @@
 use crate::log::{Block, Log};
 use crate::measure::columns::Plan;
 use crate::measure::directions::{Direction, Directions, Turning};
-use crate::measure::filtered::{Filtered, unusable};
-use crate::measure::noise::white_noise;
+use crate::measure::filtered::{Filtered, noise_gains, unusable};
+use crate::measure::noise::{of_encoders, white_noise};
 use crate::measure::thinning::Thinning;
 use crate::measure::trajectory::{Even, Unusable};
 use crate::measure::{DataSource, Missing, Options};
@@ -13,6 +13,8 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::ops::Range;
 use std::path::Path;
 
+/// A joint whose encoder says the same for so many samples rests.
+const RESTS: usize = 64;
 /// Fewer samples tell nothing.
 const FEWEST: usize = 50;
 
@@ -44,6 +46,8 @@ pub struct Recording {
     pub cutoff_hz: f64,
     /// Standard deviation of the noise of each joint's effort; 0 without an effort.
     pub noise: Vec<f64>,
+    /// The same of each joint's filtered acceleration, rad/s² or m/s², from that of the position (or velocity) as logged; empty: not known.
+    pub acceleration_noise: Vec<f64>,
     /// What could not be used and why.
     pub missing: Vec<Missing>,
     /// What was taken for granted.
@@ -136,12 +140,15 @@ impl Recording {
             warnings: std::mem::take(&mut plan.warnings),
             ..Self::default()
         };
+        let mut accelerations = AccelerationNoise::new(&plan, noise_gains(&filter, step, 1));
         while let Some(block) = blocks.next_block()? {
+            accelerations.hear(&plan, &block);
             recording
                 .add(&plan, layout, (&filter, directions), &block)
                 .map_err(|e| unusable(e, log.path()))?;
             visit(&mut recording)?;
         }
+        recording.acceleration_noise = accelerations.levels();
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
         Ok(recording)
     }
@@ -266,6 +273,44 @@ impl Recording {
     /// Number of samples.
     pub fn samples(&self) -> usize {
         self.time.len()
+    }
+}
+
+/// Noise of filtered accelerations, by joint.
+struct AccelerationNoise {
+    /// Variances of derivatives of filtered white noise of variance 1.
+    gains: [f64; 3],
+    /// Variance times samples.
+    sums: Vec<f64>,
+    samples: usize,
+}
+
+impl AccelerationNoise {
+    fn new(plan: &Plan, gains: [f64; 3]) -> Self {
+        Self { gains, sums: vec![0.0; plan.joints.len()], samples: 0 }
+    }
+
+    /// Adds what a block's samples tell.
+    fn hear(&mut self, plan: &Plan, block: &Block<'_>) {
+        let count = block.core.len();
+        for (sum, columns) in self.sums.iter_mut().zip(&plan.joints) {
+            let known = match (columns.velocity, columns.position) {
+                (Some(velocity), _) => Some((velocity, self.gains[1])),
+                (None, position) => position.map(|position| (position, self.gains[2])),
+            };
+            let Some((column, gain)) = known else { continue };
+            let signal = &block.columns[column][block.core.clone()];
+            // An encoder at rest is off by as much all the time.
+            let moving = signal.chunks(RESTS).filter(|part| part.iter().any(|x| *x != part[0])).count();
+            let moving = moving as f64 / signal.chunks(RESTS).len().max(1) as f64;
+            *sum += gain * moving * of_encoders(signal, 1).powi(2) * count as f64;
+        }
+        self.samples += count;
+    }
+
+    fn levels(self) -> Vec<f64> {
+        let samples = self.samples.max(1) as f64;
+        self.sums.into_iter().map(|sum| (sum / samples).sqrt()).collect()
     }
 }
 

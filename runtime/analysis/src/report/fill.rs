@@ -3,7 +3,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::breakdown::{breakdown, direction_states, motion_states, velocity_of};
 use crate::experiments::Experiment;
 use crate::experiments::moving::moving;
-use crate::experiments::noise::heard;
+use crate::experiments::noise::noise_of;
 use crate::experiments::plotted::{Row, Series};
 use crate::number::worst_first;
 use bipedc_effects::effect::Effect;
@@ -57,7 +57,7 @@ fn row_of(experiment: &dyn Experiment, index: usize, response: Option<Vec<f64>>)
             series = series.with(name, unit_of(name, row.unit), known.swap_remove(at).1);
         }
     }
-    let built = Row::new(&row.name, row.channel, row.unit, heard(experiment, index, residual), series);
+    let built = Row::new(&row.name, row.channel, row.unit, noise_of(experiment, index, residual), series);
     let built = match &row.joint {
         Some(joint) => built.at_joint(joint),
         None => built,

@@ -5,7 +5,7 @@ use super::regression::is_held_out;
 use super::resolution::resolutions;
 use crate::diagnose::{Diagnosis, ErrorFall};
 use crate::experiments::moving::moving;
-use crate::experiments::noise::heard;
+use crate::experiments::noise::noise_of;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::Effect;
 use std::collections::BTreeMap;
@@ -99,16 +99,16 @@ fn grouped(
             (squares(before.residual(row)), squares(after.residual(row)));
         let [was_moving, is_moving] =
             [before.residual(row), after.residual(row)].map(|residual| moving(before, row, residual, counts));
-        let heard = heard(before, row, after.residual(row));
-        let (noise, all) = (heard.powi(2) * n, [was, is].map(|squares| (squares, n)));
+        let noise = noise_of(before, row, after.residual(row));
+        let all = [was, is].map(|squares| (squares, n));
         let told = [was_moving, is_moving].map(|told| told.map(|told| (told.squares, told.samples as f64)));
         let sums = Sums {
             all,
             told: [told[0].unwrap_or(all[0]), told[1].unwrap_or(all[1])],
-            noise,
+            noise: noise.powi(2) * n,
             sticks: told[0].is_some(),
         };
-        let resolution = resolutions[row].max(heard);
+        let resolution = resolutions[row].max(noise);
         rows.insert(what.name.clone(), ErrorFall { resolution, ..sums.fall(what.unit) });
         groups.entry(what.channel).or_default().add(&sums);
     }

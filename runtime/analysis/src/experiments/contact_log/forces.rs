@@ -2,7 +2,7 @@
 use super::columns::{Columns, has_all_corners};
 use super::foot::FootRecord;
 use crate::log::{Block, Log, Reader};
-use crate::measure::filtered::{Filtered, SPLINE_OVERLAP, unusable};
+use crate::measure::filtered::{Filtered, noise_gains, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::trajectory::{Even, States, Unusable};
 use crate::measure::{HELD, Options};
@@ -246,7 +246,10 @@ impl ContactRecording {
 
     /// Noise after the filter.
     fn finish(&mut self, passing: &Passing<'_, '_>, raw: &[f64]) {
-        self.noise_gains = [1, 2].map(|passes| gains(passing.filter, passing.step, passes));
+        self.noise_gains = [1, 2].map(|passes| {
+            let [value, _, second] = noise_gains(passing.filter, passing.step, passes);
+            [value, second]
+        });
         let plan = &passing.columns.plan;
         let noise = |column: Option<usize>| column.and_then(|c| raw.get(c)).copied().unwrap_or(0.0);
         let mut all: Vec<f64> = vec![0.0; if self.standing.is_some() { 6 } else { 0 }];
@@ -343,19 +346,6 @@ fn with_quaternion(columns: &Columns, block: &Block<'_>) -> Option<Vec<Vec<f64>>
     }
     all.append(&mut quaternion);
     Some(all)
-}
-
-/// Parts of a white noise's variance that value and second derivative of a signal have that was filtered so often.
-fn gains(filter: &Butterworth, step: f64, passes: usize) -> [f64; 2] {
-    let half = filter.overlap() + SPLINE_OVERLAP;
-    let impulse: Vec<f64> = (0..2 * half + 1).map(|i| if i == half { 1.0 } else { 0.0 }).collect();
-    let filtered = (0..passes).fold(impulse.clone(), |signal, _| filter.zero_phase(&signal));
-    let Some(spline) = Spline::new(&filtered, step) else {
-        return [1.0, 0.0];
-    };
-    (0..impulse.len())
-        .map(|i| spline.at_sample(i))
-        .fold([0.0; 2], |[v, a], s| [v + s[0] * s[0], a + s[2] * s[2]])
 }
 
 impl Passing<'_, '_> {

@@ -9,12 +9,15 @@ use crate::robot::inertial_parameters::body_of;
 use crate::robot::{BaseKind, JointLayout};
 use crate::robot::{InertialParameters, Trajectory};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Acts, Effect, Kind, Law, Location, Starts};
+use bipedc_effects::effect::{Acts, Effect, Kind, Law, Location, Simulation, Starts};
 use bipedc_runtime::model::Model;
 use std::sync::OnceLock;
 
 /// The filter of positions smears a jump of the acceleration over this part of a period of its cut-off, on either side.
 const SMEARED: f64 = 0.5;
+
+/// Samples at which the noise's way through the model is computed.
+const NOISE_SAMPLES: usize = 16;
 
 /// A log of joint torques against a rigid-body model with the effects that its description already has.
 pub struct MotionExperiment<'a> {
@@ -38,6 +41,8 @@ pub struct MotionExperiment<'a> {
     pub(super) resistance: Vec<OnceLock<Vec<[f64; 2]>>>,
     /// Where the joint of a row sticks, see [`super::sticking`].
     sticks: Vec<Vec<bool>>,
+    /// By row, N m or N, see [`Experiment::motion_noise`].
+    motion_noise: Vec<f64>,
 }
 
 impl<'a> MotionExperiment<'a> {
@@ -93,6 +98,7 @@ impl<'a> MotionExperiment<'a> {
             parameters: link_inertias.parameters(),
             residual: Vec::new(),
             sticks: Vec::new(),
+            motion_noise: Vec::new(),
             resistance: (0..joints).map(|_| OnceLock::new()).collect(),
             recording,
         };
@@ -103,7 +109,37 @@ impl<'a> MotionExperiment<'a> {
             this.residual[row] = residual;
         }
         this.sticks = (0..this.rows.len()).map(|row| this.sticking(row)).collect();
+        this.motion_noise = this.noise_of_motion();
         Ok(this)
+    }
+
+    /// What the noise of accelerations makes of the efforts: through the mass matrix, and the rotors that the description has.
+    fn noise_of_motion(&self) -> Vec<f64> {
+        let (recording, base) = (&self.recording, self.layout.base.nv());
+        let trajectory = &recording.trajectory;
+        let rotor = |joint: usize| -> f64 {
+            let own = self.present.iter().filter(|e| self.joint(e) == Some(joint));
+            let inertia = |effect: &Effect| match effect.kind.simulation {
+                Simulation::Inertia(name) => Some(effect.value(name)),
+                _ => None,
+            };
+            own.filter_map(inertia).sum()
+        };
+        let mut variances = vec![0.0; self.layout.joints.len()];
+        for (moving, noise) in recording.acceleration_noise.iter().enumerate().filter(|(_, s)| **s > 0.0) {
+            let column = self.rigid.inertia_column(trajectory, base + moving, NOISE_SAMPLES);
+            for (joint, variance) in variances.iter_mut().enumerate() {
+                let motor = if joint == moving { rotor(joint) } else { 0.0 };
+                let squares = column.iter().skip(base + joint).step_by(self.rigid.nv);
+                let squares: Vec<f64> = squares.map(|inertia| (inertia + motor).powi(2)).collect();
+                *variance += noise.powi(2) * squares.iter().sum::<f64>() / squares.len().max(1) as f64;
+            }
+        }
+        let of_row = |(row, joint): (&Row, &usize)| match row.channel {
+            Channel::Effort => variances[*joint].sqrt(),
+            _ => 0.0,
+        };
+        self.rows.iter().zip(&self.joint_of).map(of_row).collect()
     }
 
     /// Where the joint of an effort sticks.
@@ -148,7 +184,7 @@ impl<'a> MotionExperiment<'a> {
         for (j, joint) in self.layout.joints.iter().enumerate() {
             if let Some(values) = &self.recording.transmission[j] {
                 self.joint_of.push(j);
-                let noise = crate::measure::noise::of_encoders(values).max(1e-7);
+                let noise = crate::measure::noise::of_encoders(values, 2).max(1e-7);
                 self.rows.push(Row {
                     name: format!("{}/motor_position", joint.name),
                     channel: Channel::Transmission,
@@ -427,6 +463,9 @@ impl Experiment for MotionExperiment<'_> {
     }
     fn sticks(&self, row: usize) -> &[bool] {
         &self.sticks[row]
+    }
+    fn motion_noise(&self, row: usize) -> f64 {
+        self.motion_noise[row]
     }
     fn smeared(&self) -> usize {
         (SMEARED / (self.recording.cutoff_hz * self.recording.step)).ceil() as usize

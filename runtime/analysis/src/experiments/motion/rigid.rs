@@ -55,6 +55,20 @@ impl<'a> Rigid<'a> {
         tau
     }
 
+    /// A column of the mass matrix (kg m², kg) at about `count` of the states, `states × nv`.
+    pub fn inertia_column(&self, states: &Trajectory, coordinate: usize, count: usize) -> Vec<f64> {
+        let samples = states.v.len() / self.nv.max(1);
+        let still = vec![0.0; self.nv];
+        let mut pushed = still.clone();
+        pushed[coordinate] = 1.0;
+        let at = |i: usize| {
+            let q = &states.q[i * self.nq..(i + 1) * self.nq];
+            let [heavy, held] = [&pushed, &still].map(|a| self.inverse_dynamics(q, &still, a));
+            heavy.into_iter().zip(held).map(|(heavy, held)| heavy - held).collect::<Vec<f64>>()
+        };
+        (0..samples).step_by((samples / count).max(1)).flat_map(at).collect()
+    }
+
     /// What the states let a coordinate of the velocity resist: its entry on the diagonal of the mass matrix (kg m², kg), and
     /// the slope of its force over the coordinate of the configuration at `position` (N m/rad, N/m). One pair per sample.
     pub fn resistance(&self, states: &Trajectory, (position, velocity): (usize, usize)) -> Vec<[f64; 2]> {
