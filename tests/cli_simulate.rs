@@ -39,6 +39,70 @@ fn simulate(robot: &str, folder: &Path, name: &str, scenario: &str, options: &[&
     bipedc(&[&["simulate", robot, "--scenario", text(&file), "--out", text(&log)], options].concat())
 }
 
+/// A robot on both feet that squats, faster than its feet keep all corners loaded evenly.
+const SQUAT: &str = "duration = 6.0
+step = 0.0005
+log_step = 0.005
+seed = 5
+[control]
+stiffness = 1500.0
+damping = 15.0
+servo = \"drive\"
+[joint]
+right_hip_pitch = { position = -0.3, sines = [[0.10, 0.8, 0.0]] }
+right_knee_pitch = { position = 0.6, sines = [[-0.20, 0.8, 0.0]] }
+right_ankle_pitch = { position = -0.3, sines = [[0.10, 0.8, 0.0]] }
+left_hip_pitch = { position = -0.3, sines = [[0.10, 0.8, 0.0]] }
+left_knee_pitch = { position = 0.6, sines = [[-0.20, 0.8, 0.0]] }
+left_ankle_pitch = { position = -0.3, sines = [[0.10, 0.8, 0.0]] }
+[sensors]
+position_noise = 1e-4
+force_noise = 0.3
+effort_noise = 0.05
+";
+
+/// Rows of a comparison with error and noise.
+fn rows(run: &serde_json::Value) -> Vec<(String, f64, f64)> {
+    let number = |row: &serde_json::Value, key: &str| row[key].as_f64().unwrap();
+    let channels = run["channels"].as_array().unwrap().iter();
+    channels.map(|row| (row["name"].to_string(), number(row, "rms"), number(row, "noise"))).collect()
+}
+
+/// Of single steps' forces the log said that the ground pushed by 3 times the noise more or less than it did.
+#[test]
+fn a_clean_log_on_feet_leaves_nothing_but_noise() {
+    let folder = scratch("simulate_squat");
+    simulate("robots/tulip", &folder, "squat", SQUAT, &[]).ok();
+    let run = bipedc(&["compare", "robots/tulip", text(&folder.join("squat.csv")), "--json"]).ok().json();
+    let rows = rows(&run);
+    assert!(rows.len() > 16, "{rows:?}");
+    // 167 samples behind a filter tell a root mean square to a tenth.
+    assert!(rows.iter().all(|(_, rms, noise)| *rms < 1.35 * noise), "{rows:?}");
+}
+
+/// Noise of the encoders is twice differentiated, and most of what a faultless joint leaves.
+#[test]
+fn a_clean_log_with_noisy_encoders_leaves_nothing_but_noise() {
+    let folder = scratch("simulate_noisy_encoders");
+    // Away from the knees' stops, which a servo without feed-forward meets.
+    let noisy = SWING.replace("encoder_counts = 200000", "position_noise = 3e-4");
+    let noisy = noisy.replace("position = 0.6", "position = 0.9");
+    simulate("robots/five_link", &folder, "noisy", &noisy, &["--base", "fixed"]).ok();
+    let log = folder.join("noisy.csv");
+    let asked =
+        ["robots/five_link", text(&log), "--base", "fixed", "--cutoff", "10", "--from", "1", "--json"];
+    let run = bipedc(&[&["compare"], &asked[..]].concat()).ok().json();
+    for (name, rms, noise) in rows(&run) {
+        assert!(noise > 0.1 && (0.8..1.25).contains(&(rms / noise)), "{name}: {rms} N m, noise {noise} N m");
+    }
+    let found = bipedc(&[&["diagnose"], &asked[..]].concat()).ok().json();
+    assert_eq!(
+        (&found["effects"], &found["unexplained"]),
+        (&serde_json::json!([]), &false.into()),
+        "{found:#}"
+    );
+}
+
 #[test]
 fn diagnose_finds_what_simulate_hid() {
     let folder = scratch("simulate_hidden");

@@ -10,6 +10,7 @@
 mod experiment;
 mod free_run;
 mod influence;
+mod motion_noise;
 mod report;
 mod run;
 mod statistics;

@@ -1,12 +1,14 @@
 //! The comparison itself: one pass over the log, all cut-offs at once.
 use super::experiment::by_kind;
 use super::influence::depends_on;
+use super::motion_noise::motion_noise;
 use super::report::{Channel, Comparison, Cutoff};
 use super::statistics::{Sums, geometric_mean};
 use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
+use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::coloured::{between_reversals, coloured_noise};
 use crate::measure::columns::{JointColumns, Plan};
-use crate::measure::filtered::{cut, unusable};
+use crate::measure::filtered::{cut, noise_gains, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::trajectory::{Even, States};
 use crate::measure::{Missing, Options};
@@ -17,6 +19,8 @@ use std::path::{Path, PathBuf};
 
 /// Sums of squares of anything smaller are finite, N m.
 const LARGEST_EFFORT: f64 = 1e140;
+/// Samples at which the noise's way through the model is computed.
+const NOISE_SAMPLES: usize = 16;
 
 /// One cut-off on trial.
 struct Candidate {
@@ -26,6 +30,7 @@ struct Candidate {
     sums: Vec<Sums>,
     /// What the first block leaves, one per joint; and samples between reversals there.
     left: Vec<(Vec<f64>, f64)>,
+    accelerations: AccelerationNoise,
 }
 
 impl Candidate {
@@ -48,6 +53,8 @@ struct Run<'a> {
     candidates: Vec<Candidate>,
     /// Noise of the logged efforts by joint, from the first stretch.
     noise: Vec<f64>,
+    /// Configurations from the first stretch, one after the other: the noise's way through the model is computed there.
+    postures: Vec<f64>,
     /// First and last time that counted, s.
     span: Option<(f64, f64)>,
 }
@@ -87,11 +94,21 @@ pub fn compare(
     let candidates = candidates(&mut plan, layout, options, 1.0 / step).map_err(|e| one(e.in_file(&file)))?;
     let overlap = candidates.iter().map(|c| c.filter.overlap()).max().unwrap_or(0);
     let mut blocks = cut(sampling, overlap, 1, options);
-    let mut run = Run { file, layout, plan, compared, step, candidates, noise: Vec::new(), span: None };
+    let mut run = Run {
+        file,
+        layout,
+        plan,
+        compared,
+        step,
+        candidates,
+        noise: Vec::new(),
+        postures: Vec::new(),
+        span: None,
+    };
     while let Some(block) = blocks.next_block()? {
         run.add(model, &block)?;
     }
-    run.finish(&blocks, options)
+    run.finish(model, &blocks, options)
 }
 
 fn one(error: Diagnostic) -> Diagnostics {
@@ -164,6 +181,7 @@ fn candidates(
             Ok(filter) => {
                 candidates.push(Candidate {
                     cutoff_hz,
+                    accelerations: AccelerationNoise::new(plan, noise_gains(&filter, 1.0 / rate, 1)),
                     filter,
                     sums: vec![Sums::default(); layout.joints.len()],
                     left: vec![(Vec::new(), 0.0); layout.joints.len()],
@@ -211,6 +229,11 @@ impl Run<'_> {
             let filter = &self.candidates[index].filter;
             let states = even.states(&self.plan, self.layout, filter, block.time, range.clone());
             let states = states.map_err(|e| unusable(e, &self.file))?;
+            self.candidates[index].accelerations.hear(&self.plan, block);
+            if self.postures.is_empty() {
+                let every = (states.count / NOISE_SAMPLES).max(1);
+                self.postures = states.q.chunks_exact(model.nq()).step_by(every).flatten().copied().collect();
+            }
             self.judge(model, index, block, range.start, &states)?;
         }
         Ok(())
@@ -257,15 +280,35 @@ impl Run<'_> {
         Ok(())
     }
 
-    fn finish(self, blocks: &Blocks, options: &Options) -> Result<Comparison, Diagnostics> {
+    /// Noise of each joint's row: of the logged effort as what is left shows it, and of the motion.
+    fn noise_of_rows(
+        &self,
+        model: &mut dyn InverseDynamics,
+        best: &Candidate,
+    ) -> Result<Vec<f64>, Diagnostics> {
+        let levels = best.accelerations.levels();
+        let of_motion = motion_noise(model, self.layout.base.nv(), &self.postures, &levels)
+            .map_err(|e| one(Diagnostic::error(e.to_string()).in_file(&self.file)))?;
+        // What is left shows noise that is correlated in time, which differences of neighbours do not; it may be the motion's.
+        let rows = self.noise.iter().zip(&best.left).zip(of_motion);
+        let both = |((white, (left, turn)), motion): ((&f64, &(Vec<f64>, f64)), f64)| {
+            let both = white.hypot(motion);
+            coloured_noise(left, || *turn).map_or(both, |heard| heard.max(both))
+        };
+        Ok(rows.map(both).collect())
+    }
+
+    fn finish(
+        self,
+        model: &mut dyn InverseDynamics,
+        blocks: &Blocks,
+        options: &Options,
+    ) -> Result<Comparison, Diagnostics> {
         let report = blocks.report();
         let Some((from_s, to_s)) = self.span else { return Err(one(self.nothing(blocks, options))) };
         let best = self.candidates.iter().min_by(|a, b| a.geometric_mean().total_cmp(&b.geometric_mean()));
         let Some(best) = best else { return Err(one(self.nothing(blocks, options))) };
-        let noise = self.noise.iter().zip(&best.left);
-        // What is left shows noise that is correlated in time, which differences of neighbours do not.
-        let noise = noise
-            .map(|(white, (left, turn))| coloured_noise(left, || *turn).map_or(*white, |n| n.max(*white)));
+        let noise = self.noise_of_rows(model, best)?;
         let channels = self.layout.joints.iter().zip(&best.sums).zip(noise);
         let channels: Vec<Channel> = channels
             .filter(|((_, sums), _)| sums.samples > 0)

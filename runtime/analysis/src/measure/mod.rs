@@ -1,4 +1,5 @@
 //! What was measured: columns of a log as states of the robot, recorded motions, their noise, motions that repeat themselves.
+pub(crate) mod acceleration_noise;
 mod base;
 pub(crate) mod coloured;
 pub(crate) mod columns;

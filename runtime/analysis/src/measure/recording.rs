@@ -1,9 +1,10 @@
 //! A log in memory: states of the robot at its samples, and what was measured there.
 use crate::log::{Block, Log};
+use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::columns::Plan;
 use crate::measure::directions::{Direction, Directions, Turning};
 use crate::measure::filtered::{Filtered, noise_gains, unusable};
-use crate::measure::noise::{of_encoders, white_noise};
+use crate::measure::noise::white_noise;
 use crate::measure::thinning::Thinning;
 use crate::measure::trajectory::{Even, Unusable};
 use crate::measure::{DataSource, Missing, Options};
@@ -13,8 +14,6 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::ops::Range;
 use std::path::Path;
 
-/// A joint whose encoder says the same for so many samples rests.
-const RESTS: usize = 64;
 /// Fewer samples tell nothing.
 const FEWEST: usize = 50;
 
@@ -273,44 +272,6 @@ impl Recording {
     /// Number of samples.
     pub fn samples(&self) -> usize {
         self.time.len()
-    }
-}
-
-/// Noise of filtered accelerations, by joint.
-struct AccelerationNoise {
-    /// Variances of derivatives of filtered white noise of variance 1.
-    gains: [f64; 3],
-    /// Variance times samples.
-    sums: Vec<f64>,
-    samples: usize,
-}
-
-impl AccelerationNoise {
-    fn new(plan: &Plan, gains: [f64; 3]) -> Self {
-        Self { gains, sums: vec![0.0; plan.joints.len()], samples: 0 }
-    }
-
-    /// Adds what a block's samples tell.
-    fn hear(&mut self, plan: &Plan, block: &Block<'_>) {
-        let count = block.core.len();
-        for (sum, columns) in self.sums.iter_mut().zip(&plan.joints) {
-            let known = match (columns.velocity, columns.position) {
-                (Some(velocity), _) => Some((velocity, self.gains[1])),
-                (None, position) => position.map(|position| (position, self.gains[2])),
-            };
-            let Some((column, gain)) = known else { continue };
-            let signal = &block.columns[column][block.core.clone()];
-            // An encoder at rest is off by as much all the time.
-            let moving = signal.chunks(RESTS).filter(|part| part.iter().any(|x| *x != part[0])).count();
-            let moving = moving as f64 / signal.chunks(RESTS).len().max(1) as f64;
-            *sum += gain * moving * of_encoders(signal, 1).powi(2) * count as f64;
-        }
-        self.samples += count;
-    }
-
-    fn levels(self) -> Vec<f64> {
-        let samples = self.samples.max(1) as f64;
-        self.sums.into_iter().map(|sum| (sum / samples).sqrt()).collect()
     }
 }
 
