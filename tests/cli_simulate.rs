@@ -103,6 +103,33 @@ fn a_clean_log_with_noisy_encoders_leaves_nothing_but_noise() {
     );
 }
 
+/// What the filter smears where friction turns about is no news once the friction stands in the description.
+#[test]
+fn an_amended_robot_is_judged_as_it_was() {
+    let folder = scratch("simulate_amended");
+    for file in ["robot.urdf", "biped.toml"] {
+        std::fs::copy(Path::new("robots/five_link").join(file), folder.join(file)).unwrap();
+    }
+    let quiet = SWING.replace("effort_noise = 0.03", "effort_noise = 0.01");
+    let quiet = quiet.replace("position = 0.6", "position = 0.9");
+    let dry = |joint: &str, torque: f64| {
+        format!("[[effect]]\nkind = \"coulomb_friction\"\njoint = \"{joint}\"\ntorque = {torque}\n")
+    };
+    let hidden = format!("{quiet}{}{}", dry("left_knee_pitch", 0.8), dry("left_hip_pitch", 1.2));
+    simulate("robots/five_link", &folder, "log", &hidden, &["--base", "fixed"]).ok();
+    let (log, answer) = (folder.join("log.csv"), folder.join("found.json"));
+    let ask =
+        || bipedc(&["diagnose", text(&folder), text(&log), "--base", "fixed", "--from", "1", "--json"]).ok();
+    let before = ask();
+    std::fs::write(&answer, &before.out).unwrap();
+    let before = before.json();
+    assert_eq!(before["effects"].as_array().unwrap().len(), 2, "{before:#}");
+    bipedc(&["amend", text(&folder), "--from", text(&answer)]).ok();
+    let after = ask().json();
+    assert_eq!(after["effects"], serde_json::json!([]), "{after:#}");
+    assert_eq!((&before["unexplained"], &after["unexplained"]), (&false.into(), &false.into()), "{after:#}");
+}
+
 #[test]
 fn diagnose_finds_what_simulate_hid() {
     let folder = scratch("simulate_hidden");

@@ -60,6 +60,9 @@ impl Experiment for Selected<'_> {
     fn sticks(&self, row: usize) -> &[bool] {
         self.inner.sticks(self.places[row])
     }
+    fn described(&self) -> &[Effect] {
+        self.inner.described()
+    }
     fn motion_noise(&self, row: usize) -> f64 {
         self.inner.motion_noise(self.places[row])
     }

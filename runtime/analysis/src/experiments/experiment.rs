@@ -100,6 +100,11 @@ pub trait Experiment: Sync {
         &[]
     }
 
+    /// Effects of the description in joints, which the model has already.
+    fn described(&self) -> &[Effect] {
+        &[]
+    }
+
     /// Standard deviation of what the noise of the measured motion makes of a row, through filter and model, where it is not in the row's
     /// own [`Row::noise`].
     fn motion_noise(&self, _row: usize) -> f64 {

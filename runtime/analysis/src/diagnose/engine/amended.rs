@@ -54,6 +54,9 @@ impl Experiment for Amended<'_> {
     fn sticks(&self, row: usize) -> &[bool] {
         self.inner.sticks(row)
     }
+    fn described(&self) -> &[Effect] {
+        self.inner.described()
+    }
     fn motion_noise(&self, row: usize) -> f64 {
         self.inner.motion_noise(row)
     }

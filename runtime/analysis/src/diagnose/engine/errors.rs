@@ -44,7 +44,8 @@ fn away_from_jumps(
     counts: &dyn Fn(usize, usize) -> bool,
     effects: &[Effect],
 ) {
-    let jumps = jumps(after, effects);
+    // What an amended description has jumps as it did when it was found.
+    let jumps = jumps(after, &[after.described(), effects].concat());
     if !jumps.contains(&true) {
         return;
     }

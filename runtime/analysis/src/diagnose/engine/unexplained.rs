@@ -92,6 +92,8 @@ pub(super) fn unexplained(
     (effects, resolutions): (&[Effect], &[f64]),
 ) -> Vec<Unexplained> {
     let own_blocks = std::ptr::eq(train.time().as_ptr(), judge.time().as_ptr());
+    // Those of an amended description turn about as they did when they were found.
+    let effects = &[judge.described(), effects].concat();
     let parts = parallel(train.rows().len(), |row| {
         let what = &train.rows()[row];
         let (a, b) = (smoother::signals(train, row), smoother::signals(judge, row));

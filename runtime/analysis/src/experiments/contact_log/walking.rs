@@ -308,6 +308,9 @@ impl Experiment for WalkingExperiment<'_> {
     fn sticks(&self, row: usize) -> &[bool] {
         row.checked_sub(self.first()).map_or(&[], |joint| &self.sticks[joint])
     }
+    fn described(&self) -> &[Effect] {
+        self.joints.described()
+    }
     fn smeared(&self) -> usize {
         // The joints' own in samples of the log, of which not all count.
         let spacing = self.base.recording.kept.windows(2).map(|pair| pair[1] - pair[0]).min();

@@ -464,6 +464,9 @@ impl Experiment for MotionExperiment<'_> {
     fn sticks(&self, row: usize) -> &[bool] {
         &self.sticks[row]
     }
+    fn described(&self) -> &[Effect] {
+        &self.present
+    }
     fn motion_noise(&self, row: usize) -> f64 {
         self.motion_noise[row]
     }
