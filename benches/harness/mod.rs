@@ -35,11 +35,8 @@ impl Bench {
             [models, name] if name == robot => Some(bench(Some(models.clone()))),
             [_, _] => None,
             _ => {
-                println!(
-                    "\n{}\n{robot:<32}{}",
-                    processor(),
-                    "ns per call   in lanes, a state    99.99 % below     slowest"
-                );
+                println!("\n{}", processor());
+                println!("{robot:<32}ns per call   in lanes, a state    99.99 % below     slowest");
                 Some(bench(None))
             }
         }
