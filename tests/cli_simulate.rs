@@ -128,6 +128,14 @@ fn an_amended_robot_is_judged_as_it_was() {
     let after = ask().json();
     assert_eq!(after["effects"], serde_json::json!([]), "{after:#}");
     assert_eq!((&before["unexplained"], &after["unexplained"]), (&false.into(), &false.into()), "{after:#}");
+    // The comparison of the amended robot holds the same errors against the same noise.
+    let compared =
+        bipedc(&["compare", text(&folder), text(&log), "--base", "fixed", "--from", "1", "--json"]);
+    for row in compared.ok().json()["channels"].as_array().unwrap() {
+        let number = |key: &str| row[key].as_f64();
+        let told = number("away_from_jumps").or(number("rms_moving")).or(number("rms")).unwrap();
+        assert!(told < 1.35 * number("noise").unwrap(), "{row:#}");
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 use super::report::{Channel, Comparison, Cutoff, KindError};
 use super::statistics::geometric_mean;
 use crate::experiments::Experiment;
+use crate::experiments::jumps::Jumps;
 use crate::experiments::moving::moving;
 use crate::experiments::noise::noise_of;
 use crate::measure::Missing;
@@ -35,6 +36,7 @@ pub struct Reading {
 /// One channel per row of an experiment.
 pub fn channels_of(experiment: &dyn Experiment) -> Vec<Channel> {
     let rows = experiment.rows().iter().enumerate();
+    let jumps = Jumps::of(experiment, &[]);
     let channel = |(index, row): (usize, &crate::experiments::Row)| {
         let residual = experiment.residual(index);
         let rms =
@@ -54,6 +56,7 @@ pub fn channels_of(experiment: &dyn Experiment) -> Vec<Channel> {
             noise: noise_of(experiment, index, residual),
             rms_moving: moving.map(|moving| moving.rms()),
             sticking: moving.map(|moving| moving.sticking),
+            away_from_jumps: jumps.away(experiment, index, residual, &|_, _| true),
             kind: row.channel.name(),
         }
     };
@@ -75,7 +78,7 @@ pub(super) fn by_kind(channels: &[Channel]) -> BTreeMap<&'static str, KindError>
         let squares: f64 = own().map(|c| c.rms * c.rms * c.samples as f64).sum();
         kind.rms = (squares / own().map(|c| c.samples).sum::<usize>().max(1) as f64).sqrt();
         let told = |c: &Channel| c.samples as f64 * (1.0 - c.sticking.unwrap_or(0.0));
-        let squares: f64 = own().map(|c| c.told().powi(2) * told(c)).sum();
+        let squares: f64 = own().map(|c| c.moving().powi(2) * told(c)).sum();
         let moving = (squares / own().map(told).sum::<f64>().max(f64::MIN_POSITIVE)).sqrt();
         kind.rms_moving = own().any(|c| c.rms_moving.is_some()).then_some(moving);
     }
@@ -127,13 +130,16 @@ impl Comparison {
         }
     }
 
-    /// Takes what an experiment at the same cut-off says of where joints stick, and of channels that are no torques: motors'
+    /// Takes what an experiment at the same cut-off says of where joints stick and effects jump, and of channels that are no torques: motors'
     /// angles. Channels are known by their names.
     pub fn without_sticking(&mut self, experiment: &dyn Experiment) {
         for told in channels_of(experiment) {
             let is_motor_of_ours = self.has_joint_of(&told);
             match self.channels.iter_mut().find(|c| c.name == told.name && c.kind == told.kind) {
-                Some(own) => (own.rms_moving, own.sticking) = (told.rms_moving, told.sticking),
+                Some(own) => {
+                    (own.rms_moving, own.sticking) = (told.rms_moving, told.sticking);
+                    own.away_from_jumps = told.away_from_jumps;
+                }
                 None if is_motor_of_ours => self.channels.push(told),
                 None => {}
             }

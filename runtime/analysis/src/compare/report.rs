@@ -24,13 +24,17 @@ pub struct Channel {
     pub samples: usize,
     /// Estimated noise of the measurement as the residual has it, one standard deviation, unit of `rms`.
     pub noise: f64,
-    /// As `rms`, without the samples at which the joint sticks, where dry friction may be anything within its bounds: what is held
-    /// against the noise. Absent where it never sticks.
+    /// As `rms`, without the samples at which the joint sticks, where dry friction may be anything within its bounds. Absent where it never
+    /// sticks.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms_moving: Option<f64>,
     /// Part of the samples at which the joint sticks; absent where it never does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sticking: Option<f64>,
+    /// As `rms`, where nothing jumps by the description's effects (friction and play that turn about, limits) and the joint does not stick.
+    /// Absent where nothing does, or too few samples are left.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub away_from_jumps: Option<f64>,
     /// What kind of quantity: `effort`, `base_force`, `base_moment`, `cop`, `transmission`, `post_impact_velocity`.
     pub kind: &'static str,
 }
@@ -48,8 +52,13 @@ pub struct KindError {
 }
 
 impl Channel {
-    /// The error that is held against the noise: where the model says what the torque is.
+    /// The error that is held against the noise: where the model says what the torque is, and the filter what the motion is.
     pub fn told(&self) -> f64 {
+        self.away_from_jumps.unwrap_or_else(|| self.moving())
+    }
+
+    /// The error where the joint does not stick.
+    pub fn moving(&self) -> f64 {
         self.rms_moving.unwrap_or(self.rms)
     }
 }
@@ -163,7 +172,7 @@ impl Comparison {
         };
         for c in self.worst_first() {
             let relative = c.relative.map_or_else(|| "-".to_owned(), |r| format!("{:.2} %", 100.0 * r));
-            let numbers = [c.rms].into_iter().chain(sticks.then(|| c.told())).chain([c.max, c.noise]);
+            let numbers = [c.rms].into_iter().chain(sticks.then(|| c.moving())).chain([c.max, c.noise]);
             let numbers: String = numbers.map(|x| number(x, &c.unit)).collect();
             writeln!(f, "{:name$}{numbers}  {relative:>10}  {:>8}", c.name, c.samples)?;
         }

@@ -382,6 +382,7 @@ fn channel(name: &str, unit: &str, sums: &Sums, noise: f64) -> Channel {
         noise,
         rms_moving: None,
         sticking: None,
+        away_from_jumps: None,
         kind: "effort",
     }
 }

@@ -1,8 +1,10 @@
 //! Where a model fails: the error of each row by what the robot was doing, against the measurement's noise, and what
 //! is structured in it, in words.
 use super::signature::{self, Feature};
+use crate::experiments::jumps::Jumps;
 use crate::experiments::moving::moving;
 use crate::experiments::noise::noise_of;
+use crate::experiments::signals::velocity_of;
 use crate::experiments::{Experiment, Row};
 use crate::number::counting;
 use serde::Serialize;
@@ -58,6 +60,9 @@ pub struct Breakdown {
     /// The same without the samples at which the joint sticks; absent where it never does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub rms_moving: Option<f64>,
+    /// The same where nothing jumps by the description's effects and the joint does not stick; absent where nothing does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub away_from_jumps: Option<f64>,
     /// Largest absolute value of it.
     pub max: f64,
     /// Estimated noise of the measurement, one standard deviation.
@@ -81,9 +86,9 @@ pub struct Breakdown {
 }
 
 impl Breakdown {
-    /// The error that is held against the noise: where the model says what the torque is.
+    /// The error that is held against the noise: where the model says what the torque is, and the filter what the motion is.
     pub fn told(&self) -> f64 {
-        self.rms_moving.unwrap_or(self.rms)
+        self.away_from_jumps.or(self.rms_moving).unwrap_or(self.rms)
     }
 }
 
@@ -111,6 +116,7 @@ pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown 
         unit: row.unit.to_owned(),
         rms: rms(residual.iter()),
         rms_moving: moving(experiment, index, residual, &|_, _| true).map(|moving| moving.rms()),
+        away_from_jumps: Jumps::of(experiment, &[]).away(experiment, index, residual, &|_, _| true),
         max: residual.iter().fold(0.0, |max, r| max.max(r.abs())),
         noise,
         beyond_noise: 0.0,
@@ -130,18 +136,6 @@ pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown 
     }
     breakdown.words = sentences(row, &breakdown);
     breakdown
-}
-
-/// Of the joint of a row.
-pub(crate) fn velocity_of(experiment: &dyn Experiment, row: usize) -> Option<Vec<f64>> {
-    signal_of(experiment, row, "velocity")
-}
-
-/// A signal of a row, by its name.
-pub(crate) fn signal_of(experiment: &dyn Experiment, row: usize, name: &str) -> Option<Vec<f64>> {
-    let mut signals = experiment.signals(row);
-    let at = signals.iter().position(|(known, _)| known == name)?;
-    Some(signals.swap_remove(at).1)
 }
 
 fn rms<'a>(values: impl Iterator<Item = &'a f64>) -> f64 {

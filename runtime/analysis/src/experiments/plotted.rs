@@ -22,6 +22,8 @@ pub struct Row {
     pub rms_after: Option<f64>,
     /// Both without the samples at which the joint sticks; `None` where it never does.
     pub rms_moving: [Option<f64>; 2],
+    /// Both where nothing jumps and the joint does not stick; `None` where nothing does.
+    pub away_from_jumps: [Option<f64>; 2],
     /// `√(rms² − (1.05 noise)²) / (root mean square of the measured values)`: what noise does not account for, as a
     /// fraction. Estimates of noise are good to some 5 %, and a small difference of squares has a large root. Errors are those
     /// without sticking. NaN for heights of soles, which have no size of their own.
@@ -63,6 +65,7 @@ impl Row {
             rms_before: before,
             rms_after: after,
             rms_moving: [None; 2],
+            away_from_jumps: [None; 2],
             unexplained_before: 0.0,
             unexplained_after: None,
             note: String::new(),
@@ -78,7 +81,14 @@ impl Row {
         self.without_sticking([None; 2])
     }
 
-    /// Errors before and after without the samples at which the joint sticks: what is left unexplained is theirs.
+    /// Errors before and after where nothing jumps: what is left unexplained is theirs.
+    pub fn where_nothing_jumps(mut self, away: [Option<f64>; 2]) -> Self {
+        self.away_from_jumps = away;
+        let moving = self.rms_moving;
+        self.without_sticking(moving)
+    }
+
+    /// Errors before and after without the samples at which the joint sticks: what is left unexplained is theirs, unless something jumps.
     pub fn without_sticking(mut self, moving: [Option<f64>; 2]) -> Self {
         self.rms_moving = moving;
         let size = rms(self.series.measured.iter().copied()).max(f64::MIN_POSITIVE);
@@ -93,11 +103,16 @@ impl Row {
 
     /// The error that is held against the noise.
     pub fn told_before(&self) -> f64 {
-        self.rms_moving[0].unwrap_or(self.rms_before)
+        self.away_from_jumps[0].or(self.rms_moving[0]).unwrap_or(self.rms_before)
     }
 
     /// The same with effects; `None` without effects.
     pub fn told_after(&self) -> Option<f64> {
+        self.away_from_jumps[1].filter(|_| self.rms_after.is_some()).or_else(|| self.moving_after())
+    }
+
+    /// The error with effects where the joint does not stick; `None` without effects.
+    pub fn moving_after(&self) -> Option<f64> {
         self.rms_after.map(|after| self.rms_moving[1].unwrap_or(after))
     }
 

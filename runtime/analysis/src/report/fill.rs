@@ -1,10 +1,12 @@
 //! Rows of a report from an experiment.
 use crate::diagnose::Diagnosis;
-use crate::diagnose::breakdown::{breakdown, direction_states, motion_states, velocity_of};
+use crate::diagnose::breakdown::{breakdown, direction_states, motion_states};
 use crate::experiments::Experiment;
+use crate::experiments::jumps::Jumps;
 use crate::experiments::moving::moving;
 use crate::experiments::noise::noise_of;
 use crate::experiments::plotted::{Row, Series};
+use crate::experiments::signals::velocity_of;
 use crate::number::worst_first;
 use bipedc_effects::effect::Effect;
 
@@ -18,6 +20,7 @@ pub fn rows_of(experiment: &dyn Experiment, diagnosis: Option<&Diagnosis>) -> Ve
     let effects: Vec<Effect> = found.map(|found| found.effect.clone()).collect();
     let mut responses = if effects.is_empty() { Vec::new() } else { experiment.response(&effects) };
     let indices = 0..experiment.rows().len();
+    let jumps = Jumps::of(experiment, &[]);
     let rows = indices.map(|row| {
         let response =
             responses.iter_mut().find(|(r, _)| *r == row).map(|(_, values)| std::mem::take(values));
@@ -29,13 +32,16 @@ pub fn rows_of(experiment: &dyn Experiment, diagnosis: Option<&Diagnosis>) -> Ve
         };
         let before = told(&mut built.series.residual());
         let after = built.series.amended.as_ref().and_then(|_| told(&mut built.series.residual_after()));
+        let away = jumps.away(experiment, row, experiment.residual(row), &|_, _| true);
         match diagnosis.and_then(|d| d.rows.get(&built.name)) {
             Some(fall) => {
                 let after = built.rms_after.map(|_| fall.after);
                 let built = Row { noise: fall.noise, ..built };
-                built.judged(fall.before, after).without_sticking([fall.before_moving, fall.after_moving])
+                let built = built.judged(fall.before, after);
+                let built = built.without_sticking([fall.before_moving, fall.after_moving]);
+                built.where_nothing_jumps([away, after.and(fall.away_from_jumps)])
             }
-            None => built.without_sticking([before, after]),
+            None => built.without_sticking([before, after]).where_nothing_jumps([away, None]),
         }
     });
     let mut rows: Vec<Row> = rows.collect();

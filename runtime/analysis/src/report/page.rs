@@ -151,7 +151,7 @@ fn line(index: usize, row: &Row) -> Markup {
         Some(after) => arrow(with_unit(row.rms_before, ""), Some(with_unit(after, &row.unit))),
         None => with_unit(row.rms_before, &row.unit),
     };
-    let told = row.rms_moving[0].map(|before| match row.told_after() {
+    let told = row.rms_moving[0].map(|before| match row.moving_after() {
         Some(after) => arrow(with_unit(before, ""), Some(with_unit(after, &row.unit))),
         None => with_unit(before, &row.unit),
     });

@@ -1,17 +1,14 @@
 //! Errors of a diagnosis: root mean squares before and after effects, by row and by kind of channel.
 use super::amended::Amended;
-use super::corners::{Corners, corners, wide_corners};
 use super::regression::is_held_out;
 use super::resolution::resolutions;
 use crate::diagnose::{Diagnosis, ErrorFall};
+use crate::experiments::jumps::Jumps;
 use crate::experiments::moving::moving;
 use crate::experiments::noise::noise_of;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::Effect;
 use std::collections::BTreeMap;
-
-/// Least part of a row's samples that must be left away from jumps.
-const AWAY: f64 = 0.2;
 
 /// Errors of a list of effects, as a diagnosis states them: on `validation`, or on the blocks of `train` that were held out.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -30,58 +27,17 @@ pub fn errors(train: &dyn Experiment, validation: Option<&dyn Experiment>, effec
     let counts = |sample: usize, n: usize| validation.is_some() || is_held_out(sample, n);
     let amended = Amended::new(judge, effects);
     let (mut rows, rms) = grouped(judge, &amended, &counts);
-    away_from_jumps(&mut rows, &amended, &counts, effects);
+    let jumps = Jumps::of(&amended, effects);
+    for (row, what) in judge.rows().iter().enumerate() {
+        if let Some(fall) = rows.get_mut(&what.name) {
+            fall.away_from_jumps = jumps.away(&amended, row, amended.residual(row), &counts);
+        }
+    }
     let rms_training = grouped(train, &Amended::new(train, effects), &|_, _| true).1;
     Errors { rows, rms, rms_training }
 }
 
 type Falls = BTreeMap<String, ErrorFall>;
-
-/// Notes what is left where nothing jumps: of the motion there, in all joints, the filter knows less than the sensors.
-fn away_from_jumps(
-    rows: &mut Falls,
-    after: &Amended<'_>,
-    counts: &dyn Fn(usize, usize) -> bool,
-    effects: &[Effect],
-) {
-    // What an amended description has jumps as it did when it was found.
-    let jumps = jumps(after, &[after.described(), effects].concat());
-    if !jumps.contains(&true) {
-        return;
-    }
-    for (row, what) in after.rows().iter().enumerate() {
-        let (residual, sticks) = (after.residual(row), after.sticks(row));
-        let told = |i: &usize| counts(*i, residual.len()) && !sticks.get(*i).is_some_and(|sticks| *sticks);
-        let all: Vec<usize> = (0..residual.len()).filter(told).collect();
-        let kept: Vec<f64> = all
-            .iter()
-            .filter(|i| !jumps.get(**i).is_some_and(|jumps| *jumps))
-            .map(|i| residual[*i])
-            .collect();
-        if kept.len() as f64 >= AWAY * all.len() as f64 {
-            let squares: f64 = kept.iter().map(|x| x * x).sum();
-            let rms = (squares / kept.len().max(1) as f64).sqrt();
-            rows.entry(what.name.clone()).and_modify(|fall| fall.away_from_jumps = Some(rms));
-        }
-    }
-}
-
-/// Samples at which the effects jump at some joint, or near enough for the filter to smear it there.
-fn jumps(experiment: &dyn Experiment, effects: &[Effect]) -> Vec<bool> {
-    let of_rows = |corners: fn(&dyn Experiment, usize, &[Effect]) -> Corners| {
-        (0..experiment.rows().len()).fold(Vec::new(), |mut all: Vec<bool>, row| {
-            let own = corners(experiment, row, effects).left_out;
-            all.resize(all.len().max(own.len()), false);
-            all.iter_mut().zip(own).for_each(|(all, own)| *all |= own);
-            all
-        })
-    };
-    let leaves_enough = |jumps: &Vec<bool>| {
-        let left = jumps.iter().filter(|jumps| !**jumps).count();
-        left as f64 >= AWAY * jumps.len() as f64
-    };
-    Some(of_rows(wide_corners)).filter(leaves_enough).unwrap_or_else(|| of_rows(corners))
-}
 
 /// Root mean squares before and after, by row and by kind of channel.
 fn grouped(

@@ -1,10 +1,11 @@
 //! The engine: from experiments to a [`Diagnosis`].
 mod alternatives;
 mod amended;
+#[cfg(test)]
+mod at_corners;
 mod block_equations;
 mod candidates;
 mod conclusion;
-mod corners;
 mod corrections;
 mod errors;
 mod exchange;

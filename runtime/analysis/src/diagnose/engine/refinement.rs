@@ -1,10 +1,10 @@
 //! The final estimate by Gauss–Newton: all parameters of all effects at once, with everything nonlinear, and error bars.
 use super::amended::Amended;
 use super::block_equations::{BlockEquations, Spread, block_equations};
-use super::corners::{Corners, inexactness, sharpened, wide_corners};
 use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
 use super::parallel::parallel;
 use super::uncertainty::uncertainty;
+use crate::experiments::corners::{Corners, inexactness, sharpened, wide_corners};
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::{Effect, Law, Role};

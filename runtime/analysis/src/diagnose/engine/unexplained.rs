@@ -1,11 +1,11 @@
 //! What the effects leave unexplained.
 use super::amended::Amended;
-use super::corners::{Corners, corners};
 use super::parallel::parallel;
 use super::regression::NOISE_MARGIN;
 use super::smoother::{self, reach};
 use crate::diagnose::{Seen, Unexplained};
 use crate::experiments::Experiment;
+use crate::experiments::corners::{Corners, corners};
 use crate::number::counting;
 use bipedc_effects::effect::Effect;
 

@@ -1,0 +1,14 @@
+//! Signals of rows by their names.
+use super::Experiment;
+
+/// Of the joint of a row.
+pub(crate) fn velocity_of(experiment: &dyn Experiment, row: usize) -> Option<Vec<f64>> {
+    signal_of(experiment, row, "velocity")
+}
+
+/// A signal of a row, by its name.
+pub(crate) fn signal_of(experiment: &dyn Experiment, row: usize, name: &str) -> Option<Vec<f64>> {
+    let mut signals = experiment.signals(row);
+    let at = signals.iter().position(|(known, _)| known == name)?;
+    Some(signals.swap_remove(at).1)
+}
