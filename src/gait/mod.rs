@@ -12,6 +12,7 @@ pub mod plan;
 mod text;
 
 pub use bipedc_analysis::gait::{Assumptions, Reason};
+pub(crate) use chain::light;
 pub use chain::{Chain, ChainOptions, ChainStep, ChainedPhase, Hop, MidStance, PhaseEnergy, Refused};
 pub use controller::ProgramController;
 pub use cycle::{CycleOptions, Cycles};

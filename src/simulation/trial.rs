@@ -2,7 +2,7 @@
 use super::gait::begin_at;
 use super::walking::figure;
 use super::{Walker, plant, walker};
-use crate::gait::{AnyBench, Chain};
+use crate::gait::{AnyBench, Chain, light};
 use bipedc_analysis::simulate::phases::{WalkEnd, WalkSummary, Walking};
 use bipedc_analysis::simulate::{Plant, Run, Sample, Scenario};
 use bipedc_compiler::Robot;
@@ -16,8 +16,6 @@ use std::path::Path;
 const STEPS: usize = 5;
 /// Samples of a step.
 const SAMPLES: f64 = 400.0;
-/// Vertical forces below this part of the weight need no friction that anybody would measure.
-const LIGHT: f64 = 0.01;
 
 /// The whole robot under its own controller: smallest distances from limits over whole steps, not at nodes alone.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -199,7 +197,7 @@ impl Trial {
             let sum = |axis: usize| forces.iter().map(|force| force[axis]).sum::<f64>();
             match stands {
                 Some(first) => {
-                    if sum(2) > LIGHT * weight {
+                    if sum(2) > light() * weight {
                         found.friction = found.friction.max(sum(0).abs() / sum(2));
                     }
                     let held = phase.feet.iter().flatten().find(|foot| foot.force[0] == first);

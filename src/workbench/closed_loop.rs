@@ -311,7 +311,7 @@ impl Lack {
         more(&mut demands.clearance, margins.clearance, wished.clearance, 1.8);
         // Friction of the feet that stand is the controller's to keep: only impacts are asked for again.
         let excess = (margins.impact_friction.unwrap_or(0.0) - wished.friction).clamp(0.0, 0.1);
-        demands.friction = (demands.friction - 1.2 * excess).max(0.5 * wished.friction);
+        demands.impact_friction = (demands.impact_friction - 1.2 * excess).max(0.5 * wished.friction);
         if margins.torque.is_some_and(|torque| torque < 1e-3) {
             demands.effort = (demands.effort - 0.1).max(0.5);
         }

@@ -1,6 +1,7 @@
 //! Gaits that `bipedc gait optimise` found: those that are shipped walk with everything checked, and the command finds one from nothing.
 use crate::cli::{bipedc, scratch, text};
 use serde_json::Value;
+use std::path::Path;
 
 /// Twenty steps of a shipped scenario, all assumptions checked, and the smallest vertical impulse on a foot that an impact holds, N s.
 fn twenty_steps(robot: &str, scenario: &str) -> f64 {
@@ -9,7 +10,12 @@ fn twenty_steps(robot: &str, scenario: &str) -> f64 {
     let found =
         bipedc(&["simulate", robot, "--scenario", &scenario, "--out", text(&log), "--json"]).ok().json();
     assert_eq!((&found["verdict"], found["steps"].as_u64()), (&Value::Null, Some(20)), "{found}");
-    let changes = found["changes"].as_array().unwrap().iter();
+    smallest_impulse(&found)
+}
+
+/// Vertical, of all feet that impacts of a walk hold, N s.
+fn smallest_impulse(run: &Value) -> f64 {
+    let changes = run["changes"].as_array().unwrap().iter();
     let impulses = changes.flat_map(|change| change["impulse"].as_array().unwrap());
     impulses.map(|impulse| impulse["z"].as_f64().unwrap()).fold(f64::INFINITY, f64::min)
 }
@@ -25,6 +31,45 @@ fn a_five_link_gait_found_from_nothing_walks() {
 fn a_gait_of_four_phases_found_from_nothing_walks() {
     let smallest = twenty_steps("robots/seven_link_v1", "from_nothing");
     assert!(smallest > 0.1, "{smallest} N s");
+}
+
+/// All margins at once, walked from event to event: begun at the shipped gait, whose walk has hardly any impulse on the rear toe, and
+/// from nothing. Then twenty steps by what was written.
+#[test]
+#[ignore = "takes long"]
+fn a_gait_of_four_phases_keeps_every_margin_from_a_seed_and_from_nothing() {
+    for (name, start) in [("seed", &["--start", "collocated"][..]), ("nothing", &[])] {
+        let folder = scratch(&format!("optimised-margins-{name}"));
+        let gait = folder.join("walk.toml");
+        let asked = ["gait", "optimise", "robots/seven_link_v1", "--gait", "collocated", "--speed", "0.4"];
+        let margins = ["--friction", "0.6", "--impulse", "0.1", "--zmp", "0.01", "--clearance", "0.01"];
+        let written = ["--out", text(&gait), "--json"];
+        let found = bipedc(&[&asked[..], &margins, &written, start].concat()).ok().json();
+        let found = &found["gaits"][0];
+        let walked = &found["closed_loop"];
+        let of = |margin: &str| walked["margins"][margin].as_f64().unwrap();
+        assert_eq!(found["lacking"], Value::Array(Vec::new()), "{name}: {found}");
+        assert!(of("friction") < 0.6 + 1e-9 && of("impact_friction") <= 0.6, "{name}: {walked}");
+        assert!(of("impulse") >= 0.1 && of("zmp") >= 0.01 && of("clearance") >= 0.01, "{name}: {walked}");
+        assert!(of("torque") > 0.0 && of("joint") > 0.0, "{name}: {walked}");
+        assert!(walked["multiplier"].as_f64().unwrap().abs() < 0.8, "{name}: {walked}");
+        let run = steps_by(&folder, "robots/seven_link_v1", &gait, walked["speed"].as_f64().unwrap());
+        assert_eq!((run["steps"].as_u64(), &run["verdict"]), (Some(20), &Value::Null), "{name}: {run}");
+        assert!(smallest_impulse(&run) >= 0.1, "{name}: {run}");
+    }
+}
+
+/// Twenty steps of a robot by a gait file, from event to event, all assumptions checked.
+fn steps_by(folder: &Path, robot: &str, gait: &Path, mid_stance_speed: f64) -> Value {
+    let scenario = folder.join("walk-scenario.toml");
+    let words = format!(
+        "method = \"event_driven\"\nduration = 60.0\nsteps = 20\nlog_step = 0.005\n[assumptions]\nfriction = 0.6\n[initial]\n\
+         mid_stance_speed = {mid_stance_speed}\n[control]\ngait = \"{}\"\n",
+        text(gait)
+    );
+    std::fs::write(&scenario, words).unwrap();
+    let log = folder.join("run.csv");
+    bipedc(&["simulate", robot, "--scenario", text(&scenario), "--out", text(&log), "--json"]).ok().json()
 }
 
 /// Wrong numbers, and the gait itself as the output, are refused before anything is computed.

@@ -2,12 +2,15 @@
 use super::hop::{Hop, MidStance};
 use super::{Chain, ChainPhase, Refused};
 use bipedc_analysis::gait::{Assumptions, Margins, Reason};
-use bipedc_analysis::simulate::phases::{Row, RowKind};
+use bipedc_analysis::simulate::phases::{Assumptions as Allowed, Row, RowKind};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::PhasedGait;
 
-/// A foot that carries less than this part of the weight, of an impact's impulses, needs no friction that anybody would measure.
-const LIGHT: f64 = 0.01;
+/// A foot that carries less than this part of the weight, of an impact's impulses, needs no friction that anybody would measure: what simulations let pass.
+pub(crate) fn light() -> f64 {
+    Allowed::default().light
+}
+
 /// Part of a phase at each end over which feet in the air may be near the ground.
 const NEAR: f64 = 0.1;
 /// What the controller holds to a limit is beyond it by rounding.
@@ -63,8 +66,9 @@ impl Chain<'_> {
             .collect();
         let whole: f64 = found.iter().map(|[_, push]| push).sum();
         // A light foot has a push, and no quotient.
-        let light = |[along, push]: [f64; 2]| [if push < LIGHT * whole { f64::NAN } else { along }, push];
-        let found = found.into_iter().map(light);
+        let light = light();
+        let judged = |[along, push]: [f64; 2]| [if push < light * whole { f64::NAN } else { along }, push];
+        let found = found.into_iter().map(judged);
         self.present.borrow_mut().impulses.extend(found);
     }
 
@@ -139,7 +143,7 @@ impl Seen<'_, '_> {
             if foot.holds {
                 smaller(&mut self.margins.pull, push);
             }
-            if push < LIGHT * self.weight {
+            if push < light() * self.weight {
                 continue;
             }
             if let Some(friction) = friction {

@@ -12,6 +12,7 @@ mod trace;
 
 pub use energy::PhaseEnergy;
 pub use hop::{Hop, MidStance};
+pub(crate) use margins::light;
 pub(in crate::gait) use pool::{Chains, SpeedAndReason};
 pub use refused::Refused;
 pub use step::{ChainOptions, ChainStep, ChainedPhase};

@@ -269,7 +269,8 @@ impl Builder<'_> {
                 rows.sum((&what, phase, Some(node)), force, (EQUAL, vec![(z, 1.0)]));
                 rows.sum((&what, phase, Some(node)), force, (nothing, vec![(x, 1.0)]));
             } else {
-                self.friction(rows, (&format!("friction of {name}"), phase, Some(node)), force, [x, z]);
+                let name = format!("friction of {name}");
+                self.friction(rows, (&name, phase, Some(node)), (force, self.demands.friction), [x, z]);
                 if !foot.holds && left < CLEAR_END {
                     let least = LETTING_GO * left * self.of.mass * 9.81;
                     let what = format!("{name} lets go by and by");
@@ -291,9 +292,15 @@ impl Builder<'_> {
         }
     }
 
-    fn friction(&self, rows: &mut Rows, name: (&str, usize, Option<usize>), unit: f64, [x, z]: [usize; 2]) {
+    fn friction(
+        &self,
+        rows: &mut Rows,
+        name: (&str, usize, Option<usize>),
+        (unit, coefficient): (f64, f64),
+        [x, z]: [usize; 2],
+    ) {
         for sign in [-1.0, 1.0] {
-            rows.sum(name, unit, (ABOVE, vec![(z, self.demands.friction), (x, sign)]));
+            rows.sum(name, unit, (ABOVE, vec![(z, coefficient), (x, sign)]));
         }
     }
 
@@ -340,7 +347,8 @@ impl Builder<'_> {
         let [x, z] = foot.force.map(|k| first + k);
         let name = self.of.changes[phase].impulses[foot.force[0]].split('/').next().unwrap_or("");
         let [impulse, angular] = [Measure::Length, Measure::Angle].map(|of| self.similar.impulse(of));
-        self.friction(rows, (&format!("friction of the impulse on {name}"), phase, None), impulse, [x, z]);
+        let what = format!("friction of the impulse on {name}");
+        self.friction(rows, (&what, phase, None), (impulse, self.demands.impact_friction), [x, z]);
         let Some(moment) = foot.moment else { return };
         for side in 0..2 {
             let sign = [-1.0, 1.0][side];

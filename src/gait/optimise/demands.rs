@@ -5,8 +5,10 @@
 pub struct Demands {
     /// Mean walking speed, m/s.
     pub speed: f64,
-    /// Coulomb's coefficient that forces and impulses stay below.
+    /// Coulomb's coefficient that forces stay below.
     pub friction: f64,
+    /// The same of impulses.
+    pub impact_friction: f64,
     /// Smallest vertical force on a foot that holds, N.
     pub push: f64,
     /// Distance of the centre of pressure from the ends of a sole, m.
@@ -35,12 +37,13 @@ impl Demands {
         Self {
             speed,
             friction: 0.5,
+            impact_friction: 0.5,
             push: 5.0,
             zmp: 0.012,
             clearance: 0.012,
             effort: 0.9,
             joint: 0.02,
-            impulse: 0.15,
+            impulse: 0.11,
             lift_off: 0.05,
             landing: [0.2, 1.0],
             longest_step: 0.75,
@@ -56,7 +59,7 @@ impl Demands {
             push: usual.push.min(0.03 * mass * 9.81),
             zmp: usual.zmp.min(0.02 * height),
             clearance: usual.clearance.min(0.02 * height),
-            impulse: usual.impulse.min(1.2e-3 * mass * swing),
+            impulse: usual.impulse.min(8.8e-4 * mass * swing),
             lift_off: usual.lift_off.min(0.02 * swing),
             landing: [usual.landing[0].min(0.08 * swing), usual.landing[1].max(0.4 * swing)],
             ..usual
@@ -109,16 +112,18 @@ impl Default for Wishes {
     }
 }
 
-/// What a search is asked for, of what a walk is to keep: friction, impulses, distances.
-const RESERVE: [f64; 3] = [5.0 / 6.0, 1.5, 1.2];
+/// What a search is asked for, of what a walk is to keep: friction of forces and of impulses, impulses, distances. Impacts of walks are those of their motions within
+/// some thousandths, forces are not: the controller shares them out anew.
+const RESERVE: [f64; 4] = [5.0 / 6.0, 0.98, 1.1, 1.2];
 
 impl Wishes {
     /// What the walk is to keep, of a robot of this mass (kg) with its base at this height (m).
     pub fn demands(&self, speed: f64, [mass, height]: [f64; 2]) -> Demands {
         let sized = Demands::of_size(speed, mass, height);
-        let [_, impulse, distance] = RESERVE;
+        let [_, _, impulse, distance] = RESERVE;
         Demands {
             friction: self.friction,
+            impact_friction: self.friction,
             clearance: self.clearance.unwrap_or(sized.clearance / distance),
             zmp: self.zmp.unwrap_or(sized.zmp / distance),
             impulse: self.impulse.unwrap_or(sized.impulse / impulse),
@@ -135,6 +140,7 @@ impl Demands {
     pub fn eased(&self) -> Self {
         Self {
             friction: self.friction.max(0.8),
+            impact_friction: self.impact_friction.max(0.8),
             push: 0.2 * self.push,
             zmp: 0.2 * self.zmp,
             clearance: 0.5 * self.clearance,
@@ -148,9 +154,10 @@ impl Demands {
     /// With what the controller's walk takes of them, so that about as much is left.
     #[must_use]
     pub fn with_reserve(&self) -> Self {
-        let [friction, impulse, distance] = RESERVE;
+        let [friction, impact_friction, impulse, distance] = RESERVE;
         Self {
             friction: friction * self.friction,
+            impact_friction: impact_friction * self.impact_friction,
             impulse: impulse * self.impulse,
             zmp: distance * self.zmp,
             clearance: distance * self.clearance,
