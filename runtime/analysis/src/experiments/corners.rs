@@ -19,7 +19,7 @@ const REACHES: [usize; 3] = [3, 2, 1];
 /// sampling and how stops give way are as wrong at every sample (up to 0.13 % on logs without noise).
 const SIMILAR: f64 = 2e-3;
 /// The same of a drive's limit: what the filter makes of a motion whose torque is cut off is too large where it is cut off.
-const CLIPPED: f64 = 6e-3;
+pub(crate) const CLIPPED: f64 = 6e-3;
 /// So many standard deviations of its noise a reported torque is away from a limit.
 const DEVIATIONS: f64 = 3.0;
 /// Fewest samples beyond a limit that tell where it is.
@@ -231,4 +231,16 @@ fn limits(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Vec<bo
         return Vec::new();
     }
     reported.iter().map(|torque| (torque.abs() - limit).abs() < near).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::around;
+
+    #[test]
+    fn corners_reach_as_far_as_the_filter_does() {
+        let flags = [false, false, false, true, false, false, false, false];
+        assert_eq!(around(&flags, 2).iter().filter(|flag| **flag).count(), 5);
+        assert_eq!(around(&flags, 0), flags);
+    }
 }
