@@ -3,7 +3,7 @@ use super::estimated::EstimateErrors;
 use super::late::Late;
 use super::told::ToldLog;
 use crate::walking::{FootstepWalker, Legs, robots_own};
-use bipedc_analysis::simulate::{FootstepWalk, Plant, Scenario};
+use bipedc_analysis::simulate::{FootstepWalk, Plant, Scenario, Sensors};
 use bipedc_analysis::walking::read_settings;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::ProgramModel;
@@ -15,6 +15,7 @@ use bipedc_runtime::walking::steps::{Phase, Steps, Velocity};
 use bipedc_runtime::walking::{OnBoardWalker, Payload, Stepped, Walked, WalkingController};
 use serde::Serialize;
 use std::cell::RefCell;
+use std::f64::consts::TAU;
 use std::fmt;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -32,6 +33,8 @@ pub(super) struct Footsteps {
     settings: Option<PathBuf>,
     /// Of the inertial unit.
     unit: Unit,
+    /// Standard deviation of a joint's reading, rad.
+    encoder: f64,
 }
 
 /// What the estimator is told of the inertial unit: its place (m), standard deviations of a sample (rad/s, m/s²), s between samples.
@@ -240,7 +243,8 @@ impl Footsteps {
             }
             (false, _) => Unit::default(),
         };
-        Ok(Some(Self { walker, walk, settings, unit }))
+        let encoder = joint_reading(&scenario.sensors);
+        Ok(Some(Self { walker, walk, settings, unit, encoder }))
     }
 
     /// Files that were read.
@@ -257,6 +261,7 @@ impl Footsteps {
         let Unit { place, noise, step } = self.unit;
         let mut settings = self.walker.estimator();
         settings.unit = place;
+        settings.encoder = settings.encoder.max(self.encoder);
         let density = |own: f64, sample: f64| own.max(sample * step.sqrt());
         settings.noise = [density(settings.noise[0], noise[0]), density(settings.noise[1], noise[1])];
         Driver::Measured(Box::new(self.walker.on_board(settings)))
@@ -295,6 +300,12 @@ impl Footsteps {
         };
         (controller, record)
     }
+}
+
+/// Standard deviation of a joint's reading: noise, and counts, within one of which any angle is as likely; rad.
+fn joint_reading(sensors: &Sensors) -> f64 {
+    let count = if sensors.encoder_counts > 0.0 { TAU / sensors.encoder_counts } else { 0.0 };
+    sensors.position.hypot(count / 12.0_f64.sqrt())
 }
 
 /// The robot as its controller knows it: its joints have to be those of the robot.

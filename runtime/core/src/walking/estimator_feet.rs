@@ -18,7 +18,7 @@ const SETTLING: f64 = 0.05;
 const LASTING: [f64; 2] = [0.01, 0.5];
 
 /// Twists of a sole are filtered over this time (s), and seen from so many standard deviations on.
-const TWIST: (f64, f64) = (0.02, 4.0);
+const TWIST: (f64, f64) = (0.01, 6.0);
 /// A sole that is off the plane by more standard deviations lies on something else than the plane; for so long (s) at most.
 const ASKEW: (f64, f64) = (5.0, 1.0);
 
@@ -66,9 +66,9 @@ impl<R: Scalar> Estimator<R> {
                 return None;
             }
             let encoder = self.settings.encoder * self.settings.encoder;
-            let [place, angle] = self.settings.leg.map(|x| x * x);
-            for (k, sum) in variance.iter_mut().enumerate() {
-                *sum = R::fused(*sum, encoder, if k < 3 { place } else { angle });
+            let [place, tilt, turn] = self.settings.leg.map(|x| x * x);
+            for (sum, own) in variance.iter_mut().zip([place, place, place, tilt, tilt, turn]) {
+                *sum = R::fused(*sum, encoder, own);
             }
             let arm = subtract(pose.position, self.settings.unit);
             (!wrong).then_some(Seen { arm, turn: pose.turn, variance })
@@ -150,7 +150,8 @@ impl<R: Scalar> Estimator<R> {
         self.errors.mix(first + 3, false, &[(ATTITUDE, one)]);
         let [a, b, c, d, e, f] = sole.variance;
         self.errors.grow(first, [a.larger(b).larger(c); 3]);
-        self.errors.grow(first + 3, [d.larger(e).larger(f); 3]);
+        let tilt = d.larger(e);
+        self.errors.grow(first + 3, [tilt, tilt, f]);
     }
 
     /// A foot stays where it is; on level ground, flat.
@@ -170,9 +171,11 @@ impl<R: Scalar> Estimator<R> {
         let lasting = R::constant(LASTING[0]) / (step * trust);
         let lasting = if lasting > one { lasting } else { one };
         let [a, b, c, d, e, f] = sole.variance;
-        let (of_place, of_angle) = (a.larger(b).larger(c) * lasting, d.larger(e).larger(f) * lasting);
+        let (of_place, tilt) = (a.larger(b).larger(c) * lasting, d.larger(e) * lasting);
+        let of_angle = [tilt, tilt, f * lasting];
         let mut farthest = zero;
-        for (k, ((miss, twist), [x, y, z])) in miss.into_iter().zip(twist).zip(lever).enumerate() {
+        let all = miss.into_iter().zip(twist).zip(of_angle).zip(lever).enumerate();
+        for (k, (((miss, twist), of_angle), [x, y, z])) in all {
             let of_attitude = [(ATTITUDE, x), (ATTITUDE + 1, y), (ATTITUDE + 2, z)];
             let [a, b, c] = of_attitude;
             let row: Row<R> = [(first + k, one), (POSITION + k, -one), a, b, c, (0, zero)];
@@ -198,7 +201,7 @@ impl<R: Scalar> Estimator<R> {
         (twist, step): (Vector<R>, R),
     ) {
         let ([_, _, now], [.., read]) = (twist, sole.variance);
-        let [_, leg] = self.settings.leg;
+        let [_, _, leg] = self.settings.leg;
         let part = step / (step + R::constant(TWIST.0));
         anchor.twist = R::fused(part, now - anchor.twist, anchor.twist);
         let square = anchor.twist * anchor.twist;

@@ -63,7 +63,8 @@ impl<R: Scalar> PayloadObserver<R> {
     pub fn new(weight: R, reach: R, gravity: R) -> Self {
         let x = R::constant;
         let mass = x(0.1) * weight / gravity;
-        let (force, moment) = (x(0.02) * weight, x(0.002) * weight);
+        // What the base's tilt and velocity are off acts on moments, where the mass counts with its height; loads alone tell the mass.
+        let (force, moment) = (x(0.005) * weight, x(0.002) * weight);
         let mut made = Self {
             filtered: [[x(0.0); 1 + UNKNOWNS]; ROWS],
             about: None,

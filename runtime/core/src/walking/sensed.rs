@@ -49,8 +49,8 @@ pub struct Settings<R> {
     pub bias_walk: [R; 2],
     /// Standard deviation of a joint's reading, rad.
     pub encoder: R,
-    /// What else is wrong with where a leg says that the sole is: m, rad.
-    pub leg: [R; 2],
+    /// What else is wrong with where a leg says that the sole is while it stands: m, rad of its tilt, rad about the vertical.
+    pub leg: [R; 3],
     /// How a foot that stands moves, tilts and turns nevertheless: m/√s, rad/√s, rad/√s; what it turns at once is seen.
     pub foot: [R; 3],
     /// Level ground: how far a foot at rest is from its height (m) and from lying flat (rad); infinite: nothing is known of it.
@@ -68,7 +68,7 @@ pub struct Settings<R> {
 }
 
 impl<R: Scalar> Settings<R> {
-    /// For a robot of so many newtons with sensors of today: noise of a small inertial unit, encoders of 0.5 mrad.
+    /// For a robot of so many newtons with sensors of today: noise of a small inertial unit, encoders of 0.1 mrad.
     pub fn of_weight(weight: R) -> Self {
         let x = R::constant;
         Self {
@@ -77,8 +77,8 @@ impl<R: Scalar> Settings<R> {
             noise: [x(2e-4), x(1e-2)],
             bias: [x(0.02), x(0.1)],
             bias_walk: [x(1e-5), x(1e-3)],
-            encoder: x(5e-4),
-            leg: [x(5e-4), x(1e-3)],
+            encoder: x(1e-4),
+            leg: [x(5e-4), x(1e-3), x(1e-4)],
             foot: [x(2e-4), x(5e-4), x(1e-4)],
             ground: [x(2e-3), x(5e-3)],
             slope: [x(0.05), x(2e-3)],

@@ -104,6 +104,9 @@ struct Reading {
     load: [f64; 2],
 }
 
+/// Noise of a joint's reading, rad.
+const ENCODER: f64 = 3e-4;
+
 /// Noise of sensors; 1: encoders of 0.3 mrad, 0.005 rad/s, 0.1 m/s².
 struct Sensors {
     numbers: Numbers,
@@ -141,7 +144,7 @@ impl Sensors {
             joints[6 * k..6 * k + 3].copy_from_slice(&arm);
             joints[6 * k + 3..6 * k + 6].copy_from_slice(&angles);
         }
-        joints.iter_mut().for_each(|x| *x += 3e-4 * self.normal());
+        joints.iter_mut().for_each(|x| *x += ENCODER * self.normal());
         let [gyroscope, accelerometer] = self.bias;
         let mut noisy =
             |x: Vector<f64>, bias: Vector<f64>, size: f64| add(x, bias).map(|x| x + size * self.normal());
@@ -191,7 +194,11 @@ fn walked<R: Scalar + Into<f64>>(
     let start = base(0.0);
     let start =
         Pose { position: start.position.map(R::constant), turn: start.turn.map(|row| row.map(R::constant)) };
-    let mut estimator = Estimator::new(Settings::of_weight(R::constant(WEIGHT)), Some(start));
+    let mut settings = Settings::of_weight(R::constant(WEIGHT));
+    if noise > 0.0 {
+        settings.encoder = R::constant(ENCODER * noise);
+    }
+    let mut estimator = Estimator::new(settings, Some(start));
     let (mut sensors, mut worst, mut faults) = (Sensors::new(seed, noise), [0.0_f64; 4], Vec::new());
     for k in 0..(seconds * rate) as u32 {
         let t = f64::from(k) / rate;
