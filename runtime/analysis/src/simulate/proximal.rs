@@ -22,8 +22,8 @@ impl Default for Tolerance {
 /// How well a problem was solved.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Solved {
-    /// `|λ − prox(λ − r ξ)|` over the larger of `|λ|` and `|r c|` (Euclidean norms): what the laws (4.7) are missed by,
-    /// as a part of the impulses.
+    /// `|λ − prox(λ − r ξ)|` over the larger of `|λ|` (at most `LARGEST` times `|r c|`) and `|r c|` (Euclidean norms): what the
+    /// laws (4.7) are missed by, as a part of the impulses.
     pub residual: f64,
     /// Sweeps of Gauss and Seidel.
     pub sweeps: usize,
@@ -32,6 +32,10 @@ pub struct Solved {
     /// Whether the residual is within the tolerance.
     pub converged: bool,
 }
+
+/// Impulses larger than so many times `|r c|` do not excuse what is missed. The two ends of a motor's play are opposite rows: a Newton
+/// step that takes both for closed makes impulses of any size that cancel, against which everything else seems small.
+const LARGEST: f64 = 1e4;
 
 /// Sweeps before the first Newton step.
 const FIRST_SWEEPS: usize = 0;
@@ -279,6 +283,6 @@ pub(super) fn residual(problem: &mut Problem) -> f64 {
     missed.iter_mut().zip(&problem.impulse).for_each(|(missed, impulse)| *missed -= impulse);
     let (miss, size) = (dot(&missed, &missed), dot(&problem.impulse, &problem.impulse));
     problem.missed = missed;
-    let scale = f64::max(size, problem.driven).sqrt();
+    let scale = f64::max(size.min(LARGEST * LARGEST * problem.driven), problem.driven).sqrt();
     if scale > 0.0 { miss.sqrt() / scale } else { miss.sqrt() }
 }
