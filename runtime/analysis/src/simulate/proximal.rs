@@ -286,3 +286,26 @@ pub(super) fn residual(problem: &mut Problem) -> f64 {
     let scale = f64::max(size.min(LARGEST * LARGEST * problem.driven), problem.driven).sqrt();
     if scale > 0.0 { miss.sqrt() / scale } else { miss.sqrt() }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::problem::{Block, Law, Problem};
+    use super::residual;
+
+    /// Both ends of a play at once, and a body that falls onto the ground meanwhile.
+    #[test]
+    fn impulses_that_cancel_do_not_excuse_what_is_missed() {
+        let mut problem = Problem::default();
+        problem.clear(3);
+        problem.set_delassus(|i, j| [[1.0, -1.0, 0.0], [-1.0, 1.0, 0.0], [0.0, 0.0, 1.0]][i][j]);
+        problem.free = vec![1e-3, 1e-3, -1.0];
+        problem.blocks = (0..3).map(|first| Block { first, law: Law::Unilateral }).collect();
+        problem.weigh();
+        problem.impulse = vec![1e20, 1e20, 0.0];
+        problem.move_by_impulses();
+        assert!(residual(&mut problem) > 1e-5);
+        problem.impulse = vec![0.0, 0.0, 1.0];
+        problem.move_by_impulses();
+        assert!(residual(&mut problem) < 1e-15);
+    }
+}
