@@ -30,7 +30,6 @@ struct Candidate {
     sums: Vec<Sums>,
     /// What the first block leaves, one per joint; and samples between reversals there.
     left: Vec<(Vec<f64>, f64)>,
-    accelerations: AccelerationNoise,
 }
 
 impl Candidate {
@@ -53,6 +52,7 @@ struct Run<'a> {
     candidates: Vec<Candidate>,
     /// Noise of the logged efforts by joint, from the first stretch.
     noise: Vec<f64>,
+    accelerations: AccelerationNoise,
     /// Configurations from the first stretch, one after the other: the noise's way through the model is computed there.
     postures: Vec<f64>,
     /// First and last time that counted, s.
@@ -94,6 +94,7 @@ pub fn compare(
     let candidates = candidates(&mut plan, layout, options, 1.0 / step).map_err(|e| one(e.in_file(&file)))?;
     let overlap = candidates.iter().map(|c| c.filter.overlap()).max().unwrap_or(0);
     let mut blocks = cut(sampling, overlap, 1, options);
+    let accelerations = AccelerationNoise::new(&plan);
     let mut run = Run {
         file,
         layout,
@@ -102,6 +103,7 @@ pub fn compare(
         step,
         candidates,
         noise: Vec::new(),
+        accelerations,
         postures: Vec::new(),
         span: None,
     };
@@ -181,7 +183,6 @@ fn candidates(
             Ok(filter) => {
                 candidates.push(Candidate {
                     cutoff_hz,
-                    accelerations: AccelerationNoise::new(plan, noise_gains(&filter, 1.0 / rate, 1)),
                     filter,
                     sums: vec![Sums::default(); layout.joints.len()],
                     left: vec![(Vec::new(), 0.0); layout.joints.len()],
@@ -225,11 +226,11 @@ impl Run<'_> {
         }
         let (first, last) = (block.time[range.start], block.time[range.end - 1]);
         self.span = Some((self.span.map_or(first, |s| s.0), last));
+        self.accelerations.hear(&self.plan, block);
         for index in 0..self.candidates.len() {
             let filter = &self.candidates[index].filter;
             let states = even.states(&self.plan, self.layout, filter, block.time, range.clone());
             let states = states.map_err(|e| unusable(e, &self.file))?;
-            self.candidates[index].accelerations.hear(&self.plan, block);
             if self.postures.is_empty() {
                 let every = (states.count / NOISE_SAMPLES).max(1);
                 self.postures = states.q.chunks_exact(model.nq()).step_by(every).flatten().copied().collect();
@@ -286,7 +287,7 @@ impl Run<'_> {
         model: &mut dyn InverseDynamics,
         best: &Candidate,
     ) -> Result<Vec<f64>, Diagnostics> {
-        let levels = best.accelerations.levels();
+        let levels = self.accelerations.levels(noise_gains(&best.filter, self.step, 1));
         let of_motion = motion_noise(model, self.layout.base.nv(), &self.postures, &levels)
             .map_err(|e| one(Diagnostic::error(e.to_string()).in_file(&self.file)))?;
         // What is left shows noise that is correlated in time, which differences of neighbours do not; it may be the motion's.

@@ -94,11 +94,12 @@ impl Breakdown {
 
 /// Breaks down the error of every row of the nominal model.
 pub fn breakdowns(experiment: &dyn Experiment) -> Vec<Breakdown> {
-    (0..experiment.rows().len()).map(|row| breakdown(experiment, row)).collect()
+    let jumps = Jumps::of(experiment, &[]);
+    (0..experiment.rows().len()).map(|row| breakdown(experiment, row, &jumps)).collect()
 }
 
-/// Breaks down the error of one row.
-pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown {
+/// Breaks down the error of one row; `jumps` are those of the description's effects.
+pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize, jumps: &Jumps) -> Breakdown {
     let phases = &experiment.phases();
     let (row, residual, time) = (&experiment.rows()[index], experiment.residual(index), experiment.time());
     let velocity = row.joint.as_ref().and_then(|_| velocity_of(experiment, index));
@@ -116,7 +117,7 @@ pub(crate) fn breakdown(experiment: &dyn Experiment, index: usize) -> Breakdown 
         unit: row.unit.to_owned(),
         rms: rms(residual.iter()),
         rms_moving: moving(experiment, index, residual, &|_, _| true).map(|moving| moving.rms()),
-        away_from_jumps: Jumps::of(experiment, &[]).away(experiment, index, residual, &|_, _| true),
+        away_from_jumps: jumps.away(experiment, index, residual, &|_, _| true),
         max: residual.iter().fold(0.0, |max, r| max.max(r.abs())),
         noise,
         beyond_noise: 0.0,

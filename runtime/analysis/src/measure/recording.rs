@@ -139,7 +139,7 @@ impl Recording {
             warnings: std::mem::take(&mut plan.warnings),
             ..Self::default()
         };
-        let mut accelerations = AccelerationNoise::new(&plan, noise_gains(&filter, step, 1));
+        let mut accelerations = AccelerationNoise::new(&plan);
         while let Some(block) = blocks.next_block()? {
             accelerations.hear(&plan, &block);
             recording
@@ -147,7 +147,7 @@ impl Recording {
                 .map_err(|e| unusable(e, log.path()))?;
             visit(&mut recording)?;
         }
-        recording.acceleration_noise = accelerations.levels();
+        recording.acceleration_noise = accelerations.levels(noise_gains(&filter, step, 1));
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
         Ok(recording)
     }

@@ -26,7 +26,7 @@ pub fn rows_of(experiment: &dyn Experiment, diagnosis: Option<&Diagnosis>) -> Ve
             responses.iter_mut().find(|(r, _)| *r == row).map(|(_, values)| std::mem::take(values));
         let samples = experiment.residual(row).len();
         let response = (!effects.is_empty()).then(|| response.unwrap_or_else(|| vec![0.0; samples]));
-        let built = row_of(experiment, row, response);
+        let built = row_of(experiment, row, response, &jumps);
         let told = |values: &mut dyn Iterator<Item = f64>| {
             moving(experiment, row, &values.collect::<Vec<f64>>(), &|_, _| true).map(|moving| moving.rms())
         };
@@ -49,7 +49,7 @@ pub fn rows_of(experiment: &dyn Experiment, diagnosis: Option<&Diagnosis>) -> Ve
     rows
 }
 
-fn row_of(experiment: &dyn Experiment, index: usize, response: Option<Vec<f64>>) -> Row {
+fn row_of(experiment: &dyn Experiment, index: usize, response: Option<Vec<f64>>, jumps: &Jumps) -> Row {
     let row = &experiment.rows()[index];
     let residual = experiment.residual(index);
     let measured = experiment.measured(index).unwrap_or_else(|| residual.to_vec());
@@ -68,7 +68,7 @@ fn row_of(experiment: &dyn Experiment, index: usize, response: Option<Vec<f64>>)
         Some(joint) => built.at_joint(joint),
         None => built,
     };
-    with_parts(experiment, index, built)
+    with_parts(experiment, index, built, jumps)
 }
 
 /// Of a signal of a joint whose effort has this unit.
@@ -87,8 +87,8 @@ fn unit_of(signal: &str, effort: &'static str) -> &'static str {
 }
 
 /// What is structured in the error, and the error by what the robot was doing.
-fn with_parts(experiment: &dyn Experiment, index: usize, mut row: Row) -> Row {
-    row.note = sentences(&row.name, &breakdown(experiment, index).words);
+fn with_parts(experiment: &dyn Experiment, index: usize, mut row: Row, jumps: &Jumps) -> Row {
+    row.note = sentences(&row.name, &breakdown(experiment, index, jumps).words);
     let mut states = experiment.phases();
     if row.joint.is_some()
         && let Some(velocity) = velocity_of(experiment, index)
