@@ -12,6 +12,7 @@ mod sizes;
 mod split;
 mod statements;
 mod text;
+mod twins;
 
 pub use files::{Difference, is_generated};
 pub(crate) use function::ident;

@@ -44,12 +44,15 @@ pub fn model(compiled: &CompiledModel, options: &Options) -> Model {
     let names = Names::new(compiled);
     let mut modules: Vec<(String, String)> = Vec::new();
     for family in compiled.functions.chunk_by(|f, g| f.family == g.family) {
-        let mut text = Text::default();
-        imports(compiled, family, &mut text);
+        let (mut text, mut functions) = (Text::default(), Text::default());
         for f in family {
-            text.line("");
-            function(compiled, &names, f, options.split_above, &mut text);
+            functions.line("");
+            function(compiled, &names, f, options.split_above, &mut functions);
         }
+        let functions = functions.finish();
+        imports(compiled, family, &mut text);
+        twin_imports(&functions, &mut text);
+        text.lines(&functions);
         modules.push((family[0].family.to_owned(), text.finish()));
     }
     let mut text = Text::default();
@@ -63,6 +66,18 @@ pub fn model(compiled: &CompiledModel, options: &Options) -> Model {
     text.line(&format!("const _: () = ::bipedc_runtime::require_format({});", bipedc_runtime::FORMAT));
     modules.push((TRAIT.to_owned(), implementation(compiled, options)));
     Model { modules, items: text.finish() }
+}
+
+/// What statements need that compute two values at once.
+fn twin_imports(functions: &str, text: &mut Text) {
+    let used: Vec<&str> = ["both", "two"].into_iter().filter(|name| functions.contains(&format!("{name}("))).collect();
+    let uses_methods = ["first()", "second()", "swapped()", "R::Two::"].iter().any(|what| functions.contains(what));
+    let names: Vec<&str> = uses_methods.then_some("Two").into_iter().chain(used).collect();
+    match names.as_slice() {
+        [] => {}
+        [name] => text.line(&format!("use ::bipedc_runtime::lanes::{name};")),
+        names => text.line(&format!("use ::bipedc_runtime::lanes::{{{}}};", names.join(", "))),
+    }
 }
 
 /// What the functions of a family need from elsewhere, and nothing more.

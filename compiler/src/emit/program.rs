@@ -5,7 +5,8 @@ use super::split;
 use super::statements::{Code, Reads};
 use super::text::{Text, WIDTH, harmless};
 use crate::compile::{CompiledModel, Function};
-use crate::program::{Instruction, Operand};
+use crate::program::{Instruction, Operand, Paired};
+use crate::tree::Twins;
 use bipedc_runtime::Argument;
 
 /// How a function begins.
@@ -92,7 +93,16 @@ pub fn output_parameter(model: &CompiledModel, function: &Function) -> (String, 
 
 /// The program as one function, or as several when it has more than `limit` instructions.
 pub fn program(model: &CompiledModel, names: &Names, f: &Function, limit: usize, text: &mut Text) {
-    let (code, p) = (Code::new(model, names, &f.program), &f.program);
+    let paired;
+    let (f, pairs) = if f.program.instructions.len() > limit {
+        (f, &[][..])
+    } else {
+        let twins = Twins::of(&model.tree);
+        let Paired { program, pairs } = Paired::new(&f.program, &twins);
+        paired = (Function { program, ..f.clone() }, pairs);
+        (&paired.0, paired.1.as_slice())
+    };
+    let (code, p) = (Code::new(model, names, &f.program, pairs), &f.program);
     let mut parameters = parameters(model, p.arguments());
     parameters.push(output_parameter(model, f).0);
     let name = format!("{}_program", f.name);

@@ -3,7 +3,7 @@ use super::names::{self, Names};
 use super::text::{Text, WIDTH, harmless};
 use crate::compile::CompiledModel;
 use crate::expression::{Call, Purpose};
-use crate::program::{Instruction, Operand, Program};
+use crate::program::{Instruction, Operand, Pair, Program};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
@@ -19,6 +19,8 @@ pub struct Code<'a> {
     pub model: &'a CompiledModel,
     pub names: &'a Names,
     pub program: &'a Program,
+    /// Of each instruction that is computed together with the next one: how.
+    pub pairs: &'a [Option<Pair>],
     angles: Vec<String>,
     stores: Stores,
 }
@@ -62,9 +64,10 @@ impl Stores {
 }
 
 impl<'a> Code<'a> {
-    pub fn new(model: &'a CompiledModel, names: &'a Names, program: &'a Program) -> Self {
+    /// `pairs`: of each instruction of the program, or empty.
+    pub fn new(model: &'a CompiledModel, names: &'a Names, program: &'a Program, pairs: &'a [Option<Pair>]) -> Self {
         let angles = names::angles(names, &program.angles);
-        Self { model, names, program, angles, stores: Stores::default() }
+        Self { model, names, program, pairs, angles, stores: Stores::default() }
     }
 
     /// With each entry of the result stored as soon as it is known, into a matrix with so many `rows`, else by `set`: of many
@@ -84,7 +87,22 @@ impl<'a> Code<'a> {
             Operand::Input(argument, k) => self.names.input(argument, k).to_owned(),
             Operand::Sin(k) => format!("sin_{}", self.angles[k as usize]),
             Operand::Cos(k) => format!("cos_{}", self.angles[k as usize]),
-            Operand::Value(k) => format!("t{k}"),
+            Operand::Value(k) => self.value(k as usize),
+        }
+    }
+
+    /// Whether instruction `k` is computed together with the next one.
+    fn is_first(&self, k: usize) -> bool {
+        self.pairs.get(k).is_some_and(Option::is_some)
+    }
+
+    fn value(&self, k: usize) -> String {
+        if self.is_first(k) {
+            return format!("{}.first()", Self::pair_name(k));
+        }
+        match k.checked_sub(1).filter(|&before| self.is_first(before)) {
+            Some(first) => format!("{}.second()", Self::pair_name(first)),
+            None => format!("t{k}"),
         }
     }
 
@@ -118,12 +136,15 @@ impl<'a> Code<'a> {
     pub fn statements(&self, text: &mut Text, range: Range<usize>) {
         let mut comments = Comments::new(self, &range);
         self.bindings(text, range, |this, text, k, start| {
-            let value = this.instruction(&this.program.instructions[k]);
+            let pair = this.is_first(k);
             let behind = comments.before(this, text, k);
-            let places = this.stores.places.get(&k).map_or(&[][..], Vec::as_slice);
-            let statement = match places {
-                [place] if this.stores.unnamed.contains(&k) => this.stores.statement(*place, &value),
-                _ => format!("{start}t{k} = {value};"),
+            let places = |k: usize| this.stores.places.get(&k).map_or(&[][..], Vec::as_slice);
+            let statement = match places(k) {
+                _ if pair => format!("{start}{} = {};", Self::pair_name(k), this.pair(k)),
+                [place] if this.stores.unnamed.contains(&k) => {
+                    this.stores.statement(*place, &this.instruction(&this.program.instructions[k]))
+                }
+                _ => format!("{start}t{k} = {};", this.instruction(&this.program.instructions[k])),
             };
             match behind.map(|purpose| [comment(this.model, purpose), short_comment(this.model, purpose)]) {
                 Some([long, _]) if text.fits(&format!("{statement} // {long}")) => {
@@ -132,8 +153,10 @@ impl<'a> Code<'a> {
                 Some([_, short]) => text.line(&format!("{statement} // {short}")),
                 None => text.line(&statement),
             }
-            let places = places.iter().filter(|_| !this.stores.unnamed.contains(&k));
-            places.for_each(|place| text.line(&this.stores.statement(*place, &format!("t{k}"))));
+            for k in k..=k + usize::from(pair) {
+                let stored = places(k).iter().filter(|_| pair || !this.stores.unnamed.contains(&k));
+                stored.for_each(|place| text.line(&this.stores.statement(*place, &this.value(k))));
+            }
         });
     }
 
@@ -145,10 +168,13 @@ impl<'a> Code<'a> {
         values: impl IntoIterator<Item = usize>,
         mut write: impl FnMut(&Self, &mut Text, usize, &str),
     ) {
-        let values: Vec<usize> = values.into_iter().collect();
+        // Of two that are computed together the first stands for both.
+        let alone = |k: &usize| k.checked_sub(1).is_none_or(|before| !self.is_first(before));
+        let values: Vec<usize> = values.into_iter().filter(alone).collect();
         for chunk in values.chunks(SCOPE) {
-            let named = chunk.iter().filter(|k| !self.stores.unnamed.contains(k));
-            let names: Vec<String> = named.map(|k| format!("t{k}")).collect();
+            let named = chunk.iter().filter(|&k| self.is_first(*k) || !self.stores.unnamed.contains(k));
+            let name = |&k: &usize| if self.is_first(k) { Self::pair_name(k) } else { format!("t{k}") };
+            let names: Vec<String> = named.map(name).collect();
             let declared = values.len() > SCOPE && names.len() > 1;
             if declared {
                 text.list("let (", &names, ");");
@@ -339,7 +365,7 @@ mod tests {
         let model = Robot::read(&folder).unwrap().compile().unwrap();
         let names = Names::new(&model);
         for f in model.functions.iter().filter(|f| f.program.angles_ready < f.program.instructions.len()) {
-            let (code, mut text) = (Code::new(&model, &names, &f.program), Text::default());
+            let (code, mut text) = (Code::new(&model, &names, &f.program, &[]), Text::default());
             let range = f.program.angles_ready..f.program.instructions.len();
             code.statements(&mut text, range.clone());
             let claims = claimed(&text.finish());

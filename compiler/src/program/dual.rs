@@ -41,6 +41,7 @@ impl<T: Real> Neg for Dual<T> {
 
 impl<T: Real> Real for Dual<T> {
     type Faster = Self;
+    type Two = bipedc_runtime::lanes::Twice<Self>;
     fn constant(value: f64) -> Self {
         Self(T::constant(value), T::constant(0.0))
     }

@@ -12,6 +12,7 @@ mod native;
 mod native;
 mod often;
 mod schedule;
+mod twins;
 
 pub use batch::{BatchColumns, BatchStates};
 pub use count::Operations;
@@ -20,6 +21,7 @@ pub use evaluate::Evaluator;
 pub use local::LocalFunction;
 pub use lower::{Order, lower};
 pub use schedule::schedule;
+pub use twins::{Pair, Paired};
 
 use crate::expression::{Call, Purpose};
 use bipedc_runtime::{Argument, Arguments};
@@ -126,5 +128,21 @@ impl Program {
     pub fn arguments(&self) -> impl Iterator<Item = Argument> + use<> {
         let read = self.arguments;
         Argument::ALL.into_iter().filter(move |&a| read.has(a))
+    }
+
+    /// The same operations in another order: the indices of those that come first, second, … `angles_ready` stays, so no operation
+    /// may change over to the other side.
+    pub fn reorder(&mut self, order: &[usize]) {
+        let mut new_index = vec![0; order.len()];
+        for (new, &old) in order.iter().enumerate() {
+            new_index[old] = new as u32;
+        }
+        let renamed = |o: Operand| match o {
+            Operand::Value(k) => Operand::Value(new_index[k as usize]),
+            other => other,
+        };
+        self.instructions = order.iter().map(|&old| self.instructions[old].renamed(renamed)).collect();
+        self.purposes = order.iter().map(|&old| self.purposes[old]).collect();
+        self.angles.iter_mut().chain(&mut self.outputs).for_each(|operand| *operand = renamed(*operand));
     }
 }

@@ -19,23 +19,8 @@ pub fn schedule(program: &mut Program) {
         return;
     }
     let order = Scheduler::new(program, first).run();
-    let mut new_index: Vec<u32> = (0..n as u32).collect();
-    for (position, &old) in order.iter().enumerate() {
-        new_index[old] = (first + position) as u32;
-    }
-    let renamed = |o: Operand| match o {
-        Operand::Value(k) => Operand::Value(new_index[k as usize]),
-        other => other,
-    };
-    let mut instructions = program.instructions[..first].to_vec();
-    instructions.extend(order.iter().map(|&old| program.instructions[old].renamed(renamed)));
-    program.instructions = instructions;
-    let mut purposes = program.purposes[..first].to_vec();
-    purposes.extend(order.iter().map(|&old| program.purposes[old]));
-    program.purposes = purposes;
-    for output in &mut program.outputs {
-        *output = renamed(*output);
-    }
+    let order: Vec<usize> = (0..first).chain(order).collect();
+    program.reorder(&order);
 }
 
 struct Scheduler<'a> {

@@ -6,11 +6,13 @@ mod inertia;
 mod placement;
 mod rates;
 mod right_angles;
+mod twins;
 
 pub use bipedc_effects::base::BaseKind;
 pub use effects::as_built;
 pub use inertia::Inertia;
 pub(crate) use placement::NEARLY_RIGHT;
+pub use twins::Twins;
 pub use placement::{Placement, Rotation, matrix_vector};
 
 /// How a body moves relative to its parent.

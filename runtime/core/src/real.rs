@@ -1,4 +1,5 @@
 //! The scalar that generated code computes with.
+use crate::lanes::Two;
 use core::fmt::Debug;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
@@ -20,6 +21,8 @@ pub trait Real:
     /// What generated functions compute with where the processor has more than the target, see the module `dispatch`; the type
     /// itself where there is no such number.
     type Faster: Real;
+    /// Two of them side by side, see [`crate::lanes::two`].
+    type Two: Two<Self>;
     /// Whether this is the faster one of two types.
     const IS_FASTER: bool = false;
     /// The constant in every lane.

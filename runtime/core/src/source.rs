@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 59] = [
+const FILES: [(&str, &str); 60] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -25,6 +25,7 @@ const FILES: [(&str, &str); 59] = [
     ("src/lanes/mod.rs", include_str!("lanes/mod.rs")),
     ("src/lanes/pair.rs", include_str!("lanes/pair.rs")),
     ("src/lanes/scalar.rs", include_str!("lanes/scalar.rs")),
+    ("src/lanes/two.rs", include_str!("lanes/two.rs")),
     ("src/lanes/x86.rs", include_str!("lanes/x86.rs")),
     ("src/math/exponential.rs", include_str!("math/exponential.rs")),
     ("src/math/kernel.rs", include_str!("math/kernel.rs")),

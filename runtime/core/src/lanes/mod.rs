@@ -12,6 +12,7 @@ mod arrays;
 mod fused;
 mod pair;
 mod scalar;
+mod two;
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 mod x86;
 
@@ -20,6 +21,7 @@ use arrays::looped;
 #[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
 pub use fused::{FusedF32, FusedF64};
 pub use pair::Pair;
+pub use two::{Twice, Two, TwoF64, both, two};
 
 /// The number that `f64` becomes on a processor with fused multiply-add: itself, where there is nothing to choose.
 #[cfg(not(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma"))))]

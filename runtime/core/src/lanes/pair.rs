@@ -38,6 +38,7 @@ impl<V: Neg<Output = V>> Neg for Pair<V> {
 #[allow(private_bounds)]
 impl<V: Kernel> Real for Pair<V> {
     type Faster = Self;
+    type Two = super::Twice<Self>;
     #[inline(always)]
     fn constant(value: f64) -> Self {
         Self(V::constant(value), V::constant(value))

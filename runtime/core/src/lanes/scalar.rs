@@ -5,6 +5,7 @@ use crate::math::{exponential, scalar};
 
 impl Real for f64 {
     type Faster = super::FusedF64;
+    type Two = super::TwoF64;
     #[inline(always)]
     fn constant(value: f64) -> Self {
         value
@@ -45,6 +46,7 @@ impl Real for f64 {
 
 impl Real for f32 {
     type Faster = super::FusedF32;
+    type Two = super::Twice<Self>;
     #[inline(always)]
     fn constant(value: f64) -> Self {
         value as f32

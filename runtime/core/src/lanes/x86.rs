@@ -95,6 +95,7 @@ macro_rules! register {
 
         impl Real for $name {
             type Faster = Self;
+            type Two = super::Twice<Self>;
             #[inline(always)]
             fn constant(value: f64) -> Self {
                 Self(vector!($set1(value as $scalar)))
@@ -236,4 +237,14 @@ register! {
     _mm512_castps_si512 _mm512_castsi512_ps _mm512_set1_epi32(i32) _mm512_and_si512 _mm512_xor_si512
     _mm512_add_epi32 _mm512_sub_epi32 _mm512_slli_epi32 30;
     crate::math::COMMON_RANGE_F32, |x, bound| _mm512_cmp_ps_mask::<_CMP_LE_OQ>(x, bound) == 0xffff
+}
+
+#[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
+impl F64x2 {
+    /// `a * b + c` with one rounding; one instruction where it is inlined into a function that has it.
+    #[inline(always)]
+    pub(super) fn once_rounded(a: Self, b: Self, c: Self) -> Self {
+        // SAFETY: only what runs on a processor that has it computes with fused numbers, see `dispatch`.
+        Self(unsafe { _mm_fmadd_pd(a.0, b.0, c.0) })
+    }
 }
