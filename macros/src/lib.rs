@@ -26,6 +26,7 @@ use std::path::PathBuf;
 /// | `root` | link or contact point `"foot/point"` that the base holds | what the description says |
 /// | `functions` | list of names | what the description asks for |
 /// | `split_above` | instructions in one emitted function | 4000 |
+/// | `limbs_apart` | `true`: limbs of the same make are computed one after the other, not at once; the bits are the same | `false` |
 /// | `gait` | a gait of the robot, by its name in `gaits/` or its file: the module `gait_NAME` | none |
 /// | `urdf`, `toml` | texts instead of `description` | |
 #[proc_macro_derive(Biped, attributes(biped))]

@@ -1,10 +1,10 @@
 //! One function: its public faces on nalgebra's matrices, by value and in place.
-use super::names::Names;
 use super::packed::Packed;
-use super::program::{Head, program};
+use super::program::{Head, Way, program};
 use super::sizes::Size;
 use super::text::Text;
 use crate::compile::{CompiledModel, Function};
+use crate::program::Paired;
 use proc_macro2::{Ident, Span};
 use quote::format_ident;
 use std::collections::BTreeSet;
@@ -63,7 +63,8 @@ fn units(f: &Function) -> String {
     units.join(", ")
 }
 
-fn documentation(model: &CompiledModel, f: &Function, text: &mut Text) {
+/// `at_once`: pairs of operations that are computed at once.
+fn documentation(model: &CompiledModel, f: &Function, at_once: usize, text: &mut Text) {
     text.doc("///", f.summary);
     if let Some(subject) = &f.subject {
         text.doc("///", "");
@@ -76,7 +77,11 @@ fn documentation(model: &CompiledModel, f: &Function, text: &mut Text) {
         text.doc("///", &format!("{}.", elements(model, f, ("Columns", columns), &f.columns)));
     }
     text.doc("///", &format!("Source: {}.", f.source));
-    text.doc("///", &format!("{}.", f.operations));
+    let pairs = match at_once {
+        0 => String::new(),
+        count => format!(" For two limbs at once: {count} pairs of them."),
+    };
+    text.doc("///", &format!("{}.{pairs}", f.operations));
     for note in &f.notes {
         text.doc("///", "");
         text.doc("///", note);
@@ -84,11 +89,14 @@ fn documentation(model: &CompiledModel, f: &Function, text: &mut Text) {
 }
 
 /// The program and its public functions on nalgebra's static matrices.
-pub fn function(model: &CompiledModel, names: &Names, f: &Function, limit: usize, text: &mut Text) {
-    documentation(model, f, text);
+pub fn function(model: &CompiledModel, way: &Way<'_>, f: &Function, text: &mut Text) {
+    let Paired { program: ordered, pairs } = Paired::new(&f.program, way.twins);
+    let f = &Function { program: ordered, ..f.clone() };
+    let at_once = pairs.iter().flatten().count();
+    documentation(model, f, at_once, text);
     let Some(packed) = Packed::of(f) else {
         public(model, f, str::to_owned, text);
-        return program(model, names, f, limit, text);
+        return program(model, way, f, &pairs, text);
     };
     let entries = &packed.entries;
     text.doc("///", "");
@@ -110,7 +118,7 @@ pub fn function(model: &CompiledModel, names: &Names, f: &Function, limit: usize
     );
     packed.sparsity(model, f, text);
     packed.dense(model, f, text);
-    program(model, names, entries, limit, text);
+    program(model, way, entries, &pairs, text);
 }
 
 /// By value, and in place; `stored`: how the program is told to write into such an `&mut …`.

@@ -3,9 +3,11 @@ use super::function::{function, ident};
 use super::layout;
 use super::names::Names;
 use super::packed::Packed;
+use super::program::Way;
 use super::sizes::Size;
 use super::text::{Text, quoted};
 use crate::compile::{CompiledModel, Function};
+use crate::tree::Twins;
 use bipedc_runtime::Argument;
 use std::collections::BTreeSet;
 
@@ -16,6 +18,8 @@ pub struct Options {
     pub type_name: String,
     /// Programs with more instructions are split: rustc takes more than linear time for long functions.
     pub split_above: usize,
+    /// What limbs of the same make have in common is computed for both at once; else for one after the other, with the same bits.
+    pub limbs_together: bool,
 }
 
 impl Options {
@@ -24,7 +28,7 @@ impl Options {
 
     /// The usual form, for this type.
     pub fn new(type_name: &str) -> Self {
-        Self { type_name: type_name.to_owned(), split_above: Self::SPLIT_ABOVE }
+        Self { type_name: type_name.to_owned(), split_above: Self::SPLIT_ABOVE, limbs_together: true }
     }
 }
 
@@ -42,12 +46,14 @@ const TRAIT: &str = "model";
 /// Emits a model; `struct #type_name;` itself is the caller's.
 pub fn model(compiled: &CompiledModel, options: &Options) -> Model {
     let names = Names::new(compiled);
+    let twins = if options.limbs_together { Twins::of(&compiled.tree) } else { Twins::none(&compiled.tree) };
+    let way = Way { names: &names, twins: &twins, limit: options.split_above };
     let mut modules: Vec<(String, String)> = Vec::new();
     for family in compiled.functions.chunk_by(|f, g| f.family == g.family) {
         let (mut text, mut functions) = (Text::default(), Text::default());
         for f in family {
             functions.line("");
-            function(compiled, &names, f, options.split_above, &mut functions);
+            function(compiled, &way, f, &mut functions);
         }
         let functions = functions.finish();
         imports(compiled, family, &mut text);
@@ -70,8 +76,10 @@ pub fn model(compiled: &CompiledModel, options: &Options) -> Model {
 
 /// What statements need that compute two values at once.
 fn twin_imports(functions: &str, text: &mut Text) {
-    let used: Vec<&str> = ["both", "two"].into_iter().filter(|name| functions.contains(&format!("{name}("))).collect();
-    let uses_methods = ["first()", "second()", "swapped()", "R::Two::"].iter().any(|what| functions.contains(what));
+    let used: Vec<&str> =
+        ["both", "two"].into_iter().filter(|name| functions.contains(&format!("{name}("))).collect();
+    let uses_methods =
+        ["first()", "second()", "swapped()", "R::Two::"].iter().any(|what| functions.contains(what));
     let names: Vec<&str> = uses_methods.then_some("Two").into_iter().chain(used).collect();
     match names.as_slice() {
         [] => {}

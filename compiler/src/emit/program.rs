@@ -5,7 +5,7 @@ use super::split;
 use super::statements::{Code, Reads};
 use super::text::{Text, WIDTH, harmless};
 use crate::compile::{CompiledModel, Function};
-use crate::program::{Instruction, Operand, Paired};
+use crate::program::{Instruction, Operand, Pair};
 use crate::tree::Twins;
 use bipedc_runtime::Argument;
 
@@ -91,24 +91,25 @@ pub fn output_parameter(model: &CompiledModel, function: &Function) -> (String, 
     (format!("out: &mut [[R; {rows}]; {columns}]"), "out")
 }
 
-/// The program as one function, or as several when it has more than `limit` instructions.
-pub fn program(model: &CompiledModel, names: &Names, f: &Function, limit: usize, text: &mut Text) {
-    let paired;
-    let (f, pairs) = if f.program.instructions.len() > limit {
-        (f, &[][..])
-    } else {
-        let twins = Twins::of(&model.tree);
-        let Paired { program, pairs } = Paired::new(&f.program, &twins);
-        paired = (Function { program, ..f.clone() }, pairs);
-        (&paired.0, paired.1.as_slice())
-    };
-    let (code, p) = (Code::new(model, names, &f.program, pairs), &f.program);
+/// How programs become text.
+#[derive(Debug, Clone, Copy)]
+pub struct Way<'a> {
+    pub names: &'a Names,
+    /// Limbs that are computed at once.
+    pub twins: &'a Twins,
+    /// Instructions in one function.
+    pub limit: usize,
+}
+
+/// The program as one function, or as several when it has more instructions than the limit; `pairs`: of each instruction.
+pub fn program(model: &CompiledModel, way: &Way<'_>, f: &Function, pairs: &[Option<Pair>], text: &mut Text) {
+    let (code, p) = (Code::new(model, way.names, &f.program, pairs), &f.program);
     let mut parameters = parameters(model, p.arguments());
     parameters.push(output_parameter(model, f).0);
     let name = format!("{}_program", f.name);
     let head = Head { visibility: "pub(super) ", name: &name, parameters, result: "" };
-    if p.instructions.len() > limit {
-        return split::program(code, f, limit, head, text);
+    if p.instructions.len() > way.limit {
+        return split::program(code, f, way.limit, head, text);
     }
     let at_once = stores_at_once(f);
     let code = if at_once { storing(code, f) } else { code };

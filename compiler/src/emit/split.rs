@@ -7,7 +7,7 @@ use super::program::{Head, others, output_parameter, parameters, storing};
 use super::statements::{Code, Reads, constant};
 use super::text::Text;
 use crate::compile::Function;
-use crate::program::{Instruction, Operand, Program};
+use crate::program::{Instruction, Operand, Pair, Program};
 use std::ops::Range;
 
 /// A value and its place in the workspace.
@@ -38,10 +38,14 @@ struct Plan {
     places: usize,
 }
 
-/// Cuts `range` into pieces of nearly equal length, none longer than `limit`.
-fn cut(range: Range<usize>, limit: usize) -> Vec<Range<usize>> {
+/// Cuts `range` into pieces of nearly equal length, none longer than `limit`, or by one where the border would part twins.
+fn cut(range: Range<usize>, limit: usize, pairs: &[Option<Pair>]) -> Vec<Range<usize>> {
     let count = range.len().div_ceil(limit.max(1));
-    let at = |k: usize| range.start + k * range.len() / count;
+    let at = |k: usize| {
+        let border = range.start + k * range.len() / count;
+        let parts_twins = border > range.start && pairs.get(border - 1).is_some_and(Option::is_some);
+        border + usize::from(parts_twins)
+    };
     (0..count).map(|k| at(k)..at(k + 1)).collect()
 }
 
@@ -62,10 +66,10 @@ fn operands(p: &Program, range: &Range<usize>) -> impl Iterator<Item = Operand> 
 }
 
 impl Plan {
-    fn new(p: &Program, limit: usize) -> Self {
-        let mut ranges = cut(0..p.angles_ready, limit);
+    fn new(p: &Program, limit: usize, pairs: &[Option<Pair>]) -> Self {
+        let mut ranges = cut(0..p.angles_ready, limit, pairs);
         let before = ranges.len();
-        ranges.extend(cut(p.angles_ready..p.instructions.len(), limit));
+        ranges.extend(cut(p.angles_ready..p.instructions.len(), limit, pairs));
         if ranges.len() == before {
             // Outputs may consist of sines alone.
             ranges.push(p.instructions.len()..p.instructions.len());
@@ -155,13 +159,22 @@ fn part(code: &Code<'_>, f: &Function, plan: &Plan, index: usize, text: &mut Tex
 }
 
 fn part_body(code: &Code<'_>, part: &FunctionPart, text: &mut Text) {
-    let place =
-        |value: usize| part.loads.iter().find(|slot| slot.value as usize == value).map_or(0, |s| s.place);
-    let loads = part.loads.iter().map(|slot| slot.value as usize);
-    code.bindings(text, loads, |_, text, k, start| text.line(&format!("{start}t{k} = w[{}];", place(k))));
+    let place = |value: usize| part.loads.iter().find(|slot| slot.value as usize == value).map(|s| s.place);
+    let mut loads: Vec<usize> = part.loads.iter().map(|slot| code.declared(slot.value as usize)).collect();
+    loads.dedup();
+    code.bindings(text, loads, |code, text, k, start| {
+        let name = code.name(k);
+        match (place(k), code.is_first(k).then(|| place(k + 1)).flatten()) {
+            (Some(a), Some(b)) => text.line(&format!("{start}{name} = two(w[{a}], w[{b}]);")),
+            (Some(a), None) | (None, Some(a)) if code.is_first(k) => {
+                text.line(&format!("{start}{name} = both(w[{a}]);"));
+            }
+            (a, _) => text.line(&format!("{start}{name} = w[{}];", a.unwrap_or(0))),
+        }
+    });
     code.statements(text, part.instructions.clone());
     for slot in &part.stores {
-        text.line(&format!("w[{}] = t{};", slot.place, slot.value));
+        text.line(&format!("w[{}] = {};", slot.place, code.operand(Operand::Value(slot.value))));
     }
     others(code, part.outputs.iter().copied(), text);
 }
@@ -192,7 +205,7 @@ fn trigonometry(code: &Code<'_>, plan: &Plan, text: &mut Text) {
 /// The program as parts of at most `limit` instructions, and the function that calls them in turn, whose head is given.
 pub fn program(code: Code<'_>, f: &Function, limit: usize, head: Head<'_>, text: &mut Text) {
     let code = &storing(code, f);
-    let plan = Plan::new(code.program, limit);
+    let plan = Plan::new(code.program, limit, code.pairs);
     let calls: Vec<String> = (0..plan.parts.len()).map(|k| part(code, f, &plan, k, text)).collect();
     let (before, after) = calls.split_at(plan.before);
     let open = head.open_dispatched(12 * code.program.angles.len(), "#[inline]", text);
@@ -232,7 +245,7 @@ mod tests {
 
     fn check(limit: usize) {
         let p = program();
-        let plan = Plan::new(&p, limit);
+        let plan = Plan::new(&p, limit, &[]);
         let mut workspace = vec![u32::MAX; plan.places];
         let (mut next, mut written) = (0, Vec::new());
         for (k, part) in plan.parts.iter().enumerate() {

@@ -65,7 +65,12 @@ impl Stores {
 
 impl<'a> Code<'a> {
     /// `pairs`: of each instruction of the program, or empty.
-    pub fn new(model: &'a CompiledModel, names: &'a Names, program: &'a Program, pairs: &'a [Option<Pair>]) -> Self {
+    pub fn new(
+        model: &'a CompiledModel,
+        names: &'a Names,
+        program: &'a Program,
+        pairs: &'a [Option<Pair>],
+    ) -> Self {
         let angles = names::angles(names, &program.angles);
         Self { model, names, program, pairs, angles, stores: Stores::default() }
     }
@@ -92,18 +97,28 @@ impl<'a> Code<'a> {
     }
 
     /// Whether instruction `k` is computed together with the next one.
-    fn is_first(&self, k: usize) -> bool {
+    pub fn is_first(&self, k: usize) -> bool {
         self.pairs.get(k).is_some_and(Option::is_some)
     }
 
+    /// The instruction whose name holds the result of `k`: itself, or the one before that is its twin.
+    pub fn declared(&self, k: usize) -> usize {
+        k.checked_sub(1).filter(|&before| self.is_first(before)).unwrap_or(k)
+    }
+
+    /// The name of what instruction `k` declares.
+    pub fn name(&self, k: usize) -> String {
+        if self.is_first(k) { Self::pair_name(k) } else { format!("t{k}") }
+    }
+
     fn value(&self, k: usize) -> String {
-        if self.is_first(k) {
-            return format!("{}.first()", Self::pair_name(k));
-        }
-        match k.checked_sub(1).filter(|&before| self.is_first(before)) {
-            Some(first) => format!("{}.second()", Self::pair_name(first)),
-            None => format!("t{k}"),
-        }
+        let declared = self.declared(k);
+        let half = match (self.is_first(declared), declared == k) {
+            (false, _) => "",
+            (true, true) => ".first()",
+            (true, false) => ".second()",
+        };
+        format!("{}{half}", self.name(declared))
     }
 
     fn instruction(&self, instruction: &Instruction) -> String {
@@ -140,11 +155,13 @@ impl<'a> Code<'a> {
             let behind = comments.before(this, text, k);
             let places = |k: usize| this.stores.places.get(&k).map_or(&[][..], Vec::as_slice);
             let statement = match places(k) {
-                _ if pair => format!("{start}{} = {};", Self::pair_name(k), this.pair(k)),
+                _ if pair => format!("{start}{} = {};", this.name(k), this.pair(k)),
                 [place] if this.stores.unnamed.contains(&k) => {
                     this.stores.statement(*place, &this.instruction(&this.program.instructions[k]))
                 }
-                _ => format!("{start}t{k} = {};", this.instruction(&this.program.instructions[k])),
+                _ => {
+                    format!("{start}{} = {};", this.name(k), this.instruction(&this.program.instructions[k]))
+                }
             };
             match behind.map(|purpose| [comment(this.model, purpose), short_comment(this.model, purpose)]) {
                 Some([long, _]) if text.fits(&format!("{statement} // {long}")) => {
@@ -169,12 +186,10 @@ impl<'a> Code<'a> {
         mut write: impl FnMut(&Self, &mut Text, usize, &str),
     ) {
         // Of two that are computed together the first stands for both.
-        let alone = |k: &usize| k.checked_sub(1).is_none_or(|before| !self.is_first(before));
-        let values: Vec<usize> = values.into_iter().filter(alone).collect();
+        let values: Vec<usize> = values.into_iter().filter(|&k| self.declared(k) == k).collect();
         for chunk in values.chunks(SCOPE) {
             let named = chunk.iter().filter(|&k| self.is_first(*k) || !self.stores.unnamed.contains(k));
-            let name = |&k: &usize| if self.is_first(k) { Self::pair_name(k) } else { format!("t{k}") };
-            let names: Vec<String> = named.map(name).collect();
+            let names: Vec<String> = named.map(|&k| self.name(k)).collect();
             let declared = values.len() > SCOPE && names.len() > 1;
             if declared {
                 text.list("let (", &names, ");");

@@ -28,7 +28,13 @@ impl Code<'_> {
             (Instruction::Neg(a), Instruction::Neg(b)) => format!("-{}", self.both(a, b)),
             (
                 Instruction::Fused { a, b, c, minus_product, minus_addend },
-                Instruction::Fused { a: d, b: e, c: f, minus_product: minus_too, minus_addend: minus_addend_too },
+                Instruction::Fused {
+                    a: d,
+                    b: e,
+                    c: f,
+                    minus_product: minus_too,
+                    minus_addend: minus_addend_too,
+                },
             ) => {
                 let (d, e) = ordered(d, e, exchanged);
                 let (x, y) = match (a, d) {
@@ -81,11 +87,11 @@ impl Code<'_> {
     fn both(&self, a: Operand, b: Operand) -> String {
         match (a, b) {
             _ if a == b => format!("both({})", self.operand(a)),
-            (Operand::Value(k), Operand::Value(l)) if l == k + 1 && self.pairs[k as usize].is_some() => {
-                Self::pair_name(k as usize)
+            (Operand::Value(k), Operand::Value(l)) if l == k + 1 && self.is_first(k as usize) => {
+                self.name(k as usize)
             }
-            (Operand::Value(l), Operand::Value(k)) if l == k + 1 && self.pairs[k as usize].is_some() => {
-                format!("{}.swapped()", Self::pair_name(k as usize))
+            (Operand::Value(l), Operand::Value(k)) if l == k + 1 && self.is_first(k as usize) => {
+                format!("{}.swapped()", self.name(k as usize))
             }
             _ => format!("two({}, {})", self.operand(a), self.operand(b)),
         }

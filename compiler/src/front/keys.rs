@@ -8,7 +8,8 @@ use syn::punctuated::Punctuated;
 use syn::spanned::Spanned;
 use syn::{Attribute, Error, Expr, ExprLit, Lit, LitStr, Meta, Token};
 
-const KEYS: [&str; 8] = ["description", "base", "root", "functions", "split_above", "gait", "urdf", "toml"];
+const KEYS: [&str; 9] =
+    ["description", "base", "root", "functions", "split_above", "limbs_apart", "gait", "urdf", "toml"];
 const EXAMPLE: &str = "write `#[biped(description = \"robots/my_robot\")]` below the derive";
 
 /// Where the description stands.
@@ -76,6 +77,7 @@ impl Keys {
                 "functions" => request.functions = names(&entry.value)?,
                 "gait" => request.gait = Some(text(&entry.value, &key)?.value()),
                 "split_above" => request.split_above = Some(number(&entry.value, &key)?),
+                "limbs_apart" => request.limbs_apart = truth(&entry.value, &key)?,
                 _ => return Err(unknown(&entry.path)),
             }
             seen.push(key);
@@ -129,6 +131,13 @@ fn number(value: &Expr, key: &str) -> syn::Result<usize> {
     match value {
         Expr::Lit(ExprLit { lit: Lit::Int(number), .. }) => number.base10_parse(),
         other => Err(Error::new(other.span(), format!("`{key}` is a whole number"))),
+    }
+}
+
+fn truth(value: &Expr, key: &str) -> syn::Result<bool> {
+    match value {
+        Expr::Lit(ExprLit { lit: Lit::Bool(truth), .. }) => Ok(truth.value),
+        other => Err(Error::new(other.span(), format!("`{key}` is `true` or `false`"))),
     }
 }
 

@@ -26,6 +26,8 @@ pub struct Request {
     pub functions: Vec<String>,
     /// Programs with more instructions become several Rust functions; [`Options::SPLIT_ABOVE`] by default.
     pub split_above: Option<usize>,
+    /// Limbs of the same make are computed one after the other, not at once; the bits are the same.
+    pub limbs_apart: bool,
     /// A gait beside the robot: its name in `gaits/`, or a path.
     pub gait: Option<String>,
 }
@@ -121,5 +123,6 @@ fn module(visibility: &TokenStream, name: &Ident, doc: &str, content: &TokenStre
 /// The items of a robot for a type, as text.
 pub(crate) fn items_for(compiled: &CompiledModel, type_name: &str, request: &Request) -> String {
     let usual = Options::new(type_name);
-    items(compiled, &Options { split_above: request.split_above.unwrap_or(usual.split_above), ..usual })
+    let split_above = request.split_above.unwrap_or(usual.split_above);
+    items(compiled, &Options { split_above, limbs_together: !request.limbs_apart, ..usual })
 }

@@ -234,7 +234,9 @@ impl Walk<'_> {
                 State::New => {
                     both.into_iter().flatten().for_each(|k| self.state[k] = State::Begun);
                     let before = stack.len();
-                    for operand in both.into_iter().flatten().flat_map(|k| self.program.instructions[k].operands()) {
+                    for operand in
+                        both.into_iter().flatten().flat_map(|k| self.program.instructions[k].operands())
+                    {
                         let Operand::Value(value) = operand else { continue };
                         match self.state[value as usize] {
                             State::New => stack.push(value as usize),

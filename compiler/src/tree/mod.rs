@@ -12,8 +12,8 @@ pub use bipedc_effects::base::BaseKind;
 pub use effects::as_built;
 pub use inertia::Inertia;
 pub(crate) use placement::NEARLY_RIGHT;
-pub use twins::Twins;
 pub use placement::{Placement, Rotation, matrix_vector};
+pub use twins::Twins;
 
 /// How a body moves relative to its parent.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

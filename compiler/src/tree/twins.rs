@@ -47,7 +47,8 @@ impl Twins {
             (0..body.motion.nq()).for_each(|k| q[body.q_index + k] = Some((twin.q_index + k) as u32));
             (0..body.motion.nv()).for_each(|k| v[body.v_index + k] = Some((twin.v_index + k) as u32));
         }
-        let joint = |at: u32| tree.joints.iter().position(|joint| joint.v_index == at as usize).map(|k| k as u32);
+        let joint =
+            |at: u32| tree.joints.iter().position(|joint| joint.v_index == at as usize).map(|k| k as u32);
         let joints = tree.joints.iter().map(|own| v[own.v_index].and_then(joint)).collect();
         Self { of, q, v, joints }
     }

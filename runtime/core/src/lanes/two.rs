@@ -5,12 +5,7 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 
 /// Two numbers that compute as one: each has the bits that it has alone.
 pub trait Two<R: Real>:
-    Copy
-    + Add<Output = Self>
-    + Sub<Output = Self>
-    + Mul<Output = Self>
-    + Div<Output = Self>
-    + Neg<Output = Self>
+    Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
 {
     /// Of one number for each.
     fn of(first: R, second: R) -> Self;
