@@ -1,5 +1,5 @@
 //! Emitted code and the evaluator agree to the last bit.
-use super::models::{FiveLinkWithEffects, SplitThreeLink, SplitTulip, ThreeLink, Tulip, TulipWithEffects};
+use super::models::{FiveLinkWithEffects, SplitThreeLink, SplitTulip, ThreeLink, Tulip, TulipLegByLeg, TulipWithEffects};
 use super::states::{Arguments, Random, functions};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::ProgramModel;
@@ -60,6 +60,12 @@ fn effects_have_the_same_bits() {
 fn split_programs_have_the_same_bits() {
     compare(&SplitThreeLink, "three_link", 50);
     compare(&SplitTulip, "tulip", 10);
+}
+
+/// Both are those of the evaluator.
+#[test]
+fn one_leg_after_the_other_has_the_bits_of_both_at_once() {
+    compare(&TulipLegByLeg, "tulip", 10);
 }
 
 #[test]

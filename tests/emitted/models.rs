@@ -23,6 +23,15 @@ pub struct SplitThreeLink;
 )]
 pub struct SplitTulip;
 
+/// One leg after the other.
+#[derive(Biped)]
+#[biped(
+    description = "robots/tulip",
+    limbs_apart = true,
+    functions = ["inverse_dynamics", "forward_dynamics", "mass_matrix", "inverse_dynamics_regressor"]
+)]
+pub struct TulipLegByLeg;
+
 /// An effect of every kind that stands in a formula.
 #[derive(Biped)]
 #[biped(description = "tests/data/effects/five_link")]

@@ -56,8 +56,7 @@ pub fn model(compiled: &CompiledModel, options: &Options) -> Model {
             function(compiled, &way, f, &mut functions);
         }
         let functions = functions.finish();
-        imports(compiled, family, &mut text);
-        twin_imports(&functions, &mut text);
+        imports(compiled, family, &functions, &mut text);
         text.lines(&functions);
         modules.push((family[0].family.to_owned(), text.finish()));
     }
@@ -89,7 +88,7 @@ fn twin_imports(functions: &str, text: &mut Text) {
 }
 
 /// What the functions of a family need from elsewhere, and nothing more.
-fn imports(compiled: &CompiledModel, family: &[Function], text: &mut Text) {
+fn imports(compiled: &CompiledModel, family: &[Function], functions: &str, text: &mut Text) {
     let mut sizes = BTreeSet::new();
     for f in family {
         let (rows, columns) = Size::of_result(compiled, f);
@@ -110,6 +109,7 @@ fn imports(compiled: &CompiledModel, family: &[Function], text: &mut Text) {
     let vector = if takes { ", SVector" } else { "" };
     let packed = family.iter().any(|f| Packed::of(f).is_some());
     text.line(if packed { "use ::bipedc_runtime::{Real, Sparsity};" } else { "use ::bipedc_runtime::Real;" });
+    twin_imports(functions, text);
     text.line(&format!("use ::bipedc_runtime::nalgebra::{{ArrayStorage, SMatrix{vector}}};"));
 }
 

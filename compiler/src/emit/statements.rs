@@ -139,6 +139,18 @@ impl<'a> Code<'a> {
         }
     }
 
+    /// What an instruction is for, with its twin.
+    fn work(&self, k: usize) -> Work {
+        let first = self.declared(k);
+        let purpose = self.program.purposes[first];
+        if !self.is_first(first) {
+            return Work { purpose, twin: None };
+        }
+        let other = self.program.purposes[first + 1];
+        let (purpose, other) = if other.body < purpose.body { (other, purpose) } else { (purpose, other) };
+        Work { purpose, twin: other.body.filter(|_| other.body != purpose.body) }
+    }
+
     fn signed(&self, operand: Operand, minus: bool) -> String {
         match (operand, minus) {
             (Operand::Constant(value), true) => constant(-value),
@@ -163,7 +175,7 @@ impl<'a> Code<'a> {
                     format!("{start}{} = {};", this.name(k), this.instruction(&this.program.instructions[k]))
                 }
             };
-            match behind.map(|purpose| [comment(this.model, purpose), short_comment(this.model, purpose)]) {
+            match behind.map(|work| [comment(this.model, work), short_comment(this.model, work)]) {
                 Some([long, _]) if text.fits(&format!("{statement} // {long}")) => {
                     text.line(&format!("{statement} // {long}"));
                 }
@@ -224,26 +236,26 @@ struct Comments {
     /// Of each instruction of the stretch: how many from it on have its purpose.
     runs: Vec<usize>,
     first: usize,
-    section: Purpose,
+    section: Work,
     /// Instructions left of a run that is too short for a section.
     short: usize,
 }
 
 impl Comments {
     fn new(code: &Code<'_>, range: &Range<usize>) -> Self {
-        let purposes = &code.program.purposes[range.clone()];
+        let purposes: Vec<Work> = range.clone().map(|k| code.work(k)).collect();
         let mut runs = vec![1; purposes.len()];
         for k in (0..runs.len().saturating_sub(1)).rev() {
             if purposes[k] == purposes[k + 1] {
                 runs[k] = runs[k + 1] + 1;
             }
         }
-        Self { runs, first: range.start, section: Purpose::default(), short: 0 }
+        Self { runs, first: range.start, section: Work::default(), short: 0 }
     }
 
     /// Writes the comment above the `k`-th instruction, or gives what one behind it has to say.
-    fn before(&mut self, code: &Code<'_>, text: &mut Text, k: usize) -> Option<Purpose> {
-        let (purpose, run) = (code.program.purposes[k], self.runs[k - self.first]);
+    fn before(&mut self, code: &Code<'_>, text: &mut Text, k: usize) -> Option<Work> {
+        let (purpose, run) = (code.work(k), self.runs[k - self.first]);
         if purpose == self.section {
             return None;
         }
@@ -251,7 +263,8 @@ impl Comments {
             self.short = run;
         }
         if self.short > 0 {
-            self.short -= 1;
+            // Two of a run are written at once.
+            self.short = self.short.saturating_sub(1 + usize::from(code.is_first(k)));
             return Some(purpose);
         }
         self.section = purpose;
@@ -260,18 +273,30 @@ impl Comments {
     }
 }
 
-/// `left_shank: wrench`
-fn comment(model: &CompiledModel, purpose: Purpose) -> String {
-    let quantity = if purpose.quantity.is_empty() { "other" } else { purpose.quantity };
-    match purpose.body {
-        Some(body) => format!("{}: {quantity}", harmless(&model.tree.bodies[body].name)),
-        None => quantity.to_owned(),
-    }
+/// What an instruction, or two at once, are for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Work {
+    purpose: Purpose,
+    /// The body of the other one.
+    twin: Option<usize>,
+}
+
+/// `left_shank: wrench`; of two at once `left_shank, right_shank: wrench`
+fn comment(model: &CompiledModel, work: Work) -> String {
+    let quantity = if work.purpose.quantity.is_empty() { "other" } else { work.purpose.quantity };
+    let bodies = bodies(model, work);
+    if bodies.is_empty() { quantity.to_owned() } else { format!("{bodies}: {quantity}") }
 }
 
 /// The body alone: for lines that are long.
-fn short_comment(model: &CompiledModel, purpose: Purpose) -> String {
-    purpose.body.map_or_else(|| comment(model, purpose), |body| harmless(&model.tree.bodies[body].name))
+fn short_comment(model: &CompiledModel, work: Work) -> String {
+    let bodies = bodies(model, work);
+    if bodies.is_empty() { comment(model, work) } else { bodies }
+}
+
+fn bodies(model: &CompiledModel, work: Work) -> String {
+    let bodies = [work.purpose.body, work.twin].into_iter().flatten();
+    bodies.map(|body| harmless(&model.tree.bodies[body].name)).collect::<Vec<_>>().join(", ")
 }
 
 /// What a stretch of a program reads besides its own values.
@@ -386,7 +411,8 @@ mod tests {
             let claims = claimed(&text.finish());
             assert_eq!(claims.len(), range.len(), "{}", f.name);
             for (claim, &purpose) in claims.iter().zip(&f.program.purposes[range]) {
-                let (long, short) = (comment(&model, purpose), short_comment(&model, purpose));
+                let work = Work { purpose, twin: None };
+                let (long, short) = (comment(&model, work), short_comment(&model, work));
                 let nothing = claim.is_empty() && purpose == Purpose::default();
                 assert!(nothing || *claim == long || *claim == short, "{}: {claim}, is {long}", f.name);
             }

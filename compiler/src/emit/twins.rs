@@ -66,7 +66,7 @@ impl Code<'_> {
             // Factors of 1 and -1 change no bit of a sum.
             _ if a.1 == c.1 => format!("R::Two::fused({y}, {}, {})", signs(b.1, d.1), self.signed_both(a, c)),
             _ if b.1 == d.1 => format!("R::Two::fused({x}, {}, {})", signs(a.1, c.1), self.signed_both(b, d)),
-            _ => format!("({x} - {y}) * {}", signs(a.1, c.1)),
+            _ => format!("R::Two::fused({x}, {}, {y} * {})", signs(a.1, c.1), signs(b.1, d.1)),
         }
     }
 

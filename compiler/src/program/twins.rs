@@ -258,3 +258,80 @@ impl Walk<'_> {
         std::iter::once(needed).chain(open).find(|&k| self.partner[k].is_some()).unwrap_or(needed)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Robot;
+    use crate::program::Evaluator;
+    use bipedc_runtime::{Argument, State};
+    use std::path::Path;
+
+    fn compiled(robot: &str) -> crate::compile::CompiledModel {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(robot);
+        Robot::read(&folder).unwrap().compile().unwrap()
+    }
+
+    fn results(program: &Program, state: &State<'_, f64>) -> Vec<u64> {
+        let mut out = vec![f64::NAN; program.outputs.len()];
+        Evaluator::new(program).run_one(state, &mut out);
+        out.iter().map(|x| x.to_bits()).collect()
+    }
+
+    fn kind(instruction: Instruction) -> Kind {
+        key(&instruction, source).unwrap().0
+    }
+
+    fn check(paired: &Paired, name: &str) {
+        let p = &paired.program;
+        for k in (0..paired.pairs.len()).filter(|&k| paired.pairs[k].is_some()) {
+            let [first, second] = [k, k + 1].map(|k| p.instructions[k]);
+            assert_eq!(kind(first), kind(second), "{name}: {k}");
+            assert!(second.operands().all(|o| o != Operand::Value(k as u32)), "{name}: {k} needs its twin");
+            assert!(paired.pairs[k + 1].is_none() && k + 1 != p.angles_ready, "{name}: {k}");
+        }
+        for (k, instruction) in p.instructions.iter().enumerate() {
+            let before = |o: Operand| if let Operand::Value(v) = o { (v as usize) < k } else { true };
+            assert!(instruction.operands().all(before), "{name}: {k} comes before its operands");
+        }
+    }
+
+    #[test]
+    fn twins_stand_side_by_side_and_change_no_bit() {
+        let model = compiled("tulip");
+        let numbers = |n: usize, size: f64| -> Vec<f64> {
+            (0..n).map(|k| size * (1.0 + 7.3 * k as f64).sin()).collect()
+        };
+        let lists = Argument::ALL.map(|argument| numbers(200, 0.4 + 0.1 * argument as u8 as f64));
+        let of = |argument: Argument| &lists[argument as usize][..model.argument_length(argument)];
+        let state = Argument::ALL.into_iter().fold(State::new(), |state, a| state.with(a, of(a)));
+        let twins = Twins::of(&model.tree);
+        for f in &model.functions {
+            let paired = Paired::new(&f.program, &twins);
+            check(&paired, &f.name);
+            assert_eq!(results(&paired.program, &state), results(&f.program, &state), "{}", f.name);
+        }
+    }
+
+    /// Of both legs' work nearly everything is computed at once; counts are those of today.
+    #[test]
+    fn so_much_is_computed_at_once() {
+        let model = compiled("tulip");
+        let twins = Twins::of(&model.tree);
+        let pairs = |name: &str| {
+            let f = model.functions.iter().find(|f| f.name == name).unwrap();
+            (Paired::new(&f.program, &twins).pairs.iter().flatten().count(), f.program.instructions.len())
+        };
+        for (name, least) in LEAST {
+            let (count, all) = pairs(name);
+            assert!(count >= least, "{name}: {count} pairs of {all} instructions, there were {least}");
+        }
+    }
+
+    const LEAST: [(&str, usize); 4] = [
+        ("inverse_dynamics", 420),
+        ("mass_matrix_upper", 270),
+        ("forward_dynamics", 850),
+        ("inverse_dynamics_regressor", 880),
+    ];
+}

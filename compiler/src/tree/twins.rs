@@ -95,3 +95,52 @@ fn pair(tree: &Tree, a: usize, b: usize, of: &mut [Option<usize>]) {
     (of[a], of[b]) = (Some(b), Some(a));
     children(tree, Some(a)).into_iter().zip(children(tree, Some(b))).for_each(|(a, b)| pair(tree, a, b, of));
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Robot;
+    use std::path::Path;
+
+    fn tree(robot: &str) -> Tree {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../robots").join(robot);
+        Robot::read(&folder).unwrap().compile().unwrap().tree
+    }
+
+    #[test]
+    fn legs_are_twins_joint_by_joint() {
+        for robot in ["tulip", "biped_3d", "five_link", "seven_link"] {
+            let tree = tree(robot);
+            let twins = Twins::of(&tree);
+            let mut count = 0;
+            for (k, body) in tree.bodies.iter().enumerate() {
+                let Some(twin) = twins.body(k) else { continue };
+                let other = &tree.bodies[twin];
+                assert_eq!(twins.body(twin), Some(k));
+                assert_eq!(
+                    body.name.replace("left", "right"),
+                    other.name.replace("left", "right"),
+                    "{robot}"
+                );
+                assert_eq!(
+                    twins.element(Argument::V, body.v_index as u32),
+                    Some(other.v_index as u32),
+                    "{robot}"
+                );
+                assert_eq!(
+                    twins.element(Argument::Q, body.q_index as u32),
+                    Some(other.q_index as u32),
+                    "{robot}"
+                );
+                count += 1;
+            }
+            assert_eq!(count, tree.joints.len(), "{robot}: all joints are in legs");
+            assert_eq!(twins.element(Argument::V, 0), None, "{robot}: the base has no twin");
+        }
+    }
+
+    #[test]
+    fn a_single_leg_has_no_twin() {
+        assert!(Twins::of(&tree("tulip_v1_leg")).is_empty());
+    }
+}
