@@ -35,7 +35,7 @@ impl Paired {
         }
         let mut search = Search::new(program, twins);
         let mut partner = search.run();
-        let order = loop {
+        let mut order = loop {
             match order(program, &partner) {
                 Ok(order) => break order,
                 // One of both needs the other by way of a third.
@@ -45,6 +45,7 @@ impl Paired {
                 }
             }
         };
+        search.orient(&partner, &mut order);
         let mut pairs = vec![None; order.len()];
         for (at, pair) in order.windows(2).enumerate() {
             let (first, second) = (pair[0], pair[1]);
@@ -152,6 +153,40 @@ impl<'a> Search<'a> {
             (other != k && same_part && self.value[other] as usize == k).then_some(other)
         };
         (0..self.value.len()).map(twin).collect()
+    }
+
+    /// Exchanges twins where their operands are exchanged: the first ones of all pairs belong to one limb.
+    fn orient(&self, partner: &[Option<usize>], order: &mut [usize]) {
+        let mut is_second = vec![false; order.len()];
+        let mut at = 0;
+        while let Some(&[first, second]) = order.get(at..at + 2) {
+            if partner[first] != Some(second) {
+                at += 1;
+                continue;
+            }
+            let operands = self.program.instructions[first].operands();
+            let votes: i32 = operands.map(|o| self.limb(o, partner, &is_second)).sum();
+            let body = |k: usize| self.program.purposes[k].body;
+            if votes < 0 || votes == 0 && body(second) < body(first) {
+                order.swap(at, at + 1);
+            }
+            is_second[order[at + 1]] = true;
+            at += 2;
+        }
+    }
+
+    /// 1 for operands of the limb that comes first, -1 for those of the other, 0 for what belongs to none.
+    fn limb(&self, operand: Operand, partner: &[Option<usize>], is_second: &[bool]) -> i32 {
+        let (own, other) = match operand {
+            Operand::Constant(_) => return 0,
+            Operand::Input(argument, k) => (k, self.twins.element(argument, k).unwrap_or(k)),
+            Operand::Sin(k) | Operand::Cos(k) => (k, self.angle[k as usize]),
+            Operand::Value(k) => {
+                let (paired, second) = (partner[k as usize].is_some(), is_second[k as usize]);
+                (u32::from(paired && second), u32::from(paired && !second))
+            }
+        };
+        (other.cmp(&own)) as i32
     }
 
     /// Whether the first operand of one is not what the first of the other stands for.

@@ -318,117 +318,117 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     t364_365 = R::Two::fused(both(R::constant(-0.0285)), t256_257, -t350_351);
     t366_367 = R::Two::fused(both(R::constant(-0.0285)), t216_217, t358_359);
     // right_foot, left_foot: wrench handed to its parent
-    t368_369 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * t342_343.swapped();
-    t370_371 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t344_345.swapped(), t368_369);
-    t372_373 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * t342_343.swapped();
-    t374_375 = R::Two::fused(-two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t344_345.swapped(), t372_373);
-    t376_377 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * t366_367.swapped();
-    t378_379 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t362_363.swapped(), t376_377);
-    t380_381 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * t366_367.swapped();
-    t382_383 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t362_363.swapped(), t380_381);
-    t384_385 = R::Two::fused(both(R::constant(-0.0285)), t272_273.swapped(), t328_329.swapped());
-    t386_387 = R::Two::fused(both(R::constant(0.0171)), t234_235.swapped(), -t370_371);
-    t388_389 = R::Two::fused(both(R::constant(0.0171)), t236_237.swapped(), -t374_375);
-    t390_391 = R::Two::fused(t230_231.swapped(), both(R::constant(0.00001)), t364_365.swapped());
-    t392_393 = t338_339.swapped() + t378_379;
-    t394_395 = t340_341.swapped() - t382_383;
+    t368_369 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t342_343;
+    t370_371 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t344_345, t368_369);
+    t372_373 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t342_343;
+    t374_375 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t344_345, t372_373);
+    t376_377 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t366_367;
+    t378_379 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t362_363, t376_377);
+    t380_381 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t366_367;
+    t382_383 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t362_363, t380_381);
+    t384_385 = R::Two::fused(both(R::constant(-0.0285)), t272_273, t328_329);
+    t386_387 = R::Two::fused(both(R::constant(0.0171)), t234_235, -t370_371);
+    t388_389 = R::Two::fused(both(R::constant(0.0171)), t236_237, -t374_375);
+    t390_391 = R::Two::fused(t230_231, both(R::constant(0.00001)), t364_365);
+    t392_393 = t338_339 + t378_379;
+    t394_395 = t340_341 - t382_383;
     // right_ankle, left_ankle: wrench handed to its parent
-    t396_397 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t388_389;
-    t398_399 = R::Two::fused(two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t384_385, t396_397);
-    t400_401 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t388_389;
-    t402_403 = R::Two::fused(-two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t384_385, t400_401);
-    t404_405 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t394_395;
-    t406_407 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t390_391, t404_405);
-    t408_409 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t394_395;
-    t410_411 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t390_391, t408_409);
-    t412_413 = R::Two::fused(both(R::constant(0.29034)), t182_183.swapped(), t402_403);
-    t414_415 = R::Two::fused(both(R::constant(0.29034)), t184_185.swapped(), -t386_387);
-    t416_417 = R::Two::fused(both(R::constant(0.29034)), t186_187.swapped(), t398_399);
-    t418_419 = t324_325.swapped() + t410_411;
-    t420_421 = t326_327.swapped() + t392_393;
-    t422_423 = t322_323.swapped() - t406_407;
+    t396_397 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t388_389;
+    t398_399 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t384_385, t396_397);
+    t400_401 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t388_389;
+    t402_403 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t384_385, t400_401);
+    t404_405 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t394_395;
+    t406_407 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t390_391, t404_405);
+    t408_409 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t394_395;
+    t410_411 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t390_391, t408_409);
+    t412_413 = R::Two::fused(both(R::constant(0.29034)), t182_183, t402_403);
+    t414_415 = R::Two::fused(both(R::constant(0.29034)), t184_185, -t386_387);
+    t416_417 = R::Two::fused(both(R::constant(0.29034)), t186_187, t398_399);
+    t418_419 = t324_325 + t410_411;
+    t420_421 = t326_327 + t392_393;
+    t422_423 = t322_323 - t406_407;
     t424_425 = R::Two::fused(both(R::constant(0.273)), t386_387, t418_419);
     t426_427 = R::Two::fused(both(R::constant(-0.273)), t402_403, -t420_421);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t428_429 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t416_417;
-    t430_431 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t412_413, t428_429);
-    t432_433 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t416_417;
-    t434_435 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t412_413, t432_433);
-    t436_437 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t422_423;
-    t438_439 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t424_425, t436_437);
-    t440_441 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t422_423;
-    t442_443 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t424_425, t440_441);
-    t444_445 = R::Two::fused(both(R::constant(0.8932)), t132_133.swapped(), t434_435);
-    t446_447 = R::Two::fused(both(R::constant(0.8932)), t134_135.swapped(), t414_415);
-    t448_449 = R::Two::fused(both(R::constant(0.8932)), t136_137.swapped(), t430_431);
-    t450_451 = t310_311.swapped() - t442_443;
-    t452_453 = t312_313.swapped() - t426_427;
-    t454_455 = t308_309.swapped() + t438_439;
+    t428_429 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t416_417;
+    t430_431 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t412_413, t428_429);
+    t432_433 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t416_417;
+    t434_435 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t412_413, t432_433);
+    t436_437 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t422_423;
+    t438_439 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t424_425, t436_437);
+    t440_441 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t422_423;
+    t442_443 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t424_425, t440_441);
+    t444_445 = R::Two::fused(both(R::constant(0.8932)), t132_133, t434_435);
+    t446_447 = R::Two::fused(both(R::constant(0.8932)), t134_135, t414_415);
+    t448_449 = R::Two::fused(both(R::constant(0.8932)), t136_137, t430_431);
+    t450_451 = t310_311 - t442_443;
+    t452_453 = t312_313 - t426_427;
+    t454_455 = t308_309 + t438_439;
     t456_457 = R::Two::fused(both(R::constant(-0.315)), t414_415, t450_451);
     t458_459 = R::Two::fused(both(R::constant(-0.315)), t434_435, -t452_453);
     // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t460_461 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t448_449;
-    t462_463 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t444_445, t460_461);
-    t464_465 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t448_449;
-    t466_467 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t444_445, t464_465);
-    t468_469 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t454_455;
-    t470_471 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t456_457, t468_469);
-    t472_473 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t454_455;
+    t460_461 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t448_449;
+    t462_463 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t444_445, t460_461);
+    t464_465 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t448_449;
+    t466_467 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t444_445, t464_465);
+    t468_469 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t454_455;
+    t470_471 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t456_457, t468_469);
+    t472_473 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t454_455;
     let (
         t474_475, t476_477, t478_479, t480_481, t482_483, t484_485, t486_487, t488_489, t490_491, t492_493, t494_495,
         t496_497, t498_499, t500_501, t502_503, t504_505, t506_507, t508_509, t510_511, t512_513, t514_515, t516_517,
         t518_519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536,
         t537_538, t539_540,
     );
-    t474_475 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t456_457, t472_473);
-    t476_477 = t294_295.swapped() + t474_475;
-    t478_479 = t298_299.swapped() + t458_459;
-    t480_481 = R::Two::fused(t88_89.swapped(), both(R::constant(0.6135741234)), -t470_471);
+    t474_475 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t456_457, t472_473);
+    t476_477 = t294_295 + t474_475;
+    t478_479 = t298_299 + t458_459;
+    t480_481 = R::Two::fused(t88_89, both(R::constant(0.6135741234)), -t470_471);
     // right_hip_roll_link, left_hip_roll_link: wrench handed to its parent
-    t482_483 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t446_447;
-    t484_485 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t462_463, t482_483);
-    t486_487 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t446_447;
-    t488_489 = R::Two::fused(-two(cos_q_left_hip_roll, cos_q_right_hip_roll), t462_463, t486_487);
-    t490_491 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t478_479;
-    t492_493 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t480_481, t490_491);
-    t494_495 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t478_479;
-    t496_497 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t480_481, t494_495);
-    t498_499 = t292_293.swapped() - t476_477;
-    t500_501 = R::Two::fused(t58_59.swapped(), both(R::constant(0.6135941234)), -t492_493);
-    t502_503 = R::Two::fused(both(R::constant(-0.3067920617)), t56_57.swapped(), t496_497);
+    t482_483 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t446_447;
+    t484_485 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t462_463, t482_483);
+    t486_487 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t446_447;
+    t488_489 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t462_463, t486_487);
+    t490_491 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t478_479;
+    t492_493 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t480_481, t490_491);
+    t494_495 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t478_479;
+    t496_497 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t480_481, t494_495);
+    t498_499 = t292_293 - t476_477;
+    t500_501 = R::Two::fused(t58_59, both(R::constant(0.6135941234)), -t492_493);
+    t502_503 = R::Two::fused(both(R::constant(-0.3067920617)), t56_57, t496_497);
     // right_hip_yaw_link, left_hip_yaw_link: wrench handed to its parent
-    t504_505 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t466_467;
-    t506_507 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t484_485, t504_505);
-    t508_509 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t466_467;
-    t510_511 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t484_485, t508_509);
-    t512_513 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t498_499;
-    t514_515 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t500_501, t512_513);
-    t516_517 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t498_499;
-    t518_519 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t500_501, t516_517);
+    t504_505 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t466_467;
+    t506_507 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t484_485, t504_505);
+    t508_509 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t466_467;
+    t510_511 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t484_485, t508_509);
+    t512_513 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t498_499;
+    t514_515 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t500_501, t512_513);
+    t516_517 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t498_499;
+    t518_519 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t500_501, t516_517);
     // left_hip_yaw_link: wrench handed to its parent
-    t520 = t283 + t506_507.first();
-    t521 = t284 + t510_511.first();
-    t522 = t285 + t488_489.first();
-    t523 = t288 - t514_515.first();
-    t524 = t289 + t518_519.first();
-    t525 = R::fused(t20, R::constant(0.098295), -t502_503.first());
-    t526 = R::fused(R::constant(0.075), t488_489.first(), t523);
-    t527 = R::fused(R::constant(0.075), t506_507.first(), t525);
+    t520 = t283 + t506_507.second();
+    t521 = t284 + t510_511.second();
+    t522 = t285 + t488_489.second();
+    t523 = t288 - t514_515.second();
+    t524 = t289 + t518_519.second();
+    t525 = R::fused(t20, R::constant(0.098295), -t502_503.second());
+    t526 = R::fused(R::constant(0.075), t488_489.second(), t523);
+    t527 = R::fused(R::constant(0.075), t506_507.second(), t525);
     // right_hip_yaw_link: wrench handed to its parent
-    t528 = t520 + t506_507.second();
-    t529 = t521 + t510_511.second();
-    t530 = t488_489.second() + t522;
-    t531 = t526 - t514_515.second();
-    t532 = t524 + t518_519.second();
-    t533 = t527 - t502_503.second();
-    t534 = R::fused(R::constant(0.075), t488_489.second(), -t531);
-    t535 = R::fused(R::constant(0.075), t506_507.second(), -t533);
+    t528 = t520 + t506_507.first();
+    t529 = t521 + t510_511.first();
+    t530 = t488_489.first() + t522;
+    t531 = t526 - t514_515.first();
+    t532 = t524 + t518_519.first();
+    t533 = t527 - t502_503.first();
+    t534 = R::fused(R::constant(0.075), t488_489.first(), -t531);
+    t535 = R::fused(R::constant(0.075), t506_507.first(), -t533);
     t536 = -t530;
-    t537_538 = -t476_477.swapped(); // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t539_540 = -t392_393.swapped(); // right_foot, left_foot: wrench handed to its parent
+    t537_538 = -t476_477; // right_upper_leg, left_upper_leg: wrench handed to its parent
+    t539_540 = -t392_393; // right_foot, left_foot: wrench handed to its parent
     *out = [[
-        t528, t529, t536, t534, t532, t535, t502_503.second(), t537_538.first(), t458_459.second(), t426_427.second(),
-        t539_540.first(), t364_365.first(), t502_503.first(), t537_538.second(), t458_459.first(), t426_427.first(),
+        t528, t529, t536, t534, t532, t535, t502_503.first(), t537_538.first(), t458_459.first(), t426_427.first(),
+        t539_540.first(), t364_365.first(), t502_503.second(), t537_538.second(), t458_459.second(), t426_427.second(),
         t539_540.second(), t364_365.second(),
     ]];
 }

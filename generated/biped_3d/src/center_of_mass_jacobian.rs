@@ -167,39 +167,39 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t152_153 = t66_67 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     let t154_155 = R::Two::fused(-t138_139, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t152_153);
     // right_foot, left_foot: sums of what it carries
-    let t156_157 = both(R::constant(0.0285)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
-    let t158_159 = both(R::constant(0.0285)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
+    let t156_157 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    let t158_159 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     // right_ankle, left_ankle: sums of what it carries
-    let t160_161 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t158_159;
-    let t162_163 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t160_161);
-    let t164_165 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t158_159;
-    let t166_167 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t164_165);
+    let t160_161 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t158_159;
+    let t162_163 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t160_161);
+    let t164_165 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t158_159;
+    let t166_167 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t164_165);
     let t168_169 = both(R::constant(0.29034)) + t162_163;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t170_171 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t168_169;
-    let t172_173 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t166_167, t170_171);
-    let t174_175 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t168_169;
-    let t176_177 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t166_167, t174_175);
+    let t170_171 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t168_169;
+    let t172_173 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t166_167, t170_171);
+    let t174_175 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t168_169;
+    let t176_177 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t166_167, t174_175);
     let t178_179 = both(R::constant(0.8932)) + t172_173;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t180_181 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t178_179;
-    let t182_183 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t176_177, t180_181);
-    let t184_185 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t178_179;
-    let t186_187 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t176_177, t184_185);
+    let t180_181 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t178_179;
+    let t182_183 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t176_177, t180_181);
+    let t184_185 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t178_179;
+    let t186_187 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t176_177, t184_185);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    let t188_189 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t156_157;
-    let t190_191 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t182_183, t188_189);
-    let t192_193 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t156_157;
-    let t194_195 = R::Two::fused(-two(cos_q_left_hip_roll, cos_q_right_hip_roll), t182_183, t192_193);
+    let t188_189 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t156_157;
+    let t190_191 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t182_183, t188_189);
+    let t192_193 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t156_157;
+    let t194_195 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t182_183, t192_193);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    let t196_197 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t186_187;
-    let t198_199 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t190_191, t196_197);
-    let t200_201 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t186_187;
-    let t202_203 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t190_191, t200_201);
-    let t204 = R::constant(2.444) + t194_195.first(); // left_hip_yaw_link: sums of what it carries
-    let t205 = t198_199.first() + t198_199.second(); // right_hip_yaw_link: sums of what it carries
-    let t206 = t202_203.first() + t202_203.second(); // right_hip_yaw_link: sums of what it carries
-    let t207 = t194_195.second() + t204; // right_hip_yaw_link: sums of what it carries
+    let t196_197 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t186_187;
+    let t198_199 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t190_191, t196_197);
+    let t200_201 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t186_187;
+    let t202_203 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t190_191, t200_201);
+    let t204 = R::constant(2.444) + t194_195.second(); // left_hip_yaw_link: sums of what it carries
+    let t205 = t198_199.second() + t198_199.first(); // right_hip_yaw_link: sums of what it carries
+    let t206 = t202_203.second() + t202_203.first(); // right_hip_yaw_link: sums of what it carries
+    let t207 = t194_195.first() + t204; // right_hip_yaw_link: sums of what it carries
     // torso: Jacobian of the centre of mass
     let t208 = t207 * R::constant(0.05263157894736842);
     let t209 = t206 * R::constant(0.05263157894736842);
@@ -223,8 +223,8 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t227 = t20 * t209;
     out[5][2] = R::fused(-t21, t216, t227);
     // right_hip_yaw_link, left_hip_yaw_link: Jacobian of the centre of mass
-    let t229_230 = t190_191.swapped() * both(R::constant(0.05263157894736842));
-    let t231_232 = t186_187.swapped() * both(R::constant(0.05263157894736842));
+    let t229_230 = t190_191 * both(R::constant(0.05263157894736842));
+    let t231_232 = t186_187 * both(R::constant(0.05263157894736842));
     let t233_234 = t26_27 * t229_230;
     let t235_236 = R::Two::fused(t30_31, t231_232, -t233_234);
     out[6][0] = t235_236.first();
@@ -238,7 +238,7 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     out[6][2] = t243_244.first();
     out[12][2] = t243_244.second();
     // right_hip_roll_link, left_hip_roll_link: Jacobian of the centre of mass
-    let t245_246 = t182_183.swapped() * both(R::constant(0.05263157894736842));
+    let t245_246 = t182_183 * both(R::constant(0.05263157894736842));
     let t247_248 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.0015));
     let t249_250 = t50_51 * t245_246;
     let t251_252 = R::Two::fused(t54_55, t247_248, -t249_250);
@@ -253,8 +253,8 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     out[7][2] = t259_260.first();
     out[13][2] = t259_260.second();
     // right_upper_leg, left_upper_leg: Jacobian of the centre of mass
-    let t261_262 = t178_179.swapped() * both(R::constant(0.05263157894736842));
-    let t263_264 = t176_177.swapped() * both(R::constant(0.05263157894736842));
+    let t261_262 = t178_179 * both(R::constant(0.05263157894736842));
+    let t263_264 = t176_177 * both(R::constant(0.05263157894736842));
     let t265_266 = t78_79 * t261_262;
     let t267_268 = R::Two::fused(t74_75, t263_264, t265_266);
     out[8][0] = t267_268.first();
@@ -268,8 +268,8 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     out[8][2] = t275_276.first();
     out[14][2] = t275_276.second();
     // right_lower_leg, left_lower_leg: Jacobian of the centre of mass
-    let t277_278 = t168_169.swapped() * both(R::constant(0.05263157894736842));
-    let t279_280 = t166_167.swapped() * both(R::constant(0.05263157894736842));
+    let t277_278 = t168_169 * both(R::constant(0.05263157894736842));
+    let t279_280 = t166_167 * both(R::constant(0.05263157894736842));
     let t281_282 = t102_103 * t277_278;
     let t283_284 = R::Two::fused(t98_99, t279_280, t281_282);
     out[9][0] = t283_284.first();

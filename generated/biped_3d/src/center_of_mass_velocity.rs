@@ -123,43 +123,43 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t64_65 = both(R::constant(0.0285)) * t52_53;
     let t66_67 = both(R::constant(0.0285)) * t54_55;
     // right_foot, left_foot: sums of what it carries
-    let t68_69 = R::Two::fused(-two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t66_67.swapped(), t60_61.swapped());
-    let t70_71 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t66_67.swapped(), t62_63.swapped());
+    let t68_69 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t66_67, t60_61);
+    let t70_71 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t66_67, t62_63);
     // right_ankle, left_ankle: sums of what it carries
-    let t72_73 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t70_71;
-    let t74_75 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t64_65.swapped(), t72_73);
-    let t76_77 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t70_71;
-    let t78_79 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t64_65.swapped(), t76_77);
-    let t80_81 = R::Two::fused(both(R::constant(0.29034)), t38_39.swapped(), t78_79);
-    let t82_83 = R::Two::fused(both(R::constant(0.29034)), t36_37.swapped(), -t68_69);
+    let t72_73 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t70_71;
+    let t74_75 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t64_65, t72_73);
+    let t76_77 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t70_71;
+    let t78_79 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t64_65, t76_77);
+    let t80_81 = R::Two::fused(both(R::constant(0.29034)), t38_39, t78_79);
+    let t82_83 = R::Two::fused(both(R::constant(0.29034)), t36_37, -t68_69);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t84_85 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t74_75;
-    let t86_87 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t80_81, t84_85);
-    let t88_89 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t74_75;
-    let t90_91 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t80_81, t88_89);
-    let t92_93 = R::Two::fused(both(R::constant(0.8932)), t28_29.swapped(), t90_91);
-    let t94_95 = R::Two::fused(both(R::constant(0.8932)), t26_27.swapped(), t82_83);
+    let t84_85 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t74_75;
+    let t86_87 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t80_81, t84_85);
+    let t88_89 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t74_75;
+    let t90_91 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t80_81, t88_89);
+    let t92_93 = R::Two::fused(both(R::constant(0.8932)), t28_29, t90_91);
+    let t94_95 = R::Two::fused(both(R::constant(0.8932)), t26_27, t82_83);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t96_97 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t86_87;
-    let t98_99 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t92_93, t96_97);
-    let t100_101 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t86_87;
-    let t102_103 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t92_93, t100_101);
+    let t96_97 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t86_87;
+    let t98_99 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t92_93, t96_97);
+    let t100_101 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t86_87;
+    let t102_103 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t92_93, t100_101);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    let t104_105 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t94_95;
-    let t106_107 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t98_99, t104_105);
-    let t108_109 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t94_95;
-    let t110_111 = R::Two::fused(-two(cos_q_left_hip_roll, cos_q_right_hip_roll), t98_99, t108_109);
+    let t104_105 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t94_95;
+    let t106_107 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t98_99, t104_105);
+    let t108_109 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t94_95;
+    let t110_111 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t98_99, t108_109);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    let t112_113 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t102_103;
-    let t114_115 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t106_107, t112_113);
-    let t116_117 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t102_103;
-    let t118_119 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t106_107, t116_117);
-    let t120 = t58 + t114_115.first(); // left_hip_yaw_link: sums of what it carries
-    let t121 = t59 + t118_119.first(); // left_hip_yaw_link: sums of what it carries
-    let t122 = R::fused(R::constant(19.0), v_base_linear_z, -t110_111.first()); // left_hip_yaw_link
-    let t123 = t120 + t114_115.second(); // right_hip_yaw_link: sums of what it carries
-    let t124 = t121 + t118_119.second(); // right_hip_yaw_link: sums of what it carries
-    let t125 = t110_111.second() - t122; // right_hip_yaw_link: sums of what it carries
+    let t112_113 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t102_103;
+    let t114_115 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t106_107, t112_113);
+    let t116_117 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t102_103;
+    let t118_119 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t106_107, t116_117);
+    let t120 = t58 + t114_115.second(); // left_hip_yaw_link: sums of what it carries
+    let t121 = t59 + t118_119.second(); // left_hip_yaw_link: sums of what it carries
+    let t122 = R::fused(R::constant(19.0), v_base_linear_z, -t110_111.second()); // left_hip_yaw_link
+    let t123 = t120 + t114_115.first(); // right_hip_yaw_link: sums of what it carries
+    let t124 = t121 + t118_119.first(); // right_hip_yaw_link: sums of what it carries
+    let t125 = t110_111.first() - t122; // right_hip_yaw_link: sums of what it carries
     // torso: sums of what it carries
     let t126 = q_base_qx * R::constant(2.0);
     let t127 = q_base_qy * R::constant(2.0);

@@ -166,161 +166,161 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t7 = q_base_qz * t6;
     t8 = t5 + t7;
     t9 = R::constant(1.0) - t8;
-    t10_11 = both(t9) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t10_11 = both(t9) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     t12 = q_base_qx * t4;
     t13 = q_base_qw * t6;
     t14 = t12 - t13;
-    t15_16 = R::Two::fused(-both(t14), two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t10_11); // right_hip_yaw_link, left_hip_yaw_link
-    t17_18 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t15_16; // right_hip_roll_link, left_hip_roll_link
+    t15_16 = R::Two::fused(-both(t14), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t10_11); // right_hip_yaw_link, left_hip_yaw_link
+    t17_18 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t15_16; // right_hip_roll_link, left_hip_roll_link
     t19 = q_base_qx * t6;
     t20 = q_base_qw * t4;
     t21 = t19 + t20;
-    t22_23 = R::Two::fused(-both(t21), two(sin_q_left_hip_roll, sin_q_right_hip_roll), t17_18); // right_hip_roll_link, left_hip_roll_link
-    t24_25 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * t22_23; // right_foot, left_foot: pose in the world
+    t22_23 = R::Two::fused(-both(t21), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t17_18); // right_hip_roll_link, left_hip_roll_link
+    t24_25 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t22_23; // right_foot, left_foot: pose in the world
     // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t26_27 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t15_16;
-    t28_29 = R::Two::fused(both(t21), two(cos_q_left_hip_roll, cos_q_right_hip_roll), t26_27);
-    t30_31 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t28_29; // right_upper_leg, left_upper_leg
+    t26_27 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t15_16;
+    t28_29 = R::Two::fused(both(t21), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t26_27);
+    t30_31 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t28_29; // right_upper_leg, left_upper_leg
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t32_33 = both(t9) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
-    t34_35 = R::Two::fused(both(t14), two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t32_33);
-    t36_37 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t34_35, t30_31); // right_upper_leg, left_upper_leg
-    t38_39 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t36_37; // right_lower_leg, left_lower_leg
+    t32_33 = both(t9) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t34_35 = R::Two::fused(both(t14), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t32_33);
+    t36_37 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t34_35, t30_31); // right_upper_leg, left_upper_leg
+    t38_39 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t36_37; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
-    t40_41 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t28_29;
-    t42_43 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t34_35, t40_41);
-    t44_45 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t42_43, t38_39); // right_lower_leg, left_lower_leg
-    t46_47 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t44_45; // right_ankle, left_ankle
+    t40_41 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t28_29;
+    t42_43 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t34_35, t40_41);
+    t44_45 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t42_43, t38_39); // right_lower_leg, left_lower_leg
+    t46_47 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t44_45; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
-    t48_49 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t36_37;
-    t50_51 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t42_43, t48_49);
-    t52_53 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t50_51, t46_47); // right_ankle, left_ankle
-    t54_55 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t52_53, t24_25); // right_foot, left_foot
-    t56 = t54_55.first() * f_left_foot_front_left_x; // left_foot: external forces
+    t48_49 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t36_37;
+    t50_51 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t42_43, t48_49);
+    t52_53 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t50_51, t46_47); // right_ankle, left_ankle
+    t54_55 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t52_53, t24_25); // right_foot, left_foot
+    t56 = t54_55.second() * f_left_foot_front_left_x; // left_foot: external forces
     t57 = t12 + t13; // torso: motion
-    t58_59 = both(t57) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t58_59 = both(t57) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     // torso: motion
     t60 = q_base_qx * R::constant(2.0);
     t61 = q_base_qx * t60;
     t62 = t61 + t7;
     t63 = R::constant(1.0) - t62;
-    t64_65 = R::Two::fused(-both(t63), two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t58_59); // right_hip_yaw_link, left_hip_yaw_link
-    t66_67 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t64_65; // right_hip_roll_link, left_hip_roll_link
+    t64_65 = R::Two::fused(-both(t63), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t58_59); // right_hip_yaw_link, left_hip_yaw_link
+    t66_67 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t64_65; // right_hip_roll_link, left_hip_roll_link
     t68 = q_base_qy * t6;
     t69 = q_base_qw * t60;
     t70 = t68 - t69;
-    t71_72 = R::Two::fused(-both(t70), two(sin_q_left_hip_roll, sin_q_right_hip_roll), t66_67); // right_hip_roll_link, left_hip_roll_link
-    t73_74 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * t71_72; // right_foot, left_foot: pose in the world
+    t71_72 = R::Two::fused(-both(t70), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t66_67); // right_hip_roll_link, left_hip_roll_link
+    t73_74 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t71_72; // right_foot, left_foot: pose in the world
     // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t75_76 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t64_65;
-    t77_78 = R::Two::fused(both(t70), two(cos_q_left_hip_roll, cos_q_right_hip_roll), t75_76);
-    t79_80 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t77_78; // right_upper_leg, left_upper_leg
+    t75_76 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t64_65;
+    t77_78 = R::Two::fused(both(t70), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t75_76);
+    t79_80 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t77_78; // right_upper_leg, left_upper_leg
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t81_82 = both(t57) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
-    t83_84 = R::Two::fused(both(t63), two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t81_82);
-    t85_86 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t83_84, t79_80); // right_upper_leg, left_upper_leg
-    t87_88 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t85_86; // right_lower_leg, left_lower_leg
+    t81_82 = both(t57) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t83_84 = R::Two::fused(both(t63), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t81_82);
+    t85_86 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t83_84, t79_80); // right_upper_leg, left_upper_leg
+    t87_88 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t85_86; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
-    t89_90 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t77_78;
-    t91_92 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t83_84, t89_90);
-    t93_94 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t91_92, t87_88); // right_lower_leg, left_lower_leg
-    t95_96 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t93_94; // right_ankle, left_ankle
+    t89_90 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t77_78;
+    t91_92 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t83_84, t89_90);
+    t93_94 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t91_92, t87_88); // right_lower_leg, left_lower_leg
+    t95_96 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t93_94; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
-    t97_98 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t85_86;
-    t99_100 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t91_92, t97_98);
-    t101_102 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t99_100, t95_96); // right_ankle, left_ankle
-    t103_104 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t101_102, t73_74); // right_foot, left_foot
-    t105 = R::fused(t103_104.first(), f_left_foot_front_left_y, t56); // left_foot: external forces
+    t97_98 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t85_86;
+    t99_100 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t91_92, t97_98);
+    t101_102 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t99_100, t95_96); // right_ankle, left_ankle
+    t103_104 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t101_102, t73_74); // right_foot, left_foot
+    t105 = R::fused(t103_104.second(), f_left_foot_front_left_y, t56); // left_foot: external forces
     t106 = t19 - t20; // torso: motion
-    t107_108 = both(t106) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t107_108 = both(t106) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     t109 = t68 + t69; // torso: motion
-    t110_111 = R::Two::fused(-both(t109), two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t107_108); // right_hip_yaw_link, left_hip_yaw_link
-    t112_113 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t110_111; // right_hip_roll_link, left_hip_roll_link
+    t110_111 = R::Two::fused(-both(t109), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t107_108); // right_hip_yaw_link, left_hip_yaw_link
+    t112_113 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t110_111; // right_hip_roll_link, left_hip_roll_link
     t114 = t61 + t5; // torso: motion
     t115 = R::constant(1.0) - t114; // torso: motion
-    t116_117 = R::Two::fused(-both(t115), two(sin_q_left_hip_roll, sin_q_right_hip_roll), t112_113); // right_hip_roll_link, left_hip_roll_link
-    t118_119 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * t116_117; // right_foot, left_foot
+    t116_117 = R::Two::fused(-both(t115), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t112_113); // right_hip_roll_link, left_hip_roll_link
+    t118_119 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t116_117; // right_foot, left_foot
     // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t120_121 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t110_111;
-    t122_123 = R::Two::fused(both(t115), two(cos_q_left_hip_roll, cos_q_right_hip_roll), t120_121);
-    t124_125 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t122_123; // right_upper_leg, left_upper_leg
+    t120_121 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t110_111;
+    t122_123 = R::Two::fused(both(t115), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t120_121);
+    t124_125 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t122_123; // right_upper_leg, left_upper_leg
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t126_127 = both(t106) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
-    t128_129 = R::Two::fused(both(t109), two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t126_127);
-    t130_131 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t128_129, t124_125); // right_upper_leg, left_upper_leg
-    t132_133 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t130_131; // right_lower_leg, left_lower_leg
+    t126_127 = both(t106) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t128_129 = R::Two::fused(both(t109), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t126_127);
+    t130_131 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t128_129, t124_125); // right_upper_leg, left_upper_leg
+    t132_133 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t130_131; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
-    t134_135 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t122_123;
-    t136_137 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t128_129, t134_135);
-    t138_139 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t136_137, t132_133); // right_lower_leg, left_lower_leg
-    t140_141 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t138_139; // right_ankle, left_ankle
+    t134_135 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t122_123;
+    t136_137 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t128_129, t134_135);
+    t138_139 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t136_137, t132_133); // right_lower_leg, left_lower_leg
+    t140_141 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t138_139; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
-    t142_143 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t130_131;
-    t144_145 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t136_137, t142_143);
-    t146_147 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t144_145, t140_141); // right_ankle, left_ankle
-    t148_149 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t146_147, t118_119); // right_foot, left_foot
+    t142_143 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t130_131;
+    t144_145 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t136_137, t142_143);
+    t146_147 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t144_145, t140_141); // right_ankle, left_ankle
+    t148_149 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t146_147, t118_119); // right_foot, left_foot
     // left_foot: external forces
-    t150 = R::fused(t148_149.first(), f_left_foot_front_left_z, t105);
-    t151 = t54_55.first() * f_left_foot_front_right_x;
-    t152 = R::fused(t103_104.first(), f_left_foot_front_right_y, t151);
-    t153 = R::fused(t148_149.first(), f_left_foot_front_right_z, t152);
+    t150 = R::fused(t148_149.second(), f_left_foot_front_left_z, t105);
+    t151 = t54_55.second() * f_left_foot_front_right_x;
+    t152 = R::fused(t103_104.second(), f_left_foot_front_right_y, t151);
+    t153 = R::fused(t148_149.second(), f_left_foot_front_right_z, t152);
     t154 = t150 + t153;
-    t155 = t54_55.first() * f_left_foot_rear_left_x;
-    t156 = R::fused(t103_104.first(), f_left_foot_rear_left_y, t155);
-    t157 = R::fused(t148_149.first(), f_left_foot_rear_left_z, t156);
+    t155 = t54_55.second() * f_left_foot_rear_left_x;
+    t156 = R::fused(t103_104.second(), f_left_foot_rear_left_y, t155);
+    t157 = R::fused(t148_149.second(), f_left_foot_rear_left_z, t156);
     t158 = t154 + t157;
-    t159 = t54_55.first() * f_left_foot_rear_right_x;
-    t160 = R::fused(t103_104.first(), f_left_foot_rear_right_y, t159);
-    t161 = R::fused(t148_149.first(), f_left_foot_rear_right_z, t160);
+    t159 = t54_55.second() * f_left_foot_rear_right_x;
+    t160 = R::fused(t103_104.second(), f_left_foot_rear_right_y, t159);
+    t161 = R::fused(t148_149.second(), f_left_foot_rear_right_z, t160);
     t162 = t158 + t161;
     t163 = sin_q_left_ankle_roll * t162; // left_foot: wrench handed to its parent
     // right_foot, left_foot: pose in the world
-    t164_165 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * t22_23;
-    t166_167 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t52_53, t164_165);
-    t168 = t166_167.first() * f_left_foot_front_left_x; // left_foot: external forces
-    t169_170 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * t71_72;
-    t171_172 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t101_102, t169_170);
-    t173 = R::fused(t171_172.first(), f_left_foot_front_left_y, t168); // left_foot: external forces
-    t174_175 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * t116_117;
-    t176_177 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t146_147, t174_175);
+    t164_165 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t22_23;
+    t166_167 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t52_53, t164_165);
+    t168 = t166_167.second() * f_left_foot_front_left_x; // left_foot: external forces
+    t169_170 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t71_72;
+    t171_172 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t101_102, t169_170);
+    t173 = R::fused(t171_172.second(), f_left_foot_front_left_y, t168); // left_foot: external forces
+    t174_175 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t116_117;
+    t176_177 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t146_147, t174_175);
     // left_foot: external forces
-    t178 = R::fused(t176_177.first(), f_left_foot_front_left_z, t173);
-    t179 = t166_167.first() * f_left_foot_front_right_x;
-    t180 = R::fused(t171_172.first(), f_left_foot_front_right_y, t179);
-    t181 = R::fused(t176_177.first(), f_left_foot_front_right_z, t180);
+    t178 = R::fused(t176_177.second(), f_left_foot_front_left_z, t173);
+    t179 = t166_167.second() * f_left_foot_front_right_x;
+    t180 = R::fused(t171_172.second(), f_left_foot_front_right_y, t179);
+    t181 = R::fused(t176_177.second(), f_left_foot_front_right_z, t180);
     t182 = t178 + t181;
-    t183 = t166_167.first() * f_left_foot_rear_left_x;
-    t184 = R::fused(t171_172.first(), f_left_foot_rear_left_y, t183);
-    t185 = R::fused(t176_177.first(), f_left_foot_rear_left_z, t184);
+    t183 = t166_167.second() * f_left_foot_rear_left_x;
+    t184 = R::fused(t171_172.second(), f_left_foot_rear_left_y, t183);
+    t185 = R::fused(t176_177.second(), f_left_foot_rear_left_z, t184);
     t186 = t182 + t185;
-    t187 = t166_167.first() * f_left_foot_rear_right_x;
-    t188 = R::fused(t171_172.first(), f_left_foot_rear_right_y, t187);
-    t189 = R::fused(t176_177.first(), f_left_foot_rear_right_z, t188);
+    t187 = t166_167.second() * f_left_foot_rear_right_x;
+    t188 = R::fused(t171_172.second(), f_left_foot_rear_right_y, t187);
+    t189 = R::fused(t176_177.second(), f_left_foot_rear_right_z, t188);
     t190 = t186 + t189;
     t191 = R::fused(-cos_q_left_ankle_roll, t190, t163); // left_foot: wrench handed to its parent
     t192 = cos_q_left_ankle_pitch * t191; // left_ankle: wrench handed to its parent
     // right_ankle, left_ankle: pose in the world
-    t193_194 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t44_45;
-    t195_196 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t50_51, t193_194);
-    t197 = t195_196.first() * f_left_foot_front_left_x; // left_foot: external forces
-    t198_199 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t93_94;
-    t200_201 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t99_100, t198_199);
-    t202 = R::fused(t200_201.first(), f_left_foot_front_left_y, t197); // left_foot: external forces
-    t203_204 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t138_139;
-    t205_206 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t144_145, t203_204);
+    t193_194 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t44_45;
+    t195_196 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t50_51, t193_194);
+    t197 = t195_196.second() * f_left_foot_front_left_x; // left_foot: external forces
+    t198_199 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t93_94;
+    t200_201 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t99_100, t198_199);
+    t202 = R::fused(t200_201.second(), f_left_foot_front_left_y, t197); // left_foot: external forces
+    t203_204 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t138_139;
+    t205_206 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t144_145, t203_204);
     // left_foot: external forces
-    t207 = R::fused(t205_206.first(), f_left_foot_front_left_z, t202);
-    t208 = t195_196.first() * f_left_foot_front_right_x;
-    t209 = R::fused(t200_201.first(), f_left_foot_front_right_y, t208);
-    t210 = R::fused(t205_206.first(), f_left_foot_front_right_z, t209);
+    t207 = R::fused(t205_206.second(), f_left_foot_front_left_z, t202);
+    t208 = t195_196.second() * f_left_foot_front_right_x;
+    t209 = R::fused(t200_201.second(), f_left_foot_front_right_y, t208);
+    t210 = R::fused(t205_206.second(), f_left_foot_front_right_z, t209);
     t211 = t207 + t210;
-    t212 = t195_196.first() * f_left_foot_rear_left_x;
-    t213 = R::fused(t200_201.first(), f_left_foot_rear_left_y, t212);
-    t214 = R::fused(t205_206.first(), f_left_foot_rear_left_z, t213);
+    t212 = t195_196.second() * f_left_foot_rear_left_x;
+    t213 = R::fused(t200_201.second(), f_left_foot_rear_left_y, t212);
+    t214 = R::fused(t205_206.second(), f_left_foot_rear_left_z, t213);
     t215 = t211 + t214;
-    t216 = t195_196.first() * f_left_foot_rear_right_x;
-    t217 = R::fused(t200_201.first(), f_left_foot_rear_right_y, t216);
-    t218 = R::fused(t205_206.first(), f_left_foot_rear_right_z, t217);
+    t216 = t195_196.second() * f_left_foot_rear_right_x;
+    t217 = R::fused(t200_201.second(), f_left_foot_rear_right_y, t216);
+    t218 = R::fused(t205_206.second(), f_left_foot_rear_right_z, t217);
     t219 = t215 + t218;
     t220 = R::fused(-sin_q_left_ankle_pitch, t219, t192); // left_ankle: wrench handed to its parent
     t221 = cos_q_left_knee_pitch * t220; // left_lower_leg: wrench handed to its parent
@@ -340,53 +340,53 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t235 = R::fused(-sin_q_left_hip_roll, t234, t232); // left_hip_roll_link: wrench handed to its parent
     t236 = R::fused(-sin_q_left_hip_yaw, t235, t229); // left_hip_yaw_link: wrench handed to its parent
     // right_foot: external forces
-    t237 = t54_55.second() * f_right_foot_front_left_x;
-    t238 = R::fused(t103_104.second(), f_right_foot_front_left_y, t237);
-    t239 = R::fused(t148_149.second(), f_right_foot_front_left_z, t238);
-    t240 = t54_55.second() * f_right_foot_front_right_x;
-    t241 = R::fused(t103_104.second(), f_right_foot_front_right_y, t240);
-    t242 = R::fused(t148_149.second(), f_right_foot_front_right_z, t241);
+    t237 = t54_55.first() * f_right_foot_front_left_x;
+    t238 = R::fused(t103_104.first(), f_right_foot_front_left_y, t237);
+    t239 = R::fused(t148_149.first(), f_right_foot_front_left_z, t238);
+    t240 = t54_55.first() * f_right_foot_front_right_x;
+    t241 = R::fused(t103_104.first(), f_right_foot_front_right_y, t240);
+    t242 = R::fused(t148_149.first(), f_right_foot_front_right_z, t241);
     t243 = t239 + t242;
-    t244 = t54_55.second() * f_right_foot_rear_left_x;
-    t245 = R::fused(t103_104.second(), f_right_foot_rear_left_y, t244);
-    t246 = R::fused(t148_149.second(), f_right_foot_rear_left_z, t245);
+    t244 = t54_55.first() * f_right_foot_rear_left_x;
+    t245 = R::fused(t103_104.first(), f_right_foot_rear_left_y, t244);
+    t246 = R::fused(t148_149.first(), f_right_foot_rear_left_z, t245);
     t247 = t243 + t246;
-    t248 = t54_55.second() * f_right_foot_rear_right_x;
-    t249 = R::fused(t103_104.second(), f_right_foot_rear_right_y, t248);
-    t250 = R::fused(t148_149.second(), f_right_foot_rear_right_z, t249);
+    t248 = t54_55.first() * f_right_foot_rear_right_x;
+    t249 = R::fused(t103_104.first(), f_right_foot_rear_right_y, t248);
+    t250 = R::fused(t148_149.first(), f_right_foot_rear_right_z, t249);
     t251 = t247 + t250;
     t252 = sin_q_right_ankle_roll * t251; // right_foot: wrench handed to its parent
-    t253 = t166_167.second() * f_right_foot_front_left_x;
-    t254 = R::fused(t171_172.second(), f_right_foot_front_left_y, t253);
-    t255 = R::fused(t176_177.second(), f_right_foot_front_left_z, t254);
-    t256 = t166_167.second() * f_right_foot_front_right_x;
-    t257 = R::fused(t171_172.second(), f_right_foot_front_right_y, t256);
-    t258 = R::fused(t176_177.second(), f_right_foot_front_right_z, t257);
+    t253 = t166_167.first() * f_right_foot_front_left_x;
+    t254 = R::fused(t171_172.first(), f_right_foot_front_left_y, t253);
+    t255 = R::fused(t176_177.first(), f_right_foot_front_left_z, t254);
+    t256 = t166_167.first() * f_right_foot_front_right_x;
+    t257 = R::fused(t171_172.first(), f_right_foot_front_right_y, t256);
+    t258 = R::fused(t176_177.first(), f_right_foot_front_right_z, t257);
     t259 = t255 + t258;
-    t260 = t166_167.second() * f_right_foot_rear_left_x;
-    t261 = R::fused(t171_172.second(), f_right_foot_rear_left_y, t260);
-    t262 = R::fused(t176_177.second(), f_right_foot_rear_left_z, t261);
+    t260 = t166_167.first() * f_right_foot_rear_left_x;
+    t261 = R::fused(t171_172.first(), f_right_foot_rear_left_y, t260);
+    t262 = R::fused(t176_177.first(), f_right_foot_rear_left_z, t261);
     t263 = t259 + t262;
-    t264 = t166_167.second() * f_right_foot_rear_right_x;
-    t265 = R::fused(t171_172.second(), f_right_foot_rear_right_y, t264);
-    t266 = R::fused(t176_177.second(), f_right_foot_rear_right_z, t265);
+    t264 = t166_167.first() * f_right_foot_rear_right_x;
+    t265 = R::fused(t171_172.first(), f_right_foot_rear_right_y, t264);
+    t266 = R::fused(t176_177.first(), f_right_foot_rear_right_z, t265);
     t267 = t263 + t266;
     t268 = R::fused(-cos_q_right_ankle_roll, t267, t252); // right_foot: wrench handed to its parent
     t269 = cos_q_right_ankle_pitch * t268; // right_ankle: wrench handed to its parent
-    t270 = t195_196.second() * f_right_foot_front_left_x;
-    t271 = R::fused(t200_201.second(), f_right_foot_front_left_y, t270);
-    t272 = R::fused(t205_206.second(), f_right_foot_front_left_z, t271);
-    t273 = t195_196.second() * f_right_foot_front_right_x;
-    t274 = R::fused(t200_201.second(), f_right_foot_front_right_y, t273);
-    t275 = R::fused(t205_206.second(), f_right_foot_front_right_z, t274);
+    t270 = t195_196.first() * f_right_foot_front_left_x;
+    t271 = R::fused(t200_201.first(), f_right_foot_front_left_y, t270);
+    t272 = R::fused(t205_206.first(), f_right_foot_front_left_z, t271);
+    t273 = t195_196.first() * f_right_foot_front_right_x;
+    t274 = R::fused(t200_201.first(), f_right_foot_front_right_y, t273);
+    t275 = R::fused(t205_206.first(), f_right_foot_front_right_z, t274);
     t276 = t272 + t275;
-    t277 = t195_196.second() * f_right_foot_rear_left_x;
-    t278 = R::fused(t200_201.second(), f_right_foot_rear_left_y, t277);
-    t279 = R::fused(t205_206.second(), f_right_foot_rear_left_z, t278);
+    t277 = t195_196.first() * f_right_foot_rear_left_x;
+    t278 = R::fused(t200_201.first(), f_right_foot_rear_left_y, t277);
+    t279 = R::fused(t205_206.first(), f_right_foot_rear_left_z, t278);
     t280 = t276 + t279;
-    t281 = t195_196.second() * f_right_foot_rear_right_x;
-    t282 = R::fused(t200_201.second(), f_right_foot_rear_right_y, t281);
-    t283 = R::fused(t205_206.second(), f_right_foot_rear_right_z, t282);
+    t281 = t195_196.first() * f_right_foot_rear_right_x;
+    t282 = R::fused(t200_201.first(), f_right_foot_rear_right_y, t281);
+    t283 = R::fused(t205_206.first(), f_right_foot_rear_right_z, t282);
     t284 = t280 + t283;
     t285 = R::fused(-sin_q_right_ankle_pitch, t284, t269); // right_ankle: wrench handed to its parent
     t286 = cos_q_right_knee_pitch * t285; // right_lower_leg: wrench handed to its parent
@@ -414,34 +414,34 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t308 = R::fused(t106, R::constant(9.81), t307); // torso: motion
     t309 = R::fused(R::constant(19.0), t308, t305); // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t310_311 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * both(v_base_angular_x);
-    t312_313 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), both(v_base_angular_y), t310_311);
-    t314_315 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t312_313; // right_hip_roll_link, left_hip_roll_link
-    t316_317 = two(v_left_hip_yaw, v_right_hip_yaw) + both(v_base_angular_z);
+    t310_311 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(v_base_angular_x);
+    t312_313 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t310_311);
+    t314_315 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t312_313; // right_hip_roll_link, left_hip_roll_link
+    t316_317 = two(v_right_hip_yaw, v_left_hip_yaw) + both(v_base_angular_z);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t318_319 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t316_317, t314_315);
+    t318_319 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t316_317, t314_315);
     t320_321 = t318_319 * t318_319;
-    t322_323 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t312_313;
-    t324_325 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t316_317, t322_323);
+    t322_323 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t312_313;
+    t324_325 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t316_317, t322_323);
     // right_upper_leg, left_upper_leg: motion
-    t326_327 = two(v_left_hip_pitch, v_right_hip_pitch) - t324_325;
+    t326_327 = two(v_right_hip_pitch, v_left_hip_pitch) - t324_325;
     t328_329 = t326_327 * t326_327;
     t330_331 = t320_321 + t328_329;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t332_333 = both(R::constant(0.8932)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
+    t332_333 = both(R::constant(0.8932)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t334_335 = t330_331 * t332_333;
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t336_337 = two(v_left_hip_yaw, v_right_hip_yaw) * both(v_base_angular_y);
-    t338_339 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t336_337;
-    t340_341 = two(v_left_hip_yaw, v_right_hip_yaw) * both(v_base_angular_x);
-    t342_343 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t340_341, t338_339);
+    t336_337 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_y);
+    t338_339 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t336_337;
+    t340_341 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_x);
+    t342_343 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t340_341, t338_339);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t344_345 = R::Two::fused(-two(v_left_hip_roll, v_right_hip_roll), t316_317, t342_343);
-    t346_347 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t344_345;
-    t348_349 = two(v_left_hip_roll, v_right_hip_roll) * t312_313;
-    t350_351 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t348_349, t346_347);
+    t344_345 = R::Two::fused(-two(v_right_hip_roll, v_left_hip_roll), t316_317, t342_343);
+    t346_347 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t344_345;
+    t348_349 = two(v_right_hip_roll, v_left_hip_roll) * t312_313;
+    t350_351 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t348_349, t346_347);
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t352_353 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * both(v_base_angular_x);
+    t352_353 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(v_base_angular_x);
     let (
         t354_355, t356_357, t358_359, t360_361, t362_363, t364_365, t366_367, t368_369, t370_371, t372_373, t374_375,
         t376_377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391, t392_393, t394_395, t396_397,
@@ -465,59 +465,59 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t756, t757_758, t759_760, t761_762, t763_764, t765_766, t767_768, t769_770, t771_772, t773_774, t775, t776,
         t777, t778_779, t780_781, t782_783, t784_785, t786_787, t788_789, t790_791,
     );
-    t354_355 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), both(v_base_angular_y), t352_353);
+    t354_355 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(v_base_angular_y), t352_353);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t356_357 = two(v_left_hip_roll, v_right_hip_roll) + t354_355;
+    t356_357 = two(v_right_hip_roll, v_left_hip_roll) + t354_355;
     t358_359 = t356_357 * t318_319;
     t360_361 = t350_351 - t358_359;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t362_363 = both(R::constant(0.8932)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
+    t362_363 = both(R::constant(0.8932)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     t364_365 = R::Two::fused(t360_361, t362_363, t334_335);
     // right_lower_leg, left_lower_leg: motion
-    t366_367 = two(v_left_knee_pitch, v_right_knee_pitch) + t326_327;
+    t366_367 = two(v_right_knee_pitch, v_left_knee_pitch) + t326_327;
     t368_369 = t366_367 * t366_367;
     t370_371 = t320_321 + t368_369;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t372_373 = both(R::constant(0.29034)) * two(sin_t1, sin_t0);
+    t372_373 = both(R::constant(0.29034)) * two(sin_t0, sin_t1);
     t374_375 = t370_371 * t372_373;
-    t376_377 = both(R::constant(0.29034)) * two(cos_t1, cos_t0);
+    t376_377 = both(R::constant(0.29034)) * two(cos_t0, cos_t1);
     t378_379 = R::Two::fused(t360_361, t376_377, t374_375);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t380_381 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t344_345;
-    t382_383 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t348_349, t380_381);
-    t384_385 = R::Two::fused(two(v_left_hip_pitch, v_right_hip_pitch), t356_357, t382_383); // right_upper_leg, left_upper_leg
-    t386_387 = R::Two::fused(two(v_left_knee_pitch, v_right_knee_pitch), t356_357, t384_385); // right_lower_leg, left_lower_leg
+    t380_381 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t344_345;
+    t382_383 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t348_349, t380_381);
+    t384_385 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t356_357, t382_383); // right_upper_leg, left_upper_leg
+    t386_387 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t356_357, t384_385); // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: motion
-    t388_389 = R::Two::fused(two(v_left_ankle_pitch, v_right_ankle_pitch), t356_357, t386_387);
-    t390_391 = two(cos_t3, cos_t2) * t388_389;
+    t388_389 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), t356_357, t386_387);
+    t390_391 = two(cos_t2, cos_t3) * t388_389;
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t392_393 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t336_337;
-    t394_395 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t340_341, t392_393);
-    t396_397 = R::Two::fused(-two(v_left_hip_pitch, v_right_hip_pitch), t318_319, t394_395); // right_upper_leg, left_upper_leg
-    t398_399 = R::Two::fused(-two(v_left_knee_pitch, v_right_knee_pitch), t318_319, t396_397); // right_lower_leg, left_lower_leg
+    t392_393 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t336_337;
+    t394_395 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t340_341, t392_393);
+    t396_397 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t318_319, t394_395); // right_upper_leg, left_upper_leg
+    t398_399 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t318_319, t396_397); // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: motion
-    t400_401 = R::Two::fused(-two(v_left_ankle_pitch, v_right_ankle_pitch), t318_319, t398_399);
-    t402_403 = R::Two::fused(two(sin_t3, sin_t2), t400_401, t390_391);
-    t404_405 = two(v_left_ankle_pitch, v_right_ankle_pitch) + t366_367;
-    t406_407 = R::Two::fused(-two(v_left_ankle_roll, v_right_ankle_roll), t404_405, t402_403); // right_foot, left_foot
-    t408_409 = two(sin_t3, sin_t2) * t318_319;
-    t410_411 = R::Two::fused(-two(cos_t3, cos_t2), t356_357, t408_409);
+    t400_401 = R::Two::fused(-two(v_right_ankle_pitch, v_left_ankle_pitch), t318_319, t398_399);
+    t402_403 = R::Two::fused(two(sin_t2, sin_t3), t400_401, t390_391);
+    t404_405 = two(v_right_ankle_pitch, v_left_ankle_pitch) + t366_367;
+    t406_407 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t404_405, t402_403); // right_foot, left_foot
+    t408_409 = two(sin_t2, sin_t3) * t318_319;
+    t410_411 = R::Two::fused(-two(cos_t2, cos_t3), t356_357, t408_409);
     // right_foot, left_foot: motion
-    t412_413 = two(v_left_ankle_roll, v_right_ankle_roll) - t410_411;
+    t412_413 = two(v_right_ankle_roll, v_left_ankle_roll) - t410_411;
     t414_415 = t404_405 * t412_413;
     t416_417 = t406_407 - t414_415;
     // right_foot, left_foot: sums of what it carries
-    t418_419 = both(R::constant(0.0285)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
+    t418_419 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     t420_421 = t416_417 * t418_419;
     // right_ankle, left_ankle: motion
-    t422_423 = two(cos_t3, cos_t2) * t318_319;
-    t424_425 = R::Two::fused(two(sin_t3, sin_t2), t356_357, t422_423);
+    t422_423 = two(cos_t2, cos_t3) * t318_319;
+    t424_425 = R::Two::fused(two(sin_t2, sin_t3), t356_357, t422_423);
     // right_foot, left_foot: motion
-    t426_427 = R::Two::fused(-two(v_left_ankle_roll, v_right_ankle_roll), t424_425, t350_351);
+    t426_427 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t424_425, t350_351);
     t428_429 = t424_425 * t412_413;
     t430_431 = t426_427 - t428_429;
     // right_foot, left_foot: sums of what it carries
-    t432_433 = both(R::constant(0.0285)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
+    t432_433 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t434_435 = R::Two::fused(-t430_431, t432_433, t420_421);
     // right_ankle, left_ankle: motion
     t436_437 = t404_405 * t404_405;
@@ -525,10 +525,10 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t440_441 = t436_437 + t438_439;
     // right_ankle, left_ankle: sums of what it carries
     t442_443 = R::Two::fused(both(R::constant(0.0171)), t440_441, t434_435);
-    t444_445 = two(cos_t3, cos_t2) * t442_443;
+    t444_445 = two(cos_t2, cos_t3) * t442_443;
     // right_ankle, left_ankle: motion
-    t446_447 = two(sin_t3, sin_t2) * t388_389;
-    t448_449 = R::Two::fused(-two(cos_t3, cos_t2), t400_401, t446_447);
+    t446_447 = two(sin_t2, sin_t3) * t388_389;
+    t448_449 = R::Two::fused(-two(cos_t2, cos_t3), t400_401, t446_447);
     t450_451 = t404_405 * t424_425;
     t452_453 = t448_449 - t450_451;
     t454_455 = t452_453 * t418_419; // right_foot, left_foot: sums of what it carries
@@ -551,27 +551,27 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t473 = tau_left_ankle_roll + t472; // other
     // right_foot, left_foot: sums of what it carries
     t474_475 = both(R::constant(0.00207575)) * t448_449;
-    t476_477 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
+    t476_477 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     t478_479 = both(R::constant(0.00092625)) * t476_477;
     t480_481 = both(R::constant(0.00057475)) + t478_479;
     t482_483 = both(R::constant(0.001501)) - t478_479;
     t484_485 = t480_481 - t482_483;
     t486_487 = R::Two::fused(-t450_451, t484_485, t474_475);
     t488_489 = t426_427 + t428_429; // right_foot, left_foot: motion
-    t490_491 = both(R::constant(0.000855)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
+    t490_491 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     t492_493 = R::Two::fused(-t488_489, t490_491, t486_487);
     t494_495 = t406_407 + t414_415; // right_foot, left_foot: motion
-    t496_497 = both(R::constant(0.000855)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
+    t496_497 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t498_499 = R::Two::fused(-t494_495, t496_497, t492_493);
-    t500_501 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
+    t500_501 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t502_503 = both(R::constant(0.00092625)) * t500_501;
     t504_505 = t436_437 - t438_439;
     t506_507 = R::Two::fused(-t502_503, t504_505, t498_499);
     t508 = v_base_angular_x * v_base_angular_y; // torso: motion
     t509 = R::constant(0.075) * t508; // right_hip_yaw_link: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t510_511 = R::Two::fused(both(t509), two(R::constant(1.0), R::constant(-1.0)), both(t308));
-    t512_513 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t510_511;
+    t510_511 = R::Two::fused(both(t509), two(R::constant(-1.0), R::constant(1.0)), both(t308));
+    t512_513 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t510_511;
     // torso: motion
     t514 = v_base_linear_x * v_base_angular_z;
     t515 = R::fused(-v_base_linear_z, v_base_angular_x, t514);
@@ -580,38 +580,38 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t518 = R::fused(v_base_angular_z, v_base_angular_z, t517);
     t519 = R::constant(0.075) * t518; // right_hip_yaw_link: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t520_521 = R::Two::fused(both(t519), two(R::constant(-1.0), R::constant(1.0)), both(t516));
-    t522_523 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t520_521, t512_513);
-    t524_525 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t522_523; // right_hip_roll_link, left_hip_roll_link
+    t520_521 = R::Two::fused(both(t519), two(R::constant(1.0), R::constant(-1.0)), both(t516));
+    t522_523 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t520_521, t512_513);
+    t524_525 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t522_523; // right_hip_roll_link, left_hip_roll_link
     // torso: motion
     t526 = v_base_linear_y * v_base_angular_x;
     t527 = R::fused(-v_base_linear_x, v_base_angular_y, t526);
     t528 = R::fused(t115, R::constant(9.81), t527);
     t529 = v_base_angular_y * v_base_angular_z;
     t530 = R::constant(0.075) * t529; // right_hip_yaw_link: motion
-    t531_532 = R::Two::fused(both(t530), two(R::constant(1.0), R::constant(-1.0)), both(t528)); // right_hip_yaw_link, left_hip_yaw_link
+    t531_532 = R::Two::fused(both(t530), two(R::constant(-1.0), R::constant(1.0)), both(t528)); // right_hip_yaw_link, left_hip_yaw_link
     // right_hip_roll_link, left_hip_roll_link: motion
-    t533_534 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t531_532, t524_525);
+    t533_534 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t531_532, t524_525);
     t535_536 = t350_351 + t358_359;
     // right_lower_leg, left_lower_leg: motion
-    t537_538 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * both(R::constant(0.315));
+    t537_538 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
     t539_540 = t535_536 * t537_538;
     t541_542 = t356_357 * t356_357; // right_hip_roll_link, left_hip_roll_link: motion
     t543_544 = t541_542 + t328_329; // right_upper_leg, left_upper_leg: motion
-    t545_546 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * both(R::constant(0.315));
+    t545_546 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(R::constant(0.315));
     t547_548 = R::Two::fused(-t543_544, t545_546, t539_540);
     t549_550 = t533_534 - t547_548;
     // right_ankle, left_ankle: motion
-    t551_552 = both(R::constant(0.273)) * two(sin_t1, sin_t0);
+    t551_552 = both(R::constant(0.273)) * two(sin_t0, sin_t1);
     t553_554 = t535_536 * t551_552;
     t555_556 = t541_542 + t368_369; // right_lower_leg, left_lower_leg: motion
-    t557_558 = both(R::constant(0.273)) * two(cos_t1, cos_t0);
+    t557_558 = both(R::constant(0.273)) * two(cos_t0, cos_t1);
     t559_560 = R::Two::fused(-t555_556, t557_558, t553_554);
     t561_562 = t549_550 - t559_560;
-    t563_564 = two(cos_t3, cos_t2) * t561_562;
+    t563_564 = two(cos_t2, cos_t3) * t561_562;
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t565_566 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t510_511;
-    t567_568 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t520_521, t565_566);
+    t565_566 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t510_511;
+    t567_568 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t520_521, t565_566);
     // right_lower_leg, left_lower_leg: motion
     t569_570 = t330_331 * t537_538;
     t571_572 = R::Two::fused(t360_361, t545_546, t569_570);
@@ -620,11 +620,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t575_576 = t370_371 * t551_552;
     t577_578 = R::Two::fused(t360_361, t557_558, t575_576);
     t579_580 = t573_574 + t577_578;
-    t581_582 = R::Two::fused(two(sin_t3, sin_t2), t579_580, t563_564);
+    t581_582 = R::Two::fused(two(sin_t2, sin_t3), t579_580, t563_564);
     t583_584 = t581_582 * t418_419; // right_foot, left_foot: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: motion
-    t585_586 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t522_523;
-    t587_588 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t531_532, t585_586);
+    t585_586 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t522_523;
+    t587_588 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t531_532, t585_586);
     t589_590 = R::Two::fused(t356_357, t326_327, t384_385); // right_upper_leg, left_upper_leg: motion
     t591_592 = t589_590 * t537_538; // right_lower_leg, left_lower_leg: motion
     t593_594 = R::Two::fused(-t318_319, t326_327, t396_397); // right_upper_leg, left_upper_leg: motion
@@ -640,19 +640,19 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_foot, left_foot: sums of what it carries
     t609_610 = R::Two::fused(-t607_608, t432_433, t583_584);
     t611_612 = t506_507 - t609_610;
-    t613 = t473 + t611_612.first(); // other
+    t613 = t473 + t611_612.second(); // other
     t614 = t613 * R::constant(481.7535830422739); // other
-    t615 = R::fused(-t418_419.first(), t614, t460_461.first()); // left_foot: articulated inertia
+    t615 = R::fused(-t418_419.second(), t614, t460_461.second()); // left_foot: articulated inertia
     // right_ankle, left_ankle: motion
     t616_617 = t424_425 * t410_411;
     t618_619 = t350_351 - t616_617;
-    t620 = R::fused(R::constant(0.0171), t618_619.first(), -t615); // left_ankle: articulated inertia
-    t621 = R::fused(-sin_t3, t620, t444_445.first()); // left_ankle: articulated inertia
-    t622_623 = two(cos_t3, cos_t2) * t432_433; // right_ankle, left_ankle: sums of what it carries
-    t624_625 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * both(R::constant(13.729977116704806)); // right_foot, left_foot
+    t620 = R::fused(R::constant(0.0171), t618_619.second(), -t615); // left_ankle: articulated inertia
+    t621 = R::fused(-sin_t3, t620, t444_445.second()); // left_ankle: articulated inertia
+    t622_623 = two(cos_t2, cos_t3) * t432_433; // right_ankle, left_ankle: sums of what it carries
+    t624_625 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.729977116704806)); // right_foot, left_foot
     // right_ankle, left_ankle: articulated inertia
     t626_627 = R::Two::fused(-t490_491, t624_625, both(R::constant(0.0171)));
-    t628_629 = R::Two::fused(two(sin_t3, sin_t2), t626_627, t622_623);
+    t628_629 = R::Two::fused(two(sin_t2, sin_t3), t626_627, t622_623);
     // left_foot: external forces
     t630 = R::constant(0.08) * t207;
     t631 = R::fused(R::constant(-0.15), t178, t630);
@@ -690,30 +690,30 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t667_668 = t438_439 - t456_457;
     t669_670 = R::Two::fused(-t496_497, t667_668, t665_666);
     // right_ankle, left_ankle: motion
-    t671_672 = two(sin_t3, sin_t2) * t561_562;
-    t673_674 = R::Two::fused(-two(cos_t3, cos_t2), t579_580, t671_672);
+    t671_672 = two(sin_t2, sin_t3) * t561_562;
+    t673_674 = R::Two::fused(-two(cos_t2, cos_t3), t579_580, t671_672);
     t675_676 = R::Two::fused(-t673_674, t432_433, t669_670); // right_foot, left_foot: sums of what it carries
-    t677 = R::fused(t490_491.first(), t614, t675_676.first()); // left_foot: articulated inertia
-    t678 = t659_660.first() + t677; // left_ankle: articulated inertia
+    t677 = R::fused(t490_491.second(), t614, t675_676.second()); // left_foot: articulated inertia
+    t678 = t659_660.second() + t677; // left_ankle: articulated inertia
     t679 = t654 + t678; // left_ankle: articulated inertia
-    t680_681 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * both(R::constant(0.41189931350114417)); // factors of the mass matrix
+    t680_681 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.41189931350114417)); // factors of the mass matrix
     t682_683 = R::Two::fused(-t490_491, t680_681, t482_483); // right_foot, left_foot: articulated inertia
     // right_ankle, left_ankle: articulated inertia
     t684_685 = both(R::constant(0.003259)) + t682_683;
     t686_687 = both(R::constant(1.0)) / t684_685;
-    t688 = t679 * t686_687.first(); // left_ankle: articulated inertia
-    t689 = R::fused(t628_629.first(), t688, t621); // left_ankle: articulated inertia
-    t690 = t378_379.first() - t689; // left_lower_leg: articulated inertia
-    t691_692 = two(sin_t3, sin_t2) * two(sin_t3, sin_t2); // right_ankle, left_ankle: sums of what it carries
+    t688 = t679 * t686_687.second(); // left_ankle: articulated inertia
+    t689 = R::fused(t628_629.second(), t688, t621); // left_ankle: articulated inertia
+    t690 = t378_379.second() - t689; // left_lower_leg: articulated inertia
+    t691_692 = two(sin_t2, sin_t3) * two(sin_t2, sin_t3); // right_ankle, left_ankle: sums of what it carries
     t693_694 = t418_419 * t624_625; // right_foot, left_foot: articulated inertia
     t695_696 = t691_692 * t693_694;
     t697_698 = t628_629 * t686_687;
     t699_700 = R::Two::fused(t628_629, t697_698, t695_696);
     t701_702 = t557_558 * t699_700;
-    t703_704 = two(sin_t3, sin_t2) * two(cos_t3, cos_t2); // right_ankle, left_ankle: sums of what it carries
+    t703_704 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3); // right_ankle, left_ankle: sums of what it carries
     t705_706 = t703_704 * t693_694;
-    t707_708 = two(sin_t3, sin_t2) * t432_433; // right_ankle, left_ankle: sums of what it carries
-    t709_710 = R::Two::fused(-two(cos_t3, cos_t2), t626_627, t707_708);
+    t707_708 = two(sin_t2, sin_t3) * t432_433; // right_ankle, left_ankle: sums of what it carries
+    t709_710 = R::Two::fused(-two(cos_t2, cos_t3), t626_627, t707_708);
     t711_712 = R::Two::fused(-t709_710, t697_698, t705_706);
     t713_714 = R::Two::fused(-t551_552, t711_712, t701_702);
     t715_716 = t376_377 - t713_714; // right_lower_leg, left_lower_leg: articulated inertia
@@ -721,28 +721,28 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t718 = tau_left_knee_pitch + t717; // other
     // right_lower_leg, left_lower_leg: sums of what it carries
     t719_720 = both(R::constant(0.06634781167)) * t350_351;
-    t721_722 = two(sin_t1, sin_t0) * two(sin_t1, sin_t0);
+    t721_722 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
     t723_724 = both(R::constant(0.065449478333)) * t721_722;
     t725_726 = both(R::constant(0.0658986450015)) - t723_724;
     t727_728 = both(R::constant(0.0004491666685)) + t723_724;
     t729_730 = t725_726 - t727_728;
     t731_732 = R::Two::fused(-t358_359, t729_730, t719_720);
-    t733_734 = two(sin_t1, sin_t0) * two(cos_t1, cos_t0);
+    t733_734 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
     t735_736 = both(R::constant(0.065449478333)) * t733_734;
     t737_738 = t541_542 - t320_321;
     t739_740 = R::Two::fused(-t735_736, t737_738, t731_732);
     t741_742 = t573_574 * t376_377;
     t743_744 = R::Two::fused(-t549_550, t372_373, t741_742);
     t745_746 = t739_740 + t743_744;
-    t747 = R::fused(-t684_685.first(), t688, t678); // left_ankle: articulated inertia
-    t748 = t557_558.first() * t689; // left_ankle: articulated inertia
-    t749_750 = two(sin_t3, sin_t2) * t442_443; // right_ankle, left_ankle: sums of what it carries
+    t747 = R::fused(-t684_685.second(), t688, t678); // left_ankle: articulated inertia
+    t748 = t557_558.second() * t689; // left_ankle: articulated inertia
+    t749_750 = two(sin_t2, sin_t3) * t442_443; // right_ankle, left_ankle: sums of what it carries
     // left_ankle: articulated inertia
-    t751 = R::fused(cos_t3, t620, t749_750.first());
-    t752 = R::fused(t709_710.first(), t688, t751);
-    t753 = R::fused(t551_552.first(), t752, t748);
+    t751 = R::fused(cos_t3, t620, t749_750.second());
+    t752 = R::fused(t709_710.second(), t688, t751);
+    t753 = R::fused(t551_552.second(), t752, t748);
     t754 = t747 - t753;
-    t755 = t745_746.first() + t754; // left_lower_leg: articulated inertia
+    t755 = t745_746.second() + t754; // left_lower_leg: articulated inertia
     t756 = t718 + t755; // left_lower_leg: articulated inertia
     // right_ankle, left_ankle: articulated inertia
     t757_758 = t557_558 * t713_714;
@@ -755,9 +755,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_lower_leg, left_lower_leg: articulated inertia
     t771_772 = both(R::constant(0.06634781167)) - t769_770;
     t773_774 = both(R::constant(1.0)) / t771_772;
-    t775 = t756 * t773_774.first(); // left_lower_leg: articulated inertia
-    t776 = R::fused(-t715_716.first(), t775, t690); // left_lower_leg: articulated inertia
-    t777 = t364_365.first() + t776; // left_upper_leg: articulated inertia
+    t775 = t756 * t773_774.second(); // left_lower_leg: articulated inertia
+    t776 = R::fused(-t715_716.second(), t775, t690); // left_lower_leg: articulated inertia
+    t777 = t364_365.second() + t776; // left_upper_leg: articulated inertia
     t778_779 = t715_716 * t773_774;
     t780_781 = R::Two::fused(t715_716, t778_779, t699_700);
     t782_783 = t545_546 * t780_781;
@@ -794,29 +794,29 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t793 = tau_left_hip_pitch + t792; // other
     // right_upper_leg, left_upper_leg: sums of what it carries
     t794_795 = both(R::constant(0.24091175)) * t350_351;
-    t796_797 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
+    t796_797 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t798_799 = both(R::constant(0.23740175003)) * t796_797;
     t800_801 = both(R::constant(0.239156750015)) - t798_799;
     t802_803 = both(R::constant(0.001754999985)) + t798_799;
     t804_805 = t800_801 - t802_803;
     t806_807 = R::Two::fused(-t358_359, t804_805, t794_795);
-    t808_809 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
+    t808_809 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     t810_811 = both(R::constant(0.23740175003)) * t808_809;
     t812_813 = R::Two::fused(-t737_738, t810_811, t806_807);
     t814_815 = t567_568 * t362_363;
     t816_817 = R::Two::fused(-t533_534, t332_333, t814_815);
     t818_819 = t812_813 + t816_817;
-    t820 = R::fused(-t771_772.first(), t775, t755); // left_lower_leg: articulated inertia
-    t821 = t545_546.first() * t776; // left_lower_leg: articulated inertia
+    t820 = R::fused(-t771_772.second(), t775, t755); // left_lower_leg: articulated inertia
+    t821 = t545_546.second() * t776; // left_lower_leg: articulated inertia
     // right_lower_leg, left_lower_leg: sums of what it carries
     t822_823 = t535_536 * t372_373;
     t824_825 = R::Two::fused(-t555_556, t376_377, t822_823);
     // left_lower_leg: articulated inertia
-    t826 = t824_825.first() - t752;
-    t827 = R::fused(-t784_785.first(), t775, t826);
-    t828 = R::fused(t537_538.first(), t827, t821);
+    t826 = t824_825.second() - t752;
+    t827 = R::fused(-t784_785.second(), t775, t826);
+    t828 = R::fused(t537_538.second(), t827, t821);
     t829 = t820 + t828;
-    t830 = t818_819.first() + t829; // left_upper_leg: articulated inertia
+    t830 = t818_819.second() + t829; // left_upper_leg: articulated inertia
     t831 = t793 + t830; // left_upper_leg: articulated inertia
     // right_lower_leg, left_lower_leg: articulated inertia
     t832_833 = t545_546 * t788_789;
@@ -828,19 +828,19 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_upper_leg, left_upper_leg: articulated inertia
     t844_845 = both(R::constant(0.24091175)) - t842_843;
     t846_847 = both(R::constant(1.0)) / t844_845;
-    t848 = t831 * t846_847.first(); // left_upper_leg: articulated inertia
-    t849 = R::fused(-t790_791.first(), t848, t777); // left_upper_leg: articulated inertia
+    t848 = t831 * t846_847.second(); // left_upper_leg: articulated inertia
+    t849 = R::fused(-t790_791.second(), t848, t777); // left_upper_leg: articulated inertia
     t850_851 = t496_497 * t624_625; // right_foot, left_foot: articulated inertia
     // right_ankle, left_ankle: articulated inertia
     t852_853 = t691_692 * t850_851;
     t854_855 = R::Two::fused(t418_419, t703_704, t852_853);
     t856_857 = R::Two::fused(t496_497, t680_681, t502_503); // right_foot, left_foot: articulated inertia
-    t858_859 = two(sin_t3, sin_t2) * t856_857;
+    t858_859 = two(sin_t2, sin_t3) * t856_857;
     t860_861 = R::Two::fused(-t858_859, t697_698, t854_855);
     // right_foot, left_foot: articulated inertia
-    t862_863 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * both(R::constant(13.729977116704806));
+    t862_863 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.729977116704806));
     t864_865 = t418_419 * t862_863;
-    t866_867 = two(sin_t3, sin_t2) * t864_865; // right_ankle, left_ankle: articulated inertia
+    t866_867 = two(sin_t2, sin_t3) * t864_865; // right_ankle, left_ankle: articulated inertia
     t868_869 = t490_491 * t862_863;
     // right_ankle, left_ankle: articulated inertia
     t870_871 = R::Two::fused(-t868_869, t697_698, t866_867);
@@ -851,7 +851,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t880_881 = R::Two::fused(-t703_704, t850_851, t878_879);
     t882_883 = R::Two::fused(-t858_859, t763_764, t880_881);
     t884_885 = R::Two::fused(t551_552, t882_883, t876_877);
-    t886_887 = two(cos_t3, cos_t2) * t864_865;
+    t886_887 = two(cos_t2, cos_t3) * t864_865;
     t888_889 = t868_869 * t686_687;
     t890_891 = R::Two::fused(t709_710, t888_889, t886_887);
     t892_893 = t551_552 * t890_891;
@@ -912,34 +912,34 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t975_976 = t436_437 - t456_457;
     t977_978 = R::Two::fused(t490_491, t975_976, t973_974);
     t979_980 = R::Two::fused(t673_674, t418_419, t977_978);
-    t981 = R::fused(t496_497.first(), t614, t979_980.first()); // left_foot: articulated inertia
-    t982 = t965_966.first() + t981; // left_ankle: articulated inertia
+    t981 = R::fused(t496_497.second(), t614, t979_980.second()); // left_foot: articulated inertia
+    t982 = t965_966.second() + t981; // left_ankle: articulated inertia
     t983 = sin_t3 * t982; // left_ankle: articulated inertia
-    t984 = t611_612.first() - t613; // left_foot: articulated inertia
-    t985 = R::fused(t969_970.first(), R::constant(0.000005), t984); // left_ankle: articulated inertia
+    t984 = t611_612.second() - t613; // left_foot: articulated inertia
+    t985 = R::fused(t969_970.second(), R::constant(0.000005), t984); // left_ankle: articulated inertia
     t986 = R::fused(-cos_t3, t985, t983); // left_ankle: articulated inertia
-    t987 = R::fused(t858_859.first(), t688, t986); // left_ankle: articulated inertia
+    t987 = R::fused(t858_859.second(), t688, t986); // left_ankle: articulated inertia
     t988_989 = t438_439 + t456_457; // right_foot, left_foot: motion
     t990_991 = t988_989 * t418_419;
     t992_993 = R::Two::fused(t969_970, t432_433, t990_991);
-    t994 = R::fused(-t432_433.first(), t614, t992_993.first()); // left_foot: articulated inertia
-    t995 = R::fused(R::constant(0.0171), t961_962.first(), -t994); // left_ankle: articulated inertia
-    t996 = R::fused(t868_869.first(), t688, t995); // left_ankle: articulated inertia
-    t997 = R::fused(t557_558.first(), t996, t987); // left_ankle: articulated inertia
-    t998 = t959_960.first() + t997; // left_lower_leg: articulated inertia
-    t999 = R::fused(t896_897.first(), t775, t998); // left_lower_leg: articulated inertia
+    t994 = R::fused(-t432_433.second(), t614, t992_993.second()); // left_foot: articulated inertia
+    t995 = R::fused(R::constant(0.0171), t961_962.second(), -t994); // left_ankle: articulated inertia
+    t996 = R::fused(t868_869.second(), t688, t995); // left_ankle: articulated inertia
+    t997 = R::fused(t557_558.second(), t996, t987); // left_ankle: articulated inertia
+    t998 = t959_960.second() + t997; // left_lower_leg: articulated inertia
+    t999 = R::fused(t896_897.second(), t775, t998); // left_lower_leg: articulated inertia
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1000_1001 = t599_600 * t372_373;
     t1002_1003 = R::Two::fused(-t603_604, t376_377, t1000_1001);
-    t1004 = t1002_1003.first() - t996; // left_lower_leg: articulated inertia
-    t1005 = R::fused(-t894_895.first(), t775, t1004); // left_lower_leg: articulated inertia
-    t1006 = R::fused(-t545_546.first(), t1005, t999); // left_lower_leg: articulated inertia
-    t1007 = t953_954.first() + t1006; // left_upper_leg: articulated inertia
-    t1008 = R::fused(t922_923.first(), t848, t1007); // left_upper_leg: articulated inertia
-    t1009 = t947_948.first() + t1008; // left_hip_roll_link: articulated inertia
+    t1004 = t1002_1003.second() - t996; // left_lower_leg: articulated inertia
+    t1005 = R::fused(-t894_895.second(), t775, t1004); // left_lower_leg: articulated inertia
+    t1006 = R::fused(-t545_546.second(), t1005, t999); // left_lower_leg: articulated inertia
+    t1007 = t953_954.second() + t1006; // left_upper_leg: articulated inertia
+    t1008 = R::fused(t922_923.second(), t848, t1007); // left_upper_leg: articulated inertia
+    t1009 = t947_948.second() + t1008; // left_hip_roll_link: articulated inertia
     t1010 = t942 - t1009; // left_hip_roll_link: articulated inertia
     // right_foot, left_foot: articulated inertia
-    t1011_1012 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * both(R::constant(0.41189931350114417));
+    t1011_1012 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
     t1013_1014 = R::Two::fused(-t496_497, t1011_1012, t480_481);
     // right_ankle, left_ankle: articulated inertia
     t1015_1016 = both(R::constant(0.003254)) + t1013_1014;
@@ -949,7 +949,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1023_1024 = t858_859 * t686_687;
     t1025_1026 = R::Two::fused(-t858_859, t1023_1024, t1021_1022);
     t1027_1028 = R::Two::fused(-t496_497, t862_863, both(R::constant(0.0171)));
-    t1029_1030 = two(sin_t3, sin_t2) * t1027_1028;
+    t1029_1030 = two(sin_t2, sin_t3) * t1027_1028;
     t1031_1032 = R::Two::fused(-t858_859, t888_889, t1029_1030);
     t1033_1034 = R::Two::fused(t557_558, t1031_1032, t1025_1026);
     t1035_1036 = t432_433 * t862_863; // right_foot, left_foot: articulated inertia
@@ -973,35 +973,35 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
     t1067_1068 = both(R::constant(0.0017316666835)) + t1065_1066;
     t1069_1070 = both(R::constant(1.0)) / t1067_1068;
-    t1071 = t1010 * t1069_1070.first(); // left_hip_roll_link: articulated inertia
-    t1072 = R::fused(-t926_927.first(), t1071, t849); // left_hip_roll_link: articulated inertia
+    t1071 = t1010 * t1069_1070.second(); // left_hip_roll_link: articulated inertia
+    t1072 = R::fused(-t926_927.second(), t1071, t849); // left_hip_roll_link: articulated inertia
     t1073 = cos_q_left_hip_yaw * t1072; // left_hip_yaw_link: articulated inertia
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1074_1075 = t589_590 * t332_333;
     t1076_1077 = R::Two::fused(-t593_594, t362_363, t1074_1075);
-    t1078 = t1076_1077.first() + t1005; // left_upper_leg: articulated inertia
-    t1079 = R::fused(-t920_921.first(), t848, t1078); // left_upper_leg: articulated inertia
+    t1078 = t1076_1077.second() + t1005; // left_upper_leg: articulated inertia
+    t1079 = R::fused(-t920_921.second(), t848, t1078); // left_upper_leg: articulated inertia
     t1080 = cos_q_left_hip_roll * t1079; // left_hip_roll_link: articulated inertia
     t1081_1082 = t535_536 * t332_333;
     t1083_1084 = R::Two::fused(-t543_544, t362_363, t1081_1082);
-    t1085 = t1083_1084.first() + t827; // left_upper_leg: articulated inertia
+    t1085 = t1083_1084.second() + t827; // left_upper_leg: articulated inertia
     t1086_1087 = t332_333 + t840_841; // right_upper_leg, left_upper_leg: articulated inertia
-    t1088 = R::fused(-t1086_1087.first(), t848, t1085); // left_upper_leg: articulated inertia
+    t1088 = R::fused(-t1086_1087.second(), t848, t1085); // left_upper_leg: articulated inertia
     t1089 = R::fused(-sin_q_left_hip_roll, t1088, t1080); // left_hip_roll_link: articulated inertia
     // right_upper_leg, left_upper_leg: articulated inertia
     t1090_1091 = t362_363 + t1057_1058;
     t1092_1093 = t920_921 * t846_847;
     t1094_1095 = R::Two::fused(-t922_923, t1092_1093, t1090_1091);
-    t1096_1097 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t1094_1095; // right_hip_roll_link, left_hip_roll_link
+    t1096_1097 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1094_1095; // right_hip_roll_link, left_hip_roll_link
     t1098_1099 = R::Two::fused(-t545_546, t916_917, t910_911); // right_lower_leg, left_lower_leg: articulated inertia
     t1100_1101 = t1086_1087 * t846_847;
     t1102_1103 = R::Two::fused(-t922_923, t1100_1101, t1098_1099);
-    t1104_1105 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t1102_1103, t1096_1097); // right_hip_roll_link, left_hip_roll_link
-    t1106 = R::fused(-t1104_1105.first(), t1071, t1089); // left_hip_roll_link: articulated inertia
+    t1104_1105 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1102_1103, t1096_1097); // right_hip_roll_link, left_hip_roll_link
+    t1106 = R::fused(-t1104_1105.second(), t1071, t1089); // left_hip_roll_link: articulated inertia
     t1107 = R::fused(sin_q_left_hip_yaw, t1106, t1073); // left_hip_yaw_link: articulated inertia
     // right_ankle, left_ankle: articulated inertia
     t1108_1109 = t418_419 - t880_881;
-    t1110_1111 = two(cos_t3, cos_t2) * t856_857;
+    t1110_1111 = two(cos_t2, cos_t3) * t856_857;
     t1112_1113 = R::Two::fused(-t1110_1111, t697_698, t1108_1109);
     t1114_1115 = R::Two::fused(-t551_552, t870_871, t1112_1113);
     t1116_1117 = t557_558 * t1114_1115;
@@ -1017,12 +1017,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1134_1135 = t1132_1133 - t918_919;
     t1136_1137 = R::Two::fused(-t537_538, t1134_1135, t1130_1131);
     t1138_1139 = R::Two::fused(-t1136_1137, t924_925, t1128_1129); // right_upper_leg, left_upper_leg
-    t1140_1141 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t1138_1139; // right_hip_roll_link, left_hip_roll_link
+    t1140_1141 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1138_1139; // right_hip_roll_link, left_hip_roll_link
     // right_ankle, left_ankle: articulated inertia
     t1142_1143 = t703_704 * t1017_1018;
     t1144_1145 = R::Two::fused(t1110_1111, t1023_1024, t1142_1143);
     t1146_1147 = R::Two::fused(t551_552, t1031_1032, t1144_1145);
-    t1148_1149 = two(cos_t3, cos_t2) * t1027_1028;
+    t1148_1149 = two(cos_t2, cos_t3) * t1027_1028;
     t1150_1151 = R::Two::fused(-t1110_1111, t888_889, t1148_1149);
     t1152_1153 = R::Two::fused(t551_552, t1037_1038, t1150_1151);
     t1154_1155 = R::Two::fused(-t557_558, t1152_1153, t1146_1147);
@@ -1038,30 +1038,30 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1170_1171 = t810_811 + t1168_1169;
     t1172_1173 = R::Two::fused(t1136_1137, t1063_1064, t1170_1171);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1174_1175 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t1172_1173;
+    t1174_1175 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1172_1173;
     t1176_1177 = t926_927 * t1069_1070;
     t1178_1179 = R::Two::fused(t1174_1175, t1176_1177, t1140_1141);
-    t1180_1181 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t1178_1179; // right_hip_yaw_link, left_hip_yaw_link
+    t1180_1181 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1178_1179; // right_hip_yaw_link, left_hip_yaw_link
     // right_upper_leg, left_upper_leg: articulated inertia
     t1182_1183 = t332_333 + t1166_1167;
     t1184_1185 = R::Two::fused(t1136_1137, t1092_1093, t1182_1183);
-    t1186_1187 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(sin_q_left_hip_roll, sin_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t1186_1187 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
     t1188_1189 = t1186_1187 * t1184_1185; // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1190_1191 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t1190_1191 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
     t1192_1193 = R::Two::fused(t1136_1137, t1100_1101, t1134_1135);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
     t1194_1195 = R::Two::fused(t1190_1191, t1192_1193, t1188_1189);
     t1196_1197 = t1184_1185 - t1194_1195;
     t1198_1199 = t1104_1105 * t1069_1070;
     t1200_1201 = R::Two::fused(-t1174_1175, t1198_1199, t1196_1197);
-    t1202_1203 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t1200_1201, t1180_1181); // right_hip_yaw_link, left_hip_yaw_link
+    t1202_1203 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1200_1201, t1180_1181); // right_hip_yaw_link, left_hip_yaw_link
     t1204 = sin_q_left_hip_roll * t792; // left_hip_roll_link: wrench handed to its parent
     t1205 = cos_q_left_hip_pitch * t936; // left_upper_leg: wrench handed to its parent
     t1206 = R::fused(-sin_q_left_hip_pitch, t940, t1205); // left_upper_leg: wrench handed to its parent
     t1207 = R::fused(cos_q_left_hip_roll, t1206, t1204); // left_hip_roll_link: wrench handed to its parent
     t1208 = tau_left_hip_yaw + t1207; // other
-    t1209 = R::fused(-t844_845.first(), t848, t830); // left_upper_leg: articulated inertia
-    t1210 = R::fused(t360_361.first(), R::constant(0.000005), t1209); // left_hip_roll_link: articulated inertia
+    t1209 = R::fused(-t844_845.second(), t848, t830); // left_upper_leg: articulated inertia
+    t1210 = R::fused(t360_361.second(), R::constant(0.000005), t1209); // left_hip_roll_link: articulated inertia
     t1211 = sin_q_left_hip_roll * t1210; // left_hip_roll_link: articulated inertia
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1212_1213 = t589_590 * t802_803;
@@ -1074,11 +1074,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // left_ankle: articulated inertia
     t1224 = cos_t3 * t982;
     t1225 = R::fused(sin_t3, t985, t1224);
-    t1226 = R::fused(t1110_1111.first(), t688, t1225);
-    t1227 = R::fused(-t551_552.first(), t996, t1226);
-    t1228 = t1222_1223.first() + t1227; // left_lower_leg: articulated inertia
-    t1229 = R::fused(t1124_1125.first(), t775, t1228); // left_lower_leg: articulated inertia
-    t1230 = R::fused(t537_538.first(), t1005, t1229); // left_lower_leg: articulated inertia
+    t1226 = R::fused(t1110_1111.second(), t688, t1225);
+    t1227 = R::fused(-t551_552.second(), t996, t1226);
+    t1228 = t1222_1223.second() + t1227; // left_lower_leg: articulated inertia
+    t1229 = R::fused(t1124_1125.second(), t775, t1228); // left_lower_leg: articulated inertia
+    t1230 = R::fused(t537_538.second(), t1005, t1229); // left_lower_leg: articulated inertia
     let (
         t1231, t1232, t1233_1234, t1235, t1236, t1237, t1238_1239, t1240, t1241, t1242_1243, t1244_1245, t1246_1247,
         t1248_1249, t1250_1251, t1252_1253, t1254_1255, t1256_1257, t1258_1259, t1260_1261, t1262_1263, t1264_1265,
@@ -1100,14 +1100,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t1513, t1514_1515, t1516, t1517, t1518, t1519, t1520_1521, t1522, t1523_1524, t1525, t1526, t1527_1528,
         t1529_1530, t1531_1532, t1533_1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541,
     );
-    t1231 = t1216_1217.first() + t1230; // left_upper_leg: articulated inertia
-    t1232 = R::fused(t1136_1137.first(), t848, t1231); // left_upper_leg: articulated inertia
+    t1231 = t1216_1217.second() + t1230; // left_upper_leg: articulated inertia
+    t1232 = R::fused(t1136_1137.second(), t848, t1231); // left_upper_leg: articulated inertia
     t1233_1234 = R::Two::fused(t356_357, t324_325, t382_383); // right_hip_roll_link, left_hip_roll_link: motion
-    t1235 = R::fused(t1233_1234.first(), R::constant(0.0017266666835), t1232); // left_hip_roll_link
+    t1235 = R::fused(t1233_1234.second(), R::constant(0.0017266666835), t1232); // left_hip_roll_link
     t1236 = R::fused(-cos_q_left_hip_roll, t1235, t1211); // left_hip_roll_link: articulated inertia
-    t1237 = R::fused(t1174_1175.first(), t1071, t1236); // left_hip_roll_link: articulated inertia
+    t1237 = R::fused(t1174_1175.second(), t1071, t1236); // left_hip_roll_link: articulated inertia
     t1238_1239 = t354_355 * t312_313; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1240 = R::fused(t1238_1239.first(), R::constant(0.000005), t1237); // left_hip_yaw_link: articulated inertia
+    t1240 = R::fused(t1238_1239.second(), R::constant(0.000005), t1237); // left_hip_yaw_link: articulated inertia
     t1241 = t1208 + t1240; // left_hip_yaw_link: articulated inertia
     // right_ankle, left_ankle: articulated inertia
     t1242_1243 = t1015_1016 + t1019_1020;
@@ -1135,8 +1135,8 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1280_1281 = both(R::constant(0.000015)) + t1278_1279;
     t1282_1283 = both(R::constant(1.0)) / t1280_1281;
-    t1284 = t1241 * t1282_1283.first(); // left_hip_yaw_link: articulated inertia
-    t1285 = R::fused(-t1202_1203.first(), t1284, t1107); // left_hip_yaw_link: articulated inertia
+    t1284 = t1241 * t1282_1283.second(); // left_hip_yaw_link: articulated inertia
+    t1285 = R::fused(-t1202_1203.second(), t1284, t1107); // left_hip_yaw_link: articulated inertia
     // right_foot: external forces
     t1286 = t255 * R::constant(0.055);
     t1287 = R::fused(-t239, R::constant(0.08), t1286);
@@ -1150,11 +1150,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1295 = R::fused(R::constant(0.08), t250, t1294);
     t1296 = t1293 - t1295;
     t1297 = tau_right_ankle_roll + t1296; // other
-    t1298 = t1297 + t611_612.second(); // other
+    t1298 = t1297 + t611_612.first(); // other
     t1299 = t1298 * R::constant(481.7535830422739); // other
-    t1300 = R::fused(-t418_419.second(), t1299, t460_461.second()); // right_foot: articulated inertia
-    t1301 = R::fused(R::constant(0.0171), t618_619.second(), -t1300); // right_ankle: articulated inertia
-    t1302 = R::fused(-sin_t2, t1301, t444_445.second()); // right_ankle: articulated inertia
+    t1300 = R::fused(-t418_419.first(), t1299, t460_461.first()); // right_foot: articulated inertia
+    t1301 = R::fused(R::constant(0.0171), t618_619.first(), -t1300); // right_ankle: articulated inertia
+    t1302 = R::fused(-sin_t2, t1301, t444_445.first()); // right_ankle: articulated inertia
     t1303 = t272 * R::constant(0.08);
     t1304 = R::fused(-t255, R::constant(0.15), t1303);
     t1305 = R::constant(0.08) * t275;
@@ -1180,40 +1180,40 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1325 = t1322 - t1324;
     t1326 = R::fused(sin_q_right_ankle_roll, t1325, t1314); // right_foot: wrench handed to its parent
     t1327 = tau_right_ankle_pitch + t1326; // other
-    t1328 = R::fused(t490_491.second(), t1299, t675_676.second()); // right_foot: articulated inertia
+    t1328 = R::fused(t490_491.first(), t1299, t675_676.first()); // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1329 = t659_660.second() + t1328;
+    t1329 = t659_660.first() + t1328;
     t1330 = t1327 + t1329;
-    t1331 = t1330 * t686_687.second();
-    t1332 = R::fused(t628_629.second(), t1331, t1302);
-    t1333 = t378_379.second() - t1332; // right_lower_leg: articulated inertia
+    t1331 = t1330 * t686_687.first();
+    t1332 = R::fused(t628_629.first(), t1331, t1302);
+    t1333 = t378_379.first() - t1332; // right_lower_leg: articulated inertia
     t1334 = R::fused(R::constant(0.273), t288, t1326); // right_ankle: wrench handed to its parent
     t1335 = tau_right_knee_pitch + t1334; // other
-    t1336 = R::fused(-t684_685.second(), t1331, t1329);
-    t1337 = t557_558.second() * t1332;
-    t1338 = R::fused(cos_t2, t1301, t749_750.second());
-    t1339 = R::fused(t709_710.second(), t1331, t1338);
-    t1340 = R::fused(t551_552.second(), t1339, t1337);
+    t1336 = R::fused(-t684_685.first(), t1331, t1329);
+    t1337 = t557_558.first() * t1332;
+    t1338 = R::fused(cos_t2, t1301, t749_750.first());
+    t1339 = R::fused(t709_710.first(), t1331, t1338);
+    t1340 = R::fused(t551_552.first(), t1339, t1337);
     t1341 = t1336 - t1340;
     // right_lower_leg: articulated inertia
-    t1342 = t745_746.second() + t1341;
+    t1342 = t745_746.first() + t1341;
     t1343 = t1335 + t1342;
-    t1344 = t1343 * t773_774.second();
-    t1345 = R::fused(-t715_716.second(), t1344, t1333);
-    t1346 = t364_365.second() + t1345; // right_upper_leg: articulated inertia
+    t1344 = t1343 * t773_774.first();
+    t1345 = R::fused(-t715_716.first(), t1344, t1333);
+    t1346 = t364_365.first() + t1345; // right_upper_leg: articulated inertia
     t1347 = R::fused(R::constant(0.315), t292, t1334); // right_lower_leg: wrench handed to its parent
     t1348 = tau_right_hip_pitch + t1347; // other
-    t1349 = R::fused(-t771_772.second(), t1344, t1342);
-    t1350 = t545_546.second() * t1345;
-    t1351 = t824_825.second() - t1339;
-    t1352 = R::fused(-t784_785.second(), t1344, t1351);
-    t1353 = R::fused(t537_538.second(), t1352, t1350);
+    t1349 = R::fused(-t771_772.first(), t1344, t1342);
+    t1350 = t545_546.first() * t1345;
+    t1351 = t824_825.first() - t1339;
+    t1352 = R::fused(-t784_785.first(), t1344, t1351);
+    t1353 = R::fused(t537_538.first(), t1352, t1350);
     t1354 = t1349 + t1353;
     // right_upper_leg: articulated inertia
-    t1355 = t818_819.second() + t1354;
+    t1355 = t818_819.first() + t1354;
     t1356 = t1348 + t1355;
-    t1357 = t1356 * t846_847.second();
-    t1358 = R::fused(-t790_791.second(), t1357, t1346);
+    t1357 = t1356 * t846_847.first();
+    t1358 = R::fused(-t790_791.first(), t1357, t1346);
     t1359 = sin_q_right_ankle_roll * t1313; // right_foot: wrench handed to its parent
     t1360 = R::fused(-cos_q_right_ankle_roll, t1325, t1359); // right_foot: wrench handed to its parent
     t1361 = cos_q_right_ankle_pitch * t1360; // right_ankle: wrench handed to its parent
@@ -1229,65 +1229,65 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1371 = R::fused(R::constant(-0.315), t296, t1370); // right_lower_leg: wrench handed to its parent
     t1372 = R::fused(cos_q_right_hip_pitch, t1371, t1368); // right_upper_leg: wrench handed to its parent
     t1373 = tau_right_hip_roll + t1372; // other
-    t1374 = R::fused(t496_497.second(), t1299, t979_980.second()); // right_foot: articulated inertia
-    t1375 = t965_966.second() + t1374; // right_ankle: articulated inertia
+    t1374 = R::fused(t496_497.first(), t1299, t979_980.first()); // right_foot: articulated inertia
+    t1375 = t965_966.first() + t1374; // right_ankle: articulated inertia
     t1376 = sin_t2 * t1375; // right_ankle: articulated inertia
-    t1377 = t611_612.second() - t1298; // right_foot: articulated inertia
-    t1378 = R::fused(t969_970.second(), R::constant(0.000005), t1377); // right_ankle: articulated inertia
+    t1377 = t611_612.first() - t1298; // right_foot: articulated inertia
+    t1378 = R::fused(t969_970.first(), R::constant(0.000005), t1377); // right_ankle: articulated inertia
     t1379 = R::fused(-cos_t2, t1378, t1376); // right_ankle: articulated inertia
-    t1380 = R::fused(t858_859.second(), t1331, t1379); // right_ankle: articulated inertia
-    t1381 = R::fused(-t432_433.second(), t1299, t992_993.second()); // right_foot: articulated inertia
-    t1382 = R::fused(R::constant(0.0171), t961_962.second(), -t1381); // right_ankle: articulated inertia
-    t1383 = R::fused(t868_869.second(), t1331, t1382); // right_ankle: articulated inertia
-    t1384 = R::fused(t557_558.second(), t1383, t1380); // right_ankle: articulated inertia
+    t1380 = R::fused(t858_859.first(), t1331, t1379); // right_ankle: articulated inertia
+    t1381 = R::fused(-t432_433.first(), t1299, t992_993.first()); // right_foot: articulated inertia
+    t1382 = R::fused(R::constant(0.0171), t961_962.first(), -t1381); // right_ankle: articulated inertia
+    t1383 = R::fused(t868_869.first(), t1331, t1382); // right_ankle: articulated inertia
+    t1384 = R::fused(t557_558.first(), t1383, t1380); // right_ankle: articulated inertia
     // right_lower_leg: articulated inertia
-    t1385 = t959_960.second() + t1384;
-    t1386 = R::fused(t896_897.second(), t1344, t1385);
-    t1387 = t1002_1003.second() - t1383;
-    t1388 = R::fused(-t894_895.second(), t1344, t1387);
-    t1389 = R::fused(-t545_546.second(), t1388, t1386);
-    t1390 = t953_954.second() + t1389; // right_upper_leg: articulated inertia
-    t1391 = R::fused(t922_923.second(), t1357, t1390); // right_upper_leg: articulated inertia
+    t1385 = t959_960.first() + t1384;
+    t1386 = R::fused(t896_897.first(), t1344, t1385);
+    t1387 = t1002_1003.first() - t1383;
+    t1388 = R::fused(-t894_895.first(), t1344, t1387);
+    t1389 = R::fused(-t545_546.first(), t1388, t1386);
+    t1390 = t953_954.first() + t1389; // right_upper_leg: articulated inertia
+    t1391 = R::fused(t922_923.first(), t1357, t1390); // right_upper_leg: articulated inertia
     // right_hip_roll_link: articulated inertia
-    t1392 = t947_948.second() + t1391;
+    t1392 = t947_948.first() + t1391;
     t1393 = t1373 - t1392;
-    t1394 = t1393 * t1069_1070.second();
-    t1395 = R::fused(-t926_927.second(), t1394, t1358);
+    t1394 = t1393 * t1069_1070.first();
+    t1395 = R::fused(-t926_927.first(), t1394, t1358);
     t1396 = cos_q_right_hip_yaw * t1395; // right_hip_yaw_link: articulated inertia
-    t1397 = t1076_1077.second() + t1388; // right_upper_leg: articulated inertia
-    t1398 = R::fused(-t920_921.second(), t1357, t1397); // right_upper_leg: articulated inertia
+    t1397 = t1076_1077.first() + t1388; // right_upper_leg: articulated inertia
+    t1398 = R::fused(-t920_921.first(), t1357, t1397); // right_upper_leg: articulated inertia
     t1399 = cos_q_right_hip_roll * t1398;
-    t1400 = t1083_1084.second() + t1352; // right_upper_leg: articulated inertia
-    t1401 = R::fused(-t1086_1087.second(), t1357, t1400); // right_upper_leg: articulated inertia
+    t1400 = t1083_1084.first() + t1352; // right_upper_leg: articulated inertia
+    t1401 = R::fused(-t1086_1087.first(), t1357, t1400); // right_upper_leg: articulated inertia
     t1402 = R::fused(-sin_q_right_hip_roll, t1401, t1399);
-    t1403 = R::fused(-t1104_1105.second(), t1394, t1402);
+    t1403 = R::fused(-t1104_1105.first(), t1394, t1402);
     t1404 = R::fused(sin_q_right_hip_yaw, t1403, t1396); // right_hip_yaw_link: articulated inertia
     t1405 = sin_q_right_hip_roll * t1347; // right_hip_roll_link: wrench handed to its parent
     t1406 = cos_q_right_hip_pitch * t1367; // right_upper_leg: wrench handed to its parent
     t1407 = R::fused(-sin_q_right_hip_pitch, t1371, t1406); // right_upper_leg: wrench handed to its parent
     t1408 = R::fused(cos_q_right_hip_roll, t1407, t1405); // right_hip_roll_link: wrench handed to its parent
     t1409 = tau_right_hip_yaw + t1408; // other
-    t1410 = R::fused(-t844_845.second(), t1357, t1355); // right_upper_leg: articulated inertia
-    t1411 = R::fused(t360_361.second(), R::constant(0.000005), t1410);
+    t1410 = R::fused(-t844_845.first(), t1357, t1355); // right_upper_leg: articulated inertia
+    t1411 = R::fused(t360_361.first(), R::constant(0.000005), t1410);
     t1412 = sin_q_right_hip_roll * t1411;
     // right_ankle: articulated inertia
     t1413 = cos_t2 * t1375;
     t1414 = R::fused(sin_t2, t1378, t1413);
-    t1415 = R::fused(t1110_1111.second(), t1331, t1414);
-    t1416 = R::fused(-t551_552.second(), t1383, t1415);
-    t1417 = t1222_1223.second() + t1416; // right_lower_leg: articulated inertia
-    t1418 = R::fused(t1124_1125.second(), t1344, t1417); // right_lower_leg: articulated inertia
-    t1419 = R::fused(t537_538.second(), t1388, t1418); // right_lower_leg: articulated inertia
-    t1420 = t1216_1217.second() + t1419; // right_upper_leg: articulated inertia
-    t1421 = R::fused(t1136_1137.second(), t1357, t1420); // right_upper_leg: articulated inertia
-    t1422 = R::fused(t1233_1234.second(), R::constant(0.0017266666835), t1421); // right_hip_roll_link
+    t1415 = R::fused(t1110_1111.first(), t1331, t1414);
+    t1416 = R::fused(-t551_552.first(), t1383, t1415);
+    t1417 = t1222_1223.first() + t1416; // right_lower_leg: articulated inertia
+    t1418 = R::fused(t1124_1125.first(), t1344, t1417); // right_lower_leg: articulated inertia
+    t1419 = R::fused(t537_538.first(), t1388, t1418); // right_lower_leg: articulated inertia
+    t1420 = t1216_1217.first() + t1419; // right_upper_leg: articulated inertia
+    t1421 = R::fused(t1136_1137.first(), t1357, t1420); // right_upper_leg: articulated inertia
+    t1422 = R::fused(t1233_1234.first(), R::constant(0.0017266666835), t1421); // right_hip_roll_link
     t1423 = R::fused(-cos_q_right_hip_roll, t1422, t1412); // right_hip_roll_link: articulated inertia
-    t1424 = R::fused(t1174_1175.second(), t1394, t1423); // right_hip_roll_link: articulated inertia
+    t1424 = R::fused(t1174_1175.first(), t1394, t1423); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1425 = R::fused(t1238_1239.second(), R::constant(0.000005), t1424);
+    t1425 = R::fused(t1238_1239.first(), R::constant(0.000005), t1424);
     t1426 = t1409 + t1425;
-    t1427 = t1426 * t1282_1283.second();
-    t1428 = R::fused(-t1202_1203.second(), t1427, t1404);
+    t1427 = t1426 * t1282_1283.first();
+    t1428 = R::fused(-t1202_1203.first(), t1427, t1404);
     t1429 = t1285 + t1428;
     t1430 = t309 + t1429; // torso: articulated inertia
     t1431 = t303 - t1430; // torso: articulated inertia
@@ -1295,16 +1295,16 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1433 = t1408 + t1432; // right_hip_yaw_link: wrench handed to its parent
     t1434 = R::fused(R::constant(-0.075), t301, t1433); // right_hip_yaw_link: wrench handed to its parent
     t1435 = tau_base_angular_z + t1434; // other
-    t1436 = R::fused(-t1280_1281.first(), t1284, t1240); // left_hip_yaw_link: articulated inertia
+    t1436 = R::fused(-t1280_1281.second(), t1284, t1240); // left_hip_yaw_link: articulated inertia
     t1437 = R::fused(R::constant(0.075), t1285, t1436); // left_hip_yaw_link: articulated inertia
-    t1438 = R::fused(-t1280_1281.second(), t1427, t1425);
+    t1438 = R::fused(-t1280_1281.first(), t1427, t1425);
     t1439 = R::fused(R::constant(-0.075), t1428, t1438);
     t1440 = t1437 + t1439;
     t1441 = R::fused(R::constant(0.098295), t508, t1440); // torso: articulated inertia
     t1442 = t1435 + t1441; // torso: articulated inertia
     t1443_1444 = R::Two::fused(t790_791, t924_925, t780_781); // right_upper_leg, left_upper_leg: articulated inertia
     t1445_1446 = R::Two::fused(t926_927, t1176_1177, t1443_1444); // right_hip_roll_link, left_hip_roll_link
-    t1447_1448 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1447_1448 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     // right_upper_leg, left_upper_leg: articulated inertia
     t1449_1450 = R::Two::fused(t920_921, t1092_1093, t1055_1056);
     t1451_1452 = R::Two::fused(t1086_1087, t1100_1101, t838_839);
@@ -1319,12 +1319,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1467_1468 = t1445_1446 - t1465_1466;
     t1469_1470 = t1447_1448 * t1467_1468;
-    t1471_1472 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1471_1472 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     t1473_1474 = R::Two::fused(-t920_921, t924_925, t900_901); // right_upper_leg, left_upper_leg: articulated inertia
-    t1475_1476 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t1473_1474; // right_hip_roll_link, left_hip_roll_link
+    t1475_1476 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1473_1474; // right_hip_roll_link, left_hip_roll_link
     t1477_1478 = R::Two::fused(-t1086_1087, t924_925, t786_787); // right_upper_leg, left_upper_leg: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1479_1480 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t1477_1478, t1475_1476);
+    t1479_1480 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1477_1478, t1475_1476);
     t1481_1482 = R::Two::fused(-t1104_1105, t1176_1177, t1479_1480);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1483_1484 = both(R::constant(2.0)) * t1481_1482;
@@ -1332,10 +1332,10 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1487_1488 = t1445_1446 - t1485_1486;
     t1489_1490 = t1202_1203 * t1282_1283;
     t1491_1492 = R::Two::fused(t1202_1203, t1489_1490, t1487_1488);
-    t1493 = R::constant(0.075) * t1491_1492.first(); // left_hip_yaw_link: articulated inertia
-    t1494 = R::fused(R::constant(-0.075), t1491_1492.second(), t1493); // right_hip_yaw_link: articulated inertia
-    t1495 = t1491_1492.first() * R::constant(0.005625); // left_hip_yaw_link: articulated inertia
-    t1496 = R::fused(R::constant(0.005625), t1491_1492.second(), t1495); // right_hip_yaw_link: articulated inertia
+    t1493 = R::constant(0.075) * t1491_1492.second(); // left_hip_yaw_link: articulated inertia
+    t1494 = R::fused(R::constant(-0.075), t1491_1492.first(), t1493); // right_hip_yaw_link: articulated inertia
+    t1495 = t1491_1492.second() * R::constant(0.005625); // left_hip_yaw_link: articulated inertia
+    t1496 = R::fused(R::constant(0.005625), t1491_1492.first(), t1495); // right_hip_yaw_link: articulated inertia
     t1497 = R::constant(0.154455) - t1496; // torso: articulated inertia
     t1498 = R::constant(1.0) / t1497; // torso: acceleration
     t1499 = t1494 * t1498; // torso: acceleration
@@ -1352,29 +1352,29 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1510 = tau_base_angular_y + t1509; // other
     t1511 = t304 * R::constant(0.729656667); // torso: sums of what it carries
     t1512 = R::fused(R::constant(2.444), t308, t1511); // torso: sums of what it carries
-    t1513 = R::fused(t1067_1068.first(), t1071, t1009); // left_hip_roll_link: articulated inertia
+    t1513 = R::fused(t1067_1068.second(), t1071, t1009); // left_hip_roll_link: articulated inertia
     t1514_1515 = R::Two::fused(-t316_317, t312_313, t394_395); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1516 = R::fused(t1514_1515.first(), R::constant(0.000005), t1513); // left_hip_yaw_link: articulated inertia
+    t1516 = R::fused(t1514_1515.second(), R::constant(0.000005), t1513); // left_hip_yaw_link: articulated inertia
     t1517 = sin_q_left_hip_yaw * t1516; // left_hip_yaw_link: articulated inertia
     t1518 = cos_q_left_hip_roll * t1210; // left_hip_roll_link: articulated inertia
     t1519 = R::fused(sin_q_left_hip_roll, t1235, t1518); // left_hip_roll_link: articulated inertia
-    t1520_1521 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t1172_1173; // right_hip_roll_link, left_hip_roll_link
-    t1522 = R::fused(-t1520_1521.first(), t1071, t1519); // left_hip_roll_link: articulated inertia
+    t1520_1521 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1172_1173; // right_hip_roll_link, left_hip_roll_link
+    t1522 = R::fused(-t1520_1521.second(), t1071, t1519); // left_hip_roll_link: articulated inertia
     t1523_1524 = R::Two::fused(t316_317, t354_355, t342_343); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1525 = R::fused(R::constant(0.00001), t1523_1524.first(), t1522); // left_hip_yaw_link: articulated inertia
+    t1525 = R::fused(R::constant(0.00001), t1523_1524.second(), t1522); // left_hip_yaw_link: articulated inertia
     t1526 = R::fused(-cos_q_left_hip_yaw, t1525, t1517); // left_hip_yaw_link: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
     t1527_1528 = t1190_1191 * t1270_1271;
     t1529_1530 = t1520_1521 * t1069_1070;
     t1531_1532 = R::Two::fused(t1174_1175, t1529_1530, t1527_1528);
-    t1533_1534 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t1531_1532; // right_hip_yaw_link, left_hip_yaw_link
-    t1535 = R::fused(t1533_1534.first(), t1284, t1526); // left_hip_yaw_link: articulated inertia
-    t1536 = R::fused(t1067_1068.second(), t1394, t1392); // right_hip_roll_link: articulated inertia
-    t1537 = R::fused(t1514_1515.second(), R::constant(0.000005), t1536); // right_hip_yaw_link: articulated inertia
+    t1533_1534 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1531_1532; // right_hip_yaw_link, left_hip_yaw_link
+    t1535 = R::fused(t1533_1534.second(), t1284, t1526); // left_hip_yaw_link: articulated inertia
+    t1536 = R::fused(t1067_1068.first(), t1394, t1392); // right_hip_roll_link: articulated inertia
+    t1537 = R::fused(t1514_1515.first(), R::constant(0.000005), t1536); // right_hip_yaw_link: articulated inertia
     t1538 = sin_q_right_hip_yaw * t1537; // right_hip_yaw_link: articulated inertia
     t1539 = cos_q_right_hip_roll * t1411; // right_hip_roll_link: articulated inertia
     t1540 = R::fused(sin_q_right_hip_roll, t1422, t1539); // right_hip_roll_link: articulated inertia
-    t1541 = R::fused(-t1520_1521.second(), t1394, t1540); // right_hip_roll_link: articulated inertia
+    t1541 = R::fused(-t1520_1521.first(), t1394, t1540); // right_hip_roll_link: articulated inertia
     let (
         t1542, t1543, t1544, t1545, t1546, t1547, t1548_1549, t1550_1551, t1552_1553, t1554_1555, t1556_1557,
         t1558_1559, t1560_1561, t1562_1563, t1564_1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572, t1573_1574,
@@ -1398,14 +1398,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t1858, t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871,
     );
     // right_hip_yaw_link: articulated inertia
-    t1542 = R::fused(R::constant(0.00001), t1523_1524.second(), t1541);
+    t1542 = R::fused(R::constant(0.00001), t1523_1524.first(), t1541);
     t1543 = R::fused(-cos_q_right_hip_yaw, t1542, t1538);
-    t1544 = R::fused(t1533_1534.second(), t1427, t1543);
+    t1544 = R::fused(t1533_1534.first(), t1427, t1543);
     t1545 = t1535 + t1544;
     t1546 = t1512 + t1545; // torso: articulated inertia
     t1547 = t1510 - t1546; // torso: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1548_1549 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t1138_1139;
+    t1548_1549 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1138_1139;
     t1550_1551 = R::Two::fused(t1520_1521, t1176_1177, t1548_1549);
     t1552_1553 = t1447_1448 * t1550_1551; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1554_1555 = t1186_1187 * t1192_1193;
@@ -1415,11 +1415,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1560_1561 = R::Two::fused(-t1471_1472, t1558_1559, t1552_1553);
     t1562_1563 = t1550_1551 - t1560_1561;
     t1564_1565 = R::Two::fused(t1533_1534, t1489_1490, t1562_1563);
-    t1566 = R::constant(0.075) * t1564_1565.first(); // left_hip_yaw_link: articulated inertia
-    t1567 = R::fused(R::constant(-0.075), t1564_1565.second(), t1566); // right_hip_yaw_link: articulated inertia
+    t1566 = R::constant(0.075) * t1564_1565.second(); // left_hip_yaw_link: articulated inertia
+    t1567 = R::fused(R::constant(-0.075), t1564_1565.first(), t1566); // right_hip_yaw_link: articulated inertia
     t1568 = t1567 * t1498; // torso: acceleration
     t1569 = R::fused(t1442, t1568, t1547); // torso: acceleration
-    t1570 = t1564_1565.first() + t1564_1565.second(); // right_hip_yaw_link: articulated inertia
+    t1570 = t1564_1565.second() + t1564_1565.first(); // right_hip_yaw_link: articulated inertia
     t1571 = R::constant(2.444) + t1570; // torso: articulated inertia
     t1572 = R::fused(t1494, t1568, t1571); // torso: acceleration
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
@@ -1432,7 +1432,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1583_1584 = t1577_1578 + t1581_1582;
     t1585_1586 = t1533_1534 * t1282_1283;
     t1587_1588 = R::Two::fused(-t1533_1534, t1585_1586, t1583_1584);
-    t1589 = t1587_1588.first() + t1587_1588.second(); // right_hip_yaw_link: articulated inertia
+    t1589 = t1587_1588.second() + t1587_1588.first(); // right_hip_yaw_link: articulated inertia
     t1590 = R::constant(0.785816667) + t1589; // torso: articulated inertia
     // torso: acceleration
     t1591 = R::fused(-t1567, t1568, t1590);
@@ -1455,26 +1455,26 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1608 = R::fused(R::constant(2.444), t516, t1607); // torso: sums of what it carries
     t1609 = cos_q_left_hip_yaw * t1516; // left_hip_yaw_link: articulated inertia
     t1610 = R::fused(sin_q_left_hip_yaw, t1525, t1609); // left_hip_yaw_link: articulated inertia
-    t1611_1612 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t1531_1532; // right_hip_yaw_link, left_hip_yaw_link
-    t1613 = R::fused(-t1611_1612.first(), t1284, t1610); // left_hip_yaw_link: articulated inertia
+    t1611_1612 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1531_1532; // right_hip_yaw_link, left_hip_yaw_link
+    t1613 = R::fused(-t1611_1612.second(), t1284, t1610); // left_hip_yaw_link: articulated inertia
     t1614 = sin_q_left_hip_roll * t1079; // left_hip_roll_link: articulated inertia
     t1615 = R::fused(cos_q_left_hip_roll, t1088, t1614); // left_hip_roll_link: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1616_1617 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t1094_1095;
-    t1618_1619 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t1102_1103, t1616_1617);
-    t1620 = R::fused(-t1618_1619.first(), t1071, t1615); // left_hip_roll_link: articulated inertia
+    t1616_1617 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1094_1095;
+    t1618_1619 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1102_1103, t1616_1617);
+    t1620 = R::fused(-t1618_1619.second(), t1071, t1615); // left_hip_roll_link: articulated inertia
     t1621_1622 = t1192_1193 - t1556_1557;
     t1623_1624 = t1618_1619 * t1069_1070;
     t1625_1626 = R::Two::fused(-t1174_1175, t1623_1624, t1621_1622);
-    t1627 = R::fused(t1625_1626.first(), t1284, t1620); // left_hip_yaw_link: articulated inertia
+    t1627 = R::fused(t1625_1626.second(), t1284, t1620); // left_hip_yaw_link: articulated inertia
     t1628 = R::fused(R::constant(-0.075), t1627, t1613); // left_hip_yaw_link: articulated inertia
     t1629 = cos_q_right_hip_yaw * t1537; // right_hip_yaw_link: articulated inertia
     t1630 = R::fused(sin_q_right_hip_yaw, t1542, t1629); // right_hip_yaw_link: articulated inertia
-    t1631 = R::fused(-t1611_1612.second(), t1427, t1630); // right_hip_yaw_link: articulated inertia
+    t1631 = R::fused(-t1611_1612.first(), t1427, t1630); // right_hip_yaw_link: articulated inertia
     t1632 = sin_q_right_hip_roll * t1398; // right_hip_roll_link: articulated inertia
     t1633 = R::fused(cos_q_right_hip_roll, t1401, t1632); // right_hip_roll_link: articulated inertia
-    t1634 = R::fused(-t1618_1619.second(), t1394, t1633); // right_hip_roll_link: articulated inertia
-    t1635 = R::fused(t1625_1626.second(), t1427, t1634); // right_hip_yaw_link: articulated inertia
+    t1634 = R::fused(-t1618_1619.first(), t1394, t1633); // right_hip_roll_link: articulated inertia
+    t1635 = R::fused(t1625_1626.first(), t1427, t1634); // right_hip_yaw_link: articulated inertia
     t1636 = R::fused(R::constant(0.075), t1635, t1631); // right_hip_yaw_link: articulated inertia
     t1637 = t1628 + t1636; // right_hip_yaw_link: articulated inertia
     t1638 = t1608 - t1637; // torso: articulated inertia
@@ -1485,51 +1485,51 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1644_1645 = R::Two::fused(t1611_1612, t1489_1490, t1642_1643);
     t1646_1647 = both(R::constant(0.075)) * t1644_1645;
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1648_1649 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t1473_1474;
-    t1650_1651 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t1477_1478, t1648_1649);
+    t1648_1649 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1473_1474;
+    t1650_1651 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1477_1478, t1648_1649);
     t1652_1653 = R::Two::fused(-t1618_1619, t1176_1177, t1650_1651);
-    t1654_1655 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t1652_1653; // right_hip_yaw_link, left_hip_yaw_link
+    t1654_1655 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1652_1653; // right_hip_yaw_link, left_hip_yaw_link
     t1656_1657 = t1186_1187 * t1459_1460;
     t1658_1659 = R::Two::fused(-t1190_1191, t1453_1454, t1656_1657);
     t1660_1661 = t1457_1458 - t1658_1659;
     t1662_1663 = R::Two::fused(t1618_1619, t1198_1199, t1660_1661);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1664_1665 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t1662_1663, t1654_1655);
+    t1664_1665 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1662_1663, t1654_1655);
     t1666_1667 = R::Two::fused(t1625_1626, t1489_1490, t1664_1665);
-    t1668_1669 = R::Two::fused(t1666_1667, two(R::constant(0.005625), R::constant(-0.005625)), t1646_1647);
-    t1670 = t1668_1669.first() - t1668_1669.second(); // right_hip_yaw_link: articulated inertia
+    t1668_1669 = R::Two::fused(two(R::constant(-0.005625), R::constant(0.005625)), t1666_1667, t1646_1647);
+    t1670 = t1668_1669.second() - t1668_1669.first(); // right_hip_yaw_link: articulated inertia
     t1671 = t1670 * t1498; // torso: acceleration
     t1672 = R::fused(-t1442, t1671, t1639); // torso: acceleration
     t1673_1674 = t1471_1472 * t1579_1580;
     t1675_1676 = t1611_1612 * t1282_1283;
     t1677_1678 = R::Two::fused(t1533_1534, t1675_1676, t1673_1674);
     t1679_1680 = R::Two::fused(-t1520_1521, t1623_1624, t1194_1195); // right_hip_roll_link, left_hip_roll_link
-    t1681_1682 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t1679_1680;
+    t1681_1682 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1679_1680;
     t1683_1684 = t1625_1626 * t1282_1283;
     t1685_1686 = R::Two::fused(t1533_1534, t1683_1684, t1681_1682);
-    t1687_1688 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1685_1686, t1677_1678);
-    t1689 = t1687_1688.first() + t1687_1688.second(); // right_hip_yaw_link: articulated inertia
+    t1687_1688 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1685_1686, t1677_1678);
+    t1689 = t1687_1688.second() + t1687_1688.first(); // right_hip_yaw_link: articulated inertia
     t1690 = R::fused(t1670, t1568, t1689); // torso: acceleration
     t1691 = t1690 * t1592; // torso: acceleration
     t1692 = R::fused(-t1569, t1691, t1672); // torso: acceleration
     t1693_1694 = both(R::constant(0.075)) * t1666_1667;
-    t1695_1696 = R::Two::fused(t1693_1694, two(R::constant(1.0), R::constant(-1.0)), t1644_1645);
-    t1697 = t1695_1696.first() + t1695_1696.second(); // right_hip_yaw_link: articulated inertia
+    t1695_1696 = R::Two::fused(t1693_1694, two(R::constant(-1.0), R::constant(1.0)), t1644_1645);
+    t1697 = t1695_1696.second() + t1695_1696.first(); // right_hip_yaw_link: articulated inertia
     t1698 = R::fused(t1494, t1671, t1697); // torso: acceleration
     t1699 = R::fused(t1572, t1691, t1698); // torso: acceleration
     t1700_1701 = both(R::constant(0.000005)) - t1581_1582;
     t1702_1703 = R::Two::fused(-t1611_1612, t1675_1676, t1700_1701);
-    t1704_1705 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t1679_1680;
+    t1704_1705 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1679_1680;
     t1706_1707 = R::Two::fused(t1611_1612, t1683_1684, t1704_1705);
-    t1708_1709 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1706_1707, t1702_1703);
+    t1708_1709 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1706_1707, t1702_1703);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
     t1710_1711 = t1451_1452 + t1461_1462;
     t1712_1713 = R::Two::fused(t1618_1619, t1623_1624, t1710_1711);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1714_1715 = R::Two::fused(t1625_1626, t1683_1684, t1712_1713);
-    t1716_1717 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1714_1715, t1706_1707);
-    t1718_1719 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1716_1717, t1708_1709);
-    t1720 = t1718_1719.first() + t1718_1719.second(); // right_hip_yaw_link: articulated inertia
+    t1716_1717 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1714_1715, t1706_1707);
+    t1718_1719 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1716_1717, t1708_1709);
+    t1720 = t1718_1719.second() + t1718_1719.first(); // right_hip_yaw_link: articulated inertia
     t1721 = R::constant(0.884111667) + t1720; // torso: articulated inertia
     // torso: acceleration
     t1722 = R::fused(-t1670, t1671, t1721);
@@ -1545,23 +1545,23 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1732 = t1627 + t1635; // right_hip_yaw_link: articulated inertia
     t1733 = t1731 + t1732; // torso: articulated inertia
     t1734 = t1728 + t1733; // torso: articulated inertia
-    t1735 = t1693_1694.first() - t1693_1694.second(); // right_hip_yaw_link: articulated inertia
+    t1735 = t1693_1694.second() - t1693_1694.first(); // right_hip_yaw_link: articulated inertia
     t1736 = t1735 * t1498;
     t1737 = R::fused(-t1442, t1736, t1734);
-    t1738 = t1685_1686.first() + t1685_1686.second(); // right_hip_yaw_link: articulated inertia
+    t1738 = t1685_1686.second() + t1685_1686.first(); // right_hip_yaw_link: articulated inertia
     t1739 = R::fused(t1735, t1568, t1738);
     t1740 = t1739 * t1592;
     t1741 = R::fused(-t1569, t1740, t1737);
-    t1742 = t1716_1717.first() + t1716_1717.second(); // right_hip_yaw_link: articulated inertia
+    t1742 = t1716_1717.second() + t1716_1717.first(); // right_hip_yaw_link: articulated inertia
     t1743 = R::fused(t1735, t1671, t1742);
     t1744 = R::fused(t1739, t1691, t1743);
     t1745 = t1744 * t1724;
     t1746 = R::fused(t1692, t1745, t1741);
-    t1747 = t1666_1667.first() + t1666_1667.second(); // right_hip_yaw_link: articulated inertia
+    t1747 = t1666_1667.second() + t1666_1667.first(); // right_hip_yaw_link: articulated inertia
     t1748 = R::fused(t1494, t1736, t1747);
     t1749 = R::fused(t1572, t1740, t1748);
     t1750 = R::fused(t1699, t1745, t1749);
-    t1751 = t1714_1715.first() + t1714_1715.second(); // right_hip_yaw_link: articulated inertia
+    t1751 = t1714_1715.second() + t1714_1715.first(); // right_hip_yaw_link: articulated inertia
     t1752 = R::constant(19.0) - t1751; // torso: articulated inertia
     t1753 = R::fused(-t1735, t1736, t1752);
     t1754 = R::fused(-t1739, t1740, t1753);
@@ -1580,13 +1580,13 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1767 = sin_q_left_hip_yaw * t1072; // left_hip_yaw_link: articulated inertia
     t1768 = R::fused(-cos_q_left_hip_yaw, t1106, t1767); // left_hip_yaw_link: articulated inertia
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1769_1770 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t1178_1179;
-    t1771_1772 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t1200_1201, t1769_1770);
-    t1773 = R::fused(-t1771_1772.first(), t1284, t1768); // left_hip_yaw_link: articulated inertia
+    t1769_1770 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1178_1179;
+    t1771_1772 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1200_1201, t1769_1770);
+    t1773 = R::fused(-t1771_1772.second(), t1284, t1768); // left_hip_yaw_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
     t1774 = sin_q_right_hip_yaw * t1395;
     t1775 = R::fused(-cos_q_right_hip_yaw, t1403, t1774);
-    t1776 = R::fused(-t1771_1772.second(), t1427, t1775);
+    t1776 = R::fused(-t1771_1772.first(), t1427, t1775);
     t1777 = t1773 + t1776;
     t1778 = t1766 + t1777; // torso: articulated inertia
     t1779 = t1764 - t1778; // torso: articulated inertia
@@ -1595,36 +1595,36 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1782_1783 = R::Two::fused(-t1471_1472, t1467_1468, t1780_1781);
     t1784_1785 = t1481_1482 - t1782_1783;
     t1786_1787 = R::Two::fused(t1771_1772, t1489_1490, t1784_1785);
-    t1788 = R::constant(0.075) * t1786_1787.first(); // left_hip_yaw_link: articulated inertia
-    t1789 = R::fused(R::constant(-0.075), t1786_1787.second(), t1788); // right_hip_yaw_link: articulated inertia
+    t1788 = R::constant(0.075) * t1786_1787.second(); // left_hip_yaw_link: articulated inertia
+    t1789 = R::fused(R::constant(-0.075), t1786_1787.first(), t1788); // right_hip_yaw_link: articulated inertia
     t1790 = t1789 * t1498; // torso: acceleration
     t1791 = R::fused(-t1442, t1790, t1779); // torso: acceleration
     t1792_1793 = t1558_1559 - t1642_1643;
     t1794_1795 = t1771_1772 * t1282_1283;
     t1796_1797 = R::Two::fused(-t1533_1534, t1794_1795, t1792_1793);
-    t1798 = t1796_1797.first() + t1796_1797.second(); // right_hip_yaw_link: articulated inertia
+    t1798 = t1796_1797.second() + t1796_1797.first(); // right_hip_yaw_link: articulated inertia
     t1799 = R::fused(-t1789, t1568, t1798); // torso: acceleration
     t1800 = t1799 * t1592; // torso: acceleration
     t1801 = R::fused(t1569, t1800, t1791); // torso: acceleration
     t1802_1803 = R::Two::fused(t1611_1612, t1794_1795, t1560_1561);
-    t1804_1805 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t1652_1653;
-    t1806_1807 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t1662_1663, t1804_1805);
+    t1804_1805 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1652_1653;
+    t1806_1807 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1662_1663, t1804_1805);
     t1808_1809 = R::Two::fused(t1625_1626, t1794_1795, t1806_1807);
-    t1810_1811 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1808_1809, t1802_1803);
-    t1812 = t1810_1811.first() + t1810_1811.second(); // right_hip_yaw_link: articulated inertia
+    t1810_1811 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1808_1809, t1802_1803);
+    t1812 = t1810_1811.second() + t1810_1811.first(); // right_hip_yaw_link: articulated inertia
     t1813 = R::constant(2.444) + t1812; // torso: articulated inertia
     // torso: acceleration
     t1814 = R::fused(t1789, t1671, t1813);
     t1815 = R::fused(-t1799, t1691, t1814);
     t1816 = t1815 * t1724;
     t1817 = R::fused(t1692, t1816, t1801);
-    t1818 = t1808_1809.first() + t1808_1809.second(); // right_hip_yaw_link: articulated inertia
+    t1818 = t1808_1809.second() + t1808_1809.first(); // right_hip_yaw_link: articulated inertia
     t1819 = R::fused(t1789, t1736, t1818);
     t1820 = R::fused(-t1799, t1740, t1819);
     t1821 = R::fused(t1815, t1745, t1820);
     t1822 = t1821 * t1756;
     t1823 = R::fused(t1746, t1822, t1817);
-    t1824 = t1786_1787.first() + t1786_1787.second(); // right_hip_yaw_link: articulated inertia
+    t1824 = t1786_1787.second() + t1786_1787.first(); // right_hip_yaw_link: articulated inertia
     t1825 = R::fused(t1494, t1790, t1824);
     t1826 = R::fused(-t1572, t1800, t1825);
     t1827 = R::fused(t1699, t1816, t1826);
@@ -1632,7 +1632,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1829_1830 = t1465_1466 + t1485_1486;
     t1831_1832 = R::Two::fused(t1771_1772, t1794_1795, t1829_1830);
-    t1833 = t1831_1832.first() + t1831_1832.second(); // right_hip_yaw_link: articulated inertia
+    t1833 = t1831_1832.second() + t1831_1832.first(); // right_hip_yaw_link: articulated inertia
     t1834 = R::constant(19.0) - t1833; // torso: articulated inertia
     // torso: acceleration
     t1835 = R::fused(-t1789, t1790, t1834);
@@ -1642,7 +1642,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1839 = R::constant(1.0) / t1838;
     t1840 = t1828 * t1839;
     t1841 = R::fused(t1823, t1840, t1758);
-    t1842 = t1491_1492.first() + t1491_1492.second(); // right_hip_yaw_link: articulated inertia
+    t1842 = t1491_1492.second() + t1491_1492.first(); // right_hip_yaw_link: articulated inertia
     t1843 = R::constant(19.0) - t1842; // torso: articulated inertia
     t1844 = R::fused(-t1494, t1499, t1843);
     t1845 = R::fused(-t1572, t1593, t1844);
@@ -1688,168 +1688,168 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     );
     // right_hip_yaw_link, left_hip_yaw_link: acceleration
     t1872_1873 = R::Two::fused(both(t1871), two(R::constant(1.0), R::constant(-1.0)), both(t1850));
-    t1874_1875 = t1202_1203.swapped() * t1872_1873;
-    t1876_1877 = R::Two::fused(t1771_1772.swapped(), both(t1852), t1874_1875);
+    t1874_1875 = t1202_1203 * t1872_1873;
+    t1876_1877 = R::Two::fused(t1771_1772, both(t1852), t1874_1875);
     t1878 = R::constant(0.075) * t1859; // right_hip_yaw_link: acceleration
     t1879_1880 = R::Two::fused(both(t1878), two(R::constant(-1.0), R::constant(1.0)), both(t1855));
-    t1881_1882 = R::Two::fused(t1625_1626.swapped(), t1879_1880, t1876_1877);
+    t1881_1882 = R::Two::fused(t1625_1626, t1879_1880, t1876_1877);
     t1883 = t1426 + t1881_1882.first(); // right_hip_yaw_link: acceleration
-    t1884_1885 = t1611_1612.swapped() * both(t1859);
-    t1886_1887 = R::Two::fused(-t1533_1534.swapped(), both(t1864), t1884_1885);
-    t1888_1889 = R::Two::fused(-t1280_1281.swapped(), both(t1870), t1886_1887);
+    t1884_1885 = t1611_1612 * both(t1859);
+    t1886_1887 = R::Two::fused(-t1533_1534, both(t1864), t1884_1885);
+    t1888_1889 = R::Two::fused(-t1280_1281, both(t1870), t1886_1887);
     t1890 = t1883 + t1888_1889.first(); // right_hip_yaw_link: acceleration
-    t1891 = t1282_1283.second() * t1890; // right_hip_yaw_link: acceleration
+    t1891 = t1282_1283.first() * t1890; // right_hip_yaw_link: acceleration
     // right_hip_roll_link, left_hip_roll_link: acceleration
     t1892_1893 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1872_1873;
     t1894_1895 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1852), t1892_1893);
-    t1896_1897 = t926_927.swapped() * t1894_1895;
+    t1896_1897 = t926_927 * t1894_1895;
     t1898_1899 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1872_1873;
     t1900_1901 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1852), t1898_1899);
-    t1902_1903 = R::Two::fused(t1104_1105.swapped(), t1900_1901, t1896_1897);
-    t1904_1905 = R::Two::fused(-t1618_1619.swapped(), t1879_1880, t1902_1903);
+    t1902_1903 = R::Two::fused(t1104_1105, t1900_1901, t1896_1897);
+    t1904_1905 = R::Two::fused(-t1618_1619, t1879_1880, t1902_1903);
     t1906 = t1393 + t1904_1905.first(); // right_hip_roll_link: acceleration
     t1907_1908 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t1859);
     t1909_1910 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1864), t1907_1908);
-    t1911_1912 = t1067_1068.swapped() * t1909_1910;
+    t1911_1912 = t1067_1068 * t1909_1910;
     t1913_1914 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t1859);
     t1915_1916 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1864), t1913_1914);
-    t1917_1918 = R::Two::fused(-t1520_1521.swapped(), t1915_1916, t1911_1912);
+    t1917_1918 = R::Two::fused(-t1520_1521, t1915_1916, t1911_1912);
     t1919 = t1870 + t1891; // right_hip_yaw_link: acceleration
-    t1920 = R::fused(-t1174_1175.second(), t1919, t1917_1918.first()); // right_hip_roll_link: acceleration
+    t1920 = R::fused(-t1174_1175.first(), t1919, t1917_1918.first()); // right_hip_roll_link: acceleration
     t1921 = t1906 - t1920; // right_hip_roll_link: acceleration
-    t1922 = t1069_1070.second() * t1921; // right_hip_roll_link: acceleration
+    t1922 = t1069_1070.first() * t1921; // right_hip_roll_link: acceleration
     // right_upper_leg, left_upper_leg: acceleration
-    t1923_1924 = t790_791.swapped() * t1894_1895;
+    t1923_1924 = t790_791 * t1894_1895;
     t1925_1926 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1900_1901;
     t1927_1928 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1879_1880, t1925_1926);
-    t1929_1930 = R::Two::fused(t920_921.swapped(), t1927_1928, t1923_1924);
+    t1929_1930 = R::Two::fused(t920_921, t1927_1928, t1923_1924);
     t1931_1932 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1900_1901;
     t1933_1934 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1879_1880, t1931_1932);
-    t1935_1936 = R::Two::fused(-t1086_1087.swapped(), t1933_1934, t1929_1930);
+    t1935_1936 = R::Two::fused(-t1086_1087, t1933_1934, t1929_1930);
     t1937 = t1356 + t1935_1936.first(); // right_upper_leg: acceleration
     t1938 = t1909_1910.first() + t1922; // right_hip_roll_link: acceleration
-    t1939 = t922_923.second() * t1938; // right_upper_leg: acceleration
+    t1939 = t922_923.first() * t1938; // right_upper_leg: acceleration
     t1940_1941 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1915_1916;
     t1942 = R::fused(-sin_q_right_hip_roll, t1919, t1940_1941.first()); // right_upper_leg: acceleration
-    t1943 = R::fused(-t844_845.second(), t1942, t1939); // right_upper_leg: acceleration
+    t1943 = R::fused(-t844_845.first(), t1942, t1939); // right_upper_leg: acceleration
     t1944_1945 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1915_1916;
     // right_upper_leg: acceleration
     t1946 = R::fused(cos_q_right_hip_roll, t1919, t1944_1945.first());
-    t1947 = R::fused(t1136_1137.second(), t1946, t1943);
+    t1947 = R::fused(t1136_1137.first(), t1946, t1943);
     t1948 = t1937 - t1947;
-    t1949 = t846_847.second() * t1948;
+    t1949 = t846_847.first() * t1948;
     t1950 = t1942 - t1949;
     // right_lower_leg: acceleration
-    t1951 = R::fused(t545_546.second(), t1950, t1894_1895.first());
-    t1952 = t715_716.second() * t1951;
-    t1953 = t537_538.second() * t1946;
-    t1954 = R::fused(-t545_546.second(), t1938, t1953);
+    t1951 = R::fused(t545_546.first(), t1950, t1894_1895.first());
+    t1952 = t715_716.first() * t1951;
+    t1953 = t537_538.first() * t1946;
+    t1954 = R::fused(-t545_546.first(), t1938, t1953);
     t1955 = t1927_1928.first() + t1954;
-    t1956 = R::fused(t894_895.second(), t1955, t1952);
-    t1957 = R::fused(-t537_538.second(), t1950, t1933_1934.first());
-    t1958 = R::fused(-t784_785.second(), t1957, t1956);
+    t1956 = R::fused(t894_895.first(), t1955, t1952);
+    t1957 = R::fused(-t537_538.first(), t1950, t1933_1934.first());
+    t1958 = R::fused(-t784_785.first(), t1957, t1956);
     t1959 = t1343 + t1958;
-    t1960 = t896_897.second() * t1938;
-    t1961 = R::fused(-t771_772.second(), t1950, t1960);
-    t1962 = R::fused(t1124_1125.second(), t1946, t1961);
+    t1960 = t896_897.first() * t1938;
+    t1961 = R::fused(-t771_772.first(), t1950, t1960);
+    t1962 = R::fused(t1124_1125.first(), t1946, t1961);
     t1963 = t1959 - t1962;
-    t1964 = t773_774.second() * t1963;
+    t1964 = t773_774.first() * t1963;
     t1965 = t1950 - t1964;
     // right_ankle: acceleration
-    t1966 = R::fused(t557_558.second(), t1965, t1951);
-    t1967 = t628_629.second() * t1966;
-    t1968 = t551_552.second() * t1946;
-    t1969 = R::fused(-t557_558.second(), t1938, t1968);
+    t1966 = R::fused(t557_558.first(), t1965, t1951);
+    t1967 = t628_629.first() * t1966;
+    t1968 = t551_552.first() * t1946;
+    t1969 = R::fused(-t557_558.first(), t1938, t1968);
     t1970 = t1955 + t1969;
-    t1971 = R::fused(t868_869.second(), t1970, t1967);
-    t1972 = R::fused(-t551_552.second(), t1965, t1957);
-    t1973 = R::fused(-t709_710.second(), t1972, t1971);
+    t1971 = R::fused(t868_869.first(), t1970, t1967);
+    t1972 = R::fused(-t551_552.first(), t1965, t1957);
+    t1973 = R::fused(-t709_710.first(), t1972, t1971);
     t1974 = t1330 + t1973;
-    t1975 = t858_859.second() * t1938;
-    t1976 = R::fused(-t684_685.second(), t1965, t1975);
-    t1977 = R::fused(t1110_1111.second(), t1946, t1976);
+    t1975 = t858_859.first() * t1938;
+    t1976 = R::fused(-t684_685.first(), t1965, t1975);
+    t1977 = R::fused(t1110_1111.first(), t1946, t1976);
     t1978 = t1974 - t1977;
-    t1979 = t686_687.second() * t1978;
+    t1979 = t686_687.first() * t1978;
     // right_foot: acceleration
-    t1980 = t432_433.second() * t1970;
+    t1980 = t432_433.first() * t1970;
     t1981 = cos_t2 * t1972;
     t1982 = R::fused(sin_t2, t1966, t1981);
-    t1983 = R::fused(-t418_419.second(), t1982, t1980);
+    t1983 = R::fused(-t418_419.first(), t1982, t1980);
     t1984 = t1298 + t1983;
     t1985 = sin_t2 * t1946;
     t1986 = R::fused(-cos_t2, t1938, t1985);
     t1987 = R::constant(0.00207575) * t1986;
     t1988 = t1965 - t1979; // right_ankle: acceleration
-    t1989 = R::fused(-t490_491.second(), t1988, t1987);
+    t1989 = R::fused(-t490_491.first(), t1988, t1987);
     t1990 = cos_t2 * t1946;
     t1991 = R::fused(sin_t2, t1938, t1990);
-    t1992 = R::fused(-t496_497.second(), t1991, t1989);
+    t1992 = R::fused(-t496_497.first(), t1991, t1989);
     t1993 = t1984 + t1992;
     t1994 = R::constant(481.7535830422739) * t1993;
     t1995 = t1241 + t1881_1882.second(); // left_hip_yaw_link: acceleration
     t1996 = t1995 + t1888_1889.second(); // left_hip_yaw_link: acceleration
-    t1997 = t1282_1283.first() * t1996; // left_hip_yaw_link: acceleration
+    t1997 = t1282_1283.second() * t1996; // left_hip_yaw_link: acceleration
     t1998 = t1010 + t1904_1905.second(); // left_hip_roll_link: acceleration
     t1999 = t1870 + t1997; // left_hip_yaw_link: acceleration
-    t2000 = R::fused(-t1174_1175.first(), t1999, t1917_1918.second()); // left_hip_roll_link: acceleration
+    t2000 = R::fused(-t1174_1175.second(), t1999, t1917_1918.second()); // left_hip_roll_link: acceleration
     t2001 = t1998 - t2000; // left_hip_roll_link: acceleration
-    t2002 = t1069_1070.first() * t2001; // left_hip_roll_link: acceleration
+    t2002 = t1069_1070.second() * t2001; // left_hip_roll_link: acceleration
     t2003 = t831 + t1935_1936.second(); // left_upper_leg: acceleration
     t2004 = t1909_1910.second() + t2002; // left_hip_roll_link: acceleration
     // left_upper_leg: acceleration
-    t2005 = t922_923.first() * t2004;
+    t2005 = t922_923.second() * t2004;
     t2006 = R::fused(-sin_q_left_hip_roll, t1999, t1940_1941.second());
-    t2007 = R::fused(-t844_845.first(), t2006, t2005);
+    t2007 = R::fused(-t844_845.second(), t2006, t2005);
     t2008 = R::fused(cos_q_left_hip_roll, t1999, t1944_1945.second());
-    t2009 = R::fused(t1136_1137.first(), t2008, t2007);
+    t2009 = R::fused(t1136_1137.second(), t2008, t2007);
     t2010 = t2003 - t2009;
-    t2011 = t846_847.first() * t2010;
+    t2011 = t846_847.second() * t2010;
     t2012 = t2006 - t2011;
     // left_lower_leg: acceleration
-    t2013 = R::fused(t545_546.first(), t2012, t1894_1895.second());
-    t2014 = t715_716.first() * t2013;
-    t2015 = t537_538.first() * t2008;
-    t2016 = R::fused(-t545_546.first(), t2004, t2015);
+    t2013 = R::fused(t545_546.second(), t2012, t1894_1895.second());
+    t2014 = t715_716.second() * t2013;
+    t2015 = t537_538.second() * t2008;
+    t2016 = R::fused(-t545_546.second(), t2004, t2015);
     t2017 = t1927_1928.second() + t2016;
-    t2018 = R::fused(t894_895.first(), t2017, t2014);
-    t2019 = R::fused(-t537_538.first(), t2012, t1933_1934.second());
-    t2020 = R::fused(-t784_785.first(), t2019, t2018);
+    t2018 = R::fused(t894_895.second(), t2017, t2014);
+    t2019 = R::fused(-t537_538.second(), t2012, t1933_1934.second());
+    t2020 = R::fused(-t784_785.second(), t2019, t2018);
     t2021 = t756 + t2020;
-    t2022 = t896_897.first() * t2004;
-    t2023 = R::fused(-t771_772.first(), t2012, t2022);
-    t2024 = R::fused(t1124_1125.first(), t2008, t2023);
+    t2022 = t896_897.second() * t2004;
+    t2023 = R::fused(-t771_772.second(), t2012, t2022);
+    t2024 = R::fused(t1124_1125.second(), t2008, t2023);
     t2025 = t2021 - t2024;
-    t2026 = t773_774.first() * t2025;
+    t2026 = t773_774.second() * t2025;
     t2027 = t2012 - t2026;
     // left_ankle: acceleration
-    t2028 = R::fused(t557_558.first(), t2027, t2013);
-    t2029 = t628_629.first() * t2028;
-    t2030 = t551_552.first() * t2008;
-    t2031 = R::fused(-t557_558.first(), t2004, t2030);
+    t2028 = R::fused(t557_558.second(), t2027, t2013);
+    t2029 = t628_629.second() * t2028;
+    t2030 = t551_552.second() * t2008;
+    t2031 = R::fused(-t557_558.second(), t2004, t2030);
     t2032 = t2017 + t2031;
-    t2033 = R::fused(t868_869.first(), t2032, t2029);
-    t2034 = R::fused(-t551_552.first(), t2027, t2019);
-    t2035 = R::fused(-t709_710.first(), t2034, t2033);
+    t2033 = R::fused(t868_869.second(), t2032, t2029);
+    t2034 = R::fused(-t551_552.second(), t2027, t2019);
+    t2035 = R::fused(-t709_710.second(), t2034, t2033);
     t2036 = t679 + t2035;
-    t2037 = t858_859.first() * t2004;
-    t2038 = R::fused(-t684_685.first(), t2027, t2037);
-    t2039 = R::fused(t1110_1111.first(), t2008, t2038);
+    t2037 = t858_859.second() * t2004;
+    t2038 = R::fused(-t684_685.second(), t2027, t2037);
+    t2039 = R::fused(t1110_1111.second(), t2008, t2038);
     t2040 = t2036 - t2039;
-    t2041 = t686_687.first() * t2040;
+    t2041 = t686_687.second() * t2040;
     // left_foot: acceleration
-    t2042 = t432_433.first() * t2032;
+    t2042 = t432_433.second() * t2032;
     t2043 = cos_t3 * t2034;
     t2044 = R::fused(sin_t3, t2028, t2043);
-    t2045 = R::fused(-t418_419.first(), t2044, t2042);
+    t2045 = R::fused(-t418_419.second(), t2044, t2042);
     t2046 = t613 + t2045;
     t2047 = sin_t3 * t2008;
     t2048 = R::fused(-cos_t3, t2004, t2047);
     t2049 = R::constant(0.00207575) * t2048;
     t2050 = t2027 - t2041; // left_ankle: acceleration
-    t2051 = R::fused(-t490_491.first(), t2050, t2049);
+    t2051 = R::fused(-t490_491.second(), t2050, t2049);
     t2052 = cos_t3 * t2008;
     t2053 = R::fused(sin_t3, t2004, t2052);
-    t2054 = R::fused(-t496_497.first(), t2053, t2051);
+    t2054 = R::fused(-t496_497.second(), t2053, t2051);
     t2055 = t2046 + t2054;
     t2056 = R::constant(481.7535830422739) * t2055;
     *out = [[

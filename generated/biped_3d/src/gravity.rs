@@ -111,49 +111,49 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t64_65 = both(R::constant(0.0285)) * t55_56;
     let t66_67 = both(R::constant(0.0285)) * t51_52;
     // right_foot, left_foot: wrench handed to its parent
-    let t68_69 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t66_67.swapped(), -t60_61.swapped());
-    let t70_71 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t66_67.swapped(), t62_63.swapped());
+    let t68_69 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t66_67, -t60_61);
+    let t70_71 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t66_67, t62_63);
     // right_ankle, left_ankle: wrench handed to its parent
-    let t72_73 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t70_71;
-    let t74_75 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t64_65.swapped(), t72_73);
-    let t76_77 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t70_71;
-    let t78_79 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t64_65.swapped(), t76_77);
-    let t80_81 = R::Two::fused(both(R::constant(0.29034)), t23_24.swapped(), t78_79);
-    let t82_83 = R::Two::fused(both(R::constant(0.29034)), t43_44.swapped(), t68_69);
+    let t72_73 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t70_71;
+    let t74_75 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t64_65, t72_73);
+    let t76_77 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t70_71;
+    let t78_79 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t64_65, t76_77);
+    let t80_81 = R::Two::fused(both(R::constant(0.29034)), t23_24, t78_79);
+    let t82_83 = R::Two::fused(both(R::constant(0.29034)), t43_44, t68_69);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    let t84_85 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t74_75;
-    let t86_87 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t80_81, t84_85);
-    let t88_89 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t74_75;
-    let t90_91 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t80_81, t88_89);
-    let t92_93 = R::Two::fused(both(R::constant(0.8932)), t23_24.swapped(), t90_91);
-    let t94_95 = R::Two::fused(both(R::constant(0.8932)), t35_36.swapped(), t82_83);
+    let t84_85 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t74_75;
+    let t86_87 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t80_81, t84_85);
+    let t88_89 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t74_75;
+    let t90_91 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t80_81, t88_89);
+    let t92_93 = R::Two::fused(both(R::constant(0.8932)), t23_24, t90_91);
+    let t94_95 = R::Two::fused(both(R::constant(0.8932)), t35_36, t82_83);
     // right_upper_leg, left_upper_leg: wrench handed to its parent
-    let t96_97 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t86_87;
-    let t98_99 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t92_93, t96_97);
-    let t100_101 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t86_87;
-    let t102_103 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t92_93, -t100_101);
+    let t96_97 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t86_87;
+    let t98_99 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t92_93, t96_97);
+    let t100_101 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t86_87;
+    let t102_103 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t92_93, -t100_101);
     // right_hip_roll_link, left_hip_roll_link: wrench handed to its parent
-    let t104_105 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t94_95;
-    let t106_107 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t98_99, t104_105);
-    let t108_109 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t94_95;
-    let t110_111 = R::Two::fused(-two(cos_q_left_hip_roll, cos_q_right_hip_roll), t98_99, t108_109);
+    let t104_105 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t94_95;
+    let t106_107 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t98_99, t104_105);
+    let t108_109 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t94_95;
+    let t110_111 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t98_99, t108_109);
     // right_hip_yaw_link, left_hip_yaw_link: wrench handed to its parent
-    let t112_113 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t102_103;
-    let t114_115 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t106_107, -t112_113);
-    let t116_117 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t102_103;
-    let t118_119 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t106_107, -t116_117);
-    let t120 = R::fused(t7, R::constant(23.97564), t114_115.first()); // left_hip_yaw_link: wrench handed to its parent
-    let t121 = R::fused(t6, R::constant(23.97564), -t118_119.first()); // left_hip_yaw_link: wrench handed to its parent
+    let t112_113 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t102_103;
+    let t114_115 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t106_107, -t112_113);
+    let t116_117 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t102_103;
+    let t118_119 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t106_107, -t116_117);
+    let t120 = R::fused(t7, R::constant(23.97564), t114_115.second()); // left_hip_yaw_link: wrench handed to its parent
+    let t121 = R::fused(t6, R::constant(23.97564), -t118_119.second()); // left_hip_yaw_link
     // right_hip_yaw_link: wrench handed to its parent
-    let t122 = t120 + t114_115.second();
-    let t123 = t121 - t118_119.second();
-    let t124 = t110_111.first() + t110_111.second();
+    let t122 = t120 + t114_115.first();
+    let t123 = t121 - t118_119.first();
+    let t124 = t110_111.second() + t110_111.first();
     let t125 = -t122;
     let t126_127 = -t64_65; // right_foot, left_foot: wrench that its motion needs
     *out = [[
-        t57, t58, t59, t125, t123, t124, t110_111.second(), t102_103.second(), t94_95.second(), t82_83.second(),
-        t68_69.second(), t126_127.first(), t110_111.first(), t102_103.first(), t94_95.first(), t82_83.first(),
-        t68_69.first(), t126_127.second(),
+        t57, t58, t59, t125, t123, t124, t110_111.first(), t102_103.first(), t94_95.first(), t82_83.first(),
+        t68_69.first(), t126_127.first(), t110_111.second(), t102_103.second(), t94_95.second(), t82_83.second(),
+        t68_69.second(), t126_127.second(),
     ]];
 }
 }

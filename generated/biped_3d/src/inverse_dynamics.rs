@@ -367,34 +367,34 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     t405_406 = R::Two::fused(both(R::constant(-0.0285)), t285_286, -t391_392);
     t407_408 = R::Two::fused(both(R::constant(-0.0285)), t243_244, t399_400);
     // right_foot, left_foot: wrench handed to its parent
-    t409_410 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * t383_384.swapped();
-    t411_412 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t385_386.swapped(), t409_410);
-    t413_414 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * t383_384.swapped();
-    t415_416 = R::Two::fused(-two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t385_386.swapped(), t413_414);
-    t417_418 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * t407_408.swapped();
-    t419_420 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t403_404.swapped(), t417_418);
-    t421_422 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * t407_408.swapped();
-    t423_424 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t403_404.swapped(), t421_422);
-    t425_426 = R::Two::fused(both(R::constant(-0.0285)), t303_304.swapped(), t369_370.swapped());
-    t427_428 = R::Two::fused(both(R::constant(0.0171)), t263_264.swapped(), -t411_412);
-    t429_430 = R::Two::fused(both(R::constant(0.0171)), t265_266.swapped(), -t415_416);
-    t431_432 = R::Two::fused(t259_260.swapped(), both(R::constant(0.00001)), t405_406.swapped());
-    t433_434 = t379_380.swapped() + t419_420;
-    t435_436 = t381_382.swapped() - t423_424;
+    t409_410 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t383_384;
+    t411_412 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t385_386, t409_410);
+    t413_414 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t383_384;
+    t415_416 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t385_386, t413_414);
+    t417_418 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t407_408;
+    t419_420 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t403_404, t417_418);
+    t421_422 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t407_408;
+    t423_424 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t403_404, t421_422);
+    t425_426 = R::Two::fused(both(R::constant(-0.0285)), t303_304, t369_370);
+    t427_428 = R::Two::fused(both(R::constant(0.0171)), t263_264, -t411_412);
+    t429_430 = R::Two::fused(both(R::constant(0.0171)), t265_266, -t415_416);
+    t431_432 = R::Two::fused(t259_260, both(R::constant(0.00001)), t405_406);
+    t433_434 = t379_380 + t419_420;
+    t435_436 = t381_382 - t423_424;
     // right_ankle, left_ankle: wrench handed to its parent
-    t437_438 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t429_430;
-    t439_440 = R::Two::fused(two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t425_426, t437_438);
-    t441_442 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t429_430;
-    t443_444 = R::Two::fused(-two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t425_426, t441_442);
-    t445_446 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t435_436;
-    t447_448 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t431_432, t445_446);
-    t449_450 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t435_436;
-    t451_452 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t431_432, t449_450);
-    t453_454 = R::Two::fused(both(R::constant(0.29034)), t209_210.swapped(), t443_444);
-    t455_456 = R::Two::fused(both(R::constant(0.29034)), t211_212.swapped(), -t427_428);
-    t457_458 = R::Two::fused(both(R::constant(0.29034)), t213_214.swapped(), t439_440);
-    t459_460 = t365_366.swapped() + t451_452;
-    t461_462 = t367_368.swapped() + t433_434;
+    t437_438 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t429_430;
+    t439_440 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t425_426, t437_438);
+    t441_442 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t429_430;
+    t443_444 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t425_426, t441_442);
+    t445_446 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t435_436;
+    t447_448 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t431_432, t445_446);
+    t449_450 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t435_436;
+    t451_452 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t431_432, t449_450);
+    t453_454 = R::Two::fused(both(R::constant(0.29034)), t209_210, t443_444);
+    t455_456 = R::Two::fused(both(R::constant(0.29034)), t211_212, -t427_428);
+    t457_458 = R::Two::fused(both(R::constant(0.29034)), t213_214, t439_440);
+    t459_460 = t365_366 + t451_452;
+    t461_462 = t367_368 + t433_434;
     let (
         t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475_476, t477_478, t479_480, t481_482, t483_484,
         t485_486, t487_488, t489_490, t491_492, t493_494, t495_496, t497_498, t499_500, t501_502, t503_504, t505_506,
@@ -403,82 +403,82 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
         t551_552, t553_554, t555_556, t557_558, t559_560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570,
         t571, t572, t573, t574, t575, t576, t577, t578_579,
     );
-    t463_464 = t363_364.swapped() - t447_448;
+    t463_464 = t363_364 - t447_448;
     t465_466 = R::Two::fused(both(R::constant(0.273)), t427_428, t459_460);
     t467_468 = R::Two::fused(both(R::constant(-0.273)), t443_444, -t461_462);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t469_470 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t457_458;
-    t471_472 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t453_454, t469_470);
-    t473_474 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t457_458;
-    t475_476 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t453_454, t473_474);
-    t477_478 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t463_464;
-    t479_480 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t465_466, t477_478);
-    t481_482 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t463_464;
-    t483_484 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t465_466, t481_482);
-    t485_486 = R::Two::fused(both(R::constant(0.8932)), t157_158.swapped(), t475_476);
-    t487_488 = R::Two::fused(both(R::constant(0.8932)), t159_160.swapped(), t455_456);
-    t489_490 = R::Two::fused(both(R::constant(0.8932)), t161_162.swapped(), t471_472);
-    t491_492 = t351_352.swapped() - t483_484;
-    t493_494 = t353_354.swapped() - t467_468;
-    t495_496 = t349_350.swapped() + t479_480;
+    t469_470 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t457_458;
+    t471_472 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t453_454, t469_470);
+    t473_474 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t457_458;
+    t475_476 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t453_454, t473_474);
+    t477_478 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t463_464;
+    t479_480 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t465_466, t477_478);
+    t481_482 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t463_464;
+    t483_484 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t465_466, t481_482);
+    t485_486 = R::Two::fused(both(R::constant(0.8932)), t157_158, t475_476);
+    t487_488 = R::Two::fused(both(R::constant(0.8932)), t159_160, t455_456);
+    t489_490 = R::Two::fused(both(R::constant(0.8932)), t161_162, t471_472);
+    t491_492 = t351_352 - t483_484;
+    t493_494 = t353_354 - t467_468;
+    t495_496 = t349_350 + t479_480;
     t497_498 = R::Two::fused(both(R::constant(-0.315)), t455_456, t491_492);
     t499_500 = R::Two::fused(both(R::constant(-0.315)), t475_476, -t493_494);
     // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t501_502 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t489_490;
-    t503_504 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t485_486, t501_502);
-    t505_506 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t489_490;
-    t507_508 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t485_486, t505_506);
-    t509_510 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t495_496;
-    t511_512 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t497_498, t509_510);
-    t513_514 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t495_496;
-    t515_516 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t497_498, t513_514);
-    t517_518 = t335_336.swapped() - t515_516;
-    t519_520 = t339_340.swapped() + t499_500;
-    t521_522 = R::Two::fused(t111_112.swapped(), both(R::constant(0.6135741234)), -t511_512);
+    t501_502 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t489_490;
+    t503_504 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t485_486, t501_502);
+    t505_506 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t489_490;
+    t507_508 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t485_486, t505_506);
+    t509_510 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t495_496;
+    t511_512 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t497_498, t509_510);
+    t513_514 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t495_496;
+    t515_516 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t497_498, t513_514);
+    t517_518 = t335_336 - t515_516;
+    t519_520 = t339_340 + t499_500;
+    t521_522 = R::Two::fused(t111_112, both(R::constant(0.6135741234)), -t511_512);
     // right_hip_roll_link, left_hip_roll_link: wrench handed to its parent
-    t523_524 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t487_488;
-    t525_526 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t503_504, t523_524);
-    t527_528 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t487_488;
-    t529_530 = R::Two::fused(-two(cos_q_left_hip_roll, cos_q_right_hip_roll), t503_504, t527_528);
-    t531_532 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t519_520;
-    t533_534 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t521_522, t531_532);
-    t535_536 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t519_520;
-    t537_538 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t521_522, t535_536);
-    t539_540 = t327_328.swapped() - t517_518;
-    t541_542 = R::Two::fused(t75_76.swapped(), both(R::constant(0.6135941234)), -t533_534);
-    t543_544 = t331_332.swapped() + t537_538;
+    t523_524 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t487_488;
+    t525_526 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t503_504, t523_524);
+    t527_528 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t487_488;
+    t529_530 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t503_504, t527_528);
+    t531_532 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t519_520;
+    t533_534 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t521_522, t531_532);
+    t535_536 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t519_520;
+    t537_538 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t521_522, t535_536);
+    t539_540 = t327_328 - t517_518;
+    t541_542 = R::Two::fused(t75_76, both(R::constant(0.6135941234)), -t533_534);
+    t543_544 = t331_332 + t537_538;
     // right_hip_yaw_link, left_hip_yaw_link: wrench handed to its parent
-    t545_546 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t507_508;
-    t547_548 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t525_526, t545_546);
-    t549_550 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t507_508;
-    t551_552 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t525_526, t549_550);
-    t553_554 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t539_540;
-    t555_556 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t541_542, t553_554);
-    t557_558 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t539_540;
-    t559_560 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t541_542, t557_558);
+    t545_546 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t507_508;
+    t547_548 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t525_526, t545_546);
+    t549_550 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t507_508;
+    t551_552 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t525_526, t549_550);
+    t553_554 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t539_540;
+    t555_556 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t541_542, t553_554);
+    t557_558 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t539_540;
+    t559_560 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t541_542, t557_558);
     // left_hip_yaw_link: wrench handed to its parent
-    t561 = t314 + t547_548.first();
-    t562 = t315 - t551_552.first();
-    t563 = t316 + t529_530.first();
-    t564 = t323 - t555_556.first();
-    t565 = t324 - t559_560.first();
-    t566 = t322 + t543_544.first();
-    t567 = R::fused(R::constant(-0.075), t529_530.first(), t564);
-    t568 = R::fused(R::constant(-0.075), t547_548.first(), t566);
+    t561 = t314 + t547_548.second();
+    t562 = t315 - t551_552.second();
+    t563 = t316 + t529_530.second();
+    t564 = t323 - t555_556.second();
+    t565 = t324 - t559_560.second();
+    t566 = t322 + t543_544.second();
+    t567 = R::fused(R::constant(-0.075), t529_530.second(), t564);
+    t568 = R::fused(R::constant(-0.075), t547_548.second(), t566);
     // right_hip_yaw_link: wrench handed to its parent
-    t569 = t561 + t547_548.second();
-    t570 = t551_552.second() - t562;
-    t571 = t529_530.second() + t563;
-    t572 = t567 - t555_556.second();
-    t573 = t565 - t559_560.second();
-    t574 = t543_544.second() + t568;
-    t575 = R::fused(R::constant(0.075), t529_530.second(), t572);
-    t576 = R::fused(R::constant(0.075), t547_548.second(), t574);
+    t569 = t561 + t547_548.first();
+    t570 = t551_552.first() - t562;
+    t571 = t529_530.first() + t563;
+    t572 = t567 - t555_556.first();
+    t573 = t565 - t559_560.first();
+    t574 = t543_544.first() + t568;
+    t575 = R::fused(R::constant(0.075), t529_530.first(), t572);
+    t576 = R::fused(R::constant(0.075), t547_548.first(), t574);
     t577 = -t571;
-    t578_579 = -t433_434.swapped(); // right_foot, left_foot: wrench handed to its parent
+    t578_579 = -t433_434; // right_foot, left_foot: wrench handed to its parent
     *out = [[
-        t569, t570, t577, t575, t573, t576, t543_544.second(), t517_518.second(), t499_500.second(), t467_468.second(),
-        t578_579.first(), t405_406.first(), t543_544.first(), t517_518.first(), t499_500.first(), t467_468.first(),
+        t569, t570, t577, t575, t573, t576, t543_544.first(), t517_518.first(), t499_500.first(), t467_468.first(),
+        t578_579.first(), t405_406.first(), t543_544.second(), t517_518.second(), t499_500.second(), t467_468.second(),
         t578_579.second(), t405_406.second(),
     ]];
 }

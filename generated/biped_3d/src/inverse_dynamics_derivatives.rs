@@ -162,96 +162,96 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     out[5][0] = t13;
     out[3][2] = -t13; // torso: answer of the forces to its motion
     t15 = R::constant(9.81) * t12;
-    t16_17 = both(R::constant(0.0285)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll); // right_foot, left_foot
+    t16_17 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
     // right_ankle, left_ankle: sums of what it carries
-    t18_19 = two(sin_t3, sin_t2) * t16_17;
-    t20_21 = R::Two::fused(both(R::constant(-0.0171)), two(cos_t3, cos_t2), t18_19);
+    t18_19 = two(sin_t2, sin_t3) * t16_17;
+    t20_21 = R::Two::fused(both(R::constant(-0.0171)), two(cos_t2, cos_t3), t18_19);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t22_23 = both(R::constant(0.29034)) * two(sin_t1, sin_t0);
+    t22_23 = both(R::constant(0.29034)) * two(sin_t0, sin_t1);
     t24_25 = t20_21 + t22_23;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t26_27 = both(R::constant(0.8932)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
+    t26_27 = both(R::constant(0.8932)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t28_29 = t24_25 + t26_27;
-    t30_31 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t28_29; // right_hip_yaw_link, left_hip_yaw_link
-    t32_33 = both(R::constant(0.0285)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll); // right_foot, left_foot
-    t34_35 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t32_33; // right_hip_roll_link, left_hip_roll_link
+    t30_31 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t28_29; // right_hip_yaw_link, left_hip_yaw_link
+    t32_33 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
+    t34_35 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t32_33; // right_hip_roll_link, left_hip_roll_link
     // right_ankle, left_ankle: sums of what it carries
-    t36_37 = two(cos_t3, cos_t2) * t16_17;
-    t38_39 = R::Two::fused(both(R::constant(0.0171)), two(sin_t3, sin_t2), t36_37);
+    t36_37 = two(cos_t2, cos_t3) * t16_17;
+    t38_39 = R::Two::fused(both(R::constant(0.0171)), two(sin_t2, sin_t3), t36_37);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t40_41 = both(R::constant(0.29034)) * two(cos_t1, cos_t0);
+    t40_41 = both(R::constant(0.29034)) * two(cos_t0, cos_t1);
     t42_43 = t38_39 + t40_41;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t44_45 = both(R::constant(0.8932)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
+    t44_45 = both(R::constant(0.8932)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     t46_47 = t42_43 + t44_45;
-    t48_49 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t46_47, t34_35); // right_hip_roll_link, left_hip_roll_link
-    t50_51 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t48_49, t30_31); // right_hip_yaw_link, left_hip_yaw_link
-    t52 = t50_51.first() + t50_51.second(); // right_hip_yaw_link: sums of what it carries
+    t48_49 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t46_47, t34_35); // right_hip_roll_link, left_hip_roll_link
+    t50_51 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t48_49, t30_31); // right_hip_yaw_link, left_hip_yaw_link
+    t52 = t50_51.second() + t50_51.first(); // right_hip_yaw_link: sums of what it carries
     t53 = t15 * t52; // torso: answer of the forces to its motion
     t54 = R::constant(9.81) * t8; // torso: motion
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t55_56 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t32_33;
-    t57_58 = R::Two::fused(-two(cos_q_left_hip_roll, cos_q_right_hip_roll), t46_47, t55_56);
-    t59 = t57_58.first() + t57_58.second(); // right_hip_yaw_link: sums of what it carries
+    t55_56 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t32_33;
+    t57_58 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t46_47, t55_56);
+    t59 = t57_58.second() + t57_58.first(); // right_hip_yaw_link: sums of what it carries
     t60 = R::constant(2.444) + t59; // torso: sums of what it carries
     t61 = t54 * t60; // torso: answer of the forces to its motion
     out[3][3] = t53 - t61; // torso: answer of the forces to its motion
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t63_64 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t28_29;
-    t65_66 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t48_49, t63_64);
-    t67 = t65_66.first() + t65_66.second(); // right_hip_yaw_link: sums of what it carries
+    t63_64 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t28_29;
+    t65_66 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t48_49, t63_64);
+    t67 = t65_66.second() + t65_66.first(); // right_hip_yaw_link: sums of what it carries
     // torso: answer of the forces to its motion
     t68 = t15 * t67;
     out[3][4] = -t68;
     t70 = t54 * t67;
     out[3][5] = -t70;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t72_73 = both(t54) * t65_66.swapped();
+    t72_73 = both(t54) * t65_66;
     t74_75 = -t72_73;
     out[3][6] = t74_75.first();
     out[3][12] = t74_75.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
-    t76_77 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t57_58.swapped();
+    t76_77 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t57_58;
     t78_79 = both(t54) * t76_77;
-    t80_81 = R::Two::fused(-both(t15), t48_49.swapped(), -t78_79);
+    t80_81 = R::Two::fused(-both(t15), t48_49, -t78_79);
     out[3][7] = t80_81.first();
     out[3][13] = t80_81.second();
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t82_83 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t46_47.swapped();
-    t84_85 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t28_29.swapped();
+    t82_83 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t46_47;
+    t84_85 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t28_29;
     t86_87 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t84_85, t82_83);
     t88_89 = both(t54) * t86_87;
-    t90_91 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t28_29.swapped();
+    t90_91 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t28_29;
     t92_93 = R::Two::fused(-both(t15), t90_91, -t88_89);
     out[3][8] = t92_93.first();
     out[3][14] = t92_93.second();
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    t94_95 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t42_43.swapped();
-    t96_97 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t24_25.swapped();
+    t94_95 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t42_43;
+    t96_97 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t24_25;
     t98_99 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t96_97, t94_95);
     t100_101 = both(t54) * t98_99;
-    t102_103 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t24_25.swapped();
+    t102_103 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t24_25;
     t104_105 = R::Two::fused(-both(t15), t102_103, -t100_101);
     out[3][9] = t104_105.first();
     out[3][15] = t104_105.second();
     // right_ankle, left_ankle: answer of the forces to its motion
-    t106_107 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t38_39.swapped();
-    t108_109 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t20_21.swapped();
+    t106_107 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t38_39;
+    t108_109 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t20_21;
     t110_111 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t108_109, t106_107);
     t112_113 = both(t54) * t110_111;
-    t114_115 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t20_21.swapped();
+    t114_115 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t20_21;
     t116_117 = R::Two::fused(-both(t15), t114_115, -t112_113);
     out[3][10] = t116_117.first();
     out[3][16] = t116_117.second();
     // right_foot, left_foot: answer of the forces to its motion
-    t118_119 = two(sin_t2, sin_t3) * t32_33.swapped();
+    t118_119 = two(sin_t2, sin_t3) * t32_33;
     t120_121 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t118_119;
-    t122_123 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t16_17.swapped();
-    t124_125 = two(cos_t2, cos_t3) * t32_33.swapped();
+    t122_123 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t16_17;
+    t124_125 = two(cos_t2, cos_t3) * t32_33;
     t126_127 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t124_125, t122_123);
     t128_129 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t126_127, t120_121);
     t130_131 = both(t54) * t128_129;
-    t132_133 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t16_17.swapped();
+    t132_133 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t16_17;
     t134_135 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t124_125, t132_133);
     t136_137 = R::Two::fused(-both(t15), t134_135, t130_131);
     out[3][11] = t136_137.first();
@@ -270,32 +270,32 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t147 = t54 * t52;
     out[4][5] = -t147;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t149_150 = both(t54) * t50_51.swapped();
+    t149_150 = both(t54) * t50_51;
     t151_152 = -t149_150;
     out[4][6] = t151_152.first();
     out[4][12] = t151_152.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
-    t153_154 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t57_58.swapped();
+    t153_154 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t57_58;
     t155_156 = both(t54) * t153_154;
-    t157_158 = R::Two::fused(both(t142), t48_49.swapped(), -t155_156);
+    t157_158 = R::Two::fused(both(t142), t48_49, -t155_156);
     out[4][7] = t157_158.first();
     out[4][13] = t157_158.second();
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t159_160 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t46_47.swapped();
+    t159_160 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t46_47;
     t161_162 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t84_85, t159_160);
     t163_164 = both(t54) * t161_162;
     t165_166 = R::Two::fused(both(t142), t90_91, t163_164);
     out[4][8] = t165_166.first();
     out[4][14] = t165_166.second();
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    t167_168 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t42_43.swapped();
+    t167_168 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t42_43;
     t169_170 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t96_97, t167_168);
     t171_172 = both(t54) * t169_170;
     t173_174 = R::Two::fused(both(t142), t102_103, t171_172);
     out[4][9] = t173_174.first();
     out[4][15] = t173_174.second();
     // right_ankle, left_ankle: answer of the forces to its motion
-    t175_176 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t38_39.swapped();
+    t175_176 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t38_39;
     t177_178 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t108_109, t175_176);
     t179_180 = both(t54) * t177_178;
     t181_182 = R::Two::fused(both(t142), t114_115, t179_180);
@@ -314,8 +314,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     out[5][4] = t15 * t60;
     out[5][5] = t53 + t145;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t195_196 = both(t15) * t50_51.swapped();
-    t197_198 = R::Two::fused(both(t142), t65_66.swapped(), t195_196);
+    t195_196 = both(t15) * t50_51;
+    t197_198 = R::Two::fused(both(t142), t65_66, t195_196);
     out[5][6] = t197_198.first();
     out[5][12] = t197_198.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
@@ -391,7 +391,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_foot, left_foot: motion
     t291_292 = two(a_right_ankle_roll, a_left_ankle_roll) - t289_290;
     t293_294 = t249_250 - t291_292;
-    t295_296 = t293_294 * t32_33.swapped(); // right_foot, left_foot: sums of what it carries
+    t295_296 = t293_294 * t32_33; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: motion
     t297_298 = t233_234 * t233_234;
     t299_300 = two(sin_t2, sin_t3) * t237_238;
@@ -400,7 +400,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t303_304 = t301_302 - two(v_right_ankle_roll, v_left_ankle_roll);
     t305_306 = t303_304 * t303_304;
     t307_308 = t297_298 + t305_306;
-    t309_310 = R::Two::fused(-t307_308, t16_17.swapped(), t295_296); // right_foot, left_foot: sums of what it carries
+    t309_310 = R::Two::fused(-t307_308, t16_17, t295_296); // right_foot, left_foot: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: motion
     t311_312 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t259_260;
     t313_314 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t265_266, t311_312);
@@ -420,11 +420,11 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t333_334 = R::Two::fused(t233_234, two(v_right_ankle_roll, v_left_ankle_roll), t331_332);
     t335_336 = t233_234 * t303_304;
     t337_338 = t333_334 - t335_336;
-    t339_340 = t337_338 * t32_33.swapped(); // right_foot, left_foot: sums of what it carries
+    t339_340 = t337_338 * t32_33; // right_foot, left_foot: sums of what it carries
     t341_342 = R::Two::fused(t247_248, two(v_right_ankle_roll, v_left_ankle_roll), t319_320);
     t343_344 = t247_248 * t303_304;
     t345_346 = t341_342 - t343_344;
-    t347_348 = R::Two::fused(t345_346, t16_17.swapped(), t339_340); // right_foot, left_foot: sums of what it carries
+    t347_348 = R::Two::fused(t345_346, t16_17, t339_340); // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: motion
     t349_350 = t247_248 * t247_248;
     t351_352 = t297_298 + t349_350;
@@ -435,69 +435,69 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_lower_leg, left_lower_leg: motion
     t359_360 = t231_232 * t231_232;
     t361_362 = t357_358 + t359_360;
-    t363_364 = t361_362 * t22_23.swapped(); // right_lower_leg, left_lower_leg: sums of what it carries
+    t363_364 = t361_362 * t22_23; // right_lower_leg, left_lower_leg: sums of what it carries
     t365_366 = t245_246 * t237_238; // right_hip_roll_link, left_hip_roll_link: motion
     t367_368 = t365_366 + t317_318;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t369_370 = R::Two::fused(-t367_368, t40_41.swapped(), t363_364);
+    t369_370 = R::Two::fused(-t367_368, t40_41, t363_364);
     t371_372 = t355_356 - t369_370;
     // right_upper_leg, left_upper_leg: motion
     t373_374 = t229_230 * t229_230;
     t375_376 = t357_358 + t373_374;
-    t377_378 = t375_376 * t26_27.swapped(); // right_upper_leg, left_upper_leg: sums of what it carries
+    t377_378 = t375_376 * t26_27; // right_upper_leg, left_upper_leg: sums of what it carries
     t379_380 = t365_366 + t315_316;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t381_382 = R::Two::fused(-t379_380, t44_45.swapped(), t377_378);
+    t381_382 = R::Two::fused(-t379_380, t44_45, t377_378);
     t383_384 = t371_372 - t381_382;
     t385_386 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t383_384; // right_hip_yaw_link, left_hip_yaw_link
     t387_388 = t349_350 + t305_306; // right_foot, left_foot: motion
-    t389_390 = t387_388 * t32_33.swapped(); // right_foot, left_foot: sums of what it carries
+    t389_390 = t387_388 * t32_33; // right_foot, left_foot: sums of what it carries
     t391_392 = t249_250 + t291_292; // right_foot, left_foot: motion
-    t393_394 = R::Two::fused(-t391_392, t16_17.swapped(), t389_390); // right_foot, left_foot: sums of what it carries
+    t393_394 = R::Two::fused(-t391_392, t16_17, t389_390); // right_foot, left_foot: sums of what it carries
     t395_396 = R::Two::fused(t233_234, t301_302, t331_332); // right_ankle, left_ankle: motion
     t397_398 = R::Two::fused(both(R::constant(-0.0171)), t395_396, t393_394); // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: motion
     t399_400 = t245_246 * t231_232;
     t401_402 = t271_272 - t399_400;
-    t403_404 = t401_402 * t22_23.swapped(); // right_lower_leg, left_lower_leg: sums of what it carries
+    t403_404 = t401_402 * t22_23; // right_lower_leg, left_lower_leg: sums of what it carries
     t405_406 = t237_238 * t231_232;
     t407_408 = t285_286 + t405_406;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t409_410 = R::Two::fused(-t407_408, t40_41.swapped(), t403_404);
+    t409_410 = R::Two::fused(-t407_408, t40_41, t403_404);
     t411_412 = t397_398 + t409_410;
     // right_upper_leg, left_upper_leg: motion
     t413_414 = t245_246 * t229_230;
     t415_416 = t269_270 - t413_414;
-    t417_418 = t415_416 * t26_27.swapped(); // right_upper_leg, left_upper_leg: sums of what it carries
+    t417_418 = t415_416 * t26_27; // right_upper_leg, left_upper_leg: sums of what it carries
     t419_420 = t237_238 * t229_230;
     t421_422 = t283_284 + t419_420;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t423_424 = R::Two::fused(-t421_422, t44_45.swapped(), t417_418);
+    t423_424 = R::Two::fused(-t421_422, t44_45, t417_418);
     t425_426 = t411_412 + t423_424;
     t427_428 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t425_426; // right_hip_roll_link, left_hip_roll_link
     // right_ankle, left_ankle: sums of what it carries
     t429_430 = two(cos_t2, cos_t3) * t325_326;
     t431_432 = R::Two::fused(-two(sin_t2, sin_t3), t353_354, t429_430);
     t433_434 = t365_366 - t317_318; // right_lower_leg, left_lower_leg: motion
-    t435_436 = t433_434 * t22_23.swapped(); // right_lower_leg, left_lower_leg: sums of what it carries
+    t435_436 = t433_434 * t22_23; // right_lower_leg, left_lower_leg: sums of what it carries
     t437_438 = t245_246 * t245_246; // right_hip_roll_link, left_hip_roll_link: motion
     t439_440 = t437_438 + t359_360; // right_lower_leg, left_lower_leg: motion
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t441_442 = R::Two::fused(-t439_440, t40_41.swapped(), t435_436);
+    t441_442 = R::Two::fused(-t439_440, t40_41, t435_436);
     t443_444 = t431_432 + t441_442;
     t445_446 = t365_366 - t315_316; // right_upper_leg, left_upper_leg: motion
-    t447_448 = t445_446 * t26_27.swapped(); // right_upper_leg, left_upper_leg: sums of what it carries
+    t447_448 = t445_446 * t26_27; // right_upper_leg, left_upper_leg: sums of what it carries
     t449_450 = t437_438 + t373_374; // right_upper_leg, left_upper_leg: motion
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t451_452 = R::Two::fused(-t449_450, t44_45.swapped(), t447_448);
+    t451_452 = R::Two::fused(-t449_450, t44_45, t447_448);
     t453_454 = t443_444 + t451_452;
     t455_456 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t453_454, t427_428); // right_hip_roll_link, left_hip_roll_link
     t457_458 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t455_456, t385_386); // right_hip_yaw_link, left_hip_yaw_link
     t459_460 = R::Two::fused(-both(v_base_angular_y), t225_226, t251_252); // right_hip_yaw_link, left_hip_yaw_link
-    t461_462 = t459_460 * t57_58.swapped(); // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
+    t461_462 = t459_460 * t57_58; // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t463 = v_base_angular_x * v_base_angular_x; // torso: motion
     t464 = R::fused(v_base_angular_y, v_base_angular_y, t463); // torso: motion
-    t465_466 = R::Two::fused(both(t464), t50_51.swapped(), t461_462); // right_hip_yaw_link, left_hip_yaw_link
+    t465_466 = R::Two::fused(both(t464), t50_51, t461_462); // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
     t467_468 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.057));
     t469_470 = t303_304 * t467_468;
@@ -561,16 +561,16 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t519_520 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t383_384;
     t521_522 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t455_456, t519_520);
-    t523_524 = both(t464) * t65_66.swapped(); // right_hip_yaw_link, left_hip_yaw_link
+    t523_524 = both(t464) * t65_66; // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t525_526 = R::Two::fused(both(v_base_angular_x), t225_226, t255_256); // right_hip_yaw_link, left_hip_yaw_link
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t527_528 = R::Two::fused(-t525_526, t57_58.swapped(), t523_524);
+    t527_528 = R::Two::fused(-t525_526, t57_58, t523_524);
     t529_530 = R::Two::fused(both(v_base_angular_y), t513_514, t527_528);
     t531_532 = t529_530 - t521_522;
     out[6][1] = t531_532.first();
     out[12][1] = t531_532.second();
-    t533_534 = t525_526 * t50_51.swapped();
-    t535_536 = R::Two::fused(t459_460, t65_66.swapped(), t533_534);
+    t533_534 = t525_526 * t50_51;
+    t535_536 = R::Two::fused(t459_460, t65_66, t533_534);
     // right_ankle, left_ankle: sums of what it carries
     t537_538 = two(sin_t2, sin_t3) * t499_500;
     t539_540 = R::Two::fused(-two(cos_t2, cos_t3), t505_506, t537_538);
@@ -659,7 +659,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t655_656 = R::Two::fused(-t367_368, t635_636, t653_654);
     t657_658 = t651_652 + t655_656;
     t659_660 = R::Two::fused(-two(cos_t2, cos_t3), t657_658, t641_642);
-    t661_662 = R::Two::fused(t659_660, t32_33.swapped(), t587_588); // right_foot, left_foot: sums of what it carries
+    t661_662 = R::Two::fused(t659_660, t32_33, t587_588); // right_foot, left_foot: sums of what it carries
     t663_664 = t395_396 * both(R::constant(0.003254)); // right_ankle, left_ankle: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: motion
     t665_666 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t607_608;
@@ -691,8 +691,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t707_708 = two(cos_t2, cos_t3) * t639_640;
     t709_710 = R::Two::fused(two(sin_t2, sin_t3), t657_658, t707_708);
     // right_foot, left_foot: sums of what it carries
-    t711_712 = t709_710 * t32_33.swapped();
-    t713_714 = R::Two::fused(-t679_680, t16_17.swapped(), t711_712);
+    t711_712 = t709_710 * t32_33;
+    t713_714 = R::Two::fused(-t679_680, t16_17, t711_712);
     t715_716 = t705_706 + t713_714;
     t717_718 = t289_290 - t249_250; // right_ankle, left_ankle: motion
     // right_ankle, left_ankle: sums of what it carries
@@ -707,7 +707,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t733_734 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
     t735_736 = both(R::constant(0.065449478333)) * t733_734;
     t737_738 = R::Two::fused(-t401_402, t735_736, t731_732);
-    t739_740 = R::Two::fused(-t673_674, t40_41.swapped(), t737_738);
+    t739_740 = R::Two::fused(-t673_674, t40_41, t737_738);
     t741_742 = t723_724 + t739_740;
     t743_744 = R::Two::fused(-t625_626, t411_412, t741_742);
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -718,7 +718,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t753_754 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     t755_756 = both(R::constant(0.23740175003)) * t753_754;
     t757_758 = R::Two::fused(-t415_416, t755_756, t751_752);
-    t759_760 = R::Two::fused(-t667_668, t44_45.swapped(), t757_758);
+    t759_760 = R::Two::fused(-t667_668, t44_45, t757_758);
     t761_762 = t743_744 + t759_760;
     t763_764 = t281_282 * both(R::constant(0.0017316666835)); // right_hip_roll_link, left_hip_roll_link
     t765_766 = t227_228 * t237_238; // right_hip_roll_link, left_hip_roll_link: motion
@@ -735,7 +735,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t781_782 = R::Two::fused(t293_294, t583_584, t779_780);
     t783_784 = t349_350 - t305_306;
     t785_786 = R::Two::fused(t573_574, t783_784, t781_782);
-    t787_788 = R::Two::fused(t659_660, t16_17.swapped(), t785_786);
+    t787_788 = R::Two::fused(t659_660, t16_17, t785_786);
     // right_ankle, left_ankle: sums of what it carries
     t789_790 = t319_320 * both(R::constant(0.003259));
     t791_792 = R::Two::fused(t321_322, both(R::constant(0.003249)), t789_790);
@@ -751,8 +751,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t809_810 = R::Two::fused(t365_366, t807_808, t803_804);
     t811_812 = t437_438 - t357_358;
     t813_814 = R::Two::fused(t735_736, t811_812, t809_810);
-    t815_816 = t651_652 * t40_41.swapped();
-    t817_818 = R::Two::fused(-t629_630, t22_23.swapped(), t815_816);
+    t815_816 = t651_652 * t40_41;
+    t817_818 = R::Two::fused(-t629_630, t22_23, t815_816);
     t819_820 = t813_814 - t817_818;
     t821_822 = t801_802 + t819_820;
     t823_824 = t625_626 * t371_372;
@@ -764,8 +764,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t833_834 = t749_750 - t831_832;
     t835_836 = R::Two::fused(t365_366, t833_834, t829_830);
     t837_838 = R::Two::fused(t811_812, t755_756, t835_836);
-    t839_840 = t645_646 * t44_45.swapped();
-    t841_842 = R::Two::fused(-t619_620, t26_27.swapped(), t839_840);
+    t839_840 = t645_646 * t44_45;
+    t841_842 = R::Two::fused(-t619_620, t26_27, t839_840);
     t843_844 = t837_838 - t841_842;
     t845_846 = t827_828 + t843_844;
     t847_848 = t313_314 - t365_366; // right_hip_roll_link, left_hip_roll_link: motion
@@ -779,13 +779,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_lower_leg, left_lower_leg: sums of what it carries
     t859_860 = t401_402 * t805_806;
     t861_862 = R::Two::fused(-t407_408, t735_736, t859_860);
-    t863_864 = R::Two::fused(t673_674, t22_23.swapped(), t861_862);
+    t863_864 = R::Two::fused(t673_674, t22_23, t861_862);
     t865_866 = t857_858 + t863_864;
     t867_868 = R::Two::fused(t621_622, t411_412, t865_866);
     // right_upper_leg, left_upper_leg: sums of what it carries
     t869_870 = t415_416 * t831_832;
     t871_872 = R::Two::fused(-t421_422, t755_756, t869_870);
-    t873_874 = R::Two::fused(t667_668, t26_27.swapped(), t871_872);
+    t873_874 = R::Two::fused(t667_668, t26_27, t871_872);
     t875_876 = t867_868 + t873_874;
     t877_878 = R::Two::fused(t245_246, t227_228, t267_268); // right_hip_roll_link, left_hip_roll_link: motion
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
@@ -804,12 +804,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t899_900 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3);
     t901_902 = R::Two::fused(-t897_898, t899_900, t895_896);
     t903_904 = both(R::constant(0.00208075)) - t901_902;
-    t905_906 = t635_636 * t38_39.swapped();
+    t905_906 = t635_636 * t38_39;
     t907_908 = both(R::constant(2.0)) * t905_906;
     t909_910 = t903_904 + t907_908;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t911_912 = t909_910 + t729_730;
-    t913_914 = t625_626 * t42_43.swapped();
+    t913_914 = t625_626 * t42_43;
     t915_916 = both(R::constant(2.0)) * t913_914;
     t917_918 = t911_912 + t915_916;
     t919_920 = t917_918 + t749_750; // right_upper_leg, left_upper_leg: sums of what it carries
@@ -817,13 +817,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t923_924 = both(R::constant(0.000005)) + t921_922; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     // right_ankle, left_ankle: sums of what it carries
     t925_926 = both(R::constant(0.003259)) + t689_690;
-    t927_928 = t631_632 * t20_21.swapped();
+    t927_928 = t631_632 * t20_21;
     t929_930 = both(R::constant(2.0)) * t927_928;
     t931_932 = t929_930 + t907_908;
     t933_934 = t925_926 + t931_932;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t935_936 = both(R::constant(0.06634781167)) + t933_934;
-    t937_938 = t621_622 * t24_25.swapped();
+    t937_938 = t621_622 * t24_25;
     t939_940 = both(R::constant(2.0)) * t937_938;
     t941_942 = t939_940 + t915_916;
     t943_944 = t935_936 + t941_942;
@@ -876,8 +876,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t969_970 = two(cos_t2, cos_t3) * t579_580;
     t971_972 = R::Two::fused(two(sin_t2, sin_t3), t583_584, t969_970);
-    t973_974 = R::Two::fused(t635_636, t32_33.swapped(), t971_972);
-    t975_976 = R::Two::fused(t625_626, t32_33.swapped(), t973_974); // right_lower_leg, left_lower_leg
+    t973_974 = R::Two::fused(t635_636, t32_33, t971_972);
+    t975_976 = R::Two::fused(t625_626, t32_33, t973_974); // right_lower_leg, left_lower_leg: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t977_978 = both(R::constant(2.0)) * t975_976;
     t979_980 = R::Two::fused(t967_968, t977_978, t965_966);
@@ -891,19 +891,19 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t993_994 = two(sin_t2, sin_t3) * t579_580;
     t995_996 = R::Two::fused(-two(cos_t2, cos_t3), t583_584, t993_994);
-    t997_998 = R::Two::fused(t631_632, t32_33.swapped(), t995_996);
-    t999_1000 = R::Two::fused(t621_622, t32_33.swapped(), t997_998); // right_lower_leg, left_lower_leg
+    t997_998 = R::Two::fused(t631_632, t32_33, t995_996);
+    t999_1000 = R::Two::fused(t621_622, t32_33, t997_998); // right_lower_leg, left_lower_leg: sums of what it carries
     t1001_1002 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t999_1000; // right_hip_roll_link, left_hip_roll_link
     t1003_1004 = t897_898 * t893_894;
     t1005_1006 = R::Two::fused(t891_892, t899_900, t1003_1004);
     t1007_1008 = t573_574 - t1005_1006;
-    t1009_1010 = t631_632 * t38_39.swapped();
-    t1011_1012 = R::Two::fused(t635_636, t20_21.swapped(), t1009_1010);
+    t1009_1010 = t631_632 * t38_39;
+    t1011_1012 = R::Two::fused(t635_636, t20_21, t1009_1010);
     t1013_1014 = t1007_1008 - t1011_1012;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1015_1016 = t1013_1014 - t735_736;
-    t1017_1018 = t621_622 * t42_43.swapped();
-    t1019_1020 = R::Two::fused(t625_626, t24_25.swapped(), t1017_1018);
+    t1017_1018 = t621_622 * t42_43;
+    t1019_1020 = R::Two::fused(t625_626, t24_25, t1017_1018);
     t1021_1022 = t1015_1016 - t1019_1020;
     t1023_1024 = t1021_1022 - t755_756; // right_upper_leg, left_upper_leg: sums of what it carries
     t1025_1026 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1023_1024, t1001_1002); // right_hip_roll_link, left_hip_roll_link
@@ -926,7 +926,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1055_1056 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1053_1054, t1047_1048); // right_hip_yaw_link, left_hip_yaw_link
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t1057_1058 = R::Two::fused(-both(t464), t1055_1056, t1041_1042);
-    t1059_1060 = R::Two::fused(t595_596, t57_58.swapped(), t1057_1058);
+    t1059_1060 = R::Two::fused(t595_596, t57_58, t1057_1058);
     // right_foot, left_foot: sums of what it carries
     t1061_1062 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.00171));
     t1063_1064 = t247_248 * t1061_1062;
@@ -956,10 +956,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1103_1104 = R::Two::fused(-t245_246, t635_636, t1101_1102);
     // right_ankle, left_ankle: sums of what it carries
     t1105_1106 = both(R::constant(2.0)) * t1103_1104;
-    t1107_1108 = t32_33.swapped() * t1105_1106;
+    t1107_1108 = t32_33 * t1105_1106;
     t1109_1110 = t231_232 * t631_632; // right_ankle, left_ankle: motion
     t1111_1112 = both(R::constant(2.0)) * t1109_1110;
-    t1113_1114 = t38_39.swapped() * t1111_1112;
+    t1113_1114 = t38_39 * t1111_1112;
     t1115_1116 = t1107_1108 - t1113_1114;
     t1117_1118 = t1099_1100 - t1115_1116;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -973,10 +973,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1131_1132 = R::Two::fused(-t245_246, t625_626, t1129_1130);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1133_1134 = both(R::constant(2.0)) * t1131_1132;
-    t1135_1136 = t32_33.swapped() * t1133_1134;
+    t1135_1136 = t32_33 * t1133_1134;
     t1137_1138 = t229_230 * t621_622; // right_lower_leg, left_lower_leg: motion
     t1139_1140 = both(R::constant(2.0)) * t1137_1138;
-    t1141_1142 = t42_43.swapped() * t1139_1140;
+    t1141_1142 = t42_43 * t1139_1140;
     t1143_1144 = t1135_1136 - t1141_1142;
     t1145_1146 = t1127_1128 - t1143_1144;
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -990,7 +990,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1159_1160 = t1153_1154 - t1157_1158;
     t1161_1162 = t231_232 * t635_636; // right_ankle, left_ankle: motion
     t1163_1164 = both(R::constant(2.0)) * t1161_1162;
-    t1165_1166 = t20_21.swapped() * t1163_1164;
+    t1165_1166 = t20_21 * t1163_1164;
     t1167_1168 = t1165_1166 - t1113_1114;
     t1169_1170 = t1159_1160 + t1167_1168;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -999,7 +999,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1175_1176 = t1169_1170 - t1173_1174;
     t1177_1178 = t229_230 * t625_626; // right_lower_leg, left_lower_leg: motion
     t1179_1180 = both(R::constant(2.0)) * t1177_1178;
-    t1181_1182 = t24_25.swapped() * t1179_1180;
+    t1181_1182 = t24_25 * t1179_1180;
     t1183_1184 = t1181_1182 - t1141_1142;
     t1185_1186 = t1175_1176 + t1183_1184;
     // right_ankle, left_ankle: sums of what it carries
@@ -1026,7 +1026,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1219_1220 = R::Two::fused(t247_248, both(R::constant(-0.006508)), t1217_1218);
     t1221_1222 = R::Two::fused(-two(sin_t2, sin_t3), t1219_1220, t1215_1216);
     t1223_1224 = R::Two::fused(-t635_636, t471_472, t1221_1222);
-    t1225_1226 = t38_39.swapped() * t1105_1106;
+    t1225_1226 = t38_39 * t1105_1106;
     t1227_1228 = t1223_1224 - t1225_1226;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1229_1230 = t237_238 * t1119_1120;
@@ -1034,7 +1034,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1233_1234 = R::Two::fused(-t245_246, t1231_1232, t1229_1230);
     t1235_1236 = t1227_1228 - t1233_1234;
     t1237_1238 = R::Two::fused(-t625_626, t481_482, t1235_1236);
-    t1239_1240 = t42_43.swapped() * t1133_1134;
+    t1239_1240 = t42_43 * t1133_1134;
     t1241_1242 = t1237_1238 - t1239_1240;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1243_1244 = t237_238 * t1147_1148;
@@ -1051,8 +1051,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1263_1264 = R::Two::fused(-t233_234, t1069_1070, t1261_1262);
     // right_ankle, left_ankle: sums of what it carries
     t1265_1266 = R::Two::fused(two(sin_t2, sin_t3), t1263_1264, t1259_1260);
-    t1267_1268 = R::Two::fused(-t32_33.swapped(), t1111_1112, t1265_1266);
-    t1269_1270 = R::Two::fused(-t32_33.swapped(), t1139_1140, t1267_1268); // right_lower_leg, left_lower_leg
+    t1267_1268 = R::Two::fused(-t32_33, t1111_1112, t1265_1266);
+    t1269_1270 = R::Two::fused(-t32_33, t1139_1140, t1267_1268); // right_lower_leg, left_lower_leg
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1271_1272 = R::Two::fused(t245_246, both(R::constant(0.003453333367)), t1269_1270);
     t1273_1274 = t1251_1252 - t1271_1272;
@@ -1064,8 +1064,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t1283_1284 = two(sin_t2, sin_t3) * t1257_1258;
     t1285_1286 = R::Two::fused(-two(cos_t2, cos_t3), t1263_1264, t1283_1284);
-    t1287_1288 = R::Two::fused(t32_33.swapped(), t1163_1164, t1285_1286);
-    t1289_1290 = R::Two::fused(t32_33.swapped(), t1179_1180, t1287_1288); // right_lower_leg, left_lower_leg
+    t1287_1288 = R::Two::fused(t32_33, t1163_1164, t1285_1286);
+    t1289_1290 = R::Two::fused(t32_33, t1179_1180, t1287_1288); // right_lower_leg, left_lower_leg
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1291_1292 = R::Two::fused(t237_238, both(R::constant(-0.003453333367)), t1289_1290);
     t1293_1294 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1291_1292;
@@ -1074,11 +1074,11 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1297_1298 = R::Two::fused(-t899_900, t1075_1076, t1295_1296);
     t1299_1300 = t1085_1086 - t1297_1298;
     t1301_1302 = R::Two::fused(t635_636, t539_540, t1299_1300);
-    t1303_1304 = R::Two::fused(-t38_39.swapped(), t1163_1164, t1301_1302);
+    t1303_1304 = R::Two::fused(-t38_39, t1163_1164, t1301_1302);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1305_1306 = R::Two::fused(-t231_232, t1231_1232, t1303_1304);
     t1307_1308 = R::Two::fused(t625_626, t541_542, t1305_1306);
-    t1309_1310 = R::Two::fused(-t42_43.swapped(), t1179_1180, t1307_1308);
+    t1309_1310 = R::Two::fused(-t42_43, t1179_1180, t1307_1308);
     t1311_1312 = R::Two::fused(-t229_230, t1245_1246, t1309_1310); // right_upper_leg, left_upper_leg
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1313_1314 = R::Two::fused(t227_228, both(R::constant(-0.00001)), t1311_1312);
@@ -1088,7 +1088,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1319_1320 = two(sin_t2, sin_t3) * t1213_1214;
     t1321_1322 = R::Two::fused(two(cos_t2, cos_t3), t1219_1220, t1319_1320);
     t1323_1324 = R::Two::fused(-t631_632, t471_472, t1321_1322);
-    t1325_1326 = t20_21.swapped() * t1105_1106;
+    t1325_1326 = t20_21 * t1105_1106;
     t1327_1328 = t1323_1324 - t1325_1326;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1329_1330 = both(R::constant(2.0)) * t805_806;
@@ -1096,7 +1096,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1333_1334 = R::Two::fused(-t245_246, t1119_1120, t1331_1332);
     t1335_1336 = t1327_1328 - t1333_1334;
     t1337_1338 = R::Two::fused(-t621_622, t481_482, t1335_1336);
-    t1339_1340 = t24_25.swapped() * t1133_1134;
+    t1339_1340 = t24_25 * t1133_1134;
     t1341_1342 = t1337_1338 - t1339_1340;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1343_1344 = both(R::constant(2.0)) * t831_832;
@@ -1107,11 +1107,11 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t1353_1354 = t1089_1090 + t1297_1298;
     t1355_1356 = R::Two::fused(-t631_632, t507_508, t1353_1354);
-    t1357_1358 = R::Two::fused(-t20_21.swapped(), t1111_1112, t1355_1356);
+    t1357_1358 = R::Two::fused(-t20_21, t1111_1112, t1355_1356);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1359_1360 = R::Two::fused(-t231_232, t1329_1330, t1357_1358);
     t1361_1362 = R::Two::fused(-t621_622, t509_510, t1359_1360);
-    t1363_1364 = R::Two::fused(-t24_25.swapped(), t1139_1140, t1361_1362);
+    t1363_1364 = R::Two::fused(-t24_25, t1139_1140, t1361_1362);
     t1365_1366 = R::Two::fused(-t229_230, t1343_1344, t1363_1364); // right_upper_leg, left_upper_leg
     t1367_1368 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1365_1366, t1351_1352); // right_hip_roll_link, left_hip_roll_link
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
@@ -1140,7 +1140,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1405_1406 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1053_1054, t1403_1404);
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t1407_1408 = R::Two::fused(-both(t464), t1405_1406, t1401_1402);
-    t1409_1410 = R::Two::fused(t605_606, t57_58.swapped(), t1407_1408);
+    t1409_1410 = R::Two::fused(t605_606, t57_58, t1407_1408);
     t1411_1412 = t1369_1370 + t1381_1382; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1413_1414 = both(v_base_angular_y) * t1411_1412;
     t1415_1416 = t1277_1278 - t1373_1374; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
@@ -1149,8 +1149,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1421_1422 = t1395_1396 + t1419_1420;
     out[6][4] = t1421_1422.first();
     out[12][4] = t1421_1422.second();
-    t1423_1424 = t595_596 * t65_66.swapped();
-    t1425_1426 = R::Two::fused(t605_606, t50_51.swapped(), t1423_1424);
+    t1423_1424 = t595_596 * t65_66;
+    t1425_1426 = R::Two::fused(t605_606, t50_51, t1423_1424);
     t1427_1428 = t525_526 * t1055_1056;
     t1429_1430 = R::Two::fused(-t459_460, t1405_1406, t1427_1428);
     t1431_1432 = t959_960 + t979_980; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
@@ -1295,8 +1295,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1609_1610 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t995_996;
     t1611_1612 = t927_928 + t905_906;
     t1613_1614 = t925_926 + t1611_1612;
-    t1615_1616 = t625_626 * t38_39.swapped();
-    t1617_1618 = R::Two::fused(t621_622, t20_21.swapped(), t1615_1616);
+    t1615_1616 = t625_626 * t38_39;
+    t1617_1618 = R::Two::fused(t621_622, t20_21, t1615_1616);
     t1619_1620 = t1613_1614 + t1617_1618;
     t1621_1622 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1619_1620;
     t1623_1624 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t971_972, t1621_1622);
@@ -1310,15 +1310,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1639_1640 = R::Two::fused(-both(t464), t1637_1638, t1633_1634);
     t1641_1642 = t1607_1608 - t1639_1640;
     t1643_1644 = t1321_1322 - t1325_1326;
-    t1645_1646 = R::Two::fused(-t20_21.swapped(), t1133_1134, t1643_1644);
+    t1645_1646 = R::Two::fused(-t20_21, t1133_1134, t1643_1644);
     t1647_1648 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1645_1646;
     t1649_1650 = t1153_1154 + t1167_1168;
-    t1651_1652 = t38_39.swapped() * t1139_1140;
-    t1653_1654 = R::Two::fused(-t20_21.swapped(), t1179_1180, t1651_1652);
+    t1651_1652 = t38_39 * t1139_1140;
+    t1653_1654 = R::Two::fused(-t20_21, t1179_1180, t1651_1652);
     t1655_1656 = t1649_1650 - t1653_1654;
     t1657_1658 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1655_1656;
     t1659_1660 = t1221_1222 - t1225_1226;
-    t1661_1662 = R::Two::fused(-t38_39.swapped(), t1133_1134, t1659_1660);
+    t1661_1662 = R::Two::fused(-t38_39, t1133_1134, t1659_1660);
     t1663_1664 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1661_1662, t1657_1658);
     t1665_1666 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1663_1664, t1647_1648);
     t1667_1668 = both(v_base_angular_y) * t1665_1666;
@@ -1333,8 +1333,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1679_1680 = R::Two::fused(-t595_596, t128_129, t1677_1678);
     t1681_1682 = two(sin_t2, sin_t3) * t573_574;
     t1683_1684 = R::Two::fused(both(R::constant(0.00207575)), two(cos_t2, cos_t3), t1681_1682);
-    t1685_1686 = R::Two::fused(t635_636, t16_17.swapped(), t1683_1684);
-    t1687_1688 = R::Two::fused(t625_626, t16_17.swapped(), t1685_1686);
+    t1685_1686 = R::Two::fused(t635_636, t16_17, t1683_1684);
+    t1687_1688 = R::Two::fused(t625_626, t16_17, t1685_1686);
     t1689_1690 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1687_1688;
     t1691_1692 = t635_636 * t118_119;
     t1693_1694 = R::Two::fused(-t631_632, t124_125, t1691_1692);
@@ -1345,8 +1345,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1703_1704 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1701_1702;
     t1705_1706 = two(cos_t2, cos_t3) * t573_574;
     t1707_1708 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_t2, sin_t3), t1705_1706);
-    t1709_1710 = R::Two::fused(-t631_632, t16_17.swapped(), t1707_1708);
-    t1711_1712 = R::Two::fused(-t621_622, t16_17.swapped(), t1709_1710);
+    t1709_1710 = R::Two::fused(-t631_632, t16_17, t1707_1708);
+    t1711_1712 = R::Two::fused(-t621_622, t16_17, t1709_1710);
     t1713_1714 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1711_1712, t1703_1704);
     t1715_1716 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1713_1714, t1689_1690);
     t1717_1718 = t525_526 * t1715_1716;
@@ -1360,10 +1360,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1733_1734 = two(sin_t2, sin_t3) * t1083_1084;
     t1735_1736 = R::Two::fused(-two(cos_t2, cos_t3), t1067_1068, t1733_1734);
     t1737_1738 = t1105_1106 * t124_125;
-    t1739_1740 = R::Two::fused(-t16_17.swapped(), t1111_1112, t1737_1738);
+    t1739_1740 = R::Two::fused(-t16_17, t1111_1112, t1737_1738);
     t1741_1742 = t1735_1736 + t1739_1740;
     t1743_1744 = t1133_1134 * t124_125;
-    t1745_1746 = R::Two::fused(-t16_17.swapped(), t1139_1140, t1743_1744);
+    t1745_1746 = R::Two::fused(-t16_17, t1139_1140, t1743_1744);
     t1747_1748 = t1741_1742 + t1745_1746;
     t1749_1750 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1747_1748;
     t1751_1752 = t1111_1112 * t118_119;
@@ -1375,10 +1375,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1763_1764 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1761_1762;
     t1765_1766 = two(cos_t2, cos_t3) * t1083_1084;
     t1767_1768 = R::Two::fused(two(sin_t2, sin_t3), t1067_1068, t1765_1766);
-    t1769_1770 = t16_17.swapped() * t1163_1164;
+    t1769_1770 = t16_17 * t1163_1164;
     t1771_1772 = R::Two::fused(t1105_1106, t118_119, t1769_1770);
     t1773_1774 = t1767_1768 - t1771_1772;
-    t1775_1776 = t16_17.swapped() * t1179_1180;
+    t1775_1776 = t16_17 * t1179_1180;
     t1777_1778 = R::Two::fused(t1133_1134, t118_119, t1775_1776);
     t1779_1780 = t1773_1774 - t1777_1778;
     t1781_1782 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1779_1780, t1763_1764);
@@ -1391,10 +1391,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     out[6][11] = t1793_1794.first();
     out[12][17] = t1793_1794.second();
     t1795_1796 = R::Two::fused(-t221_222, t245_246, t265_266); // right_hip_roll_link, left_hip_roll_link: motion
-    t1797_1798 = t1795_1796 * t57_58.swapped(); // right_hip_roll_link, left_hip_roll_link
+    t1797_1798 = t1795_1796 * t57_58; // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t1799_1800 = R::Two::fused(t225_226, t245_246, t259_260); // right_hip_roll_link, left_hip_roll_link: motion
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
-    t1801_1802 = R::Two::fused(-t1799_1800, t48_49.swapped(), t1797_1798);
+    t1801_1802 = R::Two::fused(-t1799_1800, t48_49, t1797_1798);
     t1803_1804 = t225_226 * t513_514;
     t1805_1806 = R::Two::fused(-t221_222, t549_550, t1803_1804);
     t1807_1808 = t1801_1802 - t1805_1806;
@@ -1402,12 +1402,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1811_1812 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t425_426;
     t1813_1814 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t453_454, t1811_1812);
-    t1815_1816 = t1799_1800 * t28_29.swapped(); // right_hip_roll_link, left_hip_roll_link
+    t1815_1816 = t1799_1800 * t28_29; // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t1817_1818 = t225_226 * t225_226;
     t1819_1820 = R::Two::fused(t221_222, t221_222, t1817_1818);
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
-    t1821_1822 = R::Two::fused(-t1819_1820, t57_58.swapped(), t1815_1816);
+    t1821_1822 = R::Two::fused(-t1819_1820, t57_58, t1815_1816);
     t1823_1824 = R::Two::fused(t221_222, t543_544, t1821_1822);
     t1825_1826 = t1813_1814 - t1823_1824;
     t1827_1828 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1825_1826, t1809_1810);
@@ -1417,15 +1417,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1831_1832 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1825_1826, t1829_1830);
     out[7][1] = t1831_1832.first();
     out[13][1] = t1831_1832.second();
-    t1833_1834 = t1819_1820 * t48_49.swapped();
-    t1835_1836 = R::Two::fused(-t1795_1796, t28_29.swapped(), t1833_1834);
+    t1833_1834 = t1819_1820 * t48_49;
+    t1835_1836 = R::Two::fused(-t1795_1796, t28_29, t1833_1834);
     t1837_1838 = R::Two::fused(-t225_226, t543_544, t1835_1836);
     t1839_1840 = t455_456 + t1837_1838;
     t1841_1842 = -t1839_1840;
     out[7][2] = t1841_1842.first();
     out[13][2] = t1841_1842.second();
-    t1843_1844 = t607_608 * t48_49.swapped();
-    t1845_1846 = R::Two::fused(-t617_618, t57_58.swapped(), t1843_1844);
+    t1843_1844 = t607_608 * t48_49;
+    t1845_1846 = R::Two::fused(-t617_618, t57_58, t1843_1844);
     t1847_1848 = t1819_1820 * t921_922;
     t1849_1850 = R::Two::fused(-t1795_1796, t1025_1026, t1847_1848);
     t1851_1852 = R::Two::fused(-t1799_1800, t1045_1046, t1849_1850);
@@ -1447,7 +1447,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1871_1872 = t1819_1820 * t1025_1026;
     t1873_1874 = R::Two::fused(-t1795_1796, t981_982, t1871_1872);
     t1875_1876 = R::Two::fused(-t1799_1800, t1053_1054, t1873_1874);
-    t1877_1878 = R::Two::fused(t607_608, t28_29.swapped(), -t1875_1876);
+    t1877_1878 = R::Two::fused(t607_608, t28_29, -t1875_1876);
     t1879_1880 = t225_226 * t1277_1278;
     t1881_1882 = t1251_1252 - t1449_1450; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1883_1884 = R::Two::fused(-t221_222, t1881_1882, t1879_1880);
@@ -1464,7 +1464,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1897_1898 = t1819_1820 * t1045_1046;
     t1899_1900 = R::Two::fused(-t1795_1796, t1053_1054, t1897_1898);
     t1901_1902 = R::Two::fused(-t1799_1800, t1431_1432, t1899_1900);
-    t1903_1904 = R::Two::fused(t617_618, t28_29.swapped(), t1901_1902);
+    t1903_1904 = R::Two::fused(t617_618, t28_29, t1901_1902);
     t1905_1906 = t225_226 * t1451_1452;
     t1907_1908 = t1203_1204 - t1275_1276; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1909_1910 = R::Two::fused(-t221_222, t1907_1908, t1905_1906);
@@ -1542,22 +1542,22 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     out[7][11] = t2009_2010.first();
     out[13][17] = t2009_2010.second();
     t2011_2012 = t437_438 + t357_358; // right_hip_roll_link, left_hip_roll_link: motion
-    t2013_2014 = t2011_2012 * t46_47.swapped(); // right_upper_leg, left_upper_leg: answer of the forces to its motion
+    t2013_2014 = t2011_2012 * t46_47; // right_upper_leg, left_upper_leg: answer of the forces to its motion
     t2015_2016 = t283_284 - t419_420; // right_upper_leg, left_upper_leg: motion
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t2017_2018 = R::Two::fused(-t2015_2016, t32_33.swapped(), t2013_2014);
+    t2017_2018 = R::Two::fused(-t2015_2016, t32_33, t2013_2014);
     t2019_2020 = R::Two::fused(t245_246, t491_492, t2017_2018);
     t2021_2022 = t453_454 - t2019_2020;
     t2023_2024 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2021_2022;
-    t2025_2026 = t2015_2016 * t28_29.swapped();
+    t2025_2026 = t2015_2016 * t28_29;
     t2027_2028 = t269_270 + t413_414; // right_upper_leg, left_upper_leg: motion
-    t2029_2030 = R::Two::fused(t2027_2028, t46_47.swapped(), t2025_2026);
+    t2029_2030 = R::Two::fused(t2027_2028, t46_47, t2025_2026);
     t2031_2032 = t245_246 * t543_544;
     t2033_2034 = R::Two::fused(t237_238, t511_512, t2031_2032);
     t2035_2036 = t2029_2030 + t2033_2034;
     t2037_2038 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2035_2036;
-    t2039_2040 = t2027_2028 * t32_33.swapped();
-    t2041_2042 = R::Two::fused(t2011_2012, t28_29.swapped(), t2039_2040);
+    t2039_2040 = t2027_2028 * t32_33;
+    t2041_2042 = R::Two::fused(t2011_2012, t28_29, t2039_2040);
     t2043_2044 = R::Two::fused(-t237_238, t491_492, t2041_2042);
     t2045_2046 = t383_384 - t2043_2044;
     t2047_2048 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2045_2046, t2037_2038);
@@ -1575,7 +1575,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2059_2060 = t2027_2028 * t919_920;
     t2061_2062 = R::Two::fused(t2011_2012, t999_1000, t2059_2060);
     t2063_2064 = R::Two::fused(-t2015_2016, t1023_1024, t2061_2062);
-    t2065_2066 = R::Two::fused(t645_646, t32_33.swapped(), -t2063_2064);
+    t2065_2066 = R::Two::fused(t645_646, t32_33, -t2063_2064);
     t2067_2068 = t237_238 * t1151_1152;
     t2069_2070 = R::Two::fused(t245_246, t1311_1312, t2067_2068);
     t2071_2072 = t2065_2066 - t2069_2070;
@@ -2386,8 +2386,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t2581_2582, t2583_2584, t2585_2586, t2587_2588,
     );
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t2077_2078 = t619_620 * t46_47.swapped();
-    t2079_2080 = R::Two::fused(t645_646, t28_29.swapped(), t2077_2078);
+    t2077_2078 = t619_620 * t46_47;
+    t2079_2080 = R::Two::fused(t645_646, t28_29, t2077_2078);
     t2081_2082 = t2027_2028 * t999_1000;
     t2083_2084 = R::Two::fused(t2011_2012, t945_946, t2081_2082);
     t2085_2086 = R::Two::fused(-t2015_2016, t975_976, t2083_2084);
@@ -2401,7 +2401,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2097_2098 = t2027_2028 * t1023_1024;
     t2099_2100 = R::Two::fused(t2011_2012, t975_976, t2097_2098);
     t2101_2102 = R::Two::fused(-t2015_2016, t957_958, t2099_2100);
-    t2103_2104 = R::Two::fused(t619_620, t32_33.swapped(), -t2101_2102);
+    t2103_2104 = R::Two::fused(t619_620, t32_33, -t2101_2102);
     t2105_2106 = t237_238 * t1365_1366;
     t2107_2108 = R::Two::fused(-t245_246, t1203_1204, t2105_2106);
     t2109_2110 = t2103_2104 - t2107_2108;
@@ -2423,8 +2423,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[8][5] = t2127_2128.first();
     out[14][5] = t2127_2128.second();
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    t2129_2130 = t619_620 * t42_43.swapped();
-    t2131_2132 = R::Two::fused(t645_646, t24_25.swapped(), t2129_2130);
+    t2129_2130 = t619_620 * t42_43;
+    t2131_2132 = R::Two::fused(t645_646, t24_25, t2129_2130);
     t2133_2134 = t2027_2028 * t997_998;
     t2135_2136 = R::Two::fused(t2011_2012, t1557_1558, t2133_2134);
     t2137_2138 = R::Two::fused(-t2015_2016, t973_974, t2135_2136);
@@ -2435,8 +2435,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[8][9] = t2145_2146.first();
     out[14][15] = t2145_2146.second();
     // right_ankle, left_ankle: answer of the forces to its motion
-    t2147_2148 = t619_620 * t38_39.swapped();
-    t2149_2150 = R::Two::fused(t645_646, t20_21.swapped(), t2147_2148);
+    t2147_2148 = t619_620 * t38_39;
+    t2149_2150 = R::Two::fused(t645_646, t20_21, t2147_2148);
     t2151_2152 = t2027_2028 * t995_996;
     t2153_2154 = R::Two::fused(t2011_2012, t1619_1620, t2151_2152);
     t2155_2156 = R::Two::fused(-t2015_2016, t971_972, t2153_2154);
@@ -2458,22 +2458,22 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2181_2182 = t2179_2180 - t2175_2176;
     out[8][11] = t2181_2182.first();
     out[14][17] = t2181_2182.second();
-    t2183_2184 = t2011_2012 * t42_43.swapped(); // right_lower_leg, left_lower_leg: answer of the forces to its motion
+    t2183_2184 = t2011_2012 * t42_43; // right_lower_leg, left_lower_leg: answer of the forces to its motion
     t2185_2186 = t285_286 - t405_406; // right_lower_leg, left_lower_leg: motion
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    t2187_2188 = R::Two::fused(-t2185_2186, t32_33.swapped(), t2183_2184);
+    t2187_2188 = R::Two::fused(-t2185_2186, t32_33, t2183_2184);
     t2189_2190 = R::Two::fused(t245_246, t481_482, t2187_2188);
     t2191_2192 = t443_444 - t2189_2190;
     t2193_2194 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2191_2192;
-    t2195_2196 = t2185_2186 * t24_25.swapped();
+    t2195_2196 = t2185_2186 * t24_25;
     t2197_2198 = t271_272 + t399_400; // right_lower_leg, left_lower_leg: motion
-    t2199_2200 = R::Two::fused(t2197_2198, t42_43.swapped(), t2195_2196);
+    t2199_2200 = R::Two::fused(t2197_2198, t42_43, t2195_2196);
     t2201_2202 = t245_246 * t541_542;
     t2203_2204 = R::Two::fused(t237_238, t509_510, t2201_2202);
     t2205_2206 = t2199_2200 + t2203_2204;
     t2207_2208 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2205_2206;
-    t2209_2210 = t2197_2198 * t32_33.swapped();
-    t2211_2212 = R::Two::fused(t2011_2012, t24_25.swapped(), t2209_2210);
+    t2209_2210 = t2197_2198 * t32_33;
+    t2211_2212 = R::Two::fused(t2011_2012, t24_25, t2209_2210);
     t2213_2214 = R::Two::fused(-t237_238, t481_482, t2211_2212);
     t2215_2216 = t371_372 - t2213_2214;
     t2217_2218 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2215_2216, t2207_2208);
@@ -2491,7 +2491,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2229_2230 = t2197_2198 * t911_912;
     t2231_2232 = R::Two::fused(t2011_2012, t997_998, t2229_2230);
     t2233_2234 = R::Two::fused(-t2185_2186, t1015_1016, t2231_2232);
-    t2235_2236 = R::Two::fused(t651_652, t32_33.swapped(), -t2233_2234);
+    t2235_2236 = R::Two::fused(t651_652, t32_33, -t2233_2234);
     t2237_2238 = t237_238 * t1123_1124;
     t2239_2240 = R::Two::fused(t245_246, t1305_1306, t2237_2238);
     t2241_2242 = t2235_2236 - t2239_2240;
@@ -2500,8 +2500,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[9][7] = t2245_2246.first();
     out[15][13] = t2245_2246.second();
     t2247_2248 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2245_2246;
-    t2249_2250 = t629_630 * t42_43.swapped();
-    t2251_2252 = R::Two::fused(t651_652, t24_25.swapped(), t2249_2250);
+    t2249_2250 = t629_630 * t42_43;
+    t2251_2252 = R::Two::fused(t651_652, t24_25, t2249_2250);
     t2253_2254 = t2197_2198 * t997_998;
     t2255_2256 = R::Two::fused(t2011_2012, t935_936, t2253_2254);
     t2257_2258 = R::Two::fused(-t2185_2186, t973_974, t2255_2256);
@@ -2520,7 +2520,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2275_2276 = t2197_2198 * t1015_1016;
     t2277_2278 = R::Two::fused(t2011_2012, t973_974, t2275_2276);
     t2279_2280 = R::Two::fused(-t2185_2186, t953_954, t2277_2278);
-    t2281_2282 = R::Two::fused(t629_630, t32_33.swapped(), -t2279_2280);
+    t2281_2282 = R::Two::fused(t629_630, t32_33, -t2279_2280);
     t2283_2284 = t237_238 * t1359_1360;
     t2285_2286 = R::Two::fused(-t245_246, t1195_1196, t2283_2284);
     t2287_2288 = t2281_2282 - t2285_2286;
@@ -2543,8 +2543,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[9][5] = t2307_2308.first();
     out[15][5] = t2307_2308.second();
     // right_ankle, left_ankle: answer of the forces to its motion
-    t2309_2310 = t629_630 * t38_39.swapped();
-    t2311_2312 = R::Two::fused(t651_652, t20_21.swapped(), t2309_2310);
+    t2309_2310 = t629_630 * t38_39;
+    t2311_2312 = R::Two::fused(t651_652, t20_21, t2309_2310);
     t2313_2314 = t2197_2198 * t995_996;
     t2315_2316 = R::Two::fused(t2011_2012, t1613_1614, t2313_2314);
     t2317_2318 = R::Two::fused(-t2185_2186, t971_972, t2315_2316);
@@ -2566,22 +2566,22 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2343_2344 = t2341_2342 - t2337_2338;
     out[9][11] = t2343_2344.first();
     out[15][17] = t2343_2344.second();
-    t2345_2346 = t2011_2012 * t38_39.swapped(); // right_ankle, left_ankle: answer of the forces to its motion
+    t2345_2346 = t2011_2012 * t38_39; // right_ankle, left_ankle: answer of the forces to its motion
     t2347_2348 = R::Two::fused(-t237_238, t233_234, t287_288); // right_ankle, left_ankle: motion
     // right_ankle, left_ankle: answer of the forces to its motion
-    t2349_2350 = R::Two::fused(-t2347_2348, t32_33.swapped(), t2345_2346);
+    t2349_2350 = R::Two::fused(-t2347_2348, t32_33, t2345_2346);
     t2351_2352 = R::Two::fused(t245_246, t471_472, t2349_2350);
     t2353_2354 = t431_432 - t2351_2352;
     t2355_2356 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2353_2354;
-    t2357_2358 = t2347_2348 * t20_21.swapped();
+    t2357_2358 = t2347_2348 * t20_21;
     t2359_2360 = R::Two::fused(t245_246, t233_234, t273_274); // right_ankle, left_ankle: motion
-    t2361_2362 = R::Two::fused(t2359_2360, t38_39.swapped(), t2357_2358);
+    t2361_2362 = R::Two::fused(t2359_2360, t38_39, t2357_2358);
     t2363_2364 = t245_246 * t539_540;
     t2365_2366 = R::Two::fused(t237_238, t507_508, t2363_2364);
     t2367_2368 = t2361_2362 + t2365_2366;
     t2369_2370 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2367_2368;
-    t2371_2372 = t2359_2360 * t32_33.swapped();
-    t2373_2374 = R::Two::fused(t2011_2012, t20_21.swapped(), t2371_2372);
+    t2371_2372 = t2359_2360 * t32_33;
+    t2373_2374 = R::Two::fused(t2011_2012, t20_21, t2371_2372);
     t2375_2376 = R::Two::fused(-t237_238, t471_472, t2373_2374);
     t2377_2378 = t355_356 - t2375_2376;
     t2379_2380 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2377_2378, t2369_2370);
@@ -2599,7 +2599,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2391_2392 = t2359_2360 * t903_904;
     t2393_2394 = R::Two::fused(t2011_2012, t995_996, t2391_2392);
     t2395_2396 = R::Two::fused(-t2347_2348, t1007_1008, t2393_2394);
-    t2397_2398 = R::Two::fused(t657_658, t32_33.swapped(), -t2395_2396);
+    t2397_2398 = R::Two::fused(t657_658, t32_33, -t2395_2396);
     t2399_2400 = t237_238 * t1095_1096;
     t2401_2402 = R::Two::fused(t245_246, t1299_1300, t2399_2400);
     t2403_2404 = t2397_2398 - t2401_2402;
@@ -2609,8 +2609,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[10][7] = t2409_2410.first();
     out[16][13] = t2409_2410.second();
     t2411_2412 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2409_2410;
-    t2413_2414 = t639_640 * t38_39.swapped();
-    t2415_2416 = R::Two::fused(t657_658, t20_21.swapped(), t2413_2414);
+    t2413_2414 = t639_640 * t38_39;
+    t2415_2416 = R::Two::fused(t657_658, t20_21, t2413_2414);
     t2417_2418 = t2359_2360 * t995_996;
     t2419_2420 = R::Two::fused(t2011_2012, t925_926, t2417_2418);
     t2421_2422 = R::Two::fused(-t2347_2348, t971_972, t2419_2420);
@@ -2634,7 +2634,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2445_2446 = t2359_2360 * t1007_1008;
     t2447_2448 = R::Two::fused(t2011_2012, t971_972, t2445_2446);
     t2449_2450 = R::Two::fused(-t2347_2348, t949_950, t2447_2448);
-    t2451_2452 = R::Two::fused(t639_640, t32_33.swapped(), -t2449_2450);
+    t2451_2452 = R::Two::fused(t639_640, t32_33, -t2449_2450);
     t2453_2454 = t237_238 * t1353_1354;
     t2455_2456 = R::Two::fused(-t245_246, t1187_1188, t2453_2454);
     t2457_2458 = t2451_2452 - t2455_2456;
@@ -2669,18 +2669,18 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2497_2498 = t2495_2496 - t2491_2492;
     out[10][11] = t2497_2498.first();
     out[16][17] = t2497_2498.second();
-    t2499_2500 = t351_352 * t32_33.swapped();
+    t2499_2500 = t351_352 * t32_33;
     t2501_2502 = R::Two::fused(t247_248, t505_506, t2499_2500);
     t2503_2504 = t393_394 + t2501_2502;
     t2505_2506 = two(sin_t2, sin_t3) * t2503_2504;
-    t2507_2508 = t699_700 * t16_17.swapped();
-    t2509_2510 = R::Two::fused(-t695_696, t32_33.swapped(), t2507_2508);
+    t2507_2508 = t699_700 * t16_17;
+    t2509_2510 = R::Two::fused(-t695_696, t32_33, t2507_2508);
     t2511_2512 = t247_248 * t497_498;
     t2513_2514 = R::Two::fused(-t233_234, t469_470, t2511_2512);
     t2515_2516 = t2509_2510 + t2513_2514;
     t2517_2518 = R::Two::fused(two(cos_t2, cos_t3), t2515_2516, t2505_2506);
     t2519_2520 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2517_2518;
-    t2521_2522 = t351_352 * t16_17.swapped();
+    t2521_2522 = t351_352 * t16_17;
     t2523_2524 = R::Two::fused(-t233_234, t505_506, t2521_2522);
     t2525_2526 = t309_310 - t2523_2524;
     t2527_2528 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2525_2526;
@@ -2706,8 +2706,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2555_2556 = t2549_2550 + t2553_2554;
     t2557_2558 = t787_788 - t2555_2556;
     t2559_2560 = two(sin_t2, sin_t3) * t2557_2558;
-    t2561_2562 = t679_680 * t32_33.swapped();
-    t2563_2564 = R::Two::fused(t709_710, t16_17.swapped(), t2561_2562);
+    t2561_2562 = t679_680 * t32_33;
+    t2563_2564 = R::Two::fused(t709_710, t16_17, t2561_2562);
     t2565_2566 = both(R::constant(0.00207575)) * t351_352;
     t2567_2568 = R::Two::fused(t699_700, t583_584, t2565_2566);
     t2569_2570 = R::Two::fused(t695_696, t573_574, t2567_2568);
@@ -2800,13 +2800,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2647 = v_base_angular_z * t67;
     out[18][5] = -t2647;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t2649_2650 = both(v_base_angular_z) * t65_66.swapped();
+    t2649_2650 = both(v_base_angular_z) * t65_66;
     t2651_2652 = -t2649_2650;
     out[18][6] = t2651_2652.first();
     out[18][12] = t2651_2652.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t2653_2654 = both(v_base_angular_z) * t76_77;
-    t2655_2656 = R::Two::fused(-both(v_base_angular_y), t48_49.swapped(), -t2653_2654);
+    t2655_2656 = R::Two::fused(-both(v_base_angular_y), t48_49, -t2653_2654);
     out[18][7] = t2655_2656.first();
     out[18][13] = t2655_2656.second();
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
@@ -2842,13 +2842,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2680 = v_base_angular_z * t52;
     out[19][5] = -t2680;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t2682_2683 = both(v_base_angular_z) * t50_51.swapped();
+    t2682_2683 = both(v_base_angular_z) * t50_51;
     t2684_2685 = -t2682_2683;
     out[19][6] = t2684_2685.first();
     out[19][12] = t2684_2685.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t2686_2687 = both(v_base_angular_z) * t153_154;
-    t2688_2689 = R::Two::fused(both(v_base_angular_x), t48_49.swapped(), -t2686_2687);
+    t2688_2689 = R::Two::fused(both(v_base_angular_x), t48_49, -t2686_2687);
     out[19][7] = t2688_2689.first();
     out[19][13] = t2688_2689.second();
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
@@ -2880,8 +2880,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2709 = t2642 + t2677;
     out[20][5] = t2709;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t2710_2711 = both(v_base_angular_y) * t50_51.swapped();
-    t2712_2713 = R::Two::fused(both(v_base_angular_x), t65_66.swapped(), t2710_2711);
+    t2710_2711 = both(v_base_angular_y) * t50_51;
+    t2712_2713 = R::Two::fused(both(v_base_angular_x), t65_66, t2710_2711);
     out[20][6] = t2712_2713.first();
     out[20][12] = t2712_2713.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
@@ -2920,19 +2920,19 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2742 = t2647 + t2741; // torso: answer of the forces to its motion
     out[21][2] = t2742 - t2740; // torso: answer of the forces to its motion
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2744_2745 = both(R::constant(0.075)) * t551_552.swapped();
-    t2746_2747 = R::Two::fused(t2744_2745, two(R::constant(-1.0), R::constant(1.0)), t1375_1376.swapped());
-    t2748_2749 = both(v_base_angular_x) * two(R::constant(0.15), R::constant(2.0)); // right_hip_yaw_link, left_hip_yaw_link
-    t2750 = t57_58.first() * t2748_2749.first(); // left_hip_yaw_link: sums of what it carries
-    t2751 = t2746_2747.first() + t2750; // left_hip_yaw_link: sums of what it carries
-    t2752 = t57_58.second() * t2748_2749.first(); // right_hip_yaw_link: sums of what it carries
-    t2753 = t2746_2747.second() - t2752; // right_hip_yaw_link: sums of what it carries
+    t2744_2745 = both(R::constant(0.075)) * t551_552;
+    t2746_2747 = R::Two::fused(t2744_2745, two(R::constant(1.0), R::constant(-1.0)), t1375_1376);
+    t2748_2749 = both(v_base_angular_x) * two(R::constant(2.0), R::constant(0.15)); // right_hip_yaw_link, left_hip_yaw_link
+    t2750 = t57_58.second() * t2748_2749.second(); // left_hip_yaw_link: sums of what it carries
+    t2751 = t2746_2747.second() + t2750; // left_hip_yaw_link: sums of what it carries
+    t2752 = t57_58.first() * t2748_2749.second(); // right_hip_yaw_link: sums of what it carries
+    t2753 = t2746_2747.first() - t2752; // right_hip_yaw_link: sums of what it carries
     t2754 = t2751 + t2753; // right_hip_yaw_link: sums of what it carries
     t2755 = v_base_linear_y * t52; // torso: answer of the forces to its motion
     t2756 = v_base_linear_z * t60; // torso: answer of the forces to its motion
     t2757 = t2755 - t2756; // torso: answer of the forces to its motion
-    t2758_2759 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t65_66, t1039_1040.swapped());
-    t2760 = t2758_2759.first() + t2758_2759.second(); // right_hip_yaw_link: sums of what it carries
+    t2758_2759 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t65_66, t1039_1040);
+    t2760 = t2758_2759.second() + t2758_2759.first(); // right_hip_yaw_link: sums of what it carries
     t2761 = v_base_angular_z * t2760; // torso: answer of the forces to its motion
     t2762 = t1055_1056.second() + t1055_1056.first(); // right_hip_yaw_link: sums of what it carries
     // torso: answer of the forces to its motion
@@ -2945,40 +2945,40 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2769 = t1399_1400.second() + t1399_1400.first(); // right_hip_yaw_link: sums of what it carries
     t2770 = R::constant(0.785816667) + t2769; // torso: sums of what it carries
     t2771 = v_base_angular_z * t2770;
-    t2772_2773 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t57_58, t1405_1406.swapped()); // right_hip_yaw_link, left_hip_yaw_link
-    t2774 = t2772_2773.first() + t2772_2773.second(); // right_hip_yaw_link: sums of what it carries
+    t2772_2773 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t57_58, t1405_1406); // right_hip_yaw_link, left_hip_yaw_link
+    t2774 = t2772_2773.second() + t2772_2773.first(); // right_hip_yaw_link: sums of what it carries
     t2775 = R::fused(-v_base_angular_y, t2774, t2771);
     t2776 = R::fused(v_base_linear_y, t67, t2775);
     out[21][4] = t2768 + t2776;
-    t2778 = R::fused(t65_66.first(), t2748_2749.first(), t1455_1456.second()); // left_hip_yaw_link
-    t2779 = R::fused(-t2748_2749.first(), t65_66.second(), t1455_1456.first()); // right_hip_yaw_link
+    t2778 = R::fused(t65_66.second(), t2748_2749.second(), t1455_1456.second()); // left_hip_yaw_link
+    t2779 = R::fused(-t2748_2749.second(), t65_66.first(), t1455_1456.first()); // right_hip_yaw_link
     t2780 = t2778 + t2779; // right_hip_yaw_link: sums of what it carries
     t2781 = R::fused(v_base_angular_y, R::constant(0.05616), t2780); // torso: sums of what it carries
     t2782 = v_base_angular_z * t2774;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2783_2784 = t50_51 * both(R::constant(0.15));
-    t2785_2786 = R::Two::fused(t2783_2784, two(R::constant(-1.0), R::constant(1.0)), t1433_1434.swapped());
-    t2787 = t2785_2786.first() + t2785_2786.second(); // right_hip_yaw_link: sums of what it carries
+    t2783_2784 = both(R::constant(0.15)) * t50_51;
+    t2785_2786 = R::Two::fused(t2783_2784, two(R::constant(1.0), R::constant(-1.0)), t1433_1434);
+    t2787 = t2785_2786.second() + t2785_2786.first(); // right_hip_yaw_link: sums of what it carries
     t2788 = R::constant(0.154455) + t2787; // torso: sums of what it carries
     t2789 = R::fused(-v_base_angular_y, t2788, t2782); // torso: answer of the forces to its motion
     t2790 = R::fused(v_base_linear_z, t67, t2789); // torso: answer of the forces to its motion
     out[21][5] = t2781 + t2790; // torso: answer of the forces to its motion
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t2792_2793 = both(v_base_angular_z) * t1405_1406;
-    t2794_2795 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t50_51.swapped(), t1433_1434);
+    t2794_2795 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t50_51, t1433_1434);
     t2796_2797 = R::Two::fused(-both(v_base_angular_y), t2794_2795, t2792_2793);
-    t2798_2799 = R::Two::fused(both(v_base_linear_z), t65_66.swapped(), t2796_2797);
+    t2798_2799 = R::Two::fused(both(v_base_linear_z), t65_66, t2796_2797);
     out[21][6] = t2779 + t2798_2799.first(); // right_hip_yaw_link: answer of the forces to its motion
-    t2801 = R::fused(-t2748_2749.first(), t76_77.first(), t1491_1492.first()); // right_hip_roll_link
+    t2801 = R::fused(-t2748_2749.second(), t76_77.first(), t1491_1492.first()); // right_hip_roll_link
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t2802_2803 = both(v_base_linear_z) * t76_77;
-    t2804_2805 = R::Two::fused(both(v_base_linear_y), t48_49.swapped(), t2802_2803);
+    t2804_2805 = R::Two::fused(both(v_base_linear_y), t48_49, t2802_2803);
     t2806_2807 = both(v_base_angular_z) * t1481_1482;
     t2808_2809 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t153_154, t1045_1046);
     t2810_2811 = R::Two::fused(-both(v_base_angular_y), t2808_2809, t2806_2807);
     t2812_2813 = t2804_2805 + t2810_2811;
     out[21][7] = t2801 + t2812_2813.first(); // right_hip_roll_link: answer of the forces to its motion
-    t2815 = R::fused(-t2748_2749.first(), t86_87.first(), t1537_1538.first()); // right_upper_leg
+    t2815 = R::fused(-t2748_2749.second(), t86_87.first(), t1537_1538.first()); // right_upper_leg
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
     t2816_2817 = both(v_base_linear_z) * t86_87;
     t2818_2819 = R::Two::fused(both(v_base_linear_y), t90_91, t2816_2817);
@@ -2987,7 +2987,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2824_2825 = R::Two::fused(-both(v_base_angular_y), t2822_2823, t2820_2821);
     t2826_2827 = t2818_2819 + t2824_2825;
     out[21][8] = t2815 + t2826_2827.first(); // right_upper_leg: answer of the forces to its motion
-    t2829 = R::fused(-t2748_2749.first(), t98_99.first(), t1593_1594.first()); // right_lower_leg
+    t2829 = R::fused(-t2748_2749.second(), t98_99.first(), t1593_1594.first()); // right_lower_leg
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
     t2830_2831 = both(v_base_linear_z) * t98_99;
     t2832_2833 = R::Two::fused(both(v_base_linear_y), t102_103, t2830_2831);
@@ -2996,7 +2996,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2838_2839 = R::Two::fused(-both(v_base_angular_y), t2836_2837, t2834_2835);
     t2840_2841 = t2832_2833 + t2838_2839;
     out[21][9] = t2829 + t2840_2841.first(); // right_lower_leg: answer of the forces to its motion
-    t2843 = R::fused(-t2748_2749.first(), t110_111.first(), t1665_1666.first()); // right_ankle
+    t2843 = R::fused(-t2748_2749.second(), t110_111.first(), t1665_1666.first()); // right_ankle
     // right_ankle, left_ankle: answer of the forces to its motion
     t2844_2845 = both(v_base_linear_z) * t110_111;
     t2846_2847 = R::Two::fused(both(v_base_linear_y), t114_115, t2844_2845);
@@ -3005,7 +3005,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2852_2853 = R::Two::fused(-both(v_base_angular_y), t2850_2851, t2848_2849);
     t2854_2855 = t2846_2847 + t2852_2853;
     out[21][10] = t2843 + t2854_2855.first(); // right_ankle: answer of the forces to its motion
-    t2857 = R::fused(-t2748_2749.first(), t128_129.first(), t1783_1784.first()); // right_foot
+    t2857 = R::fused(-t2748_2749.second(), t128_129.first(), t1783_1784.first()); // right_foot
     // right_foot, left_foot: answer of the forces to its motion
     t2858_2859 = both(v_base_linear_z) * t128_129;
     t2860_2861 = R::Two::fused(-both(v_base_linear_y), t134_135, t2858_2859);
@@ -3016,15 +3016,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2870 = t2857 + t2868_2869.first(); // right_foot: answer of the forces to its motion
     out[21][11] = -t2870; // right_foot: answer of the forces to its motion
     out[21][12] = t2778 + t2798_2799.second(); // left_hip_yaw_link: answer of the forces to its motion
-    t2873 = R::fused(t2748_2749.first(), t76_77.second(), t1491_1492.second()); // left_hip_roll_link
+    t2873 = R::fused(t2748_2749.second(), t76_77.second(), t1491_1492.second()); // left_hip_roll_link
     out[21][13] = t2873 + t2812_2813.second(); // left_hip_roll_link: answer of the forces to its motion
-    t2875 = R::fused(t2748_2749.first(), t86_87.second(), t1537_1538.second()); // left_upper_leg
+    t2875 = R::fused(t2748_2749.second(), t86_87.second(), t1537_1538.second()); // left_upper_leg
     out[21][14] = t2875 + t2826_2827.second(); // left_upper_leg: answer of the forces to its motion
-    t2877 = R::fused(t2748_2749.first(), t98_99.second(), t1593_1594.second()); // left_lower_leg
+    t2877 = R::fused(t2748_2749.second(), t98_99.second(), t1593_1594.second()); // left_lower_leg
     out[21][15] = t2877 + t2840_2841.second(); // left_lower_leg: answer of the forces to its motion
-    t2879 = R::fused(t2748_2749.first(), t110_111.second(), t1665_1666.second()); // left_ankle
+    t2879 = R::fused(t2748_2749.second(), t110_111.second(), t1665_1666.second()); // left_ankle
     out[21][16] = t2879 + t2854_2855.second(); // left_ankle: answer of the forces to its motion
-    t2881 = R::fused(t2748_2749.first(), t128_129.second(), t1783_1784.second()); // left_foot
+    t2881 = R::fused(t2748_2749.second(), t128_129.second(), t1783_1784.second()); // left_foot
     t2882 = t2881 + t2868_2869.second(); // left_foot: answer of the forces to its motion
     out[21][17] = -t2882; // left_foot: answer of the forces to its motion
     t2884 = t2675 + t2736; // torso: answer of the forces to its motion
@@ -3034,23 +3034,23 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2888 = R::constant(19.0) * v_base_linear_x; // torso: answer of the forces to its motion
     t2889 = t2680 - t2888; // torso: answer of the forces to its motion
     out[22][2] = t2887 + t2889; // torso: answer of the forces to its motion
-    t2891_2892 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t557_558.swapped(), t1383_1384.swapped()); // right_hip_yaw_link, left_hip_yaw_link
+    t2891_2892 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t557_558, t1383_1384); // right_hip_yaw_link, left_hip_yaw_link
     t2893 = v_base_angular_z * R::constant(0.15); // left_hip_yaw_link: sums of what it carries
-    t2894_2895 = R::Two::fused(t50_51 * two(R::constant(1.0), R::constant(-1.0)), both(t2893), t2891_2892); // right_hip_yaw_link, left_hip_yaw_link
-    t2896 = t2894_2895.first() + t2894_2895.second(); // right_hip_yaw_link: sums of what it carries
+    t2894_2895 = R::Two::fused(both(t2893) * two(R::constant(-1.0), R::constant(1.0)), t50_51, t2891_2892); // right_hip_yaw_link, left_hip_yaw_link
+    t2896 = t2894_2895.second() + t2894_2895.first(); // right_hip_yaw_link: sums of what it carries
     t2897 = R::fused(-v_base_angular_z, R::constant(0.25275), t2896); // torso: sums of what it carries
-    t2898_2899 = R::Two::fused(t2783_2784, two(R::constant(-1.0), R::constant(1.0)), t1031_1032.swapped()); // right_hip_yaw_link, left_hip_yaw_link
-    t2900 = t2898_2899.first() + t2898_2899.second(); // right_hip_yaw_link: sums of what it carries
+    t2898_2899 = R::Two::fused(t2783_2784, two(R::constant(1.0), R::constant(-1.0)), t1031_1032); // right_hip_yaw_link, left_hip_yaw_link
+    t2900 = t2898_2899.second() + t2898_2899.first(); // right_hip_yaw_link: sums of what it carries
     t2901 = R::constant(0.884111667) + t2900; // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t2902 = v_base_angular_z * t2901;
     t2903 = R::fused(-v_base_angular_x, t2762, t2902);
     t2904 = R::fused(v_base_linear_x, t52, -t2903);
     out[22][3] = t2904 - t2897;
-    t2906_2907 = t65_66 * both(t2893); // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2908 = t2906_2907.first() + t2750; // left_hip_yaw_link: sums of what it carries
+    t2906_2907 = both(t2893) * t65_66; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t2908 = t2906_2907.second() + t2750; // left_hip_yaw_link: sums of what it carries
     t2909 = t1415_1416.second() - t2908; // left_hip_yaw_link: sums of what it carries
-    t2910 = t2906_2907.second() + t2752; // right_hip_yaw_link: sums of what it carries
+    t2910 = t2906_2907.first() + t2752; // right_hip_yaw_link: sums of what it carries
     t2911 = t1415_1416.first() + t2910; // right_hip_yaw_link: sums of what it carries
     t2912 = t2909 + t2911; // right_hip_yaw_link: sums of what it carries
     t2913 = v_base_linear_x * t67;
@@ -3059,11 +3059,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2916 = t2761 - t2915;
     t2917 = t2914 - t2916;
     out[22][4] = t2917 - t2912;
-    t2919_2920 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t513_514.swapped(), t1461_1462.swapped()); // right_hip_yaw_link, left_hip_yaw_link
-    t2921 = t50_51.first() * t2748_2749.first(); // left_hip_yaw_link: sums of what it carries
-    t2922 = t2919_2920.first() + t2921; // left_hip_yaw_link: sums of what it carries
-    t2923 = t2748_2749.first() * t50_51.second(); // right_hip_yaw_link: sums of what it carries
-    t2924 = t2919_2920.second() - t2923; // right_hip_yaw_link: sums of what it carries
+    t2919_2920 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t513_514, t1461_1462); // right_hip_yaw_link, left_hip_yaw_link
+    t2921 = t50_51.second() * t2748_2749.second(); // left_hip_yaw_link: sums of what it carries
+    t2922 = t2919_2920.second() + t2921; // left_hip_yaw_link: sums of what it carries
+    t2923 = t2748_2749.second() * t50_51.first(); // right_hip_yaw_link: sums of what it carries
+    t2924 = t2919_2920.first() - t2923; // right_hip_yaw_link: sums of what it carries
     t2925 = t2922 + t2924; // right_hip_yaw_link: sums of what it carries
     t2926 = R::fused(-v_base_angular_x, R::constant(0.25275), t2925); // torso: sums of what it carries
     t2927 = v_base_angular_z * t2762;
@@ -3074,20 +3074,20 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t2932_2933 = both(v_base_angular_z) * t1055_1056;
     t2934_2935 = R::Two::fused(-both(v_base_angular_x), t2794_2795, t2932_2933);
-    t2936_2937 = R::Two::fused(both(v_base_linear_z), t50_51.swapped(), -t2934_2935);
+    t2936_2937 = R::Two::fused(both(v_base_linear_z), t50_51, -t2934_2935);
     out[22][6] = t2931 + t2936_2937.first(); // right_hip_yaw_link: answer of the forces to its motion
-    t2939 = t2748_2749.first() * t153_154.first(); // right_hip_roll_link: answer of the forces to its motion
-    t2940 = R::fused(t48_49.second(), t2893, t2939); // right_hip_roll_link: answer of the forces to its motion
+    t2939 = t2748_2749.second() * t153_154.first(); // right_hip_roll_link: answer of the forces to its motion
+    t2940 = R::fused(t48_49.first(), t2893, t2939); // right_hip_roll_link: answer of the forces to its motion
     t2941 = t1497_1498.first() - t2940; // right_hip_roll_link: answer of the forces to its motion
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t2942_2943 = both(v_base_linear_z) * t153_154;
-    t2944_2945 = R::Two::fused(-both(v_base_linear_x), t48_49.swapped(), t2942_2943);
-    t2946_2947 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t48_49.swapped(), t1475_1476);
+    t2944_2945 = R::Two::fused(-both(v_base_linear_x), t48_49, t2942_2943);
+    t2946_2947 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t48_49, t1475_1476);
     t2948_2949 = both(v_base_angular_z) * t2946_2947;
     t2950_2951 = R::Two::fused(-both(v_base_angular_x), t2808_2809, t2948_2949);
     t2952_2953 = t2944_2945 - t2950_2951;
     out[22][7] = t2941 + t2952_2953.first(); // right_hip_roll_link: answer of the forces to its motion
-    t2955 = t2748_2749.first() * t161_162.first(); // right_upper_leg: answer of the forces to its motion
+    t2955 = t2748_2749.second() * t161_162.first(); // right_upper_leg: answer of the forces to its motion
     t2956 = R::fused(-t2893, t90_91.first(), t2955); // right_upper_leg: answer of the forces to its motion
     t2957 = t1543_1544.first() + t2956; // right_upper_leg: answer of the forces to its motion
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
@@ -3124,7 +3124,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2966_2967 = R::Two::fused(-both(v_base_angular_x), t2822_2823, t2964_2965);
     t2968_2969 = t2960_2961 + t2966_2967;
     out[22][8] = t2957 - t2968_2969.first(); // right_upper_leg: answer of the forces to its motion
-    t2971 = t2748_2749.first() * t169_170.first(); // right_lower_leg: answer of the forces to its motion
+    t2971 = t2748_2749.second() * t169_170.first(); // right_lower_leg: answer of the forces to its motion
     t2972 = R::fused(-t2893, t102_103.first(), t2971); // right_lower_leg: answer of the forces to its motion
     t2973 = t1599_1600.first() + t2972; // right_lower_leg: answer of the forces to its motion
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
@@ -3135,7 +3135,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2982_2983 = R::Two::fused(-both(v_base_angular_x), t2836_2837, t2980_2981);
     t2984_2985 = t2976_2977 + t2982_2983;
     out[22][9] = t2973 - t2984_2985.first(); // right_lower_leg: answer of the forces to its motion
-    t2987 = t2748_2749.first() * t177_178.first(); // right_ankle: answer of the forces to its motion
+    t2987 = t2748_2749.second() * t177_178.first(); // right_ankle: answer of the forces to its motion
     t2988 = R::fused(-t2893, t114_115.first(), t2987); // right_ankle: answer of the forces to its motion
     t2989 = t1671_1672.first() + t2988; // right_ankle: answer of the forces to its motion
     // right_ankle, left_ankle: answer of the forces to its motion
@@ -3146,7 +3146,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2998_2999 = R::Two::fused(-both(v_base_angular_x), t2850_2851, t2996_2997);
     t3000_3001 = t2992_2993 + t2998_2999;
     out[22][10] = t2989 - t3000_3001.first(); // right_ankle: answer of the forces to its motion
-    t3003 = t2748_2749.first() * t185_186.first(); // right_foot: answer of the forces to its motion
+    t3003 = t2748_2749.second() * t185_186.first(); // right_foot: answer of the forces to its motion
     t3004 = R::fused(t2893, t134_135.first(), t3003); // right_foot: answer of the forces to its motion
     t3005 = t1789_1790.first() + t3004; // right_foot: answer of the forces to its motion
     // right_foot, left_foot: answer of the forces to its motion
@@ -3160,27 +3160,27 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3019 = t1461_1462.second() + t2921; // left_hip_yaw_link: answer of the forces to its motion
     out[22][12] = t3019 + t2936_2937.second(); // left_hip_yaw_link: answer of the forces to its motion
     // left_hip_roll_link: answer of the forces to its motion
-    t3021 = t2748_2749.first() * t153_154.second();
-    t3022 = R::fused(t48_49.first(), t2893, t3021);
+    t3021 = t2748_2749.second() * t153_154.second();
+    t3022 = R::fused(t48_49.second(), t2893, t3021);
     t3023 = t1497_1498.second() + t3022;
     out[22][13] = t3023 + t2952_2953.second();
     // left_upper_leg: answer of the forces to its motion
-    t3025 = t2748_2749.first() * t161_162.second();
+    t3025 = t2748_2749.second() * t161_162.second();
     t3026 = R::fused(-t2893, t90_91.second(), t3025);
     t3027 = t1543_1544.second() - t3026;
     out[22][14] = t3027 - t2968_2969.second();
     // left_lower_leg: answer of the forces to its motion
-    t3029 = t2748_2749.first() * t169_170.second();
+    t3029 = t2748_2749.second() * t169_170.second();
     t3030 = R::fused(-t2893, t102_103.second(), t3029);
     t3031 = t1599_1600.second() - t3030;
     out[22][15] = t3031 - t2984_2985.second();
     // left_ankle: answer of the forces to its motion
-    t3033 = t2748_2749.first() * t177_178.second();
+    t3033 = t2748_2749.second() * t177_178.second();
     t3034 = R::fused(-t2893, t114_115.second(), t3033);
     t3035 = t1671_1672.second() - t3034;
     out[22][16] = t3035 - t3000_3001.second();
     // left_foot: answer of the forces to its motion
-    t3037 = t2748_2749.first() * t185_186.second();
+    t3037 = t2748_2749.second() * t185_186.second();
     t3038 = R::fused(t2893, t134_135.second(), t3037);
     t3039 = t1789_1790.second() - t3038;
     out[22][17] = t3016_3017.second() - t3039;
@@ -3192,10 +3192,10 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[23][1] = -t3044;
     out[23][2] = -t2709;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3047_3048 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t1859_1860.swapped();
-    t3049_3050 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t1881_1882.swapped(), t3047_3048);
-    t3051_3052 = R::Two::fused(t57_58 * two(R::constant(-1.0), R::constant(1.0)), both(t2893), t3049_3050);
-    t3053 = t3051_3052.first() + t3051_3052.second(); // right_hip_yaw_link: sums of what it carries
+    t3047_3048 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1859_1860;
+    t3049_3050 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1881_1882, t3047_3048);
+    t3051_3052 = R::Two::fused(t57_58 * two(R::constant(1.0), R::constant(-1.0)), both(t2893), t3049_3050);
+    t3053 = t3051_3052.second() + t3051_3052.first(); // right_hip_yaw_link: sums of what it carries
     t3054 = R::fused(v_base_angular_y, R::constant(1.515473334), t3053); // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t3055 = v_base_angular_y * t2901;
@@ -3204,9 +3204,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3058 = t3054 + t3057;
     out[23][3] = -t3058;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3060_3061 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t1859_1860.swapped();
-    t3062_3063 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t1881_1882.swapped(), t3060_3061);
-    t3064 = t3062_3063.first() + t3062_3063.second(); // right_hip_yaw_link: sums of what it carries
+    t3060_3061 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1859_1860;
+    t3062_3063 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1881_1882, t3060_3061);
+    t3064 = t3062_3063.second() + t3062_3063.first(); // right_hip_yaw_link: sums of what it carries
     t3065 = R::fused(-v_base_angular_x, R::constant(1.515473334), t3064); // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t3066 = v_base_angular_y * t2760;
@@ -3215,18 +3215,18 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3069 = t3065 + t3068;
     out[23][4] = -t3069;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3071_3072 = R::Two::fused(t2744_2745, two(R::constant(-1.0), R::constant(1.0)), t1907_1908.swapped());
-    t3073_3074 = R::Two::fused(t2906_2907, two(R::constant(1.0), R::constant(-1.0)), t3071_3072);
-    t3075 = t3073_3074.first() + t3073_3074.second(); // right_hip_yaw_link: sums of what it carries
+    t3071_3072 = R::Two::fused(t2744_2745, two(R::constant(1.0), R::constant(-1.0)), t1907_1908);
+    t3073_3074 = R::Two::fused(t2906_2907, two(R::constant(-1.0), R::constant(1.0)), t3071_3072);
+    t3075 = t3073_3074.second() + t3073_3074.first(); // right_hip_yaw_link: sums of what it carries
     // torso: answer of the forces to its motion
     t3076 = t2755 + t2913;
     t3077 = t2763 - t2915;
     t3078 = t3076 - t3077;
     out[23][5] = t3075 - t3078;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t3080_3081 = R::Two::fused(t2906_2907.swapped(), two(R::constant(-1.0), R::constant(1.0)), t1907_1908);
-    t3082_3083 = both(v_base_linear_y) * t50_51.swapped();
-    t3084_3085 = R::Two::fused(both(v_base_linear_x), t65_66.swapped(), t3082_3083);
+    t3080_3081 = R::Two::fused(t2906_2907, two(R::constant(-1.0), R::constant(1.0)), t1907_1908);
+    t3082_3083 = both(v_base_linear_y) * t50_51;
+    t3084_3085 = R::Two::fused(both(v_base_linear_x), t65_66, t3082_3083);
     t3086_3087 = both(v_base_angular_y) * t1055_1056;
     t3088_3089 = R::Two::fused(-both(v_base_angular_x), t1405_1406, t3086_3087);
     t3090_3091 = t3084_3085 - t3088_3089;
@@ -3284,50 +3284,50 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3164_3165 = t3152_3153 - t3162_3163;
     out[23][11] = t3164_3165.first();
     out[23][17] = t3164_3165.second();
-    t3166 = R::fused(-t57_58.second(), t2748_2749.second(), t551_552.first()); // right_hip_yaw_link
+    t3166 = R::fused(-t57_58.first(), t2748_2749.first(), t551_552.first()); // right_hip_yaw_link
     out[24][0] = t3166;
     t3167 = v_base_angular_y * R::constant(2.0); // right_hip_yaw_link: change of its motion
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t3168_3169 = R::Two::fused(-t57_58.swapped(), both(t3167), -t557_558);
+    t3168_3169 = R::Two::fused(-t57_58, both(t3167), -t557_558);
     out[24][1] = t3168_3169.first();
     out[30][1] = t3168_3169.second();
-    t3170_3171 = t50_51.swapped() * both(t3167);
-    t3172 = R::fused(-t65_66.second(), t2748_2749.second(), -t3170_3171.first()); // right_hip_yaw_link
+    t3170_3171 = t50_51 * both(t3167);
+    t3172 = R::fused(-t65_66.first(), t2748_2749.first(), -t3170_3171.first()); // right_hip_yaw_link
     out[24][2] = t3172;
     t3173_3174 = t1031_1032 * both(t3167);
-    t3175 = R::fused(-t1039_1040.first(), t2748_2749.second(), t3173_3174.first()); // right_hip_yaw_link
-    t3176 = t3049_3050.second() - t3175; // right_hip_yaw_link: answer of the forces to its motion
+    t3175 = R::fused(-t1039_1040.first(), t2748_2749.first(), t3173_3174.first()); // right_hip_yaw_link
+    t3176 = t3049_3050.first() - t3175; // right_hip_yaw_link: answer of the forces to its motion
     out[24][3] = R::fused(R::constant(-0.075), t3172, -t3176); // right_hip_yaw_link: answer of the forces to its motion
     t3178_3179 = t1039_1040 * both(t3167);
-    t3180 = R::fused(-t1399_1400.first(), t2748_2749.second(), t3178_3179.first()); // right_hip_yaw_link
-    out[24][4] = t3180 - t3062_3063.second(); // right_hip_yaw_link: answer of the forces to its motion
+    t3180 = R::fused(-t1399_1400.first(), t2748_2749.first(), t3178_3179.first()); // right_hip_yaw_link
+    out[24][4] = t3180 - t3062_3063.first(); // right_hip_yaw_link: answer of the forces to its motion
     t3182_3183 = t1055_1056 * both(t3167);
-    t3184 = R::fused(-t1405_1406.first(), t2748_2749.second(), t3182_3183.first()); // right_hip_yaw_link
+    t3184 = R::fused(-t1405_1406.first(), t2748_2749.first(), t3182_3183.first()); // right_hip_yaw_link
     t3185 = t1907_1908.first() + t3184; // right_hip_yaw_link: answer of the forces to its motion
     out[24][6] = t3185;
     out[24][5] = R::fused(R::constant(0.075), t3166, t3185); // right_hip_yaw_link: answer of the forces to its motion
     t3187_3188 = t1475_1476 * both(t3167); // right_hip_roll_link, left_hip_roll_link
-    t3189 = R::fused(-t1481_1482.first(), t2748_2749.second(), t3187_3188.first()); // right_hip_roll_link
+    t3189 = R::fused(-t1481_1482.first(), t2748_2749.first(), t3187_3188.first()); // right_hip_roll_link
     out[24][7] = t3189 - t1859_1860.first(); // right_hip_roll_link: answer of the forces to its motion
     t3191_3192 = t1513_1514 * both(t3167); // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t3193 = R::fused(-t1519_1520.first(), t2748_2749.second(), t3191_3192.first()); // right_upper_leg
+    t3193 = R::fused(-t1519_1520.first(), t2748_2749.first(), t3191_3192.first()); // right_upper_leg
     out[24][8] = t3193 - t1933_1934.first(); // right_upper_leg: answer of the forces to its motion
     t3195_3196 = t1563_1564 * both(t3167); // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    t3197 = R::fused(-t1569_1570.first(), t2748_2749.second(), t3195_3196.first()); // right_lower_leg
+    t3197 = R::fused(-t1569_1570.first(), t2748_2749.first(), t3195_3196.first()); // right_lower_leg
     out[24][9] = t3197 - t1957_1958.first(); // right_lower_leg: answer of the forces to its motion
     t3199_3200 = t1625_1626 * both(t3167); // right_ankle, left_ankle: answer of the forces to its motion
-    t3201 = R::fused(-t1631_1632.first(), t2748_2749.second(), t3199_3200.first()); // right_ankle
+    t3201 = R::fused(-t1631_1632.first(), t2748_2749.first(), t3199_3200.first()); // right_ankle
     out[24][10] = t3201 - t1981_1982.first(); // right_ankle: answer of the forces to its motion
     t3203_3204 = t1715_1716 * both(t3167); // right_foot, left_foot: answer of the forces to its motion
-    t3205 = R::fused(-t1721_1722.first(), t2748_2749.second(), t3203_3204.first()); // right_foot
+    t3205 = R::fused(-t1721_1722.first(), t2748_2749.first(), t3203_3204.first()); // right_foot
     out[24][11] = t2005_2006.first() + t3205; // right_foot: answer of the forces to its motion
     t3207_3208 = both(R::constant(2.0)) * t225_226; // right_hip_roll_link, left_hip_roll_link: change of its motion
-    t3209_3210 = t57_58.swapped() * t3207_3208; // right_hip_roll_link, left_hip_roll_link
+    t3209_3210 = t57_58 * t3207_3208; // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t3211_3212 = both(R::constant(2.0)) * t221_222; // right_hip_roll_link, left_hip_roll_link: change of its motion
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
-    t3213_3214 = R::Two::fused(-t48_49.swapped(), t3211_3212, t3209_3210);
+    t3213_3214 = R::Two::fused(-t48_49, t3211_3212, t3209_3210);
     t3215_3216 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3213_3214;
-    t3217_3218 = R::Two::fused(-t28_29.swapped(), t3211_3212, t513_514);
+    t3217_3218 = R::Two::fused(-t28_29, t3211_3212, t513_514);
     t3219_3220 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3217_3218, t3215_3216);
     out[25][0] = t3219_3220.first();
     out[31][0] = t3219_3220.second();
@@ -3335,7 +3335,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3223_3224 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3217_3218, t3221_3222);
     out[25][1] = t3223_3224.first();
     out[31][1] = t3223_3224.second();
-    t3225_3226 = R::Two::fused(t28_29.swapped(), t3207_3208, -t549_550);
+    t3225_3226 = R::Two::fused(t28_29, t3207_3208, -t549_550);
     out[25][2] = t3225_3226.first();
     out[31][2] = t3225_3226.second();
     t3227_3228 = t1025_1026 * t3207_3208;
@@ -3390,14 +3390,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[31][17] = t3281_3282.second();
     t3283_3284 = both(R::constant(2.0)) * t245_246; // right_upper_leg, left_upper_leg: change of its motion
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t3285_3286 = t32_33.swapped() * t3283_3284;
+    t3285_3286 = t32_33 * t3283_3284;
     t3287_3288 = t511_512 + t3285_3286;
     t3289_3290 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3287_3288;
-    t3291_3292 = t28_29.swapped() * t3283_3284;
+    t3291_3292 = t28_29 * t3283_3284;
     t3293_3294 = both(R::constant(2.0)) * t237_238; // right_upper_leg, left_upper_leg: change of its motion
-    t3295_3296 = R::Two::fused(t46_47.swapped(), t3293_3294, t3291_3292);
+    t3295_3296 = R::Two::fused(t46_47, t3293_3294, t3291_3292);
     t3297_3298 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3295_3296;
-    t3299_3300 = t32_33.swapped() * t3293_3294;
+    t3299_3300 = t32_33 * t3293_3294;
     t3301_3302 = t543_544 - t3299_3300;
     t3303_3304 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3301_3302, t3297_3298);
     t3305_3306 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3303_3304, -t3289_3290);
@@ -3467,8 +3467,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
     t3379_3380 = t509_510 + t3285_3286;
     t3381_3382 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3379_3380;
-    t3383_3384 = t24_25.swapped() * t3283_3284;
-    t3385_3386 = R::Two::fused(t42_43.swapped(), t3293_3294, t3383_3384);
+    t3383_3384 = t24_25 * t3283_3284;
+    t3385_3386 = R::Two::fused(t42_43, t3293_3294, t3383_3384);
     t3387_3388 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3385_3386;
     t3389_3390 = t541_542 - t3299_3300;
     t3391_3392 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3389_3390, t3387_3388);
@@ -3563,8 +3563,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_ankle, left_ankle: answer of the forces to its motion
     t3459_3460 = t507_508 + t3285_3286;
     t3461_3462 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3459_3460;
-    t3463_3464 = t20_21.swapped() * t3283_3284;
-    t3465_3466 = R::Two::fused(t38_39.swapped(), t3293_3294, t3463_3464);
+    t3463_3464 = t20_21 * t3283_3284;
+    t3465_3466 = R::Two::fused(t38_39, t3293_3294, t3463_3464);
     t3467_3468 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3465_3466;
     t3469_3470 = t539_540 - t3299_3300;
     t3471_3472 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3469_3470, t3467_3468);
@@ -3631,9 +3631,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[34][17] = t3543_3544.second();
     t3545_3546 = two(sin_t2, sin_t3) * t469_470;
     t3547_3548 = both(R::constant(2.0)) * t247_248; // right_foot, left_foot: change of its motion
-    t3549_3550 = t16_17.swapped() * t3547_3548;
+    t3549_3550 = t16_17 * t3547_3548;
     t3551_3552 = both(R::constant(2.0)) * t233_234; // right_foot, left_foot: change of its motion
-    t3553_3554 = R::Two::fused(t32_33.swapped(), t3551_3552, t3549_3550);
+    t3553_3554 = R::Two::fused(t32_33, t3551_3552, t3549_3550);
     t3555_3556 = R::Two::fused(two(cos_t2, cos_t3), t3553_3554, t3545_3546);
     t3557_3558 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3555_3556;
     t3559_3560 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t497_498;
@@ -3703,34 +3703,34 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[29][5] = t3641_3642.first();
     out[35][5] = t3641_3642.second();
     // left_hip_yaw_link: answer of the forces to its motion
-    t3643 = R::fused(-t57_58.first(), t2748_2749.second(), t551_552.second());
+    t3643 = R::fused(-t57_58.second(), t2748_2749.first(), t551_552.second());
     out[30][0] = t3643;
-    t3644 = R::fused(-t65_66.first(), t2748_2749.second(), -t3170_3171.second());
+    t3644 = R::fused(-t65_66.second(), t2748_2749.first(), -t3170_3171.second());
     out[30][2] = t3644;
-    t3645 = R::fused(-t1039_1040.second(), t2748_2749.second(), t3173_3174.second());
-    t3646 = t3049_3050.first() - t3645;
+    t3645 = R::fused(-t1039_1040.second(), t2748_2749.first(), t3173_3174.second());
+    t3646 = t3049_3050.second() - t3645;
     out[30][3] = R::fused(R::constant(0.075), t3644, -t3646);
-    t3648 = R::fused(-t1399_1400.second(), t2748_2749.second(), t3178_3179.second());
-    out[30][4] = t3648 - t3062_3063.first();
-    t3650 = R::fused(-t1405_1406.second(), t2748_2749.second(), t3182_3183.second());
+    t3648 = R::fused(-t1399_1400.second(), t2748_2749.first(), t3178_3179.second());
+    out[30][4] = t3648 - t3062_3063.second();
+    t3650 = R::fused(-t1405_1406.second(), t2748_2749.first(), t3182_3183.second());
     t3651 = t1907_1908.second() + t3650;
     out[30][12] = t3651;
     out[30][5] = R::fused(R::constant(-0.075), t3643, t3651);
-    t3653 = R::fused(-t1481_1482.second(), t2748_2749.second(), t3187_3188.second()); // left_hip_roll_link
+    t3653 = R::fused(-t1481_1482.second(), t2748_2749.first(), t3187_3188.second()); // left_hip_roll_link
     out[30][13] = t3653 - t1859_1860.second(); // left_hip_roll_link: answer of the forces to its motion
-    t3655 = R::fused(-t1519_1520.second(), t2748_2749.second(), t3191_3192.second()); // left_upper_leg
+    t3655 = R::fused(-t1519_1520.second(), t2748_2749.first(), t3191_3192.second()); // left_upper_leg
     out[30][14] = t3655 - t1933_1934.second(); // left_upper_leg: answer of the forces to its motion
-    t3657 = R::fused(-t1569_1570.second(), t2748_2749.second(), t3195_3196.second()); // left_lower_leg
+    t3657 = R::fused(-t1569_1570.second(), t2748_2749.first(), t3195_3196.second()); // left_lower_leg
     out[30][15] = t3657 - t1957_1958.second(); // left_lower_leg: answer of the forces to its motion
-    t3659 = R::fused(-t1631_1632.second(), t2748_2749.second(), t3199_3200.second()); // left_ankle
+    t3659 = R::fused(-t1631_1632.second(), t2748_2749.first(), t3199_3200.second()); // left_ankle
     out[30][16] = t3659 - t1981_1982.second(); // left_ankle: answer of the forces to its motion
-    t3661 = R::fused(-t1721_1722.second(), t2748_2749.second(), t3203_3204.second()); // left_foot
+    t3661 = R::fused(-t1721_1722.second(), t2748_2749.first(), t3203_3204.second()); // left_foot
     out[30][17] = t2005_2006.second() + t3661; // left_foot: answer of the forces to its motion
     // right_ankle, left_ankle: sums of what it carries
-    t3663_3664 = t16_17.swapped() * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t3663_3664 = t16_17 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t3665_3666 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3663_3664);
     t3667_3668 = t3665_3666 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg
-    t3669_3670 = t16_17.swapped() * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t3669_3670 = t16_17 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t3671_3672 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3669_3670);
     t3673_3674 = both(R::constant(0.29034)) + t3671_3672;
     t3675_3676 = R::Two::fused(t3673_3674, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3667_3668); // right_lower_leg, left_lower_leg
@@ -3740,26 +3740,26 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3681_3682 = R::Two::fused(t3673_3674, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), -t3679_3680);
     t3683_3684 = both(R::constant(0.8932)) + t3681_3682;
     t3685_3686 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3683_3684, -t3677_3678); // right_upper_leg, left_upper_leg
-    t3687_3688 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3685_3686, t55_56.swapped()); // right_hip_roll_link, left_hip_roll_link
+    t3687_3688 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3685_3686, t55_56); // right_hip_roll_link, left_hip_roll_link
     t3689 = R::constant(2.444) + t3687_3688.second(); // left_hip_yaw_link: sums of what it carries
     t3690 = t3687_3688.first() + t3689; // right_hip_yaw_link: sums of what it carries
     out[36][4] = t3690;
     out[40][0] = t3690;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t3691_3692 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t3675_3676.swapped();
-    t3693_3694 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t3683_3684.swapped(), t3691_3692);
-    t3695_3696 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t3693_3694; // right_hip_yaw_link, left_hip_yaw_link
-    t3697_3698 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t3685_3686.swapped(), t34_35); // right_hip_roll_link, left_hip_roll_link
-    out[38][13] = t3697_3698.first();
-    out[49][2] = t3697_3698.first();
-    out[38][7] = t3697_3698.second();
-    out[43][2] = t3697_3698.second();
-    t3699_3700 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t3697_3698, t3695_3696); // right_hip_yaw_link, left_hip_yaw_link
-    out[36][12] = t3699_3700.first();
-    out[48][0] = t3699_3700.first();
-    out[36][6] = t3699_3700.second();
-    out[42][0] = t3699_3700.second();
-    t3701 = t3699_3700.first() + t3699_3700.second(); // right_hip_yaw_link: sums of what it carries
+    t3691_3692 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3675_3676;
+    t3693_3694 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3683_3684, t3691_3692);
+    t3695_3696 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3693_3694; // right_hip_yaw_link, left_hip_yaw_link
+    t3697_3698 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3685_3686, t34_35); // right_hip_roll_link, left_hip_roll_link
+    out[38][7] = t3697_3698.first();
+    out[43][2] = t3697_3698.first();
+    out[38][13] = t3697_3698.second();
+    out[49][2] = t3697_3698.second();
+    t3699_3700 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3697_3698, t3695_3696); // right_hip_yaw_link, left_hip_yaw_link
+    out[36][6] = t3699_3700.first();
+    out[42][0] = t3699_3700.first();
+    out[36][12] = t3699_3700.second();
+    out[48][0] = t3699_3700.second();
+    t3701 = t3699_3700.second() + t3699_3700.first(); // right_hip_yaw_link: sums of what it carries
     out[36][5] = t3701;
     out[41][0] = t3701;
     t3702_3703 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3687_3688; // right_hip_roll_link, left_hip_roll_link
@@ -3769,7 +3769,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[49][0] = t3702_3703.second();
     // right_upper_leg, left_upper_leg: mass matrix
     t3704_3705 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3685_3686;
-    t3706_3707 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3693_3694.swapped();
+    t3706_3707 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3693_3694;
     t3708_3709 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3706_3707, -t3704_3705);
     out[36][8] = t3708_3709.first();
     out[44][0] = t3708_3709.first();
@@ -3778,7 +3778,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_lower_leg, left_lower_leg: mass matrix
     t3710_3711 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3681_3682, t3677_3678);
     t3712_3713 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3710_3711;
-    t3714_3715 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3681_3682, t3691_3692.swapped());
+    t3714_3715 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3681_3682, t3691_3692);
     t3716_3717 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3714_3715;
     t3718_3719 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3716_3717, t3712_3713);
     out[36][9] = t3718_3719.first();
@@ -3800,9 +3800,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[36][16] = t3736_3737.second();
     out[52][0] = t3736_3737.second();
     // right_foot, left_foot: mass matrix
-    t3738_3739 = t32_33.swapped() * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t3738_3739 = t32_33 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t3740_3741 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3738_3739;
-    t3742_3743 = t32_33.swapped() * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t3742_3743 = t32_33 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t3744_3745 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3742_3743, t3740_3741);
     t3746_3747 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3744_3745;
     t3748_3749 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3738_3739;
@@ -3821,13 +3821,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[37][3] = t3764;
     out[39][1] = t3764;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3765_3766 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t3693_3694;
-    t3767_3768 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t3697_3698, -t3765_3766);
-    out[37][12] = t3767_3768.first();
-    out[48][1] = t3767_3768.first();
-    out[37][6] = t3767_3768.second();
-    out[42][1] = t3767_3768.second();
-    t3769 = t3767_3768.first() + t3767_3768.second(); // right_hip_yaw_link: sums of what it carries
+    t3765_3766 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3693_3694;
+    t3767_3768 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3697_3698, -t3765_3766);
+    out[37][6] = t3767_3768.first();
+    out[42][1] = t3767_3768.first();
+    out[37][12] = t3767_3768.second();
+    out[48][1] = t3767_3768.second();
+    t3769 = t3767_3768.second() + t3767_3768.first(); // right_hip_yaw_link: sums of what it carries
     out[37][5] = t3769;
     out[41][1] = t3769;
     // right_hip_roll_link, left_hip_roll_link: mass matrix
@@ -3871,7 +3871,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3791 = -t3769; // right_hip_yaw_link: sums of what it carries
     out[38][4] = t3791;
     out[40][2] = t3791;
-    t3792_3793 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3693_3694.swapped(); // right_upper_leg, left_upper_leg
+    t3792_3793 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3693_3694; // right_upper_leg, left_upper_leg
     out[38][8] = t3792_3793.first();
     out[44][2] = t3792_3793.first();
     out[38][14] = t3792_3793.second();
@@ -3891,58 +3891,58 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[47][2] = t3798_3799.first();
     out[38][17] = t3798_3799.second();
     out[53][2] = t3798_3799.second();
-    t3800_3801 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch); // right_ankle, left_ankle
-    t3802_3803 = both(R::constant(0.00382375)) + t567_568.swapped(); // right_foot, left_foot: sums of what it carries
+    t3800_3801 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t3802_3803 = both(R::constant(0.00382375)) + t567_568; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: sums of what it carries
     t3804_3805 = both(R::constant(0.00207575)) - t3802_3803;
     t3806_3807 = t3800_3801 * t3804_3805;
-    t3808_3809 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    t3810_3811 = t573_574.swapped() * t3808_3809;
+    t3808_3809 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t3810_3811 = t573_574 * t3808_3809;
     t3812_3813 = R::Two::fused(both(R::constant(-2.0)), t3810_3811, t3806_3807);
     t3814_3815 = both(R::constant(0.00207575)) - t3812_3813;
-    t3816_3817 = t3671_3672.swapped() * both(R::constant(0.546));
+    t3816_3817 = both(R::constant(0.546)) * t3671_3672;
     t3818_3819 = t3814_3815 + t3816_3817;
-    t3820_3821 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * two(sin_q_left_knee_pitch, sin_q_right_knee_pitch); // right_lower_leg, left_lower_leg
+    t3820_3821 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
     t3822_3823 = t3802_3803 + t3812_3813;
     t3824_3825 = both(R::constant(0.065449478333)) - t3822_3823;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3826_3827 = t3818_3819 + t3824_3825;
     t3828_3829 = t3820_3821 * t3826_3827;
     // right_ankle, left_ankle: sums of what it carries
-    t3830_3831 = t573_574.swapped() * t3800_3801;
-    t3832_3833 = R::Two::fused(both(R::constant(-2.0)), t3830_3831, t573_574.swapped());
+    t3830_3831 = t573_574 * t3800_3801;
+    t3832_3833 = R::Two::fused(both(R::constant(-2.0)), t3830_3831, t573_574);
     t3834_3835 = R::Two::fused(-t3808_3809, t3804_3805, t3832_3833);
-    t3836_3837 = R::Two::fused(both(R::constant(-0.273)), t3665_3666.swapped(), t3834_3835);
+    t3836_3837 = R::Two::fused(both(R::constant(-0.273)), t3665_3666, t3834_3835);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t3838_3839 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch);
+    t3838_3839 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
     t3840_3841 = t3836_3837 * t3838_3839;
     t3842_3843 = R::Two::fused(both(R::constant(-2.0)), t3840_3841, t3828_3829);
     t3844_3845 = t3818_3819 - t3842_3843;
-    t3846_3847 = t3681_3682.swapped() * both(R::constant(0.63));
+    t3846_3847 = both(R::constant(0.63)) * t3681_3682;
     t3848_3849 = t3844_3845 + t3846_3847;
     t3850_3851 = t3824_3825 - t3842_3843;
     t3852_3853 = both(R::constant(0.23740175003)) + t3850_3851;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t3854_3855 = t3848_3849 + t3852_3853;
-    t3856_3857 = t745_746.swapped() * t3854_3855;
+    t3856_3857 = t745_746 * t3854_3855;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3858_3859 = t3836_3837 * t3820_3821;
     t3860_3861 = R::Two::fused(both(R::constant(-2.0)), t3858_3859, t3836_3837);
     t3862_3863 = R::Two::fused(-t3838_3839, t3826_3827, t3860_3861);
-    t3864_3865 = R::Two::fused(both(R::constant(-0.315)), t3675_3676.swapped(), t3862_3863);
+    t3864_3865 = R::Two::fused(both(R::constant(-0.315)), t3675_3676, t3862_3863);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t3866_3867 = t753_754.swapped() * t3864_3865;
+    t3866_3867 = t753_754 * t3864_3865;
     t3868_3869 = R::Two::fused(both(R::constant(-2.0)), t3866_3867, t3856_3857);
     t3870_3871 = t3848_3849 - t3868_3869;
     t3872_3873 = both(R::constant(0.3067920617)) + t3870_3871;
-    out[49][13] = t3872_3873.first();
-    out[43][7] = t3872_3873.second();
+    out[43][7] = t3872_3873.first();
+    out[49][13] = t3872_3873.second();
     t3874_3875 = both(R::constant(0.3067920617)) - t3872_3873; // right_hip_roll_link, left_hip_roll_link
     // right_foot, left_foot: sums of what it carries
-    t3876_3877 = both(R::constant(0.00092625)) - t567_568.swapped();
+    t3876_3877 = both(R::constant(0.00092625)) - t567_568;
     t3878_3879 = both(R::constant(0.00383375)) + t3876_3877;
-    out[52][16] = t3878_3879.first();
-    out[46][10] = t3878_3879.second();
+    out[46][10] = t3878_3879.first();
+    out[52][16] = t3878_3879.second();
     let (
         t3880_3881, t3882_3883, t3884_3885, t3886_3887, t3888_3889, t3890_3891, t3892_3893, t3894_3895, t3896_3897,
         t3898_3899, t3900_3901, t3902_3903, t3904_3905, t3906_3907, t3908_3909, t3910_3911, t3912_3913, t3914_3915,
@@ -3963,98 +3963,98 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t3880_3881 = t3878_3879 + t3816_3817;
     t3882_3883 = both(R::constant(0.06634781167)) + t3880_3881;
-    out[51][15] = t3882_3883.first();
-    out[45][9] = t3882_3883.second();
+    out[45][9] = t3882_3883.first();
+    out[51][15] = t3882_3883.second();
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3884_3885 = t3882_3883 + t3846_3847;
     t3886_3887 = both(R::constant(0.24091175)) + t3884_3885;
-    out[50][14] = t3886_3887.first();
-    out[44][8] = t3886_3887.second();
+    out[44][8] = t3886_3887.first();
+    out[50][14] = t3886_3887.second();
     // right_upper_leg, left_upper_leg: sums of what it carries
     t3888_3889 = both(R::constant(0.3067820617)) - t3886_3887;
     t3890_3891 = t3852_3853 - t3868_3869;
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t3892_3893 = t3890_3891 - t3888_3889;
-    t3894_3895 = t963_964.swapped() * t3892_3893;
+    t3894_3895 = t963_964 * t3892_3893;
     // right_ankle, left_ankle: sums of what it carries
-    t3896_3897 = t579_580.swapped() * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
-    t3898_3899 = R::Two::fused(-t583_584.swapped(), two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t3896_3897);
-    t3900_3901 = t3898_3899 * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch); // right_lower_leg, left_lower_leg
-    t3902_3903 = t579_580.swapped() * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    t3904_3905 = R::Two::fused(t583_584.swapped(), two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t3902_3903);
-    t3906_3907 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), both(R::constant(0.0077805)), t3904_3905);
-    t3908_3909 = R::Two::fused(t3906_3907, two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t3900_3901); // right_lower_leg, left_lower_leg
-    t3910_3911 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t3908_3909; // right_upper_leg, left_upper_leg
+    t3896_3897 = t579_580 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t3898_3899 = R::Two::fused(-t583_584, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3896_3897);
+    t3900_3901 = t3898_3899 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t3902_3903 = t579_580 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t3904_3905 = R::Two::fused(t583_584, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3902_3903);
+    t3906_3907 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t3904_3905);
+    t3908_3909 = R::Two::fused(t3906_3907, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3900_3901); // right_lower_leg, left_lower_leg
+    t3910_3911 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3908_3909; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t3912_3913 = t3898_3899 * two(sin_q_left_knee_pitch, sin_q_right_knee_pitch);
-    t3914_3915 = R::Two::fused(t3906_3907, two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), -t3912_3913);
-    t3916_3917 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), both(R::constant(0.0089775)), t3914_3915);
-    t3918_3919 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t3916_3917, -t3910_3911); // right_upper_leg, left_upper_leg
+    t3912_3913 = t3898_3899 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t3914_3915 = R::Two::fused(t3906_3907, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), -t3912_3913);
+    t3916_3917 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t3914_3915);
+    t3918_3919 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3916_3917, -t3910_3911); // right_upper_leg, left_upper_leg
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t3920_3921 = t967_968.swapped() * t3918_3919;
+    t3920_3921 = t967_968 * t3918_3919;
     t3922_3923 = R::Two::fused(both(R::constant(2.0)), t3920_3921, t3894_3895);
     t3924_3925 = t3888_3889 + t3922_3923;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t3926_3927 = t3924_3925 - t3874_3875;
-    t3928_3929 = t987_988.swapped() * t3926_3927;
+    t3928_3929 = t987_988 * t3926_3927;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t3930_3931 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t3908_3909;
-    t3932_3933 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t3916_3917, t3930_3931);
-    out[49][14] = t3932_3933.first();
-    out[50][13] = t3932_3933.first();
-    out[43][8] = t3932_3933.second();
-    out[44][7] = t3932_3933.second();
-    t3934_3935 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t3932_3933; // right_hip_roll_link, left_hip_roll_link
-    t3936_3937 = t745_746.swapped() * t3864_3865;
+    t3930_3931 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3908_3909;
+    t3932_3933 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3916_3917, t3930_3931);
+    out[43][8] = t3932_3933.first();
+    out[44][7] = t3932_3933.first();
+    out[49][14] = t3932_3933.second();
+    out[50][13] = t3932_3933.second();
+    t3934_3935 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3932_3933; // right_hip_roll_link, left_hip_roll_link
+    t3936_3937 = t745_746 * t3864_3865;
     t3938_3939 = R::Two::fused(both(R::constant(-2.0)), t3936_3937, t3864_3865);
-    t3940_3941 = R::Two::fused(-t753_754.swapped(), t3854_3855, t3938_3939);
-    t3942_3943 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t3940_3941, t3934_3935); // right_hip_roll_link, left_hip_roll_link
+    t3940_3941 = R::Two::fused(-t753_754, t3854_3855, t3938_3939);
+    t3942_3943 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3940_3941, t3934_3935); // right_hip_roll_link, left_hip_roll_link
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3944_3945 = t991_992.swapped() * t3942_3943;
+    t3944_3945 = t991_992 * t3942_3943;
     t3946_3947 = R::Two::fused(both(R::constant(2.0)), t3944_3945, t3928_3929);
     t3948_3949 = t3874_3875 + t3946_3947;
     t3950_3951 = both(R::constant(0.15)) * t3699_3700;
-    t3952_3953 = R::Two::fused(t3950_3951, two(R::constant(1.0), R::constant(-1.0)), t3948_3949);
-    t3954 = R::constant(1.4977057904) - t3952_3953.first(); // left_hip_yaw_link: sums of what it carries
-    out[39][3] = t3954 - t3952_3953.second(); // right_hip_yaw_link: sums of what it carries
-    t3956_3957 = t987_988.swapped() * t3942_3943;
+    t3952_3953 = R::Two::fused(t3950_3951, two(R::constant(-1.0), R::constant(1.0)), t3948_3949);
+    t3954 = R::constant(1.4977057904) - t3952_3953.second(); // left_hip_yaw_link: sums of what it carries
+    out[39][3] = t3954 - t3952_3953.first(); // right_hip_yaw_link: sums of what it carries
+    t3956_3957 = t987_988 * t3942_3943;
     t3958_3959 = R::Two::fused(both(R::constant(-2.0)), t3956_3957, t3942_3943);
-    t3960_3961 = R::Two::fused(t991_992.swapped(), t3926_3927, t3958_3959);
-    t3962_3963 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t3767_3768, t3960_3961);
-    t3964 = t3962_3963.first() + t3962_3963.second(); // right_hip_yaw_link: sums of what it carries
+    t3960_3961 = R::Two::fused(t991_992, t3926_3927, t3958_3959);
+    t3962_3963 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t3767_3768, t3960_3961);
+    t3964 = t3962_3963.second() + t3962_3963.first(); // right_hip_yaw_link: sums of what it carries
     out[39][4] = t3964;
     out[40][3] = t3964;
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t3965_3966 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t3932_3933;
-    t3967_3968 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t3940_3941, t3965_3966);
-    out[48][13] = t3967_3968.first();
-    out[49][12] = t3967_3968.first();
-    out[42][7] = t3967_3968.second();
-    out[43][6] = t3967_3968.second();
-    t3969_3970 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t3967_3968; // right_hip_yaw_link, left_hip_yaw_link
-    t3971_3972 = t963_964.swapped() * t3918_3919;
+    t3965_3966 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3932_3933;
+    t3967_3968 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3940_3941, t3965_3966);
+    out[42][7] = t3967_3968.first();
+    out[43][6] = t3967_3968.first();
+    out[48][13] = t3967_3968.second();
+    out[49][12] = t3967_3968.second();
+    t3969_3970 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3967_3968; // right_hip_yaw_link, left_hip_yaw_link
+    t3971_3972 = t963_964 * t3918_3919;
     t3973_3974 = R::Two::fused(both(R::constant(-2.0)), t3971_3972, t3918_3919);
-    t3975_3976 = R::Two::fused(t967_968.swapped(), t3892_3893, t3973_3974);
-    t3977_3978 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t3975_3976, t3969_3970); // right_hip_yaw_link, left_hip_yaw_link
-    out[39][12] = t3977_3978.first();
-    out[48][3] = t3977_3978.first();
-    out[39][6] = t3977_3978.second();
-    out[42][3] = t3977_3978.second();
-    t3979 = t3977_3978.first() + t3977_3978.second(); // right_hip_yaw_link: sums of what it carries
+    t3975_3976 = R::Two::fused(t967_968, t3892_3893, t3973_3974);
+    t3977_3978 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3975_3976, t3969_3970); // right_hip_yaw_link, left_hip_yaw_link
+    out[39][6] = t3977_3978.first();
+    out[42][3] = t3977_3978.first();
+    out[39][12] = t3977_3978.second();
+    out[48][3] = t3977_3978.second();
+    t3979 = t3977_3978.second() + t3977_3978.first(); // right_hip_yaw_link: sums of what it carries
     out[39][5] = t3979;
     out[41][3] = t3979;
     // right_hip_roll_link, left_hip_roll_link: mass matrix
-    t3980_3981 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3872_3873.swapped();
-    t3982_3983 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3942_3943.swapped(), t3980_3981);
-    t3984_3985 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t3697_3698.swapped(), t3982_3983);
+    t3980_3981 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3872_3873;
+    t3982_3983 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3942_3943, t3980_3981);
+    t3984_3985 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t3697_3698, t3982_3983);
     out[39][7] = t3984_3985.first();
     out[43][3] = t3984_3985.first();
     out[39][13] = t3984_3985.second();
     out[49][3] = t3984_3985.second();
     // right_upper_leg, left_upper_leg: mass matrix
-    t3986_3987 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3932_3933.swapped();
-    t3988_3989 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3886_3887.swapped();
-    t3990_3991 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3918_3919.swapped(), t3988_3989);
+    t3986_3987 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3932_3933;
+    t3988_3989 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3886_3887;
+    t3990_3991 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3918_3919, t3988_3989);
     t3992_3993 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3990_3991, t3986_3987);
     t3994_3995 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t3792_3793, t3992_3993);
     out[39][8] = t3994_3995.first();
@@ -4062,19 +4062,19 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[39][14] = t3994_3995.second();
     out[50][3] = t3994_3995.second();
     // right_lower_leg, left_lower_leg: mass matrix
-    t3996_3997 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3914_3915.swapped(), t3930_3931.swapped());
+    t3996_3997 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3914_3915, t3930_3931);
     out[43][9] = t3996_3997.first();
     out[45][7] = t3996_3997.first();
     out[49][15] = t3996_3997.second();
     out[51][13] = t3996_3997.second();
     t3998_3999 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3996_3997;
-    t4000_4001 = R::Two::fused(both(R::constant(0.315)), t3681_3682, t3882_3883.swapped());
+    t4000_4001 = R::Two::fused(both(R::constant(0.315)), t3681_3682, t3882_3883);
     out[44][9] = t4000_4001.first();
     out[45][8] = t4000_4001.first();
     out[50][15] = t4000_4001.second();
     out[51][14] = t4000_4001.second();
     t4002_4003 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t4000_4001;
-    t4004_4005 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3914_3915.swapped(), t3910_3911.swapped());
+    t4004_4005 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3914_3915, t3910_3911);
     t4006_4007 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t4004_4005, t4002_4003);
     t4008_4009 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t4006_4007, t3998_3999);
     t4010_4011 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t3794_3795, t4008_4009);
@@ -4083,16 +4083,16 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[39][15] = t4010_4011.second();
     out[51][3] = t4010_4011.second();
     // right_ankle, left_ankle: mass matrix
-    t4012_4013 = R::Two::fused(-t3904_3905.swapped(), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3912_3913.swapped());
+    t4012_4013 = R::Two::fused(-t3904_3905, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3912_3913);
     t4014_4015 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t4012_4013;
-    t4016_4017 = R::Two::fused(t3904_3905.swapped(), two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3900_3901.swapped());
+    t4016_4017 = R::Two::fused(t3904_3905, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3900_3901);
     t4018_4019 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t4016_4017, -t4014_4015);
     out[43][10] = t4018_4019.first();
     out[46][7] = t4018_4019.first();
     out[49][16] = t4018_4019.second();
     out[52][13] = t4018_4019.second();
     t4020_4021 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t4018_4019;
-    t4022_4023 = R::Two::fused(both(R::constant(0.273)), t3671_3672, t3878_3879.swapped());
+    t4022_4023 = R::Two::fused(both(R::constant(0.273)), t3671_3672, t3878_3879);
     out[45][10] = t4022_4023.first();
     out[46][9] = t4022_4023.first();
     out[51][16] = t4022_4023.second();
@@ -4151,28 +4151,28 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[39][17] = t4078_4079.second();
     out[53][3] = t4078_4079.second();
     t4080_4081 = t3924_3925 - t3946_3947; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t4082 = R::constant(1.3994107904) - t4080_4081.first(); // left_hip_yaw_link: sums of what it carries
-    out[40][4] = t4082 - t4080_4081.second(); // right_hip_yaw_link: sums of what it carries
+    t4082 = R::constant(1.3994107904) - t4080_4081.second(); // left_hip_yaw_link: sums of what it carries
+    out[40][4] = t4082 - t4080_4081.first(); // right_hip_yaw_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t4084_4085 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t3967_3968;
-    t4086_4087 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t3975_3976, t4084_4085);
-    out[40][12] = t4086_4087.first();
-    out[48][4] = t4086_4087.first();
-    out[40][6] = t4086_4087.second();
-    out[42][4] = t4086_4087.second();
-    t4088_4089 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t3687_3688.swapped(), t4086_4087);
-    t4090 = t4088_4089.first() + t4088_4089.second(); // right_hip_yaw_link: sums of what it carries
+    t4084_4085 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3967_3968;
+    t4086_4087 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3975_3976, t4084_4085);
+    out[40][6] = t4086_4087.first();
+    out[42][4] = t4086_4087.first();
+    out[40][12] = t4086_4087.second();
+    out[48][4] = t4086_4087.second();
+    t4088_4089 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t3687_3688, t4086_4087);
+    t4090 = t4088_4089.second() + t4088_4089.first(); // right_hip_yaw_link: sums of what it carries
     out[40][5] = t4090;
     out[41][4] = t4090;
     // right_hip_roll_link, left_hip_roll_link: mass matrix
-    t4091_4092 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3872_3873.swapped();
-    t4093_4094 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3942_3943.swapped(), t4091_4092);
+    t4091_4092 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3872_3873;
+    t4093_4094 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3942_3943, t4091_4092);
     out[40][7] = t4093_4094.first();
     out[43][4] = t4093_4094.first();
     out[40][13] = t4093_4094.second();
     out[49][4] = t4093_4094.second();
     // right_upper_leg, left_upper_leg: mass matrix
-    t4095_4096 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3932_3933.swapped();
+    t4095_4096 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3932_3933;
     t4097_4098 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3990_3991, t4095_4096);
     out[40][8] = t4097_4098.first();
     out[44][4] = t4097_4098.first();
@@ -4202,24 +4202,24 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t4111_4112 = t3890_3891 - t3922_3923;
     t4113_4114 = both(R::constant(0.3068020617)) - t4111_4112;
-    out[48][12] = t4113_4114.first();
-    out[42][6] = t4113_4114.second();
-    t4115_4116 = R::Two::fused(t3950_3951, two(R::constant(-1.0), R::constant(1.0)), t4113_4114); // right_hip_yaw_link, left_hip_yaw_link
-    t4117 = R::constant(0.154455) + t4115_4116.first(); // left_hip_yaw_link: sums of what it carries
-    out[41][5] = t4117 + t4115_4116.second(); // right_hip_yaw_link: sums of what it carries
-    t4119_4120 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t3699_3700.swapped(), t4113_4114.swapped()); // right_hip_yaw_link, left_hip_yaw_link
+    out[42][6] = t4113_4114.first();
+    out[48][12] = t4113_4114.second();
+    t4115_4116 = R::Two::fused(t3950_3951, two(R::constant(1.0), R::constant(-1.0)), t4113_4114); // right_hip_yaw_link, left_hip_yaw_link
+    t4117 = R::constant(0.154455) + t4115_4116.second(); // left_hip_yaw_link: sums of what it carries
+    out[41][5] = t4117 + t4115_4116.first(); // right_hip_yaw_link: sums of what it carries
+    t4119_4120 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t3699_3700, t4113_4114); // right_hip_yaw_link, left_hip_yaw_link
     out[41][6] = t4119_4120.first();
     out[42][5] = t4119_4120.first();
     out[41][12] = t4119_4120.second();
     out[48][5] = t4119_4120.second();
-    t4121_4122 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t3702_3703, t3967_3968.swapped()); // right_hip_roll_link, left_hip_roll_link
+    t4121_4122 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t3702_3703, t3967_3968); // right_hip_roll_link, left_hip_roll_link
     out[41][7] = t4121_4122.first();
     out[43][5] = t4121_4122.first();
     out[41][13] = t4121_4122.second();
     out[49][5] = t4121_4122.second();
     // right_upper_leg, left_upper_leg: mass matrix
-    t4123_4124 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3886_3887.swapped();
-    t4125_4126 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3918_3919.swapped(), t4123_4124);
+    t4123_4124 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3886_3887;
+    t4125_4126 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3918_3919, t4123_4124);
     out[42][8] = t4125_4126.first();
     out[44][6] = t4125_4126.first();
     out[48][14] = t4125_4126.second();

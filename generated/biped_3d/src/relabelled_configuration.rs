@@ -48,12 +48,12 @@ pub(super) fn relabelled_configuration_program<R: Real>(q: &[R; NQ], out: &mut [
     let t0 = -q_base_y;
     let t1 = -q_base_qx;
     let t2 = -q_base_qz;
-    let t3_4 = -two(q_left_hip_yaw, q_right_hip_yaw);
-    let t5_6 = -two(q_left_hip_roll, q_right_hip_roll);
-    let t7_8 = -two(q_left_ankle_roll, q_right_ankle_roll);
+    let t3_4 = -two(q_right_hip_yaw, q_left_hip_yaw);
+    let t5_6 = -two(q_right_hip_roll, q_left_hip_roll);
+    let t7_8 = -two(q_right_ankle_roll, q_left_ankle_roll);
     *out = [[
-        q_base_x, t0, q_base_z, t1, q_base_qy, t2, q_base_qw, t3_4.first(), t5_6.first(), q_left_hip_pitch,
-        q_left_knee_pitch, q_left_ankle_pitch, t7_8.first(), t3_4.second(), t5_6.second(), q_right_hip_pitch,
-        q_right_knee_pitch, q_right_ankle_pitch, t7_8.second(),
+        q_base_x, t0, q_base_z, t1, q_base_qy, t2, q_base_qw, t3_4.second(), t5_6.second(), q_left_hip_pitch,
+        q_left_knee_pitch, q_left_ankle_pitch, t7_8.second(), t3_4.first(), t5_6.first(), q_right_hip_pitch,
+        q_right_knee_pitch, q_right_ankle_pitch, t7_8.first(),
     ]];
 }

@@ -47,12 +47,12 @@ pub(super) fn relabelled_velocity_program<R: Real>(v: &[R; NV], out: &mut [[R; N
     let t0 = -v_base_linear_y;
     let t1 = -v_base_angular_x;
     let t2 = -v_base_angular_z;
-    let t3_4 = -two(v_left_hip_yaw, v_right_hip_yaw);
-    let t5_6 = -two(v_left_hip_roll, v_right_hip_roll);
-    let t7_8 = -two(v_left_ankle_roll, v_right_ankle_roll);
+    let t3_4 = -two(v_right_hip_yaw, v_left_hip_yaw);
+    let t5_6 = -two(v_right_hip_roll, v_left_hip_roll);
+    let t7_8 = -two(v_right_ankle_roll, v_left_ankle_roll);
     *out = [[
-        v_base_linear_x, t0, v_base_linear_z, t1, v_base_angular_y, t2, t3_4.first(), t5_6.first(), v_left_hip_pitch,
-        v_left_knee_pitch, v_left_ankle_pitch, t7_8.first(), t3_4.second(), t5_6.second(), v_right_hip_pitch,
-        v_right_knee_pitch, v_right_ankle_pitch, t7_8.second(),
+        v_base_linear_x, t0, v_base_linear_z, t1, v_base_angular_y, t2, t3_4.second(), t5_6.second(), v_left_hip_pitch,
+        v_left_knee_pitch, v_left_ankle_pitch, t7_8.second(), t3_4.first(), t5_6.first(), v_right_hip_pitch,
+        v_right_knee_pitch, v_right_ankle_pitch, t7_8.first(),
     ]];
 }

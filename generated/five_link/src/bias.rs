@@ -55,24 +55,24 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t17_18 = t7_8 * t15_16;
     let t19_20 = R::Two::fused(t7_8, t13_14, both(R::constant(9.81)));
     // right_tibia, left_tibia: sums of what it carries
-    let t21_22 = both(R::constant(0.768)) * two(cos_t3, cos_t2);
-    let t23_24 = both(R::constant(0.768)) * two(sin_t3, sin_t2);
-    let t25_26 = t11_12.swapped() * t23_24;
-    let t27_28 = t11_12.swapped() * t21_22;
-    let t29_30 = t17_18.swapped() * t21_22;
-    let t31_32 = R::Two::fused(t19_20.swapped(), t23_24, -t29_30);
-    let t33_34 = t13_14.swapped() * t25_26;
-    let t35_36 = R::Two::fused(-t15_16.swapped(), t27_28, t33_34);
+    let t21_22 = both(R::constant(0.768)) * two(cos_t2, cos_t3);
+    let t23_24 = both(R::constant(0.768)) * two(sin_t2, sin_t3);
+    let t25_26 = t11_12 * t23_24;
+    let t27_28 = t11_12 * t21_22;
+    let t29_30 = t17_18 * t21_22;
+    let t31_32 = R::Two::fused(t19_20, t23_24, -t29_30);
+    let t33_34 = t13_14 * t25_26;
+    let t35_36 = R::Two::fused(-t15_16, t27_28, t33_34);
     let t37_38 = t35_36 - t31_32;
     // right_femur, left_femur: sums of what it carries
-    let t39_40 = both(R::constant(2.028)) * two(cos_t1, cos_t0);
-    let t41_42 = both(R::constant(2.028)) * two(sin_t1, sin_t0);
-    let t43_44 = R::Two::fused(t7_8.swapped(), t41_42, t25_26);
-    let t45_46 = R::Two::fused(t7_8.swapped(), t39_40, t27_28);
-    let t47_48 = R::Two::fused(two(sin_t1, sin_t0), both(R::constant(19.89468)), -t37_38);
-    let t49 = t43_44.first() + t43_44.second(); // right_femur: sums of what it carries
-    let t50 = t45_46.first() + t45_46.second(); // right_femur: sums of what it carries
-    let t51 = t47_48.first() + t47_48.second(); // right_femur: sums of what it carries
+    let t39_40 = both(R::constant(2.028)) * two(cos_t0, cos_t1);
+    let t41_42 = both(R::constant(2.028)) * two(sin_t0, sin_t1);
+    let t43_44 = R::Two::fused(t7_8, t41_42, t25_26);
+    let t45_46 = R::Two::fused(t7_8, t39_40, t27_28);
+    let t47_48 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(19.89468)), -t37_38);
+    let t49 = t43_44.second() + t43_44.first(); // right_femur: sums of what it carries
+    let t50 = t45_46.second() + t45_46.first(); // right_femur: sums of what it carries
+    let t51 = t47_48.second() + t47_48.first(); // right_femur: sums of what it carries
     // torso: sums of what it carries
     let t52 = R::constant(2.88) * cos_q_base_pitch;
     let t53 = R::constant(2.88) * sin_q_base_pitch;
@@ -80,6 +80,6 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t55 = R::fused(-t4, t52, t50);
     let t56 = R::fused(-sin_q_base_pitch, R::constant(28.2528), t51);
     let t57 = R::constant(313.92) + t55; // base/z: sums of what it carries
-    *out = [[t54, t57, t56, t47_48.second(), t31_32.second(), t47_48.first(), t31_32.first()]];
+    *out = [[t54, t57, t56, t47_48.first(), t31_32.first(), t47_48.second(), t31_32.second()]];
 }
 }

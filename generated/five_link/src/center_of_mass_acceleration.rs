@@ -75,21 +75,21 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     let t13_14 = both(R::constant(0.768)) * t7_8;
     let t15_16 = both(R::constant(0.768)) * t11_12;
     // right_tibia, left_tibia: sums of what it carries
-    let t17_18 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t15_16.swapped();
-    let t19_20 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t13_14.swapped(), t17_18);
-    let t21_22 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t15_16.swapped();
-    let t23_24 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t13_14.swapped(), t21_22);
-    let t25_26 = R::Two::fused(both(R::constant(2.028)), t1_2.swapped(), -t23_24);
-    let t27_28 = R::Two::fused(both(R::constant(2.028)), t5_6.swapped(), t19_20);
+    let t17_18 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t15_16;
+    let t19_20 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t13_14, t17_18);
+    let t21_22 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t15_16;
+    let t23_24 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t13_14, t21_22);
+    let t25_26 = R::Two::fused(both(R::constant(2.028)), t1_2, -t23_24);
+    let t27_28 = R::Two::fused(both(R::constant(2.028)), t5_6, t19_20);
     // right_femur, left_femur: sums of what it carries
-    let t29_30 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t27_28;
-    let t31_32 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t25_26, t29_30);
-    let t33_34 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t27_28;
-    let t35_36 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t25_26, t33_34);
-    let t37 = R::fused(R::constant(2.88), a_base_pitch, t35_36.first()); // left_femur: sums of what it carries
-    let t38 = R::fused(R::constant(2.88), t0, -t31_32.first()); // left_femur: sums of what it carries
-    let t39 = t37 + t35_36.second(); // right_femur: sums of what it carries
-    let t40 = t38 - t31_32.second(); // right_femur: sums of what it carries
+    let t29_30 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t27_28;
+    let t31_32 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t25_26, t29_30);
+    let t33_34 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t27_28;
+    let t35_36 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t25_26, t33_34);
+    let t37 = R::fused(R::constant(2.88), a_base_pitch, t35_36.second()); // left_femur: sums of what it carries
+    let t38 = R::fused(R::constant(2.88), t0, -t31_32.second()); // left_femur: sums of what it carries
+    let t39 = t37 + t35_36.first(); // right_femur: sums of what it carries
+    let t40 = t38 - t31_32.first(); // right_femur: sums of what it carries
     // torso: sums of what it carries
     let t41 = cos_q_base_pitch * t40;
     let t42 = R::fused(sin_q_base_pitch, t39, t41);

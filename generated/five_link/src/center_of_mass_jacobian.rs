@@ -48,16 +48,16 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t12_13 = t2_3 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     let t14_15 = R::Two::fused(t6_7, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t12_13);
     // right_tibia, left_tibia: sums of what it carries
-    let t16_17 = both(R::constant(0.768)) * two(sin_q_left_knee_pitch, sin_q_right_knee_pitch);
-    let t18_19 = R::Two::fused(both(R::constant(0.768)), two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), both(R::constant(2.028)));
+    let t16_17 = both(R::constant(0.768)) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    let t18_19 = R::Two::fused(both(R::constant(0.768)), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(2.028)));
     // right_femur, left_femur: sums of what it carries
-    let t20_21 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t18_19;
-    let t22_23 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t16_17, t20_21);
-    let t24_25 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t18_19;
-    let t26_27 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t16_17, t24_25);
-    let t28 = R::constant(2.88) - t22_23.first(); // left_femur: sums of what it carries
-    let t29 = t26_27.first() + t26_27.second(); // right_femur: sums of what it carries
-    let t30 = t28 - t22_23.second(); // right_femur: sums of what it carries
+    let t20_21 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t18_19;
+    let t22_23 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t20_21);
+    let t24_25 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t18_19;
+    let t26_27 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t24_25);
+    let t28 = R::constant(2.88) - t22_23.second(); // left_femur: sums of what it carries
+    let t29 = t26_27.second() + t26_27.first(); // right_femur: sums of what it carries
+    let t30 = t28 - t22_23.first(); // right_femur: sums of what it carries
     // torso: Jacobian of the centre of mass
     let t31 = t30 * R::constant(0.03125);
     let t32 = t29 * R::constant(0.03125);
@@ -66,7 +66,7 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t35 = sin_q_base_pitch * t31;
     let t36 = R::fused(cos_q_base_pitch, t32, -t35);
     // right_femur, left_femur: Jacobian of the centre of mass
-    let t37_38 = t18_19.swapped() * both(R::constant(0.03125));
+    let t37_38 = t18_19 * both(R::constant(0.03125));
     let t39_40 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * both(R::constant(0.024));
     let t41_42 = t6_7 * t37_38;
     let t43_44 = R::Two::fused(t2_3, t39_40, t41_42);

@@ -41,20 +41,20 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     ) = R::sin_cos_all([q_left_knee_pitch, q_right_knee_pitch, q_left_hip_pitch, q_right_hip_pitch, q_base_pitch]);
     // torso: sums of what it carries
     let t0 = -sin_q_base_pitch;
-    let t1_2 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(cos_q_base_pitch);
-    let t3_4 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(sin_q_base_pitch), t1_2);
-    let t5_6 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(cos_q_base_pitch);
-    let t7_8 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(sin_q_base_pitch), t5_6);
+    let t1_2 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * both(cos_q_base_pitch);
+    let t3_4 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), both(sin_q_base_pitch), t1_2);
+    let t5_6 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * both(cos_q_base_pitch);
+    let t7_8 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), both(sin_q_base_pitch), t5_6);
     let t9_10 = -t7_8;
     // right_tibia, left_tibia: columns that its parent has too
     let t11_12 = R::Two::fused(both(R::constant(-0.4)), t7_8, both(q_base_x));
     let t13_14 = R::Two::fused(both(R::constant(-0.4)), t3_4, both(q_base_z));
     // right_femur, left_femur: sums of what it carries
-    let t15_16 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t17_18 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t15_16);
+    let t15_16 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
+    let t17_18 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t15_16);
     let t19_20 = both(cos_q_base_pitch) * t17_18; // torso: sums of what it carries
-    let t21_22 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t23_24 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t21_22);
+    let t21_22 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
+    let t23_24 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t21_22);
     // torso: sums of what it carries
     let t25_26 = R::Two::fused(-both(sin_q_base_pitch), t23_24, t19_20);
     let t27_28 = both(cos_q_base_pitch) * t23_24;
@@ -92,9 +92,9 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
         [R::constant(0.0); 3], // torso.Iyz
         [R::constant(0.0); 3], // torso.Izz
         [q_base_x, R::constant(0.0), q_base_z], // right_femur.m
-        [t3_4.first(), R::constant(0.0), t9_10.first()], // right_femur.m*cx
+        [t3_4.second(), R::constant(0.0), t9_10.second()], // right_femur.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_femur.m*cy
-        [t7_8.first(), R::constant(0.0), t3_4.first()], // right_femur.m*cz
+        [t7_8.second(), R::constant(0.0), t3_4.second()], // right_femur.m*cz
         [R::constant(0.0); 3], // right_femur.Ixx
         [R::constant(0.0); 3], // right_femur.Ixy
         [R::constant(0.0); 3], // right_femur.Ixz
@@ -102,29 +102,29 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
         [R::constant(0.0); 3], // right_femur.Iyz
         [R::constant(0.0); 3], // right_femur.Izz
         [q_base_x, R::constant(0.0), q_base_z], // left_femur.m
-        [t3_4.second(), R::constant(0.0), t9_10.second()], // left_femur.m*cx
+        [t3_4.first(), R::constant(0.0), t9_10.first()], // left_femur.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_femur.m*cy
-        [t7_8.second(), R::constant(0.0), t3_4.second()], // left_femur.m*cz
+        [t7_8.first(), R::constant(0.0), t3_4.first()], // left_femur.m*cz
         [R::constant(0.0); 3], // left_femur.Ixx
         [R::constant(0.0); 3], // left_femur.Ixy
         [R::constant(0.0); 3], // left_femur.Ixz
         [R::constant(0.0); 3], // left_femur.Iyy
         [R::constant(0.0); 3], // left_femur.Iyz
         [R::constant(0.0); 3], // left_femur.Izz
-        [t11_12.first(), R::constant(0.0), t13_14.first()], // right_tibia.m
-        [t25_26.first(), R::constant(0.0), t31_32.first()], // right_tibia.m*cx
+        [t11_12.second(), R::constant(0.0), t13_14.second()], // right_tibia.m
+        [t25_26.second(), R::constant(0.0), t31_32.second()], // right_tibia.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_tibia.m*cy
-        [t29_30.first(), R::constant(0.0), t25_26.first()], // right_tibia.m*cz
+        [t29_30.second(), R::constant(0.0), t25_26.second()], // right_tibia.m*cz
         [R::constant(0.0); 3], // right_tibia.Ixx
         [R::constant(0.0); 3], // right_tibia.Ixy
         [R::constant(0.0); 3], // right_tibia.Ixz
         [R::constant(0.0); 3], // right_tibia.Iyy
         [R::constant(0.0); 3], // right_tibia.Iyz
         [R::constant(0.0); 3], // right_tibia.Izz
-        [t11_12.second(), R::constant(0.0), t13_14.second()], // left_tibia.m
-        [t25_26.second(), R::constant(0.0), t31_32.second()], // left_tibia.m*cx
+        [t11_12.first(), R::constant(0.0), t13_14.first()], // left_tibia.m
+        [t25_26.first(), R::constant(0.0), t31_32.first()], // left_tibia.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_tibia.m*cy
-        [t29_30.second(), R::constant(0.0), t25_26.second()], // left_tibia.m*cz
+        [t29_30.first(), R::constant(0.0), t25_26.first()], // left_tibia.m*cz
         [R::constant(0.0); 3], // left_tibia.Ixx
         [R::constant(0.0); 3], // left_tibia.Ixy
         [R::constant(0.0); 3], // left_tibia.Ixz

@@ -48,16 +48,16 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t4_5 = both(R::constant(2.028)) * t0_1; // right_femur, left_femur: momentum
     let t6_7 = both(R::constant(0.768)) * t2_3; // right_tibia, left_tibia: momentum
     // right_tibia, left_tibia: sums of what it carries
-    let t8_9 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t6_7.swapped();
-    let t10_11 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t6_7.swapped(), t4_5.swapped());
+    let t8_9 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t6_7;
+    let t10_11 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t6_7, t4_5);
     // right_femur, left_femur: sums of what it carries
-    let t12_13 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t8_9;
-    let t14_15 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t10_11, t12_13);
-    let t16_17 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t8_9;
-    let t18_19 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t10_11, t16_17);
-    let t20 = R::fused(R::constant(2.88), v_base_pitch, t18_19.first()); // left_femur: sums of what it carries
-    let t21 = t20 + t18_19.second(); // right_femur: sums of what it carries
-    let t22 = t14_15.first() + t14_15.second(); // right_femur: sums of what it carries
+    let t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t8_9;
+    let t14_15 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t10_11, t12_13);
+    let t16_17 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t8_9;
+    let t18_19 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t10_11, t16_17);
+    let t20 = R::fused(R::constant(2.88), v_base_pitch, t18_19.second()); // left_femur: sums of what it carries
+    let t21 = t20 + t18_19.first(); // right_femur: sums of what it carries
+    let t22 = t14_15.second() + t14_15.first(); // right_femur: sums of what it carries
     // torso: sums of what it carries
     let t23 = cos_q_base_pitch * t22;
     let t24 = R::fused(-sin_q_base_pitch, t21, t23);

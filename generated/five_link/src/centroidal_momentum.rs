@@ -71,21 +71,21 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t30_31 = both(R::constant(0.768)) * t18_19;
     let t32_33 = R::Two::fused(both(R::constant(0.38432)), t20_21, t30_31);
     // right_tibia, left_tibia: sums of what it carries
-    let t34_35 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t28_29.swapped();
-    let t36_37 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t28_29.swapped();
-    let t38_39 = R::Two::fused(both(R::constant(2.028)), t12_13.swapped(), t36_37);
-    let t40_41 = t26_27.swapped() + t32_33.swapped();
+    let t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t28_29;
+    let t36_37 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t28_29;
+    let t38_39 = R::Two::fused(both(R::constant(2.028)), t12_13, t36_37);
+    let t40_41 = t26_27 + t32_33;
     let t42_43 = R::Two::fused(both(R::constant(0.4)), t36_37, t40_41);
     // right_femur, left_femur: sums of what it carries
-    let t44_45 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t34_35;
-    let t46_47 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t38_39, t44_45);
-    let t48_49 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t34_35;
-    let t50_51 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t38_39, t48_49);
-    let t52 = R::fused(R::constant(2.88), v_base_pitch, t50_51.first()); // left_femur: sums of what it carries
-    let t53 = t23 - t42_43.first(); // left_femur: sums of what it carries
-    let t54 = t52 + t50_51.second(); // right_femur: sums of what it carries
-    let t55 = t46_47.first() + t46_47.second(); // right_femur: sums of what it carries
-    let t56 = t42_43.second() - t53; // right_femur: sums of what it carries
+    let t44_45 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35;
+    let t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t44_45);
+    let t48_49 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t34_35;
+    let t50_51 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39, t48_49);
+    let t52 = R::fused(R::constant(2.88), v_base_pitch, t50_51.second()); // left_femur: sums of what it carries
+    let t53 = t23 - t42_43.second(); // left_femur: sums of what it carries
+    let t54 = t52 + t50_51.first(); // right_femur: sums of what it carries
+    let t55 = t46_47.second() + t46_47.first(); // right_femur: sums of what it carries
+    let t56 = t42_43.first() - t53; // right_femur: sums of what it carries
     // torso: sums of what it carries
     let t57 = cos_q_base_pitch * t55;
     let t58 = R::fused(-sin_q_base_pitch, t54, t57);
@@ -96,16 +96,16 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t63 = R::fused(q_base_z, t61, t56); // base/z: sums of what it carries
     let t64 = R::fused(-q_base_x, t62, t63); // base/x: sums of what it carries
     // right_tibia, left_tibia: sums of what it carries
-    let t65_66 = both(R::constant(0.768)) * two(sin_q_left_knee_pitch, sin_q_right_knee_pitch);
-    let t67_68 = R::Two::fused(both(R::constant(0.768)), two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), both(R::constant(2.028)));
+    let t65_66 = both(R::constant(0.768)) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    let t67_68 = R::Two::fused(both(R::constant(0.768)), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(2.028)));
     // right_femur, left_femur: sums of what it carries
-    let t69_70 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t67_68;
-    let t71_72 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t65_66, t69_70);
-    let t73_74 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t67_68;
-    let t75_76 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t65_66, t73_74);
-    let t77 = R::constant(2.88) - t71_72.first(); // left_femur: sums of what it carries
-    let t78 = t75_76.first() + t75_76.second(); // right_femur: sums of what it carries
-    let t79 = t77 - t71_72.second(); // right_femur: sums of what it carries
+    let t69_70 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t67_68;
+    let t71_72 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t65_66, t69_70);
+    let t73_74 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t67_68;
+    let t75_76 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t65_66, t73_74);
+    let t77 = R::constant(2.88) - t71_72.second(); // left_femur: sums of what it carries
+    let t78 = t75_76.second() + t75_76.first(); // right_femur: sums of what it carries
+    let t79 = t77 - t71_72.first(); // right_femur: sums of what it carries
     // torso: sums of what it carries
     let t80 = cos_q_base_pitch * t79;
     let t81 = R::fused(sin_q_base_pitch, t78, t80);

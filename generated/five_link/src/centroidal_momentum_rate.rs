@@ -92,25 +92,25 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t43_44 = both(R::constant(0.38432)) * t27_28;
     let t45_46 = R::Two::fused(both(R::constant(0.768)), t25_26, t43_44);
     // right_tibia, left_tibia: sums of what it carries
-    let t47_48 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t41_42.swapped();
-    let t49_50 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t39_40.swapped(), t47_48);
-    let t51_52 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t41_42.swapped();
-    let t53_54 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t39_40.swapped(), t51_52);
-    let t55_56 = R::Two::fused(both(R::constant(2.028)), t13_14.swapped(), -t53_54);
-    let t57_58 = R::Two::fused(both(R::constant(2.028)), t17_18.swapped(), t49_50);
-    let t59_60 = t37_38.swapped() + t45_46.swapped();
+    let t47_48 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t41_42;
+    let t49_50 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t39_40, t47_48);
+    let t51_52 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t41_42;
+    let t53_54 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t39_40, t51_52);
+    let t55_56 = R::Two::fused(both(R::constant(2.028)), t13_14, -t53_54);
+    let t57_58 = R::Two::fused(both(R::constant(2.028)), t17_18, t49_50);
+    let t59_60 = t37_38 + t45_46;
     let t61_62 = R::Two::fused(both(R::constant(-0.4)), t53_54, t59_60);
     // right_femur, left_femur: sums of what it carries
-    let t63_64 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t57_58;
-    let t65_66 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t55_56, t63_64);
-    let t67_68 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t57_58;
-    let t69_70 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t55_56, t67_68);
-    let t71 = R::fused(R::constant(2.88), a_base_pitch, t69_70.first()); // left_femur: sums of what it carries
-    let t72 = R::fused(R::constant(2.88), t4, -t65_66.first()); // left_femur: sums of what it carries
-    let t73 = t34 + t61_62.first(); // left_femur: sums of what it carries
-    let t74 = t71 + t69_70.second(); // right_femur: sums of what it carries
-    let t75 = t72 - t65_66.second(); // right_femur: sums of what it carries
-    let t76 = t61_62.second() + t73; // right_femur: sums of what it carries
+    let t63_64 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t57_58;
+    let t65_66 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t55_56, t63_64);
+    let t67_68 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t57_58;
+    let t69_70 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t55_56, t67_68);
+    let t71 = R::fused(R::constant(2.88), a_base_pitch, t69_70.second()); // left_femur: sums of what it carries
+    let t72 = R::fused(R::constant(2.88), t4, -t65_66.second()); // left_femur: sums of what it carries
+    let t73 = t34 + t61_62.second(); // left_femur: sums of what it carries
+    let t74 = t71 + t69_70.first(); // right_femur: sums of what it carries
+    let t75 = t72 - t65_66.first(); // right_femur: sums of what it carries
+    let t76 = t61_62.first() + t73; // right_femur: sums of what it carries
     // torso: sums of what it carries
     let t77 = cos_q_base_pitch * t75;
     let t78 = R::fused(sin_q_base_pitch, t74, t77);
@@ -121,16 +121,16 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t83 = R::fused(q_base_z, t81, t76); // base/z: sums of what it carries
     let t84 = R::fused(-q_base_x, t82, t83); // base/x: sums of what it carries
     // right_tibia, left_tibia: sums of what it carries
-    let t85_86 = both(R::constant(0.768)) * two(sin_q_left_knee_pitch, sin_q_right_knee_pitch);
-    let t87_88 = R::Two::fused(both(R::constant(0.768)), two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), both(R::constant(2.028)));
+    let t85_86 = both(R::constant(0.768)) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    let t87_88 = R::Two::fused(both(R::constant(0.768)), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(2.028)));
     // right_femur, left_femur: sums of what it carries
-    let t89_90 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t87_88;
-    let t91_92 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t85_86, t89_90);
-    let t93_94 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t87_88;
-    let t95_96 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t85_86, t93_94);
-    let t97 = R::constant(2.88) - t91_92.first(); // left_femur: sums of what it carries
-    let t98 = t95_96.first() + t95_96.second(); // right_femur: sums of what it carries
-    let t99 = t97 - t91_92.second(); // right_femur: sums of what it carries
+    let t89_90 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t87_88;
+    let t91_92 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t85_86, t89_90);
+    let t93_94 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t87_88;
+    let t95_96 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t85_86, t93_94);
+    let t97 = R::constant(2.88) - t91_92.second(); // left_femur: sums of what it carries
+    let t98 = t95_96.second() + t95_96.first(); // right_femur: sums of what it carries
+    let t99 = t97 - t91_92.first(); // right_femur: sums of what it carries
     // torso: sums of what it carries
     let t100 = cos_q_base_pitch * t99;
     let t101 = R::fused(sin_q_base_pitch, t98, t100);

@@ -52,23 +52,23 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     let t12_13 = t4_5 * t6_7;
     let t14_15 = t4_5 * t8_9;
     // right_tibia, left_tibia: sums of what it carries
-    let t16_17 = both(R::constant(0.768)) * two(cos_t3, cos_t2);
-    let t18_19 = both(R::constant(0.768)) * two(sin_t3, sin_t2);
-    let t20_21 = t10_11.swapped() * t16_17;
-    let t22_23 = t10_11.swapped() * t18_19;
-    let t24_25 = t8_9.swapped() * t20_21;
-    let t26_27 = R::Two::fused(-t6_7.swapped(), t22_23, t24_25);
-    let t28_29 = t12_13.swapped() * t18_19;
-    let t30_31 = R::Two::fused(-t14_15.swapped(), t16_17, t28_29);
+    let t16_17 = both(R::constant(0.768)) * two(cos_t2, cos_t3);
+    let t18_19 = both(R::constant(0.768)) * two(sin_t2, sin_t3);
+    let t20_21 = t10_11 * t16_17;
+    let t22_23 = t10_11 * t18_19;
+    let t24_25 = t8_9 * t20_21;
+    let t26_27 = R::Two::fused(-t6_7, t22_23, t24_25);
+    let t28_29 = t12_13 * t18_19;
+    let t30_31 = R::Two::fused(-t14_15, t16_17, t28_29);
     let t32_33 = t26_27 + t30_31;
     // right_femur, left_femur: sums of what it carries
-    let t34_35 = both(R::constant(2.028)) * two(cos_t1, cos_t0);
-    let t36_37 = both(R::constant(2.028)) * two(sin_t1, sin_t0);
-    let t38_39 = R::Two::fused(t4_5.swapped(), t34_35, t20_21);
-    let t40_41 = R::Two::fused(t4_5.swapped(), t36_37, t22_23);
-    let t42 = t38_39.first() + t38_39.second(); // right_femur: sums of what it carries
-    let t43 = t40_41.first() + t40_41.second(); // right_femur: sums of what it carries
-    let t44 = t32_33.first() + t32_33.second(); // right_femur: sums of what it carries
+    let t34_35 = both(R::constant(2.028)) * two(cos_t0, cos_t1);
+    let t36_37 = both(R::constant(2.028)) * two(sin_t0, sin_t1);
+    let t38_39 = R::Two::fused(t4_5, t34_35, t20_21);
+    let t40_41 = R::Two::fused(t4_5, t36_37, t22_23);
+    let t42 = t38_39.second() + t38_39.first(); // right_femur: sums of what it carries
+    let t43 = t40_41.second() + t40_41.first(); // right_femur: sums of what it carries
+    let t44 = t32_33.second() + t32_33.first(); // right_femur: sums of what it carries
     // torso: sums of what it carries
     let t45 = R::constant(2.88) * cos_q_base_pitch;
     let t46 = R::constant(2.88) * sin_q_base_pitch;
@@ -77,25 +77,25 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     *out = [
         [R::constant(0.0); NV], // base/x
         [R::constant(0.0); NV], // base/z
-        [t48, t47, t44, t32_33.second(), t30_31.second(), t32_33.first(), t30_31.first()], // base/pitch
+        [t48, t47, t44, t32_33.first(), t30_31.first(), t32_33.second(), t30_31.second()], // base/pitch
         // right_hip_pitch
         [
-            t40_41.second(), t38_39.second(), t32_33.second(), t32_33.second(), t30_31.second(), R::constant(0.0),
+            t40_41.first(), t38_39.first(), t32_33.first(), t32_33.first(), t30_31.first(), R::constant(0.0),
             R::constant(0.0),
         ],
         // right_knee_pitch
         [
-            t22_23.second(), t20_21.second(), t26_27.second(), t26_27.second(), R::constant(0.0), R::constant(0.0),
+            t22_23.first(), t20_21.first(), t26_27.first(), t26_27.first(), R::constant(0.0), R::constant(0.0),
             R::constant(0.0),
         ],
         // left_hip_pitch
         [
-            t40_41.first(), t38_39.first(), t32_33.first(), R::constant(0.0), R::constant(0.0), t32_33.first(),
-            t30_31.first(),
+            t40_41.second(), t38_39.second(), t32_33.second(), R::constant(0.0), R::constant(0.0), t32_33.second(),
+            t30_31.second(),
         ],
         // left_knee_pitch
         [
-            t22_23.first(), t20_21.first(), t26_27.first(), R::constant(0.0), R::constant(0.0), t26_27.first(),
+            t22_23.second(), t20_21.second(), t26_27.second(), R::constant(0.0), R::constant(0.0), t26_27.second(),
             R::constant(0.0),
         ],
     ];

@@ -101,47 +101,47 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t23_24 = t5_6 * t9_10;
     t25_26 = t5_6 * t11_12;
     // right_tibia, left_tibia: sums of what it carries
-    t27_28 = both(R::constant(0.768)) * two(cos_t3, cos_t2);
-    t29_30 = both(R::constant(0.768)) * two(sin_t3, sin_t2);
-    t31_32 = t21_22.swapped() * t29_30;
-    t33_34 = t21_22.swapped() * t27_28;
-    t35_36 = t13_14.swapped() * t27_28;
-    t37_38 = R::Two::fused(-t17_18.swapped(), t29_30, t35_36);
-    t39_40 = two(sin_t3, sin_t2) * both(R::constant(1.536));
-    t41_42 = two(cos_t3, cos_t2) * both(R::constant(1.536));
-    t43_44 = t19_20.swapped() * t41_42;
-    t45_46 = t19_20.swapped() * t39_40;
-    t47_48 = both(R::constant(2.0)) * t23_24.swapped();
-    t49_50 = both(R::constant(2.0)) * t25_26.swapped();
-    t51_52 = t11_12.swapped() * t29_30;
-    t53_54 = t11_12.swapped() * t43_44;
-    t55_56 = R::Two::fused(-t9_10.swapped(), t45_46, t53_54);
+    t27_28 = both(R::constant(0.768)) * two(cos_t2, cos_t3);
+    t29_30 = both(R::constant(0.768)) * two(sin_t2, sin_t3);
+    t31_32 = t21_22 * t29_30;
+    t33_34 = t21_22 * t27_28;
+    t35_36 = t13_14 * t27_28;
+    t37_38 = R::Two::fused(-t17_18, t29_30, t35_36);
+    t39_40 = two(sin_t2, sin_t3) * both(R::constant(1.536));
+    t41_42 = two(cos_t2, cos_t3) * both(R::constant(1.536));
+    t43_44 = t19_20 * t41_42;
+    t45_46 = t19_20 * t39_40;
+    t47_48 = both(R::constant(2.0)) * t23_24;
+    t49_50 = both(R::constant(2.0)) * t25_26;
+    t51_52 = t11_12 * t29_30;
+    t53_54 = t11_12 * t43_44;
+    t55_56 = R::Two::fused(-t9_10, t45_46, t53_54);
     t57_58 = t29_30 * t47_48;
     t59_60 = R::Two::fused(-t27_28, t49_50, t57_58);
     t61_62 = t55_56 + t59_60;
-    t63_64 = t9_10.swapped() * t31_32;
-    t65_66 = R::Two::fused(-t11_12.swapped(), t33_34, t63_64);
+    t63_64 = t9_10 * t31_32;
+    t65_66 = R::Two::fused(-t11_12, t33_34, t63_64);
     // right_femur, left_femur: sums of what it carries
-    t67_68 = both(R::constant(2.028)) * two(cos_t1, cos_t0);
-    t69_70 = both(R::constant(2.028)) * two(sin_t1, sin_t0);
-    t71_72 = t7_8.swapped() * t69_70;
-    t73_74 = t7_8.swapped() * t67_68;
-    t75_76 = two(sin_t1, sin_t0) * both(R::constant(4.056));
-    t77_78 = two(cos_t1, cos_t0) * both(R::constant(4.056));
+    t67_68 = both(R::constant(2.028)) * two(cos_t0, cos_t1);
+    t69_70 = both(R::constant(2.028)) * two(sin_t0, sin_t1);
+    t71_72 = t7_8 * t69_70;
+    t73_74 = t7_8 * t67_68;
+    t75_76 = two(sin_t0, sin_t1) * both(R::constant(4.056));
+    t77_78 = two(cos_t0, cos_t1) * both(R::constant(4.056));
     t79_80 = t29_30 + t69_70;
     t81_82 = t27_28 + t67_68;
-    t83_84 = R::Two::fused(t5_6.swapped(), t77_78, t43_44);
-    t85_86 = R::Two::fused(t5_6.swapped(), t75_76, t45_46);
+    t83_84 = R::Two::fused(t5_6, t77_78, t43_44);
+    t85_86 = R::Two::fused(t5_6, t75_76, t45_46);
     t87_88 = t31_32 + t71_72;
     t89_90 = t33_34 + t73_74;
     // right_femur: sums of what it carries
-    t91 = t79_80.first() + t79_80.second();
-    t92 = t81_82.first() + t81_82.second();
-    t93 = t83_84.first() + t83_84.second();
-    t94 = t85_86.first() + t85_86.second();
-    t95 = t61_62.first() + t61_62.second();
-    t96 = t87_88.first() + t87_88.second();
-    t97 = t89_90.first() + t89_90.second();
+    t91 = t79_80.second() + t79_80.first();
+    t92 = t81_82.second() + t81_82.first();
+    t93 = t83_84.second() + t83_84.first();
+    t94 = t85_86.second() + t85_86.first();
+    t95 = t61_62.second() + t61_62.first();
+    t96 = t87_88.second() + t87_88.first();
+    t97 = t89_90.second() + t89_90.first();
     // torso: sums of what it carries
     t98 = R::constant(2.88) * cos_q_base_pitch;
     t99 = R::constant(2.88) * sin_q_base_pitch;
@@ -156,49 +156,49 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t108 = t96 - t100;
     t109 = t97 - t101;
     t110 = t109 + R::constant(313.92); // base/z: sums of what it carries
-    t111_112 = R::Two::fused(t9_10, t27_28.swapped(), t51_52.swapped()); // right_tibia, left_tibia: mass matrix
+    t111_112 = R::Two::fused(t9_10, t27_28, t51_52); // right_tibia, left_tibia: mass matrix
     // factors of the mass matrix
-    t113_114 = two(sin_t3, sin_t2) * both(R::constant(1.9983347210657787));
-    t115 = R::fused(-t29_30.first(), t113_114.first(), R::constant(32.0));
-    t116 = t27_28.first() * t113_114.first();
-    t117_118 = two(cos_t3, cos_t2) * both(R::constant(1.9983347210657787));
-    t119 = R::fused(-t27_28.first(), t117_118.first(), R::constant(32.0));
-    t120 = R::fused(-t29_30.second(), t113_114.second(), t115);
-    t121 = R::fused(t27_28.second(), t113_114.second(), t116);
-    t122 = R::fused(-t27_28.second(), t117_118.second(), t119);
+    t113_114 = two(sin_t2, sin_t3) * both(R::constant(1.9983347210657787));
+    t115 = R::fused(-t29_30.second(), t113_114.second(), R::constant(32.0));
+    t116 = t27_28.second() * t113_114.second();
+    t117_118 = two(cos_t2, cos_t3) * both(R::constant(1.9983347210657787));
+    t119 = R::fused(-t27_28.second(), t117_118.second(), R::constant(32.0));
+    t120 = R::fused(-t29_30.first(), t113_114.first(), t115);
+    t121 = R::fused(t27_28.first(), t113_114.first(), t116);
+    t122 = R::fused(-t27_28.first(), t117_118.first(), t119);
     // other
     t123 = t108 - tau_base_x;
     t124 = t110 - tau_base_z;
-    t125_126 = t37_38.swapped() + two(tau_right_knee_pitch, tau_left_knee_pitch);
+    t125_126 = t37_38 + two(tau_right_knee_pitch, tau_left_knee_pitch);
     // solved by the factors
-    t127 = R::fused(t113_114.first(), t125_126.second(), t124);
-    t128 = R::fused(-t117_118.first(), t125_126.second(), t123);
-    t129 = R::fused(t113_114.second(), t125_126.first(), t127);
-    t130 = R::fused(-t117_118.second(), t125_126.first(), t128);
+    t127 = R::fused(t113_114.second(), t125_126.second(), t124);
+    t128 = R::fused(-t117_118.second(), t125_126.second(), t123);
+    t129 = R::fused(t113_114.first(), t125_126.first(), t127);
+    t130 = R::fused(-t117_118.first(), t125_126.first(), t128);
     t131_132 = both(R::constant(2.601998334721066)) * t125_126; // other
     t133_134 = t59_60 * t113_114;
-    t135 = t106 - t133_134.first();
+    t135 = t106 - t133_134.second();
     t136_137 = t59_60 * t117_118;
-    t138 = t107 + t136_137.first();
-    t139 = t135 - t133_134.second();
-    t140 = t138 + t136_137.second();
-    t141_142 = t59_60.swapped() * both(R::constant(2.601998334721066)); // other
-    t143_144 = t83_84.swapped() - t133_134.swapped();
-    t145_146 = t85_86.swapped() + t136_137.swapped();
+    t138 = t107 + t136_137.second();
+    t139 = t135 - t133_134.first();
+    t140 = t138 + t136_137.first();
+    t141_142 = t59_60 * both(R::constant(2.601998334721066)); // other
+    t143_144 = t83_84 - t133_134;
+    t145_146 = t85_86 + t136_137;
     // factors of the mass matrix
-    t147_148 = t111_112.swapped() * both(R::constant(2.601998334721066));
-    t149_150 = R::Two::fused(-t111_112.swapped(), t147_148, both(R::constant(1.06428)));
+    t147_148 = t111_112 * both(R::constant(2.601998334721066));
+    t149_150 = R::Two::fused(-t111_112, t147_148, both(R::constant(1.06428)));
     t151_152 = R::Two::fused(-t29_30, t147_148, t69_70);
     t153_154 = R::Two::fused(-t27_28, t147_148, t67_68);
     t155_156 = both(R::constant(1.0)) / t149_150;
     t157_158 = t151_152 * t155_156;
-    t159 = R::fused(-t151_152.first(), t157_158.first(), t120);
-    t160 = R::fused(t153_154.first(), t157_158.first(), t121);
+    t159 = R::fused(-t151_152.second(), t157_158.second(), t120);
+    t160 = R::fused(t153_154.second(), t157_158.second(), t121);
     t161_162 = t153_154 * t155_156;
-    t163 = R::fused(-t153_154.first(), t161_162.first(), t122);
-    t164 = R::fused(-t151_152.second(), t157_158.second(), t159);
-    t165 = R::fused(t153_154.second(), t157_158.second(), t160);
-    t166 = R::fused(-t153_154.second(), t161_162.second(), t163);
+    t163 = R::fused(-t153_154.second(), t161_162.second(), t122);
+    t164 = R::fused(-t151_152.first(), t157_158.first(), t159);
+    t165 = R::fused(t153_154.first(), t157_158.first(), t160);
+    t166 = R::fused(-t153_154.first(), t161_162.first(), t163);
     t167 = sin_q_base_pitch * R::constant(1.4248961013259451);
     t168 = R::fused(-t99, t167, t164);
     t169 = R::fused(t98, t167, t165);
@@ -211,28 +211,28 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     out[14][0] = t175;
     // solved by the factors
     t176 = R::fused(t167, t173, t170);
-    t177_178 = R::Two::fused(t157_158.swapped(), both(t173), t161_162.swapped());
-    t179_180 = R::Two::fused(t113_114.swapped(), both(t173), t117_118.swapped());
-    t181_182 = R::Two::fused(-t147_148.swapped(), t177_178, t179_180);
+    t177_178 = R::Two::fused(t157_158, both(t173), t161_162);
+    t179_180 = R::Two::fused(t113_114, both(t173), t117_118);
+    t181_182 = R::Two::fused(-t147_148, t177_178, t179_180);
     // other
     t183_184 = both(t176) + t177_178;
     t185_186 = t177_178 - t181_182;
-    t187_188 = R::Two::fused(-t147_148.swapped(), t157_158.swapped(), t113_114.swapped()); // solved by the factors
-    t189_190 = t157_158.swapped() + both(t167);
-    t191_192 = t157_158.swapped() - t187_188;
-    t193_194 = both(R::constant(1.0)) + t147_148.swapped();
+    t187_188 = R::Two::fused(-t147_148, t157_158, t113_114); // solved by the factors
+    t189_190 = t157_158 + both(t167);
+    t191_192 = t157_158 - t187_188;
+    t193_194 = both(R::constant(1.0)) + t147_148;
     t195 = tau_base_pitch - tau_right_hip_pitch;
     t196 = tau_left_hip_pitch - t195;
     t197_198 = two(tau_right_hip_pitch, tau_left_hip_pitch) - two(tau_right_knee_pitch, tau_left_knee_pitch);
-    t199_200 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(-19.89468)), t65_66.swapped()); // right_tibia, left_tibia
+    t199_200 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(-19.89468)), t65_66); // right_tibia, left_tibia
     t201 = R::fused(sin_q_base_pitch, R::constant(28.2528), -t196);
     t202_203 = t197_198 + t199_200;
     // solved by the factors
-    t204_205 = R::Two::fused(-t125_126.swapped(), t147_148, t202_203.swapped());
-    t206 = R::fused(t157_158.first(), t204_205.first(), t129);
-    t207 = R::fused(-t161_162.first(), t204_205.first(), t130);
-    t208 = R::fused(t157_158.second(), t204_205.second(), t206);
-    t209 = R::fused(-t161_162.second(), t204_205.second(), t207);
+    t204_205 = R::Two::fused(-t125_126, t147_148, t202_203);
+    t206 = R::fused(t157_158.second(), t204_205.second(), t129);
+    t207 = R::fused(-t161_162.second(), t204_205.second(), t130);
+    t208 = R::fused(t157_158.first(), t204_205.first(), t206);
+    t209 = R::fused(-t161_162.first(), t204_205.first(), t207);
     t210 = R::fused(-t167, t201, t208);
     t211 = R::fused(t170, t201, t209);
     t212 = R::fused(-t173, t210, t211);
@@ -240,16 +240,16 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t213 = t175 * t212;
     t214 = t172 * t210;
     t215 = R::constant(0.4947555907381754) * t201;
-    t216_217 = t155_156.swapped() * t204_205.swapped();
+    t216_217 = t155_156 * t204_205;
     // solved by the factors
     t218 = R::fused(-t173, t213, t214);
     t219 = R::fused(t170, t213, t215);
     t220 = R::fused(-t167, t218, t219);
-    t221_222 = R::Two::fused(-t161_162.swapped(), both(t213), t216_217);
-    t223_224 = R::Two::fused(t157_158.swapped(), both(t218), t221_222);
-    t225_226 = R::Two::fused(-t117_118.swapped(), both(t213), t131_132);
-    t227_228 = R::Two::fused(t113_114.swapped(), both(t218), t225_226);
-    t229_230 = R::Two::fused(-t147_148.swapped(), t223_224, t227_228);
+    t221_222 = R::Two::fused(-t161_162, both(t213), t216_217);
+    t223_224 = R::Two::fused(t157_158, both(t218), t221_222);
+    t225_226 = R::Two::fused(-t117_118, both(t213), t131_132);
+    t227_228 = R::Two::fused(t113_114, both(t218), t225_226);
+    t229_230 = R::Two::fused(-t147_148, t223_224, t227_228);
     // other
     t231_232 = both(t220) - t223_224;
     t233_234 = t223_224 - t229_230;
@@ -262,15 +262,15 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t244_245 = both(t235) + t240_241;
     t246_247 = t233_234 - t236_237;
     // right_tibia, left_tibia: sums of what it carries
-    t248_249 = R::Two::fused(t27_28, t246_247.swapped(), t31_32);
-    t250_251 = R::Two::fused(-t29_30, t246_247.swapped(), t33_34);
+    t248_249 = R::Two::fused(t27_28, t246_247, t31_32);
+    t250_251 = R::Two::fused(-t29_30, t246_247, t33_34);
     // right_femur, left_femur: sums of what it carries
-    t252_253 = R::Two::fused(-t67_68, t236_237.swapped(), t71_72);
-    t254_255 = R::Two::fused(t69_70, t236_237.swapped(), t73_74);
+    t252_253 = R::Two::fused(-t67_68, t236_237, t71_72);
+    t254_255 = R::Two::fused(t69_70, t236_237, t73_74);
     t256_257 = t248_249 + t252_253;
     t258_259 = t250_251 + t254_255;
-    t260 = t256_257.first() + t256_257.second(); // right_femur: sums of what it carries
-    t261 = t258_259.first() + t258_259.second(); // right_femur: sums of what it carries
+    t260 = t256_257.second() + t256_257.first(); // right_femur: sums of what it carries
+    t261 = t258_259.second() + t258_259.first(); // right_femur: sums of what it carries
     // torso: sums of what it carries
     t262 = R::fused(-t98, t220, t100);
     t263 = R::fused(t99, t220, t101);
@@ -279,34 +279,34 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t266 = t105 * t235; // torso: answer of the forces to its motion
     t267 = R::fused(-t104, t213, t266); // torso: answer of the forces to its motion
     // right_femur, left_femur: answer of the forces to its motion
-    t268_269 = t81_82.swapped() * both(t235);
-    t270_271 = R::Two::fused(-t79_80.swapped(), both(t213), t268_269);
+    t268_269 = t81_82 * both(t235);
+    t270_271 = R::Two::fused(-t79_80, both(t213), t268_269);
     // right_tibia, left_tibia: answer of the forces to its motion
-    t272_273 = t27_28.swapped() * t244_245;
-    t274_275 = R::Two::fused(-t29_30.swapped(), t242_243, t272_273);
-    t276_277 = t9_10 * t250_251.swapped();
-    t278_279 = R::Two::fused(t11_12, t248_249.swapped(), t276_277);
+    t272_273 = t27_28 * t244_245;
+    t274_275 = R::Two::fused(-t29_30, t242_243, t272_273);
+    t276_277 = t9_10 * t250_251;
+    t278_279 = R::Two::fused(t11_12, t248_249, t276_277);
     t280_281 = t274_275 - t278_279;
-    t282_283 = t27_28.swapped() * both(t235);
-    t284_285 = R::Two::fused(-t29_30.swapped(), both(t213), t282_283);
+    t282_283 = t27_28 * both(t235);
+    t284_285 = R::Two::fused(-t29_30, both(t213), t282_283);
     // other
     t286 = t267 - t270_271.first();
     t287 = t270_271.second() - t286;
     t288_289 = t270_271 - t284_285;
     // solved by the factors
-    t290_291 = R::Two::fused(-t147_148, t284_285.swapped(), t288_289.swapped());
-    t292_293 = t113_114 * t284_285.swapped();
-    t294 = t264 + t292_293.first();
-    t295_296 = t117_118 * t284_285.swapped();
-    t297 = t265 + t295_296.first();
-    t298 = t294 + t292_293.second();
-    t299 = t297 + t295_296.second();
+    t290_291 = R::Two::fused(-t147_148, t284_285, t288_289);
+    t292_293 = t113_114 * t284_285;
+    t294 = t264 + t292_293.second();
+    t295_296 = t117_118 * t284_285;
+    t297 = t265 + t295_296.second();
+    t298 = t294 + t292_293.first();
+    t299 = t297 + t295_296.first();
     t300_301 = t157_158 * t290_291;
-    t302 = t298 + t300_301.first();
+    t302 = t298 + t300_301.second();
     t303_304 = t161_162 * t290_291;
-    t305 = t299 + t303_304.first();
-    t306 = t302 + t300_301.second();
-    t307 = t305 + t303_304.second();
+    t305 = t299 + t303_304.second();
+    t306 = t302 + t300_301.first();
+    t307 = t305 + t303_304.first();
     t308 = R::fused(t167, t287, t306);
     t309 = R::fused(t170, t287, t307);
     t310 = R::fused(t173, t308, t309);
@@ -314,7 +314,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t311 = t175 * t310;
     t312 = t172 * t308;
     t313 = R::constant(0.4947555907381754) * t287;
-    t314_315 = t155_156.swapped() * t290_291.swapped();
+    t314_315 = t155_156 * t290_291;
     t316_317 = both(R::constant(2.601998334721066)) * t284_285;
     out[2][1] = R::fused(t173, t311, t312);
     t319 = t176 * t311;
@@ -332,10 +332,10 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     out[2][4] = t338_339.first();
     out[2][6] = t338_339.second();
     // solved by the factors
-    t340_341 = t256_257.swapped() + t292_293.swapped();
-    t342_343 = t258_259.swapped() + t295_296.swapped();
-    t344_345 = t300_301.swapped() + t340_341;
-    t346_347 = t303_304.swapped() + t342_343;
+    t340_341 = t256_257 + t292_293;
+    t342_343 = t258_259 + t295_296;
+    t344_345 = t300_301 + t340_341;
+    t346_347 = t303_304 + t342_343;
     t348_349 = R::Two::fused(both(t173), t344_345, t346_347);
     // other
     t350_351 = both(t175) * t348_349;
@@ -366,16 +366,16 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     out[5][4] = t380_381.second();
     t382_383 = t274_275 - t280_281;
     // solved by the factors
-    t384_385 = R::Two::fused(t147_148.swapped(), t274_275, t382_383);
-    t386_387 = R::Two::fused(t113_114.swapped(), t274_275, t248_249.swapped());
-    t388_389 = R::Two::fused(t117_118.swapped(), t274_275, t250_251.swapped());
-    t390_391 = R::Two::fused(-t157_158.swapped(), t384_385, t386_387);
-    t392_393 = R::Two::fused(-t161_162.swapped(), t384_385, t388_389);
+    t384_385 = R::Two::fused(t147_148, t274_275, t382_383);
+    t386_387 = R::Two::fused(t113_114, t274_275, t248_249);
+    t388_389 = R::Two::fused(t117_118, t274_275, t250_251);
+    t390_391 = R::Two::fused(-t157_158, t384_385, t386_387);
+    t392_393 = R::Two::fused(-t161_162, t384_385, t388_389);
     t394_395 = R::Two::fused(both(t173), t390_391, t392_393);
     // other
     t396_397 = both(t175) * t394_395;
     t398_399 = both(t172) * t390_391;
-    t400_401 = t155_156.swapped() * t384_385;
+    t400_401 = t155_156 * t384_385;
     t402_403 = R::Two::fused(both(t173), t396_397, t398_399);
     out[4][1] = t402_403.first();
     out[6][1] = t402_403.second();
@@ -415,17 +415,17 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t428_429 = R::Two::fused(t191_192.swapped(), t398_399, t426_427);
     out[4][6] = t428_429.first();
     out[6][4] = t428_429.second();
-    t430 = t61_62.second() - t95;
-    t431 = t61_62.first() + t430;
-    t432_433 = t59_60.swapped() - t61_62.swapped();
+    t430 = t61_62.first() - t95;
+    t431 = t61_62.second() + t430;
+    t432_433 = t59_60 - t61_62;
     // solved by the factors
-    t434_435 = R::Two::fused(t59_60, t147_148, t432_433.swapped());
+    t434_435 = R::Two::fused(t59_60, t147_148, t432_433);
     t436_437 = t157_158 * t434_435;
-    t438 = t139 + t436_437.first();
+    t438 = t139 + t436_437.second();
     t439_440 = t161_162 * t434_435;
-    t441 = t140 - t439_440.first();
-    t442 = t438 + t436_437.second();
-    t443 = t441 - t439_440.second();
+    t441 = t140 - t439_440.second();
+    t442 = t438 + t436_437.first();
+    t443 = t441 - t439_440.first();
     t444 = R::fused(-t167, t431, t442);
     t445 = R::fused(t170, t431, t443);
     t446 = R::fused(-t173, t444, t445);
@@ -433,7 +433,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t447 = t175 * t446;
     t448 = t172 * t444;
     t449 = R::constant(0.4947555907381754) * t431;
-    t450_451 = t155_156.swapped() * t434_435.swapped();
+    t450_451 = t155_156 * t434_435;
     out[9][1] = R::fused(t173, t447, -t448);
     t453 = t176 * t447;
     t454 = R::fused(-t167, t448, t453);
@@ -452,8 +452,8 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     out[9][4] = t472_473.first();
     out[9][6] = t472_473.second();
     // solved by the factors
-    t474_475 = t143_144 + t436_437.swapped();
-    t476_477 = t145_146 - t439_440.swapped();
+    t474_475 = t143_144 + t436_437;
+    t476_477 = t145_146 - t439_440;
     t478_479 = R::Two::fused(-both(t173), t474_475, t476_477);
     // other
     t480_481 = both(t175) * t478_479;
@@ -483,13 +483,13 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     out[10][6] = t510_511.first();
     out[12][4] = t510_511.second();
     // solved by the factors
-    t512_513 = R::Two::fused(-t55_56.swapped(), t157_158.swapped(), t43_44.swapped());
-    t514_515 = R::Two::fused(t55_56.swapped(), t161_162.swapped(), t45_46.swapped());
+    t512_513 = R::Two::fused(-t55_56, t157_158, t43_44);
+    t514_515 = R::Two::fused(t55_56, t161_162, t45_46);
     t516_517 = R::Two::fused(-both(t173), t512_513, t514_515);
     // other
     t518_519 = both(t175) * t516_517;
     t520_521 = both(t172) * t512_513;
-    t522_523 = t55_56.swapped() * t155_156.swapped();
+    t522_523 = t55_56 * t155_156;
     t524_525 = R::Two::fused(both(t173), t518_519, -t520_521);
     out[11][1] = t524_525.first();
     out[13][1] = t524_525.second();
@@ -540,12 +540,12 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t570_571 = t183_184 * t558_559;
     t572_573 = R::Two::fused(t189_190, t560_561, t570_571);
     t574_575 = both(R::constant(0.4947555907381754)) + t572_573;
-    t576_577 = t155_156.swapped() + t574_575;
+    t576_577 = t155_156 + t574_575;
     out[17][3] = t576_577.first();
     out[19][5] = t576_577.second();
     t578_579 = both(t175) * t185_186;
     t580_581 = both(t172) * t191_192;
-    t582_583 = t155_156.swapped() * t193_194;
+    t582_583 = t155_156 * t193_194;
     t584_585 = R::Two::fused(both(t173), t578_579, t580_581);
     out[15][4] = t584_585.first();
     out[18][1] = t584_585.first();

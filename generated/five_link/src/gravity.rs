@@ -47,11 +47,11 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t10_11 = t4_5 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     let t12_13 = R::Two::fused(t8_9, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t10_11);
     let t14_15 = both(R::constant(0.768)) * t12_13; // right_tibia, left_tibia: wrench that its motion needs
-    let t16_17 = R::Two::fused(both(R::constant(2.028)), t8_9.swapped(), t14_15.swapped()); // right_tibia, left_tibia
-    let t18 = R::fused(sin_q_base_pitch, R::constant(28.2528), -t16_17.first()); // left_femur
-    let t19 = t16_17.second() - t18; // right_femur: wrench handed to its parent
+    let t16_17 = R::Two::fused(both(R::constant(2.028)), t8_9, t14_15); // right_tibia, left_tibia
+    let t18 = R::fused(sin_q_base_pitch, R::constant(28.2528), -t16_17.second()); // left_femur
+    let t19 = t16_17.first() - t18; // right_femur: wrench handed to its parent
     *out = [[
-        R::constant(0.0), R::constant(313.92), t19, t16_17.second(), t14_15.first(), t16_17.first(), t14_15.second(),
+        R::constant(0.0), R::constant(313.92), t19, t16_17.first(), t14_15.first(), t16_17.second(), t14_15.second(),
     ]];
 }
 }

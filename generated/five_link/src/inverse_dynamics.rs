@@ -87,25 +87,25 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t44_45 = both(R::constant(0.38432)) * t28_29;
     let t46_47 = R::Two::fused(both(R::constant(0.768)), t26_27, t44_45);
     // right_tibia, left_tibia: wrench handed to its parent
-    let t48_49 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t42_43.swapped();
-    let t50_51 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t40_41.swapped(), t48_49);
-    let t52_53 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t42_43.swapped();
-    let t54_55 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t40_41.swapped(), t52_53);
-    let t56_57 = R::Two::fused(both(R::constant(2.028)), t14_15.swapped(), -t54_55);
-    let t58_59 = R::Two::fused(both(R::constant(2.028)), t18_19.swapped(), t50_51);
-    let t60_61 = t38_39.swapped() + t46_47.swapped();
+    let t48_49 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t42_43;
+    let t50_51 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t40_41, t48_49);
+    let t52_53 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t42_43;
+    let t54_55 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t40_41, t52_53);
+    let t56_57 = R::Two::fused(both(R::constant(2.028)), t14_15, -t54_55);
+    let t58_59 = R::Two::fused(both(R::constant(2.028)), t18_19, t50_51);
+    let t60_61 = t38_39 + t46_47;
     let t62_63 = R::Two::fused(both(R::constant(-0.4)), t54_55, t60_61);
     // right_femur, left_femur: wrench handed to its parent
-    let t64_65 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t58_59;
-    let t66_67 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t56_57, t64_65);
-    let t68_69 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t58_59;
-    let t70_71 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t56_57, t68_69);
-    let t72 = R::fused(R::constant(2.88), a_base_pitch, t70_71.first()); // left_femur: wrench handed to its parent
-    let t73 = R::fused(R::constant(2.88), t5, -t66_67.first()); // left_femur: wrench handed to its parent
-    let t74 = t35 + t62_63.first(); // left_femur: wrench handed to its parent
-    let t75 = t72 + t70_71.second(); // right_femur: wrench handed to its parent
-    let t76 = t73 - t66_67.second(); // right_femur: wrench handed to its parent
-    let t77 = t62_63.second() + t74; // right_femur: wrench handed to its parent
+    let t64_65 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t58_59;
+    let t66_67 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t56_57, t64_65);
+    let t68_69 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t58_59;
+    let t70_71 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t56_57, t68_69);
+    let t72 = R::fused(R::constant(2.88), a_base_pitch, t70_71.second()); // left_femur: wrench handed to its parent
+    let t73 = R::fused(R::constant(2.88), t5, -t66_67.second()); // left_femur: wrench handed to its parent
+    let t74 = t35 + t62_63.second(); // left_femur: wrench handed to its parent
+    let t75 = t72 + t70_71.first(); // right_femur: wrench handed to its parent
+    let t76 = t73 - t66_67.first(); // right_femur: wrench handed to its parent
+    let t77 = t62_63.first() + t74; // right_femur: wrench handed to its parent
     // torso: wrench handed to its parent
     let t78 = cos_q_base_pitch * t76;
     let t79 = R::fused(sin_q_base_pitch, t75, t78);
@@ -113,6 +113,6 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t81 = R::fused(-cos_q_base_pitch, t75, t80);
     let t82 = R::fused(R::constant(32.0), a_base_x, -t81);
     let t83 = R::fused(R::constant(32.0), t0, -t79);
-    *out = [[t82, t83, t77, t62_63.second(), t46_47.first(), t62_63.first(), t46_47.second()]];
+    *out = [[t82, t83, t77, t62_63.first(), t46_47.first(), t62_63.second(), t46_47.second()]];
 }
 }

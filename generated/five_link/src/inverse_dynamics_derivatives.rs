@@ -74,30 +74,30 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
         q_base_pitch, q_right_hip_pitch, t0_1.first(), q_left_hip_pitch, t0_1.second(), q_right_knee_pitch,
         t2_3.first(), q_left_knee_pitch, t2_3.second(),
     ]);
-    let t4_5 = both(a_base_pitch) + two(a_left_hip_pitch, a_right_hip_pitch); // right_femur, left_femur: motion
-    let t6_7 = two(a_left_knee_pitch, a_right_knee_pitch) + t4_5; // right_tibia, left_tibia: motion
+    let t4_5 = both(a_base_pitch) + two(a_right_hip_pitch, a_left_hip_pitch); // right_femur, left_femur: motion
+    let t6_7 = two(a_right_knee_pitch, a_left_knee_pitch) + t4_5; // right_tibia, left_tibia: motion
     // right_tibia, left_tibia: sums of what it carries
-    let t8_9 = both(R::constant(0.768)) * two(sin_t3, sin_t2);
+    let t8_9 = both(R::constant(0.768)) * two(sin_t2, sin_t3);
     let t10_11 = t6_7 * t8_9;
-    let t12_13 = both(v_base_pitch) + two(v_left_hip_pitch, v_right_hip_pitch); // right_femur, left_femur: motion
+    let t12_13 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_femur, left_femur: motion
     // right_tibia, left_tibia: motion
-    let t14_15 = t12_13 + two(v_left_knee_pitch, v_right_knee_pitch);
+    let t14_15 = t12_13 + two(v_right_knee_pitch, v_left_knee_pitch);
     let t16_17 = t14_15 * t14_15;
     // right_tibia, left_tibia: sums of what it carries
-    let t18_19 = both(R::constant(0.768)) * two(cos_t3, cos_t2);
+    let t18_19 = both(R::constant(0.768)) * two(cos_t2, cos_t3);
     let t20_21 = R::Two::fused(t16_17, t18_19, t10_11);
-    out[6][0] = t20_21.first();
-    out[4][0] = t20_21.second();
+    out[4][0] = t20_21.first();
+    out[6][0] = t20_21.second();
     // right_femur, left_femur: sums of what it carries
-    let t22_23 = both(R::constant(2.028)) * two(sin_t1, sin_t0);
+    let t22_23 = both(R::constant(2.028)) * two(sin_t0, sin_t1);
     let t24_25 = t4_5 * t22_23;
     let t26_27 = t12_13 * t12_13; // right_femur, left_femur: motion
-    let t28_29 = both(R::constant(2.028)) * two(cos_t1, cos_t0);
+    let t28_29 = both(R::constant(2.028)) * two(cos_t0, cos_t1);
     let t30_31 = R::Two::fused(t26_27, t28_29, t24_25);
     let t32_33 = t20_21 + t30_31;
-    out[5][0] = t32_33.first();
-    out[3][0] = t32_33.second();
-    let t34 = t32_33.first() + t32_33.second(); // right_femur: sums of what it carries
+    out[3][0] = t32_33.first();
+    out[5][0] = t32_33.second();
+    let t34 = t32_33.second() + t32_33.first(); // right_femur: sums of what it carries
     let t35 = R::constant(2.88) * sin_q_base_pitch; // torso: sums of what it carries
     let t36 = a_base_pitch * t35; // torso: sums of what it carries
     let t37 = v_base_pitch * v_base_pitch; // torso: motion
@@ -107,30 +107,30 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     // right_tibia, left_tibia: sums of what it carries
     let t41_42 = t16_17 * t8_9;
     let t43_44 = R::Two::fused(t6_7, t18_19, -t41_42);
-    out[6][1] = t43_44.first();
-    out[4][1] = t43_44.second();
+    out[4][1] = t43_44.first();
+    out[6][1] = t43_44.second();
     // right_femur, left_femur: sums of what it carries
     let t45_46 = t26_27 * t22_23;
     let t47_48 = R::Two::fused(-t4_5, t28_29, t45_46);
     let t49_50 = t43_44 - t47_48;
-    out[5][1] = t49_50.first();
-    out[3][1] = t49_50.second();
-    let t51 = t49_50.first() + t49_50.second(); // right_femur: sums of what it carries
+    out[3][1] = t49_50.first();
+    out[5][1] = t49_50.second();
+    let t51 = t49_50.second() + t49_50.first(); // right_femur: sums of what it carries
     let t52 = t37 * t35; // torso: sums of what it carries
     let t53 = R::fused(-a_base_pitch, t38, t52); // torso: sums of what it carries
     out[2][1] = t51 + t53; // torso: sums of what it carries
     let t55 = a_base_z + R::constant(9.81); // base/z: motion
     let t56_57 = t18_19 + t28_29;
-    let t58 = t56_57.first() + t56_57.second(); // right_femur: sums of what it carries
+    let t58 = t56_57.second() + t56_57.first(); // right_femur: sums of what it carries
     let t59 = t58 - t38; // torso: sums of what it carries
     let t60 = t55 * t59; // torso: answer of the forces to its motion
     let t61_62 = t8_9 + t22_23;
-    let t63 = t61_62.first() + t61_62.second(); // right_femur: sums of what it carries
+    let t63 = t61_62.second() + t61_62.first(); // right_femur: sums of what it carries
     let t64 = t63 - t35; // torso: sums of what it carries
     out[2][2] = R::fused(a_base_x, t64, t60); // torso: answer of the forces to its motion
     // right_femur, left_femur: answer of the forces to its motion
-    let t66_67 = both(t55) * t56_57.swapped();
-    let t68_69 = R::Two::fused(both(a_base_x), t61_62.swapped(), t66_67);
+    let t66_67 = both(t55) * t56_57;
+    let t68_69 = R::Two::fused(both(a_base_x), t61_62, t66_67);
     out[2][3] = t68_69.first();
     out[3][2] = t68_69.first();
     out[3][3] = t68_69.first();
@@ -138,110 +138,110 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     out[5][2] = t68_69.second();
     out[5][5] = t68_69.second();
     // right_tibia, left_tibia: answer of the forces to its motion
-    let t70_71 = both(t55) * t18_19.swapped();
-    let t72_73 = R::Two::fused(both(a_base_x), t8_9.swapped(), t70_71);
+    let t70_71 = both(t55) * t18_19;
+    let t72_73 = R::Two::fused(both(a_base_x), t8_9, t70_71);
     out[2][4] = t72_73.first();
     out[3][4] = t72_73.first();
     out[2][6] = t72_73.second();
     out[5][6] = t72_73.second();
     // right_tibia, left_tibia: motion
     let t74_75 = two(sin_t0, sin_t1) * both(R::constant(0.4));
-    let t76_77 = t4_5.swapped() * t74_75;
+    let t76_77 = t4_5 * t74_75;
     let t78_79 = two(cos_t0, cos_t1) * both(R::constant(0.4));
-    let t80_81 = R::Two::fused(t26_27.swapped(), t78_79, t76_77);
+    let t80_81 = R::Two::fused(t26_27, t78_79, t76_77);
     let t82_83 = both(t55) + t80_81;
-    let t84_85 = t82_83 * t18_19.swapped(); // right_tibia, left_tibia: answer of the forces to its motion
-    let t86_87 = t26_27.swapped() * t74_75;
-    let t88_89 = R::Two::fused(-t4_5.swapped(), t78_79, t86_87);
+    let t84_85 = t82_83 * t18_19; // right_tibia, left_tibia: answer of the forces to its motion
+    let t86_87 = t26_27 * t74_75;
+    let t88_89 = R::Two::fused(-t4_5, t78_79, t86_87);
     let t90_91 = both(a_base_x) + t88_89;
     // right_tibia, left_tibia: answer of the forces to its motion
-    let t92_93 = R::Two::fused(t90_91, t8_9.swapped(), t84_85);
+    let t92_93 = R::Two::fused(t90_91, t8_9, t84_85);
     out[4][4] = t92_93.first();
     out[6][6] = t92_93.second();
-    let t94_95 = t78_79 * t20_21.swapped();
-    let t96_97 = R::Two::fused(-t74_75, t43_44.swapped(), t94_95);
+    let t94_95 = t78_79 * t20_21;
+    let t96_97 = R::Two::fused(-t74_75, t43_44, t94_95);
     let t98_99 = t92_93 - t96_97;
     out[4][2] = t98_99.first();
     out[4][3] = t98_99.first();
     out[6][2] = t98_99.second();
     out[6][5] = t98_99.second();
     // right_tibia, left_tibia: sums of what it carries
-    let t100_101 = two(sin_t3, sin_t2) * both(R::constant(1.536));
+    let t100_101 = two(sin_t2, sin_t3) * both(R::constant(1.536));
     let t102_103 = t14_15 * t100_101;
-    out[13][0] = t102_103.first();
-    out[11][0] = t102_103.second();
+    out[11][0] = t102_103.first();
+    out[13][0] = t102_103.second();
     // right_femur, left_femur: sums of what it carries
-    let t104_105 = two(sin_t1, sin_t0) * both(R::constant(4.056));
+    let t104_105 = two(sin_t0, sin_t1) * both(R::constant(4.056));
     let t106_107 = R::Two::fused(t12_13, t104_105, t102_103);
-    out[12][0] = t106_107.first();
-    out[10][0] = t106_107.second();
-    let t108 = t106_107.first() + t106_107.second(); // right_femur: sums of what it carries
+    out[10][0] = t106_107.first();
+    out[12][0] = t106_107.second();
+    let t108 = t106_107.second() + t106_107.first(); // right_femur: sums of what it carries
     let t109 = sin_q_base_pitch * R::constant(5.76); // torso: sums of what it carries
     out[9][0] = R::fused(-v_base_pitch, t109, t108); // torso: sums of what it carries
     // right_tibia, left_tibia: sums of what it carries
-    let t111_112 = two(cos_t3, cos_t2) * both(R::constant(1.536));
+    let t111_112 = two(cos_t2, cos_t3) * both(R::constant(1.536));
     let t113_114 = t14_15 * t111_112;
-    out[13][1] = t113_114.first();
-    out[11][1] = t113_114.second();
+    out[11][1] = t113_114.first();
+    out[13][1] = t113_114.second();
     // right_femur, left_femur: sums of what it carries
-    let t115_116 = two(cos_t1, cos_t0) * both(R::constant(4.056));
+    let t115_116 = two(cos_t0, cos_t1) * both(R::constant(4.056));
     let t117_118 = R::Two::fused(t12_13, t115_116, t113_114);
-    out[12][1] = t117_118.first();
-    out[10][1] = t117_118.second();
-    let t119 = t117_118.first() + t117_118.second(); // right_femur: sums of what it carries
+    out[10][1] = t117_118.first();
+    out[12][1] = t117_118.second();
+    let t119 = t117_118.second() + t117_118.first(); // right_femur: sums of what it carries
     let t120 = cos_q_base_pitch * R::constant(5.76); // torso: sums of what it carries
     out[9][1] = R::fused(-v_base_pitch, t120, t119); // torso: sums of what it carries
     // right_tibia, left_tibia: sums of what it carries
-    let t122_123 = t74_75.swapped() * t113_114;
-    let t124_125 = R::Two::fused(-t78_79.swapped(), t102_103, t122_123);
-    out[13][2] = t124_125.first();
-    out[13][5] = t124_125.first();
-    out[11][2] = t124_125.second();
-    out[11][3] = t124_125.second();
-    let t126_127 = t12_13 * t78_79.swapped(); // right_tibia, left_tibia: motion
+    let t122_123 = t74_75 * t113_114;
+    let t124_125 = R::Two::fused(-t78_79, t102_103, t122_123);
+    out[11][2] = t124_125.first();
+    out[11][3] = t124_125.first();
+    out[13][2] = t124_125.second();
+    out[13][5] = t124_125.second();
+    let t126_127 = t12_13 * t78_79; // right_tibia, left_tibia: motion
     let t128_129 = both(R::constant(2.0)) * t126_127;
     let t130_131 = t8_9 * t128_129;
-    let t132_133 = t12_13 * t74_75.swapped(); // right_tibia, left_tibia: motion
+    let t132_133 = t12_13 * t74_75; // right_tibia, left_tibia: motion
     let t134_135 = both(R::constant(2.0)) * t132_133;
     let t136_137 = R::Two::fused(-t18_19, t134_135, t130_131);
-    out[9][6] = t136_137.first();
-    out[12][6] = t136_137.first();
-    out[9][4] = t136_137.second();
-    out[10][4] = t136_137.second();
+    out[9][4] = t136_137.first();
+    out[10][4] = t136_137.first();
+    out[9][6] = t136_137.second();
+    out[12][6] = t136_137.second();
     let t138_139 = t124_125 + t136_137;
-    out[9][5] = t138_139.first();
-    out[12][2] = t138_139.first();
-    out[12][5] = t138_139.first();
-    out[9][3] = t138_139.second();
-    out[10][2] = t138_139.second();
-    out[10][3] = t138_139.second();
-    out[9][2] = t138_139.first() + t138_139.second(); // right_femur: sums of what it carries
-    let t141_142 = both(R::constant(0.768)) * two(sin_q_left_knee_pitch, sin_q_right_knee_pitch);
-    let t143_144 = t141_142 * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch); // right_femur, left_femur
-    let t145_146 = both(R::constant(0.768)) * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch);
+    out[9][3] = t138_139.first();
+    out[10][2] = t138_139.first();
+    out[10][3] = t138_139.first();
+    out[9][5] = t138_139.second();
+    out[12][2] = t138_139.second();
+    out[12][5] = t138_139.second();
+    out[9][2] = t138_139.second() + t138_139.first(); // right_femur: sums of what it carries
+    let t141_142 = both(R::constant(0.768)) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    let t143_144 = t141_142 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_femur, left_femur
+    let t145_146 = both(R::constant(0.768)) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
     let t147_148 = both(R::constant(2.028)) + t145_146;
-    let t149_150 = R::Two::fused(t147_148, two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), -t143_144); // right_femur, left_femur
-    let t151 = R::constant(2.88) - t149_150.first(); // left_femur: sums of what it carries
-    let t152 = t151 - t149_150.second(); // right_femur: sums of what it carries
+    let t149_150 = R::Two::fused(t147_148, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), -t143_144); // right_femur, left_femur
+    let t151 = R::constant(2.88) - t149_150.second(); // left_femur: sums of what it carries
+    let t152 = t151 - t149_150.first(); // right_femur: sums of what it carries
     let t153 = cos_q_base_pitch * t152; // torso: sums of what it carries
     // right_femur, left_femur: sums of what it carries
-    let t154_155 = t141_142 * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
-    let t156_157 = R::Two::fused(t147_148, two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t154_155);
-    let t158 = t156_157.first() + t156_157.second(); // right_femur: sums of what it carries
+    let t154_155 = t141_142 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    let t156_157 = R::Two::fused(t147_148, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t154_155);
+    let t158 = t156_157.second() + t156_157.first(); // right_femur: sums of what it carries
     let t159 = R::fused(sin_q_base_pitch, t158, t153); // torso: sums of what it carries
     out[14][2] = t159;
     out[16][0] = t159;
     // right_femur, left_femur: mass matrix
-    let t160_161 = both(sin_q_base_pitch) * t156_157.swapped();
-    let t162_163 = R::Two::fused(-both(cos_q_base_pitch), t149_150.swapped(), t160_161);
+    let t160_161 = both(sin_q_base_pitch) * t156_157;
+    let t162_163 = R::Two::fused(-both(cos_q_base_pitch), t149_150, t160_161);
     out[14][3] = t162_163.first();
     out[17][0] = t162_163.first();
     out[14][5] = t162_163.second();
     out[19][0] = t162_163.second();
     // right_tibia, left_tibia: mass matrix
-    let t164_165 = R::Two::fused(t145_146.swapped(), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t154_155.swapped());
+    let t164_165 = R::Two::fused(t145_146, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t154_155);
     let t166_167 = both(sin_q_base_pitch) * t164_165;
-    let t168_169 = R::Two::fused(-t145_146.swapped(), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t143_144.swapped());
+    let t168_169 = R::Two::fused(-t145_146, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t143_144);
     let t170_171 = R::Two::fused(both(cos_q_base_pitch), t168_169, t166_167);
     out[14][4] = t170_171.first();
     out[18][0] = t170_171.first();
@@ -252,8 +252,8 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     out[15][2] = t173;
     out[16][1] = t173;
     // right_femur, left_femur: mass matrix
-    let t174_175 = both(cos_q_base_pitch) * t156_157.swapped();
-    let t176_177 = R::Two::fused(both(sin_q_base_pitch), t149_150.swapped(), t174_175);
+    let t174_175 = both(cos_q_base_pitch) * t156_157;
+    let t176_177 = R::Two::fused(both(sin_q_base_pitch), t149_150, t174_175);
     out[15][3] = t176_177.first();
     out[17][1] = t176_177.first();
     out[15][5] = t176_177.second();

@@ -39,52 +39,52 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
         [sin_q_base_pitch, sin_t0, sin_t1, sin_t2, sin_t3],
         [cos_q_base_pitch, cos_t0, cos_t1, cos_t2, cos_t3],
     ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second()]);
-    let t4_5 = both(R::constant(0.768)) * two(sin_t3, sin_t2); // right_tibia, left_tibia: sums of what it carries
-    let t6_7 = both(R::constant(0.4)) * two(sin_t1, sin_t0); // right_tibia, left_tibia: motion
-    let t8_9 = both(R::constant(0.768)) * two(cos_t3, cos_t2); // right_tibia, left_tibia: sums of what it carries
-    let t10_11 = both(R::constant(0.4)) * two(cos_t1, cos_t0); // right_tibia, left_tibia: motion
-    let t12_13 = R::Two::fused(both(R::constant(2.028)), two(sin_t1, sin_t0), t4_5); // right_femur, left_femur
+    let t4_5 = both(R::constant(0.768)) * two(sin_t2, sin_t3); // right_tibia, left_tibia: sums of what it carries
+    let t6_7 = both(R::constant(0.4)) * two(sin_t0, sin_t1); // right_tibia, left_tibia: motion
+    let t8_9 = both(R::constant(0.768)) * two(cos_t2, cos_t3); // right_tibia, left_tibia: sums of what it carries
+    let t10_11 = both(R::constant(0.4)) * two(cos_t0, cos_t1); // right_tibia, left_tibia: motion
+    let t12_13 = R::Two::fused(both(R::constant(2.028)), two(sin_t0, sin_t1), t4_5); // right_femur, left_femur
     let t14_15 = t6_7 * t4_5; // right_tibia, left_tibia: sums of what it carries
-    let t16_17 = R::Two::fused(both(R::constant(-2.028)), two(cos_t1, cos_t0), -t8_9); // right_femur, left_femur
+    let t16_17 = R::Two::fused(both(R::constant(-2.028)), two(cos_t0, cos_t1), -t8_9); // right_femur, left_femur
     let t18_19 = t10_11 * t8_9; // right_tibia, left_tibia: sums of what it carries
-    let t20 = t12_13.first() + t12_13.second(); // right_femur: sums of what it carries
+    let t20 = t12_13.second() + t12_13.first(); // right_femur: sums of what it carries
     // right_tibia, left_tibia: sums of what it carries
-    let t21_22 = -t8_9.swapped();
+    let t21_22 = -t8_9;
     let t23_24 = both(R::constant(2.0)) * t14_15;
-    let t25 = t16_17.first() + t16_17.second(); // right_femur: sums of what it carries
-    let t26_27 = t14_15.swapped() + t18_19.swapped(); // right_tibia, left_tibia: mass matrix
+    let t25 = t16_17.second() + t16_17.first(); // right_femur: sums of what it carries
+    let t26_27 = t14_15 + t18_19; // right_tibia, left_tibia: mass matrix
     let t28 = R::fused(R::constant(-2.88), sin_q_base_pitch, t20); // torso: sums of what it carries
     let t29_30 = R::Two::fused(both(R::constant(2.0)), t18_19, t23_24);
     let t31 = R::fused(R::constant(2.88), cos_q_base_pitch, t25); // torso: sums of what it carries
     let t32_33 = both(R::constant(0.38432)) + t26_27; // right_tibia, left_tibia: mass matrix
     let t34_35 = both(R::constant(0.38432)) + t29_30;
     let t36_37 = both(R::constant(1.06428)) + t34_35; // right_femur, left_femur: sums of what it carries
-    let t38 = t36_37.first() + t36_37.second(); // right_femur: sums of what it carries
+    let t38 = t36_37.second() + t36_37.first(); // right_femur: sums of what it carries
     let t39 = R::constant(2.0212) + t38; // torso: sums of what it carries
     *out = [
         // base/x
-        [R::constant(32.0), R::constant(0.0), t31, t16_17.second(), t21_22.first(), t16_17.first(), t21_22.second()],
+        [R::constant(32.0), R::constant(0.0), t31, t16_17.first(), t21_22.first(), t16_17.second(), t21_22.second()],
         // base/z
-        [R::constant(0.0), R::constant(32.0), t28, t12_13.second(), t4_5.second(), t12_13.first(), t4_5.first()],
-        [t31, t28, t39, t36_37.second(), t32_33.first(), t36_37.first(), t32_33.second()], // base/pitch
+        [R::constant(0.0), R::constant(32.0), t28, t12_13.first(), t4_5.first(), t12_13.second(), t4_5.second()],
+        [t31, t28, t39, t36_37.first(), t32_33.first(), t36_37.second(), t32_33.second()], // base/pitch
         // right_hip_pitch
         [
-            t16_17.second(), t12_13.second(), t36_37.second(), t36_37.second(), t32_33.first(), R::constant(0.0),
+            t16_17.first(), t12_13.first(), t36_37.first(), t36_37.first(), t32_33.first(), R::constant(0.0),
             R::constant(0.0),
         ],
         // right_knee_pitch
         [
-            t21_22.first(), t4_5.second(), t32_33.first(), t32_33.first(), R::constant(0.38432), R::constant(0.0),
+            t21_22.first(), t4_5.first(), t32_33.first(), t32_33.first(), R::constant(0.38432), R::constant(0.0),
             R::constant(0.0),
         ],
         // left_hip_pitch
         [
-            t16_17.first(), t12_13.first(), t36_37.first(), R::constant(0.0), R::constant(0.0), t36_37.first(),
+            t16_17.second(), t12_13.second(), t36_37.second(), R::constant(0.0), R::constant(0.0), t36_37.second(),
             t32_33.second(),
         ],
         // left_knee_pitch
         [
-            t21_22.second(), t4_5.first(), t32_33.second(), R::constant(0.0), R::constant(0.0), t32_33.second(),
+            t21_22.second(), t4_5.second(), t32_33.second(), R::constant(0.0), R::constant(0.0), t32_33.second(),
             R::constant(0.38432),
         ],
     ];

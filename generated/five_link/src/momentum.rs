@@ -71,21 +71,21 @@ pub(super) fn momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R;
     let t30_31 = both(R::constant(0.768)) * t18_19;
     let t32_33 = R::Two::fused(both(R::constant(0.38432)), t20_21, t30_31);
     // right_tibia, left_tibia: sums of what it carries
-    let t34_35 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t28_29.swapped();
-    let t36_37 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t28_29.swapped();
-    let t38_39 = R::Two::fused(both(R::constant(2.028)), t12_13.swapped(), t36_37);
-    let t40_41 = t26_27.swapped() + t32_33.swapped();
+    let t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t28_29;
+    let t36_37 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t28_29;
+    let t38_39 = R::Two::fused(both(R::constant(2.028)), t12_13, t36_37);
+    let t40_41 = t26_27 + t32_33;
     let t42_43 = R::Two::fused(both(R::constant(0.4)), t36_37, t40_41);
     // right_femur, left_femur: sums of what it carries
-    let t44_45 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t34_35;
-    let t46_47 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t38_39, t44_45);
-    let t48_49 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t34_35;
-    let t50_51 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t38_39, t48_49);
-    let t52 = R::fused(R::constant(2.88), v_base_pitch, t50_51.first()); // left_femur: sums of what it carries
-    let t53 = t23 - t42_43.first(); // left_femur: sums of what it carries
-    let t54 = t52 + t50_51.second(); // right_femur: sums of what it carries
-    let t55 = t46_47.first() + t46_47.second(); // right_femur: sums of what it carries
-    let t56 = t42_43.second() - t53; // right_femur: sums of what it carries
+    let t44_45 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35;
+    let t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t44_45);
+    let t48_49 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t34_35;
+    let t50_51 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39, t48_49);
+    let t52 = R::fused(R::constant(2.88), v_base_pitch, t50_51.second()); // left_femur: sums of what it carries
+    let t53 = t23 - t42_43.second(); // left_femur: sums of what it carries
+    let t54 = t52 + t50_51.first(); // right_femur: sums of what it carries
+    let t55 = t46_47.second() + t46_47.first(); // right_femur: sums of what it carries
+    let t56 = t42_43.first() - t53; // right_femur: sums of what it carries
     // torso: sums of what it carries
     let t57 = cos_q_base_pitch * t55;
     let t58 = R::fused(-sin_q_base_pitch, t54, t57);

@@ -71,41 +71,41 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t31_32 = R::Two::fused(t13_14, t29_30, t23_24);
     let t33_34 = R::Two::fused(t13_14, t27_28, t25_26);
     // right_foot, left_foot: sums of what it carries
-    let t35_36 = both(R::constant(0.0399)) * two(cos_t5, cos_t4);
-    let t37_38 = R::Two::fused(both(R::constant(0.0154)), two(sin_t5, sin_t4), t35_36);
-    let t39_40 = both(R::constant(0.0399)) * two(sin_t5, sin_t4);
-    let t41_42 = R::Two::fused(both(R::constant(-0.0154)), two(cos_t5, cos_t4), t39_40);
-    let t43_44 = t17_18.swapped() * t41_42;
-    let t45_46 = t17_18.swapped() * t37_38;
-    let t47_48 = t31_32.swapped() * t37_38;
-    let t49_50 = R::Two::fused(t33_34.swapped(), t41_42, -t47_48);
-    let t51_52 = t27_28.swapped() * t43_44;
-    let t53_54 = R::Two::fused(-t29_30.swapped(), t45_46, t51_52);
+    let t35_36 = both(R::constant(0.0399)) * two(cos_t4, cos_t5);
+    let t37_38 = R::Two::fused(both(R::constant(0.0154)), two(sin_t4, sin_t5), t35_36);
+    let t39_40 = both(R::constant(0.0399)) * two(sin_t4, sin_t5);
+    let t41_42 = R::Two::fused(both(R::constant(-0.0154)), two(cos_t4, cos_t5), t39_40);
+    let t43_44 = t17_18 * t41_42;
+    let t45_46 = t17_18 * t37_38;
+    let t47_48 = t31_32 * t37_38;
+    let t49_50 = R::Two::fused(t33_34, t41_42, -t47_48);
+    let t51_52 = t27_28 * t43_44;
+    let t53_54 = R::Two::fused(-t29_30, t45_46, t51_52);
     let t55_56 = t53_54 - t49_50;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t57_58 = both(R::constant(0.3111)) * two(cos_t3, cos_t2);
-    let t59_60 = R::Two::fused(both(R::constant(0.008)), two(sin_t3, sin_t2), t57_58);
-    let t61_62 = both(R::constant(0.3111)) * two(sin_t3, sin_t2);
-    let t63_64 = R::Two::fused(both(R::constant(-0.008)), two(cos_t3, cos_t2), t61_62);
-    let t65_66 = t23_24.swapped() * t59_60;
-    let t67_68 = R::Two::fused(-t25_26.swapped(), t63_64, t65_66);
-    let t69_70 = R::Two::fused(t13_14.swapped(), t63_64, t43_44);
-    let t71_72 = R::Two::fused(t13_14.swapped(), t59_60, t45_46);
+    let t57_58 = both(R::constant(0.3111)) * two(cos_t2, cos_t3);
+    let t59_60 = R::Two::fused(both(R::constant(0.008)), two(sin_t2, sin_t3), t57_58);
+    let t61_62 = both(R::constant(0.3111)) * two(sin_t2, sin_t3);
+    let t63_64 = R::Two::fused(both(R::constant(-0.008)), two(cos_t2, cos_t3), t61_62);
+    let t65_66 = t23_24 * t59_60;
+    let t67_68 = R::Two::fused(-t25_26, t63_64, t65_66);
+    let t69_70 = R::Two::fused(t13_14, t63_64, t43_44);
+    let t71_72 = R::Two::fused(t13_14, t59_60, t45_46);
     let t73_74 = t55_56 + t67_68;
-    let t75_76 = t19_20.swapped() * t69_70;
-    let t77_78 = R::Two::fused(-t21_22.swapped(), t71_72, t75_76);
+    let t75_76 = t19_20 * t69_70;
+    let t77_78 = R::Two::fused(-t21_22, t71_72, t75_76);
     let t79_80 = t73_74 + t77_78;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t81_82 = both(R::constant(0.8355)) * two(cos_t1, cos_t0);
-    let t83_84 = R::Two::fused(both(R::constant(0.012)), two(sin_t1, sin_t0), t81_82);
-    let t85_86 = both(R::constant(0.8355)) * two(sin_t1, sin_t0);
-    let t87_88 = R::Two::fused(both(R::constant(-0.012)), two(cos_t1, cos_t0), t85_86);
-    let t89_90 = R::Two::fused(t9_10.swapped(), t87_88, t69_70);
-    let t91_92 = R::Two::fused(t9_10.swapped(), t83_84, t71_72);
+    let t81_82 = both(R::constant(0.8355)) * two(cos_t0, cos_t1);
+    let t83_84 = R::Two::fused(both(R::constant(0.012)), two(sin_t0, sin_t1), t81_82);
+    let t85_86 = both(R::constant(0.8355)) * two(sin_t0, sin_t1);
+    let t87_88 = R::Two::fused(both(R::constant(-0.012)), two(cos_t0, cos_t1), t85_86);
+    let t89_90 = R::Two::fused(t9_10, t87_88, t69_70);
+    let t91_92 = R::Two::fused(t9_10, t83_84, t71_72);
     let t93_94 = R::Two::fused(both(R::constant(9.81)), t87_88, -t79_80);
-    let t95 = t89_90.first() + t89_90.second(); // right_upper_leg: sums of what it carries
-    let t96 = t91_92.first() + t91_92.second(); // right_upper_leg: sums of what it carries
-    let t97 = t93_94.first() + t93_94.second(); // right_upper_leg: sums of what it carries
+    let t95 = t89_90.second() + t89_90.first(); // right_upper_leg: sums of what it carries
+    let t96 = t91_92.second() + t91_92.first(); // right_upper_leg: sums of what it carries
+    let t97 = t93_94.second() + t93_94.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t98 = R::constant(2.4915000028) * cos_q_base_pitch;
     let t99 = R::fused(R::constant(0.22408000024), sin_q_base_pitch, t98);
@@ -115,10 +115,10 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t103 = R::fused(-t6, t99, t96);
     let t104 = R::fused(R::constant(-9.81), t101, t97);
     let t105 = R::constant(186.39) + t103; // base/z: sums of what it carries
-    let t106_107 = -t73_74.swapped(); // right_lower_leg, left_lower_leg: sums of what it carries
+    let t106_107 = -t73_74; // right_lower_leg, left_lower_leg: sums of what it carries
     *out = [[
-        t102, t105, t104, t93_94.second(), t106_107.first(), t49_50.second(), t93_94.first(), t106_107.second(),
-        t49_50.first(),
+        t102, t105, t104, t93_94.first(), t106_107.first(), t49_50.first(), t93_94.second(), t106_107.second(),
+        t49_50.second(),
     ]];
 }
 }

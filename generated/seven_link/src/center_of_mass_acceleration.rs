@@ -111,28 +111,28 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     let t43_44 = both(R::constant(0.0154)) * t13_14;
     let t45_46 = R::Two::fused(both(R::constant(-0.0399)), t17_18, t43_44);
     // right_foot, left_foot: sums of what it carries
-    let t47_48 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t45_46.swapped();
-    let t49_50 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t41_42.swapped(), t47_48);
-    let t51_52 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t45_46.swapped();
-    let t53_54 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t41_42.swapped(), t51_52);
-    let t55_56 = t33_34.swapped() + t53_54;
-    let t57_58 = t37_38.swapped() + t49_50;
+    let t47_48 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t45_46;
+    let t49_50 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t41_42, t47_48);
+    let t51_52 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t45_46;
+    let t53_54 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t41_42, t51_52);
+    let t55_56 = t33_34 + t53_54;
+    let t57_58 = t37_38 + t49_50;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t59_60 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t57_58;
-    let t61_62 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t55_56, t59_60);
-    let t63_64 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t57_58;
-    let t65_66 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t55_56, t63_64);
-    let t67_68 = t25_26.swapped() + t65_66;
-    let t69_70 = t29_30.swapped() + t61_62;
+    let t59_60 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t57_58;
+    let t61_62 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t55_56, t59_60);
+    let t63_64 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t57_58;
+    let t65_66 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t55_56, t63_64);
+    let t67_68 = t25_26 + t65_66;
+    let t69_70 = t29_30 + t61_62;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t71_72 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t69_70;
-    let t73_74 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t67_68, t71_72);
-    let t75_76 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t69_70;
-    let t77_78 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t67_68, t75_76);
-    let t79 = t20 - t77_78.first(); // left_upper_leg: sums of what it carries
-    let t80 = t22 - t73_74.first(); // left_upper_leg: sums of what it carries
-    let t81 = t79 - t77_78.second(); // right_upper_leg: sums of what it carries
-    let t82 = t80 - t73_74.second(); // right_upper_leg: sums of what it carries
+    let t71_72 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t69_70;
+    let t73_74 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t67_68, t71_72);
+    let t75_76 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t69_70;
+    let t77_78 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t67_68, t75_76);
+    let t79 = t20 - t77_78.second(); // left_upper_leg: sums of what it carries
+    let t80 = t22 - t73_74.second(); // left_upper_leg: sums of what it carries
+    let t81 = t79 - t77_78.first(); // right_upper_leg: sums of what it carries
+    let t82 = t80 - t73_74.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t83 = cos_q_base_pitch * t82;
     let t84 = R::fused(-sin_q_base_pitch, t81, t83);

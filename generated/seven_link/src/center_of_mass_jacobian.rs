@@ -64,28 +64,28 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t20_21 = t10_11 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     let t22_23 = R::Two::fused(t14_15, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t20_21);
     // right_foot, left_foot: sums of what it carries
-    let t24_25 = both(R::constant(0.0399)) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    let t26_27 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t24_25);
-    let t28_29 = both(R::constant(0.0399)) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
-    let t30_31 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t28_29);
+    let t24_25 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    let t26_27 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t24_25);
+    let t28_29 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    let t30_31 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t28_29);
     let t32_33 = both(R::constant(0.008)) - t30_31;
     let t34_35 = both(R::constant(0.3111)) + t26_27;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t36_37 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t34_35;
-    let t38_39 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t32_33, t36_37);
-    let t40_41 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t34_35;
-    let t42_43 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t32_33, t40_41);
+    let t36_37 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t34_35;
+    let t38_39 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, t36_37);
+    let t40_41 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t34_35;
+    let t42_43 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t40_41);
     let t44_45 = both(R::constant(0.012)) - t42_43;
     let t46_47 = both(R::constant(0.8355)) + t38_39;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t48_49 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t46_47;
-    let t50_51 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t44_45, t48_49);
-    let t52_53 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t46_47;
-    let t54_55 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t44_45, t52_53);
-    let t56 = R::constant(0.22408000024) + t54_55.first(); // left_upper_leg: sums of what it carries
-    let t57 = R::constant(2.4915000028) - t50_51.first(); // left_upper_leg: sums of what it carries
-    let t58 = t56 + t54_55.second(); // right_upper_leg: sums of what it carries
-    let t59 = t57 - t50_51.second(); // right_upper_leg: sums of what it carries
+    let t48_49 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t46_47;
+    let t50_51 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t48_49);
+    let t52_53 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t46_47;
+    let t54_55 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t52_53);
+    let t56 = R::constant(0.22408000024) + t54_55.second(); // left_upper_leg: sums of what it carries
+    let t57 = R::constant(2.4915000028) - t50_51.second(); // left_upper_leg: sums of what it carries
+    let t58 = t56 + t54_55.first(); // right_upper_leg: sums of what it carries
+    let t59 = t57 - t50_51.first(); // right_upper_leg: sums of what it carries
     // torso: Jacobian of the centre of mass
     let t60 = t59 * R::constant(0.05263157894736842);
     let t61 = t58 * R::constant(0.05263157894736842);
@@ -94,15 +94,15 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t64 = sin_q_base_pitch * t60;
     let t65 = R::fused(cos_q_base_pitch, t61, -t64);
     // right_upper_leg, left_upper_leg: Jacobian of the centre of mass
-    let t66_67 = t46_47.swapped() * both(R::constant(0.05263157894736842));
-    let t68_69 = t44_45.swapped() * both(R::constant(0.05263157894736842));
+    let t66_67 = t46_47 * both(R::constant(0.05263157894736842));
+    let t68_69 = t44_45 * both(R::constant(0.05263157894736842));
     let t70_71 = t6_7 * t66_67;
     let t72_73 = R::Two::fused(-t2_3, t68_69, t70_71);
     let t74_75 = t2_3 * t66_67;
     let t76_77 = R::Two::fused(t6_7, t68_69, t74_75);
     // right_lower_leg, left_lower_leg: Jacobian of the centre of mass
-    let t78_79 = t34_35.swapped() * both(R::constant(0.05263157894736842));
-    let t80_81 = t32_33.swapped() * both(R::constant(0.05263157894736842));
+    let t78_79 = t34_35 * both(R::constant(0.05263157894736842));
+    let t80_81 = t32_33 * both(R::constant(0.05263157894736842));
     let t82_83 = t14_15 * t78_79;
     let t84_85 = R::Two::fused(-t10_11, t80_81, t82_83);
     let t86_87 = t10_11 * t78_79;

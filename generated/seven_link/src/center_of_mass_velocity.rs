@@ -63,28 +63,28 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t6_7 = both(R::constant(0.0399)) * t4_5;
     let t8_9 = both(R::constant(0.0154)) * t4_5;
     // right_foot, left_foot: sums of what it carries
-    let t10_11 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t8_9.swapped();
-    let t12_13 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t6_7.swapped(), t10_11);
-    let t14_15 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t8_9.swapped();
-    let t16_17 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t6_7.swapped(), t14_15);
-    let t18_19 = R::Two::fused(both(R::constant(0.3111)), t2_3.swapped(), t16_17);
-    let t20_21 = R::Two::fused(both(R::constant(0.008)), t2_3.swapped(), t12_13);
+    let t10_11 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t8_9;
+    let t12_13 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t6_7, t10_11);
+    let t14_15 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t8_9;
+    let t16_17 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t6_7, t14_15);
+    let t18_19 = R::Two::fused(both(R::constant(0.3111)), t2_3, t16_17);
+    let t20_21 = R::Two::fused(both(R::constant(0.008)), t2_3, t12_13);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t22_23 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t20_21;
-    let t24_25 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t18_19, t22_23);
-    let t26_27 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t20_21;
-    let t28_29 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t18_19, t26_27);
-    let t30_31 = R::Two::fused(both(R::constant(0.8355)), t0_1.swapped(), t28_29);
-    let t32_33 = R::Two::fused(both(R::constant(0.012)), t0_1.swapped(), t24_25);
+    let t22_23 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t20_21;
+    let t24_25 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t18_19, t22_23);
+    let t26_27 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t20_21;
+    let t28_29 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t18_19, t26_27);
+    let t30_31 = R::Two::fused(both(R::constant(0.8355)), t0_1, t28_29);
+    let t32_33 = R::Two::fused(both(R::constant(0.012)), t0_1, t24_25);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t34_35 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t32_33;
-    let t36_37 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t30_31, t34_35);
-    let t38_39 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t32_33;
-    let t40_41 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t30_31, t38_39);
-    let t42 = R::fused(R::constant(2.4915000028), v_base_pitch, -t40_41.first()); // left_upper_leg
-    let t43 = R::fused(R::constant(0.22408000024), v_base_pitch, -t36_37.first()); // left_upper_leg
-    let t44 = t42 - t40_41.second(); // right_upper_leg: sums of what it carries
-    let t45 = t43 - t36_37.second(); // right_upper_leg: sums of what it carries
+    let t34_35 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t32_33;
+    let t36_37 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t30_31, t34_35);
+    let t38_39 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t32_33;
+    let t40_41 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t30_31, t38_39);
+    let t42 = R::fused(R::constant(2.4915000028), v_base_pitch, -t40_41.second()); // left_upper_leg
+    let t43 = R::fused(R::constant(0.22408000024), v_base_pitch, -t36_37.second()); // left_upper_leg
+    let t44 = t42 - t40_41.first(); // right_upper_leg: sums of what it carries
+    let t45 = t43 - t36_37.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t46 = cos_q_base_pitch * t45;
     let t47 = R::fused(-sin_q_base_pitch, t44, t46);

@@ -101,34 +101,34 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t59_60 = R::Two::fused(both(R::constant(-0.0154)), t30_31, t57_58);
     let t61_62 = R::Two::fused(both(R::constant(0.0061831)), t36_37, t59_60);
     // right_foot, left_foot: sums of what it carries
-    let t63_64 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t55_56.swapped();
-    let t65_66 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t53_54.swapped(), t63_64);
-    let t67_68 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t55_56.swapped();
-    let t69_70 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t53_54.swapped(), t67_68);
-    let t71_72 = R::Two::fused(both(R::constant(0.3111)), t24_25.swapped(), t69_70);
-    let t73_74 = R::Two::fused(both(R::constant(0.008)), t24_25.swapped(), t65_66);
-    let t75_76 = t51_52.swapped() + t61_62.swapped();
+    let t63_64 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t55_56;
+    let t65_66 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t53_54, t63_64);
+    let t67_68 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t55_56;
+    let t69_70 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t53_54, t67_68);
+    let t71_72 = R::Two::fused(both(R::constant(0.3111)), t24_25, t69_70);
+    let t73_74 = R::Two::fused(both(R::constant(0.008)), t24_25, t65_66);
+    let t75_76 = t51_52 + t61_62;
     let t77_78 = R::Two::fused(both(R::constant(0.273)), t69_70, t75_76);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t79_80 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t73_74;
-    let t81_82 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t71_72, t79_80);
-    let t83_84 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t73_74;
-    let t85_86 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t71_72, t83_84);
-    let t87_88 = R::Two::fused(both(R::constant(0.8355)), t12_13.swapped(), t85_86);
-    let t89_90 = R::Two::fused(both(R::constant(0.012)), t12_13.swapped(), t81_82);
-    let t91_92 = t45_46.swapped() + t77_78;
+    let t79_80 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t73_74;
+    let t81_82 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t71_72, t79_80);
+    let t83_84 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t73_74;
+    let t85_86 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t71_72, t83_84);
+    let t87_88 = R::Two::fused(both(R::constant(0.8355)), t12_13, t85_86);
+    let t89_90 = R::Two::fused(both(R::constant(0.012)), t12_13, t81_82);
+    let t91_92 = t45_46 + t77_78;
     let t93_94 = R::Two::fused(both(R::constant(0.315)), t85_86, t91_92);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t95_96 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t89_90;
-    let t97_98 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t87_88, t95_96);
-    let t99_100 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t89_90;
-    let t101_102 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t87_88, t99_100);
-    let t103 = R::fused(R::constant(2.4915000028), v_base_pitch, -t101_102.first()); // left_upper_leg
-    let t104 = R::fused(R::constant(0.22408000024), v_base_pitch, -t97_98.first()); // left_upper_leg
-    let t105 = t40 - t93_94.first(); // left_upper_leg: sums of what it carries
-    let t106 = t103 - t101_102.second(); // right_upper_leg: sums of what it carries
-    let t107 = t104 - t97_98.second(); // right_upper_leg: sums of what it carries
-    let t108 = t93_94.second() - t105; // right_upper_leg: sums of what it carries
+    let t95_96 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t89_90;
+    let t97_98 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t87_88, t95_96);
+    let t99_100 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t89_90;
+    let t101_102 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t87_88, t99_100);
+    let t103 = R::fused(R::constant(2.4915000028), v_base_pitch, -t101_102.second()); // left_upper_leg
+    let t104 = R::fused(R::constant(0.22408000024), v_base_pitch, -t97_98.second()); // left_upper_leg
+    let t105 = t40 - t93_94.second(); // left_upper_leg: sums of what it carries
+    let t106 = t103 - t101_102.first(); // right_upper_leg: sums of what it carries
+    let t107 = t104 - t97_98.first(); // right_upper_leg: sums of what it carries
+    let t108 = t93_94.first() - t105; // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t109 = cos_q_base_pitch * t107;
     let t110 = R::fused(-sin_q_base_pitch, t106, t109);
@@ -139,28 +139,28 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let t115 = R::fused(q_base_z, t113, t108); // base/z: sums of what it carries
     let t116 = R::fused(-q_base_x, t114, t115); // base/x: sums of what it carries
     // right_foot, left_foot: sums of what it carries
-    let t117_118 = both(R::constant(0.0399)) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    let t119_120 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t117_118);
-    let t121_122 = both(R::constant(0.0399)) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
-    let t123_124 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t121_122);
+    let t117_118 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    let t119_120 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t117_118);
+    let t121_122 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    let t123_124 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t121_122);
     let t125_126 = both(R::constant(0.008)) - t123_124;
     let t127_128 = both(R::constant(0.3111)) + t119_120;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t129_130 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t127_128;
-    let t131_132 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t125_126, t129_130);
-    let t133_134 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t127_128;
-    let t135_136 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t125_126, t133_134);
+    let t129_130 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t127_128;
+    let t131_132 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t125_126, t129_130);
+    let t133_134 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t127_128;
+    let t135_136 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t125_126, t133_134);
     let t137_138 = both(R::constant(0.012)) - t135_136;
     let t139_140 = both(R::constant(0.8355)) + t131_132;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t141_142 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t139_140;
-    let t143_144 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t137_138, t141_142);
-    let t145_146 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t139_140;
-    let t147_148 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t137_138, t145_146);
-    let t149 = R::constant(0.22408000024) + t147_148.first(); // left_upper_leg: sums of what it carries
-    let t150 = R::constant(2.4915000028) - t143_144.first(); // left_upper_leg: sums of what it carries
-    let t151 = t149 + t147_148.second(); // right_upper_leg: sums of what it carries
-    let t152 = t150 - t143_144.second(); // right_upper_leg: sums of what it carries
+    let t141_142 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t139_140;
+    let t143_144 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t137_138, t141_142);
+    let t145_146 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t139_140;
+    let t147_148 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t137_138, t145_146);
+    let t149 = R::constant(0.22408000024) + t147_148.second(); // left_upper_leg: sums of what it carries
+    let t150 = R::constant(2.4915000028) - t143_144.second(); // left_upper_leg: sums of what it carries
+    let t151 = t149 + t147_148.first(); // right_upper_leg: sums of what it carries
+    let t152 = t150 - t143_144.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t153 = cos_q_base_pitch * t152;
     let t154 = R::fused(sin_q_base_pitch, t151, t153);

@@ -141,34 +141,34 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t100_101 = R::Two::fused(both(R::constant(-0.0154)), t43_44, t98_99);
     let t102_103 = R::Two::fused(both(R::constant(0.0061831)), t49_50, t100_101);
     // right_foot, left_foot: sums of what it carries
-    let t104_105 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t96_97.swapped();
-    let t106_107 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t92_93.swapped(), t104_105);
-    let t108_109 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t96_97.swapped();
-    let t110_111 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t92_93.swapped(), t108_109);
-    let t112_113 = t78_79.swapped() + t110_111;
-    let t114_115 = t82_83.swapped() + t106_107;
-    let t116_117 = t88_89.swapped() + t102_103.swapped();
+    let t104_105 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t96_97;
+    let t106_107 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t92_93, t104_105);
+    let t108_109 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t96_97;
+    let t110_111 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t92_93, t108_109);
+    let t112_113 = t78_79 + t110_111;
+    let t114_115 = t82_83 + t106_107;
+    let t116_117 = t88_89 + t102_103;
     let t118_119 = R::Two::fused(both(R::constant(0.273)), t110_111, t116_117);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t120_121 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t114_115;
-    let t122_123 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t112_113, t120_121);
-    let t124_125 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t114_115;
-    let t126_127 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t112_113, t124_125);
-    let t128_129 = t64_65.swapped() + t126_127;
-    let t130_131 = t68_69.swapped() + t122_123;
-    let t132_133 = t74_75.swapped() + t118_119;
+    let t120_121 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t114_115;
+    let t122_123 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t112_113, t120_121);
+    let t124_125 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t114_115;
+    let t126_127 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t112_113, t124_125);
+    let t128_129 = t64_65 + t126_127;
+    let t130_131 = t68_69 + t122_123;
+    let t132_133 = t74_75 + t118_119;
     let t134_135 = R::Two::fused(both(R::constant(0.315)), t126_127, t132_133);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t136_137 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t130_131;
-    let t138_139 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t128_129, t136_137);
-    let t140_141 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t130_131;
-    let t142_143 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t128_129, t140_141);
-    let t144 = t56 - t142_143.first(); // left_upper_leg: sums of what it carries
-    let t145 = t58 - t138_139.first(); // left_upper_leg: sums of what it carries
-    let t146 = t61 + t134_135.first(); // left_upper_leg: sums of what it carries
-    let t147 = t144 - t142_143.second(); // right_upper_leg: sums of what it carries
-    let t148 = t145 - t138_139.second(); // right_upper_leg: sums of what it carries
-    let t149 = t134_135.second() + t146; // right_upper_leg: sums of what it carries
+    let t136_137 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t130_131;
+    let t138_139 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t128_129, t136_137);
+    let t140_141 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t130_131;
+    let t142_143 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t128_129, t140_141);
+    let t144 = t56 - t142_143.second(); // left_upper_leg: sums of what it carries
+    let t145 = t58 - t138_139.second(); // left_upper_leg: sums of what it carries
+    let t146 = t61 + t134_135.second(); // left_upper_leg: sums of what it carries
+    let t147 = t144 - t142_143.first(); // right_upper_leg: sums of what it carries
+    let t148 = t145 - t138_139.first(); // right_upper_leg: sums of what it carries
+    let t149 = t134_135.first() + t146; // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t150 = cos_q_base_pitch * t148;
     let t151 = R::fused(-sin_q_base_pitch, t147, t150);
@@ -179,28 +179,28 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t156 = R::fused(q_base_z, t154, t149); // base/z: sums of what it carries
     let t157 = R::fused(-q_base_x, t155, t156); // base/x: sums of what it carries
     // right_foot, left_foot: sums of what it carries
-    let t158_159 = both(R::constant(0.0399)) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    let t160_161 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t158_159);
-    let t162_163 = both(R::constant(0.0399)) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
-    let t164_165 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t162_163);
+    let t158_159 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    let t160_161 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t158_159);
+    let t162_163 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    let t164_165 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t162_163);
     let t166_167 = both(R::constant(0.008)) - t164_165;
     let t168_169 = both(R::constant(0.3111)) + t160_161;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t170_171 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t168_169;
-    let t172_173 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t166_167, t170_171);
-    let t174_175 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t168_169;
-    let t176_177 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t166_167, t174_175);
+    let t170_171 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t168_169;
+    let t172_173 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t166_167, t170_171);
+    let t174_175 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t168_169;
+    let t176_177 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t166_167, t174_175);
     let t178_179 = both(R::constant(0.012)) - t176_177;
     let t180_181 = both(R::constant(0.8355)) + t172_173;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t182_183 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t180_181;
-    let t184_185 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t178_179, t182_183);
-    let t186_187 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t180_181;
-    let t188_189 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t178_179, t186_187);
-    let t190 = R::constant(0.22408000024) + t188_189.first(); // left_upper_leg: sums of what it carries
-    let t191 = R::constant(2.4915000028) - t184_185.first(); // left_upper_leg: sums of what it carries
-    let t192 = t190 + t188_189.second(); // right_upper_leg: sums of what it carries
-    let t193 = t191 - t184_185.second(); // right_upper_leg: sums of what it carries
+    let t182_183 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t180_181;
+    let t184_185 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t178_179, t182_183);
+    let t186_187 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t180_181;
+    let t188_189 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t178_179, t186_187);
+    let t190 = R::constant(0.22408000024) + t188_189.second(); // left_upper_leg: sums of what it carries
+    let t191 = R::constant(2.4915000028) - t184_185.second(); // left_upper_leg: sums of what it carries
+    let t192 = t190 + t188_189.first(); // right_upper_leg: sums of what it carries
+    let t193 = t191 - t184_185.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t194 = cos_q_base_pitch * t193;
     let t195 = R::fused(sin_q_base_pitch, t192, t194);

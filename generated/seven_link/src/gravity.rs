@@ -75,13 +75,13 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     // right_foot, left_foot: wrench that its motion needs
     let t36_37 = both(R::constant(0.0399)) * t24_25;
     let t38_39 = R::Two::fused(both(R::constant(-0.0154)), t20_21, t36_37);
-    let t40_41 = t34_35.swapped() + t38_39.swapped(); // right_foot, left_foot: wrench handed to its parent
-    let t42_43 = t30_31.swapped() + t40_41; // right_lower_leg, left_lower_leg: wrench handed to its parent
-    let t44 = t27 - t42_43.first(); // left_upper_leg: wrench handed to its parent
-    let t45 = t42_43.second() - t44; // right_upper_leg: wrench handed to its parent
+    let t40_41 = t34_35 + t38_39; // right_foot, left_foot: wrench handed to its parent
+    let t42_43 = t30_31 + t40_41; // right_lower_leg, left_lower_leg: wrench handed to its parent
+    let t44 = t27 - t42_43.second(); // left_upper_leg: wrench handed to its parent
+    let t45 = t42_43.first() - t44; // right_upper_leg: wrench handed to its parent
     *out = [[
-        R::constant(0.0), R::constant(186.39), t45, t42_43.second(), t40_41.second(), t38_39.first(), t42_43.first(),
-        t40_41.first(), t38_39.second(),
+        R::constant(0.0), R::constant(186.39), t45, t42_43.first(), t40_41.first(), t38_39.first(), t42_43.second(),
+        t40_41.second(), t38_39.second(),
     ]];
 }
 }

@@ -81,60 +81,60 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
         t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412,
     );
     // right_foot, left_foot: sums of what it carries
-    t0_1 = both(R::constant(0.0399)) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
-    t2_3 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t0_1);
-    t4_5 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t2_3; // right_foot, left_foot: mass matrix
-    t6_7 = both(R::constant(0.0399)) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    t8_9 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t6_7);
+    t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t2_3 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t0_1);
+    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2_3; // right_foot, left_foot: mass matrix
+    t6_7 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t8_9 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t6_7);
     // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t8_9, t4_5);
-    t12_13 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t2_3;
-    t16_17 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t16_17, t12_13);
+    t10_11 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t4_5);
+    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
+    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2_3;
+    t16_17 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
+    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
     t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t16_17, t22_23);
+    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
+    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
     t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
     // factors of the mass matrix
     t28_29 = t26_27 * both(R::constant(161.73117044848053));
-    t30 = R::fused(-t26_27.first(), t28_29.first(), R::constant(19.0));
-    t31 = R::fused(-t26_27.second(), t28_29.second(), t30);
+    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
+    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
     t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
+    t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
     t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t36_37, t34_35); // right_lower_leg, left_lower_leg
-    t40_41 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
+    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35); // right_lower_leg, left_lower_leg
+    t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t42_43 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t32_33;
-    t44_45 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t36_37, t42_43);
+    t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
+    t44_45 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, t42_43);
     // right_lower_leg, left_lower_leg: mass matrix
-    t46_47 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t44_45, t40_41);
+    t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t40_41);
     t48_49 = both(sin_q_base_pitch) * t46_47;
-    t50_51 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t38_39;
-    t52_53 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t44_45, t50_51);
+    t50_51 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t38_39;
+    t52_53 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t50_51);
     t54_55 = R::Two::fused(both(cos_q_base_pitch), t52_53, t48_49);
     t56_57 = R::Two::fused(both(R::constant(0.273)), t8_9, both(R::constant(0.0061831))); // right_foot, left_foot
     // factors of the mass matrix
     t58_59 = t56_57 * both(R::constant(161.73117044848053));
     t60_61 = R::Two::fused(-t26_27, t58_59, t54_55);
     // right_foot, left_foot: sums of what it carries
-    t62_63 = R::Two::fused(t8_9, both(R::constant(0.546)), both(R::constant(0.0061831)));
+    t62_63 = R::Two::fused(both(R::constant(0.546)), t8_9, both(R::constant(0.0061831)));
     t64_65 = both(R::constant(0.07325338333)) + t62_63;
     // factors of the mass matrix
     t66_67 = R::Two::fused(-t56_57, t58_59, t64_65);
     t68_69 = both(R::constant(1.0)) / t66_67;
     t70_71 = t60_61 * t68_69;
-    t72 = R::fused(-t60_61.first(), t70_71.first(), t31);
-    t73 = R::fused(-t60_61.second(), t70_71.second(), t72);
+    t72 = R::fused(-t60_61.second(), t70_71.second(), t31);
+    t73 = R::fused(-t60_61.first(), t70_71.first(), t72);
     t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
-    t76_77 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
+    t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
     t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t78_79, t76_77); // right_upper_leg, left_upper_leg
+    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77); // right_upper_leg, left_upper_leg
     t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t84_85 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t74_75;
-    t86_87 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t78_79, t84_85);
+    t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
+    t86_87 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t78_79, t84_85);
     t88_89 = R::Two::fused(-both(cos_q_base_pitch), t86_87, t82_83); // right_upper_leg, left_upper_leg: mass matrix
     t90_91 = R::Two::fused(both(R::constant(-0.315)), t16_17, t56_57); // right_foot, left_foot: mass matrix
     // factors of the mass matrix
@@ -147,7 +147,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t104_105 = t60_61 * t102_103;
     t106_107 = t96_97 - t104_105;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t108_109 = R::Two::fused(t44_45, both(R::constant(0.63)), t64_65);
+    t108_109 = R::Two::fused(both(R::constant(0.63)), t44_45, t64_65);
     t110_111 = both(R::constant(0.231642)) + t108_109;
     // factors of the mass matrix
     t112_113 = t90_91 * t92_93;
@@ -156,29 +156,29 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t118_119 = t114_115 - t116_117;
     t120_121 = both(R::constant(1.0)) / t118_119;
     t122_123 = t106_107 * t120_121;
-    t124 = R::fused(-t106_107.first(), t122_123.first(), t73);
-    t125 = R::fused(-t106_107.second(), t122_123.second(), t124);
-    t126 = R::constant(2.4915000028) - t86_87.first(); // left_upper_leg: sums of what it carries
-    t127 = t126 - t86_87.second(); // right_upper_leg: sums of what it carries
+    t124 = R::fused(-t106_107.second(), t122_123.second(), t73);
+    t125 = R::fused(-t106_107.first(), t122_123.first(), t124);
+    t126 = R::constant(2.4915000028) - t86_87.second(); // left_upper_leg: sums of what it carries
+    t127 = t126 - t86_87.first(); // right_upper_leg: sums of what it carries
     t128 = cos_q_base_pitch * t127; // torso: sums of what it carries
-    t129 = R::constant(0.22408000024) + t80_81.first(); // left_upper_leg: sums of what it carries
-    t130 = t129 + t80_81.second(); // right_upper_leg: sums of what it carries
+    t129 = R::constant(0.22408000024) + t80_81.second(); // left_upper_leg: sums of what it carries
+    t130 = t129 + t80_81.first(); // right_upper_leg: sums of what it carries
     t131 = R::fused(sin_q_base_pitch, t130, t128); // torso: sums of what it carries
-    t132 = t131 - t94_95.first();
-    t133 = t132 - t94_95.second();
-    t134 = t133 - t104_105.first();
-    t135 = t134 - t104_105.second();
+    t132 = t131 - t94_95.second();
+    t133 = t132 - t94_95.first();
+    t134 = t133 - t104_105.second();
+    t135 = t134 - t104_105.first();
     t136_137 = t118_119 * t120_121;
-    t138 = R::fused(-t106_107.first(), t136_137.first(), t135);
-    t139 = R::fused(-t106_107.second(), t136_137.second(), t138);
-    t140 = R::constant(0.8044641474534446) + t110_111.first(); // left_upper_leg: sums of what it carries
-    t141 = t110_111.second() + t140; // right_upper_leg: sums of what it carries
-    t142 = t141 - t112_113.first();
-    t143 = t142 - t112_113.second();
-    t144 = t143 - t116_117.first();
-    t145 = t144 - t116_117.second();
-    t146 = R::fused(-t118_119.first(), t136_137.first(), t145);
-    t147 = R::fused(-t118_119.second(), t136_137.second(), t146);
+    t138 = R::fused(-t106_107.second(), t136_137.second(), t135);
+    t139 = R::fused(-t106_107.first(), t136_137.first(), t138);
+    t140 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
+    t141 = t110_111.first() + t140; // right_upper_leg: sums of what it carries
+    t142 = t141 - t112_113.second();
+    t143 = t142 - t112_113.first();
+    t144 = t143 - t116_117.second();
+    t145 = t144 - t116_117.first();
+    t146 = R::fused(-t118_119.second(), t136_137.second(), t145);
+    t147 = R::fused(-t118_119.first(), t136_137.first(), t146);
     t148 = R::constant(1.0) / t147;
     t149 = t139 * t148;
     t150 = R::fused(-t139, t149, t125);
@@ -187,16 +187,16 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t153_154 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t151_152);
     // factors of the mass matrix
     t155_156 = t153_154 * both(R::constant(161.73117044848053));
-    t157 = t26_27.first() * t155_156.first();
-    t158 = R::fused(t26_27.second(), t155_156.second(), t157);
+    t157 = t26_27.second() * t155_156.second();
+    t158 = R::fused(t26_27.first(), t155_156.first(), t157);
     // right_lower_leg, left_lower_leg: mass matrix
     t159_160 = both(cos_q_base_pitch) * t46_47;
     t161_162 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t159_160);
     // factors of the mass matrix
     t163_164 = R::Two::fused(-t153_154, t58_59, t161_162);
     t165_166 = t163_164 * t68_69;
-    t167 = R::fused(t60_61.first(), t165_166.first(), t158);
-    t168 = R::fused(t60_61.second(), t165_166.second(), t167);
+    t167 = R::fused(t60_61.second(), t165_166.second(), t158);
+    t168 = R::fused(t60_61.first(), t165_166.first(), t167);
     // right_upper_leg, left_upper_leg: mass matrix
     t169_170 = both(cos_q_base_pitch) * t80_81;
     t171_172 = R::Two::fused(both(sin_q_base_pitch), t86_87, t169_170);
@@ -206,24 +206,24 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t177_178 = t163_164 * t102_103;
     t179_180 = t175_176 - t177_178;
     t181_182 = t179_180 * t120_121;
-    t183 = R::fused(t106_107.first(), t181_182.first(), t168);
-    t184 = R::fused(t106_107.second(), t181_182.second(), t183);
+    t183 = R::fused(t106_107.second(), t181_182.second(), t168);
+    t184 = R::fused(t106_107.first(), t181_182.first(), t183);
     t185 = sin_q_base_pitch * t127; // torso: sums of what it carries
     t186 = R::fused(-cos_q_base_pitch, t130, t185); // torso: sums of what it carries
-    t187 = t186 + t173_174.first();
-    t188 = t187 + t173_174.second();
-    t189 = t188 + t177_178.first();
-    t190 = t189 + t177_178.second();
-    t191 = R::fused(t179_180.first(), t136_137.first(), t190);
-    t192 = R::fused(t179_180.second(), t136_137.second(), t191);
+    t187 = t186 + t173_174.second();
+    t188 = t187 + t173_174.first();
+    t189 = t188 + t177_178.second();
+    t190 = t189 + t177_178.first();
+    t191 = R::fused(t179_180.second(), t136_137.second(), t190);
+    t192 = R::fused(t179_180.first(), t136_137.first(), t191);
     t193 = t192 * t148;
     t194 = R::fused(-t139, t193, t184);
-    t195 = R::fused(-t153_154.first(), t155_156.first(), R::constant(19.0));
-    t196 = R::fused(-t153_154.second(), t155_156.second(), t195);
-    t197 = R::fused(-t163_164.first(), t165_166.first(), t196);
-    t198 = R::fused(-t163_164.second(), t165_166.second(), t197);
-    t199 = R::fused(-t179_180.first(), t181_182.first(), t198);
-    t200 = R::fused(-t179_180.second(), t181_182.second(), t199);
+    t195 = R::fused(-t153_154.second(), t155_156.second(), R::constant(19.0));
+    t196 = R::fused(-t153_154.first(), t155_156.first(), t195);
+    t197 = R::fused(-t163_164.second(), t165_166.second(), t196);
+    t198 = R::fused(-t163_164.first(), t165_166.first(), t197);
+    t199 = R::fused(-t179_180.second(), t181_182.second(), t198);
+    t200 = R::fused(-t179_180.first(), t181_182.first(), t199);
     t201 = R::fused(-t192, t193, t200);
     t202 = R::constant(1.0) / t201;
     t203 = t194 * t202;
@@ -240,24 +240,24 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t220_221 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t208_209;
     t222_223 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t214_215, t220_221);
     t224_225 = R::Two::fused(-both(sin_q_base_pitch), t222_223, t218_219);
-    t226_227 = R::Two::fused(t26_27.swapped(), two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t224_225); // solved by the factors
+    t226_227 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t224_225); // solved by the factors
     t228_229 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
     // solved by the factors
-    t230_231 = R::Two::fused(t56_57.swapped(), two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t228_229);
-    t232_233 = R::Two::fused(t70_71.swapped() * two(R::constant(1.0), R::constant(-1.0)), t230_231, t226_227);
+    t230_231 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t228_229);
+    t232_233 = R::Two::fused(t70_71 * two(R::constant(1.0), R::constant(-1.0)), t230_231, t226_227);
     t234_235 = R::Two::fused(two(R::constant(0.315), R::constant(-0.315)), t208_209, t228_229); // other
-    t236_237 = R::Two::fused(t90_91.swapped(), two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t234_235);
-    t238_239 = R::Two::fused(-t102_103.swapped(), t230_231, t236_237);
-    t240_241 = R::Two::fused(t122_123.swapped() * two(R::constant(1.0), R::constant(-1.0)), t238_239, t232_233);
-    t242_243 = R::Two::fused(-t136_137.swapped(), t238_239, t238_239);
+    t236_237 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t234_235);
+    t238_239 = R::Two::fused(-t102_103, t230_231, t236_237);
+    t240_241 = R::Two::fused(t122_123 * two(R::constant(1.0), R::constant(-1.0)), t238_239, t232_233);
+    t242_243 = R::Two::fused(-t136_137, t238_239, t238_239);
     t244_245 = R::Two::fused(both(t149) * two(R::constant(1.0), R::constant(-1.0)), t242_243, t240_241);
     // other
     t246_247 = both(sin_q_base_pitch) * t216_217;
     t248_249 = R::Two::fused(both(cos_q_base_pitch), t222_223, t246_247);
     // solved by the factors
-    t250_251 = R::Two::fused(t153_154.swapped(), two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t248_249);
-    t252_253 = R::Two::fused(t165_166.swapped() * two(R::constant(-1.0), R::constant(1.0)), t230_231, t250_251);
-    t254_255 = R::Two::fused(t181_182.swapped() * two(R::constant(-1.0), R::constant(1.0)), t238_239, t252_253);
+    t250_251 = R::Two::fused(t153_154, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t248_249);
+    t252_253 = R::Two::fused(t165_166 * two(R::constant(-1.0), R::constant(1.0)), t230_231, t250_251);
+    t254_255 = R::Two::fused(t181_182 * two(R::constant(-1.0), R::constant(1.0)), t238_239, t252_253);
     t256_257 = R::Two::fused(both(t193) * two(R::constant(1.0), R::constant(-1.0)), t242_243, t254_255);
     t258_259 = R::Two::fused(-both(t203), t256_257, t244_245);
     // other
@@ -273,27 +273,27 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t278_279 = R::Two::fused(t256_257, t276_277, t274_275);
     t280_281 = both(t148) * t242_243;
     t282_283 = R::Two::fused(t242_243, t280_281, t278_279);
-    t284_285 = t120_121.swapped() * t238_239;
+    t284_285 = t120_121 * t238_239;
     t286_287 = R::Two::fused(t238_239, t284_285, t282_283);
-    t288_289 = t68_69.swapped() * t230_231;
+    t288_289 = t68_69 * t230_231;
     t290_291 = R::Two::fused(t230_231, t288_289, t286_287);
     t292_293 = t290_291 + two(R::constant(3.6389513350908116), R::constant(1.310022480632692));
     t294 = R::constant(1.0) / t292_293.first();
     t295 = t272_273.first() * t294;
-    t296_297 = R::Two::fused(t26_27.swapped(), both(R::constant(-14.879267681260208)), t248_249); // solved by the factors
+    t296_297 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t248_249); // solved by the factors
     t298_299 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
     // solved by the factors
-    t300_301 = R::Two::fused(t56_57.swapped(), both(R::constant(-14.879267681260208)), t298_299);
-    t302_303 = R::Two::fused(-t70_71.swapped(), t300_301, t296_297);
+    t300_301 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t298_299);
+    t302_303 = R::Two::fused(-t70_71, t300_301, t296_297);
     t304_305 = R::Two::fused(both(R::constant(-0.315)), t214_215, t298_299); // other
-    t306_307 = R::Two::fused(t90_91.swapped(), both(R::constant(-14.879267681260208)), t304_305);
-    t308_309 = R::Two::fused(-t102_103.swapped(), t300_301, t306_307);
-    t310_311 = R::Two::fused(-t122_123.swapped(), t308_309, t302_303);
-    t312_313 = R::Two::fused(-t136_137.swapped(), t308_309, t308_309);
+    t306_307 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t304_305);
+    t308_309 = R::Two::fused(-t102_103, t300_301, t306_307);
+    t310_311 = R::Two::fused(-t122_123, t308_309, t302_303);
+    t312_313 = R::Two::fused(-t136_137, t308_309, t308_309);
     t314_315 = R::Two::fused(-both(t149), t312_313, t310_311);
-    t316_317 = R::Two::fused(t153_154.swapped(), both(R::constant(-14.879267681260208)), t224_225);
-    t318_319 = R::Two::fused(-t165_166.swapped(), t300_301, t316_317);
-    t320_321 = R::Two::fused(-t181_182.swapped(), t308_309, t318_319);
+    t316_317 = R::Two::fused(t153_154, both(R::constant(-14.879267681260208)), t224_225);
+    t318_319 = R::Two::fused(-t165_166, t300_301, t316_317);
+    t320_321 = R::Two::fused(-t181_182, t308_309, t318_319);
     t322_323 = R::Two::fused(both(t193), t312_313, t320_321);
     t324_325 = R::Two::fused(both(t203), t322_323, t314_315);
     // other
@@ -317,9 +317,9 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t358_359 = R::Two::fused(t322_323, t356_357, t354_355);
     t360_361 = both(t148) * t312_313;
     t362_363 = R::Two::fused(t312_313, t360_361, t358_359);
-    t364_365 = t120_121.swapped() * t308_309;
+    t364_365 = t120_121 * t308_309;
     t366_367 = R::Two::fused(t308_309, t364_365, t362_363);
-    t368_369 = t68_69.swapped() * t300_301;
+    t368_369 = t68_69 * t300_301;
     t370_371 = R::Two::fused(t300_301, t368_369, t366_367);
     t372_373 = t370_371 + both(R::constant(1.3688926266759391));
     t374 = R::fused(-t336_337.first(), t338, t372_373.first());
@@ -393,46 +393,46 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t435 = v_base_pitch + t434;
     t436 = t284_285.first() * t417;
     t437 = R::fused(-t364_365.first(), t414, t436);
-    t438 = R::fused(t122_123.second(), t421, t437); // solved by the factors
-    t439 = R::fused(-t181_182.second(), t427, t438); // solved by the factors
-    t440 = R::fused(-t136_137.second(), t434, t439); // solved by the factors
+    t438 = R::fused(t122_123.first(), t421, t437); // solved by the factors
+    t439 = R::fused(-t181_182.first(), t427, t438); // solved by the factors
+    t440 = R::fused(-t136_137.first(), t434, t439); // solved by the factors
     t441 = v_right_hip_pitch + t440;
     t442 = t288_289.first() * t417;
     t443 = R::fused(-t368_369.first(), t414, t442);
     // solved by the factors
-    t444 = R::fused(t70_71.second(), t421, t443);
-    t445 = R::fused(-t165_166.second(), t427, t444);
-    t446 = R::fused(-t102_103.second(), t434, t445);
-    t447 = R::fused(-t102_103.second(), t440, t446);
+    t444 = R::fused(t70_71.first(), t421, t443);
+    t445 = R::fused(-t165_166.first(), t427, t444);
+    t446 = R::fused(-t102_103.first(), t434, t445);
+    t447 = R::fused(-t102_103.first(), t440, t446);
     t448 = v_right_knee_pitch + t447; // other
     t449 = R::constant(24.25967556727208) * t417; // other
     t450 = R::fused(R::constant(-14.879267681260208), t414, t449); // other
-    t451 = R::fused(t28_29.second(), t421, t450);
-    t452 = R::fused(-t155_156.second(), t427, t451);
-    t453 = R::fused(-t92_93.second(), t434, t452);
-    t454 = R::fused(-t92_93.second(), t440, t453);
-    t455 = R::fused(-t58_59.second(), t447, t454);
+    t451 = R::fused(t28_29.first(), t421, t450);
+    t452 = R::fused(-t155_156.first(), t427, t451);
+    t453 = R::fused(-t92_93.first(), t434, t452);
+    t454 = R::fused(-t92_93.first(), t440, t453);
+    t455 = R::fused(-t58_59.first(), t447, t454);
     t456 = v_right_ankle_pitch + t455; // other
     t457 = t284_285.second() * t412; // other
     t458 = R::fused(t364_365.second(), t411, t457); // other
-    t459 = R::fused(-t122_123.first(), t421, t458);
-    t460 = R::fused(t181_182.first(), t427, t459);
-    t461 = R::fused(t136_137.first(), t434, t460);
+    t459 = R::fused(-t122_123.second(), t421, t458);
+    t460 = R::fused(t181_182.second(), t427, t459);
+    t461 = R::fused(t136_137.second(), t434, t460);
     t462 = v_left_hip_pitch - t461; // other
     t463 = t288_289.second() * t412; // other
     t464 = R::fused(t368_369.second(), t411, t463); // other
-    t465 = R::fused(-t70_71.first(), t421, t464);
-    t466 = R::fused(t165_166.first(), t427, t465);
-    t467 = R::fused(t102_103.first(), t434, t466);
-    t468 = R::fused(-t102_103.first(), t461, t467);
+    t465 = R::fused(-t70_71.second(), t421, t464);
+    t466 = R::fused(t165_166.second(), t427, t465);
+    t467 = R::fused(t102_103.second(), t434, t466);
+    t468 = R::fused(-t102_103.second(), t461, t467);
     t469 = v_left_knee_pitch - t468; // other
     t470 = R::constant(14.555805340363246) * t412; // other
     t471 = R::fused(R::constant(14.879267681260208), t411, t470); // other
-    t472 = R::fused(-t28_29.first(), t421, t471);
-    t473 = R::fused(t155_156.first(), t427, t472);
-    t474 = R::fused(t92_93.first(), t434, t473);
-    t475 = R::fused(-t92_93.first(), t461, t474);
-    t476 = R::fused(-t58_59.first(), t468, t475);
+    t472 = R::fused(-t28_29.second(), t421, t471);
+    t473 = R::fused(t155_156.second(), t427, t472);
+    t474 = R::fused(t92_93.second(), t434, t473);
+    t475 = R::fused(-t92_93.second(), t461, t474);
+    t476 = R::fused(-t58_59.second(), t468, t475);
     // other
     t477 = v_left_ankle_pitch - t476;
     t478 = t224_225.first() * t417;
@@ -522,60 +522,60 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
         t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412,
     );
     // right_foot, left_foot: sums of what it carries
-    t0_1 = both(R::constant(0.0399)) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
-    t2_3 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t0_1);
-    t4_5 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t2_3; // right_foot, left_foot: mass matrix
-    t6_7 = both(R::constant(0.0399)) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    t8_9 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t6_7);
+    t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t2_3 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t0_1);
+    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2_3; // right_foot, left_foot: mass matrix
+    t6_7 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t8_9 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t6_7);
     // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t8_9, t4_5);
-    t12_13 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t2_3;
-    t16_17 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t16_17, t12_13);
+    t10_11 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t4_5);
+    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
+    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2_3;
+    t16_17 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
+    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
     t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t16_17, t22_23);
+    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
+    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
     t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
     // factors of the mass matrix
     t28_29 = t26_27 * both(R::constant(161.73117044848053));
-    t30 = R::fused(-t26_27.first(), t28_29.first(), R::constant(19.0));
-    t31 = R::fused(-t26_27.second(), t28_29.second(), t30);
+    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
+    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
     t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
+    t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
     t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t36_37, t34_35); // right_lower_leg, left_lower_leg
-    t40_41 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
+    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35); // right_lower_leg, left_lower_leg
+    t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t42_43 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t32_33;
-    t44_45 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t36_37, t42_43);
+    t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
+    t44_45 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, t42_43);
     // right_lower_leg, left_lower_leg: mass matrix
-    t46_47 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t44_45, t40_41);
+    t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t40_41);
     t48_49 = both(sin_q_base_pitch) * t46_47;
-    t50_51 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t38_39;
-    t52_53 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t44_45, t50_51);
+    t50_51 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t38_39;
+    t52_53 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t50_51);
     t54_55 = R::Two::fused(both(cos_q_base_pitch), t52_53, t48_49);
     t56_57 = R::Two::fused(both(R::constant(0.273)), t8_9, both(R::constant(0.0061831))); // right_foot, left_foot
     // factors of the mass matrix
     t58_59 = t56_57 * both(R::constant(161.73117044848053));
     t60_61 = R::Two::fused(-t26_27, t58_59, t54_55);
     // right_foot, left_foot: sums of what it carries
-    t62_63 = R::Two::fused(t8_9, both(R::constant(0.546)), both(R::constant(0.0061831)));
+    t62_63 = R::Two::fused(both(R::constant(0.546)), t8_9, both(R::constant(0.0061831)));
     t64_65 = both(R::constant(0.07325338333)) + t62_63;
     // factors of the mass matrix
     t66_67 = R::Two::fused(-t56_57, t58_59, t64_65);
     t68_69 = both(R::constant(1.0)) / t66_67;
     t70_71 = t60_61 * t68_69;
-    t72 = R::fused(-t60_61.first(), t70_71.first(), t31);
-    t73 = R::fused(-t60_61.second(), t70_71.second(), t72);
+    t72 = R::fused(-t60_61.second(), t70_71.second(), t31);
+    t73 = R::fused(-t60_61.first(), t70_71.first(), t72);
     t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
-    t76_77 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
+    t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
     t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t78_79, t76_77); // right_upper_leg, left_upper_leg
+    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77); // right_upper_leg, left_upper_leg
     t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t84_85 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t74_75;
-    t86_87 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t78_79, t84_85);
+    t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
+    t86_87 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t78_79, t84_85);
     t88_89 = R::Two::fused(-both(cos_q_base_pitch), t86_87, t82_83); // right_upper_leg, left_upper_leg: mass matrix
     t90_91 = R::Two::fused(both(R::constant(-0.315)), t16_17, t56_57); // right_foot, left_foot: mass matrix
     // factors of the mass matrix
@@ -588,7 +588,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t104_105 = t60_61 * t102_103;
     t106_107 = t96_97 - t104_105;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t108_109 = R::Two::fused(t44_45, both(R::constant(0.63)), t64_65);
+    t108_109 = R::Two::fused(both(R::constant(0.63)), t44_45, t64_65);
     t110_111 = both(R::constant(0.231642)) + t108_109;
     // factors of the mass matrix
     t112_113 = t90_91 * t92_93;
@@ -597,29 +597,29 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t118_119 = t114_115 - t116_117;
     t120_121 = both(R::constant(1.0)) / t118_119;
     t122_123 = t106_107 * t120_121;
-    t124 = R::fused(-t106_107.first(), t122_123.first(), t73);
-    t125 = R::fused(-t106_107.second(), t122_123.second(), t124);
-    t126 = R::constant(2.4915000028) - t86_87.first(); // left_upper_leg: sums of what it carries
-    t127 = t126 - t86_87.second(); // right_upper_leg: sums of what it carries
+    t124 = R::fused(-t106_107.second(), t122_123.second(), t73);
+    t125 = R::fused(-t106_107.first(), t122_123.first(), t124);
+    t126 = R::constant(2.4915000028) - t86_87.second(); // left_upper_leg: sums of what it carries
+    t127 = t126 - t86_87.first(); // right_upper_leg: sums of what it carries
     t128 = cos_q_base_pitch * t127; // torso: sums of what it carries
-    t129 = R::constant(0.22408000024) + t80_81.first(); // left_upper_leg: sums of what it carries
-    t130 = t129 + t80_81.second(); // right_upper_leg: sums of what it carries
+    t129 = R::constant(0.22408000024) + t80_81.second(); // left_upper_leg: sums of what it carries
+    t130 = t129 + t80_81.first(); // right_upper_leg: sums of what it carries
     t131 = R::fused(sin_q_base_pitch, t130, t128); // torso: sums of what it carries
-    t132 = t131 - t94_95.first();
-    t133 = t132 - t94_95.second();
-    t134 = t133 - t104_105.first();
-    t135 = t134 - t104_105.second();
+    t132 = t131 - t94_95.second();
+    t133 = t132 - t94_95.first();
+    t134 = t133 - t104_105.second();
+    t135 = t134 - t104_105.first();
     t136_137 = t118_119 * t120_121;
-    t138 = R::fused(-t106_107.first(), t136_137.first(), t135);
-    t139 = R::fused(-t106_107.second(), t136_137.second(), t138);
-    t140 = R::constant(0.8044641474534446) + t110_111.first(); // left_upper_leg: sums of what it carries
-    t141 = t110_111.second() + t140; // right_upper_leg: sums of what it carries
-    t142 = t141 - t112_113.first();
-    t143 = t142 - t112_113.second();
-    t144 = t143 - t116_117.first();
-    t145 = t144 - t116_117.second();
-    t146 = R::fused(-t118_119.first(), t136_137.first(), t145);
-    t147 = R::fused(-t118_119.second(), t136_137.second(), t146);
+    t138 = R::fused(-t106_107.second(), t136_137.second(), t135);
+    t139 = R::fused(-t106_107.first(), t136_137.first(), t138);
+    t140 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
+    t141 = t110_111.first() + t140; // right_upper_leg: sums of what it carries
+    t142 = t141 - t112_113.second();
+    t143 = t142 - t112_113.first();
+    t144 = t143 - t116_117.second();
+    t145 = t144 - t116_117.first();
+    t146 = R::fused(-t118_119.second(), t136_137.second(), t145);
+    t147 = R::fused(-t118_119.first(), t136_137.first(), t146);
     t148 = R::constant(1.0) / t147;
     t149 = t139 * t148;
     t150 = R::fused(-t139, t149, t125);
@@ -628,16 +628,16 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t153_154 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t151_152);
     // factors of the mass matrix
     t155_156 = t153_154 * both(R::constant(161.73117044848053));
-    t157 = t26_27.first() * t155_156.first();
-    t158 = R::fused(t26_27.second(), t155_156.second(), t157);
+    t157 = t26_27.second() * t155_156.second();
+    t158 = R::fused(t26_27.first(), t155_156.first(), t157);
     // right_lower_leg, left_lower_leg: mass matrix
     t159_160 = both(cos_q_base_pitch) * t46_47;
     t161_162 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t159_160);
     // factors of the mass matrix
     t163_164 = R::Two::fused(-t153_154, t58_59, t161_162);
     t165_166 = t163_164 * t68_69;
-    t167 = R::fused(t60_61.first(), t165_166.first(), t158);
-    t168 = R::fused(t60_61.second(), t165_166.second(), t167);
+    t167 = R::fused(t60_61.second(), t165_166.second(), t158);
+    t168 = R::fused(t60_61.first(), t165_166.first(), t167);
     // right_upper_leg, left_upper_leg: mass matrix
     t169_170 = both(cos_q_base_pitch) * t80_81;
     t171_172 = R::Two::fused(both(sin_q_base_pitch), t86_87, t169_170);
@@ -647,24 +647,24 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t177_178 = t163_164 * t102_103;
     t179_180 = t175_176 - t177_178;
     t181_182 = t179_180 * t120_121;
-    t183 = R::fused(t106_107.first(), t181_182.first(), t168);
-    t184 = R::fused(t106_107.second(), t181_182.second(), t183);
+    t183 = R::fused(t106_107.second(), t181_182.second(), t168);
+    t184 = R::fused(t106_107.first(), t181_182.first(), t183);
     t185 = sin_q_base_pitch * t127; // torso: sums of what it carries
     t186 = R::fused(-cos_q_base_pitch, t130, t185); // torso: sums of what it carries
-    t187 = t186 + t173_174.first();
-    t188 = t187 + t173_174.second();
-    t189 = t188 + t177_178.first();
-    t190 = t189 + t177_178.second();
-    t191 = R::fused(t179_180.first(), t136_137.first(), t190);
-    t192 = R::fused(t179_180.second(), t136_137.second(), t191);
+    t187 = t186 + t173_174.second();
+    t188 = t187 + t173_174.first();
+    t189 = t188 + t177_178.second();
+    t190 = t189 + t177_178.first();
+    t191 = R::fused(t179_180.second(), t136_137.second(), t190);
+    t192 = R::fused(t179_180.first(), t136_137.first(), t191);
     t193 = t192 * t148;
     t194 = R::fused(-t139, t193, t184);
-    t195 = R::fused(-t153_154.first(), t155_156.first(), R::constant(19.0));
-    t196 = R::fused(-t153_154.second(), t155_156.second(), t195);
-    t197 = R::fused(-t163_164.first(), t165_166.first(), t196);
-    t198 = R::fused(-t163_164.second(), t165_166.second(), t197);
-    t199 = R::fused(-t179_180.first(), t181_182.first(), t198);
-    t200 = R::fused(-t179_180.second(), t181_182.second(), t199);
+    t195 = R::fused(-t153_154.second(), t155_156.second(), R::constant(19.0));
+    t196 = R::fused(-t153_154.first(), t155_156.first(), t195);
+    t197 = R::fused(-t163_164.second(), t165_166.second(), t196);
+    t198 = R::fused(-t163_164.first(), t165_166.first(), t197);
+    t199 = R::fused(-t179_180.second(), t181_182.second(), t198);
+    t200 = R::fused(-t179_180.first(), t181_182.first(), t199);
     t201 = R::fused(-t192, t193, t200);
     t202 = R::constant(1.0) / t201;
     t203 = t194 * t202;
@@ -681,24 +681,24 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t220_221 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t208_209;
     t222_223 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t214_215, t220_221);
     t224_225 = R::Two::fused(-both(sin_q_base_pitch), t222_223, t218_219);
-    t226_227 = R::Two::fused(t26_27.swapped(), two(R::constant(24.25967556727208), R::constant(4.851935113454416)), t224_225); // solved by the factors
+    t226_227 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(4.851935113454416)), t224_225); // solved by the factors
     t228_229 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.03)));
     // solved by the factors
-    t230_231 = R::Two::fused(t56_57.swapped(), two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t228_229);
-    t232_233 = R::Two::fused(t70_71.swapped(), t230_231, t226_227);
+    t230_231 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t228_229);
+    t232_233 = R::Two::fused(t70_71, t230_231, t226_227);
     t234_235 = R::Two::fused(both(R::constant(0.315)), t208_209, t228_229); // other
-    t236_237 = R::Two::fused(t90_91.swapped(), two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t234_235);
-    t238_239 = R::Two::fused(-t102_103.swapped(), t230_231, t236_237);
-    t240_241 = R::Two::fused(t122_123.swapped(), t238_239, t232_233);
-    t242_243 = R::Two::fused(-t136_137.swapped(), t238_239, t238_239);
+    t236_237 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t234_235);
+    t238_239 = R::Two::fused(-t102_103, t230_231, t236_237);
+    t240_241 = R::Two::fused(t122_123, t238_239, t232_233);
+    t242_243 = R::Two::fused(-t136_137, t238_239, t238_239);
     t244_245 = R::Two::fused(both(t149), t242_243, t240_241);
     // other
     t246_247 = both(sin_q_base_pitch) * t216_217;
     t248_249 = R::Two::fused(both(cos_q_base_pitch), t222_223, t246_247);
     // solved by the factors
-    t250_251 = R::Two::fused(t153_154.swapped(), two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t248_249);
-    t252_253 = R::Two::fused(-t165_166.swapped(), t230_231, t250_251);
-    t254_255 = R::Two::fused(-t181_182.swapped(), t238_239, t252_253);
+    t250_251 = R::Two::fused(t153_154, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t248_249);
+    t252_253 = R::Two::fused(-t165_166, t230_231, t250_251);
+    t254_255 = R::Two::fused(-t181_182, t238_239, t252_253);
     t256_257 = R::Two::fused(both(t193), t242_243, t254_255);
     t258_259 = R::Two::fused(-both(t203), t256_257, t244_245);
     // other
@@ -714,27 +714,27 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t278_279 = R::Two::fused(t256_257, t276_277, t274_275);
     t280_281 = both(t148) * t242_243;
     t282_283 = R::Two::fused(t242_243, t280_281, t278_279);
-    t284_285 = t120_121.swapped() * t238_239;
+    t284_285 = t120_121 * t238_239;
     t286_287 = R::Two::fused(t238_239, t284_285, t282_283);
-    t288_289 = t68_69.swapped() * t230_231;
+    t288_289 = t68_69 * t230_231;
     t290_291 = R::Two::fused(t230_231, t288_289, t286_287);
     t292_293 = t290_291 + two(R::constant(3.6389513350908116), R::constant(0.14555805340363245));
     t294 = R::constant(1.0) / t292_293.first();
     t295 = t272_273.first() * t294;
-    t296_297 = R::Two::fused(t26_27.swapped(), both(R::constant(-14.879267681260208)), t248_249); // solved by the factors
+    t296_297 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t248_249); // solved by the factors
     t298_299 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
     // solved by the factors
-    t300_301 = R::Two::fused(t56_57.swapped(), both(R::constant(-14.879267681260208)), t298_299);
-    t302_303 = R::Two::fused(-t70_71.swapped(), t300_301, t296_297);
+    t300_301 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t298_299);
+    t302_303 = R::Two::fused(-t70_71, t300_301, t296_297);
     t304_305 = R::Two::fused(both(R::constant(-0.315)), t214_215, t298_299); // other
-    t306_307 = R::Two::fused(t90_91.swapped(), both(R::constant(-14.879267681260208)), t304_305);
-    t308_309 = R::Two::fused(-t102_103.swapped(), t300_301, t306_307);
-    t310_311 = R::Two::fused(-t122_123.swapped(), t308_309, t302_303);
-    t312_313 = R::Two::fused(-t136_137.swapped(), t308_309, t308_309);
+    t306_307 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t304_305);
+    t308_309 = R::Two::fused(-t102_103, t300_301, t306_307);
+    t310_311 = R::Two::fused(-t122_123, t308_309, t302_303);
+    t312_313 = R::Two::fused(-t136_137, t308_309, t308_309);
     t314_315 = R::Two::fused(-both(t149), t312_313, t310_311);
-    t316_317 = R::Two::fused(t153_154.swapped(), both(R::constant(-14.879267681260208)), t224_225);
-    t318_319 = R::Two::fused(-t165_166.swapped(), t300_301, t316_317);
-    t320_321 = R::Two::fused(-t181_182.swapped(), t308_309, t318_319);
+    t316_317 = R::Two::fused(t153_154, both(R::constant(-14.879267681260208)), t224_225);
+    t318_319 = R::Two::fused(-t165_166, t300_301, t316_317);
+    t320_321 = R::Two::fused(-t181_182, t308_309, t318_319);
     t322_323 = R::Two::fused(both(t193), t312_313, t320_321);
     t324_325 = R::Two::fused(both(t203), t322_323, t314_315);
     // other
@@ -758,9 +758,9 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t358_359 = R::Two::fused(t322_323, t356_357, t354_355);
     t360_361 = both(t148) * t312_313;
     t362_363 = R::Two::fused(t312_313, t360_361, t358_359);
-    t364_365 = t120_121.swapped() * t308_309;
+    t364_365 = t120_121 * t308_309;
     t366_367 = R::Two::fused(t308_309, t364_365, t362_363);
-    t368_369 = t68_69.swapped() * t300_301;
+    t368_369 = t68_69 * t300_301;
     t370_371 = R::Two::fused(t300_301, t368_369, t366_367);
     t372_373 = t370_371 + both(R::constant(1.3688926266759391));
     t374 = R::fused(-t336_337.first(), t338, t372_373.first());
@@ -802,7 +802,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t410 = R::constant(1.0) / t409;
     t411 = t406 * t410;
     // solved by the factors
-    t412 = R::constant(1.0) - t58_59.first();
+    t412 = R::constant(1.0) - t58_59.second();
     let (
         t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423_424, t425_426, t427_428, t429, t430, t431,
         t432_433, t434_435, t436_437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450,
@@ -814,21 +814,21 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
         t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558,
         t559,
     );
-    t413 = R::fused(t70_71.first(), t412, t28_29.first());
-    t414 = R::constant(1.0) - t92_93.first();
-    t415 = R::fused(-t102_103.first(), t412, t414);
-    t416 = R::fused(t122_123.first(), t415, t413);
-    t417 = R::fused(-t136_137.first(), t415, t415);
+    t413 = R::fused(t70_71.second(), t412, t28_29.second());
+    t414 = R::constant(1.0) - t92_93.second();
+    t415 = R::fused(-t102_103.second(), t412, t414);
+    t416 = R::fused(t122_123.second(), t415, t413);
+    t417 = R::fused(-t136_137.second(), t415, t415);
     t418 = R::fused(t149, t417, t416);
-    t419 = R::fused(t165_166.first(), t412, t155_156.first());
-    t420 = R::fused(t181_182.first(), t415, t419);
+    t419 = R::fused(t165_166.second(), t412, t155_156.second());
+    t420 = R::fused(t181_182.second(), t415, t419);
     t421 = R::fused(-t193, t417, t420);
     t422 = R::fused(t203, t421, t418);
     // other
-    t423_424 = both(t422) * t352_353.swapped();
-    t425_426 = R::Two::fused(both(t421), t356_357.swapped(), t423_424);
-    t427_428 = R::Two::fused(-both(t417), t360_361.swapped(), t425_426);
-    t429 = R::fused(-t415, t364_365.second(), t427_428.first());
+    t423_424 = both(t422) * t352_353;
+    t425_426 = R::Two::fused(both(t421), t356_357, t423_424);
+    t427_428 = R::Two::fused(-both(t417), t360_361, t425_426);
+    t429 = R::fused(-t415, t364_365.second(), t427_428.second());
     t430 = R::fused(-t412, t368_369.second(), t429);
     t431 = R::constant(14.879267681260208) - t430;
     t432_433 = both(t422) * t260_261;
@@ -836,7 +836,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t436_437 = R::Two::fused(both(t417), t280_281, t434_435);
     t438 = t436_437.first() * t294;
     t439 = R::fused(t394, t438, t431);
-    t440 = R::fused(-t336_337.first(), t438, t427_428.second());
+    t440 = R::fused(-t336_337.first(), t438, t427_428.first());
     t441 = t440 * t375;
     t442 = R::fused(t400, t441, t439);
     t443 = R::fused(t415, t284_285.second(), t436_437.second());
@@ -860,9 +860,9 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t461 = R::fused(t421, t460, t459);
     t462 = t148 * t417;
     t463 = R::fused(t417, t462, t461);
-    t464 = t120_121.first() * t415;
+    t464 = t120_121.second() * t415;
     t465 = R::fused(t415, t464, t463);
-    t466 = t68_69.first() * t412;
+    t466 = t68_69.second() * t412;
     t467 = R::fused(t412, t466, t465);
     t468 = R::constant(161.73117044848053) + t467;
     t469 = R::fused(-t436_437.first(), t438, t468);
@@ -904,53 +904,53 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t505 = v_base_pitch + t504;
     t506 = t284_285.first() * t484;
     t507 = R::fused(-t364_365.first(), t480, t506);
-    t508 = R::fused(t122_123.second(), t489, t507); // solved by the factors
-    t509 = R::fused(-t181_182.second(), t496, t508); // solved by the factors
-    t510 = R::fused(-t136_137.second(), t504, t509); // solved by the factors
+    t508 = R::fused(t122_123.first(), t489, t507); // solved by the factors
+    t509 = R::fused(-t181_182.first(), t496, t508); // solved by the factors
+    t510 = R::fused(-t136_137.first(), t504, t509); // solved by the factors
     t511 = v_right_hip_pitch + t510;
     t512 = t288_289.first() * t484;
     t513 = R::fused(-t368_369.first(), t480, t512);
     // solved by the factors
-    t514 = R::fused(t70_71.second(), t489, t513);
-    t515 = R::fused(-t165_166.second(), t496, t514);
-    t516 = R::fused(-t102_103.second(), t504, t515);
-    t517 = R::fused(-t102_103.second(), t510, t516);
+    t514 = R::fused(t70_71.first(), t489, t513);
+    t515 = R::fused(-t165_166.first(), t496, t514);
+    t516 = R::fused(-t102_103.first(), t504, t515);
+    t517 = R::fused(-t102_103.first(), t510, t516);
     t518 = v_right_knee_pitch + t517; // other
     t519 = R::constant(24.25967556727208) * t484; // other
     t520 = R::fused(R::constant(-14.879267681260208), t480, t519); // other
-    t521 = R::fused(t28_29.second(), t489, t520);
-    t522 = R::fused(-t155_156.second(), t496, t521);
-    t523 = R::fused(-t92_93.second(), t504, t522);
-    t524 = R::fused(-t92_93.second(), t510, t523);
-    t525 = R::fused(-t58_59.second(), t517, t524);
+    t521 = R::fused(t28_29.first(), t489, t520);
+    t522 = R::fused(-t155_156.first(), t496, t521);
+    t523 = R::fused(-t92_93.first(), t504, t522);
+    t524 = R::fused(-t92_93.first(), t510, t523);
+    t525 = R::fused(-t58_59.first(), t517, t524);
     // other
     t526 = v_right_ankle_pitch + t525;
     t527 = t284_285.second() * t477;
     t528 = R::fused(-t364_365.second(), t475, t527);
     t529 = R::fused(-t464, t474, t528);
-    t530 = R::fused(t122_123.first(), t489, t529); // solved by the factors
-    t531 = R::fused(-t181_182.first(), t496, t530); // solved by the factors
-    t532 = R::fused(-t136_137.first(), t504, t531); // solved by the factors
+    t530 = R::fused(t122_123.second(), t489, t529); // solved by the factors
+    t531 = R::fused(-t181_182.second(), t496, t530); // solved by the factors
+    t532 = R::fused(-t136_137.second(), t504, t531); // solved by the factors
     t533 = v_left_hip_pitch + t532;
     t534 = t288_289.second() * t477;
     t535 = R::fused(-t368_369.second(), t475, t534);
     t536 = R::fused(-t466, t474, t535);
     // solved by the factors
-    t537 = R::fused(t70_71.first(), t489, t536);
-    t538 = R::fused(-t165_166.first(), t496, t537);
-    t539 = R::fused(-t102_103.first(), t504, t538);
-    t540 = R::fused(-t102_103.first(), t532, t539);
+    t537 = R::fused(t70_71.second(), t489, t536);
+    t538 = R::fused(-t165_166.second(), t496, t537);
+    t539 = R::fused(-t102_103.second(), t504, t538);
+    t540 = R::fused(-t102_103.second(), t532, t539);
     // other
     t541 = v_left_knee_pitch + t540;
     t542 = R::constant(4.851935113454416) * t477;
     t543 = R::fused(R::constant(-14.879267681260208), t475, t542);
     t544 = R::fused(R::constant(-161.73117044848053), t474, t543);
     // solved by the factors
-    t545 = R::fused(t28_29.first(), t489, t544);
-    t546 = R::fused(-t155_156.first(), t496, t545);
-    t547 = R::fused(-t92_93.first(), t504, t546);
-    t548 = R::fused(-t92_93.first(), t532, t547);
-    t549 = R::fused(-t58_59.first(), t540, t548);
+    t545 = R::fused(t28_29.second(), t489, t544);
+    t546 = R::fused(-t155_156.second(), t496, t545);
+    t547 = R::fused(-t92_93.second(), t504, t546);
+    t548 = R::fused(-t92_93.second(), t532, t547);
+    t549 = R::fused(-t58_59.second(), t540, t548);
     // other
     t550 = v_left_ankle_pitch + t549;
     t551 = t224_225.first() * t484;

@@ -97,56 +97,56 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t54_55 = t38_39 + t48_49;
     let t56_57 = t40_41 + t52_53;
     // right_foot, left_foot: sums of what it carries
-    let t58_59 = both(R::constant(0.0399)) * two(cos_t5, cos_t4);
-    let t60_61 = R::Two::fused(both(R::constant(0.0154)), two(sin_t5, sin_t4), t58_59);
-    let t62_63 = both(R::constant(0.0399)) * two(sin_t5, sin_t4);
-    let t64_65 = R::Two::fused(both(R::constant(-0.0154)), two(cos_t5, cos_t4), t62_63);
-    let t66_67 = t24_25.swapped() * t64_65;
-    let t68_69 = R::Two::fused(-t20_21.swapped(), t60_61, t66_67);
-    let t70_71 = t20_21.swapped() * t64_65;
-    let t72_73 = R::Two::fused(t24_25.swapped(), t60_61, t70_71);
-    let t74_75 = t54_55.swapped() * t60_61;
-    let t76_77 = R::Two::fused(-t56_57.swapped(), t64_65, t74_75);
-    let t78_79 = R::Two::fused(both(R::constant(0.0061831)), t20_21.swapped(), -t76_77);
-    let t80_81 = t42_43.swapped() * t68_69;
-    let t82_83 = R::Two::fused(-t44_45.swapped(), t72_73, t80_81);
+    let t58_59 = both(R::constant(0.0399)) * two(cos_t4, cos_t5);
+    let t60_61 = R::Two::fused(both(R::constant(0.0154)), two(sin_t4, sin_t5), t58_59);
+    let t62_63 = both(R::constant(0.0399)) * two(sin_t4, sin_t5);
+    let t64_65 = R::Two::fused(both(R::constant(-0.0154)), two(cos_t4, cos_t5), t62_63);
+    let t66_67 = t24_25 * t64_65;
+    let t68_69 = R::Two::fused(-t20_21, t60_61, t66_67);
+    let t70_71 = t20_21 * t64_65;
+    let t72_73 = R::Two::fused(t24_25, t60_61, t70_71);
+    let t74_75 = t54_55 * t60_61;
+    let t76_77 = R::Two::fused(-t56_57, t64_65, t74_75);
+    let t78_79 = R::Two::fused(both(R::constant(0.0061831)), t20_21, -t76_77);
+    let t80_81 = t42_43 * t68_69;
+    let t82_83 = R::Two::fused(-t44_45, t72_73, t80_81);
     let t84_85 = t78_79 - t82_83;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t86_87 = both(R::constant(0.3111)) * two(cos_t3, cos_t2);
-    let t88_89 = R::Two::fused(both(R::constant(0.008)), two(sin_t3, sin_t2), t86_87);
-    let t90_91 = both(R::constant(0.3111)) * two(sin_t3, sin_t2);
-    let t92_93 = R::Two::fused(both(R::constant(-0.008)), two(cos_t3, cos_t2), t90_91);
-    let t94_95 = t18_19.swapped() * t92_93;
-    let t96_97 = R::Two::fused(-t14_15.swapped(), t88_89, t94_95);
-    let t98_99 = t14_15.swapped() * t92_93;
-    let t100_101 = R::Two::fused(t18_19.swapped(), t88_89, t98_99);
-    let t102_103 = t38_39.swapped() * t88_89;
-    let t104_105 = R::Two::fused(-t40_41.swapped(), t92_93, t102_103);
-    let t106_107 = R::Two::fused(both(R::constant(0.07325338333)), t14_15.swapped(), -t104_105);
+    let t86_87 = both(R::constant(0.3111)) * two(cos_t2, cos_t3);
+    let t88_89 = R::Two::fused(both(R::constant(0.008)), two(sin_t2, sin_t3), t86_87);
+    let t90_91 = both(R::constant(0.3111)) * two(sin_t2, sin_t3);
+    let t92_93 = R::Two::fused(both(R::constant(-0.008)), two(cos_t2, cos_t3), t90_91);
+    let t94_95 = t18_19 * t92_93;
+    let t96_97 = R::Two::fused(-t14_15, t88_89, t94_95);
+    let t98_99 = t14_15 * t92_93;
+    let t100_101 = R::Two::fused(t18_19, t88_89, t98_99);
+    let t102_103 = t38_39 * t88_89;
+    let t104_105 = R::Two::fused(-t40_41, t92_93, t102_103);
+    let t106_107 = R::Two::fused(both(R::constant(0.07325338333)), t14_15, -t104_105);
     let t108_109 = t68_69 + t96_97;
     let t110_111 = t72_73 + t100_101;
     let t112_113 = t84_85 + t106_107;
-    let t114_115 = t26_27.swapped() * t108_109;
-    let t116_117 = R::Two::fused(-t28_29.swapped(), t110_111, t114_115);
+    let t114_115 = t26_27 * t108_109;
+    let t116_117 = R::Two::fused(-t28_29, t110_111, t114_115);
     let t118_119 = t112_113 - t116_117;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t120_121 = both(R::constant(0.8355)) * two(cos_t1, cos_t0);
-    let t122_123 = R::Two::fused(both(R::constant(0.012)), two(sin_t1, sin_t0), t120_121);
-    let t124_125 = both(R::constant(0.8355)) * two(sin_t1, sin_t0);
-    let t126_127 = R::Two::fused(both(R::constant(-0.012)), two(cos_t1, cos_t0), t124_125);
-    let t128_129 = t12_13.swapped() * t126_127;
-    let t130_131 = R::Two::fused(-t8_9.swapped(), t122_123, t128_129);
-    let t132_133 = t8_9.swapped() * t126_127;
-    let t134_135 = R::Two::fused(t12_13.swapped(), t122_123, t132_133);
+    let t120_121 = both(R::constant(0.8355)) * two(cos_t0, cos_t1);
+    let t122_123 = R::Two::fused(both(R::constant(0.012)), two(sin_t0, sin_t1), t120_121);
+    let t124_125 = both(R::constant(0.8355)) * two(sin_t0, sin_t1);
+    let t126_127 = R::Two::fused(both(R::constant(-0.012)), two(cos_t0, cos_t1), t124_125);
+    let t128_129 = t12_13 * t126_127;
+    let t130_131 = R::Two::fused(-t8_9, t122_123, t128_129);
+    let t132_133 = t8_9 * t126_127;
+    let t134_135 = R::Two::fused(t12_13, t122_123, t132_133);
     let t136_137 = both(a_base_x) * t122_123;
     let t138_139 = R::Two::fused(-both(t6), t126_127, t136_137);
-    let t140_141 = R::Two::fused(both(R::constant(0.231642)), t8_9.swapped(), -t138_139);
+    let t140_141 = R::Two::fused(both(R::constant(0.231642)), t8_9, -t138_139);
     let t142_143 = t108_109 + t130_131;
     let t144_145 = t110_111 + t134_135;
     let t146_147 = t118_119 + t140_141;
-    let t148 = t142_143.first() + t142_143.second(); // right_upper_leg: sums of what it carries
-    let t149 = t144_145.first() + t144_145.second(); // right_upper_leg: sums of what it carries
-    let t150 = t146_147.first() + t146_147.second(); // right_upper_leg: sums of what it carries
+    let t148 = t142_143.second() + t142_143.first(); // right_upper_leg: sums of what it carries
+    let t149 = t144_145.second() + t144_145.first(); // right_upper_leg: sums of what it carries
+    let t150 = t146_147.second() + t146_147.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t151 = R::constant(2.4915000028) * cos_q_base_pitch;
     let t152 = R::fused(R::constant(0.22408000024), sin_q_base_pitch, t151);
@@ -165,8 +165,8 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t165 = R::fused(R::constant(19.0), a_base_x, t162); // base/z: sums of what it carries
     let t166 = R::fused(R::constant(19.0), t6, t163); // base/z: sums of what it carries
     *out = [[
-        t165, t166, t164, t146_147.second(), t112_113.second(), t78_79.second(), t146_147.first(), t112_113.first(),
-        t78_79.first(),
+        t165, t166, t164, t146_147.first(), t112_113.first(), t78_79.first(), t146_147.second(), t112_113.second(),
+        t78_79.second(),
     ]];
 }
 }

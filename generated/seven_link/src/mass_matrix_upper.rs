@@ -45,58 +45,58 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
         q_base_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(),
     ]);
     // right_foot, left_foot: sums of what it carries
-    let t6_7 = both(R::constant(0.0399)) * two(sin_t5, sin_t4);
-    let t8_9 = both(R::constant(0.0399)) * two(cos_t5, cos_t4);
-    let t10_11 = both(R::constant(0.3111)) * two(sin_t3, sin_t2); // right_lower_leg, left_lower_leg
-    let t12_13 = both(R::constant(0.273)) * two(sin_t3, sin_t2); // right_foot, left_foot: motion
-    let t14_15 = R::Two::fused(both(R::constant(-0.0154)), two(cos_t5, cos_t4), t6_7);
-    let t16_17 = R::Two::fused(both(R::constant(-0.0154)), two(sin_t5, sin_t4), -t8_9);
+    let t6_7 = both(R::constant(0.0399)) * two(sin_t4, sin_t5);
+    let t8_9 = both(R::constant(0.0399)) * two(cos_t4, cos_t5);
+    let t10_11 = both(R::constant(0.3111)) * two(sin_t2, sin_t3); // right_lower_leg, left_lower_leg
+    let t12_13 = both(R::constant(0.273)) * two(sin_t2, sin_t3); // right_foot, left_foot: motion
+    let t14_15 = R::Two::fused(both(R::constant(-0.0154)), two(cos_t4, cos_t5), t6_7);
+    let t16_17 = R::Two::fused(both(R::constant(-0.0154)), two(sin_t4, sin_t5), -t8_9);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t18_19 = both(R::constant(0.3111)) * two(cos_t3, cos_t2);
-    let t20_21 = R::Two::fused(both(R::constant(-0.008)), two(cos_t3, cos_t2), t10_11);
+    let t18_19 = both(R::constant(0.3111)) * two(cos_t2, cos_t3);
+    let t20_21 = R::Two::fused(both(R::constant(-0.008)), two(cos_t2, cos_t3), t10_11);
     let t22_23 = t12_13 * t14_15; // right_foot, left_foot: sums of what it carries
-    let t24_25 = both(R::constant(0.273)) * two(cos_t3, cos_t2); // right_foot, left_foot: motion
-    let t26_27 = R::Two::fused(both(R::constant(0.008)), two(sin_t3, sin_t2), t18_19);
+    let t24_25 = both(R::constant(0.273)) * two(cos_t2, cos_t3); // right_foot, left_foot: motion
+    let t26_27 = R::Two::fused(both(R::constant(0.008)), two(sin_t2, sin_t3), t18_19);
     let t28_29 = t14_15 + t20_21;
     // right_foot, left_foot: sums of what it carries
     let t30_31 = both(R::constant(2.0)) * t22_23;
     let t32_33 = t24_25 * t16_17;
-    let t34_35 = both(R::constant(0.315)) * two(sin_t1, sin_t0); // right_lower_leg, left_lower_leg: motion
+    let t34_35 = both(R::constant(0.315)) * two(sin_t0, sin_t1); // right_lower_leg, left_lower_leg: motion
     let t36_37 = t16_17 - t26_27; // right_lower_leg, left_lower_leg: sums of what it carries
     let t38_39 = R::Two::fused(both(R::constant(-2.0)), t32_33, t30_31);
-    let t40_41 = both(R::constant(0.315)) * two(cos_t1, cos_t0); // right_lower_leg, left_lower_leg: motion
+    let t40_41 = both(R::constant(0.315)) * two(cos_t0, cos_t1); // right_lower_leg, left_lower_leg: motion
     let t42_43 = t34_35 * t28_29; // right_lower_leg, left_lower_leg: sums of what it carries
-    let t44_45 = both(R::constant(0.8355)) * two(cos_t1, cos_t0); // right_upper_leg, left_upper_leg
+    let t44_45 = both(R::constant(0.8355)) * two(cos_t0, cos_t1); // right_upper_leg, left_upper_leg
     let t46_47 = both(R::constant(0.0061831)) + t38_39;
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t48_49 = t40_41 * t36_37;
     let t50_51 = both(R::constant(2.0)) * t42_43;
-    let t52_53 = both(R::constant(0.8355)) * two(sin_t1, sin_t0); // right_upper_leg, left_upper_leg
+    let t52_53 = both(R::constant(0.8355)) * two(sin_t0, sin_t1); // right_upper_leg, left_upper_leg
     let t54_55 = both(R::constant(0.07325338333)) + t46_47;
-    let t56_57 = R::Two::fused(both(R::constant(0.012)), two(sin_t1, sin_t0), t44_45); // right_upper_leg, left_upper_leg
+    let t56_57 = R::Two::fused(both(R::constant(0.012)), two(sin_t0, sin_t1), t44_45); // right_upper_leg, left_upper_leg
     let t58_59 = R::Two::fused(both(R::constant(-2.0)), t48_49, t50_51);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t60_61 = R::Two::fused(both(R::constant(-0.012)), two(cos_t1, cos_t0), t52_53);
+    let t60_61 = R::Two::fused(both(R::constant(-0.012)), two(cos_t0, cos_t1), t52_53);
     let t62_63 = t36_37 - t56_57;
     let t64 = R::constant(2.4915000028) * cos_q_base_pitch; // torso: sums of what it carries
     let t65_66 = t54_55 + t58_59; // right_lower_leg, left_lower_leg: sums of what it carries
     let t67 = R::constant(2.4915000028) * sin_q_base_pitch; // torso: sums of what it carries
     let t68_69 = t28_29 + t60_61;
     // right_foot, left_foot: mass matrix
-    let t70_71 = t22_23.swapped() - t32_33.swapped();
-    let t72_73 = t40_41.swapped() * t16_17.swapped();
+    let t70_71 = t22_23 - t32_33;
+    let t72_73 = t40_41 * t16_17;
     let t74_75 = both(R::constant(0.231642)) + t65_66; // right_upper_leg, left_upper_leg: sums of what it carries
-    let t76 = t62_63.first() + t62_63.second(); // right_upper_leg: sums of what it carries
+    let t76 = t62_63.second() + t62_63.first(); // right_upper_leg: sums of what it carries
     let t77 = R::fused(R::constant(0.22408000024), sin_q_base_pitch, t64); // torso: sums of what it carries
-    let t78 = t68_69.first() + t68_69.second(); // right_upper_leg: sums of what it carries
+    let t78 = t68_69.second() + t68_69.first(); // right_upper_leg: sums of what it carries
     let t79 = R::fused(R::constant(-0.22408000024), cos_q_base_pitch, t67); // torso: sums of what it carries
-    let t80_81 = t42_43.swapped() - t48_49.swapped(); // right_lower_leg, left_lower_leg: mass matrix
+    let t80_81 = t42_43 - t48_49; // right_lower_leg, left_lower_leg: mass matrix
     let t82_83 = both(R::constant(0.0061831)) + t70_71;
-    let t84 = t74_75.first() + t74_75.second(); // right_upper_leg: sums of what it carries
-    let t85_86 = R::Two::fused(t34_35.swapped(), t14_15.swapped(), -t72_73);
+    let t84 = t74_75.second() + t74_75.first(); // right_upper_leg: sums of what it carries
+    let t85_86 = R::Two::fused(t34_35, t14_15, -t72_73);
     let t87 = t76 + t77; // torso: sums of what it carries
     let t88 = t78 - t79; // torso: sums of what it carries
-    let t89_90 = t54_55.swapped() + t80_81; // right_lower_leg, left_lower_leg: mass matrix
+    let t89_90 = t54_55 + t80_81; // right_lower_leg, left_lower_leg: mass matrix
     let t91 = R::constant(0.8044641474534446) + t84; // torso: sums of what it carries
     let t92_93 = t82_83 + t85_86;
     *out = [
@@ -117,32 +117,32 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
         ],
         // right_hip_pitch
         [
-            t62_63.second(), t68_69.second(), t74_75.second(), t74_75.second(), R::constant(0.0), R::constant(0.0),
+            t62_63.first(), t68_69.first(), t74_75.first(), t74_75.first(), R::constant(0.0), R::constant(0.0),
             R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // right_knee_pitch
         [
-            t36_37.second(), t28_29.second(), t89_90.first(), t89_90.first(), t54_55.second(), R::constant(0.0),
+            t36_37.first(), t28_29.first(), t89_90.first(), t89_90.first(), t54_55.first(), R::constant(0.0),
             R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // right_ankle_pitch
         [
-            t16_17.second(), t14_15.second(), t92_93.first(), t92_93.first(), t82_83.first(), R::constant(0.0061831),
+            t16_17.first(), t14_15.first(), t92_93.first(), t92_93.first(), t82_83.first(), R::constant(0.0061831),
             R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // left_hip_pitch
         [
-            t62_63.first(), t68_69.first(), t74_75.first(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t74_75.first(), R::constant(0.0), R::constant(0.0),
+            t62_63.second(), t68_69.second(), t74_75.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t74_75.second(), R::constant(0.0), R::constant(0.0),
         ],
         // left_knee_pitch
         [
-            t36_37.first(), t28_29.first(), t89_90.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t89_90.second(), t54_55.first(), R::constant(0.0),
+            t36_37.second(), t28_29.second(), t89_90.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t89_90.second(), t54_55.second(), R::constant(0.0),
         ],
         // left_ankle_pitch
         [
-            t16_17.first(), t14_15.first(), t92_93.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t16_17.second(), t14_15.second(), t92_93.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
             t92_93.second(), t82_83.second(), R::constant(0.0061831),
         ],
     ];

@@ -71,37 +71,37 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t31_32 = R::Two::fused(t13_14, t29_30, t23_24);
     let t33_34 = R::Two::fused(t13_14, t27_28, t25_26);
     // right_foot, left_foot: sums of what it carries
-    let t35_36 = both(R::constant(0.018)) * two(cos_t5, cos_t4);
-    let t37_38 = both(R::constant(0.018)) * two(sin_t5, sin_t4);
+    let t35_36 = both(R::constant(0.018)) * two(cos_t4, cos_t5);
+    let t37_38 = both(R::constant(0.018)) * two(sin_t4, sin_t5);
     let t39_40 = t35_36 + t37_38;
     let t41_42 = t35_36 - t37_38;
-    let t43_44 = t17_18.swapped() * t41_42;
-    let t45_46 = t17_18.swapped() * t39_40;
-    let t47_48 = t31_32.swapped() * t39_40;
-    let t49_50 = R::Two::fused(-t33_34.swapped(), t41_42, -t47_48);
-    let t51_52 = t27_28.swapped() * t43_44;
-    let t53_54 = R::Two::fused(t29_30.swapped(), t45_46, t51_52);
+    let t43_44 = t17_18 * t41_42;
+    let t45_46 = t17_18 * t39_40;
+    let t47_48 = t31_32 * t39_40;
+    let t49_50 = R::Two::fused(-t33_34, t41_42, -t47_48);
+    let t51_52 = t27_28 * t43_44;
+    let t53_54 = R::Two::fused(t29_30, t45_46, t51_52);
     let t55_56 = t49_50 + t53_54;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t57_58 = both(R::constant(0.362)) * two(cos_t3, cos_t2);
-    let t59_60 = both(R::constant(0.362)) * two(sin_t3, sin_t2);
-    let t61_62 = t23_24.swapped() * t57_58;
-    let t63_64 = R::Two::fused(-t25_26.swapped(), t59_60, t61_62);
-    let t65_66 = R::Two::fused(-t13_14.swapped(), t59_60, t43_44);
-    let t67_68 = R::Two::fused(t13_14.swapped(), t57_58, t45_46);
+    let t57_58 = both(R::constant(0.362)) * two(cos_t2, cos_t3);
+    let t59_60 = both(R::constant(0.362)) * two(sin_t2, sin_t3);
+    let t61_62 = t23_24 * t57_58;
+    let t63_64 = R::Two::fused(-t25_26, t59_60, t61_62);
+    let t65_66 = R::Two::fused(-t13_14, t59_60, t43_44);
+    let t67_68 = R::Two::fused(t13_14, t57_58, t45_46);
     let t69_70 = t55_56 - t63_64;
-    let t71_72 = t19_20.swapped() * t65_66;
-    let t73_74 = R::Two::fused(t21_22.swapped(), t67_68, t71_72);
+    let t71_72 = t19_20 * t65_66;
+    let t73_74 = R::Two::fused(t21_22, t67_68, t71_72);
     let t75_76 = t69_70 + t73_74;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t77_78 = both(R::constant(0.925)) * two(cos_t1, cos_t0);
-    let t79_80 = both(R::constant(0.925)) * two(sin_t1, sin_t0);
-    let t81_82 = R::Two::fused(-t9_10.swapped(), t79_80, t65_66);
-    let t83_84 = R::Two::fused(t9_10.swapped(), t77_78, t67_68);
-    let t85_86 = R::Two::fused(two(sin_t1, sin_t0), both(R::constant(9.07425)), t75_76);
-    let t87 = t81_82.first() + t81_82.second(); // right_upper_leg: sums of what it carries
-    let t88 = t83_84.first() + t83_84.second(); // right_upper_leg: sums of what it carries
-    let t89 = t85_86.first() + t85_86.second(); // right_upper_leg: sums of what it carries
+    let t77_78 = both(R::constant(0.925)) * two(cos_t0, cos_t1);
+    let t79_80 = both(R::constant(0.925)) * two(sin_t0, sin_t1);
+    let t81_82 = R::Two::fused(-t9_10, t79_80, t65_66);
+    let t83_84 = R::Two::fused(t9_10, t77_78, t67_68);
+    let t85_86 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(9.07425)), t75_76);
+    let t87 = t81_82.second() + t81_82.first(); // right_upper_leg: sums of what it carries
+    let t88 = t83_84.second() + t83_84.first(); // right_upper_leg: sums of what it carries
+    let t89 = t85_86.second() + t85_86.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t90 = R::constant(2.2) * cos_q_base_pitch;
     let t91 = R::constant(2.2) * sin_q_base_pitch;
@@ -110,8 +110,8 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t94 = R::fused(-sin_q_base_pitch, R::constant(21.582), t89);
     let t95 = R::constant(186.39) + t93; // base/z: sums of what it carries
     *out = [[
-        t92, t95, t94, t85_86.second(), t69_70.second(), t49_50.second(), t85_86.first(), t69_70.first(),
-        t49_50.first(),
+        t92, t95, t94, t85_86.first(), t69_70.first(), t49_50.first(), t85_86.second(), t69_70.second(),
+        t49_50.second(),
     ]];
 }
 }

@@ -96,28 +96,28 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     let t23_24 = t19_20 + t21_22;
     let t25_26 = t19_20 - t21_22;
     // right_foot, left_foot: sums of what it carries
-    let t27_28 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t25_26.swapped();
-    let t29_30 = R::Two::fused(two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t23_24.swapped(), t27_28);
-    let t31_32 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t25_26.swapped();
-    let t33_34 = R::Two::fused(-two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t23_24.swapped(), t31_32);
-    let t35_36 = R::Two::fused(both(R::constant(0.362)), t7_8.swapped(), -t33_34);
-    let t37_38 = R::Two::fused(both(R::constant(0.362)), t11_12.swapped(), t29_30);
+    let t27_28 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t25_26;
+    let t29_30 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t23_24, t27_28);
+    let t31_32 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t25_26;
+    let t33_34 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t23_24, t31_32);
+    let t35_36 = R::Two::fused(both(R::constant(0.362)), t7_8, -t33_34);
+    let t37_38 = R::Two::fused(both(R::constant(0.362)), t11_12, t29_30);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t39_40 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t37_38;
-    let t41_42 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t35_36, t39_40);
-    let t43_44 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t37_38;
-    let t45_46 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t35_36, t43_44);
-    let t47_48 = R::Two::fused(both(R::constant(0.925)), t1_2.swapped(), -t45_46);
-    let t49_50 = R::Two::fused(both(R::constant(0.925)), t5_6.swapped(), t41_42);
+    let t39_40 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t37_38;
+    let t41_42 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t35_36, t39_40);
+    let t43_44 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t37_38;
+    let t45_46 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t35_36, t43_44);
+    let t47_48 = R::Two::fused(both(R::constant(0.925)), t1_2, -t45_46);
+    let t49_50 = R::Two::fused(both(R::constant(0.925)), t5_6, t41_42);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t51_52 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t49_50;
-    let t53_54 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t47_48, t51_52);
-    let t55_56 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t49_50;
-    let t57_58 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t47_48, t55_56);
-    let t59 = R::fused(R::constant(2.2), a_base_pitch, t57_58.first()); // left_upper_leg: sums of what it carries
-    let t60 = R::fused(R::constant(2.2), t0, -t53_54.first()); // left_upper_leg: sums of what it carries
-    let t61 = t59 + t57_58.second(); // right_upper_leg: sums of what it carries
-    let t62 = t60 - t53_54.second(); // right_upper_leg: sums of what it carries
+    let t51_52 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t49_50;
+    let t53_54 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t47_48, t51_52);
+    let t55_56 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t49_50;
+    let t57_58 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t47_48, t55_56);
+    let t59 = R::fused(R::constant(2.2), a_base_pitch, t57_58.second()); // left_upper_leg: sums of what it carries
+    let t60 = R::fused(R::constant(2.2), t0, -t53_54.second()); // left_upper_leg: sums of what it carries
+    let t61 = t59 + t57_58.first(); // right_upper_leg: sums of what it carries
+    let t62 = t60 - t53_54.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t63 = cos_q_base_pitch * t62;
     let t64 = R::fused(sin_q_base_pitch, t61, t63);

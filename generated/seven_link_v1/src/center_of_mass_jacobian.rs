@@ -64,25 +64,25 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t20_21 = t10_11 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     let t22_23 = R::Two::fused(t14_15, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t20_21);
     // right_foot, left_foot: sums of what it carries
-    let t24_25 = both(R::constant(0.018)) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    let t26_27 = both(R::constant(0.018)) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
+    let t24_25 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    let t26_27 = both(R::constant(0.018)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     let t28_29 = t24_25 + t26_27;
     let t30_31 = t24_25 - t26_27;
     let t32_33 = both(R::constant(0.362)) + t28_29;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t34_35 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t32_33;
-    let t36_37 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t30_31, t34_35);
-    let t38_39 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t32_33;
-    let t40_41 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t30_31, t38_39);
+    let t34_35 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
+    let t36_37 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t30_31, t34_35);
+    let t38_39 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33;
+    let t40_41 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t30_31, t38_39);
     let t42_43 = both(R::constant(0.925)) + t36_37;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t44_45 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t42_43;
-    let t46_47 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t40_41, t44_45);
-    let t48_49 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t42_43;
-    let t50_51 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t40_41, t48_49);
-    let t52 = R::constant(2.2) - t46_47.first(); // left_upper_leg: sums of what it carries
-    let t53 = t50_51.first() + t50_51.second(); // right_upper_leg: sums of what it carries
-    let t54 = t52 - t46_47.second(); // right_upper_leg: sums of what it carries
+    let t44_45 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t42_43;
+    let t46_47 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t40_41, t44_45);
+    let t48_49 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t42_43;
+    let t50_51 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t40_41, t48_49);
+    let t52 = R::constant(2.2) - t46_47.second(); // left_upper_leg: sums of what it carries
+    let t53 = t50_51.second() + t50_51.first(); // right_upper_leg: sums of what it carries
+    let t54 = t52 - t46_47.first(); // right_upper_leg: sums of what it carries
     // torso: Jacobian of the centre of mass
     let t55 = t54 * R::constant(0.05263157894736842);
     let t56 = t53 * R::constant(0.05263157894736842);
@@ -91,15 +91,15 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t59 = sin_q_base_pitch * t55;
     let t60 = R::fused(cos_q_base_pitch, t56, -t59);
     // right_upper_leg, left_upper_leg: Jacobian of the centre of mass
-    let t61_62 = t42_43.swapped() * both(R::constant(0.05263157894736842));
-    let t63_64 = t40_41.swapped() * both(R::constant(0.05263157894736842));
+    let t61_62 = t42_43 * both(R::constant(0.05263157894736842));
+    let t63_64 = t40_41 * both(R::constant(0.05263157894736842));
     let t65_66 = t6_7 * t61_62;
     let t67_68 = R::Two::fused(t2_3, t63_64, t65_66);
     let t69_70 = t2_3 * t61_62;
     let t71_72 = R::Two::fused(-t6_7, t63_64, t69_70);
     // right_lower_leg, left_lower_leg: Jacobian of the centre of mass
-    let t73_74 = t32_33.swapped() * both(R::constant(0.05263157894736842));
-    let t75_76 = t30_31.swapped() * both(R::constant(0.05263157894736842));
+    let t73_74 = t32_33 * both(R::constant(0.05263157894736842));
+    let t75_76 = t30_31 * both(R::constant(0.05263157894736842));
     let t77_78 = t14_15 * t73_74;
     let t79_80 = R::Two::fused(-t10_11, t75_76, t77_78);
     let t81_82 = t10_11 * t73_74;

@@ -52,20 +52,20 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     ]);
     // torso: sums of what it carries
     let t0 = -sin_q_base_pitch;
-    let t1_2 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(cos_q_base_pitch);
-    let t3_4 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(sin_q_base_pitch), t1_2);
-    let t5_6 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(cos_q_base_pitch);
-    let t7_8 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(sin_q_base_pitch), t5_6);
+    let t1_2 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * both(cos_q_base_pitch);
+    let t3_4 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), both(sin_q_base_pitch), t1_2);
+    let t5_6 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * both(cos_q_base_pitch);
+    let t7_8 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), both(sin_q_base_pitch), t5_6);
     let t9_10 = -t7_8;
     // right_lower_leg, left_lower_leg: columns that its parent has too
     let t11_12 = R::Two::fused(both(R::constant(-0.3)), t7_8, both(q_base_x));
     let t13_14 = R::Two::fused(both(R::constant(-0.3)), t3_4, both(q_base_z));
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t15_16 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t17_18 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t15_16);
+    let t15_16 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
+    let t17_18 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t15_16);
     let t19_20 = both(cos_q_base_pitch) * t17_18; // torso: sums of what it carries
-    let t21_22 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t23_24 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t21_22);
+    let t21_22 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
+    let t23_24 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t21_22);
     // torso: sums of what it carries
     let t25_26 = R::Two::fused(-both(sin_q_base_pitch), t23_24, t19_20);
     let t27_28 = both(cos_q_base_pitch) * t23_24;
@@ -75,16 +75,16 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t33_34 = R::Two::fused(both(R::constant(-0.3)), t29_30, t11_12);
     let t35_36 = R::Two::fused(both(R::constant(-0.3)), t25_26, t13_14);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t37_38 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t39_40 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t37_38);
-    let t41_42 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t39_40; // right_upper_leg, left_upper_leg
-    let t43_44 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t45_46 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t43_44);
-    let t47_48 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t45_46, t41_42); // right_upper_leg, left_upper_leg
+    let t37_38 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch);
+    let t39_40 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t37_38);
+    let t41_42 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t39_40; // right_upper_leg, left_upper_leg
+    let t43_44 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch);
+    let t45_46 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t43_44);
+    let t47_48 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t45_46, t41_42); // right_upper_leg, left_upper_leg
     let t49_50 = both(cos_q_base_pitch) * t47_48; // torso: sums of what it carries
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t51_52 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t45_46;
-    let t53_54 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t39_40, t51_52);
+    let t51_52 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t45_46;
+    let t53_54 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t39_40, t51_52);
     // torso: sums of what it carries
     let t55_56 = R::Two::fused(-both(sin_q_base_pitch), t53_54, t49_50);
     let t57_58 = both(cos_q_base_pitch) * t53_54;
@@ -122,9 +122,9 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
         [R::constant(0.0); 3], // torso.Iyz
         [R::constant(0.0); 3], // torso.Izz
         [q_base_x, R::constant(0.0), q_base_z], // right_upper_leg.m
-        [t3_4.first(), R::constant(0.0), t9_10.first()], // right_upper_leg.m*cx
+        [t3_4.second(), R::constant(0.0), t9_10.second()], // right_upper_leg.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_upper_leg.m*cy
-        [t7_8.first(), R::constant(0.0), t3_4.first()], // right_upper_leg.m*cz
+        [t7_8.second(), R::constant(0.0), t3_4.second()], // right_upper_leg.m*cz
         [R::constant(0.0); 3], // right_upper_leg.Ixx
         [R::constant(0.0); 3], // right_upper_leg.Ixy
         [R::constant(0.0); 3], // right_upper_leg.Ixz
@@ -132,49 +132,49 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
         [R::constant(0.0); 3], // right_upper_leg.Iyz
         [R::constant(0.0); 3], // right_upper_leg.Izz
         [q_base_x, R::constant(0.0), q_base_z], // left_upper_leg.m
-        [t3_4.second(), R::constant(0.0), t9_10.second()], // left_upper_leg.m*cx
+        [t3_4.first(), R::constant(0.0), t9_10.first()], // left_upper_leg.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_upper_leg.m*cy
-        [t7_8.second(), R::constant(0.0), t3_4.second()], // left_upper_leg.m*cz
+        [t7_8.first(), R::constant(0.0), t3_4.first()], // left_upper_leg.m*cz
         [R::constant(0.0); 3], // left_upper_leg.Ixx
         [R::constant(0.0); 3], // left_upper_leg.Ixy
         [R::constant(0.0); 3], // left_upper_leg.Ixz
         [R::constant(0.0); 3], // left_upper_leg.Iyy
         [R::constant(0.0); 3], // left_upper_leg.Iyz
         [R::constant(0.0); 3], // left_upper_leg.Izz
-        [t11_12.first(), R::constant(0.0), t13_14.first()], // right_lower_leg.m
-        [t25_26.first(), R::constant(0.0), t31_32.first()], // right_lower_leg.m*cx
+        [t11_12.second(), R::constant(0.0), t13_14.second()], // right_lower_leg.m
+        [t25_26.second(), R::constant(0.0), t31_32.second()], // right_lower_leg.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_lower_leg.m*cy
-        [t29_30.first(), R::constant(0.0), t25_26.first()], // right_lower_leg.m*cz
+        [t29_30.second(), R::constant(0.0), t25_26.second()], // right_lower_leg.m*cz
         [R::constant(0.0); 3], // right_lower_leg.Ixx
         [R::constant(0.0); 3], // right_lower_leg.Ixy
         [R::constant(0.0); 3], // right_lower_leg.Ixz
         [R::constant(0.0); 3], // right_lower_leg.Iyy
         [R::constant(0.0); 3], // right_lower_leg.Iyz
         [R::constant(0.0); 3], // right_lower_leg.Izz
-        [t11_12.second(), R::constant(0.0), t13_14.second()], // left_lower_leg.m
-        [t25_26.second(), R::constant(0.0), t31_32.second()], // left_lower_leg.m*cx
+        [t11_12.first(), R::constant(0.0), t13_14.first()], // left_lower_leg.m
+        [t25_26.first(), R::constant(0.0), t31_32.first()], // left_lower_leg.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_lower_leg.m*cy
-        [t29_30.second(), R::constant(0.0), t25_26.second()], // left_lower_leg.m*cz
+        [t29_30.first(), R::constant(0.0), t25_26.first()], // left_lower_leg.m*cz
         [R::constant(0.0); 3], // left_lower_leg.Ixx
         [R::constant(0.0); 3], // left_lower_leg.Ixy
         [R::constant(0.0); 3], // left_lower_leg.Ixz
         [R::constant(0.0); 3], // left_lower_leg.Iyy
         [R::constant(0.0); 3], // left_lower_leg.Iyz
         [R::constant(0.0); 3], // left_lower_leg.Izz
-        [t33_34.first(), R::constant(0.0), t35_36.first()], // right_foot.m
-        [t55_56.first(), R::constant(0.0), t61_62.first()], // right_foot.m*cx
+        [t33_34.second(), R::constant(0.0), t35_36.second()], // right_foot.m
+        [t55_56.second(), R::constant(0.0), t61_62.second()], // right_foot.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_foot.m*cy
-        [t59_60.first(), R::constant(0.0), t55_56.first()], // right_foot.m*cz
+        [t59_60.second(), R::constant(0.0), t55_56.second()], // right_foot.m*cz
         [R::constant(0.0); 3], // right_foot.Ixx
         [R::constant(0.0); 3], // right_foot.Ixy
         [R::constant(0.0); 3], // right_foot.Ixz
         [R::constant(0.0); 3], // right_foot.Iyy
         [R::constant(0.0); 3], // right_foot.Iyz
         [R::constant(0.0); 3], // right_foot.Izz
-        [t33_34.second(), R::constant(0.0), t35_36.second()], // left_foot.m
-        [t55_56.second(), R::constant(0.0), t61_62.second()], // left_foot.m*cx
+        [t33_34.first(), R::constant(0.0), t35_36.first()], // left_foot.m
+        [t55_56.first(), R::constant(0.0), t61_62.first()], // left_foot.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_foot.m*cy
-        [t59_60.second(), R::constant(0.0), t55_56.second()], // left_foot.m*cz
+        [t59_60.first(), R::constant(0.0), t55_56.first()], // left_foot.m*cz
         [R::constant(0.0); 3], // left_foot.Ixx
         [R::constant(0.0); 3], // left_foot.Ixy
         [R::constant(0.0); 3], // left_foot.Ixz

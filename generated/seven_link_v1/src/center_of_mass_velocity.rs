@@ -61,25 +61,25 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let t4_5 = t2_3 + two(v_right_ankle_pitch, v_left_ankle_pitch); // right_foot, left_foot: velocity
     let t6_7 = both(R::constant(0.018)) * t4_5; // right_foot, left_foot: momentum
     // right_foot, left_foot: sums of what it carries
-    let t8_9 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t6_7.swapped();
-    let t10_11 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t6_7.swapped();
+    let t8_9 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t6_7;
+    let t10_11 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t6_7;
     let t12_13 = t8_9 - t10_11;
     let t14_15 = t8_9 + t10_11;
-    let t16_17 = R::Two::fused(both(R::constant(0.362)), t2_3.swapped(), t14_15);
+    let t16_17 = R::Two::fused(both(R::constant(0.362)), t2_3, t14_15);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t18_19 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t12_13;
-    let t20_21 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t16_17, t18_19);
-    let t22_23 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t12_13;
-    let t24_25 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t16_17, t22_23);
-    let t26_27 = R::Two::fused(both(R::constant(0.925)), t0_1.swapped(), t24_25);
+    let t18_19 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t12_13;
+    let t20_21 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t16_17, t18_19);
+    let t22_23 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t12_13;
+    let t24_25 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t16_17, t22_23);
+    let t26_27 = R::Two::fused(both(R::constant(0.925)), t0_1, t24_25);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t28_29 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t20_21;
-    let t30_31 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t26_27, t28_29);
-    let t32_33 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t20_21;
-    let t34_35 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t26_27, t32_33);
-    let t36 = R::fused(R::constant(2.2), v_base_pitch, -t34_35.first()); // left_upper_leg: sums of what it carries
-    let t37 = t36 - t34_35.second(); // right_upper_leg: sums of what it carries
-    let t38 = t30_31.first() + t30_31.second(); // right_upper_leg: sums of what it carries
+    let t28_29 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t20_21;
+    let t30_31 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t26_27, t28_29);
+    let t32_33 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t20_21;
+    let t34_35 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t26_27, t32_33);
+    let t36 = R::fused(R::constant(2.2), v_base_pitch, -t34_35.second()); // left_upper_leg: sums of what it carries
+    let t37 = t36 - t34_35.first(); // right_upper_leg: sums of what it carries
+    let t38 = t30_31.second() + t30_31.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t39 = cos_q_base_pitch * t38;
     let t40 = R::fused(sin_q_base_pitch, t37, t39);

@@ -125,34 +125,34 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t75_76 = R::Two::fused(both(R::constant(-0.018)), t43_44, t73_74);
     let t77_78 = R::Two::fused(both(R::constant(0.00348)), t49_50, t75_76);
     // right_foot, left_foot: sums of what it carries
-    let t79_80 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t71_72.swapped();
-    let t81_82 = R::Two::fused(two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t69_70.swapped(), t79_80);
-    let t83_84 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t71_72.swapped();
-    let t85_86 = R::Two::fused(-two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t69_70.swapped(), t83_84);
-    let t87_88 = R::Two::fused(both(R::constant(0.362)), t31_32.swapped(), -t85_86);
-    let t89_90 = R::Two::fused(both(R::constant(0.362)), t35_36.swapped(), t81_82);
-    let t91_92 = t63_64.swapped() + t77_78.swapped();
+    let t79_80 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t71_72;
+    let t81_82 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t69_70, t79_80);
+    let t83_84 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t71_72;
+    let t85_86 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t69_70, t83_84);
+    let t87_88 = R::Two::fused(both(R::constant(0.362)), t31_32, -t85_86);
+    let t89_90 = R::Two::fused(both(R::constant(0.362)), t35_36, t81_82);
+    let t91_92 = t63_64 + t77_78;
     let t93_94 = R::Two::fused(both(R::constant(-0.3)), t85_86, t91_92);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t95_96 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t89_90;
-    let t97_98 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t87_88, t95_96);
-    let t99_100 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t89_90;
-    let t101_102 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t87_88, t99_100);
-    let t103_104 = R::Two::fused(both(R::constant(0.925)), t13_14.swapped(), -t101_102);
-    let t105_106 = R::Two::fused(both(R::constant(0.925)), t17_18.swapped(), t97_98);
-    let t107_108 = t59_60.swapped() + t93_94;
+    let t95_96 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t89_90;
+    let t97_98 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t87_88, t95_96);
+    let t99_100 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t89_90;
+    let t101_102 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t87_88, t99_100);
+    let t103_104 = R::Two::fused(both(R::constant(0.925)), t13_14, -t101_102);
+    let t105_106 = R::Two::fused(both(R::constant(0.925)), t17_18, t97_98);
+    let t107_108 = t59_60 + t93_94;
     let t109_110 = R::Two::fused(both(R::constant(-0.3)), t101_102, t107_108);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t111_112 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t105_106;
-    let t113_114 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t103_104, t111_112);
-    let t115_116 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t105_106;
-    let t117_118 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t103_104, t115_116);
-    let t119 = R::fused(R::constant(2.2), a_base_pitch, t117_118.first()); // left_upper_leg: sums of what it carries
-    let t120 = R::fused(R::constant(2.2), t4, -t113_114.first()); // left_upper_leg: sums of what it carries
-    let t121 = t56 + t109_110.first(); // left_upper_leg: sums of what it carries
-    let t122 = t119 + t117_118.second(); // right_upper_leg: sums of what it carries
-    let t123 = t120 - t113_114.second(); // right_upper_leg: sums of what it carries
-    let t124 = t109_110.second() + t121; // right_upper_leg: sums of what it carries
+    let t111_112 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t105_106;
+    let t113_114 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t103_104, t111_112);
+    let t115_116 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t105_106;
+    let t117_118 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t103_104, t115_116);
+    let t119 = R::fused(R::constant(2.2), a_base_pitch, t117_118.second()); // left_upper_leg: sums of what it carries
+    let t120 = R::fused(R::constant(2.2), t4, -t113_114.second()); // left_upper_leg: sums of what it carries
+    let t121 = t56 + t109_110.second(); // left_upper_leg: sums of what it carries
+    let t122 = t119 + t117_118.first(); // right_upper_leg: sums of what it carries
+    let t123 = t120 - t113_114.first(); // right_upper_leg: sums of what it carries
+    let t124 = t109_110.first() + t121; // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t125 = cos_q_base_pitch * t123;
     let t126 = R::fused(sin_q_base_pitch, t122, t125);
@@ -163,25 +163,25 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t131 = R::fused(q_base_z, t129, t124); // base/z: sums of what it carries
     let t132 = R::fused(-q_base_x, t130, t131); // base/x: sums of what it carries
     // right_foot, left_foot: sums of what it carries
-    let t133_134 = both(R::constant(0.018)) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    let t135_136 = both(R::constant(0.018)) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
+    let t133_134 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    let t135_136 = both(R::constant(0.018)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     let t137_138 = t133_134 + t135_136;
     let t139_140 = t133_134 - t135_136;
     let t141_142 = both(R::constant(0.362)) + t137_138;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t143_144 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t141_142;
-    let t145_146 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t139_140, t143_144);
-    let t147_148 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t141_142;
-    let t149_150 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t139_140, t147_148);
+    let t143_144 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t141_142;
+    let t145_146 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t139_140, t143_144);
+    let t147_148 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t141_142;
+    let t149_150 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t139_140, t147_148);
     let t151_152 = both(R::constant(0.925)) + t145_146;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t153_154 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t151_152;
-    let t155_156 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t149_150, t153_154);
-    let t157_158 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t151_152;
-    let t159_160 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t149_150, t157_158);
-    let t161 = R::constant(2.2) - t155_156.first(); // left_upper_leg: sums of what it carries
-    let t162 = t159_160.first() + t159_160.second(); // right_upper_leg: sums of what it carries
-    let t163 = t161 - t155_156.second(); // right_upper_leg: sums of what it carries
+    let t153_154 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t151_152;
+    let t155_156 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t149_150, t153_154);
+    let t157_158 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t151_152;
+    let t159_160 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t149_150, t157_158);
+    let t161 = R::constant(2.2) - t155_156.second(); // left_upper_leg: sums of what it carries
+    let t162 = t159_160.second() + t159_160.first(); // right_upper_leg: sums of what it carries
+    let t163 = t161 - t155_156.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t164 = cos_q_base_pitch * t163;
     let t165 = R::fused(sin_q_base_pitch, t162, t164);

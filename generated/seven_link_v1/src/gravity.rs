@@ -67,13 +67,13 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     // right_foot, left_foot: wrench that its motion needs
     let t26_27 = both(R::constant(0.018)) * t24_25;
     let t28_29 = R::Two::fused(both(R::constant(-0.018)), t20_21, t26_27);
-    let t30_31 = R::Two::fused(both(R::constant(0.362)), t16_17.swapped(), t28_29.swapped()); // right_foot, left_foot
-    let t32_33 = R::Two::fused(both(R::constant(0.925)), t8_9.swapped(), t30_31); // right_lower_leg, left_lower_leg
-    let t34 = R::fused(sin_q_base_pitch, R::constant(21.582), -t32_33.first()); // left_upper_leg
-    let t35 = t32_33.second() - t34; // right_upper_leg: wrench handed to its parent
+    let t30_31 = R::Two::fused(both(R::constant(0.362)), t16_17, t28_29); // right_foot, left_foot
+    let t32_33 = R::Two::fused(both(R::constant(0.925)), t8_9, t30_31); // right_lower_leg, left_lower_leg
+    let t34 = R::fused(sin_q_base_pitch, R::constant(21.582), -t32_33.second()); // left_upper_leg
+    let t35 = t32_33.first() - t34; // right_upper_leg: wrench handed to its parent
     *out = [[
-        R::constant(0.0), R::constant(186.39), t35, t32_33.second(), t30_31.second(), t28_29.first(), t32_33.first(),
-        t30_31.first(), t28_29.second(),
+        R::constant(0.0), R::constant(186.39), t35, t32_33.first(), t30_31.first(), t28_29.first(), t32_33.second(),
+        t30_31.second(), t28_29.second(),
     ]];
 }
 }

@@ -120,34 +120,34 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t76_77 = R::Two::fused(both(R::constant(-0.018)), t44_45, t74_75);
     let t78_79 = R::Two::fused(both(R::constant(0.00348)), t50_51, t76_77);
     // right_foot, left_foot: wrench handed to its parent
-    let t80_81 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t72_73.swapped();
-    let t82_83 = R::Two::fused(two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t70_71.swapped(), t80_81);
-    let t84_85 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t72_73.swapped();
-    let t86_87 = R::Two::fused(-two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t70_71.swapped(), t84_85);
-    let t88_89 = R::Two::fused(both(R::constant(0.362)), t32_33.swapped(), -t86_87);
-    let t90_91 = R::Two::fused(both(R::constant(0.362)), t36_37.swapped(), t82_83);
-    let t92_93 = t64_65.swapped() + t78_79.swapped();
+    let t80_81 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t72_73;
+    let t82_83 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t70_71, t80_81);
+    let t84_85 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t72_73;
+    let t86_87 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t70_71, t84_85);
+    let t88_89 = R::Two::fused(both(R::constant(0.362)), t32_33, -t86_87);
+    let t90_91 = R::Two::fused(both(R::constant(0.362)), t36_37, t82_83);
+    let t92_93 = t64_65 + t78_79;
     let t94_95 = R::Two::fused(both(R::constant(-0.3)), t86_87, t92_93);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    let t96_97 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t90_91;
-    let t98_99 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t88_89, t96_97);
-    let t100_101 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t90_91;
-    let t102_103 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t88_89, t100_101);
-    let t104_105 = R::Two::fused(both(R::constant(0.925)), t14_15.swapped(), -t102_103);
-    let t106_107 = R::Two::fused(both(R::constant(0.925)), t18_19.swapped(), t98_99);
-    let t108_109 = t60_61.swapped() + t94_95;
+    let t96_97 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t90_91;
+    let t98_99 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t88_89, t96_97);
+    let t100_101 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t90_91;
+    let t102_103 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t88_89, t100_101);
+    let t104_105 = R::Two::fused(both(R::constant(0.925)), t14_15, -t102_103);
+    let t106_107 = R::Two::fused(both(R::constant(0.925)), t18_19, t98_99);
+    let t108_109 = t60_61 + t94_95;
     let t110_111 = R::Two::fused(both(R::constant(-0.3)), t102_103, t108_109);
     // right_upper_leg, left_upper_leg: wrench handed to its parent
-    let t112_113 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t106_107;
-    let t114_115 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t104_105, t112_113);
-    let t116_117 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t106_107;
-    let t118_119 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t104_105, t116_117);
-    let t120 = R::fused(R::constant(2.2), a_base_pitch, t118_119.first()); // left_upper_leg
-    let t121 = R::fused(R::constant(2.2), t5, -t114_115.first()); // left_upper_leg: wrench handed to its parent
-    let t122 = t57 + t110_111.first(); // left_upper_leg: wrench handed to its parent
-    let t123 = t120 + t118_119.second(); // right_upper_leg: wrench handed to its parent
-    let t124 = t121 - t114_115.second(); // right_upper_leg: wrench handed to its parent
-    let t125 = t110_111.second() + t122; // right_upper_leg: wrench handed to its parent
+    let t112_113 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t106_107;
+    let t114_115 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t104_105, t112_113);
+    let t116_117 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t106_107;
+    let t118_119 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t104_105, t116_117);
+    let t120 = R::fused(R::constant(2.2), a_base_pitch, t118_119.second()); // left_upper_leg
+    let t121 = R::fused(R::constant(2.2), t5, -t114_115.second()); // left_upper_leg: wrench handed to its parent
+    let t122 = t57 + t110_111.second(); // left_upper_leg: wrench handed to its parent
+    let t123 = t120 + t118_119.first(); // right_upper_leg: wrench handed to its parent
+    let t124 = t121 - t114_115.first(); // right_upper_leg: wrench handed to its parent
+    let t125 = t110_111.first() + t122; // right_upper_leg: wrench handed to its parent
     // torso: wrench handed to its parent
     let t126 = cos_q_base_pitch * t124;
     let t127 = R::fused(sin_q_base_pitch, t123, t126);
@@ -156,7 +156,7 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t130 = R::fused(R::constant(19.0), a_base_x, -t129);
     let t131 = R::fused(R::constant(19.0), t0, -t127);
     *out = [[
-        t130, t131, t125, t110_111.second(), t94_95.second(), t78_79.first(), t110_111.first(), t94_95.first(),
+        t130, t131, t125, t110_111.first(), t94_95.first(), t78_79.first(), t110_111.second(), t94_95.second(),
         t78_79.second(),
     ]];
 }

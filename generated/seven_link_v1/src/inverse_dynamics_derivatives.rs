@@ -82,43 +82,43 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
         t2_3.first(), q_left_knee_pitch, t2_3.second(), q_right_ankle_pitch, t4_5.first(), q_left_ankle_pitch,
         t4_5.second(),
     ]);
-    let t6_7 = both(a_base_pitch) + two(a_left_hip_pitch, a_right_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    let t8_9 = two(a_left_knee_pitch, a_right_knee_pitch) + t6_7; // right_lower_leg, left_lower_leg: motion
-    let t10_11 = two(a_left_ankle_pitch, a_right_ankle_pitch) + t8_9; // right_foot, left_foot: motion
+    let t6_7 = both(a_base_pitch) + two(a_right_hip_pitch, a_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    let t8_9 = two(a_right_knee_pitch, a_left_knee_pitch) + t6_7; // right_lower_leg, left_lower_leg: motion
+    let t10_11 = two(a_right_ankle_pitch, a_left_ankle_pitch) + t8_9; // right_foot, left_foot: motion
     // right_foot, left_foot: sums of what it carries
-    let t12_13 = both(R::constant(0.018)) * two(cos_t5, cos_t4);
-    let t14_15 = both(R::constant(0.018)) * two(sin_t5, sin_t4);
+    let t12_13 = both(R::constant(0.018)) * two(cos_t4, cos_t5);
+    let t14_15 = both(R::constant(0.018)) * two(sin_t4, sin_t5);
     let t16_17 = t12_13 - t14_15;
     let t18_19 = t10_11 * t16_17;
-    let t20_21 = both(v_base_pitch) + two(v_left_hip_pitch, v_right_hip_pitch); // right_upper_leg, left_upper_leg
-    let t22_23 = t20_21 + two(v_left_knee_pitch, v_right_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    let t20_21 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg
+    let t22_23 = t20_21 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_foot, left_foot: motion
-    let t24_25 = t22_23 + two(v_left_ankle_pitch, v_right_ankle_pitch);
+    let t24_25 = t22_23 + two(v_right_ankle_pitch, v_left_ankle_pitch);
     let t26_27 = t24_25 * t24_25;
     // right_foot, left_foot: sums of what it carries
     let t28_29 = t12_13 + t14_15;
     let t30_31 = R::Two::fused(t26_27, t28_29, -t18_19);
-    out[8][0] = t30_31.first();
-    out[5][0] = t30_31.second();
+    out[5][0] = t30_31.first();
+    out[8][0] = t30_31.second();
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t32_33 = both(R::constant(0.362)) * two(sin_t3, sin_t2);
+    let t32_33 = both(R::constant(0.362)) * two(sin_t2, sin_t3);
     let t34_35 = t8_9 * t32_33;
     let t36_37 = t22_23 * t22_23; // right_lower_leg, left_lower_leg: motion
-    let t38_39 = both(R::constant(0.362)) * two(cos_t3, cos_t2);
+    let t38_39 = both(R::constant(0.362)) * two(cos_t2, cos_t3);
     let t40_41 = R::Two::fused(t36_37, t38_39, t34_35);
     let t42_43 = t30_31 + t40_41;
-    out[7][0] = t42_43.first();
-    out[4][0] = t42_43.second();
+    out[4][0] = t42_43.first();
+    out[7][0] = t42_43.second();
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t44_45 = both(R::constant(0.925)) * two(sin_t1, sin_t0);
+    let t44_45 = both(R::constant(0.925)) * two(sin_t0, sin_t1);
     let t46_47 = t6_7 * t44_45;
     let t48_49 = t20_21 * t20_21; // right_upper_leg, left_upper_leg: motion
-    let t50_51 = both(R::constant(0.925)) * two(cos_t1, cos_t0);
+    let t50_51 = both(R::constant(0.925)) * two(cos_t0, cos_t1);
     let t52_53 = R::Two::fused(t48_49, t50_51, t46_47);
     let t54_55 = t42_43 + t52_53;
-    out[6][0] = t54_55.first();
-    out[3][0] = t54_55.second();
-    let t56 = t54_55.first() + t54_55.second(); // right_upper_leg: sums of what it carries
+    out[3][0] = t54_55.first();
+    out[6][0] = t54_55.second();
+    let t56 = t54_55.second() + t54_55.first(); // right_upper_leg: sums of what it carries
     let t57 = R::constant(2.2) * sin_q_base_pitch; // torso: sums of what it carries
     let t58 = a_base_pitch * t57; // torso: sums of what it carries
     let t59 = v_base_pitch * v_base_pitch; // torso: motion
@@ -128,38 +128,38 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     // right_foot, left_foot: sums of what it carries
     let t63_64 = t26_27 * t16_17;
     let t65_66 = R::Two::fused(t10_11, t28_29, t63_64);
-    out[8][1] = t65_66.first();
-    out[5][1] = t65_66.second();
+    out[5][1] = t65_66.first();
+    out[8][1] = t65_66.second();
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t67_68 = t36_37 * t32_33;
     let t69_70 = R::Two::fused(-t8_9, t38_39, t67_68);
     let t71_72 = t65_66 - t69_70;
-    out[7][1] = t71_72.first();
-    out[4][1] = t71_72.second();
+    out[4][1] = t71_72.first();
+    out[7][1] = t71_72.second();
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t73_74 = t48_49 * t44_45;
     let t75_76 = R::Two::fused(-t6_7, t50_51, t73_74);
     let t77_78 = t71_72 - t75_76;
-    out[6][1] = t77_78.first();
-    out[3][1] = t77_78.second();
-    let t79 = t77_78.first() + t77_78.second(); // right_upper_leg: sums of what it carries
+    out[3][1] = t77_78.first();
+    out[6][1] = t77_78.second();
+    let t79 = t77_78.second() + t77_78.first(); // right_upper_leg: sums of what it carries
     let t80 = t59 * t57; // torso: sums of what it carries
     let t81 = R::fused(-a_base_pitch, t60, t80); // torso: sums of what it carries
     out[2][1] = t79 + t81; // torso: sums of what it carries
     let t83 = a_base_z + R::constant(9.81); // base/z: motion
     let t84_85 = t28_29 + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
     let t86_87 = t84_85 + t50_51;
-    let t88 = t86_87.first() + t86_87.second(); // right_upper_leg: sums of what it carries
+    let t88 = t86_87.second() + t86_87.first(); // right_upper_leg: sums of what it carries
     let t89 = t88 - t60; // torso: sums of what it carries
     let t90 = t83 * t89; // torso: answer of the forces to its motion
     let t91_92 = t16_17 - t32_33; // right_lower_leg, left_lower_leg: sums of what it carries
     let t93_94 = t91_92 - t44_45;
-    let t95 = t93_94.first() + t93_94.second(); // right_upper_leg: sums of what it carries
+    let t95 = t93_94.second() + t93_94.first(); // right_upper_leg: sums of what it carries
     let t96 = t95 + t57; // torso: sums of what it carries
     out[2][2] = R::fused(-a_base_x, t96, t90); // torso: answer of the forces to its motion
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    let t98_99 = both(t83) * t86_87.swapped();
-    let t100_101 = R::Two::fused(-both(a_base_x), t93_94.swapped(), t98_99);
+    let t98_99 = both(t83) * t86_87;
+    let t100_101 = R::Two::fused(-both(a_base_x), t93_94, t98_99);
     out[2][3] = t100_101.first();
     out[3][2] = t100_101.first();
     out[3][3] = t100_101.first();
@@ -167,66 +167,66 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     out[6][2] = t100_101.second();
     out[6][6] = t100_101.second();
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    let t102_103 = both(t83) * t84_85.swapped();
-    let t104_105 = R::Two::fused(-both(a_base_x), t91_92.swapped(), t102_103);
+    let t102_103 = both(t83) * t84_85;
+    let t104_105 = R::Two::fused(-both(a_base_x), t91_92, t102_103);
     out[2][4] = t104_105.first();
     out[3][4] = t104_105.first();
     out[2][7] = t104_105.second();
     out[6][7] = t104_105.second();
     // right_foot, left_foot: answer of the forces to its motion
-    let t106_107 = both(t83) * t28_29.swapped();
-    let t108_109 = R::Two::fused(-both(a_base_x), t16_17.swapped(), t106_107);
+    let t106_107 = both(t83) * t28_29;
+    let t108_109 = R::Two::fused(-both(a_base_x), t16_17, t106_107);
     out[2][5] = t108_109.first();
     out[3][5] = t108_109.first();
     out[2][8] = t108_109.second();
     out[6][8] = t108_109.second();
     // right_lower_leg, left_lower_leg: motion
     let t110_111 = two(sin_t0, sin_t1) * both(R::constant(0.3));
-    let t112_113 = t6_7.swapped() * t110_111;
+    let t112_113 = t6_7 * t110_111;
     let t114_115 = two(cos_t0, cos_t1) * both(R::constant(0.3));
-    let t116_117 = R::Two::fused(t48_49.swapped(), t114_115, t112_113);
+    let t116_117 = R::Two::fused(t48_49, t114_115, t112_113);
     let t118_119 = both(t83) + t116_117;
-    let t120_121 = t118_119 * t84_85.swapped(); // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    let t122_123 = t48_49.swapped() * t110_111;
-    let t124_125 = R::Two::fused(-t6_7.swapped(), t114_115, t122_123);
+    let t120_121 = t118_119 * t84_85; // right_lower_leg, left_lower_leg: answer of the forces to its motion
+    let t122_123 = t48_49 * t110_111;
+    let t124_125 = R::Two::fused(-t6_7, t114_115, t122_123);
     let t126_127 = both(a_base_x) + t124_125;
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    let t128_129 = R::Two::fused(-t126_127, t91_92.swapped(), t120_121);
+    let t128_129 = R::Two::fused(-t126_127, t91_92, t120_121);
     out[4][4] = t128_129.first();
     out[7][7] = t128_129.second();
-    let t130_131 = t114_115 * t42_43.swapped();
-    let t132_133 = R::Two::fused(t110_111, t71_72.swapped(), -t130_131);
+    let t130_131 = t114_115 * t42_43;
+    let t132_133 = R::Two::fused(t110_111, t71_72, -t130_131);
     let t134_135 = t128_129 + t132_133;
     out[4][2] = t134_135.first();
     out[4][3] = t134_135.first();
     out[7][2] = t134_135.second();
     out[7][6] = t134_135.second();
     // right_foot, left_foot: answer of the forces to its motion
-    let t136_137 = t118_119 * t28_29.swapped();
-    let t138_139 = R::Two::fused(-t126_127, t16_17.swapped(), t136_137);
+    let t136_137 = t118_119 * t28_29;
+    let t138_139 = R::Two::fused(-t126_127, t16_17, t136_137);
     out[4][5] = t138_139.first();
     out[7][8] = t138_139.second();
     // right_foot, left_foot: motion
     let t140_141 = two(sin_t2, sin_t3) * both(R::constant(0.3));
-    let t142_143 = t8_9.swapped() * t140_141;
+    let t142_143 = t8_9 * t140_141;
     let t144_145 = two(cos_t2, cos_t3) * both(R::constant(0.3));
-    let t146_147 = R::Two::fused(t36_37.swapped(), t144_145, t142_143);
+    let t146_147 = R::Two::fused(t36_37, t144_145, t142_143);
     let t148_149 = t118_119 + t146_147;
-    let t150_151 = t148_149 * t28_29.swapped(); // right_foot, left_foot: answer of the forces to its motion
-    let t152_153 = t36_37.swapped() * t140_141;
-    let t154_155 = R::Two::fused(-t8_9.swapped(), t144_145, t152_153);
+    let t150_151 = t148_149 * t28_29; // right_foot, left_foot: answer of the forces to its motion
+    let t152_153 = t36_37 * t140_141;
+    let t154_155 = R::Two::fused(-t8_9, t144_145, t152_153);
     let t156_157 = t126_127 + t154_155;
     // right_foot, left_foot: answer of the forces to its motion
-    let t158_159 = R::Two::fused(-t156_157, t16_17.swapped(), t150_151);
+    let t158_159 = R::Two::fused(-t156_157, t16_17, t150_151);
     out[5][5] = t158_159.first();
     out[8][8] = t158_159.second();
-    let t160_161 = t144_145 * t30_31.swapped();
-    let t162_163 = R::Two::fused(t140_141, t65_66.swapped(), -t160_161);
+    let t160_161 = t144_145 * t30_31;
+    let t162_163 = R::Two::fused(t140_141, t65_66, -t160_161);
     let t164_165 = t158_159 + t162_163;
     out[5][4] = t164_165.first();
     out[8][7] = t164_165.second();
-    let t166_167 = t114_115 * t30_31.swapped();
-    let t168_169 = R::Two::fused(t110_111, t65_66.swapped(), -t166_167);
+    let t166_167 = t114_115 * t30_31;
+    let t168_169 = R::Two::fused(t110_111, t65_66, -t166_167);
     let t170_171 = t164_165 + t168_169;
     out[5][2] = t170_171.first();
     out[5][3] = t170_171.first();
@@ -236,141 +236,141 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t172_173 = both(R::constant(2.0)) * t16_17;
     let t174_175 = t24_25 * t172_173;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t176_177 = two(sin_t3, sin_t2) * both(R::constant(0.724));
+    let t176_177 = two(sin_t2, sin_t3) * both(R::constant(0.724));
     let t178_179 = R::Two::fused(t22_23, t176_177, -t174_175);
-    out[16][0] = t178_179.first();
-    out[13][0] = t178_179.second();
+    out[13][0] = t178_179.first();
+    out[16][0] = t178_179.second();
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t180_181 = two(sin_t1, sin_t0) * both(R::constant(1.85));
+    let t180_181 = two(sin_t0, sin_t1) * both(R::constant(1.85));
     let t182_183 = R::Two::fused(t20_21, t180_181, t178_179);
-    out[15][0] = t182_183.first();
-    out[12][0] = t182_183.second();
-    let t184 = t182_183.first() + t182_183.second(); // right_upper_leg: sums of what it carries
+    out[12][0] = t182_183.first();
+    out[15][0] = t182_183.second();
+    let t184 = t182_183.second() + t182_183.first(); // right_upper_leg: sums of what it carries
     let t185 = sin_q_base_pitch * R::constant(4.4); // torso: sums of what it carries
     out[11][0] = R::fused(-v_base_pitch, t185, t184); // torso: sums of what it carries
     // right_foot, left_foot: sums of what it carries
     let t187_188 = both(R::constant(2.0)) * t28_29;
     let t189_190 = t24_25 * t187_188;
-    out[17][1] = t189_190.first();
-    out[14][1] = t189_190.second();
+    out[14][1] = t189_190.first();
+    out[17][1] = t189_190.second();
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t191_192 = two(cos_t3, cos_t2) * both(R::constant(0.724));
+    let t191_192 = two(cos_t2, cos_t3) * both(R::constant(0.724));
     let t193_194 = R::Two::fused(t22_23, t191_192, t189_190);
-    out[16][1] = t193_194.first();
-    out[13][1] = t193_194.second();
+    out[13][1] = t193_194.first();
+    out[16][1] = t193_194.second();
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t195_196 = two(cos_t1, cos_t0) * both(R::constant(1.85));
+    let t195_196 = two(cos_t0, cos_t1) * both(R::constant(1.85));
     let t197_198 = R::Two::fused(t20_21, t195_196, t193_194);
-    out[15][1] = t197_198.first();
-    out[12][1] = t197_198.second();
-    let t199 = t197_198.first() + t197_198.second(); // right_upper_leg: sums of what it carries
+    out[12][1] = t197_198.first();
+    out[15][1] = t197_198.second();
+    let t199 = t197_198.second() + t197_198.first(); // right_upper_leg: sums of what it carries
     let t200 = cos_q_base_pitch * R::constant(4.4); // torso: sums of what it carries
     out[11][1] = R::fused(-v_base_pitch, t200, t199); // torso: sums of what it carries
     // right_foot, left_foot: sums of what it carries
-    let t202_203 = t140_141.swapped() * t189_190;
-    let t204_205 = R::Two::fused(t144_145.swapped(), t174_175, t202_203);
-    out[17][7] = t204_205.first();
-    out[14][4] = t204_205.second();
-    let t206_207 = t22_23 * t144_145.swapped(); // right_foot, left_foot: motion
+    let t202_203 = t140_141 * t189_190;
+    let t204_205 = R::Two::fused(t144_145, t174_175, t202_203);
+    out[14][4] = t204_205.first();
+    out[17][7] = t204_205.second();
+    let t206_207 = t22_23 * t144_145; // right_foot, left_foot: motion
     let t208_209 = both(R::constant(2.0)) * t206_207;
     let t210_211 = t16_17 * t208_209;
-    let t212_213 = t22_23 * t140_141.swapped(); // right_foot, left_foot: motion
+    let t212_213 = t22_23 * t140_141; // right_foot, left_foot: motion
     let t214_215 = both(R::constant(2.0)) * t212_213;
     let t216_217 = R::Two::fused(-t28_29, t214_215, -t210_211);
-    out[16][8] = t216_217.first();
-    out[13][5] = t216_217.second();
+    out[13][5] = t216_217.first();
+    out[16][8] = t216_217.second();
     let t218_219 = t204_205 + t216_217;
-    out[16][7] = t218_219.first();
-    out[13][4] = t218_219.second();
+    out[13][4] = t218_219.first();
+    out[16][7] = t218_219.second();
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t220_221 = t110_111.swapped() * t193_194;
-    let t222_223 = R::Two::fused(-t114_115.swapped(), t178_179, t220_221);
+    let t220_221 = t110_111 * t193_194;
+    let t222_223 = R::Two::fused(-t114_115, t178_179, t220_221);
     let t224_225 = t218_219 + t222_223;
-    out[16][2] = t224_225.first();
-    out[16][6] = t224_225.first();
-    out[13][2] = t224_225.second();
-    out[13][3] = t224_225.second();
-    let t226_227 = t20_21 * t114_115.swapped(); // right_lower_leg, left_lower_leg: motion
+    out[13][2] = t224_225.first();
+    out[13][3] = t224_225.first();
+    out[16][2] = t224_225.second();
+    out[16][6] = t224_225.second();
+    let t226_227 = t20_21 * t114_115; // right_lower_leg, left_lower_leg: motion
     let t228_229 = both(R::constant(2.0)) * t226_227;
     let t230_231 = t91_92 * t228_229;
-    let t232_233 = t20_21 * t110_111.swapped(); // right_lower_leg, left_lower_leg: motion
+    let t232_233 = t20_21 * t110_111; // right_lower_leg, left_lower_leg: motion
     let t234_235 = both(R::constant(2.0)) * t232_233;
     let t236_237 = R::Two::fused(t84_85, t234_235, t230_231);
     let t238_239 = t224_225 - t236_237;
-    out[11][6] = t238_239.first();
-    out[15][2] = t238_239.first();
-    out[15][6] = t238_239.first();
-    out[11][3] = t238_239.second();
-    out[12][2] = t238_239.second();
-    out[12][3] = t238_239.second();
-    out[11][2] = t238_239.first() + t238_239.second(); // right_upper_leg: sums of what it carries
-    let t241_242 = t218_219.swapped() - t236_237.swapped(); // right_lower_leg, left_lower_leg
+    out[11][3] = t238_239.first();
+    out[12][2] = t238_239.first();
+    out[12][3] = t238_239.first();
+    out[11][6] = t238_239.second();
+    out[15][2] = t238_239.second();
+    out[15][6] = t238_239.second();
+    out[11][2] = t238_239.second() + t238_239.first(); // right_upper_leg: sums of what it carries
+    let t241_242 = t218_219 - t236_237; // right_lower_leg, left_lower_leg: answer of the forces to its motion
     out[11][4] = t241_242.first();
     out[12][4] = t241_242.first();
     out[11][7] = t241_242.second();
     out[15][7] = t241_242.second();
     // right_foot, left_foot: answer of the forces to its motion
-    let t243_244 = t28_29.swapped() * t234_235.swapped();
-    let t245_246 = R::Two::fused(t16_17.swapped(), t228_229.swapped(), t243_244);
-    let t247_248 = t216_217.swapped() - t245_246;
+    let t243_244 = t28_29 * t234_235;
+    let t245_246 = R::Two::fused(t16_17, t228_229, t243_244);
+    let t247_248 = t216_217 - t245_246;
     out[11][5] = t247_248.first();
     out[12][5] = t247_248.first();
     out[11][8] = t247_248.second();
     out[15][8] = t247_248.second();
-    let t249_250 = -t174_175.swapped(); // right_foot, left_foot: sums of what it carries
+    let t249_250 = -t174_175; // right_foot, left_foot: sums of what it carries
     out[14][0] = t249_250.first();
     out[17][0] = t249_250.second();
-    let t251_252 = t114_115 * t174_175.swapped();
-    let t253_254 = R::Two::fused(t110_111, t189_190.swapped(), t251_252);
-    let t255_256 = t204_205.swapped() + t253_254;
+    let t251_252 = t114_115 * t174_175;
+    let t253_254 = R::Two::fused(t110_111, t189_190, t251_252);
+    let t255_256 = t204_205 + t253_254;
     out[14][2] = t255_256.first();
     out[14][3] = t255_256.first();
     out[17][2] = t255_256.second();
     out[17][6] = t255_256.second();
     // right_foot, left_foot: sums of what it carries
-    let t257_258 = both(R::constant(0.018)) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    let t259_260 = both(R::constant(0.018)) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
+    let t257_258 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    let t259_260 = both(R::constant(0.018)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     let t261_262 = t257_258 - t259_260;
-    let t263_264 = t261_262 * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch); // right_lower_leg, left_lower_leg
+    let t263_264 = t261_262 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg
     let t265_266 = t257_258 + t259_260;
     let t267_268 = both(R::constant(0.362)) + t265_266;
-    let t269_270 = R::Two::fused(t267_268, two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), -t263_264); // right_lower_leg, left_lower_leg
-    let t271_272 = t269_270 * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch); // right_upper_leg, left_upper_leg
+    let t269_270 = R::Two::fused(t267_268, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), -t263_264); // right_lower_leg, left_lower_leg
+    let t271_272 = t269_270 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t273_274 = t261_262 * two(sin_q_left_knee_pitch, sin_q_right_knee_pitch);
-    let t275_276 = R::Two::fused(t267_268, two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t273_274);
+    let t273_274 = t261_262 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    let t275_276 = R::Two::fused(t267_268, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t273_274);
     let t277_278 = both(R::constant(0.925)) + t275_276;
-    let t279_280 = R::Two::fused(t277_278, two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), -t271_272); // right_upper_leg, left_upper_leg
-    let t281 = R::constant(2.2) - t279_280.first(); // left_upper_leg: sums of what it carries
-    let t282 = t281 - t279_280.second(); // right_upper_leg: sums of what it carries
+    let t279_280 = R::Two::fused(t277_278, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), -t271_272); // right_upper_leg, left_upper_leg
+    let t281 = R::constant(2.2) - t279_280.second(); // left_upper_leg: sums of what it carries
+    let t282 = t281 - t279_280.first(); // right_upper_leg: sums of what it carries
     let t283 = cos_q_base_pitch * t282; // torso: sums of what it carries
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t284_285 = t269_270 * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
-    let t286_287 = R::Two::fused(t277_278, two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t284_285);
-    let t288 = t286_287.first() + t286_287.second(); // right_upper_leg: sums of what it carries
+    let t284_285 = t269_270 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    let t286_287 = R::Two::fused(t277_278, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t284_285);
+    let t288 = t286_287.second() + t286_287.first(); // right_upper_leg: sums of what it carries
     let t289 = R::fused(sin_q_base_pitch, t288, t283); // torso: sums of what it carries
     out[18][2] = t289;
     out[20][0] = t289;
     // right_upper_leg, left_upper_leg: mass matrix
-    let t290_291 = both(sin_q_base_pitch) * t286_287.swapped();
-    let t292_293 = R::Two::fused(-both(cos_q_base_pitch), t279_280.swapped(), t290_291);
+    let t290_291 = both(sin_q_base_pitch) * t286_287;
+    let t292_293 = R::Two::fused(-both(cos_q_base_pitch), t279_280, t290_291);
     out[18][3] = t292_293.first();
     out[21][0] = t292_293.first();
     out[18][6] = t292_293.second();
     out[24][0] = t292_293.second();
     // right_lower_leg, left_lower_leg: mass matrix
-    let t294_295 = R::Two::fused(t275_276.swapped(), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t284_285.swapped());
+    let t294_295 = R::Two::fused(t275_276, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t284_285);
     let t296_297 = both(sin_q_base_pitch) * t294_295;
-    let t298_299 = R::Two::fused(-t275_276.swapped(), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t271_272.swapped());
+    let t298_299 = R::Two::fused(-t275_276, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t271_272);
     let t300_301 = R::Two::fused(both(cos_q_base_pitch), t298_299, t296_297);
     out[18][4] = t300_301.first();
     out[22][0] = t300_301.first();
     out[18][7] = t300_301.second();
     out[25][0] = t300_301.second();
     // right_foot, left_foot: mass matrix
-    let t302_303 = R::Two::fused(-t265_266.swapped(), two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t263_264.swapped());
+    let t302_303 = R::Two::fused(-t265_266, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t263_264);
     let t304_305 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t302_303;
-    let t306_307 = R::Two::fused(t265_266.swapped(), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t273_274.swapped());
+    let t306_307 = R::Two::fused(t265_266, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t273_274);
     let t308_309 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t306_307, t304_305);
     let t310_311 = both(sin_q_base_pitch) * t308_309;
     let t312_313 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t302_303;
@@ -385,8 +385,8 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     out[19][2] = t319;
     out[20][1] = t319;
     // right_upper_leg, left_upper_leg: mass matrix
-    let t320_321 = both(cos_q_base_pitch) * t286_287.swapped();
-    let t322_323 = R::Two::fused(both(sin_q_base_pitch), t279_280.swapped(), t320_321);
+    let t320_321 = both(cos_q_base_pitch) * t286_287;
+    let t322_323 = R::Two::fused(both(sin_q_base_pitch), t279_280, t320_321);
     out[19][3] = t322_323.first();
     out[21][1] = t322_323.first();
     out[19][6] = t322_323.second();
@@ -406,12 +406,12 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     out[19][8] = t330_331.second();
     out[26][1] = t330_331.second();
     // right_foot, left_foot: sums of what it carries
-    let t332_333 = R::Two::fused(both(R::constant(0.6)), t265_266.swapped(), both(R::constant(0.00348)));
+    let t332_333 = R::Two::fused(both(R::constant(0.6)), t265_266, both(R::constant(0.00348)));
     let t334_335 = both(R::constant(0.08816)) + t332_333;
     out[22][4] = t334_335.first();
     out[25][7] = t334_335.second();
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t336_337 = R::Two::fused(both(R::constant(0.6)), t275_276.swapped(), t334_335);
+    let t336_337 = R::Two::fused(both(R::constant(0.6)), t275_276, t334_335);
     let t338_339 = both(R::constant(0.241)) + t336_337;
     out[20][3] = t338_339.first();
     out[21][2] = t338_339.first();
@@ -421,7 +421,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     out[24][6] = t338_339.second();
     let t340 = R::constant(0.734) + t338_339.second(); // left_upper_leg: sums of what it carries
     out[20][2] = t338_339.first() + t340; // right_upper_leg: sums of what it carries
-    let t342_343 = R::Two::fused(both(R::constant(0.3)), t275_276.swapped(), t334_335); // right_lower_leg, left_lower_leg
+    let t342_343 = R::Two::fused(both(R::constant(0.3)), t275_276, t334_335); // right_lower_leg, left_lower_leg
     out[20][4] = t342_343.first();
     out[21][4] = t342_343.first();
     out[22][2] = t342_343.first();
@@ -431,7 +431,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     out[25][2] = t342_343.second();
     out[25][6] = t342_343.second();
     // right_foot, left_foot: mass matrix
-    let t344_345 = R::Two::fused(both(R::constant(0.3)), t265_266.swapped(), both(R::constant(0.00348)));
+    let t344_345 = R::Two::fused(both(R::constant(0.3)), t265_266, both(R::constant(0.00348)));
     out[22][5] = t344_345.first();
     out[23][4] = t344_345.first();
     out[25][8] = t344_345.second();

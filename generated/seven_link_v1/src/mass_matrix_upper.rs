@@ -45,47 +45,47 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
         q_base_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(),
     ]);
     // right_foot, left_foot: sums of what it carries
-    let t6_7 = both(R::constant(0.018)) * two(cos_t5, cos_t4);
-    let t8_9 = both(R::constant(0.018)) * two(sin_t5, sin_t4);
+    let t6_7 = both(R::constant(0.018)) * two(cos_t4, cos_t5);
+    let t8_9 = both(R::constant(0.018)) * two(sin_t4, sin_t5);
     // right_foot, left_foot: motion
-    let t10_11 = both(R::constant(0.3)) * two(sin_t3, sin_t2);
-    let t12_13 = both(R::constant(0.3)) * two(cos_t3, cos_t2);
+    let t10_11 = both(R::constant(0.3)) * two(sin_t2, sin_t3);
+    let t12_13 = both(R::constant(0.3)) * two(cos_t2, cos_t3);
     // right_foot, left_foot: sums of what it carries
     let t14_15 = t8_9 - t6_7;
     let t16_17 = t6_7 + t8_9;
     // right_lower_leg, left_lower_leg: motion
-    let t18_19 = both(R::constant(0.3)) * two(sin_t1, sin_t0);
-    let t20_21 = both(R::constant(0.3)) * two(cos_t1, cos_t0);
+    let t18_19 = both(R::constant(0.3)) * two(sin_t0, sin_t1);
+    let t20_21 = both(R::constant(0.3)) * two(cos_t0, cos_t1);
     let t22_23 = t10_11 * t14_15; // right_foot, left_foot: sums of what it carries
-    let t24_25 = R::Two::fused(both(R::constant(0.362)), two(sin_t3, sin_t2), t14_15); // right_lower_leg, left_lower_leg
+    let t24_25 = R::Two::fused(both(R::constant(0.362)), two(sin_t2, sin_t3), t14_15); // right_lower_leg, left_lower_leg
     let t26_27 = t12_13 * t16_17; // right_foot, left_foot: sums of what it carries
-    let t28_29 = R::Two::fused(both(R::constant(-0.362)), two(cos_t3, cos_t2), -t16_17); // right_lower_leg, left_lower_leg
+    let t28_29 = R::Two::fused(both(R::constant(-0.362)), two(cos_t2, cos_t3), -t16_17); // right_lower_leg, left_lower_leg
     let t30_31 = both(R::constant(2.0)) * t22_23; // right_foot, left_foot: sums of what it carries
     let t32_33 = t18_19 * t24_25; // right_lower_leg, left_lower_leg: sums of what it carries
-    let t34_35 = R::Two::fused(both(R::constant(0.925)), two(sin_t1, sin_t0), t24_25); // right_upper_leg, left_upper_leg
+    let t34_35 = R::Two::fused(both(R::constant(0.925)), two(sin_t0, sin_t1), t24_25); // right_upper_leg, left_upper_leg
     let t36_37 = t20_21 * t28_29; // right_lower_leg, left_lower_leg: sums of what it carries
     let t38_39 = R::Two::fused(both(R::constant(-2.0)), t26_27, -t30_31); // right_foot, left_foot
     let t40_41 = both(R::constant(2.0)) * t32_33; // right_lower_leg, left_lower_leg: sums of what it carries
-    let t42_43 = R::Two::fused(both(R::constant(-0.925)), two(cos_t1, cos_t0), t28_29); // right_upper_leg, left_upper_leg
+    let t42_43 = R::Two::fused(both(R::constant(-0.925)), two(cos_t0, cos_t1), t28_29); // right_upper_leg, left_upper_leg
     // right_foot, left_foot: mass matrix
-    let t44_45 = t22_23.swapped() + t26_27.swapped();
-    let t46_47 = t20_21.swapped() * t16_17.swapped();
+    let t44_45 = t22_23 + t26_27;
+    let t46_47 = t20_21 * t16_17;
     let t48_49 = both(R::constant(0.00348)) - t38_39; // right_foot, left_foot: sums of what it carries
     let t50_51 = R::Two::fused(both(R::constant(2.0)), t36_37, -t40_41); // right_lower_leg, left_lower_leg
-    let t52 = t42_43.first() + t42_43.second(); // right_upper_leg: sums of what it carries
-    let t53 = t34_35.first() + t34_35.second(); // right_upper_leg: sums of what it carries
+    let t52 = t42_43.second() + t42_43.first(); // right_upper_leg: sums of what it carries
+    let t53 = t34_35.second() + t34_35.first(); // right_upper_leg: sums of what it carries
     let t54_55 = both(R::constant(0.08816)) + t48_49; // right_lower_leg, left_lower_leg: sums of what it carries
-    let t56_57 = t36_37.swapped() - t32_33.swapped(); // right_lower_leg, left_lower_leg: mass matrix
+    let t56_57 = t36_37 - t32_33; // right_lower_leg, left_lower_leg: mass matrix
     let t58_59 = both(R::constant(0.00348)) + t44_45;
-    let t60_61 = R::Two::fused(t18_19.swapped(), t14_15.swapped(), t46_47);
+    let t60_61 = R::Two::fused(t18_19, t14_15, t46_47);
     let t62_63 = t54_55 - t50_51; // right_lower_leg, left_lower_leg: sums of what it carries
     let t64 = R::fused(R::constant(2.2), cos_q_base_pitch, t52); // torso: sums of what it carries
     let t65 = R::fused(R::constant(-2.2), sin_q_base_pitch, t53); // torso: sums of what it carries
-    let t66_67 = t54_55.swapped() - t56_57; // right_lower_leg, left_lower_leg: mass matrix
+    let t66_67 = t54_55 - t56_57; // right_lower_leg, left_lower_leg: mass matrix
     let t68_69 = t58_59 + t60_61;
     let t70_71 = both(R::constant(0.241)) + t62_63; // right_upper_leg, left_upper_leg: sums of what it carries
-    let t72_73 = -t16_17.swapped(); // right_foot, left_foot: sums of what it carries
-    let t74 = t70_71.first() + t70_71.second(); // right_upper_leg: sums of what it carries
+    let t72_73 = -t16_17; // right_foot, left_foot: sums of what it carries
+    let t74 = t70_71.second() + t70_71.first(); // right_upper_leg: sums of what it carries
     let t75 = R::constant(0.734) + t74; // torso: sums of what it carries
     *out = [
         // base/x
@@ -105,32 +105,32 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
         ],
         // right_hip_pitch
         [
-            t42_43.second(), t34_35.second(), t70_71.second(), t70_71.second(), R::constant(0.0), R::constant(0.0),
+            t42_43.first(), t34_35.first(), t70_71.first(), t70_71.first(), R::constant(0.0), R::constant(0.0),
             R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // right_knee_pitch
         [
-            t28_29.second(), t24_25.second(), t66_67.first(), t66_67.first(), t54_55.second(), R::constant(0.0),
+            t28_29.first(), t24_25.first(), t66_67.first(), t66_67.first(), t54_55.first(), R::constant(0.0),
             R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // right_ankle_pitch
         [
-            t72_73.first(), t14_15.second(), t68_69.first(), t68_69.first(), t58_59.first(), R::constant(0.00348),
+            t72_73.first(), t14_15.first(), t68_69.first(), t68_69.first(), t58_59.first(), R::constant(0.00348),
             R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // left_hip_pitch
         [
-            t42_43.first(), t34_35.first(), t70_71.first(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t70_71.first(), R::constant(0.0), R::constant(0.0),
+            t42_43.second(), t34_35.second(), t70_71.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t70_71.second(), R::constant(0.0), R::constant(0.0),
         ],
         // left_knee_pitch
         [
-            t28_29.first(), t24_25.first(), t66_67.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t66_67.second(), t54_55.first(), R::constant(0.0),
+            t28_29.second(), t24_25.second(), t66_67.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t66_67.second(), t54_55.second(), R::constant(0.0),
         ],
         // left_ankle_pitch
         [
-            t72_73.second(), t14_15.first(), t68_69.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t72_73.second(), t14_15.second(), t68_69.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
             t68_69.second(), t58_59.second(), R::constant(0.00348),
         ],
     ];

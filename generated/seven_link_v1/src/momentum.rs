@@ -97,31 +97,31 @@ pub(super) fn momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R;
     let t52_53 = R::Two::fused(both(R::constant(-0.018)), t30_31, t50_51);
     let t54_55 = R::Two::fused(both(R::constant(0.00348)), t36_37, t52_53);
     // right_foot, left_foot: sums of what it carries
-    let t56_57 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t48_49.swapped();
-    let t58_59 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t48_49.swapped();
+    let t56_57 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t48_49;
+    let t58_59 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t48_49;
     let t60_61 = t56_57 - t58_59;
     let t62_63 = t56_57 + t58_59;
-    let t64_65 = R::Two::fused(both(R::constant(0.362)), t24_25.swapped(), t62_63);
-    let t66_67 = t46_47.swapped() + t54_55.swapped();
+    let t64_65 = R::Two::fused(both(R::constant(0.362)), t24_25, t62_63);
+    let t66_67 = t46_47 + t54_55;
     let t68_69 = R::Two::fused(both(R::constant(0.3)), t62_63, t66_67);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t70_71 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t60_61;
-    let t72_73 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t64_65, t70_71);
-    let t74_75 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t60_61;
-    let t76_77 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t64_65, t74_75);
-    let t78_79 = R::Two::fused(both(R::constant(0.925)), t12_13.swapped(), t76_77);
-    let t80_81 = t42_43.swapped() + t68_69;
+    let t70_71 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t60_61;
+    let t72_73 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t64_65, t70_71);
+    let t74_75 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t60_61;
+    let t76_77 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t64_65, t74_75);
+    let t78_79 = R::Two::fused(both(R::constant(0.925)), t12_13, t76_77);
+    let t80_81 = t42_43 + t68_69;
     let t82_83 = R::Two::fused(both(R::constant(0.3)), t76_77, t80_81);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t84_85 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t72_73;
-    let t86_87 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t78_79, t84_85);
-    let t88_89 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t72_73;
-    let t90_91 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t78_79, t88_89);
-    let t92 = R::fused(R::constant(2.2), v_base_pitch, -t90_91.first()); // left_upper_leg: sums of what it carries
-    let t93 = t39 - t82_83.first(); // left_upper_leg: sums of what it carries
-    let t94 = t92 - t90_91.second(); // right_upper_leg: sums of what it carries
-    let t95 = t86_87.first() + t86_87.second(); // right_upper_leg: sums of what it carries
-    let t96 = t82_83.second() - t93; // right_upper_leg: sums of what it carries
+    let t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t72_73;
+    let t86_87 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t78_79, t84_85);
+    let t88_89 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t72_73;
+    let t90_91 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t88_89);
+    let t92 = R::fused(R::constant(2.2), v_base_pitch, -t90_91.second()); // left_upper_leg: sums of what it carries
+    let t93 = t39 - t82_83.second(); // left_upper_leg: sums of what it carries
+    let t94 = t92 - t90_91.first(); // right_upper_leg: sums of what it carries
+    let t95 = t86_87.second() + t86_87.first(); // right_upper_leg: sums of what it carries
+    let t96 = t82_83.first() - t93; // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
     let t97 = cos_q_base_pitch * t95;
     let t98 = R::fused(sin_q_base_pitch, t94, t97);

@@ -43,14 +43,14 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t3_4 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
     let t5_6 = t3_4 * t3_4;
     // right_leg, left_leg: sums of what it carries
-    let t7_8 = both(R::constant(2.5)) * two(cos_t1, cos_t0);
-    let t9_10 = both(R::constant(2.5)) * two(sin_t1, sin_t0);
-    let t11 = t5_6.second() * t9_10.first(); // left_leg: sums of what it carries
-    let t12 = t5_6.second() * t7_8.first(); // left_leg: sums of what it carries
-    let t13_14 = two(sin_t1, sin_t0) * both(R::constant(24.525));
-    let t15 = R::fused(t5_6.first(), t9_10.second(), t11); // right_leg: sums of what it carries
-    let t16 = R::fused(t5_6.first(), t7_8.second(), t12); // right_leg: sums of what it carries
-    let t17 = t13_14.first() + t13_14.second(); // right_leg: sums of what it carries
+    let t7_8 = both(R::constant(2.5)) * two(cos_t0, cos_t1);
+    let t9_10 = both(R::constant(2.5)) * two(sin_t0, sin_t1);
+    let t11 = t5_6.second() * t9_10.second(); // left_leg: sums of what it carries
+    let t12 = t5_6.second() * t7_8.second(); // left_leg: sums of what it carries
+    let t13_14 = two(sin_t0, sin_t1) * both(R::constant(24.525));
+    let t15 = R::fused(t5_6.first(), t9_10.first(), t11); // right_leg: sums of what it carries
+    let t16 = R::fused(t5_6.first(), t7_8.first(), t12); // right_leg: sums of what it carries
+    let t17 = t13_14.second() + t13_14.first(); // right_leg: sums of what it carries
     // torso: sums of what it carries
     let t18 = R::constant(5.0) * cos_q_base_pitch;
     let t19 = R::constant(5.0) * sin_q_base_pitch;
@@ -58,6 +58,6 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t21 = R::fused(-t2, t18, t16);
     let t22 = R::fused(-sin_q_base_pitch, R::constant(49.05), t17);
     let t23 = R::constant(343.35) + t21; // base/z: sums of what it carries
-    *out = [[t20, t23, t22, t13_14.second(), t13_14.first()]];
+    *out = [[t20, t23, t22, t13_14.first(), t13_14.second()]];
 }
 }

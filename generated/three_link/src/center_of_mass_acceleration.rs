@@ -65,14 +65,14 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     let t7_8 = both(R::constant(2.5)) * t1_2;
     let t9_10 = both(R::constant(2.5)) * t5_6;
     // right_leg, left_leg: sums of what it carries
-    let t11_12 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t9_10.swapped();
-    let t13_14 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t7_8.swapped(), t11_12);
-    let t15_16 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t9_10.swapped();
-    let t17_18 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t7_8.swapped(), t15_16);
-    let t19 = R::fused(R::constant(5.0), a_base_pitch, t17_18.first()); // left_leg: sums of what it carries
-    let t20 = R::fused(R::constant(5.0), t0, -t13_14.first()); // left_leg: sums of what it carries
-    let t21 = t19 + t17_18.second(); // right_leg: sums of what it carries
-    let t22 = t20 - t13_14.second(); // right_leg: sums of what it carries
+    let t11_12 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t9_10;
+    let t13_14 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t7_8, t11_12);
+    let t15_16 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t9_10;
+    let t17_18 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t7_8, t15_16);
+    let t19 = R::fused(R::constant(5.0), a_base_pitch, t17_18.second()); // left_leg: sums of what it carries
+    let t20 = R::fused(R::constant(5.0), t0, -t13_14.second()); // left_leg: sums of what it carries
+    let t21 = t19 + t17_18.first(); // right_leg: sums of what it carries
+    let t22 = t20 - t13_14.first(); // right_leg: sums of what it carries
     // torso: sums of what it carries
     let t23 = cos_q_base_pitch * t22;
     let t24 = R::fused(sin_q_base_pitch, t21, t23);

@@ -39,10 +39,10 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     ) = R::sin_cos_all([q_left_hip_pitch, q_right_hip_pitch, q_base_pitch]);
     // torso: sums of what it carries
     let t0 = -sin_q_base_pitch;
-    let t1_2 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(cos_q_base_pitch);
-    let t3_4 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(sin_q_base_pitch), t1_2);
-    let t5_6 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(cos_q_base_pitch);
-    let t7_8 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(sin_q_base_pitch), t5_6);
+    let t1_2 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * both(cos_q_base_pitch);
+    let t3_4 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), both(sin_q_base_pitch), t1_2);
+    let t5_6 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * both(cos_q_base_pitch);
+    let t7_8 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), both(sin_q_base_pitch), t5_6);
     let t9_10 = -t7_8;
     *out = [
         [R::constant(0.0); 3], // base/x.m
@@ -76,9 +76,9 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
         [R::constant(0.0); 3], // torso.Iyz
         [R::constant(0.0); 3], // torso.Izz
         [q_base_x, R::constant(0.0), q_base_z], // right_leg.m
-        [t3_4.first(), R::constant(0.0), t9_10.first()], // right_leg.m*cx
+        [t3_4.second(), R::constant(0.0), t9_10.second()], // right_leg.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_leg.m*cy
-        [t7_8.first(), R::constant(0.0), t3_4.first()], // right_leg.m*cz
+        [t7_8.second(), R::constant(0.0), t3_4.second()], // right_leg.m*cz
         [R::constant(0.0); 3], // right_leg.Ixx
         [R::constant(0.0); 3], // right_leg.Ixy
         [R::constant(0.0); 3], // right_leg.Ixz
@@ -86,9 +86,9 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
         [R::constant(0.0); 3], // right_leg.Iyz
         [R::constant(0.0); 3], // right_leg.Izz
         [q_base_x, R::constant(0.0), q_base_z], // left_leg.m
-        [t3_4.second(), R::constant(0.0), t9_10.second()], // left_leg.m*cx
+        [t3_4.first(), R::constant(0.0), t9_10.first()], // left_leg.m*cx
         [R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_leg.m*cy
-        [t7_8.second(), R::constant(0.0), t3_4.second()], // left_leg.m*cz
+        [t7_8.first(), R::constant(0.0), t3_4.first()], // left_leg.m*cz
         [R::constant(0.0); 3], // left_leg.Ixx
         [R::constant(0.0); 3], // left_leg.Ixy
         [R::constant(0.0); 3], // left_leg.Ixz

@@ -73,15 +73,15 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let t21_22 = both(R::constant(1.2501)) * t9_10;
     let t23_24 = R::Two::fused(both(R::constant(2.5)), t7_8, t21_22);
     // right_leg, left_leg: sums of what it carries
-    let t25_26 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t19_20.swapped();
-    let t27_28 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t17_18.swapped(), t25_26);
-    let t29_30 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t19_20.swapped();
-    let t31_32 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t17_18.swapped(), t29_30);
-    let t33 = R::fused(R::constant(5.0), a_base_pitch, t31_32.first()); // left_leg: sums of what it carries
-    let t34 = R::fused(R::constant(5.0), t4, -t27_28.first()); // left_leg: sums of what it carries
+    let t25_26 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t19_20;
+    let t27_28 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t17_18, t25_26);
+    let t29_30 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t19_20;
+    let t31_32 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t17_18, t29_30);
+    let t33 = R::fused(R::constant(5.0), a_base_pitch, t31_32.second()); // left_leg: sums of what it carries
+    let t34 = R::fused(R::constant(5.0), t4, -t27_28.second()); // left_leg: sums of what it carries
     let t35 = t16 + t23_24.second(); // left_leg: sums of what it carries
-    let t36 = t33 + t31_32.second(); // right_leg: sums of what it carries
-    let t37 = t34 - t27_28.second(); // right_leg: sums of what it carries
+    let t36 = t33 + t31_32.first(); // right_leg: sums of what it carries
+    let t37 = t34 - t27_28.first(); // right_leg: sums of what it carries
     let t38 = t23_24.first() + t35; // right_leg: sums of what it carries
     // torso: sums of what it carries
     let t39 = cos_q_base_pitch * t37;

@@ -59,21 +59,21 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
         [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch],
         [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch],
     ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch]);
-    let t0_1 = both(R::constant(2.5)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch); // right_leg, left_leg
+    let t0_1 = both(R::constant(2.5)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_leg, left_leg
     let t2_3 = both(sin_q_base_pitch) * t0_1; // right_leg, left_leg: mass matrix
-    let t4_5 = both(R::constant(2.5)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch); // right_leg, left_leg
+    let t4_5 = both(R::constant(2.5)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_leg, left_leg
     let t6_7 = R::Two::fused(-both(cos_q_base_pitch), t4_5, t2_3); // right_leg, left_leg: mass matrix
     // factors of the mass matrix
     let t8_9 = t6_7 * both(R::constant(0.7999360051195904));
-    let t10 = R::fused(-t6_7.first(), t8_9.first(), R::constant(35.0));
-    let t11 = R::fused(-t6_7.second(), t8_9.second(), t10);
-    let t12 = R::constant(5.0) - t4_5.first(); // left_leg: sums of what it carries
-    let t13 = t12 - t4_5.second(); // right_leg: sums of what it carries
+    let t10 = R::fused(-t6_7.second(), t8_9.second(), R::constant(35.0));
+    let t11 = R::fused(-t6_7.first(), t8_9.first(), t10);
+    let t12 = R::constant(5.0) - t4_5.second(); // left_leg: sums of what it carries
+    let t13 = t12 - t4_5.first(); // right_leg: sums of what it carries
     let t14 = cos_q_base_pitch * t13; // torso: sums of what it carries
-    let t15 = t0_1.first() + t0_1.second(); // right_leg: sums of what it carries
+    let t15 = t0_1.second() + t0_1.first(); // right_leg: sums of what it carries
     let t16 = R::fused(sin_q_base_pitch, t15, t14); // torso: sums of what it carries
-    let t17 = t16 - t6_7.first();
-    let t18 = t6_7.second() - t17;
+    let t17 = t16 - t6_7.second();
+    let t18 = t6_7.first() - t17;
     let t19 = t18 * R::constant(0.4);
     let t20 = R::fused(-t18, t19, t11);
     // right_leg, left_leg: mass matrix
@@ -81,16 +81,16 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t23_24 = R::Two::fused(both(sin_q_base_pitch), t4_5, t21_22);
     // factors of the mass matrix
     let t25_26 = t23_24 * both(R::constant(0.7999360051195904));
-    let t27 = t6_7.first() * t25_26.first();
-    let t28 = R::fused(t6_7.second(), t25_26.second(), t27);
+    let t27 = t6_7.second() * t25_26.second();
+    let t28 = R::fused(t6_7.first(), t25_26.first(), t27);
     let t29 = sin_q_base_pitch * t13; // torso: sums of what it carries
     let t30 = R::fused(-cos_q_base_pitch, t15, t29); // torso: sums of what it carries
-    let t31 = t30 + t23_24.first();
-    let t32 = t23_24.second() + t31;
+    let t31 = t30 + t23_24.second();
+    let t32 = t23_24.first() + t31;
     let t33 = t32 * R::constant(0.4);
     let t34 = R::fused(t18, t33, t28);
-    let t35 = R::fused(-t23_24.first(), t25_26.first(), R::constant(35.0));
-    let t36 = R::fused(-t23_24.second(), t25_26.second(), t35);
+    let t35 = R::fused(-t23_24.second(), t25_26.second(), R::constant(35.0));
+    let t36 = R::fused(-t23_24.first(), t25_26.first(), t35);
     let t37 = R::fused(-t32, t33, t36);
     let t38 = R::constant(1.0) / t37;
     let t39 = t34 * t38;
@@ -99,37 +99,37 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t42 = v_base_pitch * v_base_pitch; // torso: motion
     let t43 = R::constant(5.0) * t42; // torso: wrench that its motion needs
     // right_leg, left_leg: motion
-    let t44_45 = both(v_base_pitch) + two(v_left_hip_pitch, v_right_hip_pitch);
+    let t44_45 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
     let t46_47 = t44_45 * t44_45;
     let t48_49 = both(R::constant(2.5)) * t46_47; // right_leg, left_leg: wrench that its motion needs
-    let t50 = R::fused(-cos_q_left_hip_pitch, t48_49.first(), t43); // left_leg: wrench handed to its parent
-    let t51 = R::fused(-cos_q_right_hip_pitch, t48_49.second(), t50); // right_leg: wrench handed to its parent
+    let t50 = R::fused(-cos_q_left_hip_pitch, t48_49.second(), t43); // left_leg: wrench handed to its parent
+    let t51 = R::fused(-cos_q_right_hip_pitch, t48_49.first(), t50); // right_leg: wrench handed to its parent
     let t52 = sin_q_base_pitch * t51; // torso: wrench handed to its parent
-    let t53 = sin_q_left_hip_pitch * t48_49.first(); // left_leg: wrench handed to its parent
-    let t54 = R::fused(sin_q_right_hip_pitch, t48_49.second(), t53); // right_leg: wrench handed to its parent
+    let t53 = sin_q_left_hip_pitch * t48_49.second(); // left_leg: wrench handed to its parent
+    let t54 = R::fused(sin_q_right_hip_pitch, t48_49.first(), t53); // right_leg: wrench handed to its parent
     let t55 = R::fused(-cos_q_base_pitch, t54, t52); // torso: wrench handed to its parent
     let t56 = t55 + tau_base_x; // other
     let t57 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    let t58_59 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * both(t57);
+    let t58_59 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t57);
     let t60 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    let t61_62 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), both(t60), t58_59);
+    let t61_62 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t60), t58_59);
     let t63_64 = both(R::constant(2.5)) * t61_62; // right_leg, left_leg: wrench that its motion needs
-    let t65_66 = t63_64 - two(tau_left_hip_pitch, tau_right_hip_pitch); // other
-    let t67 = R::fused(t65_66.first(), t8_9.first(), t56); // solved by the factors
-    let t68 = R::fused(t65_66.second(), t8_9.second(), t67); // solved by the factors
-    let t69 = R::fused(sin_q_base_pitch, R::constant(49.05), -t63_64.first()); // left_leg: wrench handed to its parent
-    let t70 = t63_64.second() - t69; // right_leg: wrench handed to its parent
+    let t65_66 = t63_64 - two(tau_right_hip_pitch, tau_left_hip_pitch); // other
+    let t67 = R::fused(t65_66.second(), t8_9.second(), t56); // solved by the factors
+    let t68 = R::fused(t65_66.first(), t8_9.first(), t67); // solved by the factors
+    let t69 = R::fused(sin_q_base_pitch, R::constant(49.05), -t63_64.second()); // left_leg: wrench handed to its parent
+    let t70 = t63_64.first() - t69; // right_leg: wrench handed to its parent
     let t71 = t70 - tau_base_pitch; // other
-    let t72 = t71 - t65_66.first(); // solved by the factors
-    let t73 = t65_66.second() - t72; // solved by the factors
+    let t72 = t71 - t65_66.second(); // solved by the factors
+    let t73 = t65_66.first() - t72; // solved by the factors
     let t74 = R::fused(t19, t73, t68); // solved by the factors
     let t75 = cos_q_base_pitch * t51; // torso: wrench handed to its parent
     let t76 = R::fused(sin_q_base_pitch, t54, t75); // torso: wrench handed to its parent
     let t77 = R::constant(343.35) - t76; // torso: wrench handed to its parent
     let t78 = t77 - tau_base_z; // other
     // solved by the factors
-    let t79 = R::fused(-t65_66.first(), t25_26.first(), t78);
-    let t80 = R::fused(-t65_66.second(), t25_26.second(), t79);
+    let t79 = R::fused(-t65_66.second(), t25_26.second(), t78);
+    let t80 = R::fused(-t65_66.first(), t25_26.first(), t79);
     let t81 = R::fused(-t33, t73, t80);
     let t82 = R::fused(-t39, t81, t74);
     // other
@@ -142,7 +142,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t89 = t41 * t88;
     let t90 = cos_q_right_hip_pitch * t57; // right_leg: motion
     let t91 = R::fused(-sin_q_right_hip_pitch, t60, t90); // right_leg: motion
-    let t92 = t46_47.second() + t91;
+    let t92 = t46_47.first() + t91;
     let t93 = R::fused(R::constant(9.81), t87, t92);
     let t94 = t89 * t82;
     let t95 = t87 * t38;
@@ -152,18 +152,18 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t99 = R::fused(t87, t95, t98);
     let t100 = R::constant(1.0) / t99;
     let t101 = t97 * t100;
-    let t102 = t87 - t8_9.second(); // solved by the factors
-    let t103 = t85 - t25_26.second(); // solved by the factors
+    let t102 = t87 - t8_9.first(); // solved by the factors
+    let t103 = t85 - t25_26.first(); // solved by the factors
     let t104 = R::fused(t39, t103, t102); // solved by the factors
     let t105 = t104 * t89;
     let t106 = R::fused(-t103, t95, t105);
     let t107 = t106 * t100;
-    let t108 = R::fused(R::constant(-9.81), t85, t61_62.second());
+    let t108 = R::fused(R::constant(-9.81), t85, t61_62.first());
     let t109 = t41 * t104;
     let t110 = t109 * t82;
     let t111 = t38 * t103;
     let t112 = R::fused(-t111, t81, t110);
-    let t113_114 = t65_66.swapped() * both(R::constant(0.7999360051195904));
+    let t113_114 = t65_66 * both(R::constant(0.7999360051195904));
     let t115 = t112 - t113_114.first();
     let t116 = t108 + t115;
     let t117 = R::fused(-t97, t107, t116);
@@ -185,12 +185,12 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t133 = R::fused(t33, t130, t132); // solved by the factors
     let t134 = R::fused(R::constant(0.7999360051195904), t123, t113_114.first());
     // solved by the factors
-    let t135 = R::fused(t8_9.second(), t126, t134);
-    let t136 = R::fused(t25_26.second(), t130, t135);
+    let t135 = R::fused(t8_9.first(), t126, t134);
+    let t136 = R::fused(t25_26.first(), t130, t135);
     let t137 = t133 + t136;
     let t138 = -t137;
-    let t139 = R::fused(t8_9.first(), t126, t113_114.second());
-    let t140 = R::fused(t25_26.first(), t130, t139);
+    let t139 = R::fused(t8_9.second(), t126, t113_114.second());
+    let t140 = R::fused(t25_26.second(), t130, t139);
     let t141 = t133 + t140;
     let t142 = -t141;
     // other

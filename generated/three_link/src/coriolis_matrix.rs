@@ -41,12 +41,12 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
     ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second()]);
     let t2_3 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_leg, left_leg: motion
     // right_leg, left_leg: sums of what it carries
-    let t4_5 = both(R::constant(2.5)) * two(cos_t1, cos_t0);
-    let t6_7 = both(R::constant(2.5)) * two(sin_t1, sin_t0);
-    let t8_9 = t2_3.swapped() * t4_5;
-    let t10_11 = t2_3.swapped() * t6_7;
-    let t12 = t8_9.first() + t8_9.second(); // right_leg: sums of what it carries
-    let t13 = t10_11.first() + t10_11.second(); // right_leg: sums of what it carries
+    let t4_5 = both(R::constant(2.5)) * two(cos_t0, cos_t1);
+    let t6_7 = both(R::constant(2.5)) * two(sin_t0, sin_t1);
+    let t8_9 = t2_3 * t4_5;
+    let t10_11 = t2_3 * t6_7;
+    let t12 = t8_9.second() + t8_9.first(); // right_leg: sums of what it carries
+    let t13 = t10_11.second() + t10_11.first(); // right_leg: sums of what it carries
     // torso: sums of what it carries
     let t14 = R::constant(5.0) * cos_q_base_pitch;
     let t15 = R::constant(5.0) * sin_q_base_pitch;
@@ -56,8 +56,8 @@ pub(super) fn coriolis_matrix_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &m
         [R::constant(0.0); NV], // base/x
         [R::constant(0.0); NV], // base/z
         [t17, t16, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/pitch
-        [t10_11.second(), t8_9.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_hip_pitch
-        [t10_11.first(), t8_9.first(), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // left_hip_pitch
+        [t10_11.first(), t8_9.first(), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_hip_pitch
+        [t10_11.second(), t8_9.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // left_hip_pitch
     ];
 }
 }

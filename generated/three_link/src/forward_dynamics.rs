@@ -53,12 +53,12 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t3_4 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
     let t5_6 = t3_4 * t3_4;
     // right_leg, left_leg: sums of what it carries
-    let t7_8 = both(R::constant(2.5)) * two(cos_t1, cos_t0);
-    let t9_10 = both(R::constant(2.5)) * two(sin_t1, sin_t0);
-    let t11 = t5_6.second() * t9_10.first(); // left_leg: sums of what it carries
-    let t12 = t5_6.second() * t7_8.first(); // left_leg: sums of what it carries
-    let t13 = R::fused(t5_6.first(), t9_10.second(), t11); // right_leg: sums of what it carries
-    let t14 = R::fused(t5_6.first(), t7_8.second(), t12); // right_leg: sums of what it carries
+    let t7_8 = both(R::constant(2.5)) * two(cos_t0, cos_t1);
+    let t9_10 = both(R::constant(2.5)) * two(sin_t0, sin_t1);
+    let t11 = t5_6.second() * t9_10.second(); // left_leg: sums of what it carries
+    let t12 = t5_6.second() * t7_8.second(); // left_leg: sums of what it carries
+    let t13 = R::fused(t5_6.first(), t9_10.first(), t11); // right_leg: sums of what it carries
+    let t14 = R::fused(t5_6.first(), t7_8.first(), t12); // right_leg: sums of what it carries
     // torso: sums of what it carries
     let t15 = R::constant(5.0) * cos_q_base_pitch;
     let t16 = R::constant(5.0) * sin_q_base_pitch;
@@ -73,14 +73,14 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t24 = R::fused(sin_q_base_pitch, R::constant(49.05), -t21);
     let t25_26 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(-24.525)), two(tau_right_hip_pitch, tau_left_hip_pitch));
     // factors of the mass matrix
-    let t27_28 = two(sin_t1, sin_t0) * both(R::constant(1.999840012798976));
-    let t29 = R::fused(-t9_10.first(), t27_28.first(), R::constant(35.0));
-    let t30 = t7_8.first() * t27_28.first();
-    let t31_32 = two(cos_t1, cos_t0) * both(R::constant(1.999840012798976));
-    let t33 = R::fused(-t7_8.first(), t31_32.first(), R::constant(35.0));
-    let t34 = R::fused(-t9_10.second(), t27_28.second(), t29);
-    let t35 = R::fused(t7_8.second(), t27_28.second(), t30);
-    let t36 = R::fused(-t7_8.second(), t31_32.second(), t33);
+    let t27_28 = two(sin_t0, sin_t1) * both(R::constant(1.999840012798976));
+    let t29 = R::fused(-t9_10.second(), t27_28.second(), R::constant(35.0));
+    let t30 = t7_8.second() * t27_28.second();
+    let t31_32 = two(cos_t0, cos_t1) * both(R::constant(1.999840012798976));
+    let t33 = R::fused(-t7_8.second(), t31_32.second(), R::constant(35.0));
+    let t34 = R::fused(-t9_10.first(), t27_28.first(), t29);
+    let t35 = R::fused(t7_8.first(), t27_28.first(), t30);
+    let t36 = R::fused(-t7_8.first(), t31_32.first(), t33);
     let t37 = sin_q_base_pitch * R::constant(2.0);
     let t38 = R::fused(-t16, t37, t34);
     let t39 = R::fused(t15, t37, t35);
@@ -91,10 +91,10 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t44 = R::fused(-t39, t43, t41);
     let t45 = R::constant(1.0) / t44;
     // solved by the factors
-    let t46 = R::fused(-t25_26.second(), t27_28.first(), t23);
-    let t47 = R::fused(t25_26.second(), t31_32.first(), t22);
-    let t48 = R::fused(-t25_26.first(), t27_28.second(), t46);
-    let t49 = R::fused(t25_26.first(), t31_32.second(), t47);
+    let t46 = R::fused(-t25_26.second(), t27_28.second(), t23);
+    let t47 = R::fused(t25_26.second(), t31_32.second(), t22);
+    let t48 = R::fused(-t25_26.first(), t27_28.first(), t46);
+    let t49 = R::fused(t25_26.first(), t31_32.first(), t47);
     let t50 = R::fused(t24, t37, t48);
     let t51 = R::fused(-t24, t40, t49);
     let t52 = R::fused(-t43, t50, t51);
@@ -107,8 +107,8 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t58 = R::fused(-t43, t53, t54);
     let t59 = R::fused(-t40, t53, t55);
     let t60 = R::fused(t37, t58, t59);
-    let t61_62 = R::Two::fused(t31_32.swapped(), both(t53), t56_57);
-    let t63_64 = R::Two::fused(-t27_28.swapped(), both(t58), t61_62);
+    let t61_62 = R::Two::fused(t31_32, both(t53), t56_57);
+    let t63_64 = R::Two::fused(-t27_28, both(t58), t61_62);
     let t65_66 = t63_64 - both(t60); // other
     *out = [[t53, t58, t60, t65_66.first(), t65_66.second()]];
 }

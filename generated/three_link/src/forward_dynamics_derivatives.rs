@@ -63,21 +63,21 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t3_4 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
     let t5_6 = t3_4 * t3_4;
     // right_leg, left_leg: sums of what it carries
-    let t7_8 = both(R::constant(2.5)) * two(cos_t1, cos_t0);
-    let t9_10 = both(R::constant(2.5)) * two(sin_t1, sin_t0);
-    let t11_12 = t5_6.swapped() * t9_10;
-    let t13_14 = t5_6.swapped() * t7_8;
-    let t15_16 = both(R::constant(5.0)) * two(sin_t1, sin_t0);
-    let t17_18 = both(R::constant(5.0)) * two(cos_t1, cos_t0);
-    let t19_20 = t3_4.swapped() * t17_18;
-    let t21_22 = t3_4.swapped() * t15_16;
+    let t7_8 = both(R::constant(2.5)) * two(cos_t0, cos_t1);
+    let t9_10 = both(R::constant(2.5)) * two(sin_t0, sin_t1);
+    let t11_12 = t5_6 * t9_10;
+    let t13_14 = t5_6 * t7_8;
+    let t15_16 = both(R::constant(5.0)) * two(sin_t0, sin_t1);
+    let t17_18 = both(R::constant(5.0)) * two(cos_t0, cos_t1);
+    let t19_20 = t3_4 * t17_18;
+    let t21_22 = t3_4 * t15_16;
     // right_leg: sums of what it carries
-    let t23 = t9_10.first() + t9_10.second();
-    let t24 = t7_8.first() + t7_8.second();
-    let t25 = t19_20.first() + t19_20.second();
-    let t26 = t21_22.first() + t21_22.second();
-    let t27 = t11_12.first() + t11_12.second();
-    let t28 = t13_14.first() + t13_14.second();
+    let t23 = t9_10.second() + t9_10.first();
+    let t24 = t7_8.second() + t7_8.first();
+    let t25 = t19_20.second() + t19_20.first();
+    let t26 = t21_22.second() + t21_22.first();
+    let t27 = t11_12.second() + t11_12.first();
+    let t28 = t13_14.second() + t13_14.first();
     // torso: sums of what it carries
     let t29 = R::constant(5.0) * cos_q_base_pitch;
     let t30 = R::constant(5.0) * sin_q_base_pitch;
@@ -93,23 +93,23 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t40 = t28 - t32;
     let t41 = t40 + R::constant(343.35); // base/z: sums of what it carries
     // factors of the mass matrix
-    let t42_43 = two(sin_t1, sin_t0) * both(R::constant(1.999840012798976));
-    let t44 = R::fused(-t9_10.first(), t42_43.first(), R::constant(35.0));
-    let t45 = t7_8.first() * t42_43.first();
-    let t46_47 = two(cos_t1, cos_t0) * both(R::constant(1.999840012798976));
-    let t48 = R::fused(-t7_8.first(), t46_47.first(), R::constant(35.0));
-    let t49 = R::fused(-t9_10.second(), t42_43.second(), t44);
-    let t50 = R::fused(t7_8.second(), t42_43.second(), t45);
-    let t51 = R::fused(-t7_8.second(), t46_47.second(), t48);
+    let t42_43 = two(sin_t0, sin_t1) * both(R::constant(1.999840012798976));
+    let t44 = R::fused(-t9_10.second(), t42_43.second(), R::constant(35.0));
+    let t45 = t7_8.second() * t42_43.second();
+    let t46_47 = two(cos_t0, cos_t1) * both(R::constant(1.999840012798976));
+    let t48 = R::fused(-t7_8.second(), t46_47.second(), R::constant(35.0));
+    let t49 = R::fused(-t9_10.first(), t42_43.first(), t44);
+    let t50 = R::fused(t7_8.first(), t42_43.first(), t45);
+    let t51 = R::fused(-t7_8.first(), t46_47.first(), t48);
     // other
     let t52 = t39 - tau_base_x;
     let t53 = t41 - tau_base_z;
     let t54_55 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(24.525)), -two(tau_right_hip_pitch, tau_left_hip_pitch));
     // solved by the factors
-    let t56 = R::fused(-t42_43.first(), t54_55.second(), t53);
-    let t57 = R::fused(t46_47.first(), t54_55.second(), t52);
-    let t58 = R::fused(-t42_43.second(), t54_55.first(), t56);
-    let t59 = R::fused(t46_47.second(), t54_55.first(), t57);
+    let t56 = R::fused(-t42_43.second(), t54_55.second(), t53);
+    let t57 = R::fused(t46_47.second(), t54_55.second(), t52);
+    let t58 = R::fused(-t42_43.first(), t54_55.first(), t56);
+    let t59 = R::fused(t46_47.first(), t54_55.first(), t57);
     let t60_61 = both(R::constant(0.7999360051195904)) * t54_55; // other
     // factors of the mass matrix
     let t62 = sin_q_base_pitch * R::constant(2.0);
@@ -123,10 +123,10 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t70 = R::constant(1.0) / t69;
     out[10][0] = t70;
     let t71 = R::fused(t62, t68, t65); // solved by the factors
-    let t72_73 = R::Two::fused(t42_43.swapped(), both(t68), t46_47.swapped()); // solved by the factors
+    let t72_73 = R::Two::fused(t42_43, both(t68), t46_47); // solved by the factors
     // other
     let t74_75 = both(t71) + t72_73;
-    let t76_77 = t42_43.swapped() + both(t62);
+    let t76_77 = t42_43 + both(t62);
     let t78 = tau_base_pitch - tau_right_hip_pitch;
     let t79 = tau_left_hip_pitch - t78;
     let t80 = R::fused(sin_q_base_pitch, R::constant(49.05), -t79);
@@ -140,16 +140,16 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t87 = R::fused(-t68, t84, t85);
     let t88 = R::fused(t65, t84, t86);
     let t89 = R::fused(-t62, t87, t88);
-    let t90_91 = R::Two::fused(t46_47.swapped(), both(t84), t60_61);
-    let t92_93 = R::Two::fused(-t42_43.swapped(), both(t87), t90_91);
+    let t90_91 = R::Two::fused(t46_47, both(t84), t60_61);
+    let t92_93 = R::Two::fused(-t42_43, both(t87), t90_91);
     let t94_95 = both(t89) + t92_93; // other
     let t96 = R::constant(9.81) - t87; // base/z: motion
     let t97_98 = both(t89) - t94_95; // right_leg, left_leg: motion
     // right_leg, left_leg: sums of what it carries
-    let t99_100 = R::Two::fused(-t7_8, t97_98.swapped(), t11_12);
-    let t101_102 = R::Two::fused(t9_10, t97_98.swapped(), t13_14);
-    let t103 = t99_100.first() + t99_100.second(); // right_leg: sums of what it carries
-    let t104 = t101_102.first() + t101_102.second(); // right_leg: sums of what it carries
+    let t99_100 = R::Two::fused(-t7_8, t97_98, t11_12);
+    let t101_102 = R::Two::fused(t9_10, t97_98, t13_14);
+    let t103 = t99_100.second() + t99_100.first(); // right_leg: sums of what it carries
+    let t104 = t101_102.second() + t101_102.first(); // right_leg: sums of what it carries
     // torso: sums of what it carries
     let t105 = R::fused(-t29, t89, t31);
     let t106 = R::fused(t30, t89, t32);
@@ -158,17 +158,17 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t109 = t36 * t96; // torso: answer of the forces to its motion
     let t110 = R::fused(-t35, t84, t109); // torso: answer of the forces to its motion
     // right_leg, left_leg: answer of the forces to its motion
-    let t111_112 = t7_8.swapped() * both(t96);
-    let t113_114 = R::Two::fused(-t9_10.swapped(), both(t84), t111_112);
+    let t111_112 = t7_8 * both(t96);
+    let t113_114 = R::Two::fused(-t9_10, both(t84), t111_112);
     let t115 = t110 - t113_114.first(); // other
     let t116 = t113_114.second() - t115; // other
     // solved by the factors
-    let t117_118 = t42_43 * t113_114.swapped();
-    let t119 = t107 + t117_118.first();
-    let t120_121 = t46_47 * t113_114.swapped();
-    let t122 = t108 + t120_121.first();
-    let t123 = t119 + t117_118.second();
-    let t124 = t122 + t120_121.second();
+    let t117_118 = t42_43 * t113_114;
+    let t119 = t107 + t117_118.second();
+    let t120_121 = t46_47 * t113_114;
+    let t122 = t108 + t120_121.second();
+    let t123 = t119 + t117_118.first();
+    let t124 = t122 + t120_121.first();
     let t125 = R::fused(t62, t116, t123);
     let t126 = R::fused(t65, t116, t124);
     let t127 = R::fused(t68, t125, t126);
@@ -186,8 +186,8 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t141_142 = both(t130) + t139_140;
     let t143_144 = t131_132 + t141_142;
     // solved by the factors
-    let t145_146 = t99_100.swapped() + t117_118.swapped();
-    let t147_148 = t101_102.swapped() + t120_121.swapped();
+    let t145_146 = t99_100 + t117_118;
+    let t147_148 = t101_102 + t120_121;
     let t149_150 = R::Two::fused(both(t68), t145_146, t147_148);
     // other
     let t151_152 = both(t70) * t149_150;
@@ -216,9 +216,9 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t179_180 = R::Two::fused(t76_77, both(t173), -t177_178);
     out[7][3] = t179_180.first();
     out[7][4] = t179_180.second();
-    let t181_182 = R::Two::fused(-t19_20.swapped(), both(t68), t21_22.swapped()); // solved by the factors
+    let t181_182 = R::Two::fused(-t19_20, both(t68), t21_22); // solved by the factors
     let t183_184 = both(t70) * t181_182;
-    let t185_186 = t19_20.swapped() * both(t67);
+    let t185_186 = t19_20 * both(t67);
     let t187_188 = R::Two::fused(both(t68), t183_184, -t185_186);
     out[8][1] = t187_188.first();
     out[9][1] = t187_188.second();

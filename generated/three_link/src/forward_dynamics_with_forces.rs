@@ -66,22 +66,22 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_t0, sin_t1],
         [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_t0, cos_t1],
     ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, t0_1.first(), t0_1.second()]);
-    let t2_3 = both(R::constant(2.5)) * two(cos_t1, cos_t0); // right_leg, left_leg: sums of what it carries
+    let t2_3 = both(R::constant(2.5)) * two(cos_t0, cos_t1); // right_leg, left_leg: sums of what it carries
     // factors of the mass matrix
-    let t4_5 = two(cos_t1, cos_t0) * both(R::constant(1.999840012798976));
-    let t6 = R::fused(-t2_3.first(), t4_5.first(), R::constant(35.0));
-    let t7 = R::fused(-t2_3.second(), t4_5.second(), t6);
+    let t4_5 = two(cos_t0, cos_t1) * both(R::constant(1.999840012798976));
+    let t6 = R::fused(-t2_3.second(), t4_5.second(), R::constant(35.0));
+    let t7 = R::fused(-t2_3.first(), t4_5.first(), t6);
     let t8 = R::constant(5.0) * cos_q_base_pitch; // torso: sums of what it carries
     let t9 = R::constant(2.0) * cos_q_base_pitch;
     let t10 = R::fused(-t8, t9, t7);
-    let t11_12 = two(sin_t1, sin_t0) * both(R::constant(1.999840012798976));
-    let t13 = t2_3.first() * t11_12.first();
-    let t14 = R::fused(t2_3.second(), t11_12.second(), t13);
+    let t11_12 = two(sin_t0, sin_t1) * both(R::constant(1.999840012798976));
+    let t13 = t2_3.second() * t11_12.second();
+    let t14 = R::fused(t2_3.first(), t11_12.first(), t13);
     let t15 = R::constant(2.0) * sin_q_base_pitch;
     let t16 = R::fused(t8, t15, t14);
-    let t17_18 = both(R::constant(2.5)) * two(sin_t1, sin_t0); // right_leg, left_leg: sums of what it carries
-    let t19 = R::fused(-t17_18.first(), t11_12.first(), R::constant(35.0));
-    let t20 = R::fused(-t17_18.second(), t11_12.second(), t19);
+    let t17_18 = both(R::constant(2.5)) * two(sin_t0, sin_t1); // right_leg, left_leg: sums of what it carries
+    let t19 = R::fused(-t17_18.second(), t11_12.second(), R::constant(35.0));
+    let t20 = R::fused(-t17_18.first(), t11_12.first(), t19);
     let t21 = R::constant(5.0) * sin_q_base_pitch; // torso: sums of what it carries
     let t22 = R::fused(-t21, t15, t20);
     let t23 = R::constant(1.0) / t22;
@@ -89,21 +89,21 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let t25 = R::fused(-t16, t24, t10);
     let t26 = R::constant(1.0) / t25;
     // right_leg, left_leg: pose in the world
-    let t27_28 = both(sin_q_base_pitch) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
-    let t29_30 = R::Two::fused(both(cos_q_base_pitch), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t27_28);
-    let t31 = t29_30.first() * f_left_foot_point_foot_x; // left_leg: external forces
-    let t32_33 = both(sin_q_base_pitch) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
-    let t34_35 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t32_33);
-    let t36 = R::fused(-t34_35.first(), f_left_foot_point_foot_z, t31); // left_leg: external forces
+    let t27_28 = both(sin_q_base_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    let t29_30 = R::Two::fused(both(cos_q_base_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t27_28);
+    let t31 = t29_30.second() * f_left_foot_point_foot_x; // left_leg: external forces
+    let t32_33 = both(sin_q_base_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    let t34_35 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t32_33);
+    let t36 = R::fused(-t34_35.second(), f_left_foot_point_foot_z, t31); // left_leg: external forces
     let t37 = cos_q_left_hip_pitch * t36; // left_leg: wrench handed to its parent
-    let t38 = t34_35.first() * f_left_foot_point_foot_x; // left_leg: external forces
-    let t39 = R::fused(t29_30.first(), f_left_foot_point_foot_z, t38); // left_leg: external forces
+    let t38 = t34_35.second() * f_left_foot_point_foot_x; // left_leg: external forces
+    let t39 = R::fused(t29_30.second(), f_left_foot_point_foot_z, t38); // left_leg: external forces
     let t40 = R::fused(sin_q_left_hip_pitch, t39, t37); // left_leg: wrench handed to its parent
-    let t41 = t29_30.second() * f_right_foot_point_foot_x; // right_leg: external forces
-    let t42 = R::fused(-t34_35.second(), f_right_foot_point_foot_z, t41); // right_leg: external forces
+    let t41 = t29_30.first() * f_right_foot_point_foot_x; // right_leg: external forces
+    let t42 = R::fused(-t34_35.first(), f_right_foot_point_foot_z, t41); // right_leg: external forces
     let t43 = cos_q_right_hip_pitch * t42; // right_leg: wrench handed to its parent
-    let t44 = t34_35.second() * f_right_foot_point_foot_x; // right_leg: external forces
-    let t45 = R::fused(t29_30.second(), f_right_foot_point_foot_z, t44); // right_leg: external forces
+    let t44 = t34_35.first() * f_right_foot_point_foot_x; // right_leg: external forces
+    let t45 = R::fused(t29_30.first(), f_right_foot_point_foot_z, t44); // right_leg: external forces
     let t46 = R::fused(sin_q_right_hip_pitch, t45, t43); // right_leg: wrench handed to its parent
     let t47 = t40 + t46; // right_leg: wrench handed to its parent
     let t48 = sin_q_base_pitch * t47; // torso: wrench handed to its parent
@@ -115,19 +115,19 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let t54 = R::fused(cos_q_base_pitch, t53, t48); // torso: wrench handed to its parent
     let t55 = tau_base_x + t54; // other
     // right_leg, left_leg: motion
-    let t56_57 = both(v_base_pitch) + two(v_left_hip_pitch, v_right_hip_pitch);
+    let t56_57 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
     let t58_59 = t56_57 * t56_57;
-    let t60 = t58_59.first() * t17_18.first(); // left_leg: sums of what it carries
-    let t61 = R::fused(t58_59.second(), t17_18.second(), t60); // right_leg: sums of what it carries
+    let t60 = t58_59.second() * t17_18.second(); // left_leg: sums of what it carries
+    let t61 = R::fused(t58_59.first(), t17_18.first(), t60); // right_leg: sums of what it carries
     let t62 = v_base_pitch * v_base_pitch; // torso: motion
     let t63 = R::fused(-t62, t21, t61); // torso: sums of what it carries
     let t64 = t55 - t63; // other
     let t65 = tau_left_hip_pitch + t39; // other
     let t66 = R::fused(-sin_t1, R::constant(24.525), t65); // other
-    let t67 = R::fused(t66, t4_5.first(), t64); // solved by the factors
+    let t67 = R::fused(t66, t4_5.second(), t64); // solved by the factors
     let t68 = tau_right_hip_pitch + t45; // other
     let t69 = R::fused(-sin_t0, R::constant(24.525), t68); // other
-    let t70 = R::fused(t69, t4_5.second(), t67); // solved by the factors
+    let t70 = R::fused(t69, t4_5.first(), t67); // solved by the factors
     let t71 = t45 + t39; // right_leg: wrench handed to its parent
     // other
     let t72 = tau_base_pitch + t71;
@@ -138,14 +138,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let t77 = cos_q_base_pitch * t47; // torso: wrench handed to its parent
     let t78 = R::fused(-sin_q_base_pitch, t53, t77); // torso: wrench handed to its parent
     let t79 = tau_base_z + t78;
-    let t80 = t58_59.first() * t2_3.first(); // left_leg: sums of what it carries
-    let t81 = R::fused(t58_59.second(), t2_3.second(), t80); // right_leg: sums of what it carries
+    let t80 = t58_59.second() * t2_3.second(); // left_leg: sums of what it carries
+    let t81 = R::fused(t58_59.first(), t2_3.first(), t80); // right_leg: sums of what it carries
     let t82 = R::fused(-t62, t8, t81); // torso: sums of what it carries
     let t83 = t82 + R::constant(343.35); // base/z: sums of what it carries
     let t84 = t79 - t83;
     // solved by the factors
-    let t85 = R::fused(-t66, t11_12.first(), t84);
-    let t86 = R::fused(-t69, t11_12.second(), t85);
+    let t85 = R::fused(-t66, t11_12.second(), t84);
+    let t86 = R::fused(-t69, t11_12.first(), t85);
     let t87 = R::fused(t75, t15, t86);
     let t88 = R::fused(-t24, t87, t76);
     let t89 = t26 * t88; // other
@@ -155,12 +155,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let t93 = R::fused(-t9, t89, t92);
     let t94 = R::fused(t15, t91, t93);
     let t95 = t69 * R::constant(0.7999360051195904); // other
-    let t96 = R::fused(t4_5.second(), t89, t95);
-    let t97 = R::fused(-t11_12.second(), t91, t96);
+    let t96 = R::fused(t4_5.first(), t89, t95);
+    let t97 = R::fused(-t11_12.first(), t91, t96);
     let t98 = t97 - t94; // other
     let t99 = t66 * R::constant(0.7999360051195904); // other
-    let t100 = R::fused(t4_5.first(), t89, t99);
-    let t101 = R::fused(-t11_12.first(), t91, t100);
+    let t100 = R::fused(t4_5.second(), t89, t99);
+    let t101 = R::fused(-t11_12.second(), t91, t100);
     let t102 = t101 - t94; // other
     *out = [[t89, t91, t94, t98, t102]];
 }

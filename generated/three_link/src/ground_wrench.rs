@@ -70,15 +70,15 @@ pub(super) fn ground_wrench_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R; N
     let t22_23 = both(R::constant(1.2501)) * t10_11;
     let t24_25 = R::Two::fused(both(R::constant(2.5)), t8_9, t22_23);
     // right_leg, left_leg: sums of what it carries
-    let t26_27 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t20_21.swapped();
-    let t28_29 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t18_19.swapped(), t26_27);
-    let t30_31 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t20_21.swapped();
-    let t32_33 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t18_19.swapped(), t30_31);
-    let t34 = R::fused(R::constant(5.0), a_base_pitch, t32_33.first()); // left_leg: sums of what it carries
-    let t35 = R::fused(R::constant(5.0), t5, -t28_29.first()); // left_leg: sums of what it carries
+    let t26_27 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t20_21;
+    let t28_29 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t18_19, t26_27);
+    let t30_31 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t20_21;
+    let t32_33 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t18_19, t30_31);
+    let t34 = R::fused(R::constant(5.0), a_base_pitch, t32_33.second()); // left_leg: sums of what it carries
+    let t35 = R::fused(R::constant(5.0), t5, -t28_29.second()); // left_leg: sums of what it carries
     let t36 = t17 + t24_25.second(); // left_leg: sums of what it carries
-    let t37 = t34 + t32_33.second(); // right_leg: sums of what it carries
-    let t38 = t35 - t28_29.second(); // right_leg: sums of what it carries
+    let t37 = t34 + t32_33.first(); // right_leg: sums of what it carries
+    let t38 = t35 - t28_29.first(); // right_leg: sums of what it carries
     let t39 = t24_25.first() + t36; // right_leg: sums of what it carries
     // torso: sums of what it carries
     let t40 = cos_q_base_pitch * t38;

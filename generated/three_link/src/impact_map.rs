@@ -42,21 +42,21 @@ pub(super) fn impact_map_of_single_support_program<R: Real>(q: &[R; NQ], v: &[R;
         [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch],
         [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch],
     ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch]);
-    let t0_1 = both(R::constant(2.5)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch); // right_leg, left_leg
+    let t0_1 = both(R::constant(2.5)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_leg, left_leg
     let t2_3 = both(sin_q_base_pitch) * t0_1; // right_leg, left_leg: mass matrix
-    let t4_5 = both(R::constant(2.5)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch); // right_leg, left_leg
+    let t4_5 = both(R::constant(2.5)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_leg, left_leg
     let t6_7 = R::Two::fused(-both(cos_q_base_pitch), t4_5, t2_3); // right_leg, left_leg: mass matrix
     // factors of the mass matrix
     let t8_9 = t6_7 * both(R::constant(0.7999360051195904));
-    let t10 = R::fused(-t6_7.first(), t8_9.first(), R::constant(35.0));
-    let t11 = R::fused(-t6_7.second(), t8_9.second(), t10);
-    let t12 = R::constant(5.0) - t4_5.first(); // left_leg: sums of what it carries
-    let t13 = t12 - t4_5.second(); // right_leg: sums of what it carries
+    let t10 = R::fused(-t6_7.second(), t8_9.second(), R::constant(35.0));
+    let t11 = R::fused(-t6_7.first(), t8_9.first(), t10);
+    let t12 = R::constant(5.0) - t4_5.second(); // left_leg: sums of what it carries
+    let t13 = t12 - t4_5.first(); // right_leg: sums of what it carries
     let t14 = cos_q_base_pitch * t13; // torso: sums of what it carries
-    let t15 = t0_1.first() + t0_1.second(); // right_leg: sums of what it carries
+    let t15 = t0_1.second() + t0_1.first(); // right_leg: sums of what it carries
     let t16 = R::fused(sin_q_base_pitch, t15, t14); // torso: sums of what it carries
-    let t17 = t16 - t6_7.first();
-    let t18 = t6_7.second() - t17;
+    let t17 = t16 - t6_7.second();
+    let t18 = t6_7.first() - t17;
     let t19 = t18 * R::constant(0.4);
     let t20 = R::fused(-t18, t19, t11);
     // right_leg, left_leg: mass matrix
@@ -64,16 +64,16 @@ pub(super) fn impact_map_of_single_support_program<R: Real>(q: &[R; NQ], v: &[R;
     let t23_24 = R::Two::fused(both(sin_q_base_pitch), t4_5, t21_22);
     // factors of the mass matrix
     let t25_26 = t23_24 * both(R::constant(0.7999360051195904));
-    let t27 = t6_7.first() * t25_26.first();
-    let t28 = R::fused(t6_7.second(), t25_26.second(), t27);
+    let t27 = t6_7.second() * t25_26.second();
+    let t28 = R::fused(t6_7.first(), t25_26.first(), t27);
     let t29 = sin_q_base_pitch * t13; // torso: sums of what it carries
     let t30 = R::fused(-cos_q_base_pitch, t15, t29); // torso: sums of what it carries
-    let t31 = t30 + t23_24.first();
-    let t32 = t23_24.second() + t31;
+    let t31 = t30 + t23_24.second();
+    let t32 = t23_24.first() + t31;
     let t33 = t32 * R::constant(0.4);
     let t34 = R::fused(t18, t33, t28);
-    let t35 = R::fused(-t23_24.first(), t25_26.first(), R::constant(35.0));
-    let t36 = R::fused(-t23_24.second(), t25_26.second(), t35);
+    let t35 = R::fused(-t23_24.second(), t25_26.second(), R::constant(35.0));
+    let t36 = R::fused(-t23_24.first(), t25_26.first(), t35);
     let t37 = R::fused(-t32, t33, t36);
     let t38 = R::constant(1.0) / t37;
     let t39 = t34 * t38;
@@ -93,8 +93,8 @@ pub(super) fn impact_map_of_single_support_program<R: Real>(q: &[R; NQ], v: &[R;
     let t52 = R::fused(t45, t51, t50);
     let t53 = R::constant(1.0) / t52;
     let t54 = t49 * t53;
-    let t55 = t45 - t8_9.first(); // solved by the factors
-    let t56 = t43 - t25_26.first(); // solved by the factors
+    let t55 = t45 - t8_9.second(); // solved by the factors
+    let t56 = t43 - t25_26.second(); // solved by the factors
     let t57 = R::fused(t39, t56, t55); // solved by the factors
     let t58 = t57 * t47;
     let t59 = R::fused(-t56, t51, t58);
@@ -123,13 +123,13 @@ pub(super) fn impact_map_of_single_support_program<R: Real>(q: &[R; NQ], v: &[R;
     let t82 = t19 * t76; // solved by the factors
     let t83 = R::fused(-t33, t80, t82); // solved by the factors
     let t84 = v_base_pitch - t83;
-    let t85 = t8_9.second() * t76; // solved by the factors
-    let t86 = R::fused(-t25_26.second(), t80, t85); // solved by the factors
+    let t85 = t8_9.first() * t76; // solved by the factors
+    let t86 = R::fused(-t25_26.first(), t80, t85); // solved by the factors
     let t87 = t83 + t86; // solved by the factors
     let t88 = v_right_hip_pitch + t87;
     let t89 = R::constant(0.7999360051195904) * t73;
-    let t90 = R::fused(-t8_9.first(), t76, t89); // solved by the factors
-    let t91 = R::fused(t25_26.first(), t80, t90); // solved by the factors
+    let t90 = R::fused(-t8_9.second(), t76, t89); // solved by the factors
+    let t91 = R::fused(t25_26.second(), t80, t90); // solved by the factors
     let t92 = t83 - t91; // solved by the factors
     let t93 = v_left_hip_pitch + t92;
     let t94 = t43 * t74;

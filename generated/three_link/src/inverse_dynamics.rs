@@ -55,18 +55,18 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t6_7 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
     let t8_9 = t6_7 * t6_7;
     // right_leg, left_leg: sums of what it carries
-    let t10_11 = both(R::constant(2.5)) * two(cos_t1, cos_t0);
-    let t12_13 = both(R::constant(2.5)) * two(sin_t1, sin_t0);
-    let t14_15 = t8_9.swapped() * t12_13;
-    let t16_17 = R::Two::fused(-t4_5.swapped(), t10_11, t14_15);
-    let t18_19 = t4_5.swapped() * t12_13;
-    let t20_21 = R::Two::fused(t8_9.swapped(), t10_11, t18_19);
+    let t10_11 = both(R::constant(2.5)) * two(cos_t0, cos_t1);
+    let t12_13 = both(R::constant(2.5)) * two(sin_t0, sin_t1);
+    let t14_15 = t8_9 * t12_13;
+    let t16_17 = R::Two::fused(-t4_5, t10_11, t14_15);
+    let t18_19 = t4_5 * t12_13;
+    let t20_21 = R::Two::fused(t8_9, t10_11, t18_19);
     let t22_23 = both(a_base_x) * t10_11;
     let t24_25 = R::Two::fused(-both(t2), t12_13, t22_23);
-    let t26_27 = R::Two::fused(both(R::constant(1.2501)), t4_5.swapped(), -t24_25);
-    let t28 = t16_17.first() + t16_17.second(); // right_leg: sums of what it carries
-    let t29 = t20_21.first() + t20_21.second(); // right_leg: sums of what it carries
-    let t30 = t26_27.first() + t26_27.second(); // right_leg: sums of what it carries
+    let t26_27 = R::Two::fused(both(R::constant(1.2501)), t4_5, -t24_25);
+    let t28 = t16_17.second() + t16_17.first(); // right_leg: sums of what it carries
+    let t29 = t20_21.second() + t20_21.first(); // right_leg: sums of what it carries
+    let t30 = t26_27.second() + t26_27.first(); // right_leg: sums of what it carries
     // torso: sums of what it carries
     let t31 = R::constant(5.0) * cos_q_base_pitch;
     let t32 = R::constant(5.0) * sin_q_base_pitch;
@@ -82,6 +82,6 @@ pub(super) fn inverse_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[R
     let t42 = t30 + t39;
     let t43 = R::fused(R::constant(35.0), a_base_x, t40); // base/z: sums of what it carries
     let t44 = R::fused(R::constant(35.0), t2, t41); // base/z: sums of what it carries
-    *out = [[t43, t44, t42, t26_27.second(), t26_27.first()]];
+    *out = [[t43, t44, t42, t26_27.first(), t26_27.second()]];
 }
 }

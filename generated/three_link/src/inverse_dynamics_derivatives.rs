@@ -58,17 +58,17 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
         [sin_q_base_pitch, sin_q_right_hip_pitch, sin_t0, sin_q_left_hip_pitch, sin_t1],
         [cos_q_base_pitch, cos_q_right_hip_pitch, cos_t0, cos_q_left_hip_pitch, cos_t1],
     ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, t0_1.first(), q_left_hip_pitch, t0_1.second()]);
-    let t2_3 = both(a_base_pitch) + two(a_left_hip_pitch, a_right_hip_pitch); // right_leg, left_leg: motion
+    let t2_3 = both(a_base_pitch) + two(a_right_hip_pitch, a_left_hip_pitch); // right_leg, left_leg: motion
     // right_leg, left_leg: sums of what it carries
-    let t4_5 = both(R::constant(2.5)) * two(sin_t1, sin_t0);
+    let t4_5 = both(R::constant(2.5)) * two(sin_t0, sin_t1);
     let t6_7 = t2_3 * t4_5;
     // right_leg, left_leg: motion
-    let t8_9 = both(v_base_pitch) + two(v_left_hip_pitch, v_right_hip_pitch);
+    let t8_9 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
     let t10_11 = t8_9 * t8_9;
     // right_leg, left_leg: sums of what it carries
-    let t12_13 = both(R::constant(2.5)) * two(cos_t1, cos_t0);
+    let t12_13 = both(R::constant(2.5)) * two(cos_t0, cos_t1);
     let t14_15 = R::Two::fused(t10_11, t12_13, t6_7);
-    let t16 = t14_15.first() + t14_15.second(); // right_leg: sums of what it carries
+    let t16 = t14_15.second() + t14_15.first(); // right_leg: sums of what it carries
     let t17 = R::constant(5.0) * sin_q_base_pitch; // torso: sums of what it carries
     let t18 = a_base_pitch * t17; // torso: sums of what it carries
     let t19 = v_base_pitch * v_base_pitch; // torso: motion
@@ -77,56 +77,56 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t22 = t16 - t21; // torso: sums of what it carries
     let t23_24 = t10_11 * t4_5;
     let t25_26 = R::Two::fused(t2_3, t12_13, -t23_24);
-    let t27 = t25_26.first() + t25_26.second(); // right_leg: sums of what it carries
+    let t27 = t25_26.second() + t25_26.first(); // right_leg: sums of what it carries
     let t28 = t19 * t17; // torso: sums of what it carries
     let t29 = R::fused(-a_base_pitch, t20, t28); // torso: sums of what it carries
     let t30 = t27 + t29; // torso: sums of what it carries
     let t31 = a_base_z + R::constant(9.81); // base/z: motion
-    let t32 = t12_13.first() + t12_13.second(); // right_leg: sums of what it carries
+    let t32 = t12_13.second() + t12_13.first(); // right_leg: sums of what it carries
     let t33 = t32 - t20; // torso: sums of what it carries
     let t34 = t31 * t33; // torso: answer of the forces to its motion
-    let t35 = t4_5.first() + t4_5.second(); // right_leg: sums of what it carries
+    let t35 = t4_5.second() + t4_5.first(); // right_leg: sums of what it carries
     let t36 = t35 - t17; // torso: sums of what it carries
     let t37 = R::fused(a_base_x, t36, t34); // torso: answer of the forces to its motion
     // right_leg, left_leg: answer of the forces to its motion
-    let t38_39 = both(t31) * t12_13.swapped();
-    let t40_41 = R::Two::fused(both(a_base_x), t4_5.swapped(), t38_39);
+    let t38_39 = both(t31) * t12_13;
+    let t40_41 = R::Two::fused(both(a_base_x), t4_5, t38_39);
     // right_leg, left_leg: sums of what it carries
-    let t42_43 = both(R::constant(5.0)) * two(sin_t1, sin_t0);
+    let t42_43 = both(R::constant(5.0)) * two(sin_t0, sin_t1);
     let t44_45 = t8_9 * t42_43;
-    let t46 = t44_45.first() + t44_45.second(); // right_leg: sums of what it carries
+    let t46 = t44_45.second() + t44_45.first(); // right_leg: sums of what it carries
     let t47 = sin_q_base_pitch * R::constant(10.0); // torso: sums of what it carries
     let t48 = R::fused(-v_base_pitch, t47, t46); // torso: sums of what it carries
-    let t49_50 = both(R::constant(5.0)) * two(cos_t1, cos_t0);
+    let t49_50 = both(R::constant(5.0)) * two(cos_t0, cos_t1);
     let t51_52 = t8_9 * t49_50;
-    let t53 = t51_52.first() + t51_52.second(); // right_leg: sums of what it carries
+    let t53 = t51_52.second() + t51_52.first(); // right_leg: sums of what it carries
     let t54 = cos_q_base_pitch * R::constant(10.0); // torso: sums of what it carries
     let t55 = R::fused(-v_base_pitch, t54, t53); // torso: sums of what it carries
-    let t56_57 = both(R::constant(2.5)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
-    let t58 = R::constant(5.0) - t56_57.first(); // left_leg: sums of what it carries
-    let t59 = t58 - t56_57.second(); // right_leg: sums of what it carries
+    let t56_57 = both(R::constant(2.5)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    let t58 = R::constant(5.0) - t56_57.second(); // left_leg: sums of what it carries
+    let t59 = t58 - t56_57.first(); // right_leg: sums of what it carries
     let t60 = cos_q_base_pitch * t59; // torso: sums of what it carries
-    let t61_62 = both(R::constant(2.5)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
-    let t63 = t61_62.first() + t61_62.second(); // right_leg: sums of what it carries
+    let t61_62 = both(R::constant(2.5)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    let t63 = t61_62.second() + t61_62.first(); // right_leg: sums of what it carries
     let t64 = R::fused(sin_q_base_pitch, t63, t60); // torso: sums of what it carries
     // right_leg, left_leg: mass matrix
-    let t65_66 = both(sin_q_base_pitch) * t61_62.swapped();
-    let t67_68 = R::Two::fused(-both(cos_q_base_pitch), t56_57.swapped(), t65_66);
+    let t65_66 = both(sin_q_base_pitch) * t61_62;
+    let t67_68 = R::Two::fused(-both(cos_q_base_pitch), t56_57, t65_66);
     let t69 = sin_q_base_pitch * t59; // torso: sums of what it carries
     let t70 = R::fused(cos_q_base_pitch, t63, -t69); // torso: sums of what it carries
-    let t71_72 = both(cos_q_base_pitch) * t61_62.swapped();
-    let t73_74 = R::Two::fused(both(sin_q_base_pitch), t56_57.swapped(), t71_72);
+    let t71_72 = both(cos_q_base_pitch) * t61_62;
+    let t73_74 = R::Two::fused(both(sin_q_base_pitch), t56_57, t71_72);
     *out = [
         [R::constant(0.0); NV], // q/base/x
         [R::constant(0.0); NV], // q/base/z
         [t22, t30, t37, t40_41.first(), t40_41.second()], // q/base/pitch
-        [t14_15.second(), t25_26.second(), t40_41.first(), t40_41.first(), R::constant(0.0)], // q/right_hip_pitch
-        [t14_15.first(), t25_26.first(), t40_41.second(), R::constant(0.0), t40_41.second()], // q/left_hip_pitch
+        [t14_15.first(), t25_26.first(), t40_41.first(), t40_41.first(), R::constant(0.0)], // q/right_hip_pitch
+        [t14_15.second(), t25_26.second(), t40_41.second(), R::constant(0.0), t40_41.second()], // q/left_hip_pitch
         [R::constant(0.0); NV], // v/base/x
         [R::constant(0.0); NV], // v/base/z
         [t48, t55, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/base/pitch
-        [t44_45.second(), t51_52.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/right_hip_pitch
-        [t44_45.first(), t51_52.first(), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/left_hip_pitch
+        [t44_45.first(), t51_52.first(), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/right_hip_pitch
+        [t44_45.second(), t51_52.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // v/left_hip_pitch
         [R::constant(35.0), R::constant(0.0), t64, t67_68.first(), t67_68.second()], // a/base/x
         [R::constant(0.0), R::constant(35.0), t70, t73_74.first(), t73_74.second()], // a/base/z
         [t64, t70, R::constant(5.0002), R::constant(1.2501), R::constant(1.2501)], // a/base/pitch

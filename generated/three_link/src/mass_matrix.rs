@@ -37,19 +37,19 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
         [cos_q_base_pitch, cos_t0, cos_t1],
     ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second()]);
     // right_leg, left_leg: sums of what it carries
-    let t2_3 = both(R::constant(2.5)) * two(cos_t1, cos_t0);
-    let t4_5 = both(R::constant(2.5)) * two(sin_t1, sin_t0);
-    let t6 = t2_3.first() + t2_3.second(); // right_leg: sums of what it carries
-    let t7_8 = -t2_3.swapped();
-    let t9 = t4_5.first() + t4_5.second(); // right_leg: sums of what it carries
+    let t2_3 = both(R::constant(2.5)) * two(cos_t0, cos_t1);
+    let t4_5 = both(R::constant(2.5)) * two(sin_t0, sin_t1);
+    let t6 = t2_3.second() + t2_3.first(); // right_leg: sums of what it carries
+    let t7_8 = -t2_3;
+    let t9 = t4_5.second() + t4_5.first(); // right_leg: sums of what it carries
     let t10 = R::fused(R::constant(5.0), cos_q_base_pitch, -t6); // torso: sums of what it carries
     let t11 = R::fused(R::constant(-5.0), sin_q_base_pitch, t9); // torso: sums of what it carries
     *out = [
         [R::constant(35.0), R::constant(0.0), t10, t7_8.first(), t7_8.second()], // base/x
-        [R::constant(0.0), R::constant(35.0), t11, t4_5.second(), t4_5.first()], // base/z
+        [R::constant(0.0), R::constant(35.0), t11, t4_5.first(), t4_5.second()], // base/z
         [t10, t11, R::constant(5.0002), R::constant(1.2501), R::constant(1.2501)], // base/pitch
-        [t7_8.first(), t4_5.second(), R::constant(1.2501), R::constant(1.2501), R::constant(0.0)], // right_hip_pitch
-        [t7_8.second(), t4_5.first(), R::constant(1.2501), R::constant(0.0), R::constant(1.2501)], // left_hip_pitch
+        [t7_8.first(), t4_5.first(), R::constant(1.2501), R::constant(1.2501), R::constant(0.0)], // right_hip_pitch
+        [t7_8.second(), t4_5.second(), R::constant(1.2501), R::constant(0.0), R::constant(1.2501)], // left_hip_pitch
     ];
 }
 }

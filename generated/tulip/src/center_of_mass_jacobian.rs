@@ -166,44 +166,44 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t150_151 = R::Two::fused(-t130_131, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t148_149);
     let t152_153 = t66_67 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     let t154_155 = R::Two::fused(-t138_139, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t152_153);
-    let t156_157 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), both(R::constant(0.023125))); // right_foot, left_foot
+    let t156_157 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.023125))); // right_foot, left_foot
     // right_ankle, left_ankle: sums of what it carries
-    let t158_159 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t156_157;
-    let t160_161 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t158_159);
-    let t162_163 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t156_157;
-    let t164_165 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t162_163);
+    let t158_159 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t156_157;
+    let t160_161 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t158_159);
+    let t162_163 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t156_157;
+    let t164_165 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t162_163);
     let t166_167 = both(R::constant(0.008)) - t164_165;
     let t168_169 = both(R::constant(0.3111)) + t160_161;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t170_171 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t168_169;
-    let t172_173 = R::Two::fused(two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t166_167, t170_171);
-    let t174_175 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t168_169;
-    let t176_177 = R::Two::fused(-two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t166_167, t174_175);
+    let t170_171 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t168_169;
+    let t172_173 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t166_167, t170_171);
+    let t174_175 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t168_169;
+    let t176_177 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t166_167, t174_175);
     let t178_179 = both(R::constant(0.012)) - t176_177;
     let t180_181 = both(R::constant(0.8355)) + t172_173;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t182_183 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t180_181;
-    let t184_185 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t178_179, t182_183);
-    let t186_187 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t180_181;
-    let t188_189 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t178_179, t186_187);
-    let t190_191 = R::Two::fused(two(R::constant(0.0165), R::constant(-0.0165)), two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), both(R::constant(0.01)));
+    let t182_183 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t180_181;
+    let t184_185 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t178_179, t182_183);
+    let t186_187 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t180_181;
+    let t188_189 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t178_179, t186_187);
+    let t190_191 = R::Two::fused(two(R::constant(-0.0165), R::constant(0.0165)), two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.01)));
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    let t192_193 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t190_191;
-    let t194_195 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t184_185, t192_193);
-    let t196_197 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t190_191;
-    let t198_199 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t184_185, t196_197);
+    let t192_193 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t190_191;
+    let t194_195 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t184_185, t192_193);
+    let t196_197 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t190_191;
+    let t198_199 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t184_185, t196_197);
     let t200_201 = both(R::constant(0.008)) + t188_189;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    let t202_203 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t200_201;
-    let t204_205 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t194_195, t202_203);
-    let t206_207 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t200_201;
-    let t208_209 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t194_195, t206_207);
-    let t210 = R::constant(0.20808) + t204_205.first(); // left_hip_yaw_link: sums of what it carries
-    let t211 = R::constant(0.0102) - t208_209.first(); // left_hip_yaw_link: sums of what it carries
-    let t212 = R::constant(2.4915) + t198_199.first(); // left_hip_yaw_link: sums of what it carries
-    let t213 = t210 + t204_205.second(); // right_hip_yaw_link: sums of what it carries
-    let t214 = t211 - t208_209.second(); // right_hip_yaw_link: sums of what it carries
-    let t215 = t198_199.second() - t212; // right_hip_yaw_link: sums of what it carries
+    let t202_203 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t200_201;
+    let t204_205 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t194_195, t202_203);
+    let t206_207 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t200_201;
+    let t208_209 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t194_195, t206_207);
+    let t210 = R::constant(0.20808) + t204_205.second(); // left_hip_yaw_link: sums of what it carries
+    let t211 = R::constant(0.0102) - t208_209.second(); // left_hip_yaw_link: sums of what it carries
+    let t212 = R::constant(2.4915) + t198_199.second(); // left_hip_yaw_link: sums of what it carries
+    let t213 = t210 + t204_205.first(); // right_hip_yaw_link: sums of what it carries
+    let t214 = t211 - t208_209.first(); // right_hip_yaw_link: sums of what it carries
+    let t215 = t198_199.first() - t212; // right_hip_yaw_link: sums of what it carries
     // torso: Jacobian of the centre of mass
     let t216 = t215 * R::constant(0.05263157894736842);
     let t217 = t214 * R::constant(0.05263157894736842);
@@ -227,8 +227,8 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t235 = t20 * t217;
     out[5][2] = R::fused(-t21, t224, -t235);
     // right_hip_yaw_link, left_hip_yaw_link: Jacobian of the centre of mass
-    let t237_238 = t194_195.swapped() * both(R::constant(0.05263157894736842));
-    let t239_240 = t200_201.swapped() * both(R::constant(0.05263157894736842));
+    let t237_238 = t194_195 * both(R::constant(0.05263157894736842));
+    let t239_240 = t200_201 * both(R::constant(0.05263157894736842));
     let t241_242 = t26_27 * t237_238;
     let t243_244 = R::Two::fused(t30_31, t239_240, t241_242 * two(R::constant(1.0), R::constant(-1.0)));
     out[6][0] = t243_244.first();
@@ -242,8 +242,8 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     out[6][2] = t251_252.first();
     out[12][2] = t251_252.second();
     // right_hip_roll_link, left_hip_roll_link: Jacobian of the centre of mass
-    let t253_254 = t184_185.swapped() * both(R::constant(0.05263157894736842));
-    let t255_256 = t190_191.swapped() * both(R::constant(0.05263157894736842));
+    let t253_254 = t184_185 * both(R::constant(0.05263157894736842));
+    let t255_256 = t190_191 * both(R::constant(0.05263157894736842));
     let t257_258 = t50_51 * t253_254;
     let t259_260 = R::Two::fused(t54_55 * two(R::constant(-1.0), R::constant(1.0)), t255_256, -t257_258);
     out[7][0] = t259_260.first();
@@ -257,8 +257,8 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     out[7][2] = t267_268.first();
     out[13][2] = t267_268.second();
     // right_upper_leg, left_upper_leg: Jacobian of the centre of mass
-    let t269_270 = t180_181.swapped() * both(R::constant(0.05263157894736842));
-    let t271_272 = t178_179.swapped() * both(R::constant(0.05263157894736842));
+    let t269_270 = t180_181 * both(R::constant(0.05263157894736842));
+    let t271_272 = t178_179 * both(R::constant(0.05263157894736842));
     let t273_274 = t78_79 * t269_270;
     let t275_276 = R::Two::fused(-t74_75, t271_272, t273_274);
     out[8][0] = t275_276.first();
@@ -272,8 +272,8 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     out[8][2] = t283_284.first();
     out[14][2] = t283_284.second();
     // right_lower_leg, left_lower_leg: Jacobian of the centre of mass
-    let t285_286 = t168_169.swapped() * both(R::constant(0.05263157894736842));
-    let t287_288 = t166_167.swapped() * both(R::constant(0.05263157894736842));
+    let t285_286 = t168_169 * both(R::constant(0.05263157894736842));
+    let t287_288 = t166_167 * both(R::constant(0.05263157894736842));
     let t289_290 = t102_103 * t285_286;
     let t291_292 = R::Two::fused(-t98_99, t287_288, t289_290);
     out[9][0] = t291_292.first();
@@ -287,7 +287,7 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     out[9][2] = t299_300.first();
     out[15][2] = t299_300.second();
     // right_ankle, left_ankle: Jacobian of the centre of mass
-    let t301_302 = t156_157.swapped() * both(R::constant(0.05263157894736842));
+    let t301_302 = t156_157 * both(R::constant(0.05263157894736842));
     let t303_304 = t126_127 * t301_302;
     let t305_306 = R::Two::fused(t122_123, both(R::constant(-0.0008105263157894737)), t303_304);
     out[10][0] = t305_306.first();

@@ -166,161 +166,161 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t7 = q_base_qz * t6;
     t8 = t5 + t7;
     t9 = R::constant(1.0) - t8;
-    t10_11 = both(t9) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t10_11 = both(t9) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     t12 = q_base_qx * t4;
     t13 = q_base_qw * t6;
     t14 = t12 - t13;
-    t15_16 = R::Two::fused(-both(t14), two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t10_11); // right_hip_yaw_link, left_hip_yaw_link
-    t17_18 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t15_16; // right_hip_roll_link, left_hip_roll_link
+    t15_16 = R::Two::fused(-both(t14), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t10_11); // right_hip_yaw_link, left_hip_yaw_link
+    t17_18 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t15_16; // right_hip_roll_link, left_hip_roll_link
     t19 = q_base_qx * t6;
     t20 = q_base_qw * t4;
     t21 = t19 + t20;
-    t22_23 = R::Two::fused(-both(t21), two(sin_q_left_hip_roll, sin_q_right_hip_roll), t17_18); // right_hip_roll_link, left_hip_roll_link
-    t24_25 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * t22_23; // right_foot, left_foot: pose in the world
+    t22_23 = R::Two::fused(-both(t21), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t17_18); // right_hip_roll_link, left_hip_roll_link
+    t24_25 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t22_23; // right_foot, left_foot: pose in the world
     // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t26_27 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t15_16;
-    t28_29 = R::Two::fused(both(t21), two(cos_q_left_hip_roll, cos_q_right_hip_roll), t26_27);
-    t30_31 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t28_29; // right_upper_leg, left_upper_leg
+    t26_27 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t15_16;
+    t28_29 = R::Two::fused(both(t21), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t26_27);
+    t30_31 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t28_29; // right_upper_leg, left_upper_leg
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t32_33 = both(t9) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
-    t34_35 = R::Two::fused(both(t14), two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t32_33);
-    t36_37 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t34_35, t30_31); // right_upper_leg, left_upper_leg
-    t38_39 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t36_37; // right_lower_leg, left_lower_leg
+    t32_33 = both(t9) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t34_35 = R::Two::fused(both(t14), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t32_33);
+    t36_37 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t34_35, t30_31); // right_upper_leg, left_upper_leg
+    t38_39 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t36_37; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
-    t40_41 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t28_29;
-    t42_43 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t34_35, t40_41);
-    t44_45 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t42_43, t38_39); // right_lower_leg, left_lower_leg
-    t46_47 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t44_45; // right_ankle, left_ankle
+    t40_41 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t28_29;
+    t42_43 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t34_35, t40_41);
+    t44_45 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t42_43, t38_39); // right_lower_leg, left_lower_leg
+    t46_47 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t44_45; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
-    t48_49 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t36_37;
-    t50_51 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t42_43, t48_49);
-    t52_53 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t50_51, t46_47); // right_ankle, left_ankle
-    t54_55 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t52_53, t24_25); // right_foot, left_foot
-    t56 = t54_55.first() * f_left_foot_front_left_x; // left_foot: external forces
+    t48_49 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t36_37;
+    t50_51 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t42_43, t48_49);
+    t52_53 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t50_51, t46_47); // right_ankle, left_ankle
+    t54_55 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t52_53, t24_25); // right_foot, left_foot
+    t56 = t54_55.second() * f_left_foot_front_left_x; // left_foot: external forces
     t57 = t12 + t13; // torso: motion
-    t58_59 = both(t57) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t58_59 = both(t57) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     // torso: motion
     t60 = q_base_qx * R::constant(2.0);
     t61 = q_base_qx * t60;
     t62 = t61 + t7;
     t63 = R::constant(1.0) - t62;
-    t64_65 = R::Two::fused(-both(t63), two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t58_59); // right_hip_yaw_link, left_hip_yaw_link
-    t66_67 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t64_65; // right_hip_roll_link, left_hip_roll_link
+    t64_65 = R::Two::fused(-both(t63), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t58_59); // right_hip_yaw_link, left_hip_yaw_link
+    t66_67 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t64_65; // right_hip_roll_link, left_hip_roll_link
     t68 = q_base_qy * t6;
     t69 = q_base_qw * t60;
     t70 = t68 - t69;
-    t71_72 = R::Two::fused(-both(t70), two(sin_q_left_hip_roll, sin_q_right_hip_roll), t66_67); // right_hip_roll_link, left_hip_roll_link
-    t73_74 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * t71_72; // right_foot, left_foot: pose in the world
+    t71_72 = R::Two::fused(-both(t70), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t66_67); // right_hip_roll_link, left_hip_roll_link
+    t73_74 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t71_72; // right_foot, left_foot: pose in the world
     // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t75_76 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t64_65;
-    t77_78 = R::Two::fused(both(t70), two(cos_q_left_hip_roll, cos_q_right_hip_roll), t75_76);
-    t79_80 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t77_78; // right_upper_leg, left_upper_leg
+    t75_76 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t64_65;
+    t77_78 = R::Two::fused(both(t70), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t75_76);
+    t79_80 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t77_78; // right_upper_leg, left_upper_leg
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t81_82 = both(t57) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
-    t83_84 = R::Two::fused(both(t63), two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t81_82);
-    t85_86 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t83_84, t79_80); // right_upper_leg, left_upper_leg
-    t87_88 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t85_86; // right_lower_leg, left_lower_leg
+    t81_82 = both(t57) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t83_84 = R::Two::fused(both(t63), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t81_82);
+    t85_86 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t83_84, t79_80); // right_upper_leg, left_upper_leg
+    t87_88 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t85_86; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
-    t89_90 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t77_78;
-    t91_92 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t83_84, t89_90);
-    t93_94 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t91_92, t87_88); // right_lower_leg, left_lower_leg
-    t95_96 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t93_94; // right_ankle, left_ankle
+    t89_90 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t77_78;
+    t91_92 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t83_84, t89_90);
+    t93_94 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t91_92, t87_88); // right_lower_leg, left_lower_leg
+    t95_96 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t93_94; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
-    t97_98 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t85_86;
-    t99_100 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t91_92, t97_98);
-    t101_102 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t99_100, t95_96); // right_ankle, left_ankle
-    t103_104 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t101_102, t73_74); // right_foot, left_foot
-    t105 = R::fused(t103_104.first(), f_left_foot_front_left_y, t56); // left_foot: external forces
+    t97_98 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t85_86;
+    t99_100 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t91_92, t97_98);
+    t101_102 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t99_100, t95_96); // right_ankle, left_ankle
+    t103_104 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t101_102, t73_74); // right_foot, left_foot
+    t105 = R::fused(t103_104.second(), f_left_foot_front_left_y, t56); // left_foot: external forces
     t106 = t19 - t20; // torso: motion
-    t107_108 = both(t106) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t107_108 = both(t106) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     t109 = t68 + t69; // torso: motion
-    t110_111 = R::Two::fused(-both(t109), two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t107_108); // right_hip_yaw_link, left_hip_yaw_link
-    t112_113 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t110_111; // right_hip_roll_link, left_hip_roll_link
+    t110_111 = R::Two::fused(-both(t109), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t107_108); // right_hip_yaw_link, left_hip_yaw_link
+    t112_113 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t110_111; // right_hip_roll_link, left_hip_roll_link
     t114 = t61 + t5; // torso: motion
     t115 = R::constant(1.0) - t114; // torso: motion
-    t116_117 = R::Two::fused(-both(t115), two(sin_q_left_hip_roll, sin_q_right_hip_roll), t112_113); // right_hip_roll_link, left_hip_roll_link
-    t118_119 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * t116_117; // right_foot, left_foot
+    t116_117 = R::Two::fused(-both(t115), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t112_113); // right_hip_roll_link, left_hip_roll_link
+    t118_119 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t116_117; // right_foot, left_foot
     // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t120_121 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t110_111;
-    t122_123 = R::Two::fused(both(t115), two(cos_q_left_hip_roll, cos_q_right_hip_roll), t120_121);
-    t124_125 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t122_123; // right_upper_leg, left_upper_leg
+    t120_121 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t110_111;
+    t122_123 = R::Two::fused(both(t115), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t120_121);
+    t124_125 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t122_123; // right_upper_leg, left_upper_leg
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t126_127 = both(t106) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
-    t128_129 = R::Two::fused(both(t109), two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t126_127);
-    t130_131 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t128_129, t124_125); // right_upper_leg, left_upper_leg
-    t132_133 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t130_131; // right_lower_leg, left_lower_leg
+    t126_127 = both(t106) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t128_129 = R::Two::fused(both(t109), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t126_127);
+    t130_131 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t128_129, t124_125); // right_upper_leg, left_upper_leg
+    t132_133 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t130_131; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
-    t134_135 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t122_123;
-    t136_137 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t128_129, t134_135);
-    t138_139 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t136_137, t132_133); // right_lower_leg, left_lower_leg
-    t140_141 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t138_139; // right_ankle, left_ankle
+    t134_135 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t122_123;
+    t136_137 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t128_129, t134_135);
+    t138_139 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t136_137, t132_133); // right_lower_leg, left_lower_leg
+    t140_141 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t138_139; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
-    t142_143 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t130_131;
-    t144_145 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t136_137, t142_143);
-    t146_147 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t144_145, t140_141); // right_ankle, left_ankle
-    t148_149 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t146_147, t118_119); // right_foot, left_foot
+    t142_143 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t130_131;
+    t144_145 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t136_137, t142_143);
+    t146_147 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t144_145, t140_141); // right_ankle, left_ankle
+    t148_149 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t146_147, t118_119); // right_foot, left_foot
     // left_foot: external forces
-    t150 = R::fused(t148_149.first(), f_left_foot_front_left_z, t105);
-    t151 = t54_55.first() * f_left_foot_front_right_x;
-    t152 = R::fused(t103_104.first(), f_left_foot_front_right_y, t151);
-    t153 = R::fused(t148_149.first(), f_left_foot_front_right_z, t152);
+    t150 = R::fused(t148_149.second(), f_left_foot_front_left_z, t105);
+    t151 = t54_55.second() * f_left_foot_front_right_x;
+    t152 = R::fused(t103_104.second(), f_left_foot_front_right_y, t151);
+    t153 = R::fused(t148_149.second(), f_left_foot_front_right_z, t152);
     t154 = t150 + t153;
-    t155 = t54_55.first() * f_left_foot_rear_left_x;
-    t156 = R::fused(t103_104.first(), f_left_foot_rear_left_y, t155);
-    t157 = R::fused(t148_149.first(), f_left_foot_rear_left_z, t156);
+    t155 = t54_55.second() * f_left_foot_rear_left_x;
+    t156 = R::fused(t103_104.second(), f_left_foot_rear_left_y, t155);
+    t157 = R::fused(t148_149.second(), f_left_foot_rear_left_z, t156);
     t158 = t154 + t157;
-    t159 = t54_55.first() * f_left_foot_rear_right_x;
-    t160 = R::fused(t103_104.first(), f_left_foot_rear_right_y, t159);
-    t161 = R::fused(t148_149.first(), f_left_foot_rear_right_z, t160);
+    t159 = t54_55.second() * f_left_foot_rear_right_x;
+    t160 = R::fused(t103_104.second(), f_left_foot_rear_right_y, t159);
+    t161 = R::fused(t148_149.second(), f_left_foot_rear_right_z, t160);
     t162 = t158 + t161;
     t163 = sin_q_left_ankle_roll * t162; // left_foot: wrench handed to its parent
     // right_foot, left_foot: pose in the world
-    t164_165 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * t22_23;
-    t166_167 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t52_53, t164_165);
-    t168 = t166_167.first() * f_left_foot_front_left_x; // left_foot: external forces
-    t169_170 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * t71_72;
-    t171_172 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t101_102, t169_170);
-    t173 = R::fused(t171_172.first(), f_left_foot_front_left_y, t168); // left_foot: external forces
-    t174_175 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * t116_117;
-    t176_177 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t146_147, t174_175);
+    t164_165 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t22_23;
+    t166_167 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t52_53, t164_165);
+    t168 = t166_167.second() * f_left_foot_front_left_x; // left_foot: external forces
+    t169_170 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t71_72;
+    t171_172 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t101_102, t169_170);
+    t173 = R::fused(t171_172.second(), f_left_foot_front_left_y, t168); // left_foot: external forces
+    t174_175 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t116_117;
+    t176_177 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t146_147, t174_175);
     // left_foot: external forces
-    t178 = R::fused(t176_177.first(), f_left_foot_front_left_z, t173);
-    t179 = t166_167.first() * f_left_foot_front_right_x;
-    t180 = R::fused(t171_172.first(), f_left_foot_front_right_y, t179);
-    t181 = R::fused(t176_177.first(), f_left_foot_front_right_z, t180);
+    t178 = R::fused(t176_177.second(), f_left_foot_front_left_z, t173);
+    t179 = t166_167.second() * f_left_foot_front_right_x;
+    t180 = R::fused(t171_172.second(), f_left_foot_front_right_y, t179);
+    t181 = R::fused(t176_177.second(), f_left_foot_front_right_z, t180);
     t182 = t178 + t181;
-    t183 = t166_167.first() * f_left_foot_rear_left_x;
-    t184 = R::fused(t171_172.first(), f_left_foot_rear_left_y, t183);
-    t185 = R::fused(t176_177.first(), f_left_foot_rear_left_z, t184);
+    t183 = t166_167.second() * f_left_foot_rear_left_x;
+    t184 = R::fused(t171_172.second(), f_left_foot_rear_left_y, t183);
+    t185 = R::fused(t176_177.second(), f_left_foot_rear_left_z, t184);
     t186 = t182 + t185;
-    t187 = t166_167.first() * f_left_foot_rear_right_x;
-    t188 = R::fused(t171_172.first(), f_left_foot_rear_right_y, t187);
-    t189 = R::fused(t176_177.first(), f_left_foot_rear_right_z, t188);
+    t187 = t166_167.second() * f_left_foot_rear_right_x;
+    t188 = R::fused(t171_172.second(), f_left_foot_rear_right_y, t187);
+    t189 = R::fused(t176_177.second(), f_left_foot_rear_right_z, t188);
     t190 = t186 + t189;
     t191 = R::fused(-cos_q_left_ankle_roll, t190, t163); // left_foot: wrench handed to its parent
     t192 = cos_q_left_ankle_pitch * t191; // left_ankle: wrench handed to its parent
     // right_ankle, left_ankle: pose in the world
-    t193_194 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t44_45;
-    t195_196 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t50_51, t193_194);
-    t197 = t195_196.first() * f_left_foot_front_left_x; // left_foot: external forces
-    t198_199 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t93_94;
-    t200_201 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t99_100, t198_199);
-    t202 = R::fused(t200_201.first(), f_left_foot_front_left_y, t197); // left_foot: external forces
-    t203_204 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t138_139;
-    t205_206 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t144_145, t203_204);
+    t193_194 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t44_45;
+    t195_196 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t50_51, t193_194);
+    t197 = t195_196.second() * f_left_foot_front_left_x; // left_foot: external forces
+    t198_199 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t93_94;
+    t200_201 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t99_100, t198_199);
+    t202 = R::fused(t200_201.second(), f_left_foot_front_left_y, t197); // left_foot: external forces
+    t203_204 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t138_139;
+    t205_206 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t144_145, t203_204);
     // left_foot: external forces
-    t207 = R::fused(t205_206.first(), f_left_foot_front_left_z, t202);
-    t208 = t195_196.first() * f_left_foot_front_right_x;
-    t209 = R::fused(t200_201.first(), f_left_foot_front_right_y, t208);
-    t210 = R::fused(t205_206.first(), f_left_foot_front_right_z, t209);
+    t207 = R::fused(t205_206.second(), f_left_foot_front_left_z, t202);
+    t208 = t195_196.second() * f_left_foot_front_right_x;
+    t209 = R::fused(t200_201.second(), f_left_foot_front_right_y, t208);
+    t210 = R::fused(t205_206.second(), f_left_foot_front_right_z, t209);
     t211 = t207 + t210;
-    t212 = t195_196.first() * f_left_foot_rear_left_x;
-    t213 = R::fused(t200_201.first(), f_left_foot_rear_left_y, t212);
-    t214 = R::fused(t205_206.first(), f_left_foot_rear_left_z, t213);
+    t212 = t195_196.second() * f_left_foot_rear_left_x;
+    t213 = R::fused(t200_201.second(), f_left_foot_rear_left_y, t212);
+    t214 = R::fused(t205_206.second(), f_left_foot_rear_left_z, t213);
     t215 = t211 + t214;
-    t216 = t195_196.first() * f_left_foot_rear_right_x;
-    t217 = R::fused(t200_201.first(), f_left_foot_rear_right_y, t216);
-    t218 = R::fused(t205_206.first(), f_left_foot_rear_right_z, t217);
+    t216 = t195_196.second() * f_left_foot_rear_right_x;
+    t217 = R::fused(t200_201.second(), f_left_foot_rear_right_y, t216);
+    t218 = R::fused(t205_206.second(), f_left_foot_rear_right_z, t217);
     t219 = t215 + t218;
     t220 = R::fused(-sin_q_left_ankle_pitch, t219, t192); // left_ankle: wrench handed to its parent
     t221 = cos_q_left_knee_pitch * t220; // left_lower_leg: wrench handed to its parent
@@ -340,53 +340,53 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t235 = R::fused(-sin_q_left_hip_roll, t234, t232); // left_hip_roll_link: wrench handed to its parent
     t236 = R::fused(-sin_q_left_hip_yaw, t235, t229); // left_hip_yaw_link: wrench handed to its parent
     // right_foot: external forces
-    t237 = t54_55.second() * f_right_foot_front_left_x;
-    t238 = R::fused(t103_104.second(), f_right_foot_front_left_y, t237);
-    t239 = R::fused(t148_149.second(), f_right_foot_front_left_z, t238);
-    t240 = t54_55.second() * f_right_foot_front_right_x;
-    t241 = R::fused(t103_104.second(), f_right_foot_front_right_y, t240);
-    t242 = R::fused(t148_149.second(), f_right_foot_front_right_z, t241);
+    t237 = t54_55.first() * f_right_foot_front_left_x;
+    t238 = R::fused(t103_104.first(), f_right_foot_front_left_y, t237);
+    t239 = R::fused(t148_149.first(), f_right_foot_front_left_z, t238);
+    t240 = t54_55.first() * f_right_foot_front_right_x;
+    t241 = R::fused(t103_104.first(), f_right_foot_front_right_y, t240);
+    t242 = R::fused(t148_149.first(), f_right_foot_front_right_z, t241);
     t243 = t239 + t242;
-    t244 = t54_55.second() * f_right_foot_rear_left_x;
-    t245 = R::fused(t103_104.second(), f_right_foot_rear_left_y, t244);
-    t246 = R::fused(t148_149.second(), f_right_foot_rear_left_z, t245);
+    t244 = t54_55.first() * f_right_foot_rear_left_x;
+    t245 = R::fused(t103_104.first(), f_right_foot_rear_left_y, t244);
+    t246 = R::fused(t148_149.first(), f_right_foot_rear_left_z, t245);
     t247 = t243 + t246;
-    t248 = t54_55.second() * f_right_foot_rear_right_x;
-    t249 = R::fused(t103_104.second(), f_right_foot_rear_right_y, t248);
-    t250 = R::fused(t148_149.second(), f_right_foot_rear_right_z, t249);
+    t248 = t54_55.first() * f_right_foot_rear_right_x;
+    t249 = R::fused(t103_104.first(), f_right_foot_rear_right_y, t248);
+    t250 = R::fused(t148_149.first(), f_right_foot_rear_right_z, t249);
     t251 = t247 + t250;
     t252 = sin_q_right_ankle_roll * t251; // right_foot: wrench handed to its parent
-    t253 = t166_167.second() * f_right_foot_front_left_x;
-    t254 = R::fused(t171_172.second(), f_right_foot_front_left_y, t253);
-    t255 = R::fused(t176_177.second(), f_right_foot_front_left_z, t254);
-    t256 = t166_167.second() * f_right_foot_front_right_x;
-    t257 = R::fused(t171_172.second(), f_right_foot_front_right_y, t256);
-    t258 = R::fused(t176_177.second(), f_right_foot_front_right_z, t257);
+    t253 = t166_167.first() * f_right_foot_front_left_x;
+    t254 = R::fused(t171_172.first(), f_right_foot_front_left_y, t253);
+    t255 = R::fused(t176_177.first(), f_right_foot_front_left_z, t254);
+    t256 = t166_167.first() * f_right_foot_front_right_x;
+    t257 = R::fused(t171_172.first(), f_right_foot_front_right_y, t256);
+    t258 = R::fused(t176_177.first(), f_right_foot_front_right_z, t257);
     t259 = t255 + t258;
-    t260 = t166_167.second() * f_right_foot_rear_left_x;
-    t261 = R::fused(t171_172.second(), f_right_foot_rear_left_y, t260);
-    t262 = R::fused(t176_177.second(), f_right_foot_rear_left_z, t261);
+    t260 = t166_167.first() * f_right_foot_rear_left_x;
+    t261 = R::fused(t171_172.first(), f_right_foot_rear_left_y, t260);
+    t262 = R::fused(t176_177.first(), f_right_foot_rear_left_z, t261);
     t263 = t259 + t262;
-    t264 = t166_167.second() * f_right_foot_rear_right_x;
-    t265 = R::fused(t171_172.second(), f_right_foot_rear_right_y, t264);
-    t266 = R::fused(t176_177.second(), f_right_foot_rear_right_z, t265);
+    t264 = t166_167.first() * f_right_foot_rear_right_x;
+    t265 = R::fused(t171_172.first(), f_right_foot_rear_right_y, t264);
+    t266 = R::fused(t176_177.first(), f_right_foot_rear_right_z, t265);
     t267 = t263 + t266;
     t268 = R::fused(-cos_q_right_ankle_roll, t267, t252); // right_foot: wrench handed to its parent
     t269 = cos_q_right_ankle_pitch * t268; // right_ankle: wrench handed to its parent
-    t270 = t195_196.second() * f_right_foot_front_left_x;
-    t271 = R::fused(t200_201.second(), f_right_foot_front_left_y, t270);
-    t272 = R::fused(t205_206.second(), f_right_foot_front_left_z, t271);
-    t273 = t195_196.second() * f_right_foot_front_right_x;
-    t274 = R::fused(t200_201.second(), f_right_foot_front_right_y, t273);
-    t275 = R::fused(t205_206.second(), f_right_foot_front_right_z, t274);
+    t270 = t195_196.first() * f_right_foot_front_left_x;
+    t271 = R::fused(t200_201.first(), f_right_foot_front_left_y, t270);
+    t272 = R::fused(t205_206.first(), f_right_foot_front_left_z, t271);
+    t273 = t195_196.first() * f_right_foot_front_right_x;
+    t274 = R::fused(t200_201.first(), f_right_foot_front_right_y, t273);
+    t275 = R::fused(t205_206.first(), f_right_foot_front_right_z, t274);
     t276 = t272 + t275;
-    t277 = t195_196.second() * f_right_foot_rear_left_x;
-    t278 = R::fused(t200_201.second(), f_right_foot_rear_left_y, t277);
-    t279 = R::fused(t205_206.second(), f_right_foot_rear_left_z, t278);
+    t277 = t195_196.first() * f_right_foot_rear_left_x;
+    t278 = R::fused(t200_201.first(), f_right_foot_rear_left_y, t277);
+    t279 = R::fused(t205_206.first(), f_right_foot_rear_left_z, t278);
     t280 = t276 + t279;
-    t281 = t195_196.second() * f_right_foot_rear_right_x;
-    t282 = R::fused(t200_201.second(), f_right_foot_rear_right_y, t281);
-    t283 = R::fused(t205_206.second(), f_right_foot_rear_right_z, t282);
+    t281 = t195_196.first() * f_right_foot_rear_right_x;
+    t282 = R::fused(t200_201.first(), f_right_foot_rear_right_y, t281);
+    t283 = R::fused(t205_206.first(), f_right_foot_rear_right_z, t282);
     t284 = t280 + t283;
     t285 = R::fused(-sin_q_right_ankle_pitch, t284, t269); // right_ankle: wrench handed to its parent
     t286 = cos_q_right_knee_pitch * t285; // right_lower_leg: wrench handed to its parent
@@ -420,26 +420,26 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t314 = R::fused(t106, R::constant(9.81), t313); // torso: motion
     t315 = R::fused(R::constant(19.0), t314, t311); // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t316_317 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * both(v_base_angular_x);
-    t318_319 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), both(v_base_angular_y), t316_317);
-    t320_321 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t318_319; // right_hip_roll_link, left_hip_roll_link
-    t322_323 = two(v_left_hip_yaw, v_right_hip_yaw) + both(v_base_angular_z);
+    t316_317 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(v_base_angular_x);
+    t318_319 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t316_317);
+    t320_321 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t318_319; // right_hip_roll_link, left_hip_roll_link
+    t322_323 = two(v_right_hip_yaw, v_left_hip_yaw) + both(v_base_angular_z);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t324_325 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t322_323, t320_321);
+    t324_325 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t322_323, t320_321);
     t326_327 = t324_325 * t324_325;
-    t328_329 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t318_319;
-    t330_331 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t322_323, t328_329);
+    t328_329 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t318_319;
+    t330_331 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t322_323, t328_329);
     // right_upper_leg, left_upper_leg: motion
-    t332_333 = two(v_left_hip_pitch, v_right_hip_pitch) - t330_331;
+    t332_333 = two(v_right_hip_pitch, v_left_hip_pitch) - t330_331;
     t334_335 = t332_333 * t332_333;
     t336_337 = t326_327 + t334_335;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t338_339 = both(R::constant(0.8355)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
-    t340_341 = R::Two::fused(both(R::constant(-0.012)), two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t338_339);
+    t338_339 = both(R::constant(0.8355)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t340_341 = R::Two::fused(both(R::constant(-0.012)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t338_339);
     t342_343 = t336_337 * t340_341;
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t344_345 = two(v_left_hip_yaw, v_right_hip_yaw) * both(v_base_angular_y);
-    t346_347 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t344_345;
+    t344_345 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_y);
+    t346_347 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t344_345;
     let (
         t348_349, t350_351, t352_353, t354_355, t356_357, t358_359, t360_361, t362_363, t364_365, t366_367, t368_369,
         t370_371, t372_373, t374_375, t376_377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391,
@@ -463,71 +463,71 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t752_753, t754_755, t756_757, t758_759, t760_761, t762_763, t764_765, t766_767, t768_769, t770_771, t772_773,
         t774_775, t776_777, t778, t779, t780_781, t782_783, t784_785, t786_787, t788_789, t790_791, t792_793, t794_795,
     );
-    t348_349 = two(v_left_hip_yaw, v_right_hip_yaw) * both(v_base_angular_x);
-    t350_351 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t348_349, t346_347);
+    t348_349 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_x);
+    t350_351 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t348_349, t346_347);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t352_353 = R::Two::fused(-two(v_left_hip_roll, v_right_hip_roll), t322_323, t350_351);
-    t354_355 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t352_353;
-    t356_357 = two(v_left_hip_roll, v_right_hip_roll) * t318_319;
-    t358_359 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t356_357, t354_355);
+    t352_353 = R::Two::fused(-two(v_right_hip_roll, v_left_hip_roll), t322_323, t350_351);
+    t354_355 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t352_353;
+    t356_357 = two(v_right_hip_roll, v_left_hip_roll) * t318_319;
+    t358_359 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t356_357, t354_355);
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t360_361 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * both(v_base_angular_x);
-    t362_363 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), both(v_base_angular_y), t360_361);
+    t360_361 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(v_base_angular_x);
+    t362_363 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(v_base_angular_y), t360_361);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t364_365 = two(v_left_hip_roll, v_right_hip_roll) + t362_363;
+    t364_365 = two(v_right_hip_roll, v_left_hip_roll) + t362_363;
     t366_367 = t364_365 * t324_325;
     t368_369 = t358_359 - t366_367;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t370_371 = both(R::constant(0.8355)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
-    t372_373 = R::Two::fused(both(R::constant(0.012)), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t370_371);
+    t370_371 = both(R::constant(0.8355)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t372_373 = R::Two::fused(both(R::constant(0.012)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t370_371);
     t374_375 = R::Two::fused(t368_369, t372_373, t342_343);
     // right_lower_leg, left_lower_leg: motion
-    t376_377 = two(v_left_knee_pitch, v_right_knee_pitch) + t332_333;
+    t376_377 = two(v_right_knee_pitch, v_left_knee_pitch) + t332_333;
     t378_379 = t376_377 * t376_377;
     t380_381 = t326_327 + t378_379;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t382_383 = both(R::constant(0.3111)) * two(sin_t1, sin_t0);
-    t384_385 = R::Two::fused(both(R::constant(-0.008)), two(cos_t1, cos_t0), t382_383);
+    t382_383 = both(R::constant(0.3111)) * two(sin_t0, sin_t1);
+    t384_385 = R::Two::fused(both(R::constant(-0.008)), two(cos_t0, cos_t1), t382_383);
     t386_387 = t380_381 * t384_385;
-    t388_389 = both(R::constant(0.3111)) * two(cos_t1, cos_t0);
-    t390_391 = R::Two::fused(both(R::constant(0.008)), two(sin_t1, sin_t0), t388_389);
+    t388_389 = both(R::constant(0.3111)) * two(cos_t0, cos_t1);
+    t390_391 = R::Two::fused(both(R::constant(0.008)), two(sin_t0, sin_t1), t388_389);
     t392_393 = R::Two::fused(t368_369, t390_391, t386_387);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t394_395 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t352_353;
-    t396_397 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t356_357, t394_395);
-    t398_399 = R::Two::fused(two(v_left_hip_pitch, v_right_hip_pitch), t364_365, t396_397); // right_upper_leg, left_upper_leg
-    t400_401 = R::Two::fused(two(v_left_knee_pitch, v_right_knee_pitch), t364_365, t398_399); // right_lower_leg, left_lower_leg
+    t394_395 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t352_353;
+    t396_397 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t356_357, t394_395);
+    t398_399 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t364_365, t396_397); // right_upper_leg, left_upper_leg
+    t400_401 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t364_365, t398_399); // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: motion
-    t402_403 = R::Two::fused(two(v_left_ankle_pitch, v_right_ankle_pitch), t364_365, t400_401);
-    t404_405 = two(cos_t3, cos_t2) * t402_403;
+    t402_403 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), t364_365, t400_401);
+    t404_405 = two(cos_t2, cos_t3) * t402_403;
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t406_407 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t344_345;
-    t408_409 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t348_349, t406_407);
-    t410_411 = R::Two::fused(-two(v_left_hip_pitch, v_right_hip_pitch), t324_325, t408_409); // right_upper_leg, left_upper_leg
-    t412_413 = R::Two::fused(-two(v_left_knee_pitch, v_right_knee_pitch), t324_325, t410_411); // right_lower_leg, left_lower_leg
+    t406_407 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t344_345;
+    t408_409 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t348_349, t406_407);
+    t410_411 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t324_325, t408_409); // right_upper_leg, left_upper_leg
+    t412_413 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t324_325, t410_411); // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: motion
-    t414_415 = R::Two::fused(-two(v_left_ankle_pitch, v_right_ankle_pitch), t324_325, t412_413);
-    t416_417 = R::Two::fused(two(sin_t3, sin_t2), t414_415, t404_405);
-    t418_419 = two(v_left_ankle_pitch, v_right_ankle_pitch) + t376_377;
-    t420_421 = R::Two::fused(-two(v_left_ankle_roll, v_right_ankle_roll), t418_419, t416_417); // right_foot, left_foot
-    t422_423 = two(sin_t3, sin_t2) * t324_325;
-    t424_425 = R::Two::fused(-two(cos_t3, cos_t2), t364_365, t422_423);
+    t414_415 = R::Two::fused(-two(v_right_ankle_pitch, v_left_ankle_pitch), t324_325, t412_413);
+    t416_417 = R::Two::fused(two(sin_t2, sin_t3), t414_415, t404_405);
+    t418_419 = two(v_right_ankle_pitch, v_left_ankle_pitch) + t376_377;
+    t420_421 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t418_419, t416_417); // right_foot, left_foot
+    t422_423 = two(sin_t2, sin_t3) * t324_325;
+    t424_425 = R::Two::fused(-two(cos_t2, cos_t3), t364_365, t422_423);
     // right_foot, left_foot: motion
-    t426_427 = two(v_left_ankle_roll, v_right_ankle_roll) - t424_425;
+    t426_427 = two(v_right_ankle_roll, v_left_ankle_roll) - t424_425;
     t428_429 = t418_419 * t426_427;
     t430_431 = t420_421 - t428_429;
     // right_foot, left_foot: sums of what it carries
-    t432_433 = both(R::constant(0.0165)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
+    t432_433 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     t434_435 = t430_431 * t432_433;
     // right_ankle, left_ankle: motion
-    t436_437 = two(cos_t3, cos_t2) * t324_325;
-    t438_439 = R::Two::fused(two(sin_t3, sin_t2), t364_365, t436_437);
+    t436_437 = two(cos_t2, cos_t3) * t324_325;
+    t438_439 = R::Two::fused(two(sin_t2, sin_t3), t364_365, t436_437);
     // right_foot, left_foot: motion
-    t440_441 = R::Two::fused(-two(v_left_ankle_roll, v_right_ankle_roll), t438_439, t358_359);
+    t440_441 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t438_439, t358_359);
     t442_443 = t438_439 * t426_427;
     t444_445 = t440_441 - t442_443;
     // right_foot, left_foot: sums of what it carries
-    t446_447 = both(R::constant(0.0165)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
+    t446_447 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t448_449 = R::Two::fused(-t444_445, t446_447, t434_435);
     // right_ankle, left_ankle: motion
     t450_451 = t418_419 * t418_419;
@@ -539,15 +539,15 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t462_463 = R::Two::fused(both(R::constant(-0.023125)), t460_461, t456_457);
     t464_465 = t448_449 + t462_463;
-    t466_467 = two(cos_t3, cos_t2) * t464_465;
+    t466_467 = two(cos_t2, cos_t3) * t464_465;
     t468_469 = t358_359 - t458_459; // right_ankle, left_ankle: motion
     t470_471 = both(R::constant(0.0154)) * t468_469;
     // right_ankle, left_ankle: motion
     t472_473 = t424_425 * t424_425;
     t474_475 = t450_451 + t472_473;
     t476_477 = R::Two::fused(both(R::constant(0.023125)), t474_475, t470_471); // right_ankle, left_ankle
-    t478_479 = two(sin_t3, sin_t2) * t402_403;
-    t480_481 = R::Two::fused(-two(cos_t3, cos_t2), t414_415, t478_479);
+    t478_479 = two(sin_t2, sin_t3) * t402_403;
+    t480_481 = R::Two::fused(-two(cos_t2, cos_t3), t414_415, t478_479);
     t482_483 = t418_419 * t438_439;
     t484_485 = t480_481 - t482_483;
     t486_487 = t484_485 * t432_433; // right_foot, left_foot: sums of what it carries
@@ -570,26 +570,26 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t505 = tau_left_ankle_roll + t504; // other
     // right_foot, left_foot: sums of what it carries
     t506_507 = both(R::constant(0.001228333333)) * t480_481;
-    t508_509 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
+    t508_509 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     t510_511 = both(R::constant(0.00009166667)) * t508_509;
     t512_513 = both(R::constant(0.0006600000015)) - t510_511;
     t514_515 = both(R::constant(0.0005683333315)) + t510_511;
     t516_517 = t512_513 - t514_515;
     t518_519 = R::Two::fused(-t482_483, t516_517, t506_507);
     t520_521 = t440_441 + t442_443; // right_foot, left_foot: motion
-    t522_523 = both(R::constant(0.000612)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
+    t522_523 = both(R::constant(0.000612)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     t524_525 = R::Two::fused(-t520_521, t522_523, t518_519);
     t526_527 = t420_421 + t428_429; // right_foot, left_foot: motion
-    t528_529 = both(R::constant(0.000612)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
+    t528_529 = both(R::constant(0.000612)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t530_531 = R::Two::fused(-t526_527, t528_529, t524_525);
-    t532_533 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
+    t532_533 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t534_535 = both(R::constant(0.00009166667)) * t532_533;
     t536_537 = t450_451 - t452_453;
     t538_539 = R::Two::fused(t534_535, t536_537, t530_531);
     t540 = R::constant(0.0764) * t308; // right_hip_yaw_link: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t541_542 = R::Two::fused(both(t540), two(R::constant(1.0), R::constant(-1.0)), both(t314));
-    t543_544 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t541_542;
+    t541_542 = R::Two::fused(both(t540), two(R::constant(-1.0), R::constant(1.0)), both(t314));
+    t543_544 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t541_542;
     // torso: motion
     t545 = v_base_linear_x * v_base_angular_z;
     t546 = R::fused(-v_base_linear_z, v_base_angular_x, t545);
@@ -598,38 +598,38 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t549 = t305 + t548;
     t550 = R::constant(0.0764) * t549; // right_hip_yaw_link: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t551_552 = R::Two::fused(both(t550), two(R::constant(-1.0), R::constant(1.0)), both(t547));
-    t553_554 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t551_552, t543_544);
-    t555_556 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t553_554; // right_hip_roll_link, left_hip_roll_link
+    t551_552 = R::Two::fused(both(t550), two(R::constant(1.0), R::constant(-1.0)), both(t547));
+    t553_554 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t551_552, t543_544);
+    t555_556 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t553_554; // right_hip_roll_link, left_hip_roll_link
     // torso: motion
     t557 = v_base_linear_y * v_base_angular_x;
     t558 = R::fused(-v_base_linear_x, v_base_angular_y, t557);
     t559 = R::fused(t115, R::constant(9.81), t558);
     t560 = v_base_angular_y * v_base_angular_z;
     t561 = R::constant(0.0764) * t560; // right_hip_yaw_link: motion
-    t562_563 = R::Two::fused(both(t561), two(R::constant(1.0), R::constant(-1.0)), both(t559)); // right_hip_yaw_link, left_hip_yaw_link
+    t562_563 = R::Two::fused(both(t561), two(R::constant(-1.0), R::constant(1.0)), both(t559)); // right_hip_yaw_link, left_hip_yaw_link
     // right_hip_roll_link, left_hip_roll_link: motion
-    t564_565 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t562_563, t555_556);
+    t564_565 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t562_563, t555_556);
     t566_567 = t358_359 + t366_367;
     // right_lower_leg, left_lower_leg: motion
-    t568_569 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * both(R::constant(0.315));
+    t568_569 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
     t570_571 = t566_567 * t568_569;
     t572_573 = t364_365 * t364_365; // right_hip_roll_link, left_hip_roll_link: motion
     t574_575 = t572_573 + t334_335; // right_upper_leg, left_upper_leg: motion
-    t576_577 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * both(R::constant(0.315));
+    t576_577 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(R::constant(0.315));
     t578_579 = R::Two::fused(-t574_575, t576_577, t570_571);
     t580_581 = t564_565 - t578_579;
     // right_ankle, left_ankle: motion
-    t582_583 = both(R::constant(0.273)) * two(sin_t1, sin_t0);
+    t582_583 = both(R::constant(0.273)) * two(sin_t0, sin_t1);
     t584_585 = t566_567 * t582_583;
     t586_587 = t572_573 + t378_379; // right_lower_leg, left_lower_leg: motion
-    t588_589 = both(R::constant(0.273)) * two(cos_t1, cos_t0);
+    t588_589 = both(R::constant(0.273)) * two(cos_t0, cos_t1);
     t590_591 = R::Two::fused(-t586_587, t588_589, t584_585);
     t592_593 = t580_581 - t590_591;
-    t594_595 = two(cos_t3, cos_t2) * t592_593;
+    t594_595 = two(cos_t2, cos_t3) * t592_593;
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t596_597 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t541_542;
-    t598_599 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t551_552, t596_597);
+    t596_597 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t541_542;
+    t598_599 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t551_552, t596_597);
     // right_lower_leg, left_lower_leg: motion
     t600_601 = t336_337 * t568_569;
     t602_603 = R::Two::fused(t368_369, t576_577, t600_601);
@@ -638,12 +638,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t606_607 = t380_381 * t582_583;
     t608_609 = R::Two::fused(t368_369, t588_589, t606_607);
     t610_611 = t604_605 + t608_609;
-    t612_613 = R::Two::fused(two(sin_t3, sin_t2), t610_611, t594_595);
+    t612_613 = R::Two::fused(two(sin_t2, sin_t3), t610_611, t594_595);
     t614_615 = R::Two::fused(both(R::constant(0.037)), t474_475, t612_613); // right_foot, left_foot: motion
     t616_617 = t614_615 * t432_433; // right_foot, left_foot: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: motion
-    t618_619 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t553_554;
-    t620_621 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t562_563, t618_619);
+    t618_619 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t553_554;
+    t620_621 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t562_563, t618_619);
     // right_upper_leg, left_upper_leg: motion
     t622_623 = t364_365 * t332_333;
     t624_625 = t398_399 + t622_623;
@@ -666,18 +666,18 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_foot, left_foot: sums of what it carries
     t654_655 = R::Two::fused(-t652_653, t446_447, t616_617);
     t656_657 = t538_539 - t654_655;
-    t658 = t505 + t656_657.first(); // other
+    t658 = t505 + t656_657.second(); // other
     t659 = t658 * R::constant(814.1112620933816); // other
-    t660 = R::fused(-t432_433.first(), t659, t492_493.first()); // left_foot: articulated inertia
-    t661 = t476_477.first() - t660; // left_ankle: articulated inertia
-    t662 = R::fused(-sin_t3, t661, t466_467.first()); // left_ankle: articulated inertia
+    t660 = R::fused(-t432_433.second(), t659, t492_493.second()); // left_foot: articulated inertia
+    t661 = t476_477.second() - t660; // left_ankle: articulated inertia
+    t662 = R::fused(-sin_t3, t661, t466_467.second()); // left_ankle: articulated inertia
     // right_ankle, left_ankle: sums of what it carries
     t663_664 = both(R::constant(0.023125)) + t446_447;
-    t665_666 = two(cos_t3, cos_t2) * t663_664;
-    t667_668 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * both(R::constant(13.432835824540797)); // right_foot, left_foot
+    t665_666 = two(cos_t2, cos_t3) * t663_664;
+    t667_668 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.432835824540797)); // right_foot, left_foot
     // right_ankle, left_ankle: articulated inertia
     t669_670 = R::Two::fused(-t522_523, t667_668, both(R::constant(0.0154)));
-    t671_672 = R::Two::fused(two(sin_t3, sin_t2), t669_670, t665_666);
+    t671_672 = R::Two::fused(two(sin_t2, sin_t3), t669_670, t665_666);
     // left_foot: external forces
     t673 = R::constant(0.055) * t207;
     t674 = R::fused(R::constant(-0.15), t178, t673);
@@ -711,8 +711,8 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t703_704 = t452_453 - t472_473;
     t705_706 = R::Two::fused(both(R::constant(-0.0005698)), t703_704, t701_702);
     // right_ankle, left_ankle: motion
-    t707_708 = two(sin_t3, sin_t2) * t592_593;
-    t709_710 = R::Two::fused(-two(cos_t3, cos_t2), t610_611, t707_708);
+    t707_708 = two(sin_t2, sin_t3) * t592_593;
+    t709_710 = R::Two::fused(-two(cos_t2, cos_t3), t610_611, t707_708);
     // right_ankle, left_ankle: sums of what it carries
     t711_712 = both(R::constant(0.023125)) * t709_710;
     t713_714 = R::Two::fused(both(R::constant(-0.0154)), t612_613, t711_712);
@@ -725,12 +725,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t725_726 = R::Two::fused(-t528_529, t723_724, t721_722);
     t727_728 = R::Two::fused(both(R::constant(-0.037)), t460_461, t709_710); // right_foot, left_foot: motion
     t729_730 = R::Two::fused(-t727_728, t446_447, t725_726);
-    t731 = R::fused(t522_523.first(), t659, t729_730.first()); // left_foot: articulated inertia
-    t732 = R::fused(R::constant(0.037), t448_449.first(), -t731); // left_foot: articulated inertia
-    t733 = t715_716.first() - t732; // left_ankle: articulated inertia
+    t731 = R::fused(t522_523.second(), t659, t729_730.second()); // left_foot: articulated inertia
+    t732 = R::fused(R::constant(0.037), t448_449.second(), -t731); // left_foot: articulated inertia
+    t733 = t715_716.second() - t732; // left_ankle: articulated inertia
     t734 = t698 + t733; // left_ankle: articulated inertia
-    t735_736 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * both(R::constant(0.0006105));
-    t737_738 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * both(R::constant(0.4982360924011495)); // factors of the mass matrix
+    t735_736 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.0006105));
+    t737_738 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.4982360924011495)); // factors of the mass matrix
     // right_foot, left_foot: articulated inertia
     t739_740 = R::Two::fused(-t522_523, t737_738, t514_515);
     t741_742 = t735_736 + t739_740;
@@ -738,19 +738,19 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_ankle, left_ankle: articulated inertia
     t745_746 = both(R::constant(0.0039379874985)) + t743_744;
     t747_748 = both(R::constant(1.0)) / t745_746;
-    t749 = t734 * t747_748.first(); // left_ankle: articulated inertia
-    t750 = R::fused(t671_672.first(), t749, t662); // left_ankle: articulated inertia
-    t751 = t392_393.first() - t750; // left_lower_leg: articulated inertia
-    t752_753 = two(sin_t3, sin_t2) * two(sin_t3, sin_t2); // right_ankle, left_ankle: sums of what it carries
+    t749 = t734 * t747_748.second(); // left_ankle: articulated inertia
+    t750 = R::fused(t671_672.second(), t749, t662); // left_ankle: articulated inertia
+    t751 = t392_393.second() - t750; // left_lower_leg: articulated inertia
+    t752_753 = two(sin_t2, sin_t3) * two(sin_t2, sin_t3); // right_ankle, left_ankle: sums of what it carries
     t754_755 = t432_433 * t667_668; // right_foot, left_foot: articulated inertia
     t756_757 = t752_753 * t754_755;
     t758_759 = t671_672 * t747_748;
     t760_761 = R::Two::fused(t671_672, t758_759, t756_757);
     t762_763 = t588_589 * t760_761;
-    t764_765 = two(sin_t3, sin_t2) * two(cos_t3, cos_t2); // right_ankle, left_ankle: sums of what it carries
+    t764_765 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3); // right_ankle, left_ankle: sums of what it carries
     t766_767 = t764_765 * t754_755;
-    t768_769 = two(sin_t3, sin_t2) * t663_664; // right_ankle, left_ankle: sums of what it carries
-    t770_771 = R::Two::fused(-two(cos_t3, cos_t2), t669_670, t768_769);
+    t768_769 = two(sin_t2, sin_t3) * t663_664; // right_ankle, left_ankle: sums of what it carries
+    t770_771 = R::Two::fused(-two(cos_t2, cos_t3), t669_670, t768_769);
     t772_773 = R::Two::fused(-t770_771, t758_759, t766_767);
     t774_775 = R::Two::fused(-t582_583, t772_773, t762_763);
     t776_777 = t390_391 - t774_775; // right_lower_leg, left_lower_leg: articulated inertia
@@ -758,10 +758,10 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t779 = tau_left_knee_pitch + t778; // other
     // right_lower_leg, left_lower_leg: sums of what it carries
     t780_781 = both(R::constant(0.07325338333)) * t358_359;
-    t782_783 = two(sin_t1, sin_t0) * two(sin_t1, sin_t0);
+    t782_783 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
     t784_785 = both(R::constant(0.072308716667)) * t782_783;
-    t786_787 = two(sin_t1, sin_t0) * two(cos_t1, cos_t0);
-    t788_789 = R::Two::fused(t786_787, both(R::constant(-0.00172)), t784_785);
+    t786_787 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
+    t788_789 = R::Two::fused(both(R::constant(-0.00172)), t786_787, t784_785);
     t790_791 = both(R::constant(0.0727810499985)) - t788_789;
     t792_793 = both(R::constant(0.0004723333315)) + t788_789;
     t794_795 = t790_791 - t792_793;
@@ -793,14 +793,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     );
     t796_797 = R::Two::fused(-t366_367, t794_795, t780_781);
     t798_799 = t400_401 - t636_637; // right_lower_leg, left_lower_leg: motion
-    t800_801 = both(R::constant(0.00024)) * two(cos_t1, cos_t0);
-    t802_803 = R::Two::fused(both(R::constant(0.000016)), two(sin_t1, sin_t0), t800_801);
-    t804_805 = R::Two::fused(t798_799 * two(R::constant(-1.0), R::constant(1.0)), t802_803, t796_797);
+    t800_801 = both(R::constant(0.00024)) * two(cos_t0, cos_t1);
+    t802_803 = R::Two::fused(both(R::constant(0.000016)), two(sin_t0, sin_t1), t800_801);
+    t804_805 = R::Two::fused(t798_799 * two(R::constant(1.0), R::constant(-1.0)), t802_803, t796_797);
     t806_807 = t412_413 + t642_643; // right_lower_leg, left_lower_leg: motion
-    t808_809 = both(R::constant(0.00024)) * two(sin_t1, sin_t0);
-    t810_811 = R::Two::fused(both(R::constant(-0.000016)), two(cos_t1, cos_t0), t808_809);
-    t812_813 = R::Two::fused(t806_807 * two(R::constant(-1.0), R::constant(1.0)), t810_811, t804_805);
-    t814_815 = t782_783 * both(R::constant(0.00172));
+    t808_809 = both(R::constant(0.00024)) * two(sin_t0, sin_t1);
+    t810_811 = R::Two::fused(both(R::constant(-0.000016)), two(cos_t0, cos_t1), t808_809);
+    t812_813 = R::Two::fused(t806_807 * two(R::constant(1.0), R::constant(-1.0)), t810_811, t804_805);
+    t814_815 = both(R::constant(0.00172)) * t782_783;
     t816_817 = R::Two::fused(both(R::constant(0.072308716667)), t786_787, t814_815);
     t818_819 = both(R::constant(0.00086)) - t816_817;
     t820_821 = t572_573 - t326_327;
@@ -808,15 +808,15 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t824_825 = t604_605 * t390_391;
     t826_827 = R::Two::fused(-t580_581, t384_385, t824_825);
     t828_829 = t822_823 + t826_827;
-    t830 = R::fused(-t745_746.first(), t749, t733); // left_ankle: articulated inertia
-    t831 = t588_589.first() * t750; // left_ankle: articulated inertia
-    t832_833 = two(sin_t3, sin_t2) * t464_465; // right_ankle, left_ankle: sums of what it carries
+    t830 = R::fused(-t745_746.second(), t749, t733); // left_ankle: articulated inertia
+    t831 = t588_589.second() * t750; // left_ankle: articulated inertia
+    t832_833 = two(sin_t2, sin_t3) * t464_465; // right_ankle, left_ankle: sums of what it carries
     // left_ankle: articulated inertia
-    t834 = R::fused(cos_t3, t661, t832_833.first());
-    t835 = R::fused(t770_771.first(), t749, t834);
-    t836 = R::fused(t582_583.first(), t835, t831);
+    t834 = R::fused(cos_t3, t661, t832_833.second());
+    t835 = R::fused(t770_771.second(), t749, t834);
+    t836 = R::fused(t582_583.second(), t835, t831);
     t837 = t830 - t836;
-    t838 = t828_829.first() + t837; // left_lower_leg: articulated inertia
+    t838 = t828_829.second() + t837; // left_lower_leg: articulated inertia
     t839 = t779 + t838; // left_lower_leg: articulated inertia
     // right_ankle, left_ankle: articulated inertia
     t840_841 = t588_589 * t774_775;
@@ -829,9 +829,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_lower_leg, left_lower_leg: articulated inertia
     t854_855 = both(R::constant(0.07325338333)) - t852_853;
     t856_857 = both(R::constant(1.0)) / t854_855;
-    t858 = t839 * t856_857.first(); // left_lower_leg: articulated inertia
-    t859 = R::fused(-t776_777.first(), t858, t751); // left_lower_leg: articulated inertia
-    t860 = t374_375.first() + t859; // left_upper_leg: articulated inertia
+    t858 = t839 * t856_857.second(); // left_lower_leg: articulated inertia
+    t859 = R::fused(-t776_777.second(), t858, t751); // left_lower_leg: articulated inertia
+    t860 = t374_375.second() + t859; // left_upper_leg: articulated inertia
     t861_862 = t776_777 * t856_857;
     t863_864 = R::Two::fused(t776_777, t861_862, t760_761);
     t865_866 = t576_577 * t863_864;
@@ -843,40 +843,40 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t876 = tau_left_hip_pitch + t875; // other
     // right_upper_leg, left_upper_leg: sums of what it carries
     t877_878 = both(R::constant(0.231642)) * t358_359;
-    t879_880 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
+    t879_880 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t881_882 = both(R::constant(0.22879800003)) * t879_880;
-    t883_884 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
-    t885_886 = R::Two::fused(t883_884, both(R::constant(-0.004)), t881_882);
+    t883_884 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t885_886 = R::Two::fused(both(R::constant(-0.004)), t883_884, t881_882);
     t887_888 = both(R::constant(0.230220000015)) - t885_886;
     t889_890 = both(R::constant(0.001421999985)) + t885_886;
     t891_892 = t887_888 - t889_890;
     t893_894 = R::Two::fused(-t366_367, t891_892, t877_878);
     t895_896 = t398_399 - t622_623; // right_upper_leg, left_upper_leg: motion
-    t897_898 = both(R::constant(0.00193)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
-    t899_900 = R::Two::fused(both(R::constant(0.000048)), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t897_898);
-    t901_902 = R::Two::fused(t895_896 * two(R::constant(-1.0), R::constant(1.0)), t899_900, t893_894);
+    t897_898 = both(R::constant(0.00193)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t899_900 = R::Two::fused(both(R::constant(0.000048)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t897_898);
+    t901_902 = R::Two::fused(t895_896 * two(R::constant(1.0), R::constant(-1.0)), t899_900, t893_894);
     t903_904 = t410_411 + t628_629; // right_upper_leg, left_upper_leg: motion
-    t905_906 = both(R::constant(0.00193)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
-    t907_908 = R::Two::fused(both(R::constant(-0.000048)), two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t905_906);
-    t909_910 = R::Two::fused(t903_904 * two(R::constant(-1.0), R::constant(1.0)), t907_908, t901_902);
-    t911_912 = t879_880 * both(R::constant(0.004));
+    t905_906 = both(R::constant(0.00193)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t907_908 = R::Two::fused(both(R::constant(-0.000048)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t905_906);
+    t909_910 = R::Two::fused(t903_904 * two(R::constant(1.0), R::constant(-1.0)), t907_908, t901_902);
+    t911_912 = both(R::constant(0.004)) * t879_880;
     t913_914 = R::Two::fused(both(R::constant(0.22879800003)), t883_884, t911_912);
     t915_916 = both(R::constant(0.002)) - t913_914;
     t917_918 = R::Two::fused(t820_821, t915_916, t909_910);
     t919_920 = t598_599 * t372_373;
     t921_922 = R::Two::fused(-t564_565, t340_341, t919_920);
     t923_924 = t917_918 + t921_922;
-    t925 = R::fused(-t854_855.first(), t858, t838); // left_lower_leg: articulated inertia
-    t926 = t576_577.first() * t859; // left_lower_leg: articulated inertia
+    t925 = R::fused(-t854_855.second(), t858, t838); // left_lower_leg: articulated inertia
+    t926 = t576_577.second() * t859; // left_lower_leg: articulated inertia
     // right_lower_leg, left_lower_leg: sums of what it carries
     t927_928 = t566_567 * t384_385;
     t929_930 = R::Two::fused(-t586_587, t390_391, t927_928);
     // left_lower_leg: articulated inertia
-    t931 = t929_930.first() - t835;
-    t932 = R::fused(-t867_868.first(), t858, t931);
-    t933 = R::fused(t568_569.first(), t932, t926);
+    t931 = t929_930.second() - t835;
+    t932 = R::fused(-t867_868.second(), t858, t931);
+    t933 = R::fused(t568_569.second(), t932, t926);
     t934 = t925 + t933;
-    t935 = t923_924.first() + t934; // left_upper_leg: articulated inertia
+    t935 = t923_924.second() + t934; // left_upper_leg: articulated inertia
     t936 = t876 + t935; // left_upper_leg: articulated inertia
     // right_lower_leg, left_lower_leg: articulated inertia
     t937_938 = t576_577 * t871_872;
@@ -888,14 +888,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_upper_leg, left_upper_leg: articulated inertia
     t949_950 = both(R::constant(0.231642)) - t947_948;
     t951_952 = both(R::constant(1.0)) / t949_950;
-    t953 = t936 * t951_952.first(); // left_upper_leg: articulated inertia
-    t954 = R::fused(-t873_874.first(), t953, t860); // left_upper_leg: articulated inertia
+    t953 = t936 * t951_952.second(); // left_upper_leg: articulated inertia
+    t954 = R::fused(-t873_874.second(), t953, t860); // left_upper_leg: articulated inertia
     t955_956 = R::Two::fused(t364_365, t330_331, t396_397); // right_hip_roll_link, left_hip_roll_link: motion
-    t957 = R::fused(R::constant(0.01), t955_956.first(), -t954); // left_hip_roll_link: articulated inertia
+    t957 = R::fused(R::constant(0.01), t955_956.second(), -t954); // left_hip_roll_link: articulated inertia
     t958_959 = t528_529 * t667_668; // right_foot, left_foot: articulated inertia
     t960_961 = t752_753 * t958_959; // right_ankle, left_ankle: articulated inertia
     // right_foot, left_foot: articulated inertia
-    t962_963 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * both(R::constant(13.432835824540797));
+    t962_963 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.432835824540797));
     t964_965 = t432_433 * t962_963;
     t966_967 = both(R::constant(0.037)) * t964_965;
     // right_ankle, left_ankle: articulated inertia
@@ -903,14 +903,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t970_971 = R::Two::fused(t764_765, t968_969, t960_961);
     // right_foot, left_foot: articulated inertia
     t972_973 = R::Two::fused(-t528_529, t737_738, t534_535);
-    t974_975 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), both(R::constant(0.0006105)), -t972_973);
-    t976_977 = two(sin_t3, sin_t2) * t974_975; // right_ankle, left_ankle: articulated inertia
+    t974_975 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0006105)), -t972_973);
+    t976_977 = two(sin_t2, sin_t3) * t974_975; // right_ankle, left_ankle: articulated inertia
     t978_979 = t522_523 * t962_963;
     t980_981 = both(R::constant(0.037)) * t978_979;
     // right_ankle, left_ankle: articulated inertia
-    t982_983 = R::Two::fused(two(cos_t3, cos_t2), t980_981, t976_977);
+    t982_983 = R::Two::fused(two(cos_t2, cos_t3), t980_981, t976_977);
     t984_985 = R::Two::fused(-t982_983, t758_759, t970_971);
-    t986_987 = two(sin_t3, sin_t2) * t964_965;
+    t986_987 = two(sin_t2, sin_t3) * t964_965;
     t988_989 = R::Two::fused(-t978_979, t758_759, t986_987);
     t990_991 = t588_589 * t988_989;
     t992_993 = t984_985 + t990_991;
@@ -920,21 +920,21 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1000_1001 = t966_967 - t998_999;
     t1002_1003 = R::Two::fused(t982_983, t846_847, t1000_1001);
     t1004_1005 = R::Two::fused(-t582_583, t1002_1003, t994_995);
-    t1006_1007 = two(cos_t3, cos_t2) * t964_965;
+    t1006_1007 = two(cos_t2, cos_t3) * t964_965;
     t1008_1009 = t978_979 * t747_748;
     t1010_1011 = R::Two::fused(t770_771, t1008_1009, t1006_1007);
     t1012_1013 = t582_583 * t1010_1011;
     t1014_1015 = t990_991 - t1012_1013;
     t1016_1017 = R::Two::fused(t588_589, t1014_1015, t1004_1005);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t1018_1019 = R::Two::fused(t1016_1017, two(R::constant(1.0), R::constant(-1.0)), t810_811);
-    t1020_1021 = R::Two::fused(t1018_1019 * two(R::constant(-1.0), R::constant(1.0)), t861_862, t992_993);
+    t1018_1019 = R::Two::fused(t1016_1017, two(R::constant(-1.0), R::constant(1.0)), t810_811);
+    t1020_1021 = R::Two::fused(t1018_1019 * two(R::constant(1.0), R::constant(-1.0)), t861_862, t992_993);
     t1022_1023 = R::Two::fused(-t1014_1015, t861_862, t988_989);
     t1024_1025 = t576_577 * t1022_1023;
     t1026_1027 = t1020_1021 + t1024_1025;
     t1028_1029 = t576_577 * t1020_1021;
     t1030_1031 = R::Two::fused(t588_589, t1010_1011, t1002_1003); // right_ankle, left_ankle: articulated inertia
-    t1032_1033 = R::Two::fused(t1018_1019 * two(R::constant(1.0), R::constant(-1.0)), t941_942, t1030_1031);
+    t1032_1033 = R::Two::fused(t1018_1019 * two(R::constant(-1.0), R::constant(1.0)), t941_942, t1030_1031);
     t1034_1035 = R::Two::fused(-t568_569, t1032_1033, t1028_1029);
     t1036_1037 = t1014_1015 * t856_857;
     t1038_1039 = R::Two::fused(t867_868, t1036_1037, t1010_1011);
@@ -942,9 +942,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1042_1043 = t1024_1025 - t1040_1041;
     t1044_1045 = R::Two::fused(t576_577, t1042_1043, t1034_1035);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1046_1047 = R::Two::fused(t1044_1045, two(R::constant(1.0), R::constant(-1.0)), t907_908);
+    t1046_1047 = R::Two::fused(t1044_1045, two(R::constant(-1.0), R::constant(1.0)), t907_908);
     t1048_1049 = t873_874 * t951_952;
-    t1050_1051 = R::Two::fused(t1046_1047 * two(R::constant(-1.0), R::constant(1.0)), t1048_1049, t1026_1027);
+    t1050_1051 = R::Two::fused(t1046_1047 * two(R::constant(1.0), R::constant(-1.0)), t1048_1049, t1026_1027);
     t1052 = sin_q_left_ankle_roll * t683; // left_foot: wrench handed to its parent
     t1053 = R::fused(-cos_q_left_ankle_roll, t695, t1052); // left_foot: wrench handed to its parent
     t1054 = cos_q_left_ankle_pitch * t1053; // left_ankle: wrench handed to its parent
@@ -965,20 +965,20 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1070_1071 = t330_331 * t324_325; // right_hip_roll_link, left_hip_roll_link: motion
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1072_1073 = R::Two::fused(t1070_1071, both(R::constant(-0.0014339166865)), t1068_1069);
-    t1074_1075 = R::Two::fused(two(R::constant(0.01), R::constant(-0.01)), t564_565, t1072_1073);
+    t1074_1075 = R::Two::fused(two(R::constant(-0.01), R::constant(0.01)), t564_565, t1072_1073);
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1076_1077 = t630_631 * t887_888;
-    t1078_1079 = R::Two::fused(t566_567 * two(R::constant(-1.0), R::constant(1.0)), t907_908, t1076_1077);
+    t1078_1079 = R::Two::fused(t566_567 * two(R::constant(1.0), R::constant(-1.0)), t907_908, t1076_1077);
     t1080_1081 = R::Two::fused(t624_625, t915_916, t1078_1079);
     t1082_1083 = t326_327 - t334_335;
-    t1084_1085 = R::Two::fused(t899_900 * two(R::constant(-1.0), R::constant(1.0)), t1082_1083, t1080_1081);
+    t1084_1085 = R::Two::fused(t899_900 * two(R::constant(1.0), R::constant(-1.0)), t1082_1083, t1080_1081);
     t1086_1087 = R::Two::fused(-t620_621, t372_373, t1084_1085);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1088_1089 = t644_645 * t790_791;
-    t1090_1091 = R::Two::fused(t566_567 * two(R::constant(-1.0), R::constant(1.0)), t810_811, t1088_1089);
+    t1090_1091 = R::Two::fused(t566_567 * two(R::constant(1.0), R::constant(-1.0)), t810_811, t1088_1089);
     t1092_1093 = R::Two::fused(t638_639, t818_819, t1090_1091);
     t1094_1095 = t326_327 - t378_379;
-    t1096_1097 = R::Two::fused(t802_803 * two(R::constant(-1.0), R::constant(1.0)), t1094_1095, t1092_1093);
+    t1096_1097 = R::Two::fused(t802_803 * two(R::constant(1.0), R::constant(-1.0)), t1094_1095, t1092_1093);
     t1098_1099 = R::Two::fused(-t634_635, t390_391, t1096_1097);
     t1100_1101 = R::Two::fused(-t418_419, t424_425, t416_417); // right_ankle, left_ankle: motion
     // right_ankle, left_ankle: sums of what it carries
@@ -992,45 +992,45 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1114_1115 = t450_451 - t488_489;
     t1116_1117 = R::Two::fused(t522_523, t1114_1115, t1112_1113);
     t1118_1119 = R::Two::fused(t727_728, t432_433, t1116_1117);
-    t1120 = R::fused(t528_529.first(), t659, t1118_1119.first()); // left_foot: articulated inertia
-    t1121 = t1106_1107.first() + t1120; // left_ankle: articulated inertia
+    t1120 = R::fused(t528_529.second(), t659, t1118_1119.second()); // left_foot: articulated inertia
+    t1121 = t1106_1107.second() + t1120; // left_ankle: articulated inertia
     t1122 = sin_t3 * t1121; // left_ankle: articulated inertia
     // right_ankle, left_ankle: sums of what it carries
     t1123_1124 = t650_651 * both(R::constant(0.0008355375));
     t1125_1126 = R::Two::fused(both(R::constant(-0.0005698)), t1100_1101, t1123_1124);
     t1127_1128 = R::Two::fused(both(R::constant(0.023125)), t648_649, t1125_1126);
-    t1129 = t656_657.first() - t658; // left_foot: articulated inertia
+    t1129 = t656_657.second() - t658; // left_foot: articulated inertia
     t1130_1131 = t452_453 + t488_489; // right_foot, left_foot: motion
     // right_foot, left_foot: sums of what it carries
     t1132_1133 = t1130_1131 * t432_433;
     t1134_1135 = R::Two::fused(t650_651, t446_447, t1132_1133);
-    t1136 = R::fused(-t446_447.first(), t659, t1134_1135.first()); // left_foot: articulated inertia
+    t1136 = R::fused(-t446_447.second(), t659, t1134_1135.second()); // left_foot: articulated inertia
     t1137 = R::fused(R::constant(0.037), t1136, t1129); // left_foot: articulated inertia
-    t1138 = t1127_1128.first() + t1137; // left_ankle: articulated inertia
+    t1138 = t1127_1128.second() + t1137; // left_ankle: articulated inertia
     t1139 = R::fused(-cos_t3, t1138, t1122); // left_ankle: articulated inertia
-    t1140 = R::fused(t982_983.first(), t749, t1139); // left_ankle: articulated inertia
+    t1140 = R::fused(t982_983.second(), t749, t1139); // left_ankle: articulated inertia
     // right_ankle, left_ankle: sums of what it carries
     t1141_1142 = both(R::constant(0.0154)) * t1100_1101;
     t1143_1144 = R::Two::fused(both(R::constant(-0.023125)), t650_651, t1141_1142);
-    t1145 = t1143_1144.first() - t1136; // left_ankle: articulated inertia
-    t1146 = R::fused(t978_979.first(), t749, t1145); // left_ankle: articulated inertia
-    t1147 = R::fused(t588_589.first(), t1146, t1140); // left_ankle: articulated inertia
-    t1148 = t1098_1099.first() + t1147; // left_lower_leg: articulated inertia
-    t1149 = R::fused(t1018_1019.first(), t858, t1148); // left_lower_leg: articulated inertia
+    t1145 = t1143_1144.second() - t1136; // left_ankle: articulated inertia
+    t1146 = R::fused(t978_979.second(), t749, t1145); // left_ankle: articulated inertia
+    t1147 = R::fused(t588_589.second(), t1146, t1140); // left_ankle: articulated inertia
+    t1148 = t1098_1099.second() + t1147; // left_lower_leg: articulated inertia
+    t1149 = R::fused(t1018_1019.second(), t858, t1148); // left_lower_leg: articulated inertia
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1150_1151 = t638_639 * t384_385;
     t1152_1153 = R::Two::fused(-t644_645, t390_391, t1150_1151);
-    t1154 = t1152_1153.first() - t1146; // left_lower_leg: articulated inertia
-    t1155 = R::fused(-t1014_1015.first(), t858, t1154); // left_lower_leg: articulated inertia
-    t1156 = R::fused(-t576_577.first(), t1155, t1149); // left_lower_leg: articulated inertia
-    t1157 = t1086_1087.first() + t1156; // left_upper_leg: articulated inertia
-    t1158 = R::fused(t1046_1047.first(), t953, t1157); // left_upper_leg: articulated inertia
-    t1159 = t1074_1075.first() + t1158; // left_hip_roll_link: articulated inertia
+    t1154 = t1152_1153.second() - t1146; // left_lower_leg: articulated inertia
+    t1155 = R::fused(-t1014_1015.second(), t858, t1154); // left_lower_leg: articulated inertia
+    t1156 = R::fused(-t576_577.second(), t1155, t1149); // left_lower_leg: articulated inertia
+    t1157 = t1086_1087.second() + t1156; // left_upper_leg: articulated inertia
+    t1158 = R::fused(t1046_1047.second(), t953, t1157); // left_upper_leg: articulated inertia
+    t1159 = t1074_1075.second() + t1158; // left_hip_roll_link: articulated inertia
     t1160 = t1067 - t1159; // left_hip_roll_link: articulated inertia
     t1161_1162 = t446_447 * t962_963; // right_foot, left_foot: articulated inertia
-    t1163_1164 = R::Two::fused(t1161_1162, both(R::constant(-0.001369)), both(R::constant(0.0008355375))); // right_ankle, left_ankle
+    t1163_1164 = R::Two::fused(both(R::constant(-0.001369)), t1161_1162, both(R::constant(0.0008355375))); // right_ankle, left_ankle
     // right_foot, left_foot: articulated inertia
-    t1165_1166 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * both(R::constant(0.4982360924011495));
+    t1165_1166 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
     t1167_1168 = R::Two::fused(-t528_529, t1165_1166, t512_513);
     // right_ankle, left_ankle: articulated inertia
     t1169_1170 = both(R::constant(0.0031024499985)) + t1167_1168;
@@ -1044,9 +1044,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1185_1186 = t982_983 * t747_748;
     t1187_1188 = R::Two::fused(-t982_983, t1185_1186, t1183_1184);
     t1189_1190 = both(R::constant(0.0154)) - t1175_1176;
-    t1191_1192 = two(sin_t3, sin_t2) * t1189_1190;
+    t1191_1192 = two(sin_t2, sin_t3) * t1189_1190;
     t1193_1194 = R::Two::fused(both(R::constant(-0.037)), t1161_1162, both(R::constant(0.023125)));
-    t1195_1196 = R::Two::fused(two(cos_t3, cos_t2), t1193_1194, t1191_1192);
+    t1195_1196 = R::Two::fused(two(cos_t2, cos_t3), t1193_1194, t1191_1192);
     t1197_1198 = R::Two::fused(-t982_983, t1008_1009, t1195_1196);
     t1199_1200 = R::Two::fused(t588_589, t1197_1198, t1187_1188);
     t1201_1202 = R::Two::fused(t978_979, t1008_1009, t1161_1162);
@@ -1057,7 +1057,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1209_1210 = t1018_1019 * t856_857;
     t1211_1212 = R::Two::fused(-t1018_1019, t1209_1210, t1207_1208);
     t1213_1214 = t390_391 + t1203_1204;
-    t1215_1216 = R::Two::fused(t1018_1019 * two(R::constant(-1.0), R::constant(1.0)), t1036_1037, t1213_1214);
+    t1215_1216 = R::Two::fused(t1018_1019 * two(R::constant(1.0), R::constant(-1.0)), t1036_1037, t1213_1214);
     t1217_1218 = R::Two::fused(t576_577, t1215_1216, t1211_1212);
     t1219_1220 = R::Two::fused(t1014_1015, t1036_1037, t1201_1202);
     t1221_1222 = R::Two::fused(-t576_577, t1219_1220, t1215_1216);
@@ -1069,12 +1069,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
     t1231_1232 = both(R::constant(0.0016005833535)) + t1229_1230;
     t1233_1234 = both(R::constant(1.0)) / t1231_1232;
-    t1235 = t1160 * t1233_1234.first(); // left_hip_roll_link: articulated inertia
-    t1236 = R::fused(t1050_1051.first(), t1235, t957); // left_hip_roll_link: articulated inertia
+    t1235 = t1160 * t1233_1234.second(); // left_hip_roll_link: articulated inertia
+    t1236 = R::fused(t1050_1051.second(), t1235, t957); // left_hip_roll_link: articulated inertia
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t1237_1238 = t322_323 * t322_323;
     t1239_1240 = R::Two::fused(t318_319, t318_319, t1237_1238);
-    t1241 = R::fused(R::constant(0.008), t1239_1240.first(), -t1236); // left_hip_yaw_link: articulated inertia
+    t1241 = R::fused(R::constant(0.008), t1239_1240.second(), -t1236); // left_hip_yaw_link: articulated inertia
     t1242 = cos_q_left_hip_yaw * t1241; // left_hip_yaw_link: articulated inertia
     let (
         t1243_1244, t1245_1246, t1247, t1248, t1249_1250, t1251, t1252, t1253_1254, t1255_1256, t1257, t1258_1259,
@@ -1103,38 +1103,38 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1243_1244 = t624_625 * t340_341;
     t1245_1246 = R::Two::fused(-t630_631, t372_373, t1243_1244);
-    t1247 = t1245_1246.first() + t1155; // left_upper_leg: articulated inertia
-    t1248 = R::fused(-t1042_1043.first(), t953, t1247); // left_upper_leg: articulated inertia
+    t1247 = t1245_1246.second() + t1155; // left_upper_leg: articulated inertia
+    t1248 = R::fused(-t1042_1043.second(), t953, t1247); // left_upper_leg: articulated inertia
     t1249_1250 = t572_573 + t326_327; // right_hip_roll_link, left_hip_roll_link: motion
-    t1251 = R::fused(R::constant(0.01), t1249_1250.first(), t1248); // left_hip_roll_link: articulated inertia
+    t1251 = R::fused(R::constant(0.01), t1249_1250.second(), t1248); // left_hip_roll_link: articulated inertia
     t1252 = cos_q_left_hip_roll * t1251; // left_hip_roll_link: articulated inertia
     t1253_1254 = t566_567 * t340_341;
     t1255_1256 = R::Two::fused(-t574_575, t372_373, t1253_1254);
-    t1257 = t1255_1256.first() + t932; // left_upper_leg: articulated inertia
+    t1257 = t1255_1256.second() + t932; // left_upper_leg: articulated inertia
     t1258_1259 = t340_341 + t945_946; // right_upper_leg, left_upper_leg: articulated inertia
-    t1260 = R::fused(-t1258_1259.first(), t953, t1257); // left_upper_leg: articulated inertia
+    t1260 = R::fused(-t1258_1259.second(), t953, t1257); // left_upper_leg: articulated inertia
     t1261_1262 = t408_409 - t1070_1071; // right_hip_roll_link, left_hip_roll_link: motion
-    t1263 = R::fused(R::constant(0.01), t1261_1262.first(), -t1260); // left_hip_roll_link: articulated inertia
+    t1263 = R::fused(R::constant(0.01), t1261_1262.second(), -t1260); // left_hip_roll_link: articulated inertia
     t1264 = R::fused(sin_q_left_hip_roll, t1263, t1252); // left_hip_roll_link: articulated inertia
     // right_upper_leg, left_upper_leg: articulated inertia
     t1265_1266 = t372_373 + t1221_1222;
     t1267_1268 = t1042_1043 * t951_952;
-    t1269_1270 = R::Two::fused(t1046_1047 * two(R::constant(-1.0), R::constant(1.0)), t1267_1268, t1265_1266);
-    t1271_1272 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t1269_1270; // right_hip_roll_link, left_hip_roll_link
+    t1269_1270 = R::Two::fused(t1046_1047 * two(R::constant(1.0), R::constant(-1.0)), t1267_1268, t1265_1266);
+    t1271_1272 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1269_1270; // right_hip_roll_link, left_hip_roll_link
     t1273_1274 = R::Two::fused(t576_577, t1038_1039, t1032_1033); // right_lower_leg, left_lower_leg
     t1275_1276 = t1258_1259 * t951_952;
-    t1277_1278 = R::Two::fused(t1046_1047 * two(R::constant(1.0), R::constant(-1.0)), t1275_1276, t1273_1274);
+    t1277_1278 = R::Two::fused(t1046_1047 * two(R::constant(-1.0), R::constant(1.0)), t1275_1276, t1273_1274);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1279_1280 = R::Two::fused(t1277_1278, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
-    t1281_1282 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t1279_1280, t1271_1272);
-    t1283 = R::fused(-t1281_1282.first(), t1235, t1264); // left_hip_roll_link: articulated inertia
+    t1279_1280 = R::Two::fused(t1277_1278, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.01)));
+    t1281_1282 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t1279_1280, t1271_1272);
+    t1283 = R::fused(-t1281_1282.second(), t1235, t1264); // left_hip_roll_link: articulated inertia
     t1284_1285 = t362_363 * t318_319; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1286 = R::fused(R::constant(0.008), t1284_1285.first(), -t1283); // left_hip_yaw_link: articulated inertia
+    t1286 = R::fused(R::constant(0.008), t1284_1285.second(), -t1283); // left_hip_yaw_link: articulated inertia
     t1287 = R::fused(-sin_q_left_hip_yaw, t1286, t1242); // left_hip_yaw_link: articulated inertia
     // right_ankle, left_ankle: articulated inertia
     t1288_1289 = t432_433 - t998_999;
-    t1290_1291 = two(cos_t3, cos_t2) * t974_975;
-    t1292_1293 = R::Two::fused(-two(sin_t3, sin_t2), t980_981, t1290_1291);
+    t1290_1291 = two(cos_t2, cos_t3) * t974_975;
+    t1292_1293 = R::Two::fused(-two(sin_t2, sin_t3), t980_981, t1290_1291);
     t1294_1295 = R::Two::fused(-t1292_1293, t758_759, t1288_1289);
     t1296_1297 = R::Two::fused(-t582_583, t988_989, t1294_1295);
     t1298_1299 = t588_589 * t1296_1297;
@@ -1143,27 +1143,27 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1304_1305 = t1302_1303 - t1012_1013;
     t1306_1307 = R::Two::fused(-t582_583, t1304_1305, t1298_1299);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t1308_1309 = R::Two::fused(t1306_1307, two(R::constant(1.0), R::constant(-1.0)), t802_803);
-    t1310_1311 = R::Two::fused(t1308_1309 * two(R::constant(-1.0), R::constant(1.0)), t861_862, t1296_1297);
+    t1308_1309 = R::Two::fused(t1306_1307, two(R::constant(-1.0), R::constant(1.0)), t802_803);
+    t1310_1311 = R::Two::fused(t1308_1309 * two(R::constant(1.0), R::constant(-1.0)), t861_862, t1296_1297);
     t1312_1313 = R::Two::fused(-t568_569, t1022_1023, t1310_1311);
     t1314_1315 = t576_577 * t1312_1313;
-    t1316_1317 = R::Two::fused(t1308_1309 * two(R::constant(1.0), R::constant(-1.0)), t941_942, t1304_1305);
+    t1316_1317 = R::Two::fused(t1308_1309 * two(R::constant(-1.0), R::constant(1.0)), t941_942, t1304_1305);
     t1318_1319 = t1316_1317 - t1040_1041;
     t1320_1321 = R::Two::fused(-t568_569, t1318_1319, t1314_1315);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1322_1323 = R::Two::fused(t1320_1321, two(R::constant(1.0), R::constant(-1.0)), t899_900);
-    t1324_1325 = R::Two::fused(t1322_1323 * two(R::constant(-1.0), R::constant(1.0)), t1048_1049, t1312_1313);
+    t1322_1323 = R::Two::fused(t1320_1321, two(R::constant(-1.0), R::constant(1.0)), t899_900);
+    t1324_1325 = R::Two::fused(t1322_1323 * two(R::constant(1.0), R::constant(-1.0)), t1048_1049, t1312_1313);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1326_1327 = R::Two::fused(t1324_1325, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.01)));
-    t1328_1329 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t1326_1327;
+    t1326_1327 = R::Two::fused(t1324_1325, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
+    t1328_1329 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1326_1327;
     // right_ankle, left_ankle: articulated inertia
     t1330_1331 = t752_753 * t1179_1180;
     t1332_1333 = R::Two::fused(t764_765, t1171_1172, t1330_1331);
     t1334_1335 = t1177_1178 - t1332_1333;
     t1336_1337 = R::Two::fused(-t1292_1293, t1185_1186, t1334_1335);
     t1338_1339 = R::Two::fused(-t582_583, t1197_1198, t1336_1337);
-    t1340_1341 = two(cos_t3, cos_t2) * t1189_1190;
-    t1342_1343 = R::Two::fused(-two(sin_t3, sin_t2), t1193_1194, t1340_1341);
+    t1340_1341 = two(cos_t2, cos_t3) * t1189_1190;
+    t1342_1343 = R::Two::fused(-two(sin_t2, sin_t3), t1193_1194, t1340_1341);
     t1344_1345 = R::Two::fused(-t1292_1293, t1008_1009, t1342_1343);
     t1346_1347 = R::Two::fused(t582_583, t1201_1202, t1344_1345);
     t1348_1349 = R::Two::fused(t588_589, t1346_1347, t1338_1339);
@@ -1172,24 +1172,24 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1352_1353 = R::Two::fused(-t1308_1309, t1209_1210, t1350_1351);
     t1354_1355 = R::Two::fused(-t568_569, t1215_1216, t1352_1353);
     t1356_1357 = t384_385 - t1346_1347;
-    t1358_1359 = R::Two::fused(t1308_1309 * two(R::constant(1.0), R::constant(-1.0)), t1036_1037, t1356_1357);
+    t1358_1359 = R::Two::fused(t1308_1309 * two(R::constant(-1.0), R::constant(1.0)), t1036_1037, t1356_1357);
     t1360_1361 = R::Two::fused(-t568_569, t1219_1220, t1358_1359);
     t1362_1363 = R::Two::fused(-t576_577, t1360_1361, t1354_1355);
     // right_upper_leg, left_upper_leg: articulated inertia
     t1364_1365 = t915_916 + t1362_1363;
     t1366_1367 = R::Two::fused(-t1322_1323, t1227_1228, t1364_1365);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1368_1369 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t1366_1367;
+    t1368_1369 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1366_1367;
     t1370_1371 = t1050_1051 * t1233_1234;
-    t1372_1373 = R::Two::fused(t1368_1369 * two(R::constant(-1.0), R::constant(1.0)), t1370_1371, t1328_1329);
-    t1374_1375 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t1372_1373; // right_hip_yaw_link, left_hip_yaw_link
+    t1372_1373 = R::Two::fused(t1368_1369 * two(R::constant(1.0), R::constant(-1.0)), t1370_1371, t1328_1329);
+    t1374_1375 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1372_1373; // right_hip_yaw_link, left_hip_yaw_link
     // right_upper_leg, left_upper_leg: articulated inertia
     t1376_1377 = t340_341 + t1360_1361;
-    t1378_1379 = R::Two::fused(t1322_1323 * two(R::constant(1.0), R::constant(-1.0)), t1267_1268, t1376_1377);
-    t1380_1381 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(sin_q_left_hip_roll, sin_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t1378_1379 = R::Two::fused(t1322_1323 * two(R::constant(-1.0), R::constant(1.0)), t1267_1268, t1376_1377);
+    t1380_1381 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
     t1382_1383 = t1380_1381 * t1378_1379; // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1384_1385 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
-    t1386_1387 = R::Two::fused(t1322_1323 * two(R::constant(1.0), R::constant(-1.0)), t1275_1276, t1318_1319);
+    t1384_1385 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t1386_1387 = R::Two::fused(t1322_1323 * two(R::constant(-1.0), R::constant(1.0)), t1275_1276, t1318_1319);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
     t1388_1389 = R::Two::fused(t1384_1385, t1386_1387, t1382_1383);
     t1390_1391 = t1378_1379 - t1388_1389;
@@ -1197,7 +1197,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1394_1395 = R::Two::fused(t1368_1369, t1392_1393, t1390_1391);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1396_1397 = both(R::constant(0.008)) + t1394_1395;
-    t1398_1399 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1396_1397, t1374_1375);
+    t1398_1399 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1396_1397, t1374_1375);
     t1400 = sin_q_left_hip_roll * t875; // left_hip_roll_link: wrench handed to its parent
     t1401 = cos_q_left_hip_pitch * t1061; // left_upper_leg: wrench handed to its parent
     t1402 = R::fused(-sin_q_left_hip_pitch, t1065, t1401); // left_upper_leg: wrench handed to its parent
@@ -1206,40 +1206,40 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1405_1406 = t1284_1285 * both(R::constant(0.0004299999995));
     t1407_1408 = R::Two::fused(both(R::constant(-0.008)), t553_554, t1405_1406);
-    t1409 = R::fused(-t949_950.first(), t953, t935); // left_upper_leg: articulated inertia
-    t1410 = R::fused(t368_369.first(), R::constant(0.0000833333335), t1409); // left_hip_roll_link: articulated inertia
+    t1409 = R::fused(-t949_950.second(), t953, t935); // left_upper_leg: articulated inertia
+    t1410 = R::fused(t368_369.second(), R::constant(0.0000833333335), t1409); // left_hip_roll_link: articulated inertia
     t1411 = sin_q_left_hip_roll * t1410; // left_hip_roll_link: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1412_1413 = t955_956 * both(R::constant(0.00151725002));
-    t1414_1415 = R::Two::fused(two(R::constant(-0.01), R::constant(0.01)), t598_599, t1412_1413);
+    t1414_1415 = R::Two::fused(two(R::constant(0.01), R::constant(-0.01)), t598_599, t1412_1413);
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1416_1417 = t624_625 * t889_890;
     t1418_1419 = R::Two::fused(t630_631, t915_916, t1416_1417);
-    t1420_1421 = R::Two::fused(t368_369 * two(R::constant(-1.0), R::constant(1.0)), t899_900, t1418_1419);
+    t1420_1421 = R::Two::fused(t368_369 * two(R::constant(1.0), R::constant(-1.0)), t899_900, t1418_1419);
     t1422_1423 = t572_573 - t334_335;
-    t1424_1425 = R::Two::fused(t907_908 * two(R::constant(1.0), R::constant(-1.0)), t1422_1423, t1420_1421);
+    t1424_1425 = R::Two::fused(t907_908 * two(R::constant(-1.0), R::constant(1.0)), t1422_1423, t1420_1421);
     t1426_1427 = R::Two::fused(t620_621, t340_341, t1424_1425);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1428_1429 = t638_639 * t792_793;
     t1430_1431 = R::Two::fused(t644_645, t818_819, t1428_1429);
-    t1432_1433 = R::Two::fused(t368_369 * two(R::constant(-1.0), R::constant(1.0)), t802_803, t1430_1431);
+    t1432_1433 = R::Two::fused(t368_369 * two(R::constant(1.0), R::constant(-1.0)), t802_803, t1430_1431);
     t1434_1435 = t572_573 - t378_379;
-    t1436_1437 = R::Two::fused(t810_811 * two(R::constant(1.0), R::constant(-1.0)), t1434_1435, t1432_1433);
+    t1436_1437 = R::Two::fused(t810_811 * two(R::constant(-1.0), R::constant(1.0)), t1434_1435, t1432_1433);
     t1438_1439 = R::Two::fused(t634_635, t384_385, t1436_1437);
     // left_ankle: articulated inertia
     t1440 = cos_t3 * t1121;
     t1441 = R::fused(sin_t3, t1138, t1440);
-    t1442 = R::fused(t1292_1293.first(), t749, t1441);
-    t1443 = R::fused(-t582_583.first(), t1146, t1442);
-    t1444 = t1438_1439.first() + t1443; // left_lower_leg: articulated inertia
-    t1445 = R::fused(t1308_1309.first(), t858, t1444); // left_lower_leg: articulated inertia
-    t1446 = R::fused(t568_569.first(), t1155, t1445); // left_lower_leg: articulated inertia
-    t1447 = t1426_1427.first() + t1446; // left_upper_leg: articulated inertia
-    t1448 = R::fused(t1322_1323.first(), t953, t1447); // left_upper_leg: articulated inertia
-    t1449 = t1414_1415.first() + t1448; // left_hip_roll_link: articulated inertia
+    t1442 = R::fused(t1292_1293.second(), t749, t1441);
+    t1443 = R::fused(-t582_583.second(), t1146, t1442);
+    t1444 = t1438_1439.second() + t1443; // left_lower_leg: articulated inertia
+    t1445 = R::fused(t1308_1309.second(), t858, t1444); // left_lower_leg: articulated inertia
+    t1446 = R::fused(t568_569.second(), t1155, t1445); // left_lower_leg: articulated inertia
+    t1447 = t1426_1427.second() + t1446; // left_upper_leg: articulated inertia
+    t1448 = R::fused(t1322_1323.second(), t953, t1447); // left_upper_leg: articulated inertia
+    t1449 = t1414_1415.second() + t1448; // left_hip_roll_link: articulated inertia
     t1450 = R::fused(-cos_q_left_hip_roll, t1449, t1411); // left_hip_roll_link: articulated inertia
-    t1451 = R::fused(-t1368_1369.first(), t1235, t1450); // left_hip_roll_link: articulated inertia
-    t1452 = t1407_1408.first() + t1451; // left_hip_yaw_link: articulated inertia
+    t1451 = R::fused(-t1368_1369.second(), t1235, t1450); // left_hip_roll_link: articulated inertia
+    t1452 = t1407_1408.second() + t1451; // left_hip_yaw_link: articulated inertia
     t1453 = t1404 + t1452; // left_hip_yaw_link: articulated inertia
     // right_ankle, left_ankle: articulated inertia
     t1454_1455 = t1169_1170 + t1181_1182;
@@ -1267,8 +1267,8 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1492_1493 = both(R::constant(0.0006099999995)) + t1490_1491;
     t1494_1495 = both(R::constant(1.0)) / t1492_1493;
-    t1496 = t1453 * t1494_1495.first(); // left_hip_yaw_link: articulated inertia
-    t1497 = R::fused(-t1398_1399.first(), t1496, t1287); // left_hip_yaw_link: articulated inertia
+    t1496 = t1453 * t1494_1495.second(); // left_hip_yaw_link: articulated inertia
+    t1497 = R::fused(-t1398_1399.second(), t1496, t1287); // left_hip_yaw_link: articulated inertia
     // right_foot: external forces
     t1498 = t255 * R::constant(0.06);
     t1499 = R::fused(-t239, R::constant(0.055), t1498);
@@ -1282,11 +1282,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1507 = R::fused(R::constant(0.055), t250, t1506);
     t1508 = t1505 - t1507;
     t1509 = tau_right_ankle_roll + t1508; // other
-    t1510 = t1509 + t656_657.second(); // other
+    t1510 = t1509 + t656_657.first(); // other
     t1511 = t1510 * R::constant(814.1112620933816); // other
-    t1512 = R::fused(-t432_433.second(), t1511, t492_493.second()); // right_foot: articulated inertia
-    t1513 = t476_477.second() - t1512; // right_ankle: articulated inertia
-    t1514 = R::fused(-sin_t2, t1513, t466_467.second()); // right_ankle: articulated inertia
+    t1512 = R::fused(-t432_433.first(), t1511, t492_493.first()); // right_foot: articulated inertia
+    t1513 = t476_477.first() - t1512; // right_ankle: articulated inertia
+    t1514 = R::fused(-sin_t2, t1513, t466_467.first()); // right_ankle: articulated inertia
     t1515 = t272 * R::constant(0.055);
     t1516 = R::fused(-t255, R::constant(0.15), t1515);
     t1517 = R::constant(0.055) * t275;
@@ -1313,42 +1313,42 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1538 = R::fused(sin_q_right_ankle_roll, t1537, t1526); // right_foot: wrench handed to its parent
     t1539 = R::fused(R::constant(0.037), t284, t1538); // right_foot: wrench handed to its parent
     t1540 = tau_right_ankle_pitch + t1539; // other
-    t1541 = R::fused(t522_523.second(), t1511, t729_730.second()); // right_foot: articulated inertia
-    t1542 = R::fused(R::constant(0.037), t448_449.second(), -t1541); // right_foot: articulated inertia
+    t1541 = R::fused(t522_523.first(), t1511, t729_730.first()); // right_foot: articulated inertia
+    t1542 = R::fused(R::constant(0.037), t448_449.first(), -t1541); // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1543 = t715_716.second() - t1542;
+    t1543 = t715_716.first() - t1542;
     t1544 = t1540 + t1543;
-    t1545 = t1544 * t747_748.second();
-    t1546 = R::fused(t671_672.second(), t1545, t1514);
-    t1547 = t392_393.second() - t1546; // right_lower_leg: articulated inertia
+    t1545 = t1544 * t747_748.first();
+    t1546 = R::fused(t671_672.first(), t1545, t1514);
+    t1547 = t392_393.first() - t1546; // right_lower_leg: articulated inertia
     t1548 = R::fused(R::constant(0.273), t288, t1539); // right_ankle: wrench handed to its parent
     t1549 = tau_right_knee_pitch + t1548; // other
-    t1550 = R::fused(-t745_746.second(), t1545, t1543);
-    t1551 = t588_589.second() * t1546;
-    t1552 = R::fused(cos_t2, t1513, t832_833.second());
-    t1553 = R::fused(t770_771.second(), t1545, t1552);
-    t1554 = R::fused(t582_583.second(), t1553, t1551);
+    t1550 = R::fused(-t745_746.first(), t1545, t1543);
+    t1551 = t588_589.first() * t1546;
+    t1552 = R::fused(cos_t2, t1513, t832_833.first());
+    t1553 = R::fused(t770_771.first(), t1545, t1552);
+    t1554 = R::fused(t582_583.first(), t1553, t1551);
     t1555 = t1550 - t1554;
     // right_lower_leg: articulated inertia
-    t1556 = t828_829.second() + t1555;
+    t1556 = t828_829.first() + t1555;
     t1557 = t1549 + t1556;
-    t1558 = t1557 * t856_857.second();
-    t1559 = R::fused(-t776_777.second(), t1558, t1547);
-    t1560 = t374_375.second() + t1559; // right_upper_leg: articulated inertia
+    t1558 = t1557 * t856_857.first();
+    t1559 = R::fused(-t776_777.first(), t1558, t1547);
+    t1560 = t374_375.first() + t1559; // right_upper_leg: articulated inertia
     t1561 = R::fused(R::constant(0.315), t292, t1548); // right_lower_leg: wrench handed to its parent
     t1562 = tau_right_hip_pitch + t1561; // other
-    t1563 = R::fused(-t854_855.second(), t1558, t1556);
-    t1564 = t576_577.second() * t1559;
-    t1565 = t929_930.second() - t1553;
-    t1566 = R::fused(-t867_868.second(), t1558, t1565);
-    t1567 = R::fused(t568_569.second(), t1566, t1564);
+    t1563 = R::fused(-t854_855.first(), t1558, t1556);
+    t1564 = t576_577.first() * t1559;
+    t1565 = t929_930.first() - t1553;
+    t1566 = R::fused(-t867_868.first(), t1558, t1565);
+    t1567 = R::fused(t568_569.first(), t1566, t1564);
     t1568 = t1563 + t1567;
     // right_upper_leg: articulated inertia
-    t1569 = t923_924.second() + t1568;
+    t1569 = t923_924.first() + t1568;
     t1570 = t1562 + t1569;
-    t1571 = t1570 * t951_952.second();
-    t1572 = R::fused(-t873_874.second(), t1571, t1560);
-    t1573 = R::fused(R::constant(0.01), t955_956.second(), t1572); // right_hip_roll_link: articulated inertia
+    t1571 = t1570 * t951_952.first();
+    t1572 = R::fused(-t873_874.first(), t1571, t1560);
+    t1573 = R::fused(R::constant(0.01), t955_956.first(), t1572); // right_hip_roll_link: articulated inertia
     t1574 = sin_q_right_ankle_roll * t1525; // right_foot: wrench handed to its parent
     t1575 = R::fused(-cos_q_right_ankle_roll, t1537, t1574); // right_foot: wrench handed to its parent
     t1576 = cos_q_right_ankle_pitch * t1575; // right_ankle: wrench handed to its parent
@@ -1365,27 +1365,27 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1587 = R::fused(R::constant(-0.315), t296, t1586); // right_lower_leg: wrench handed to its parent
     t1588 = R::fused(cos_q_right_hip_pitch, t1587, t1584); // right_upper_leg: wrench handed to its parent
     t1589 = tau_right_hip_roll + t1588; // other
-    t1590 = R::fused(t528_529.second(), t1511, t1118_1119.second()); // right_foot: articulated inertia
-    t1591 = t1106_1107.second() + t1590; // right_ankle: articulated inertia
+    t1590 = R::fused(t528_529.first(), t1511, t1118_1119.first()); // right_foot: articulated inertia
+    t1591 = t1106_1107.first() + t1590; // right_ankle: articulated inertia
     t1592 = sin_t2 * t1591; // right_ankle: articulated inertia
-    t1593 = t656_657.second() - t1510; // right_foot: articulated inertia
-    t1594 = R::fused(-t446_447.second(), t1511, t1134_1135.second()); // right_foot: articulated inertia
+    t1593 = t656_657.first() - t1510; // right_foot: articulated inertia
+    t1594 = R::fused(-t446_447.first(), t1511, t1134_1135.first()); // right_foot: articulated inertia
     t1595 = R::fused(R::constant(0.037), t1594, t1593); // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1596 = t1127_1128.second() + t1595;
+    t1596 = t1127_1128.first() + t1595;
     t1597 = R::fused(-cos_t2, t1596, t1592);
-    t1598 = R::fused(t982_983.second(), t1545, t1597);
-    t1599 = t1143_1144.second() - t1594;
-    t1600 = R::fused(t978_979.second(), t1545, t1599);
-    t1601 = R::fused(t588_589.second(), t1600, t1598);
+    t1598 = R::fused(t982_983.first(), t1545, t1597);
+    t1599 = t1143_1144.first() - t1594;
+    t1600 = R::fused(t978_979.first(), t1545, t1599);
+    t1601 = R::fused(t588_589.first(), t1600, t1598);
     // right_lower_leg: articulated inertia
-    t1602 = t1098_1099.second() + t1601;
-    t1603 = R::fused(-t1018_1019.second(), t1558, t1602);
-    t1604 = t1152_1153.second() - t1600;
-    t1605 = R::fused(-t1014_1015.second(), t1558, t1604);
-    t1606 = R::fused(-t576_577.second(), t1605, t1603);
-    t1607 = t1086_1087.second() + t1606; // right_upper_leg: articulated inertia
-    t1608 = R::fused(-t1046_1047.second(), t1571, t1607); // right_upper_leg: articulated inertia
+    t1602 = t1098_1099.first() + t1601;
+    t1603 = R::fused(-t1018_1019.first(), t1558, t1602);
+    t1604 = t1152_1153.first() - t1600;
+    t1605 = R::fused(-t1014_1015.first(), t1558, t1604);
+    t1606 = R::fused(-t576_577.first(), t1605, t1603);
+    t1607 = t1086_1087.first() + t1606; // right_upper_leg: articulated inertia
+    t1608 = R::fused(-t1046_1047.first(), t1571, t1607); // right_upper_leg: articulated inertia
     let (
         t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1624,
         t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640,
@@ -1410,49 +1410,49 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t1943, t1944, t1945,
     );
     // right_hip_roll_link: articulated inertia
-    t1609 = t1074_1075.second() + t1608;
+    t1609 = t1074_1075.first() + t1608;
     t1610 = t1589 - t1609;
-    t1611 = t1610 * t1233_1234.second();
-    t1612 = R::fused(-t1050_1051.second(), t1611, t1573);
-    t1613 = R::fused(R::constant(0.008), t1239_1240.second(), t1612); // right_hip_yaw_link: articulated inertia
+    t1611 = t1610 * t1233_1234.first();
+    t1612 = R::fused(-t1050_1051.first(), t1611, t1573);
+    t1613 = R::fused(R::constant(0.008), t1239_1240.first(), t1612); // right_hip_yaw_link: articulated inertia
     t1614 = cos_q_right_hip_yaw * t1613; // right_hip_yaw_link: articulated inertia
-    t1615 = t1245_1246.second() + t1605; // right_upper_leg: articulated inertia
-    t1616 = R::fused(-t1042_1043.second(), t1571, t1615); // right_upper_leg: articulated inertia
-    t1617 = R::fused(R::constant(0.01), t1249_1250.second(), -t1616);
+    t1615 = t1245_1246.first() + t1605; // right_upper_leg: articulated inertia
+    t1616 = R::fused(-t1042_1043.first(), t1571, t1615); // right_upper_leg: articulated inertia
+    t1617 = R::fused(R::constant(0.01), t1249_1250.first(), -t1616);
     t1618 = cos_q_right_hip_roll * t1617;
-    t1619 = t1255_1256.second() + t1566; // right_upper_leg: articulated inertia
-    t1620 = R::fused(-t1258_1259.second(), t1571, t1619); // right_upper_leg: articulated inertia
-    t1621 = R::fused(R::constant(0.01), t1261_1262.second(), t1620);
+    t1619 = t1255_1256.first() + t1566; // right_upper_leg: articulated inertia
+    t1620 = R::fused(-t1258_1259.first(), t1571, t1619); // right_upper_leg: articulated inertia
+    t1621 = R::fused(R::constant(0.01), t1261_1262.first(), t1620);
     t1622 = R::fused(sin_q_right_hip_roll, t1621, t1618);
-    t1623 = R::fused(t1281_1282.second(), t1611, t1622);
-    t1624 = R::fused(R::constant(0.008), t1284_1285.second(), t1623); // right_hip_yaw_link: articulated inertia
+    t1623 = R::fused(t1281_1282.first(), t1611, t1622);
+    t1624 = R::fused(R::constant(0.008), t1284_1285.first(), t1623); // right_hip_yaw_link: articulated inertia
     t1625 = R::fused(-sin_q_right_hip_yaw, t1624, t1614); // right_hip_yaw_link: articulated inertia
     t1626 = sin_q_right_hip_roll * t1561; // right_hip_roll_link: wrench handed to its parent
     t1627 = cos_q_right_hip_pitch * t1583; // right_upper_leg: wrench handed to its parent
     t1628 = R::fused(-sin_q_right_hip_pitch, t1587, t1627); // right_upper_leg: wrench handed to its parent
     t1629 = R::fused(cos_q_right_hip_roll, t1628, t1626); // right_hip_roll_link: wrench handed to its parent
     t1630 = tau_right_hip_yaw + t1629; // other
-    t1631 = R::fused(-t949_950.second(), t1571, t1569); // right_upper_leg: articulated inertia
-    t1632 = R::fused(t368_369.second(), R::constant(0.0000833333335), t1631);
+    t1631 = R::fused(-t949_950.first(), t1571, t1569); // right_upper_leg: articulated inertia
+    t1632 = R::fused(t368_369.first(), R::constant(0.0000833333335), t1631);
     t1633 = sin_q_right_hip_roll * t1632;
     // right_ankle: articulated inertia
     t1634 = cos_t2 * t1591;
     t1635 = R::fused(sin_t2, t1596, t1634);
-    t1636 = R::fused(t1292_1293.second(), t1545, t1635);
-    t1637 = R::fused(-t582_583.second(), t1600, t1636);
-    t1638 = t1438_1439.second() + t1637; // right_lower_leg: articulated inertia
-    t1639 = R::fused(-t1308_1309.second(), t1558, t1638); // right_lower_leg: articulated inertia
-    t1640 = R::fused(t568_569.second(), t1605, t1639); // right_lower_leg: articulated inertia
-    t1641 = t1426_1427.second() + t1640; // right_upper_leg: articulated inertia
-    t1642 = R::fused(-t1322_1323.second(), t1571, t1641); // right_upper_leg: articulated inertia
-    t1643 = t1414_1415.second() + t1642; // right_hip_roll_link: articulated inertia
+    t1636 = R::fused(t1292_1293.first(), t1545, t1635);
+    t1637 = R::fused(-t582_583.first(), t1600, t1636);
+    t1638 = t1438_1439.first() + t1637; // right_lower_leg: articulated inertia
+    t1639 = R::fused(-t1308_1309.first(), t1558, t1638); // right_lower_leg: articulated inertia
+    t1640 = R::fused(t568_569.first(), t1605, t1639); // right_lower_leg: articulated inertia
+    t1641 = t1426_1427.first() + t1640; // right_upper_leg: articulated inertia
+    t1642 = R::fused(-t1322_1323.first(), t1571, t1641); // right_upper_leg: articulated inertia
+    t1643 = t1414_1415.first() + t1642; // right_hip_roll_link: articulated inertia
     t1644 = R::fused(-cos_q_right_hip_roll, t1643, t1633); // right_hip_roll_link: articulated inertia
-    t1645 = R::fused(-t1368_1369.second(), t1611, t1644); // right_hip_roll_link: articulated inertia
+    t1645 = R::fused(-t1368_1369.first(), t1611, t1644); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1646 = t1407_1408.second() + t1645;
+    t1646 = t1407_1408.first() + t1645;
     t1647 = t1630 + t1646;
-    t1648 = t1647 * t1494_1495.second();
-    t1649 = R::fused(t1398_1399.second(), t1648, t1625);
+    t1648 = t1647 * t1494_1495.first();
+    t1649 = R::fused(t1398_1399.first(), t1648, t1625);
     t1650 = t1497 + t1649;
     t1651 = t315 + t1650; // torso: articulated inertia
     t1652 = t303 - t1651; // torso: articulated inertia
@@ -1469,16 +1469,16 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1662 = R::constant(0.20808) * t547;
     t1663 = R::fused(R::constant(0.0102), t314, t1662);
     t1664 = t1661 + t1663;
-    t1665 = R::fused(-t1492_1493.first(), t1496, t1452); // left_hip_yaw_link: articulated inertia
+    t1665 = R::fused(-t1492_1493.second(), t1496, t1452); // left_hip_yaw_link: articulated inertia
     t1666 = R::fused(R::constant(0.0764), t1497, t1665); // left_hip_yaw_link: articulated inertia
-    t1667 = R::fused(-t1492_1493.second(), t1648, t1646); // right_hip_yaw_link: articulated inertia
+    t1667 = R::fused(-t1492_1493.first(), t1648, t1646); // right_hip_yaw_link: articulated inertia
     t1668 = R::fused(R::constant(-0.0764), t1649, t1667); // right_hip_yaw_link: articulated inertia
     t1669 = t1666 + t1668; // right_hip_yaw_link: articulated inertia
     t1670 = t1664 + t1669; // torso: articulated inertia
     t1671 = t1656 + t1670; // torso: articulated inertia
     t1672_1673 = R::Two::fused(t873_874, t1048_1049, t863_864); // right_upper_leg, left_upper_leg: articulated inertia
     t1674_1675 = R::Two::fused(t1050_1051, t1370_1371, t1672_1673); // right_hip_roll_link, left_hip_roll_link
-    t1676_1677 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1676_1677 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     // right_upper_leg, left_upper_leg: articulated inertia
     t1678_1679 = R::Two::fused(t1042_1043, t1267_1268, t1219_1220);
     t1680_1681 = R::Two::fused(t1258_1259, t1275_1276, t943_944);
@@ -1493,12 +1493,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1696_1697 = t1674_1675 - t1694_1695;
     t1698_1699 = t1676_1677 * t1696_1697;
-    t1700_1701 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1700_1701 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     t1702_1703 = R::Two::fused(-t1042_1043, t1048_1049, t1022_1023); // right_upper_leg, left_upper_leg
-    t1704_1705 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t1702_1703; // right_hip_roll_link, left_hip_roll_link
+    t1704_1705 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1702_1703; // right_hip_roll_link, left_hip_roll_link
     t1706_1707 = R::Two::fused(-t1258_1259, t1048_1049, t869_870); // right_upper_leg, left_upper_leg
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1708_1709 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t1706_1707, t1704_1705);
+    t1708_1709 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1706_1707, t1704_1705);
     t1710_1711 = R::Two::fused(-t1281_1282, t1370_1371, t1708_1709);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1712_1713 = both(R::constant(2.0)) * t1710_1711;
@@ -1506,11 +1506,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1716_1717 = t1674_1675 - t1714_1715;
     t1718_1719 = t1398_1399 * t1494_1495;
     t1720_1721 = R::Two::fused(t1398_1399, t1718_1719, t1716_1717);
-    t1722 = R::constant(0.0764) * t1720_1721.first(); // left_hip_yaw_link: articulated inertia
-    t1723 = R::fused(R::constant(-0.0764), t1720_1721.second(), t1722); // right_hip_yaw_link: articulated inertia
+    t1722 = R::constant(0.0764) * t1720_1721.second(); // left_hip_yaw_link: articulated inertia
+    t1723 = R::fused(R::constant(-0.0764), t1720_1721.first(), t1722); // right_hip_yaw_link: articulated inertia
     t1724 = R::constant(0.0102) - t1723; // torso: articulated inertia
-    t1725 = t1720_1721.first() * R::constant(0.00583696); // left_hip_yaw_link: articulated inertia
-    t1726 = R::fused(R::constant(0.00583696), t1720_1721.second(), t1725); // right_hip_yaw_link: articulated inertia
+    t1725 = t1720_1721.second() * R::constant(0.00583696); // left_hip_yaw_link: articulated inertia
+    t1726 = R::fused(R::constant(0.00583696), t1720_1721.first(), t1725); // right_hip_yaw_link: articulated inertia
     t1727 = R::constant(0.15966028) - t1726; // torso: articulated inertia
     t1728 = R::constant(1.0) / t1727; // torso: acceleration
     t1729 = t1724 * t1728; // torso: acceleration
@@ -1534,9 +1534,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1746 = R::constant(2.4915) * t314;
     t1747 = R::fused(R::constant(0.20808), t559, t1746);
     t1748 = t1745 + t1747;
-    t1749 = R::fused(t1231_1232.first(), t1235, t1159); // left_hip_roll_link: articulated inertia
+    t1749 = R::fused(t1231_1232.second(), t1235, t1159); // left_hip_roll_link: articulated inertia
     t1750_1751 = R::Two::fused(-t322_323, t318_319, t408_409); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1752 = R::fused(t1750_1751.first(), R::constant(0.00009), t1749); // left_hip_yaw_link: articulated inertia
+    t1752 = R::fused(t1750_1751.second(), R::constant(0.00009), t1749); // left_hip_yaw_link: articulated inertia
     t1753 = sin_q_left_hip_yaw * t1752; // left_hip_yaw_link: articulated inertia
     t1754_1755 = R::Two::fused(t322_323, t362_363, t350_351); // right_hip_yaw_link, left_hip_yaw_link: motion
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
@@ -1544,46 +1544,46 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1758_1759 = R::Two::fused(both(R::constant(-0.008)), t562_563, t1756_1757);
     t1760 = cos_q_left_hip_roll * t1410; // left_hip_roll_link: articulated inertia
     t1761 = R::fused(sin_q_left_hip_roll, t1449, t1760); // left_hip_roll_link: articulated inertia
-    t1762_1763 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t1366_1367; // right_hip_roll_link, left_hip_roll_link
-    t1764 = R::fused(t1762_1763.first(), t1235, t1761); // left_hip_roll_link: articulated inertia
-    t1765 = t1758_1759.first() + t1764; // left_hip_yaw_link: articulated inertia
+    t1762_1763 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1366_1367; // right_hip_roll_link, left_hip_roll_link
+    t1764 = R::fused(t1762_1763.second(), t1235, t1761); // left_hip_roll_link: articulated inertia
+    t1765 = t1758_1759.second() + t1764; // left_hip_yaw_link: articulated inertia
     t1766 = R::fused(-cos_q_left_hip_yaw, t1765, t1753); // left_hip_yaw_link: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
     t1767_1768 = t1384_1385 * t1482_1483;
     t1769_1770 = t1762_1763 * t1233_1234;
     t1771_1772 = R::Two::fused(t1368_1369, t1769_1770, t1767_1768);
-    t1773_1774 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t1771_1772; // right_hip_yaw_link, left_hip_yaw_link
-    t1775 = R::fused(t1773_1774.first(), t1496, t1766); // left_hip_yaw_link: articulated inertia
-    t1776 = R::fused(t1231_1232.second(), t1611, t1609); // right_hip_roll_link: articulated inertia
-    t1777 = R::fused(t1750_1751.second(), R::constant(0.00009), t1776); // right_hip_yaw_link: articulated inertia
+    t1773_1774 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1771_1772; // right_hip_yaw_link, left_hip_yaw_link
+    t1775 = R::fused(t1773_1774.second(), t1496, t1766); // left_hip_yaw_link: articulated inertia
+    t1776 = R::fused(t1231_1232.first(), t1611, t1609); // right_hip_roll_link: articulated inertia
+    t1777 = R::fused(t1750_1751.first(), R::constant(0.00009), t1776); // right_hip_yaw_link: articulated inertia
     t1778 = sin_q_right_hip_yaw * t1777; // right_hip_yaw_link: articulated inertia
     t1779 = cos_q_right_hip_roll * t1632; // right_hip_roll_link: articulated inertia
     t1780 = R::fused(sin_q_right_hip_roll, t1643, t1779); // right_hip_roll_link: articulated inertia
-    t1781 = R::fused(t1762_1763.second(), t1611, t1780); // right_hip_roll_link: articulated inertia
+    t1781 = R::fused(t1762_1763.first(), t1611, t1780); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1782 = t1758_1759.second() + t1781;
+    t1782 = t1758_1759.first() + t1781;
     t1783 = R::fused(-cos_q_right_hip_yaw, t1782, t1778);
-    t1784 = R::fused(t1773_1774.second(), t1648, t1783);
+    t1784 = R::fused(t1773_1774.first(), t1648, t1783);
     t1785 = t1775 + t1784;
     t1786 = t1748 + t1785; // torso: articulated inertia
     t1787 = t1740 - t1786; // torso: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1788_1789 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t1326_1327;
-    t1790_1791 = R::Two::fused(t1762_1763 * two(R::constant(-1.0), R::constant(1.0)), t1370_1371, t1788_1789);
+    t1788_1789 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1326_1327;
+    t1790_1791 = R::Two::fused(t1762_1763 * two(R::constant(1.0), R::constant(-1.0)), t1370_1371, t1788_1789);
     t1792_1793 = t1676_1677 * t1790_1791; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1794_1795 = t1380_1381 * t1386_1387;
     t1796_1797 = R::Two::fused(-t1384_1385, t1378_1379, t1794_1795);
     t1798_1799 = R::Two::fused(-t1762_1763, t1392_1393, t1796_1797);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1800_1801 = R::Two::fused(t1700_1701 * two(R::constant(-1.0), R::constant(1.0)), t1798_1799, t1792_1793);
+    t1800_1801 = R::Two::fused(t1700_1701 * two(R::constant(1.0), R::constant(-1.0)), t1798_1799, t1792_1793);
     t1802_1803 = t1790_1791 - t1800_1801;
     t1804_1805 = R::Two::fused(t1773_1774, t1718_1719, t1802_1803);
-    t1806 = R::constant(0.0764) * t1804_1805.first(); // left_hip_yaw_link: articulated inertia
-    t1807 = R::fused(R::constant(0.0764), t1804_1805.second(), t1806); // right_hip_yaw_link: articulated inertia
+    t1806 = R::constant(0.0764) * t1804_1805.second(); // left_hip_yaw_link: articulated inertia
+    t1807 = R::fused(R::constant(0.0764), t1804_1805.first(), t1806); // right_hip_yaw_link: articulated inertia
     t1808 = R::constant(0.0014735) + t1807; // torso: articulated inertia
     t1809 = t1808 * t1728; // torso: acceleration
     t1810 = R::fused(t1671, t1809, t1787); // torso: acceleration
-    t1811 = t1804_1805.first() - t1804_1805.second(); // right_hip_yaw_link: articulated inertia
+    t1811 = t1804_1805.second() - t1804_1805.first(); // right_hip_yaw_link: articulated inertia
     t1812 = R::constant(2.4915) + t1811; // torso: articulated inertia
     t1813 = R::fused(-t1724, t1809, t1812); // torso: acceleration
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
@@ -1596,7 +1596,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1824_1825 = t1818_1819 + t1822_1823;
     t1826_1827 = t1773_1774 * t1494_1495;
     t1828_1829 = R::Two::fused(-t1773_1774, t1826_1827, t1824_1825);
-    t1830 = t1828_1829.first() + t1828_1829.second(); // right_hip_yaw_link: articulated inertia
+    t1830 = t1828_1829.second() + t1828_1829.first(); // right_hip_yaw_link: articulated inertia
     t1831 = R::constant(0.812133582) + t1830; // torso: articulated inertia
     // torso: acceleration
     t1832 = R::fused(-t1808, t1809, t1831);
@@ -1626,52 +1626,52 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1855 = t1852 - t1854;
     t1856 = cos_q_left_hip_yaw * t1752; // left_hip_yaw_link: articulated inertia
     t1857 = R::fused(sin_q_left_hip_yaw, t1765, t1856); // left_hip_yaw_link: articulated inertia
-    t1858_1859 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t1771_1772; // right_hip_yaw_link, left_hip_yaw_link
-    t1860 = R::fused(-t1858_1859.first(), t1496, t1857); // left_hip_yaw_link: articulated inertia
+    t1858_1859 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1771_1772; // right_hip_yaw_link, left_hip_yaw_link
+    t1860 = R::fused(-t1858_1859.second(), t1496, t1857); // left_hip_yaw_link: articulated inertia
     t1861 = sin_q_left_hip_roll * t1251; // left_hip_roll_link: articulated inertia
     t1862 = R::fused(-cos_q_left_hip_roll, t1263, t1861); // left_hip_roll_link: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1863_1864 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t1269_1270;
-    t1865_1866 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t1279_1280, t1863_1864);
-    t1867 = R::fused(-t1865_1866.first(), t1235, t1862); // left_hip_roll_link: articulated inertia
-    t1868 = R::fused(R::constant(0.008), t1754_1755.first(), t1867); // left_hip_yaw_link: articulated inertia
+    t1863_1864 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1269_1270;
+    t1865_1866 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t1279_1280, t1863_1864);
+    t1867 = R::fused(-t1865_1866.second(), t1235, t1862); // left_hip_roll_link: articulated inertia
+    t1868 = R::fused(R::constant(0.008), t1754_1755.second(), t1867); // left_hip_yaw_link: articulated inertia
     t1869_1870 = t1386_1387 - t1796_1797;
     t1871_1872 = t1865_1866 * t1233_1234;
     t1873_1874 = R::Two::fused(t1368_1369, t1871_1872, t1869_1870);
-    t1875 = R::fused(t1873_1874.first(), t1496, t1868); // left_hip_yaw_link: articulated inertia
+    t1875 = R::fused(t1873_1874.second(), t1496, t1868); // left_hip_yaw_link: articulated inertia
     t1876 = R::fused(R::constant(-0.0764), t1875, t1860); // left_hip_yaw_link: articulated inertia
     t1877 = cos_q_right_hip_yaw * t1777; // right_hip_yaw_link: articulated inertia
     t1878 = R::fused(sin_q_right_hip_yaw, t1782, t1877); // right_hip_yaw_link: articulated inertia
-    t1879 = R::fused(-t1858_1859.second(), t1648, t1878); // right_hip_yaw_link: articulated inertia
+    t1879 = R::fused(-t1858_1859.first(), t1648, t1878); // right_hip_yaw_link: articulated inertia
     t1880 = sin_q_right_hip_roll * t1617; // right_hip_roll_link: articulated inertia
     t1881 = R::fused(-cos_q_right_hip_roll, t1621, t1880); // right_hip_roll_link: articulated inertia
-    t1882 = R::fused(t1865_1866.second(), t1611, t1881); // right_hip_roll_link: articulated inertia
+    t1882 = R::fused(t1865_1866.first(), t1611, t1881); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1883 = R::fused(R::constant(0.008), t1754_1755.second(), -t1882);
-    t1884 = R::fused(t1873_1874.second(), t1648, t1883);
+    t1883 = R::fused(R::constant(0.008), t1754_1755.first(), -t1882);
+    t1884 = R::fused(t1873_1874.first(), t1648, t1883);
     t1885 = R::fused(R::constant(0.0764), t1884, t1879);
     t1886 = t1876 + t1885;
     t1887 = t1855 - t1886; // torso: articulated inertia
     t1888 = t1847 + t1887; // torso: articulated inertia
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1889_1890 = t1676_1677 * t1798_1799;
-    t1891_1892 = R::Two::fused(t1700_1701 * two(R::constant(1.0), R::constant(-1.0)), t1790_1791, t1889_1890);
-    t1893_1894 = R::Two::fused(t1858_1859 * two(R::constant(1.0), R::constant(-1.0)), t1718_1719, t1891_1892);
+    t1891_1892 = R::Two::fused(t1700_1701 * two(R::constant(-1.0), R::constant(1.0)), t1790_1791, t1889_1890);
+    t1893_1894 = R::Two::fused(t1858_1859 * two(R::constant(-1.0), R::constant(1.0)), t1718_1719, t1891_1892);
     t1895_1896 = both(R::constant(0.0764)) * t1893_1894;
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1897_1898 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t1702_1703;
-    t1899_1900 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t1706_1707, t1897_1898);
+    t1897_1898 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1702_1703;
+    t1899_1900 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1706_1707, t1897_1898);
     t1901_1902 = R::Two::fused(-t1865_1866, t1370_1371, t1899_1900);
-    t1903_1904 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t1901_1902; // right_hip_yaw_link, left_hip_yaw_link
+    t1903_1904 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1901_1902; // right_hip_yaw_link, left_hip_yaw_link
     t1905_1906 = t1380_1381 * t1688_1689;
     t1907_1908 = R::Two::fused(-t1384_1385, t1682_1683, t1905_1906);
     t1909_1910 = t1686_1687 - t1907_1908;
     t1911_1912 = R::Two::fused(t1865_1866, t1392_1393, t1909_1910);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1913_1914 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t1911_1912, t1903_1904);
-    t1915_1916 = R::Two::fused(t1873_1874 * two(R::constant(1.0), R::constant(-1.0)), t1718_1719, t1913_1914);
-    t1917_1918 = R::Two::fused(t1915_1916, two(R::constant(0.00583696), R::constant(-0.00583696)), t1895_1896);
-    t1919 = t1917_1918.first() - t1917_1918.second(); // right_hip_yaw_link: articulated inertia
+    t1913_1914 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1911_1912, t1903_1904);
+    t1915_1916 = R::Two::fused(t1873_1874 * two(R::constant(-1.0), R::constant(1.0)), t1718_1719, t1913_1914);
+    t1917_1918 = R::Two::fused(two(R::constant(-0.00583696), R::constant(0.00583696)), t1915_1916, t1895_1896);
+    t1919 = t1917_1918.second() - t1917_1918.first(); // right_hip_yaw_link: articulated inertia
     t1920 = R::constant(0.0404594) + t1919; // torso: articulated inertia
     t1921 = t1920 * t1728; // torso: acceleration
     t1922 = R::fused(-t1671, t1921, t1888); // torso: acceleration
@@ -1680,11 +1680,11 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1927_1928 = R::Two::fused(t1773_1774, t1925_1926, t1923_1924);
     t1929_1930 = R::Two::fused(t1762_1763, t1871_1872, t1388_1389); // right_hip_roll_link, left_hip_roll_link
     t1931_1932 = both(R::constant(0.008)) + t1929_1930;
-    t1933_1934 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t1931_1932;
+    t1933_1934 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1931_1932;
     t1935_1936 = t1873_1874 * t1494_1495;
     t1937_1938 = R::Two::fused(t1773_1774, t1935_1936, t1933_1934);
-    t1939_1940 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1937_1938, t1927_1928);
-    t1941 = t1939_1940.first() + t1939_1940.second(); // right_hip_yaw_link: articulated inertia
+    t1939_1940 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1937_1938, t1927_1928);
+    t1941 = t1939_1940.second() + t1939_1940.first(); // right_hip_yaw_link: articulated inertia
     t1942 = R::constant(0.00220808) + t1941; // torso: articulated inertia
     t1943 = R::fused(t1920, t1809, t1942); // torso: acceleration
     t1944 = t1943 * t1833; // torso: acceleration
@@ -1711,23 +1711,23 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t2246, t2247, t2248, t2249, t2250, t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259,
     );
     t1946_1947 = both(R::constant(0.0764)) * t1915_1916;
-    t1948_1949 = R::Two::fused(t1946_1947, two(R::constant(1.0), R::constant(-1.0)), t1893_1894);
-    t1950 = t1948_1949.first() + t1948_1949.second(); // right_hip_yaw_link: articulated inertia
+    t1948_1949 = R::Two::fused(t1946_1947, two(R::constant(-1.0), R::constant(1.0)), t1893_1894);
+    t1950 = t1948_1949.second() + t1948_1949.first(); // right_hip_yaw_link: articulated inertia
     t1951 = R::fused(-t1724, t1921, t1950); // torso: acceleration
     t1952 = R::fused(t1813, t1944, t1951); // torso: acceleration
     t1953_1954 = both(R::constant(0.00009)) - t1822_1823;
     t1955_1956 = R::Two::fused(-t1858_1859, t1925_1926, t1953_1954);
-    t1957_1958 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t1931_1932;
+    t1957_1958 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1931_1932;
     t1959_1960 = R::Two::fused(t1858_1859, t1935_1936, t1957_1958);
-    t1961_1962 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1959_1960, t1955_1956);
+    t1961_1962 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1959_1960, t1955_1956);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
     t1963_1964 = t1680_1681 + t1690_1691;
     t1965_1966 = R::Two::fused(t1865_1866, t1871_1872, t1963_1964);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1967_1968 = R::Two::fused(t1873_1874, t1935_1936, t1965_1966);
-    t1969_1970 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1967_1968, t1959_1960);
-    t1971_1972 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1969_1970, t1961_1962);
-    t1973 = t1971_1972.first() + t1971_1972.second(); // right_hip_yaw_link: articulated inertia
+    t1969_1970 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1967_1968, t1959_1960);
+    t1971_1972 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1969_1970, t1961_1962);
+    t1973 = t1971_1972.second() + t1971_1972.first(); // right_hip_yaw_link: articulated inertia
     t1974 = R::constant(0.908224198) + t1973; // torso: articulated inertia
     // torso: acceleration
     t1975 = R::fused(-t1920, t1921, t1974);
@@ -1745,25 +1745,25 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1987 = t1875 + t1884; // right_hip_yaw_link: articulated inertia
     t1988 = t1986 + t1987; // torso: articulated inertia
     t1989 = t1981 + t1988; // torso: articulated inertia
-    t1990 = t1946_1947.first() - t1946_1947.second(); // right_hip_yaw_link: articulated inertia
+    t1990 = t1946_1947.second() - t1946_1947.first(); // right_hip_yaw_link: articulated inertia
     t1991 = t1990 * t1728;
     t1992 = R::fused(-t1671, t1991, t1989);
-    t1993 = t1937_1938.first() + t1937_1938.second(); // right_hip_yaw_link: articulated inertia
+    t1993 = t1937_1938.second() + t1937_1938.first(); // right_hip_yaw_link: articulated inertia
     t1994 = R::constant(0.20808) + t1993; // torso: articulated inertia
     t1995 = R::fused(t1990, t1809, t1994);
     t1996 = t1995 * t1833;
     t1997 = R::fused(-t1810, t1996, t1992);
-    t1998 = t1969_1970.first() + t1969_1970.second(); // right_hip_yaw_link: articulated inertia
+    t1998 = t1969_1970.second() + t1969_1970.first(); // right_hip_yaw_link: articulated inertia
     t1999 = R::constant(0.0102) - t1998; // torso: articulated inertia
     t2000 = R::fused(-t1990, t1921, t1999);
     t2001 = R::fused(-t1995, t1944, t2000);
     t2002 = t2001 * t1977;
     t2003 = R::fused(-t1945, t2002, t1997);
-    t2004 = t1915_1916.first() + t1915_1916.second(); // right_hip_yaw_link: articulated inertia
+    t2004 = t1915_1916.second() + t1915_1916.first(); // right_hip_yaw_link: articulated inertia
     t2005 = R::fused(-t1724, t1991, t2004);
     t2006 = R::fused(t1813, t1996, t2005);
     t2007 = R::fused(-t1952, t2002, t2006);
-    t2008 = t1967_1968.first() + t1967_1968.second(); // right_hip_yaw_link: articulated inertia
+    t2008 = t1967_1968.second() + t1967_1968.first(); // right_hip_yaw_link: articulated inertia
     t2009 = R::constant(19.0) - t2008; // torso: articulated inertia
     t2010 = R::fused(-t1990, t1991, t2009);
     t2011 = R::fused(-t1995, t1996, t2010);
@@ -1785,13 +1785,13 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t2026 = sin_q_left_hip_yaw * t1241; // left_hip_yaw_link: articulated inertia
     t2027 = R::fused(cos_q_left_hip_yaw, t1286, t2026); // left_hip_yaw_link: articulated inertia
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t2028_2029 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t1372_1373;
-    t2030_2031 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1396_1397, t2028_2029);
-    t2032 = R::fused(-t2030_2031.first(), t1496, t2027); // left_hip_yaw_link: articulated inertia
+    t2028_2029 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1372_1373;
+    t2030_2031 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1396_1397, t2028_2029);
+    t2032 = R::fused(-t2030_2031.second(), t1496, t2027); // left_hip_yaw_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
     t2033 = sin_q_right_hip_yaw * t1613;
     t2034 = R::fused(cos_q_right_hip_yaw, t1624, t2033);
-    t2035 = R::fused(t2030_2031.second(), t1648, t2034);
+    t2035 = R::fused(t2030_2031.first(), t1648, t2034);
     t2036 = t2032 + t2035;
     t2037 = t2025 - t2036; // torso: articulated inertia
     t2038 = t2021 + t2037; // torso: articulated inertia
@@ -1800,37 +1800,37 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t2041_2042 = R::Two::fused(-t1700_1701, t1696_1697, t2039_2040);
     t2043_2044 = t1710_1711 - t2041_2042;
     t2045_2046 = R::Two::fused(t2030_2031, t1718_1719, t2043_2044);
-    t2047 = R::constant(0.0764) * t2045_2046.first(); // left_hip_yaw_link: articulated inertia
-    t2048 = R::fused(R::constant(-0.0764), t2045_2046.second(), t2047); // right_hip_yaw_link: articulated inertia
+    t2047 = R::constant(0.0764) * t2045_2046.second(); // left_hip_yaw_link: articulated inertia
+    t2048 = R::fused(R::constant(-0.0764), t2045_2046.first(), t2047); // right_hip_yaw_link: articulated inertia
     t2049 = R::constant(0.20808) - t2048; // torso: articulated inertia
     t2050 = t2049 * t1728; // torso: acceleration
     t2051 = R::fused(t1671, t2050, t2038); // torso: acceleration
     t2052_2053 = t1798_1799 - t1891_1892;
     t2054_2055 = t2030_2031 * t1494_1495;
-    t2056_2057 = R::Two::fused(t1773_1774 * two(R::constant(-1.0), R::constant(1.0)), t2054_2055, t2052_2053);
-    t2058 = t2056_2057.first() + t2056_2057.second(); // right_hip_yaw_link: articulated inertia
+    t2056_2057 = R::Two::fused(t1773_1774 * two(R::constant(1.0), R::constant(-1.0)), t2054_2055, t2052_2053);
+    t2058 = t2056_2057.second() + t2056_2057.first(); // right_hip_yaw_link: articulated inertia
     t2059 = R::fused(t2049, t1809, t2058); // torso: acceleration
     t2060 = t2059 * t1833; // torso: acceleration
     t2061 = R::fused(t1810, t2060, t2051); // torso: acceleration
     t2062_2063 = R::Two::fused(t1858_1859, t2054_2055, t1800_1801);
-    t2064_2065 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t1901_1902;
-    t2066_2067 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t1911_1912, t2064_2065);
-    t2068_2069 = R::Two::fused(t1873_1874 * two(R::constant(1.0), R::constant(-1.0)), t2054_2055, t2066_2067);
+    t2064_2065 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1901_1902;
+    t2066_2067 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1911_1912, t2064_2065);
+    t2068_2069 = R::Two::fused(t1873_1874 * two(R::constant(-1.0), R::constant(1.0)), t2054_2055, t2066_2067);
     t2070_2071 = R::Two::fused(both(R::constant(0.0764)), t2068_2069, t2062_2063);
-    t2072 = t2070_2071.first() - t2070_2071.second(); // right_hip_yaw_link: articulated inertia
+    t2072 = t2070_2071.second() - t2070_2071.first(); // right_hip_yaw_link: articulated inertia
     t2073 = R::constant(2.4915) + t2072; // torso: articulated inertia
     // torso: acceleration
     t2074 = R::fused(-t2049, t1921, t2073);
     t2075 = R::fused(-t2059, t1944, t2074);
     t2076 = t2075 * t1977;
     t2077 = R::fused(t1945, t2076, t2061);
-    t2078 = t2068_2069.first() + t2068_2069.second(); // right_hip_yaw_link: articulated inertia
+    t2078 = t2068_2069.second() + t2068_2069.first(); // right_hip_yaw_link: articulated inertia
     t2079 = R::fused(-t2049, t1991, t2078);
     t2080 = R::fused(-t2059, t1996, t2079);
     t2081 = R::fused(-t2075, t2002, t2080);
     t2082 = t2081 * t2013;
     t2083 = R::fused(t2003, t2082, t2077);
-    t2084 = t2045_2046.first() + t2045_2046.second(); // right_hip_yaw_link: articulated inertia
+    t2084 = t2045_2046.second() + t2045_2046.first(); // right_hip_yaw_link: articulated inertia
     t2085 = R::fused(t1724, t2050, t2084);
     t2086 = R::fused(-t1813, t2060, t2085);
     t2087 = R::fused(t1952, t2076, t2086);
@@ -1838,7 +1838,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t2089_2090 = t1694_1695 + t1714_1715;
     t2091_2092 = R::Two::fused(t2030_2031, t2054_2055, t2089_2090);
-    t2093 = t2091_2092.first() + t2091_2092.second(); // right_hip_yaw_link: articulated inertia
+    t2093 = t2091_2092.second() + t2091_2092.first(); // right_hip_yaw_link: articulated inertia
     t2094 = R::constant(19.0) - t2093; // torso: articulated inertia
     // torso: acceleration
     t2095 = R::fused(-t2049, t2050, t2094);
@@ -1848,7 +1848,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t2099 = R::constant(1.0) / t2098;
     t2100 = t2088 * t2099;
     t2101 = R::fused(t2083, t2100, t2015);
-    t2102 = t1720_1721.first() + t1720_1721.second(); // right_hip_yaw_link: articulated inertia
+    t2102 = t1720_1721.second() + t1720_1721.first(); // right_hip_yaw_link: articulated inertia
     t2103 = R::constant(19.0) - t2102; // torso: articulated inertia
     t2104 = R::fused(-t1724, t1729, t2103);
     t2105 = R::fused(-t1813, t1834, t2104);
@@ -1880,108 +1880,108 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t2131 = R::constant(0.0764) * t2130; // right_hip_yaw_link: acceleration
     // right_hip_yaw_link, left_hip_yaw_link: acceleration
     t2132_2133 = R::Two::fused(both(t2131), two(R::constant(1.0), R::constant(-1.0)), both(t2110));
-    t2134_2135 = t1398_1399.swapped() * t2132_2133;
-    t2136_2137 = R::Two::fused(t2030_2031.swapped(), both(t2112), t2134_2135);
+    t2134_2135 = t1398_1399 * t2132_2133;
+    t2136_2137 = R::Two::fused(t2030_2031, both(t2112), t2134_2135);
     t2138 = R::constant(0.0764) * t2119; // right_hip_yaw_link: acceleration
     t2139_2140 = R::Two::fused(both(t2138), two(R::constant(-1.0), R::constant(1.0)), both(t2115));
-    t2141_2142 = R::Two::fused(t1873_1874.swapped() * two(R::constant(-1.0), R::constant(1.0)), t2139_2140, t2136_2137);
+    t2141_2142 = R::Two::fused(t1873_1874 * two(R::constant(-1.0), R::constant(1.0)), t2139_2140, t2136_2137);
     t2143 = t1647 - t2141_2142.first(); // right_hip_yaw_link: acceleration
-    t2144_2145 = t1858_1859.swapped() * both(t2119);
-    t2146_2147 = R::Two::fused(-t1773_1774.swapped(), both(t2124), t2144_2145);
-    t2148_2149 = R::Two::fused(-t1492_1493.swapped(), both(t2130), t2146_2147);
+    t2144_2145 = t1858_1859 * both(t2119);
+    t2146_2147 = R::Two::fused(-t1773_1774, both(t2124), t2144_2145);
+    t2148_2149 = R::Two::fused(-t1492_1493, both(t2130), t2146_2147);
     t2150 = t2143 + t2148_2149.first(); // right_hip_yaw_link: acceleration
-    t2151 = t1494_1495.second() * t2150; // right_hip_yaw_link: acceleration
+    t2151 = t1494_1495.first() * t2150; // right_hip_yaw_link: acceleration
     // right_hip_roll_link, left_hip_roll_link: acceleration
     t2152_2153 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2132_2133;
     t2154_2155 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t2112), t2152_2153);
-    t2156_2157 = t1050_1051.swapped() * t2154_2155;
+    t2156_2157 = t1050_1051 * t2154_2155;
     t2158_2159 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2132_2133;
     t2160_2161 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t2112), t2158_2159);
-    t2162_2163 = R::Two::fused(t1281_1282.swapped(), t2160_2161, t2156_2157);
-    t2164_2165 = R::Two::fused(-t1865_1866.swapped(), t2139_2140, t2162_2163);
+    t2162_2163 = R::Two::fused(t1281_1282, t2160_2161, t2156_2157);
+    t2164_2165 = R::Two::fused(-t1865_1866, t2139_2140, t2162_2163);
     t2166 = t1610 + t2164_2165.first(); // right_hip_roll_link: acceleration
     t2167_2168 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t2119);
     t2169_2170 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t2124), t2167_2168);
-    t2171_2172 = t1231_1232.swapped() * t2169_2170;
+    t2171_2172 = t1231_1232 * t2169_2170;
     t2173_2174 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t2119);
     t2175_2176 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t2124), t2173_2174);
-    t2177_2178 = R::Two::fused(t1762_1763.swapped(), t2175_2176, t2171_2172);
+    t2177_2178 = R::Two::fused(t1762_1763, t2175_2176, t2171_2172);
     t2179 = t2130 + t2151; // right_hip_yaw_link: acceleration
-    t2180 = R::fused(t1368_1369.second(), t2179, t2177_2178.first()); // right_hip_roll_link: acceleration
+    t2180 = R::fused(t1368_1369.first(), t2179, t2177_2178.first()); // right_hip_roll_link: acceleration
     t2181 = t2166 - t2180; // right_hip_roll_link: acceleration
-    t2182 = t1233_1234.second() * t2181; // right_hip_roll_link: acceleration
+    t2182 = t1233_1234.first() * t2181; // right_hip_roll_link: acceleration
     // right_upper_leg, left_upper_leg: acceleration
-    t2183_2184 = t873_874.swapped() * t2154_2155;
+    t2183_2184 = t873_874 * t2154_2155;
     t2185_2186 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2160_2161;
     t2187_2188 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2139_2140, t2185_2186);
-    t2189_2190 = R::Two::fused(t1042_1043.swapped(), t2187_2188, t2183_2184);
+    t2189_2190 = R::Two::fused(t1042_1043, t2187_2188, t2183_2184);
     t2191_2192 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2160_2161;
     t2193_2194 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2139_2140, t2191_2192);
-    t2195_2196 = R::Two::fused(-t1258_1259.swapped(), t2193_2194, t2189_2190);
+    t2195_2196 = R::Two::fused(-t1258_1259, t2193_2194, t2189_2190);
     t2197 = t1570 + t2195_2196.first(); // right_upper_leg: acceleration
     t2198 = t2169_2170.first() + t2182; // right_hip_roll_link: acceleration
-    t2199 = t1046_1047.second() * t2198; // right_upper_leg: acceleration
+    t2199 = t1046_1047.first() * t2198; // right_upper_leg: acceleration
     t2200_2201 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2175_2176;
     t2202 = R::fused(-sin_q_right_hip_roll, t2179, t2200_2201.first()); // right_upper_leg: acceleration
-    t2203 = R::fused(t949_950.second(), t2202, t2199); // right_upper_leg: acceleration
+    t2203 = R::fused(t949_950.first(), t2202, t2199); // right_upper_leg: acceleration
     t2204_2205 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2175_2176;
     // right_upper_leg: acceleration
     t2206 = R::fused(cos_q_right_hip_roll, t2179, t2204_2205.first());
-    t2207 = R::fused(t1322_1323.second(), t2206, t2203);
+    t2207 = R::fused(t1322_1323.first(), t2206, t2203);
     t2208 = t2197 + t2207;
-    t2209 = t951_952.second() * t2208;
+    t2209 = t951_952.first() * t2208;
     t2210 = t2202 - t2209;
     // right_lower_leg: acceleration
-    t2211 = R::fused(t576_577.second(), t2210, t2154_2155.first());
-    t2212 = t776_777.second() * t2211;
-    t2213 = t568_569.second() * t2206;
-    t2214 = R::fused(-t576_577.second(), t2198, t2213);
+    t2211 = R::fused(t576_577.first(), t2210, t2154_2155.first());
+    t2212 = t776_777.first() * t2211;
+    t2213 = t568_569.first() * t2206;
+    t2214 = R::fused(-t576_577.first(), t2198, t2213);
     t2215 = t2187_2188.first() + t2214;
-    t2216 = R::fused(t1014_1015.second(), t2215, t2212);
-    t2217 = R::fused(-t568_569.second(), t2210, t2193_2194.first());
-    t2218 = R::fused(-t867_868.second(), t2217, t2216);
+    t2216 = R::fused(t1014_1015.first(), t2215, t2212);
+    t2217 = R::fused(-t568_569.first(), t2210, t2193_2194.first());
+    t2218 = R::fused(-t867_868.first(), t2217, t2216);
     t2219 = t1557 + t2218;
-    t2220 = t1018_1019.second() * t2198;
-    t2221 = R::fused(t854_855.second(), t2210, t2220);
-    t2222 = R::fused(t1308_1309.second(), t2206, t2221);
+    t2220 = t1018_1019.first() * t2198;
+    t2221 = R::fused(t854_855.first(), t2210, t2220);
+    t2222 = R::fused(t1308_1309.first(), t2206, t2221);
     t2223 = t2219 + t2222;
-    t2224 = t856_857.second() * t2223;
+    t2224 = t856_857.first() * t2223;
     t2225 = t2210 - t2224;
     // right_ankle: acceleration
-    t2226 = R::fused(t588_589.second(), t2225, t2211);
-    t2227 = t671_672.second() * t2226;
-    t2228 = t582_583.second() * t2206;
-    t2229 = R::fused(-t588_589.second(), t2198, t2228);
+    t2226 = R::fused(t588_589.first(), t2225, t2211);
+    t2227 = t671_672.first() * t2226;
+    t2228 = t582_583.first() * t2206;
+    t2229 = R::fused(-t588_589.first(), t2198, t2228);
     t2230 = t2215 + t2229;
-    t2231 = R::fused(t978_979.second(), t2230, t2227);
-    t2232 = R::fused(-t582_583.second(), t2225, t2217);
-    t2233 = R::fused(-t770_771.second(), t2232, t2231);
+    t2231 = R::fused(t978_979.first(), t2230, t2227);
+    t2232 = R::fused(-t582_583.first(), t2225, t2217);
+    t2233 = R::fused(-t770_771.first(), t2232, t2231);
     t2234 = t1544 + t2233;
-    t2235 = t982_983.second() * t2198;
-    t2236 = R::fused(-t745_746.second(), t2225, t2235);
-    t2237 = R::fused(t1292_1293.second(), t2206, t2236);
+    t2235 = t982_983.first() * t2198;
+    t2236 = R::fused(-t745_746.first(), t2225, t2235);
+    t2237 = R::fused(t1292_1293.first(), t2206, t2236);
     t2238 = t2234 - t2237;
-    t2239 = t747_748.second() * t2238;
+    t2239 = t747_748.first() * t2238;
     // right_foot: acceleration
     t2240 = sin_t2 * t2206;
     t2241 = R::fused(-cos_t2, t2198, t2240);
     t2242 = R::fused(R::constant(0.037), t2241, t2230);
-    t2243 = t446_447.second() * t2242;
+    t2243 = t446_447.first() * t2242;
     t2244 = cos_t2 * t2232;
     t2245 = R::fused(sin_t2, t2226, t2244);
-    t2246 = R::fused(-t432_433.second(), t2245, t2243);
+    t2246 = R::fused(-t432_433.first(), t2245, t2243);
     t2247 = t1510 + t2246;
     t2248 = R::constant(0.001228333333) * t2241;
     t2249 = t2225 - t2239; // right_ankle: acceleration
-    t2250 = R::fused(-t522_523.second(), t2249, t2248);
+    t2250 = R::fused(-t522_523.first(), t2249, t2248);
     t2251 = cos_t2 * t2206;
     t2252 = R::fused(sin_t2, t2198, t2251);
-    t2253 = R::fused(-t528_529.second(), t2252, t2250);
+    t2253 = R::fused(-t528_529.first(), t2252, t2250);
     t2254 = t2247 + t2253;
     t2255 = R::constant(814.1112620933816) * t2254;
     t2256 = t1453 + t2141_2142.second(); // left_hip_yaw_link: acceleration
     t2257 = t2256 + t2148_2149.second(); // left_hip_yaw_link: acceleration
-    t2258 = t1494_1495.first() * t2257; // left_hip_yaw_link: acceleration
+    t2258 = t1494_1495.second() * t2257; // left_hip_yaw_link: acceleration
     t2259 = t1160 + t2164_2165.second(); // left_hip_roll_link: acceleration
     let (
         t2260, t2261, t2262, t2263, t2264, t2265, t2266, t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275,
@@ -1990,66 +1990,66 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t2308, t2309, t2310, t2311, t2312, t2313, t2314, t2315, t2316, t2317, t2318,
     );
     t2260 = t2130 + t2258; // left_hip_yaw_link: acceleration
-    t2261 = R::fused(t1368_1369.first(), t2260, t2177_2178.second()); // left_hip_roll_link: acceleration
+    t2261 = R::fused(t1368_1369.second(), t2260, t2177_2178.second()); // left_hip_roll_link: acceleration
     t2262 = t2259 - t2261; // left_hip_roll_link: acceleration
-    t2263 = t1233_1234.first() * t2262; // left_hip_roll_link: acceleration
+    t2263 = t1233_1234.second() * t2262; // left_hip_roll_link: acceleration
     t2264 = t936 + t2195_2196.second(); // left_upper_leg: acceleration
     t2265 = t2169_2170.second() + t2263; // left_hip_roll_link: acceleration
     // left_upper_leg: acceleration
-    t2266 = t1046_1047.first() * t2265;
+    t2266 = t1046_1047.second() * t2265;
     t2267 = R::fused(-sin_q_left_hip_roll, t2260, t2200_2201.second());
-    t2268 = R::fused(-t949_950.first(), t2267, t2266);
+    t2268 = R::fused(-t949_950.second(), t2267, t2266);
     t2269 = R::fused(cos_q_left_hip_roll, t2260, t2204_2205.second());
-    t2270 = R::fused(t1322_1323.first(), t2269, t2268);
+    t2270 = R::fused(t1322_1323.second(), t2269, t2268);
     t2271 = t2264 - t2270;
-    t2272 = t951_952.first() * t2271;
+    t2272 = t951_952.second() * t2271;
     t2273 = t2267 - t2272;
     // left_lower_leg: acceleration
-    t2274 = R::fused(t576_577.first(), t2273, t2154_2155.second());
-    t2275 = t776_777.first() * t2274;
-    t2276 = t568_569.first() * t2269;
-    t2277 = R::fused(-t576_577.first(), t2265, t2276);
+    t2274 = R::fused(t576_577.second(), t2273, t2154_2155.second());
+    t2275 = t776_777.second() * t2274;
+    t2276 = t568_569.second() * t2269;
+    t2277 = R::fused(-t576_577.second(), t2265, t2276);
     t2278 = t2187_2188.second() + t2277;
-    t2279 = R::fused(t1014_1015.first(), t2278, t2275);
-    t2280 = R::fused(-t568_569.first(), t2273, t2193_2194.second());
-    t2281 = R::fused(-t867_868.first(), t2280, t2279);
+    t2279 = R::fused(t1014_1015.second(), t2278, t2275);
+    t2280 = R::fused(-t568_569.second(), t2273, t2193_2194.second());
+    t2281 = R::fused(-t867_868.second(), t2280, t2279);
     t2282 = t839 + t2281;
-    t2283 = t1018_1019.first() * t2265;
-    t2284 = R::fused(-t854_855.first(), t2273, t2283);
-    t2285 = R::fused(t1308_1309.first(), t2269, t2284);
+    t2283 = t1018_1019.second() * t2265;
+    t2284 = R::fused(-t854_855.second(), t2273, t2283);
+    t2285 = R::fused(t1308_1309.second(), t2269, t2284);
     t2286 = t2282 - t2285;
-    t2287 = t856_857.first() * t2286;
+    t2287 = t856_857.second() * t2286;
     t2288 = t2273 - t2287;
     // left_ankle: acceleration
-    t2289 = R::fused(t588_589.first(), t2288, t2274);
-    t2290 = t671_672.first() * t2289;
-    t2291 = t582_583.first() * t2269;
-    t2292 = R::fused(-t588_589.first(), t2265, t2291);
+    t2289 = R::fused(t588_589.second(), t2288, t2274);
+    t2290 = t671_672.second() * t2289;
+    t2291 = t582_583.second() * t2269;
+    t2292 = R::fused(-t588_589.second(), t2265, t2291);
     t2293 = t2278 + t2292;
-    t2294 = R::fused(t978_979.first(), t2293, t2290);
-    t2295 = R::fused(-t582_583.first(), t2288, t2280);
-    t2296 = R::fused(-t770_771.first(), t2295, t2294);
+    t2294 = R::fused(t978_979.second(), t2293, t2290);
+    t2295 = R::fused(-t582_583.second(), t2288, t2280);
+    t2296 = R::fused(-t770_771.second(), t2295, t2294);
     t2297 = t734 + t2296;
-    t2298 = t982_983.first() * t2265;
-    t2299 = R::fused(-t745_746.first(), t2288, t2298);
-    t2300 = R::fused(t1292_1293.first(), t2269, t2299);
+    t2298 = t982_983.second() * t2265;
+    t2299 = R::fused(-t745_746.second(), t2288, t2298);
+    t2300 = R::fused(t1292_1293.second(), t2269, t2299);
     t2301 = t2297 - t2300;
-    t2302 = t747_748.first() * t2301;
+    t2302 = t747_748.second() * t2301;
     // left_foot: acceleration
     t2303 = sin_t3 * t2269;
     t2304 = R::fused(-cos_t3, t2265, t2303);
     t2305 = R::fused(R::constant(0.037), t2304, t2293);
-    t2306 = t446_447.first() * t2305;
+    t2306 = t446_447.second() * t2305;
     t2307 = cos_t3 * t2295;
     t2308 = R::fused(sin_t3, t2289, t2307);
-    t2309 = R::fused(-t432_433.first(), t2308, t2306);
+    t2309 = R::fused(-t432_433.second(), t2308, t2306);
     t2310 = t658 + t2309;
     t2311 = R::constant(0.001228333333) * t2304;
     t2312 = t2288 - t2302; // left_ankle: acceleration
-    t2313 = R::fused(-t522_523.first(), t2312, t2311);
+    t2313 = R::fused(-t522_523.second(), t2312, t2311);
     t2314 = cos_t3 * t2269;
     t2315 = R::fused(sin_t3, t2265, t2314);
-    t2316 = R::fused(-t528_529.first(), t2315, t2313);
+    t2316 = R::fused(-t528_529.second(), t2315, t2313);
     t2317 = t2310 + t2316;
     t2318 = R::constant(814.1112620933816) * t2317;
     *out = [[

@@ -126,55 +126,55 @@ pub(super) fn gravity_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 1]) {
     let t81_82 = both(R::constant(0.0165)) * t55_56;
     let t83_84 = both(R::constant(0.0165)) * t51_52;
     // right_foot, left_foot: wrench handed to its parent
-    let t85_86 = R::Two::fused(both(R::constant(0.023125)), t23_24.swapped(), t81_82.swapped());
-    let t87_88 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), t83_84.swapped(), t77_78.swapped());
-    let t89_90 = R::Two::fused(-two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), t83_84.swapped(), t79_80.swapped());
+    let t85_86 = R::Two::fused(both(R::constant(0.023125)), t23_24, t81_82);
+    let t87_88 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t83_84, t77_78);
+    let t89_90 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t83_84, t79_80);
     // right_ankle, left_ankle: wrench handed to its parent
-    let t91_92 = two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch) * t89_90;
-    let t93_94 = R::Two::fused(-two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t85_86, t91_92);
-    let t95_96 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * t89_90;
-    let t97_98 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t85_86, t95_96);
-    let t99_100 = R::Two::fused(both(R::constant(0.3111)), t23_24.swapped(), t97_98);
-    let t101_102 = t73_74.swapped() + t87_88;
-    let t103_104 = R::Two::fused(both(R::constant(0.008)), t23_24.swapped(), t93_94);
+    let t91_92 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t89_90;
+    let t93_94 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t85_86, t91_92);
+    let t95_96 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t89_90;
+    let t97_98 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t85_86, t95_96);
+    let t99_100 = R::Two::fused(both(R::constant(0.3111)), t23_24, t97_98);
+    let t101_102 = t73_74 + t87_88;
+    let t103_104 = R::Two::fused(both(R::constant(0.008)), t23_24, t93_94);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    let t105_106 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t103_104;
-    let t107_108 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t99_100, t105_106);
-    let t109_110 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t103_104;
-    let t111_112 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t99_100, t109_110);
-    let t113_114 = R::Two::fused(both(R::constant(0.8355)), t23_24.swapped(), t111_112);
-    let t115_116 = t69_70.swapped() + t101_102;
-    let t117_118 = R::Two::fused(both(R::constant(0.012)), t23_24.swapped(), t107_108);
+    let t105_106 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t103_104;
+    let t107_108 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t99_100, t105_106);
+    let t109_110 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t103_104;
+    let t111_112 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t99_100, t109_110);
+    let t113_114 = R::Two::fused(both(R::constant(0.8355)), t23_24, t111_112);
+    let t115_116 = t69_70 + t101_102;
+    let t117_118 = R::Two::fused(both(R::constant(0.012)), t23_24, t107_108);
     // right_upper_leg, left_upper_leg: wrench handed to its parent
-    let t119_120 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t117_118;
-    let t121_122 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t113_114, t119_120);
-    let t123_124 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t117_118;
-    let t125_126 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t113_114, t123_124);
-    let t127_128 = R::Two::fused(two(R::constant(0.01), R::constant(-0.01)), t27_28.swapped(), -t125_126);
-    let t129_130 = R::Two::fused(both(R::constant(0.01)), t15_16.swapped(), t121_122 * two(R::constant(1.0), R::constant(-1.0)));
+    let t119_120 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t117_118;
+    let t121_122 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t113_114, t119_120);
+    let t123_124 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t117_118;
+    let t125_126 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t113_114, t123_124);
+    let t127_128 = R::Two::fused(two(R::constant(-0.01), R::constant(0.01)), t27_28, -t125_126);
+    let t129_130 = R::Two::fused(both(R::constant(0.01)), t15_16, t121_122 * two(R::constant(-1.0), R::constant(1.0)));
     // right_hip_roll_link, left_hip_roll_link: wrench handed to its parent
-    let t131_132 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t115_116;
-    let t133_134 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t129_130, t131_132);
-    let t135_136 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t115_116;
-    let t137_138 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t129_130, t135_136);
+    let t131_132 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t115_116;
+    let t133_134 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t129_130, t131_132);
+    let t135_136 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t115_116;
+    let t137_138 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t129_130, t135_136);
     let t139_140 = both(t66) + t133_134;
-    let t141_142 = R::Two::fused(both(R::constant(0.008)), t19_20.swapped(), t137_138);
+    let t141_142 = R::Two::fused(both(R::constant(0.008)), t19_20, t137_138);
     // right_hip_yaw_link, left_hip_yaw_link: wrench handed to its parent
-    let t143_144 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t127_128;
-    let t145_146 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t139_140, t143_144 * two(R::constant(1.0), R::constant(-1.0)));
-    let t147_148 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t127_128;
-    let t149_150 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t139_140, t147_148 * two(R::constant(1.0), R::constant(-1.0)));
-    let t151 = t61 + t145_146.first(); // left_hip_yaw_link: wrench handed to its parent
-    let t152 = t63 + t149_150.first(); // left_hip_yaw_link: wrench handed to its parent
-    let t153 = t65 - t141_142.first(); // left_hip_yaw_link: wrench handed to its parent
-    let t154 = t151 - t145_146.second(); // right_hip_yaw_link: wrench handed to its parent
-    let t155 = t152 - t149_150.second(); // right_hip_yaw_link: wrench handed to its parent
-    let t156 = t141_142.second() - t153; // right_hip_yaw_link: wrench handed to its parent
+    let t143_144 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t127_128;
+    let t145_146 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t139_140, t143_144 * two(R::constant(-1.0), R::constant(1.0)));
+    let t147_148 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t127_128;
+    let t149_150 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t139_140, t147_148 * two(R::constant(-1.0), R::constant(1.0)));
+    let t151 = t61 + t145_146.second(); // left_hip_yaw_link: wrench handed to its parent
+    let t152 = t63 + t149_150.second(); // left_hip_yaw_link: wrench handed to its parent
+    let t153 = t65 - t141_142.second(); // left_hip_yaw_link: wrench handed to its parent
+    let t154 = t151 - t145_146.first(); // right_hip_yaw_link: wrench handed to its parent
+    let t155 = t152 - t149_150.first(); // right_hip_yaw_link: wrench handed to its parent
+    let t156 = t141_142.first() - t153; // right_hip_yaw_link: wrench handed to its parent
     let t157_158 = -t81_82; // right_foot, left_foot: wrench that its motion needs
     *out = [[
-        t57, t58, t59, t154, t155, t156, t141_142.second(), t127_128.second(), t115_116.second(), t101_102.second(),
-        t87_88.second(), t157_158.first(), t141_142.first(), t127_128.first(), t115_116.first(), t101_102.first(),
-        t87_88.first(), t157_158.second(),
+        t57, t58, t59, t154, t155, t156, t141_142.first(), t127_128.first(), t115_116.first(), t101_102.first(),
+        t87_88.first(), t157_158.first(), t141_142.second(), t127_128.second(), t115_116.second(), t101_102.second(),
+        t87_88.second(), t157_158.second(),
     ]];
 }
 }

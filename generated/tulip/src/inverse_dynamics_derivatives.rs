@@ -162,55 +162,55 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     out[5][0] = t13;
     out[3][2] = -t13; // torso: answer of the forces to its motion
     t15 = R::constant(9.81) * t12;
-    t16_17 = both(R::constant(0.0165)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll); // right_foot, left_foot
+    t16_17 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
     // right_ankle, left_ankle: sums of what it carries
     t18_19 = both(R::constant(0.023125)) + t16_17;
-    t20_21 = two(sin_t3, sin_t2) * t18_19;
-    t22_23 = R::Two::fused(both(R::constant(-0.0154)), two(cos_t3, cos_t2), t20_21);
+    t20_21 = two(sin_t2, sin_t3) * t18_19;
+    t22_23 = R::Two::fused(both(R::constant(-0.0154)), two(cos_t2, cos_t3), t20_21);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t24_25 = both(R::constant(0.3111)) * two(sin_t1, sin_t0);
-    t26_27 = R::Two::fused(both(R::constant(-0.008)), two(cos_t1, cos_t0), t24_25);
+    t24_25 = both(R::constant(0.3111)) * two(sin_t0, sin_t1);
+    t26_27 = R::Two::fused(both(R::constant(-0.008)), two(cos_t0, cos_t1), t24_25);
     t28_29 = t22_23 + t26_27;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t30_31 = both(R::constant(0.8355)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
-    t32_33 = R::Two::fused(both(R::constant(-0.012)), two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t30_31);
+    t30_31 = both(R::constant(0.8355)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t32_33 = R::Two::fused(both(R::constant(-0.012)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t30_31);
     t34_35 = t28_29 + t32_33;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t36_37 = both(R::constant(0.008)) + t34_35;
-    t38_39 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t36_37;
-    t40_41 = both(R::constant(0.0165)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll); // right_foot, left_foot
+    t38_39 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t36_37;
+    t40_41 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t42_43 = R::Two::fused(t40_41, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.01)));
-    t44_45 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t42_43;
+    t42_43 = R::Two::fused(t40_41, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
+    t44_45 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t42_43;
     // right_ankle, left_ankle: sums of what it carries
-    t46_47 = two(cos_t3, cos_t2) * t18_19;
-    t48_49 = R::Two::fused(both(R::constant(0.0154)), two(sin_t3, sin_t2), t46_47);
+    t46_47 = two(cos_t2, cos_t3) * t18_19;
+    t48_49 = R::Two::fused(both(R::constant(0.0154)), two(sin_t2, sin_t3), t46_47);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t50_51 = both(R::constant(0.3111)) * two(cos_t1, cos_t0);
-    t52_53 = R::Two::fused(both(R::constant(0.008)), two(sin_t1, sin_t0), t50_51);
+    t50_51 = both(R::constant(0.3111)) * two(cos_t0, cos_t1);
+    t52_53 = R::Two::fused(both(R::constant(0.008)), two(sin_t0, sin_t1), t50_51);
     t54_55 = t48_49 + t52_53;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t56_57 = both(R::constant(0.8355)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
-    t58_59 = R::Two::fused(both(R::constant(0.012)), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t56_57);
+    t56_57 = both(R::constant(0.8355)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t58_59 = R::Two::fused(both(R::constant(0.012)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t56_57);
     t60_61 = t54_55 + t58_59;
-    t62_63 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t60_61, t44_45); // right_hip_roll_link, left_hip_roll_link
-    t64_65 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t62_63, t38_39); // right_hip_yaw_link, left_hip_yaw_link
-    t66 = t64_65.first() + t64_65.second(); // right_hip_yaw_link: sums of what it carries
+    t62_63 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t60_61, t44_45); // right_hip_roll_link, left_hip_roll_link
+    t64_65 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t62_63, t38_39); // right_hip_yaw_link, left_hip_yaw_link
+    t66 = t64_65.second() + t64_65.first(); // right_hip_yaw_link: sums of what it carries
     t67 = R::constant(0.0102) - t66; // torso: sums of what it carries
     t68 = t15 * t67; // torso: answer of the forces to its motion
     t69 = R::constant(9.81) * t8; // torso: motion
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t70_71 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t42_43;
-    t72_73 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t60_61, t70_71);
-    t74 = t72_73.first() - t72_73.second(); // right_hip_yaw_link: sums of what it carries
+    t70_71 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t42_43;
+    t72_73 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t60_61, t70_71);
+    t74 = t72_73.second() - t72_73.first(); // right_hip_yaw_link: sums of what it carries
     t75 = R::constant(2.4915) + t74; // torso: sums of what it carries
     t76 = t69 * t75; // torso: answer of the forces to its motion
     t77 = t68 + t76; // torso: answer of the forces to its motion
     out[3][3] = -t77; // torso: answer of the forces to its motion
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t79_80 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t36_37;
-    t81_82 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t62_63, t79_80);
-    t83 = t81_82.first() + t81_82.second(); // right_hip_yaw_link: sums of what it carries
+    t79_80 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t36_37;
+    t81_82 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t62_63, t79_80);
+    t83 = t81_82.second() + t81_82.first(); // right_hip_yaw_link: sums of what it carries
     t84 = R::constant(0.20808) + t83; // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t85 = t15 * t84;
@@ -218,52 +218,52 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t87 = t69 * t84;
     out[3][5] = -t87;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t89_90 = both(t69) * t81_82.swapped();
+    t89_90 = both(t69) * t81_82;
     t91_92 = -t89_90;
     out[3][6] = t91_92.first();
     out[3][12] = t91_92.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
-    t93_94 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t72_73.swapped();
+    t93_94 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t72_73;
     t95_96 = both(t69) * t93_94;
-    t97_98 = R::Two::fused(both(t15) * two(R::constant(1.0), R::constant(-1.0)), t62_63.swapped(), t95_96 * two(R::constant(1.0), R::constant(-1.0)));
+    t97_98 = R::Two::fused(both(t15) * two(R::constant(1.0), R::constant(-1.0)), t62_63, t95_96 * two(R::constant(1.0), R::constant(-1.0)));
     out[3][7] = t97_98.first();
     out[3][13] = t97_98.second();
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t99_100 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t60_61.swapped();
-    t101_102 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t34_35.swapped();
+    t99_100 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t60_61;
+    t101_102 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t34_35;
     t103_104 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t101_102, t99_100);
     t105_106 = both(t69) * t103_104;
-    t107_108 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t34_35.swapped();
+    t107_108 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t34_35;
     t109_110 = R::Two::fused(-both(t15), t107_108, -t105_106);
     out[3][8] = t109_110.first();
     out[3][14] = t109_110.second();
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    t111_112 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t54_55.swapped();
-    t113_114 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t28_29.swapped();
+    t111_112 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t54_55;
+    t113_114 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t28_29;
     t115_116 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t113_114, t111_112);
     t117_118 = both(t69) * t115_116;
-    t119_120 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t28_29.swapped();
+    t119_120 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t28_29;
     t121_122 = R::Two::fused(-both(t15), t119_120, -t117_118);
     out[3][9] = t121_122.first();
     out[3][15] = t121_122.second();
     // right_ankle, left_ankle: answer of the forces to its motion
-    t123_124 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t48_49.swapped();
-    t125_126 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t22_23.swapped();
+    t123_124 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t48_49;
+    t125_126 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t22_23;
     t127_128 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t125_126, t123_124);
     t129_130 = both(t69) * t127_128;
-    t131_132 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t22_23.swapped();
+    t131_132 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t22_23;
     t133_134 = R::Two::fused(-both(t15), t131_132, -t129_130);
     out[3][10] = t133_134.first();
     out[3][16] = t133_134.second();
     // right_foot, left_foot: answer of the forces to its motion
-    t135_136 = two(sin_t2, sin_t3) * t40_41.swapped();
+    t135_136 = two(sin_t2, sin_t3) * t40_41;
     t137_138 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t135_136;
-    t139_140 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t16_17.swapped();
-    t141_142 = two(cos_t2, cos_t3) * t40_41.swapped();
+    t139_140 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t16_17;
+    t141_142 = two(cos_t2, cos_t3) * t40_41;
     t143_144 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t141_142, t139_140);
     t145_146 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t143_144, t137_138);
     t147_148 = both(t69) * t145_146;
-    t149_150 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t16_17.swapped();
+    t149_150 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t16_17;
     t151_152 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t141_142, t149_150);
     t153_154 = R::Two::fused(-both(t15), t151_152, t147_148);
     out[3][11] = t153_154.first();
@@ -280,32 +280,32 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     out[4][4] = t161 - t76;
     out[4][5] = t69 * t67;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t164_165 = both(t69) * t64_65.swapped();
+    t164_165 = both(t69) * t64_65;
     t166_167 = -t164_165;
     out[4][6] = t166_167.first();
     out[4][12] = t166_167.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
-    t168_169 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t72_73.swapped();
+    t168_169 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t72_73;
     t170_171 = both(t69) * t168_169;
-    t172_173 = R::Two::fused(both(t159) * two(R::constant(-1.0), R::constant(1.0)), t62_63.swapped(), t170_171 * two(R::constant(1.0), R::constant(-1.0)));
+    t172_173 = R::Two::fused(both(t159) * two(R::constant(-1.0), R::constant(1.0)), t62_63, t170_171 * two(R::constant(1.0), R::constant(-1.0)));
     out[4][7] = t172_173.first();
     out[4][13] = t172_173.second();
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t174_175 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t60_61.swapped();
+    t174_175 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t60_61;
     t176_177 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t101_102, t174_175);
     t178_179 = both(t69) * t176_177;
     t180_181 = R::Two::fused(both(t159), t107_108, t178_179);
     out[4][8] = t180_181.first();
     out[4][14] = t180_181.second();
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    t182_183 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t54_55.swapped();
+    t182_183 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t54_55;
     t184_185 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t113_114, t182_183);
     t186_187 = both(t69) * t184_185;
     t188_189 = R::Two::fused(both(t159), t119_120, t186_187);
     out[4][9] = t188_189.first();
     out[4][15] = t188_189.second();
     // right_ankle, left_ankle: answer of the forces to its motion
-    t190_191 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t48_49.swapped();
+    t190_191 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t48_49;
     t192_193 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t125_126, t190_191);
     t194_195 = both(t69) * t192_193;
     t196_197 = R::Two::fused(both(t159), t131_132, t194_195);
@@ -324,8 +324,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     out[5][4] = t15 * t75;
     out[5][5] = t161 - t68;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t210_211 = both(t15) * t64_65.swapped();
-    t212_213 = R::Two::fused(both(t159), t81_82.swapped(), t210_211);
+    t210_211 = both(t15) * t64_65;
+    t212_213 = R::Two::fused(both(t159), t81_82, t210_211);
     out[5][6] = t212_213.first();
     out[5][12] = t212_213.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
@@ -401,7 +401,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_foot, left_foot: motion
     t306_307 = two(a_right_ankle_roll, a_left_ankle_roll) - t304_305;
     t308_309 = t264_265 - t306_307;
-    t310_311 = t308_309 * t40_41.swapped(); // right_foot, left_foot: sums of what it carries
+    t310_311 = t308_309 * t40_41; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: motion
     t312_313 = t248_249 * t248_249;
     t314_315 = two(sin_t2, sin_t3) * t252_253;
@@ -410,7 +410,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t318_319 = t316_317 - two(v_right_ankle_roll, v_left_ankle_roll);
     t320_321 = t318_319 * t318_319;
     t322_323 = t312_313 + t320_321;
-    t324_325 = R::Two::fused(-t322_323, t16_17.swapped(), t310_311); // right_foot, left_foot: sums of what it carries
+    t324_325 = R::Two::fused(-t322_323, t16_17, t310_311); // right_foot, left_foot: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: motion
     t326_327 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t274_275;
     t328_329 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t280_281, t326_327);
@@ -434,11 +434,11 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t356_357 = R::Two::fused(t248_249, two(v_right_ankle_roll, v_left_ankle_roll), t354_355);
     t358_359 = t248_249 * t318_319;
     t360_361 = t356_357 - t358_359;
-    t362_363 = t360_361 * t40_41.swapped(); // right_foot, left_foot: sums of what it carries
+    t362_363 = t360_361 * t40_41; // right_foot, left_foot: sums of what it carries
     t364_365 = R::Two::fused(t262_263, two(v_right_ankle_roll, v_left_ankle_roll), t334_335);
     t366_367 = t262_263 * t318_319;
     t368_369 = t364_365 - t366_367;
-    t370_371 = R::Two::fused(t368_369, t16_17.swapped(), t362_363); // right_foot, left_foot: sums of what it carries
+    t370_371 = R::Two::fused(t368_369, t16_17, t362_363); // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: motion
     t372_373 = t262_263 * t262_263;
     t374_375 = t312_313 + t372_373;
@@ -452,19 +452,19 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_lower_leg, left_lower_leg: motion
     t388_389 = t246_247 * t246_247;
     t390_391 = t386_387 + t388_389;
-    t392_393 = t390_391 * t26_27.swapped(); // right_lower_leg, left_lower_leg: sums of what it carries
+    t392_393 = t390_391 * t26_27; // right_lower_leg, left_lower_leg: sums of what it carries
     t394_395 = t260_261 * t252_253; // right_hip_roll_link, left_hip_roll_link: motion
     t396_397 = t394_395 + t332_333;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t398_399 = R::Two::fused(-t396_397, t52_53.swapped(), t392_393);
+    t398_399 = R::Two::fused(-t396_397, t52_53, t392_393);
     t400_401 = t384_385 - t398_399;
     // right_upper_leg, left_upper_leg: motion
     t402_403 = t244_245 * t244_245;
     t404_405 = t386_387 + t402_403;
-    t406_407 = t404_405 * t32_33.swapped(); // right_upper_leg, left_upper_leg: sums of what it carries
+    t406_407 = t404_405 * t32_33; // right_upper_leg, left_upper_leg: sums of what it carries
     t408_409 = t394_395 + t330_331;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t410_411 = R::Two::fused(-t408_409, t58_59.swapped(), t406_407);
+    t410_411 = R::Two::fused(-t408_409, t58_59, t406_407);
     t412_413 = t400_401 - t410_411;
     t414_415 = R::Two::fused(t260_261, t242_243, t282_283); // right_hip_roll_link, left_hip_roll_link: motion
     t416_417 = R::Two::fused(two(R::constant(-0.01), R::constant(0.01)), t414_415, t412_413); // right_hip_roll_link, left_hip_roll_link
@@ -475,9 +475,9 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t422_423 = R::Two::fused(both(R::constant(-0.008)), t420_421, t416_417);
     t424_425 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t422_423;
     t426_427 = t372_373 + t320_321; // right_foot, left_foot: motion
-    t428_429 = t426_427 * t40_41.swapped(); // right_foot, left_foot: sums of what it carries
+    t428_429 = t426_427 * t40_41; // right_foot, left_foot: sums of what it carries
     t430_431 = t264_265 + t306_307; // right_foot, left_foot: motion
-    t432_433 = R::Two::fused(-t430_431, t16_17.swapped(), t428_429); // right_foot, left_foot: sums of what it carries
+    t432_433 = R::Two::fused(-t430_431, t16_17, t428_429); // right_foot, left_foot: sums of what it carries
     t434_435 = R::Two::fused(t248_249, t316_317, t354_355); // right_ankle, left_ankle: motion
     t436_437 = both(R::constant(0.0154)) * t434_435; // right_ankle, left_ankle: sums of what it carries
     t438_439 = t304_305 - t264_265; // right_ankle, left_ankle: motion
@@ -487,20 +487,20 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_lower_leg, left_lower_leg: motion
     t444_445 = t260_261 * t246_247;
     t446_447 = t286_287 - t444_445;
-    t448_449 = t446_447 * t26_27.swapped(); // right_lower_leg, left_lower_leg: sums of what it carries
+    t448_449 = t446_447 * t26_27; // right_lower_leg, left_lower_leg: sums of what it carries
     t450_451 = t252_253 * t246_247;
     t452_453 = t300_301 + t450_451;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t454_455 = R::Two::fused(-t452_453, t52_53.swapped(), t448_449);
+    t454_455 = R::Two::fused(-t452_453, t52_53, t448_449);
     t456_457 = t442_443 + t454_455;
     // right_upper_leg, left_upper_leg: motion
     t458_459 = t260_261 * t244_245;
     t460_461 = t284_285 - t458_459;
-    t462_463 = t460_461 * t32_33.swapped(); // right_upper_leg, left_upper_leg: sums of what it carries
+    t462_463 = t460_461 * t32_33; // right_upper_leg, left_upper_leg: sums of what it carries
     t464_465 = t252_253 * t244_245;
     t466_467 = t298_299 + t464_465;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t468_469 = R::Two::fused(-t466_467, t58_59.swapped(), t462_463);
+    t468_469 = R::Two::fused(-t466_467, t58_59, t462_463);
     t470_471 = t456_457 + t468_469;
     // right_hip_roll_link, left_hip_roll_link: motion
     t472_473 = t260_261 * t260_261;
@@ -537,16 +537,16 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t480_481 = two(cos_t2, cos_t3) * t348_349;
     t482_483 = R::Two::fused(-two(sin_t2, sin_t3), t382_383, t480_481);
     t484_485 = t394_395 - t332_333; // right_lower_leg, left_lower_leg: motion
-    t486_487 = t484_485 * t26_27.swapped(); // right_lower_leg, left_lower_leg: sums of what it carries
+    t486_487 = t484_485 * t26_27; // right_lower_leg, left_lower_leg: sums of what it carries
     t488_489 = t472_473 + t388_389; // right_lower_leg, left_lower_leg: motion
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t490_491 = R::Two::fused(-t488_489, t52_53.swapped(), t486_487);
+    t490_491 = R::Two::fused(-t488_489, t52_53, t486_487);
     t492_493 = t482_483 + t490_491;
     t494_495 = t394_395 - t330_331; // right_upper_leg, left_upper_leg: motion
-    t496_497 = t494_495 * t32_33.swapped(); // right_upper_leg, left_upper_leg: sums of what it carries
+    t496_497 = t494_495 * t32_33; // right_upper_leg, left_upper_leg: sums of what it carries
     t498_499 = t472_473 + t402_403; // right_upper_leg, left_upper_leg: motion
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t500_501 = R::Two::fused(-t498_499, t58_59.swapped(), t496_497);
+    t500_501 = R::Two::fused(-t498_499, t58_59, t496_497);
     t502_503 = t492_493 + t500_501;
     // right_hip_roll_link, left_hip_roll_link: motion
     t504_505 = t242_243 * t252_253;
@@ -559,10 +559,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t514_515 = R::Two::fused(both(R::constant(0.008)), t512_513, t510_511);
     t516_517 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t514_515, t424_425);
     t518_519 = R::Two::fused(-both(v_base_angular_y), t240_241, t266_267); // right_hip_yaw_link, left_hip_yaw_link
-    t520_521 = t518_519 * t72_73.swapped(); // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
+    t520_521 = t518_519 * t72_73; // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t522 = v_base_angular_x * v_base_angular_x; // torso: motion
     t523 = R::fused(v_base_angular_y, v_base_angular_y, t522); // torso: motion
-    t524_525 = R::Two::fused(both(t523) * two(R::constant(-1.0), R::constant(1.0)), t64_65.swapped(), t520_521); // right_hip_yaw_link, left_hip_yaw_link
+    t524_525 = R::Two::fused(both(t523) * two(R::constant(-1.0), R::constant(1.0)), t64_65, t520_521); // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
     t526_527 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.033));
     t528_529 = t318_319 * t526_527;
@@ -571,15 +571,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t532_533 = R::Two::fused(t316_317, both(R::constant(-0.04625)), t530_531);
     t534_535 = t528_529 - t532_533;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t536_537 = both(R::constant(2.0)) * t26_27.swapped();
+    t536_537 = both(R::constant(2.0)) * t26_27;
     t538_539 = t252_253 * t536_537;
-    t540_541 = both(R::constant(2.0)) * t52_53.swapped();
+    t540_541 = both(R::constant(2.0)) * t52_53;
     t542_543 = R::Two::fused(-t260_261, t540_541, t538_539);
     t544_545 = t534_535 + t542_543;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t546_547 = both(R::constant(2.0)) * t32_33.swapped();
+    t546_547 = both(R::constant(2.0)) * t32_33;
     t548_549 = t252_253 * t546_547;
-    t550_551 = both(R::constant(2.0)) * t58_59.swapped();
+    t550_551 = both(R::constant(2.0)) * t58_59;
     t552_553 = R::Two::fused(-t260_261, t550_551, t548_549);
     t554_555 = t544_545 + t552_553;
     t556_557 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t554_555; // right_hip_roll_link, left_hip_roll_link
@@ -609,16 +609,16 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t588_589 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t422_423;
     t590_591 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t514_515, t588_589);
-    t592_593 = both(t523) * t81_82.swapped(); // right_hip_yaw_link, left_hip_yaw_link
+    t592_593 = both(t523) * t81_82; // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t594_595 = R::Two::fused(both(v_base_angular_x), t240_241, t270_271); // right_hip_yaw_link, left_hip_yaw_link
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t596_597 = R::Two::fused(t594_595 * two(R::constant(1.0), R::constant(-1.0)), t72_73.swapped(), t592_593);
+    t596_597 = R::Two::fused(t594_595 * two(R::constant(1.0), R::constant(-1.0)), t72_73, t592_593);
     t598_599 = R::Two::fused(both(v_base_angular_y), t582_583, t596_597);
     t600_601 = t598_599 - t590_591;
     out[6][1] = t600_601.first();
     out[12][1] = t600_601.second();
-    t602_603 = t594_595 * t64_65.swapped();
-    t604_605 = R::Two::fused(t518_519, t81_82.swapped(), t602_603);
+    t602_603 = t594_595 * t64_65;
+    t604_605 = R::Two::fused(t518_519, t81_82, t602_603);
     // right_ankle, left_ankle: sums of what it carries
     t606_607 = two(sin_t2, sin_t3) * t562_563;
     t608_609 = R::Two::fused(-two(cos_t2, cos_t3), t570_571, t606_607);
@@ -710,7 +710,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t730_731 = t724_725 + t728_729;
     t732_733 = R::Two::fused(-two(cos_t2, cos_t3), t730_731, t714_715);
     t734_735 = R::Two::fused(t378_379, both(R::constant(0.037)), t732_733); // right_foot, left_foot: motion
-    t736_737 = R::Two::fused(t734_735, t40_41.swapped(), t660_661); // right_foot, left_foot: sums of what it carries
+    t736_737 = R::Two::fused(t734_735, t40_41, t660_661); // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: sums of what it carries
     t738_739 = t434_435 * both(R::constant(0.0031024499985));
     t740_741 = R::Two::fused(both(R::constant(-0.0005698)), t438_439, t738_739);
@@ -744,10 +744,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t784_785 = two(cos_t2, cos_t3) * t712_713;
     t786_787 = R::Two::fused(two(sin_t2, sin_t3), t730_731, t784_785);
     t788_789 = R::Two::fused(t344_345, both(R::constant(0.037)), t786_787); // right_foot, left_foot: motion
-    t790_791 = t788_789 * t40_41.swapped(); // right_foot, left_foot: sums of what it carries
+    t790_791 = t788_789 * t40_41; // right_foot, left_foot: sums of what it carries
     t792_793 = R::Two::fused(t438_439, both(R::constant(0.037)), t756_757); // right_foot, left_foot: motion
     // right_foot, left_foot: sums of what it carries
-    t794_795 = R::Two::fused(-t792_793, t16_17.swapped(), t790_791);
+    t794_795 = R::Two::fused(-t792_793, t16_17, t790_791);
     t796_797 = t782_783 + t794_795;
     t798_799 = R::Two::fused(both(R::constant(-0.037)), t432_433, t796_797);
     // right_ankle, left_ankle: sums of what it carries
@@ -775,7 +775,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t840_841 = R::Two::fused(both(R::constant(0.000016)), two(sin_t0, sin_t1), t838_839);
     t842_843 = t386_387 - t388_389;
     t844_845 = R::Two::fused(t840_841 * two(R::constant(1.0), R::constant(-1.0)), t842_843, t836_837);
-    t846_847 = R::Two::fused(-t750_751, t52_53.swapped(), t844_845);
+    t846_847 = R::Two::fused(-t750_751, t52_53, t844_845);
     t848_849 = t810_811 + t846_847;
     t850_851 = R::Two::fused(-t698_699, t456_457, t848_849);
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -796,7 +796,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t880_881 = R::Two::fused(both(R::constant(0.000048)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t878_879);
     t882_883 = t386_387 - t402_403;
     t884_885 = R::Two::fused(t880_881 * two(R::constant(1.0), R::constant(-1.0)), t882_883, t876_877);
-    t886_887 = R::Two::fused(-t744_745, t58_59.swapped(), t884_885);
+    t886_887 = R::Two::fused(-t744_745, t58_59, t884_885);
     t888_889 = t850_851 + t886_887;
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t890_891 = t296_297 * both(R::constant(0.0016005833535));
@@ -813,7 +813,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t908_909 = R::Two::fused(t308_309, t656_657, t906_907);
     t910_911 = t372_373 - t320_321;
     t912_913 = R::Two::fused(t646_647, t910_911, t908_909);
-    t914_915 = R::Two::fused(t734_735, t16_17.swapped(), t912_913);
+    t914_915 = R::Two::fused(t734_735, t16_17, t912_913);
     t916_917 = R::Two::fused(both(R::constant(0.037)), t370_371, t914_915);
     // right_ankle, left_ankle: sums of what it carries
     t918_919 = t334_335 * both(R::constant(0.0039379874985));
@@ -838,8 +838,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t954_955 = R::Two::fused(t952_953 * two(R::constant(-1.0), R::constant(1.0)), t826_827, t950_951);
     t956_957 = t472_473 - t386_387;
     t958_959 = R::Two::fused(-t834_835, t956_957, t954_955);
-    t960_961 = t724_725 * t52_53.swapped();
-    t962_963 = R::Two::fused(-t702_703, t26_27.swapped(), t960_961);
+    t960_961 = t724_725 * t52_53;
+    t962_963 = R::Two::fused(-t702_703, t26_27, t960_961);
     t964_965 = t958_959 - t962_963;
     t966_967 = t938_939 + t964_965;
     let (
@@ -886,8 +886,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t986_987 = t298_299 - t464_465; // right_upper_leg, left_upper_leg: motion
     t988_989 = R::Two::fused(t986_987 * two(R::constant(-1.0), R::constant(1.0)), t866_867, t984_985);
     t990_991 = R::Two::fused(-t956_957, t874_875, t988_989);
-    t992_993 = t718_719 * t58_59.swapped();
-    t994_995 = R::Two::fused(-t692_693, t32_33.swapped(), t992_993);
+    t992_993 = t718_719 * t58_59;
+    t994_995 = R::Two::fused(-t692_693, t32_33, t992_993);
     t996_997 = t990_991 - t994_995;
     t998_999 = t972_973 + t996_997;
     t1000_1001 = t328_329 - t394_395; // right_hip_roll_link, left_hip_roll_link: motion
@@ -904,7 +904,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1016_1017 = R::Two::fused(t396_397 * two(R::constant(-1.0), R::constant(1.0)), t840_841, t1014_1015);
     t1018_1019 = t472_473 - t388_389;
     t1020_1021 = R::Two::fused(t826_827 * two(R::constant(-1.0), R::constant(1.0)), t1018_1019, t1016_1017);
-    t1022_1023 = R::Two::fused(t750_751, t26_27.swapped(), t1020_1021);
+    t1022_1023 = R::Two::fused(t750_751, t26_27, t1020_1021);
     t1024_1025 = t1010_1011 + t1022_1023;
     t1026_1027 = R::Two::fused(t694_695, t456_457, t1024_1025);
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -913,7 +913,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1032_1033 = R::Two::fused(t408_409 * two(R::constant(-1.0), R::constant(1.0)), t880_881, t1030_1031);
     t1034_1035 = t472_473 - t402_403;
     t1036_1037 = R::Two::fused(t866_867 * two(R::constant(-1.0), R::constant(1.0)), t1034_1035, t1032_1033);
-    t1038_1039 = R::Two::fused(t744_745, t32_33.swapped(), t1036_1037);
+    t1038_1039 = R::Two::fused(t744_745, t32_33, t1036_1037);
     t1040_1041 = t1026_1027 + t1038_1039;
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1042_1043 = t414_415 * both(R::constant(0.00151725002));
@@ -940,12 +940,12 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1078_1079 = both(R::constant(2.0)) * t1076_1077;
     t1080_1081 = R::Two::fused(-t1074_1075, t1078_1079, t1072_1073);
     t1082_1083 = t1064_1065 - t1080_1081;
-    t1084_1085 = t708_709 * t48_49.swapped();
+    t1084_1085 = t708_709 * t48_49;
     t1086_1087 = both(R::constant(2.0)) * t1084_1085;
     t1088_1089 = t1082_1083 + t1086_1087;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1090_1091 = t1088_1089 + t820_821;
-    t1092_1093 = t698_699 * t54_55.swapped();
+    t1092_1093 = t698_699 * t54_55;
     t1094_1095 = both(R::constant(2.0)) * t1092_1093;
     t1096_1097 = t1090_1091 + t1094_1095;
     t1098_1099 = t1096_1097 + t860_861; // right_upper_leg, left_upper_leg: sums of what it carries
@@ -954,13 +954,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1104_1105 = t766_767 + t1060_1061; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: sums of what it carries
     t1106_1107 = both(R::constant(0.0039379874985)) + t1104_1105;
-    t1108_1109 = t704_705 * t22_23.swapped();
+    t1108_1109 = t704_705 * t22_23;
     t1110_1111 = both(R::constant(2.0)) * t1108_1109;
     t1112_1113 = t1110_1111 + t1086_1087;
     t1114_1115 = t1106_1107 + t1112_1113;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1116_1117 = both(R::constant(0.07325338333)) + t1114_1115;
-    t1118_1119 = t694_695 * t28_29.swapped();
+    t1118_1119 = t694_695 * t28_29;
     t1120_1121 = both(R::constant(2.0)) * t1118_1119;
     t1122_1123 = t1120_1121 + t1094_1095;
     t1124_1125 = t1116_1117 + t1122_1123;
@@ -983,10 +983,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t1152_1153 = two(cos_t2, cos_t3) * t1150_1151;
     t1154_1155 = R::Two::fused(-two(sin_t2, sin_t3), t656_657, t1152_1153);
-    t1156_1157 = R::Two::fused(-t708_709, t40_41.swapped(), t1154_1155);
+    t1156_1157 = R::Two::fused(-t708_709, t40_41, t1154_1155);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1158_1159 = R::Two::fused(t840_841, two(R::constant(1.0), R::constant(-1.0)), t1156_1157);
-    t1160_1161 = R::Two::fused(-t698_699, t40_41.swapped(), t1158_1159);
+    t1160_1161 = R::Two::fused(-t698_699, t40_41, t1158_1159);
     t1162_1163 = R::Two::fused(t880_881, two(R::constant(1.0), R::constant(-1.0)), t1160_1161); // right_upper_leg, left_upper_leg
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1164_1165 = both(R::constant(2.0)) * t1162_1163;
@@ -1001,23 +1001,23 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t1180_1181 = two(sin_t2, sin_t3) * t1150_1151;
     t1182_1183 = R::Two::fused(two(cos_t2, cos_t3), t656_657, t1180_1181);
-    t1184_1185 = R::Two::fused(-t704_705, t40_41.swapped(), t1182_1183);
+    t1184_1185 = R::Two::fused(-t704_705, t40_41, t1182_1183);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1186_1187 = R::Two::fused(t826_827, two(R::constant(1.0), R::constant(-1.0)), t1184_1185);
-    t1188_1189 = R::Two::fused(-t694_695, t40_41.swapped(), t1186_1187);
+    t1188_1189 = R::Two::fused(-t694_695, t40_41, t1186_1187);
     t1190_1191 = R::Two::fused(t866_867, two(R::constant(1.0), R::constant(-1.0)), t1188_1189); // right_upper_leg, left_upper_leg
     t1192_1193 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1190_1191; // right_hip_roll_link, left_hip_roll_link
     // right_ankle, left_ankle: sums of what it carries
     t1194_1195 = t1070_1071 * t1078_1079;
     t1196_1197 = R::Two::fused(t1068_1069, t1074_1075, t1194_1195);
     t1198_1199 = t1076_1077 - t1196_1197;
-    t1200_1201 = t704_705 * t48_49.swapped();
-    t1202_1203 = R::Two::fused(t708_709, t22_23.swapped(), t1200_1201);
+    t1200_1201 = t704_705 * t48_49;
+    t1202_1203 = R::Two::fused(t708_709, t22_23, t1200_1201);
     t1204_1205 = t1198_1199 - t1202_1203;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1206_1207 = t1204_1205 + t834_835;
-    t1208_1209 = t694_695 * t54_55.swapped();
-    t1210_1211 = R::Two::fused(t698_699, t28_29.swapped(), t1208_1209);
+    t1208_1209 = t694_695 * t54_55;
+    t1210_1211 = R::Two::fused(t698_699, t28_29, t1208_1209);
     t1212_1213 = t1206_1207 - t1210_1211;
     t1214_1215 = t1212_1213 + t874_875; // right_upper_leg, left_upper_leg: sums of what it carries
     t1216_1217 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1214_1215, t1192_1193); // right_hip_roll_link, left_hip_roll_link
@@ -1040,7 +1040,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1246_1247 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1244_1245, t1238_1239); // right_hip_yaw_link, left_hip_yaw_link
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t1248_1249 = R::Two::fused(both(t523), t1246_1247, t1232_1233);
-    t1250_1251 = R::Two::fused(t668_669, t72_73.swapped(), t1248_1249 * two(R::constant(-1.0), R::constant(1.0)));
+    t1250_1251 = R::Two::fused(t668_669, t72_73, t1248_1249 * two(R::constant(-1.0), R::constant(1.0)));
     // right_foot, left_foot: sums of what it carries
     t1252_1253 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.001224));
     t1254_1255 = t262_263 * t1252_1253;
@@ -1050,7 +1050,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1262_1263 = both(R::constant(0.037)) * t560_561;
     t1264_1265 = t1260_1261 + t1262_1263;
     t1266_1267 = t316_317 * both(R::constant(0.074));
-    t1268_1269 = t40_41.swapped() * t1266_1267;
+    t1268_1269 = t40_41 * t1266_1267;
     t1270_1271 = t1264_1265 - t1268_1269;
     // right_ankle, left_ankle: sums of what it carries
     t1272_1273 = t248_249 * both(R::constant(0.0011396));
@@ -1070,7 +1070,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1294_1295 = R::Two::fused(t248_249, t1292_1293, t1290_1291);
     t1296_1297 = R::Two::fused(both(R::constant(0.037)), t568_569, t1294_1295);
     t1298_1299 = t248_249 * both(R::constant(0.074));
-    t1300_1301 = t16_17.swapped() * t1298_1299;
+    t1300_1301 = t16_17 * t1298_1299;
     t1302_1303 = t1296_1297 + t1300_1301;
     t1304_1305 = R::Two::fused(t248_249, both(R::constant(0.001671075)), t1302_1303); // right_ankle, left_ankle
     t1306_1307 = t318_319 * t1252_1253;
@@ -1086,10 +1086,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1322_1323 = R::Two::fused(-t260_261, t708_709, t1320_1321);
     // right_ankle, left_ankle: sums of what it carries
     t1324_1325 = both(R::constant(2.0)) * t1322_1323;
-    t1326_1327 = t40_41.swapped() * t1324_1325;
+    t1326_1327 = t40_41 * t1324_1325;
     t1328_1329 = t246_247 * t704_705; // right_ankle, left_ankle: motion
     t1330_1331 = both(R::constant(2.0)) * t1328_1329;
-    t1332_1333 = t48_49.swapped() * t1330_1331;
+    t1332_1333 = t48_49 * t1330_1331;
     t1334_1335 = t1326_1327 - t1332_1333;
     t1336_1337 = t1318_1319 - t1334_1335;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -1106,10 +1106,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1356_1357 = R::Two::fused(-t260_261, t698_699, t1354_1355);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1358_1359 = both(R::constant(2.0)) * t1356_1357;
-    t1360_1361 = t40_41.swapped() * t1358_1359;
+    t1360_1361 = t40_41 * t1358_1359;
     t1362_1363 = t244_245 * t694_695; // right_lower_leg, left_lower_leg: motion
     t1364_1365 = both(R::constant(2.0)) * t1362_1363;
-    t1366_1367 = t54_55.swapped() * t1364_1365;
+    t1366_1367 = t54_55 * t1364_1365;
     t1368_1369 = t1360_1361 - t1366_1367;
     t1370_1371 = t1352_1353 - t1368_1369;
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -1128,7 +1128,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1392_1393 = t1386_1387 - t1390_1391;
     t1394_1395 = t246_247 * t708_709; // right_ankle, left_ankle: motion
     t1396_1397 = both(R::constant(2.0)) * t1394_1395;
-    t1398_1399 = t22_23.swapped() * t1396_1397;
+    t1398_1399 = t22_23 * t1396_1397;
     t1400_1401 = t1398_1399 - t1332_1333;
     t1402_1403 = t1392_1393 + t1400_1401;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -1141,7 +1141,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1416_1417 = t1410_1411 - t1414_1415;
     t1418_1419 = t244_245 * t698_699; // right_lower_leg, left_lower_leg: motion
     t1420_1421 = both(R::constant(2.0)) * t1418_1419;
-    t1422_1423 = t28_29.swapped() * t1420_1421;
+    t1422_1423 = t28_29 * t1420_1421;
     t1424_1425 = t1422_1423 - t1366_1367;
     t1426_1427 = t1416_1417 + t1424_1425;
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -1170,7 +1170,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1462_1463 = t262_263 * t1256_1257;
     t1464_1465 = R::Two::fused(-t318_319, t1292_1293, t1462_1463);
     t1466_1467 = R::Two::fused(both(R::constant(-0.037)), t528_529, t1464_1465);
-    t1468_1469 = R::Two::fused(-t16_17.swapped(), t1266_1267, t1466_1467);
+    t1468_1469 = R::Two::fused(-t16_17, t1266_1267, t1466_1467);
     // right_ankle, left_ankle: sums of what it carries
     t1470_1471 = t262_263 * both(R::constant(0.0011396));
     t1472_1473 = R::Two::fused(t316_317, both(R::constant(-0.001671075)), t1470_1471);
@@ -1213,7 +1213,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1484_1485 = t1478_1479 - t1482_1483;
     t1486_1487 = R::Two::fused(-two(sin_t2, sin_t3), t1484_1485, t1476_1477);
     t1488_1489 = R::Two::fused(-t708_709, t534_535, t1486_1487);
-    t1490_1491 = t48_49.swapped() * t1324_1325;
+    t1490_1491 = t48_49 * t1324_1325;
     t1492_1493 = t1488_1489 - t1490_1491;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1494_1495 = t252_253 * t1342_1343;
@@ -1221,7 +1221,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1498_1499 = R::Two::fused(t260_261, t1496_1497, t1494_1495);
     t1500_1501 = t1492_1493 + t1498_1499;
     t1502_1503 = R::Two::fused(-t698_699, t544_545, t1500_1501);
-    t1504_1505 = t54_55.swapped() * t1358_1359;
+    t1504_1505 = t54_55 * t1358_1359;
     t1506_1507 = t1502_1503 - t1504_1505;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1508_1509 = t252_253 * t1376_1377;
@@ -1236,13 +1236,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1524_1525 = two(cos_t2, cos_t3) * t1522_1523; // right_ankle, left_ankle: sums of what it carries
     t1526_1527 = t262_263 * t1520_1521;
     t1528_1529 = R::Two::fused(t248_249, t1276_1277, t1526_1527);
-    t1530_1531 = R::Two::fused(-t40_41.swapped(), t1298_1299, t1528_1529);
+    t1530_1531 = R::Two::fused(-t40_41, t1298_1299, t1528_1529);
     // right_ankle, left_ankle: sums of what it carries
     t1532_1533 = R::Two::fused(two(sin_t2, sin_t3), t1530_1531, t1524_1525);
-    t1534_1535 = R::Two::fused(-t40_41.swapped(), t1330_1331, t1532_1533);
+    t1534_1535 = R::Two::fused(-t40_41, t1330_1331, t1532_1533);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1536_1537 = R::Two::fused(t246_247 * two(R::constant(1.0), R::constant(-1.0)), t1338_1339, t1534_1535);
-    t1538_1539 = R::Two::fused(-t40_41.swapped(), t1364_1365, t1536_1537);
+    t1538_1539 = R::Two::fused(-t40_41, t1364_1365, t1536_1537);
     t1540_1541 = R::Two::fused(t244_245 * two(R::constant(1.0), R::constant(-1.0)), t1372_1373, t1538_1539); // right_upper_leg, left_upper_leg
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1542_1543 = R::Two::fused(t260_261, both(R::constant(0.00303450004)), t1540_1541);
@@ -1255,10 +1255,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t1554_1555 = two(sin_t2, sin_t3) * t1522_1523;
     t1556_1557 = R::Two::fused(-two(cos_t2, cos_t3), t1530_1531, t1554_1555);
-    t1558_1559 = R::Two::fused(t40_41.swapped(), t1396_1397, t1556_1557);
+    t1558_1559 = R::Two::fused(t40_41, t1396_1397, t1556_1557);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1560_1561 = R::Two::fused(t246_247 * two(R::constant(-1.0), R::constant(1.0)), t1404_1405, t1558_1559);
-    t1562_1563 = R::Two::fused(t40_41.swapped(), t1420_1421, t1560_1561);
+    t1562_1563 = R::Two::fused(t40_41, t1420_1421, t1560_1561);
     t1564_1565 = R::Two::fused(t244_245 * two(R::constant(-1.0), R::constant(1.0)), t1428_1429, t1562_1563); // right_upper_leg, left_upper_leg
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1566_1567 = R::Two::fused(t252_253, both(R::constant(-0.00303450004)), t1564_1565);
@@ -1268,13 +1268,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1572_1573 = R::Two::fused(t1074_1075, t1286_1287, t1570_1571);
     t1574_1575 = t1304_1305 - t1572_1573;
     t1576_1577 = R::Two::fused(-t708_709, t608_609, t1574_1575);
-    t1578_1579 = R::Two::fused(t48_49.swapped(), t1396_1397, t1576_1577);
+    t1578_1579 = R::Two::fused(t48_49, t1396_1397, t1576_1577);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1580_1581 = t252_253 * t1404_1405;
     t1582_1583 = R::Two::fused(t246_247 * two(R::constant(1.0), R::constant(-1.0)), t1496_1497, t1580_1581);
     t1584_1585 = R::Two::fused(t1582_1583, two(R::constant(1.0), R::constant(-1.0)), t1578_1579);
     t1586_1587 = R::Two::fused(-t698_699, t610_611, t1584_1585);
-    t1588_1589 = R::Two::fused(t54_55.swapped(), t1420_1421, t1586_1587);
+    t1588_1589 = R::Two::fused(t54_55, t1420_1421, t1586_1587);
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1590_1591 = t252_253 * t1428_1429;
     t1592_1593 = R::Two::fused(t244_245 * two(R::constant(1.0), R::constant(-1.0)), t1510_1511, t1590_1591);
@@ -1287,7 +1287,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1602_1603 = two(sin_t2, sin_t3) * t1474_1475;
     t1604_1605 = R::Two::fused(two(cos_t2, cos_t3), t1484_1485, t1602_1603);
     t1606_1607 = R::Two::fused(-t704_705, t534_535, t1604_1605);
-    t1608_1609 = t22_23.swapped() * t1324_1325;
+    t1608_1609 = t22_23 * t1324_1325;
     t1610_1611 = t1606_1607 - t1608_1609;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1612_1613 = both(R::constant(2.0)) * t942_943;
@@ -1295,7 +1295,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1616_1617 = R::Two::fused(t260_261, t1342_1343, t1614_1615);
     t1618_1619 = t1610_1611 - t1616_1617;
     t1620_1621 = R::Two::fused(-t694_695, t544_545, t1618_1619);
-    t1622_1623 = t28_29.swapped() * t1358_1359;
+    t1622_1623 = t28_29 * t1358_1359;
     t1624_1625 = t1620_1621 - t1622_1623;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1626_1627 = both(R::constant(2.0)) * t976_977;
@@ -1306,13 +1306,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t1636_1637 = t1308_1309 - t1572_1573;
     t1638_1639 = R::Two::fused(-t704_705, t572_573, t1636_1637);
-    t1640_1641 = R::Two::fused(-t22_23.swapped(), t1330_1331, t1638_1639);
+    t1640_1641 = R::Two::fused(-t22_23, t1330_1331, t1638_1639);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1642_1643 = t246_247 * t1612_1613;
     t1644_1645 = R::Two::fused(t260_261 * two(R::constant(1.0), R::constant(-1.0)), t1338_1339, t1642_1643);
     t1646_1647 = t1640_1641 - t1644_1645;
     t1648_1649 = R::Two::fused(-t694_695, t574_575, t1646_1647);
-    t1650_1651 = R::Two::fused(-t28_29.swapped(), t1364_1365, t1648_1649);
+    t1650_1651 = R::Two::fused(-t28_29, t1364_1365, t1648_1649);
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1652_1653 = t244_245 * t1626_1627;
     t1654_1655 = R::Two::fused(t260_261 * two(R::constant(1.0), R::constant(-1.0)), t1372_1373, t1652_1653);
@@ -1344,7 +1344,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1696_1697 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1244_1245, t1694_1695);
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t1698_1699 = R::Two::fused(-both(t523), t1696_1697, t1692_1693);
-    t1700_1701 = R::Two::fused(t678_679, t72_73.swapped(), t1698_1699 * two(R::constant(1.0), R::constant(-1.0)));
+    t1700_1701 = R::Two::fused(t678_679, t72_73, t1698_1699 * two(R::constant(1.0), R::constant(-1.0)));
     t1702_1703 = t1660_1661 + t1672_1673; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1704_1705 = both(v_base_angular_y) * t1702_1703;
     t1706_1707 = t1548_1549 - t1664_1665; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
@@ -1353,8 +1353,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1712_1713 = R::Two::fused(t1710_1711, two(R::constant(-1.0), R::constant(1.0)), t1686_1687);
     out[6][4] = t1712_1713.first();
     out[12][4] = t1712_1713.second();
-    t1714_1715 = t668_669 * t81_82.swapped();
-    t1716_1717 = R::Two::fused(t678_679, t64_65.swapped(), t1714_1715);
+    t1714_1715 = t668_669 * t81_82;
+    t1716_1717 = R::Two::fused(t678_679, t64_65, t1714_1715);
     t1718_1719 = t594_595 * t1246_1247;
     t1720_1721 = R::Two::fused(-t518_519, t1696_1697, t1718_1719);
     t1722_1723 = t1140_1141 + t1166_1167; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
@@ -1468,8 +1468,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1900_1901 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1182_1183;
     t1902_1903 = t1108_1109 + t1084_1085;
     t1904_1905 = t1106_1107 + t1902_1903;
-    t1906_1907 = t698_699 * t48_49.swapped();
-    t1908_1909 = R::Two::fused(t694_695, t22_23.swapped(), t1906_1907);
+    t1906_1907 = t698_699 * t48_49;
+    t1908_1909 = R::Two::fused(t694_695, t22_23, t1906_1907);
     t1910_1911 = t1904_1905 + t1908_1909;
     t1912_1913 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1910_1911;
     t1914_1915 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1154_1155, t1912_1913);
@@ -1483,15 +1483,15 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1930_1931 = R::Two::fused(both(t523), t1928_1929, t1924_1925);
     t1932_1933 = t1898_1899 + t1930_1931;
     t1934_1935 = t1604_1605 - t1608_1609;
-    t1936_1937 = R::Two::fused(-t22_23.swapped(), t1358_1359, t1934_1935);
+    t1936_1937 = R::Two::fused(-t22_23, t1358_1359, t1934_1935);
     t1938_1939 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1936_1937;
     t1940_1941 = t1386_1387 + t1400_1401;
-    t1942_1943 = t48_49.swapped() * t1364_1365;
-    t1944_1945 = R::Two::fused(-t22_23.swapped(), t1420_1421, t1942_1943);
+    t1942_1943 = t48_49 * t1364_1365;
+    t1944_1945 = R::Two::fused(-t22_23, t1420_1421, t1942_1943);
     t1946_1947 = t1940_1941 - t1944_1945;
     t1948_1949 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1946_1947;
     t1950_1951 = t1486_1487 - t1490_1491;
-    t1952_1953 = R::Two::fused(-t48_49.swapped(), t1358_1359, t1950_1951);
+    t1952_1953 = R::Two::fused(-t48_49, t1358_1359, t1950_1951);
     t1954_1955 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1952_1953, t1948_1949);
     t1956_1957 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1954_1955, t1938_1939);
     t1958_1959 = both(v_base_angular_y) * t1956_1957;
@@ -1507,8 +1507,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1972_1973 = two(sin_t2, sin_t3) * t646_647;
     t1974_1975 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0006105)), both(R::constant(0.001228333333)));
     t1976_1977 = R::Two::fused(two(cos_t2, cos_t3), t1974_1975, t1972_1973);
-    t1978_1979 = R::Two::fused(t708_709, t16_17.swapped(), t1976_1977);
-    t1980_1981 = R::Two::fused(t698_699, t16_17.swapped(), t1978_1979);
+    t1978_1979 = R::Two::fused(t708_709, t16_17, t1976_1977);
+    t1980_1981 = R::Two::fused(t698_699, t16_17, t1978_1979);
     t1982_1983 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1980_1981;
     t1984_1985 = t708_709 * t135_136;
     t1986_1987 = R::Two::fused(-t704_705, t141_142, t1984_1985);
@@ -1536,8 +1536,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1996_1997 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1994_1995;
     t1998_1999 = two(cos_t2, cos_t3) * t646_647;
     t2000_2001 = R::Two::fused(-two(sin_t2, sin_t3), t1974_1975, t1998_1999);
-    t2002_2003 = R::Two::fused(-t704_705, t16_17.swapped(), t2000_2001);
-    t2004_2005 = R::Two::fused(-t694_695, t16_17.swapped(), t2002_2003);
+    t2002_2003 = R::Two::fused(-t704_705, t16_17, t2000_2001);
+    t2004_2005 = R::Two::fused(-t694_695, t16_17, t2002_2003);
     t2006_2007 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2004_2005, t1996_1997);
     t2008_2009 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2006_2007, t1982_1983);
     t2010_2011 = t594_595 * t2008_2009;
@@ -1553,10 +1553,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2030_2031 = t1260_1261 - t1268_1269;
     t2032_2033 = R::Two::fused(two(cos_t2, cos_t3), t2030_2031, t2028_2029);
     t2034_2035 = t1324_1325 * t141_142;
-    t2036_2037 = R::Two::fused(-t16_17.swapped(), t1330_1331, t2034_2035);
+    t2036_2037 = R::Two::fused(-t16_17, t1330_1331, t2034_2035);
     t2038_2039 = t2032_2033 - t2036_2037;
     t2040_2041 = t1358_1359 * t141_142;
-    t2042_2043 = R::Two::fused(-t16_17.swapped(), t1364_1365, t2040_2041);
+    t2042_2043 = R::Two::fused(-t16_17, t1364_1365, t2040_2041);
     t2044_2045 = t2038_2039 - t2042_2043;
     t2046_2047 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2044_2045;
     t2048_2049 = t1330_1331 * t135_136;
@@ -1568,10 +1568,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2060_2061 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2058_2059;
     t2062_2063 = two(cos_t2, cos_t3) * t2026_2027;
     t2064_2065 = R::Two::fused(-two(sin_t2, sin_t3), t2030_2031, t2062_2063);
-    t2066_2067 = t16_17.swapped() * t1396_1397;
+    t2066_2067 = t16_17 * t1396_1397;
     t2068_2069 = R::Two::fused(t1324_1325, t135_136, t2066_2067);
     t2070_2071 = t2064_2065 + t2068_2069;
-    t2072_2073 = t16_17.swapped() * t1420_1421;
+    t2072_2073 = t16_17 * t1420_1421;
     t2074_2075 = R::Two::fused(t1358_1359, t135_136, t2072_2073);
     t2076_2077 = t2070_2071 + t2074_2075;
     t2078_2079 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2076_2077, t2060_2061);
@@ -1584,10 +1584,10 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     out[6][11] = t2090_2091.first();
     out[12][17] = t2090_2091.second();
     t2092_2093 = R::Two::fused(-t236_237, t260_261, t280_281); // right_hip_roll_link, left_hip_roll_link: motion
-    t2094_2095 = t2092_2093 * t72_73.swapped(); // right_hip_roll_link, left_hip_roll_link
+    t2094_2095 = t2092_2093 * t72_73; // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t2096_2097 = R::Two::fused(t240_241, t260_261, t274_275); // right_hip_roll_link, left_hip_roll_link: motion
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
-    t2098_2099 = R::Two::fused(-t2096_2097, t62_63.swapped(), t2094_2095);
+    t2098_2099 = R::Two::fused(-t2096_2097, t62_63, t2094_2095);
     t2100_2101 = t240_241 * t580_581;
     t2102_2103 = R::Two::fused(-t236_237, t620_621, t2100_2101);
     t2104_2105 = R::Two::fused(t2102_2103, two(R::constant(1.0), R::constant(-1.0)), t2098_2099);
@@ -1596,8 +1596,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2108_2109 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t476_477;
     t2110_2111 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t508_509, t2108_2109);
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
-    t2112_2113 = t2096_2097 * t34_35.swapped();
-    t2114_2115 = R::Two::fused(t420_421 * two(R::constant(1.0), R::constant(-1.0)), t72_73.swapped(), t2112_2113);
+    t2112_2113 = t2096_2097 * t34_35;
+    t2114_2115 = R::Two::fused(t420_421 * two(R::constant(1.0), R::constant(-1.0)), t72_73, t2112_2113);
     t2116_2117 = R::Two::fused(t236_237, t614_615, t2114_2115);
     t2118_2119 = t2110_2111 - t2116_2117;
     t2120_2121 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2118_2119, t2106_2107 * two(R::constant(-1.0), R::constant(1.0)));
@@ -1607,13 +1607,13 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2124_2125 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2118_2119, t2122_2123 * two(R::constant(-1.0), R::constant(1.0)));
     out[7][1] = t2124_2125.first();
     out[13][1] = t2124_2125.second();
-    t2126_2127 = t420_421 * t62_63.swapped();
-    t2128_2129 = R::Two::fused(t2092_2093 * two(R::constant(1.0), R::constant(-1.0)), t34_35.swapped(), t2126_2127);
+    t2126_2127 = t420_421 * t62_63;
+    t2128_2129 = R::Two::fused(t2092_2093 * two(R::constant(1.0), R::constant(-1.0)), t34_35, t2126_2127);
     t2130_2131 = R::Two::fused(t240_241 * two(R::constant(1.0), R::constant(-1.0)), t614_615, t2128_2129);
     t2132_2133 = R::Two::fused(t510_511, two(R::constant(-1.0), R::constant(1.0)), t2130_2131);
     out[7][2] = t2132_2133.first();
-    t2134_2135 = t680_681 * t62_63.swapped();
-    t2136_2137 = R::Two::fused(-t690_691, t72_73.swapped(), t2134_2135);
+    t2134_2135 = t680_681 * t62_63;
+    t2136_2137 = R::Two::fused(-t690_691, t72_73, t2134_2135);
     t2138_2139 = t420_421 * t1100_1101;
     t2140_2141 = R::Two::fused(t2092_2093, t1216_1217, t2138_2139);
     t2142_2143 = R::Two::fused(t2096_2097, t1236_1237, t2140_2141);
@@ -1634,7 +1634,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2162_2163 = t420_421 * t1216_1217;
     t2164_2165 = R::Two::fused(t2092_2093, t1168_1169, t2162_2163);
     t2166_2167 = R::Two::fused(-t2096_2097, t1244_1245, t2164_2165);
-    t2168_2169 = R::Two::fused(t680_681, t34_35.swapped(), t2166_2167);
+    t2168_2169 = R::Two::fused(t680_681, t34_35, t2166_2167);
     t2170_2171 = t240_241 * t1548_1549;
     t2172_2173 = t1516_1517 - t1740_1741; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t2174_2175 = R::Two::fused(-t236_237, t2172_2173, t2170_2171);
@@ -1651,7 +1651,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t2188_2189 = t420_421 * t1236_1237;
     t2190_2191 = R::Two::fused(-t2092_2093, t1244_1245, t2188_2189);
     t2192_2193 = R::Two::fused(t2096_2097, t1722_1723, t2190_2191);
-    t2194_2195 = R::Two::fused(t690_691, t34_35.swapped(), -t2192_2193);
+    t2194_2195 = R::Two::fused(t690_691, t34_35, -t2192_2193);
     t2196_2197 = t240_241 * t1742_1743;
     t2198_2199 = t1456_1457 - t1546_1547; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t2200_2201 = R::Two::fused(-t236_237, t2198_2199, t2196_2197);
@@ -2604,19 +2604,19 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[7][11] = t2301_2302.first();
     out[13][17] = t2301_2302.second();
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t2303_2304 = t474_475 * t60_61.swapped();
-    t2305_2306 = R::Two::fused(-t986_987, t40_41.swapped(), t2303_2304);
+    t2303_2304 = t474_475 * t60_61;
+    t2305_2306 = R::Two::fused(-t986_987, t40_41, t2303_2304);
     t2307_2308 = R::Two::fused(t260_261, t554_555, t2305_2306);
     t2309_2310 = t502_503 - t2307_2308;
     t2311_2312 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2309_2310;
-    t2313_2314 = t986_987 * t34_35.swapped();
-    t2315_2316 = R::Two::fused(t982_983, t60_61.swapped(), t2313_2314);
+    t2313_2314 = t986_987 * t34_35;
+    t2315_2316 = R::Two::fused(t982_983, t60_61, t2313_2314);
     t2317_2318 = t260_261 * t612_613;
     t2319_2320 = R::Two::fused(t252_253, t576_577, t2317_2318);
     t2321_2322 = t2315_2316 + t2319_2320;
     t2323_2324 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2321_2322;
-    t2325_2326 = t982_983 * t40_41.swapped();
-    t2327_2328 = R::Two::fused(t474_475, t34_35.swapped(), t2325_2326);
+    t2325_2326 = t982_983 * t40_41;
+    t2327_2328 = R::Two::fused(t474_475, t34_35, t2325_2326);
     t2329_2330 = R::Two::fused(-t252_253, t554_555, t2327_2328);
     t2331_2332 = t412_413 - t2329_2330;
     t2333_2334 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2331_2332, t2323_2324);
@@ -2634,7 +2634,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2345_2346 = t982_983 * t1098_1099;
     t2347_2348 = R::Two::fused(-t474_475, t1190_1191, t2345_2346);
     t2349_2350 = R::Two::fused(-t986_987, t1214_1215, t2347_2348);
-    t2351_2352 = R::Two::fused(t718_719, t40_41.swapped(), -t2349_2350);
+    t2351_2352 = R::Two::fused(t718_719, t40_41, -t2349_2350);
     t2353_2354 = t252_253 * t1382_1383;
     t2355_2356 = R::Two::fused(-t260_261, t1594_1595, t2353_2354);
     t2357_2358 = t2351_2352 - t2355_2356;
@@ -2642,8 +2642,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[8][7] = t2359_2360.first();
     out[14][13] = t2359_2360.second();
     t2361_2362 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2359_2360;
-    t2363_2364 = t692_693 * t60_61.swapped();
-    t2365_2366 = R::Two::fused(t718_719, t34_35.swapped(), t2363_2364);
+    t2363_2364 = t692_693 * t60_61;
+    t2365_2366 = R::Two::fused(t718_719, t34_35, t2363_2364);
     t2367_2368 = t982_983 * t1190_1191;
     t2369_2370 = R::Two::fused(-t474_475, t1126_1127, t2367_2368);
     t2371_2372 = R::Two::fused(-t986_987, t1162_1163, t2369_2370);
@@ -2657,7 +2657,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2383_2384 = t982_983 * t1214_1215;
     t2385_2386 = R::Two::fused(-t474_475, t1162_1163, t2383_2384);
     t2387_2388 = R::Two::fused(-t986_987, t1138_1139, t2385_2386);
-    t2389_2390 = R::Two::fused(t692_693, t40_41.swapped(), -t2387_2388);
+    t2389_2390 = R::Two::fused(t692_693, t40_41, -t2387_2388);
     t2391_2392 = t252_253 * t1656_1657;
     t2393_2394 = R::Two::fused(-t260_261, t1456_1457, t2391_2392);
     t2395_2396 = t2389_2390 - t2393_2394;
@@ -2679,8 +2679,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[8][5] = t2413_2414.first();
     out[14][5] = t2413_2414.second();
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    t2415_2416 = t692_693 * t54_55.swapped();
-    t2417_2418 = R::Two::fused(t718_719, t28_29.swapped(), t2415_2416);
+    t2415_2416 = t692_693 * t54_55;
+    t2417_2418 = R::Two::fused(t718_719, t28_29, t2415_2416);
     t2419_2420 = t982_983 * t1186_1187;
     t2421_2422 = R::Two::fused(-t474_475, t1848_1849, t2419_2420);
     t2423_2424 = R::Two::fused(-t986_987, t1158_1159, t2421_2422);
@@ -2691,8 +2691,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[8][9] = t2431_2432.first();
     out[14][15] = t2431_2432.second();
     // right_ankle, left_ankle: answer of the forces to its motion
-    t2433_2434 = t692_693 * t48_49.swapped();
-    t2435_2436 = R::Two::fused(t718_719, t22_23.swapped(), t2433_2434);
+    t2433_2434 = t692_693 * t48_49;
+    t2435_2436 = R::Two::fused(t718_719, t22_23, t2433_2434);
     t2437_2438 = t982_983 * t1182_1183;
     t2439_2440 = R::Two::fused(-t474_475, t1910_1911, t2437_2438);
     t2441_2442 = R::Two::fused(-t986_987, t1154_1155, t2439_2440);
@@ -2716,19 +2716,19 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[8][11] = t2469_2470.first();
     out[14][17] = t2469_2470.second();
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    t2471_2472 = t474_475 * t54_55.swapped();
-    t2473_2474 = R::Two::fused(-t952_953, t40_41.swapped(), t2471_2472);
+    t2471_2472 = t474_475 * t54_55;
+    t2473_2474 = R::Two::fused(-t952_953, t40_41, t2471_2472);
     t2475_2476 = R::Two::fused(t260_261, t544_545, t2473_2474);
     t2477_2478 = t492_493 - t2475_2476;
     t2479_2480 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2477_2478;
-    t2481_2482 = t952_953 * t28_29.swapped();
-    t2483_2484 = R::Two::fused(t948_949, t54_55.swapped(), t2481_2482);
+    t2481_2482 = t952_953 * t28_29;
+    t2483_2484 = R::Two::fused(t948_949, t54_55, t2481_2482);
     t2485_2486 = t260_261 * t610_611;
     t2487_2488 = R::Two::fused(t252_253, t574_575, t2485_2486);
     t2489_2490 = t2483_2484 + t2487_2488;
     t2491_2492 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2489_2490;
-    t2493_2494 = t948_949 * t40_41.swapped();
-    t2495_2496 = R::Two::fused(t474_475, t28_29.swapped(), t2493_2494);
+    t2493_2494 = t948_949 * t40_41;
+    t2495_2496 = R::Two::fused(t474_475, t28_29, t2493_2494);
     t2497_2498 = R::Two::fused(-t252_253, t544_545, t2495_2496);
     t2499_2500 = t400_401 - t2497_2498;
     t2501_2502 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2499_2500, t2491_2492);
@@ -2746,7 +2746,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2513_2514 = t948_949 * t1090_1091;
     t2515_2516 = R::Two::fused(-t474_475, t1186_1187, t2513_2514);
     t2517_2518 = R::Two::fused(-t952_953, t1206_1207, t2515_2516);
-    t2519_2520 = R::Two::fused(t724_725, t40_41.swapped(), -t2517_2518);
+    t2519_2520 = R::Two::fused(t724_725, t40_41, -t2517_2518);
     t2521_2522 = t252_253 * t1348_1349;
     t2523_2524 = R::Two::fused(-t260_261, t1584_1585, t2521_2522);
     t2525_2526 = t2519_2520 - t2523_2524;
@@ -2755,8 +2755,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[9][7] = t2529_2530.first();
     out[15][13] = t2529_2530.second();
     t2531_2532 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2529_2530;
-    t2533_2534 = t702_703 * t54_55.swapped();
-    t2535_2536 = R::Two::fused(t724_725, t28_29.swapped(), t2533_2534);
+    t2533_2534 = t702_703 * t54_55;
+    t2535_2536 = R::Two::fused(t724_725, t28_29, t2533_2534);
     t2537_2538 = t948_949 * t1186_1187;
     t2539_2540 = R::Two::fused(-t474_475, t1116_1117, t2537_2538);
     t2541_2542 = R::Two::fused(-t952_953, t1158_1159, t2539_2540);
@@ -2775,7 +2775,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2559_2560 = t948_949 * t1206_1207;
     t2561_2562 = R::Two::fused(-t474_475, t1158_1159, t2559_2560);
     t2563_2564 = R::Two::fused(-t952_953, t1134_1135, t2561_2562);
-    t2565_2566 = R::Two::fused(t702_703, t40_41.swapped(), -t2563_2564);
+    t2565_2566 = R::Two::fused(t702_703, t40_41, -t2563_2564);
     t2567_2568 = t252_253 * t1646_1647;
     t2569_2570 = R::Two::fused(-t260_261, t1446_1447, t2567_2568);
     t2571_2572 = t2565_2566 - t2569_2570;
@@ -2798,8 +2798,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[9][5] = t2591_2592.first();
     out[15][5] = t2591_2592.second();
     // right_ankle, left_ankle: answer of the forces to its motion
-    t2593_2594 = t702_703 * t48_49.swapped();
-    t2595_2596 = R::Two::fused(t724_725, t22_23.swapped(), t2593_2594);
+    t2593_2594 = t702_703 * t48_49;
+    t2595_2596 = R::Two::fused(t724_725, t22_23, t2593_2594);
     t2597_2598 = t948_949 * t1182_1183;
     t2599_2600 = R::Two::fused(-t474_475, t1904_1905, t2597_2598);
     t2601_2602 = R::Two::fused(-t952_953, t1154_1155, t2599_2600);
@@ -2822,22 +2822,22 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2629_2630 = -t2627_2628;
     out[9][11] = t2629_2630.first();
     out[15][17] = t2629_2630.second();
-    t2631_2632 = t474_475 * t48_49.swapped(); // right_ankle, left_ankle: answer of the forces to its motion
+    t2631_2632 = t474_475 * t48_49; // right_ankle, left_ankle: answer of the forces to its motion
     t2633_2634 = R::Two::fused(-t252_253, t248_249, t302_303); // right_ankle, left_ankle: motion
     // right_ankle, left_ankle: answer of the forces to its motion
-    t2635_2636 = R::Two::fused(-t2633_2634, t40_41.swapped(), t2631_2632);
+    t2635_2636 = R::Two::fused(-t2633_2634, t40_41, t2631_2632);
     t2637_2638 = R::Two::fused(t260_261, t534_535, t2635_2636);
     t2639_2640 = t482_483 - t2637_2638;
     t2641_2642 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2639_2640;
-    t2643_2644 = t2633_2634 * t22_23.swapped();
+    t2643_2644 = t2633_2634 * t22_23;
     t2645_2646 = R::Two::fused(t260_261, t248_249, t288_289); // right_ankle, left_ankle: motion
-    t2647_2648 = R::Two::fused(t2645_2646, t48_49.swapped(), t2643_2644);
+    t2647_2648 = R::Two::fused(t2645_2646, t48_49, t2643_2644);
     t2649_2650 = t260_261 * t608_609;
     t2651_2652 = R::Two::fused(t252_253, t572_573, t2649_2650);
     t2653_2654 = t2647_2648 + t2651_2652;
     t2655_2656 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2653_2654;
-    t2657_2658 = t2645_2646 * t40_41.swapped();
-    t2659_2660 = R::Two::fused(t474_475, t22_23.swapped(), t2657_2658);
+    t2657_2658 = t2645_2646 * t40_41;
+    t2659_2660 = R::Two::fused(t474_475, t22_23, t2657_2658);
     t2661_2662 = R::Two::fused(-t252_253, t534_535, t2659_2660);
     t2663_2664 = t384_385 - t2661_2662;
     t2665_2666 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2663_2664, t2655_2656);
@@ -2855,7 +2855,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2677_2678 = t2645_2646 * t1082_1083;
     t2679_2680 = R::Two::fused(-t474_475, t1182_1183, t2677_2678);
     t2681_2682 = R::Two::fused(-t2633_2634, t1198_1199, t2679_2680);
-    t2683_2684 = R::Two::fused(t730_731, t40_41.swapped(), -t2681_2682);
+    t2683_2684 = R::Two::fused(t730_731, t40_41, -t2681_2682);
     t2685_2686 = t252_253 * t1314_1315;
     t2687_2688 = R::Two::fused(-t260_261, t1574_1575, t2685_2686);
     t2689_2690 = t2683_2684 - t2687_2688;
@@ -2865,8 +2865,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[10][7] = t2695_2696.first();
     out[16][13] = t2695_2696.second();
     t2697_2698 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2695_2696;
-    t2699_2700 = t712_713 * t48_49.swapped();
-    t2701_2702 = R::Two::fused(t730_731, t22_23.swapped(), t2699_2700);
+    t2699_2700 = t712_713 * t48_49;
+    t2701_2702 = R::Two::fused(t730_731, t22_23, t2699_2700);
     t2703_2704 = t2645_2646 * t1182_1183;
     t2705_2706 = R::Two::fused(-t474_475, t1106_1107, t2703_2704);
     t2707_2708 = R::Two::fused(-t2633_2634, t1154_1155, t2705_2706);
@@ -2890,7 +2890,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2731_2732 = t2645_2646 * t1198_1199;
     t2733_2734 = R::Two::fused(-t474_475, t1154_1155, t2731_2732);
     t2735_2736 = R::Two::fused(-t2633_2634, t1130_1131, t2733_2734);
-    t2737_2738 = R::Two::fused(t712_713, t40_41.swapped(), -t2735_2736);
+    t2737_2738 = R::Two::fused(t712_713, t40_41, -t2735_2736);
     t2739_2740 = t252_253 * t1636_1637;
     t2741_2742 = R::Two::fused(-t260_261, t1436_1437, t2739_2740);
     t2743_2744 = t2737_2738 - t2741_2742;
@@ -2951,18 +2951,18 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2785_2786 = -t2783_2784;
     out[10][11] = t2785_2786.first();
     out[16][17] = t2785_2786.second();
-    t2787_2788 = t374_375 * t40_41.swapped();
+    t2787_2788 = t374_375 * t40_41;
     t2789_2790 = R::Two::fused(t262_263, t568_569, t2787_2788);
     t2791_2792 = t432_433 + t2789_2790;
     t2793_2794 = two(sin_t2, sin_t3) * t2791_2792;
-    t2795_2796 = t776_777 * t16_17.swapped();
-    t2797_2798 = R::Two::fused(-t772_773, t40_41.swapped(), t2795_2796);
+    t2795_2796 = t776_777 * t16_17;
+    t2797_2798 = R::Two::fused(-t772_773, t40_41, t2795_2796);
     t2799_2800 = t262_263 * t560_561;
     t2801_2802 = R::Two::fused(-t248_249, t528_529, t2799_2800);
     t2803_2804 = t2797_2798 + t2801_2802;
     t2805_2806 = R::Two::fused(two(cos_t2, cos_t3), t2803_2804, t2793_2794);
     t2807_2808 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2805_2806;
-    t2809_2810 = t374_375 * t16_17.swapped();
+    t2809_2810 = t374_375 * t16_17;
     t2811_2812 = R::Two::fused(-t248_249, t568_569, t2809_2810);
     t2813_2814 = t324_325 - t2811_2812;
     t2815_2816 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2813_2814;
@@ -2988,8 +2988,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2843_2844 = t2837_2838 + t2841_2842;
     t2845_2846 = t914_915 - t2843_2844;
     t2847_2848 = two(sin_t2, sin_t3) * t2845_2846;
-    t2849_2850 = t792_793 * t40_41.swapped();
-    t2851_2852 = R::Two::fused(t788_789, t16_17.swapped(), t2849_2850);
+    t2849_2850 = t792_793 * t40_41;
+    t2851_2852 = R::Two::fused(t788_789, t16_17, t2849_2850);
     t2853_2854 = both(R::constant(0.001228333333)) * t374_375;
     t2855_2856 = R::Two::fused(t776_777, t656_657, t2853_2854);
     t2857_2858 = R::Two::fused(t772_773, t646_647, t2855_2856);
@@ -3064,13 +3064,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2941 = v_base_angular_z * t84;
     out[18][5] = -t2941;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t2943_2944 = both(v_base_angular_z) * t81_82.swapped();
+    t2943_2944 = both(v_base_angular_z) * t81_82;
     t2945_2946 = -t2943_2944;
     out[18][6] = t2945_2946.first();
     out[18][12] = t2945_2946.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t2947_2948 = both(v_base_angular_z) * t93_94;
-    t2949_2950 = R::Two::fused(both(v_base_angular_y) * two(R::constant(1.0), R::constant(-1.0)), t62_63.swapped(), t2947_2948 * two(R::constant(1.0), R::constant(-1.0)));
+    t2949_2950 = R::Two::fused(both(v_base_angular_y) * two(R::constant(1.0), R::constant(-1.0)), t62_63, t2947_2948 * two(R::constant(1.0), R::constant(-1.0)));
     out[18][7] = t2949_2950.first();
     out[18][13] = t2949_2950.second();
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
@@ -3106,13 +3106,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2973 = v_base_angular_z * t67;
     out[19][5] = t2973;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t2974_2975 = both(v_base_angular_z) * t64_65.swapped();
+    t2974_2975 = both(v_base_angular_z) * t64_65;
     t2976_2977 = -t2974_2975;
     out[19][6] = t2976_2977.first();
     out[19][12] = t2976_2977.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t2978_2979 = both(v_base_angular_z) * t168_169;
-    t2980_2981 = R::Two::fused(both(v_base_angular_x) * two(R::constant(-1.0), R::constant(1.0)), t62_63.swapped(), t2978_2979 * two(R::constant(1.0), R::constant(-1.0)));
+    t2980_2981 = R::Two::fused(both(v_base_angular_x) * two(R::constant(-1.0), R::constant(1.0)), t62_63, t2978_2979 * two(R::constant(1.0), R::constant(-1.0)));
     out[19][7] = t2980_2981.first();
     out[19][13] = t2980_2981.second();
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
@@ -3145,8 +3145,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[23][2] = t3001;
     out[20][5] = -t3001;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t3003_3004 = both(v_base_angular_y) * t64_65.swapped();
-    t3005_3006 = R::Two::fused(both(v_base_angular_x), t81_82.swapped(), t3003_3004);
+    t3003_3004 = both(v_base_angular_y) * t64_65;
+    t3005_3006 = R::Two::fused(both(v_base_angular_x), t81_82, t3003_3004);
     out[20][6] = t3005_3006.first();
     out[20][12] = t3005_3006.second();
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
@@ -3189,13 +3189,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3039 = t2941 + t3038; // torso: answer of the forces to its motion
     out[21][2] = t3039 - t3037; // torso: answer of the forces to its motion
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3041_3042 = both(R::constant(0.0764)) * t624_625.swapped();
-    t3043_3044 = R::Two::fused(t3041_3042, two(R::constant(-1.0), R::constant(1.0)), t1666_1667.swapped());
-    t3045_3046 = both(v_base_angular_x) * two(R::constant(0.1528), R::constant(2.0)); // right_hip_yaw_link, left_hip_yaw_link
-    t3047 = t72_73.first() * t3045_3046.first(); // left_hip_yaw_link: sums of what it carries
-    t3048 = t3043_3044.first() + t3047; // left_hip_yaw_link: sums of what it carries
-    t3049 = t72_73.second() * t3045_3046.first(); // right_hip_yaw_link: sums of what it carries
-    t3050 = t3043_3044.second() + t3049; // right_hip_yaw_link: sums of what it carries
+    t3041_3042 = both(R::constant(0.0764)) * t624_625;
+    t3043_3044 = R::Two::fused(t3041_3042, two(R::constant(1.0), R::constant(-1.0)), t1666_1667);
+    t3045_3046 = both(v_base_angular_x) * two(R::constant(2.0), R::constant(0.1528)); // right_hip_yaw_link, left_hip_yaw_link
+    t3047 = t72_73.second() * t3045_3046.second(); // left_hip_yaw_link: sums of what it carries
+    t3048 = t3043_3044.second() + t3047; // left_hip_yaw_link: sums of what it carries
+    t3049 = t72_73.first() * t3045_3046.second(); // right_hip_yaw_link: sums of what it carries
+    t3050 = t3043_3044.first() + t3049; // right_hip_yaw_link: sums of what it carries
     t3051 = t3048 + t3050; // right_hip_yaw_link: sums of what it carries
     // torso: sums of what it carries
     t3052 = v_base_angular_z * R::constant(0.00441616);
@@ -3205,8 +3205,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3056 = v_base_linear_y * t67; // torso: answer of the forces to its motion
     t3057 = v_base_linear_z * t75; // torso: answer of the forces to its motion
     t3058 = t3056 + t3057; // torso: answer of the forces to its motion
-    t3059_3060 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t81_82, t1230_1231.swapped()); // right_hip_yaw_link, left_hip_yaw_link
-    t3061 = t3059_3060.first() + t3059_3060.second(); // right_hip_yaw_link: sums of what it carries
+    t3059_3060 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t81_82, t1230_1231); // right_hip_yaw_link, left_hip_yaw_link
+    t3061 = t3059_3060.second() + t3059_3060.first(); // right_hip_yaw_link: sums of what it carries
     t3062 = R::constant(0.00220808) - t3061;
     t3063 = v_base_angular_z * t3062; // torso: answer of the forces to its motion
     t3064 = t1246_1247.second() + t1246_1247.first(); // right_hip_yaw_link: sums of what it carries
@@ -3223,43 +3223,43 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3074 = t1690_1691.second() + t1690_1691.first(); // right_hip_yaw_link: sums of what it carries
     t3075 = R::constant(0.812133582) + t3074; // torso: sums of what it carries
     t3076 = v_base_angular_z * t3075;
-    t3077_3078 = R::Two::fused(both(R::constant(0.0764)), t72_73, t1696_1697.swapped()); // right_hip_yaw_link, left_hip_yaw_link
-    t3079 = t3077_3078.first() + t3077_3078.second(); // right_hip_yaw_link: sums of what it carries
+    t3077_3078 = R::Two::fused(both(R::constant(0.0764)), t72_73, t1696_1697); // right_hip_yaw_link, left_hip_yaw_link
+    t3079 = t3077_3078.second() + t3077_3078.first(); // right_hip_yaw_link: sums of what it carries
     t3080 = R::constant(0.0014735) + t3079; // torso: sums of what it carries
     t3081 = R::fused(v_base_angular_y, t3080, t3076);
     t3082 = R::fused(v_base_linear_y, t84, t3081);
     out[21][4] = t3073 + t3082;
-    t3084 = R::fused(t81_82.first(), t3045_3046.first(), t1746_1747.second()); // left_hip_yaw_link
-    t3085 = R::fused(-t3045_3046.first(), t81_82.second(), t1746_1747.first()); // right_hip_yaw_link
+    t3084 = R::fused(t81_82.second(), t3045_3046.second(), t1746_1747.second()); // left_hip_yaw_link
+    t3085 = R::fused(-t3045_3046.second(), t81_82.first(), t1746_1747.first()); // right_hip_yaw_link
     t3086 = t3084 + t3085; // right_hip_yaw_link: sums of what it carries
     t3087 = v_base_angular_y * R::constant(0.063569664); // torso: sums of what it carries
     t3088 = R::fused(v_base_angular_x, R::constant(0.00441616), t3087); // torso: sums of what it carries
     t3089 = t3086 + t3088; // torso: sums of what it carries
     t3090 = v_base_angular_z * t3080;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3091_3092 = t64_65 * both(R::constant(0.1528));
-    t3093_3094 = R::Two::fused(t3091_3092, two(R::constant(-1.0), R::constant(1.0)), t1724_1725.swapped());
-    t3095 = t3093_3094.first() + t3093_3094.second(); // right_hip_yaw_link: sums of what it carries
+    t3091_3092 = both(R::constant(0.1528)) * t64_65;
+    t3093_3094 = R::Two::fused(t3091_3092, two(R::constant(1.0), R::constant(-1.0)), t1724_1725);
+    t3095 = t3093_3094.second() + t3093_3094.first(); // right_hip_yaw_link: sums of what it carries
     t3096 = R::constant(0.15966028) + t3095; // torso: sums of what it carries
     t3097 = R::fused(v_base_angular_y, t3096, t3090); // torso: answer of the forces to its motion
     t3098 = R::fused(v_base_linear_z, t84, -t3097); // torso: answer of the forces to its motion
     out[21][5] = t3089 + t3098; // torso: answer of the forces to its motion
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t3100_3101 = both(v_base_angular_z) * t1696_1697;
-    t3102_3103 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t64_65.swapped(), t1724_1725);
+    t3102_3103 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t64_65, t1724_1725);
     t3104_3105 = R::Two::fused(both(v_base_angular_y), t3102_3103, t3100_3101);
-    t3106_3107 = R::Two::fused(both(v_base_linear_z), t81_82.swapped(), -t3104_3105);
+    t3106_3107 = R::Two::fused(both(v_base_linear_z), t81_82, -t3104_3105);
     out[21][6] = t3085 + t3106_3107.first(); // right_hip_yaw_link: answer of the forces to its motion
-    t3109 = R::fused(t3045_3046.first(), t93_94.first(), t1782_1783.first()); // right_hip_roll_link
+    t3109 = R::fused(t3045_3046.second(), t93_94.first(), t1782_1783.first()); // right_hip_roll_link
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t3110_3111 = both(v_base_linear_z) * t93_94;
-    t3112_3113 = R::Two::fused(both(v_base_linear_y), t62_63.swapped(), t3110_3111);
+    t3112_3113 = R::Two::fused(both(v_base_linear_y), t62_63, t3110_3111);
     t3114_3115 = both(v_base_angular_z) * t1772_1773;
     t3116_3117 = R::Two::fused(both(R::constant(0.0764)), t168_169, t1236_1237);
     t3118_3119 = R::Two::fused(both(v_base_angular_y), t3116_3117, t3114_3115);
     t3120_3121 = R::Two::fused(t3118_3119, two(R::constant(-1.0), R::constant(1.0)), t3112_3113);
     out[21][7] = t3109 - t3120_3121.first(); // right_hip_roll_link: answer of the forces to its motion
-    t3123 = R::fused(-t3045_3046.first(), t103_104.first(), t1828_1829.first()); // right_upper_leg
+    t3123 = R::fused(-t3045_3046.second(), t103_104.first(), t1828_1829.first()); // right_upper_leg
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
     t3124_3125 = both(v_base_linear_z) * t103_104;
     t3126_3127 = R::Two::fused(both(v_base_linear_y), t107_108, t3124_3125);
@@ -3268,7 +3268,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3132_3133 = R::Two::fused(both(v_base_angular_y), t3130_3131, t3128_3129);
     t3134_3135 = t3126_3127 - t3132_3133;
     out[21][8] = t3123 + t3134_3135.first(); // right_upper_leg: answer of the forces to its motion
-    t3137 = R::fused(-t3045_3046.first(), t115_116.first(), t1884_1885.first()); // right_lower_leg
+    t3137 = R::fused(-t3045_3046.second(), t115_116.first(), t1884_1885.first()); // right_lower_leg
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
     t3138_3139 = both(v_base_linear_z) * t115_116;
     t3140_3141 = R::Two::fused(both(v_base_linear_y), t119_120, t3138_3139);
@@ -3277,7 +3277,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3146_3147 = R::Two::fused(both(v_base_angular_y), t3144_3145, t3142_3143);
     t3148_3149 = t3140_3141 - t3146_3147;
     out[21][9] = t3137 + t3148_3149.first(); // right_lower_leg: answer of the forces to its motion
-    t3151 = R::fused(-t3045_3046.first(), t127_128.first(), t1956_1957.first()); // right_ankle
+    t3151 = R::fused(-t3045_3046.second(), t127_128.first(), t1956_1957.first()); // right_ankle
     // right_ankle, left_ankle: answer of the forces to its motion
     t3152_3153 = both(v_base_linear_z) * t127_128;
     t3154_3155 = R::Two::fused(both(v_base_linear_y), t131_132, t3152_3153);
@@ -3286,7 +3286,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3160_3161 = R::Two::fused(both(v_base_angular_y), t3158_3159, t3156_3157);
     t3162_3163 = t3154_3155 - t3160_3161;
     out[21][10] = t3151 + t3162_3163.first(); // right_ankle: answer of the forces to its motion
-    t3165 = R::fused(t3045_3046.first(), t145_146.first(), t2080_2081.first()); // right_foot
+    t3165 = R::fused(t3045_3046.second(), t145_146.first(), t2080_2081.first()); // right_foot
     // right_foot, left_foot: answer of the forces to its motion
     t3166_3167 = both(v_base_linear_z) * t145_146;
     t3168_3169 = R::Two::fused(-both(v_base_linear_y), t151_152, t3166_3167);
@@ -3296,9 +3296,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3176_3177 = t3168_3169 - t3174_3175;
     out[21][11] = t3165 - t3176_3177.first(); // right_foot: answer of the forces to its motion
     out[21][12] = t3084 + t3106_3107.second(); // left_hip_yaw_link: answer of the forces to its motion
-    t3180 = R::fused(t3045_3046.first(), t93_94.second(), t1782_1783.second()); // left_hip_roll_link
+    t3180 = R::fused(t3045_3046.second(), t93_94.second(), t1782_1783.second()); // left_hip_roll_link
     out[21][13] = t3180 + t3120_3121.second(); // left_hip_roll_link: answer of the forces to its motion
-    t3182 = R::fused(t3045_3046.first(), t103_104.second(), t1828_1829.second()); // left_upper_leg
+    t3182 = R::fused(t3045_3046.second(), t103_104.second(), t1828_1829.second()); // left_upper_leg
     let (
         t3184, t3186, t3188, t3190, t3191, t3193, t3194, t3195, t3196, t3197, t3198, t3200_3201, t3202, t3203_3204,
         t3205, t3206, t3207, t3208, t3209_3210, t3211, t3212, t3213, t3214, t3215, t3216, t3218_3219, t3220, t3221,
@@ -3321,11 +3321,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t3520, t3521, t3523_3524, t3525, t3526, t3528_3529, t3530, t3532_3533, t3534_3535, t3536_3537, t3538_3539,
     );
     out[21][14] = t3182 + t3134_3135.second(); // left_upper_leg: answer of the forces to its motion
-    t3184 = R::fused(t3045_3046.first(), t115_116.second(), t1884_1885.second()); // left_lower_leg
+    t3184 = R::fused(t3045_3046.second(), t115_116.second(), t1884_1885.second()); // left_lower_leg
     out[21][15] = t3184 + t3148_3149.second(); // left_lower_leg: answer of the forces to its motion
-    t3186 = R::fused(t3045_3046.first(), t127_128.second(), t1956_1957.second()); // left_ankle
+    t3186 = R::fused(t3045_3046.second(), t127_128.second(), t1956_1957.second()); // left_ankle
     out[21][16] = t3186 + t3162_3163.second(); // left_ankle: answer of the forces to its motion
-    t3188 = R::fused(-t3045_3046.first(), t145_146.second(), t2080_2081.second()); // left_foot
+    t3188 = R::fused(-t3045_3046.second(), t145_146.second(), t2080_2081.second()); // left_foot
     out[21][17] = t3188 - t3176_3177.second(); // left_foot: answer of the forces to its motion
     t3190 = t2969 - t3031; // torso: answer of the forces to its motion
     t3191 = t3030 + t3190; // torso: answer of the forces to its motion
@@ -3337,15 +3337,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3197 = R::constant(19.0) * v_base_linear_x; // torso: answer of the forces to its motion
     t3198 = t2973 + t3197; // torso: answer of the forces to its motion
     out[22][2] = t3196 - t3198; // torso: answer of the forces to its motion
-    t3200_3201 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t630_631.swapped(), t1674_1675.swapped()); // right_hip_yaw_link, left_hip_yaw_link
+    t3200_3201 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t630_631, t1674_1675); // right_hip_yaw_link, left_hip_yaw_link
     t3202 = v_base_angular_z * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
-    t3203_3204 = R::Two::fused(t64_65 * two(R::constant(1.0), R::constant(-1.0)), both(t3202), t3200_3201); // right_hip_yaw_link, left_hip_yaw_link
-    t3205 = t3203_3204.first() + t3203_3204.second(); // right_hip_yaw_link: sums of what it carries
+    t3203_3204 = R::Two::fused(both(t3202) * two(R::constant(-1.0), R::constant(1.0)), t64_65, t3200_3201); // right_hip_yaw_link, left_hip_yaw_link
+    t3205 = t3203_3204.second() + t3203_3204.first(); // right_hip_yaw_link: sums of what it carries
     t3206 = v_base_angular_z * R::constant(0.255750896); // torso: sums of what it carries
     t3207 = R::fused(-v_base_angular_y, R::constant(0.002947), t3206); // torso: sums of what it carries
     t3208 = t3205 - t3207; // torso: sums of what it carries
-    t3209_3210 = R::Two::fused(t3091_3092, two(R::constant(-1.0), R::constant(1.0)), t1222_1223.swapped()); // right_hip_yaw_link, left_hip_yaw_link
-    t3211 = t3209_3210.first() + t3209_3210.second(); // right_hip_yaw_link: sums of what it carries
+    t3209_3210 = R::Two::fused(t3091_3092, two(R::constant(1.0), R::constant(-1.0)), t1222_1223); // right_hip_yaw_link, left_hip_yaw_link
+    t3211 = t3209_3210.second() + t3209_3210.first(); // right_hip_yaw_link: sums of what it carries
     t3212 = R::constant(0.908224198) + t3211; // torso: sums of what it carries
     // torso: answer of the forces to its motion
     t3213 = v_base_angular_z * t3212;
@@ -3353,10 +3353,10 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3215 = R::fused(v_base_linear_x, t67, t3214);
     t3216 = t3208 + t3215;
     out[22][3] = -t3216;
-    t3218_3219 = t81_82 * both(t3202); // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3220 = t3218_3219.first() + t3047; // left_hip_yaw_link: sums of what it carries
+    t3218_3219 = both(t3202) * t81_82; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t3220 = t3218_3219.second() + t3047; // left_hip_yaw_link: sums of what it carries
     t3221 = t1706_1707.second() - t3220; // left_hip_yaw_link: sums of what it carries
-    t3222 = t3218_3219.second() - t3049; // right_hip_yaw_link: sums of what it carries
+    t3222 = t3218_3219.first() - t3049; // right_hip_yaw_link: sums of what it carries
     t3223 = t1706_1707.first() + t3222; // right_hip_yaw_link: sums of what it carries
     t3224 = t3221 + t3223; // right_hip_yaw_link: sums of what it carries
     t3225 = v_base_angular_x * R::constant(0.002947); // torso: sums of what it carries
@@ -3368,11 +3368,11 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3231 = t3063 + t3230;
     t3232 = t3229 - t3231;
     out[22][4] = t3232 - t3227;
-    t3234_3235 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t582_583.swapped(), t1752_1753.swapped()); // right_hip_yaw_link, left_hip_yaw_link
-    t3236 = t64_65.first() * t3045_3046.first(); // left_hip_yaw_link: sums of what it carries
-    t3237 = t3234_3235.first() + t3236; // left_hip_yaw_link: sums of what it carries
-    t3238 = t3045_3046.first() * t64_65.second(); // right_hip_yaw_link: sums of what it carries
-    t3239 = t3234_3235.second() - t3238; // right_hip_yaw_link: sums of what it carries
+    t3234_3235 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t582_583, t1752_1753); // right_hip_yaw_link, left_hip_yaw_link
+    t3236 = t64_65.second() * t3045_3046.second(); // left_hip_yaw_link: sums of what it carries
+    t3237 = t3234_3235.second() + t3236; // left_hip_yaw_link: sums of what it carries
+    t3238 = t3045_3046.second() * t64_65.first(); // right_hip_yaw_link: sums of what it carries
+    t3239 = t3234_3235.first() - t3238; // right_hip_yaw_link: sums of what it carries
     t3240 = t3237 + t3239; // right_hip_yaw_link: sums of what it carries
     t3241 = v_base_angular_y * R::constant(0.00441616); // torso: sums of what it carries
     t3242 = R::fused(v_base_angular_x, R::constant(0.255750896), t3241); // torso: sums of what it carries
@@ -3385,20 +3385,20 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t3249_3250 = both(v_base_angular_z) * t1246_1247;
     t3251_3252 = R::Two::fused(both(v_base_angular_x), t3102_3103, t3249_3250);
-    t3253_3254 = R::Two::fused(both(v_base_linear_z), t64_65.swapped(), t3251_3252);
+    t3253_3254 = R::Two::fused(both(v_base_linear_z), t64_65, t3251_3252);
     out[22][6] = t3248 + t3253_3254.first(); // right_hip_yaw_link: answer of the forces to its motion
-    t3256 = t3045_3046.first() * t168_169.first(); // right_hip_roll_link: answer of the forces to its motion
-    t3257 = R::fused(t62_63.second(), t3202, t3256); // right_hip_roll_link: answer of the forces to its motion
+    t3256 = t3045_3046.second() * t168_169.first(); // right_hip_roll_link: answer of the forces to its motion
+    t3257 = R::fused(t62_63.first(), t3202, t3256); // right_hip_roll_link: answer of the forces to its motion
     t3258 = t1788_1789.first() + t3257; // right_hip_roll_link: answer of the forces to its motion
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t3259_3260 = both(v_base_linear_z) * t168_169;
-    t3261_3262 = R::Two::fused(-both(v_base_linear_x), t62_63.swapped(), t3259_3260);
-    t3263_3264 = R::Two::fused(both(R::constant(0.0764)), t62_63.swapped(), t1766_1767);
+    t3261_3262 = R::Two::fused(-both(v_base_linear_x), t62_63, t3259_3260);
+    t3263_3264 = R::Two::fused(both(R::constant(0.0764)), t62_63, t1766_1767);
     t3265_3266 = both(v_base_angular_z) * t3263_3264;
     t3267_3268 = R::Two::fused(both(v_base_angular_x), t3116_3117, t3265_3266);
     t3269_3270 = R::Two::fused(t3267_3268, two(R::constant(1.0), R::constant(-1.0)), t3261_3262);
     out[22][7] = t3258 - t3269_3270.first(); // right_hip_roll_link: answer of the forces to its motion
-    t3272 = t3045_3046.first() * t176_177.first(); // right_upper_leg: answer of the forces to its motion
+    t3272 = t3045_3046.second() * t176_177.first(); // right_upper_leg: answer of the forces to its motion
     t3273 = R::fused(-t3202, t107_108.first(), t3272); // right_upper_leg: answer of the forces to its motion
     t3274 = t1834_1835.first() + t3273; // right_upper_leg: answer of the forces to its motion
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
@@ -3409,7 +3409,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3283_3284 = R::Two::fused(both(v_base_angular_x), t3130_3131, t3281_3282);
     t3285_3286 = t3277_3278 - t3283_3284;
     out[22][8] = t3274 - t3285_3286.first(); // right_upper_leg: answer of the forces to its motion
-    t3288 = t3045_3046.first() * t184_185.first(); // right_lower_leg: answer of the forces to its motion
+    t3288 = t3045_3046.second() * t184_185.first(); // right_lower_leg: answer of the forces to its motion
     t3289 = R::fused(-t3202, t119_120.first(), t3288); // right_lower_leg: answer of the forces to its motion
     t3290 = t1890_1891.first() + t3289; // right_lower_leg: answer of the forces to its motion
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
@@ -3420,7 +3420,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3299_3300 = R::Two::fused(both(v_base_angular_x), t3144_3145, t3297_3298);
     t3301_3302 = t3293_3294 - t3299_3300;
     out[22][9] = t3290 - t3301_3302.first(); // right_lower_leg: answer of the forces to its motion
-    t3304 = t3045_3046.first() * t192_193.first(); // right_ankle: answer of the forces to its motion
+    t3304 = t3045_3046.second() * t192_193.first(); // right_ankle: answer of the forces to its motion
     t3305 = R::fused(-t3202, t131_132.first(), t3304); // right_ankle: answer of the forces to its motion
     t3306 = t1962_1963.first() + t3305; // right_ankle: answer of the forces to its motion
     // right_ankle, left_ankle: answer of the forces to its motion
@@ -3431,7 +3431,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3315_3316 = R::Two::fused(both(v_base_angular_x), t3158_3159, t3313_3314);
     t3317_3318 = t3309_3310 - t3315_3316;
     out[22][10] = t3306 - t3317_3318.first(); // right_ankle: answer of the forces to its motion
-    t3320 = t3045_3046.first() * t200_201.first(); // right_foot: answer of the forces to its motion
+    t3320 = t3045_3046.second() * t200_201.first(); // right_foot: answer of the forces to its motion
     t3321 = R::fused(t3202, t151_152.first(), t3320); // right_foot: answer of the forces to its motion
     t3322 = t2086_2087.first() - t3321; // right_foot: answer of the forces to its motion
     // right_foot, left_foot: answer of the forces to its motion
@@ -3445,27 +3445,27 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3336 = t1752_1753.second() + t3236; // left_hip_yaw_link: answer of the forces to its motion
     out[22][12] = t3336 + t3253_3254.second(); // left_hip_yaw_link: answer of the forces to its motion
     // left_hip_roll_link: answer of the forces to its motion
-    t3338 = t3045_3046.first() * t168_169.second();
-    t3339 = R::fused(t62_63.first(), t3202, t3338);
+    t3338 = t3045_3046.second() * t168_169.second();
+    t3339 = R::fused(t62_63.second(), t3202, t3338);
     t3340 = t1788_1789.second() + t3339;
     out[22][13] = t3340 + t3269_3270.second();
     // left_upper_leg: answer of the forces to its motion
-    t3342 = t3045_3046.first() * t176_177.second();
+    t3342 = t3045_3046.second() * t176_177.second();
     t3343 = R::fused(-t3202, t107_108.second(), t3342);
     t3344 = t1834_1835.second() - t3343;
     out[22][14] = t3344 - t3285_3286.second();
     // left_lower_leg: answer of the forces to its motion
-    t3346 = t3045_3046.first() * t184_185.second();
+    t3346 = t3045_3046.second() * t184_185.second();
     t3347 = R::fused(-t3202, t119_120.second(), t3346);
     t3348 = t1890_1891.second() - t3347;
     out[22][15] = t3348 - t3301_3302.second();
     // left_ankle: answer of the forces to its motion
-    t3350 = t3045_3046.first() * t192_193.second();
+    t3350 = t3045_3046.second() * t192_193.second();
     t3351 = R::fused(-t3202, t131_132.second(), t3350);
     t3352 = t1962_1963.second() - t3351;
     out[22][16] = t3352 - t3317_3318.second();
     // left_foot: answer of the forces to its motion
-    t3354 = t3045_3046.first() * t200_201.second();
+    t3354 = t3045_3046.second() * t200_201.second();
     t3355 = R::fused(t3202, t151_152.second(), t3354);
     t3356 = t2086_2087.second() + t3355;
     out[22][17] = t3356 + t3333_3334.second();
@@ -3476,10 +3476,10 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3361 = t3196 + t3360;
     out[23][1] = -t3361;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3363_3364 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t2150_2151.swapped();
-    t3365_3366 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t2172_2173.swapped(), t3363_3364);
+    t3363_3364 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2150_2151;
+    t3365_3366 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2172_2173, t3363_3364);
     t3367_3368 = R::Two::fused(-t72_73, both(t3202), t3365_3366);
-    t3369 = t3367_3368.first() + t3367_3368.second(); // right_hip_yaw_link: sums of what it carries
+    t3369 = t3367_3368.second() + t3367_3368.first(); // right_hip_yaw_link: sums of what it carries
     t3370 = v_base_angular_z * R::constant(0.002947); // torso: sums of what it carries
     t3371 = R::fused(-v_base_angular_y, R::constant(1.5606975), t3370); // torso: sums of what it carries
     t3372 = t3369 - t3371; // torso: sums of what it carries
@@ -3490,9 +3490,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3376 = t3372 + t3375;
     out[23][3] = -t3376;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3378_3379 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t2150_2151.swapped();
-    t3380_3381 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t2172_2173.swapped(), t3378_3379);
-    t3382 = t3380_3381.first() + t3380_3381.second(); // right_hip_yaw_link: sums of what it carries
+    t3378_3379 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2150_2151;
+    t3380_3381 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2172_2173, t3378_3379);
+    t3382 = t3380_3381.second() + t3380_3381.first(); // right_hip_yaw_link: sums of what it carries
     t3383 = v_base_angular_z * R::constant(0.0809188); // torso: sums of what it carries
     t3384 = R::fused(v_base_angular_x, R::constant(1.5606975), t3383); // torso: sums of what it carries
     t3385 = t3382 - t3384; // torso: sums of what it carries
@@ -3503,9 +3503,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3389 = t3385 + t3388;
     out[23][4] = -t3389;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3391_3392 = R::Two::fused(t3041_3042, two(R::constant(-1.0), R::constant(1.0)), t2198_2199.swapped());
-    t3393_3394 = R::Two::fused(t3218_3219, two(R::constant(1.0), R::constant(-1.0)), t3391_3392);
-    t3395 = t3393_3394.first() + t3393_3394.second(); // right_hip_yaw_link: sums of what it carries
+    t3391_3392 = R::Two::fused(t3041_3042, two(R::constant(1.0), R::constant(-1.0)), t2198_2199);
+    t3393_3394 = R::Two::fused(t3218_3219, two(R::constant(-1.0), R::constant(1.0)), t3391_3392);
+    t3395 = t3393_3394.second() + t3393_3394.first(); // right_hip_yaw_link: sums of what it carries
     t3396 = t3053 + t3225; // torso: sums of what it carries
     t3397 = t3395 - t3396; // torso: sums of what it carries
     // torso: answer of the forces to its motion
@@ -3514,9 +3514,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3400 = t3398 + t3399;
     out[23][5] = t3397 + t3400;
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t3402_3403 = R::Two::fused(t3218_3219.swapped(), two(R::constant(-1.0), R::constant(1.0)), t2198_2199);
-    t3404_3405 = both(v_base_linear_y) * t64_65.swapped();
-    t3406_3407 = R::Two::fused(both(v_base_linear_x), t81_82.swapped(), t3404_3405);
+    t3402_3403 = R::Two::fused(t3218_3219, two(R::constant(-1.0), R::constant(1.0)), t2198_2199);
+    t3404_3405 = both(v_base_linear_y) * t64_65;
+    t3406_3407 = R::Two::fused(both(v_base_linear_x), t81_82, t3404_3405);
     t3408_3409 = both(v_base_angular_y) * t1246_1247;
     t3410_3411 = R::Two::fused(-both(v_base_angular_x), t1696_1697, t3408_3409);
     t3412_3413 = t3406_3407 + t3410_3411;
@@ -3573,52 +3573,52 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[23][11] = t3484_3485.first();
     out[23][17] = t3484_3485.second();
     out[23][13] = -t3428_3429.second(); // left_hip_roll_link: answer of the forces to its motion
-    t3487 = R::fused(t72_73.second(), t3045_3046.second(), t624_625.first()); // right_hip_yaw_link
+    t3487 = R::fused(t72_73.first(), t3045_3046.first(), t624_625.first()); // right_hip_yaw_link
     out[24][0] = t3487;
     t3488 = v_base_angular_y * R::constant(2.0); // right_hip_yaw_link: change of its motion
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
-    t3489_3490 = R::Two::fused(t72_73.swapped() * two(R::constant(1.0), R::constant(-1.0)), both(t3488), -t630_631);
+    t3489_3490 = R::Two::fused(t72_73 * two(R::constant(1.0), R::constant(-1.0)), both(t3488), -t630_631);
     out[24][1] = t3489_3490.first();
     out[30][1] = t3489_3490.second();
-    t3491_3492 = t64_65.swapped() * both(t3488);
-    t3493 = R::fused(-t81_82.second(), t3045_3046.second(), -t3491_3492.first()); // right_hip_yaw_link
+    t3491_3492 = t64_65 * both(t3488);
+    t3493 = R::fused(-t81_82.first(), t3045_3046.first(), -t3491_3492.first()); // right_hip_yaw_link
     out[24][2] = t3493;
     t3494_3495 = t1222_1223 * both(t3488);
-    t3496 = R::fused(t1230_1231.first(), t3045_3046.second(), t3494_3495.first()); // right_hip_yaw_link
-    t3497 = t3365_3366.second() - t3496; // right_hip_yaw_link: answer of the forces to its motion
+    t3496 = R::fused(t1230_1231.first(), t3045_3046.first(), t3494_3495.first()); // right_hip_yaw_link
+    t3497 = t3365_3366.first() - t3496; // right_hip_yaw_link: answer of the forces to its motion
     out[24][3] = R::fused(R::constant(-0.0764), t3493, -t3497); // right_hip_yaw_link
     t3499_3500 = t1230_1231 * both(t3488);
-    t3501 = R::fused(t1690_1691.first(), t3045_3046.second(), t3499_3500.first()); // right_hip_yaw_link
-    t3502 = t3380_3381.second() + t3501; // right_hip_yaw_link: answer of the forces to its motion
+    t3501 = R::fused(t1690_1691.first(), t3045_3046.first(), t3499_3500.first()); // right_hip_yaw_link
+    t3502 = t3380_3381.first() + t3501; // right_hip_yaw_link: answer of the forces to its motion
     out[24][4] = -t3502; // right_hip_yaw_link: answer of the forces to its motion
     t3504_3505 = t1246_1247 * both(t3488);
-    t3506 = R::fused(-t1696_1697.first(), t3045_3046.second(), t3504_3505.first()); // right_hip_yaw_link
+    t3506 = R::fused(-t1696_1697.first(), t3045_3046.first(), t3504_3505.first()); // right_hip_yaw_link
     t3507 = t2198_2199.first() - t3506; // right_hip_yaw_link: answer of the forces to its motion
     out[24][6] = t3507;
     out[24][5] = R::fused(R::constant(0.0764), t3487, t3507); // right_hip_yaw_link: answer of the forces to its motion
     t3509_3510 = t1766_1767 * both(t3488); // right_hip_roll_link, left_hip_roll_link
-    t3511 = R::fused(-t1772_1773.first(), t3045_3046.second(), t3509_3510.first()); // right_hip_roll_link
+    t3511 = R::fused(-t1772_1773.first(), t3045_3046.first(), t3509_3510.first()); // right_hip_roll_link
     out[24][7] = t3511 - t2150_2151.first(); // right_hip_roll_link: answer of the forces to its motion
     t3513_3514 = t1804_1805 * both(t3488); // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t3515 = R::fused(-t1810_1811.first(), t3045_3046.second(), t3513_3514.first()); // right_upper_leg
+    t3515 = R::fused(-t1810_1811.first(), t3045_3046.first(), t3513_3514.first()); // right_upper_leg
     t3516 = t2225_2226.first() + t3515; // right_upper_leg: answer of the forces to its motion
     out[24][8] = -t3516; // right_upper_leg: answer of the forces to its motion
     t3518_3519 = t1854_1855 * both(t3488); // right_lower_leg, left_lower_leg: answer of the forces to its motion
-    t3520 = R::fused(-t1860_1861.first(), t3045_3046.second(), t3518_3519.first()); // right_lower_leg
+    t3520 = R::fused(-t1860_1861.first(), t3045_3046.first(), t3518_3519.first()); // right_lower_leg
     t3521 = t2249_2250.first() + t3520; // right_lower_leg: answer of the forces to its motion
     out[24][9] = -t3521; // right_lower_leg: answer of the forces to its motion
     t3523_3524 = t1916_1917 * both(t3488); // right_ankle, left_ankle: answer of the forces to its motion
-    t3525 = R::fused(-t1922_1923.first(), t3045_3046.second(), t3523_3524.first()); // right_ankle
+    t3525 = R::fused(-t1922_1923.first(), t3045_3046.first(), t3523_3524.first()); // right_ankle
     t3526 = t2273_2274.first() + t3525; // right_ankle: answer of the forces to its motion
     out[24][10] = -t3526; // right_ankle: answer of the forces to its motion
     t3528_3529 = t2008_2009 * both(t3488); // right_foot, left_foot: answer of the forces to its motion
-    t3530 = R::fused(-t2014_2015.first(), t3045_3046.second(), t3528_3529.first()); // right_foot
+    t3530 = R::fused(-t2014_2015.first(), t3045_3046.first(), t3528_3529.first()); // right_foot
     out[24][11] = t2297_2298.first() + t3530; // right_foot: answer of the forces to its motion
     t3532_3533 = both(R::constant(2.0)) * t240_241; // right_hip_roll_link, left_hip_roll_link: change of its motion
-    t3534_3535 = t72_73.swapped() * t3532_3533; // right_hip_roll_link, left_hip_roll_link
+    t3534_3535 = t72_73 * t3532_3533; // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
     t3536_3537 = both(R::constant(2.0)) * t236_237; // right_hip_roll_link, left_hip_roll_link: change of its motion
     // right_hip_roll_link, left_hip_roll_link: answer of the forces to its motion
-    t3538_3539 = R::Two::fused(-t62_63.swapped(), t3536_3537, t3534_3535);
+    t3538_3539 = R::Two::fused(-t62_63, t3536_3537, t3534_3535);
     let (
         t3540_3541, t3542_3543, t3544_3545, t3546_3547, t3548_3549, t3550_3551, t3552_3553, t3554_3555, t3556_3557,
         t3558_3559, t3560_3561, t3562_3563, t3564_3565, t3566_3567, t3568_3569, t3570_3571, t3572_3573, t3574_3575,
@@ -3649,7 +3649,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t4014, t4015_4016, t4017_4018, t4019_4020, t4021_4022, t4023_4024,
     );
     t3540_3541 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3538_3539;
-    t3542_3543 = R::Two::fused(-t34_35.swapped(), t3536_3537, t580_581);
+    t3542_3543 = R::Two::fused(-t34_35, t3536_3537, t580_581);
     t3544_3545 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3542_3543, t3540_3541 * two(R::constant(-1.0), R::constant(1.0)));
     out[25][0] = t3544_3545.first();
     out[31][0] = t3544_3545.second();
@@ -3657,7 +3657,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3548_3549 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3542_3543, t3546_3547 * two(R::constant(-1.0), R::constant(1.0)));
     out[25][1] = t3548_3549.first();
     out[31][1] = t3548_3549.second();
-    t3550_3551 = R::Two::fused(t34_35.swapped(), t3532_3533, -t620_621);
+    t3550_3551 = R::Two::fused(t34_35, t3532_3533, -t620_621);
     out[25][2] = t3550_3551.first();
     out[31][2] = t3550_3551.second();
     t3552_3553 = t1216_1217 * t3532_3533;
@@ -3711,14 +3711,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[31][17] = t3604_3605.second();
     t3606_3607 = both(R::constant(2.0)) * t260_261; // right_upper_leg, left_upper_leg: change of its motion
     // right_upper_leg, left_upper_leg: answer of the forces to its motion
-    t3608_3609 = t40_41.swapped() * t3606_3607;
+    t3608_3609 = t40_41 * t3606_3607;
     t3610_3611 = t576_577 + t3608_3609;
     t3612_3613 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3610_3611;
-    t3614_3615 = t34_35.swapped() * t3606_3607;
+    t3614_3615 = t34_35 * t3606_3607;
     t3616_3617 = both(R::constant(2.0)) * t252_253; // right_upper_leg, left_upper_leg: change of its motion
-    t3618_3619 = R::Two::fused(t60_61.swapped(), t3616_3617, t3614_3615);
+    t3618_3619 = R::Two::fused(t60_61, t3616_3617, t3614_3615);
     t3620_3621 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3618_3619;
-    t3622_3623 = t40_41.swapped() * t3616_3617;
+    t3622_3623 = t40_41 * t3616_3617;
     t3624_3625 = t612_613 - t3622_3623;
     t3626_3627 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3624_3625, t3620_3621);
     t3628_3629 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3626_3627, -t3612_3613);
@@ -3785,8 +3785,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_lower_leg, left_lower_leg: answer of the forces to its motion
     t3696_3697 = t574_575 + t3608_3609;
     t3698_3699 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3696_3697;
-    t3700_3701 = t28_29.swapped() * t3606_3607;
-    t3702_3703 = R::Two::fused(t54_55.swapped(), t3616_3617, t3700_3701);
+    t3700_3701 = t28_29 * t3606_3607;
+    t3702_3703 = R::Two::fused(t54_55, t3616_3617, t3700_3701);
     t3704_3705 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3702_3703;
     t3706_3707 = t610_611 - t3622_3623;
     t3708_3709 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3706_3707, t3704_3705);
@@ -3849,8 +3849,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_ankle, left_ankle: answer of the forces to its motion
     t3772_3773 = t572_573 + t3608_3609;
     t3774_3775 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3772_3773;
-    t3776_3777 = t22_23.swapped() * t3606_3607;
-    t3778_3779 = R::Two::fused(t48_49.swapped(), t3616_3617, t3776_3777);
+    t3776_3777 = t22_23 * t3606_3607;
+    t3778_3779 = R::Two::fused(t48_49, t3616_3617, t3776_3777);
     t3780_3781 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3778_3779;
     t3782_3783 = t608_609 - t3622_3623;
     t3784_3785 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3782_3783, t3780_3781);
@@ -3916,9 +3916,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[34][17] = t3854_3855.second();
     t3856_3857 = two(sin_t2, sin_t3) * t528_529;
     t3858_3859 = both(R::constant(2.0)) * t262_263; // right_foot, left_foot: change of its motion
-    t3860_3861 = t16_17.swapped() * t3858_3859;
+    t3860_3861 = t16_17 * t3858_3859;
     t3862_3863 = both(R::constant(2.0)) * t248_249; // right_foot, left_foot: change of its motion
-    t3864_3865 = R::Two::fused(t40_41.swapped(), t3862_3863, t3860_3861);
+    t3864_3865 = R::Two::fused(t40_41, t3862_3863, t3860_3861);
     t3866_3867 = R::Two::fused(two(cos_t2, cos_t3), t3864_3865, t3856_3857);
     t3868_3869 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3866_3867;
     t3870_3871 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t560_561;
@@ -3990,39 +3990,39 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[29][5] = t3956_3957.first();
     out[35][5] = t3956_3957.second();
     // left_hip_yaw_link: answer of the forces to its motion
-    t3958 = R::fused(-t72_73.first(), t3045_3046.second(), t624_625.second());
+    t3958 = R::fused(-t72_73.second(), t3045_3046.first(), t624_625.second());
     out[30][0] = t3958;
-    t3959 = R::fused(-t81_82.first(), t3045_3046.second(), -t3491_3492.second());
+    t3959 = R::fused(-t81_82.second(), t3045_3046.first(), -t3491_3492.second());
     out[30][2] = t3959;
-    t3960 = R::fused(t1230_1231.second(), t3045_3046.second(), t3494_3495.second());
-    t3961 = t3365_3366.first() - t3960;
+    t3960 = R::fused(t1230_1231.second(), t3045_3046.first(), t3494_3495.second());
+    t3961 = t3365_3366.second() - t3960;
     out[30][3] = R::fused(R::constant(0.0764), t3959, -t3961);
-    t3963 = R::fused(t1690_1691.second(), t3045_3046.second(), t3499_3500.second());
-    t3964 = t3380_3381.first() + t3963;
+    t3963 = R::fused(t1690_1691.second(), t3045_3046.first(), t3499_3500.second());
+    t3964 = t3380_3381.second() + t3963;
     out[30][4] = -t3964;
-    t3966 = R::fused(-t1696_1697.second(), t3045_3046.second(), t3504_3505.second());
+    t3966 = R::fused(-t1696_1697.second(), t3045_3046.first(), t3504_3505.second());
     t3967 = t2198_2199.second() - t3966;
     out[30][12] = t3967;
     out[30][5] = R::fused(R::constant(-0.0764), t3958, t3967);
-    t3969 = R::fused(-t1772_1773.second(), t3045_3046.second(), t3509_3510.second()); // left_hip_roll_link
+    t3969 = R::fused(-t1772_1773.second(), t3045_3046.first(), t3509_3510.second()); // left_hip_roll_link
     out[30][13] = t3969 - t2150_2151.second(); // left_hip_roll_link: answer of the forces to its motion
-    t3971 = R::fused(-t1810_1811.second(), t3045_3046.second(), t3513_3514.second()); // left_upper_leg
+    t3971 = R::fused(-t1810_1811.second(), t3045_3046.first(), t3513_3514.second()); // left_upper_leg
     t3972 = t2225_2226.second() + t3971; // left_upper_leg: answer of the forces to its motion
     out[30][14] = -t3972; // left_upper_leg: answer of the forces to its motion
-    t3974 = R::fused(-t1860_1861.second(), t3045_3046.second(), t3518_3519.second()); // left_lower_leg
+    t3974 = R::fused(-t1860_1861.second(), t3045_3046.first(), t3518_3519.second()); // left_lower_leg
     t3975 = t2249_2250.second() + t3974; // left_lower_leg: answer of the forces to its motion
     out[30][15] = -t3975; // left_lower_leg: answer of the forces to its motion
-    t3977 = R::fused(-t1922_1923.second(), t3045_3046.second(), t3523_3524.second()); // left_ankle
+    t3977 = R::fused(-t1922_1923.second(), t3045_3046.first(), t3523_3524.second()); // left_ankle
     t3978 = t2273_2274.second() + t3977; // left_ankle: answer of the forces to its motion
     out[30][16] = -t3978; // left_ankle: answer of the forces to its motion
-    t3980 = R::fused(-t2014_2015.second(), t3045_3046.second(), t3528_3529.second()); // left_foot
+    t3980 = R::fused(-t2014_2015.second(), t3045_3046.first(), t3528_3529.second()); // left_foot
     out[30][17] = t2297_2298.second() + t3980; // left_foot: answer of the forces to its motion
     // right_ankle, left_ankle: sums of what it carries
-    t3982_3983 = t18_19.swapped() * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t3982_3983 = t18_19 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t3984_3985 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3982_3983);
     t3986_3987 = both(R::constant(0.3111)) + t3984_3985;
     t3988_3989 = t3986_3987 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg
-    t3990_3991 = t18_19.swapped() * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t3990_3991 = t18_19 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t3992_3993 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3990_3991);
     t3994_3995 = both(R::constant(0.008)) - t3992_3993;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -4033,7 +4033,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4004_4005 = R::Two::fused(-t3994_3995, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t4002_4003);
     t4006_4007 = both(R::constant(0.012)) - t4004_4005;
     t4008_4009 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t4006_4007, t4000_4001); // right_upper_leg, left_upper_leg
-    t4010_4011 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t4008_4009, t70_71.swapped()); // right_hip_roll_link, left_hip_roll_link
+    t4010_4011 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t4008_4009, t70_71); // right_hip_roll_link, left_hip_roll_link
     t4012 = R::constant(2.4915) + t4010_4011.second(); // left_hip_yaw_link: sums of what it carries
     t4013 = t4010_4011.first() - t4012; // right_hip_yaw_link: sums of what it carries
     out[37][3] = t4013;
@@ -4042,15 +4042,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[36][4] = t4014;
     out[40][0] = t4014;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t4015_4016 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t3998_3999.swapped();
-    t4017_4018 = R::Two::fused(-two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t4006_4007.swapped(), t4015_4016);
+    t4015_4016 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3998_3999;
+    t4017_4018 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t4006_4007, t4015_4016);
     t4019_4020 = both(R::constant(0.008)) + t4017_4018; // right_hip_roll_link, left_hip_roll_link
-    t4021_4022 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t4019_4020; // right_hip_yaw_link, left_hip_yaw_link
-    t4023_4024 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t4008_4009.swapped(), t44_45 * two(R::constant(1.0), R::constant(-1.0))); // right_hip_roll_link, left_hip_roll_link
-    out[38][13] = t4023_4024.first();
-    out[49][2] = t4023_4024.first();
-    out[38][7] = t4023_4024.second();
-    out[43][2] = t4023_4024.second();
+    t4021_4022 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t4019_4020; // right_hip_yaw_link, left_hip_yaw_link
+    t4023_4024 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t4008_4009, t44_45 * two(R::constant(-1.0), R::constant(1.0))); // right_hip_roll_link, left_hip_roll_link
+    out[38][7] = t4023_4024.first();
+    out[43][2] = t4023_4024.first();
+    out[38][13] = t4023_4024.second();
+    out[49][2] = t4023_4024.second();
     let (
         t4025_4026, t4027, t4028, t4029, t4030_4031, t4032, t4033_4034, t4035_4036, t4037_4038, t4039_4040, t4041_4042,
         t4043_4044, t4045_4046, t4047_4048, t4049_4050, t4051_4052, t4053_4054, t4055_4056, t4057_4058, t4059_4060,
@@ -4080,13 +4080,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t4474_4475, t4476_4477, t4478, t4480_4481, t4482_4483, t4484_4485, t4486_4487, t4488_4489, t4490_4491,
         t4492_4493, t4494_4495, t4496_4497, t4498_4499, t4500_4501, t4502_4503, t4504_4505, t4506_4507, t4508_4509,
     );
-    t4025_4026 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t4023_4024, t4021_4022); // right_hip_yaw_link, left_hip_yaw_link
-    out[36][12] = t4025_4026.first();
-    out[48][0] = t4025_4026.first();
-    out[36][6] = t4025_4026.second();
-    out[42][0] = t4025_4026.second();
-    t4027 = R::constant(0.0102) - t4025_4026.first(); // left_hip_yaw_link: sums of what it carries
-    t4028 = t4027 - t4025_4026.second(); // right_hip_yaw_link: sums of what it carries
+    t4025_4026 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t4023_4024, t4021_4022); // right_hip_yaw_link, left_hip_yaw_link
+    out[36][6] = t4025_4026.first();
+    out[42][0] = t4025_4026.first();
+    out[36][12] = t4025_4026.second();
+    out[48][0] = t4025_4026.second();
+    t4027 = R::constant(0.0102) - t4025_4026.second(); // left_hip_yaw_link: sums of what it carries
+    t4028 = t4027 - t4025_4026.first(); // right_hip_yaw_link: sums of what it carries
     out[38][3] = t4028;
     out[39][2] = t4028;
     t4029 = -t4028; // right_hip_yaw_link: sums of what it carries
@@ -4100,7 +4100,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[43][0] = t4032;
     // right_upper_leg, left_upper_leg: mass matrix
     t4033_4034 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t4008_4009;
-    t4035_4036 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t4017_4018.swapped();
+    t4035_4036 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t4017_4018;
     t4037_4038 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t4035_4036, -t4033_4034);
     out[36][8] = t4037_4038.first();
     out[44][0] = t4037_4038.first();
@@ -4135,9 +4135,9 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[36][16] = t4073_4074.second();
     out[52][0] = t4073_4074.second();
     // right_foot, left_foot: mass matrix
-    t4075_4076 = t40_41.swapped() * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t4075_4076 = t40_41 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t4077_4078 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t4075_4076;
-    t4079_4080 = t40_41.swapped() * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t4079_4080 = t40_41 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t4081_4082 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t4079_4080, t4077_4078);
     t4083_4084 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t4081_4082;
     t4085_4086 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t4075_4076;
@@ -4153,14 +4153,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[36][17] = t4099_4100.second();
     out[53][0] = t4099_4100.second();
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t4101_4102 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t4019_4020;
-    t4103_4104 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t4023_4024, -t4101_4102);
-    out[37][12] = t4103_4104.first();
-    out[48][1] = t4103_4104.first();
-    out[37][6] = t4103_4104.second();
-    out[42][1] = t4103_4104.second();
-    t4105 = R::constant(0.20808) - t4103_4104.first(); // left_hip_yaw_link: sums of what it carries
-    t4106 = t4105 - t4103_4104.second(); // right_hip_yaw_link: sums of what it carries
+    t4101_4102 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t4019_4020;
+    t4103_4104 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t4023_4024, -t4101_4102);
+    out[37][6] = t4103_4104.first();
+    out[42][1] = t4103_4104.first();
+    out[37][12] = t4103_4104.second();
+    out[48][1] = t4103_4104.second();
+    t4105 = R::constant(0.20808) - t4103_4104.second(); // left_hip_yaw_link: sums of what it carries
+    t4106 = t4105 - t4103_4104.first(); // right_hip_yaw_link: sums of what it carries
     out[38][4] = t4106;
     out[40][2] = t4106;
     t4107 = -t4106; // right_hip_yaw_link: sums of what it carries
@@ -4200,7 +4200,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4126 = -t4108_4109.second(); // left_hip_roll_link: mass matrix
     out[37][13] = t4126;
     out[49][1] = t4126;
-    t4127_4128 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t4017_4018.swapped(); // right_upper_leg, left_upper_leg
+    t4127_4128 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t4017_4018; // right_upper_leg, left_upper_leg
     out[38][8] = t4127_4128.first();
     out[44][2] = t4127_4128.first();
     out[38][14] = t4127_4128.second();
@@ -4220,162 +4220,162 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[47][2] = t4133_4134.first();
     out[38][17] = t4133_4134.second();
     out[53][2] = t4133_4134.second();
-    t4135_4136 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch); // right_ankle, left_ankle
-    t4137_4138 = both(R::constant(0.0029269125)) - t640_641.swapped(); // right_foot, left_foot: sums of what it carries
+    t4135_4136 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t4137_4138 = both(R::constant(0.0029269125)) - t640_641; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: sums of what it carries
-    t4139_4140 = t1062_1063.swapped() - t4137_4138;
+    t4139_4140 = t1062_1063 - t4137_4138;
     t4141_4142 = t4135_4136 * t4139_4140;
-    t4143_4144 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    t4145_4146 = t1076_1077.swapped() * t4143_4144;
+    t4143_4144 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t4145_4146 = t1076_1077 * t4143_4144;
     t4147_4148 = R::Two::fused(both(R::constant(-2.0)), t4145_4146, t4141_4142);
-    t4149_4150 = t1062_1063.swapped() - t4147_4148;
-    t4151_4152 = t3984_3985.swapped() * both(R::constant(0.546));
+    t4149_4150 = t1062_1063 - t4147_4148;
+    t4151_4152 = both(R::constant(0.546)) * t3984_3985;
     t4153_4154 = t4149_4150 + t4151_4152;
-    t4155_4156 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * two(sin_q_left_knee_pitch, sin_q_right_knee_pitch); // right_lower_leg, left_lower_leg
+    t4155_4156 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
     t4157_4158 = t4137_4138 + t4147_4148;
     t4159_4160 = both(R::constant(0.072308716667)) - t4157_4158;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t4161_4162 = t4153_4154 + t4159_4160;
     t4163_4164 = t4155_4156 * t4161_4162;
     // right_ankle, left_ankle: sums of what it carries
-    t4165_4166 = t1076_1077.swapped() * t4135_4136;
-    t4167_4168 = R::Two::fused(both(R::constant(-2.0)), t4165_4166, t1076_1077.swapped());
+    t4165_4166 = t1076_1077 * t4135_4136;
+    t4167_4168 = R::Two::fused(both(R::constant(-2.0)), t4165_4166, t1076_1077);
     t4169_4170 = R::Two::fused(-t4143_4144, t4139_4140, t4167_4168);
-    t4171_4172 = R::Two::fused(both(R::constant(-0.273)), t3992_3993.swapped(), t4169_4170);
+    t4171_4172 = R::Two::fused(both(R::constant(-0.273)), t3992_3993, t4169_4170);
     t4173_4174 = both(R::constant(0.00086)) + t4171_4172;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t4175_4176 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch);
+    t4175_4176 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
     t4177_4178 = t4173_4174 * t4175_4176;
     t4179_4180 = R::Two::fused(both(R::constant(-2.0)), t4177_4178, t4163_4164);
     t4181_4182 = t4153_4154 - t4179_4180;
-    t4183_4184 = t3996_3997.swapped() * both(R::constant(0.63));
+    t4183_4184 = both(R::constant(0.63)) * t3996_3997;
     t4185_4186 = t4181_4182 + t4183_4184;
     t4187_4188 = t4159_4160 - t4179_4180;
     t4189_4190 = both(R::constant(0.22879800003)) + t4187_4188;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t4191_4192 = t4185_4186 + t4189_4190;
-    t4193_4194 = t852_853.swapped() * t4191_4192;
+    t4193_4194 = t852_853 * t4191_4192;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t4195_4196 = t4173_4174 * t4155_4156;
     t4197_4198 = R::Two::fused(both(R::constant(-2.0)), t4195_4196, t4173_4174);
     t4199_4200 = R::Two::fused(-t4175_4176, t4161_4162, t4197_4198);
-    t4201_4202 = R::Two::fused(both(R::constant(-0.315)), t4004_4005.swapped(), t4199_4200);
+    t4201_4202 = R::Two::fused(both(R::constant(-0.315)), t4004_4005, t4199_4200);
     t4203_4204 = both(R::constant(0.002)) + t4201_4202;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t4205_4206 = t856_857.swapped() * t4203_4204;
+    t4205_4206 = t856_857 * t4203_4204;
     t4207_4208 = R::Two::fused(both(R::constant(-2.0)), t4205_4206, t4193_4194);
     t4209_4210 = t4185_4186 - t4207_4208;
     t4211_4212 = both(R::constant(0.305437170867)) + t4209_4210;
-    out[49][13] = t4211_4212.first();
-    out[43][7] = t4211_4212.second();
+    out[43][7] = t4211_4212.first();
+    out[49][13] = t4211_4212.second();
     t4213_4214 = both(R::constant(0.305783837533)) - t4211_4212; // right_hip_roll_link, left_hip_roll_link
     // right_foot, left_foot: sums of what it carries
-    t4215_4216 = both(R::constant(0.00009166667)) - t640_641.swapped();
-    t4217_4218 = t1060_1061.swapped() - t4215_4216;
+    t4215_4216 = both(R::constant(0.00009166667)) - t640_641;
+    t4217_4218 = t1060_1061 - t4215_4216;
     t4219_4220 = both(R::constant(0.0045979875)) + t4217_4218;
-    out[52][16] = t4219_4220.first();
-    out[46][10] = t4219_4220.second();
+    out[46][10] = t4219_4220.first();
+    out[52][16] = t4219_4220.second();
     // right_ankle, left_ankle: sums of what it carries
     t4221_4222 = t4219_4220 + t4151_4152;
     t4223_4224 = both(R::constant(0.07325338333)) + t4221_4222;
-    out[51][15] = t4223_4224.first();
-    out[45][9] = t4223_4224.second();
+    out[45][9] = t4223_4224.first();
+    out[51][15] = t4223_4224.second();
     // right_lower_leg, left_lower_leg: sums of what it carries
     t4225_4226 = t4223_4224 + t4183_4184;
     t4227_4228 = both(R::constant(0.231642)) + t4225_4226;
-    out[50][14] = t4227_4228.first();
-    out[44][8] = t4227_4228.second();
+    out[44][8] = t4227_4228.first();
+    out[50][14] = t4227_4228.second();
     // right_upper_leg, left_upper_leg: sums of what it carries
     t4229_4230 = both(R::constant(0.3052705042)) - t4227_4228;
     t4231_4232 = t4189_4190 - t4207_4208;
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t4233_4234 = t4231_4232 - t4229_4230;
-    t4235_4236 = t1144_1145.swapped() * t4233_4234;
+    t4235_4236 = t1144_1145 * t4233_4234;
     // right_ankle, left_ankle: sums of what it carries
-    t4237_4238 = t1150_1151.swapped() * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
-    t4239_4240 = R::Two::fused(-t656_657.swapped(), two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t4237_4238);
-    t4241_4242 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), both(R::constant(-0.0045045)), t4239_4240);
-    t4243_4244 = R::Two::fused(t4241_4242, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.00024)));
-    t4245_4246 = t4243_4244 * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch); // right_lower_leg, left_lower_leg
-    t4247_4248 = t1150_1151.swapped() * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
-    t4249_4250 = R::Two::fused(t656_657.swapped(), two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), t4247_4248);
-    t4251_4252 = R::Two::fused(t4249_4250, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.000016)));
+    t4237_4238 = t1150_1151 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t4239_4240 = R::Two::fused(-t656_657, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t4237_4238);
+    t4241_4242 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(-0.0045045)), t4239_4240);
+    t4243_4244 = R::Two::fused(t4241_4242, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.00024)));
+    t4245_4246 = t4243_4244 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t4247_4248 = t1150_1151 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t4249_4250 = R::Two::fused(t656_657, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t4247_4248);
+    t4251_4252 = R::Two::fused(t4249_4250, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.000016)));
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t4253_4254 = R::Two::fused(t4251_4252, two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t4245_4246);
-    t4255_4256 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), two(R::constant(0.0051975), R::constant(-0.0051975)), t4253_4254);
+    t4253_4254 = R::Two::fused(t4251_4252, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t4245_4246);
+    t4255_4256 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), two(R::constant(-0.0051975), R::constant(0.0051975)), t4253_4254);
     t4257_4258 = both(R::constant(0.00193)) + t4255_4256;
-    t4259_4260 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t4257_4258; // right_upper_leg, left_upper_leg
-    t4261_4262 = t4243_4244 * two(sin_q_left_knee_pitch, sin_q_right_knee_pitch);
-    t4263_4264 = R::Two::fused(-t4251_4252, two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t4261_4262);
+    t4259_4260 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t4257_4258; // right_upper_leg, left_upper_leg
+    t4261_4262 = t4243_4244 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t4263_4264 = R::Two::fused(-t4251_4252, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t4261_4262);
     t4265_4266 = both(R::constant(0.000048)) - t4263_4264;
-    t4267_4268 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t4265_4266, t4259_4260); // right_upper_leg, left_upper_leg
+    t4267_4268 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t4265_4266, t4259_4260); // right_upper_leg, left_upper_leg
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t4269_4270 = t1148_1149.swapped() * t4267_4268;
-    t4271_4272 = R::Two::fused(two(R::constant(2.0), R::constant(-2.0)), t4269_4270, t4235_4236);
+    t4269_4270 = t1148_1149 * t4267_4268;
+    t4271_4272 = R::Two::fused(two(R::constant(-2.0), R::constant(2.0)), t4269_4270, t4235_4236);
     t4273_4274 = t4229_4230 + t4271_4272;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t4275_4276 = t4273_4274 - t4213_4214;
-    t4277_4278 = t1174_1175.swapped() * t4275_4276;
+    t4277_4278 = t1174_1175 * t4275_4276;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t4279_4280 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t4257_4258;
-    t4281_4282 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t4265_4266, t4279_4280 * two(R::constant(1.0), R::constant(-1.0)));
-    out[49][14] = t4281_4282.first();
-    out[50][13] = t4281_4282.first();
-    out[43][8] = t4281_4282.second();
-    out[44][7] = t4281_4282.second();
-    t4283_4284 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t4281_4282; // right_hip_roll_link, left_hip_roll_link
-    t4285_4286 = t852_853.swapped() * t4203_4204;
+    t4279_4280 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t4257_4258;
+    t4281_4282 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * two(R::constant(1.0), R::constant(-1.0)), t4265_4266, t4279_4280 * two(R::constant(-1.0), R::constant(1.0)));
+    out[43][8] = t4281_4282.first();
+    out[44][7] = t4281_4282.first();
+    out[49][14] = t4281_4282.second();
+    out[50][13] = t4281_4282.second();
+    t4283_4284 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t4281_4282; // right_hip_roll_link, left_hip_roll_link
+    t4285_4286 = t852_853 * t4203_4204;
     t4287_4288 = R::Two::fused(both(R::constant(-2.0)), t4285_4286, t4203_4204);
-    t4289_4290 = R::Two::fused(-t856_857.swapped(), t4191_4192, t4287_4288);
-    t4291_4292 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t4289_4290, t4283_4284 * two(R::constant(1.0), R::constant(-1.0))); // right_hip_roll_link, left_hip_roll_link
+    t4289_4290 = R::Two::fused(-t856_857, t4191_4192, t4287_4288);
+    t4291_4292 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t4289_4290, t4283_4284 * two(R::constant(-1.0), R::constant(1.0))); // right_hip_roll_link, left_hip_roll_link
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t4293_4294 = t1178_1179.swapped() * t4291_4292;
-    t4295_4296 = R::Two::fused(two(R::constant(2.0), R::constant(-2.0)), t4293_4294, t4277_4278);
+    t4293_4294 = t1178_1179 * t4291_4292;
+    t4295_4296 = R::Two::fused(two(R::constant(-2.0), R::constant(2.0)), t4293_4294, t4277_4278);
     t4297_4298 = t4213_4214 + t4295_4296;
     t4299_4300 = both(R::constant(0.1528)) * t4025_4026;
-    t4301_4302 = R::Two::fused(t4299_4300, two(R::constant(1.0), R::constant(-1.0)), t4297_4298);
-    t4303 = R::constant(1.519971873066) - t4301_4302.first(); // left_hip_yaw_link: sums of what it carries
-    out[39][3] = t4303 - t4301_4302.second(); // right_hip_yaw_link: sums of what it carries
-    t4305_4306 = t1174_1175.swapped() * t4291_4292;
+    t4301_4302 = R::Two::fused(t4299_4300, two(R::constant(-1.0), R::constant(1.0)), t4297_4298);
+    t4303 = R::constant(1.519971873066) - t4301_4302.second(); // left_hip_yaw_link: sums of what it carries
+    out[39][3] = t4303 - t4301_4302.first(); // right_hip_yaw_link: sums of what it carries
+    t4305_4306 = t1174_1175 * t4291_4292;
     t4307_4308 = R::Two::fused(both(R::constant(-2.0)), t4305_4306, t4291_4292);
-    t4309_4310 = R::Two::fused(t1178_1179.swapped() * two(R::constant(1.0), R::constant(-1.0)), t4275_4276, t4307_4308);
+    t4309_4310 = R::Two::fused(t1178_1179 * two(R::constant(-1.0), R::constant(1.0)), t4275_4276, t4307_4308);
     t4311_4312 = R::Two::fused(both(R::constant(-0.0764)), t4103_4104, t4309_4310);
-    t4313 = R::constant(0.00220808) + t4311_4312.first(); // left_hip_yaw_link: sums of what it carries
-    t4314 = t4313 - t4311_4312.second(); // right_hip_yaw_link: sums of what it carries
+    t4313 = R::constant(0.00220808) + t4311_4312.second(); // left_hip_yaw_link: sums of what it carries
+    t4314 = t4313 - t4311_4312.first(); // right_hip_yaw_link: sums of what it carries
     out[39][4] = t4314;
     out[40][3] = t4314;
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t4315_4316 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t4281_4282;
-    t4317_4318 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t4289_4290, t4315_4316);
-    out[48][13] = t4317_4318.first();
-    out[49][12] = t4317_4318.first();
-    out[42][7] = t4317_4318.second();
-    out[43][6] = t4317_4318.second();
-    t4319_4320 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t4317_4318; // right_hip_yaw_link, left_hip_yaw_link
-    t4321_4322 = t1144_1145.swapped() * t4267_4268;
+    t4315_4316 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t4281_4282;
+    t4317_4318 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t4289_4290, t4315_4316);
+    out[42][7] = t4317_4318.first();
+    out[43][6] = t4317_4318.first();
+    out[48][13] = t4317_4318.second();
+    out[49][12] = t4317_4318.second();
+    t4319_4320 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t4317_4318; // right_hip_yaw_link, left_hip_yaw_link
+    t4321_4322 = t1144_1145 * t4267_4268;
     t4323_4324 = R::Two::fused(both(R::constant(-2.0)), t4321_4322, t4267_4268);
-    t4325_4326 = R::Two::fused(t1148_1149.swapped() * two(R::constant(1.0), R::constant(-1.0)), t4233_4234, t4323_4324);
-    t4327_4328 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t4325_4326, t4319_4320); // right_hip_yaw_link, left_hip_yaw_link
-    out[39][12] = t4327_4328.first();
-    out[48][3] = t4327_4328.first();
-    out[39][6] = t4327_4328.second();
-    out[42][3] = t4327_4328.second();
-    t4329 = R::constant(0.0404594) + t4327_4328.first(); // left_hip_yaw_link: sums of what it carries
-    t4330 = t4329 + t4327_4328.second(); // right_hip_yaw_link: sums of what it carries
+    t4325_4326 = R::Two::fused(t1148_1149 * two(R::constant(-1.0), R::constant(1.0)), t4233_4234, t4323_4324);
+    t4327_4328 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t4325_4326, t4319_4320); // right_hip_yaw_link, left_hip_yaw_link
+    out[39][6] = t4327_4328.first();
+    out[42][3] = t4327_4328.first();
+    out[39][12] = t4327_4328.second();
+    out[48][3] = t4327_4328.second();
+    t4329 = R::constant(0.0404594) + t4327_4328.second(); // left_hip_yaw_link: sums of what it carries
+    t4330 = t4329 + t4327_4328.first(); // right_hip_yaw_link: sums of what it carries
     out[39][5] = t4330;
     out[41][3] = t4330;
     // right_hip_roll_link, left_hip_roll_link: mass matrix
-    t4331_4332 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t4211_4212.swapped();
-    t4333_4334 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t4291_4292.swapped(), t4331_4332);
-    t4335_4336 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t4023_4024.swapped(), t4333_4334);
+    t4331_4332 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t4211_4212;
+    t4333_4334 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t4291_4292, t4331_4332);
+    t4335_4336 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t4023_4024, t4333_4334);
     out[39][7] = t4335_4336.first();
     out[43][3] = t4335_4336.first();
     out[39][13] = t4335_4336.second();
     out[49][3] = t4335_4336.second();
     // right_upper_leg, left_upper_leg: mass matrix
-    t4337_4338 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t4281_4282.swapped();
-    t4339_4340 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t4227_4228.swapped();
-    t4341_4342 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t4267_4268.swapped(), t4339_4340);
+    t4337_4338 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t4281_4282;
+    t4339_4340 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t4227_4228;
+    t4341_4342 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t4267_4268, t4339_4340);
     t4343_4344 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t4341_4342, t4337_4338 * two(R::constant(-1.0), R::constant(1.0)));
     t4345_4346 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t4127_4128, t4343_4344 * two(R::constant(-1.0), R::constant(1.0)));
     out[39][8] = t4345_4346.first();
@@ -4383,21 +4383,21 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[39][14] = t4345_4346.second();
     out[50][3] = t4345_4346.second();
     // right_lower_leg, left_lower_leg: mass matrix
-    t4347_4348 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t4253_4254.swapped();
-    t4349_4350 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t4263_4264.swapped(), t4347_4348 * two(R::constant(-1.0), R::constant(1.0)));
+    t4347_4348 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t4253_4254;
+    t4349_4350 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t4263_4264, t4347_4348 * two(R::constant(-1.0), R::constant(1.0)));
     out[43][9] = t4349_4350.first();
     out[45][7] = t4349_4350.first();
     out[49][15] = t4349_4350.second();
     out[51][13] = t4349_4350.second();
     t4351_4352 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t4349_4350;
-    t4353_4354 = R::Two::fused(both(R::constant(0.315)), t3996_3997, t4223_4224.swapped());
+    t4353_4354 = R::Two::fused(both(R::constant(0.315)), t3996_3997, t4223_4224);
     out[44][9] = t4353_4354.first();
     out[45][8] = t4353_4354.first();
     out[50][15] = t4353_4354.second();
     out[51][14] = t4353_4354.second();
     t4355_4356 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t4353_4354;
-    t4357_4358 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t4253_4254.swapped();
-    t4359_4360 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t4263_4264.swapped(), t4357_4358);
+    t4357_4358 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t4253_4254;
+    t4359_4360 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t4263_4264, t4357_4358);
     t4361_4362 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t4359_4360, t4355_4356);
     t4363_4364 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t4361_4362, t4351_4352 * two(R::constant(-1.0), R::constant(1.0)));
     t4365_4366 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t4129_4130, t4363_4364 * two(R::constant(-1.0), R::constant(1.0)));
@@ -4406,18 +4406,18 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[39][15] = t4365_4366.second();
     out[51][3] = t4365_4366.second();
     // right_ankle, left_ankle: mass matrix
-    t4367_4368 = t4239_4240.swapped() * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    t4369_4370 = R::Two::fused(-t4249_4250.swapped(), two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t4367_4368);
+    t4367_4368 = t4239_4240 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t4369_4370 = R::Two::fused(-t4249_4250, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t4367_4368);
     t4371_4372 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t4369_4370;
-    t4373_4374 = t4239_4240.swapped() * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    t4375_4376 = R::Two::fused(t4249_4250.swapped(), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t4373_4374);
+    t4373_4374 = t4239_4240 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t4375_4376 = R::Two::fused(t4249_4250, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t4373_4374);
     t4377_4378 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t4375_4376, -t4371_4372);
     out[43][10] = t4377_4378.first();
     out[46][7] = t4377_4378.first();
     out[49][16] = t4377_4378.second();
     out[52][13] = t4377_4378.second();
     t4379_4380 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t4377_4378;
-    t4381_4382 = R::Two::fused(both(R::constant(0.273)), t3984_3985, t4219_4220.swapped());
+    t4381_4382 = R::Two::fused(both(R::constant(0.273)), t3984_3985, t4219_4220);
     out[45][10] = t4381_4382.first();
     out[46][9] = t4381_4382.first();
     out[51][16] = t4381_4382.second();
@@ -4476,30 +4476,30 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[39][17] = t4437_4438.second();
     out[53][3] = t4437_4438.second();
     t4439_4440 = t4273_4274 - t4295_4296; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t4441 = R::constant(1.423881257066) - t4439_4440.first(); // left_hip_yaw_link: sums of what it carries
-    out[40][4] = t4441 - t4439_4440.second(); // right_hip_yaw_link: sums of what it carries
+    t4441 = R::constant(1.423881257066) - t4439_4440.second(); // left_hip_yaw_link: sums of what it carries
+    out[40][4] = t4441 - t4439_4440.first(); // right_hip_yaw_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t4443_4444 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t4317_4318;
-    t4445_4446 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t4325_4326, t4443_4444);
-    out[40][12] = t4445_4446.first();
-    out[48][4] = t4445_4446.first();
-    out[40][6] = t4445_4446.second();
-    out[42][4] = t4445_4446.second();
-    t4447_4448 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t4010_4011.swapped(), t4445_4446 * two(R::constant(1.0), R::constant(-1.0)));
-    t4449 = R::constant(0.0014735) - t4447_4448.first(); // left_hip_yaw_link: sums of what it carries
-    t4450 = t4449 + t4447_4448.second(); // right_hip_yaw_link: sums of what it carries
+    t4443_4444 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t4317_4318;
+    t4445_4446 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t4325_4326, t4443_4444);
+    out[40][6] = t4445_4446.first();
+    out[42][4] = t4445_4446.first();
+    out[40][12] = t4445_4446.second();
+    out[48][4] = t4445_4446.second();
+    t4447_4448 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t4010_4011, t4445_4446 * two(R::constant(-1.0), R::constant(1.0)));
+    t4449 = R::constant(0.0014735) - t4447_4448.second(); // left_hip_yaw_link: sums of what it carries
+    t4450 = t4449 + t4447_4448.first(); // right_hip_yaw_link: sums of what it carries
     t4451 = -t4450; // right_hip_yaw_link: sums of what it carries
     out[40][5] = t4451;
     out[41][4] = t4451;
     // right_hip_roll_link, left_hip_roll_link: mass matrix
-    t4452_4453 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t4211_4212.swapped();
-    t4454_4455 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t4291_4292.swapped(), t4452_4453);
+    t4452_4453 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t4211_4212;
+    t4454_4455 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t4291_4292, t4452_4453);
     out[40][7] = t4454_4455.first();
     out[43][4] = t4454_4455.first();
     out[40][13] = t4454_4455.second();
     out[49][4] = t4454_4455.second();
     // right_upper_leg, left_upper_leg: mass matrix
-    t4456_4457 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t4281_4282.swapped();
+    t4456_4457 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t4281_4282;
     t4458_4459 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t4341_4342, t4456_4457);
     out[40][8] = t4458_4459.first();
     out[44][4] = t4458_4459.first();
@@ -4529,24 +4529,24 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t4472_4473 = t4231_4232 - t4271_4272;
     t4474_4475 = both(R::constant(0.305963837533)) - t4472_4473;
-    out[48][12] = t4474_4475.first();
-    out[42][6] = t4474_4475.second();
-    t4476_4477 = R::Two::fused(t4299_4300, two(R::constant(-1.0), R::constant(1.0)), t4474_4475); // right_hip_yaw_link, left_hip_yaw_link
-    t4478 = R::constant(0.15966028) + t4476_4477.first(); // left_hip_yaw_link: sums of what it carries
-    out[41][5] = t4478 + t4476_4477.second(); // right_hip_yaw_link: sums of what it carries
-    t4480_4481 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t4025_4026.swapped(), t4474_4475.swapped()); // right_hip_yaw_link, left_hip_yaw_link
+    out[42][6] = t4474_4475.first();
+    out[48][12] = t4474_4475.second();
+    t4476_4477 = R::Two::fused(t4299_4300, two(R::constant(1.0), R::constant(-1.0)), t4474_4475); // right_hip_yaw_link, left_hip_yaw_link
+    t4478 = R::constant(0.15966028) + t4476_4477.second(); // left_hip_yaw_link: sums of what it carries
+    out[41][5] = t4478 + t4476_4477.first(); // right_hip_yaw_link: sums of what it carries
+    t4480_4481 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t4025_4026, t4474_4475); // right_hip_yaw_link, left_hip_yaw_link
     out[41][6] = t4480_4481.first();
     out[42][5] = t4480_4481.first();
     out[41][12] = t4480_4481.second();
     out[48][5] = t4480_4481.second();
-    t4482_4483 = R::Two::fused(both(R::constant(-0.0764)), t4030_4031, t4317_4318.swapped()); // right_hip_roll_link, left_hip_roll_link
+    t4482_4483 = R::Two::fused(both(R::constant(-0.0764)), t4030_4031, t4317_4318); // right_hip_roll_link, left_hip_roll_link
     out[41][7] = t4482_4483.first();
     out[43][5] = t4482_4483.first();
     out[41][13] = t4482_4483.second();
     out[49][5] = t4482_4483.second();
     // right_upper_leg, left_upper_leg: mass matrix
-    t4484_4485 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t4227_4228.swapped();
-    t4486_4487 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t4267_4268.swapped(), t4484_4485);
+    t4484_4485 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t4227_4228;
+    t4486_4487 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t4267_4268, t4484_4485);
     out[42][8] = t4486_4487.first();
     out[44][6] = t4486_4487.first();
     out[48][14] = t4486_4487.second();
