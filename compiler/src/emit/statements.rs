@@ -179,8 +179,11 @@ impl<'a> Code<'a> {
                 Some([long, _]) if text.fits(&format!("{statement} // {long}")) => {
                     text.line(&format!("{statement} // {long}"));
                 }
-                Some([_, short]) => text.line(&format!("{statement} // {short}")),
-                None => text.line(&statement),
+                // Two at once are long, and the sections around them say where they belong.
+                Some([_, short]) if !pair || text.fits(&format!("{statement} // {short}")) => {
+                    text.line(&format!("{statement} // {short}"));
+                }
+                _ => text.line(&statement),
             }
             for k in k..=k + usize::from(pair) {
                 let stored = places(k).iter().filter(|_| pair || !this.stores.unnamed.contains(&k));

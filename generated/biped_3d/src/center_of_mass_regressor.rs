@@ -160,9 +160,9 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     out[20][2] = t56;
     out[40][2] = t56;
     out[60][2] = t56;
-    let t57_58 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    let t57_58 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     let t59_60 = both(t5) * t57_58;
-    let t61_62 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    let t61_62 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
     let t63_64 = R::Two::fused(-both(t12), t61_62, t59_60);
     let t65_66 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), both(t20), -t63_64);
     out[42][0] = t65_66.first();
@@ -195,9 +195,9 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     out[52][2] = t77_78.second();
     out[72][2] = t77_78.second();
     out[92][2] = t77_78.second();
-    let t79_80 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    let t79_80 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     let t81_82 = both(t5) * t79_80;
-    let t83_84 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    let t83_84 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
     let t85_86 = R::Two::fused(-both(t12), t83_84, t81_82);
     let t87_88 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), both(t20), t85_86);
     out[43][0] = t87_88.first();
@@ -212,15 +212,15 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t99_100 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), both(t23), t97_98);
     out[43][2] = t99_100.first();
     out[33][2] = t99_100.second();
-    let t101_102 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
-    let t103_104 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_roll, sin_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
-    let t105_106 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t103_104, t101_102); // right_hip_yaw_link, left_hip_yaw_link
+    let t101_102 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
+    let t103_104 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_roll, sin_q_right_hip_roll);
+    let t105_106 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t103_104, t101_102);
     let t107_108 = both(t5) * t105_106;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t109_110 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     let t111_112 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t103_104, t109_110);
     let t113_114 = R::Two::fused(both(t12), t111_112, t107_108); // torso: sums of what it carries
-    let t115_116 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_roll, cos_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    let t115_116 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     // torso: sums of what it carries
     let t117_118 = R::Two::fused(-both(t20), t115_116, t113_114);
     out[61][0] = t117_118.first();
@@ -235,15 +235,15 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t129_130 = R::Two::fused(-both(t23), t115_116, t127_128);
     out[61][2] = t129_130.first();
     out[51][2] = t129_130.second();
-    let t131_132 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
-    let t133_134 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(sin_q_left_hip_roll, sin_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
-    let t135_136 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t133_134, t131_132); // right_hip_yaw_link, left_hip_yaw_link
+    let t131_132 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
+    let t133_134 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(sin_q_left_hip_roll, sin_q_right_hip_roll);
+    let t135_136 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t133_134, t131_132);
     let t137_138 = both(t5) * t135_136;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t139_140 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     let t141_142 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t133_134, t139_140);
     let t143_144 = R::Two::fused(both(t12), t141_142, t137_138); // torso: sums of what it carries
-    let t145_146 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(cos_q_left_hip_roll, cos_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    let t145_146 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     // torso: sums of what it carries
     let t147_148 = R::Two::fused(both(t20), t145_146, t143_144);
     out[63][0] = t147_148.first();
@@ -271,7 +271,7 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t170_171 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
     let t172_173 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t170_171);
     let t174_175 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t172_173; // right_hip_roll_link, left_hip_roll_link
-    let t176_177 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t174_175, t168_169); // right_hip_yaw_link, left_hip_yaw_link
+    let t176_177 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t174_175, t168_169);
     let t178_179 = both(t5) * t176_177; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t180_181 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t166_167;
@@ -294,7 +294,7 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     out[71][2] = t200_201.second();
     let t202_203 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t172_173; // right_hip_yaw_link, left_hip_yaw_link
     let t204_205 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t166_167; // right_hip_roll_link, left_hip_roll_link
-    let t206_207 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t204_205, t202_203); // right_hip_yaw_link, left_hip_yaw_link
+    let t206_207 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t204_205, t202_203);
     let t208_209 = both(t5) * t206_207;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t210_211 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t172_173;
@@ -336,13 +336,13 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t242_243 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t240_241; // right_upper_leg, left_upper_leg
     let t244_245 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch);
     let t246_247 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t244_245);
-    let t248_249 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t246_247, t242_243); // right_upper_leg, left_upper_leg
+    let t248_249 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t246_247, t242_243);
     let t250_251 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t248_249; // right_hip_yaw_link, left_hip_yaw_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t252_253 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t246_247;
     let t254_255 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t240_241, t252_253);
     let t256_257 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t254_255; // right_hip_roll_link, left_hip_roll_link
-    let t258_259 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t256_257, t250_251); // right_hip_yaw_link, left_hip_yaw_link
+    let t258_259 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t256_257, t250_251);
     let t260_261 = both(t5) * t258_259; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t262_263 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t248_249;
@@ -371,7 +371,7 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     out[111][2] = t282_283.second();
     let t284_285 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t254_255; // right_hip_yaw_link, left_hip_yaw_link
     let t286_287 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t248_249; // right_hip_roll_link, left_hip_roll_link
-    let t288_289 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t286_287, t284_285); // right_hip_yaw_link, left_hip_yaw_link
+    let t288_289 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t286_287, t284_285);
     let t290_291 = both(t5) * t288_289;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t292_293 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t254_255;
@@ -401,22 +401,22 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t316 = R::fused(R::constant(-0.273), t230_231.first(), t234); // left_ankle: columns that its parent has too
     out[100][2] = t316;
     out[120][2] = t316;
-    let t317_318 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch); // right_ankle, left_ankle
+    let t317_318 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
     let t319_320 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t317_318; // right_lower_leg, left_lower_leg
-    let t321_322 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch); // right_ankle, left_ankle
-    let t323_324 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t321_322, t319_320); // right_lower_leg, left_lower_leg
+    let t321_322 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
+    let t323_324 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t321_322, t319_320);
     let t325_326 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t323_324; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t327_328 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t317_318;
     let t329_330 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t321_322, t327_328);
-    let t331_332 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t329_330, t325_326); // right_upper_leg, left_upper_leg
+    let t331_332 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t329_330, t325_326);
     let t333_334 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t331_332; // right_hip_yaw_link, left_hip_yaw_link
-    let t335_336 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    let t335_336 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t337_338 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t323_324;
     let t339_340 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t329_330, t337_338);
-    let t341_342 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t339_340, t335_336); // right_hip_roll_link, left_hip_roll_link
-    let t343_344 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t341_342, t333_334); // right_hip_yaw_link, left_hip_yaw_link
+    let t341_342 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t339_340, t335_336);
+    let t343_344 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t341_342, t333_334);
     let t345_346 = both(t5) * t343_344; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t347_348 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t331_332;
@@ -439,22 +439,22 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t369_370 = R::Two::fused(both(t23), t355_356, t367_368);
     out[122][2] = t369_370.first();
     out[112][2] = t369_370.second();
-    let t371_372 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch); // right_ankle, left_ankle
+    let t371_372 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
     let t373_374 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t371_372; // right_lower_leg, left_lower_leg
-    let t375_376 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch); // right_ankle, left_ankle
-    let t377_378 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t375_376, t373_374); // right_lower_leg, left_lower_leg
+    let t375_376 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
+    let t377_378 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t375_376, t373_374);
     let t379_380 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t377_378; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t381_382 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t371_372;
     let t383_384 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t375_376, t381_382);
-    let t385_386 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t383_384, t379_380); // right_upper_leg, left_upper_leg
+    let t385_386 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t383_384, t379_380);
     let t387_388 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t385_386; // right_hip_yaw_link, left_hip_yaw_link
-    let t389_390 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    let t389_390 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t391_392 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t377_378;
     let t393_394 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t383_384, t391_392);
-    let t395_396 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t393_394, t389_390); // right_hip_roll_link, left_hip_roll_link
-    let t397_398 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t395_396, t387_388); // right_hip_yaw_link, left_hip_yaw_link
+    let t395_396 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t393_394, t389_390);
+    let t397_398 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t395_396, t387_388);
     let t399_400 = both(t5) * t397_398; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t401_402 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t385_386;

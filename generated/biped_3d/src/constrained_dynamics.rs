@@ -187,18 +187,18 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t50 = R::constant(1.0) - t49;
     t51 = t50 * R::constant(9.81);
     t52 = t46 + t51;
-    t53_54 = R::Two::fused(both(t52), two(R::constant(-1.0), R::constant(1.0)), both(t44)); // right_hip_yaw_link, left_hip_yaw_link
-    t55_56 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t53_54, t41_42); // right_hip_roll_link, left_hip_roll_link
+    t53_54 = R::Two::fused(both(t52), two(R::constant(-1.0), R::constant(1.0)), both(t44));
+    t55_56 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t53_54, t41_42);
     t57_58 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t55_56; // right_upper_leg, left_upper_leg: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t59_60 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
     t61_62 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t37_38, t59_60);
-    t63_64 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t61_62, t57_58); // right_upper_leg, left_upper_leg
+    t63_64 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t61_62, t57_58);
     t65_66 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t67_68 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t65_66);
     t69_70 = t67_68 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
     t71_72 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t73_74 = R::Two::fused(t71_72, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t69_70); // right_hip_roll_link, left_hip_roll_link
+    t73_74 = R::Two::fused(t71_72, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t69_70);
     t75_76 = t73_74 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
     t77_78 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t79_80 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t77_78);
@@ -252,7 +252,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t153_154 = t151_152 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot: motion
     t155_156 = t141_142 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t157_158 = R::Two::fused(-t123_124, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t155_156);
-    t159_160 = R::Two::fused(-t157_158, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t153_154); // right_foot, left_foot
+    t159_160 = R::Two::fused(-t157_158, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t153_154);
     t161 = t159_160.first() * t159_160.first(); // right_foot: motion
     // right_foot, left_foot: motion
     t162_163 = t151_152 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
@@ -414,13 +414,13 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t353_354 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t355_356 = both(R::constant(0.00207575)) - t351_352;
     t357_358 = t353_354 * t355_356;
-    t359_360 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
+    t359_360 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t361_362 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t363_364 = t359_360 * t361_362;
     t365_366 = R::Two::fused(both(R::constant(-2.0)), t363_364, t357_358);
     t367_368 = t351_352 + t365_366;
     t369_370 = both(R::constant(0.065449478333)) - t367_368;
-    t371_372 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t371_372 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t373_374 = both(R::constant(0.00207575)) - t365_366;
     t375_376 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
     t377_378 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t375_376;
@@ -465,7 +465,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t405_406 = R::Two::fused(both(R::constant(-2.0)), t403_404, t387_388);
     t407_408 = t369_370 - t405_406;
     t409_410 = both(R::constant(0.23740175003)) + t407_408;
-    t411_412 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t411_412 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t413_414 = t383_384 - t405_406;
     t415_416 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t397_398;
     t417_418 = both(R::constant(0.29034)) + t379_380; // right_ankle, left_ankle: sums of what it carries
@@ -487,7 +487,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t443_444 = t439_440 * t441_442;
     t445_446 = R::Two::fused(both(R::constant(-2.0)), t443_444, t427_428);
     t447_448 = t409_410 - t445_446;
-    t449_450 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t449_450 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     // right_foot, left_foot: sums of what it carries
     t451_452 = both(R::constant(0.00092625)) - t349_350;
     t453_454 = both(R::constant(0.00383375)) + t451_452;
@@ -506,19 +506,19 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t471_472 = both(R::constant(0.00092625)) * t469_470;
     t473_474 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t471_472; // right_ankle, left_ankle
     t475_476 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t477_478 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t475_476, t473_474); // right_ankle, left_ankle
+    t477_478 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t475_476, t473_474);
     t479_480 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t477_478; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t481_482 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t471_472;
     t483_484 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t475_476, t481_482);
     t485_486 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t483_484);
-    t487_488 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t485_486, t479_480); // right_lower_leg, left_lower_leg
+    t487_488 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t485_486, t479_480);
     t489_490 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t487_488; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t491_492 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t477_478;
     t493_494 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t485_486, -t491_492);
     t495_496 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t493_494);
-    t497_498 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t495_496, -t489_490); // right_upper_leg, left_upper_leg
+    t497_498 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t495_496, -t489_490);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t499_500 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t501_502 = t497_498 * t499_500;
@@ -527,15 +527,15 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t507_508 = both(R::constant(0.3068020617)) - t505_506;
     t509_510 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t437_438; // right_upper_leg, left_upper_leg
     t511_512 = both(R::constant(0.8932)) + t419_420; // right_lower_leg, left_lower_leg: sums of what it carries
-    t513_514 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t511_512, t509_510); // right_upper_leg, left_upper_leg
+    t513_514 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t511_512, t509_510);
     t515_516 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t513_514; // right_hip_yaw_link, left_hip_yaw_link
     t517_518 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
     t519_520 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t517_518;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t521_522 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t437_438;
     t523_524 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t511_512, -t521_522);
-    t525_526 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t523_524, t519_520); // right_hip_roll_link, left_hip_roll_link
-    t527_528 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t525_526, t515_516); // right_hip_yaw_link, left_hip_yaw_link
+    t525_526 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t523_524, t519_520);
+    t527_528 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t525_526, t515_516);
     t529 = R::fused(R::constant(0.075), t527_528.first(), t507_508.first()); // right_hip_yaw_link: mass matrix
     t530 = t527_528.second() * R::constant(0.15); // left_hip_yaw_link: sums of what it carries
     t531 = t507_508.second() - t530; // left_hip_yaw_link: sums of what it carries
@@ -676,7 +676,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t722_723 = t439_440 * t411_412;
     t724_725 = R::Two::fused(both(R::constant(-2.0)), t722_723, t439_440);
     t726_727 = R::Two::fused(-t441_442, t425_426, t724_725);
-    t728_729 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t726_727, t720_721); // right_hip_roll_link, left_hip_roll_link
+    t728_729 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t726_727, t720_721);
     t730 = t728_729.second() - t715; // left_hip_roll_link: mass matrix
     t731 = t715 - t730; // other
     // right_foot, left_foot: mass matrix
@@ -690,7 +690,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t742 = R::fused(-t734_735.second(), t644, t740_741.second()); // factors of the mass matrix
     t743 = t742 * t647; // factors of the mass matrix
     t744 = R::fused(t645, t743, t737); // factors of the mass matrix
-    t745_746 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t493_494, t716_717); // right_lower_leg, left_lower_leg
+    t745_746 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t493_494, t716_717);
     // factors of the mass matrix
     t747 = R::fused(t734_735.second(), t671, t745_746.second());
     t748 = R::fused(t742, t674, t747);
@@ -766,7 +766,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t798 = R::constant(1.0) / t797;
     t799_800 = both(R::constant(0.3067820617)) * t107_108; // right_hip_roll_link, left_hip_roll_link
     t801_802 = t73_74 * t81_82; // right_hip_roll_link, left_hip_roll_link: motion
-    t803_804 = R::Two::fused(both(R::constant(0.3067920617)), t801_802, t799_800); // right_hip_roll_link, left_hip_roll_link
+    t803_804 = R::Two::fused(both(R::constant(0.3067920617)), t801_802, t799_800);
     // right_upper_leg, left_upper_leg: wrench that its motion needs
     t805_806 = both(R::constant(0.24091175)) * t107_108;
     t807_808 = R::Two::fused(both(R::constant(0.23740175003)), t113_114, t805_806);
@@ -887,7 +887,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t957_958 = t497_498 * t449_450;
     t959_960 = R::Two::fused(both(R::constant(-2.0)), t957_958, t497_498);
     t961_962 = R::Two::fused(t499_500, t465_466, t959_960);
-    t963_964 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t961_962, t955_956); // right_hip_yaw_link, left_hip_yaw_link
+    t963_964 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t961_962, t955_956);
     t965 = t963_964.second() + t963_964.first(); // right_hip_yaw_link: sums of what it carries
     // other
     t966 = t963_964.first() - t965;
@@ -1121,7 +1121,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t1209 = R::fused(t707, t1208, t1177);
     t1210_1211 = both(R::constant(0.3067920617)) * t177_178; // right_hip_yaw_link, left_hip_yaw_link
     t1212_1213 = t89_90 * t73_74; // right_hip_roll_link, left_hip_roll_link: motion
-    t1214_1215 = R::Two::fused(both(R::constant(0.3067820617)), t1212_1213, t1210_1211); // right_hip_roll_link, left_hip_roll_link
+    t1214_1215 = R::Two::fused(both(R::constant(0.3067820617)), t1212_1213, t1210_1211);
     t1216 = sin_q_left_hip_pitch * t1031; // left_upper_leg: wrench handed to its parent
     t1217 = R::fused(-cos_q_left_hip_pitch, t1037, t1216); // left_upper_leg: wrench handed to its parent
     t1218 = t1214_1215.second() + t1217; // left_upper_leg: wrench handed to its parent
@@ -1258,7 +1258,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t1345 = t979 * t1266;
     t1346 = R::fused(-t536, t1274, t1345);
     t1347_1348 = both(R::constant(0.3067920617)) - t758_759; // right_hip_roll_link, left_hip_roll_link
-    t1349_1350 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1349_1350 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t1351_1352 = t463_464 + t503_504; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1353_1354 = t1351_1352 - t1347_1348;
@@ -2063,7 +2063,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t2055 = t43 * R::constant(1.2449557904); // torso: wrench that its motion needs
     t2056 = R::fused(R::constant(2.444), t36, t2055); // torso: wrench that its motion needs
     t2057_2058 = t67_68 * t71_72; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t2059_2060 = R::Two::fused(both(R::constant(-0.3068020617)), t2057_2058, t1210_1211); // right_hip_yaw_link, left_hip_yaw_link
+    t2059_2060 = R::Two::fused(both(R::constant(-0.3068020617)), t2057_2058, t1210_1211);
     t2061 = t2059_2060.second() - t1218; // left_hip_roll_link: wrench handed to its parent
     t2062 = cos_q_left_hip_yaw * t2061; // left_hip_yaw_link: wrench handed to its parent
     t2063 = cos_q_left_hip_roll * t1015; // left_hip_roll_link: wrench handed to its parent
@@ -2690,9 +2690,9 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t86 = t83 * t85;
     t87 = R::fused(-t83, t86, t81);
     t88_89 = both(R::constant(0.29034)) + t44_45; // right_ankle, left_ankle: sums of what it carries
-    t90_91 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t88_89, t40_41); // right_lower_leg, left_lower_leg
+    t90_91 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t88_89, t40_41);
     t92_93 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t90_91; // right_upper_leg, left_upper_leg
-    t94_95 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t88_89, -t50_51); // right_lower_leg, left_lower_leg
+    t94_95 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t88_89, -t50_51);
     // right_lower_leg, left_lower_leg: mass matrix
     t96_97 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t94_95, t92_93);
     t98_99 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t96_97;
@@ -2726,9 +2726,9 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t136 = t133 * t135;
     t137 = R::fused(-t133, t136, t130);
     t138_139 = both(R::constant(0.8932)) + t94_95; // right_lower_leg, left_lower_leg: sums of what it carries
-    t140_141 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t138_139, -t92_93); // right_upper_leg, left_upper_leg
+    t140_141 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t138_139, -t92_93);
     t142_143 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t140_141; // right_upper_leg, left_upper_leg: mass matrix
-    t144_145 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t138_139, t100_101); // right_upper_leg, left_upper_leg
+    t144_145 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t138_139, t100_101);
     // right_upper_leg, left_upper_leg: mass matrix
     t146_147 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t144_145;
     t148_149 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t146_147, t142_143);
@@ -2771,7 +2771,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t192_193 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t0_1;
     t194_195 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t140_141, t192_193);
     t196_197 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t194_195; // right_hip_roll_link, left_hip_roll_link
-    t198_199 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
+    t198_199 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     // right_foot, left_foot: mass matrix
     t200_201 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t198_199;
     t202_203 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t200_201);
@@ -2806,24 +2806,24 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t252 = R::fused(-t222_223.second(), t66, t250_251.second()); // factors of the mass matrix
     t253 = t252 * t79; // factors of the mass matrix
     t254 = R::fused(t67, t253, t226_227.second()); // factors of the mass matrix
-    t255_256 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t240_241); // right_ankle, left_ankle
-    t257_258 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t255_256, t246_247); // right_lower_leg, left_lower_leg
+    t255_256 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t240_241);
+    t257_258 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t255_256, t246_247);
     t259_260 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t257_258; // right_upper_leg, left_upper_leg
-    t261_262 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t255_256, -t236_237); // right_lower_leg, left_lower_leg
-    t263_264 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t261_262, t259_260); // right_lower_leg, left_lower_leg
+    t261_262 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t255_256, -t236_237);
+    t263_264 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t261_262, t259_260);
     // factors of the mass matrix
     t265_266 = R::Two::fused(t222_223, t110_111, t263_264);
     t267 = R::fused(t252, t117, t265_266.second());
     t268 = t267 * t128;
     t269 = R::fused(-t118, t268, t254);
-    t270_271 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t261_262); // right_lower_leg, left_lower_leg
-    t272_273 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t270_271, t259_260); // right_upper_leg, left_upper_leg
+    t270_271 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t261_262);
+    t272_273 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t270_271, t259_260);
     t274_275 = R::Two::fused(t222_223, t152_153, t272_273);
     t276 = R::fused(t252, t159, t274_275.second());
     t277 = R::fused(-t267, t166, t276);
     t278 = t277 * t178;
     t279 = R::fused(t167, t278, t269);
-    t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t282_283 = both(R::constant(0.00382375)) + t70_71; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: sums of what it carries
     t284_285 = both(R::constant(0.00207575)) - t282_283;
@@ -2833,7 +2833,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t292_293 = R::Two::fused(both(R::constant(-2.0)), t290_291, t286_287);
     t294_295 = both(R::constant(0.00207575)) - t292_293;
     t296_297 = t294_295 + t119_120;
-    t298_299 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t298_299 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t300_301 = t282_283 + t292_293;
     t302_303 = both(R::constant(0.065449478333)) - t300_301;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -2850,7 +2850,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t320_321 = R::Two::fused(both(R::constant(-2.0)), t318_319, t306_307);
     t322_323 = t296_297 - t320_321;
     t324_325 = t322_323 + t168_169;
-    t326_327 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t326_327 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t328_329 = t302_303 - t320_321;
     t330_331 = both(R::constant(0.23740175003)) + t328_329;
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -2895,7 +2895,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t380_381 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t0_1;
     t382_383 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t140_141, t380_381);
-    t384_385 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t382_383, t378_379); // right_hip_yaw_link, left_hip_yaw_link
+    t384_385 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t382_383, t378_379);
     // right_foot, left_foot: mass matrix
     t386_387 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t150_151;
     t388_389 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t212_213;
@@ -2942,8 +2942,8 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
         t717_718, t719_720, t721_722, t723_724, t725_726, t727_728, t729_730, t731, t732, t733, t734, t735, t736, t737,
         t738, t739, t740, t741, t742, t743, t744, t745, t746, t747, t748, t749_750, t751_752, t753_754, t755_756,
     );
-    t424_425 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t270_271, -t411_412); // right_upper_leg, left_upper_leg
-    t426_427 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t424_425, t422_423); // right_upper_leg, left_upper_leg
+    t424_425 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t270_271, -t411_412);
+    t426_427 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t424_425, t422_423);
     t428_429 = R::Two::fused(-t392_393, t152_153, t426_427);
     t430 = R::fused(-t406, t159, t428_429.second());
     t431 = R::fused(-t419, t166, t430);
@@ -2954,7 +2954,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t436_437 = t342_343 * t326_327;
     t438_439 = R::Two::fused(both(R::constant(-2.0)), t436_437, t342_343);
     t440_441 = R::Two::fused(-t344_345, t332_333, t438_439);
-    t442_443 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t440_441, t434_435); // right_hip_roll_link, left_hip_roll_link
+    t442_443 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t440_441, t434_435);
     // factors of the mass matrix
     t444_445 = R::Two::fused(t392_393, t224_225, t442_443);
     t446 = R::fused(t406, t253, t444_445.second());
@@ -2963,7 +2963,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t449 = t448 * t359;
     t450 = R::fused(-t279, t449, t433);
     t451_452 = t330_331 - t348_349; // right_upper_leg, left_upper_leg: sums of what it carries
-    t453_454 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t453_454 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     t455_456 = both(R::constant(0.3067820617)) - t172_173; // right_upper_leg, left_upper_leg: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t457_458 = t451_452 - t455_456;
@@ -3016,7 +3016,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t514 = R::fused(-t503_504.first(), t82, t509_510.first());
     t515 = t514 * t85;
     t516 = R::fused(-t83, t515, t513);
-    t517_518 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t106_107, t415_416); // right_lower_leg, left_lower_leg
+    t517_518 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t106_107, t415_416);
     t519_520 = R::Two::fused(-t503_504, t110_111, t517_518);
     t521 = R::fused(-t511, t117, t519_520.second());
     t522 = t521 * t128;
@@ -3024,7 +3024,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t524 = R::fused(-t514, t132, t519_520.first());
     t525 = t524 * t135;
     t526 = R::fused(-t133, t525, t523);
-    t527_528 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t148_149, t426_427); // right_upper_leg, left_upper_leg
+    t527_528 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t148_149, t426_427);
     t529_530 = R::Two::fused(-t503_504, t152_153, t527_528);
     t531 = R::fused(-t511, t159, t529_530.second());
     t532 = R::fused(-t521, t166, t531);
@@ -3034,7 +3034,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t536 = R::fused(-t524, t185, t535);
     t537 = t536 * t189;
     t538 = R::fused(t186, t537, t534);
-    t539_540 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t196_197, t442_443); // right_hip_roll_link, left_hip_roll_link
+    t539_540 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t196_197, t442_443);
     t541_542 = R::Two::fused(t503_504, t224_225, t539_540);
     t543 = R::fused(t511, t253, t541_542.second());
     t544 = R::fused(-t521, t268, t543);
@@ -3046,7 +3046,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t550 = R::fused(-t536, t370, t549);
     t551 = t550 * t375;
     t552 = R::fused(-t371, t551, t547);
-    t553_554 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t384_385, t469_470); // right_hip_yaw_link, left_hip_yaw_link
+    t553_554 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t384_385, t469_470);
     t555_556 = R::Two::fused(-t503_504, t394_395, t553_554);
     t557 = R::fused(-t511, t407, t555_556.second());
     t558 = R::fused(-t521, t420, t557);
@@ -3136,7 +3136,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t654_655 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t272_273;
     t656_657 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t440_441, t654_655);
-    t658_659 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t656_657, t652_653); // right_hip_roll_link, left_hip_roll_link
+    t658_659 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t656_657, t652_653);
     // factors of the mass matrix
     t660_661 = R::Two::fused(-t598_599, t224_225, t658_659);
     t662 = R::fused(-t612, t253, t660_661.second());
@@ -3154,7 +3154,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t674_675 = t424_425 * t453_454;
     t676_677 = R::Two::fused(both(R::constant(-2.0)), t674_675, t424_425);
     t678_679 = R::Two::fused(t461_462, t457_458, t676_677);
-    t680_681 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t678_679, t672_673); // right_hip_yaw_link, left_hip_yaw_link
+    t680_681 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t678_679, t672_673);
     // factors of the mass matrix
     t682_683 = R::Two::fused(t598_599, t394_395, t680_681);
     t684 = R::fused(t612, t407, t682_683.second());
@@ -3169,7 +3169,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t693 = R::fused(-t669, t493, t692);
     t694 = t693 * t499;
     t695 = R::fused(-t494, t694, t689);
-    t696_697 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t194_195, t680_681); // right_hip_yaw_link, left_hip_yaw_link
+    t696_697 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t194_195, t680_681);
     t698 = t696_697.second() + t696_697.first(); // right_hip_yaw_link: sums of what it carries
     t699 = R::fused(t598_599.second(), t505_506.second(), t698);
     t700 = R::fused(t598_599.first(), t505_506.first(), t699);
@@ -3186,7 +3186,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t711 = t710 * t587;
     t712 = R::fused(-t568, t711, t695);
     t713_714 = t455_456 + t465_466; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t715_716 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t715_716 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t717_718 = both(R::constant(0.3067920617)) - t352_353; // right_hip_roll_link, left_hip_roll_link
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t719_720 = t713_714 - t717_718;
@@ -3688,7 +3688,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t1214_1215 = R::Two::fused(t1212_1213, two(v_right_hip_roll, v_left_hip_roll), t1202_1203);
     t1216_1217 = t1214_1215 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_upper_leg, left_upper_leg
     t1218_1219 = t1206_1207 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1220_1221 = R::Two::fused(-t1218_1219, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1216_1217); // right_upper_leg, left_upper_leg
+    t1220_1221 = R::Two::fused(-t1218_1219, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1216_1217);
     t1222_1223 = t1206_1207 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     t1224_1225 = R::Two::fused(t1210_1211, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1222_1223);
     t1226_1227 = t1224_1225 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
@@ -3899,9 +3899,9 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t1470 = t1468 + t1469;
     t1471 = R::constant(1.0) - t1470;
     t1472 = R::fused(t1471, R::constant(9.81), t1467);
-    t1473_1474 = R::Two::fused(both(t1472), two(R::constant(-1.0), R::constant(1.0)), both(t1465)); // right_hip_yaw_link, left_hip_yaw_link
-    t1475_1476 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1473_1474, t1462_1463); // right_hip_roll_link, left_hip_roll_link
-    t1477_1478 = R::Two::fused(t1384_1385, both(R::constant(0.315)), t1475_1476 * two(R::constant(-1.0), R::constant(1.0))); // right_lower_leg, left_lower_leg
+    t1473_1474 = R::Two::fused(both(t1472), two(R::constant(-1.0), R::constant(1.0)), both(t1465));
+    t1475_1476 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1473_1474, t1462_1463);
+    t1477_1478 = R::Two::fused(t1384_1385, both(R::constant(0.315)), t1475_1476 * two(R::constant(-1.0), R::constant(1.0)));
     t1479_1480 = R::Two::fused(t1379_1380, both(R::constant(0.273)), t1477_1478); // right_ankle, left_ankle: motion
     t1481_1482 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t1479_1480; // right_foot, left_foot: motion
     // right_hip_roll_link, left_hip_roll_link: motion
@@ -3911,7 +3911,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t1489_1490 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1444_1445;
     t1491_1492 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1458_1459, t1489_1490);
-    t1493_1494 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1491_1492, t1487_1488); // right_upper_leg, left_upper_leg
+    t1493_1494 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1491_1492, t1487_1488);
     // right_lower_leg, left_lower_leg: motion
     t1495_1496 = R::Two::fused(t1356_1357, both(R::constant(0.315)), t1493_1494 * two(R::constant(-1.0), R::constant(1.0)));
     t1497_1498 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t1495_1496;
@@ -3930,7 +3930,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     // right_ankle, left_ankle: motion
     t1515_1516 = R::Two::fused(t1350_1351, both(R::constant(0.273)), -t1513_1514);
     t1517_1518 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t1515_1516, t1509_1510);
-    t1519_1520 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t1517_1518, t1481_1482); // right_foot, left_foot
+    t1519_1520 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t1517_1518, t1481_1482);
     t1521_1522 = R::Two::fused(both(R::constant(0.0285)), t1519_1520, t1440_1441); // right_foot, left_foot
     t1523_1524 = t1521_1522 + two(tau_right_ankle_roll, tau_left_ankle_roll); // other
     t1525 = R::fused(t1523_1524.second(), t32_33.second(), t1425); // solved by the factors
@@ -4004,13 +4004,13 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t1601 = R::fused(-t190, t1600, t1594);
     t1602_1603 = both(R::constant(0.3067920617)) * t1218_1219; // right_hip_yaw_link, left_hip_yaw_link
     t1604_1605 = t1212_1213 * t1224_1225; // right_hip_roll_link, left_hip_roll_link: motion
-    t1606_1607 = R::Two::fused(both(R::constant(0.3067820617)), t1604_1605, t1602_1603); // right_hip_roll_link, left_hip_roll_link
+    t1606_1607 = R::Two::fused(both(R::constant(0.3067820617)), t1604_1605, t1602_1603);
     t1608_1609 = both(R::constant(0.23740175003)) * t1232_1233; // right_upper_leg, left_upper_leg
     t1610_1611 = t1230_1231 * t1274_1275; // right_upper_leg, left_upper_leg: motion
-    t1612_1613 = R::Two::fused(both(R::constant(-0.24091175)), t1610_1611, t1608_1609); // right_upper_leg, left_upper_leg
+    t1612_1613 = R::Two::fused(both(R::constant(-0.24091175)), t1610_1611, t1608_1609);
     t1614_1615 = both(R::constant(0.065449478333)) * t1252_1253; // right_lower_leg, left_lower_leg
     t1616_1617 = t1250_1251 * t1276_1277; // right_lower_leg, left_lower_leg: motion
-    t1618_1619 = R::Two::fused(both(R::constant(-0.06634781167)), t1616_1617, t1614_1615); // right_lower_leg, left_lower_leg
+    t1618_1619 = R::Two::fused(both(R::constant(-0.06634781167)), t1616_1617, t1614_1615);
     // right_ankle, left_ankle: wrench that its motion needs
     t1620_1621 = both(R::constant(0.00382375)) * t1329_1330;
     t1622_1623 = R::Two::fused(both(R::constant(0.00383375)), t1372_1373, t1620_1621);
@@ -4083,7 +4083,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t1689 = R::fused(t376, t1688, t1663);
     t1690_1691 = both(R::constant(0.3067820617)) * t1309_1310; // right_hip_roll_link, left_hip_roll_link
     t1692_1693 = t1224_1225 * t1228_1229; // right_hip_roll_link, left_hip_roll_link: motion
-    t1694_1695 = R::Two::fused(both(R::constant(0.3067920617)), t1692_1693, t1690_1691); // right_hip_roll_link, left_hip_roll_link
+    t1694_1695 = R::Two::fused(both(R::constant(0.3067920617)), t1692_1693, t1690_1691);
     t1696 = t1694_1695.second() - t1589; // left_upper_leg: wrench handed to its parent
     t1697 = sin_q_left_hip_roll * t1696; // left_hip_roll_link: wrench handed to its parent
     t1698 = cos_q_left_hip_pitch * t1646; // left_upper_leg: wrench handed to its parent
@@ -4154,7 +4154,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t1746 = t1185 * R::constant(1.3432507904); // torso: wrench that its motion needs
     t1747 = R::fused(R::constant(2.444), t1194, t1746); // torso: wrench that its motion needs
     t1748_1749 = t1206_1207 * t1210_1211; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1750_1751 = R::Two::fused(both(R::constant(-0.3068020617)), t1748_1749, t1602_1603); // right_hip_yaw_link, left_hip_yaw_link
+    t1750_1751 = R::Two::fused(both(R::constant(-0.3068020617)), t1748_1749, t1602_1603);
     t1752 = t1750_1751.second() - t1657; // left_hip_roll_link: wrench handed to its parent
     t1753 = sin_q_left_hip_yaw * t1752; // left_hip_yaw_link: wrench handed to its parent
     t1754 = cos_q_left_hip_roll * t1696; // left_hip_roll_link: wrench handed to its parent
@@ -5539,9 +5539,9 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t86 = R::fused(-t68_69.second(), t84_85.second(), t35);
     t87 = R::fused(-t68_69.first(), t84_85.first(), t86);
     t88_89 = both(R::constant(0.29034)) + t44_45; // right_ankle, left_ankle: sums of what it carries
-    t90_91 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t88_89, t40_41); // right_lower_leg, left_lower_leg
+    t90_91 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t88_89, t40_41);
     t92_93 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t90_91; // right_upper_leg, left_upper_leg
-    t94_95 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t88_89, -t50_51); // right_lower_leg, left_lower_leg
+    t94_95 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t88_89, -t50_51);
     // right_lower_leg, left_lower_leg: mass matrix
     t96_97 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t94_95, t92_93);
     t98_99 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t96_97;
@@ -5569,9 +5569,9 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t136 = R::fused(-t120_121.second(), t134_135.second(), t87);
     t137 = R::fused(-t120_121.first(), t134_135.first(), t136);
     t138_139 = both(R::constant(0.8932)) + t94_95; // right_lower_leg, left_lower_leg: sums of what it carries
-    t140_141 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t138_139, -t92_93); // right_upper_leg, left_upper_leg
+    t140_141 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t138_139, -t92_93);
     t142_143 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t140_141; // right_upper_leg, left_upper_leg: mass matrix
-    t144_145 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t138_139, t100_101); // right_upper_leg, left_upper_leg
+    t144_145 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t138_139, t100_101);
     // right_upper_leg, left_upper_leg: mass matrix
     t146_147 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t144_145;
     t148_149 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t146_147, t142_143);
@@ -5604,7 +5604,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t192_193 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t0_1;
     t194_195 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t140_141, t192_193);
     t196_197 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t194_195; // right_hip_roll_link, left_hip_roll_link
-    t198_199 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
+    t198_199 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     // right_foot, left_foot: mass matrix
     t200_201 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t198_199;
     t202_203 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t200_201);
@@ -5640,23 +5640,23 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t252_253 = R::Two::fused(-t222_223, t66_67, t250_251);
     t254_255 = t252_253 * t82_83;
     t256_257 = R::Two::fused(t68_69, t254_255, t226_227);
-    t258_259 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t240_241); // right_ankle, left_ankle
-    t260_261 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t258_259, t246_247); // right_lower_leg, left_lower_leg
+    t258_259 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t240_241);
+    t260_261 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t258_259, t246_247);
     t262_263 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t260_261; // right_upper_leg, left_upper_leg
-    t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t258_259, -t236_237); // right_lower_leg, left_lower_leg
-    t266_267 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t264_265, t262_263); // right_lower_leg, left_lower_leg
+    t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t258_259, -t236_237);
+    t266_267 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t264_265, t262_263);
     t268_269 = R::Two::fused(t222_223, t110_111, t266_267);
     t270_271 = R::Two::fused(t252_253, t118_119, t268_269);
     t272_273 = t270_271 * t132_133;
     t274_275 = R::Two::fused(-t120_121, t272_273, t256_257);
-    t276_277 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t264_265); // right_lower_leg, left_lower_leg
-    t278_279 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t276_277, t262_263); // right_upper_leg, left_upper_leg
+    t276_277 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t264_265);
+    t278_279 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t276_277, t262_263);
     t280_281 = R::Two::fused(t222_223, t152_153, t278_279);
     t282_283 = R::Two::fused(t252_253, t160_161, t280_281);
     t284_285 = R::Two::fused(-t270_271, t170_171, t282_283);
     t286_287 = t284_285 * t186_187;
     t288_289 = R::Two::fused(t172_173, t286_287, t274_275);
-    t290_291 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t290_291 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t292_293 = both(R::constant(0.00382375)) + t72_73; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: sums of what it carries
     t294_295 = both(R::constant(0.00207575)) - t292_293;
@@ -5666,7 +5666,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t302_303 = R::Two::fused(both(R::constant(-2.0)), t300_301, t296_297);
     t304_305 = both(R::constant(0.00207575)) - t302_303;
     t306_307 = t304_305 + t122_123;
-    t308_309 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t308_309 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t310_311 = t292_293 + t302_303;
     t312_313 = both(R::constant(0.065449478333)) - t310_311;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -5683,7 +5683,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t330_331 = R::Two::fused(both(R::constant(-2.0)), t328_329, t316_317);
     t332_333 = t306_307 - t330_331;
     t334_335 = t332_333 + t174_175;
-    t336_337 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t336_337 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t338_339 = t312_313 - t330_331;
     t340_341 = both(R::constant(0.23740175003)) + t338_339;
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -5713,7 +5713,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t380_381 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t0_1;
     t382_383 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t140_141, t380_381);
-    t384_385 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t382_383, t378_379); // right_hip_yaw_link, left_hip_yaw_link
+    t384_385 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t382_383, t378_379);
     // right_foot, left_foot: mass matrix
     t386_387 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t150_151;
     t388_389 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t212_213;
@@ -5742,8 +5742,8 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t424_425 = t422_423 * t132_133;
     t426_427 = R::Two::fused(-t120_121, t424_425, t410_411);
     t428_429 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t178_179; // right_upper_leg, left_upper_leg
-    t430_431 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t276_277, -t414_415); // right_upper_leg, left_upper_leg
-    t432_433 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t430_431, t428_429); // right_upper_leg, left_upper_leg
+    t430_431 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t276_277, -t414_415);
+    t432_433 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t430_431, t428_429);
     t434_435 = R::Two::fused(-t392_393, t152_153, t432_433);
     t436_437 = R::Two::fused(-t406_407, t160_161, t434_435);
     t438_439 = R::Two::fused(-t422_423, t170_171, t436_437);
@@ -5754,7 +5754,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t446_447 = t352_353 * t336_337;
     t448_449 = R::Two::fused(both(R::constant(-2.0)), t446_447, t352_353);
     t450_451 = R::Two::fused(-t354_355, t342_343, t448_449);
-    t452_453 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t450_451, t444_445); // right_hip_roll_link, left_hip_roll_link
+    t452_453 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t450_451, t444_445);
     // factors of the mass matrix
     t454_455 = R::Two::fused(t392_393, t224_225, t452_453);
     t456_457 = R::Two::fused(t406_407, t254_255, t454_455);
@@ -5763,7 +5763,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t462_463 = t460_461 * t372_373;
     t464_465 = R::Two::fused(-t288_289, t462_463, t442_443);
     t466_467 = t340_341 - t358_359; // right_upper_leg, left_upper_leg: sums of what it carries
-    t468_469 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t468_469 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     t470_471 = both(R::constant(0.3067820617)) - t178_179; // right_upper_leg, left_upper_leg: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t472_473 = t466_467 - t470_471;
@@ -5815,20 +5815,20 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t513_514 = t511_512 * t82_83;
     t515 = R::fused(-t68_69.second(), t513_514.second(), t508);
     t516 = R::fused(-t68_69.first(), t513_514.first(), t515);
-    t517_518 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t106_107, t418_419); // right_lower_leg, left_lower_leg
+    t517_518 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t106_107, t418_419);
     t519_520 = R::Two::fused(-t503_504, t110_111, t517_518);
     t521_522 = R::Two::fused(-t511_512, t118_119, t519_520);
     t523_524 = t521_522 * t132_133;
     t525 = R::fused(-t120_121.second(), t523_524.second(), t516);
     t526 = R::fused(-t120_121.first(), t523_524.first(), t525);
-    t527_528 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t148_149, t432_433); // right_upper_leg, left_upper_leg
+    t527_528 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t148_149, t432_433);
     t529_530 = R::Two::fused(-t503_504, t152_153, t527_528);
     t531_532 = R::Two::fused(-t511_512, t160_161, t529_530);
     t533_534 = R::Two::fused(-t521_522, t170_171, t531_532);
     t535_536 = t533_534 * t186_187;
     t537 = R::fused(t172_173.second(), t535_536.second(), t526);
     t538 = R::fused(t172_173.first(), t535_536.first(), t537);
-    t539_540 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t196_197, t452_453); // right_hip_roll_link, left_hip_roll_link
+    t539_540 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t196_197, t452_453);
     t541_542 = R::Two::fused(t503_504, t224_225, t539_540);
     t543_544 = R::Two::fused(t511_512, t254_255, t541_542);
     t545_546 = R::Two::fused(-t521_522, t272_273, t543_544);
@@ -5836,7 +5836,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t549_550 = t547_548 * t372_373;
     t551 = R::fused(-t288_289.second(), t549_550.second(), t538);
     t552 = R::fused(-t288_289.first(), t549_550.first(), t551);
-    t553_554 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t384_385, t484_485); // right_hip_yaw_link, left_hip_yaw_link
+    t553_554 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t384_385, t484_485);
     t555_556 = R::Two::fused(-t503_504, t394_395, t553_554);
     t557_558 = R::Two::fused(-t511_512, t408_409, t555_556);
     t559_560 = R::Two::fused(-t521_522, t424_425, t557_558);
@@ -5914,7 +5914,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t654_655 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t278_279;
     t656_657 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t450_451, t654_655);
-    t658_659 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t656_657, t652_653); // right_hip_roll_link, left_hip_roll_link
+    t658_659 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t656_657, t652_653);
     // factors of the mass matrix
     t660_661 = R::Two::fused(-t598_599, t224_225, t658_659);
     t662_663 = R::Two::fused(-t612_613, t254_255, t660_661);
@@ -5928,7 +5928,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t674_675 = t430_431 * t468_469;
     t676_677 = R::Two::fused(both(R::constant(-2.0)), t674_675, t430_431);
     t678_679 = R::Two::fused(t476_477, t472_473, t676_677);
-    t680_681 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t678_679, t672_673); // right_hip_yaw_link, left_hip_yaw_link
+    t680_681 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t678_679, t672_673);
     // factors of the mass matrix
     t682_683 = R::Two::fused(t598_599, t394_395, t680_681);
     t684_685 = R::Two::fused(t612_613, t408_409, t682_683);
@@ -5938,7 +5938,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t692_693 = t690_691 * t496_497;
     t694 = R::fused(-t464_465.second(), t692_693.second(), t671);
     t695 = R::fused(-t464_465.first(), t692_693.first(), t694);
-    t696_697 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t194_195, t680_681); // right_hip_yaw_link, left_hip_yaw_link
+    t696_697 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t194_195, t680_681);
     t698 = t696_697.second() + t696_697.first(); // right_hip_yaw_link: sums of what it carries
     t699 = R::fused(t598_599.second(), t505_506.second(), t698);
     t700 = R::fused(t598_599.first(), t505_506.first(), t699);
@@ -5955,7 +5955,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t711 = t710 * t587;
     t712 = R::fused(-t568, t711, t695);
     t713_714 = t470_471 + t480_481; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t715_716 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t715_716 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t717_718 = both(R::constant(0.3067920617)) - t362_363; // right_hip_roll_link, left_hip_roll_link
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t719_720 = t713_714 - t717_718;
@@ -6416,7 +6416,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1214_1215 = R::Two::fused(t1212_1213, two(v_right_hip_roll, v_left_hip_roll), t1202_1203);
     t1216_1217 = t1214_1215 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_upper_leg, left_upper_leg
     t1218_1219 = t1206_1207 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1220_1221 = R::Two::fused(-t1218_1219, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1216_1217); // right_upper_leg, left_upper_leg
+    t1220_1221 = R::Two::fused(-t1218_1219, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1216_1217);
     t1222_1223 = t1206_1207 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     t1224_1225 = R::Two::fused(t1210_1211, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1222_1223);
     t1226_1227 = t1224_1225 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
@@ -6467,7 +6467,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1304_1305 = t1282_1283 * t1282_1283;
     t1306_1307 = t1302_1303 + t1304_1305;
     t1308_1309 = both(R::constant(0.0285)) * t1306_1307; // right_foot, left_foot: wrench that its motion needs
-    t1310_1311 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t1308_1309, t1294_1295); // right_foot, left_foot
+    t1310_1311 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t1308_1309, t1294_1295);
     // right_hip_roll_link, left_hip_roll_link: motion
     t1312_1313 = t1200_1201 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t1314_1315 = R::Two::fused(-t1224_1225, two(v_right_hip_roll, v_left_hip_roll), t1312_1313);
@@ -6489,7 +6489,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1342_1343 = t1286_1287 * t1300_1301;
     t1344_1345 = t1340_1341 + t1342_1343;
     t1346_1347 = R::Two::fused(both(R::constant(-0.0285)), t1344_1345, t1328_1329); // right_foot, left_foot
-    t1348_1349 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t1346_1347, t1322_1323); // right_ankle, left_ankle
+    t1348_1349 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t1346_1347, t1322_1323);
     // right_lower_leg, left_lower_leg: motion
     t1350_1351 = t1250_1251 * t1250_1251;
     t1352_1353 = R::Two::fused(t1276_1277, t1276_1277, t1350_1351);
@@ -6502,7 +6502,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1362_1363 = t1262_1263 * t1250_1251;
     t1364_1365 = t1314_1315 + t1362_1363;
     t1366_1367 = R::Two::fused(both(R::constant(0.29034)), t1364_1365, t1360_1361); // right_ankle, left_ankle
-    t1368_1369 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1366_1367, t1356_1357); // right_lower_leg, left_lower_leg
+    t1368_1369 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1366_1367, t1356_1357);
     // right_upper_leg, left_upper_leg: motion
     t1370_1371 = t1230_1231 * t1230_1231;
     t1372_1373 = R::Two::fused(t1274_1275, t1274_1275, t1370_1371);
@@ -6515,7 +6515,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1382_1383 = t1242_1243 * t1230_1231;
     t1384_1385 = t1314_1315 + t1382_1383;
     t1386_1387 = R::Two::fused(both(R::constant(0.8932)), t1384_1385, t1380_1381); // right_lower_leg, left_lower_leg
-    t1388_1389 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1386_1387, t1376_1377); // right_upper_leg, left_upper_leg
+    t1388_1389 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1386_1387, t1376_1377);
     t1390_1391 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1388_1389; // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: wrench handed to its parent
     t1392_1393 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t1292_1293;
@@ -6536,8 +6536,8 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     // right_upper_leg, left_upper_leg: wrench handed to its parent
     t1416_1417 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1374_1375;
     t1418_1419 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1386_1387, t1416_1417);
-    t1420_1421 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1418_1419, t1414_1415); // right_hip_roll_link, left_hip_roll_link
-    t1422_1423 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1420_1421, t1390_1391); // right_hip_yaw_link, left_hip_yaw_link
+    t1420_1421 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1418_1419, t1414_1415);
+    t1422_1423 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1420_1421, t1390_1391);
     t1424 = t1195 + t1422_1423.second(); // left_hip_yaw_link: wrench handed to its parent
     t1425 = t1424 + t1422_1423.first(); // right_hip_yaw_link: wrench handed to its parent
     t1426 = t1425 - tau_base_linear_x; // other
@@ -6581,9 +6581,9 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1471 = t1469 + t1470;
     t1472 = R::constant(1.0) - t1471;
     t1473 = R::fused(t1472, R::constant(9.81), t1468);
-    t1474_1475 = R::Two::fused(both(t1473), two(R::constant(-1.0), R::constant(1.0)), both(t1466)); // right_hip_yaw_link, left_hip_yaw_link
-    t1476_1477 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1474_1475, t1463_1464); // right_hip_roll_link, left_hip_roll_link
-    t1478_1479 = R::Two::fused(t1410_1411, both(R::constant(0.315)), t1476_1477 * two(R::constant(-1.0), R::constant(1.0))); // right_lower_leg, left_lower_leg
+    t1474_1475 = R::Two::fused(both(t1473), two(R::constant(-1.0), R::constant(1.0)), both(t1466));
+    t1476_1477 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1474_1475, t1463_1464);
+    t1478_1479 = R::Two::fused(t1410_1411, both(R::constant(0.315)), t1476_1477 * two(R::constant(-1.0), R::constant(1.0)));
     t1480_1481 = R::Two::fused(t1404_1405, both(R::constant(0.273)), t1478_1479); // right_ankle, left_ankle: motion
     t1482_1483 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t1480_1481; // right_foot, left_foot: motion
     // right_hip_roll_link, left_hip_roll_link: motion
@@ -6593,7 +6593,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t1490_1491 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1445_1446;
     t1492_1493 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1459_1460, t1490_1491);
-    t1494_1495 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1492_1493, t1488_1489); // right_upper_leg, left_upper_leg
+    t1494_1495 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1492_1493, t1488_1489);
     // right_lower_leg, left_lower_leg: motion
     t1496_1497 = R::Two::fused(t1372_1373, both(R::constant(0.315)), t1494_1495 * two(R::constant(-1.0), R::constant(1.0)));
     t1498_1499 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t1496_1497;
@@ -6612,7 +6612,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     // right_ankle, left_ankle: motion
     t1516_1517 = R::Two::fused(t1364_1365, both(R::constant(0.273)), -t1514_1515);
     t1518_1519 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t1516_1517, t1510_1511);
-    t1520_1521 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t1518_1519, t1482_1483); // right_foot, left_foot
+    t1520_1521 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t1518_1519, t1482_1483);
     t1522_1523 = R::Two::fused(both(R::constant(0.0285)), t1520_1521, t1441_1442); // right_foot, left_foot
     t1524_1525 = t1522_1523 + two(tau_right_ankle_roll, tau_left_ankle_roll); // other
     t1526 = R::fused(t1524_1525.second(), t32_33.second(), t1426); // solved by the factors
@@ -6672,13 +6672,13 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1603 = R::fused(-t188_189.first(), t1600_1601.first(), t1602);
     t1604_1605 = both(R::constant(0.3067920617)) * t1218_1219; // right_hip_yaw_link, left_hip_yaw_link
     t1606_1607 = t1212_1213 * t1224_1225; // right_hip_roll_link, left_hip_roll_link: motion
-    t1608_1609 = R::Two::fused(both(R::constant(0.3067820617)), t1606_1607, t1604_1605); // right_hip_roll_link, left_hip_roll_link
+    t1608_1609 = R::Two::fused(both(R::constant(0.3067820617)), t1606_1607, t1604_1605);
     t1610_1611 = both(R::constant(0.23740175003)) * t1232_1233; // right_upper_leg, left_upper_leg
     t1612_1613 = t1230_1231 * t1274_1275; // right_upper_leg, left_upper_leg: motion
-    t1614_1615 = R::Two::fused(both(R::constant(-0.24091175)), t1612_1613, t1610_1611); // right_upper_leg, left_upper_leg
+    t1614_1615 = R::Two::fused(both(R::constant(-0.24091175)), t1612_1613, t1610_1611);
     t1616_1617 = both(R::constant(0.065449478333)) * t1252_1253; // right_lower_leg, left_lower_leg
     t1618_1619 = t1250_1251 * t1276_1277; // right_lower_leg, left_lower_leg: motion
-    t1620_1621 = R::Two::fused(both(R::constant(-0.06634781167)), t1618_1619, t1616_1617); // right_lower_leg, left_lower_leg
+    t1620_1621 = R::Two::fused(both(R::constant(-0.06634781167)), t1618_1619, t1616_1617);
     // right_ankle, left_ankle: wrench that its motion needs
     t1622_1623 = both(R::constant(0.00382375)) * t1336_1337;
     t1624_1625 = R::Two::fused(both(R::constant(0.00383375)), t1396_1397, t1622_1623);
@@ -6749,7 +6749,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1691 = R::fused(t374_375.first(), t1688_1689.first(), t1690);
     t1692_1693 = both(R::constant(0.3067820617)) * t1314_1315; // right_hip_roll_link, left_hip_roll_link
     t1694_1695 = t1224_1225 * t1228_1229; // right_hip_roll_link, left_hip_roll_link: motion
-    t1696_1697 = R::Two::fused(both(R::constant(0.3067920617)), t1694_1695, t1692_1693); // right_hip_roll_link, left_hip_roll_link
+    t1696_1697 = R::Two::fused(both(R::constant(0.3067920617)), t1694_1695, t1692_1693);
     t1698_1699 = t1696_1697 - t1592_1593; // right_upper_leg, left_upper_leg: wrench handed to its parent
     t1700_1701 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1698_1699; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: wrench handed to its parent
@@ -6757,9 +6757,9 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1704_1705 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1674_1675, t1702_1703);
     t1706_1707 = t1212_1213 * t1228_1229; // right_hip_roll_link, left_hip_roll_link: motion
     t1708_1709 = R::Two::fused(t1706_1707, both(R::constant(0.6135741234)), -t1704_1705);
-    t1710_1711 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1708_1709, t1700_1701); // right_hip_roll_link, left_hip_roll_link
+    t1710_1711 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1708_1709, t1700_1701);
     t1712_1713 = t1198_1199 * t1206_1207; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1714_1715 = R::Two::fused(both(R::constant(0.3067920617)), t1712_1713, -t1710_1711); // right_hip_roll_link, left_hip_roll_link
+    t1714_1715 = R::Two::fused(both(R::constant(0.3067920617)), t1712_1713, -t1710_1711);
     t1716_1717 = t1714_1715 + two(tau_right_hip_yaw, tau_left_hip_yaw); // other
     // solved by the factors
     t1718_1719 = R::Two::fused(t1524_1525, t394_395, t1716_1717);
@@ -6790,7 +6790,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1748 = t1185 * R::constant(1.3432507904); // torso: wrench that its motion needs
     t1749 = R::fused(R::constant(2.444), t1194, t1748); // torso: wrench that its motion needs
     t1750_1751 = t1206_1207 * t1210_1211; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1752_1753 = R::Two::fused(both(R::constant(-0.3068020617)), t1750_1751, t1604_1605); // right_hip_yaw_link, left_hip_yaw_link
+    t1752_1753 = R::Two::fused(both(R::constant(-0.3068020617)), t1750_1751, t1604_1605);
     t1754_1755 = t1752_1753 - t1678_1679; // right_hip_roll_link, left_hip_roll_link: wrench handed to its parent
     t1756_1757 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1754_1755; // right_hip_yaw_link, left_hip_yaw_link
     // right_hip_roll_link, left_hip_roll_link: wrench handed to its parent
@@ -6798,7 +6798,7 @@ fn constrained_dynamics_of_touch_down_part_0<R: Real>(
     t1760_1761 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1708_1709, t1758_1759);
     t1762_1763 = t1198_1199 * t1210_1211; // right_hip_yaw_link, left_hip_yaw_link: motion
     t1764_1765 = R::Two::fused(t1762_1763, both(R::constant(0.6135941234)), -t1760_1761);
-    t1766_1767 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1764_1765, t1756_1757); // right_hip_yaw_link, left_hip_yaw_link
+    t1766_1767 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1764_1765, t1756_1757);
     t1768 = t1749 + t1766_1767.second(); // left_hip_yaw_link: wrench handed to its parent
     t1769 = t1768 + t1766_1767.first(); // right_hip_yaw_link: wrench handed to its parent
     t1770 = t1769 - tau_base_angular_y; // other
@@ -7704,7 +7704,7 @@ fn constrained_dynamics_of_touch_down_part_1<R: Real>(
     t2477 = R::constant(1.0) / t2476;
     t2478 = t2451 * t2477;
     t2479_2480 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * two(R::constant(0.15), R::constant(0.09));
-    t2481_2482 = R::Two::fused(t2479_2480 * two(R::constant(1.0), R::constant(-1.0)), t84_85, t2052_2053); // solved by the factors
+    t2481_2482 = R::Two::fused(t2479_2480 * two(R::constant(1.0), R::constant(-1.0)), t84_85, t2052_2053);
     t2483_2484 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2210_2211;
     // solved by the factors
     t2485_2486 = R::Two::fused(-t2479_2480, t118_119, t2483_2484);
@@ -9215,18 +9215,18 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t50 = R::constant(1.0) - t49;
     t51 = t50 * R::constant(9.81);
     t52 = t46 + t51;
-    t53_54 = R::Two::fused(both(t52), two(R::constant(-1.0), R::constant(1.0)), both(t44)); // right_hip_yaw_link, left_hip_yaw_link
-    t55_56 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t53_54, t41_42); // right_hip_roll_link, left_hip_roll_link
+    t53_54 = R::Two::fused(both(t52), two(R::constant(-1.0), R::constant(1.0)), both(t44));
+    t55_56 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t53_54, t41_42);
     t57_58 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t55_56; // right_upper_leg, left_upper_leg: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t59_60 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
     t61_62 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t37_38, t59_60);
-    t63_64 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t61_62, t57_58); // right_upper_leg, left_upper_leg
+    t63_64 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t61_62, t57_58);
     t65_66 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t67_68 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t65_66);
     t69_70 = t67_68 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
     t71_72 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t73_74 = R::Two::fused(t71_72, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t69_70); // right_hip_roll_link, left_hip_roll_link
+    t73_74 = R::Two::fused(t71_72, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t69_70);
     t75_76 = t73_74 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
     t77_78 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t79_80 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t77_78);
@@ -9444,13 +9444,13 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t372_373 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t374_375 = both(R::constant(0.00207575)) - t370_371;
     t376_377 = t372_373 * t374_375;
-    t378_379 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
+    t378_379 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t380_381 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t382_383 = t378_379 * t380_381;
     t384_385 = R::Two::fused(both(R::constant(-2.0)), t382_383, t376_377);
     t386_387 = t370_371 + t384_385;
     t388_389 = both(R::constant(0.065449478333)) - t386_387;
-    t390_391 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t390_391 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t392_393 = both(R::constant(0.00207575)) - t384_385;
     t394_395 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
     t396_397 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t394_395;
@@ -9495,7 +9495,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t424_425 = R::Two::fused(both(R::constant(-2.0)), t422_423, t406_407);
     t426_427 = t388_389 - t424_425;
     t428_429 = both(R::constant(0.23740175003)) + t426_427;
-    t430_431 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t430_431 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t432_433 = t402_403 - t424_425;
     t434_435 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t416_417;
     t436_437 = both(R::constant(0.29034)) + t398_399; // right_ankle, left_ankle: sums of what it carries
@@ -9517,7 +9517,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t462_463 = t458_459 * t460_461;
     t464_465 = R::Two::fused(both(R::constant(-2.0)), t462_463, t446_447);
     t466_467 = t428_429 - t464_465;
-    t468_469 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t468_469 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     // right_foot, left_foot: sums of what it carries
     t470_471 = both(R::constant(0.00092625)) - t368_369;
     t472_473 = both(R::constant(0.00383375)) + t470_471;
@@ -9536,19 +9536,19 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t490_491 = both(R::constant(0.00092625)) * t488_489;
     t492_493 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t490_491; // right_ankle, left_ankle
     t494_495 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t496_497 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t494_495, t492_493); // right_ankle, left_ankle
+    t496_497 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t494_495, t492_493);
     t498_499 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t496_497; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t500_501 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t490_491;
     t502_503 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t494_495, t500_501);
     t504_505 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t502_503);
-    t506_507 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t504_505, t498_499); // right_lower_leg, left_lower_leg
+    t506_507 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t504_505, t498_499);
     t508_509 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t506_507; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t510_511 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t496_497;
     t512_513 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t504_505, -t510_511);
     t514_515 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t512_513);
-    t516_517 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t514_515, -t508_509); // right_upper_leg, left_upper_leg
+    t516_517 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t514_515, -t508_509);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t518_519 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t520_521 = t516_517 * t518_519;
@@ -9557,15 +9557,15 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t526_527 = both(R::constant(0.3068020617)) - t524_525;
     t528_529 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t456_457; // right_upper_leg, left_upper_leg
     t530_531 = both(R::constant(0.8932)) + t438_439; // right_lower_leg, left_lower_leg: sums of what it carries
-    t532_533 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t530_531, t528_529); // right_upper_leg, left_upper_leg
+    t532_533 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t530_531, t528_529);
     t534_535 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t532_533; // right_hip_yaw_link, left_hip_yaw_link
     t536_537 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
     t538_539 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t536_537;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t540_541 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t456_457;
     t542_543 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t530_531, -t540_541);
-    t544_545 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t542_543, t538_539); // right_hip_roll_link, left_hip_roll_link
-    t546_547 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t544_545, t534_535); // right_hip_yaw_link, left_hip_yaw_link
+    t544_545 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t542_543, t538_539);
+    t546_547 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t544_545, t534_535);
     t548 = R::fused(R::constant(0.075), t546_547.first(), t526_527.first()); // right_hip_yaw_link: mass matrix
     t549 = R::constant(0.15) * t546_547.second(); // left_hip_yaw_link: sums of what it carries
     t550 = t526_527.second() - t549; // left_hip_yaw_link: sums of what it carries
@@ -9706,7 +9706,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t741_742 = t458_459 * t430_431;
     t743_744 = R::Two::fused(both(R::constant(-2.0)), t741_742, t458_459);
     t745_746 = R::Two::fused(-t460_461, t444_445, t743_744);
-    t747_748 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t745_746, t739_740); // right_hip_roll_link, left_hip_roll_link
+    t747_748 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t745_746, t739_740);
     t749 = t747_748.second() - t734; // left_hip_roll_link: mass matrix
     t750 = t734 - t749; // other
     // right_foot, left_foot: mass matrix
@@ -9720,7 +9720,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t761 = R::fused(-t753_754.second(), t663, t759_760.second()); // factors of the mass matrix
     t762 = t761 * t666; // factors of the mass matrix
     t763 = R::fused(t664, t762, t756); // factors of the mass matrix
-    t764_765 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t512_513, t735_736); // right_lower_leg, left_lower_leg
+    t764_765 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t512_513, t735_736);
     // factors of the mass matrix
     t766 = R::fused(t753_754.second(), t690, t764_765.second());
     t767 = R::fused(t761, t693, t766);
@@ -9801,7 +9801,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t817 = R::constant(1.0) / t816;
     t818_819 = both(R::constant(0.3067820617)) * t107_108; // right_hip_roll_link, left_hip_roll_link
     t820_821 = t73_74 * t81_82; // right_hip_roll_link, left_hip_roll_link: motion
-    t822_823 = R::Two::fused(both(R::constant(0.3067920617)), t820_821, t818_819); // right_hip_roll_link, left_hip_roll_link
+    t822_823 = R::Two::fused(both(R::constant(0.3067920617)), t820_821, t818_819);
     // right_upper_leg, left_upper_leg: wrench that its motion needs
     t824_825 = both(R::constant(0.24091175)) * t107_108;
     t826_827 = R::Two::fused(both(R::constant(0.23740175003)), t113_114, t824_825);
@@ -9907,12 +9907,12 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t992_993 = t986_987 - t990_991;
     t994_995 = R::Two::fused(both(R::constant(0.29034)), t301_302, -t974_975); // right_ankle, left_ankle
     t996_997 = R::Two::fused(both(R::constant(-0.315)), t994_995, t992_993);
-    t998_999 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t996_997, t982_983); // right_upper_leg, left_upper_leg
+    t998_999 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t996_997, t982_983);
     t1000_1001 = t89_90 * t81_82; // right_hip_roll_link, left_hip_roll_link: motion
-    t1002_1003 = R::Two::fused(t1000_1001, both(R::constant(0.6135741234)), -t998_999); // right_upper_leg, left_upper_leg
-    t1004_1005 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1002_1003, t910_911); // right_hip_roll_link, left_hip_roll_link
+    t1002_1003 = R::Two::fused(t1000_1001, both(R::constant(0.6135741234)), -t998_999);
+    t1004_1005 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1002_1003, t910_911);
     t1006_1007 = t79_80 * t67_68; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1008_1009 = R::Two::fused(both(R::constant(0.3067920617)), t1006_1007, -t1004_1005); // right_hip_roll_link, left_hip_roll_link
+    t1008_1009 = R::Two::fused(both(R::constant(0.3067920617)), t1006_1007, -t1004_1005);
     t1010_1011 = t1008_1009 + two(tau_right_hip_yaw, tau_left_hip_yaw); // other
     t1012 = t559 * t365; // other
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
@@ -9931,7 +9931,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t1026_1027 = t516_517 * t468_469;
     t1028_1029 = R::Two::fused(both(R::constant(-2.0)), t1026_1027, t516_517);
     t1030_1031 = R::Two::fused(t518_519, t484_485, t1028_1029);
-    t1032_1033 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1030_1031, t1024_1025); // right_hip_yaw_link, left_hip_yaw_link
+    t1032_1033 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1030_1031, t1024_1025);
     t1034 = t1032_1033.second() + t1032_1033.first(); // right_hip_yaw_link: sums of what it carries
     // other
     t1035 = t1032_1033.first() - t1034;
@@ -9965,15 +9965,15 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t1065_1066 = R::Two::fused(both(R::constant(0.8932)), t93_94, t1063_1064);
     t1067_1068 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1065_1066; // right_upper_leg, left_upper_leg
     t1069_1070 = R::Two::fused(both(R::constant(0.8932)), t115_116, t904_905);
-    t1071_1072 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1069_1070, t1067_1068); // right_upper_leg, left_upper_leg
+    t1071_1072 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1069_1070, t1067_1068);
     t1073_1074 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1071_1072; // right_hip_yaw_link, left_hip_yaw_link
     t1075_1076 = R::Two::fused(both(R::constant(0.8932)), t295_296, t994_995);
     t1077_1078 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1075_1076; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: wrench handed to its parent
     t1079_1080 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1065_1066;
     t1081_1082 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1069_1070, t1079_1080);
-    t1083_1084 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1081_1082, t1077_1078); // right_hip_roll_link, left_hip_roll_link
-    t1085_1086 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1083_1084, t1073_1074); // right_hip_yaw_link, left_hip_yaw_link
+    t1083_1084 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1081_1082, t1077_1078);
+    t1085_1086 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1083_1084, t1073_1074);
     t1087 = R::fused(R::constant(0.075), t1085_1086.second(), t1060); // left_hip_yaw_link: wrench handed to its parent
     t1088 = t1008_1009.first() + t1087; // right_hip_yaw_link: wrench handed to its parent
     t1089 = R::fused(R::constant(-0.075), t1085_1086.first(), t1088); // right_hip_yaw_link: wrench handed to its parent
@@ -10103,7 +10103,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t1230 = R::fused(t726, t1229, t1197);
     t1231_1232 = both(R::constant(0.3067920617)) * t181_182; // right_hip_yaw_link, left_hip_yaw_link
     t1233_1234 = t89_90 * t73_74; // right_hip_roll_link, left_hip_roll_link: motion
-    t1235_1236 = R::Two::fused(both(R::constant(0.3067820617)), t1233_1234, t1231_1232); // right_hip_roll_link, left_hip_roll_link
+    t1235_1236 = R::Two::fused(both(R::constant(0.3067820617)), t1233_1234, t1231_1232);
     // right_upper_leg, left_upper_leg: wrench handed to its parent
     t1237_1238 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t980_981;
     t1239_1240 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t996_997, t1237_1238);
@@ -10271,7 +10271,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t1404 = t1048 * t1391;
     t1405 = R::fused(-t555, t1398, t1404);
     t1406_1407 = both(R::constant(0.3067920617)) - t777_778; // right_hip_roll_link, left_hip_roll_link
-    t1408_1409 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1408_1409 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t1410_1411 = t482_483 + t522_523; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1412_1413 = t1410_1411 - t1406_1407;
@@ -11222,14 +11222,14 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t2246 = t43 * R::constant(1.2449557904); // torso: wrench that its motion needs
     t2247 = R::fused(R::constant(2.444), t36, t2246); // torso: wrench that its motion needs
     t2248_2249 = t67_68 * t71_72; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t2250_2251 = R::Two::fused(both(R::constant(-0.3068020617)), t2248_2249, t1231_1232); // right_hip_yaw_link, left_hip_yaw_link
+    t2250_2251 = R::Two::fused(both(R::constant(-0.3068020617)), t2248_2249, t1231_1232);
     t2252_2253 = t2250_2251 - t1241_1242;
     t2254_2255 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2252_2253; // right_hip_yaw_link, left_hip_yaw_link
     t2256_2257 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t908_909;
     t2258_2259 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1002_1003, t2256_2257);
     t2260_2261 = t79_80 * t71_72; // right_hip_yaw_link, left_hip_yaw_link: motion
     t2262_2263 = R::Two::fused(t2260_2261, both(R::constant(0.6135941234)), -t2258_2259);
-    t2264_2265 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2262_2263, t2254_2255); // right_hip_yaw_link, left_hip_yaw_link
+    t2264_2265 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2262_2263, t2254_2255);
     t2266 = t2247 - t2264_2265.second(); // left_hip_yaw_link: wrench handed to its parent
     t2267 = R::fused(R::constant(0.075), t2237_2238.second(), t2266); // left_hip_yaw_link: wrench handed to its parent
     t2268 = t2267 - t2264_2265.first(); // right_hip_yaw_link: wrench handed to its parent

@@ -147,7 +147,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t31 = v_base_angular_z * v_base_angular_z; // torso: kinetic energy
     out[9][0] = R::constant(0.5) * t31; // other
     t33 = R::constant(0.075) * t13; // right_hip_yaw_link: columns that its parent has too
-    t34_35 = R::Two::fused(both(t33), two(R::constant(-1.0), R::constant(1.0)), both(t3)); // right_hip_yaw_link, left_hip_yaw_link
+    t34_35 = R::Two::fused(both(t33), two(R::constant(-1.0), R::constant(1.0)), both(t3));
     t36 = t24 * R::constant(0.0028125); // right_hip_yaw_link: columns that its parent has too
     t37_38 = t34_35 + both(t36); // right_hip_yaw_link, left_hip_yaw_link: columns that its parent has too
     t39 = t31 * R::constant(0.0028125); // right_hip_yaw_link: columns that its parent has too
@@ -159,7 +159,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     out[40][0] = t40_41.second();
     out[60][0] = t40_41.second();
     t42 = t16 * R::constant(0.73575); // right_hip_yaw_link: columns that its parent has too
-    t43_44 = R::Two::fused(both(t42), two(R::constant(-1.0), R::constant(1.0)), both(t4)); // right_hip_yaw_link, left_hip_yaw_link
+    t43_44 = R::Two::fused(both(t42), two(R::constant(-1.0), R::constant(1.0)), both(t4));
     out[10][1] = t43_44.first();
     out[30][1] = t43_44.first();
     out[50][1] = t43_44.first();
@@ -208,7 +208,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     out[12][1] = t89_90.first();
     out[22][1] = t89_90.second();
     t91 = R::constant(0.075) * t30; // right_hip_yaw_link: columns that its parent has too
-    t92_93 = R::Two::fused(both(t91), two(R::constant(1.0), R::constant(-1.0)), both(t19)); // right_hip_yaw_link, left_hip_yaw_link
+    t92_93 = R::Two::fused(both(t91), two(R::constant(1.0), R::constant(-1.0)), both(t19));
     out[13][0] = t92_93.first();
     out[23][0] = t92_93.second();
     t94_95 = t61_62 * t61_62; // right_hip_yaw_link, left_hip_yaw_link: kinetic energy
@@ -247,9 +247,9 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     out[52][0] = t127_128.first();
     out[42][0] = t127_128.second();
     out[62][0] = t127_128.second();
-    t129_130 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_roll, cos_q_left_hip_roll); // right_hip_yaw_link, left_hip_yaw_link
+    t129_130 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t131_132 = both(t10) * t129_130; // torso: sums of what it carries
-    t133_134 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(cos_q_right_hip_roll, cos_q_left_hip_roll); // right_hip_yaw_link, left_hip_yaw_link
+    t133_134 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     // torso: sums of what it carries
     t135_136 = R::Two::fused(-both(t16), t133_134, t131_132);
     t137_138 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), both(t22), t135_136);
@@ -273,9 +273,9 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t153_154 = R::Two::fused(t151_152, t125_126, -t147_148); // right_hip_roll_link, left_hip_roll_link: kinetic energy
     out[33][0] = t153_154.first();
     out[43][0] = t153_154.second();
-    t155_156 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_yaw_link, left_hip_yaw_link
+    t155_156 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     t157_158 = both(t10) * t155_156; // torso: sums of what it carries
-    t159_160 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_yaw_link, left_hip_yaw_link
+    t159_160 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     // torso: sums of what it carries
     t161_162 = R::Two::fused(-both(t16), t159_160, t157_158);
     t163_164 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), both(t22), t161_162);
@@ -318,15 +318,15 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t201_202 = R::Two::fused(t197_198, t199_200, -t193_194); // right_upper_leg, left_upper_leg: kinetic energy
     out[51][0] = t201_202.first();
     out[61][0] = t201_202.second();
-    t203_204 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_hip_yaw_link, left_hip_yaw_link
-    t205_206 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_hip_roll_link, left_hip_roll_link
-    t207_208 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t205_206, t203_204); // right_hip_yaw_link, left_hip_yaw_link
+    t203_204 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t205_206 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t207_208 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t205_206, t203_204);
     t209_210 = both(t10) * t207_208; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t211_212 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     t213_214 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t205_206, t211_212);
     t215_216 = R::Two::fused(both(t16), t213_214, t209_210); // torso: sums of what it carries
-    t217_218 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_hip_roll_link, left_hip_roll_link
+    t217_218 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t219_220 = R::Two::fused(-both(t22), t217_218, t215_216); // torso: sums of what it carries
     t221_222 = both(R::constant(9.81)) * t219_220; // other
     out[51][1] = t221_222.first();
@@ -340,15 +340,15 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t233_234 = R::Two::fused(-t151_152, t231_232, t227_228); // right_upper_leg, left_upper_leg: kinetic energy
     out[53][0] = t233_234.first();
     out[63][0] = t233_234.second();
-    t235_236 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_hip_yaw_link, left_hip_yaw_link
-    t237_238 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_hip_roll_link, left_hip_roll_link
-    t239_240 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t237_238, t235_236); // right_hip_yaw_link, left_hip_yaw_link
+    t235_236 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t237_238 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t239_240 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t237_238, t235_236);
     t241_242 = both(t10) * t239_240; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t243_244 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t245_246 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t237_238, t243_244);
     t247_248 = R::Two::fused(both(t16), t245_246, t241_242); // torso: sums of what it carries
-    t249_250 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_hip_roll_link, left_hip_roll_link
+    t249_250 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     t251_252 = R::Two::fused(both(t22), t249_250, t247_248); // torso: sums of what it carries
     t253_254 = both(R::constant(9.81)) * t251_252; // other
     out[53][1] = t253_254.first();
@@ -406,7 +406,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t309_310 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t311_312 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t309_310);
     t313_314 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t311_312; // right_hip_roll_link, left_hip_roll_link
-    t315_316 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t313_314, t307_308); // right_hip_yaw_link, left_hip_yaw_link
+    t315_316 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t313_314, t307_308);
     t317_318 = both(t10) * t315_316; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t319_320 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t305_306;
@@ -431,7 +431,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     out[83][0] = t343_344.second();
     t345_346 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t311_312; // right_hip_yaw_link, left_hip_yaw_link
     t347_348 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t305_306; // right_hip_roll_link, left_hip_roll_link
-    t349_350 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t347_348, t345_346); // right_hip_yaw_link, left_hip_yaw_link
+    t349_350 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t347_348, t345_346);
     t351_352 = both(t10) * t349_350; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t353_354 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t311_312;
@@ -500,13 +500,13 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t417_418 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t415_416; // right_upper_leg, left_upper_leg
     t419_420 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t421_422 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t419_420);
-    t423_424 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t421_422, t417_418); // right_upper_leg, left_upper_leg
+    t423_424 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t421_422, t417_418);
     t425_426 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t423_424; // right_hip_yaw_link, left_hip_yaw_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t427_428 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t421_422;
     t429_430 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t415_416, t427_428);
     t431_432 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t429_430; // right_hip_roll_link, left_hip_roll_link
-    t433_434 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t431_432, t425_426); // right_hip_yaw_link, left_hip_yaw_link
+    t433_434 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t431_432, t425_426);
     t435_436 = both(t10) * t433_434; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t437_438 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t423_424;
@@ -533,7 +533,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     out[103][0] = t461_462.second();
     t463_464 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t429_430; // right_hip_yaw_link, left_hip_yaw_link
     t465_466 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t423_424; // right_hip_roll_link, left_hip_roll_link
-    t467_468 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t465_466, t463_464); // right_hip_yaw_link, left_hip_yaw_link
+    t467_468 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t465_466, t463_464);
     t469_470 = both(t10) * t467_468; // torso: sums of what it carries
     let (
         t471_472, t473_474, t475_476, t477_478, t479_480, t481_482, t483_484, t485_486, t487_488, t489_490, t491_492,
@@ -589,22 +589,22 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t517_518 = R::Two::fused(-t513_514, t515_516, t509_510); // right_foot, left_foot: kinetic energy
     out[112][0] = t517_518.first();
     out[122][0] = t517_518.second();
-    t519_520 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_ankle, left_ankle
+    t519_520 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     t521_522 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t519_520; // right_lower_leg, left_lower_leg
-    t523_524 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_ankle, left_ankle
-    t525_526 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t523_524, t521_522); // right_lower_leg, left_lower_leg
+    t523_524 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t525_526 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t523_524, t521_522);
     t527_528 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t525_526; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t529_530 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t519_520;
     t531_532 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t523_524, t529_530);
-    t533_534 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t531_532, t527_528); // right_upper_leg, left_upper_leg
+    t533_534 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t531_532, t527_528);
     t535_536 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t533_534; // right_hip_yaw_link, left_hip_yaw_link
-    t537_538 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_hip_roll_link, left_hip_roll_link
+    t537_538 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     // right_upper_leg, left_upper_leg: sums of what it carries
     t539_540 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t525_526;
     t541_542 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t531_532, t539_540);
-    t543_544 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t541_542, t537_538); // right_hip_roll_link, left_hip_roll_link
-    t545_546 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t543_544, t535_536); // right_hip_yaw_link, left_hip_yaw_link
+    t543_544 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t541_542, t537_538);
+    t545_546 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t543_544, t535_536);
     t547_548 = both(t10) * t545_546; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t549_550 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t533_534;
@@ -626,22 +626,22 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     t573_574 = R::Two::fused(-t571_572, t515_516, t567_568); // right_foot, left_foot: kinetic energy
     out[113][0] = t573_574.first();
     out[123][0] = t573_574.second();
-    t575_576 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_ankle, left_ankle
+    t575_576 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t577_578 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t575_576; // right_lower_leg, left_lower_leg
-    t579_580 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_ankle, left_ankle
-    t581_582 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t579_580, t577_578); // right_lower_leg, left_lower_leg
+    t579_580 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t581_582 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t579_580, t577_578);
     t583_584 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t581_582; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t585_586 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t575_576;
     t587_588 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t579_580, t585_586);
-    t589_590 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t587_588, t583_584); // right_upper_leg, left_upper_leg
+    t589_590 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t587_588, t583_584);
     t591_592 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t589_590; // right_hip_yaw_link, left_hip_yaw_link
-    t593_594 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_hip_roll_link, left_hip_roll_link
+    t593_594 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     // right_upper_leg, left_upper_leg: sums of what it carries
     t595_596 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t581_582;
     t597_598 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t587_588, t595_596);
-    t599_600 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t597_598, t593_594); // right_hip_roll_link, left_hip_roll_link
-    t601_602 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t599_600, t591_592); // right_hip_yaw_link, left_hip_yaw_link
+    t599_600 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t597_598, t593_594);
+    t601_602 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t599_600, t591_592);
     t603_604 = both(t10) * t601_602; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t605_606 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t589_590;

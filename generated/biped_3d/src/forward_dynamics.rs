@@ -429,7 +429,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t496 = R::fused(R::constant(2.444), t21, t494);
     t497 = R::fused(R::constant(2.444), t20, t495);
     t498_499 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t336_337; // other
-    t500_501 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.41189931350114417)); // factors of the mass matrix
+    t500_501 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
     t502_503 = t498_499 * both(R::constant(481.7535830422739)); // other
     // right_foot, left_foot: articulated inertia
     t504_505 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.729977116704806));

@@ -870,7 +870,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1271_1272 = t1019_1020 - t1245_1246;
     t1273_1274 = t1153_1154 - t1245_1246;
     t1275 = v_base_angular_z * R::constant(0.15); // left_hip_yaw_link: sums of what it carries
-    t1276_1277 = both(v_base_angular_x) * two(R::constant(2.0), R::constant(0.15)); // right_hip_yaw_link, left_hip_yaw_link
+    t1276_1277 = both(v_base_angular_x) * two(R::constant(2.0), R::constant(0.15));
     t1278_1279 = both(R::constant(0.15)) * t1199_1200;
     t1280_1281 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1195_1196, t1217_1218);
     t1282_1283 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1081_1082, t1225_1226);
@@ -960,7 +960,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1376 = t1348 - t1359;
     t1377 = t1349 + t1360;
     t1378 = R::fused(t26, R::constant(0.098295), t1350);
-    t1379_1380 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1199_1200, t1161_1162); // right_hip_yaw_link, left_hip_yaw_link
+    t1379_1380 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1199_1200, t1161_1162);
     // right_hip_roll_link, left_hip_roll_link: mass matrix
     t1381_1382 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1081_1082;
     t1383_1384 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1081_1082;
@@ -2463,7 +2463,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t3558 = R::fused(t1077_1078.first(), t1275, t3557);
     t3559 = R::fused(-t1276_1277.second(), t1383_1384.first(), t3533_3534.first());
     t3560 = t3537_3538.first() - t3558;
-    t3561_3562 = R::Two::fused(both(t1275) * two(R::constant(1.0), R::constant(-1.0)), t1383_1384, t1151_1152); // right_hip_roll_link, left_hip_roll_link
+    t3561_3562 = R::Two::fused(both(t1275) * two(R::constant(1.0), R::constant(-1.0)), t1383_1384, t1151_1152);
     // left_hip_roll_link: answer of the forces to its motion
     t3563 = t1276_1277.second() * t1381_1382.second();
     t3564 = R::fused(t1077_1078.second(), t1275, t3563);
@@ -2557,7 +2557,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t3732 = R::fused(-t1275, t1399_1400.first(), t3731);
     t3733 = R::fused(-t1276_1277.second(), t1415_1416.first(), t3707_3708.first());
     t3734 = t3711_3712.first() + t3732;
-    t3735_3736 = R::Two::fused(both(t1275) * two(R::constant(1.0), R::constant(-1.0)), t1415_1416, t3685_3686); // right_upper_leg, left_upper_leg
+    t3735_3736 = R::Two::fused(both(t1275) * two(R::constant(1.0), R::constant(-1.0)), t1415_1416, t3685_3686);
     // left_upper_leg: answer of the forces to its motion
     t3737 = t1276_1277.second() * t1411_1412.second();
     t3738 = R::fused(-t1275, t1399_1400.second(), t3737);
@@ -3957,7 +3957,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t3940 = R::fused(-t1275, t1435_1436.first(), t3939);
     t3941 = R::fused(-t1276_1277.second(), t1451_1452.first(), t3915_3916.first());
     t3942 = t3919_3920.first() + t3940;
-    t3943_3944 = R::Two::fused(both(t1275) * two(R::constant(1.0), R::constant(-1.0)), t1451_1452, t3893_3894); // right_lower_leg, left_lower_leg
+    t3943_3944 = R::Two::fused(both(t1275) * two(R::constant(1.0), R::constant(-1.0)), t1451_1452, t3893_3894);
     // left_lower_leg: answer of the forces to its motion
     t3945 = t1276_1277.second() * t1447_1448.second();
     t3946 = R::fused(-t1275, t1435_1436.second(), t3945);
@@ -4087,7 +4087,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t4186 = R::fused(-t1275, t1477_1478.first(), t4185);
     t4187 = R::fused(-t1276_1277.second(), t1493_1494.first(), t4161_4162.first());
     t4188 = t4165_4166.first() + t4186;
-    t4189_4190 = R::Two::fused(both(t1275) * two(R::constant(1.0), R::constant(-1.0)), t1493_1494, t4139_4140); // right_ankle, left_ankle
+    t4189_4190 = R::Two::fused(both(t1275) * two(R::constant(1.0), R::constant(-1.0)), t1493_1494, t4139_4140);
     // left_ankle: answer of the forces to its motion
     t4191 = t1276_1277.second() * t1489_1490.second();
     t4192 = R::fused(-t1275, t1477_1478.second(), t4191);
@@ -4275,7 +4275,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t4486 = R::fused(t1275, t1545_1546.first(), t4485);
     t4487 = R::fused(-t1276_1277.second(), t1561_1562.first(), t4461_4462.first());
     t4488 = t4465_4466.first() + t4486;
-    t4489_4490 = R::Two::fused(both(t1275) * two(R::constant(1.0), R::constant(-1.0)), t1561_1562, t4439_4440); // right_foot, left_foot
+    t4489_4490 = R::Two::fused(both(t1275) * two(R::constant(1.0), R::constant(-1.0)), t1561_1562, t4439_4440);
     // left_foot: answer of the forces to its motion
     t4491 = t1276_1277.second() * t1557_1558.second();
     t4492 = R::fused(t1275, t1545_1546.second(), t4491);

@@ -170,12 +170,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t12 = q_base_qx * t4;
     t13 = q_base_qw * t6;
     t14 = t12 - t13;
-    t15_16 = R::Two::fused(-both(t14), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t10_11); // right_hip_yaw_link, left_hip_yaw_link
+    t15_16 = R::Two::fused(-both(t14), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t10_11);
     t17_18 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t15_16; // right_hip_roll_link, left_hip_roll_link
     t19 = q_base_qx * t6;
     t20 = q_base_qw * t4;
     t21 = t19 + t20;
-    t22_23 = R::Two::fused(-both(t21), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t17_18); // right_hip_roll_link, left_hip_roll_link
+    t22_23 = R::Two::fused(-both(t21), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t17_18);
     t24_25 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t22_23; // right_foot, left_foot: pose in the world
     // right_hip_roll_link, left_hip_roll_link: pose in the world
     t26_27 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t15_16;
@@ -184,18 +184,18 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
     t32_33 = both(t9) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t34_35 = R::Two::fused(both(t14), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t32_33);
-    t36_37 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t34_35, t30_31); // right_upper_leg, left_upper_leg
+    t36_37 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t34_35, t30_31);
     t38_39 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t36_37; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
     t40_41 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t28_29;
     t42_43 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t34_35, t40_41);
-    t44_45 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t42_43, t38_39); // right_lower_leg, left_lower_leg
+    t44_45 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t42_43, t38_39);
     t46_47 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t44_45; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
     t48_49 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t36_37;
     t50_51 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t42_43, t48_49);
-    t52_53 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t50_51, t46_47); // right_ankle, left_ankle
-    t54_55 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t52_53, t24_25); // right_foot, left_foot
+    t52_53 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t50_51, t46_47);
+    t54_55 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t52_53, t24_25);
     t56 = t54_55.second() * f_left_foot_front_left_x; // left_foot: external forces
     t57 = t12 + t13; // torso: motion
     t58_59 = both(t57) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
@@ -204,12 +204,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t61 = q_base_qx * t60;
     t62 = t61 + t7;
     t63 = R::constant(1.0) - t62;
-    t64_65 = R::Two::fused(-both(t63), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t58_59); // right_hip_yaw_link, left_hip_yaw_link
+    t64_65 = R::Two::fused(-both(t63), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t58_59);
     t66_67 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t64_65; // right_hip_roll_link, left_hip_roll_link
     t68 = q_base_qy * t6;
     t69 = q_base_qw * t60;
     t70 = t68 - t69;
-    t71_72 = R::Two::fused(-both(t70), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t66_67); // right_hip_roll_link, left_hip_roll_link
+    t71_72 = R::Two::fused(-both(t70), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t66_67);
     t73_74 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t71_72; // right_foot, left_foot: pose in the world
     // right_hip_roll_link, left_hip_roll_link: pose in the world
     t75_76 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t64_65;
@@ -218,27 +218,27 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
     t81_82 = both(t57) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t83_84 = R::Two::fused(both(t63), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t81_82);
-    t85_86 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t83_84, t79_80); // right_upper_leg, left_upper_leg
+    t85_86 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t83_84, t79_80);
     t87_88 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t85_86; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
     t89_90 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t77_78;
     t91_92 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t83_84, t89_90);
-    t93_94 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t91_92, t87_88); // right_lower_leg, left_lower_leg
+    t93_94 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t91_92, t87_88);
     t95_96 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t93_94; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
     t97_98 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t85_86;
     t99_100 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t91_92, t97_98);
-    t101_102 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t99_100, t95_96); // right_ankle, left_ankle
-    t103_104 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t101_102, t73_74); // right_foot, left_foot
+    t101_102 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t99_100, t95_96);
+    t103_104 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t101_102, t73_74);
     t105 = R::fused(t103_104.second(), f_left_foot_front_left_y, t56); // left_foot: external forces
     t106 = t19 - t20; // torso: motion
     t107_108 = both(t106) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     t109 = t68 + t69; // torso: motion
-    t110_111 = R::Two::fused(-both(t109), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t107_108); // right_hip_yaw_link, left_hip_yaw_link
+    t110_111 = R::Two::fused(-both(t109), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t107_108);
     t112_113 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t110_111; // right_hip_roll_link, left_hip_roll_link
     t114 = t61 + t5; // torso: motion
     t115 = R::constant(1.0) - t114; // torso: motion
-    t116_117 = R::Two::fused(-both(t115), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t112_113); // right_hip_roll_link, left_hip_roll_link
+    t116_117 = R::Two::fused(-both(t115), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t112_113);
     t118_119 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t116_117; // right_foot, left_foot
     // right_hip_roll_link, left_hip_roll_link: pose in the world
     t120_121 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t110_111;
@@ -247,18 +247,18 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
     t126_127 = both(t106) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t128_129 = R::Two::fused(both(t109), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t126_127);
-    t130_131 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t128_129, t124_125); // right_upper_leg, left_upper_leg
+    t130_131 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t128_129, t124_125);
     t132_133 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t130_131; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
     t134_135 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t122_123;
     t136_137 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t128_129, t134_135);
-    t138_139 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t136_137, t132_133); // right_lower_leg, left_lower_leg
+    t138_139 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t136_137, t132_133);
     t140_141 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t138_139; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
     t142_143 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t130_131;
     t144_145 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t136_137, t142_143);
-    t146_147 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t144_145, t140_141); // right_ankle, left_ankle
-    t148_149 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t146_147, t118_119); // right_foot, left_foot
+    t146_147 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t144_145, t140_141);
+    t148_149 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t146_147, t118_119);
     // left_foot: external forces
     t150 = R::fused(t148_149.second(), f_left_foot_front_left_z, t105);
     t151 = t54_55.second() * f_left_foot_front_right_x;
@@ -485,16 +485,16 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: motion
     t380_381 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t344_345;
     t382_383 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t348_349, t380_381);
-    t384_385 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t356_357, t382_383); // right_upper_leg, left_upper_leg
-    t386_387 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t356_357, t384_385); // right_lower_leg, left_lower_leg
+    t384_385 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t356_357, t382_383);
+    t386_387 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t356_357, t384_385);
     // right_ankle, left_ankle: motion
     t388_389 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), t356_357, t386_387);
     t390_391 = two(cos_t2, cos_t3) * t388_389;
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t392_393 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t336_337;
     t394_395 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t340_341, t392_393);
-    t396_397 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t318_319, t394_395); // right_upper_leg, left_upper_leg
-    t398_399 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t318_319, t396_397); // right_lower_leg, left_lower_leg
+    t396_397 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t318_319, t394_395);
+    t398_399 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t318_319, t396_397);
     // right_ankle, left_ankle: motion
     t400_401 = R::Two::fused(-two(v_right_ankle_pitch, v_left_ankle_pitch), t318_319, t398_399);
     t402_403 = R::Two::fused(two(sin_t2, sin_t3), t400_401, t390_391);
@@ -589,7 +589,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t528 = R::fused(t115, R::constant(9.81), t527);
     t529 = v_base_angular_y * v_base_angular_z;
     t530 = R::constant(0.075) * t529; // right_hip_yaw_link: motion
-    t531_532 = R::Two::fused(both(t530), two(R::constant(-1.0), R::constant(1.0)), both(t528)); // right_hip_yaw_link, left_hip_yaw_link
+    t531_532 = R::Two::fused(both(t530), two(R::constant(-1.0), R::constant(1.0)), both(t528));
     // right_hip_roll_link, left_hip_roll_link: motion
     t533_534 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t531_532, t524_525);
     t535_536 = t350_351 + t358_359;
@@ -649,7 +649,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t620 = R::fused(R::constant(0.0171), t618_619.second(), -t615); // left_ankle: articulated inertia
     t621 = R::fused(-sin_t3, t620, t444_445.second()); // left_ankle: articulated inertia
     t622_623 = two(cos_t2, cos_t3) * t432_433; // right_ankle, left_ankle: sums of what it carries
-    t624_625 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.729977116704806)); // right_foot, left_foot
+    t624_625 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.729977116704806));
     // right_ankle, left_ankle: articulated inertia
     t626_627 = R::Two::fused(-t490_491, t624_625, both(R::constant(0.0171)));
     t628_629 = R::Two::fused(two(sin_t2, sin_t3), t626_627, t622_623);
@@ -696,7 +696,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t677 = R::fused(t490_491.second(), t614, t675_676.second()); // left_foot: articulated inertia
     t678 = t659_660.second() + t677; // left_ankle: articulated inertia
     t679 = t654 + t678; // left_ankle: articulated inertia
-    t680_681 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.41189931350114417)); // factors of the mass matrix
+    t680_681 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
     t682_683 = R::Two::fused(-t490_491, t680_681, t482_483); // right_foot, left_foot: articulated inertia
     // right_ankle, left_ankle: articulated inertia
     t684_685 = both(R::constant(0.003259)) + t682_683;
@@ -891,7 +891,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t942 = tau_left_hip_roll + t941; // other
     t943_944 = t394_395 * both(R::constant(0.0017316666835)); // right_hip_roll_link, left_hip_roll_link
     t945_946 = t324_325 * t318_319; // right_hip_roll_link, left_hip_roll_link: motion
-    t947_948 = R::Two::fused(t945_946, both(R::constant(-0.0017216666835)), t943_944); // right_hip_roll_link, left_hip_roll_link
+    t947_948 = R::Two::fused(t945_946, both(R::constant(-0.0017216666835)), t943_944);
     // right_upper_leg, left_upper_leg: sums of what it carries
     t949_950 = t593_594 * t800_801;
     t951_952 = R::Two::fused(-t589_590, t810_811, t949_950);
@@ -996,7 +996,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1098_1099 = R::Two::fused(-t545_546, t916_917, t910_911); // right_lower_leg, left_lower_leg: articulated inertia
     t1100_1101 = t1086_1087 * t846_847;
     t1102_1103 = R::Two::fused(-t922_923, t1100_1101, t1098_1099);
-    t1104_1105 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1102_1103, t1096_1097); // right_hip_roll_link, left_hip_roll_link
+    t1104_1105 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1102_1103, t1096_1097);
     t1106 = R::fused(-t1104_1105.second(), t1071, t1089); // left_hip_roll_link: articulated inertia
     t1107 = R::fused(sin_q_left_hip_yaw, t1106, t1073); // left_hip_yaw_link: articulated inertia
     // right_ankle, left_ankle: articulated inertia
@@ -1045,16 +1045,16 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_upper_leg, left_upper_leg: articulated inertia
     t1182_1183 = t332_333 + t1166_1167;
     t1184_1185 = R::Two::fused(t1136_1137, t1092_1093, t1182_1183);
-    t1186_1187 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t1186_1187 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     t1188_1189 = t1186_1187 * t1184_1185; // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1190_1191 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t1190_1191 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t1192_1193 = R::Two::fused(t1136_1137, t1100_1101, t1134_1135);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
     t1194_1195 = R::Two::fused(t1190_1191, t1192_1193, t1188_1189);
     t1196_1197 = t1184_1185 - t1194_1195;
     t1198_1199 = t1104_1105 * t1069_1070;
     t1200_1201 = R::Two::fused(-t1174_1175, t1198_1199, t1196_1197);
-    t1202_1203 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1200_1201, t1180_1181); // right_hip_yaw_link, left_hip_yaw_link
+    t1202_1203 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1200_1201, t1180_1181);
     t1204 = sin_q_left_hip_roll * t792; // left_hip_roll_link: wrench handed to its parent
     t1205 = cos_q_left_hip_pitch * t936; // left_upper_leg: wrench handed to its parent
     t1206 = R::fused(-sin_q_left_hip_pitch, t940, t1205); // left_upper_leg: wrench handed to its parent
@@ -1304,7 +1304,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1442 = t1435 + t1441; // torso: articulated inertia
     t1443_1444 = R::Two::fused(t790_791, t924_925, t780_781); // right_upper_leg, left_upper_leg: articulated inertia
     t1445_1446 = R::Two::fused(t926_927, t1176_1177, t1443_1444); // right_hip_roll_link, left_hip_roll_link
-    t1447_1448 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1447_1448 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     // right_upper_leg, left_upper_leg: articulated inertia
     t1449_1450 = R::Two::fused(t920_921, t1092_1093, t1055_1056);
     t1451_1452 = R::Two::fused(t1086_1087, t1100_1101, t838_839);
@@ -1319,7 +1319,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1467_1468 = t1445_1446 - t1465_1466;
     t1469_1470 = t1447_1448 * t1467_1468;
-    t1471_1472 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1471_1472 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t1473_1474 = R::Two::fused(-t920_921, t924_925, t900_901); // right_upper_leg, left_upper_leg: articulated inertia
     t1475_1476 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1473_1474; // right_hip_roll_link, left_hip_roll_link
     t1477_1478 = R::Two::fused(-t1086_1087, t924_925, t786_787); // right_upper_leg, left_upper_leg: articulated inertia

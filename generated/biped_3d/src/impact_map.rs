@@ -160,9 +160,9 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t86 = R::fused(-t68_69.second(), t84_85.second(), t35);
     t87 = R::fused(-t68_69.first(), t84_85.first(), t86);
     t88_89 = both(R::constant(0.29034)) + t44_45; // right_ankle, left_ankle: sums of what it carries
-    t90_91 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t88_89, t40_41); // right_lower_leg, left_lower_leg
+    t90_91 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t88_89, t40_41);
     t92_93 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t90_91; // right_upper_leg, left_upper_leg
-    t94_95 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t88_89, -t50_51); // right_lower_leg, left_lower_leg
+    t94_95 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t88_89, -t50_51);
     // right_lower_leg, left_lower_leg: mass matrix
     t96_97 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t94_95, t92_93);
     t98_99 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t96_97;
@@ -190,9 +190,9 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t136 = R::fused(-t120_121.second(), t134_135.second(), t87);
     t137 = R::fused(-t120_121.first(), t134_135.first(), t136);
     t138_139 = both(R::constant(0.8932)) + t94_95; // right_lower_leg, left_lower_leg: sums of what it carries
-    t140_141 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t138_139, -t92_93); // right_upper_leg, left_upper_leg
+    t140_141 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t138_139, -t92_93);
     t142_143 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t140_141; // right_upper_leg, left_upper_leg: mass matrix
-    t144_145 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t138_139, t100_101); // right_upper_leg, left_upper_leg
+    t144_145 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t138_139, t100_101);
     // right_upper_leg, left_upper_leg: mass matrix
     t146_147 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t144_145;
     t148_149 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t146_147, t142_143);
@@ -225,7 +225,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t192_193 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t0_1;
     t194_195 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t140_141, t192_193);
     t196_197 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t194_195; // right_hip_roll_link, left_hip_roll_link
-    t198_199 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
+    t198_199 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     // right_foot, left_foot: mass matrix
     t200_201 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t198_199;
     t202_203 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t200_201);
@@ -261,23 +261,23 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t252_253 = R::Two::fused(-t222_223, t66_67, t250_251);
     t254_255 = t252_253 * t82_83;
     t256_257 = R::Two::fused(t68_69, t254_255, t226_227);
-    t258_259 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t240_241); // right_ankle, left_ankle
-    t260_261 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t258_259, t246_247); // right_lower_leg, left_lower_leg
+    t258_259 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t240_241);
+    t260_261 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t258_259, t246_247);
     t262_263 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t260_261; // right_upper_leg, left_upper_leg
-    t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t258_259, -t236_237); // right_lower_leg, left_lower_leg
-    t266_267 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t264_265, t262_263); // right_lower_leg, left_lower_leg
+    t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t258_259, -t236_237);
+    t266_267 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t264_265, t262_263);
     t268_269 = R::Two::fused(t222_223, t110_111, t266_267);
     t270_271 = R::Two::fused(t252_253, t118_119, t268_269);
     t272_273 = t270_271 * t132_133;
     t274_275 = R::Two::fused(-t120_121, t272_273, t256_257);
-    t276_277 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t264_265); // right_lower_leg, left_lower_leg
-    t278_279 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t276_277, t262_263); // right_upper_leg, left_upper_leg
+    t276_277 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t264_265);
+    t278_279 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t276_277, t262_263);
     t280_281 = R::Two::fused(t222_223, t152_153, t278_279);
     t282_283 = R::Two::fused(t252_253, t160_161, t280_281);
     t284_285 = R::Two::fused(-t270_271, t170_171, t282_283);
     t286_287 = t284_285 * t186_187;
     t288_289 = R::Two::fused(t172_173, t286_287, t274_275);
-    t290_291 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t290_291 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t292_293 = both(R::constant(0.00382375)) + t72_73; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: sums of what it carries
     t294_295 = both(R::constant(0.00207575)) - t292_293;
@@ -287,7 +287,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t302_303 = R::Two::fused(both(R::constant(-2.0)), t300_301, t296_297);
     t304_305 = both(R::constant(0.00207575)) - t302_303;
     t306_307 = t304_305 + t122_123;
-    t308_309 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t308_309 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t310_311 = t292_293 + t302_303;
     t312_313 = both(R::constant(0.065449478333)) - t310_311;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -304,7 +304,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t330_331 = R::Two::fused(both(R::constant(-2.0)), t328_329, t316_317);
     t332_333 = t306_307 - t330_331;
     t334_335 = t332_333 + t174_175;
-    t336_337 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t336_337 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t338_339 = t312_313 - t330_331;
     t340_341 = both(R::constant(0.23740175003)) + t338_339;
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -334,7 +334,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t380_381 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t0_1;
     t382_383 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t140_141, t380_381);
-    t384_385 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t382_383, t378_379); // right_hip_yaw_link, left_hip_yaw_link
+    t384_385 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t382_383, t378_379);
     // right_foot, left_foot: mass matrix
     t386_387 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t150_151;
     t388_389 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t212_213;
@@ -363,8 +363,8 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t424_425 = t422_423 * t132_133;
     t426_427 = R::Two::fused(-t120_121, t424_425, t410_411);
     t428_429 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t178_179; // right_upper_leg, left_upper_leg
-    t430_431 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t276_277, -t414_415); // right_upper_leg, left_upper_leg
-    t432_433 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t430_431, t428_429); // right_upper_leg, left_upper_leg
+    t430_431 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t276_277, -t414_415);
+    t432_433 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t430_431, t428_429);
     t434_435 = R::Two::fused(-t392_393, t152_153, t432_433);
     t436_437 = R::Two::fused(-t406_407, t160_161, t434_435);
     t438_439 = R::Two::fused(-t422_423, t170_171, t436_437);
@@ -375,7 +375,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t446_447 = t352_353 * t336_337;
     t448_449 = R::Two::fused(both(R::constant(-2.0)), t446_447, t352_353);
     t450_451 = R::Two::fused(-t354_355, t342_343, t448_449);
-    t452_453 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t450_451, t444_445); // right_hip_roll_link, left_hip_roll_link
+    t452_453 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t450_451, t444_445);
     // factors of the mass matrix
     t454_455 = R::Two::fused(t392_393, t224_225, t452_453);
     t456_457 = R::Two::fused(t406_407, t254_255, t454_455);
@@ -384,7 +384,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t462_463 = t460_461 * t372_373;
     t464_465 = R::Two::fused(-t288_289, t462_463, t442_443);
     t466_467 = t340_341 - t358_359; // right_upper_leg, left_upper_leg: sums of what it carries
-    t468_469 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t468_469 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     t470_471 = both(R::constant(0.3067820617)) - t178_179; // right_upper_leg, left_upper_leg: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t472_473 = t466_467 - t470_471;
@@ -436,20 +436,20 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t513_514 = t511_512 * t82_83;
     t515 = R::fused(-t68_69.second(), t513_514.second(), t508);
     t516 = R::fused(-t68_69.first(), t513_514.first(), t515);
-    t517_518 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t106_107, t418_419); // right_lower_leg, left_lower_leg
+    t517_518 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t106_107, t418_419);
     t519_520 = R::Two::fused(-t503_504, t110_111, t517_518);
     t521_522 = R::Two::fused(-t511_512, t118_119, t519_520);
     t523_524 = t521_522 * t132_133;
     t525 = R::fused(-t120_121.second(), t523_524.second(), t516);
     t526 = R::fused(-t120_121.first(), t523_524.first(), t525);
-    t527_528 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t148_149, t432_433); // right_upper_leg, left_upper_leg
+    t527_528 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t148_149, t432_433);
     t529_530 = R::Two::fused(-t503_504, t152_153, t527_528);
     t531_532 = R::Two::fused(-t511_512, t160_161, t529_530);
     t533_534 = R::Two::fused(-t521_522, t170_171, t531_532);
     t535_536 = t533_534 * t186_187;
     t537 = R::fused(t172_173.second(), t535_536.second(), t526);
     t538 = R::fused(t172_173.first(), t535_536.first(), t537);
-    t539_540 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t196_197, t452_453); // right_hip_roll_link, left_hip_roll_link
+    t539_540 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t196_197, t452_453);
     t541_542 = R::Two::fused(t503_504, t224_225, t539_540);
     t543_544 = R::Two::fused(t511_512, t254_255, t541_542);
     t545_546 = R::Two::fused(-t521_522, t272_273, t543_544);
@@ -457,7 +457,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t549_550 = t547_548 * t372_373;
     t551 = R::fused(-t288_289.second(), t549_550.second(), t538);
     t552 = R::fused(-t288_289.first(), t549_550.first(), t551);
-    t553_554 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t384_385, t484_485); // right_hip_yaw_link, left_hip_yaw_link
+    t553_554 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t384_385, t484_485);
     t555_556 = R::Two::fused(-t503_504, t394_395, t553_554);
     t557_558 = R::Two::fused(-t511_512, t408_409, t555_556);
     t559_560 = R::Two::fused(-t521_522, t424_425, t557_558);
@@ -535,7 +535,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t654_655 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t278_279;
     t656_657 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t450_451, t654_655);
-    t658_659 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t656_657, t652_653); // right_hip_roll_link, left_hip_roll_link
+    t658_659 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t656_657, t652_653);
     // factors of the mass matrix
     t660_661 = R::Two::fused(-t598_599, t224_225, t658_659);
     t662_663 = R::Two::fused(-t612_613, t254_255, t660_661);
@@ -549,7 +549,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t674_675 = t430_431 * t468_469;
     t676_677 = R::Two::fused(both(R::constant(-2.0)), t674_675, t430_431);
     t678_679 = R::Two::fused(t476_477, t472_473, t676_677);
-    t680_681 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t678_679, t672_673); // right_hip_yaw_link, left_hip_yaw_link
+    t680_681 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t678_679, t672_673);
     // factors of the mass matrix
     t682_683 = R::Two::fused(t598_599, t394_395, t680_681);
     t684_685 = R::Two::fused(t612_613, t408_409, t682_683);
@@ -559,7 +559,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t692_693 = t690_691 * t496_497;
     t694 = R::fused(-t464_465.second(), t692_693.second(), t671);
     t695 = R::fused(-t464_465.first(), t692_693.first(), t694);
-    t696_697 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t194_195, t680_681); // right_hip_yaw_link, left_hip_yaw_link
+    t696_697 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t194_195, t680_681);
     t698 = t696_697.second() + t696_697.first(); // right_hip_yaw_link: sums of what it carries
     t699 = R::fused(t598_599.second(), t505_506.second(), t698);
     t700 = R::fused(t598_599.first(), t505_506.first(), t699);
@@ -576,7 +576,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t711 = t710 * t587;
     t712 = R::fused(-t568, t711, t695);
     t713_714 = t470_471 + t480_481; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t715_716 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t715_716 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t717_718 = both(R::constant(0.3067920617)) - t362_363; // right_hip_roll_link, left_hip_roll_link
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t719_720 = t713_714 - t717_718;
@@ -1372,7 +1372,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t1764 = R::constant(1.0) / t1763;
     t1765 = t1716 * t1764;
     t1766_1767 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * two(R::constant(0.15), R::constant(0.09));
-    t1768_1769 = R::Two::fused(t1766_1767 * two(R::constant(1.0), R::constant(-1.0)), t84_85, t1373_1374); // solved by the factors
+    t1768_1769 = R::Two::fused(t1766_1767 * two(R::constant(1.0), R::constant(-1.0)), t84_85, t1373_1374);
     t1770_1771 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t1513_1514;
     // solved by the factors
     t1772_1773 = R::Two::fused(-t1766_1767, t118_119, t1770_1771);
@@ -2801,7 +2801,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t54_55 = R::Two::fused(both(R::constant(-2.0)), t52_53, t46_47);
     t56_57 = t40_41 + t54_55;
     t58_59 = both(R::constant(0.065449478333)) - t56_57;
-    t60_61 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t60_61 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t62_63 = both(R::constant(0.00207575)) - t54_55;
     t64_65 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
     t66_67 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t64_65;
@@ -2824,7 +2824,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t94_95 = R::Two::fused(both(R::constant(-2.0)), t92_93, t76_77);
     t96_97 = t58_59 - t94_95;
     t98_99 = both(R::constant(0.23740175003)) + t96_97;
-    t100_101 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t100_101 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t102_103 = t72_73 - t94_95;
     t104_105 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t86_87;
     t106_107 = both(R::constant(0.29034)) + t68_69; // right_ankle, left_ankle: sums of what it carries
@@ -2846,7 +2846,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t132_133 = t128_129 * t130_131;
     t134_135 = R::Two::fused(both(R::constant(-2.0)), t132_133, t116_117);
     t136_137 = t98_99 - t134_135;
-    t138_139 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t138_139 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     // right_foot, left_foot: sums of what it carries
     t140_141 = both(R::constant(0.00092625)) - t38_39;
     t142_143 = both(R::constant(0.00383375)) + t140_141;
@@ -2865,19 +2865,19 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t160_161 = both(R::constant(0.00092625)) * t158_159;
     t162_163 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t160_161; // right_ankle, left_ankle
     t164_165 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t166_167 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t164_165, t162_163); // right_ankle, left_ankle
+    t166_167 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t164_165, t162_163);
     t168_169 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t166_167; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t170_171 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t160_161;
     t172_173 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t164_165, t170_171);
     t174_175 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t172_173);
-    t176_177 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t174_175, t168_169); // right_lower_leg, left_lower_leg
+    t176_177 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t174_175, t168_169);
     t178_179 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t176_177; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t180_181 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t166_167;
     t182_183 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t174_175, -t180_181);
     t184_185 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t182_183);
-    t186_187 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t184_185, -t178_179); // right_upper_leg, left_upper_leg
+    t186_187 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t184_185, -t178_179);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t188_189 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t190_191 = t186_187 * t188_189;
@@ -2886,15 +2886,15 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t196_197 = both(R::constant(0.3068020617)) - t194_195;
     t198_199 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t126_127; // right_upper_leg, left_upper_leg
     t200_201 = both(R::constant(0.8932)) + t108_109; // right_lower_leg, left_lower_leg: sums of what it carries
-    t202_203 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t200_201, t198_199); // right_upper_leg, left_upper_leg
+    t202_203 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t200_201, t198_199);
     t204_205 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t202_203; // right_hip_yaw_link, left_hip_yaw_link
     t206_207 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
     t208_209 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t206_207;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t210_211 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t126_127;
     t212_213 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t200_201, -t210_211);
-    t214_215 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t212_213, t208_209); // right_hip_roll_link, left_hip_roll_link
-    t216_217 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t214_215, t204_205); // right_hip_yaw_link, left_hip_yaw_link
+    t214_215 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t212_213, t208_209);
+    t216_217 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t214_215, t204_205);
     t218 = R::fused(R::constant(-0.075), t216_217.second(), t196_197.second()); // left_hip_yaw_link: mass matrix
     t219 = R::constant(0.15) * t216_217.second(); // left_hip_yaw_link: sums of what it carries
     t220 = t196_197.second() - t219; // left_hip_yaw_link: sums of what it carries
@@ -3054,7 +3054,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
         t711, t712, t713, t714, t715, t716, t717, t718, t719, t720, t721, t722, t723, t724, t725, t726, t727, t728,
         t729, t730, t731, t732, t733, t734, t735, t736, t737, t738, t739,
     );
-    t417_418 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t415_416, t409_410); // right_hip_roll_link, left_hip_roll_link
+    t417_418 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t415_416, t409_410);
     t419 = t417_418.first() + t404; // right_hip_roll_link: mass matrix
     t420 = t404 + t419; // other
     // right_foot, left_foot: mass matrix
@@ -3068,7 +3068,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t431 = R::fused(-t423_424.first(), t333, t429_430.first()); // factors of the mass matrix
     t432 = t431 * t336; // factors of the mass matrix
     t433 = R::fused(t334, t432, t426); // factors of the mass matrix
-    t434_435 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t182_183, t405_406); // right_lower_leg, left_lower_leg
+    t434_435 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t182_183, t405_406);
     // factors of the mass matrix
     t436 = R::fused(t423_424.first(), t360, t434_435.first());
     t437 = R::fused(t431, t363, t436);
@@ -3158,7 +3158,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t521_522 = t186_187 * t138_139;
     t523_524 = R::Two::fused(both(R::constant(-2.0)), t521_522, t186_187);
     t525_526 = R::Two::fused(t188_189, t154_155, t523_524);
-    t527_528 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t525_526, t519_520); // right_hip_yaw_link, left_hip_yaw_link
+    t527_528 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t525_526, t519_520);
     t529 = t527_528.second() + t527_528.first(); // right_hip_yaw_link: sums of what it carries
     // other
     t530 = t527_528.second() - t529;
@@ -3465,7 +3465,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t850 = t545 * t516;
     t851 = R::fused(-t225, t581, t850);
     t852_853 = both(R::constant(0.3067920617)) - t447_448; // right_hip_roll_link, left_hip_roll_link
-    t854_855 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t854_855 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t856_857 = t152_153 + t192_193; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t858_859 = t856_857 - t852_853;

@@ -346,7 +346,7 @@ pub(super) fn inverse_dynamics_base_regressor_nonzeros_program<R: Real>(
     t111_112 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t109_110, -t106_107);
     set(42, t111_112.first());
     set(76, t111_112.second());
-    t113_114 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t76_77, t111_112); // right_hip_yaw_link, left_hip_yaw_link
+    t113_114 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t76_77, t111_112);
     set(41, t113_114.first());
     set(75, t113_114.second());
     t115_116 = t52_53 + t62_63;
@@ -369,7 +369,7 @@ pub(super) fn inverse_dynamics_base_regressor_nonzeros_program<R: Real>(
     t137_138 = t133_134 - t135_136;
     set(45, t137_138.first());
     set(79, t137_138.second());
-    t139_140 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t137_138, t99_100); // right_hip_yaw_link, left_hip_yaw_link
+    t139_140 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t137_138, t99_100);
     set(46, t139_140.first());
     set(80, t139_140.second());
     t141_142 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t104_105;
@@ -607,7 +607,7 @@ pub(super) fn inverse_dynamics_base_regressor_nonzeros_program<R: Real>(
     t373_374 = t369_370 + t371_372;
     set(136, t373_374.first());
     set(177, t373_374.second());
-    t375_376 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t197_198, t319_320); // right_hip_roll_link, left_hip_roll_link
+    t375_376 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t197_198, t319_320);
     t377_378 = t64_65 + t375_376;
     set(137, t377_378.first());
     set(138, t377_378.first());

@@ -184,8 +184,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_upper_leg, left_upper_leg: sums of what it carries
     t44_45 = both(R::constant(0.8932)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     t46_47 = t42_43 + t44_45;
-    t48_49 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t46_47, t34_35); // right_hip_roll_link, left_hip_roll_link
-    t50_51 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t48_49, t30_31); // right_hip_yaw_link, left_hip_yaw_link
+    t48_49 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t46_47, t34_35);
+    t50_51 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t48_49, t30_31);
     t52 = t50_51.second() + t50_51.first(); // right_hip_yaw_link: sums of what it carries
     t53 = t15 * t52; // torso: answer of the forces to its motion
     t54 = R::constant(9.81) * t8; // torso: motion
@@ -348,7 +348,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t221_222 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t219_220);
     t223_224 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t221_222; // right_hip_roll_link, left_hip_roll_link
     t225_226 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t227_228 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t225_226, t223_224); // right_hip_roll_link, left_hip_roll_link
+    t227_228 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t225_226, t223_224);
     t229_230 = t227_228 - two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
     t231_232 = t229_230 - two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     t233_234 = t231_232 - two(v_right_ankle_pitch, v_left_ankle_pitch); // right_ankle, left_ankle: motion
@@ -374,8 +374,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t263_264 = both(a_base_angular_z) + two(a_right_hip_yaw, a_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     t265_266 = R::Two::fused(t221_222, two(v_right_hip_roll, v_left_hip_roll), t263_264);
     t267_268 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t265_266, t261_262);
-    t269_270 = R::Two::fused(t245_246, two(v_right_hip_pitch, v_left_hip_pitch), t267_268); // right_upper_leg, left_upper_leg
-    t271_272 = R::Two::fused(t245_246, two(v_right_knee_pitch, v_left_knee_pitch), t269_270); // right_lower_leg, left_lower_leg
+    t269_270 = R::Two::fused(t245_246, two(v_right_hip_pitch, v_left_hip_pitch), t267_268);
+    t271_272 = R::Two::fused(t245_246, two(v_right_knee_pitch, v_left_knee_pitch), t269_270);
     // right_ankle, left_ankle: motion
     t273_274 = R::Two::fused(t245_246, two(v_right_ankle_pitch, v_left_ankle_pitch), t271_272);
     t275_276 = two(sin_t2, sin_t3) * t273_274;
@@ -383,8 +383,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t277_278 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t251_252;
     t279_280 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t255_256, t277_278);
     t281_282 = two(a_right_hip_roll, a_left_hip_roll) + t279_280; // right_hip_roll_link, left_hip_roll_link: motion
-    t283_284 = R::Two::fused(-t237_238, two(v_right_hip_pitch, v_left_hip_pitch), t281_282); // right_upper_leg, left_upper_leg
-    t285_286 = R::Two::fused(-t237_238, two(v_right_knee_pitch, v_left_knee_pitch), t283_284); // right_lower_leg, left_lower_leg
+    t283_284 = R::Two::fused(-t237_238, two(v_right_hip_pitch, v_left_hip_pitch), t281_282);
+    t285_286 = R::Two::fused(-t237_238, two(v_right_knee_pitch, v_left_knee_pitch), t283_284);
     // right_ankle, left_ankle: motion
     t287_288 = R::Two::fused(-t237_238, two(v_right_ankle_pitch, v_left_ankle_pitch), t285_286);
     t289_290 = R::Two::fused(-two(cos_t2, cos_t3), t287_288, t275_276);
@@ -491,8 +491,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_upper_leg, left_upper_leg: sums of what it carries
     t451_452 = R::Two::fused(-t449_450, t44_45, t447_448);
     t453_454 = t443_444 + t451_452;
-    t455_456 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t453_454, t427_428); // right_hip_roll_link, left_hip_roll_link
-    t457_458 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t455_456, t385_386); // right_hip_yaw_link, left_hip_yaw_link
+    t455_456 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t453_454, t427_428);
+    t457_458 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t455_456, t385_386);
     t459_460 = R::Two::fused(-both(v_base_angular_y), t225_226, t251_252); // right_hip_yaw_link, left_hip_yaw_link
     t461_462 = t459_460 * t57_58; // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t463 = v_base_angular_x * v_base_angular_x; // torso: motion
@@ -552,7 +552,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t507_508 = R::Two::fused(two(sin_t2, sin_t3), t505_506, t501_502); // right_ankle, left_ankle
     t509_510 = R::Two::fused(t231_232, t473_474, t507_508); // right_lower_leg, left_lower_leg: sums of what it carries
     t511_512 = R::Two::fused(t229_230, t483_484, t509_510); // right_upper_leg, left_upper_leg: sums of what it carries
-    t513_514 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t511_512, t493_494); // right_hip_roll_link, left_hip_roll_link
+    t513_514 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t511_512, t493_494);
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t515_516 = R::Two::fused(-both(v_base_angular_x), t513_514, t465_466);
     t517_518 = t457_458 - t515_516;
@@ -580,7 +580,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t547_548 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t491_492;
     t549_550 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t511_512, t547_548);
-    t551_552 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t549_550, t545_546); // right_hip_yaw_link, left_hip_yaw_link
+    t551_552 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t549_550, t545_546);
     t553_554 = both(v_base_angular_y) * t551_552; // right_hip_yaw_link, left_hip_yaw_link
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t555_556 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t543_544;
@@ -632,8 +632,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t614 = t613 + t54;
     t615 = R::fused(v_base_angular_y, v_base_angular_z, a_base_angular_x);
     t616 = t615 * R::constant(0.075); // right_hip_yaw_link: motion
-    t617_618 = R::Two::fused(both(t616), two(R::constant(-1.0), R::constant(1.0)), both(t614)); // right_hip_yaw_link, left_hip_yaw_link
-    t619_620 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t617_618, t609_610); // right_hip_roll_link, left_hip_roll_link
+    t617_618 = R::Two::fused(both(t616), two(R::constant(-1.0), R::constant(1.0)), both(t614));
+    t619_620 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t617_618, t609_610);
     // right_lower_leg, left_lower_leg: motion
     t621_622 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
     t623_624 = t445_446 * t621_622;
@@ -906,7 +906,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1019_1020 = R::Two::fused(t625_626, t24_25, t1017_1018);
     t1021_1022 = t1015_1016 - t1019_1020;
     t1023_1024 = t1021_1022 - t755_756; // right_upper_leg, left_upper_leg: sums of what it carries
-    t1025_1026 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1023_1024, t1001_1002); // right_hip_roll_link, left_hip_roll_link
+    t1025_1026 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1023_1024, t1001_1002);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1027_1028 = both(R::constant(2.0)) * t1025_1026;
     t1029_1030 = R::Two::fused(t991_992, t1027_1028, t989_990);
@@ -923,7 +923,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1049_1050 = t963_964 * t977_978;
     t1051_1052 = R::Two::fused(-t961_962, t967_968, t1049_1050);
     t1053_1054 = t975_976 - t1051_1052;
-    t1055_1056 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1053_1054, t1047_1048); // right_hip_yaw_link, left_hip_yaw_link
+    t1055_1056 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1053_1054, t1047_1048);
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t1057_1058 = R::Two::fused(-both(t464), t1055_1056, t1041_1042);
     t1059_1060 = R::Two::fused(t595_596, t57_58, t1057_1058);
@@ -1041,7 +1041,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1245_1246 = both(R::constant(2.0)) * t749_750;
     t1247_1248 = R::Two::fused(-t245_246, t1245_1246, t1243_1244);
     t1249_1250 = t1241_1242 - t1247_1248;
-    t1251_1252 = R::Two::fused(t245_246, both(R::constant(0.00001)), t1249_1250); // right_hip_roll_link, left_hip_roll_link
+    t1251_1252 = R::Two::fused(t245_246, both(R::constant(0.00001)), t1249_1250);
     // right_foot, left_foot: sums of what it carries
     t1253_1254 = t233_234 * t1061_1062;
     t1255_1256 = both(R::constant(2.0)) * t569_570;
@@ -1083,7 +1083,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1313_1314 = R::Two::fused(t227_228, both(R::constant(-0.00001)), t1311_1312);
     t1315_1316 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1313_1314, t1293_1294);
-    t1317_1318 = R::Two::fused(t225_226, both(R::constant(-0.00001)), t1315_1316); // right_hip_yaw_link, left_hip_yaw_link
+    t1317_1318 = R::Two::fused(t225_226, both(R::constant(-0.00001)), t1315_1316);
     // right_ankle, left_ankle: sums of what it carries
     t1319_1320 = two(sin_t2, sin_t3) * t1213_1214;
     t1321_1322 = R::Two::fused(two(cos_t2, cos_t3), t1219_1220, t1319_1320);
@@ -1113,7 +1113,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1361_1362 = R::Two::fused(-t621_622, t509_510, t1359_1360);
     t1363_1364 = R::Two::fused(-t24_25, t1139_1140, t1361_1362);
     t1365_1366 = R::Two::fused(-t229_230, t1343_1344, t1363_1364); // right_upper_leg, left_upper_leg
-    t1367_1368 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1365_1366, t1351_1352); // right_hip_roll_link, left_hip_roll_link
+    t1367_1368 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1365_1366, t1351_1352);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1369_1370 = R::Two::fused(t225_226, both(R::constant(-0.00002)), t1367_1368);
     t1371_1372 = t1317_1318 - t1369_1370;
@@ -2922,7 +2922,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2744_2745 = both(R::constant(0.075)) * t551_552;
     t2746_2747 = R::Two::fused(t2744_2745, two(R::constant(1.0), R::constant(-1.0)), t1375_1376);
-    t2748_2749 = both(v_base_angular_x) * two(R::constant(2.0), R::constant(0.15)); // right_hip_yaw_link, left_hip_yaw_link
+    t2748_2749 = both(v_base_angular_x) * two(R::constant(2.0), R::constant(0.15));
     t2750 = t57_58.second() * t2748_2749.second(); // left_hip_yaw_link: sums of what it carries
     t2751 = t2746_2747.second() + t2750; // left_hip_yaw_link: sums of what it carries
     t2752 = t57_58.first() * t2748_2749.second(); // right_hip_yaw_link: sums of what it carries
@@ -2945,7 +2945,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2769 = t1399_1400.second() + t1399_1400.first(); // right_hip_yaw_link: sums of what it carries
     t2770 = R::constant(0.785816667) + t2769; // torso: sums of what it carries
     t2771 = v_base_angular_z * t2770;
-    t2772_2773 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t57_58, t1405_1406); // right_hip_yaw_link, left_hip_yaw_link
+    t2772_2773 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t57_58, t1405_1406);
     t2774 = t2772_2773.second() + t2772_2773.first(); // right_hip_yaw_link: sums of what it carries
     t2775 = R::fused(-v_base_angular_y, t2774, t2771);
     t2776 = R::fused(v_base_linear_y, t67, t2775);
@@ -3034,12 +3034,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2888 = R::constant(19.0) * v_base_linear_x; // torso: answer of the forces to its motion
     t2889 = t2680 - t2888; // torso: answer of the forces to its motion
     out[22][2] = t2887 + t2889; // torso: answer of the forces to its motion
-    t2891_2892 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t557_558, t1383_1384); // right_hip_yaw_link, left_hip_yaw_link
+    t2891_2892 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t557_558, t1383_1384);
     t2893 = v_base_angular_z * R::constant(0.15); // left_hip_yaw_link: sums of what it carries
-    t2894_2895 = R::Two::fused(both(t2893) * two(R::constant(-1.0), R::constant(1.0)), t50_51, t2891_2892); // right_hip_yaw_link, left_hip_yaw_link
+    t2894_2895 = R::Two::fused(both(t2893) * two(R::constant(-1.0), R::constant(1.0)), t50_51, t2891_2892);
     t2896 = t2894_2895.second() + t2894_2895.first(); // right_hip_yaw_link: sums of what it carries
     t2897 = R::fused(-v_base_angular_z, R::constant(0.25275), t2896); // torso: sums of what it carries
-    t2898_2899 = R::Two::fused(t2783_2784, two(R::constant(1.0), R::constant(-1.0)), t1031_1032); // right_hip_yaw_link, left_hip_yaw_link
+    t2898_2899 = R::Two::fused(t2783_2784, two(R::constant(1.0), R::constant(-1.0)), t1031_1032);
     t2900 = t2898_2899.second() + t2898_2899.first(); // right_hip_yaw_link: sums of what it carries
     t2901 = R::constant(0.884111667) + t2900; // torso: sums of what it carries
     // torso: answer of the forces to its motion
@@ -3059,7 +3059,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t2916 = t2761 - t2915;
     t2917 = t2914 - t2916;
     out[22][4] = t2917 - t2912;
-    t2919_2920 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t513_514, t1461_1462); // right_hip_yaw_link, left_hip_yaw_link
+    t2919_2920 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t513_514, t1461_1462);
     t2921 = t50_51.second() * t2748_2749.second(); // left_hip_yaw_link: sums of what it carries
     t2922 = t2919_2920.second() + t2921; // left_hip_yaw_link: sums of what it carries
     t2923 = t2748_2749.second() * t50_51.first(); // right_hip_yaw_link: sums of what it carries
@@ -3733,14 +3733,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3669_3670 = t16_17 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t3671_3672 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3669_3670);
     t3673_3674 = both(R::constant(0.29034)) + t3671_3672;
-    t3675_3676 = R::Two::fused(t3673_3674, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3667_3668); // right_lower_leg, left_lower_leg
+    t3675_3676 = R::Two::fused(t3673_3674, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3667_3668);
     t3677_3678 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3675_3676; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3679_3680 = t3665_3666 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t3681_3682 = R::Two::fused(t3673_3674, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), -t3679_3680);
     t3683_3684 = both(R::constant(0.8932)) + t3681_3682;
-    t3685_3686 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3683_3684, -t3677_3678); // right_upper_leg, left_upper_leg
-    t3687_3688 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3685_3686, t55_56); // right_hip_roll_link, left_hip_roll_link
+    t3685_3686 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3683_3684, -t3677_3678);
+    t3687_3688 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3685_3686, t55_56);
     t3689 = R::constant(2.444) + t3687_3688.second(); // left_hip_yaw_link: sums of what it carries
     t3690 = t3687_3688.first() + t3689; // right_hip_yaw_link: sums of what it carries
     out[36][4] = t3690;
@@ -3749,12 +3749,12 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3691_3692 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3675_3676;
     t3693_3694 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3683_3684, t3691_3692);
     t3695_3696 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3693_3694; // right_hip_yaw_link, left_hip_yaw_link
-    t3697_3698 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3685_3686, t34_35); // right_hip_roll_link, left_hip_roll_link
+    t3697_3698 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3685_3686, t34_35);
     out[38][7] = t3697_3698.first();
     out[43][2] = t3697_3698.first();
     out[38][13] = t3697_3698.second();
     out[49][2] = t3697_3698.second();
-    t3699_3700 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3697_3698, t3695_3696); // right_hip_yaw_link, left_hip_yaw_link
+    t3699_3700 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3697_3698, t3695_3696);
     out[36][6] = t3699_3700.first();
     out[42][0] = t3699_3700.first();
     out[36][12] = t3699_3700.second();
@@ -3891,7 +3891,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[47][2] = t3798_3799.first();
     out[38][17] = t3798_3799.second();
     out[53][2] = t3798_3799.second();
-    t3800_3801 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t3800_3801 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t3802_3803 = both(R::constant(0.00382375)) + t567_568; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: sums of what it carries
     t3804_3805 = both(R::constant(0.00207575)) - t3802_3803;
@@ -3902,7 +3902,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3814_3815 = both(R::constant(0.00207575)) - t3812_3813;
     t3816_3817 = both(R::constant(0.546)) * t3671_3672;
     t3818_3819 = t3814_3815 + t3816_3817;
-    t3820_3821 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t3820_3821 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t3822_3823 = t3802_3803 + t3812_3813;
     t3824_3825 = both(R::constant(0.065449478333)) - t3822_3823;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -3983,13 +3983,13 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3902_3903 = t579_580 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     t3904_3905 = R::Two::fused(t583_584, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3902_3903);
     t3906_3907 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t3904_3905);
-    t3908_3909 = R::Two::fused(t3906_3907, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3900_3901); // right_lower_leg, left_lower_leg
+    t3908_3909 = R::Two::fused(t3906_3907, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3900_3901);
     t3910_3911 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3908_3909; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3912_3913 = t3898_3899 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t3914_3915 = R::Two::fused(t3906_3907, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), -t3912_3913);
     t3916_3917 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t3914_3915);
-    t3918_3919 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3916_3917, -t3910_3911); // right_upper_leg, left_upper_leg
+    t3918_3919 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3916_3917, -t3910_3911);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t3920_3921 = t967_968 * t3918_3919;
     t3922_3923 = R::Two::fused(both(R::constant(2.0)), t3920_3921, t3894_3895);
@@ -4008,7 +4008,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3936_3937 = t745_746 * t3864_3865;
     t3938_3939 = R::Two::fused(both(R::constant(-2.0)), t3936_3937, t3864_3865);
     t3940_3941 = R::Two::fused(-t753_754, t3854_3855, t3938_3939);
-    t3942_3943 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3940_3941, t3934_3935); // right_hip_roll_link, left_hip_roll_link
+    t3942_3943 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3940_3941, t3934_3935);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t3944_3945 = t991_992 * t3942_3943;
     t3946_3947 = R::Two::fused(both(R::constant(2.0)), t3944_3945, t3928_3929);
@@ -4035,7 +4035,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3971_3972 = t963_964 * t3918_3919;
     t3973_3974 = R::Two::fused(both(R::constant(-2.0)), t3971_3972, t3918_3919);
     t3975_3976 = R::Two::fused(t967_968, t3892_3893, t3973_3974);
-    t3977_3978 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3975_3976, t3969_3970); // right_hip_yaw_link, left_hip_yaw_link
+    t3977_3978 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3975_3976, t3969_3970);
     out[39][6] = t3977_3978.first();
     out[42][3] = t3977_3978.first();
     out[39][12] = t3977_3978.second();
@@ -4204,15 +4204,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4113_4114 = both(R::constant(0.3068020617)) - t4111_4112;
     out[42][6] = t4113_4114.first();
     out[48][12] = t4113_4114.second();
-    t4115_4116 = R::Two::fused(t3950_3951, two(R::constant(1.0), R::constant(-1.0)), t4113_4114); // right_hip_yaw_link, left_hip_yaw_link
+    t4115_4116 = R::Two::fused(t3950_3951, two(R::constant(1.0), R::constant(-1.0)), t4113_4114);
     t4117 = R::constant(0.154455) + t4115_4116.second(); // left_hip_yaw_link: sums of what it carries
     out[41][5] = t4117 + t4115_4116.first(); // right_hip_yaw_link: sums of what it carries
-    t4119_4120 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t3699_3700, t4113_4114); // right_hip_yaw_link, left_hip_yaw_link
+    t4119_4120 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t3699_3700, t4113_4114);
     out[41][6] = t4119_4120.first();
     out[42][5] = t4119_4120.first();
     out[41][12] = t4119_4120.second();
     out[48][5] = t4119_4120.second();
-    t4121_4122 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t3702_3703, t3967_3968); // right_hip_roll_link, left_hip_roll_link
+    t4121_4122 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t3702_3703, t3967_3968);
     out[41][7] = t4121_4122.first();
     out[43][5] = t4121_4122.first();
     out[41][13] = t4121_4122.second();

@@ -71,7 +71,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t20_21 = t14_15 + both(R::constant(0.00057475)); // right_foot, left_foot: sums of what it carries
     let t22_23 = R::Two::fused(both(R::constant(0.0171)), two(sin_t2, sin_t3), t16_17);
     let t24_25 = R::Two::fused(both(R::constant(-0.0171)), two(cos_t2, cos_t3), t18_19);
-    let t26_27 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * both(R::constant(0.00171)); // right_foot, left_foot
+    let t26_27 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * both(R::constant(0.00171));
     let t28_29 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3);
     let t30_31 = both(R::constant(0.003254)) + t20_21;
     let t32_33 = t10_11 * t22_23;
@@ -83,10 +83,10 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t42_43 = both(R::constant(2.0)) * t32_33; // right_ankle, left_ankle: sums of what it carries
     let t44_45 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
     let t46_47 = t36_37.swapped() * t8_9; // right_ankle, left_ankle: sums of what it carries
-    let t48_49 = both(R::constant(0.315)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch); // right_lower_leg, left_lower_leg
+    let t48_49 = both(R::constant(0.315)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
     let t50_51 = t14_15 - both(R::constant(0.001501)); // right_foot, left_foot: sums of what it carries
     let t52_53 = both(R::constant(2.0)) * t34_35; // right_ankle, left_ankle: sums of what it carries
-    let t54_55 = both(R::constant(0.315)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch); // right_lower_leg, left_lower_leg
+    let t54_55 = both(R::constant(0.315)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
     // right_ankle, left_ankle: sums of what it carries
     let t56_57 = R::Two::fused(-t26_27.swapped(), t28_29, t46_47);
     let t58_59 = t26_27.swapped() * t8_9;
@@ -104,7 +104,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t74_75 = t34_35 + t32_33; // right_ankle, left_ankle: mass matrix
     let t76_77 = t72_73 + t52_53;
     let t78_79 = both(R::constant(2.0)) * t64_65; // right_lower_leg, left_lower_leg: sums of what it carries
-    let t80_81 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch); // right_upper_leg, left_upper_leg
+    let t80_81 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
     let t82_83 = both(R::constant(0.00208075)) - t56_57;
     let t84_85 = t82_83 + t42_43;
     let t86_87 = t66_67.swapped() + t68_69;
@@ -116,7 +116,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     out[10][9] = t94_95.first();
     out[15][16] = t94_95.second();
     out[16][15] = t94_95.second();
-    let t96_97 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll); // right_foot, left_foot
+    let t96_97 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t98_99 = t76_77 + t92_93;
     let t100_101 = both(R::constant(0.0658986450015)) - t62_63;
@@ -137,12 +137,12 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     out[14][15] = t120_121.second();
     out[15][14] = t120_121.second();
     let t122_123 = t108_109.swapped() * two(cos_t2, cos_t3); // right_ankle, left_ankle: sums of what it carries
-    let t124_125 = both(R::constant(0.000855)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll); // right_foot, left_foot
+    let t124_125 = both(R::constant(0.000855)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t126_127 = t114_115 + t118_119.swapped();
     let t128_129 = both(R::constant(0.239156750015)) - t104_105;
     let t130_131 = t112_113 + t128_129.swapped();
-    let t132_133 = both(R::constant(0.0285)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll); // right_foot, left_foot
+    let t132_133 = both(R::constant(0.0285)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
     let t134_135 = both(R::constant(0.24091175)) + t116_117;
     out[8][8] = t134_135.first();
     out[14][14] = t134_135.second();
@@ -161,9 +161,9 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     out[13][13] = t146_147.second();
     let t148_149 = R::Two::fused(t132_133.swapped(), t10_11, t138_139);
     let t150_151 = t132_133 * two(sin_q_left_hip_roll, sin_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
-    let t152_153 = R::Two::fused(both(R::constant(0.8932)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39); // right_upper_leg, left_upper_leg
-    let t154_155 = R::Two::fused(-two(cos_q_left_hip_roll, cos_q_right_hip_roll), t152_153.swapped(), t150_151); // right_hip_roll_link, left_hip_roll_link
-    let t156_157 = R::Two::fused(both(R::constant(0.8932)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t40_41); // right_upper_leg, left_upper_leg
+    let t152_153 = R::Two::fused(both(R::constant(0.8932)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39);
+    let t154_155 = R::Two::fused(-two(cos_q_left_hip_roll, cos_q_right_hip_roll), t152_153.swapped(), t150_151);
+    let t156_157 = R::Two::fused(both(R::constant(0.8932)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t40_41);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     let t158_159 = t132_133 * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     let t160_161 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t152_153.swapped(), t158_159);
@@ -244,7 +244,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     out[8][2] = t209_210.first();
     out[2][14] = t209_210.second();
     out[14][2] = t209_210.second();
-    let t211_212 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t160_161, -t207_208.swapped()); // right_hip_yaw_link, left_hip_yaw_link
+    let t211_212 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t160_161, -t207_208.swapped());
     out[1][12] = t211_212.first();
     out[12][1] = t211_212.first();
     out[1][6] = t211_212.second();
@@ -310,7 +310,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t249_250 = t142_143 - t136_137;
     let t251_252 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     let t253_254 = R::Two::fused(t132_133, t48_49, t148_149.swapped()); // right_lower_leg, left_lower_leg
-    let t255_256 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    let t255_256 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
     let t257_258 = R::Two::fused(t132_133.swapped(), t12_13, t144_145); // right_ankle, left_ankle
     out[7][9] = t257_258.first();
     out[9][7] = t257_258.first();
@@ -321,7 +321,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     out[14][13] = t259_260.first();
     out[7][8] = t259_260.second();
     out[8][7] = t259_260.second();
-    let t261_262 = both(R::constant(0.000855)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll); // right_foot, left_foot
+    let t261_262 = both(R::constant(0.000855)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
     let t263_264 = t261_262.swapped() - t60_61; // right_ankle, left_ankle: sums of what it carries
     let t265_266 = t247_248.swapped() * t249_250;
     let t267_268 = t12_13 * t22_23; // right_ankle, left_ankle: sums of what it carries
@@ -353,9 +353,9 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t305_306 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
     let t307_308 = R::Two::fused(both(R::constant(-0.23740175003)), t305_306.swapped(), t303_304);
-    let t309_310 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t307_308.swapped(), t297_298); // right_hip_roll_link, left_hip_roll_link
+    let t309_310 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t307_308.swapped(), t297_298);
     let t311_312 = both(R::constant(0.15)) * t168_169; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    let t313_314 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t168_169.swapped(), t295_296); // right_hip_yaw_link, left_hip_yaw_link
+    let t313_314 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t168_169.swapped(), t295_296);
     out[5][6] = t313_314.first();
     out[6][5] = t313_314.first();
     out[5][12] = t313_314.second();

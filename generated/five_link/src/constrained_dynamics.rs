@@ -79,11 +79,11 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t18 = R::fused(-t14_15.second(), t16_17.second(), R::constant(32.0));
     let t19 = R::fused(-t14_15.first(), t16_17.first(), t18);
     let t20_21 = both(R::constant(2.028)) + t4_5; // right_tibia, left_tibia: sums of what it carries
-    let t22_23 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t20_21, t2_3); // right_femur, left_femur
+    let t22_23 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t20_21, t2_3);
     let t24_25 = both(sin_q_base_pitch) * t22_23; // right_femur, left_femur: mass matrix
-    let t26_27 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t20_21, -t10_11); // right_femur, left_femur
+    let t26_27 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t20_21, -t10_11);
     let t28_29 = R::Two::fused(-both(cos_q_base_pitch), t26_27, t24_25); // right_femur, left_femur: mass matrix
-    let t30_31 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(0.3072)), both(R::constant(0.38432))); // right_tibia, left_tibia
+    let t30_31 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(0.3072)), both(R::constant(0.38432)));
     let t32_33 = t30_31 * both(R::constant(2.601998334721066));
     let t34_35 = t14_15 * t32_33;
     let t36_37 = t28_29 - t34_35;
@@ -157,10 +157,10 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t115_116 = t109_110 + two(v_right_knee_pitch, v_left_knee_pitch);
     let t117_118 = t115_116 * t115_116;
     let t119_120 = both(R::constant(0.768)) * t117_118; // right_tibia, left_tibia: wrench that its motion needs
-    let t121_122 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t119_120, t113_114); // right_tibia, left_tibia
+    let t121_122 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t119_120, t113_114);
     let t123_124 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t121_122; // right_femur, left_femur
     let t125_126 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t119_120; // right_tibia, left_tibia
-    let t127_128 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t125_126, t123_124); // right_femur, left_femur
+    let t127_128 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t125_126, t123_124);
     let t129 = v_base_pitch * v_base_pitch; // torso: motion
     let t130 = R::fused(R::constant(2.88), t129, -t127_128.second()); // left_femur: wrench handed to its parent
     let t131 = t130 - t127_128.first(); // right_femur: wrench handed to its parent
@@ -174,14 +174,14 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t140 = cos_q_base_pitch * R::constant(9.81); // torso: motion
     let t141_142 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t140); // right_femur, left_femur: motion
     let t143 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    let t144_145 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t143), t141_142); // right_femur, left_femur
+    let t144_145 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t143), t141_142);
     // right_tibia, left_tibia: motion
     let t146_147 = R::Two::fused(t111_112, both(R::constant(0.4)), t144_145);
     let t148_149 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t146_147;
     // right_femur, left_femur: motion
     let t150_151 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t140);
     let t152_153 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t143), t150_151);
-    let t154_155 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t152_153, t148_149); // right_tibia, left_tibia
+    let t154_155 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t152_153, t148_149);
     let t156_157 = both(R::constant(0.768)) * t154_155; // right_tibia, left_tibia: wrench that its motion needs
     let t158_159 = t156_157 - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
     let t160 = R::fused(t158_159.second(), t16_17.second(), t139); // solved by the factors

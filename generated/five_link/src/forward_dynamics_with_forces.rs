@@ -131,7 +131,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let t65_66 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t63_64; // right_tibia, left_tibia
     let t67_68 = both(sin_q_base_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     let t69_70 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t67_68);
-    let t71_72 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t69_70, t65_66); // right_tibia, left_tibia
+    let t71_72 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t69_70, t65_66);
     let t73 = t71_72.second() * f_left_foot_point_foot_x; // left_tibia: external forces
     // right_tibia, left_tibia: pose in the world
     let t74_75 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t63_64;
@@ -194,7 +194,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let t141_142 = t18_19 * t112_113;
     let t143_144 = t110_111 * t4_5;
     let t145_146 = R::Two::fused(-t12_13, t143_144, t141_142);
-    let t147_148 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(-19.89468)), t145_146); // right_tibia, left_tibia
+    let t147_148 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(-19.89468)), t145_146);
     let t149 = t140 + t147_148.second(); // other
     let t150 = R::fused(-t132, t22_23.second(), t149); // solved by the factors
     let t151 = R::fused(t30_31.second(), t150, t137); // solved by the factors

@@ -174,7 +174,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     let t29_30 = both(a_base_pitch) + two(a_right_hip_pitch, a_left_hip_pitch);
     set(29, t29_30.first());
     set(45, t29_30.second());
-    let t31_32 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t29_30, t27_28); // right_femur, left_femur
+    let t31_32 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t29_30, t27_28);
     let t33_34 = both(cos_q_base_pitch) * t31_32; // torso: sums of what it carries
     // right_femur, left_femur: sums of what it carries
     let t35_36 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t29_30;
@@ -234,12 +234,12 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     let t79_80 = t29_30 + two(a_right_knee_pitch, a_left_knee_pitch);
     set(61, t79_80.first());
     set(77, t79_80.second());
-    let t81_82 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t79_80, t77_78); // right_tibia, left_tibia
+    let t81_82 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t79_80, t77_78);
     let t83_84 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t81_82; // right_femur, left_femur
     // right_tibia, left_tibia: sums of what it carries
     let t85_86 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t79_80;
     let t87_88 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t75_76, t85_86);
-    let t89_90 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t87_88, t83_84); // right_femur, left_femur
+    let t89_90 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t87_88, t83_84);
     let t91_92 = both(cos_q_base_pitch) * t89_90; // torso: sums of what it carries
     // right_femur, left_femur: sums of what it carries
     let t93_94 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t87_88;

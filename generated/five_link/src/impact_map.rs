@@ -60,11 +60,11 @@ pub(super) fn impact_map_of_single_support_program<R: Real>(q: &[R; NQ], v: &[R;
     let t18 = R::fused(-t14_15.second(), t16_17.second(), R::constant(32.0));
     let t19 = R::fused(-t14_15.first(), t16_17.first(), t18);
     let t20_21 = both(R::constant(2.028)) + t4_5; // right_tibia, left_tibia: sums of what it carries
-    let t22_23 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t20_21, t2_3); // right_femur, left_femur
+    let t22_23 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t20_21, t2_3);
     let t24_25 = both(sin_q_base_pitch) * t22_23; // right_femur, left_femur: mass matrix
-    let t26_27 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t20_21, -t10_11); // right_femur, left_femur
+    let t26_27 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t20_21, -t10_11);
     let t28_29 = R::Two::fused(-both(cos_q_base_pitch), t26_27, t24_25); // right_femur, left_femur: mass matrix
-    let t30_31 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(0.3072)), both(R::constant(0.38432))); // right_tibia, left_tibia
+    let t30_31 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(0.3072)), both(R::constant(0.38432)));
     let t32_33 = t30_31 * both(R::constant(2.601998334721066));
     let t34_35 = t14_15 * t32_33;
     let t36_37 = t28_29 - t34_35;

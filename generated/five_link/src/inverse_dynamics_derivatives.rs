@@ -220,7 +220,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t143_144 = t141_142 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_femur, left_femur
     let t145_146 = both(R::constant(0.768)) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
     let t147_148 = both(R::constant(2.028)) + t145_146;
-    let t149_150 = R::Two::fused(t147_148, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), -t143_144); // right_femur, left_femur
+    let t149_150 = R::Two::fused(t147_148, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), -t143_144);
     let t151 = R::constant(2.88) - t149_150.second(); // left_femur: sums of what it carries
     let t152 = t151 - t149_150.first(); // right_femur: sums of what it carries
     let t153 = cos_q_base_pitch * t152; // torso: sums of what it carries
@@ -276,7 +276,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     out[19][5] = t184_185.second();
     let t186 = R::constant(2.0212) + t184_185.second(); // left_femur: sums of what it carries
     out[16][2] = t184_185.first() + t186; // right_femur: sums of what it carries
-    let t188_189 = R::Two::fused(both(R::constant(0.3072)), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(0.38432))); // right_tibia, left_tibia
+    let t188_189 = R::Two::fused(both(R::constant(0.3072)), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(0.38432)));
     out[16][4] = t188_189.first();
     out[17][4] = t188_189.first();
     out[18][2] = t188_189.first();

@@ -123,7 +123,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
     t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
     t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
     t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
     // right_lower_leg, left_lower_leg: sums of what it carries
     t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
@@ -150,7 +150,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
     t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
     t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77); // right_upper_leg, left_upper_leg
+    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
     t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
     // right_upper_leg, left_upper_leg: sums of what it carries
     t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
@@ -257,7 +257,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t214_215 = both(R::constant(0.0399)) * t212_213; // right_foot, left_foot: wrench that its motion needs
     t216_217 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t214_215; // right_foot, left_foot
     t218_219 = both(R::constant(0.0154)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217); // right_foot, left_foot
+    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217);
     t222_223 = t208_209 * t208_209; // right_lower_leg, left_lower_leg: motion
     t224_225 = R::Two::fused(both(R::constant(0.3111)), t222_223, t220_221); // right_foot, left_foot
     t226_227 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t224_225; // right_lower_leg, left_lower_leg
@@ -265,7 +265,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t228_229 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t214_215;
     t230_231 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t218_219, t228_229);
     t232_233 = R::Two::fused(both(R::constant(0.008)), t222_223, -t230_231);
-    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227); // right_lower_leg, left_lower_leg
+    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227);
     t236_237 = t206_207 * t206_207; // right_upper_leg, left_upper_leg: motion
     t238_239 = R::Two::fused(both(R::constant(0.8355)), t236_237, t234_235); // right_lower_leg, left_lower_leg
     t240_241 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t238_239; // right_upper_leg, left_upper_leg
@@ -273,7 +273,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t242_243 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t224_225;
     t244_245 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t232_233, t242_243);
     t246_247 = R::Two::fused(both(R::constant(0.012)), t236_237, -t244_245);
-    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241); // right_upper_leg, left_upper_leg
+    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241);
     t250 = v_base_pitch * v_base_pitch; // torso: motion
     t251 = R::fused(R::constant(2.4915000028), t250, -t248_249.second()); // left_upper_leg: wrench handed to its parent
     t252 = t251 - t248_249.first(); // right_upper_leg: wrench handed to its parent
@@ -288,21 +288,21 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t262 = cos_q_base_pitch * R::constant(9.81); // torso: motion
     t263_264 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t262); // right_upper_leg, left_upper_leg: motion
     t265 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264); // right_upper_leg, left_upper_leg
+    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264);
     // right_lower_leg, left_lower_leg: motion
     t268_269 = R::Two::fused(t236_237, both(R::constant(0.315)), t266_267);
     t270_271 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t268_269;
     // right_upper_leg, left_upper_leg: motion
     t272_273 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t262);
     t274_275 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t265), t272_273);
-    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271); // right_lower_leg, left_lower_leg
+    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271);
     // right_foot, left_foot: motion
     t278_279 = R::Two::fused(t222_223, both(R::constant(0.273)), t276_277);
     t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t278_279;
     // right_lower_leg, left_lower_leg: motion
     t282_283 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t268_269;
     t284_285 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t274_275, t282_283);
-    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281); // right_foot, left_foot
+    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281);
     t288_289 = both(R::constant(0.0399)) * t286_287; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
     t290_291 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t278_279;
@@ -704,7 +704,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
     t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
     t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
     t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
     // right_lower_leg, left_lower_leg: sums of what it carries
     t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
@@ -731,7 +731,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
     t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
     t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77); // right_upper_leg, left_upper_leg
+    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
     t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
     // right_upper_leg, left_upper_leg: sums of what it carries
     t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
@@ -838,7 +838,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t214_215 = both(R::constant(0.0399)) * t212_213; // right_foot, left_foot: wrench that its motion needs
     t216_217 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t214_215; // right_foot, left_foot
     t218_219 = both(R::constant(0.0154)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217); // right_foot, left_foot
+    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217);
     t222_223 = t208_209 * t208_209; // right_lower_leg, left_lower_leg: motion
     t224_225 = R::Two::fused(both(R::constant(0.3111)), t222_223, t220_221); // right_foot, left_foot
     t226_227 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t224_225; // right_lower_leg, left_lower_leg
@@ -846,7 +846,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t228_229 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t214_215;
     t230_231 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t218_219, t228_229);
     t232_233 = R::Two::fused(both(R::constant(0.008)), t222_223, -t230_231);
-    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227); // right_lower_leg, left_lower_leg
+    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227);
     t236_237 = t206_207 * t206_207; // right_upper_leg, left_upper_leg: motion
     t238_239 = R::Two::fused(both(R::constant(0.8355)), t236_237, t234_235); // right_lower_leg, left_lower_leg
     t240_241 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t238_239; // right_upper_leg, left_upper_leg
@@ -854,7 +854,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t242_243 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t224_225;
     t244_245 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t232_233, t242_243);
     t246_247 = R::Two::fused(both(R::constant(0.012)), t236_237, -t244_245);
-    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241); // right_upper_leg, left_upper_leg
+    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241);
     t250 = v_base_pitch * v_base_pitch; // torso: motion
     t251 = R::fused(R::constant(2.4915000028), t250, -t248_249.second()); // left_upper_leg: wrench handed to its parent
     t252 = t251 - t248_249.first(); // right_upper_leg: wrench handed to its parent
@@ -869,21 +869,21 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t262 = cos_q_base_pitch * R::constant(9.81); // torso: motion
     t263_264 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t262); // right_upper_leg, left_upper_leg: motion
     t265 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264); // right_upper_leg, left_upper_leg
+    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264);
     // right_lower_leg, left_lower_leg: motion
     t268_269 = R::Two::fused(t236_237, both(R::constant(0.315)), t266_267);
     t270_271 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t268_269;
     // right_upper_leg, left_upper_leg: motion
     t272_273 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t262);
     t274_275 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t265), t272_273);
-    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271); // right_lower_leg, left_lower_leg
+    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271);
     // right_foot, left_foot: motion
     t278_279 = R::Two::fused(t222_223, both(R::constant(0.273)), t276_277);
     t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t278_279;
     // right_lower_leg, left_lower_leg: motion
     t282_283 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t268_269;
     t284_285 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t274_275, t282_283);
-    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281); // right_foot, left_foot
+    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281);
     t288_289 = both(R::constant(0.0399)) * t286_287; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
     t290_291 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t278_279;
@@ -1226,7 +1226,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
     t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
     t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
     t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
     // right_lower_leg, left_lower_leg: sums of what it carries
     t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
@@ -1253,7 +1253,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
     t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
     t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77); // right_upper_leg, left_upper_leg
+    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
     t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
     // right_upper_leg, left_upper_leg: sums of what it carries
     t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
@@ -1360,7 +1360,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t214_215 = both(R::constant(0.0399)) * t212_213; // right_foot, left_foot: wrench that its motion needs
     t216_217 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t214_215; // right_foot, left_foot
     t218_219 = both(R::constant(0.0154)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217); // right_foot, left_foot
+    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217);
     t222_223 = t208_209 * t208_209; // right_lower_leg, left_lower_leg: motion
     t224_225 = R::Two::fused(both(R::constant(0.3111)), t222_223, t220_221); // right_foot, left_foot
     t226_227 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t224_225; // right_lower_leg, left_lower_leg
@@ -1368,7 +1368,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t228_229 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t214_215;
     t230_231 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t218_219, t228_229);
     t232_233 = R::Two::fused(both(R::constant(0.008)), t222_223, -t230_231);
-    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227); // right_lower_leg, left_lower_leg
+    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227);
     t236_237 = t206_207 * t206_207; // right_upper_leg, left_upper_leg: motion
     t238_239 = R::Two::fused(both(R::constant(0.8355)), t236_237, t234_235); // right_lower_leg, left_lower_leg
     t240_241 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t238_239; // right_upper_leg, left_upper_leg
@@ -1376,7 +1376,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t242_243 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t224_225;
     t244_245 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t232_233, t242_243);
     t246_247 = R::Two::fused(both(R::constant(0.012)), t236_237, -t244_245);
-    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241); // right_upper_leg, left_upper_leg
+    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241);
     t250 = v_base_pitch * v_base_pitch; // torso: motion
     t251 = R::fused(R::constant(2.4915000028), t250, -t248_249.second()); // left_upper_leg: wrench handed to its parent
     t252 = t251 - t248_249.first(); // right_upper_leg: wrench handed to its parent
@@ -1391,21 +1391,21 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t262 = cos_q_base_pitch * R::constant(9.81); // torso: motion
     t263_264 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t262); // right_upper_leg, left_upper_leg: motion
     t265 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264); // right_upper_leg, left_upper_leg
+    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264);
     // right_lower_leg, left_lower_leg: motion
     t268_269 = R::Two::fused(t236_237, both(R::constant(0.315)), t266_267);
     t270_271 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t268_269;
     // right_upper_leg, left_upper_leg: motion
     t272_273 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t262);
     t274_275 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t265), t272_273);
-    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271); // right_lower_leg, left_lower_leg
+    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271);
     // right_foot, left_foot: motion
     t278_279 = R::Two::fused(t222_223, both(R::constant(0.273)), t276_277);
     t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t278_279;
     // right_lower_leg, left_lower_leg: motion
     t282_283 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t268_269;
     t284_285 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t274_275, t282_283);
-    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281); // right_foot, left_foot
+    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281);
     t288_289 = both(R::constant(0.0399)) * t286_287; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
     t290_291 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t278_279;
@@ -1475,7 +1475,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t373_374 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t361_362;
     t375_376 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t367_368, t373_374);
     t377_378 = R::Two::fused(-both(sin_q_base_pitch), t375_376, t371_372);
-    t379_380 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t377_378); // solved by the factors
+    t379_380 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t377_378);
     t381_382 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
     // solved by the factors
     t383_384 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t381_382);
@@ -1811,7 +1811,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
     t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
     t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
     t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
     // right_lower_leg, left_lower_leg: sums of what it carries
     t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
@@ -1838,7 +1838,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
     t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
     t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77); // right_upper_leg, left_upper_leg
+    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
     t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
     // right_upper_leg, left_upper_leg: sums of what it carries
     t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
@@ -1945,7 +1945,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t214_215 = both(R::constant(0.0399)) * t212_213; // right_foot, left_foot: wrench that its motion needs
     t216_217 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t214_215; // right_foot, left_foot
     t218_219 = both(R::constant(0.0154)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217); // right_foot, left_foot
+    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217);
     t222_223 = t208_209 * t208_209; // right_lower_leg, left_lower_leg: motion
     t224_225 = R::Two::fused(both(R::constant(0.3111)), t222_223, t220_221); // right_foot, left_foot
     t226_227 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t224_225; // right_lower_leg, left_lower_leg
@@ -1953,7 +1953,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t228_229 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t214_215;
     t230_231 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t218_219, t228_229);
     t232_233 = R::Two::fused(both(R::constant(0.008)), t222_223, -t230_231);
-    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227); // right_lower_leg, left_lower_leg
+    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227);
     t236_237 = t206_207 * t206_207; // right_upper_leg, left_upper_leg: motion
     t238_239 = R::Two::fused(both(R::constant(0.8355)), t236_237, t234_235); // right_lower_leg, left_lower_leg
     t240_241 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t238_239; // right_upper_leg, left_upper_leg
@@ -1961,7 +1961,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t242_243 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t224_225;
     t244_245 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t232_233, t242_243);
     t246_247 = R::Two::fused(both(R::constant(0.012)), t236_237, -t244_245);
-    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241); // right_upper_leg, left_upper_leg
+    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241);
     t250 = v_base_pitch * v_base_pitch; // torso: motion
     t251 = R::fused(R::constant(2.4915000028), t250, -t248_249.second()); // left_upper_leg: wrench handed to its parent
     t252 = t251 - t248_249.first(); // right_upper_leg: wrench handed to its parent
@@ -1976,21 +1976,21 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t262 = cos_q_base_pitch * R::constant(9.81); // torso: motion
     t263_264 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t262); // right_upper_leg, left_upper_leg: motion
     t265 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264); // right_upper_leg, left_upper_leg
+    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264);
     // right_lower_leg, left_lower_leg: motion
     t268_269 = R::Two::fused(t236_237, both(R::constant(0.315)), t266_267);
     t270_271 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t268_269;
     // right_upper_leg, left_upper_leg: motion
     t272_273 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t262);
     t274_275 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t265), t272_273);
-    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271); // right_lower_leg, left_lower_leg
+    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271);
     // right_foot, left_foot: motion
     t278_279 = R::Two::fused(t222_223, both(R::constant(0.273)), t276_277);
     t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t278_279;
     // right_lower_leg, left_lower_leg: motion
     t282_283 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t268_269;
     t284_285 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t274_275, t282_283);
-    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281); // right_foot, left_foot
+    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281);
     t288_289 = both(R::constant(0.0399)) * t286_287; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
     t290_291 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t278_279;
@@ -2060,7 +2060,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t373_374 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t361_362;
     t375_376 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t367_368, t373_374);
     t377_378 = R::Two::fused(-both(sin_q_base_pitch), t375_376, t371_372);
-    t379_380 = R::Two::fused(t26_27, two(R::constant(4.851935113454416), R::constant(24.25967556727208)), t377_378); // solved by the factors
+    t379_380 = R::Two::fused(t26_27, two(R::constant(4.851935113454416), R::constant(24.25967556727208)), t377_378);
     t381_382 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.03), R::constant(0.15)));
     // solved by the factors
     t383_384 = R::Two::fused(t56_57, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t381_382);

@@ -188,7 +188,7 @@ pub(super) fn energy_regressor_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &
     let t127_128 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t125_126; // right_upper_leg, left_upper_leg
     let t129_130 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
     let t131_132 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t129_130);
-    let t133_134 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t131_132, t127_128); // right_upper_leg, left_upper_leg
+    let t133_134 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t131_132, t127_128);
     let t135_136 = both(cos_q_base_pitch) * t133_134; // torso: sums of what it carries
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t137_138 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t131_132;

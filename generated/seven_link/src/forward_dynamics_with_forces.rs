@@ -205,12 +205,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t127_128 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t125_126; // right_lower_leg, left_lower_leg
     t129_130 = both(sin_q_base_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t131_132 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t129_130);
-    t133_134 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t131_132, t127_128); // right_lower_leg, left_lower_leg
+    t133_134 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t131_132, t127_128);
     t135_136 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t133_134; // right_foot, left_foot
     // right_lower_leg, left_lower_leg: pose in the world
     t137_138 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t125_126;
     t139_140 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t131_132, t137_138);
-    t141_142 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t139_140, t135_136); // right_foot, left_foot
+    t141_142 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t139_140, t135_136);
     t143 = t141_142.second() * f_left_foot_heel_x; // left_foot: external forces
     // right_foot, left_foot: pose in the world
     t144_145 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t133_134;

@@ -191,7 +191,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     let t29_30 = both(a_base_pitch) + two(a_right_hip_pitch, a_left_hip_pitch);
     set(29, t29_30.first());
     set(45, t29_30.second());
-    let t31_32 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t29_30, t27_28); // right_upper_leg, left_upper_leg
+    let t31_32 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t29_30, t27_28);
     let t33_34 = both(cos_q_base_pitch) * t31_32; // torso: sums of what it carries
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t35_36 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t29_30;
@@ -251,12 +251,12 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     let t79_80 = t29_30 + two(a_right_knee_pitch, a_left_knee_pitch);
     set(61, t79_80.first());
     set(77, t79_80.second());
-    let t81_82 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t79_80, t77_78); // right_lower_leg, left_lower_leg
+    let t81_82 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t79_80, t77_78);
     let t83_84 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t81_82; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t85_86 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t79_80;
     let t87_88 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t75_76, t85_86);
-    let t89_90 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t87_88, t83_84); // right_upper_leg, left_upper_leg
+    let t89_90 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t87_88, t83_84);
     let t91_92 = both(cos_q_base_pitch) * t89_90; // torso: sums of what it carries
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t93_94 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t87_88;
@@ -323,17 +323,17 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     let t147_148 = t79_80 + two(a_right_ankle_pitch, a_left_ankle_pitch);
     set(93, t147_148.first());
     set(109, t147_148.second());
-    let t149_150 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t147_148, t145_146); // right_foot, left_foot
+    let t149_150 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t147_148, t145_146);
     let t151_152 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t149_150; // right_lower_leg, left_lower_leg
     // right_foot, left_foot: sums of what it carries
     let t153_154 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t147_148;
     let t155_156 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t143_144, t153_154);
-    let t157_158 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t155_156, t151_152); // right_lower_leg, left_lower_leg
+    let t157_158 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t155_156, t151_152);
     let t159_160 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t157_158; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t161_162 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t155_156;
     let t163_164 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t149_150, t161_162);
-    let t165_166 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t163_164, t159_160); // right_upper_leg, left_upper_leg
+    let t165_166 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t163_164, t159_160);
     let t167_168 = both(cos_q_base_pitch) * t165_166; // torso: sums of what it carries
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t169_170 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t163_164;

@@ -103,7 +103,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
     t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
     t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
     t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
     // right_lower_leg, left_lower_leg: sums of what it carries
     t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
@@ -130,7 +130,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
     t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
     t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77); // right_upper_leg, left_upper_leg
+    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
     t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
     // right_upper_leg, left_upper_leg: sums of what it carries
     t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
@@ -240,7 +240,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t220_221 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t208_209;
     t222_223 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t214_215, t220_221);
     t224_225 = R::Two::fused(-both(sin_q_base_pitch), t222_223, t218_219);
-    t226_227 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t224_225); // solved by the factors
+    t226_227 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t224_225);
     t228_229 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
     // solved by the factors
     t230_231 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t228_229);
@@ -544,7 +544,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
     t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
     t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
     t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
     // right_lower_leg, left_lower_leg: sums of what it carries
     t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
@@ -571,7 +571,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
     t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
     t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77); // right_upper_leg, left_upper_leg
+    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
     t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
     // right_upper_leg, left_upper_leg: sums of what it carries
     t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
@@ -681,7 +681,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t220_221 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t208_209;
     t222_223 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t214_215, t220_221);
     t224_225 = R::Two::fused(-both(sin_q_base_pitch), t222_223, t218_219);
-    t226_227 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(4.851935113454416)), t224_225); // solved by the factors
+    t226_227 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(4.851935113454416)), t224_225);
     t228_229 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.03)));
     // solved by the factors
     t230_231 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t228_229);

@@ -348,7 +348,7 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t285_286 = t269_270 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     let t287_288 = R::Two::fused(-t277_278, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t285_286);
     let t289_290 = both(R::constant(0.012)) - t287_288;
-    let t291_292 = R::Two::fused(t289_290, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t283_284); // right_upper_leg, left_upper_leg
+    let t291_292 = R::Two::fused(t289_290, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t283_284);
     let t293 = R::constant(2.4915000028) - t291_292.second(); // left_upper_leg: sums of what it carries
     let t294 = t293 - t291_292.first(); // right_upper_leg: sums of what it carries
     let t295 = cos_q_base_pitch * t294; // torso: sums of what it carries

@@ -91,7 +91,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t54_55 = both(R::constant(0.07325338333)) + t46_47;
     out[4][4] = t54_55.first();
     out[7][7] = t54_55.second();
-    let t56_57 = R::Two::fused(both(R::constant(0.012)), two(sin_t0, sin_t1), t44_45); // right_upper_leg, left_upper_leg
+    let t56_57 = R::Two::fused(both(R::constant(0.012)), two(sin_t0, sin_t1), t44_45);
     let t58_59 = R::Two::fused(both(R::constant(-2.0)), t48_49, t50_51);
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t60_61 = R::Two::fused(both(R::constant(-0.012)), two(cos_t0, cos_t1), t52_53);

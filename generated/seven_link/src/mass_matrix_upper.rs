@@ -73,7 +73,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t50_51 = both(R::constant(2.0)) * t42_43;
     let t52_53 = both(R::constant(0.8355)) * two(sin_t0, sin_t1); // right_upper_leg, left_upper_leg
     let t54_55 = both(R::constant(0.07325338333)) + t46_47;
-    let t56_57 = R::Two::fused(both(R::constant(0.012)), two(sin_t0, sin_t1), t44_45); // right_upper_leg, left_upper_leg
+    let t56_57 = R::Two::fused(both(R::constant(0.012)), two(sin_t0, sin_t1), t44_45);
     let t58_59 = R::Two::fused(both(R::constant(-2.0)), t48_49, t50_51);
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t60_61 = R::Two::fused(both(R::constant(-0.012)), two(cos_t0, cos_t1), t52_53);

@@ -80,7 +80,7 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t41_42 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t39_40; // right_upper_leg, left_upper_leg
     let t43_44 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch);
     let t45_46 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t43_44);
-    let t47_48 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t45_46, t41_42); // right_upper_leg, left_upper_leg
+    let t47_48 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t45_46, t41_42);
     let t49_50 = both(cos_q_base_pitch) * t47_48; // torso: sums of what it carries
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t51_52 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t45_46;

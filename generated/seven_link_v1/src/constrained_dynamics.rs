@@ -121,9 +121,9 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
     t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
     t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7); // right_lower_leg, left_lower_leg
+    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
     t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
     // right_lower_leg, left_lower_leg: mass matrix
     t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
     t42_43 = both(sin_q_base_pitch) * t40_41;
@@ -144,9 +144,9 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
     t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
     t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37); // right_upper_leg, left_upper_leg
+    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
     t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45); // right_upper_leg, left_upper_leg
+    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
     t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
     t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
     t80_81 = t78_79 * both(R::constant(287.35632183908046));
@@ -253,14 +253,14 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t211_212 = R::Two::fused(both(R::constant(0.362)), t209_210, t207_208);
     t213_214 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t211_212; // right_lower_leg, left_lower_leg
     t215_216 = t203_204 - t205_206;
-    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214); // right_lower_leg, left_lower_leg
+    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214);
     t219_220 = t193_194 * t193_194; // right_upper_leg, left_upper_leg: motion
     t221_222 = R::Two::fused(both(R::constant(0.925)), t219_220, t217_218); // right_lower_leg, left_lower_leg
     t223_224 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t221_222; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: wrench handed to its parent
     t225_226 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t211_212;
     t227_228 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t215_216, t225_226);
-    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224); // right_upper_leg, left_upper_leg
+    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224);
     t231 = v_base_pitch * v_base_pitch; // torso: motion
     t232 = R::fused(R::constant(2.2), t231, -t229_230.second()); // left_upper_leg: wrench handed to its parent
     t233 = t232 - t229_230.first(); // right_upper_leg: wrench handed to its parent
@@ -274,21 +274,21 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     t242 = cos_q_base_pitch * R::constant(9.81); // torso: motion
     t243_244 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t242); // right_upper_leg, left_upper_leg: motion
     t245 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244); // right_upper_leg, left_upper_leg
+    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244);
     // right_lower_leg, left_lower_leg: motion
     t248_249 = R::Two::fused(t219_220, both(R::constant(0.3)), t246_247);
     t250_251 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
     // right_upper_leg, left_upper_leg: motion
     t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t242);
     t254_255 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t245), t252_253);
-    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251); // right_lower_leg, left_lower_leg
+    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251);
     // right_foot, left_foot: motion
     t258_259 = R::Two::fused(both(R::constant(0.3)), t209_210, t256_257);
     t260_261 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t258_259;
     // right_lower_leg, left_lower_leg: motion
     t262_263 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
     t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t254_255, t262_263);
-    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261); // right_foot, left_foot
+    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261);
     t268_269 = both(R::constant(0.018)) * t266_267; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
     t270_271 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t258_259;
@@ -680,9 +680,9 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
     t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
     t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7); // right_lower_leg, left_lower_leg
+    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
     t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
     // right_lower_leg, left_lower_leg: mass matrix
     t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
     t42_43 = both(sin_q_base_pitch) * t40_41;
@@ -703,9 +703,9 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
     t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
     t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37); // right_upper_leg, left_upper_leg
+    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
     t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45); // right_upper_leg, left_upper_leg
+    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
     t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
     t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
     t80_81 = t78_79 * both(R::constant(287.35632183908046));
@@ -812,14 +812,14 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t211_212 = R::Two::fused(both(R::constant(0.362)), t209_210, t207_208);
     t213_214 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t211_212; // right_lower_leg, left_lower_leg
     t215_216 = t203_204 - t205_206;
-    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214); // right_lower_leg, left_lower_leg
+    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214);
     t219_220 = t193_194 * t193_194; // right_upper_leg, left_upper_leg: motion
     t221_222 = R::Two::fused(both(R::constant(0.925)), t219_220, t217_218); // right_lower_leg, left_lower_leg
     t223_224 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t221_222; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: wrench handed to its parent
     t225_226 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t211_212;
     t227_228 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t215_216, t225_226);
-    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224); // right_upper_leg, left_upper_leg
+    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224);
     t231 = v_base_pitch * v_base_pitch; // torso: motion
     t232 = R::fused(R::constant(2.2), t231, -t229_230.second()); // left_upper_leg: wrench handed to its parent
     t233 = t232 - t229_230.first(); // right_upper_leg: wrench handed to its parent
@@ -833,21 +833,21 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     t242 = cos_q_base_pitch * R::constant(9.81); // torso: motion
     t243_244 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t242); // right_upper_leg, left_upper_leg: motion
     t245 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244); // right_upper_leg, left_upper_leg
+    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244);
     // right_lower_leg, left_lower_leg: motion
     t248_249 = R::Two::fused(t219_220, both(R::constant(0.3)), t246_247);
     t250_251 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
     // right_upper_leg, left_upper_leg: motion
     t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t242);
     t254_255 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t245), t252_253);
-    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251); // right_lower_leg, left_lower_leg
+    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251);
     // right_foot, left_foot: motion
     t258_259 = R::Two::fused(both(R::constant(0.3)), t209_210, t256_257);
     t260_261 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t258_259;
     // right_lower_leg, left_lower_leg: motion
     t262_263 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
     t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t254_255, t262_263);
-    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261); // right_foot, left_foot
+    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261);
     t268_269 = both(R::constant(0.018)) * t266_267; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
     t270_271 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t258_259;
@@ -1180,9 +1180,9 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
     t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
     t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7); // right_lower_leg, left_lower_leg
+    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
     t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
     // right_lower_leg, left_lower_leg: mass matrix
     t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
     t42_43 = both(sin_q_base_pitch) * t40_41;
@@ -1203,9 +1203,9 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
     t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
     t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37); // right_upper_leg, left_upper_leg
+    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
     t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45); // right_upper_leg, left_upper_leg
+    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
     t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
     t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
     t80_81 = t78_79 * both(R::constant(287.35632183908046));
@@ -1312,14 +1312,14 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t211_212 = R::Two::fused(both(R::constant(0.362)), t209_210, t207_208);
     t213_214 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t211_212; // right_lower_leg, left_lower_leg
     t215_216 = t203_204 - t205_206;
-    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214); // right_lower_leg, left_lower_leg
+    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214);
     t219_220 = t193_194 * t193_194; // right_upper_leg, left_upper_leg: motion
     t221_222 = R::Two::fused(both(R::constant(0.925)), t219_220, t217_218); // right_lower_leg, left_lower_leg
     t223_224 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t221_222; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: wrench handed to its parent
     t225_226 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t211_212;
     t227_228 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t215_216, t225_226);
-    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224); // right_upper_leg, left_upper_leg
+    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224);
     t231 = v_base_pitch * v_base_pitch; // torso: motion
     t232 = R::fused(R::constant(2.2), t231, -t229_230.second()); // left_upper_leg: wrench handed to its parent
     t233 = t232 - t229_230.first(); // right_upper_leg: wrench handed to its parent
@@ -1333,21 +1333,21 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t242 = cos_q_base_pitch * R::constant(9.81); // torso: motion
     t243_244 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t242); // right_upper_leg, left_upper_leg: motion
     t245 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244); // right_upper_leg, left_upper_leg
+    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244);
     // right_lower_leg, left_lower_leg: motion
     t248_249 = R::Two::fused(t219_220, both(R::constant(0.3)), t246_247);
     t250_251 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
     // right_upper_leg, left_upper_leg: motion
     t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t242);
     t254_255 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t245), t252_253);
-    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251); // right_lower_leg, left_lower_leg
+    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251);
     // right_foot, left_foot: motion
     t258_259 = R::Two::fused(both(R::constant(0.3)), t209_210, t256_257);
     t260_261 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t258_259;
     // right_lower_leg, left_lower_leg: motion
     t262_263 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
     t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t254_255, t262_263);
-    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261); // right_foot, left_foot
+    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261);
     t268_269 = both(R::constant(0.018)) * t266_267; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
     t270_271 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t258_259;
@@ -1409,7 +1409,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t343_344 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t331_332;
     t345_346 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t337_338, t343_344);
     t347_348 = R::Two::fused(-both(sin_q_base_pitch), t345_346, t341_342);
-    t349_350 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t347_348); // solved by the factors
+    t349_350 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t347_348);
     t351_352 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.07)));
     // solved by the factors
     t353_354 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t351_352);
@@ -1743,9 +1743,9 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
     t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
     t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7); // right_lower_leg, left_lower_leg
+    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
     t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
     // right_lower_leg, left_lower_leg: mass matrix
     t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
     t42_43 = both(sin_q_base_pitch) * t40_41;
@@ -1766,9 +1766,9 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
     t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
     t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37); // right_upper_leg, left_upper_leg
+    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
     t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45); // right_upper_leg, left_upper_leg
+    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
     t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
     t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
     t80_81 = t78_79 * both(R::constant(287.35632183908046));
@@ -1875,14 +1875,14 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t211_212 = R::Two::fused(both(R::constant(0.362)), t209_210, t207_208);
     t213_214 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t211_212; // right_lower_leg, left_lower_leg
     t215_216 = t203_204 - t205_206;
-    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214); // right_lower_leg, left_lower_leg
+    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214);
     t219_220 = t193_194 * t193_194; // right_upper_leg, left_upper_leg: motion
     t221_222 = R::Two::fused(both(R::constant(0.925)), t219_220, t217_218); // right_lower_leg, left_lower_leg
     t223_224 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t221_222; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: wrench handed to its parent
     t225_226 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t211_212;
     t227_228 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t215_216, t225_226);
-    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224); // right_upper_leg, left_upper_leg
+    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224);
     t231 = v_base_pitch * v_base_pitch; // torso: motion
     t232 = R::fused(R::constant(2.2), t231, -t229_230.second()); // left_upper_leg: wrench handed to its parent
     t233 = t232 - t229_230.first(); // right_upper_leg: wrench handed to its parent
@@ -1896,21 +1896,21 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t242 = cos_q_base_pitch * R::constant(9.81); // torso: motion
     t243_244 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t242); // right_upper_leg, left_upper_leg: motion
     t245 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244); // right_upper_leg, left_upper_leg
+    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244);
     // right_lower_leg, left_lower_leg: motion
     t248_249 = R::Two::fused(t219_220, both(R::constant(0.3)), t246_247);
     t250_251 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
     // right_upper_leg, left_upper_leg: motion
     t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t242);
     t254_255 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t245), t252_253);
-    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251); // right_lower_leg, left_lower_leg
+    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251);
     // right_foot, left_foot: motion
     t258_259 = R::Two::fused(both(R::constant(0.3)), t209_210, t256_257);
     t260_261 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t258_259;
     // right_lower_leg, left_lower_leg: motion
     t262_263 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
     t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t254_255, t262_263);
-    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261); // right_foot, left_foot
+    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261);
     t268_269 = both(R::constant(0.018)) * t266_267; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
     t270_271 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t258_259;
@@ -1972,7 +1972,7 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t343_344 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t331_332;
     t345_346 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t337_338, t343_344);
     t347_348 = R::Two::fused(-both(sin_q_base_pitch), t345_346, t341_342);
-    t349_350 = R::Two::fused(t26_27, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t347_348); // solved by the factors
+    t349_350 = R::Two::fused(t26_27, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t347_348);
     t351_352 = R::Two::fused(both(R::constant(0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.039999999999999994), R::constant(0.15)));
     // solved by the factors
     t353_354 = R::Two::fused(t50_51, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t351_352);

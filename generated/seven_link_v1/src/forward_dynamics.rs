@@ -121,7 +121,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t89 = tau_left_hip_pitch - t88;
     let t90_91 = two(tau_right_hip_pitch, tau_left_hip_pitch) - two(tau_right_knee_pitch, tau_left_knee_pitch);
     let t92_93 = two(tau_right_knee_pitch, tau_left_knee_pitch) - two(tau_right_ankle_pitch, tau_left_ankle_pitch);
-    let t94_95 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(9.07425)), t71_72); // right_lower_leg, left_lower_leg
+    let t94_95 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(9.07425)), t71_72);
     let t96_97 = t55_56 - t63_64; // right_foot, left_foot: moment in absolute angles
     let t98 = tau_base_x + t85;
     let t99 = tau_base_z - t87;

@@ -320,7 +320,7 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t346 = tau_left_hip_pitch - t345;
     t347_348 = two(tau_right_hip_pitch, tau_left_hip_pitch) - two(tau_right_knee_pitch, tau_left_knee_pitch);
     t349_350 = two(tau_right_knee_pitch, tau_left_knee_pitch) - two(tau_right_ankle_pitch, tau_left_ankle_pitch);
-    t351_352 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(9.07425)), t139_140); // right_lower_leg, left_lower_leg
+    t351_352 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(9.07425)), t139_140);
     t353_354 = t91_92 - t103_104; // right_foot, left_foot: moment in absolute angles
     t355 = R::fused(sin_q_base_pitch, R::constant(21.582), -t346);
     t356_357 = t347_348 - t351_352;

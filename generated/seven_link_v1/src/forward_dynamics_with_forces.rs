@@ -191,12 +191,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t117_118 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t115_116; // right_lower_leg, left_lower_leg
     t119_120 = both(sin_q_base_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t121_122 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t119_120);
-    t123_124 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t121_122, t117_118); // right_lower_leg, left_lower_leg
+    t123_124 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t121_122, t117_118);
     t125_126 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t123_124; // right_foot, left_foot
     // right_lower_leg, left_lower_leg: pose in the world
     t127_128 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t115_116;
     t129_130 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t121_122, t127_128);
-    t131_132 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t129_130, t125_126); // right_foot, left_foot
+    t131_132 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t129_130, t125_126);
     t133 = t131_132.second() * f_left_foot_heel_x; // left_foot: external forces
     // right_foot, left_foot: pose in the world
     t134_135 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t123_124;
@@ -315,7 +315,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t263_264 = t42_43 * t198_199;
     t265_266 = R::Two::fused(t196_197, t16_17, t241_242);
     t267_268 = R::Two::fused(t46_47, t265_266, t263_264);
-    t269_270 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(9.07425)), t267_268); // right_lower_leg, left_lower_leg
+    t269_270 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(9.07425)), t267_268);
     t271 = t262 - t269_270.second(); // other
     t272 = R::fused(-t226, t50_51.second(), t271); // solved by the factors
     t273 = R::fused(-t62_63.second(), t252, t272); // solved by the factors

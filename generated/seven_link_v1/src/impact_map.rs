@@ -101,9 +101,9 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
     t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
     t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7); // right_lower_leg, left_lower_leg
+    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
     t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
     // right_lower_leg, left_lower_leg: mass matrix
     t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
     t42_43 = both(sin_q_base_pitch) * t40_41;
@@ -124,9 +124,9 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
     t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
     t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37); // right_upper_leg, left_upper_leg
+    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
     t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45); // right_upper_leg, left_upper_leg
+    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
     t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
     t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
     t80_81 = t78_79 * both(R::constant(287.35632183908046));
@@ -230,7 +230,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t207_208 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t195_196;
     t209_210 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t201_202, t207_208);
     t211_212 = R::Two::fused(-both(sin_q_base_pitch), t209_210, t205_206);
-    t213_214 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t211_212); // solved by the factors
+    t213_214 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t211_212);
     t215_216 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.07)));
     // solved by the factors
     t217_218 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t215_216);
@@ -531,9 +531,9 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
     t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
     t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7); // right_lower_leg, left_lower_leg
+    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
     t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15); // right_lower_leg, left_lower_leg
+    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
     // right_lower_leg, left_lower_leg: mass matrix
     t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
     t42_43 = both(sin_q_base_pitch) * t40_41;
@@ -554,9 +554,9 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
     t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
     t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37); // right_upper_leg, left_upper_leg
+    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
     t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45); // right_upper_leg, left_upper_leg
+    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
     t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
     t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
     t80_81 = t78_79 * both(R::constant(287.35632183908046));
@@ -660,7 +660,7 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t207_208 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t195_196;
     t209_210 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t201_202, t207_208);
     t211_212 = R::Two::fused(-both(sin_q_base_pitch), t209_210, t205_206);
-    t213_214 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t211_212); // solved by the factors
+    t213_214 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t211_212);
     t215_216 = R::Two::fused(both(R::constant(0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.039999999999999994)));
     // solved by the factors
     t217_218 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t215_216);

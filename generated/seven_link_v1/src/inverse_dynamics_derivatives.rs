@@ -334,13 +334,13 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t263_264 = t261_262 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg
     let t265_266 = t257_258 + t259_260;
     let t267_268 = both(R::constant(0.362)) + t265_266;
-    let t269_270 = R::Two::fused(t267_268, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), -t263_264); // right_lower_leg, left_lower_leg
+    let t269_270 = R::Two::fused(t267_268, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), -t263_264);
     let t271_272 = t269_270 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t273_274 = t261_262 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     let t275_276 = R::Two::fused(t267_268, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t273_274);
     let t277_278 = both(R::constant(0.925)) + t275_276;
-    let t279_280 = R::Two::fused(t277_278, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), -t271_272); // right_upper_leg, left_upper_leg
+    let t279_280 = R::Two::fused(t277_278, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), -t271_272);
     let t281 = R::constant(2.2) - t279_280.second(); // left_upper_leg: sums of what it carries
     let t282 = t281 - t279_280.first(); // right_upper_leg: sums of what it carries
     let t283 = cos_q_base_pitch * t282; // torso: sums of what it carries

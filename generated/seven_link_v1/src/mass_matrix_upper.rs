@@ -57,16 +57,16 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t18_19 = both(R::constant(0.3)) * two(sin_t0, sin_t1);
     let t20_21 = both(R::constant(0.3)) * two(cos_t0, cos_t1);
     let t22_23 = t10_11 * t14_15; // right_foot, left_foot: sums of what it carries
-    let t24_25 = R::Two::fused(both(R::constant(0.362)), two(sin_t2, sin_t3), t14_15); // right_lower_leg, left_lower_leg
+    let t24_25 = R::Two::fused(both(R::constant(0.362)), two(sin_t2, sin_t3), t14_15);
     let t26_27 = t12_13 * t16_17; // right_foot, left_foot: sums of what it carries
-    let t28_29 = R::Two::fused(both(R::constant(-0.362)), two(cos_t2, cos_t3), -t16_17); // right_lower_leg, left_lower_leg
+    let t28_29 = R::Two::fused(both(R::constant(-0.362)), two(cos_t2, cos_t3), -t16_17);
     let t30_31 = both(R::constant(2.0)) * t22_23; // right_foot, left_foot: sums of what it carries
     let t32_33 = t18_19 * t24_25; // right_lower_leg, left_lower_leg: sums of what it carries
-    let t34_35 = R::Two::fused(both(R::constant(0.925)), two(sin_t0, sin_t1), t24_25); // right_upper_leg, left_upper_leg
+    let t34_35 = R::Two::fused(both(R::constant(0.925)), two(sin_t0, sin_t1), t24_25);
     let t36_37 = t20_21 * t28_29; // right_lower_leg, left_lower_leg: sums of what it carries
     let t38_39 = R::Two::fused(both(R::constant(-2.0)), t26_27, -t30_31); // right_foot, left_foot
     let t40_41 = both(R::constant(2.0)) * t32_33; // right_lower_leg, left_lower_leg: sums of what it carries
-    let t42_43 = R::Two::fused(both(R::constant(-0.925)), two(cos_t0, cos_t1), t28_29); // right_upper_leg, left_upper_leg
+    let t42_43 = R::Two::fused(both(R::constant(-0.925)), two(cos_t0, cos_t1), t28_29);
     // right_foot, left_foot: mass matrix
     let t44_45 = t22_23 + t26_27;
     let t46_47 = t20_21 * t16_17;

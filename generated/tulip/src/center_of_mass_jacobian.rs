@@ -166,7 +166,7 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t150_151 = R::Two::fused(-t130_131, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t148_149);
     let t152_153 = t66_67 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     let t154_155 = R::Two::fused(-t138_139, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t152_153);
-    let t156_157 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.023125))); // right_foot, left_foot
+    let t156_157 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.023125)));
     // right_ankle, left_ankle: sums of what it carries
     let t158_159 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t156_157;
     let t160_161 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t158_159);

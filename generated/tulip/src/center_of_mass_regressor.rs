@@ -160,9 +160,9 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     out[20][2] = t56;
     out[40][2] = t56;
     out[60][2] = t56;
-    let t57_58 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    let t57_58 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     let t59_60 = both(t5) * t57_58;
-    let t61_62 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    let t61_62 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
     let t63_64 = R::Two::fused(-both(t12), t61_62, t59_60);
     let t65_66 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), both(t20), -t63_64);
     out[42][0] = t65_66.first();
@@ -195,9 +195,9 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     out[52][2] = t77_78.second();
     out[72][2] = t77_78.second();
     out[92][2] = t77_78.second();
-    let t79_80 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    let t79_80 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     let t81_82 = both(t5) * t79_80;
-    let t83_84 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    let t83_84 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
     let t85_86 = R::Two::fused(-both(t12), t83_84, t81_82);
     let t87_88 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), both(t20), t85_86);
     out[43][0] = t87_88.first();
@@ -212,15 +212,15 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t99_100 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), both(t23), t97_98);
     out[43][2] = t99_100.first();
     out[33][2] = t99_100.second();
-    let t101_102 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
-    let t103_104 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_roll, sin_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
-    let t105_106 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t103_104, t101_102); // right_hip_yaw_link, left_hip_yaw_link
+    let t101_102 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
+    let t103_104 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_roll, sin_q_right_hip_roll);
+    let t105_106 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t103_104, t101_102);
     let t107_108 = both(t5) * t105_106;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t109_110 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     let t111_112 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t103_104, t109_110);
     let t113_114 = R::Two::fused(both(t12), t111_112, t107_108); // torso: sums of what it carries
-    let t115_116 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_roll, cos_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    let t115_116 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     // torso: sums of what it carries
     let t117_118 = R::Two::fused(-both(t20), t115_116, t113_114);
     out[61][0] = t117_118.first();
@@ -235,15 +235,15 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t129_130 = R::Two::fused(-both(t23), t115_116, t127_128);
     out[61][2] = t129_130.first();
     out[51][2] = t129_130.second();
-    let t131_132 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
-    let t133_134 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(sin_q_left_hip_roll, sin_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
-    let t135_136 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t133_134, t131_132); // right_hip_yaw_link, left_hip_yaw_link
+    let t131_132 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
+    let t133_134 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(sin_q_left_hip_roll, sin_q_right_hip_roll);
+    let t135_136 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t133_134, t131_132);
     let t137_138 = both(t5) * t135_136;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t139_140 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     let t141_142 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t133_134, t139_140);
     let t143_144 = R::Two::fused(both(t12), t141_142, t137_138); // torso: sums of what it carries
-    let t145_146 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(cos_q_left_hip_roll, cos_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    let t145_146 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     // torso: sums of what it carries
     let t147_148 = R::Two::fused(both(t20), t145_146, t143_144);
     out[63][0] = t147_148.first();
@@ -271,7 +271,7 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t170_171 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
     let t172_173 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t170_171);
     let t174_175 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t172_173; // right_hip_roll_link, left_hip_roll_link
-    let t176_177 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t174_175, t168_169); // right_hip_yaw_link, left_hip_yaw_link
+    let t176_177 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t174_175, t168_169);
     let t178_179 = both(t5) * t176_177; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t180_181 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t166_167;
@@ -294,7 +294,7 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     out[71][2] = t200_201.second();
     let t202_203 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t172_173; // right_hip_yaw_link, left_hip_yaw_link
     let t204_205 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t166_167; // right_hip_roll_link, left_hip_roll_link
-    let t206_207 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t204_205, t202_203); // right_hip_yaw_link, left_hip_yaw_link
+    let t206_207 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t204_205, t202_203);
     let t208_209 = both(t5) * t206_207;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t210_211 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t172_173;
@@ -333,13 +333,13 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t242_243 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t240_241; // right_upper_leg, left_upper_leg
     let t244_245 = two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch) * two(cos_q_left_knee_pitch, cos_q_right_knee_pitch);
     let t246_247 = R::Two::fused(two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch), two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t244_245);
-    let t248_249 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t246_247, t242_243); // right_upper_leg, left_upper_leg
+    let t248_249 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t246_247, t242_243);
     let t250_251 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t248_249; // right_hip_yaw_link, left_hip_yaw_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t252_253 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t246_247;
     let t254_255 = R::Two::fused(two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t240_241, t252_253);
     let t256_257 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t254_255; // right_hip_roll_link, left_hip_roll_link
-    let t258_259 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t256_257, t250_251); // right_hip_yaw_link, left_hip_yaw_link
+    let t258_259 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t256_257, t250_251);
     let t260_261 = both(t5) * t258_259; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t262_263 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t248_249;
@@ -368,7 +368,7 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     out[111][2] = t282_283.second();
     let t284_285 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t254_255; // right_hip_yaw_link, left_hip_yaw_link
     let t286_287 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t248_249; // right_hip_roll_link, left_hip_roll_link
-    let t288_289 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t286_287, t284_285); // right_hip_yaw_link, left_hip_yaw_link
+    let t288_289 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t286_287, t284_285);
     let t290_291 = both(t5) * t288_289;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t292_293 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t254_255;
@@ -398,22 +398,22 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     out[110][0] = R::fused(R::constant(-0.037), t300_301.second(), t235); // right_foot: columns that its parent has too
     out[110][1] = R::fused(R::constant(-0.037), t306_307.second(), t236); // right_foot: columns that its parent has too
     out[110][2] = R::fused(R::constant(-0.037), t312_313.second(), t237); // right_foot: columns that its parent has too
-    let t320_321 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch); // right_ankle, left_ankle
+    let t320_321 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
     let t322_323 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t320_321; // right_lower_leg, left_lower_leg
-    let t324_325 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch); // right_ankle, left_ankle
-    let t326_327 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t324_325, t322_323); // right_lower_leg, left_lower_leg
+    let t324_325 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
+    let t326_327 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t324_325, t322_323);
     let t328_329 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t326_327; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t330_331 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t320_321;
     let t332_333 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t324_325, t330_331);
-    let t334_335 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t332_333, t328_329); // right_upper_leg, left_upper_leg
+    let t334_335 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t332_333, t328_329);
     let t336_337 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t334_335; // right_hip_yaw_link, left_hip_yaw_link
-    let t338_339 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    let t338_339 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t340_341 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t326_327;
     let t342_343 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t332_333, t340_341);
-    let t344_345 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t342_343, t338_339); // right_hip_roll_link, left_hip_roll_link
-    let t346_347 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t344_345, t336_337); // right_hip_yaw_link, left_hip_yaw_link
+    let t344_345 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t342_343, t338_339);
+    let t346_347 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t344_345, t336_337);
     let t348_349 = both(t5) * t346_347; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t350_351 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t334_335;
@@ -436,22 +436,22 @@ pub(super) fn center_of_mass_regressor_program<R: Real>(q: &[R; NQ], out: &mut [
     let t372_373 = R::Two::fused(both(t23), t358_359, t370_371);
     out[122][2] = t372_373.first();
     out[112][2] = t372_373.second();
-    let t374_375 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch); // right_ankle, left_ankle
+    let t374_375 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
     let t376_377 = two(cos_q_left_knee_pitch, cos_q_right_knee_pitch) * t374_375; // right_lower_leg, left_lower_leg
-    let t378_379 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch); // right_ankle, left_ankle
-    let t380_381 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t378_379, t376_377); // right_lower_leg, left_lower_leg
+    let t378_379 = two(cos_q_left_ankle_roll, cos_q_right_ankle_roll) * two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch);
+    let t380_381 = R::Two::fused(-two(sin_q_left_knee_pitch, sin_q_right_knee_pitch), t378_379, t376_377);
     let t382_383 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * t380_381; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t384_385 = two(sin_q_left_knee_pitch, sin_q_right_knee_pitch) * t374_375;
     let t386_387 = R::Two::fused(two(cos_q_left_knee_pitch, cos_q_right_knee_pitch), t378_379, t384_385);
-    let t388_389 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t386_387, t382_383); // right_upper_leg, left_upper_leg
+    let t388_389 = R::Two::fused(two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t386_387, t382_383);
     let t390_391 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t388_389; // right_hip_yaw_link, left_hip_yaw_link
-    let t392_393 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    let t392_393 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t394_395 = two(cos_q_left_hip_pitch, cos_q_right_hip_pitch) * t380_381;
     let t396_397 = R::Two::fused(-two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t386_387, t394_395);
-    let t398_399 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t396_397, t392_393); // right_hip_roll_link, left_hip_roll_link
-    let t400_401 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t398_399, t390_391); // right_hip_yaw_link, left_hip_yaw_link
+    let t398_399 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t396_397, t392_393);
+    let t400_401 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t398_399, t390_391);
     let t402_403 = both(t5) * t400_401; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t404_405 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t388_389;

@@ -420,7 +420,7 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     t477 = t464 + t472;
     t478 = t467 + t474;
     t479 = t470 + t476;
-    t480_481 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.023125))); // right_foot, left_foot
+    t480_481 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.023125)));
     // right_ankle, left_ankle: sums of what it carries
     t482_483 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t480_481;
     t484_485 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t482_483);

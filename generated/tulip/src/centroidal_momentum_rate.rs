@@ -664,7 +664,7 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t840 = t827 + t835;
     t841 = t830 + t837;
     t842 = t833 + t839;
-    t843_844 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.023125))); // right_foot, left_foot
+    t843_844 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.023125)));
     // right_ankle, left_ankle: sums of what it carries
     t845_846 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t843_844;
     t847_848 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t845_846);

@@ -188,18 +188,18 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t51 = R::constant(1.0) - t50;
     t52 = t51 * R::constant(9.81);
     t53 = t47 + t52;
-    t54_55 = R::Two::fused(both(t53), two(R::constant(-1.0), R::constant(1.0)), both(t45)); // right_hip_yaw_link, left_hip_yaw_link
-    t56_57 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t54_55, t42_43); // right_hip_roll_link, left_hip_roll_link
+    t54_55 = R::Two::fused(both(t53), two(R::constant(-1.0), R::constant(1.0)), both(t45));
+    t56_57 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t54_55, t42_43);
     t58_59 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t56_57; // right_upper_leg, left_upper_leg: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t60_61 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
     t62_63 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t38_39, t60_61);
-    t64_65 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t58_59); // right_upper_leg, left_upper_leg
+    t64_65 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t58_59);
     t66_67 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t68_69 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t66_67);
     t70_71 = t68_69 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
     t72_73 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t74_75 = R::Two::fused(t72_73, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t70_71); // right_hip_roll_link, left_hip_roll_link
+    t74_75 = R::Two::fused(t72_73, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t70_71);
     t76_77 = t74_75 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
     t78_79 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t80_81 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t78_79);
@@ -448,7 +448,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
         t817_818,
     );
     t374_375 = both(R::constant(0.0029269125)) - t372_373;
-    t376_377 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t376_377 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t378_379 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.001221));
     t380_381 = both(R::constant(0.001228333333)) + t378_379;
     // right_ankle, left_ankle: sums of what it carries
@@ -463,7 +463,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t394_395 = R::Two::fused(both(R::constant(-2.0)), t392_393, t384_385);
     t396_397 = t374_375 + t394_395;
     t398_399 = both(R::constant(0.072308716667)) - t396_397;
-    t400_401 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t400_401 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t402_403 = t380_381 - t394_395;
     // right_foot, left_foot: sums of what it carries
     t404_405 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
@@ -490,7 +490,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t438_439 = R::Two::fused(both(R::constant(-2.0)), t436_437, t418_419);
     t440_441 = t398_399 - t438_439;
     t442_443 = both(R::constant(0.22879800003)) + t440_441;
-    t444_445 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t444_445 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t446_447 = t414_415 - t438_439;
     t448_449 = both(R::constant(0.3111)) + t410_411; // right_ankle, left_ankle: sums of what it carries
     t450_451 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t448_449;
@@ -514,7 +514,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t480_481 = t476_477 * t478_479;
     t482_483 = R::Two::fused(both(R::constant(-2.0)), t480_481, t462_463);
     t484_485 = t442_443 - t482_483;
-    t486_487 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t486_487 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     // right_foot, left_foot: sums of what it carries
     t488_489 = both(R::constant(0.00009166667)) - t372_373;
     t490_491 = t488_489 - t378_379;
@@ -551,7 +551,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t540_541 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t522_523;
     t542_543 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t530_531, t540_541);
     t544_545 = both(R::constant(0.000048)) - t542_543;
-    t546_547 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t544_545, t538_539); // right_upper_leg, left_upper_leg
+    t546_547 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t544_545, t538_539);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t548_549 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t550_551 = t546_547 * t548_549;
@@ -561,17 +561,17 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t558_559 = both(R::constant(0.8355)) + t454_455; // right_lower_leg, left_lower_leg: sums of what it carries
     t560_561 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t558_559; // right_upper_leg, left_upper_leg
     t562_563 = both(R::constant(0.012)) - t472_473; // right_lower_leg, left_lower_leg: sums of what it carries
-    t564_565 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t562_563, t560_561); // right_upper_leg, left_upper_leg
+    t564_565 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t562_563, t560_561);
     t566_567 = both(R::constant(0.008)) + t564_565;
     t568_569 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t566_567; // right_hip_yaw_link, left_hip_yaw_link
     t570_571 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
-    t572_573 = R::Two::fused(t570_571, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01))); // right_upper_leg, left_upper_leg
+    t572_573 = R::Two::fused(t570_571, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
     t574_575 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t572_573;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t576_577 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t558_559;
     t578_579 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t562_563, t576_577);
-    t580_581 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t578_579, t574_575); // right_hip_roll_link, left_hip_roll_link
-    t582_583 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t580_581, t568_569); // right_hip_yaw_link, left_hip_yaw_link
+    t580_581 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t578_579, t574_575);
+    t582_583 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t580_581, t568_569);
     t584 = R::fused(R::constant(0.0764), t582_583.first(), t556_557.first()); // right_hip_yaw_link: mass matrix
     t585 = t582_583.second() * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
     t586 = t556_557.second() - t585; // left_hip_yaw_link: sums of what it carries
@@ -720,7 +720,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t794_795 = t476_477 * t444_445;
     t796_797 = R::Two::fused(both(R::constant(-2.0)), t794_795, t476_477);
     t798_799 = R::Two::fused(-t478_479, t460_461, t796_797);
-    t800_801 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t798_799, t792_793); // right_hip_roll_link, left_hip_roll_link
+    t800_801 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t798_799, t792_793);
     t802 = t800_801.second() - t787; // left_hip_roll_link: mass matrix
     t803 = t787 - t802; // other
     // right_foot, left_foot: mass matrix
@@ -818,14 +818,14 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t877_878 = R::Two::fused(two(R::constant(0.008), R::constant(-0.008)), t40_41, t875_876);
     t879_880 = both(R::constant(0.3052705042)) * t110_111; // right_hip_roll_link, left_hip_roll_link
     t881_882 = t74_75 * t82_83; // right_hip_roll_link, left_hip_roll_link: motion
-    t883_884 = R::Two::fused(both(R::constant(0.305437170867)), t881_882, t879_880); // right_hip_roll_link, left_hip_roll_link
+    t883_884 = R::Two::fused(both(R::constant(0.305437170867)), t881_882, t879_880);
     // right_upper_leg, left_upper_leg: wrench that its motion needs
     t885_886 = both(R::constant(0.231642)) * t110_111;
     t887_888 = R::Two::fused(both(R::constant(0.22879800003)), t116_117, t885_886);
     // right_upper_leg, left_upper_leg: motion
     t889_890 = t84_85 * t92_93;
     t891_892 = t196_197 - t889_890;
-    t893_894 = R::Two::fused(two(R::constant(0.00193), R::constant(-0.00193)), t891_892, t887_888); // right_upper_leg, left_upper_leg
+    t893_894 = R::Two::fused(two(R::constant(0.00193), R::constant(-0.00193)), t891_892, t887_888);
     t895_896 = R::Two::fused(t298_299, two(R::constant(1.0), R::constant(-1.0)), t204_205);
     t897 = R::fused(R::constant(0.000048), t895_896.first(), t893_894.first()); // right_upper_leg
     t898_899 = t114_115 * t114_115;
@@ -841,7 +841,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     // right_lower_leg, left_lower_leg: motion
     t912_913 = t126_127 * t130_131;
     t914_915 = t208_209 - t912_913;
-    t916_917 = R::Two::fused(two(R::constant(0.00024), R::constant(-0.00024)), t914_915, t910_911); // right_lower_leg, left_lower_leg
+    t916_917 = R::Two::fused(two(R::constant(0.00024), R::constant(-0.00024)), t914_915, t910_911);
     t918_919 = R::Two::fused(t303_304, two(R::constant(1.0), R::constant(-1.0)), t216_217);
     t920 = R::fused(R::constant(0.000016), t918_919.first(), t916_917.first()); // right_lower_leg
     t921_922 = t146_147 * t146_147;
@@ -973,7 +973,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1093 = cos_q_right_hip_pitch * t1092; // right_upper_leg: wrench handed to its parent
     t1094_1095 = t298_299 * both(R::constant(0.46044000003)); // right_upper_leg, left_upper_leg
     t1096_1097 = t110_111 - t116_117; // right_upper_leg, left_upper_leg: motion
-    t1098_1099 = R::Two::fused(two(R::constant(-0.000048), R::constant(0.000048)), t1096_1097, t1094_1095); // right_upper_leg, left_upper_leg
+    t1098_1099 = R::Two::fused(two(R::constant(-0.000048), R::constant(0.000048)), t1096_1097, t1094_1095);
     t1100_1101 = t196_197 + t889_890; // right_upper_leg, left_upper_leg: motion
     // right_upper_leg, left_upper_leg: wrench that its motion needs
     t1102_1103 = R::Two::fused(both(R::constant(0.002)), t1100_1101, t1098_1099);
@@ -1010,7 +1010,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1138_1139 = t546_547 * t486_487;
     t1140_1141 = R::Two::fused(both(R::constant(-2.0)), t1138_1139, t546_547);
     t1142_1143 = R::Two::fused(t548_549 * two(R::constant(-1.0), R::constant(1.0)), t504_505, t1140_1141);
-    t1144_1145 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1142_1143, t1136_1137); // right_hip_yaw_link, left_hip_yaw_link
+    t1144_1145 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1142_1143, t1136_1137);
     t1146 = R::constant(0.0404594) + t1144_1145.second(); // left_hip_yaw_link: sums of what it carries
     t1147 = t1146 - t1144_1145.first(); // right_hip_yaw_link: sums of what it carries
     // other
@@ -1475,7 +1475,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t1604 = t1162 * t1525;
     t1605 = R::fused(-t592, t1533, t1604);
     t1606_1607 = both(R::constant(0.305783837533)) - t832_833; // right_hip_roll_link, left_hip_roll_link
-    t1608_1609 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1608_1609 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t1610_1611 = t502_503 + t552_553; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1612_1613 = t1610_1611 - t1606_1607;
@@ -2300,7 +2300,7 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     t2333 = t2330 - t2332;
     t2334_2335 = both(R::constant(0.305783837533)) * t192_193; // right_hip_yaw_link, left_hip_yaw_link
     t2336_2337 = t68_69 * t72_73; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t2338_2339 = R::Two::fused(both(R::constant(-0.305963837533)), t2336_2337, t2334_2335); // right_hip_yaw_link, left_hip_yaw_link
+    t2338_2339 = R::Two::fused(both(R::constant(-0.305963837533)), t2336_2337, t2334_2335);
     t2340 = t2338_2339.second() - t1477; // left_hip_roll_link: wrench handed to its parent
     t2341 = cos_q_left_hip_yaw * t2340; // left_hip_yaw_link: wrench handed to its parent
     // right_hip_yaw_link, left_hip_yaw_link: wrench that its motion needs
@@ -2932,18 +2932,18 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t51 = R::constant(1.0) - t50;
     t52 = t51 * R::constant(9.81);
     t53 = t47 + t52;
-    t54_55 = R::Two::fused(both(t53), two(R::constant(-1.0), R::constant(1.0)), both(t45)); // right_hip_yaw_link, left_hip_yaw_link
-    t56_57 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t54_55, t42_43); // right_hip_roll_link, left_hip_roll_link
+    t54_55 = R::Two::fused(both(t53), two(R::constant(-1.0), R::constant(1.0)), both(t45));
+    t56_57 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t54_55, t42_43);
     t58_59 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t56_57; // right_upper_leg, left_upper_leg: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t60_61 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
     t62_63 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t38_39, t60_61);
-    t64_65 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t58_59); // right_upper_leg, left_upper_leg
+    t64_65 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t58_59);
     t66_67 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t68_69 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t66_67);
     t70_71 = t68_69 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
     t72_73 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t74_75 = R::Two::fused(t72_73, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t70_71); // right_hip_roll_link, left_hip_roll_link
+    t74_75 = R::Two::fused(t72_73, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t70_71);
     t76_77 = t74_75 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
     t78_79 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t80_81 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t78_79);
@@ -3194,7 +3194,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
         t832_833,
     );
     t389_390 = both(R::constant(0.0029269125)) - t387_388;
-    t391_392 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t391_392 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t393_394 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.001221));
     t395_396 = both(R::constant(0.001228333333)) + t393_394;
     // right_ankle, left_ankle: sums of what it carries
@@ -3209,7 +3209,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t409_410 = R::Two::fused(both(R::constant(-2.0)), t407_408, t399_400);
     t411_412 = t389_390 + t409_410;
     t413_414 = both(R::constant(0.072308716667)) - t411_412;
-    t415_416 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t415_416 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t417_418 = t395_396 - t409_410;
     // right_foot, left_foot: sums of what it carries
     t419_420 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
@@ -3236,7 +3236,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t453_454 = R::Two::fused(both(R::constant(-2.0)), t451_452, t433_434);
     t455_456 = t413_414 - t453_454;
     t457_458 = both(R::constant(0.22879800003)) + t455_456;
-    t459_460 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t459_460 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t461_462 = t429_430 - t453_454;
     t463_464 = both(R::constant(0.3111)) + t425_426; // right_ankle, left_ankle: sums of what it carries
     t465_466 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t463_464;
@@ -3260,7 +3260,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t495_496 = t491_492 * t493_494;
     t497_498 = R::Two::fused(both(R::constant(-2.0)), t495_496, t477_478);
     t499_500 = t457_458 - t497_498;
-    t501_502 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t501_502 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     // right_foot, left_foot: sums of what it carries
     t503_504 = both(R::constant(0.00009166667)) - t387_388;
     t505_506 = t503_504 - t393_394;
@@ -3297,7 +3297,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t555_556 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t537_538;
     t557_558 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t545_546, t555_556);
     t559_560 = both(R::constant(0.000048)) - t557_558;
-    t561_562 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t559_560, t553_554); // right_upper_leg, left_upper_leg
+    t561_562 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t559_560, t553_554);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t563_564 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t565_566 = t561_562 * t563_564;
@@ -3307,17 +3307,17 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t573_574 = both(R::constant(0.8355)) + t469_470; // right_lower_leg, left_lower_leg: sums of what it carries
     t575_576 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t573_574; // right_upper_leg, left_upper_leg
     t577_578 = both(R::constant(0.012)) - t487_488; // right_lower_leg, left_lower_leg: sums of what it carries
-    t579_580 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t577_578, t575_576); // right_upper_leg, left_upper_leg
+    t579_580 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t577_578, t575_576);
     t581_582 = both(R::constant(0.008)) + t579_580;
     t583_584 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t581_582; // right_hip_yaw_link, left_hip_yaw_link
     t585_586 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
-    t587_588 = R::Two::fused(t585_586, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01))); // right_upper_leg, left_upper_leg
+    t587_588 = R::Two::fused(t585_586, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
     t589_590 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t587_588;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t591_592 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t573_574;
     t593_594 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t577_578, t591_592);
-    t595_596 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t593_594, t589_590); // right_hip_roll_link, left_hip_roll_link
-    t597_598 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t595_596, t583_584); // right_hip_yaw_link, left_hip_yaw_link
+    t595_596 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t593_594, t589_590);
+    t597_598 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t595_596, t583_584);
     t599 = R::fused(R::constant(0.0764), t597_598.first(), t571_572.first()); // right_hip_yaw_link: mass matrix
     t600 = t597_598.second() * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
     t601 = t571_572.second() - t600; // left_hip_yaw_link: sums of what it carries
@@ -3466,7 +3466,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t809_810 = t491_492 * t459_460;
     t811_812 = R::Two::fused(both(R::constant(-2.0)), t809_810, t491_492);
     t813_814 = R::Two::fused(-t493_494, t475_476, t811_812);
-    t815_816 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t813_814, t807_808); // right_hip_roll_link, left_hip_roll_link
+    t815_816 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t813_814, t807_808);
     t817 = t815_816.second() - t802; // left_hip_roll_link: mass matrix
     t818 = t802 - t817; // other
     // right_foot, left_foot: mass matrix
@@ -3565,14 +3565,14 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t892_893 = R::Two::fused(two(R::constant(0.008), R::constant(-0.008)), t40_41, t890_891);
     t894_895 = both(R::constant(0.3052705042)) * t110_111; // right_hip_roll_link, left_hip_roll_link
     t896_897 = t74_75 * t82_83; // right_hip_roll_link, left_hip_roll_link: motion
-    t898_899 = R::Two::fused(both(R::constant(0.305437170867)), t896_897, t894_895); // right_hip_roll_link, left_hip_roll_link
+    t898_899 = R::Two::fused(both(R::constant(0.305437170867)), t896_897, t894_895);
     // right_upper_leg, left_upper_leg: wrench that its motion needs
     t900_901 = both(R::constant(0.231642)) * t110_111;
     t902_903 = R::Two::fused(both(R::constant(0.22879800003)), t116_117, t900_901);
     // right_upper_leg, left_upper_leg: motion
     t904_905 = t84_85 * t92_93;
     t906_907 = t200_201 - t904_905;
-    t908_909 = R::Two::fused(two(R::constant(0.00193), R::constant(-0.00193)), t906_907, t902_903); // right_upper_leg, left_upper_leg
+    t908_909 = R::Two::fused(two(R::constant(0.00193), R::constant(-0.00193)), t906_907, t902_903);
     t910_911 = R::Two::fused(t307_308, two(R::constant(1.0), R::constant(-1.0)), t208_209);
     t912 = R::fused(R::constant(0.000048), t910_911.first(), t908_909.first()); // right_upper_leg
     t913_914 = t114_115 * t114_115;
@@ -3588,7 +3588,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     // right_lower_leg, left_lower_leg: motion
     t927_928 = t126_127 * t130_131;
     t929_930 = t212_213 - t927_928;
-    t931_932 = R::Two::fused(two(R::constant(0.00024), R::constant(-0.00024)), t929_930, t925_926); // right_lower_leg, left_lower_leg
+    t931_932 = R::Two::fused(two(R::constant(0.00024), R::constant(-0.00024)), t929_930, t925_926);
     t933_934 = R::Two::fused(t312_313, two(R::constant(1.0), R::constant(-1.0)), t220_221);
     t935 = R::fused(R::constant(0.000016), t933_934.first(), t931_932.first()); // right_lower_leg
     t936_937 = t146_147 * t146_147;
@@ -3637,7 +3637,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1005_1006 = both(R::constant(0.0154)) * t1003_1004;
     t1007_1008 = R::Two::fused(both(R::constant(-0.023125)), t166_167, t1005_1006);
     t1009_1010 = R::Two::fused(both(R::constant(-0.0165)), t234_235, t1007_1008); // right_foot, left_foot
-    t1011_1012 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t1009_1010, t1001_1002); // right_ankle, left_ankle
+    t1011_1012 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t1009_1010, t1001_1002);
     t1013 = R::fused(R::constant(0.273), t1011_1012.first(), t984); // right_ankle: wrench handed to its parent
     t1014 = t922 + t1013; // right_lower_leg: wrench handed to its parent
     t1015_1016 = t110_111 - t148_149; // right_lower_leg, left_lower_leg: motion
@@ -3654,7 +3654,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1031_1032 = both(R::constant(0.008)) * t1029_1030;
     t1033_1034 = R::Two::fused(both(R::constant(-0.3111)), t150_151, t1031_1032);
     t1035_1036 = t1033_1034 - t1011_1012; // right_ankle, left_ankle: wrench handed to its parent
-    t1037_1038 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1035_1036, t1027_1028); // right_lower_leg, left_lower_leg
+    t1037_1038 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1035_1036, t1027_1028);
     t1039 = R::fused(R::constant(0.315), t1037_1038.first(), t1014); // right_lower_leg: wrench handed to its parent
     t1040 = t898_899.first() - t1039; // right_upper_leg: wrench handed to its parent
     t1041 = sin_q_right_hip_roll * t1040; // right_hip_roll_link: wrench handed to its parent
@@ -3727,7 +3727,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1131 = cos_q_right_hip_pitch * t1130; // right_upper_leg: wrench handed to its parent
     t1132_1133 = t307_308 * both(R::constant(0.46044000003)); // right_upper_leg, left_upper_leg
     t1134_1135 = t110_111 - t116_117; // right_upper_leg, left_upper_leg: motion
-    t1136_1137 = R::Two::fused(two(R::constant(-0.000048), R::constant(0.000048)), t1134_1135, t1132_1133); // right_upper_leg, left_upper_leg
+    t1136_1137 = R::Two::fused(two(R::constant(-0.000048), R::constant(0.000048)), t1134_1135, t1132_1133);
     t1138_1139 = t200_201 + t904_905; // right_upper_leg, left_upper_leg: motion
     // right_upper_leg, left_upper_leg: wrench that its motion needs
     t1140_1141 = R::Two::fused(both(R::constant(0.002)), t1138_1139, t1136_1137);
@@ -3764,7 +3764,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1176_1177 = t561_562 * t501_502;
     t1178_1179 = R::Two::fused(both(R::constant(-2.0)), t1176_1177, t561_562);
     t1180_1181 = R::Two::fused(t563_564 * two(R::constant(-1.0), R::constant(1.0)), t519_520, t1178_1179);
-    t1182_1183 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1180_1181, t1174_1175); // right_hip_yaw_link, left_hip_yaw_link
+    t1182_1183 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1180_1181, t1174_1175);
     t1184 = R::constant(0.0404594) + t1182_1183.second(); // left_hip_yaw_link: sums of what it carries
     t1185 = t1184 - t1182_1183.first(); // right_hip_yaw_link: sums of what it carries
     // other
@@ -3896,13 +3896,13 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1290_1291 = both(R::constant(0.012)) * t1288_1289;
     t1292_1293 = R::Two::fused(both(R::constant(-0.8355)), t118_119, t1290_1291);
     t1294_1295 = t1292_1293 - t1037_1038; // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t1296_1297 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1294_1295, t1286_1287); // right_upper_leg, left_upper_leg
+    t1296_1297 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1294_1295, t1286_1287);
     t1298_1299 = t192_193 + t1042_1043; // right_hip_roll_link, left_hip_roll_link: motion
-    t1300_1301 = R::Two::fused(both(R::constant(0.01)), t1298_1299, t1296_1297 * two(R::constant(1.0), R::constant(-1.0))); // right_upper_leg, left_upper_leg
+    t1300_1301 = R::Two::fused(both(R::constant(0.01)), t1298_1299, t1296_1297 * two(R::constant(1.0), R::constant(-1.0)));
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t1302_1303 = t68_69 * t68_69;
     t1304_1305 = R::Two::fused(t72_73, t72_73, t1302_1303);
-    t1306_1307 = R::Two::fused(both(R::constant(0.008)), t1304_1305, t1300_1301 * two(R::constant(1.0), R::constant(-1.0))); // right_hip_roll_link, left_hip_roll_link
+    t1306_1307 = R::Two::fused(both(R::constant(0.008)), t1304_1305, t1300_1301 * two(R::constant(1.0), R::constant(-1.0)));
     t1308_1309 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1306_1307; // right_hip_yaw_link, left_hip_yaw_link
     t1310_1311 = both(R::constant(0.012)) * t1138_1139; // right_upper_leg, left_upper_leg: wrench that its motion needs
     t1312 = R::fused(R::constant(-0.8355), t910_911.second(), t1310_1311.second()); // left_upper_leg
@@ -3918,7 +3918,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: motion
     t1324_1325 = t90_91 * t74_75;
     t1326_1327 = t196_197 + t1324_1325;
-    t1328_1329 = R::Two::fused(both(R::constant(0.01)), t1326_1327, t1322_1323 * two(R::constant(1.0), R::constant(-1.0))); // right_upper_leg, left_upper_leg
+    t1328_1329 = R::Two::fused(both(R::constant(0.01)), t1326_1327, t1322_1323 * two(R::constant(1.0), R::constant(-1.0)));
     t1330 = R::fused(-sin_q_left_hip_roll, t1328_1329.second(), t1319); // left_hip_roll_link
     t1331 = R::fused(R::constant(0.008), t888_889.second(), -t1330); // left_hip_roll_link: wrench handed to its parent
     t1332 = R::fused(-sin_q_left_hip_yaw, t1331, t1308_1309.second()); // left_hip_yaw_link: wrench handed to its parent
@@ -4232,7 +4232,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t1656 = t1200 * t1643;
     t1657 = R::fused(-t607, t1650, t1656);
     t1658_1659 = both(R::constant(0.305783837533)) - t847_848; // right_hip_roll_link, left_hip_roll_link
-    t1660_1661 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1660_1661 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t1662_1663 = t517_518 + t567_568; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1664_1665 = t1662_1663 - t1658_1659;
@@ -5204,7 +5204,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
     t2517 = t2514 - t2516;
     t2518_2519 = both(R::constant(0.305783837533)) * t196_197; // right_hip_yaw_link, left_hip_yaw_link
     t2520_2521 = t68_69 * t72_73; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t2522_2523 = R::Two::fused(both(R::constant(-0.305963837533)), t2520_2521, t2518_2519); // right_hip_yaw_link, left_hip_yaw_link
+    t2522_2523 = R::Two::fused(both(R::constant(-0.305963837533)), t2520_2521, t2518_2519);
     t2524 = t2522_2523.second() - t1491; // left_hip_roll_link: wrench handed to its parent
     t2525 = cos_q_left_hip_yaw * t2524; // left_hip_yaw_link: wrench handed to its parent
     // right_hip_yaw_link, left_hip_yaw_link: wrench that its motion needs
@@ -6995,18 +6995,18 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t51 = R::constant(1.0) - t50;
     t52 = t51 * R::constant(9.81);
     t53 = t47 + t52;
-    t54_55 = R::Two::fused(both(t53), two(R::constant(-1.0), R::constant(1.0)), both(t45)); // right_hip_yaw_link, left_hip_yaw_link
-    t56_57 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t54_55, t42_43); // right_hip_roll_link, left_hip_roll_link
+    t54_55 = R::Two::fused(both(t53), two(R::constant(-1.0), R::constant(1.0)), both(t45));
+    t56_57 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t54_55, t42_43);
     t58_59 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t56_57; // right_upper_leg, left_upper_leg: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t60_61 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
     t62_63 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t38_39, t60_61);
-    t64_65 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t58_59); // right_upper_leg, left_upper_leg
+    t64_65 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t58_59);
     t66_67 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t68_69 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t66_67);
     t70_71 = t68_69 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
     t72_73 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t74_75 = R::Two::fused(t72_73, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t70_71); // right_hip_roll_link, left_hip_roll_link
+    t74_75 = R::Two::fused(t72_73, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t70_71);
     t76_77 = t74_75 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
     t78_79 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t80_81 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t78_79);
@@ -7255,7 +7255,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
         t817_818,
     );
     t374_375 = both(R::constant(0.0029269125)) - t372_373;
-    t376_377 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t376_377 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t378_379 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.001221));
     t380_381 = both(R::constant(0.001228333333)) + t378_379;
     // right_ankle, left_ankle: sums of what it carries
@@ -7270,7 +7270,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t394_395 = R::Two::fused(both(R::constant(-2.0)), t392_393, t384_385);
     t396_397 = t374_375 + t394_395;
     t398_399 = both(R::constant(0.072308716667)) - t396_397;
-    t400_401 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t400_401 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t402_403 = t380_381 - t394_395;
     // right_foot, left_foot: sums of what it carries
     t404_405 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
@@ -7297,7 +7297,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t438_439 = R::Two::fused(both(R::constant(-2.0)), t436_437, t418_419);
     t440_441 = t398_399 - t438_439;
     t442_443 = both(R::constant(0.22879800003)) + t440_441;
-    t444_445 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t444_445 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t446_447 = t414_415 - t438_439;
     t448_449 = both(R::constant(0.3111)) + t410_411; // right_ankle, left_ankle: sums of what it carries
     t450_451 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t448_449;
@@ -7321,7 +7321,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t480_481 = t476_477 * t478_479;
     t482_483 = R::Two::fused(both(R::constant(-2.0)), t480_481, t462_463);
     t484_485 = t442_443 - t482_483;
-    t486_487 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t486_487 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     // right_foot, left_foot: sums of what it carries
     t488_489 = both(R::constant(0.00009166667)) - t372_373;
     t490_491 = t488_489 - t378_379;
@@ -7358,7 +7358,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t540_541 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t522_523;
     t542_543 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t530_531, t540_541);
     t544_545 = both(R::constant(0.000048)) - t542_543;
-    t546_547 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t544_545, t538_539); // right_upper_leg, left_upper_leg
+    t546_547 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t544_545, t538_539);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t548_549 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t550_551 = t546_547 * t548_549;
@@ -7368,17 +7368,17 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t558_559 = both(R::constant(0.8355)) + t454_455; // right_lower_leg, left_lower_leg: sums of what it carries
     t560_561 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t558_559; // right_upper_leg, left_upper_leg
     t562_563 = both(R::constant(0.012)) - t472_473; // right_lower_leg, left_lower_leg: sums of what it carries
-    t564_565 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t562_563, t560_561); // right_upper_leg, left_upper_leg
+    t564_565 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t562_563, t560_561);
     t566_567 = both(R::constant(0.008)) + t564_565;
     t568_569 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t566_567; // right_hip_yaw_link, left_hip_yaw_link
     t570_571 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
-    t572_573 = R::Two::fused(t570_571, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01))); // right_upper_leg, left_upper_leg
+    t572_573 = R::Two::fused(t570_571, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
     t574_575 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t572_573;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t576_577 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t558_559;
     t578_579 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t562_563, t576_577);
-    t580_581 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t578_579, t574_575); // right_hip_roll_link, left_hip_roll_link
-    t582_583 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t580_581, t568_569); // right_hip_yaw_link, left_hip_yaw_link
+    t580_581 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t578_579, t574_575);
+    t582_583 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t580_581, t568_569);
     t584 = R::fused(R::constant(-0.0764), t582_583.second(), t556_557.second()); // left_hip_yaw_link: mass matrix
     t585 = t582_583.second() * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
     t586 = t556_557.second() - t585; // left_hip_yaw_link: sums of what it carries
@@ -7527,7 +7527,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t794_795 = t476_477 * t444_445;
     t796_797 = R::Two::fused(both(R::constant(-2.0)), t794_795, t476_477);
     t798_799 = R::Two::fused(-t478_479, t460_461, t796_797);
-    t800_801 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t798_799, t792_793); // right_hip_roll_link, left_hip_roll_link
+    t800_801 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t798_799, t792_793);
     t802 = t800_801.first() + t787; // right_hip_roll_link: mass matrix
     t803 = t787 + t802; // other
     // right_foot, left_foot: mass matrix
@@ -7625,14 +7625,14 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t877_878 = R::Two::fused(two(R::constant(0.008), R::constant(-0.008)), t40_41, t875_876);
     t879_880 = both(R::constant(0.3052705042)) * t110_111; // right_hip_roll_link, left_hip_roll_link
     t881_882 = t74_75 * t82_83; // right_hip_roll_link, left_hip_roll_link: motion
-    t883_884 = R::Two::fused(both(R::constant(0.305437170867)), t881_882, t879_880); // right_hip_roll_link, left_hip_roll_link
+    t883_884 = R::Two::fused(both(R::constant(0.305437170867)), t881_882, t879_880);
     // right_upper_leg, left_upper_leg: wrench that its motion needs
     t885_886 = both(R::constant(0.231642)) * t110_111;
     t887_888 = R::Two::fused(both(R::constant(0.22879800003)), t116_117, t885_886);
     // right_upper_leg, left_upper_leg: motion
     t889_890 = t84_85 * t92_93;
     t891_892 = t196_197 - t889_890;
-    t893_894 = R::Two::fused(two(R::constant(0.00193), R::constant(-0.00193)), t891_892, t887_888); // right_upper_leg, left_upper_leg
+    t893_894 = R::Two::fused(two(R::constant(0.00193), R::constant(-0.00193)), t891_892, t887_888);
     t895_896 = R::Two::fused(t298_299, two(R::constant(-1.0), R::constant(1.0)), t204_205);
     t897 = R::fused(R::constant(-0.000048), t895_896.second(), t893_894.second()); // left_upper_leg
     t898_899 = t114_115 * t114_115;
@@ -7648,7 +7648,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     // right_lower_leg, left_lower_leg: motion
     t912_913 = t126_127 * t130_131;
     t914_915 = t208_209 - t912_913;
-    t916_917 = R::Two::fused(two(R::constant(0.00024), R::constant(-0.00024)), t914_915, t910_911); // right_lower_leg, left_lower_leg
+    t916_917 = R::Two::fused(two(R::constant(0.00024), R::constant(-0.00024)), t914_915, t910_911);
     t918_919 = R::Two::fused(t303_304, two(R::constant(-1.0), R::constant(1.0)), t216_217);
     t920 = R::fused(R::constant(-0.000016), t918_919.second(), t916_917.second()); // left_lower_leg
     t921_922 = t146_147 * t146_147;
@@ -7780,7 +7780,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1093 = cos_q_left_hip_pitch * t1092; // left_upper_leg: wrench handed to its parent
     t1094_1095 = t298_299 * both(R::constant(0.46044000003)); // right_upper_leg, left_upper_leg
     t1096_1097 = t110_111 - t116_117; // right_upper_leg, left_upper_leg: motion
-    t1098_1099 = R::Two::fused(two(R::constant(-0.000048), R::constant(0.000048)), t1096_1097, t1094_1095); // right_upper_leg, left_upper_leg
+    t1098_1099 = R::Two::fused(two(R::constant(-0.000048), R::constant(0.000048)), t1096_1097, t1094_1095);
     t1100_1101 = t196_197 + t889_890; // right_upper_leg, left_upper_leg: motion
     // right_upper_leg, left_upper_leg: wrench that its motion needs
     t1102_1103 = R::Two::fused(both(R::constant(0.002)), t1100_1101, t1098_1099);
@@ -7817,7 +7817,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1138_1139 = t546_547 * t486_487;
     t1140_1141 = R::Two::fused(both(R::constant(-2.0)), t1138_1139, t546_547);
     t1142_1143 = R::Two::fused(t548_549 * two(R::constant(-1.0), R::constant(1.0)), t504_505, t1140_1141);
-    t1144_1145 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1142_1143, t1136_1137); // right_hip_yaw_link, left_hip_yaw_link
+    t1144_1145 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1142_1143, t1136_1137);
     t1146 = R::constant(0.0404594) + t1144_1145.second(); // left_hip_yaw_link: sums of what it carries
     t1147 = t1146 - t1144_1145.first(); // right_hip_yaw_link: sums of what it carries
     // other
@@ -8282,7 +8282,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t1604 = t1162 * t1525;
     t1605 = R::fused(-t592, t1533, t1604);
     t1606_1607 = both(R::constant(0.305783837533)) - t832_833; // right_hip_roll_link, left_hip_roll_link
-    t1608_1609 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1608_1609 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t1610_1611 = t502_503 + t552_553; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1612_1613 = t1610_1611 - t1606_1607;
@@ -9107,7 +9107,7 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     t2333 = t2330 - t2332;
     t2334_2335 = both(R::constant(0.305783837533)) * t192_193; // right_hip_yaw_link, left_hip_yaw_link
     t2336_2337 = t68_69 * t72_73; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t2338_2339 = R::Two::fused(both(R::constant(-0.305963837533)), t2336_2337, t2334_2335); // right_hip_yaw_link, left_hip_yaw_link
+    t2338_2339 = R::Two::fused(both(R::constant(-0.305963837533)), t2336_2337, t2334_2335);
     t2340 = sin_q_left_hip_pitch * t1092; // left_upper_leg: wrench handed to its parent
     t2341 = R::fused(-cos_q_left_hip_pitch, t1117, t2340); // left_upper_leg: wrench handed to its parent
     t2342 = t1473_1474.second() + t2341; // left_upper_leg: wrench handed to its parent
@@ -9737,18 +9737,18 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t51 = R::constant(1.0) - t50;
     t52 = t51 * R::constant(9.81);
     t53 = t47 + t52;
-    t54_55 = R::Two::fused(both(t53), two(R::constant(-1.0), R::constant(1.0)), both(t45)); // right_hip_yaw_link, left_hip_yaw_link
-    t56_57 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t54_55, t42_43); // right_hip_roll_link, left_hip_roll_link
+    t54_55 = R::Two::fused(both(t53), two(R::constant(-1.0), R::constant(1.0)), both(t45));
+    t56_57 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t54_55, t42_43);
     t58_59 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t56_57; // right_upper_leg, left_upper_leg: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t60_61 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
     t62_63 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t38_39, t60_61);
-    t64_65 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t58_59); // right_upper_leg, left_upper_leg
+    t64_65 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t58_59);
     t66_67 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t68_69 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t66_67);
     t70_71 = t68_69 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
     t72_73 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t74_75 = R::Two::fused(t72_73, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t70_71); // right_hip_roll_link, left_hip_roll_link
+    t74_75 = R::Two::fused(t72_73, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t70_71);
     t76_77 = t74_75 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
     t78_79 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t80_81 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t78_79);
@@ -9999,7 +9999,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
         t832_833,
     );
     t389_390 = both(R::constant(0.0029269125)) - t387_388;
-    t391_392 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t391_392 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t393_394 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.001221));
     t395_396 = both(R::constant(0.001228333333)) + t393_394;
     // right_ankle, left_ankle: sums of what it carries
@@ -10014,7 +10014,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t409_410 = R::Two::fused(both(R::constant(-2.0)), t407_408, t399_400);
     t411_412 = t389_390 + t409_410;
     t413_414 = both(R::constant(0.072308716667)) - t411_412;
-    t415_416 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t415_416 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t417_418 = t395_396 - t409_410;
     // right_foot, left_foot: sums of what it carries
     t419_420 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
@@ -10041,7 +10041,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t453_454 = R::Two::fused(both(R::constant(-2.0)), t451_452, t433_434);
     t455_456 = t413_414 - t453_454;
     t457_458 = both(R::constant(0.22879800003)) + t455_456;
-    t459_460 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t459_460 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t461_462 = t429_430 - t453_454;
     t463_464 = both(R::constant(0.3111)) + t425_426; // right_ankle, left_ankle: sums of what it carries
     t465_466 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t463_464;
@@ -10065,7 +10065,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t495_496 = t491_492 * t493_494;
     t497_498 = R::Two::fused(both(R::constant(-2.0)), t495_496, t477_478);
     t499_500 = t457_458 - t497_498;
-    t501_502 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t501_502 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     // right_foot, left_foot: sums of what it carries
     t503_504 = both(R::constant(0.00009166667)) - t387_388;
     t505_506 = t503_504 - t393_394;
@@ -10102,7 +10102,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t555_556 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t537_538;
     t557_558 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t545_546, t555_556);
     t559_560 = both(R::constant(0.000048)) - t557_558;
-    t561_562 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t559_560, t553_554); // right_upper_leg, left_upper_leg
+    t561_562 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t559_560, t553_554);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t563_564 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t565_566 = t561_562 * t563_564;
@@ -10112,17 +10112,17 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t573_574 = both(R::constant(0.8355)) + t469_470; // right_lower_leg, left_lower_leg: sums of what it carries
     t575_576 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t573_574; // right_upper_leg, left_upper_leg
     t577_578 = both(R::constant(0.012)) - t487_488; // right_lower_leg, left_lower_leg: sums of what it carries
-    t579_580 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t577_578, t575_576); // right_upper_leg, left_upper_leg
+    t579_580 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t577_578, t575_576);
     t581_582 = both(R::constant(0.008)) + t579_580;
     t583_584 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t581_582; // right_hip_yaw_link, left_hip_yaw_link
     t585_586 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
-    t587_588 = R::Two::fused(t585_586, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01))); // right_upper_leg, left_upper_leg
+    t587_588 = R::Two::fused(t585_586, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
     t589_590 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t587_588;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t591_592 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t573_574;
     t593_594 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t577_578, t591_592);
-    t595_596 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t593_594, t589_590); // right_hip_roll_link, left_hip_roll_link
-    t597_598 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t595_596, t583_584); // right_hip_yaw_link, left_hip_yaw_link
+    t595_596 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t593_594, t589_590);
+    t597_598 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t595_596, t583_584);
     t599 = R::fused(R::constant(-0.0764), t597_598.second(), t571_572.second()); // left_hip_yaw_link: mass matrix
     t600 = t597_598.second() * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
     t601 = t571_572.second() - t600; // left_hip_yaw_link: sums of what it carries
@@ -10271,7 +10271,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t809_810 = t491_492 * t459_460;
     t811_812 = R::Two::fused(both(R::constant(-2.0)), t809_810, t491_492);
     t813_814 = R::Two::fused(-t493_494, t475_476, t811_812);
-    t815_816 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t813_814, t807_808); // right_hip_roll_link, left_hip_roll_link
+    t815_816 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t813_814, t807_808);
     t817 = t815_816.first() + t802; // right_hip_roll_link: mass matrix
     t818 = t802 + t817; // other
     // right_foot, left_foot: mass matrix
@@ -10370,14 +10370,14 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t892_893 = R::Two::fused(two(R::constant(0.008), R::constant(-0.008)), t40_41, t890_891);
     t894_895 = both(R::constant(0.3052705042)) * t110_111; // right_hip_roll_link, left_hip_roll_link
     t896_897 = t74_75 * t82_83; // right_hip_roll_link, left_hip_roll_link: motion
-    t898_899 = R::Two::fused(both(R::constant(0.305437170867)), t896_897, t894_895); // right_hip_roll_link, left_hip_roll_link
+    t898_899 = R::Two::fused(both(R::constant(0.305437170867)), t896_897, t894_895);
     // right_upper_leg, left_upper_leg: wrench that its motion needs
     t900_901 = both(R::constant(0.231642)) * t110_111;
     t902_903 = R::Two::fused(both(R::constant(0.22879800003)), t116_117, t900_901);
     // right_upper_leg, left_upper_leg: motion
     t904_905 = t84_85 * t92_93;
     t906_907 = t200_201 - t904_905;
-    t908_909 = R::Two::fused(two(R::constant(0.00193), R::constant(-0.00193)), t906_907, t902_903); // right_upper_leg, left_upper_leg
+    t908_909 = R::Two::fused(two(R::constant(0.00193), R::constant(-0.00193)), t906_907, t902_903);
     t910_911 = R::Two::fused(t307_308, two(R::constant(-1.0), R::constant(1.0)), t208_209);
     t912 = R::fused(R::constant(-0.000048), t910_911.second(), t908_909.second()); // left_upper_leg
     t913_914 = t114_115 * t114_115;
@@ -10393,7 +10393,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     // right_lower_leg, left_lower_leg: motion
     t927_928 = t126_127 * t130_131;
     t929_930 = t212_213 - t927_928;
-    t931_932 = R::Two::fused(two(R::constant(0.00024), R::constant(-0.00024)), t929_930, t925_926); // right_lower_leg, left_lower_leg
+    t931_932 = R::Two::fused(two(R::constant(0.00024), R::constant(-0.00024)), t929_930, t925_926);
     t933_934 = R::Two::fused(t312_313, two(R::constant(-1.0), R::constant(1.0)), t220_221);
     t935 = R::fused(R::constant(-0.000016), t933_934.second(), t931_932.second()); // left_lower_leg
     t936_937 = t146_147 * t146_147;
@@ -10442,7 +10442,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1005_1006 = both(R::constant(0.0154)) * t1003_1004;
     t1007_1008 = R::Two::fused(both(R::constant(-0.023125)), t166_167, t1005_1006);
     t1009_1010 = R::Two::fused(both(R::constant(-0.0165)), t234_235, t1007_1008); // right_foot, left_foot
-    t1011_1012 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t1009_1010, t1001_1002); // right_ankle, left_ankle
+    t1011_1012 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t1009_1010, t1001_1002);
     t1013 = R::fused(R::constant(0.273), t1011_1012.second(), t984); // left_ankle: wrench handed to its parent
     t1014 = t922 + t1013; // left_lower_leg: wrench handed to its parent
     t1015_1016 = t110_111 - t148_149; // right_lower_leg, left_lower_leg: motion
@@ -10459,7 +10459,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1031_1032 = both(R::constant(0.008)) * t1029_1030;
     t1033_1034 = R::Two::fused(both(R::constant(-0.3111)), t150_151, t1031_1032);
     t1035_1036 = t1033_1034 - t1011_1012; // right_ankle, left_ankle: wrench handed to its parent
-    t1037_1038 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1035_1036, t1027_1028); // right_lower_leg, left_lower_leg
+    t1037_1038 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1035_1036, t1027_1028);
     t1039 = R::fused(R::constant(0.315), t1037_1038.second(), t1014); // left_lower_leg: wrench handed to its parent
     t1040 = t898_899.second() - t1039; // left_upper_leg: wrench handed to its parent
     t1041 = sin_q_left_hip_roll * t1040; // left_hip_roll_link: wrench handed to its parent
@@ -10532,7 +10532,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1131 = cos_q_left_hip_pitch * t1130; // left_upper_leg: wrench handed to its parent
     t1132_1133 = t307_308 * both(R::constant(0.46044000003)); // right_upper_leg, left_upper_leg
     t1134_1135 = t110_111 - t116_117; // right_upper_leg, left_upper_leg: motion
-    t1136_1137 = R::Two::fused(two(R::constant(-0.000048), R::constant(0.000048)), t1134_1135, t1132_1133); // right_upper_leg, left_upper_leg
+    t1136_1137 = R::Two::fused(two(R::constant(-0.000048), R::constant(0.000048)), t1134_1135, t1132_1133);
     t1138_1139 = t200_201 + t904_905; // right_upper_leg, left_upper_leg: motion
     // right_upper_leg, left_upper_leg: wrench that its motion needs
     t1140_1141 = R::Two::fused(both(R::constant(0.002)), t1138_1139, t1136_1137);
@@ -10569,7 +10569,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1176_1177 = t561_562 * t501_502;
     t1178_1179 = R::Two::fused(both(R::constant(-2.0)), t1176_1177, t561_562);
     t1180_1181 = R::Two::fused(t563_564 * two(R::constant(-1.0), R::constant(1.0)), t519_520, t1178_1179);
-    t1182_1183 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1180_1181, t1174_1175); // right_hip_yaw_link, left_hip_yaw_link
+    t1182_1183 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1180_1181, t1174_1175);
     t1184 = R::constant(0.0404594) + t1182_1183.second(); // left_hip_yaw_link: sums of what it carries
     t1185 = t1184 - t1182_1183.first(); // right_hip_yaw_link: sums of what it carries
     // other
@@ -10701,13 +10701,13 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1290_1291 = both(R::constant(0.012)) * t1288_1289;
     t1292_1293 = R::Two::fused(both(R::constant(-0.8355)), t118_119, t1290_1291);
     t1294_1295 = t1292_1293 - t1037_1038; // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t1296_1297 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1294_1295, t1286_1287); // right_upper_leg, left_upper_leg
+    t1296_1297 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1294_1295, t1286_1287);
     t1298_1299 = t192_193 + t1042_1043; // right_hip_roll_link, left_hip_roll_link: motion
-    t1300_1301 = R::Two::fused(both(R::constant(0.01)), t1298_1299, t1296_1297 * two(R::constant(1.0), R::constant(-1.0))); // right_upper_leg, left_upper_leg
+    t1300_1301 = R::Two::fused(both(R::constant(0.01)), t1298_1299, t1296_1297 * two(R::constant(1.0), R::constant(-1.0)));
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t1302_1303 = t68_69 * t68_69;
     t1304_1305 = R::Two::fused(t72_73, t72_73, t1302_1303);
-    t1306_1307 = R::Two::fused(both(R::constant(0.008)), t1304_1305, t1300_1301 * two(R::constant(1.0), R::constant(-1.0))); // right_hip_roll_link, left_hip_roll_link
+    t1306_1307 = R::Two::fused(both(R::constant(0.008)), t1304_1305, t1300_1301 * two(R::constant(1.0), R::constant(-1.0)));
     t1308_1309 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1306_1307; // right_hip_yaw_link, left_hip_yaw_link
     t1310_1311 = both(R::constant(0.012)) * t1138_1139; // right_upper_leg, left_upper_leg: wrench that its motion needs
     t1312 = R::fused(R::constant(-0.8355), t309_310.second(), t1310_1311.second()); // left_upper_leg
@@ -10723,7 +10723,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: motion
     t1324_1325 = t90_91 * t74_75;
     t1326_1327 = t196_197 + t1324_1325;
-    t1328_1329 = R::Two::fused(both(R::constant(0.01)), t1326_1327, t1322_1323 * two(R::constant(1.0), R::constant(-1.0))); // right_upper_leg, left_upper_leg
+    t1328_1329 = R::Two::fused(both(R::constant(0.01)), t1326_1327, t1322_1323 * two(R::constant(1.0), R::constant(-1.0)));
     t1330 = R::fused(-sin_q_left_hip_roll, t1328_1329.second(), t1319); // left_hip_roll_link
     t1331 = R::fused(R::constant(0.008), t888_889.second(), -t1330); // left_hip_roll_link: wrench handed to its parent
     t1332 = R::fused(-sin_q_left_hip_yaw, t1331, t1308_1309.second()); // left_hip_yaw_link: wrench handed to its parent
@@ -11037,7 +11037,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t1656 = t1200 * t1643;
     t1657 = R::fused(-t607, t1650, t1656);
     t1658_1659 = both(R::constant(0.305783837533)) - t847_848; // right_hip_roll_link, left_hip_roll_link
-    t1660_1661 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1660_1661 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t1662_1663 = t517_518 + t567_568; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1664_1665 = t1662_1663 - t1658_1659;
@@ -12009,7 +12009,7 @@ pub(super) fn constrained_dynamics_of_double_support_right_program<R: Real>(
     t2517 = t2514 - t2516;
     t2518_2519 = both(R::constant(0.305783837533)) * t196_197; // right_hip_yaw_link, left_hip_yaw_link
     t2520_2521 = t68_69 * t72_73; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t2522_2523 = R::Two::fused(both(R::constant(-0.305963837533)), t2520_2521, t2518_2519); // right_hip_yaw_link, left_hip_yaw_link
+    t2522_2523 = R::Two::fused(both(R::constant(-0.305963837533)), t2520_2521, t2518_2519);
     t2524 = sin_q_left_hip_pitch * t1130; // left_upper_leg: wrench handed to its parent
     t2525 = R::fused(-cos_q_left_hip_pitch, t1155, t2524); // left_upper_leg: wrench handed to its parent
     t2526 = t1487_1488.second() + t2525; // left_upper_leg: wrench handed to its parent

@@ -532,7 +532,7 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     t675 = t662 + t671;
     t676 = t667 + t673;
     t677_678 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t375_376; // other
-    t679_680 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.4982360924011495)); // factors of the mass matrix
+    t679_680 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
     t681_682 = t677_678 * both(R::constant(814.1112620933816)); // other
     // right_foot, left_foot: articulated inertia
     t683_684 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.432835824540797));

@@ -1039,7 +1039,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1576_1577 = t1280_1281 - t1550_1551;
     t1578_1579 = t1436_1437 - t1550_1551;
     t1580 = v_base_angular_z * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
-    t1581_1582 = both(v_base_angular_x) * two(R::constant(2.0), R::constant(0.1528)); // right_hip_yaw_link, left_hip_yaw_link
+    t1581_1582 = both(v_base_angular_x) * two(R::constant(2.0), R::constant(0.1528));
     t1583_1584 = both(R::constant(0.1528)) * t1504_1505;
     t1585_1586 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1500_1501, t1522_1523);
     t1587_1588 = R::Two::fused(both(R::constant(0.0764)), t1364_1365, t1530_1531);
@@ -1188,7 +1188,7 @@ fn forward_dynamics_derivatives_part_1<R: Real>(
     t1740 = t1653 - t1689;
     t1741 = t1654 + t1690;
     t1742 = t1655 + t1691;
-    t1743_1744 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1504_1505, t1456_1457); // right_hip_yaw_link, left_hip_yaw_link
+    t1743_1744 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1504_1505, t1456_1457);
     // right_hip_roll_link, left_hip_roll_link: mass matrix
     t1745_1746 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1364_1365;
     t1747_1748 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1364_1365;
@@ -4173,7 +4173,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t4180 = R::fused(-t1580, t1763_1764.first(), t4179);
     t4181 = R::fused(-t1581_1582.second(), t1779_1780.first(), t4155_4156.first());
     t4182 = t4159_4160.first() + t4180;
-    t4183_4184 = R::Two::fused(both(t1580) * two(R::constant(1.0), R::constant(-1.0)), t1779_1780, t4133_4134); // right_upper_leg, left_upper_leg
+    t4183_4184 = R::Two::fused(both(t1580) * two(R::constant(1.0), R::constant(-1.0)), t1779_1780, t4133_4134);
     // left_upper_leg: answer of the forces to its motion
     t4185 = t1581_1582.second() * t1775_1776.second();
     t4186 = R::fused(-t1580, t1763_1764.second(), t4185);
@@ -4284,7 +4284,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t4388 = R::fused(-t1580, t1799_1800.first(), t4387);
     t4389 = R::fused(-t1581_1582.second(), t1815_1816.first(), t4363_4364.first());
     t4390 = t4367_4368.first() + t4388;
-    t4391_4392 = R::Two::fused(both(t1580) * two(R::constant(1.0), R::constant(-1.0)), t1815_1816, t4341_4342); // right_lower_leg, left_lower_leg
+    t4391_4392 = R::Two::fused(both(t1580) * two(R::constant(1.0), R::constant(-1.0)), t1815_1816, t4341_4342);
     // left_lower_leg: answer of the forces to its motion
     t4393 = t1581_1582.second() * t1811_1812.second();
     t4394 = R::fused(-t1580, t1799_1800.second(), t4393);
@@ -4445,7 +4445,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t4634 = R::fused(-t1580, t1841_1842.first(), t4633);
     t4635 = R::fused(-t1581_1582.second(), t1857_1858.first(), t4609_4610.first());
     t4636 = t4613_4614.first() + t4634;
-    t4637_4638 = R::Two::fused(both(t1580) * two(R::constant(1.0), R::constant(-1.0)), t1857_1858, t4587_4588); // right_ankle, left_ankle
+    t4637_4638 = R::Two::fused(both(t1580) * two(R::constant(1.0), R::constant(-1.0)), t1857_1858, t4587_4588);
     // left_ankle: answer of the forces to its motion
     t4639 = t1581_1582.second() * t1853_1854.second();
     t4640 = R::fused(-t1580, t1841_1842.second(), t4639);
@@ -4637,7 +4637,7 @@ fn forward_dynamics_derivatives_part_2<R: Real>(
     t4942 = R::fused(t1580, t1911_1912.first(), t4941);
     t4943 = R::fused(t1581_1582.second(), t1927_1928.first(), t4917_4918.first());
     t4944 = t4921_4922.first() - t4942;
-    t4945_4946 = R::Two::fused(both(t1580) * two(R::constant(1.0), R::constant(-1.0)), t1927_1928, t4895_4896); // right_foot, left_foot
+    t4945_4946 = R::Two::fused(both(t1580) * two(R::constant(1.0), R::constant(-1.0)), t1927_1928, t4895_4896);
     // left_foot: answer of the forces to its motion
     t4947 = t1581_1582.second() * t1923_1924.second();
     t4948 = R::fused(t1580, t1911_1912.second(), t4947);

@@ -170,12 +170,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t12 = q_base_qx * t4;
     t13 = q_base_qw * t6;
     t14 = t12 - t13;
-    t15_16 = R::Two::fused(-both(t14), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t10_11); // right_hip_yaw_link, left_hip_yaw_link
+    t15_16 = R::Two::fused(-both(t14), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t10_11);
     t17_18 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t15_16; // right_hip_roll_link, left_hip_roll_link
     t19 = q_base_qx * t6;
     t20 = q_base_qw * t4;
     t21 = t19 + t20;
-    t22_23 = R::Two::fused(-both(t21), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t17_18); // right_hip_roll_link, left_hip_roll_link
+    t22_23 = R::Two::fused(-both(t21), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t17_18);
     t24_25 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t22_23; // right_foot, left_foot: pose in the world
     // right_hip_roll_link, left_hip_roll_link: pose in the world
     t26_27 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t15_16;
@@ -184,18 +184,18 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
     t32_33 = both(t9) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t34_35 = R::Two::fused(both(t14), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t32_33);
-    t36_37 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t34_35, t30_31); // right_upper_leg, left_upper_leg
+    t36_37 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t34_35, t30_31);
     t38_39 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t36_37; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
     t40_41 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t28_29;
     t42_43 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t34_35, t40_41);
-    t44_45 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t42_43, t38_39); // right_lower_leg, left_lower_leg
+    t44_45 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t42_43, t38_39);
     t46_47 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t44_45; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
     t48_49 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t36_37;
     t50_51 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t42_43, t48_49);
-    t52_53 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t50_51, t46_47); // right_ankle, left_ankle
-    t54_55 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t52_53, t24_25); // right_foot, left_foot
+    t52_53 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t50_51, t46_47);
+    t54_55 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t52_53, t24_25);
     t56 = t54_55.second() * f_left_foot_front_left_x; // left_foot: external forces
     t57 = t12 + t13; // torso: motion
     t58_59 = both(t57) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
@@ -204,12 +204,12 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t61 = q_base_qx * t60;
     t62 = t61 + t7;
     t63 = R::constant(1.0) - t62;
-    t64_65 = R::Two::fused(-both(t63), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t58_59); // right_hip_yaw_link, left_hip_yaw_link
+    t64_65 = R::Two::fused(-both(t63), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t58_59);
     t66_67 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t64_65; // right_hip_roll_link, left_hip_roll_link
     t68 = q_base_qy * t6;
     t69 = q_base_qw * t60;
     t70 = t68 - t69;
-    t71_72 = R::Two::fused(-both(t70), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t66_67); // right_hip_roll_link, left_hip_roll_link
+    t71_72 = R::Two::fused(-both(t70), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t66_67);
     t73_74 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t71_72; // right_foot, left_foot: pose in the world
     // right_hip_roll_link, left_hip_roll_link: pose in the world
     t75_76 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t64_65;
@@ -218,27 +218,27 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
     t81_82 = both(t57) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t83_84 = R::Two::fused(both(t63), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t81_82);
-    t85_86 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t83_84, t79_80); // right_upper_leg, left_upper_leg
+    t85_86 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t83_84, t79_80);
     t87_88 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t85_86; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
     t89_90 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t77_78;
     t91_92 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t83_84, t89_90);
-    t93_94 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t91_92, t87_88); // right_lower_leg, left_lower_leg
+    t93_94 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t91_92, t87_88);
     t95_96 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t93_94; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
     t97_98 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t85_86;
     t99_100 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t91_92, t97_98);
-    t101_102 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t99_100, t95_96); // right_ankle, left_ankle
-    t103_104 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t101_102, t73_74); // right_foot, left_foot
+    t101_102 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t99_100, t95_96);
+    t103_104 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t101_102, t73_74);
     t105 = R::fused(t103_104.second(), f_left_foot_front_left_y, t56); // left_foot: external forces
     t106 = t19 - t20; // torso: motion
     t107_108 = both(t106) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     t109 = t68 + t69; // torso: motion
-    t110_111 = R::Two::fused(-both(t109), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t107_108); // right_hip_yaw_link, left_hip_yaw_link
+    t110_111 = R::Two::fused(-both(t109), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t107_108);
     t112_113 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t110_111; // right_hip_roll_link, left_hip_roll_link
     t114 = t61 + t5; // torso: motion
     t115 = R::constant(1.0) - t114; // torso: motion
-    t116_117 = R::Two::fused(-both(t115), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t112_113); // right_hip_roll_link, left_hip_roll_link
+    t116_117 = R::Two::fused(-both(t115), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t112_113);
     t118_119 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t116_117; // right_foot, left_foot
     // right_hip_roll_link, left_hip_roll_link: pose in the world
     t120_121 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t110_111;
@@ -247,18 +247,18 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
     t126_127 = both(t106) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t128_129 = R::Two::fused(both(t109), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t126_127);
-    t130_131 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t128_129, t124_125); // right_upper_leg, left_upper_leg
+    t130_131 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t128_129, t124_125);
     t132_133 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t130_131; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
     t134_135 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t122_123;
     t136_137 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t128_129, t134_135);
-    t138_139 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t136_137, t132_133); // right_lower_leg, left_lower_leg
+    t138_139 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t136_137, t132_133);
     t140_141 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t138_139; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
     t142_143 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t130_131;
     t144_145 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t136_137, t142_143);
-    t146_147 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t144_145, t140_141); // right_ankle, left_ankle
-    t148_149 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t146_147, t118_119); // right_foot, left_foot
+    t146_147 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t144_145, t140_141);
+    t148_149 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t146_147, t118_119);
     // left_foot: external forces
     t150 = R::fused(t148_149.second(), f_left_foot_front_left_z, t105);
     t151 = t54_55.second() * f_left_foot_front_right_x;
@@ -495,16 +495,16 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: motion
     t394_395 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t352_353;
     t396_397 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t356_357, t394_395);
-    t398_399 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t364_365, t396_397); // right_upper_leg, left_upper_leg
-    t400_401 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t364_365, t398_399); // right_lower_leg, left_lower_leg
+    t398_399 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t364_365, t396_397);
+    t400_401 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t364_365, t398_399);
     // right_ankle, left_ankle: motion
     t402_403 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), t364_365, t400_401);
     t404_405 = two(cos_t2, cos_t3) * t402_403;
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t406_407 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t344_345;
     t408_409 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t348_349, t406_407);
-    t410_411 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t324_325, t408_409); // right_upper_leg, left_upper_leg
-    t412_413 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t324_325, t410_411); // right_lower_leg, left_lower_leg
+    t410_411 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t324_325, t408_409);
+    t412_413 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t324_325, t410_411);
     // right_ankle, left_ankle: motion
     t414_415 = R::Two::fused(-two(v_right_ankle_pitch, v_left_ankle_pitch), t324_325, t412_413);
     t416_417 = R::Two::fused(two(sin_t2, sin_t3), t414_415, t404_405);
@@ -607,7 +607,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t559 = R::fused(t115, R::constant(9.81), t558);
     t560 = v_base_angular_y * v_base_angular_z;
     t561 = R::constant(0.0764) * t560; // right_hip_yaw_link: motion
-    t562_563 = R::Two::fused(both(t561), two(R::constant(-1.0), R::constant(1.0)), both(t559)); // right_hip_yaw_link, left_hip_yaw_link
+    t562_563 = R::Two::fused(both(t561), two(R::constant(-1.0), R::constant(1.0)), both(t559));
     // right_hip_roll_link, left_hip_roll_link: motion
     t564_565 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t562_563, t555_556);
     t566_567 = t358_359 + t366_367;
@@ -674,7 +674,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_ankle, left_ankle: sums of what it carries
     t663_664 = both(R::constant(0.023125)) + t446_447;
     t665_666 = two(cos_t2, cos_t3) * t663_664;
-    t667_668 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.432835824540797)); // right_foot, left_foot
+    t667_668 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.432835824540797));
     // right_ankle, left_ankle: articulated inertia
     t669_670 = R::Two::fused(-t522_523, t667_668, both(R::constant(0.0154)));
     t671_672 = R::Two::fused(two(sin_t2, sin_t3), t669_670, t665_666);
@@ -730,7 +730,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t733 = t715_716.second() - t732; // left_ankle: articulated inertia
     t734 = t698 + t733; // left_ankle: articulated inertia
     t735_736 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.0006105));
-    t737_738 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.4982360924011495)); // factors of the mass matrix
+    t737_738 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
     // right_foot, left_foot: articulated inertia
     t739_740 = R::Two::fused(-t522_523, t737_738, t514_515);
     t741_742 = t735_736 + t739_740;
@@ -1028,7 +1028,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1159 = t1074_1075.second() + t1158; // left_hip_roll_link: articulated inertia
     t1160 = t1067 - t1159; // left_hip_roll_link: articulated inertia
     t1161_1162 = t446_447 * t962_963; // right_foot, left_foot: articulated inertia
-    t1163_1164 = R::Two::fused(both(R::constant(-0.001369)), t1161_1162, both(R::constant(0.0008355375))); // right_ankle, left_ankle
+    t1163_1164 = R::Two::fused(both(R::constant(-0.001369)), t1161_1162, both(R::constant(0.0008355375)));
     // right_foot, left_foot: articulated inertia
     t1165_1166 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
     t1167_1168 = R::Two::fused(-t528_529, t1165_1166, t512_513);
@@ -1186,9 +1186,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_upper_leg, left_upper_leg: articulated inertia
     t1376_1377 = t340_341 + t1360_1361;
     t1378_1379 = R::Two::fused(t1322_1323 * two(R::constant(-1.0), R::constant(1.0)), t1267_1268, t1376_1377);
-    t1380_1381 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t1380_1381 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     t1382_1383 = t1380_1381 * t1378_1379; // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1384_1385 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t1384_1385 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t1386_1387 = R::Two::fused(t1322_1323 * two(R::constant(-1.0), R::constant(1.0)), t1275_1276, t1318_1319);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
     t1388_1389 = R::Two::fused(t1384_1385, t1386_1387, t1382_1383);
@@ -1478,7 +1478,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1671 = t1656 + t1670; // torso: articulated inertia
     t1672_1673 = R::Two::fused(t873_874, t1048_1049, t863_864); // right_upper_leg, left_upper_leg: articulated inertia
     t1674_1675 = R::Two::fused(t1050_1051, t1370_1371, t1672_1673); // right_hip_roll_link, left_hip_roll_link
-    t1676_1677 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1676_1677 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     // right_upper_leg, left_upper_leg: articulated inertia
     t1678_1679 = R::Two::fused(t1042_1043, t1267_1268, t1219_1220);
     t1680_1681 = R::Two::fused(t1258_1259, t1275_1276, t943_944);
@@ -1493,7 +1493,7 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
     t1696_1697 = t1674_1675 - t1694_1695;
     t1698_1699 = t1676_1677 * t1696_1697;
-    t1700_1701 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t1700_1701 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t1702_1703 = R::Two::fused(-t1042_1043, t1048_1049, t1022_1023); // right_upper_leg, left_upper_leg
     t1704_1705 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1702_1703; // right_hip_roll_link, left_hip_roll_link
     t1706_1707 = R::Two::fused(-t1258_1259, t1048_1049, t869_870); // right_upper_leg, left_upper_leg

@@ -441,7 +441,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t197 = R::fused(a_base_angular_z, t32, t196);
     set(41, t197);
     t198 = R::constant(0.0764) * t92; // right_hip_yaw_link: columns that its parent has too
-    t199_200 = R::Two::fused(both(t198), two(R::constant(-1.0), R::constant(1.0)), both(t34)); // right_hip_yaw_link, left_hip_yaw_link
+    t199_200 = R::Two::fused(both(t198), two(R::constant(-1.0), R::constant(1.0)), both(t34));
     set(42, t199_200.first());
     set(126, t199_200.first());
     set(210, t199_200.first());
@@ -449,7 +449,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(168, t199_200.second());
     set(252, t199_200.second());
     t201 = R::constant(0.0764) * t95; // right_hip_yaw_link: columns that its parent has too
-    t202_203 = R::Two::fused(both(t201), two(R::constant(-1.0), R::constant(1.0)), both(t41)); // right_hip_yaw_link, left_hip_yaw_link
+    t202_203 = R::Two::fused(both(t201), two(R::constant(-1.0), R::constant(1.0)), both(t41));
     set(43, t202_203.first());
     set(127, t202_203.first());
     set(211, t202_203.first());
@@ -457,7 +457,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(169, t202_203.second());
     set(253, t202_203.second());
     t204 = R::constant(0.0764) * t98; // right_hip_yaw_link: columns that its parent has too
-    t205_206 = R::Two::fused(both(t204), two(R::constant(-1.0), R::constant(1.0)), both(t44)); // right_hip_yaw_link, left_hip_yaw_link
+    t205_206 = R::Two::fused(both(t204), two(R::constant(-1.0), R::constant(1.0)), both(t44));
     set(44, t205_206.first());
     set(128, t205_206.first());
     set(212, t205_206.first());
@@ -465,7 +465,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(170, t205_206.second());
     set(254, t205_206.second());
     t207 = R::constant(0.0764) * t103; // right_hip_yaw_link: columns that its parent has too
-    t208_209 = R::Two::fused(both(t207), two(R::constant(-1.0), R::constant(1.0)), both(t46)); // right_hip_yaw_link, left_hip_yaw_link
+    t208_209 = R::Two::fused(both(t207), two(R::constant(-1.0), R::constant(1.0)), both(t46));
     t210 = t144 * R::constant(0.00583696); // right_hip_yaw_link: columns that its parent has too
     t211_212 = t208_209 + both(t210); // right_hip_yaw_link, left_hip_yaw_link: columns that its parent has too
     t213 = t193 * R::constant(0.00583696); // right_hip_yaw_link: columns that its parent has too
@@ -477,7 +477,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(171, t214_215.second());
     set(255, t214_215.second());
     t216 = R::constant(0.0764) * t108; // right_hip_yaw_link: columns that its parent has too
-    t217_218 = R::Two::fused(both(t216), two(R::constant(-1.0), R::constant(1.0)), both(t48)); // right_hip_yaw_link, left_hip_yaw_link
+    t217_218 = R::Two::fused(both(t216), two(R::constant(-1.0), R::constant(1.0)), both(t48));
     t219 = t148 * R::constant(0.00583696); // right_hip_yaw_link: columns that its parent has too
     t220_221 = t217_218 + both(t219); // right_hip_yaw_link, left_hip_yaw_link: columns that its parent has too
     t222 = t195 * R::constant(0.00583696); // right_hip_yaw_link: columns that its parent has too
@@ -489,7 +489,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(172, t223_224.second());
     set(256, t223_224.second());
     t225 = R::constant(0.0764) * t113; // right_hip_yaw_link: columns that its parent has too
-    t226_227 = R::Two::fused(both(t225), two(R::constant(-1.0), R::constant(1.0)), both(t50)); // right_hip_yaw_link, left_hip_yaw_link
+    t226_227 = R::Two::fused(both(t225), two(R::constant(-1.0), R::constant(1.0)), both(t50));
     t228 = t152 * R::constant(0.00583696); // right_hip_yaw_link: columns that its parent has too
     t229_230 = t226_227 + both(t228); // right_hip_yaw_link, left_hip_yaw_link: columns that its parent has too
     t231 = t197 * R::constant(0.00583696); // right_hip_yaw_link: columns that its parent has too
@@ -513,7 +513,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t252_253 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
     t254_255 = t252_253 * t252_253;
     t256_257 = t250_251 + t254_255;
-    t258_259 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t256_257, t248_249); // right_hip_yaw_link, left_hip_yaw_link
+    t258_259 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t256_257, t248_249);
     t260_261 = both(t5) * t258_259; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t262_263 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t246_247;
@@ -546,7 +546,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(92, t290_291.second());
     set(176, t290_291.second());
     t292 = t91 * R::constant(0.0764); // right_hip_yaw_link: motion
-    t293_294 = R::Two::fused(both(t292), two(R::constant(-1.0), R::constant(1.0)), both(t33)); // right_hip_yaw_link, left_hip_yaw_link
+    t293_294 = R::Two::fused(both(t292), two(R::constant(-1.0), R::constant(1.0)), both(t33));
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t295_296 = t293_294 * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t297_298 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t276_277, t295_296);
@@ -585,7 +585,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t310 = t88 * R::constant(0.0764); // right_hip_yaw_link: motion
     t311_312 = R::Two::fused(both(t310), two(R::constant(1.0), R::constant(-1.0)), both(t24));
     t313_314 = R::Two::fused(-t311_312, two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t308_309);
-    t315_316 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t258_259, t313_314); // right_hip_yaw_link, left_hip_yaw_link
+    t315_316 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t258_259, t313_314);
     // torso: sums of what it carries
     t317_318 = R::Two::fused(-both(t26), t315_316, t303_304);
     t319_320 = both(q_base_y) * t290_291;
@@ -620,7 +620,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t353_354 = t238_239 * t238_239;
     t355_356 = t353_354 + t254_255;
-    t357_358 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t355_356, t351_352); // right_hip_yaw_link, left_hip_yaw_link
+    t357_358 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t355_356, t351_352);
     t359_360 = both(t5) * t357_358; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t361_362 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t349_350;
@@ -646,13 +646,13 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t389_390 = R::Two::fused(both(t32), t375_376, -t387_388);
     set(56, t389_390.first());
     set(98, t389_390.second());
-    t391_392 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t375_376, t301_302); // right_hip_yaw_link, left_hip_yaw_link
+    t391_392 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t375_376, t301_302);
     t393_394 = both(t5) * t391_392;
     t395_396 = R::Two::fused(both(t16), t295_296, t393_394);
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t397_398 = t306_307 * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
     t399_400 = R::Two::fused(t311_312, two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t397_398);
-    t401_402 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t357_358, t399_400); // right_hip_yaw_link, left_hip_yaw_link
+    t401_402 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t357_358, t399_400);
     // torso: sums of what it carries
     t403_404 = R::Two::fused(-both(t26), t401_402, t395_396);
     t405_406 = both(q_base_y) * t389_390;
@@ -677,15 +677,15 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(59, t433_434.first());
     set(101, t433_434.second());
     t435 = R::constant(0.0764) * t185; // right_hip_yaw_link: columns that its parent has too
-    t436_437 = R::Two::fused(both(t435), two(R::constant(1.0), R::constant(-1.0)), both(t130)); // right_hip_yaw_link, left_hip_yaw_link
+    t436_437 = R::Two::fused(both(t435), two(R::constant(1.0), R::constant(-1.0)), both(t130));
     set(63, t436_437.first());
     set(105, t436_437.second());
     t438 = R::constant(0.0764) * t188; // right_hip_yaw_link: columns that its parent has too
-    t439_440 = R::Two::fused(both(t438), two(R::constant(1.0), R::constant(-1.0)), both(t135)); // right_hip_yaw_link, left_hip_yaw_link
+    t439_440 = R::Two::fused(both(t438), two(R::constant(1.0), R::constant(-1.0)), both(t135));
     set(64, t439_440.first());
     set(106, t439_440.second());
     t441 = R::constant(0.0764) * t191; // right_hip_yaw_link: columns that its parent has too
-    t442_443 = R::Two::fused(both(t441), two(R::constant(1.0), R::constant(-1.0)), both(t140)); // right_hip_yaw_link, left_hip_yaw_link
+    t442_443 = R::Two::fused(both(t441), two(R::constant(1.0), R::constant(-1.0)), both(t140));
     set(65, t442_443.first());
     set(107, t442_443.second());
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
@@ -744,9 +744,9 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(71, t505_506.first());
     set(113, t505_506.second());
     t507_508 = t353_354 - t254_255; // right_hip_yaw_link, left_hip_yaw_link: wrench that its motion needs
-    t509_510 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t507_508, t262_263); // right_hip_yaw_link, left_hip_yaw_link
+    t509_510 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t507_508, t262_263);
     t511_512 = both(t5) * t509_510;
-    t513_514 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t507_508, t248_249); // right_hip_yaw_link, left_hip_yaw_link
+    t513_514 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t507_508, t248_249);
     t515_516 = R::Two::fused(both(t16), t513_514, t511_512);
     t517_518 = t371_372 + t373_374; // right_hip_yaw_link, left_hip_yaw_link: motion
     t519_520 = R::Two::fused(both(t26), t517_518, t515_516);
@@ -763,9 +763,9 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(74, t531_532.first());
     set(116, t531_532.second());
     t533_534 = t250_251 - t254_255; // right_hip_yaw_link, left_hip_yaw_link: wrench that its motion needs
-    t535_536 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t533_534, t361_362); // right_hip_yaw_link, left_hip_yaw_link
+    t535_536 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t533_534, t361_362);
     t537_538 = both(t5) * t535_536;
-    t539_540 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t533_534, t351_352); // right_hip_yaw_link, left_hip_yaw_link
+    t539_540 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t533_534, t351_352);
     t541_542 = R::Two::fused(-both(t16), t539_540, t537_538);
     t543_544 = t272_273 - t274_275; // right_hip_yaw_link, left_hip_yaw_link: motion
     t545_546 = R::Two::fused(-both(t26), t543_544, -t541_542);
@@ -781,9 +781,9 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t557_558 = R::Two::fused(-both(t32), t543_544, -t555_556);
     set(80, t557_558.first());
     set(122, t557_558.second());
-    t559_560 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t274_275, t444_445); // right_hip_yaw_link, left_hip_yaw_link
+    t559_560 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t274_275, t444_445);
     t561_562 = both(t5) * t559_560;
-    t563_564 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t274_275, t450_451); // right_hip_yaw_link, left_hip_yaw_link
+    t563_564 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t274_275, t450_451);
     t565_566 = R::Two::fused(both(t16), t563_564, t561_562);
     t567_568 = R::Two::fused(both(t26), t234_235, -t565_566);
     set(81, t567_568.first());
@@ -817,8 +817,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t611_612 = t591_592 * t591_592;
     t613_614 = t603_604 * t603_604;
     t615_616 = t611_612 + t613_614;
-    t617_618 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t615_616, t609_610); // right_hip_roll_link, left_hip_roll_link
-    t619_620 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t617_618, t597_598); // right_hip_yaw_link, left_hip_yaw_link
+    t617_618 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t615_616, t609_610);
+    t619_620 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t617_618, t597_598);
     t621_622 = both(t5) * t619_620; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t623_624 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t595_596;
@@ -913,8 +913,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t717_718 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t715_716; // right_hip_roll_link, left_hip_roll_link
     t719_720 = t587_588 * t587_588;
     t721_722 = t611_612 + t719_720;
-    t723_724 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t721_722, t717_718); // right_hip_roll_link, left_hip_roll_link
-    t725_726 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t723_724, t713_714); // right_hip_yaw_link, left_hip_yaw_link
+    t723_724 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t721_722, t717_718);
+    t725_726 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t723_724, t713_714);
     t727_728 = both(t5) * t725_726; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t729_730 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t711_712;
@@ -1005,7 +1005,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t807_808 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t709_710;
     t809_810 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t593_594, t807_808);
-    t811_812 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t809_810, t805_806); // right_hip_yaw_link, left_hip_yaw_link
+    t811_812 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t809_810, t805_806);
     t813_814 = both(t5) * t811_812; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t815_816 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t599_600;
@@ -1031,14 +1031,14 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t839_840 = t707_708 + t709_710; // right_hip_roll_link, left_hip_roll_link: motion
     t841_842 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t839_840; // right_hip_yaw_link, left_hip_yaw_link
     t843_844 = t611_612 - t719_720; // right_hip_roll_link, left_hip_roll_link: wrench that its motion needs
-    t845_846 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t843_844, t629_630); // right_hip_roll_link, left_hip_roll_link
-    t847_848 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t845_846, t841_842); // right_hip_yaw_link, left_hip_yaw_link
+    t845_846 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t843_844, t629_630);
+    t847_848 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t845_846, t841_842);
     t849_850 = both(t5) * t847_848;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t851_852 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t839_840;
     t853_854 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t845_846, t851_852);
     t855_856 = R::Two::fused(both(t16), t853_854, t849_850); // torso: sums of what it carries
-    t857_858 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t843_844, t609_610); // right_hip_roll_link, left_hip_roll_link
+    t857_858 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t843_844, t609_610);
     // torso: sums of what it carries
     t859_860 = R::Two::fused(both(t26), t857_858, -t855_856);
     set(153, t859_860.first());
@@ -1056,14 +1056,14 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t873_874 = t589_590 - t593_594; // right_hip_roll_link, left_hip_roll_link: motion
     t875_876 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t873_874; // right_hip_yaw_link, left_hip_yaw_link
     t877_878 = t611_612 - t613_614; // right_hip_roll_link, left_hip_roll_link: wrench that its motion needs
-    t879_880 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t877_878, t735_736); // right_hip_roll_link, left_hip_roll_link
-    t881_882 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t879_880, t875_876); // right_hip_yaw_link, left_hip_yaw_link
+    t879_880 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t877_878, t735_736);
+    t881_882 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t879_880, t875_876);
     t883_884 = both(t5) * t881_882;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t885_886 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t873_874;
     t887_888 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t879_880, t885_886);
     t889_890 = R::Two::fused(both(t16), t887_888, t883_884); // torso: sums of what it carries
-    t891_892 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t877_878, t717_718); // right_hip_roll_link, left_hip_roll_link
+    t891_892 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t877_878, t717_718);
     // torso: sums of what it carries
     t893_894 = R::Two::fused(both(t26), t891_892, t889_890);
     set(156, t893_894.first());
@@ -1079,14 +1079,14 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(158, t905_906.first());
     set(200, t905_906.second());
     t907_908 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t605_606; // right_hip_yaw_link, left_hip_yaw_link
-    t909_910 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t589_590, t807_808); // right_hip_roll_link, left_hip_roll_link
-    t911_912 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t909_910, t907_908); // right_hip_yaw_link, left_hip_yaw_link
+    t909_910 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t589_590, t807_808);
+    t911_912 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t909_910, t907_908);
     t913_914 = both(t5) * t911_912;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t915_916 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t605_606;
     t917_918 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t909_910, t915_916);
     t919_920 = R::Two::fused(both(t16), t917_918, t913_914); // torso: sums of what it carries
-    t921_922 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t589_590, t821_822); // right_hip_roll_link, left_hip_roll_link
+    t921_922 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t589_590, t821_822);
     t923_924 = R::Two::fused(-both(t26), t921_922, -t919_920); // torso: sums of what it carries
     set(165, t923_924.first());
     set(207, t923_924.second());
@@ -1122,7 +1122,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t953_954 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t595_596;
     t955_956 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t711_712, t953_954);
-    t957_958 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t955_956, t951_952); // right_hip_yaw_link, left_hip_yaw_link
+    t957_958 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t955_956, t951_952);
     t959_960 = both(t5) * t957_958; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t961_962 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t949_950;
@@ -1158,7 +1158,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t1003_1004 = t1001_1002 * t1001_1002;
     t1005_1006 = t989_990 * t989_990;
     t1007_1008 = t1003_1004 + t1005_1006;
-    t1009_1010 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1007_1008, t999_1000); // right_upper_leg, left_upper_leg
+    t1009_1010 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1007_1008, t999_1000);
     t1011_1012 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1009_1010; // right_hip_yaw_link, left_hip_yaw_link
     t1013_1014 = t589_590 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     t1015_1016 = R::Two::fused(t599_600, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1013_1014);
@@ -1169,8 +1169,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1025_1026 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t997_998;
     t1027_1028 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1007_1008, t1025_1026);
-    t1029_1030 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1027_1028, t1023_1024); // right_hip_roll_link, left_hip_roll_link
-    t1031_1032 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1029_1030, t1011_1012); // right_hip_yaw_link, left_hip_yaw_link
+    t1029_1030 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1027_1028, t1023_1024);
+    t1031_1032 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1029_1030, t1011_1012);
     t1033_1034 = both(t5) * t1031_1032; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1035_1036 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1009_1010;
@@ -1200,7 +1200,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t1065_1066 = R::Two::fused(t399_400, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1063_1064);
     t1067_1068 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1065_1066; // right_hip_roll_link, left_hip_roll_link
     t1069_1070 = t755_756 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_upper_leg, left_upper_leg
-    t1071_1072 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1069_1070, t1067_1068); // right_hip_roll_link, left_hip_roll_link
+    t1071_1072 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1069_1070, t1067_1068);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1073_1074 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1071_1072, t1061_1062);
     t1075_1076 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1043_1044, t1073_1074);
@@ -1211,7 +1211,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1085_1086 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1065_1066;
     t1087_1088 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1069_1070, t1085_1086);
-    t1089_1090 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1031_1032, t1087_1088); // right_hip_yaw_link, left_hip_yaw_link
+    t1089_1090 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1031_1032, t1087_1088);
     // torso: sums of what it carries
     t1091_1092 = R::Two::fused(both(t26), t1089_1090, t1083_1084);
     t1093_1094 = both(q_base_y) * t1057_1058;
@@ -1240,7 +1240,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: motion
     t1127_1128 = t993_994 * t993_994;
     t1129_1130 = t1127_1128 + t1003_1004;
-    t1131_1132 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1129_1130, t1125_1126); // right_upper_leg, left_upper_leg
+    t1131_1132 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1129_1130, t1125_1126);
     t1133_1134 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1131_1132; // right_hip_yaw_link, left_hip_yaw_link
     t1135_1136 = t589_590 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t1137_1138 = R::Two::fused(-t599_600, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1135_1136);
@@ -1251,8 +1251,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1147_1148 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1123_1124;
     t1149_1150 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1129_1130, -t1147_1148);
-    t1151_1152 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1149_1150, t1145_1146); // right_hip_roll_link, left_hip_roll_link
-    t1153_1154 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1151_1152, t1133_1134); // right_hip_yaw_link, left_hip_yaw_link
+    t1151_1152 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1149_1150, t1145_1146);
+    t1153_1154 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1151_1152, t1133_1134);
     t1155_1156 = both(t5) * t1153_1154; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1157_1158 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1131_1132;
@@ -1292,7 +1292,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1203_1204 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1185_1186;
     t1205_1206 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1059_1060, t1203_1204);
-    t1207_1208 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1153_1154, t1205_1206); // right_hip_yaw_link, left_hip_yaw_link
+    t1207_1208 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1153_1154, t1205_1206);
     // torso: sums of what it carries
     t1209_1210 = R::Two::fused(-both(t26), t1207_1208, t1201_1202);
     t1211_1212 = both(q_base_y) * t1179_1180;
@@ -1323,8 +1323,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t1247_1248 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t995_996; // right_hip_roll_link, left_hip_roll_link
     t1249_1250 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1141_1142;
     t1251_1252 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1017_1018, t1249_1250);
-    t1253_1254 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1251_1252, t1247_1248); // right_hip_roll_link, left_hip_roll_link
-    t1255_1256 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1253_1254, t1245_1246); // right_hip_yaw_link, left_hip_yaw_link
+    t1253_1254 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1251_1252, t1247_1248);
+    t1255_1256 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1253_1254, t1245_1246);
     t1257_1258 = both(t5) * t1255_1256; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1259_1260 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1243_1244;
@@ -1364,13 +1364,13 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(236, t1293_1294.first());
     set(278, t1293_1294.second());
     t1295_1296 = t1127_1128 - t1003_1004; // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t1297_1298 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1295_1296, t1025_1026); // right_upper_leg, left_upper_leg
+    t1297_1298 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1295_1296, t1025_1026);
     t1299_1300 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1297_1298; // right_hip_yaw_link, left_hip_yaw_link
     t1301_1302 = t1139_1140 + t1141_1142; // right_upper_leg, left_upper_leg: motion
     t1303_1304 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1301_1302; // right_hip_roll_link, left_hip_roll_link
-    t1305_1306 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1295_1296, t999_1000); // right_upper_leg, left_upper_leg
-    t1307_1308 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1305_1306, t1303_1304); // right_hip_roll_link, left_hip_roll_link
-    t1309_1310 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1307_1308, t1299_1300); // right_hip_yaw_link, left_hip_yaw_link
+    t1305_1306 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1295_1296, t999_1000);
+    t1307_1308 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1305_1306, t1303_1304);
+    t1309_1310 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1307_1308, t1299_1300);
     t1311_1312 = both(t5) * t1309_1310; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1313_1314 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1297_1298;
@@ -1432,8 +1432,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t1345_1346 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1343_1344; // right_hip_roll_link, left_hip_roll_link
     t1347_1348 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1143_1144;
     t1349_1350 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1021_1022, t1347_1348);
-    t1351_1352 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1349_1350, t1345_1346); // right_hip_roll_link, left_hip_roll_link
-    t1353_1354 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1351_1352, t1341_1342); // right_hip_yaw_link, left_hip_yaw_link
+    t1351_1352 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1349_1350, t1345_1346);
+    t1353_1354 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1351_1352, t1341_1342);
     t1355_1356 = both(t5) * t1353_1354; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1357_1358 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1339_1340;
@@ -1456,12 +1456,12 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t1379_1380 = R::Two::fused(-both(t32), t1365_1366, -t1377_1378);
     set(242, t1379_1380.first());
     set(284, t1379_1380.second());
-    t1381_1382 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1019_1020, t1241_1242); // right_upper_leg, left_upper_leg
+    t1381_1382 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1019_1020, t1241_1242);
     t1383_1384 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1381_1382; // right_hip_yaw_link, left_hip_yaw_link
     t1385_1386 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t985_986; // right_hip_roll_link, left_hip_roll_link
-    t1387_1388 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1019_1020, -t1249_1250); // right_upper_leg, left_upper_leg
-    t1389_1390 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1387_1388, t1385_1386); // right_hip_roll_link, left_hip_roll_link
-    t1391_1392 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1389_1390, t1383_1384); // right_hip_yaw_link, left_hip_yaw_link
+    t1387_1388 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1019_1020, -t1249_1250);
+    t1389_1390 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1387_1388, t1385_1386);
+    t1391_1392 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1389_1390, t1383_1384);
     t1393_1394 = both(t5) * t1391_1392;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1395_1396 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1381_1382;
@@ -1485,13 +1485,13 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(245, t1417_1418.first());
     set(287, t1417_1418.second());
     t1419_1420 = t1003_1004 - t1005_1006; // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t1421_1422 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1419_1420, t1147_1148); // right_upper_leg, left_upper_leg
+    t1421_1422 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1419_1420, t1147_1148);
     t1423_1424 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1421_1422; // right_hip_yaw_link, left_hip_yaw_link
     t1425_1426 = t1017_1018 - t1019_1020; // right_upper_leg, left_upper_leg: motion
     t1427_1428 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1425_1426; // right_hip_roll_link, left_hip_roll_link
-    t1429_1430 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1419_1420, t1125_1126); // right_upper_leg, left_upper_leg
-    t1431_1432 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1429_1430, t1427_1428); // right_hip_roll_link, left_hip_roll_link
-    t1433_1434 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1431_1432, t1423_1424); // right_hip_yaw_link, left_hip_yaw_link
+    t1429_1430 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1419_1420, t1125_1126);
+    t1431_1432 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1429_1430, t1427_1428);
+    t1433_1434 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1431_1432, t1423_1424);
     t1435_1436 = both(t5) * t1433_1434;
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1437_1438 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1421_1422;
@@ -1552,12 +1552,12 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t1503_1504 = t1501_1502 * t1501_1502;
     t1505_1506 = t1489_1490 * t1489_1490;
     t1507_1508 = t1503_1504 + t1505_1506;
-    t1509_1510 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1507_1508, t1499_1500); // right_lower_leg, left_lower_leg
+    t1509_1510 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1507_1508, t1499_1500);
     t1511_1512 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1509_1510; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1513_1514 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t1497_1498;
     t1515_1516 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1507_1508, t1513_1514);
-    t1517_1518 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1515_1516, t1511_1512); // right_upper_leg, left_upper_leg
+    t1517_1518 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1515_1516, t1511_1512);
     t1519_1520 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1517_1518; // right_hip_yaw_link, left_hip_yaw_link
     // right_lower_leg, left_lower_leg: motion
     t1521_1522 = t1017_1018 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
@@ -1569,8 +1569,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1533_1534 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1509_1510;
     t1535_1536 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1515_1516, t1533_1534);
-    t1537_1538 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1535_1536, t1531_1532); // right_hip_roll_link, left_hip_roll_link
-    t1539_1540 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1537_1538, t1519_1520); // right_hip_yaw_link, left_hip_yaw_link
+    t1537_1538 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1535_1536, t1531_1532);
+    t1539_1540 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1537_1538, t1519_1520);
     t1541_1542 = both(t5) * t1539_1540; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1543_1544 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1517_1518;
@@ -1599,7 +1599,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1573_1574 = t1567_1568 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t1575_1576 = R::Two::fused(both(R::constant(-0.315)), t1529_1530, t1573_1574);
-    t1577_1578 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1575_1576, t1571_1572); // right_upper_leg, left_upper_leg
+    t1577_1578 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1575_1576, t1571_1572);
     t1579_1580 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1577_1578; // right_hip_yaw_link, left_hip_yaw_link
     // right_lower_leg, left_lower_leg: motion
     t1581_1582 = R::Two::fused(t1129_1130, both(R::constant(0.315)), t1065_1066);
@@ -1611,7 +1611,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1593_1594 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1569_1570;
     t1595_1596 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1575_1576, t1593_1594);
-    t1597_1598 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1595_1596, t1591_1592); // right_hip_roll_link, left_hip_roll_link
+    t1597_1598 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1595_1596, t1591_1592);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1599_1600 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1597_1598, t1579_1580);
     t1601_1602 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1551_1552, t1599_1600);
@@ -1622,7 +1622,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1611_1612 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1589_1590;
     t1613_1614 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1595_1596, t1611_1612);
-    t1615_1616 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1539_1540, t1613_1614); // right_hip_yaw_link, left_hip_yaw_link
+    t1615_1616 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1539_1540, t1613_1614);
     // torso: sums of what it carries
     t1617_1618 = R::Two::fused(both(t26), t1615_1616, t1609_1610);
     t1619_1620 = both(q_base_y) * t1565_1566;
@@ -1661,12 +1661,12 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_lower_leg, left_lower_leg: motion
     t1659_1660 = t1493_1494 * t1493_1494;
     t1661_1662 = t1659_1660 + t1503_1504;
-    t1663_1664 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1661_1662, -t1657_1658); // right_lower_leg, left_lower_leg
+    t1663_1664 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1661_1662, -t1657_1658);
     t1665_1666 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1663_1664; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1667_1668 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t1655_1656;
     t1669_1670 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1661_1662, t1667_1668);
-    t1671_1672 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1669_1670, t1665_1666); // right_upper_leg, left_upper_leg
+    t1671_1672 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1669_1670, t1665_1666);
     t1673_1674 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1671_1672; // right_hip_yaw_link, left_hip_yaw_link
     // right_lower_leg, left_lower_leg: motion
     t1675_1676 = t1017_1018 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
@@ -1678,8 +1678,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1687_1688 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1663_1664;
     t1689_1690 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1669_1670, t1687_1688);
-    t1691_1692 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1689_1690, t1685_1686); // right_hip_roll_link, left_hip_roll_link
-    t1693_1694 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1691_1692, t1673_1674); // right_hip_yaw_link, left_hip_yaw_link
+    t1691_1692 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1689_1690, t1685_1686);
+    t1693_1694 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1691_1692, t1673_1674);
     t1695_1696 = both(t5) * t1693_1694; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1697_1698 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1671_1672;
@@ -1704,7 +1704,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(356, t1719_1720.second());
     t1721_1722 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1573_1574; // right_upper_leg, left_upper_leg
     t1723_1724 = R::Two::fused(both(R::constant(0.315)), t1683_1684, t1569_1570); // right_lower_leg, left_lower_leg
-    t1725_1726 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1723_1724, t1721_1722); // right_upper_leg, left_upper_leg
+    t1725_1726 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1723_1724, t1721_1722);
     t1727_1728 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1725_1726; // right_hip_yaw_link, left_hip_yaw_link
     // right_lower_leg, left_lower_leg: motion
     t1729_1730 = t1581_1582 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
@@ -1714,7 +1714,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1737_1738 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1573_1574;
     t1739_1740 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1723_1724, t1737_1738);
-    t1741_1742 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1739_1740, t1735_1736); // right_hip_roll_link, left_hip_roll_link
+    t1741_1742 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1739_1740, t1735_1736);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1743_1744 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1741_1742, t1727_1728);
     t1745_1746 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1705_1706, t1743_1744);
@@ -1725,7 +1725,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1755_1756 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1733_1734;
     t1757_1758 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1739_1740, t1755_1756);
-    t1759_1760 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1693_1694, t1757_1758); // right_hip_yaw_link, left_hip_yaw_link
+    t1759_1760 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1693_1694, t1757_1758);
     // torso: sums of what it carries
     t1761_1762 = R::Two::fused(both(t26), t1759_1760, t1753_1754);
     t1763_1764 = both(q_base_y) * t1719_1720;
@@ -1758,14 +1758,14 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t1803_1804 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1801_1802; // right_upper_leg, left_upper_leg
     t1805_1806 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t1681_1682;
     t1807_1808 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1525_1526, -t1805_1806);
-    t1809_1810 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1807_1808, t1803_1804); // right_upper_leg, left_upper_leg
+    t1809_1810 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1807_1808, t1803_1804);
     t1811_1812 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1809_1810; // right_hip_yaw_link, left_hip_yaw_link
     t1813_1814 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1495_1496; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1815_1816 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1801_1802;
     t1817_1818 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1807_1808, t1815_1816);
-    t1819_1820 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1817_1818, t1813_1814); // right_hip_roll_link, left_hip_roll_link
-    t1821_1822 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1819_1820, t1811_1812); // right_hip_yaw_link, left_hip_yaw_link
+    t1819_1820 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1817_1818, t1813_1814);
+    t1821_1822 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1819_1820, t1811_1812);
     t1823_1824 = both(t5) * t1821_1822; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1825_1826 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1809_1810;
@@ -1836,18 +1836,18 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(320, t1859_1860.first());
     set(362, t1859_1860.second());
     t1861_1862 = t1659_1660 - t1503_1504; // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t1863_1864 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1861_1862, t1513_1514); // right_lower_leg, left_lower_leg
+    t1863_1864 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1861_1862, t1513_1514);
     t1865_1866 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1863_1864; // right_upper_leg, left_upper_leg
-    t1867_1868 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1861_1862, t1499_1500); // right_lower_leg, left_lower_leg
-    t1869_1870 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1867_1868, t1865_1866); // right_upper_leg, left_upper_leg
+    t1867_1868 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1861_1862, t1499_1500);
+    t1869_1870 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1867_1868, t1865_1866);
     t1871_1872 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1869_1870; // right_hip_yaw_link, left_hip_yaw_link
     t1873_1874 = t1679_1680 + t1681_1682; // right_lower_leg, left_lower_leg: motion
     t1875_1876 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1873_1874; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1877_1878 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1863_1864;
     t1879_1880 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1867_1868, t1877_1878);
-    t1881_1882 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1879_1880, t1875_1876); // right_hip_roll_link, left_hip_roll_link
-    t1883_1884 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1881_1882, t1871_1872); // right_hip_yaw_link, left_hip_yaw_link
+    t1881_1882 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1879_1880, t1875_1876);
+    t1883_1884 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1881_1882, t1871_1872);
     t1885_1886 = both(t5) * t1883_1884; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1887_1888 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1869_1870;
@@ -1876,15 +1876,15 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t1915_1916 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1913_1914; // right_upper_leg, left_upper_leg
     t1917_1918 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t1683_1684;
     t1919_1920 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1529_1530, t1917_1918);
-    t1921_1922 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1919_1920, t1915_1916); // right_upper_leg, left_upper_leg
+    t1921_1922 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1919_1920, t1915_1916);
     t1923_1924 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1921_1922; // right_hip_yaw_link, left_hip_yaw_link
     t1925_1926 = t1659_1660 - t1505_1506; // right_lower_leg, left_lower_leg: wrench that its motion needs
     t1927_1928 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1925_1926; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1929_1930 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1913_1914;
     t1931_1932 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1919_1920, t1929_1930);
-    t1933_1934 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1931_1932, t1927_1928); // right_hip_roll_link, left_hip_roll_link
-    t1935_1936 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1933_1934, t1923_1924); // right_hip_yaw_link, left_hip_yaw_link
+    t1933_1934 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1931_1932, t1927_1928);
+    t1935_1936 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1933_1934, t1923_1924);
     t1937_1938 = both(t5) * t1935_1936; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1939_1940 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1921_1922;
@@ -1907,17 +1907,17 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t1961_1962 = R::Two::fused(-both(t32), t1947_1948, -t1959_1960);
     set(326, t1961_1962.first());
     set(368, t1961_1962.second());
-    t1963_1964 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1527_1528, -t1799_1800); // right_lower_leg, left_lower_leg
+    t1963_1964 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1527_1528, -t1799_1800);
     t1965_1966 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1963_1964; // right_upper_leg, left_upper_leg
-    t1967_1968 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1527_1528, t1805_1806); // right_lower_leg, left_lower_leg
-    t1969_1970 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1967_1968, t1965_1966); // right_upper_leg, left_upper_leg
+    t1967_1968 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1527_1528, t1805_1806);
+    t1969_1970 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1967_1968, t1965_1966);
     t1971_1972 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1969_1970; // right_hip_yaw_link, left_hip_yaw_link
     t1973_1974 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1485_1486; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t1975_1976 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1963_1964;
     t1977_1978 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1967_1968, t1975_1976);
-    t1979_1980 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1977_1978, t1973_1974); // right_hip_roll_link, left_hip_roll_link
-    t1981_1982 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1979_1980, t1971_1972); // right_hip_yaw_link, left_hip_yaw_link
+    t1979_1980 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1977_1978, t1973_1974);
+    t1981_1982 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1979_1980, t1971_1972);
     t1983_1984 = both(t5) * t1981_1982; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1985_1986 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1969_1970;
@@ -1941,18 +1941,18 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(329, t2007_2008.first());
     set(371, t2007_2008.second());
     t2009_2010 = t1503_1504 - t1505_1506; // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t2011_2012 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2009_2010, t1667_1668); // right_lower_leg, left_lower_leg
+    t2011_2012 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2009_2010, t1667_1668);
     t2013_2014 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2011_2012; // right_upper_leg, left_upper_leg
-    t2015_2016 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2009_2010, t1657_1658); // right_lower_leg, left_lower_leg
-    t2017_2018 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2015_2016, t2013_2014); // right_upper_leg, left_upper_leg
+    t2015_2016 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2009_2010, t1657_1658);
+    t2017_2018 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2015_2016, t2013_2014);
     t2019_2020 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2017_2018; // right_hip_yaw_link, left_hip_yaw_link
     t2021_2022 = t1525_1526 - t1527_1528; // right_lower_leg, left_lower_leg: motion
     t2023_2024 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2021_2022; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2025_2026 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2011_2012;
     t2027_2028 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2015_2016, t2025_2026);
-    t2029_2030 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2027_2028, t2023_2024); // right_hip_roll_link, left_hip_roll_link
-    t2031_2032 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2029_2030, t2019_2020); // right_hip_yaw_link, left_hip_yaw_link
+    t2029_2030 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2027_2028, t2023_2024);
+    t2031_2032 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2029_2030, t2019_2020);
     t2033_2034 = both(t5) * t2031_2032; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2035_2036 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2017_2018;
@@ -2013,17 +2013,17 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t2101_2102 = t2099_2100 * t2099_2100;
     t2103_2104 = t2087_2088 * t2087_2088;
     t2105_2106 = t2101_2102 + t2103_2104;
-    t2107_2108 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2105_2106, t2097_2098); // right_ankle, left_ankle
+    t2107_2108 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2105_2106, t2097_2098);
     t2109_2110 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2107_2108; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t2111_2112 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2095_2096;
     t2113_2114 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2105_2106, t2111_2112);
-    t2115_2116 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2113_2114, t2109_2110); // right_lower_leg, left_lower_leg
+    t2115_2116 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2113_2114, t2109_2110);
     t2117_2118 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2115_2116; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2119_2120 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2107_2108;
     t2121_2122 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2113_2114, t2119_2120);
-    t2123_2124 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2121_2122, t2117_2118); // right_upper_leg, left_upper_leg
+    t2123_2124 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2121_2122, t2117_2118);
     t2125_2126 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2123_2124; // right_hip_yaw_link, left_hip_yaw_link
     // right_ankle, left_ankle: motion
     t2127_2128 = t1525_1526 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
@@ -2035,8 +2035,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2139_2140 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2115_2116;
     t2141_2142 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2121_2122, t2139_2140);
-    t2143_2144 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2141_2142, t2137_2138); // right_hip_roll_link, left_hip_roll_link
-    t2145_2146 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2143_2144, t2125_2126); // right_hip_yaw_link, left_hip_yaw_link
+    t2143_2144 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2141_2142, t2137_2138);
+    t2145_2146 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2143_2144, t2125_2126);
     t2147_2148 = both(t5) * t2145_2146; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2149_2150 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2123_2124;
@@ -2071,13 +2071,13 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_ankle, left_ankle: sums of what it carries
     t2179_2180 = t2173_2174 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t2181_2182 = R::Two::fused(both(R::constant(-0.273)), t2135_2136, t2179_2180);
-    t2183_2184 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2181_2182, t2177_2178); // right_lower_leg, left_lower_leg
+    t2183_2184 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2181_2182, t2177_2178);
     t2185_2186 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2183_2184; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2187_2188 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2175_2176;
     t2189_2190 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2181_2182, t2187_2188);
     t2191_2192 = R::Two::fused(both(R::constant(-0.315)), t2135_2136, t2189_2190);
-    t2193_2194 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2191_2192, t2185_2186); // right_upper_leg, left_upper_leg
+    t2193_2194 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2191_2192, t2185_2186);
     t2195_2196 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2193_2194; // right_hip_yaw_link, left_hip_yaw_link
     // right_ankle, left_ankle: motion
     t2197_2198 = R::Two::fused(t1661_1662, both(R::constant(0.273)), t1587_1588);
@@ -2090,7 +2090,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2211_2212 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2183_2184;
     t2213_2214 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2191_2192, t2211_2212);
-    t2215_2216 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2213_2214, t2209_2210); // right_hip_roll_link, left_hip_roll_link
+    t2215_2216 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2213_2214, t2209_2210);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2217_2218 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2215_2216, t2195_2196);
     t2219_2220 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t2157_2158, t2217_2218);
@@ -2101,7 +2101,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t2229_2230 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2207_2208;
     t2231_2232 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2213_2214, t2229_2230);
-    t2233_2234 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t2145_2146, t2231_2232); // right_hip_yaw_link, left_hip_yaw_link
+    t2233_2234 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t2145_2146, t2231_2232);
     // torso: sums of what it carries
     t2235_2236 = R::Two::fused(both(t26), t2233_2234, t2227_2228);
     t2237_2238 = both(q_base_y) * t2171_2172;
@@ -2140,17 +2140,17 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_ankle, left_ankle: motion
     t2277_2278 = t2091_2092 * t2091_2092;
     t2279_2280 = t2277_2278 + t2101_2102;
-    t2281_2282 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2279_2280, -t2275_2276); // right_ankle, left_ankle
+    t2281_2282 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2279_2280, -t2275_2276);
     t2283_2284 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2281_2282; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t2285_2286 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2273_2274;
     t2287_2288 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2279_2280, t2285_2286);
-    t2289_2290 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2287_2288, t2283_2284); // right_lower_leg, left_lower_leg
+    t2289_2290 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2287_2288, t2283_2284);
     t2291_2292 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2289_2290; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2293_2294 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2281_2282;
     t2295_2296 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2287_2288, t2293_2294);
-    t2297_2298 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2295_2296, t2291_2292); // right_upper_leg, left_upper_leg
+    t2297_2298 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2295_2296, t2291_2292);
     t2299_2300 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2297_2298; // right_hip_yaw_link, left_hip_yaw_link
     // right_ankle, left_ankle: motion
     t2301_2302 = t1525_1526 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
@@ -2162,8 +2162,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2313_2314 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2289_2290;
     t2315_2316 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2295_2296, t2313_2314);
-    t2317_2318 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2315_2316, t2311_2312); // right_hip_roll_link, left_hip_roll_link
-    t2319_2320 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2317_2318, t2299_2300); // right_hip_yaw_link, left_hip_yaw_link
+    t2317_2318 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2315_2316, t2311_2312);
+    t2319_2320 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2317_2318, t2299_2300);
     t2321_2322 = both(t5) * t2319_2320; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2323_2324 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2297_2298;
@@ -2219,13 +2219,13 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(440, t2345_2346.second());
     t2347_2348 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2179_2180; // right_lower_leg, left_lower_leg
     t2349_2350 = R::Two::fused(both(R::constant(0.273)), t2309_2310, t2175_2176); // right_ankle, left_ankle
-    t2351_2352 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2349_2350, t2347_2348); // right_lower_leg, left_lower_leg
+    t2351_2352 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2349_2350, t2347_2348);
     t2353_2354 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2351_2352; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2355_2356 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2179_2180;
     t2357_2358 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2349_2350, t2355_2356);
     t2359_2360 = R::Two::fused(both(R::constant(-0.315)), t2309_2310, t2357_2358);
-    t2361_2362 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2359_2360, t2353_2354); // right_upper_leg, left_upper_leg
+    t2361_2362 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2359_2360, t2353_2354);
     t2363_2364 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2361_2362; // right_hip_yaw_link, left_hip_yaw_link
     // right_ankle, left_ankle: motion
     t2365_2366 = t2197_2198 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
@@ -2236,7 +2236,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2375_2376 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2351_2352;
     t2377_2378 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2359_2360, t2375_2376);
-    t2379_2380 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2377_2378, t2373_2374); // right_hip_roll_link, left_hip_roll_link
+    t2379_2380 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2377_2378, t2373_2374);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2381_2382 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2379_2380, t2363_2364);
     t2383_2384 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t2331_2332, t2381_2382);
@@ -2247,7 +2247,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t2393_2394 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2371_2372;
     t2395_2396 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2377_2378, t2393_2394);
-    t2397_2398 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t2319_2320, t2395_2396); // right_hip_yaw_link, left_hip_yaw_link
+    t2397_2398 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t2319_2320, t2395_2396);
     // torso: sums of what it carries
     t2399_2400 = R::Two::fused(both(t26), t2397_2398, t2391_2392);
     t2401_2402 = both(q_base_y) * t2345_2346;
@@ -2280,19 +2280,19 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t2441_2442 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2439_2440; // right_lower_leg, left_lower_leg
     t2443_2444 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2307_2308;
     t2445_2446 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2131_2132, -t2443_2444);
-    t2447_2448 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2445_2446, t2441_2442); // right_lower_leg, left_lower_leg
+    t2447_2448 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2445_2446, t2441_2442);
     t2449_2450 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2447_2448; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2451_2452 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2439_2440;
     t2453_2454 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2445_2446, t2451_2452);
-    t2455_2456 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2453_2454, t2449_2450); // right_upper_leg, left_upper_leg
+    t2455_2456 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2453_2454, t2449_2450);
     t2457_2458 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2455_2456; // right_hip_yaw_link, left_hip_yaw_link
     t2459_2460 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2093_2094; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2461_2462 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2447_2448;
     t2463_2464 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2453_2454, t2461_2462);
-    t2465_2466 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2463_2464, t2459_2460); // right_hip_roll_link, left_hip_roll_link
-    t2467_2468 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2465_2466, t2457_2458); // right_hip_yaw_link, left_hip_yaw_link
+    t2465_2466 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2463_2464, t2459_2460);
+    t2467_2468 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2465_2466, t2457_2458);
     t2469_2470 = both(t5) * t2467_2468; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2471_2472 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2455_2456;
@@ -2332,23 +2332,23 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(404, t2505_2506.first());
     set(446, t2505_2506.second());
     t2507_2508 = t2277_2278 - t2101_2102; // right_ankle, left_ankle: wrench that its motion needs
-    t2509_2510 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2507_2508, t2111_2112); // right_ankle, left_ankle
+    t2509_2510 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2507_2508, t2111_2112);
     t2511_2512 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2509_2510; // right_lower_leg, left_lower_leg
-    t2513_2514 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2507_2508, t2097_2098); // right_ankle, left_ankle
-    t2515_2516 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2513_2514, t2511_2512); // right_lower_leg, left_lower_leg
+    t2513_2514 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2507_2508, t2097_2098);
+    t2515_2516 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2513_2514, t2511_2512);
     t2517_2518 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2515_2516; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2519_2520 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2509_2510;
     t2521_2522 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2513_2514, t2519_2520);
-    t2523_2524 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2521_2522, t2517_2518); // right_upper_leg, left_upper_leg
+    t2523_2524 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2521_2522, t2517_2518);
     t2525_2526 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2523_2524; // right_hip_yaw_link, left_hip_yaw_link
     t2527_2528 = t2305_2306 + t2307_2308; // right_ankle, left_ankle: motion
     t2529_2530 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2527_2528; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2531_2532 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2515_2516;
     t2533_2534 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2521_2522, t2531_2532);
-    t2535_2536 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2533_2534, t2529_2530); // right_hip_roll_link, left_hip_roll_link
-    t2537_2538 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2535_2536, t2525_2526); // right_hip_yaw_link, left_hip_yaw_link
+    t2535_2536 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2533_2534, t2529_2530);
+    t2537_2538 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2535_2536, t2525_2526);
     t2539_2540 = both(t5) * t2537_2538; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2541_2542 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2523_2524;
@@ -2377,20 +2377,20 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t2569_2570 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2567_2568; // right_lower_leg, left_lower_leg
     t2571_2572 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2309_2310;
     t2573_2574 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2135_2136, t2571_2572);
-    t2575_2576 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2573_2574, t2569_2570); // right_lower_leg, left_lower_leg
+    t2575_2576 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2573_2574, t2569_2570);
     t2577_2578 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2575_2576; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2579_2580 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2567_2568;
     t2581_2582 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2573_2574, t2579_2580);
-    t2583_2584 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2581_2582, t2577_2578); // right_upper_leg, left_upper_leg
+    t2583_2584 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2581_2582, t2577_2578);
     t2585_2586 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2583_2584; // right_hip_yaw_link, left_hip_yaw_link
     t2587_2588 = t2277_2278 - t2103_2104; // right_ankle, left_ankle: wrench that its motion needs
     t2589_2590 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2587_2588; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2591_2592 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2575_2576;
     t2593_2594 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2581_2582, t2591_2592);
-    t2595_2596 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2593_2594, t2589_2590); // right_hip_roll_link, left_hip_roll_link
-    t2597_2598 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2595_2596, t2585_2586); // right_hip_yaw_link, left_hip_yaw_link
+    t2595_2596 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2593_2594, t2589_2590);
+    t2597_2598 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2595_2596, t2585_2586);
     t2599_2600 = both(t5) * t2597_2598; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2601_2602 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2583_2584;
@@ -2413,22 +2413,22 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t2623_2624 = R::Two::fused(-both(t32), t2609_2610, -t2621_2622);
     set(410, t2623_2624.first());
     set(452, t2623_2624.second());
-    t2625_2626 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2133_2134, -t2437_2438); // right_ankle, left_ankle
+    t2625_2626 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2133_2134, -t2437_2438);
     t2627_2628 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2625_2626; // right_lower_leg, left_lower_leg
-    t2629_2630 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2133_2134, t2443_2444); // right_ankle, left_ankle
-    t2631_2632 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2629_2630, t2627_2628); // right_lower_leg, left_lower_leg
+    t2629_2630 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2133_2134, t2443_2444);
+    t2631_2632 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2629_2630, t2627_2628);
     t2633_2634 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2631_2632; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2635_2636 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2625_2626;
     t2637_2638 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2629_2630, t2635_2636);
-    t2639_2640 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2637_2638, t2633_2634); // right_upper_leg, left_upper_leg
+    t2639_2640 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2637_2638, t2633_2634);
     t2641_2642 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2639_2640; // right_hip_yaw_link, left_hip_yaw_link
     t2643_2644 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2083_2084; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2645_2646 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2631_2632;
     t2647_2648 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2637_2638, t2645_2646);
-    t2649_2650 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2647_2648, t2643_2644); // right_hip_roll_link, left_hip_roll_link
-    t2651_2652 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2649_2650, t2641_2642); // right_hip_yaw_link, left_hip_yaw_link
+    t2649_2650 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2647_2648, t2643_2644);
+    t2651_2652 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2649_2650, t2641_2642);
     t2653_2654 = both(t5) * t2651_2652; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2655_2656 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2639_2640;
@@ -2452,23 +2452,23 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(413, t2677_2678.first());
     set(455, t2677_2678.second());
     t2679_2680 = t2101_2102 - t2103_2104; // right_ankle, left_ankle: wrench that its motion needs
-    t2681_2682 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2679_2680, t2285_2286); // right_ankle, left_ankle
+    t2681_2682 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2679_2680, t2285_2286);
     t2683_2684 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2681_2682; // right_lower_leg, left_lower_leg
-    t2685_2686 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2679_2680, t2275_2276); // right_ankle, left_ankle
-    t2687_2688 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2685_2686, t2683_2684); // right_lower_leg, left_lower_leg
+    t2685_2686 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2679_2680, t2275_2276);
+    t2687_2688 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2685_2686, t2683_2684);
     t2689_2690 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2687_2688; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2691_2692 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2681_2682;
     t2693_2694 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2685_2686, t2691_2692);
-    t2695_2696 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2693_2694, t2689_2690); // right_upper_leg, left_upper_leg
+    t2695_2696 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2693_2694, t2689_2690);
     t2697_2698 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2695_2696; // right_hip_yaw_link, left_hip_yaw_link
     t2699_2700 = t2131_2132 - t2133_2134; // right_ankle, left_ankle: motion
     t2701_2702 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2699_2700; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2703_2704 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2687_2688;
     t2705_2706 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2693_2694, t2703_2704);
-    t2707_2708 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2705_2706, t2701_2702); // right_hip_roll_link, left_hip_roll_link
-    t2709_2710 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2707_2708, t2697_2698); // right_hip_yaw_link, left_hip_yaw_link
+    t2707_2708 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2705_2706, t2701_2702);
+    t2709_2710 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2707_2708, t2697_2698);
     t2711_2712 = both(t5) * t2709_2710; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2713_2714 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2695_2696;
@@ -2538,24 +2538,24 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t2785_2786 = t2783_2784 * t2783_2784;
     t2787_2788 = t2775_2776 * t2775_2776;
     t2789_2790 = t2785_2786 + t2787_2788;
-    t2791_2792 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2789_2790, t2781_2782); // right_foot, left_foot
+    t2791_2792 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2789_2790, t2781_2782);
     t2793_2794 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2791_2792; // right_ankle, left_ankle
     t2795_2796 = t2083_2084 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     t2797_2798 = R::Two::fused(t2131_2132, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2795_2796);
     t2799_2800 = R::Two::fused(t2771_2772, two(v_right_ankle_roll, v_left_ankle_roll), t2797_2798);
     t2801_2802 = t2771_2772 * t2783_2784;
     t2803_2804 = t2799_2800 - t2801_2802;
-    t2805_2806 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2803_2804, t2793_2794); // right_ankle, left_ankle
+    t2805_2806 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2803_2804, t2793_2794);
     t2807_2808 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2805_2806; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t2809_2810 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2791_2792;
     t2811_2812 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2803_2804, t2809_2810);
-    t2813_2814 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2811_2812, t2807_2808); // right_lower_leg, left_lower_leg
+    t2813_2814 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2811_2812, t2807_2808);
     t2815_2816 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2813_2814; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2817_2818 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2805_2806;
     t2819_2820 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2811_2812, t2817_2818);
-    t2821_2822 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2819_2820, t2815_2816); // right_upper_leg, left_upper_leg
+    t2821_2822 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2819_2820, t2815_2816);
     t2823_2824 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2821_2822; // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
     t2825_2826 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t2779_2780;
@@ -2564,8 +2564,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2831_2832 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2813_2814;
     t2833_2834 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2819_2820, t2831_2832);
-    t2835_2836 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2833_2834, t2829_2830); // right_hip_roll_link, left_hip_roll_link
-    t2837_2838 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2835_2836, t2823_2824); // right_hip_yaw_link, left_hip_yaw_link
+    t2835_2836 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2833_2834, t2829_2830);
+    t2837_2838 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2835_2836, t2823_2824);
     t2839_2840 = both(t5) * t2837_2838; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2841_2842 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2821_2822;
@@ -2628,19 +2628,19 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t2875_2876 = R::Two::fused(t2279_2280, both(R::constant(0.037)), t2203_2204);
     t2877_2878 = R::Two::fused(t2875_2876, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2873_2874);
     t2879_2880 = R::Two::fused(both(R::constant(-0.037)), t2827_2828, t2877_2878); // right_foot, left_foot
-    t2881_2882 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2879_2880, t2869_2870); // right_ankle, left_ankle
+    t2881_2882 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2879_2880, t2869_2870);
     t2883_2884 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2881_2882; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t2885_2886 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2867_2868;
     t2887_2888 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2879_2880, t2885_2886);
     t2889_2890 = R::Two::fused(both(R::constant(-0.273)), t2827_2828, t2887_2888);
-    t2891_2892 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2889_2890, t2883_2884); // right_lower_leg, left_lower_leg
+    t2891_2892 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2889_2890, t2883_2884);
     t2893_2894 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2891_2892; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t2895_2896 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2881_2882;
     t2897_2898 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2889_2890, t2895_2896);
     t2899_2900 = R::Two::fused(both(R::constant(-0.315)), t2827_2828, t2897_2898);
-    t2901_2902 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2899_2900, t2893_2894); // right_upper_leg, left_upper_leg
+    t2901_2902 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2899_2900, t2893_2894);
     t2903_2904 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2901_2902; // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
     t2905_2906 = t2865_2866 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
@@ -2651,7 +2651,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t2915_2916 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2891_2892;
     t2917_2918 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2899_2900, t2915_2916);
-    t2919_2920 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2917_2918, t2913_2914); // right_hip_roll_link, left_hip_roll_link
+    t2919_2920 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2917_2918, t2913_2914);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t2921_2922 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2919_2920, t2903_2904);
     t2923_2924 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t2849_2850, t2921_2922);
@@ -2662,7 +2662,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t2933_2934 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2911_2912;
     t2935_2936 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2917_2918, t2933_2934);
-    t2937_2938 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t2837_2838, t2935_2936); // right_hip_yaw_link, left_hip_yaw_link
+    t2937_2938 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t2837_2838, t2935_2936);
     // torso: sums of what it carries
     t2939_2940 = R::Two::fused(-both(t26), t2937_2938, t2931_2932);
     t2941_2942 = both(q_base_y) * t2863_2864;
@@ -2691,24 +2691,24 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_foot, left_foot: motion
     t2975_2976 = t2771_2772 * t2771_2772;
     t2977_2978 = t2785_2786 + t2975_2976;
-    t2979_2980 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2977_2978, t2973_2974); // right_foot, left_foot
+    t2979_2980 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2977_2978, t2973_2974);
     t2981_2982 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2979_2980; // right_ankle, left_ankle
     t2983_2984 = t2083_2084 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t2985_2986 = R::Two::fused(-t2131_2132, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2983_2984);
     t2987_2988 = R::Two::fused(-t2775_2776, two(v_right_ankle_roll, v_left_ankle_roll), t2985_2986);
     t2989_2990 = t2775_2776 * t2783_2784;
     t2991_2992 = t2987_2988 + t2989_2990;
-    t2993_2994 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2991_2992, t2981_2982); // right_ankle, left_ankle
+    t2993_2994 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2991_2992, t2981_2982);
     t2995_2996 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2993_2994; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t2997_2998 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2979_2980;
     t2999_3000 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2991_2992, t2997_2998);
-    t3001_3002 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2999_3000, t2995_2996); // right_lower_leg, left_lower_leg
+    t3001_3002 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2999_3000, t2995_2996);
     t3003_3004 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3001_3002; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3005_3006 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2993_2994;
     t3007_3008 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2999_3000, t3005_3006);
-    t3009_3010 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3007_3008, t3003_3004); // right_upper_leg, left_upper_leg
+    t3009_3010 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3007_3008, t3003_3004);
     t3011_3012 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3009_3010; // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
     t3013_3014 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2971_2972;
@@ -2717,8 +2717,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t3019_3020 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3001_3002;
     t3021_3022 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3007_3008, t3019_3020);
-    t3023_3024 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3021_3022, t3017_3018); // right_hip_roll_link, left_hip_roll_link
-    t3025_3026 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3023_3024, t3011_3012); // right_hip_yaw_link, left_hip_yaw_link
+    t3023_3024 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3021_3022, t3017_3018);
+    t3025_3026 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3023_3024, t3011_3012);
     t3027_3028 = both(t5) * t3025_3026; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t3029_3030 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3009_3010;
@@ -2746,19 +2746,19 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t3055_3056 = t2871_2872 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
     t3057_3058 = R::Two::fused(-t2875_2876, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3055_3056);
     t3059_3060 = R::Two::fused(both(R::constant(0.037)), t3015_3016, t3057_3058); // right_foot, left_foot
-    t3061_3062 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3059_3060, t3053_3054); // right_ankle, left_ankle
+    t3061_3062 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3059_3060, t3053_3054);
     t3063_3064 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3061_3062; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t3065_3066 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2905_2906;
     t3067_3068 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3059_3060, t3065_3066);
     t3069_3070 = R::Two::fused(both(R::constant(-0.273)), t3015_3016, t3067_3068);
-    t3071_3072 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3069_3070, t3063_3064); // right_lower_leg, left_lower_leg
+    t3071_3072 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3069_3070, t3063_3064);
     t3073_3074 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3071_3072; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3075_3076 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3061_3062;
     t3077_3078 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3069_3070, t3075_3076);
     t3079_3080 = R::Two::fused(both(R::constant(-0.315)), t3015_3016, t3077_3078);
-    t3081_3082 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3079_3080, t3073_3074); // right_upper_leg, left_upper_leg
+    t3081_3082 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3079_3080, t3073_3074);
     t3083_3084 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3081_3082; // right_hip_yaw_link, left_hip_yaw_link
     t3085_3086 = R::Two::fused(both(R::constant(-0.037)), t2991_2992, t2867_2868); // right_foot, left_foot
     t3087_3088 = R::Two::fused(both(R::constant(0.273)), t2999_3000, t3085_3086); // right_ankle, left_ankle
@@ -2767,7 +2767,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t3093_3094 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3071_3072;
     t3095_3096 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3079_3080, t3093_3094);
-    t3097_3098 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3095_3096, t3091_3092); // right_hip_roll_link, left_hip_roll_link
+    t3097_3098 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3095_3096, t3091_3092);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t3099_3100 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3097_3098, t3083_3084);
     t3101_3102 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t3037_3038, t3099_3100);
@@ -2778,7 +2778,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t3111_3112 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3089_3090;
     t3113_3114 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3095_3096, t3111_3112);
-    t3115_3116 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t3025_3026, t3113_3114); // right_hip_yaw_link, left_hip_yaw_link
+    t3115_3116 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t3025_3026, t3113_3114);
     // torso: sums of what it carries
     t3117_3118 = R::Two::fused(both(t26), t3115_3116, t3109_3110);
     t3119_3120 = both(q_base_y) * t3051_3052;
@@ -2811,12 +2811,12 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t3157_3158 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3155_3156; // right_lower_leg, left_lower_leg
     t3159_3160 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3151_3152;
     t3161_3162 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2767_2768, t3159_3160);
-    t3163_3164 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3161_3162, t3157_3158); // right_lower_leg, left_lower_leg
+    t3163_3164 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3161_3162, t3157_3158);
     t3165_3166 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3163_3164; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3167_3168 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3155_3156;
     t3169_3170 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3161_3162, t3167_3168);
-    t3171_3172 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3169_3170, t3165_3166); // right_upper_leg, left_upper_leg
+    t3171_3172 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3169_3170, t3165_3166);
     t3173_3174 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3171_3172; // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
     t3175_3176 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2989_2990;
@@ -2825,8 +2825,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t3181_3182 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3163_3164;
     t3183_3184 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3169_3170, t3181_3182);
-    t3185_3186 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3183_3184, t3179_3180); // right_hip_roll_link, left_hip_roll_link
-    t3187_3188 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3185_3186, t3173_3174); // right_hip_yaw_link, left_hip_yaw_link
+    t3185_3186 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3183_3184, t3179_3180);
+    t3187_3188 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3185_3186, t3173_3174);
     t3189_3190 = both(t5) * t3187_3188; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t3191_3192 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3171_3172;
@@ -2850,28 +2850,28 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(488, t3213_3214.first());
     set(530, t3213_3214.second());
     t3215_3216 = t2785_2786 - t2975_2976; // right_foot, left_foot: wrench that its motion needs
-    t3217_3218 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t3215_3216, t2825_2826); // right_foot, left_foot
+    t3217_3218 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t3215_3216, t2825_2826);
     t3219_3220 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3217_3218; // right_ankle, left_ankle
     t3221_3222 = t2987_2988 - t2989_2990; // right_foot, left_foot: motion
-    t3223_3224 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3221_3222, t3219_3220); // right_ankle, left_ankle
+    t3223_3224 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3221_3222, t3219_3220);
     t3225_3226 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3223_3224; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t3227_3228 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3217_3218;
     t3229_3230 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3221_3222, t3227_3228);
-    t3231_3232 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3229_3230, t3225_3226); // right_lower_leg, left_lower_leg
+    t3231_3232 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3229_3230, t3225_3226);
     t3233_3234 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3231_3232; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3235_3236 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3223_3224;
     t3237_3238 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3229_3230, t3235_3236);
-    t3239_3240 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3237_3238, t3233_3234); // right_upper_leg, left_upper_leg
+    t3239_3240 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3237_3238, t3233_3234);
     t3241_3242 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3239_3240; // right_hip_yaw_link, left_hip_yaw_link
-    t3243_3244 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3215_3216, t2781_2782); // right_foot, left_foot
+    t3243_3244 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3215_3216, t2781_2782);
     t3245_3246 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3243_3244; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t3247_3248 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3231_3232;
     t3249_3250 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3237_3238, t3247_3248);
-    t3251_3252 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3249_3250, t3245_3246); // right_hip_roll_link, left_hip_roll_link
-    t3253_3254 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3251_3252, t3241_3242); // right_hip_yaw_link, left_hip_yaw_link
+    t3251_3252 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3249_3250, t3245_3246);
+    t3253_3254 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3251_3252, t3241_3242);
     t3255_3256 = both(t5) * t3253_3254; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t3257_3258 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3239_3240;
@@ -2895,28 +2895,28 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     set(491, t3279_3280.first());
     set(533, t3279_3280.second());
     t3281_3282 = t2785_2786 - t2787_2788; // right_foot, left_foot: wrench that its motion needs
-    t3283_3284 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3281_3282, t3013_3014); // right_foot, left_foot
+    t3283_3284 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3281_3282, t3013_3014);
     t3285_3286 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3283_3284; // right_ankle, left_ankle
     t3287_3288 = t2799_2800 + t2801_2802; // right_foot, left_foot: motion
-    t3289_3290 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3287_3288, t3285_3286); // right_ankle, left_ankle
+    t3289_3290 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3287_3288, t3285_3286);
     t3291_3292 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3289_3290; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t3293_3294 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3283_3284;
     t3295_3296 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3287_3288, t3293_3294);
-    t3297_3298 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3295_3296, t3291_3292); // right_lower_leg, left_lower_leg
+    t3297_3298 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3295_3296, t3291_3292);
     t3299_3300 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3297_3298; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3301_3302 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3289_3290;
     t3303_3304 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3295_3296, t3301_3302);
-    t3305_3306 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3303_3304, t3299_3300); // right_upper_leg, left_upper_leg
+    t3305_3306 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3303_3304, t3299_3300);
     t3307_3308 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3305_3306; // right_hip_yaw_link, left_hip_yaw_link
-    t3309_3310 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t3281_3282, t2973_2974); // right_foot, left_foot
+    t3309_3310 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t3281_3282, t2973_2974);
     t3311_3312 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3309_3310; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t3313_3314 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3297_3298;
     t3315_3316 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3303_3304, t3313_3314);
-    t3317_3318 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3315_3316, t3311_3312); // right_hip_roll_link, left_hip_roll_link
-    t3319_3320 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3317_3318, t3307_3308); // right_hip_yaw_link, left_hip_yaw_link
+    t3317_3318 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3315_3316, t3311_3312);
+    t3319_3320 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3317_3318, t3307_3308);
     t3321_3322 = both(t5) * t3319_3320; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t3323_3324 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3305_3306;
@@ -2939,14 +2939,14 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t3345_3346 = R::Two::fused(both(t32), t3331_3332, -t3343_3344);
     set(494, t3345_3346.first());
     set(536, t3345_3346.second());
-    t3347_3348 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2799_2800, t3149_3150); // right_foot, left_foot
+    t3347_3348 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2799_2800, t3149_3150);
     // right_ankle, left_ankle: sums of what it carries
     t3349_3350 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3347_3348;
     t3351_3352 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2777_2778, t3349_3350);
     t3353_3354 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3351_3352; // right_lower_leg, left_lower_leg
     t3355_3356 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3347_3348;
     t3357_3358 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2777_2778, t3355_3356);
-    t3359_3360 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3357_3358, t3353_3354); // right_lower_leg, left_lower_leg
+    t3359_3360 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3357_3358, t3353_3354);
     t3361_3362 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3359_3360; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3363_3364 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3351_3352;
@@ -2960,15 +2960,15 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
         t3473_3474, t3475_3476, t3477_3478, t3479_3480, t3481_3482, t3483_3484, t3485_3486, t3487_3488,
     );
     t3365_3366 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3357_3358, t3363_3364);
-    t3367_3368 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3365_3366, t3361_3362); // right_upper_leg, left_upper_leg
+    t3367_3368 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3365_3366, t3361_3362);
     t3369_3370 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3367_3368; // right_hip_yaw_link, left_hip_yaw_link
-    t3371_3372 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2799_2800, t3175_3176); // right_foot, left_foot
+    t3371_3372 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2799_2800, t3175_3176);
     t3373_3374 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3371_3372; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
     t3375_3376 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3359_3360;
     t3377_3378 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3365_3366, t3375_3376);
-    t3379_3380 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3377_3378, t3373_3374); // right_hip_roll_link, left_hip_roll_link
-    t3381_3382 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3379_3380, t3369_3370); // right_hip_yaw_link, left_hip_yaw_link
+    t3379_3380 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3377_3378, t3373_3374);
+    t3381_3382 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3379_3380, t3369_3370);
     t3383_3384 = both(t5) * t3381_3382; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t3385_3386 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3367_3368;
@@ -3012,17 +3012,17 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t3423_3424 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2991_2992, t3421_3422);
     t3425_3426 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3423_3424; // right_ankle, left_ankle
     t3427_3428 = t2975_2976 - t2787_2788; // right_foot, left_foot: wrench that its motion needs
-    t3429_3430 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3427_3428, t3425_3426); // right_ankle, left_ankle
+    t3429_3430 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3427_3428, t3425_3426);
     t3431_3432 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3429_3430; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
     t3433_3434 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3423_3424;
     t3435_3436 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3427_3428, t3433_3434);
-    t3437_3438 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3435_3436, t3431_3432); // right_lower_leg, left_lower_leg
+    t3437_3438 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3435_3436, t3431_3432);
     t3439_3440 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3437_3438; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
     t3441_3442 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3429_3430;
     t3443_3444 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3435_3436, t3441_3442);
-    t3445_3446 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3443_3444, t3439_3440); // right_upper_leg, left_upper_leg
+    t3445_3446 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3443_3444, t3439_3440);
     t3447_3448 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3445_3446; // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
     t3449_3450 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2803_2804;
@@ -3031,8 +3031,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_upper_leg, left_upper_leg: sums of what it carries
     t3455_3456 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3437_3438;
     t3457_3458 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3443_3444, t3455_3456);
-    t3459_3460 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3457_3458, t3453_3454); // right_hip_roll_link, left_hip_roll_link
-    t3461_3462 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3459_3460, t3447_3448); // right_hip_yaw_link, left_hip_yaw_link
+    t3459_3460 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3457_3458, t3453_3454);
+    t3461_3462 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3459_3460, t3447_3448);
     t3463_3464 = both(t5) * t3461_3462; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t3465_3466 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3445_3446;

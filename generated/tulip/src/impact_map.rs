@@ -150,7 +150,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t42_43 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     t44_45 = both(R::constant(0.00009166667)) * t42_43;
     t46_47 = both(R::constant(0.0029269125)) - t44_45;
-    t48_49 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t48_49 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t50_51 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.001221));
     t52_53 = both(R::constant(0.001228333333)) + t50_51;
     // right_ankle, left_ankle: sums of what it carries
@@ -165,7 +165,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t66_67 = R::Two::fused(both(R::constant(-2.0)), t64_65, t56_57);
     t68_69 = t46_47 + t66_67;
     t70_71 = both(R::constant(0.072308716667)) - t68_69;
-    t72_73 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t72_73 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t74_75 = t52_53 - t66_67;
     // right_foot, left_foot: sums of what it carries
     t76_77 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
@@ -192,7 +192,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t110_111 = R::Two::fused(both(R::constant(-2.0)), t108_109, t90_91);
     t112_113 = t70_71 - t110_111;
     t114_115 = both(R::constant(0.22879800003)) + t112_113;
-    t116_117 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t116_117 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t118_119 = t86_87 - t110_111;
     t120_121 = both(R::constant(0.3111)) + t82_83; // right_ankle, left_ankle: sums of what it carries
     t122_123 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t120_121;
@@ -216,7 +216,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t152_153 = t148_149 * t150_151;
     t154_155 = R::Two::fused(both(R::constant(-2.0)), t152_153, t134_135);
     t156_157 = t114_115 - t154_155;
-    t158_159 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t158_159 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     // right_foot, left_foot: sums of what it carries
     t160_161 = both(R::constant(0.00009166667)) - t44_45;
     t162_163 = t160_161 - t50_51;
@@ -253,7 +253,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t212_213 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t194_195;
     t214_215 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t202_203, t212_213);
     t216_217 = both(R::constant(0.000048)) - t214_215;
-    t218_219 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t216_217, t210_211); // right_upper_leg, left_upper_leg
+    t218_219 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t216_217, t210_211);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t220_221 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t222_223 = t218_219 * t220_221;
@@ -263,17 +263,17 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t230_231 = both(R::constant(0.8355)) + t126_127; // right_lower_leg, left_lower_leg: sums of what it carries
     t232_233 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t230_231; // right_upper_leg, left_upper_leg
     t234_235 = both(R::constant(0.012)) - t144_145; // right_lower_leg, left_lower_leg: sums of what it carries
-    t236_237 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t234_235, t232_233); // right_upper_leg, left_upper_leg
+    t236_237 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t234_235, t232_233);
     t238_239 = both(R::constant(0.008)) + t236_237;
     t240_241 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t238_239; // right_hip_yaw_link, left_hip_yaw_link
     t242_243 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
-    t244_245 = R::Two::fused(t242_243, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01))); // right_upper_leg, left_upper_leg
+    t244_245 = R::Two::fused(t242_243, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
     t246_247 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t244_245;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t248_249 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t230_231;
     t250_251 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t234_235, t248_249);
-    t252_253 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t250_251, t246_247); // right_hip_roll_link, left_hip_roll_link
-    t254_255 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t252_253, t240_241); // right_hip_yaw_link, left_hip_yaw_link
+    t252_253 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t250_251, t246_247);
+    t254_255 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t252_253, t240_241);
     t256 = R::fused(R::constant(0.0764), t254_255.first(), t228_229.first()); // right_hip_yaw_link: mass matrix
     t257 = t254_255.second() * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
     t258 = t228_229.second() - t257; // left_hip_yaw_link: sums of what it carries
@@ -441,7 +441,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t466_467 = t148_149 * t116_117;
     t468_469 = R::Two::fused(both(R::constant(-2.0)), t466_467, t148_149);
     t470_471 = R::Two::fused(-t150_151, t132_133, t468_469);
-    t472_473 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t470_471, t464_465); // right_hip_roll_link, left_hip_roll_link
+    t472_473 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t470_471, t464_465);
     t474 = t472_473.second() - t459; // left_hip_roll_link: mass matrix
     t475 = t459 - t474; // other
     // right_foot, left_foot: mass matrix
@@ -551,7 +551,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t582_583 = t218_219 * t158_159;
     t584_585 = R::Two::fused(both(R::constant(-2.0)), t582_583, t218_219);
     t586_587 = R::Two::fused(t220_221 * two(R::constant(-1.0), R::constant(1.0)), t176_177, t584_585);
-    t588_589 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t586_587, t580_581); // right_hip_yaw_link, left_hip_yaw_link
+    t588_589 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t586_587, t580_581);
     t590 = R::constant(0.0404594) + t588_589.second(); // left_hip_yaw_link: sums of what it carries
     t591 = t590 - t588_589.first(); // right_hip_yaw_link: sums of what it carries
     // other
@@ -864,7 +864,7 @@ pub(super) fn impact_map_of_right_support_program<R: Real>(q: &[R; NQ], v: &[R; 
     t916 = t608 * t577;
     t917 = R::fused(-t264, t644, t916);
     t918_919 = both(R::constant(0.305783837533)) - t504_505; // right_hip_roll_link, left_hip_roll_link
-    t920_921 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t920_921 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t922_923 = t174_175 + t224_225; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t924_925 = t922_923 - t918_919;
@@ -3524,7 +3524,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t42_43 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
     t44_45 = both(R::constant(0.00009166667)) * t42_43;
     t46_47 = both(R::constant(0.0029269125)) - t44_45;
-    t48_49 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t48_49 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t50_51 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.001221));
     t52_53 = both(R::constant(0.001228333333)) + t50_51;
     // right_ankle, left_ankle: sums of what it carries
@@ -3539,7 +3539,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t66_67 = R::Two::fused(both(R::constant(-2.0)), t64_65, t56_57);
     t68_69 = t46_47 + t66_67;
     t70_71 = both(R::constant(0.072308716667)) - t68_69;
-    t72_73 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t72_73 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t74_75 = t52_53 - t66_67;
     // right_foot, left_foot: sums of what it carries
     t76_77 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
@@ -3566,7 +3566,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t110_111 = R::Two::fused(both(R::constant(-2.0)), t108_109, t90_91);
     t112_113 = t70_71 - t110_111;
     t114_115 = both(R::constant(0.22879800003)) + t112_113;
-    t116_117 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg
+    t116_117 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     t118_119 = t86_87 - t110_111;
     t120_121 = both(R::constant(0.3111)) + t82_83; // right_ankle, left_ankle: sums of what it carries
     t122_123 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t120_121;
@@ -3590,7 +3590,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t152_153 = t148_149 * t150_151;
     t154_155 = R::Two::fused(both(R::constant(-2.0)), t152_153, t134_135);
     t156_157 = t114_115 - t154_155;
-    t158_159 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link
+    t158_159 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     // right_foot, left_foot: sums of what it carries
     t160_161 = both(R::constant(0.00009166667)) - t44_45;
     t162_163 = t160_161 - t50_51;
@@ -3627,7 +3627,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t212_213 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t194_195;
     t214_215 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t202_203, t212_213);
     t216_217 = both(R::constant(0.000048)) - t214_215;
-    t218_219 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t216_217, t210_211); // right_upper_leg, left_upper_leg
+    t218_219 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t216_217, t210_211);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t220_221 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
     t222_223 = t218_219 * t220_221;
@@ -3637,17 +3637,17 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t230_231 = both(R::constant(0.8355)) + t126_127; // right_lower_leg, left_lower_leg: sums of what it carries
     t232_233 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t230_231; // right_upper_leg, left_upper_leg
     t234_235 = both(R::constant(0.012)) - t144_145; // right_lower_leg, left_lower_leg: sums of what it carries
-    t236_237 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t234_235, t232_233); // right_upper_leg, left_upper_leg
+    t236_237 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t234_235, t232_233);
     t238_239 = both(R::constant(0.008)) + t236_237;
     t240_241 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t238_239; // right_hip_yaw_link, left_hip_yaw_link
     t242_243 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
-    t244_245 = R::Two::fused(t242_243, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01))); // right_upper_leg, left_upper_leg
+    t244_245 = R::Two::fused(t242_243, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
     t246_247 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t244_245;
     // right_upper_leg, left_upper_leg: sums of what it carries
     t248_249 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t230_231;
     t250_251 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t234_235, t248_249);
-    t252_253 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t250_251, t246_247); // right_hip_roll_link, left_hip_roll_link
-    t254_255 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t252_253, t240_241); // right_hip_yaw_link, left_hip_yaw_link
+    t252_253 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t250_251, t246_247);
+    t254_255 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t252_253, t240_241);
     t256 = R::fused(R::constant(-0.0764), t254_255.second(), t228_229.second()); // left_hip_yaw_link: mass matrix
     t257 = t254_255.second() * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
     t258 = t228_229.second() - t257; // left_hip_yaw_link: sums of what it carries
@@ -3815,7 +3815,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t466_467 = t148_149 * t116_117;
     t468_469 = R::Two::fused(both(R::constant(-2.0)), t466_467, t148_149);
     t470_471 = R::Two::fused(-t150_151, t132_133, t468_469);
-    t472_473 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t470_471, t464_465); // right_hip_roll_link, left_hip_roll_link
+    t472_473 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t470_471, t464_465);
     t474 = t472_473.first() + t459; // right_hip_roll_link: mass matrix
     t475 = t459 + t474; // other
     // right_foot, left_foot: mass matrix
@@ -3925,7 +3925,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t582_583 = t218_219 * t158_159;
     t584_585 = R::Two::fused(both(R::constant(-2.0)), t582_583, t218_219);
     t586_587 = R::Two::fused(t220_221 * two(R::constant(-1.0), R::constant(1.0)), t176_177, t584_585);
-    t588_589 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t586_587, t580_581); // right_hip_yaw_link, left_hip_yaw_link
+    t588_589 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t586_587, t580_581);
     t590 = R::constant(0.0404594) + t588_589.second(); // left_hip_yaw_link: sums of what it carries
     t591 = t590 - t588_589.first(); // right_hip_yaw_link: sums of what it carries
     // other
@@ -4238,7 +4238,7 @@ pub(super) fn impact_map_of_left_support_program<R: Real>(q: &[R; NQ], v: &[R; N
     t916 = t608 * t577;
     t917 = R::fused(-t264, t644, t916);
     t918_919 = both(R::constant(0.305783837533)) - t504_505; // right_hip_roll_link, left_hip_roll_link
-    t920_921 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t920_921 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     t922_923 = t174_175 + t224_225; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t924_925 = t922_923 - t918_919;

@@ -193,8 +193,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t56_57 = both(R::constant(0.8355)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     t58_59 = R::Two::fused(both(R::constant(0.012)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t56_57);
     t60_61 = t54_55 + t58_59;
-    t62_63 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t60_61, t44_45); // right_hip_roll_link, left_hip_roll_link
-    t64_65 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t62_63, t38_39); // right_hip_yaw_link, left_hip_yaw_link
+    t62_63 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t60_61, t44_45);
+    t64_65 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t62_63, t38_39);
     t66 = t64_65.second() + t64_65.first(); // right_hip_yaw_link: sums of what it carries
     t67 = R::constant(0.0102) - t66; // torso: sums of what it carries
     t68 = t15 * t67; // torso: answer of the forces to its motion
@@ -358,7 +358,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t236_237 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t234_235);
     t238_239 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t236_237; // right_hip_roll_link, left_hip_roll_link
     t240_241 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
-    t242_243 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t240_241, t238_239); // right_hip_roll_link, left_hip_roll_link
+    t242_243 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t240_241, t238_239);
     t244_245 = t242_243 - two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
     t246_247 = t244_245 - two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     t248_249 = t246_247 - two(v_right_ankle_pitch, v_left_ankle_pitch); // right_ankle, left_ankle: motion
@@ -384,8 +384,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t278_279 = both(a_base_angular_z) + two(a_right_hip_yaw, a_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     t280_281 = R::Two::fused(t236_237, two(v_right_hip_roll, v_left_hip_roll), t278_279);
     t282_283 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t280_281, t276_277);
-    t284_285 = R::Two::fused(t260_261, two(v_right_hip_pitch, v_left_hip_pitch), t282_283); // right_upper_leg, left_upper_leg
-    t286_287 = R::Two::fused(t260_261, two(v_right_knee_pitch, v_left_knee_pitch), t284_285); // right_lower_leg, left_lower_leg
+    t284_285 = R::Two::fused(t260_261, two(v_right_hip_pitch, v_left_hip_pitch), t282_283);
+    t286_287 = R::Two::fused(t260_261, two(v_right_knee_pitch, v_left_knee_pitch), t284_285);
     // right_ankle, left_ankle: motion
     t288_289 = R::Two::fused(t260_261, two(v_right_ankle_pitch, v_left_ankle_pitch), t286_287);
     t290_291 = two(sin_t2, sin_t3) * t288_289;
@@ -393,8 +393,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t292_293 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t266_267;
     t294_295 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t270_271, t292_293);
     t296_297 = two(a_right_hip_roll, a_left_hip_roll) + t294_295; // right_hip_roll_link, left_hip_roll_link: motion
-    t298_299 = R::Two::fused(-t252_253, two(v_right_hip_pitch, v_left_hip_pitch), t296_297); // right_upper_leg, left_upper_leg
-    t300_301 = R::Two::fused(-t252_253, two(v_right_knee_pitch, v_left_knee_pitch), t298_299); // right_lower_leg, left_lower_leg
+    t298_299 = R::Two::fused(-t252_253, two(v_right_hip_pitch, v_left_hip_pitch), t296_297);
+    t300_301 = R::Two::fused(-t252_253, two(v_right_knee_pitch, v_left_knee_pitch), t298_299);
     // right_ankle, left_ankle: motion
     t302_303 = R::Two::fused(-t252_253, two(v_right_ankle_pitch, v_left_ankle_pitch), t300_301);
     t304_305 = R::Two::fused(-two(cos_t2, cos_t3), t302_303, t290_291);
@@ -467,7 +467,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t410_411 = R::Two::fused(-t408_409, t58_59, t406_407);
     t412_413 = t400_401 - t410_411;
     t414_415 = R::Two::fused(t260_261, t242_243, t282_283); // right_hip_roll_link, left_hip_roll_link: motion
-    t416_417 = R::Two::fused(two(R::constant(-0.01), R::constant(0.01)), t414_415, t412_413); // right_hip_roll_link, left_hip_roll_link
+    t416_417 = R::Two::fused(two(R::constant(-0.01), R::constant(0.01)), t414_415, t412_413);
     // right_hip_yaw_link, left_hip_yaw_link: motion
     t418_419 = t240_241 * t240_241;
     t420_421 = R::Two::fused(t236_237, t236_237, t418_419);
@@ -562,7 +562,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t520_521 = t518_519 * t72_73; // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t522 = v_base_angular_x * v_base_angular_x; // torso: motion
     t523 = R::fused(v_base_angular_y, v_base_angular_y, t522); // torso: motion
-    t524_525 = R::Two::fused(both(t523) * two(R::constant(-1.0), R::constant(1.0)), t64_65, t520_521); // right_hip_yaw_link, left_hip_yaw_link
+    t524_525 = R::Two::fused(both(t523) * two(R::constant(-1.0), R::constant(1.0)), t64_65, t520_521);
     // right_foot, left_foot: sums of what it carries
     t526_527 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.033));
     t528_529 = t318_319 * t526_527;
@@ -624,7 +624,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t608_609 = R::Two::fused(-two(cos_t2, cos_t3), t570_571, t606_607);
     t610_611 = R::Two::fused(-t246_247, t540_541, t608_609); // right_lower_leg, left_lower_leg: sums of what it carries
     t612_613 = R::Two::fused(-t244_245, t550_551, t610_611); // right_upper_leg, left_upper_leg: sums of what it carries
-    t614_615 = R::Two::fused(t252_253, two(R::constant(-0.02), R::constant(0.02)), t612_613); // right_hip_roll_link, left_hip_roll_link
+    t614_615 = R::Two::fused(t252_253, two(R::constant(-0.02), R::constant(0.02)), t612_613);
     t616_617 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t614_615; // right_hip_yaw_link, left_hip_yaw_link
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t618_619 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t554_555;
@@ -682,8 +682,8 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t687 = t686 + t69;
     t688 = R::fused(v_base_angular_y, v_base_angular_z, a_base_angular_x);
     t689 = t688 * R::constant(0.0764); // right_hip_yaw_link: motion
-    t690_691 = R::Two::fused(both(t689), two(R::constant(-1.0), R::constant(1.0)), both(t687)); // right_hip_yaw_link, left_hip_yaw_link
-    t692_693 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t690_691, t682_683); // right_hip_roll_link, left_hip_roll_link
+    t690_691 = R::Two::fused(both(t689), two(R::constant(-1.0), R::constant(1.0)), both(t687));
+    t692_693 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t690_691, t682_683);
     // right_lower_leg, left_lower_leg: motion
     t694_695 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
     t696_697 = t494_495 * t694_695;
@@ -979,7 +979,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1144_1145 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
     t1146_1147 = t1142_1143 * t1144_1145;
     t1148_1149 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t1150_1151 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(-0.0006105)), t652_653); // right_foot, left_foot
+    t1150_1151 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(-0.0006105)), t652_653);
     // right_ankle, left_ankle: sums of what it carries
     t1152_1153 = two(cos_t2, cos_t3) * t1150_1151;
     t1154_1155 = R::Two::fused(-two(sin_t2, sin_t3), t656_657, t1152_1153);
@@ -987,7 +987,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1158_1159 = R::Two::fused(t840_841, two(R::constant(1.0), R::constant(-1.0)), t1156_1157);
     t1160_1161 = R::Two::fused(-t698_699, t40_41, t1158_1159);
-    t1162_1163 = R::Two::fused(t880_881, two(R::constant(1.0), R::constant(-1.0)), t1160_1161); // right_upper_leg, left_upper_leg
+    t1162_1163 = R::Two::fused(t880_881, two(R::constant(1.0), R::constant(-1.0)), t1160_1161);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1164_1165 = both(R::constant(2.0)) * t1162_1163;
     t1166_1167 = R::Two::fused(-t1148_1149, t1164_1165, t1146_1147);
@@ -1005,7 +1005,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1186_1187 = R::Two::fused(t826_827, two(R::constant(1.0), R::constant(-1.0)), t1184_1185);
     t1188_1189 = R::Two::fused(-t694_695, t40_41, t1186_1187);
-    t1190_1191 = R::Two::fused(t866_867, two(R::constant(1.0), R::constant(-1.0)), t1188_1189); // right_upper_leg, left_upper_leg
+    t1190_1191 = R::Two::fused(t866_867, two(R::constant(1.0), R::constant(-1.0)), t1188_1189);
     t1192_1193 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1190_1191; // right_hip_roll_link, left_hip_roll_link
     // right_ankle, left_ankle: sums of what it carries
     t1194_1195 = t1070_1071 * t1078_1079;
@@ -1020,7 +1020,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1210_1211 = R::Two::fused(t698_699, t28_29, t1208_1209);
     t1212_1213 = t1206_1207 - t1210_1211;
     t1214_1215 = t1212_1213 + t874_875; // right_upper_leg, left_upper_leg: sums of what it carries
-    t1216_1217 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1214_1215, t1192_1193); // right_hip_roll_link, left_hip_roll_link
+    t1216_1217 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1214_1215, t1192_1193);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1218_1219 = both(R::constant(2.0)) * t1216_1217;
     t1220_1221 = R::Two::fused(-t1178_1179, t1218_1219, t1176_1177);
@@ -1037,7 +1037,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1240_1241 = t1144_1145 * t1164_1165;
     t1242_1243 = R::Two::fused(t1142_1143, t1148_1149, t1240_1241);
     t1244_1245 = t1162_1163 - t1242_1243;
-    t1246_1247 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1244_1245, t1238_1239); // right_hip_yaw_link, left_hip_yaw_link
+    t1246_1247 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1244_1245, t1238_1239);
     // right_hip_yaw_link, left_hip_yaw_link: answer of the forces to its motion
     t1248_1249 = R::Two::fused(both(t523), t1246_1247, t1232_1233);
     t1250_1251 = R::Two::fused(t668_669, t72_73, t1248_1249 * two(R::constant(-1.0), R::constant(1.0)));
@@ -1228,7 +1228,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1510_1511 = both(R::constant(2.0)) * t860_861;
     t1512_1513 = R::Two::fused(t260_261, t1510_1511, t1508_1509);
     t1514_1515 = t1506_1507 + t1512_1513;
-    t1516_1517 = R::Two::fused(t260_261, both(R::constant(0.000166666667)), t1514_1515); // right_hip_roll_link, left_hip_roll_link
+    t1516_1517 = R::Two::fused(t260_261, both(R::constant(0.000166666667)), t1514_1515);
     // right_foot, left_foot: sums of what it carries
     t1518_1519 = t248_249 * t1252_1253;
     t1520_1521 = both(R::constant(2.0)) * t642_643;
@@ -1243,7 +1243,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1536_1537 = R::Two::fused(t246_247 * two(R::constant(1.0), R::constant(-1.0)), t1338_1339, t1534_1535);
     t1538_1539 = R::Two::fused(-t40_41, t1364_1365, t1536_1537);
-    t1540_1541 = R::Two::fused(t244_245 * two(R::constant(1.0), R::constant(-1.0)), t1372_1373, t1538_1539); // right_upper_leg, left_upper_leg
+    t1540_1541 = R::Two::fused(t244_245 * two(R::constant(1.0), R::constant(-1.0)), t1372_1373, t1538_1539);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1542_1543 = R::Two::fused(t260_261, both(R::constant(0.00303450004)), t1540_1541);
     t1544_1545 = t1516_1517 - t1542_1543;
@@ -1259,7 +1259,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_lower_leg, left_lower_leg: sums of what it carries
     t1560_1561 = R::Two::fused(t246_247 * two(R::constant(-1.0), R::constant(1.0)), t1404_1405, t1558_1559);
     t1562_1563 = R::Two::fused(t40_41, t1420_1421, t1560_1561);
-    t1564_1565 = R::Two::fused(t244_245 * two(R::constant(-1.0), R::constant(1.0)), t1428_1429, t1562_1563); // right_upper_leg, left_upper_leg
+    t1564_1565 = R::Two::fused(t244_245 * two(R::constant(-1.0), R::constant(1.0)), t1428_1429, t1562_1563);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1566_1567 = R::Two::fused(t252_253, both(R::constant(-0.00303450004)), t1564_1565);
     t1568_1569 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1566_1567;
@@ -1282,7 +1282,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t1596_1597 = R::Two::fused(t242_243, both(R::constant(0.000166666667)), t1594_1595);
     t1598_1599 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1596_1597, t1568_1569);
-    t1600_1601 = R::Two::fused(t240_241, both(R::constant(-0.00018)), t1598_1599); // right_hip_yaw_link, left_hip_yaw_link
+    t1600_1601 = R::Two::fused(t240_241, both(R::constant(-0.00018)), t1598_1599);
     // right_ankle, left_ankle: sums of what it carries
     t1602_1603 = two(sin_t2, sin_t3) * t1474_1475;
     t1604_1605 = R::Two::fused(two(cos_t2, cos_t3), t1484_1485, t1602_1603);
@@ -1317,7 +1317,7 @@ fn inverse_dynamics_derivatives_part_1<R: Real>(
     t1652_1653 = t244_245 * t1626_1627;
     t1654_1655 = R::Two::fused(t260_261 * two(R::constant(1.0), R::constant(-1.0)), t1372_1373, t1652_1653);
     t1656_1657 = t1650_1651 - t1654_1655;
-    t1658_1659 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1656_1657, t1634_1635); // right_hip_roll_link, left_hip_roll_link
+    t1658_1659 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1656_1657, t1634_1635);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t1660_1661 = R::Two::fused(t240_241, both(R::constant(-0.001039999999)), t1658_1659);
     t1662_1663 = t1600_1601 - t1660_1661;
@@ -3191,7 +3191,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t3041_3042 = both(R::constant(0.0764)) * t624_625;
     t3043_3044 = R::Two::fused(t3041_3042, two(R::constant(1.0), R::constant(-1.0)), t1666_1667);
-    t3045_3046 = both(v_base_angular_x) * two(R::constant(2.0), R::constant(0.1528)); // right_hip_yaw_link, left_hip_yaw_link
+    t3045_3046 = both(v_base_angular_x) * two(R::constant(2.0), R::constant(0.1528));
     t3047 = t72_73.second() * t3045_3046.second(); // left_hip_yaw_link: sums of what it carries
     t3048 = t3043_3044.second() + t3047; // left_hip_yaw_link: sums of what it carries
     t3049 = t72_73.first() * t3045_3046.second(); // right_hip_yaw_link: sums of what it carries
@@ -3205,7 +3205,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3056 = v_base_linear_y * t67; // torso: answer of the forces to its motion
     t3057 = v_base_linear_z * t75; // torso: answer of the forces to its motion
     t3058 = t3056 + t3057; // torso: answer of the forces to its motion
-    t3059_3060 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t81_82, t1230_1231); // right_hip_yaw_link, left_hip_yaw_link
+    t3059_3060 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t81_82, t1230_1231);
     t3061 = t3059_3060.second() + t3059_3060.first(); // right_hip_yaw_link: sums of what it carries
     t3062 = R::constant(0.00220808) - t3061;
     t3063 = v_base_angular_z * t3062; // torso: answer of the forces to its motion
@@ -3337,14 +3337,14 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3197 = R::constant(19.0) * v_base_linear_x; // torso: answer of the forces to its motion
     t3198 = t2973 + t3197; // torso: answer of the forces to its motion
     out[22][2] = t3196 - t3198; // torso: answer of the forces to its motion
-    t3200_3201 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t630_631, t1674_1675); // right_hip_yaw_link, left_hip_yaw_link
+    t3200_3201 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t630_631, t1674_1675);
     t3202 = v_base_angular_z * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
-    t3203_3204 = R::Two::fused(both(t3202) * two(R::constant(-1.0), R::constant(1.0)), t64_65, t3200_3201); // right_hip_yaw_link, left_hip_yaw_link
+    t3203_3204 = R::Two::fused(both(t3202) * two(R::constant(-1.0), R::constant(1.0)), t64_65, t3200_3201);
     t3205 = t3203_3204.second() + t3203_3204.first(); // right_hip_yaw_link: sums of what it carries
     t3206 = v_base_angular_z * R::constant(0.255750896); // torso: sums of what it carries
     t3207 = R::fused(-v_base_angular_y, R::constant(0.002947), t3206); // torso: sums of what it carries
     t3208 = t3205 - t3207; // torso: sums of what it carries
-    t3209_3210 = R::Two::fused(t3091_3092, two(R::constant(1.0), R::constant(-1.0)), t1222_1223); // right_hip_yaw_link, left_hip_yaw_link
+    t3209_3210 = R::Two::fused(t3091_3092, two(R::constant(1.0), R::constant(-1.0)), t1222_1223);
     t3211 = t3209_3210.second() + t3209_3210.first(); // right_hip_yaw_link: sums of what it carries
     t3212 = R::constant(0.908224198) + t3211; // torso: sums of what it carries
     // torso: answer of the forces to its motion
@@ -3368,7 +3368,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t3231 = t3063 + t3230;
     t3232 = t3229 - t3231;
     out[22][4] = t3232 - t3227;
-    t3234_3235 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t582_583, t1752_1753); // right_hip_yaw_link, left_hip_yaw_link
+    t3234_3235 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t582_583, t1752_1753);
     t3236 = t64_65.second() * t3045_3046.second(); // left_hip_yaw_link: sums of what it carries
     t3237 = t3234_3235.second() + t3236; // left_hip_yaw_link: sums of what it carries
     t3238 = t3045_3046.second() * t64_65.first(); // right_hip_yaw_link: sums of what it carries
@@ -4032,8 +4032,8 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4002_4003 = t3986_3987 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t4004_4005 = R::Two::fused(-t3994_3995, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t4002_4003);
     t4006_4007 = both(R::constant(0.012)) - t4004_4005;
-    t4008_4009 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t4006_4007, t4000_4001); // right_upper_leg, left_upper_leg
-    t4010_4011 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t4008_4009, t70_71); // right_hip_roll_link, left_hip_roll_link
+    t4008_4009 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t4006_4007, t4000_4001);
+    t4010_4011 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t4008_4009, t70_71);
     t4012 = R::constant(2.4915) + t4010_4011.second(); // left_hip_yaw_link: sums of what it carries
     t4013 = t4010_4011.first() - t4012; // right_hip_yaw_link: sums of what it carries
     out[37][3] = t4013;
@@ -4046,7 +4046,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4017_4018 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t4006_4007, t4015_4016);
     t4019_4020 = both(R::constant(0.008)) + t4017_4018; // right_hip_roll_link, left_hip_roll_link
     t4021_4022 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t4019_4020; // right_hip_yaw_link, left_hip_yaw_link
-    t4023_4024 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t4008_4009, t44_45 * two(R::constant(-1.0), R::constant(1.0))); // right_hip_roll_link, left_hip_roll_link
+    t4023_4024 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t4008_4009, t44_45 * two(R::constant(-1.0), R::constant(1.0)));
     out[38][7] = t4023_4024.first();
     out[43][2] = t4023_4024.first();
     out[38][13] = t4023_4024.second();
@@ -4080,7 +4080,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
         t4474_4475, t4476_4477, t4478, t4480_4481, t4482_4483, t4484_4485, t4486_4487, t4488_4489, t4490_4491,
         t4492_4493, t4494_4495, t4496_4497, t4498_4499, t4500_4501, t4502_4503, t4504_4505, t4506_4507, t4508_4509,
     );
-    t4025_4026 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t4023_4024, t4021_4022); // right_hip_yaw_link, left_hip_yaw_link
+    t4025_4026 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t4023_4024, t4021_4022);
     out[36][6] = t4025_4026.first();
     out[42][0] = t4025_4026.first();
     out[36][12] = t4025_4026.second();
@@ -4220,7 +4220,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     out[47][2] = t4133_4134.first();
     out[38][17] = t4133_4134.second();
     out[53][2] = t4133_4134.second();
-    t4135_4136 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch); // right_ankle, left_ankle
+    t4135_4136 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
     t4137_4138 = both(R::constant(0.0029269125)) - t640_641; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: sums of what it carries
     t4139_4140 = t1062_1063 - t4137_4138;
@@ -4231,7 +4231,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4149_4150 = t1062_1063 - t4147_4148;
     t4151_4152 = both(R::constant(0.546)) * t3984_3985;
     t4153_4154 = t4149_4150 + t4151_4152;
-    t4155_4156 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch); // right_lower_leg, left_lower_leg
+    t4155_4156 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t4157_4158 = t4137_4138 + t4147_4148;
     t4159_4160 = both(R::constant(0.072308716667)) - t4157_4158;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -4308,7 +4308,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4261_4262 = t4243_4244 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     t4263_4264 = R::Two::fused(-t4251_4252, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t4261_4262);
     t4265_4266 = both(R::constant(0.000048)) - t4263_4264;
-    t4267_4268 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t4265_4266, t4259_4260); // right_upper_leg, left_upper_leg
+    t4267_4268 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t4265_4266, t4259_4260);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t4269_4270 = t1148_1149 * t4267_4268;
     t4271_4272 = R::Two::fused(two(R::constant(-2.0), R::constant(2.0)), t4269_4270, t4235_4236);
@@ -4327,7 +4327,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4285_4286 = t852_853 * t4203_4204;
     t4287_4288 = R::Two::fused(both(R::constant(-2.0)), t4285_4286, t4203_4204);
     t4289_4290 = R::Two::fused(-t856_857, t4191_4192, t4287_4288);
-    t4291_4292 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t4289_4290, t4283_4284 * two(R::constant(-1.0), R::constant(1.0))); // right_hip_roll_link, left_hip_roll_link
+    t4291_4292 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t4289_4290, t4283_4284 * two(R::constant(-1.0), R::constant(1.0)));
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t4293_4294 = t1178_1179 * t4291_4292;
     t4295_4296 = R::Two::fused(two(R::constant(-2.0), R::constant(2.0)), t4293_4294, t4277_4278);
@@ -4355,7 +4355,7 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4321_4322 = t1144_1145 * t4267_4268;
     t4323_4324 = R::Two::fused(both(R::constant(-2.0)), t4321_4322, t4267_4268);
     t4325_4326 = R::Two::fused(t1148_1149 * two(R::constant(-1.0), R::constant(1.0)), t4233_4234, t4323_4324);
-    t4327_4328 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t4325_4326, t4319_4320); // right_hip_yaw_link, left_hip_yaw_link
+    t4327_4328 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t4325_4326, t4319_4320);
     out[39][6] = t4327_4328.first();
     out[42][3] = t4327_4328.first();
     out[39][12] = t4327_4328.second();
@@ -4531,15 +4531,15 @@ fn inverse_dynamics_derivatives_part_2<R: Real>(
     t4474_4475 = both(R::constant(0.305963837533)) - t4472_4473;
     out[42][6] = t4474_4475.first();
     out[48][12] = t4474_4475.second();
-    t4476_4477 = R::Two::fused(t4299_4300, two(R::constant(1.0), R::constant(-1.0)), t4474_4475); // right_hip_yaw_link, left_hip_yaw_link
+    t4476_4477 = R::Two::fused(t4299_4300, two(R::constant(1.0), R::constant(-1.0)), t4474_4475);
     t4478 = R::constant(0.15966028) + t4476_4477.second(); // left_hip_yaw_link: sums of what it carries
     out[41][5] = t4478 + t4476_4477.first(); // right_hip_yaw_link: sums of what it carries
-    t4480_4481 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t4025_4026, t4474_4475); // right_hip_yaw_link, left_hip_yaw_link
+    t4480_4481 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t4025_4026, t4474_4475);
     out[41][6] = t4480_4481.first();
     out[42][5] = t4480_4481.first();
     out[41][12] = t4480_4481.second();
     out[48][5] = t4480_4481.second();
-    t4482_4483 = R::Two::fused(both(R::constant(-0.0764)), t4030_4031, t4317_4318); // right_hip_roll_link, left_hip_roll_link
+    t4482_4483 = R::Two::fused(both(R::constant(-0.0764)), t4030_4031, t4317_4318);
     out[41][7] = t4482_4483.first();
     out[43][5] = t4482_4483.first();
     out[41][13] = t4482_4483.second();

@@ -301,7 +301,7 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     set(30, t50);
     set(34, -t28);
     t52 = t32 * R::constant(0.0764); // right_hip_yaw_link: motion
-    t53_54 = R::Two::fused(both(t52), two(R::constant(1.0), R::constant(-1.0)), both(t7)); // right_hip_yaw_link, left_hip_yaw_link
+    t53_54 = R::Two::fused(both(t52), two(R::constant(1.0), R::constant(-1.0)), both(t7));
     set(36, t53_54.first());
     set(59, t53_54.first());
     set(134, t53_54.first());
@@ -311,7 +311,7 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     set(192, t53_54.second());
     set(317, t53_54.second());
     t55 = t35 * R::constant(0.0764); // right_hip_yaw_link: motion
-    t56_57 = R::Two::fused(both(t55), two(R::constant(1.0), R::constant(-1.0)), both(t14)); // right_hip_yaw_link, left_hip_yaw_link
+    t56_57 = R::Two::fused(both(t55), two(R::constant(1.0), R::constant(-1.0)), both(t14));
     set(37, t56_57.first());
     set(135, t56_57.first());
     set(251, t56_57.first());
@@ -319,7 +319,7 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     set(193, t56_57.second());
     set(318, t56_57.second());
     t58 = t38 * R::constant(0.0764); // right_hip_yaw_link: motion
-    t59_60 = R::Two::fused(both(t58), two(R::constant(-1.0), R::constant(1.0)), both(t21)); // right_hip_yaw_link, left_hip_yaw_link
+    t59_60 = R::Two::fused(both(t58), two(R::constant(-1.0), R::constant(1.0)), both(t21));
     set(38, t59_60.first());
     set(136, t59_60.first());
     set(252, t59_60.first());
@@ -328,9 +328,9 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     set(319, t59_60.second());
     t61 = t21 * R::constant(0.0764); // right_hip_yaw_link: columns that its parent has too
     t62 = a_base_angular_x * R::constant(0.00583696); // right_hip_yaw_link: columns that its parent has too
-    t63_64 = R::Two::fused(both(t62), two(R::constant(-1.0), R::constant(1.0)), both(t61)); // right_hip_yaw_link, left_hip_yaw_link
+    t63_64 = R::Two::fused(both(t62), two(R::constant(-1.0), R::constant(1.0)), both(t61));
     t65 = t37 * R::constant(0.00583696); // right_hip_yaw_link: columns that its parent has too
-    t66_67 = R::Two::fused(t63_64, two(R::constant(-1.0), R::constant(1.0)), both(t65)); // right_hip_yaw_link, left_hip_yaw_link
+    t66_67 = R::Two::fused(t63_64, two(R::constant(-1.0), R::constant(1.0)), both(t65));
     set(39, t66_67.first());
     set(137, t66_67.first());
     set(253, t66_67.first());
@@ -339,9 +339,9 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     set(320, t66_67.second());
     t68 = t7 * R::constant(0.0764); // right_hip_yaw_link: columns that its parent has too
     t69 = t26 * R::constant(0.00583696); // right_hip_yaw_link: columns that its parent has too
-    t70_71 = R::Two::fused(both(t69), two(R::constant(-1.0), R::constant(1.0)), both(t68)); // right_hip_yaw_link, left_hip_yaw_link
+    t70_71 = R::Two::fused(both(t69), two(R::constant(-1.0), R::constant(1.0)), both(t68));
     t72 = a_base_angular_z * R::constant(0.00583696); // right_hip_yaw_link: columns that its parent has too
-    t73_74 = R::Two::fused(t70_71, two(R::constant(1.0), R::constant(-1.0)), both(t72)); // right_hip_yaw_link, left_hip_yaw_link
+    t73_74 = R::Two::fused(t70_71, two(R::constant(1.0), R::constant(-1.0)), both(t72));
     set(40, t73_74.first());
     set(138, t73_74.first());
     set(254, t73_74.first());
@@ -413,7 +413,7 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     set(145, t125_126.first());
     set(96, t125_126.second());
     set(203, t125_126.second());
-    t127_128 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t99_100, t125_126); // right_hip_yaw_link, left_hip_yaw_link
+    t127_128 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t99_100, t125_126);
     set(46, t127_128.first());
     set(144, t127_128.first());
     set(95, t127_128.second());
@@ -438,18 +438,18 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     t151_152 = t147_148 - t149_150;
     set(50, t151_152.first());
     set(99, t151_152.second());
-    t153_154 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t151_152, t119_120); // right_hip_yaw_link, left_hip_yaw_link
+    t153_154 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t151_152, t119_120);
     set(51, t153_154.first());
     set(100, t153_154.second());
     t155_156 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t53_54;
     t157_158 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t56_57, -t155_156);
     set(54, t157_158.first());
     set(103, t157_158.second());
-    t159_160 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t137_138, t157_158); // right_hip_yaw_link, left_hip_yaw_link
+    t159_160 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t137_138, t157_158);
     set(53, t159_160.first());
     set(102, t159_160.second());
     t161 = t50 * R::constant(0.0764); // right_hip_yaw_link: columns that its parent has too
-    t162_163 = R::Two::fused(both(t14), two(R::constant(-1.0), R::constant(1.0)), both(t161)); // right_hip_yaw_link, left_hip_yaw_link
+    t162_163 = R::Two::fused(both(t14), two(R::constant(-1.0), R::constant(1.0)), both(t161));
     set(58, t162_163.first());
     t164 = t40 * R::constant(0.0764); // right_hip_yaw_link: columns that its parent has too
     set(60, t164);
@@ -726,7 +726,7 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     t395_396 = t393_394 - t391_392;
     set(178, t395_396.first());
     set(236, t395_396.second());
-    t397_398 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t219_220, -t341_342); // right_hip_roll_link, left_hip_roll_link
+    t397_398 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t219_220, -t341_342);
     set(189, t397_398.first());
     set(190, t397_398.first());
     set(247, t397_398.second());

@@ -137,9 +137,9 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     out[10][10] = t90_91.second();
     t92_93 = both(R::constant(0.00009166667)) * t64_65; // right_foot, left_foot: sums of what it carries
     t94_95 = both(R::constant(0.00172)) * t58_59; // right_lower_leg, left_lower_leg: sums of what it carries
-    t96_97 = both(R::constant(0.315)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch); // right_lower_leg, left_lower_leg
+    t96_97 = both(R::constant(0.315)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
     t98_99 = both(R::constant(2.0)) * t62_63;
-    t100_101 = both(R::constant(0.315)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch); // right_lower_leg, left_lower_leg
+    t100_101 = both(R::constant(0.315)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
     t102_103 = t62_63 + t56_57; // right_ankle, left_ankle: mass matrix
     t104_105 = t84_85 + t78_79;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -148,7 +148,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     // right_ankle, left_ankle: sums of what it carries
     t110_111 = t98_99 + t78_79;
     t112_113 = t86_87 + t98_99;
-    t114_115 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), both(R::constant(-0.0006105)), t92_93); // right_foot, left_foot
+    t114_115 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), both(R::constant(-0.0006105)), t92_93);
     t116_117 = t90_91.swapped() + t110_111;
     t118_119 = t90_91.swapped() + t102_103; // right_ankle, left_ankle: mass matrix
     out[9][10] = t118_119.first();
@@ -161,7 +161,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t124_125 = both(R::constant(0.07325338333)) + t116_117;
     out[9][9] = t124_125.first();
     out[15][15] = t124_125.second();
-    t126_127 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch); // right_upper_leg, left_upper_leg
+    t126_127 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
     t128_129 = t100_101.swapped() * t70_71;
     t130_131 = both(R::constant(0.0165)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll); // right_foot, left_foot
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -343,14 +343,14 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t271_272 = R::Two::fused(t269_270, both(R::constant(-0.004)), t265_266);
     t273_274 = R::Two::fused(both(R::constant(0.22879800003)), t269_270, t267_268);
     t275_276 = both(R::constant(0.002)) - t273_274;
-    t277_278 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t277_278 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t279_280 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(sin_q_left_hip_roll, sin_q_right_hip_roll);
     t281_282 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     // right_ankle, left_ankle: sums of what it carries
     t283_284 = t114_115.swapped() * two(cos_t2, cos_t3);
     t285_286 = t114_115.swapped() * two(sin_t2, sin_t3);
-    t287_288 = both(R::constant(0.000612)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll); // right_foot, left_foot
+    t287_288 = both(R::constant(0.000612)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
     t289_290 = R::Two::fused(-t287_288.swapped(), two(sin_t2, sin_t3), t283_284);
     t291_292 = R::Two::fused(-t287_288.swapped(), two(cos_t2, cos_t3), -t285_286);
     out[7][10] = t291_292.first();
@@ -372,7 +372,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     out[7][7] = t309_310.first();
     out[13][13] = t309_310.second();
     t311_312 = both(R::constant(0.00151725002)) + t307_308;
-    t313_314 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t313_314 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
     t315_316 = both(R::constant(0.0000833333335)) + t263_264;
     // right_lower_leg, left_lower_leg: sums of what it carries
     t317_318 = both(R::constant(0.00024)) * two(sin_t0, sin_t1);
@@ -403,9 +403,9 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t351_352 = both(R::constant(0.00009)) + t309_310; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t353_354 = t315_316 - t311_312; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t355_356 = R::Two::fused(-t130_131, t96_97, t323_324.swapped());
-    t357_358 = R::Two::fused(t299_300, two(R::constant(-1.0), R::constant(1.0)), t355_356); // right_upper_leg, left_upper_leg
+    t357_358 = R::Two::fused(t299_300, two(R::constant(-1.0), R::constant(1.0)), t355_356);
     t359_360 = R::Two::fused(-t130_131, t100_101, t327_328.swapped() * two(R::constant(-1.0), R::constant(1.0)));
-    t361_362 = R::Two::fused(t359_360, two(R::constant(-1.0), R::constant(1.0)), t331_332); // right_upper_leg, left_upper_leg
+    t361_362 = R::Two::fused(t359_360, two(R::constant(-1.0), R::constant(1.0)), t331_332);
     out[13][14] = t361_362.first();
     out[14][13] = t361_362.first();
     t363_364 = both(R::constant(0.1528)) * t187_188; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
@@ -422,12 +422,12 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     t383_384 = both(R::constant(0.0006099999995)) + t377_378; // right_hip_yaw_link, left_hip_yaw_link
     out[6][6] = t383_384.first();
     out[12][12] = t383_384.second();
-    t385_386 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t187_188.swapped(), t383_384); // right_hip_yaw_link, left_hip_yaw_link
+    t385_386 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t187_188.swapped(), t383_384);
     out[5][6] = t385_386.first();
     out[6][5] = t385_386.first();
     out[5][12] = t385_386.second();
     out[12][5] = t385_386.second();
-    t387_388 = R::Two::fused(t363_364.swapped(), two(R::constant(1.0), R::constant(-1.0)), t383_384); // right_hip_yaw_link, left_hip_yaw_link
+    t387_388 = R::Two::fused(t363_364.swapped(), two(R::constant(1.0), R::constant(-1.0)), t383_384);
     t389_390 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t361_362;
     t391_392 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t349_350.swapped(), t389_390 * two(R::constant(-1.0), R::constant(1.0)));
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
@@ -618,7 +618,7 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     // right_foot, left_foot: mass matrix
     t546_547 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t522_523;
     t548_549 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t522_523;
-    t550_551 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t465_466, t544_545 * two(R::constant(-1.0), R::constant(1.0))); // right_lower_leg, left_lower_leg
+    t550_551 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t465_466, t544_545 * two(R::constant(-1.0), R::constant(1.0)));
     out[4][9] = t550_551.first();
     out[9][4] = t550_551.first();
     out[4][15] = t550_551.second();

@@ -136,9 +136,9 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     out[10][10] = t90_91.second();
     t92_93 = both(R::constant(0.00009166667)) * t64_65; // right_foot, left_foot: sums of what it carries
     t94_95 = both(R::constant(0.00172)) * t58_59; // right_lower_leg, left_lower_leg: sums of what it carries
-    t96_97 = both(R::constant(0.315)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch); // right_lower_leg, left_lower_leg
+    t96_97 = both(R::constant(0.315)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
     t98_99 = both(R::constant(2.0)) * t62_63;
-    t100_101 = both(R::constant(0.315)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch); // right_lower_leg, left_lower_leg
+    t100_101 = both(R::constant(0.315)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
     t102_103 = t62_63 + t56_57; // right_ankle, left_ankle: mass matrix
     t104_105 = t84_85 + t78_79;
     // right_lower_leg, left_lower_leg: sums of what it carries
@@ -147,7 +147,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     // right_ankle, left_ankle: sums of what it carries
     t110_111 = t98_99 + t78_79;
     t112_113 = t86_87 + t98_99;
-    t114_115 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), both(R::constant(-0.0006105)), t92_93); // right_foot, left_foot
+    t114_115 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), both(R::constant(-0.0006105)), t92_93);
     t116_117 = t90_91.swapped() + t110_111;
     t118_119 = t90_91.swapped() + t102_103; // right_ankle, left_ankle: mass matrix
     out[10][9] = t118_119.first();
@@ -158,7 +158,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t124_125 = both(R::constant(0.07325338333)) + t116_117;
     out[9][9] = t124_125.first();
     out[15][15] = t124_125.second();
-    t126_127 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch); // right_upper_leg, left_upper_leg
+    t126_127 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
     t128_129 = t100_101.swapped() * t70_71;
     t130_131 = both(R::constant(0.0165)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll); // right_foot, left_foot
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -237,7 +237,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t230 = R::constant(0.0102) - t229; // torso: sums of what it carries
     out[3][2] = t230;
     out[5][0] = -t230; // torso: sums of what it carries
-    t232_233 = both(R::constant(0.000612)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll); // right_foot, left_foot
+    t232_233 = both(R::constant(0.000612)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
     // right_ankle, left_ankle: sums of what it carries
     t234_235 = R::Two::fused(-t232_233.swapped(), two(sin_t2, sin_t3), t211_212);
     t236_237 = R::Two::fused(-t232_233.swapped(), two(cos_t2, cos_t3), -t213_214);
@@ -249,7 +249,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     // right_upper_leg, left_upper_leg: sums of what it carries
     t242_243 = both(R::constant(0.00193)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
     t244_245 = R::Two::fused(both(R::constant(0.000048)), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t242_243);
-    t246_247 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t246_247 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t248_249 = both(R::constant(0.00024)) * two(sin_t0, sin_t1);
     t250_251 = R::Two::fused(both(R::constant(-0.000016)), two(cos_t0, cos_t1), t248_249);
@@ -264,7 +264,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t264_265 = both(R::constant(0.00009)) + t223_224; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t266_267 = t227_228 - t225_226; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t268_269 = R::Two::fused(-t130_131.swapped(), t42_43, t234_235);
-    t270_271 = R::Two::fused(t240_241, two(R::constant(1.0), R::constant(-1.0)), t268_269); // right_lower_leg, left_lower_leg
+    t270_271 = R::Two::fused(t240_241, two(R::constant(1.0), R::constant(-1.0)), t268_269);
     t272_273 = R::Two::fused(-t130_131.swapped(), t44_45, -t236_237);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t274_275 = R::Two::fused(t272_273, two(R::constant(1.0), R::constant(-1.0)), t250_251);
@@ -276,9 +276,9 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t284_285 = t207_208.swapped() * t266_267; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t286_287 = both(R::constant(0.1528)) * t201_202; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t288_289 = R::Two::fused(-t130_131, t96_97, t270_271.swapped());
-    t290_291 = R::Two::fused(t244_245, two(R::constant(-1.0), R::constant(1.0)), t288_289); // right_upper_leg, left_upper_leg
+    t290_291 = R::Two::fused(t244_245, two(R::constant(-1.0), R::constant(1.0)), t288_289);
     t292_293 = R::Two::fused(-t130_131, t100_101, t274_275.swapped() * two(R::constant(-1.0), R::constant(1.0)));
-    t294_295 = R::Two::fused(t292_293, two(R::constant(-1.0), R::constant(1.0)), t254_255); // right_upper_leg, left_upper_leg
+    t294_295 = R::Two::fused(t292_293, two(R::constant(-1.0), R::constant(1.0)), t254_255);
     out[14][13] = t294_295.first();
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t296_297 = both(R::constant(2.0)) * t290_291;
@@ -292,10 +292,10 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t312_313 = both(R::constant(0.0006099999995)) + t306_307; // right_hip_yaw_link, left_hip_yaw_link
     out[6][6] = t312_313.first();
     out[12][12] = t312_313.second();
-    t314_315 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t201_202.swapped(), t312_313); // right_hip_yaw_link, left_hip_yaw_link
+    t314_315 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t201_202.swapped(), t312_313);
     out[6][5] = t314_315.first();
     out[12][5] = t314_315.second();
-    t316_317 = R::Two::fused(t286_287.swapped(), two(R::constant(1.0), R::constant(-1.0)), t312_313); // right_hip_yaw_link, left_hip_yaw_link
+    t316_317 = R::Two::fused(t286_287.swapped(), two(R::constant(1.0), R::constant(-1.0)), t312_313);
     t318_319 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t294_295;
     t320_321 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t282_283.swapped(), t318_319 * two(R::constant(-1.0), R::constant(1.0)));
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries

@@ -62,7 +62,7 @@ pub(super) fn center_of_mass_program<R: Real>(q: &[R; NQ], out: &mut [[R; 3]; 1]
         q_right_knee_pitch, q_left_hip_pitch, q_right_hip_pitch, q_left_hip_roll, q_right_hip_roll, q_left_hip_yaw,
         q_right_hip_yaw,
     ]);
-    let t0_1 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), both(R::constant(0.023125))); // right_foot, left_foot
+    let t0_1 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), both(R::constant(0.023125)));
     // right_ankle, left_ankle: sums of what it carries
     let t2_3 = t0_1 * two(cos_q_left_ankle_pitch, cos_q_right_ankle_pitch);
     let t4_5 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_left_ankle_pitch, sin_q_right_ankle_pitch), t2_3);
