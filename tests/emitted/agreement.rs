@@ -1,5 +1,7 @@
 //! Emitted code and the evaluator agree to the last bit.
-use super::models::{FiveLinkWithEffects, SplitThreeLink, SplitTulip, ThreeLink, Tulip, TulipLegByLeg, TulipWithEffects};
+use super::models::{
+    FiveLinkWithEffects, SplitThreeLink, SplitTulip, ThreeLink, Tulip, TulipLegByLeg, TulipWithEffects,
+};
 use super::states::{Arguments, Random, functions};
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::ProgramModel;
