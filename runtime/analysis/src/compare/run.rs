@@ -8,7 +8,7 @@ use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
 use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::coloured::{between_reversals, coloured_noise};
 use crate::measure::columns::{JointColumns, Plan};
-use crate::measure::filtered::{cut, noise_gains, unusable};
+use crate::measure::filtered::{cut, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::trajectory::{Even, States};
 use crate::measure::{Missing, Options};
@@ -287,7 +287,7 @@ impl Run<'_> {
         model: &mut dyn InverseDynamics,
         best: &Candidate,
     ) -> Result<Vec<f64>, Diagnostics> {
-        let levels = self.accelerations.levels(noise_gains(&best.filter, self.step, 1));
+        let levels = self.accelerations.levels(&best.filter, self.step, 1);
         let of_motion = motion_noise(model, self.layout.base.nv(), &self.postures, &levels)
             .map_err(|e| one(Diagnostic::error(e.to_string()).in_file(&self.file)))?;
         // What is left shows noise that is correlated in time, which differences of neighbours do not; it may be the motion's.

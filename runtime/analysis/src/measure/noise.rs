@@ -5,6 +5,9 @@ const MOST: usize = crate::measure::HELD;
 /// Differences of a window in which noise is judged.
 const WINDOW: usize = 64;
 
+/// Third differences of noise that is more than rounding are more than this many times what rounding makes.
+const MORE: f64 = 1.5;
+
 /// The windows that count: up to this quantile of their medians.
 const QUIETER: f64 = 0.3;
 /// What that quantile is of white noise, as a part of the median of all differences (by simulation, to 0.2 % from a thousand samples).
@@ -25,15 +28,24 @@ pub(crate) fn white_noise(signal: &[f64]) -> f64 {
 /// steps, and so is their median, up to a quarter too large. Where less than rounding's own noise is seen besides, an angle is uniformly
 /// rounded: to steps s, which makes s/√12, two make s/√6.
 pub(crate) fn of_encoders(angle: &[f64], encoders: u8) -> f64 {
-    /// Third differences of noise that is more than rounding are more than this many times what rounding makes.
-    const MORE: f64 = 1.5;
+    let (white, rounding) = white_and_rounding(angle, encoders);
+    if white > MORE * rounding { white } else { rounding }
+}
+
+/// The step that an angle is rounded to, where there is little noise besides.
+pub(crate) fn rounding_step(angle: &[f64]) -> Option<f64> {
+    let (white, rounding) = white_and_rounding(angle, 1);
+    (rounding > 0.0 && white <= MORE * rounding).then(|| rounding * 12f64.sqrt())
+}
+
+/// Standard deviations as third differences and as steps tell them.
+fn white_and_rounding(angle: &[f64], encoders: u8) -> (f64, f64) {
     let mut steps: Vec<f64> =
         angle.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0).collect();
     let rests = 2 * steps.len() < angle.len();
     let usual = median(&mut steps);
     let step = step_of_encoder(&steps, usual).or_else(|| rests.then_some(usual)).unwrap_or(0.0);
-    let (white, rounding) = (white_noise(angle), step * (f64::from(encoders) / 12.0).sqrt());
-    if white > MORE * rounding { white } else { rounding }
+    (white_noise(angle), step * (f64::from(encoders) / 12.0).sqrt())
 }
 
 /// The step of an encoder whose angle changes by these amounts, and usually by `usual`; `None` if they are not whole steps.

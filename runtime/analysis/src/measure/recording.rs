@@ -3,7 +3,7 @@ use crate::log::{Block, Log};
 use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::columns::Plan;
 use crate::measure::directions::{Direction, Directions, Turning};
-use crate::measure::filtered::{Filtered, noise_gains, unusable};
+use crate::measure::filtered::{Filtered, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::thinning::Thinning;
 use crate::measure::trajectory::{Even, Unusable};
@@ -147,7 +147,7 @@ impl Recording {
                 .map_err(|e| unusable(e, log.path()))?;
             visit(&mut recording)?;
         }
-        recording.acceleration_noise = accelerations.levels(noise_gains(&filter, step, 1));
+        recording.acceleration_noise = accelerations.levels(&filter, step, 1);
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
         Ok(recording)
     }

@@ -2,8 +2,9 @@
 use super::columns::{Columns, has_all_corners};
 use super::foot::FootRecord;
 use crate::log::{Block, Log, Reader};
+use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::filtered::{Filtered, noise_gains, unusable};
-use crate::measure::noise::white_noise;
+use crate::measure::noise::{of_encoders, white_noise};
 use crate::measure::trajectory::{Even, States, Unusable};
 use crate::measure::{HELD, Options};
 use crate::robot::Robot;
@@ -42,9 +43,11 @@ pub struct ContactRecording {
     pub(super) effort_noise: Vec<f64>,
     /// Noise of each coordinate as logged (floating base: linear in world axes, then angles).
     pub(super) position_noise: Vec<f64>,
-    /// Parts of a white noise's variance that remain in a value and in a second derivative, after one and after two
-    /// passes of the filter.
-    pub(super) noise_gains: [[f64; 2]; 2],
+    /// Parts of a white noise's variance that remain in a value and in a second derivative, after one and after two passes of
+    /// the filter.
+    noise_gains: [[f64; 2]; 2],
+    /// Noise of the joints' accelerations, after one and after two passes of the filter.
+    joint_noise: [Vec<f64>; 2],
     /// Whether rows pass the filter once more, which they do unless this is changed: measured and predicted alike,
     /// because accelerations are noisiest just below the cut-off.
     pub filter_rows: bool,
@@ -106,6 +109,7 @@ impl ContactRecording {
         recording.standing = columns.standing;
         recording.prepare_feet(robot, &columns);
         recording.effort = columns.plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect();
+        let mut accelerations = AccelerationNoise::new(&columns.plan);
         let mut raw_noise: Vec<f64> = Vec::new();
         let reach = (0.3 / cutoff_hz / step) as usize;
         let weight = robot.link_inertias.parameters().mass() * STANDARD_GRAVITY;
@@ -119,7 +123,11 @@ impl ContactRecording {
             let block = Block { columns: own.as_deref().unwrap_or(block.columns), ..block };
             if raw_noise.is_empty() {
                 raw_noise = block.columns.iter().map(|c| white_noise(c)).collect();
+                for position in columns.plan.joints.iter().filter_map(|joint| joint.position) {
+                    raw_noise[position] = of_encoders(&block.columns[position], 1);
+                }
             }
+            accelerations.hear(&columns.plan, &block);
             recording.add(&passing, block).map_err(|e| unusable(e, &path))?;
             if recording.time.len() > HELD {
                 recording.warnings.push(recording.cut_off(&path));
@@ -127,7 +135,7 @@ impl ContactRecording {
             }
         }
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
-        recording.finish(&passing, &raw_noise);
+        recording.finish(&passing, &raw_noise, &accelerations);
         // Half of them show all that the filter leaves.
         recording.keep(options, if thin { 2 } else { 1 });
         recording.keep_standing(robot).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
@@ -245,11 +253,12 @@ impl ContactRecording {
     }
 
     /// Noise after the filter.
-    fn finish(&mut self, passing: &Passing<'_, '_>, raw: &[f64]) {
+    fn finish(&mut self, passing: &Passing<'_, '_>, raw: &[f64], joints: &AccelerationNoise) {
         self.noise_gains = [1, 2].map(|passes| {
             let [value, _, second] = noise_gains(passing.filter, passing.step, passes);
             [value, second]
         });
+        self.joint_noise = [1, 2].map(|passes| joints.levels(passing.filter, passing.step, passes));
         let plan = &passing.columns.plan;
         let noise = |column: Option<usize>| column.and_then(|c| raw.get(c)).copied().unwrap_or(0.0);
         let mut all: Vec<f64> = vec![0.0; if self.standing.is_some() { 6 } else { 0 }];
@@ -257,8 +266,8 @@ impl ContactRecording {
             let each: Vec<f64> = base.0.iter().map(|c| noise(Some(*c))).collect();
             all.extend(&each[..3.min(each.len())]);
             if let Some(quaternion) = each.get(3..7) {
-                // ω̇ = 2 vec(q* q̈): the noise of a quaternion's elements is shared by three axes.
-                let mean = (quaternion.iter().map(|n| n * n).sum::<f64>() / 4.0).sqrt();
+                // ω̇ = 2 vec(q* q̈): its length is one, so that the noise of its four elements is that of three axes.
+                let mean = (quaternion.iter().map(|n| n * n).sum::<f64>() / 3.0).sqrt();
                 all.extend([2.0 * mean; 3]);
             }
         }
@@ -267,9 +276,18 @@ impl ContactRecording {
         self.effort_noise = plan.joints.iter().map(|joint| noise(joint.effort)).collect();
     }
 
-    /// Parts of a white noise's variance that remain in values and accelerations.
-    pub(super) fn noise_gain(&self) -> [f64; 2] {
-        self.noise_gains[usize::from(self.filter_rows)]
+    /// Part of a white noise's variance that remains in values of the rows.
+    pub(super) fn noise_gain(&self) -> f64 {
+        self.noise_gains[usize::from(self.filter_rows)][0]
+    }
+
+    /// One standard deviation of each coordinate's acceleration in the rows (floating base: linear in world axes, then angles);
+    /// m/s², rad/s².
+    pub(super) fn acceleration_noise(&self) -> Vec<f64> {
+        let rows = usize::from(self.filter_rows);
+        let (gain, joints) = (self.noise_gains[rows][1].sqrt(), &self.joint_noise[rows]);
+        let base = &self.position_noise[..self.position_noise.len() - joints.len()];
+        base.iter().map(|sigma| sigma * gain).chain(joints.iter().copied()).collect()
     }
 
     /// Part of a white noise's variance that remains in values that passed the filter once.

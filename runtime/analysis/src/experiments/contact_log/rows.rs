@@ -310,7 +310,7 @@ impl<'a> ContactExperiment<'a> {
 
     /// Visits what a unit of each foot signal does to the base, with the signal's noise.
     fn force_noise(&self, i: usize, change: &Change, add: &mut impl FnMut(&BaseWrench, f64)) {
-        let gain = self.recording.noise_gain()[0].sqrt();
+        let gain = self.recording.noise_gain().sqrt();
         let [q, ..] = self.kinematics(i, change);
         let axes = self.base_axes(&q);
         for (foot, record) in self.recording.feet.iter().enumerate().filter(|(_, r)| r.is_logged) {
@@ -339,8 +339,8 @@ impl<'a> ContactExperiment<'a> {
         let axes = self.base_axes(&state[0]);
         let needed = self.needed(&state, change);
         let floating = base_rows(self.robot.layout.base).len() == 6;
-        let gain = self.recording.noise_gain()[1].sqrt();
-        for (k, sigma) in self.recording.position_noise.iter().enumerate().filter(|(_, s)| **s > 0.0) {
+        let noise = self.recording.acceleration_noise();
+        for (k, sigma) in noise.iter().enumerate().filter(|(_, s)| **s > 0.0) {
             let mut faster = state.clone();
             if floating && k < 3 {
                 // Logged in world axes, wanted in those of the base.
@@ -351,7 +351,7 @@ impl<'a> ContactExperiment<'a> {
             }
             let more = self.needed(&faster, change);
             let rate = BaseWrench { force: more.force - needed.force, moment: more.moment - needed.moment };
-            add(&rate, *sigma * gain);
+            add(&rate, *sigma);
         }
     }
 }

@@ -232,7 +232,8 @@ impl ContactExperiment<'_> {
     /// Noise of the joints' rows: of efforts, of forces through the legs, of accelerations through the mass matrix.
     fn joint_noise(&self, change: &Change, elimination: &Elimination) -> Vec<f64> {
         let (first, r) = (self.robot.layout.base.nv(), &self.recording);
-        let [still, moving] = r.noise_gain();
+        let still = r.noise_gain();
+        let accelerations = r.acceleration_noise();
         let mut sums = vec![0.0; self.robot.layout.joints.len()];
         let mut add = |sample: usize, mut tau: Vec<f64>, sigma: f64| {
             elimination.rest_at(sample, &mut tau[first..]);
@@ -266,7 +267,7 @@ impl ContactExperiment<'_> {
             let mut needed = vec![0.0; self.calls.nv];
             self.calls.moving(self.inverse_dynamics, &q, &v, &a, &mut needed);
             let axes = self.base_axes(&q);
-            for (k, sigma) in r.position_noise.iter().enumerate().filter(|(_, sigma)| **sigma > 0.0) {
+            for (k, sigma) in accelerations.iter().enumerate().filter(|(_, sigma)| **sigma > 0.0) {
                 let mut faster = a.clone();
                 if first == 6 && k < 3 {
                     // Logged in world axes, wanted in those of the base.
@@ -277,7 +278,7 @@ impl ContactExperiment<'_> {
                 let mut more = vec![0.0; self.calls.nv];
                 self.calls.moving(self.inverse_dynamics, &q, &v, &faster, &mut more);
                 more.iter_mut().zip(&needed).for_each(|(more, needed)| *more -= needed);
-                add(i, more, sigma * moving.sqrt());
+                add(i, more, *sigma);
             }
         }
         sums.iter().map(|sum| (sum / count).sqrt()).collect()
