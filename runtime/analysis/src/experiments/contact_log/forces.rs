@@ -1,6 +1,7 @@
 //! Forces on the feet at the samples of a log, filtered, and what they do to the robot's coordinates.
 use super::columns::{Columns, has_all_corners};
 use super::foot::FootRecord;
+use super::products::Products;
 use crate::log::{Block, Log, Reader};
 use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::filtered::{Filtered, noise_gains, unusable};
@@ -37,6 +38,8 @@ pub struct ContactRecording {
     pub kept: Vec<usize>,
     pub(super) trajectory: Trajectory,
     pub(super) feet: Vec<FootRecord>,
+    /// What filtering one by one has lost of inverse dynamics less `Jᵀ w`, `samples × nv`: see [`super::products`].
+    pub(super) products: Vec<f64>,
     /// Logged efforts by joint, through the filter; N m.
     pub(super) effort: Vec<Option<Vec<f64>>>,
     /// Their noise as logged.
@@ -46,6 +49,8 @@ pub struct ContactRecording {
     /// Parts of a white noise's variance that remain in a value and in a second derivative, after one and after two passes of
     /// the filter.
     noise_gains: [[f64; 2]; 2],
+    /// The same of a first derivative after one pass.
+    velocity_gain: f64,
     /// Noise of the joints' accelerations, after one and after two passes of the filter.
     joint_noise: [Vec<f64>; 2],
     /// Whether rows pass the filter once more, which they do unless this is changed: measured and predicted alike,
@@ -114,12 +119,15 @@ impl ContactRecording {
         let reach = (0.3 / cutoff_hz / step) as usize;
         let weight = robot.link_inertias.parameters().mass() * STANDARD_GRAVITY;
         let cut = options.cut_at_impacts;
-        let passing = Passing { robot, columns: &columns, filter: &filter, step, stride, reach, weight, cut };
+        let products = Products::new(robot, cutoff_hz, step, stride)
+            .map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
+        let columns = &columns;
+        let passing = Passing { robot, columns, filter: &filter, products, step, stride, reach, weight, cut };
         while let Some(block) = blocks.next_block()? {
             if block.time.len() < SHORTEST {
                 continue;
             }
-            let own = with_quaternion(&columns, &block);
+            let own = with_quaternion(columns, &block);
             let block = Block { columns: own.as_deref().unwrap_or(block.columns), ..block };
             if raw_noise.is_empty() {
                 raw_noise = block.columns.iter().map(|c| white_noise(c)).collect();
@@ -236,7 +244,7 @@ impl ContactRecording {
                 values.extend(passing.smooth(block, &block.columns[column], &at)?);
             }
         }
-        Ok(())
+        self.add_products(passing, (&even, block), &at)
     }
 
     /// Values at the samples that count.
@@ -258,6 +266,7 @@ impl ContactRecording {
             let [value, _, second] = noise_gains(passing.filter, passing.step, passes);
             [value, second]
         });
+        self.velocity_gain = noise_gains(passing.filter, passing.step, 1)[1];
         self.joint_noise = [1, 2].map(|passes| joints.levels(passing.filter, passing.step, passes));
         let plan = &passing.columns.plan;
         let noise = |column: Option<usize>| column.and_then(|c| raw.get(c)).copied().unwrap_or(0.0);
@@ -321,6 +330,18 @@ impl ContactRecording {
         Ok(out)
     }
 
+    /// Mean square of each joint's speed beyond its noise, rad²/s² or m²/s², at the samples that count.
+    pub fn motion(&self) -> Vec<f64> {
+        let joints = self.effort.len();
+        let noise = &self.position_noise[self.position_noise.len() - joints..];
+        let of_joint = |joint: usize, noise: f64| {
+            let speeds: Vec<f64> = self.trajectory.velocities(joint).collect();
+            let square = self.kept.iter().map(|i| speeds[*i].powi(2)).sum::<f64>() / self.kept.len().max(1) as f64;
+            (square - noise.powi(2) * self.velocity_gain).max(0.0)
+        };
+        noise.iter().enumerate().map(|(joint, noise)| of_joint(joint, *noise)).collect()
+    }
+
     /// Whether the effort of any joint is logged.
     pub fn has_efforts(&self) -> bool {
         self.effort.iter().any(Option::is_some)
@@ -342,7 +363,8 @@ impl ContactRecording {
 pub(super) struct Passing<'a, 'r> {
     pub robot: &'a Robot<'r>,
     pub columns: &'a Columns,
-    filter: &'a Butterworth,
+    pub filter: &'a Butterworth,
+    pub products: Option<Products<'r>>,
     step: f64,
     stride: usize,
     /// Samples over which the filter smears a sensor that stays at its limit.
@@ -369,16 +391,27 @@ fn with_quaternion(columns: &Columns, block: &Block<'_>) -> Option<Vec<Vec<f64>>
 impl Passing<'_, '_> {
     /// A column filtered, at samples of the block.
     pub fn smooth(&self, block: &Block<'_>, column: &[f64], at: &[usize]) -> Result<Vec<f64>, Unusable> {
+        self.through(self.filter, block, column, at)
+    }
+
+    /// The same through any filter.
+    pub fn through(
+        &self,
+        filter: &Butterworth,
+        block: &Block<'_>,
+        column: &[f64],
+        at: &[usize],
+    ) -> Result<Vec<f64>, Unusable> {
         if column.iter().all(|x| *x == 0.0) {
             return Ok(vec![0.0; at.len()]);
         }
         if block.uniform {
-            let smooth = self.filter.zero_phase(column);
+            let smooth = filter.zero_phase(column);
             return Ok(at.iter().map(|i| smooth[*i]).collect());
         }
         let (first, last) = (block.time[0], block.time[block.time.len() - 1]);
         let grid = Grid::covering(block.start, self.step, first, last);
-        let even = self.filter.zero_phase(&resample(block.time, column, grid));
+        let even = filter.zero_phase(&resample(block.time, column, grid));
         let spline = Spline::new(&even, self.step).ok_or(Unusable::TooFew)?;
         Ok(at.iter().map(|i| spline.at(block.time[*i] - grid.start)[0]).collect())
     }

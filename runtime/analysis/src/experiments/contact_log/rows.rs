@@ -22,7 +22,7 @@ const SMALLEST: [f64; 2] = [1e-4, 1e-6];
 /// Part of the noise that counts in a misfit.
 const NOISE: f64 = 0.25;
 /// Half the error, as a difference of logarithms of squares.
-const CLEARLY: f64 = 2.0 * std::f64::consts::LN_2;
+pub(super) const CLEARLY: f64 = 2.0 * std::f64::consts::LN_2;
 
 /// What a row is, with its axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,19 +102,18 @@ impl<'a> ContactExperiment<'a> {
         }
         let options = Options { cut_at_impacts: false, ..options.clone() };
         let whole = Self::from_reader(robot, log.rows(), &options)?;
-        Ok(if whole.misfit() < cut.misfit() - CLEARLY { whole } else { cut })
+        Ok(if whole.fits_clearly_better_than(&cut) { whole } else { cut })
+    }
+
+    /// Whether the rows of the base have half the other's error.
+    pub(super) fn fits_clearly_better_than(&self, other: &Self) -> bool {
+        self.misfit() < other.misfit() - CLEARLY
     }
 
     /// Logarithm of the mean squares of the base's rows. Fits suffer from what is wrong in all samples alike; noise averages out, so that
     /// only a part of it counts.
     pub fn misfit(&self) -> f64 {
-        let of_row = |(row, residual): (&Row, &Vec<f64>)| {
-            let square = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;
-            let noise = row.noise.powi(2);
-            ((square - noise).max(0.0) + NOISE * noise).max(f64::MIN_POSITIVE).ln()
-        };
-        let rows = self.rows.iter().zip(&self.residual).take(self.kinds.len());
-        rows.map(of_row).sum::<f64>() / self.kinds.len().max(1) as f64
+        misfit(self.rows.iter().zip(&self.residual).take(self.kinds.len()))
     }
 
     /// The same from any source.
@@ -354,6 +353,17 @@ impl<'a> ContactExperiment<'a> {
             add(&rate, *sigma);
         }
     }
+}
+
+/// Logarithm of the mean squares of rows beyond their noise, mean of the rows.
+pub(super) fn misfit<'r>(rows: impl ExactSizeIterator<Item = (&'r Row, &'r Vec<f64>)>) -> f64 {
+    let count = rows.len().max(1) as f64;
+    let of_row = |(row, residual): (&Row, &Vec<f64>)| {
+        let square = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;
+        let noise = row.noise.powi(2);
+        ((square - noise).max(0.0) + NOISE * noise).max(f64::MIN_POSITIVE).ln()
+    };
+    rows.map(of_row).sum::<f64>() / count
 }
 
 /// Which rows the log allows.

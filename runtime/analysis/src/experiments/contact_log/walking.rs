@@ -6,7 +6,7 @@
 use super::effects::Change;
 use super::foot::SIGNALS;
 use super::forces::mapped;
-use super::rows::NOISE_SAMPLES;
+use super::rows::{CLEARLY, NOISE_SAMPLES, misfit};
 use super::vertical_moment::Elimination;
 use super::{ContactExperiment, ContactRecording};
 use crate::experiments::{Experiment, Inertial, MotionExperiment, Row};
@@ -50,8 +50,30 @@ impl<'a> WalkingExperiment<'a> {
     /// # Errors
     /// As [`ContactExperiment::read`].
     pub fn read(robot: Robot<'a>, log: &Log, options: &Options) -> Result<Self, Diagnostics> {
-        Self::new(ContactExperiment::read(robot, log, options)?)
-            .map_err(|e| Diagnostics(vec![e.in_file(log.path())]))
+        let new = |base| Self::new(base).map_err(|e| Diagnostics(vec![e.in_file(log.path())]));
+        let read = |cut_at_impacts: bool| {
+            let options = Options { cut_at_impacts, ..options.clone() };
+            ContactExperiment::from_reader(robot, log.rows(), &options)
+        };
+        if !options.cut_at_impacts {
+            return new(read(false)?);
+        }
+        let cut = read(true)?;
+        if !cut.is_cut_at_impacts() {
+            return new(cut);
+        }
+        let whole = read(false)?;
+        if !whole.fits_clearly_better_than(&cut) {
+            return new(cut);
+        }
+        // Efforts are those of an instant where forces are means: what a slap does to the joints may be wrong where the base is right.
+        let (whole, cut) = (new(whole)?, new(cut)?);
+        Ok(if whole.joint_misfit() < cut.joint_misfit() + CLEARLY { whole } else { cut })
+    }
+
+    /// Logarithm of the mean squares of the joints' rows, see [`ContactExperiment::misfit`].
+    fn joint_misfit(&self) -> f64 {
+        misfit(self.rows[self.first()..].iter().zip(&self.residual))
     }
 
     /// From the rows of the base.
@@ -61,7 +83,7 @@ impl<'a> WalkingExperiment<'a> {
     pub fn new(base: ContactExperiment<'a>) -> Result<Self, bipedc_effects::diagnostic::Diagnostic> {
         let robot = base.robot;
         let nominal = base.change(&[]);
-        let mut motion = base.recording.motion();
+        let mut motion = base.recording.joint_motion();
         let (elimination, missing) = base.vertical_moments(&mut motion);
         let ground = base.ground_forces(&nominal);
         // The effects on masses are in the joints' rows as in those of the base.
@@ -195,7 +217,7 @@ impl<'a> WalkingExperiment<'a> {
 
 impl ContactRecording {
     /// All samples as a log of efforts, which passed the filter here.
-    fn motion(&self) -> Recording {
+    fn joint_motion(&self) -> Recording {
         Recording {
             time: self.time.clone(),
             segments: self.segments.clone(),
@@ -221,7 +243,8 @@ impl ContactExperiment<'_> {
             };
             mapped(&self.robot, &self.calls, &self.feet, &q, &logged, wrench)
         };
-        (0..self.samples()).flat_map(at).collect()
+        let ground = (0..self.samples()).flat_map(at);
+        ground.zip(&self.recording.products).map(|(ground, lost)| ground - lost).collect()
     }
 
     /// Samples at which noise and dependences are looked at.
