@@ -4,7 +4,7 @@ pub mod currents;
 pub use bipedc_analysis::log::Log;
 pub use bipedc_analysis::measure::Content;
 
-use crate::robot::{ProgramTorques, feet, joint_layout, link_inertias};
+use crate::robot::{ProgramTorques, feet, joint_layout_with_stops, link_inertias};
 use bipedc_analysis::compare::compare_file;
 use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording, WalkingExperiment};
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
@@ -78,7 +78,7 @@ impl Measured {
             rigid = rigid.with_base("floating", None)?;
         }
         let tree = rigid.tree()?;
-        let layout = joint_layout(&tree)?;
+        let layout = joint_layout_with_stops(&tree, &rigid.description)?;
         let link_inertias = link_inertias(&rigid.description, &tree);
         let compiled = rigid.compile_only(&requests(&rigid))?;
         let torques = ProgramTorques::new(&compiled)?;
@@ -230,6 +230,7 @@ impl Measured {
         }
         let experiment = WalkingExperiment::read(self.robot(), log, options)?;
         let (warnings, mut assumptions) = told(experiment.base().recording());
+        assumptions.extend(experiment.at_stops());
         let left_out = experiment.missing.iter();
         assumptions.extend(left_out.map(|m| format!("`{}` is not compared: {}", m.name, m.reason)));
         Ok((Box::new(experiment), warnings, assumptions))

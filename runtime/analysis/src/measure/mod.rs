@@ -7,6 +7,7 @@ mod content;
 pub(crate) mod directions;
 pub(crate) mod filtered;
 pub(crate) mod noise;
+pub(crate) mod stops;
 mod options;
 pub(crate) mod recording;
 pub(crate) mod repetition;

@@ -6,6 +6,7 @@ use crate::log::{Block, Log, Reader};
 use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::filtered::{Filtered, noise_gains, unusable};
 use crate::measure::noise::{of_encoders, white_noise};
+use crate::measure::stops::Stops;
 use crate::measure::trajectory::{Even, States, Unusable};
 use crate::measure::{HELD, Options};
 use crate::robot::Robot;
@@ -53,6 +54,8 @@ pub struct ContactRecording {
     velocity_gain: f64,
     /// Noise of the joints' accelerations, after one and after two passes of the filter.
     joint_noise: [Vec<f64>; 2],
+    /// When joints lay at their stops.
+    pub(super) stops: Stops,
     /// Whether rows pass the filter once more, which they do unless this is changed: measured and predicted alike,
     /// because accelerations are noisiest just below the cut-off.
     pub filter_rows: bool,
@@ -115,6 +118,7 @@ impl ContactRecording {
         recording.prepare_feet(robot, &columns);
         recording.effort = columns.plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect();
         let mut accelerations = AccelerationNoise::new(&columns.plan);
+        recording.stops = Stops::new(robot.layout, &columns.plan);
         let mut raw_noise: Vec<f64> = Vec::new();
         let reach = (0.3 / cutoff_hz / step) as usize;
         let weight = robot.link_inertias.parameters().mass() * STANDARD_GRAVITY;
@@ -136,6 +140,7 @@ impl ContactRecording {
                 }
             }
             accelerations.hear(&columns.plan, &block);
+            recording.stops.look(&block, step);
             recording.add(&passing, block).map_err(|e| unusable(e, &path))?;
             if recording.time.len() > HELD {
                 recording.warnings.push(recording.cut_off(&path));

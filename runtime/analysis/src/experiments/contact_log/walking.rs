@@ -125,6 +125,11 @@ impl<'a> WalkingExperiment<'a> {
         Ok(this)
     }
 
+    /// Which joints lay at their stops, if any did: their rows leave those samples out.
+    pub fn at_stops(&self) -> Option<String> {
+        self.base.recording.stops.words(self.base.robot.layout)
+    }
+
     /// The rows of the base.
     pub fn base(&self) -> &ContactExperiment<'a> {
         &self.base
@@ -227,6 +232,7 @@ impl ContactRecording {
             step: self.step,
             cutoff_hz: self.cutoff_hz,
             noise: self.effort_noise.clone(),
+            stops: self.stops.clone(),
             ..Recording::default()
         }
     }

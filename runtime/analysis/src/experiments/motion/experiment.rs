@@ -160,7 +160,15 @@ impl<'a> MotionExperiment<'a> {
             period: 1.0 / (self.recording.cutoff_hz * self.recording.step),
             alone: self.layout.joints.len() == 1,
         };
-        super::sticking::sticking(&what, &present)
+        let sticks = super::sticking::sticking(&what, &present);
+        // Stops carry what the drive does not: there too the effort is a bound.
+        let reach = SMEARED / self.recording.cutoff_hz;
+        let at_stop = self.recording.stops.flags(joint, &self.recording.time, reach);
+        match (sticks.is_empty(), at_stop.is_empty()) {
+            (_, true) => sticks,
+            (true, false) => at_stop,
+            (false, false) => sticks.iter().zip(at_stop).map(|(sticks, at_stop)| *sticks || at_stop).collect(),
+        }
     }
 
     /// What it was made from.
