@@ -78,7 +78,7 @@ impl Stops {
         let joints: Vec<String> = layout.joints.iter().enumerate().filter_map(of_joint).collect();
         (!joints.is_empty()).then(|| {
             format!(
-                "joints lie at their stops (position limits of the URDF: {}), which carry a torque that no drive feels: their rows leave these samples out",
+                "joints lie at their stops (position limits of the URDF: {}), which carry a torque that no drive feels: what is left there is taken for it",
                 joints.join(", ")
             )
         })

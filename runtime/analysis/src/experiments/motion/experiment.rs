@@ -39,6 +39,8 @@ pub struct MotionExperiment<'a> {
     residual: Vec<Vec<f64>>,
     /// Of each joint what its link resists with, see [`Rigid::resistance`]; formed when first asked for.
     pub(super) resistance: Vec<OnceLock<Vec<[f64; 2]>>>,
+    /// By joint, where it lies at a stop, which carries what is left there: nothing is. Empty where it never does.
+    pub(super) at_stop: Vec<Vec<bool>>,
     /// Where the joint of a row sticks, see [`super::sticking`].
     sticks: Vec<Vec<bool>>,
     /// By row, N m or N, see [`Experiment::motion_noise`].
@@ -78,8 +80,12 @@ impl<'a> MotionExperiment<'a> {
         if !fits {
             return Err(Diagnostic::error("the model and the description are of different robots"));
         }
+        // Stops carry what the drive does not.
+        let reach = SMEARED / recording.cutoff_hz;
+        let at_stop = (0..joints).map(|joint| recording.stops.flags(joint, &recording.time, reach)).collect();
         let mut this = Self {
             rigid,
+            at_stop,
             layout,
             link_inertias,
             present: present.to_vec(),
@@ -161,13 +167,12 @@ impl<'a> MotionExperiment<'a> {
             alone: self.layout.joints.len() == 1,
         };
         let sticks = super::sticking::sticking(&what, &present);
-        // Stops carry what the drive does not: there too the effort is a bound.
-        let reach = SMEARED / self.recording.cutoff_hz;
-        let at_stop = self.recording.stops.flags(joint, &self.recording.time, reach);
+        // At a stop too the effort is a bound.
+        let at_stop = &self.at_stop[joint];
         match (sticks.is_empty(), at_stop.is_empty()) {
             (_, true) => sticks,
-            (true, false) => at_stop,
-            (false, false) => sticks.iter().zip(at_stop).map(|(sticks, at_stop)| *sticks || at_stop).collect(),
+            (true, false) => at_stop.clone(),
+            (false, false) => sticks.iter().zip(at_stop).map(|(sticks, at_stop)| *sticks || *at_stop).collect(),
         }
     }
 
