@@ -153,7 +153,6 @@ impl Recording {
             visit(&mut recording)?;
         }
         recording.acceleration_noise = accelerations.levels(&filter, step, 1);
-        recording.assumptions.extend(recording.stops.words(layout));
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
         Ok(recording)
     }

@@ -176,6 +176,11 @@ impl<'a> MotionExperiment<'a> {
         }
     }
 
+    /// Which joints lay at their stops, if any did: what is left there is taken for what these carry.
+    pub fn at_stops(&self) -> Option<String> {
+        self.recording.stops.words(self.layout)
+    }
+
     /// What it was made from.
     pub fn recording(&self) -> &Recording {
         &self.recording
