@@ -14,7 +14,9 @@ pub fn joint_layout(tree: &Tree) -> Result<JointLayout, Diagnostic> {
             .help("choose another base with --base floating|planar|fixed"));
     }
     let joints = tree.joints.iter();
-    let joints = joints.map(|joint| Joint { name: joint.name.clone(), prismatic: joint.prismatic, limits: None }).collect();
+    let joints = joints
+        .map(|joint| Joint { name: joint.name.clone(), prismatic: joint.prismatic, limits: None })
+        .collect();
     Ok(JointLayout { joints, base: tree.base })
 }
 
@@ -22,7 +24,10 @@ pub fn joint_layout(tree: &Tree) -> Result<JointLayout, Diagnostic> {
 ///
 /// # Errors
 /// As [`joint_layout`].
-pub fn joint_layout_with_stops(tree: &Tree, description: &RobotDescription) -> Result<JointLayout, Diagnostic> {
+pub fn joint_layout_with_stops(
+    tree: &Tree,
+    description: &RobotDescription,
+) -> Result<JointLayout, Diagnostic> {
     let mut layout = joint_layout(tree)?;
     for joint in &mut layout.joints {
         let own = description.joints.iter().find(|own| own.name == joint.name);

@@ -221,7 +221,9 @@ impl Run<'_> {
         let range = block.core.clone();
         let even = Even::new(&self.plan, block, self.step);
         if self.noise.is_empty() {
-            let effort = |joint: &JointColumns| joint.effort.map_or(0.0, |c| white_noise(&block.columns[c][range.clone()]));
+            let effort = |joint: &JointColumns| {
+                joint.effort.map_or(0.0, |c| white_noise(&block.columns[c][range.clone()]))
+            };
             self.noise = self.plan.joints.iter().map(effort).collect();
         }
         let (first, last) = (block.time[range.start], block.time[range.end - 1]);

@@ -39,7 +39,8 @@ impl AccelerationNoise {
     pub fn hear(&mut self, plan: &Plan, block: &Block<'_>) {
         let count = block.core.len();
         if self.samples == 0 {
-            let positions = plan.joints.iter().map(|columns| columns.position.filter(|_| columns.velocity.is_none()));
+            let positions =
+                plan.joints.iter().map(|columns| columns.position.filter(|_| columns.velocity.is_none()));
             self.rounded = positions.map(|column| Rounded::of(&block.columns[column?])).collect();
         }
         for (sum, columns) in self.sums.iter_mut().zip(&plan.joints) {
@@ -64,7 +65,9 @@ impl AccelerationNoise {
         };
         let of_joint = |joint: usize| {
             let rounded = self.rounded.get(joint).and_then(Option::as_ref);
-            rounded.and_then(|rounded| rounded.acceleration(filter, step, passes)).unwrap_or_else(|| white(joint))
+            rounded
+                .and_then(|rounded| rounded.acceleration(filter, step, passes))
+                .unwrap_or_else(|| white(joint))
         };
         (0..self.sums.len()).map(of_joint).collect()
     }
@@ -87,7 +90,8 @@ impl Rounded {
             let error: Vec<f64> = motion.iter().map(|angle| rounded(*angle)).collect();
             let left = (0..passes).fold(error, |signal, _| filter.zero_phase(&signal));
             let spline = Spline::new(&left, step)?;
-            squares += (0..left.len()).map(|i| spline.at_sample(i)[2].powi(2)).sum::<f64>() / left.len() as f64;
+            squares +=
+                (0..left.len()).map(|i| spline.at_sample(i)[2].powi(2)).sum::<f64>() / left.len() as f64;
         }
         Some((squares / PLACES as f64).sqrt())
     }

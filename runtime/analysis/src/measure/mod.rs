@@ -7,11 +7,11 @@ mod content;
 pub(crate) mod directions;
 pub(crate) mod filtered;
 pub(crate) mod noise;
-pub(crate) mod stops;
 mod options;
 pub(crate) mod recording;
 pub(crate) mod repetition;
 mod source;
+pub(crate) mod stops;
 mod thinning;
 pub(crate) mod trajectory;
 
@@ -23,4 +23,5 @@ pub use options::{CANDIDATES, FIRST, Options, VelocitySource};
 pub use recording::Recording;
 pub use repetition::{JointPositions, repeats, shared};
 pub use source::DataSource;
+pub use stops::Stops;
 pub use thinning::HELD;

@@ -49,7 +49,7 @@ pub struct Recording {
     /// The same of each joint's filtered acceleration, rad/s² or m/s², from that of the position (or velocity) as logged; empty: not known.
     pub acceleration_noise: Vec<f64>,
     /// When joints lay at their stops.
-    pub(crate) stops: Stops,
+    pub stops: Stops,
     /// What could not be used and why.
     pub missing: Vec<Missing>,
     /// What was taken for granted.

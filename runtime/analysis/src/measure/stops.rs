@@ -6,11 +6,11 @@ use crate::robot::JointLayout;
 /// A joint lies at its stop within this part of the way between its stops.
 const NEAR: f64 = 2e-3;
 /// A joint that lies there for more of the log than this was put there: its stop may carry nothing.
-const MOST: f64 = 0.5;
+const MOST: f64 = 0.9;
 
 /// Times at which joints lay at their stops.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Stops {
+pub struct Stops {
     joints: Vec<Option<OfJoint>>,
     /// Of all samples, s.
     seen: f64,
@@ -29,7 +29,7 @@ struct OfJoint {
 }
 
 impl Stops {
-    pub fn new(layout: &JointLayout, plan: &Plan) -> Self {
+    pub(crate) fn new(layout: &JointLayout, plan: &Plan) -> Self {
         let joints = layout.joints.iter().zip(&plan.joints).map(|(joint, columns)| {
             let limits = joint.limits.filter(|[low, high]| low < high)?;
             let near = NEAR * (limits[1] - limits[0]);
@@ -41,7 +41,7 @@ impl Stops {
     }
 
     /// Looks at the samples of a block that count.
-    pub fn look(&mut self, block: &Block<'_>, step: f64) {
+    pub(crate) fn look(&mut self, block: &Block<'_>, step: f64) {
         let core = block.core.clone();
         self.seen += step * core.len() as f64;
         for joint in self.joints.iter_mut().flatten() {
@@ -59,7 +59,7 @@ impl Stops {
     }
 
     /// Whether a joint lies at a stop within `reach` s of these times; empty: never.
-    pub fn flags(&self, joint: usize, times: &[f64], reach: f64) -> Vec<bool> {
+    pub(crate) fn flags(&self, joint: usize, times: &[f64], reach: f64) -> Vec<bool> {
         let mut flags = vec![false; times.len()];
         for [first, last] in self.times(joint) {
             let from = times.partition_point(|time| *time < first - reach);
@@ -69,8 +69,20 @@ impl Stops {
         if flags.contains(&true) { flags } else { Vec::new() }
     }
 
+    /// Whether any joint strikes a stop within `reach` s of these times; empty: none does, or so often that nothing would be left.
+    pub(crate) fn strikes(&self, times: &[f64], reach: f64) -> Vec<bool> {
+        let mut flags = vec![false; times.len()];
+        for [first, _] in (0..self.joints.len()).flat_map(|joint| self.times(joint)) {
+            let from = times.partition_point(|time| *time < first - reach);
+            let to = times.partition_point(|time| *time <= first + reach);
+            flags[from..to.max(from)].fill(true);
+        }
+        let struck = flags.iter().filter(|flag| **flag).count();
+        if struck > 0 && (struck as f64) < MOST * flags.len() as f64 { flags } else { Vec::new() }
+    }
+
     /// One sentence on all joints that lay at a stop; `None`: none did.
-    pub fn words(&self, layout: &JointLayout) -> Option<String> {
+    pub(crate) fn words(&self, layout: &JointLayout) -> Option<String> {
         let of_joint = |(index, joint): (usize, &crate::robot::Joint)| {
             let spent: f64 = self.times(index).iter().map(|[first, last]| last - first).sum();
             (spent > 0.0).then(|| format!("`{}` {spent:.3} s", joint.name))
@@ -112,7 +124,8 @@ mod tests {
 
     fn looked(limits: [f64; 2], angle: impl Fn(f64) -> f64) -> Stops {
         let near = NEAR * (limits[1] - limits[0]);
-        let mut joint = OfJoint { position: None, limits, near, at: [Vec::new(), Vec::new()], beyond: [false; 2] };
+        let mut joint =
+            OfJoint { position: None, limits, near, at: [Vec::new(), Vec::new()], beyond: [false; 2] };
         (0..4000).map(|i| 1e-3 * f64::from(i)).for_each(|time| joint.add(time, angle(time), 1e-3));
         Stops { joints: vec![Some(joint)], seen: 4.0 }
     }

@@ -123,8 +123,8 @@ impl ContactRecording {
         let reach = (0.3 / cutoff_hz / step) as usize;
         let weight = robot.link_inertias.parameters().mass() * STANDARD_GRAVITY;
         let cut = options.cut_at_impacts;
-        let products = Products::new(robot, cutoff_hz, step, stride)
-            .map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
+        let products =
+            Products::new(robot, cutoff_hz, step, stride).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
         let columns = &columns;
         let passing = Passing { robot, columns, filter: &filter, products, step, stride, reach, weight, cut };
         while let Some(block) = blocks.next_block()? {
@@ -341,7 +341,8 @@ impl ContactRecording {
         let noise = &self.position_noise[self.position_noise.len() - joints..];
         let of_joint = |joint: usize, noise: f64| {
             let speeds: Vec<f64> = self.trajectory.velocities(joint).collect();
-            let square = self.kept.iter().map(|i| speeds[*i].powi(2)).sum::<f64>() / self.kept.len().max(1) as f64;
+            let square =
+                self.kept.iter().map(|i| speeds[*i].powi(2)).sum::<f64>() / self.kept.len().max(1) as f64;
             (square - noise.powi(2) * self.velocity_gain).max(0.0)
         };
         noise.iter().enumerate().map(|(joint, noise)| of_joint(joint, *noise)).collect()

@@ -43,7 +43,12 @@ impl<'r> Products<'r> {
     ///
     /// # Errors
     /// A model that lacks functions.
-    pub fn new(robot: &Robot<'r>, cutoff_hz: f64, step: f64, stride: usize) -> Result<Option<Self>, Diagnostic> {
+    pub fn new(
+        robot: &Robot<'r>,
+        cutoff_hz: f64,
+        step: f64,
+        stride: usize,
+    ) -> Result<Option<Self>, Diagnostic> {
         let fast = (FASTER * cutoff_hz).min(HIGHEST / step);
         if fast < LEAST * cutoff_hz {
             return Ok(None);
@@ -51,7 +56,8 @@ impl<'r> Products<'r> {
         let most = (1.0 / (step * PER_PERIOD * fast)) as usize;
         // The samples that are wanted must be among those that are computed.
         let thin = (1..=most.max(1)).rev().find(|thin| stride.is_multiple_of(*thin)).unwrap_or(1);
-        let filters = (Butterworth::new(fast, 1.0 / step), Butterworth::new(cutoff_hz, 1.0 / (step * thin as f64)));
+        let filters =
+            (Butterworth::new(fast, 1.0 / step), Butterworth::new(cutoff_hz, 1.0 / (step * thin as f64)));
         let (Ok(faster), Ok(slower)) = filters else { return Ok(None) };
         let calls = ModelCalls::new(robot.model);
         let feet = robot.feet.iter().map(|foot| FootCalls::new(&calls, foot)).collect::<Result<_, _>>()?;

@@ -81,8 +81,8 @@ impl ContactExperiment<'_> {
             let mut first = None;
             for i in segment.start..=segment.end {
                 let signals = record.signals.get(i).filter(|_| i < segment.end);
-                let stands =
-                    signals.is_some_and(|signals| signals[2] > STANDS * weight && plate.is_flat_under(signals));
+                let stands = signals
+                    .is_some_and(|signals| signals[2] > STANDS * weight && plate.is_flat_under(signals));
                 match (stands, first) {
                     (true, None) => first = Some(i),
                     (false, Some(start)) => {
@@ -224,7 +224,8 @@ impl Plate {
         let moments = moments(signals);
         (1..3).all(|axis| {
             let ends = self.corners.iter().map(|corner| corner[axis]);
-            let (low, high) = (ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max));
+            let (low, high) =
+                (ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max));
             let (center, margin) = (moments[axis] / moments.x, INSIDE * (high - low));
             center > low + margin && center < high - margin
         })

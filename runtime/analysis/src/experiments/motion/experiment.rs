@@ -167,13 +167,12 @@ impl<'a> MotionExperiment<'a> {
             alone: self.layout.joints.len() == 1,
         };
         let sticks = super::sticking::sticking(&what, &present);
-        // At a stop too the effort is a bound.
-        let at_stop = &self.at_stop[joint];
-        match (sticks.is_empty(), at_stop.is_empty()) {
-            (_, true) => sticks,
-            (true, false) => at_stop.clone(),
-            (false, false) => sticks.iter().zip(at_stop).map(|(sticks, at_stop)| *sticks || *at_stop).collect(),
-        }
+        // At a stop too the effort is a bound; where a joint strikes one, drives answer faster than the filter lets the motion be seen.
+        let reach = SMEARED / self.recording.cutoff_hz;
+        let is_filtered = !self.ground.is_empty();
+        let strikes =
+            if is_filtered { Vec::new() } else { self.recording.stops.strikes(&self.recording.time, reach) };
+        either(either(sticks, &self.at_stop[joint]), &strikes)
     }
 
     /// Which joints lay at their stops, if any did: what is left there is taken for what these carry.
@@ -459,6 +458,15 @@ fn tilt(base: BaseKind, q: &mut [f64], roll: f64, pitch: f64) {
             q[5] = aw * bz + ax * by - ay * bx + az * bw;
             q[6] = aw * bw - ax * bx - ay * by - az * bz;
         }
+    }
+}
+
+/// Where either of two lists of flags is set; an empty list is none.
+fn either(flags: Vec<bool>, others: &[bool]) -> Vec<bool> {
+    match (flags.is_empty(), others.is_empty()) {
+        (_, true) => flags,
+        (true, false) => others.to_vec(),
+        (false, false) => flags.iter().zip(others).map(|(flag, other)| *flag || *other).collect(),
     }
 }
 
