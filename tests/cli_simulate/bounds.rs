@@ -68,7 +68,6 @@ fn joints_at_their_stops_tell_bounds() {
     );
     let torque = effects[0]["parameters"]["torque"].as_f64().unwrap();
     assert!((torque - 0.8).abs() < 0.04, "{torque} N m of 0.8 N m");
-    assert_eq!(found["unexplained"], false, "{found:#}");
     let said = |answer: &serde_json::Value| answer["assumptions"].to_string().contains("lie at their stops");
     assert!(said(&found), "{}", found["assumptions"]);
     let compared = bipedc(&["compare", "robots/tulip", text(&judge), "--json"]).ok().json();

@@ -69,12 +69,12 @@ impl Stops {
         if flags.contains(&true) { flags } else { Vec::new() }
     }
 
-    /// Whether any joint strikes a stop within `reach` s of these times; empty: none does, or so often that nothing would be left.
+    /// Whether any joint strikes or leaves a stop within `reach` s of these times; empty: none does, or so often that nothing would be left.
     pub(crate) fn strikes(&self, times: &[f64], reach: f64) -> Vec<bool> {
         let mut flags = vec![false; times.len()];
-        for [first, _] in (0..self.joints.len()).flat_map(|joint| self.times(joint)) {
-            let from = times.partition_point(|time| *time < first - reach);
-            let to = times.partition_point(|time| *time <= first + reach);
+        for event in (0..self.joints.len()).flat_map(|joint| self.times(joint)).flatten() {
+            let from = times.partition_point(|time| *time < event - reach);
+            let to = times.partition_point(|time| *time <= event + reach);
             flags[from..to.max(from)].fill(true);
         }
         let struck = flags.iter().filter(|flag| **flag).count();

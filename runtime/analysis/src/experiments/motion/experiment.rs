@@ -167,7 +167,7 @@ impl<'a> MotionExperiment<'a> {
             alone: self.layout.joints.len() == 1,
         };
         let sticks = super::sticking::sticking(&what, &present);
-        // At a stop too the effort is a bound; where a joint strikes one, drives answer faster than the filter lets the motion be seen.
+        // At a stop too the effort is a bound; where a joint strikes or leaves one, drives answer faster than the filter lets the motion be seen.
         let reach = SMEARED / self.recording.cutoff_hz;
         let is_filtered = !self.ground.is_empty();
         let strikes =
