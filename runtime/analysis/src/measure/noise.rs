@@ -43,8 +43,10 @@ pub(crate) fn rounding_step(angle: &[f64]) -> Option<f64> {
 
 /// Standard deviations as third differences and as steps tell them.
 fn white_and_rounding(angle: &[f64], encoders: u8) -> (f64, f64) {
-    let mut steps: Vec<f64> =
-        angle.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0).collect();
+    let changes = || angle.windows(2).map(|w| (w[1] - w[0]).abs());
+    // Differences of equal numbers may be nearly nothing.
+    let least = 1e-9 * changes().fold(0.0, f64::max);
+    let mut steps: Vec<f64> = changes().filter(|step| *step > least).collect();
     let usual = median(&mut steps);
     // Steps are all alike; the changes of a joint that rests and then moves, with a fine encoder, are not.
     let alike = quantile(&mut steps, 0.9) < ALIKE * usual && ALIKE * quantile(&mut steps, 0.1) > usual;
