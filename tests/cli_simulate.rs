@@ -1,5 +1,7 @@
 //! `bipedc simulate`: scenarios, logs, interruption, and whether `diagnose` finds what was hidden.
 use crate::cli;
+#[path = "cli_simulate/bounds.rs"]
+mod bounds;
 #[path = "cli_simulate/falls.rs"]
 mod falls;
 #[cfg(unix)]

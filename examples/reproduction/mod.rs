@@ -84,8 +84,11 @@ impl Stood {
             requests.extend(["position", "rotation", "jacobian"].map(of));
         }
         let model = ProgramModel::new(rigid.compile_only(&requests).map_err(one)?);
-        let joints =
-            rooted.tree.joints.iter().map(|j| Joint { name: j.name.clone(), prismatic: j.prismatic });
+        let joints = rooted.tree.joints.iter().map(|j| Joint {
+            name: j.name.clone(),
+            prismatic: j.prismatic,
+            limits: None,
+        });
         let layout = JointLayout { joints: joints.collect(), base: BaseKind::Floating };
         Ok(Self { feet: feet(&rigid.description), rooted, model, layout })
     }

@@ -139,7 +139,7 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     Ok(Diagnosed { diagnosis: answer, warnings, report })
 }
 
-/// Which joints stick, and that their samples are left out there.
+/// Which joints stick or lie at a stop, and that their samples are left out there.
 fn sticking(experiment: &dyn Experiment) -> Option<String> {
     let share = |row: usize| {
         let sticks = experiment.sticks(row);
@@ -149,7 +149,7 @@ fn sticking(experiment: &dyn Experiment) -> Option<String> {
     let joints: Vec<String> = (0..experiment.rows().len()).filter_map(share).collect();
     (!joints.is_empty()).then(|| {
         format!(
-            "joints stick in or next to a part of their samples ({}), where dry friction may be anything between its bounds: left out",
+            "joints stick or lie at a stop in or next to a part of their samples ({}), where an effort is a bound and no value: left out",
             joints.join(", ")
         )
     })

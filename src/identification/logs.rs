@@ -2,7 +2,7 @@
 use super::base_regressor;
 use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::progress::Progress;
-use crate::robot::{ProgramRegressor, joint_layout, link_inertias};
+use crate::robot::{ProgramRegressor, joint_layout, joint_layout_with_stops, link_inertias};
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::identify::elastic::{Driven, Look};
 use bipedc_analysis::identify::{self, BaseSet, RobotAndLogs, Survey, survey};
@@ -31,7 +31,8 @@ impl Identifiable {
         logs: &[identify::Reading<'_>],
         progress: &dyn Progress,
     ) -> Result<Self, Diagnostics> {
-        let layout = joint_layout(&robot.clone().without_effects().tree()?)?;
+        let rigid = robot.clone().without_effects();
+        let layout = joint_layout_with_stops(&rigid.tree()?, &rigid.description)?;
         let look = || logs.iter().map(|log| survey(log, &layout)).collect::<Result<Vec<_>, Diagnostics>>();
         let surveys = progress.stage("reading", look)?;
         let rows = observed(&layout, &surveys)?;
@@ -73,7 +74,8 @@ impl Identifiable {
         let derive = || base_regressor(&rigid.description, &tree, &rows);
         let (base, regressor) = progress.stage("deriving", derive)?;
         let link_inertias = link_inertias(&rigid.description, &tree);
-        Ok(Self { layout: joint_layout(&tree)?, link_inertias, base, regressor, rows, surveys, files })
+        let layout = joint_layout_with_stops(&tree, &rigid.description)?;
+        Ok(Self { layout, link_inertias, base, regressor, rows, surveys, files })
     }
 
     /// What the library wants to know.

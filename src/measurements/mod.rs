@@ -4,9 +4,9 @@ pub mod currents;
 pub use bipedc_analysis::log::Log;
 pub use bipedc_analysis::measure::Content;
 
-use crate::robot::{ProgramTorques, feet, joint_layout, link_inertias};
+use crate::robot::{ProgramTorques, feet, joint_layout_with_stops, link_inertias};
 use bipedc_analysis::compare::compare_file;
-use bipedc_analysis::experiments::contact_log::{ContactExperiment, WalkingExperiment};
+use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording, WalkingExperiment};
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
@@ -28,6 +28,10 @@ pub(crate) const SAMPLES: usize = 10_000;
 const CONTACT_CUTOFF_HZ: f64 = 5.0;
 /// The highest that is chosen, Hz.
 const HIGHEST_CONTACT_CUTOFF_HZ: f64 = 40.0;
+/// Largest part of a joint's motion that a filter may take away, unless it is as fast as this: friction follows the direction of what is
+/// left. Beyond, the noise of accelerations drowns more than that.
+const CUT_OFF: f64 = 0.03;
+const FAST_ENOUGH_HZ: f64 = 20.0;
 
 /// A robot ready to be held against measurements: the rigid model on a base that can be turned.
 pub struct Measured {
@@ -74,7 +78,7 @@ impl Measured {
             rigid = rigid.with_base("floating", None)?;
         }
         let tree = rigid.tree()?;
-        let layout = joint_layout(&tree)?;
+        let layout = joint_layout_with_stops(&tree, &rigid.description)?;
         let link_inertias = link_inertias(&rigid.description, &tree);
         let compiled = rigid.compile_only(&requests(&rigid))?;
         let torques = ProgramTorques::new(&compiled)?;
@@ -189,38 +193,44 @@ impl Measured {
         }
     }
 
-    /// The cut-off at which the rows of the base fit best, Hz: doubled as long as their errors fall. Slow motions are behind a low
-    /// one, where noise is least; the limbs of a fast walk are not.
+    /// The cut-off at which the rows of the base fit best, Hz: doubled as long as their errors fall, or as long as it takes away motion of
+    /// joints whose efforts count. Slow motions are behind a low one, where noise is least; the limbs of a fast walk are not.
     fn contact_cutoff(&self, log: &Log, options: &Options) -> Result<f64, Diagnostics> {
-        let error = |cutoff: f64| -> Result<f64, Diagnostics> {
+        let look = |cutoff: f64| -> Result<(f64, Vec<f64>), Diagnostics> {
             let options = Options { cutoff_hz: Some(cutoff), ..options.clone() };
-            Ok(ContactExperiment::read(self.robot(), log, &options)?.misfit())
+            let found = ContactExperiment::read(self.robot(), log, &options)?;
+            let joints = self.with_joints && found.recording().has_efforts();
+            Ok((found.misfit(), if joints { found.recording().motion() } else { Vec::new() }))
         };
         let mut best = CONTACT_CUTOFF_HZ;
-        let mut least = error(best);
+        let mut here = look(best);
         while best < HIGHEST_CONTACT_CUTOFF_HZ {
-            let next = error(2.0 * best);
-            match (&least, &next) {
+            let next = look(2.0 * best);
+            match (&here, &next) {
                 // Short steps leave nothing of a slow filter.
                 (Err(_), Ok(_)) => {}
-                (Ok(least), Ok(next)) if next < least => {}
+                (Ok((least, _)), Ok((next, _))) if next < least => {}
+                (Ok((_, slow)), Ok((_, fast))) if best < FAST_ENOUGH_HZ && cut_off(slow, fast) > CUT_OFF => {}
                 // Too high for the log's rate.
                 _ => break,
             }
-            (best, least) = (2.0 * best, next);
+            (best, here) = (2.0 * best, next);
         }
-        least.map(|_| best)
+        here.map(|_| best)
     }
 
     /// A log with forces at the feet, with the joints' efforts if they are wanted and logged.
     fn in_contact(&self, log: &Log, options: &Options) -> Result<Read<'_>, Diagnostics> {
-        let experiment = ContactExperiment::read(self.robot(), log, options)?;
-        let recording = experiment.recording();
-        let (warnings, mut assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
-        if !(self.with_joints && recording.has_efforts()) {
+        let told = |recording: &ContactRecording| (recording.warnings.clone(), recording.assumptions.clone());
+        let has_efforts = self.layout.joints.iter().any(|joint| log.has(&format!("{}/effort", joint.name)));
+        if !(self.with_joints && has_efforts) {
+            let experiment = ContactExperiment::read(self.robot(), log, options)?;
+            let (warnings, assumptions) = told(experiment.recording());
             return Ok((Box::new(experiment), warnings, assumptions));
         }
-        let experiment = WalkingExperiment::new(experiment).map_err(|e| e.in_file(log.path()))?;
+        let experiment = WalkingExperiment::read(self.robot(), log, options)?;
+        let (warnings, mut assumptions) = told(experiment.base().recording());
+        assumptions.extend(experiment.at_stops());
         let left_out = experiment.missing.iter();
         assumptions.extend(left_out.map(|m| format!("`{}` is not compared: {}", m.name, m.reason)));
         Ok((Box::new(experiment), warnings, assumptions))
@@ -246,6 +256,7 @@ impl Measured {
                 let (warnings, mut assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
                 let not_seen = recording.missing.iter();
                 assumptions.extend(not_seen.map(|m| format!("`{}` is not compared: {}", m.name, m.reason)));
+                assumptions.extend(experiment.at_stops());
                 (Box::new(experiment), warnings, assumptions)
             }
             Content::Contacts => self.in_contact(log, options)?,
@@ -264,6 +275,12 @@ impl Measured {
         let source = DataSource { samples: experiment.time().len(), ..log.source()? };
         Ok(Loaded { experiment, source, warnings, assumptions, cutoff_hz, content })
     }
+}
+
+/// The part of what a joint moves, by mean squares of speeds, that the slower of two filters takes away; of the joint that loses most.
+fn cut_off(slow: &[f64], fast: &[f64]) -> f64 {
+    let moving = slow.iter().zip(fast).filter(|(_, fast)| **fast > 0.0);
+    moving.map(|(slow, fast)| 1.0 - slow / fast).fold(0.0, f64::max)
 }
 
 /// All functions that experiments may call.

@@ -6,7 +6,7 @@ pub mod regressor;
 pub mod torques;
 
 pub use feet::feet;
-pub use joint_layout::joint_layout;
+pub use joint_layout::{joint_layout, joint_layout_with_stops};
 pub use link_inertias::link_inertias;
 pub use regressor::ProgramRegressor;
 pub use torques::ProgramTorques;

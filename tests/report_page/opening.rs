@@ -32,7 +32,7 @@ fn a_comparison_opens_with_its_answer() {
         assert!(width <= u64::from(size.0), "{shape}: {width} px wide");
     }
     let cards = texts(&browser.evaluate(CARDS));
-    assert_eq!(cards, ["validation.csv.gz", "10 of 12 joints", "0.399 N m", "0.019 to 0.053 N m"]);
+    assert_eq!(cards, ["validation.csv.gz", "10 of 12 joints", "0.399 N m", "0.019 to 0.054 N m"]);
     let words = texts(&browser.evaluate(WORDS));
     assert!(words.len() == 3 && words[0].starts_with("left_knee_pitch: the residual follows"), "{words:?}");
     assert!(words[2].starts_with("10 joints: nothing but noise is left: "), "{words:?}");

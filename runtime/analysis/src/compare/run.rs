@@ -8,7 +8,7 @@ use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
 use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::coloured::{between_reversals, coloured_noise};
 use crate::measure::columns::{JointColumns, Plan};
-use crate::measure::filtered::{cut, noise_gains, unusable};
+use crate::measure::filtered::{cut, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::trajectory::{Even, States};
 use crate::measure::{Missing, Options};
@@ -221,7 +221,9 @@ impl Run<'_> {
         let range = block.core.clone();
         let even = Even::new(&self.plan, block, self.step);
         if self.noise.is_empty() {
-            let effort = |joint: &JointColumns| joint.effort.map_or(0.0, |c| white_noise(&block.columns[c]));
+            let effort = |joint: &JointColumns| {
+                joint.effort.map_or(0.0, |c| white_noise(&block.columns[c][range.clone()]))
+            };
             self.noise = self.plan.joints.iter().map(effort).collect();
         }
         let (first, last) = (block.time[range.start], block.time[range.end - 1]);
@@ -287,7 +289,7 @@ impl Run<'_> {
         model: &mut dyn InverseDynamics,
         best: &Candidate,
     ) -> Result<Vec<f64>, Diagnostics> {
-        let levels = self.accelerations.levels(noise_gains(&best.filter, self.step, 1));
+        let levels = self.accelerations.levels(&best.filter, self.step, 1);
         let of_motion = motion_noise(model, self.layout.base.nv(), &self.postures, &levels)
             .map_err(|e| one(Diagnostic::error(e.to_string()).in_file(&self.file)))?;
         // What is left shows noise that is correlated in time, which differences of neighbours do not; it may be the motion's.

@@ -88,6 +88,9 @@ pub struct Sizes {
     counts: Vec<u64>,
 }
 
+/// The filter smears the torque that a stop takes over this part of a period of its cut-off, on either side.
+const AT_STOPS: f64 = 0.5;
+
 /// Steps of the histogram: 16 per power of two, from 2⁻⁶⁰.
 const STEPS: (f64, f64, usize) = (16.0, 60.0, 1920);
 
@@ -284,10 +287,15 @@ impl<'a> Piece<'a> {
                 }
                 _ => Vec::new(),
             };
-            // Where friction may be anything nothing is learnt.
+            // Where friction may be anything, or a stop carries what it likes, nothing is learnt.
             let mut known = vec![true; range.len()];
             for direction in design.directions_of(index).filter_map(|k| recording.directions.get(k)) {
                 known.iter_mut().zip(&direction.known[range.clone()]).for_each(|(known, own)| *known &= own);
+            }
+            if let Some(joint) = channel.joint {
+                let reach = AT_STOPS / recording.cutoff_hz;
+                let at_stop = recording.stops.flags(joint, &recording.time[range.clone()], reach);
+                known.iter_mut().zip(at_stop).for_each(|(known, at_stop)| *known &= !at_stop);
             }
             let known = decimation.map_or_else(|| known.clone(), |d| d.known(&known));
             sums.resting[index] += known.iter().filter(|known| !**known).count();

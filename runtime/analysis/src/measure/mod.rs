@@ -11,6 +11,7 @@ mod options;
 pub(crate) mod recording;
 pub(crate) mod repetition;
 mod source;
+pub(crate) mod stops;
 mod thinning;
 pub(crate) mod trajectory;
 
@@ -22,4 +23,5 @@ pub use options::{CANDIDATES, FIRST, Options, VelocitySource};
 pub use recording::Recording;
 pub use repetition::{JointPositions, repeats, shared};
 pub use source::DataSource;
+pub use stops::Stops;
 pub use thinning::HELD;

@@ -5,6 +5,12 @@ const MOST: usize = crate::measure::HELD;
 /// Differences of a window in which noise is judged.
 const WINDOW: usize = 64;
 
+/// Third differences of noise that is more than rounding are more than this many times what rounding makes.
+const MORE: f64 = 1.5;
+
+/// Changes of an encoder that are this many times as large as others are no single steps.
+const ALIKE: f64 = 2.5;
+
 /// The windows that count: up to this quantile of their medians.
 const QUIETER: f64 = 0.3;
 /// What that quantile is of white noise, as a part of the median of all differences (by simulation, to 0.2 % from a thousand samples).
@@ -25,15 +31,28 @@ pub(crate) fn white_noise(signal: &[f64]) -> f64 {
 /// steps, and so is their median, up to a quarter too large. Where less than rounding's own noise is seen besides, an angle is uniformly
 /// rounded: to steps s, which makes s/√12, two make s/√6.
 pub(crate) fn of_encoders(angle: &[f64], encoders: u8) -> f64 {
-    /// Third differences of noise that is more than rounding are more than this many times what rounding makes.
-    const MORE: f64 = 1.5;
-    let mut steps: Vec<f64> =
-        angle.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|step| *step > 0.0).collect();
-    let rests = 2 * steps.len() < angle.len();
-    let usual = median(&mut steps);
-    let step = step_of_encoder(&steps, usual).or_else(|| rests.then_some(usual)).unwrap_or(0.0);
-    let (white, rounding) = (white_noise(angle), step * (f64::from(encoders) / 12.0).sqrt());
+    let (white, rounding) = white_and_rounding(angle, encoders);
     if white > MORE * rounding { white } else { rounding }
+}
+
+/// The step that an angle is rounded to, where there is little noise besides.
+pub(crate) fn rounding_step(angle: &[f64]) -> Option<f64> {
+    let (white, rounding) = white_and_rounding(angle, 1);
+    (rounding > 0.0 && white <= MORE * rounding).then(|| rounding * 12f64.sqrt())
+}
+
+/// Standard deviations as third differences and as steps tell them.
+fn white_and_rounding(angle: &[f64], encoders: u8) -> (f64, f64) {
+    let changes = || angle.windows(2).map(|w| (w[1] - w[0]).abs());
+    // Differences of equal numbers may be nearly nothing.
+    let least = 1e-9 * changes().fold(0.0, f64::max);
+    let mut steps: Vec<f64> = changes().filter(|step| *step > least).collect();
+    let usual = median(&mut steps);
+    // Steps are all alike; the changes of a joint that rests and then moves, with a fine encoder, are not.
+    let alike = quantile(&mut steps, 0.9) < ALIKE * usual && ALIKE * quantile(&mut steps, 0.1) > usual;
+    let rests = alike && 2 * steps.len() < angle.len();
+    let step = step_of_encoder(&steps, usual).or_else(|| rests.then_some(usual)).unwrap_or(0.0);
+    (white_noise(angle), step * (f64::from(encoders) / 12.0).sqrt())
 }
 
 /// The step of an encoder whose angle changes by these amounts, and usually by `usual`; `None` if they are not whole steps.
@@ -157,6 +176,10 @@ mod tests {
         let error = (errors.map(|e| e * e).sum::<f64>() / 6000.0).sqrt();
         let found = of_encoders(&one, 1);
         assert!((0.9..1.1).contains(&(found / error)), "{found} {error}");
+        // A fine encoder of a joint that rests most of the time, as one does that lies at its stop.
+        let bounded: Vec<f64> =
+            (0..6000).map(|i| ((2e-3 * f64::from(i)).sin().min(-0.2) / 3e-5).round() * 3e-5).collect();
+        assert!(of_encoders(&bounded, 1) < 2e-5, "{}", of_encoders(&bounded, 1));
         // What does not rest on steps is judged as before.
         let noisy = signal(4000);
         assert_eq!(of_encoders(&noisy, 2).to_bits(), white_noise(&noisy).to_bits());

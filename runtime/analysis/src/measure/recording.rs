@@ -3,8 +3,9 @@ use crate::log::{Block, Log};
 use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::columns::Plan;
 use crate::measure::directions::{Direction, Directions, Turning};
-use crate::measure::filtered::{Filtered, noise_gains, unusable};
+use crate::measure::filtered::{Filtered, unusable};
 use crate::measure::noise::white_noise;
+use crate::measure::stops::Stops;
 use crate::measure::thinning::Thinning;
 use crate::measure::trajectory::{Even, Unusable};
 use crate::measure::{DataSource, Missing, Options};
@@ -47,6 +48,8 @@ pub struct Recording {
     pub noise: Vec<f64>,
     /// The same of each joint's filtered acceleration, rad/s² or m/s², from that of the position (or velocity) as logged; empty: not known.
     pub acceleration_noise: Vec<f64>,
+    /// When joints lay at their stops.
+    pub stops: Stops,
     /// What could not be used and why.
     pub missing: Vec<Missing>,
     /// What was taken for granted.
@@ -140,14 +143,16 @@ impl Recording {
             ..Self::default()
         };
         let mut accelerations = AccelerationNoise::new(&plan);
+        recording.stops = Stops::new(layout, &plan);
         while let Some(block) = blocks.next_block()? {
             accelerations.hear(&plan, &block);
+            recording.stops.look(&block, step);
             recording
                 .add(&plan, layout, (&filter, directions), &block)
                 .map_err(|e| unusable(e, log.path()))?;
             visit(&mut recording)?;
         }
-        recording.acceleration_noise = accelerations.levels(noise_gains(&filter, step, 1));
+        recording.acceleration_noise = accelerations.levels(&filter, step, 1);
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
         Ok(recording)
     }

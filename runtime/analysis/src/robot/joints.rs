@@ -2,18 +2,20 @@
 use bipedc_effects::base::BaseKind;
 
 /// A joint of the model.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Joint {
     /// As in the URDF.
     pub name: String,
     /// Whether it slides: m and N instead of rad and N m.
     pub prismatic: bool,
+    /// Its stops, rad or m: lower, upper; `None`: not known, or none.
+    pub limits: Option<[f64; 2]>,
 }
 
 impl Joint {
     /// A revolute or continuous joint.
     pub fn revolute(name: impl Into<String>) -> Self {
-        Self { name: name.into(), prismatic: false }
+        Self { name: name.into(), prismatic: false, limits: None }
     }
     /// Of its effort.
     pub fn unit(&self) -> &'static str {
@@ -22,7 +24,7 @@ impl Joint {
 }
 
 /// The robot that is compared, without its dynamics.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct JointLayout {
     /// In the order of `v` after the base.
     pub joints: Vec<Joint>,

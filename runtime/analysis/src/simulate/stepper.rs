@@ -64,8 +64,8 @@ enum RowSource {
 /// What the step before left behind.
 #[derive(Debug, Clone, Default)]
 struct LastStep {
-    /// What the ground changed of the velocity, in the last step and in the one before it.
-    by_ground: [Vec<f64>; 2],
+    /// What ground and stops changed of the velocity, in the last step and in the one before it.
+    by_contact: [Vec<f64>; 2],
     /// s
     time: f64,
 }
@@ -78,7 +78,7 @@ const ROWS_OF_AXIS: usize = 4;
 /// One step of length `h`: with the midpoint `q_M = q + ½ h v` and the points and limits that are closed there,
 /// `D(q_M) (v⁺ − v) = h (τ − H(q_M, ṽ)) + W Λ`, where Λ and `ξ = γ⁺ + e γ⁻` obey Signorini's and Coulomb's laws; then
 /// `q⁺ = q_M + ½ h v⁺`. `ṽ` is the velocity at the midpoint: in the air as it would be without contact, which makes motion
-/// without contact second order; on the ground with what that did in the last step, because without it, under the torques that
+/// without contact second order; on the ground and at stops with what these did in the last step, because without it, under the torques that
 /// carry the robot, light feet would turn so fast that `H(q_M, ṽ)` were another one. Damping of joints is part of the left side and never unstable.
 ///
 /// Motors of their own ([`Self::with_motors`]) are further coordinates after those of the model. Their angles and speeds are kept
@@ -179,7 +179,7 @@ impl<'a> Stepper<'a> {
             bias: vec![0.0; nv],
             middle: Vec::new(),
             around: vec![0.0; nv],
-            last: LastStep { by_ground: [vec![0.0; nv], vec![0.0; nv]], time: 0.0 },
+            last: LastStep { by_contact: [vec![0.0; nv], vec![0.0; nv]], time: 0.0 },
             drive: Vec::new(),
             directions: Vec::new(),
             normal: vec![0.0; nv * points],
@@ -275,7 +275,8 @@ impl<'a> Stepper<'a> {
         self.velocities_after(rows);
         dense::backward(&self.mass, n, &mut self.drive);
         self.book(motion, force, time);
-        self.remember(stepped.contacts > 0, time);
+        let at_stop = |source: &RowSource| matches!(source, RowSource::Lower(_) | RowSource::Upper(_));
+        self.remember(stepped.contacts > 0 || self.sources.iter().any(at_stop), time);
         for (v, change) in self.speed.iter_mut().zip(&self.drive) {
             *v += change;
         }

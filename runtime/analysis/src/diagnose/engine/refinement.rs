@@ -19,6 +19,9 @@ const STEPS: usize = 20;
 /// So many steps choose anew which samples lie at corners; afterwards the choice stands, so that the estimate comes to rest.
 const SETTLING: usize = 4;
 
+/// An interval that is so many times as wide as what it is of is none.
+const RAN_AWAY: f64 = 1e6;
+
 /// One parameter of one effect.
 struct Unknown {
     effect: usize,
@@ -90,7 +93,10 @@ pub(super) fn refine(
     for (unknown, sigma) in unknowns.iter().zip(sigmas) {
         let effect = &effects[unknown.effect];
         let limit = inexactness(data.experiment, effect, &corners) * effect.value(&unknown.name);
-        half_width[unknown.effect].push((unknown.name.clone(), (T * sigma).hypot(limit)));
+        let half = (T * sigma).hypot(limit);
+        // So wide an interval tells nothing: its end is where the estimate ran away to.
+        let known = half < RAN_AWAY * effect.value(&unknown.name).abs().max(unknown.step);
+        half_width[unknown.effect].push((unknown.name.clone(), if known { half } else { f64::INFINITY }));
     }
     effects.truncate(wanted);
     half_width.truncate(wanted);
@@ -202,7 +208,11 @@ fn unknowns(effects: &[Effect]) -> Vec<Unknown> {
                 None => effect.bounds(name),
             };
             let step = 1e-4 * value.abs().max(1e-2);
-            let by_reciprocal = effect.kind.law == Law::SeriesElasticity;
+            let by_reciprocal = match effect.kind.law {
+                Law::SeriesElasticity => true,
+                Law::GroundCompliance => name == "stiffness",
+                _ => false,
+            };
             list.push(Unknown { effect: index, name: name.clone(), bounds, step, by_reciprocal });
         }
     }

@@ -6,6 +6,7 @@ use crate::measure::noise::white_noise;
 use crate::measure::trajectory::Unusable;
 use crate::robot::Foot;
 use crate::robot::feet::Sole;
+use crate::signal::Butterworth;
 use nalgebra::Vector3;
 
 /// Signals of a foot, all in the frame of its forces: force; force times each coordinate of the centre of pressure;
@@ -43,8 +44,7 @@ impl FootRecord {
         if self.signals.is_empty() {
             self.noise = std::array::from_fn(|k| white_noise(&raw[k]));
         }
-        let smooth = raw.iter().map(|c| passing.smooth(block, c, at)).collect::<Result<Vec<_>, _>>()?;
-        self.signals.extend((0..at.len()).map(|i| std::array::from_fn(|k| smooth[k][i])));
+        self.signals.extend(self.filtered(passing, passing.filter, block, foot, at)?);
         let reach = passing.reach;
         self.peaks[0].extend(peaks(&raw[2], at, reach));
         for k in 0..self.corners.len() {
@@ -53,6 +53,21 @@ impl FootRecord {
             self.peaks[1 + k].extend(peaks(&block.columns[column], at, reach));
         }
         Ok(())
+    }
+
+    /// The signals behind a filter, at samples of the block.
+    pub fn filtered(
+        &self,
+        passing: &Passing<'_, '_>,
+        filter: &Butterworth,
+        block: &Block<'_>,
+        foot: &Foot,
+        at: &[usize],
+    ) -> Result<Vec<[f64; SIGNALS]>, Unusable> {
+        let raw = self.raw(block, foot);
+        let smooth = raw.iter().map(|column| passing.through(filter, block, column, at));
+        let smooth = smooth.collect::<Result<Vec<_>, _>>()?;
+        Ok((0..at.len()).map(|i| std::array::from_fn(|k| smooth[k][i])).collect())
     }
 
     /// The signals as reported, not filtered.

@@ -1,9 +1,12 @@
 //! Forces on the feet at the samples of a log, filtered, and what they do to the robot's coordinates.
 use super::columns::{Columns, has_all_corners};
 use super::foot::FootRecord;
+use super::products::Products;
 use crate::log::{Block, Log, Reader};
+use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::filtered::{Filtered, noise_gains, unusable};
-use crate::measure::noise::white_noise;
+use crate::measure::noise::{of_encoders, white_noise};
+use crate::measure::stops::Stops;
 use crate::measure::trajectory::{Even, States, Unusable};
 use crate::measure::{HELD, Options};
 use crate::robot::Robot;
@@ -36,15 +39,23 @@ pub struct ContactRecording {
     pub kept: Vec<usize>,
     pub(super) trajectory: Trajectory,
     pub(super) feet: Vec<FootRecord>,
+    /// What filtering one by one has lost of inverse dynamics less `Jᵀ w`, `samples × nv`: see [`super::products`].
+    pub(super) products: Vec<f64>,
     /// Logged efforts by joint, through the filter; N m.
     pub(super) effort: Vec<Option<Vec<f64>>>,
     /// Their noise as logged.
     pub(super) effort_noise: Vec<f64>,
     /// Noise of each coordinate as logged (floating base: linear in world axes, then angles).
     pub(super) position_noise: Vec<f64>,
-    /// Parts of a white noise's variance that remain in a value and in a second derivative, after one and after two
-    /// passes of the filter.
-    pub(super) noise_gains: [[f64; 2]; 2],
+    /// Parts of a white noise's variance that remain in a value and in a second derivative, after one and after two passes of
+    /// the filter.
+    noise_gains: [[f64; 2]; 2],
+    /// The same of a first derivative after one pass.
+    velocity_gain: f64,
+    /// Noise of the joints' accelerations, after one and after two passes of the filter.
+    joint_noise: [Vec<f64>; 2],
+    /// When joints lay at their stops.
+    pub(super) stops: Stops,
     /// Whether rows pass the filter once more, which they do unless this is changed: measured and predicted alike,
     /// because accelerations are noisiest just below the cut-off.
     pub filter_rows: bool,
@@ -106,20 +117,30 @@ impl ContactRecording {
         recording.standing = columns.standing;
         recording.prepare_feet(robot, &columns);
         recording.effort = columns.plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect();
+        let mut accelerations = AccelerationNoise::new(&columns.plan);
+        recording.stops = Stops::new(robot.layout, &columns.plan);
         let mut raw_noise: Vec<f64> = Vec::new();
         let reach = (0.3 / cutoff_hz / step) as usize;
         let weight = robot.link_inertias.parameters().mass() * STANDARD_GRAVITY;
         let cut = options.cut_at_impacts;
-        let passing = Passing { robot, columns: &columns, filter: &filter, step, stride, reach, weight, cut };
+        let products =
+            Products::new(robot, cutoff_hz, step, stride).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
+        let columns = &columns;
+        let passing = Passing { robot, columns, filter: &filter, products, step, stride, reach, weight, cut };
         while let Some(block) = blocks.next_block()? {
             if block.time.len() < SHORTEST {
                 continue;
             }
-            let own = with_quaternion(&columns, &block);
+            let own = with_quaternion(columns, &block);
             let block = Block { columns: own.as_deref().unwrap_or(block.columns), ..block };
             if raw_noise.is_empty() {
                 raw_noise = block.columns.iter().map(|c| white_noise(c)).collect();
+                for position in columns.plan.joints.iter().filter_map(|joint| joint.position) {
+                    raw_noise[position] = of_encoders(&block.columns[position], 1);
+                }
             }
+            accelerations.hear(&columns.plan, &block);
+            recording.stops.look(&block, step);
             recording.add(&passing, block).map_err(|e| unusable(e, &path))?;
             if recording.time.len() > HELD {
                 recording.warnings.push(recording.cut_off(&path));
@@ -127,7 +148,7 @@ impl ContactRecording {
             }
         }
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
-        recording.finish(&passing, &raw_noise);
+        recording.finish(&passing, &raw_noise, &accelerations);
         // Half of them show all that the filter leaves.
         recording.keep(options, if thin { 2 } else { 1 });
         recording.keep_standing(robot).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
@@ -228,7 +249,7 @@ impl ContactRecording {
                 values.extend(passing.smooth(block, &block.columns[column], &at)?);
             }
         }
-        Ok(())
+        self.add_products(passing, (&even, block), &at)
     }
 
     /// Values at the samples that count.
@@ -245,11 +266,13 @@ impl ContactRecording {
     }
 
     /// Noise after the filter.
-    fn finish(&mut self, passing: &Passing<'_, '_>, raw: &[f64]) {
+    fn finish(&mut self, passing: &Passing<'_, '_>, raw: &[f64], joints: &AccelerationNoise) {
         self.noise_gains = [1, 2].map(|passes| {
             let [value, _, second] = noise_gains(passing.filter, passing.step, passes);
             [value, second]
         });
+        self.velocity_gain = noise_gains(passing.filter, passing.step, 1)[1];
+        self.joint_noise = [1, 2].map(|passes| joints.levels(passing.filter, passing.step, passes));
         let plan = &passing.columns.plan;
         let noise = |column: Option<usize>| column.and_then(|c| raw.get(c)).copied().unwrap_or(0.0);
         let mut all: Vec<f64> = vec![0.0; if self.standing.is_some() { 6 } else { 0 }];
@@ -257,8 +280,8 @@ impl ContactRecording {
             let each: Vec<f64> = base.0.iter().map(|c| noise(Some(*c))).collect();
             all.extend(&each[..3.min(each.len())]);
             if let Some(quaternion) = each.get(3..7) {
-                // ω̇ = 2 vec(q* q̈): the noise of a quaternion's elements is shared by three axes.
-                let mean = (quaternion.iter().map(|n| n * n).sum::<f64>() / 4.0).sqrt();
+                // ω̇ = 2 vec(q* q̈): its length is one, so that the noise of its four elements is that of three axes.
+                let mean = (quaternion.iter().map(|n| n * n).sum::<f64>() / 3.0).sqrt();
                 all.extend([2.0 * mean; 3]);
             }
         }
@@ -267,9 +290,18 @@ impl ContactRecording {
         self.effort_noise = plan.joints.iter().map(|joint| noise(joint.effort)).collect();
     }
 
-    /// Parts of a white noise's variance that remain in values and accelerations.
-    pub(super) fn noise_gain(&self) -> [f64; 2] {
-        self.noise_gains[usize::from(self.filter_rows)]
+    /// Part of a white noise's variance that remains in values of the rows.
+    pub(super) fn noise_gain(&self) -> f64 {
+        self.noise_gains[usize::from(self.filter_rows)][0]
+    }
+
+    /// One standard deviation of each coordinate's acceleration in the rows (floating base: linear in world axes, then angles);
+    /// m/s², rad/s².
+    pub(super) fn acceleration_noise(&self) -> Vec<f64> {
+        let rows = usize::from(self.filter_rows);
+        let (gain, joints) = (self.noise_gains[rows][1].sqrt(), &self.joint_noise[rows]);
+        let base = &self.position_noise[..self.position_noise.len() - joints.len()];
+        base.iter().map(|sigma| sigma * gain).chain(joints.iter().copied()).collect()
     }
 
     /// Part of a white noise's variance that remains in values that passed the filter once.
@@ -303,6 +335,19 @@ impl ContactRecording {
         Ok(out)
     }
 
+    /// Mean square of each joint's speed beyond its noise, rad²/s² or m²/s², at the samples that count.
+    pub fn motion(&self) -> Vec<f64> {
+        let joints = self.effort.len();
+        let noise = &self.position_noise[self.position_noise.len() - joints..];
+        let of_joint = |joint: usize, noise: f64| {
+            let speeds: Vec<f64> = self.trajectory.velocities(joint).collect();
+            let square =
+                self.kept.iter().map(|i| speeds[*i].powi(2)).sum::<f64>() / self.kept.len().max(1) as f64;
+            (square - noise.powi(2) * self.velocity_gain).max(0.0)
+        };
+        noise.iter().enumerate().map(|(joint, noise)| of_joint(joint, *noise)).collect()
+    }
+
     /// Whether the effort of any joint is logged.
     pub fn has_efforts(&self) -> bool {
         self.effort.iter().any(Option::is_some)
@@ -324,7 +369,8 @@ impl ContactRecording {
 pub(super) struct Passing<'a, 'r> {
     pub robot: &'a Robot<'r>,
     pub columns: &'a Columns,
-    filter: &'a Butterworth,
+    pub filter: &'a Butterworth,
+    pub products: Option<Products<'r>>,
     step: f64,
     stride: usize,
     /// Samples over which the filter smears a sensor that stays at its limit.
@@ -351,16 +397,27 @@ fn with_quaternion(columns: &Columns, block: &Block<'_>) -> Option<Vec<Vec<f64>>
 impl Passing<'_, '_> {
     /// A column filtered, at samples of the block.
     pub fn smooth(&self, block: &Block<'_>, column: &[f64], at: &[usize]) -> Result<Vec<f64>, Unusable> {
+        self.through(self.filter, block, column, at)
+    }
+
+    /// The same through any filter.
+    pub fn through(
+        &self,
+        filter: &Butterworth,
+        block: &Block<'_>,
+        column: &[f64],
+        at: &[usize],
+    ) -> Result<Vec<f64>, Unusable> {
         if column.iter().all(|x| *x == 0.0) {
             return Ok(vec![0.0; at.len()]);
         }
         if block.uniform {
-            let smooth = self.filter.zero_phase(column);
+            let smooth = filter.zero_phase(column);
             return Ok(at.iter().map(|i| smooth[*i]).collect());
         }
         let (first, last) = (block.time[0], block.time[block.time.len() - 1]);
         let grid = Grid::covering(block.start, self.step, first, last);
-        let even = self.filter.zero_phase(&resample(block.time, column, grid));
+        let even = filter.zero_phase(&resample(block.time, column, grid));
         let spline = Spline::new(&even, self.step).ok_or(Unusable::TooFew)?;
         Ok(at.iter().map(|i| spline.at(block.time[*i] - grid.start)[0]).collect())
     }

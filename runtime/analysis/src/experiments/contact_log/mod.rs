@@ -39,6 +39,7 @@ mod foot;
 mod forces;
 mod phases;
 mod predict;
+mod products;
 mod quantities;
 mod rows;
 mod simpler;

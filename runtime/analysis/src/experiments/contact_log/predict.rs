@@ -119,7 +119,9 @@ impl ContactExperiment<'_> {
             }
             (force, moment)
         };
-        let tau = mapped(&self.robot, &self.calls, &self.feet, &q, &self.recording.logged(), wrench);
+        let mut tau = mapped(&self.robot, &self.calls, &self.feet, &q, &self.recording.logged(), wrench);
+        let lost = &self.recording.products[i * self.calls.nv..];
+        tau.iter_mut().zip(lost).for_each(|(tau, lost)| *tau -= lost);
         self.base_wrench(&tau, &self.base_axes(&q))
     }
 

@@ -22,7 +22,7 @@ const SMALLEST: [f64; 2] = [1e-4, 1e-6];
 /// Part of the noise that counts in a misfit.
 const NOISE: f64 = 0.25;
 /// Half the error, as a difference of logarithms of squares.
-const CLEARLY: f64 = 2.0 * std::f64::consts::LN_2;
+pub(super) const CLEARLY: f64 = 2.0 * std::f64::consts::LN_2;
 
 /// What a row is, with its axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,19 +102,18 @@ impl<'a> ContactExperiment<'a> {
         }
         let options = Options { cut_at_impacts: false, ..options.clone() };
         let whole = Self::from_reader(robot, log.rows(), &options)?;
-        Ok(if whole.misfit() < cut.misfit() - CLEARLY { whole } else { cut })
+        Ok(if whole.fits_clearly_better_than(&cut) { whole } else { cut })
+    }
+
+    /// Whether the rows of the base have half the other's error.
+    pub(super) fn fits_clearly_better_than(&self, other: &Self) -> bool {
+        self.misfit() < other.misfit() - CLEARLY
     }
 
     /// Logarithm of the mean squares of the base's rows. Fits suffer from what is wrong in all samples alike; noise averages out, so that
     /// only a part of it counts.
     pub fn misfit(&self) -> f64 {
-        let of_row = |(row, residual): (&Row, &Vec<f64>)| {
-            let square = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;
-            let noise = row.noise.powi(2);
-            ((square - noise).max(0.0) + NOISE * noise).max(f64::MIN_POSITIVE).ln()
-        };
-        let rows = self.rows.iter().zip(&self.residual).take(self.kinds.len());
-        rows.map(of_row).sum::<f64>() / self.kinds.len().max(1) as f64
+        misfit(self.rows.iter().zip(&self.residual).take(self.kinds.len()))
     }
 
     /// The same from any source.
@@ -310,7 +309,7 @@ impl<'a> ContactExperiment<'a> {
 
     /// Visits what a unit of each foot signal does to the base, with the signal's noise.
     fn force_noise(&self, i: usize, change: &Change, add: &mut impl FnMut(&BaseWrench, f64)) {
-        let gain = self.recording.noise_gain()[0].sqrt();
+        let gain = self.recording.noise_gain().sqrt();
         let [q, ..] = self.kinematics(i, change);
         let axes = self.base_axes(&q);
         for (foot, record) in self.recording.feet.iter().enumerate().filter(|(_, r)| r.is_logged) {
@@ -339,8 +338,8 @@ impl<'a> ContactExperiment<'a> {
         let axes = self.base_axes(&state[0]);
         let needed = self.needed(&state, change);
         let floating = base_rows(self.robot.layout.base).len() == 6;
-        let gain = self.recording.noise_gain()[1].sqrt();
-        for (k, sigma) in self.recording.position_noise.iter().enumerate().filter(|(_, s)| **s > 0.0) {
+        let noise = self.recording.acceleration_noise();
+        for (k, sigma) in noise.iter().enumerate().filter(|(_, s)| **s > 0.0) {
             let mut faster = state.clone();
             if floating && k < 3 {
                 // Logged in world axes, wanted in those of the base.
@@ -351,9 +350,20 @@ impl<'a> ContactExperiment<'a> {
             }
             let more = self.needed(&faster, change);
             let rate = BaseWrench { force: more.force - needed.force, moment: more.moment - needed.moment };
-            add(&rate, *sigma * gain);
+            add(&rate, *sigma);
         }
     }
+}
+
+/// Logarithm of the mean squares of rows beyond their noise, mean of the rows.
+pub(super) fn misfit<'r>(rows: impl ExactSizeIterator<Item = (&'r Row, &'r Vec<f64>)>) -> f64 {
+    let count = rows.len().max(1) as f64;
+    let of_row = |(row, residual): (&Row, &Vec<f64>)| {
+        let square = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;
+        let noise = row.noise.powi(2);
+        ((square - noise).max(0.0) + NOISE * noise).max(f64::MIN_POSITIVE).ln()
+    };
+    rows.map(of_row).sum::<f64>() / count
 }
 
 /// Which rows the log allows.

@@ -3,7 +3,7 @@
 //! One row per corner of a foot whose forces are logged: its height (m, the log's world axes) less the mean of the same
 //! stance, since nobody logs where the ground is. Predicted: level. With `ground_compliance` a corner sinks by
 //! δ = f/k - d ḟ/k² (the slow part of f = k δ + d δ̇); the corner forces f are those of a plate on equal springs with
-//! the foot's force and centre of pressure. While a foot swings, and near touchdown and lift-off, the row is zero.
+//! the foot's force and centre of pressure. While a foot swings, and near touchdown, lift-off and tipping, the row is zero.
 use super::ContactExperiment;
 use super::effects::Change;
 use super::foot::SIGNALS;
@@ -13,8 +13,10 @@ use crate::robot::Foot;
 use nalgebra::{Matrix3, Vector3};
 use std::ops::Range;
 
-/// A foot stands from this part of the weight on.
+/// A foot stands from this part of the weight on ...
 const STANDS: f64 = 0.2;
+/// ... as long as its centre of pressure keeps this part of the sole's length and width away from the edges: about them it tips.
+const INSIDE: f64 = 0.04;
 /// Left out at either end of a stance, in periods of the cut-off.
 const MARGIN: f64 = 1.5;
 /// Shortest stance, in samples.
@@ -72,12 +74,15 @@ impl ContactExperiment<'_> {
             return Vec::new();
         }
         let weight = self.parameters.mass() * self.gravity.norm();
+        let plate = Plate::new(&self.robot.feet[foot]);
         let margin = (MARGIN / self.recording.cutoff_hz / self.recording.step).ceil() as usize;
         let mut out = Vec::new();
         for segment in &self.recording.segments {
             let mut first = None;
             for i in segment.start..=segment.end {
-                let stands = i < segment.end && record.signals[i][2] > STANDS * weight;
+                let signals = record.signals.get(i).filter(|_| i < segment.end);
+                let stands = signals
+                    .is_some_and(|signals| signals[2] > STANDS * weight && plate.is_flat_under(signals));
                 match (stands, first) {
                     (true, None) => first = Some(i),
                     (false, Some(start)) => {
@@ -210,11 +215,26 @@ impl Plate {
 
     /// Normal forces of the corners, N.
     fn forces(&self, signals: &[f64; SIGNALS]) -> Vec<f64> {
-        // Force, and its first moments: from the centre of pressure, or from the torque where that is logged.
-        let moments = Vector3::new(signals[2], signals[5] - signals[10], signals[8] + signals[9]);
-        let plane = self.inverse * moments;
+        let plane = self.inverse * moments(signals);
         self.corners.iter().map(|c| c.dot(&plane)).collect()
     }
+
+    /// Whether the force acts so far from the edges that the sole does not tip.
+    fn is_flat_under(&self, signals: &[f64; SIGNALS]) -> bool {
+        let moments = moments(signals);
+        (1..3).all(|axis| {
+            let ends = self.corners.iter().map(|corner| corner[axis]);
+            let (low, high) =
+                (ends.clone().fold(f64::INFINITY, f64::min), ends.fold(f64::NEG_INFINITY, f64::max));
+            let (center, margin) = (moments[axis] / moments.x, INSIDE * (high - low));
+            center > low + margin && center < high - margin
+        })
+    }
+}
+
+/// A foot's normal force and its first moments: from the centre of pressure, or from the torque where that is logged.
+fn moments(signals: &[f64; SIGNALS]) -> Vector3<f64> {
+    Vector3::new(signals[2], signals[5] - signals[10], signals[8] + signals[9])
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 use super::effects::Change;
 use super::foot::SIGNALS;
 use super::forces::mapped;
-use super::rows::NOISE_SAMPLES;
+use super::rows::{CLEARLY, NOISE_SAMPLES, misfit};
 use super::vertical_moment::Elimination;
 use super::{ContactExperiment, ContactRecording};
 use crate::experiments::{Experiment, Inertial, MotionExperiment, Row};
@@ -50,8 +50,30 @@ impl<'a> WalkingExperiment<'a> {
     /// # Errors
     /// As [`ContactExperiment::read`].
     pub fn read(robot: Robot<'a>, log: &Log, options: &Options) -> Result<Self, Diagnostics> {
-        Self::new(ContactExperiment::read(robot, log, options)?)
-            .map_err(|e| Diagnostics(vec![e.in_file(log.path())]))
+        let new = |base| Self::new(base).map_err(|e| Diagnostics(vec![e.in_file(log.path())]));
+        let read = |cut_at_impacts: bool| {
+            let options = Options { cut_at_impacts, ..options.clone() };
+            ContactExperiment::from_reader(robot, log.rows(), &options)
+        };
+        if !options.cut_at_impacts {
+            return new(read(false)?);
+        }
+        let cut = read(true)?;
+        if !cut.is_cut_at_impacts() {
+            return new(cut);
+        }
+        let whole = read(false)?;
+        if !whole.fits_clearly_better_than(&cut) {
+            return new(cut);
+        }
+        // Efforts are those of an instant where forces are means: what a slap does to the joints may be wrong where the base is right.
+        let (whole, cut) = (new(whole)?, new(cut)?);
+        Ok(if whole.joint_misfit() < cut.joint_misfit() + CLEARLY { whole } else { cut })
+    }
+
+    /// Logarithm of the mean squares of the joints' rows, see [`ContactExperiment::misfit`].
+    fn joint_misfit(&self) -> f64 {
+        misfit(self.rows[self.first()..].iter().zip(&self.residual))
     }
 
     /// From the rows of the base.
@@ -61,7 +83,7 @@ impl<'a> WalkingExperiment<'a> {
     pub fn new(base: ContactExperiment<'a>) -> Result<Self, bipedc_effects::diagnostic::Diagnostic> {
         let robot = base.robot;
         let nominal = base.change(&[]);
-        let mut motion = base.recording.motion();
+        let mut motion = base.recording.joint_motion();
         let (elimination, missing) = base.vertical_moments(&mut motion);
         let ground = base.ground_forces(&nominal);
         // The effects on masses are in the joints' rows as in those of the base.
@@ -101,6 +123,11 @@ impl<'a> WalkingExperiment<'a> {
         this.residual = this.rest(|row| Some(this.joints.residual(row)));
         this.sticks = this.shown.iter().map(|row| this.sticking(this.joints.sticks(*row))).collect();
         Ok(this)
+    }
+
+    /// Which joints lay at their stops, if any did: their rows leave those samples out.
+    pub fn at_stops(&self) -> Option<String> {
+        self.base.recording.stops.words(self.base.robot.layout)
     }
 
     /// The rows of the base.
@@ -195,7 +222,7 @@ impl<'a> WalkingExperiment<'a> {
 
 impl ContactRecording {
     /// All samples as a log of efforts, which passed the filter here.
-    fn motion(&self) -> Recording {
+    fn joint_motion(&self) -> Recording {
         Recording {
             time: self.time.clone(),
             segments: self.segments.clone(),
@@ -205,6 +232,7 @@ impl ContactRecording {
             step: self.step,
             cutoff_hz: self.cutoff_hz,
             noise: self.effort_noise.clone(),
+            stops: self.stops.clone(),
             ..Recording::default()
         }
     }
@@ -221,7 +249,8 @@ impl ContactExperiment<'_> {
             };
             mapped(&self.robot, &self.calls, &self.feet, &q, &logged, wrench)
         };
-        (0..self.samples()).flat_map(at).collect()
+        let ground = (0..self.samples()).flat_map(at);
+        ground.zip(&self.recording.products).map(|(ground, lost)| ground - lost).collect()
     }
 
     /// Samples at which noise and dependences are looked at.
@@ -232,7 +261,8 @@ impl ContactExperiment<'_> {
     /// Noise of the joints' rows: of efforts, of forces through the legs, of accelerations through the mass matrix.
     fn joint_noise(&self, change: &Change, elimination: &Elimination) -> Vec<f64> {
         let (first, r) = (self.robot.layout.base.nv(), &self.recording);
-        let [still, moving] = r.noise_gain();
+        let still = r.noise_gain();
+        let accelerations = r.acceleration_noise();
         let mut sums = vec![0.0; self.robot.layout.joints.len()];
         let mut add = |sample: usize, mut tau: Vec<f64>, sigma: f64| {
             elimination.rest_at(sample, &mut tau[first..]);
@@ -266,7 +296,7 @@ impl ContactExperiment<'_> {
             let mut needed = vec![0.0; self.calls.nv];
             self.calls.moving(self.inverse_dynamics, &q, &v, &a, &mut needed);
             let axes = self.base_axes(&q);
-            for (k, sigma) in r.position_noise.iter().enumerate().filter(|(_, sigma)| **sigma > 0.0) {
+            for (k, sigma) in accelerations.iter().enumerate().filter(|(_, sigma)| **sigma > 0.0) {
                 let mut faster = a.clone();
                 if first == 6 && k < 3 {
                     // Logged in world axes, wanted in those of the base.
@@ -277,7 +307,7 @@ impl ContactExperiment<'_> {
                 let mut more = vec![0.0; self.calls.nv];
                 self.calls.moving(self.inverse_dynamics, &q, &v, &faster, &mut more);
                 more.iter_mut().zip(&needed).for_each(|(more, needed)| *more -= needed);
-                add(i, more, sigma * moving.sqrt());
+                add(i, more, *sigma);
             }
         }
         sums.iter().map(|sum| (sum / count).sqrt()).collect()

@@ -39,6 +39,8 @@ pub struct MotionExperiment<'a> {
     residual: Vec<Vec<f64>>,
     /// Of each joint what its link resists with, see [`Rigid::resistance`]; formed when first asked for.
     pub(super) resistance: Vec<OnceLock<Vec<[f64; 2]>>>,
+    /// By joint, where it lies at a stop, which carries what is left there: nothing is. Empty where it never does.
+    pub(super) at_stop: Vec<Vec<bool>>,
     /// Where the joint of a row sticks, see [`super::sticking`].
     sticks: Vec<Vec<bool>>,
     /// By row, N m or N, see [`Experiment::motion_noise`].
@@ -78,8 +80,12 @@ impl<'a> MotionExperiment<'a> {
         if !fits {
             return Err(Diagnostic::error("the model and the description are of different robots"));
         }
+        // Stops carry what the drive does not.
+        let reach = SMEARED / recording.cutoff_hz;
+        let at_stop = (0..joints).map(|joint| recording.stops.flags(joint, &recording.time, reach)).collect();
         let mut this = Self {
             rigid,
+            at_stop,
             layout,
             link_inertias,
             present: present.to_vec(),
@@ -160,7 +166,18 @@ impl<'a> MotionExperiment<'a> {
             period: 1.0 / (self.recording.cutoff_hz * self.recording.step),
             alone: self.layout.joints.len() == 1,
         };
-        super::sticking::sticking(&what, &present)
+        let sticks = super::sticking::sticking(&what, &present);
+        // At a stop too the effort is a bound; where a joint strikes or leaves one, drives answer faster than the filter lets the motion be seen.
+        let reach = SMEARED / self.recording.cutoff_hz;
+        let is_filtered = !self.ground.is_empty();
+        let strikes =
+            if is_filtered { Vec::new() } else { self.recording.stops.strikes(&self.recording.time, reach) };
+        either(either(sticks, &self.at_stop[joint]), &strikes)
+    }
+
+    /// Which joints lay at their stops, if any did: what is left there is taken for what these carry.
+    pub fn at_stops(&self) -> Option<String> {
+        self.recording.stops.words(self.layout)
     }
 
     /// What it was made from.
@@ -441,6 +458,15 @@ fn tilt(base: BaseKind, q: &mut [f64], roll: f64, pitch: f64) {
             q[5] = aw * bz + ax * by - ay * bx + az * bw;
             q[6] = aw * bw - ax * bx - ay * by - az * bz;
         }
+    }
+}
+
+/// Where either of two lists of flags is set; an empty list is none.
+fn either(flags: Vec<bool>, others: &[bool]) -> Vec<bool> {
+    match (flags.is_empty(), others.is_empty()) {
+        (_, true) => flags,
+        (true, false) => others.to_vec(),
+        (false, false) => flags.iter().zip(others).map(|(flag, other)| *flag || *other).collect(),
     }
 }
 

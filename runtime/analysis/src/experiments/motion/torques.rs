@@ -30,7 +30,7 @@ impl MotionExperiment<'_> {
         residual
     }
 
-    /// Measured minus predicted torque of a joint; `rigid` is what the rigid model needs, `links` the states of all links.
+    /// Measured minus predicted torque of a joint, zero where a stop carries the rest; `rigid` is what the rigid model needs, `links` the states of all links.
     pub(super) fn effort_residual(
         &self,
         joint: usize,
@@ -65,7 +65,10 @@ impl MotionExperiment<'_> {
                 law => debug_assert!(!matches!(law.acts(), Acts::Reading | Acts::Time)),
             }
         }
-        measured.iter().zip(&torque).map(|(u, t)| u - t).collect()
+        let mut residual: Vec<f64> = measured.iter().zip(&torque).map(|(u, t)| u - t).collect();
+        let at_stop = residual.iter_mut().zip(&self.at_stop[joint]).filter(|(_, at_stop)| **at_stop);
+        at_stop.for_each(|(left, _)| *left = 0.0);
+        residual
     }
 
     /// What the transmission carries to a link: what the rigid model needs, and effects on the link's side.

@@ -52,7 +52,7 @@ impl Stepper<'_> {
         if !goes_on || self.ground.normal_restitution > 0.0 {
             return;
         }
-        let [last, before] = &self.last.by_ground;
+        let [last, before] = &self.last.by_contact;
         let ground = last.iter().zip(before);
         for ((around, v), (last, before)) in self.around.iter_mut().zip(&self.speed).zip(ground) {
             // Half of what there would be without it. It takes that back, no more, where it does so step by step: an impact does not go on.
@@ -64,13 +64,13 @@ impl Stepper<'_> {
         }
     }
 
-    /// What the ground changed of the velocity in this step: the difference of what there was and what it would have been without.
+    /// What ground and stops changed of the velocity in this step: the difference of what there was and what it would have been without.
     pub(super) fn remember(&mut self, touched: bool, time: f64) {
         self.last.time = time;
-        self.last.by_ground.swap(0, 1);
+        self.last.by_contact.swap(0, 1);
         let own = self.drive.iter().zip(&self.speed).zip(&self.middle);
-        for (by_ground, ((change, v), middle)) in self.last.by_ground[0].iter_mut().zip(own) {
-            *by_ground = if touched { change - 2.0 * (middle - v) } else { 0.0 };
+        for (by_contact, ((change, v), middle)) in self.last.by_contact[0].iter_mut().zip(own) {
+            *by_contact = if touched { change - 2.0 * (middle - v) } else { 0.0 };
         }
     }
 
