@@ -1,6 +1,7 @@
 //! Gaits found by direct collocation: the whole robot's dynamics at nodes of all phases, impacts, periodicity, margins, and virtual
 //! constraints whose coefficients are variables too, so that what is found is a gait file.
 mod constraints;
+mod cost;
 mod demands;
 mod guess;
 mod layout;
@@ -10,6 +11,7 @@ mod similarity;
 #[cfg(test)]
 mod tests;
 mod transcription;
+mod variables;
 mod write;
 
 pub use constraints::RowName;
