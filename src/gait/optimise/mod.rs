@@ -4,6 +4,7 @@ mod constraints;
 mod cost;
 mod demands;
 mod guess;
+mod landing;
 mod layout;
 mod margins;
 mod seed;
@@ -16,6 +17,7 @@ mod write;
 
 pub use constraints::RowName;
 pub use demands::{Demands, Wishes};
+pub use landing::lands_by_posture;
 pub use margins::MotionMargins;
 pub use write::gait_text;
 
@@ -51,6 +53,17 @@ pub struct Optimum {
     pub iterations: usize,
     /// Violated constraints with by how much, in SI units, the worst first: they are compared as those of a robot of 20 kg and 0.7 m.
     pub violations: Vec<(RowName, f64)>,
+    /// Of the posture that a search by [`from_landing`] began at.
+    pub landing: Option<LandingPush>,
+}
+
+/// What the landing of a toe can push with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LandingPush {
+    /// The phase that it ends, by index.
+    pub phase: usize,
+    /// Smallest vertical impulse on a foot that stands, N s, at the fastest landing and in the best posture found; less what slipping and tipping forbid.
+    pub push: f64,
 }
 
 /// Which of the stages of a search runs.
@@ -95,6 +108,21 @@ pub fn from_nothing(
     in_two_stages(of, demands, &begun(of, guess, layout), watch)
 }
 
+/// The same from a guess with a posture in which the landing of the toe pushes on all feet that stand, as far as one is found; none: the robot has no such landing.
+pub fn from_landing(
+    of: &Collocation,
+    demands: &Demands,
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Option<Optimum> {
+    let layout = Layout::new(of, &intervals(of, demands));
+    let naive = guess::naive(of, &layout, demands.speed);
+    let landing = landing::posture(of, &layout, demands, &naive)?;
+    let guess = guess::around(of, &layout, demands.speed, Some(&landing));
+    let push = LandingPush { phase: landing.phase, push: landing.reserve * demands.landing[1] };
+    let start = Optimum { landing: Some(push), ..begun(of, guess, layout) };
+    Some(in_two_stages(of, demands, &start, watch))
+}
+
 /// Finds a gait near one that has curves; `seed` is derived from the form of that one.
 ///
 /// # Errors
@@ -133,6 +161,7 @@ fn begun(of: &Collocation, guess: Guess, layout: Layout) -> Optimum {
         cost: 0.0,
         iterations: 0,
         violations: Vec::new(),
+        landing: None,
     }
 }
 
@@ -329,5 +358,6 @@ pub fn solve(
         height: from.height,
         multipliers: if stage == Stage::Gait { found.multipliers } else { Vec::new() },
         layout: program.layout.clone(),
+        landing: from.landing,
     }
 }

@@ -5,7 +5,7 @@ use super::similarity::{Measure, Similarity};
 use bipedc_compiler::compile::Collocation;
 
 /// How far the base leans, rad. Torques alone are as small in motions that bow low and kick high as in walks, and searches end in those.
-const LEAN: f64 = 0.4;
+pub(super) const LEAN: f64 = 0.4;
 
 /// Of each variable the bounds and what it is divided by, in its unit.
 pub(super) struct Variables {
