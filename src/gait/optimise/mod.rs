@@ -105,7 +105,7 @@ pub fn from_nothing(
 ) -> Optimum {
     let layout = Layout::new(of, &intervals(of, demands));
     let guess = guess::naive(of, &layout, demands.speed);
-    in_two_stages(of, demands, &begun(of, guess, layout), watch)
+    in_two_stages(of, [&demands.eased(), demands], &begun(of, guess, layout), watch)
 }
 
 /// The same from a guess with a posture in which the landing of the toe pushes on all feet that stand, as far as one is found; none: the robot has no such landing.
@@ -120,7 +120,9 @@ pub fn from_landing(
     let guess = guess::around(of, &layout, demands.speed, Some(&landing));
     let push = LandingPush { phase: landing.phase, push: landing.reserve * demands.landing[1] };
     let start = Optimum { landing: Some(push), ..begun(of, guess, layout) };
-    Some(in_two_stages(of, demands, &start, watch))
+    // The first motion keeps what the posture was found for: asked for less, it leaves it again.
+    let first = Demands { impulse: demands.impulse, ..demands.eased() };
+    Some(in_two_stages(of, [&first, demands], &start, watch))
 }
 
 /// Finds a gait near one that has curves; `seed` is derived from the form of that one.
@@ -135,7 +137,7 @@ pub fn from_gait(
 ) -> Result<Optimum, Diagnostic> {
     let layout = Layout::new(of, &intervals(of, demands));
     let guess = seed::along_curves((of, &layout), (gait, seed), demands.speed)?;
-    Ok(in_two_stages(of, demands, &begun(of, guess, layout), watch))
+    Ok(in_two_stages(of, [&demands.eased(), demands], &begun(of, guess, layout), watch))
 }
 
 /// Intervals of a phase at least. With six of them φ̇ at the end of a phase is off by one part in a hundred, and walks are that much faster than motions.
@@ -196,11 +198,11 @@ fn rows_of(
 /// First less than what is asked for and without, then with virtual constraints.
 fn in_two_stages(
     of: &Collocation,
-    demands: &Demands,
+    [first, demands]: [&Demands; 2],
     start: &Optimum,
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
-    let mut found = solve(of, &demands.eased(), start, Stage::Motion, watch);
+    let mut found = solve(of, first, start, Stage::Motion, watch);
     for p in 0..of.phases.len() {
         let last = found.layout.phases[p].nodes() - 1;
         let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, last));
