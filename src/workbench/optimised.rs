@@ -2,7 +2,8 @@
 use super::Workbench;
 use super::closed_loop::{ClosedLoop, Lack, PhaseCourses, Tried};
 use crate::gait::optimise::{
-    Demands, MotionMargins, Optimum, Stage, Wishes, from_gait, from_neighbour, from_nothing, gait_text, size,
+    Demands, MotionMargins, Optimum, Stage, Wishes, from_gait, from_landing, from_neighbour, from_nothing,
+    gait_text, lands_by_posture, size,
 };
 use crate::simulation::Trial;
 use crate::table::table;
@@ -56,6 +57,8 @@ pub struct OptimisedGait {
     pub margins: MotionMargins,
     /// What does not hold, the worst first.
     pub violations: Vec<Violated>,
+    /// What the landing of a toe can push with, where the search looked for it; none: it did not.
+    pub landing: Option<Landing>,
     /// Searches: after the first one each asked for a little more where the walk under the controller lacked something.
     pub rounds: usize,
     /// What the gait does under its own controller; none where the search failed.
@@ -65,6 +68,17 @@ pub struct OptimisedGait {
     /// The gait file's text; none where the search failed.
     #[serde(skip)]
     pub text: Option<String>,
+}
+
+/// What the landing of a toe can push with: while other feet stand, the posture alone says how its impulses are shared out.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Landing {
+    /// The phase that it ends.
+    pub phase: String,
+    /// Smallest vertical impulse on a foot that stands, N s, at the fastest landing and in the best posture that was found.
+    pub push: f64,
+    /// What the search asked for, N s.
+    pub asked: f64,
 }
 
 /// A constraint that does not hold.
@@ -154,8 +168,9 @@ impl Workbench {
         let mut best: Option<(Lack, OptimisedGait, Optimum)> = None;
         let (mut rounds, mut iterations) = (0, 0);
         let mut search_seconds = 0.0;
+        let mut guess = FirstGuess::Straight;
         while rounds < ROUNDS {
-            let optimum = self.search(asked, &demands, near.as_ref())?;
+            let optimum = self.search(asked, &demands, near.as_ref(), guess)?;
             if (self.stop)() {
                 return Ok(None);
             }
@@ -164,16 +179,18 @@ impl Workbench {
             }
             rounds += 1;
             iterations += optimum.iterations;
-            let mut gait = described(asked.of, &optimum, speed);
+            let mut gait = described(asked.of, &optimum, (speed, demands.impulse));
             if !gait.feasible {
                 let walks = best.as_ref().is_some_and(|(lack, ..)| lack.walks);
-                if best.is_none() {
-                    best = Some((Lack::everything(), gait, optimum));
-                }
-                if walks || !demands.finer() {
+                let another = guess == FirstGuess::Straight && near.is_none() && lands_by_posture(asked.of);
+                let landing = gait.landing.clone();
+                let (_, told, _) = best.get_or_insert((Lack::everything(), gait, optimum));
+                told.landing = landing.or(told.landing.take());
+                if walks || !another && !demands.finer() {
                     break;
                 }
                 near = None;
+                guess = if another { FirstGuess::Landing } else { guess };
                 continue;
             }
             let head = format!("Found at {speed} m/s by\n  {}", asked.options.command);
@@ -222,6 +239,7 @@ impl Workbench {
         asked: &Asked<'_>,
         demands: &Demands,
         near: Option<&Optimum>,
+        guess: FirstGuess,
     ) -> Result<Optimum, Diagnostic> {
         let stage = format!("optimising for {} m/s", demands.speed);
         self.progress.counted(&stage, |advance| {
@@ -232,10 +250,17 @@ impl Workbench {
                 advance(half + (if stage == Stage::Motion { 0.4 } else { 0.6 }) * part);
                 !(self.stop)()
             };
-            match (near, asked.seed) {
-                (Some(near), _) => Ok(from_neighbour(asked.of, demands, near, &mut watch)),
-                (None, Some((gait, seed))) => from_gait(asked.of, demands, (gait, seed), &mut watch),
-                (None, None) => Ok(from_nothing(asked.of, demands, &mut watch)),
+            if let Some(near) = near {
+                return Ok(from_neighbour(asked.of, demands, near, &mut watch));
+            }
+            if guess == FirstGuess::Landing
+                && let Some(found) = from_landing(asked.of, demands, &mut watch)
+            {
+                return Ok(found);
+            }
+            match asked.seed {
+                Some((gait, seed)) => from_gait(asked.of, demands, (gait, seed), &mut watch),
+                None => Ok(from_nothing(asked.of, demands, &mut watch)),
             }
         })
     }
@@ -251,6 +276,15 @@ struct Asked<'a> {
     options: &'a OptimiseOptions,
 }
 
+/// Where a search begins that has no neighbour.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum FirstGuess {
+    /// Feet on straight lines, or the gait to begin from.
+    Straight,
+    /// With a posture in which the landing of the toe pushes on all feet.
+    Landing,
+}
+
 /// Searches at one speed at most.
 const ROUNDS: usize = 6;
 
@@ -261,7 +295,7 @@ fn keep(best: &mut Option<(Lack, OptimisedGait, Optimum)>, found: (Lack, Optimis
     }
 }
 
-fn described(of: &Collocation, optimum: &Optimum, speed: f64) -> OptimisedGait {
+fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (f64, f64)) -> OptimisedGait {
     let violated = |(name, by): &(crate::gait::optimise::RowName, f64)| Violated {
         constraint: name.what.clone(),
         phase: of.phases[name.phase].name.clone(),
@@ -280,10 +314,30 @@ fn described(of: &Collocation, optimum: &Optimum, speed: f64) -> OptimisedGait {
         step_length: optimum.step_length(),
         margins: optimum.margins(of),
         violations: optimum.violations.iter().map(violated).collect(),
+        landing: optimum.landing.map(|landing| Landing {
+            phase: of.phases[landing.phase].name.clone(),
+            push: landing.push,
+            asked: impulse,
+        }),
         rounds: 1,
         closed_loop: None,
         lacking: Vec::new(),
         text: None,
+    }
+}
+
+impl fmt::Display for Landing {
+    /// Nothing where the landing is no question.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { phase, push, asked } = self;
+        if push >= asked {
+            return Ok(());
+        }
+        writeln!(
+            f,
+            "\nin the best posture found, the landing that ends {phase} pushes with no more than {push:.3e} N s on every foot that stands, {asked:.3e} N s are \
+             asked for: a smaller --impulse, another foot"
+        )
     }
 }
 
@@ -341,7 +395,10 @@ impl fmt::Display for OptimisedGait {
             let rows: Vec<Vec<String>> = self.violations.iter().take(TOLD).map(row).collect();
             let left = self.violations.len().saturating_sub(TOLD);
             write!(f, "\n{}", table(&["violated", "phase", "node", "by (SI)"], rows, 2))?;
-            return if left > 0 { writeln!(f, "and {left} more") } else { Ok(()) };
+            if left > 0 {
+                writeln!(f, "and {left} more")?;
+            }
+            return self.landing.iter().try_for_each(|landing| write!(f, "{landing}"));
         }
         write!(f, "\n{}", table(&["", "motion", "walked", "unit"], self.numbers(), 1))?;
         match &self.closed_loop {

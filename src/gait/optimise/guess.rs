@@ -1,4 +1,5 @@
 //! Where a search begins that knows nothing: feet on straight lines, the trunk upright above them, no torques.
+use super::landing::{LandingPosture, relabelled};
 use super::layout::Layout;
 use super::similarity::{Measure, Similarity};
 use bipedc_compiler::compile::{Collocation, NodeRow};
@@ -32,21 +33,37 @@ type Feet = Vec<[f64; 2]>;
 
 /// Without any knowledge but the robot's.
 pub(super) fn naive(of: &Collocation, layout: &Layout, speed: f64) -> Guess {
+    around(of, layout, speed, None)
+}
+
+/// The same with this posture where it belongs, and steps as long as its.
+pub(super) fn around(
+    of: &Collocation,
+    layout: &Layout,
+    speed: f64,
+    landing: Option<&LandingPosture>,
+) -> Guess {
     let postures = Postures { of, layout, ease: ease(of) };
     let count = of.phases.len();
     let parts = parts(count);
-    let step = STEP * postures.height();
+    let step = landing.map_or(STEP * postures.height(), |landing| landing.step);
     let similar = Similarity::new(of.mass, postures.height());
     let duration = step / speed;
     let mut x = vec![0.0; layout.variables];
     let mut rates = Vec::new();
     let (mut time, mut feet) = (0.0, postures.first_feet(step));
+    let mut landed: Option<Vec<f64>> = None;
     for (p, &part) in parts.iter().enumerate() {
         let phase = &layout.phases[p];
         x[phase.duration] = duration * part;
         let end = postures.moved(&feet, p, step);
-        let from = postures.posture(p, &feet, (time - 0.5) * step);
-        let to = postures.posture(p, &end, (time + part - 0.5) * step);
+        let usual = postures.posture(p, &feet, (time - 0.5) * step);
+        let from = landed.take().unwrap_or(usual);
+        let mut to = postures.posture(p, &end, (time + part - 0.5) * step);
+        if let Some(landing) = landing.filter(|landing| landing.phase == p) {
+            to = postures.placed(p, &landing.q, &end);
+            landed = Some(relabelled(of, p, &to));
+        }
         postures.line(&mut x, p, [&from, &to]);
         let ends = [0, 2 * phase.intervals].map(|node| postures.row(p, &x, node, NodeRow::Phase));
         let least = 0.02 * similar.position(Measure::of_unit(&of.phases[p].unit));
@@ -202,6 +219,17 @@ impl Postures<'_> {
             }
         }
         q
+    }
+
+    /// A posture moved along the ground until the middle of the feet is where it is to be.
+    fn placed(&self, p: usize, q: &[f64], feet: &Feet) -> Vec<f64> {
+        let places = self.rows(p, q, NodeRow::Place).0;
+        let points: Vec<usize> = (0..feet.len()).flat_map(|foot| self.foot_points(foot)).collect();
+        let now = points.iter().map(|&point| places[point]).sum::<f64>() / points.len().max(1) as f64;
+        let wanted = feet.iter().map(|foot| foot[0]).sum::<f64>() / feet.len().max(1) as f64;
+        let mut moved = q.to_vec();
+        moved[0] += wanted - now;
+        moved
     }
 
     /// A straight line between two postures.

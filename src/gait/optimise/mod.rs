@@ -1,8 +1,10 @@
 //! Gaits found by direct collocation: the whole robot's dynamics at nodes of all phases, impacts, periodicity, margins, and virtual
 //! constraints whose coefficients are variables too, so that what is found is a gait file.
 mod constraints;
+mod cost;
 mod demands;
 mod guess;
+mod landing;
 mod layout;
 mod margins;
 mod seed;
@@ -10,10 +12,12 @@ mod similarity;
 #[cfg(test)]
 mod tests;
 mod transcription;
+mod variables;
 mod write;
 
 pub use constraints::RowName;
 pub use demands::{Demands, Wishes};
+pub use landing::lands_by_posture;
 pub use margins::MotionMargins;
 pub use write::gait_text;
 
@@ -49,6 +53,17 @@ pub struct Optimum {
     pub iterations: usize,
     /// Violated constraints with by how much, in SI units, the worst first: they are compared as those of a robot of 20 kg and 0.7 m.
     pub violations: Vec<(RowName, f64)>,
+    /// Of the posture that a search by [`from_landing`] began at.
+    pub landing: Option<LandingPush>,
+}
+
+/// What the landing of a toe can push with.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LandingPush {
+    /// The phase that it ends, by index.
+    pub phase: usize,
+    /// Smallest vertical impulse on a foot that stands, N s, at the fastest landing and in the best posture found; less what slipping and tipping forbid.
+    pub push: f64,
 }
 
 /// Which of the stages of a search runs.
@@ -90,7 +105,24 @@ pub fn from_nothing(
 ) -> Optimum {
     let layout = Layout::new(of, &intervals(of, demands));
     let guess = guess::naive(of, &layout, demands.speed);
-    in_two_stages(of, demands, &begun(of, guess, layout), watch)
+    in_two_stages(of, [&demands.eased(), demands], &begun(of, guess, layout), watch)
+}
+
+/// The same from a guess with a posture in which the landing of the toe pushes on all feet that stand, as far as one is found; none: the robot has no such landing.
+pub fn from_landing(
+    of: &Collocation,
+    demands: &Demands,
+    watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
+) -> Option<Optimum> {
+    let layout = Layout::new(of, &intervals(of, demands));
+    let naive = guess::naive(of, &layout, demands.speed);
+    let landing = landing::posture(of, &layout, demands, &naive)?;
+    let guess = guess::around(of, &layout, demands.speed, Some(&landing));
+    let push = LandingPush { phase: landing.phase, push: landing.reserve * demands.landing[1] };
+    let start = Optimum { landing: Some(push), ..begun(of, guess, layout) };
+    // The first motion keeps what the posture was found for: asked for less, it leaves it again.
+    let first = Demands { impulse: demands.impulse, ..demands.eased() };
+    Some(in_two_stages(of, [&first, demands], &start, watch))
 }
 
 /// Finds a gait near one that has curves; `seed` is derived from the form of that one.
@@ -105,7 +137,7 @@ pub fn from_gait(
 ) -> Result<Optimum, Diagnostic> {
     let layout = Layout::new(of, &intervals(of, demands));
     let guess = seed::along_curves((of, &layout), (gait, seed), demands.speed)?;
-    Ok(in_two_stages(of, demands, &begun(of, guess, layout), watch))
+    Ok(in_two_stages(of, [&demands.eased(), demands], &begun(of, guess, layout), watch))
 }
 
 /// Intervals of a phase at least. With six of them φ̇ at the end of a phase is off by one part in a hundred, and walks are that much faster than motions.
@@ -131,6 +163,7 @@ fn begun(of: &Collocation, guess: Guess, layout: Layout) -> Optimum {
         cost: 0.0,
         iterations: 0,
         violations: Vec::new(),
+        landing: None,
     }
 }
 
@@ -165,11 +198,11 @@ fn rows_of(
 /// First less than what is asked for and without, then with virtual constraints.
 fn in_two_stages(
     of: &Collocation,
-    demands: &Demands,
+    [first, demands]: [&Demands; 2],
     start: &Optimum,
     watch: &mut dyn FnMut(Stage, &Iteration) -> bool,
 ) -> Optimum {
-    let mut found = solve(of, &demands.eased(), start, Stage::Motion, watch);
+    let mut found = solve(of, first, start, Stage::Motion, watch);
     for p in 0..of.phases.len() {
         let last = found.layout.phases[p].nodes() - 1;
         let (first, last) = (found.phase_at(of, p, 0), found.phase_at(of, p, last));
@@ -327,5 +360,6 @@ pub fn solve(
         height: from.height,
         multipliers: if stage == Stage::Gait { found.multipliers } else { Vec::new() },
         layout: program.layout.clone(),
+        landing: from.landing,
     }
 }

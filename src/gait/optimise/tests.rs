@@ -7,7 +7,7 @@ use bipedc_compiler::description::gait::{gait_path, read_any_gait};
 use bipedc_compiler::description::model::RobotDescription;
 use std::path::Path;
 
-fn form(robot: &str, gait: &str) -> Collocation {
+pub(super) fn form(robot: &str, gait: &str) -> Collocation {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(robot);
     let robot = Robot::read(&folder).unwrap();
     let file = gait_path(&robot.sources, gait).unwrap();
