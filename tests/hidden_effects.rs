@@ -234,7 +234,8 @@ fn sticking_joints_have_no_delay() {
         }
         let joint = truth.effects[0].location.joint.as_deref().unwrap();
         let told = answer["assumptions"].as_array().unwrap().iter().filter_map(|line| line.as_str());
-        let line = told.filter(|line| line.contains("stick in or next to")).collect::<Vec<_>>();
+        let line =
+            told.filter(|line| line.contains("in or next to a part of their samples")).collect::<Vec<_>>();
         assert!(line.len() == 1 && line[0].contains(&format!("{joint} ")), "{line:?}");
     }
 }

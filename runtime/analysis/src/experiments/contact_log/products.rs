@@ -140,6 +140,11 @@ fn state(states: &States, i: usize) -> [&[f64]; 3] {
 }
 
 impl ContactRecording {
+    /// Inertia, lever arms and forces as they passed the filter one by one, as most published figures are made.
+    pub fn leave_out_products(&mut self) {
+        self.products.fill(0.0);
+    }
+
     /// Adds what was lost at the last samples of the recording, which are these samples of the block.
     pub(super) fn add_products(
         &mut self,
