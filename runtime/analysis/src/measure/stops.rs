@@ -100,14 +100,14 @@ impl Stops {
 impl OfJoint {
     fn add(&mut self, time: f64, angle: f64, step: f64) {
         let way = [angle - self.limits[0], self.limits[1] - angle];
-        for side in 0..2 {
-            self.beyond[side] |= way[side] < -self.near;
-            if way[side] > self.near {
+        for ((way, beyond), at) in way.into_iter().zip(&mut self.beyond).zip(&mut self.at) {
+            *beyond |= way < -self.near;
+            if way > self.near {
                 continue;
             }
-            match self.at[side].last_mut() {
+            match at.last_mut() {
                 Some([_, last]) if time - *last < 1.5 * step => *last = time + step,
-                _ => self.at[side].push([time, time + step]),
+                _ => at.push([time, time + step]),
             }
         }
     }
