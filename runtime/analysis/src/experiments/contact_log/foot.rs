@@ -1,6 +1,6 @@
 //! What the sensors of one foot reported, as signals that can be filtered.
 use super::columns::FootColumns;
-use super::forces::Passing;
+use super::passing::Passing;
 use crate::log::Block;
 use crate::measure::noise::white_noise;
 use crate::measure::trajectory::Unusable;

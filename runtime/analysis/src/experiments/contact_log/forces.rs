@@ -1,6 +1,7 @@
 //! Forces on the feet at the samples of a log, filtered, and what they do to the robot's coordinates.
 use super::columns::{Columns, has_all_corners};
 use super::foot::FootRecord;
+use super::passing::{Passing, with_quaternion};
 use super::products::Products;
 use crate::log::{Block, Log, Reader};
 use crate::measure::acceleration_noise::AccelerationNoise;
@@ -13,9 +14,9 @@ use crate::robot::Robot;
 use crate::robot::Trajectory;
 use crate::robot::calls::ModelCalls;
 use crate::robot::feet::{FootCalls, Sole};
-use crate::signal::{Butterworth, Grid, Spline, resample};
+use crate::signal::Butterworth;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use nalgebra::{Rotation3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 use std::ops::Range;
 use std::path::Path;
 
@@ -151,6 +152,7 @@ impl ContactRecording {
         recording.finish(&passing, &raw_noise, &accelerations);
         // Half of them show all that the filter leaves.
         recording.keep(options, if thin { 2 } else { 1 });
+        recording.keep_upright(robot);
         recording.keep_standing(robot).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
         if recording.kept.len() < 8 {
             let message = format!("only {} samples of the log can be used", recording.kept.len());
@@ -362,64 +364,6 @@ impl ContactRecording {
         let after = self.time.partition_point(|t| *t < time).min(self.time.len() - 1);
         let before = after.saturating_sub(1);
         if (self.time[before] - time).abs() < (self.time[after] - time).abs() { before } else { after }
-    }
-}
-
-/// What stays the same from block to block.
-pub(super) struct Passing<'a, 'r> {
-    pub robot: &'a Robot<'r>,
-    pub columns: &'a Columns,
-    pub filter: &'a Butterworth,
-    pub products: Option<Products<'r>>,
-    step: f64,
-    stride: usize,
-    /// Samples over which the filter smears a sensor that stays at its limit.
-    pub reach: usize,
-    /// Of the robot, N.
-    pub weight: f64,
-    /// At impacts.
-    pub cut: bool,
-}
-
-/// Roll, pitch, yaw as a quaternion, after the file's columns.
-fn with_quaternion(columns: &Columns, block: &Block<'_>) -> Option<Vec<Vec<f64>>> {
-    let [roll, pitch, yaw] = columns.angles?.map(|c| &block.columns[c]);
-    let mut all = block.columns.to_vec();
-    let mut quaternion: Vec<Vec<f64>> = vec![Vec::new(); 4];
-    for ((roll, pitch), yaw) in roll.iter().zip(pitch).zip(yaw) {
-        let turn = UnitQuaternion::from_rotation_matrix(&Rotation3::from_euler_angles(*roll, *pitch, *yaw));
-        quaternion.iter_mut().zip(turn.coords.iter()).for_each(|(column, value)| column.push(*value));
-    }
-    all.append(&mut quaternion);
-    Some(all)
-}
-
-impl Passing<'_, '_> {
-    /// A column filtered, at samples of the block.
-    pub fn smooth(&self, block: &Block<'_>, column: &[f64], at: &[usize]) -> Result<Vec<f64>, Unusable> {
-        self.through(self.filter, block, column, at)
-    }
-
-    /// The same through any filter.
-    pub fn through(
-        &self,
-        filter: &Butterworth,
-        block: &Block<'_>,
-        column: &[f64],
-        at: &[usize],
-    ) -> Result<Vec<f64>, Unusable> {
-        if column.iter().all(|x| *x == 0.0) {
-            return Ok(vec![0.0; at.len()]);
-        }
-        if block.uniform {
-            let smooth = filter.zero_phase(column);
-            return Ok(at.iter().map(|i| smooth[*i]).collect());
-        }
-        let (first, last) = (block.time[0], block.time[block.time.len() - 1]);
-        let grid = Grid::covering(block.start, self.step, first, last);
-        let even = filter.zero_phase(&resample(block.time, column, grid));
-        let spline = Spline::new(&even, self.step).ok_or(Unusable::TooFew)?;
-        Ok(at.iter().map(|i| spline.at(block.time[*i] - grid.start)[0]).collect())
     }
 }
 

@@ -35,8 +35,10 @@
 //! the filter (for positions twice differentiated) and through the model's mass matrix.
 mod columns;
 mod effects;
+mod falls;
 mod foot;
 mod forces;
+mod passing;
 mod phases;
 mod predict;
 mod products;

@@ -7,7 +7,8 @@
 //! Inertia and ground are taken together: at an impact each of them is large, and only their sum is not.
 use super::ContactRecording;
 use super::foot::SIGNALS;
-use super::forces::{Passing, mapped};
+use super::forces::mapped;
+use super::passing::Passing;
 use crate::log::Block;
 use crate::measure::trajectory::{Even, States, Unusable};
 use crate::robot::Robot;

@@ -1,6 +1,7 @@
 //! The stretches of a log between impacts, and which of their samples count.
 use super::ContactRecording;
-use super::forces::{Passing, SHORTEST};
+use super::forces::SHORTEST;
+use super::passing::Passing;
 use super::strikes::{between, impacts};
 use crate::log::Block;
 use crate::measure::Options;

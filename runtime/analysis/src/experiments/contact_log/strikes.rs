@@ -3,7 +3,7 @@
 //! A filter that runs across a jump mixes the motions before and after it: accelerations of tens of rad/s² that nobody
 //! had, and torques of joints off by as much as they need. Soft landings, whose forces grow over several samples, are no jumps.
 use super::foot::FootRecord;
-use super::forces::Passing;
+use super::passing::Passing;
 use crate::log::Block;
 use std::ops::Range;
 
