@@ -88,9 +88,6 @@ pub struct Sizes {
     counts: Vec<u64>,
 }
 
-/// The filter smears the torque that a stop takes over this part of a period of its cut-off, on either side.
-const AT_STOPS: f64 = 0.5;
-
 /// Steps of the histogram: 16 per power of two, from 2⁻⁶⁰.
 const STEPS: (f64, f64, usize) = (16.0, 60.0, 1920);
 
@@ -293,8 +290,8 @@ impl<'a> Piece<'a> {
                 known.iter_mut().zip(&direction.known[range.clone()]).for_each(|(known, own)| *known &= own);
             }
             if let Some(joint) = channel.joint {
-                let reach = AT_STOPS / recording.cutoff_hz;
-                let at_stop = recording.stops.flags(joint, &recording.time[range.clone()], reach);
+                let times = &recording.time[range.clone()];
+                let at_stop = recording.stops.flags(joint, times, recording.cutoff_hz);
                 known.iter_mut().zip(at_stop).for_each(|(known, at_stop)| *known &= !at_stop);
             }
             let known = decimation.map_or_else(|| known.clone(), |d| d.known(&known));

@@ -7,6 +7,8 @@ use crate::robot::JointLayout;
 const NEAR: f64 = 2e-3;
 /// A joint that lies there for more of the log than this was put there: its stop may carry nothing.
 const MOST: f64 = 0.9;
+/// Filters smear the torque that a stop takes over this part of a period of their cut-off, on either side.
+const SMEARED: f64 = 0.5;
 
 /// Times at which joints lay at their stops.
 #[derive(Debug, Clone, Default)]
@@ -58,8 +60,10 @@ impl Stops {
         sides.flat_map(|side| of.at[side].iter().copied()).collect()
     }
 
-    /// Whether a joint lies at a stop within `reach` s of these times; empty: never.
-    pub(crate) fn flags(&self, joint: usize, times: &[f64], reach: f64) -> Vec<bool> {
+    /// Whether a joint lies at a stop at these times (s), or so near them that a filter of this cut-off (Hz) smears it there; empty:
+    /// never.
+    pub(crate) fn flags(&self, joint: usize, times: &[f64], cutoff_hz: f64) -> Vec<bool> {
+        let reach = SMEARED / cutoff_hz;
         let mut flags = vec![false; times.len()];
         for [first, last] in self.times(joint) {
             let from = times.partition_point(|time| *time < first - reach);
@@ -69,8 +73,9 @@ impl Stops {
         if flags.contains(&true) { flags } else { Vec::new() }
     }
 
-    /// Whether any joint strikes or leaves a stop within `reach` s of these times; empty: none does, or so often that nothing would be left.
-    pub(crate) fn strikes(&self, times: &[f64], reach: f64) -> Vec<bool> {
+    /// The same of any joint that strikes or leaves a stop; empty: none does, or so often that nothing would be left.
+    pub(crate) fn strikes(&self, times: &[f64], cutoff_hz: f64) -> Vec<bool> {
+        let reach = SMEARED / cutoff_hz;
         let mut flags = vec![false; times.len()];
         for event in (0..self.joints.len()).flat_map(|joint| self.times(joint)).flatten() {
             let from = times.partition_point(|time| *time < event - reach);
@@ -134,16 +139,16 @@ mod tests {
     fn a_joint_that_is_held_by_its_stop_is_seen_there() {
         let swing = |time: f64| (std::f64::consts::TAU * time).sin();
         let times: Vec<f64> = (0..400).map(|i| 0.01 * f64::from(i)).collect();
-        let flags = looked([-2.0, 0.5], |time| swing(time).min(0.5)).flags(0, &times, 0.02);
+        let flags = looked([-2.0, 0.5], |time| swing(time).min(0.5)).flags(0, &times, 25.0);
         for (time, at_stop) in times.iter().zip(flags) {
             let near = [-0.021, 0.021].map(|reach| swing(time + reach) > 0.5).contains(&true);
             let far = [-0.019, 0.0, 0.019].map(|reach| swing(time + reach) > 0.49).contains(&true);
             assert!(if at_stop { far } else { !near || swing(*time) < 0.5 && !far }, "{time} {at_stop}");
         }
         // It passes the limit, or never comes there: it is no stop.
-        assert!(looked([-2.0, 0.5], swing).flags(0, &times, 0.02).is_empty());
-        assert!(looked([-2.0, 1.1], swing).flags(0, &times, 0.02).is_empty());
+        assert!(looked([-2.0, 0.5], swing).flags(0, &times, 25.0).is_empty());
+        assert!(looked([-2.0, 1.1], swing).flags(0, &times, 25.0).is_empty());
         // It was put there.
-        assert!(looked([-2.0, 0.5], |_| 0.5).flags(0, &times, 0.02).is_empty());
+        assert!(looked([-2.0, 0.5], |_| 0.5).flags(0, &times, 25.0).is_empty());
     }
 }

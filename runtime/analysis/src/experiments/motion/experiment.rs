@@ -81,8 +81,11 @@ impl<'a> MotionExperiment<'a> {
             return Err(Diagnostic::error("the model and the description are of different robots"));
         }
         // Stops carry what the drive does not.
-        let reach = SMEARED / recording.cutoff_hz;
-        let at_stop = (0..joints).map(|joint| recording.stops.flags(joint, &recording.time, reach)).collect();
+        let Recording { stops, time, cutoff_hz, .. } = &recording;
+        let at_stop = (0..joints).map(|joint| stops.flags(joint, time, *cutoff_hz)).collect();
+        // Where a joint strikes or leaves a stop, drives answer faster than the filter lets the motion be seen; on the ground efforts
+        // passed it too.
+        let strikes = if ground.is_empty() { stops.strikes(time, *cutoff_hz) } else { Vec::new() };
         let mut this = Self {
             rigid,
             at_stop,
@@ -114,7 +117,7 @@ impl<'a> MotionExperiment<'a> {
         for (row, residual) in this.residuals(&this.present, &all, None) {
             this.residual[row] = residual;
         }
-        this.sticks = (0..this.rows.len()).map(|row| this.sticking(row)).collect();
+        this.sticks = (0..this.rows.len()).map(|row| this.sticking(row, &strikes)).collect();
         this.motion_noise = this.noise_of_motion();
         Ok(this)
     }
@@ -148,8 +151,8 @@ impl<'a> MotionExperiment<'a> {
         self.rows.iter().zip(&self.joint_of).map(of_row).collect()
     }
 
-    /// Where the joint of an effort sticks.
-    fn sticking(&self, row: usize) -> Vec<bool> {
+    /// Where the joint of an effort sticks or lies at a stop, or one strikes its stop: the effort is a bound there.
+    fn sticking(&self, row: usize, strikes: &[bool]) -> Vec<bool> {
         let joint = self.joint_of[row];
         if self.rows[row].channel != Channel::Effort {
             return Vec::new();
@@ -167,12 +170,7 @@ impl<'a> MotionExperiment<'a> {
             alone: self.layout.joints.len() == 1,
         };
         let sticks = super::sticking::sticking(&what, &present);
-        // At a stop too the effort is a bound; where a joint strikes or leaves one, drives answer faster than the filter lets the motion be seen.
-        let reach = SMEARED / self.recording.cutoff_hz;
-        let is_filtered = !self.ground.is_empty();
-        let strikes =
-            if is_filtered { Vec::new() } else { self.recording.stops.strikes(&self.recording.time, reach) };
-        either(either(sticks, &self.at_stop[joint]), &strikes)
+        either(either(sticks, &self.at_stop[joint]), strikes)
     }
 
     /// Which joints lay at their stops, if any did: what is left there is taken for what these carry.
