@@ -33,6 +33,16 @@ impl Jumps {
         Self(Some(of_rows(wide_corners)).filter(leaves_enough).unwrap_or_else(|| of_rows(corners)))
     }
 
+    /// Whether anything jumps, ever.
+    pub fn are_some(&self) -> bool {
+        self.0.contains(&true)
+    }
+
+    /// Whether something jumps at a sample, or near it.
+    pub fn hold(&self, sample: usize) -> bool {
+        self.0.get(sample).is_some_and(|jumps| *jumps)
+    }
+
     /// Root mean square of what is left of a row at the samples that count, where nothing jumps and its joint does not stick; `None` if
     /// nothing jumps, or too few samples are left.
     pub fn away(
@@ -42,13 +52,13 @@ impl Jumps {
         residual: &[f64],
         counts: &dyn Fn(usize, usize) -> bool,
     ) -> Option<f64> {
-        if !self.0.contains(&true) {
+        if !self.are_some() {
             return None;
         }
         let sticks = experiment.sticks(row);
         let told = |i: &usize| counts(*i, residual.len()) && !sticks.get(*i).is_some_and(|sticks| *sticks);
         let all: Vec<usize> = (0..residual.len()).filter(told).collect();
-        let away = |i: &&usize| !self.0.get(**i).is_some_and(|jumps| *jumps);
+        let away = |i: &&usize| !self.hold(**i);
         let kept: Vec<f64> = all.iter().filter(away).map(|i| residual[*i]).collect();
         let squares: f64 = kept.iter().map(|x| x * x).sum();
         (kept.len() as f64 >= AWAY * all.len() as f64).then(|| (squares / kept.len().max(1) as f64).sqrt())

@@ -3,11 +3,13 @@ mod alternatives;
 mod amended;
 #[cfg(test)]
 mod at_corners;
+mod behind_motors;
 mod block_equations;
 mod candidates;
 mod conclusion;
 mod corrections;
 mod errors;
+mod estimates;
 mod exchange;
 mod fit;
 mod noise_floor;

@@ -1,10 +1,11 @@
 //! The diagnosis of a log: search, final estimate, what is left, in numbers and words.
-use super::block_equations::Spread;
+use super::behind_motors::stand_in_line;
 use super::conclusion::Conclusion;
 use super::corrections::settle;
 use super::errors::errors;
 use super::parsimony::{put_simpler, simplify};
-use super::refinement::{Data, Refined, refine};
+use super::estimates::{data, estimates, spread};
+use super::refinement::{Refined, refine};
 use super::regression::{Regression, is_held_out};
 use super::rival::is_likelier;
 use super::search::{Outcome, search};
@@ -80,6 +81,7 @@ pub fn diagnose(
     progress(0.85);
     let own_blocks = regression.own_blocks;
     let teaches = move |sample: usize, n: usize| !own_blocks || !is_held_out(sample, n);
+    stand_in_line(&regression, &mut outcome, &teaches);
     let rival = outcome.rival.take();
     let how = (validation, options.most, &entered as &dyn Fn(usize));
     let mut diagnosis = concluded(&mut regression, &mut outcome, &teaches, how);
@@ -224,16 +226,6 @@ pub fn estimate(
     diagnosis
 }
 
-/// What the estimates of a regression are made from.
-fn data<'r>(regression: &'r Regression<'_>, teaches: &'r (dyn Fn(usize, usize) -> bool + Sync)) -> Data<'r> {
-    Data { experiment: regression.train, weights: &regression.weights, teaches }
-}
-
-/// How far inertial parameters may move, if they may.
-fn spread<'r>(regression: &'r Regression<'_>, corrected: bool) -> Option<&'r Spread> {
-    corrected.then_some(&regression.spread)
-}
-
 fn places_of(effects: &[Effect]) -> Vec<(&'static Kind, Location)> {
     effects.iter().map(|effect| (effect.kind, effect.location.clone())).collect()
 }
@@ -267,14 +259,4 @@ fn start(regression: &Regression<'_>, effect: &Effect) -> Effect {
         start.parameters.entry(parameter.name.to_owned()).or_insert(value);
     }
     start
-}
-
-/// The effects of a search, with the values of its fit.
-fn estimates(regression: &Regression<'_>, outcome: &Outcome) -> Vec<Effect> {
-    (0..outcome.active.len())
-        .map(|k| {
-            let coefficients = regression.coefficients(&outcome.active, &outcome.scored, k);
-            regression.candidates[outcome.active[k]].form.effect(coefficients)
-        })
-        .collect()
 }

@@ -4,6 +4,7 @@ use super::refinement::Refined;
 use super::regression::{MOST, Regression};
 use super::search::{LEAST, least};
 use crate::experiments::form::within_reach;
+use crate::experiments::jumps::Jumps;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::{Effect, Law, Location, Role, Size, kinds};
 
@@ -19,7 +20,7 @@ pub(super) struct Insignificant {
 /// nothing.
 pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> Option<Insignificant> {
     let change = regression.spread.change(&refined.corrections);
-    let errors = |effects: &[Effect], corrected: bool| -> Vec<f64> {
+    let errors = |effects: &[Effect], corrected: bool, jumps: Option<&Jumps>| -> Vec<f64> {
         let mut amended = Amended::new(regression.judge, effects);
         if corrected && !change.is_empty() {
             amended.correct(&change);
@@ -30,7 +31,8 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
             _ => x * x,
         };
         let rows = 0..regression.judge.rows().len();
-        let told = |row: usize| without_sticking(regression.judge, row, amended.residual(row));
+        let away = |i: usize| !jumps.is_some_and(|jumps| jumps.hold(i));
+        let told = |row: usize| without_sticking(regression.judge, row, amended.residual(row), away);
         rows.map(|row| told(row).map(|x| size(row, x)).sum()).collect()
     };
     let judged = regression.standing.len()..refined.effects.len();
@@ -39,8 +41,9 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
         fewer.remove(k);
         let play = fewer.iter().filter(|effect| effect.kind.law == Law::Backlash);
         let play: Vec<&Location> = play.map(|effect| &effect.location).collect();
-        let fall = |corrected: bool| {
-            let (with, without) = (errors(&refined.effects, corrected), errors(&fewer, corrected));
+        let fall = |corrected: bool, jumps: Option<&Jumps>| {
+            let (with, without) =
+                (errors(&refined.effects, corrected, jumps), errors(&fewer, corrected, jumps));
             let relative = without.iter().zip(&with).enumerate().map(|(row, (a, b))| {
                 (a - b) / a.max(f64::MIN_POSITIVE) * LEAST
                     / least(regression, row, refined.effects[k].kind, &play)
@@ -48,7 +51,11 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
             relative.fold(f64::NEG_INFINITY, f64::max)
         };
         // Also without corrections an effect must explain something, unless nothing can be said without them.
-        (k, fall(regression.free))
+        let everywhere = fall(regression.free, None);
+        // Where the others jump the filter knows little of the motion: what an effect explains there alone it does not explain.
+        let jumps = Jumps::of(regression.judge, &fewer);
+        let away = if jumps.are_some() { fall(regression.free, Some(&jumps)) } else { everywhere };
+        (k, everywhere.min(away))
     });
     let reachable = |k: usize| {
         let effect = &refined.effects[k];
@@ -70,14 +77,15 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
     doubtful.map(|k| of(k, true)).or_else(|| least().map(|(k, _)| of(k, false)))
 }
 
-/// Values of a row but those where its joint sticks.
+/// Values of a row at samples that count, but those where its joint sticks.
 pub(super) fn without_sticking<'v>(
     experiment: &'v dyn Experiment,
     row: usize,
     values: &'v [f64],
-) -> impl Iterator<Item = f64> + use<'v> {
+    counts: impl Fn(usize) -> bool,
+) -> impl Iterator<Item = f64> {
     let sticks = experiment.sticks(row);
-    let told = move |i: usize| !sticks.get(i).is_some_and(|sticks| *sticks);
+    let told = move |i: usize| counts(i) && !sticks.get(i).is_some_and(|sticks| *sticks);
     values.iter().enumerate().filter(move |(i, _)| told(*i)).map(|(_, x)| *x)
 }
 

@@ -1,0 +1,26 @@
+//! From what a search found to exact estimates: where these start, and from what they are made.
+use super::block_equations::Spread;
+use super::refinement::Data;
+use super::regression::Regression;
+use super::search::Outcome;
+use bipedc_effects::effect::Effect;
+
+/// What the estimates of a regression are made from.
+pub(super) fn data<'r>(regression: &'r Regression<'_>, teaches: &'r (dyn Fn(usize, usize) -> bool + Sync)) -> Data<'r> {
+    Data { experiment: regression.train, weights: &regression.weights, teaches }
+}
+
+/// How far inertial parameters may move, if they may.
+pub(super) fn spread<'r>(regression: &'r Regression<'_>, corrected: bool) -> Option<&'r Spread> {
+    corrected.then_some(&regression.spread)
+}
+
+/// The effects of a search, with the values of its fit.
+pub(super) fn estimates(regression: &Regression<'_>, outcome: &Outcome) -> Vec<Effect> {
+    (0..outcome.active.len())
+        .map(|k| {
+            let coefficients = regression.coefficients(&outcome.active, &outcome.scored, k);
+            regression.candidates[outcome.active[k]].form.effect(coefficients)
+        })
+        .collect()
+}
