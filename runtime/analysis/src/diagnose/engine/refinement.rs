@@ -4,10 +4,10 @@ use super::block_equations::{BlockEquations, Spread, block_equations};
 use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
 use super::parallel::parallel;
 use super::uncertainty::uncertainty;
-use crate::experiments::corners::{Corners, corners, inexactness, sharpened, wide_corners};
+use crate::experiments::corners::{Corners, inexactness, sharpened, wide_corners};
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment};
-use bipedc_effects::effect::{Effect, Law, Role, kinds};
+use bipedc_effects::effect::{Effect, Law, Role};
 use nalgebra::DMatrix;
 
 /// Blocks of time whose scores make the error bars.
@@ -71,43 +71,17 @@ pub(super) struct Data<'a> {
 
 /// Gauss–Newton from the search's estimate, with inertial corrections as far as they spread, if they do. Effects that are
 /// `fixed` act and are not estimated.
-///
-/// Corners are left out as far around as others are left; but where friction at rest is not known from those, which ends a little away from
-/// the reversal, as near as corners are seen.
 pub(super) fn refine(
     data: Data<'_>,
     effects: Vec<Effect>,
     fixed: &[Effect],
     spread: Option<&Spread>,
 ) -> Refined {
-    let refined = refined(data, effects.clone(), (fixed, spread), wide_corners);
-    if !(0..effects.len()).any(|k| forgets_rest(&refined, k)) {
-        return refined;
-    }
-    let near = self::refined(data, effects, (fixed, spread), corners);
-    if (0..near.effects.len()).any(|k| forgets_rest(&near, k)) { refined } else { near }
-}
-
-/// Whether nothing is known of how friction changes towards rest.
-fn forgets_rest(refined: &Refined, k: usize) -> bool {
-    refined.effects[k].kind == &kinds::STRIBECK_FRICTION
-        && refined.half_width[k].iter().any(|(_, half)| half.is_infinite())
-}
-
-/// Samples of a row at the corners of effects.
-type CornersOf = fn(&dyn Experiment, usize, &[Effect]) -> Corners;
-
-fn refined(
-    data: Data<'_>,
-    effects: Vec<Effect>,
-    (fixed, spread): (&[Effect], Option<&Spread>),
-    corners_of: CornersOf,
-) -> Refined {
     let wanted = effects.len();
     let mut stated = with_nuisances(data.experiment, effects);
     let unknowns = unknowns(&stated);
     stated.extend_from_slice(fixed);
-    let (mut effects, corners, last) = converged(data, &stated, &unknowns, (spread, corners_of));
+    let (mut effects, corners, last) = converged(data, &stated, &unknowns, spread);
     let (sigmas, corrections, covariance) = match last {
         Some((equations, corrections)) => {
             let (all, covariance) = uncertainty(&equations, data, unknowns.len(), &corrections);
@@ -137,13 +111,10 @@ fn converged(
     data: Data<'_>,
     stated: &[Effect],
     unknowns: &[Unknown],
-    (spread, corners_of): (Option<&Spread>, CornersOf),
+    spread: Option<&Spread>,
 ) -> (Vec<Effect>, Vec<Corners>, Option<LastStep>) {
     let Data { experiment, weights, teaches } = data;
-    let all_corners = |effects: &[Effect]| -> Vec<Corners> {
-        parallel(experiment.rows().len(), |row| corners_of(experiment, row, effects))
-    };
-    let mut corners = all_corners(stated);
+    let mut corners = corners_of(experiment, stated);
     let mut current = sharpened(experiment, stated, |row| corners[row].reach.is_some());
     let nothing = Spread::none();
     let (corrected, spread) = (spread.is_some(), spread.unwrap_or(&nothing));
@@ -174,10 +145,15 @@ fn converged(
         current = moved;
         if step_number < SETTLING {
             // A limit that moves takes its corner along.
-            corners = all_corners(&as_stated(&current, stated));
+            corners = corners_of(experiment, &as_stated(&current, stated));
         }
     }
     (as_stated(&current, stated), corners, last)
+}
+
+/// Samples of each row at the corners of what acts there.
+fn corners_of(experiment: &dyn Experiment, effects: &[Effect]) -> Vec<Corners> {
+    parallel(experiment.rows().len(), |row| wide_corners(experiment, row, effects))
 }
 
 /// The effects with the settings that were stated.
