@@ -52,7 +52,7 @@ fn whole_log(d: &Diagnosis) -> String {
             fall.after
         );
         if let (Some(before), Some(after)) = (fall.before_moving, fall.after_moving) {
-            let _ = write!(out, "; not sticking {before:.4} → {after:.4} {unit}");
+            let _ = write!(out, "; where free {before:.4} → {after:.4} {unit}");
         }
     }
     if !out.is_empty() {
@@ -73,7 +73,7 @@ fn errors(d: &Diagnosis) -> String {
         cells
     };
     let mut columns = vec!["held-out rms", "before", "after"];
-    columns.extend(sticks.then_some("not sticking"));
+    columns.extend(sticks.then_some("where free"));
     columns.extend(["noise", "unit"]);
     let rows = d.rows.iter().map(|(name, fall)| row(name, fall));
     let title = |kind: &str| if d.rms.len() > 1 { format!("all of {kind}") } else { "total".to_owned() };

@@ -163,7 +163,7 @@ impl Comparison {
         let unit = wide(&mut self.channels.iter().map(|c| c.unit.len()), self.unit.len());
         let what = if self.channels.iter().all(|c| c.kind == "effort") { "joint" } else { "row" };
         let sticks = self.channels.iter().any(|c| c.rms_moving.is_some());
-        let heads = ["rms"].into_iter().chain(sticks.then_some("not sticking")).chain(["max", "noise"]);
+        let heads = ["rms"].into_iter().chain(sticks.then_some("where free")).chain(["max", "noise"]);
         let column = (10 + unit).max(if sticks { 12 } else { 0 });
         let heads: String = heads.map(|head| format!("  {head:>column$}")).collect();
         writeln!(f, "{what:name$}{heads}  {:>10}  {:>8}", "relative", "samples")?;

@@ -164,7 +164,7 @@ fn line(index: usize, row: &Row) -> Markup {
                 (index + 1)
             }
             th scope="row" { button type="button" data-row=(index) aria-pressed="false" { (row.name) } }
-            td.number.error { (error) @if let Some(told) = &told { br; small { (told) " not sticking" } } }
+            td.number.error { (error) @if let Some(told) = &told { br; small { (told) " where free" } } }
             td.share {
                 (bar(row.unexplained_before))
                 @if let Some(share) = row.unexplained_after { " → " (percent(share)) }

@@ -6,7 +6,10 @@ use super::search::Outcome;
 use bipedc_effects::effect::Effect;
 
 /// What the estimates of a regression are made from.
-pub(super) fn data<'r>(regression: &'r Regression<'_>, teaches: &'r (dyn Fn(usize, usize) -> bool + Sync)) -> Data<'r> {
+pub(super) fn data<'r>(
+    regression: &'r Regression<'_>,
+    teaches: &'r (dyn Fn(usize, usize) -> bool + Sync),
+) -> Data<'r> {
     Data { experiment: regression.train, weights: &regression.weights, teaches }
 }
 

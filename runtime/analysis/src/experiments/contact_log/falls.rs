@@ -10,11 +10,9 @@ const LIES: f64 = std::f64::consts::FRAC_PI_3;
 const BEFORE: f64 = 0.3;
 
 impl ContactRecording {
-    /// Leaves out what comes after the base has tipped over.
-    pub(super) fn keep_upright(&mut self, robot: &Robot<'_>) {
-        let Some(fallen) = (0..self.time.len()).find(|i| self.tilt(robot.layout.base, *i) > LIES) else {
-            return;
-        };
+    /// Leaves out what comes after the base has tipped over; tells when that begins, s.
+    pub(super) fn keep_upright(&mut self, robot: &Robot<'_>) -> Option<f64> {
+        let fallen = (0..self.time.len()).find(|i| self.tilt(robot.layout.base, *i) > LIES)?;
         let end = self.time[fallen] - BEFORE;
         let kept: Vec<usize> = self.kept.iter().copied().filter(|i| self.time[*i] < end).collect();
         if kept.len() < self.kept.len() {
@@ -23,6 +21,7 @@ impl ContactRecording {
             ));
         }
         self.kept = kept;
+        Some(end)
     }
 
     /// Of the base against the first sample, rad.

@@ -152,10 +152,12 @@ impl ContactRecording {
         recording.finish(&passing, &raw_noise, &accelerations);
         // Half of them show all that the filter leaves.
         recording.keep(options, if thin { 2 } else { 1 });
-        recording.keep_upright(robot);
+        let falls = recording.keep_upright(robot);
         recording.keep_standing(robot).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
         if recording.kept.len() < 8 {
-            let message = format!("only {} samples of the log can be used", recording.kept.len());
+            let before = falls
+                .map_or(String::new(), |end| format!(": the robot falls, and is looked at until {end:.2} s"));
+            let message = format!("only {} samples of the log can be used{before}", recording.kept.len());
             return Err(Diagnostics(vec![
                 Diagnostic::error(message).in_file(&path).help("at least a few seconds of motion are needed"),
             ]));
