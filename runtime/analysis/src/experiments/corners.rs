@@ -18,6 +18,9 @@ const REACHES: [usize; 3] = [3, 2, 1];
 /// Part of a spring or a play between two encoders by which its estimate can be off however little the angles scatter: filters,
 /// sampling and how stops give way are as wrong at every sample (up to 0.13 % on logs without noise).
 const SIMILAR: f64 = 2e-3;
+/// The same of play behind a motor whose link has no encoder: how the link meets its stops no law here tells, and its motion is made from that.
+/// In twelve logs of three robots the play came out 3.5 % off (root mean square), 5.7 % at most.
+const UNSEEN: f64 = 6e-2;
 /// The same of a drive's limit: what the filter makes of a motion whose torque is cut off is too large where it is cut off.
 pub(crate) const CLIPPED: f64 = 6e-3;
 /// So many standard deviations of its noise a reported torque is away from a limit.
@@ -60,7 +63,8 @@ impl Corners {
         }
     }
 
-    fn beside(mut self, others: Vec<bool>) -> Self {
+    /// With others left out as well, if there are any.
+    pub fn beside(mut self, others: Vec<bool>) -> Self {
         if self.left_out.is_empty() {
             self.left_out = others;
         } else {
@@ -87,6 +91,16 @@ pub(crate) fn wide_corners(experiment: &dyn Experiment, row: usize, effects: &[E
     }
 }
 
+/// Samples at which a link behind a motor crosses its play under these effects, and as far around as leaves enough others: no sensor and no law
+/// tells there how it meets its stop, and all joints feel it. Empty where none does.
+pub(crate) fn landings(experiment: &dyn Experiment, effects: &[Effect]) -> Vec<bool> {
+    let crossings = experiment.crossings(effects);
+    if !crossings.contains(&true) {
+        return Vec::new();
+    }
+    enough_beside(&crossings, experiment.smeared(), &REACHES).left_out
+}
+
 /// By which part of itself an effect's parameters come out wrong however little its row scatters, given the corners of all rows.
 pub(crate) fn inexactness(experiment: &dyn Experiment, effect: &Effect, corners: &[Corners]) -> f64 {
     let of_joint = |(row, _): &(usize, &Corners)| {
@@ -94,7 +108,12 @@ pub(crate) fn inexactness(experiment: &dyn Experiment, effect: &Effect, corners:
         what.channel == Channel::Effort && what.joint == effect.location.joint
     };
     let here = corners.iter().enumerate().find(of_joint).map(|(_, corners)| corners);
+    let is_seen = || {
+        let rows = experiment.rows().iter().filter(|row| row.channel == Channel::Transmission);
+        rows.map(|row| &row.joint).any(|joint| *joint == effect.location.joint)
+    };
     match (effect.kind.law, effect.kind.simulation) {
+        (Law::Backlash, _) if !is_seen() => UNSEEN,
         (Law::SeriesElasticity | Law::Backlash, _) => SIMILAR,
         (_, Simulation::Dry(_) | Simulation::Coupling { .. }) => here.map_or(0.0, Corners::inexactness),
         (_, Simulation::Limit(_)) => CLIPPED,

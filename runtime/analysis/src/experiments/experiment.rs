@@ -116,6 +116,12 @@ pub trait Experiment: Sync {
         0
     }
 
+    /// Samples at which effects have a link on its way between the stops of a play behind a motor, whose angle alone is measured: one flag
+    /// each; empty: nowhere.
+    fn crossings(&self, _effects: &[Effect]) -> Vec<bool> {
+        Vec::new()
+    }
+
     /// Whether the motion is cut at impacts, beside which the filter has one side to look at.
     fn is_cut_at_impacts(&self) -> bool {
         false

@@ -1,7 +1,7 @@
 //! What is left of rows away from samples at which something jumps: there, in all joints, the filter knows less of the motion than the
 //! sensors do.
 use super::Experiment;
-use super::corners::{Corners, corners, wide_corners};
+use super::corners::{Corners, corners, landings, wide_corners};
 use bipedc_effects::effect::Effect;
 
 /// Least part of a row's samples that must be left away from jumps.
@@ -19,7 +19,7 @@ impl Jumps {
             return Self(Vec::new());
         }
         let of_rows = |corners: fn(&dyn Experiment, usize, &[Effect]) -> Corners| {
-            (0..experiment.rows().len()).fold(Vec::new(), |mut flags: Vec<bool>, row| {
+            (0..experiment.rows().len()).fold(landings(experiment, &all), |mut flags, row| {
                 let own = corners(experiment, row, &all).left_out;
                 flags.resize(flags.len().max(own.len()), false);
                 flags.iter_mut().zip(own).for_each(|(flag, own)| *flag |= own);

@@ -63,6 +63,9 @@ impl Experiment for Amended<'_> {
     fn smeared(&self) -> usize {
         self.inner.smeared()
     }
+    fn crossings(&self, effects: &[Effect]) -> Vec<bool> {
+        self.inner.crossings(effects)
+    }
     fn is_cut_at_impacts(&self) -> bool {
         self.inner.is_cut_at_impacts()
     }

@@ -253,7 +253,7 @@ impl<'a> MotionExperiment<'a> {
 
     /// Torques of the rigid model under effects that change its geometry, and the states of links that move behind motors;
     /// `None` if there are none. `ground` are the forces of the ground under the effects, if they change.
-    fn turned_load(
+    pub(super) fn turned_load(
         &self,
         effects: &[Effect],
         ground: Option<&[f64]>,
@@ -496,6 +496,9 @@ impl Experiment for MotionExperiment<'_> {
     }
     fn smeared(&self) -> usize {
         (SMEARED / (self.recording.cutoff_hz * self.recording.step)).ceil() as usize
+    }
+    fn crossings(&self, effects: &[Effect]) -> Vec<bool> {
+        self.between_stops(&[&self.present, effects].concat())
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let all: Vec<Effect> = self.present.iter().chain(effects).cloned().collect();

@@ -12,6 +12,9 @@ const ROUNDS: usize = 3;
 /// Plays from which a search starts, rad (m where the joint slides).
 pub(super) const GAPS: [f64; 5] = [0.003, 0.006, 0.012, 0.024, 0.048];
 
+/// Behind the filter a link that rests on a stop is at least this part of half the gap away from the middle.
+const AT_A_STOP: f64 = 0.9;
+
 /// A joint's link behind its motor.
 pub(super) struct Hidden {
     joint: usize,
@@ -49,6 +52,28 @@ impl MotionExperiment<'_> {
         }
         links.retain(|link| link.yielding > 0.0 || link.gap > 0.0);
         links
+    }
+
+    /// Samples at which a link is on its way between the stops of its play, or near enough for the filter to show that; empty: no joint
+    /// has play that its motor alone shows.
+    pub(super) fn between_stops(&self, effects: &[Effect]) -> Vec<bool> {
+        let gaps: Vec<(usize, f64)> =
+            self.hidden(effects).iter().filter(|link| link.gap > 0.0).map(|l| (l.joint, l.gap)).collect();
+        if gaps.is_empty() {
+            return Vec::new();
+        }
+        let Some((_, Some(links))) = self.turned_load(effects, None) else { return Vec::new() };
+        let mut flags = vec![false; self.recording.samples()];
+        for (joint, gap) in gaps {
+            let own = effects.iter().filter(|effect| effect.kind.law == Law::EncoderOffset);
+            let offset: f64 =
+                own.filter(|e| self.joint(e) == Some(joint)).map(|e| e.value("offset")).sum();
+            let motor = self.recording.trajectory.positions(joint).map(|q| q - offset);
+            let behind = links.positions(joint).zip(motor).map(|(link, motor)| link - motor);
+            let crossing = behind.map(|e| e.abs() < AT_A_STOP * 0.5 * gap);
+            flags.iter_mut().zip(crossing).for_each(|(flag, crossing)| *flag |= crossing);
+        }
+        flags
     }
 
     /// What all links need, `samples × nv`, and their states, if these move behind their motors; `load` of states that are
