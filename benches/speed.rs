@@ -41,6 +41,17 @@ pub struct Rabbit5;
 ])]
 pub struct Biped7;
 
+/// Somebody else's robot, whose URDF is not part of this repository: `benches/README.md` says how to time it.
+#[cfg(talos_reduced)]
+#[derive(Biped)]
+#[biped(description = "benches/robots/talos_reduced", functions = [
+    "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
+    "center_of_mass_with_jacobian", "center_of_mass_motion", "centroidal_momentum",
+    "centroidal_momentum_with_matrix", "jacobian", "inverse_dynamics_regressor",
+    "inverse_dynamics_derivatives", "forward_dynamics_derivatives", "constrained_dynamics", "impact_map",
+])]
+pub struct TalosReduced;
+
 /// Times `module::function(arguments)` of one state; with `lanes` also of a register full of states.
 macro_rules! time {
     ($bench:ident, $states:ident, $peer:literal, $module:ident::$function:ident($($argument:ident),*)) => {{
@@ -115,8 +126,21 @@ fn lower12_functions() {
     time!(bench, states, "contact6_impulse", lower12::impact_map_of_right_support_into(q, v));
 }
 
+#[cfg(talos_reduced)]
+fn talos_reduced_functions() {
+    let Some(bench) = Bench::new("talos_reduced") else { return };
+    let (states, wide) = common!(bench, talos_reduced, TalosReduced);
+    time!(bench, states, "joint_jac", talos_reduced::jacobian_of_left_sole_link_into(q));
+    time!(bench, states, wide, "contact3_fd", talos_reduced::constrained_dynamics_of_left_point_into(q, v, tau));
+    time!(bench, states, wide, "contact3_impulse", talos_reduced::impact_map_of_left_point_into(q, v));
+    time!(bench, states, "contact6_fd", talos_reduced::constrained_dynamics_of_left_support_into(q, v, tau));
+    time!(bench, states, "contact6_impulse", talos_reduced::impact_map_of_left_support_into(q, v));
+}
+
 fn main() {
     lower12_functions();
+    #[cfg(talos_reduced)]
+    talos_reduced_functions();
     on_a_point!(
         "rabbit5",
         rabbit5,

@@ -10,6 +10,9 @@ const SMOOTHING: &str = "smoothing";
 /// By so small a part of another parameter of its unit may a parameter lie below what is possible: it is nothing then.
 const SLIGHT: f64 = 0.03;
 
+/// In about so long, s, a load on the ground changes: damping that makes less than [`SLIGHT`] of what the stiffness makes is nothing.
+const SWAY: f64 = 0.1;
+
 /// Payloads of which the first moment alone is known are sought from so far out, m: closer ones are then found by steps that
 /// double their mass at most.
 const FAR: f64 = 1.0;
@@ -261,6 +264,9 @@ impl Form {
         let found = self.kind.from_coefficients(self.setting, coefficients);
         // Friction against one direction alone comes out a little below or above nothing against the other.
         let slight = |unit: &str| {
+            if let Law::GroundCompliance = self.kind.law {
+                return SLIGHT * SWAY * effect.value("stiffness");
+            }
             let alike = found.iter().filter(|(name, _)| effect.unit(name) == unit);
             SLIGHT * alike.fold(0.0, |largest: f64, (_, value)| largest.max(*value))
         };

@@ -8,7 +8,7 @@ use super::amended::Amended;
 use super::estimates::{data, estimates, spread};
 use super::refinement::refine;
 use super::regression::Regression;
-use super::search::Outcome;
+use super::search::{Outcome, mistimes};
 use super::significance::without_sticking;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::{Acts, Effect};
@@ -36,8 +36,10 @@ pub(super) fn stand_in_line(
         costs.min_by(|a, b| a.1.total_cmp(&b.1))
     };
     let Some((mut kept, mut least)) = cheapest(&hidden, &always) else { return };
+    let confused = |a: usize, b: usize| mistimes(regression, outcome.active[a], outcome.active[b]);
     loop {
-        let others: Vec<usize> = found.iter().copied().filter(|k| !kept.contains(k)).collect();
+        let may_stand = |k: &usize| !kept.contains(k) && !kept.iter().any(|&stands| confused(stands, *k));
+        let others: Vec<usize> = found.iter().copied().filter(may_stand).collect();
         let Some((more, lower)) = cheapest(&others, &kept).filter(|(_, lower)| *lower < least) else { break };
         (kept, least) = (more, lower);
     }
@@ -48,7 +50,8 @@ pub(super) fn stand_in_line(
     }
     // As good as all of them, or the line was the wrong one.
     let all: Vec<usize> = (0..outcome.active.len()).collect();
-    if least >= cost(&all) {
+    let is_confused = all.iter().any(|&a| all.iter().any(|&b| confused(a, b)));
+    if !is_confused && least >= cost(&all) {
         return;
     }
     if let Some(scored) = regression.scored_fit(&active, outcome.corrected) {

@@ -34,6 +34,19 @@ impl Candidate {
         };
         Self { form, terms, rows, parameters }
     }
+
+    /// How far off inertial parameters are with these coefficients, in standard deviations of CAD data (root mean square over the
+    /// candidate's parameters); `None` if it changes none.
+    pub fn deviations(&self, coefficients: &[f64]) -> Option<f64> {
+        let mut sum: Vec<f64> = Vec::new();
+        for (term, coefficient) in self.terms.iter().zip(coefficients) {
+            let Term::Inertial(direction) = term else { return None };
+            sum.resize(direction.len(), 0.0);
+            sum.iter_mut().zip(direction).for_each(|(sum, x)| *sum += coefficient * x);
+        }
+        let squares: f64 = sum.iter().map(|x| x * x).sum();
+        (!sum.is_empty()).then(|| (squares / self.terms.len() as f64).sqrt())
+    }
 }
 
 /// Sums of products over some blocks of all rows.

@@ -4,7 +4,8 @@ use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
 use super::rival::Rival;
 use crate::experiments::Channel;
-use bipedc_effects::effect::{Acts, Kind, Law, Location};
+use crate::robot::link_inertias::CadError;
+use bipedc_effects::effect::{Acts, Kind, Law, Location, kinds};
 use std::collections::BTreeMap;
 
 /// Part of a row's held-out squared error that an effect must remove.
@@ -36,6 +37,8 @@ const MOST: usize = 24;
 const ROUNDS: usize = 2;
 /// Parameters of effects that compete with inertial corrections as the simpler explanation.
 const FEW: usize = 4;
+/// CAD data are off by more than so many of their standard deviations in one of twenty numbers.
+const USUAL: f64 = 2.0;
 /// Why a candidate does not stand that makes the equations singular.
 const INSEPARABLE: &str = "this data cannot tell it from what stands already";
 
@@ -69,7 +72,7 @@ pub(super) fn search(
     let earned = corrections_earn(regression, &corrected.active, &corrected.scored);
     if earned
         && whole_cost(regression, &corrected) < whole_cost(regression, &plain)
-        && !as_good(regression, &plain, &corrected)
+        && (only_cad_errors(regression, &plain, &corrected) || !as_good(regression, &plain, &corrected))
     {
         let rival = Rival::of(regression, plain, forms);
         return Some(Outcome { rival, ..corrected });
@@ -102,6 +105,24 @@ fn as_good(regression: &Regression<'_>, plain: &Outcome, corrected: &Outcome) ->
     let chance =
         regression.scatter(&corrected.scored, &corrected.active, &plain.scored, &plain.active).max(4.0);
     !plain.active.is_empty() && more <= FEW && excess <= chance
+}
+
+/// Whether all that few effects have beyond the others is of the size by which CAD data usually are off: masses and centres of mass of
+/// links, and gains, which are masses where a joint carries one body. Then corrections of these links say the same and no more.
+fn only_cad_errors(regression: &Regression<'_>, plain: &Outcome, corrected: &Outcome) -> bool {
+    let more = (regression.standing.len()..plain.active.len())
+        .filter(|&k| !corrected.active.contains(&plain.active[k]));
+    let is_usual = |k: usize| {
+        let candidate = &regression.candidates[plain.active[k]];
+        let coefficients = regression.coefficients(&plain.active, &plain.scored, k);
+        if candidate.form.kind == &kinds::TORQUE_GAIN {
+            let gain = candidate.form.effect(coefficients).value("gain");
+            return (gain - 1.0).abs() <= USUAL * CadError::default().mass;
+        }
+        candidate.deviations(coefficients).is_some_and(|deviations| deviations <= USUAL)
+    };
+    let more: Vec<usize> = more.collect();
+    !more.is_empty() && more.into_iter().all(is_usual)
 }
 
 /// A run with inertial corrections, without effects whose size hangs on these corrections.

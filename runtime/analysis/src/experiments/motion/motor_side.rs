@@ -66,8 +66,7 @@ impl MotionExperiment<'_> {
         let mut flags = vec![false; self.recording.samples()];
         for (joint, gap) in gaps {
             let own = effects.iter().filter(|effect| effect.kind.law == Law::EncoderOffset);
-            let offset: f64 =
-                own.filter(|e| self.joint(e) == Some(joint)).map(|e| e.value("offset")).sum();
+            let offset: f64 = own.filter(|e| self.joint(e) == Some(joint)).map(|e| e.value("offset")).sum();
             let motor = self.recording.trajectory.positions(joint).map(|q| q - offset);
             let behind = links.positions(joint).zip(motor).map(|(link, motor)| link - motor);
             let crossing = behind.map(|e| e.abs() < AT_A_STOP * 0.5 * gap);
