@@ -39,6 +39,8 @@ const ROUNDS: usize = 2;
 const FEW: usize = 4;
 /// CAD data are off by more than so many of their standard deviations in one of twenty numbers.
 const USUAL: f64 = 2.0;
+/// The same where one link stands for what several are off by.
+const USUAL_TOGETHER: f64 = 4.0;
 /// Why a candidate does not stand that makes the equations singular.
 const INSEPARABLE: &str = "this data cannot tell it from what stands already";
 
@@ -119,7 +121,7 @@ fn only_cad_errors(regression: &Regression<'_>, plain: &Outcome, corrected: &Out
             let gain = candidate.form.effect(coefficients).value("gain");
             return (gain - 1.0).abs() <= USUAL * CadError::default().mass;
         }
-        candidate.deviations(coefficients).is_some_and(|deviations| deviations <= USUAL)
+        candidate.deviations(coefficients).is_some_and(|deviations| deviations <= USUAL_TOGETHER)
     };
     let more: Vec<usize> = more.collect();
     !more.is_empty() && more.into_iter().all(is_usual)
