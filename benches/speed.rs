@@ -131,7 +131,13 @@ fn talos_reduced_functions() {
     let Some(bench) = Bench::new("talos_reduced") else { return };
     let (states, wide) = common!(bench, talos_reduced, TalosReduced);
     time!(bench, states, "joint_jac", talos_reduced::jacobian_of_left_sole_link_into(q));
-    time!(bench, states, wide, "contact3_fd", talos_reduced::constrained_dynamics_of_left_point_into(q, v, tau));
+    time!(
+        bench,
+        states,
+        wide,
+        "contact3_fd",
+        talos_reduced::constrained_dynamics_of_left_point_into(q, v, tau)
+    );
     time!(bench, states, wide, "contact3_impulse", talos_reduced::impact_map_of_left_point_into(q, v));
     time!(bench, states, "contact6_fd", talos_reduced::constrained_dynamics_of_left_support_into(q, v, tau));
     time!(bench, states, "contact6_impulse", talos_reduced::impact_map_of_left_support_into(q, v));

@@ -24,6 +24,14 @@ pub fn made(name: &str, folder: &str) -> (Truth, PathBuf) {
     (generate(&plan(name), &root(), &folder).unwrap(), folder)
 }
 
+/// A case with the numbers of another draw, as `hidden_effects --seed` makes it.
+pub fn drawn(name: &str, seed: u64, folder: &str) -> (Truth, PathBuf) {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects").join(folder).join(name);
+    let mut plan = plan(name);
+    plan.seed = format!("{name} {seed}");
+    (generate(&plan, &root(), &folder).unwrap(), folder)
+}
+
 #[test]
 fn cases_are_as_many_as_promised() {
     let plans = all();
