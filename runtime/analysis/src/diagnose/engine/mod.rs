@@ -7,6 +7,7 @@ mod behind_motors;
 mod block_equations;
 mod candidates;
 mod conclusion;
+mod corrected;
 mod corrections;
 mod errors;
 mod estimates;

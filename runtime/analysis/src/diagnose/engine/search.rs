@@ -1,11 +1,11 @@
 //! Which candidates stand: forward search, pruning, and the best small set at every joint.
+use super::corrected::is_corrected_likelier;
 use super::exchange::{best_set, exchange, pair};
 use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
 use super::rival::Rival;
 use crate::experiments::Channel;
-use crate::robot::link_inertias::CadError;
-use bipedc_effects::effect::{Acts, Kind, Law, Location, kinds};
+use bipedc_effects::effect::{Acts, Kind, Law, Location};
 use std::collections::BTreeMap;
 
 /// Part of a row's held-out squared error that an effect must remove.
@@ -35,12 +35,6 @@ const TRACE: f64 = 1e-3;
 const MOST: usize = 24;
 /// Most entries, those included that did not last, for each effect that is looked for.
 const ROUNDS: usize = 2;
-/// Parameters of effects that compete with inertial corrections as the simpler explanation.
-const FEW: usize = 4;
-/// CAD data are off by more than so many of their standard deviations in one of twenty numbers.
-const USUAL: f64 = 2.0;
-/// The same where one link stands for what several are off by.
-const USUAL_TOGETHER: f64 = 4.0;
 /// Why a candidate does not stand that makes the equations singular.
 const INSEPARABLE: &str = "this data cannot tell it from what stands already";
 
@@ -71,60 +65,13 @@ pub(super) fn search(
     }
     let forms: Vec<_> = plain.active.iter().map(|&c| (c, regression.remembered(c))).collect();
     let corrected = run_steady(regression, most, entered)?;
-    let earned = corrections_earn(regression, &corrected.active, &corrected.scored);
-    if earned
-        && whole_cost(regression, &corrected) < whole_cost(regression, &plain)
-        && (only_cad_errors(regression, &plain, &corrected) || !as_good(regression, &plain, &corrected))
-    {
+    if is_corrected_likelier(regression, &plain, &corrected) {
         let rival = Rival::of(regression, plain, forms);
         return Some(Outcome { rival, ..corrected });
     }
     // The nonlinear candidates as they were when the simpler answer was found.
     forms.into_iter().for_each(|(c, form)| regression.recall(c, form));
     Some(plain)
-}
-
-/// Weighted squares of a search's errors.
-fn deviance(regression: &Regression<'_>, outcome: &Outcome) -> f64 {
-    outcome.scored.errors.iter().zip(&regression.weights).map(|(e, w)| e * w).sum()
-}
-
-/// What a search's answer costs if all of its error counts: corrections of many links lower errors that are below what the
-/// estimate of noise may be off by, and such errors are the same for both answers.
-fn whole_cost(regression: &Regression<'_>, outcome: &Outcome) -> f64 {
-    deviance(regression, outcome) + outcome.scored.fit.prior + regression.complexity_penalty(&outcome.active)
-}
-
-/// Whether few effects alone explain as much as corrections of many links do, whatever the latter's prior says: what has
-/// fewer parameters is the likelier cause.
-fn as_good(regression: &Regression<'_>, plain: &Outcome, corrected: &Outcome) -> bool {
-    let parameters = |outcome: &Outcome| -> usize {
-        let judged = &outcome.active[regression.standing.len()..];
-        judged.iter().map(|&c| regression.candidates[c].parameters).sum()
-    };
-    let more = parameters(plain).saturating_sub(parameters(corrected));
-    let excess = deviance(regression, plain) - deviance(regression, corrected);
-    let chance =
-        regression.scatter(&corrected.scored, &corrected.active, &plain.scored, &plain.active).max(4.0);
-    !plain.active.is_empty() && more <= FEW && excess <= chance
-}
-
-/// Whether all that few effects have beyond the others is of the size by which CAD data usually are off: masses and centres of mass of
-/// links, and gains, which are masses where a joint carries one body. Then corrections of these links say the same and no more.
-fn only_cad_errors(regression: &Regression<'_>, plain: &Outcome, corrected: &Outcome) -> bool {
-    let more = (regression.standing.len()..plain.active.len())
-        .filter(|&k| !corrected.active.contains(&plain.active[k]));
-    let is_usual = |k: usize| {
-        let candidate = &regression.candidates[plain.active[k]];
-        let coefficients = regression.coefficients(&plain.active, &plain.scored, k);
-        if candidate.form.kind == &kinds::TORQUE_GAIN {
-            let gain = candidate.form.effect(coefficients).value("gain");
-            return (gain - 1.0).abs() <= USUAL * CadError::default().mass;
-        }
-        candidate.deviations(coefficients).is_some_and(|deviations| deviations <= USUAL_TOGETHER)
-    };
-    let more: Vec<usize> = more.collect();
-    !more.is_empty() && more.into_iter().all(is_usual)
 }
 
 /// A run with inertial corrections, without effects whose size hangs on these corrections.
@@ -412,19 +359,4 @@ fn prune(
             None => return (active, scored),
         }
     }
-}
-
-/// Whether inertial corrections lower the held-out error by more than chance.
-fn corrections_earn(regression: &Regression<'_>, active: &[usize], corrected: &ScoredFit) -> bool {
-    let Some(plain) = regression.scored_fit(active, false) else { return true };
-    let (with, without) =
-        (regression.block_errors(corrected, active), regression.block_errors(&plain, active));
-    (0..corrected.errors.len()).any(|row| {
-        let falls: Vec<f64> = without.iter().zip(&with).map(|(a, b)| a[row] - b[row]).collect();
-        let mean = falls.iter().sum::<f64>() / falls.len() as f64;
-        let variance =
-            falls.iter().map(|f| (f - mean).powi(2)).sum::<f64>() / (falls.len() - 1).max(1) as f64;
-        let total = mean * falls.len() as f64;
-        total > LEAST * plain.errors[row] && mean > 2.5 * (variance / falls.len() as f64).sqrt()
-    })
 }
