@@ -119,15 +119,29 @@ impl Columns {
     }
 
     fn find_joints(&mut self, robot: &Robot<'_>, reader: &Reader) -> Result<(), Diagnostic> {
-        let mut still = Vec::new();
+        let (mut still, mut as_motors) = (Vec::new(), Vec::new());
         for joint in &robot.layout.joints {
-            let position = self.add(reader, &format!("{}/position", joint.name));
-            if position.is_none() {
-                still.push(joint.name.as_str());
-            }
+            let [position, motor_position] = ["position", "motor_position"]
+                .map(|what| self.add(reader, &format!("{}/{what}", joint.name)));
             let effort = format!("{}/effort", joint.name);
             let effort = if self.plan.is_sparse(reader, &effort) { None } else { self.add(reader, &effort) };
-            self.plan.joints.push(JointColumns { position, effort, ..JointColumns::default() });
+            let mut columns = JointColumns { position, effort, motor_position, ..JointColumns::default() };
+            match (position, motor_position) {
+                (None, None) => still.push(joint.name.as_str()),
+                (None, Some(_)) => {
+                    (columns.position, columns.motor_position) = (motor_position, None);
+                    as_motors.push(joint.name.as_str());
+                }
+                _ => {}
+            }
+            self.plan.joints.push(columns);
+        }
+        if !as_motors.is_empty() {
+            self.plan.assumptions.push(format!(
+                "no position column but `motor_position` for {}: the joint turns as its motor does; springs and play between them are \
+                 not looked for in logs with forces of feet",
+                names::list(as_motors.iter().copied(), 40)
+            ));
         }
         if still.len() == robot.layout.joints.len() {
             return Err(Diagnostic::error("no column is the position of a joint of this robot")

@@ -5,6 +5,7 @@ use super::passing::{Passing, with_quaternion};
 use super::products::Products;
 use crate::log::{Block, Log, Reader};
 use crate::measure::acceleration_noise::AccelerationNoise;
+use crate::measure::columns::JointColumns;
 use crate::measure::filtered::{Filtered, noise_gains, unusable};
 use crate::measure::noise::{of_encoders, white_noise};
 use crate::measure::stops::Stops;
@@ -44,7 +45,11 @@ pub struct ContactRecording {
     pub(super) products: Vec<f64>,
     /// Logged efforts by joint, through the filter; N m.
     pub(super) effort: Vec<Option<Vec<f64>>>,
-    /// Their noise as logged.
+    /// Logged motor angle (divided by the gear ratio) minus joint angle, by joint, not filtered; rad.
+    pub(super) transmission: Vec<Option<Vec<f64>>>,
+    /// Motions of motors beside those of their joints, through the filter: rad, rad/s, rad/s².
+    pub(super) motors: Vec<Option<Vec<[f64; 3]>>>,
+    /// Noise of efforts as logged.
     pub(super) effort_noise: Vec<f64>,
     /// Noise of each coordinate as logged (floating base: linear in world axes, then angles).
     pub(super) position_noise: Vec<f64>,
@@ -118,6 +123,9 @@ impl ContactRecording {
         recording.standing = columns.standing;
         recording.prepare_feet(robot, &columns);
         recording.effort = columns.plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect();
+        let both = |c: &JointColumns| c.motor_position.and(c.position).is_some();
+        recording.transmission = columns.plan.joints.iter().map(|c| both(c).then(Vec::new)).collect();
+        recording.motors = columns.plan.joints.iter().map(|c| both(c).then(Vec::new)).collect();
         let mut accelerations = AccelerationNoise::new(&columns.plan);
         recording.stops = Stops::new(robot.layout, &columns.plan);
         let mut raw_noise: Vec<f64> = Vec::new();
@@ -253,7 +261,29 @@ impl ContactRecording {
                 values.extend(passing.smooth(block, &block.columns[column], &at)?);
             }
         }
+        self.add_motors(passing, (&even, block), &at)?;
         self.add_products(passing, (&even, block), &at)
+    }
+
+    /// Angles of motors beside those of their joints.
+    fn add_motors(
+        &mut self,
+        passing: &Passing<'_, '_>,
+        (even, block): (&Even, &Block<'_>),
+        at: &[usize],
+    ) -> Result<(), Unusable> {
+        for (joint, columns) in passing.columns.plan.joints.iter().enumerate() {
+            let (Some(motor), Some(position)) = (columns.motor_position, columns.position) else { continue };
+            let [motor, position] = [motor, position].map(|column| &block.columns[column]);
+            if let Some(values) = &mut self.transmission[joint] {
+                values.extend(at.iter().map(|i| motor[*i] - position[*i]));
+            }
+            if let Some(values) = &mut self.motors[joint] {
+                let all = even.motion_of(motor, passing.filter, block.time, 0..block.time.len())?;
+                values.extend(at.iter().map(|i| all[*i]));
+            }
+        }
+        Ok(())
     }
 
     /// Values at the samples that count.

@@ -9,7 +9,7 @@ use super::forces::mapped;
 use super::rows::{CLEARLY, NOISE_SAMPLES, misfit};
 use super::vertical_moment::Elimination;
 use super::{ContactExperiment, ContactRecording};
-use crate::experiments::{Experiment, Inertial, MotionExperiment, Row};
+use crate::experiments::{Channel, Experiment, Inertial, MotionExperiment, Row};
 use crate::log::Log;
 use crate::measure::{Missing, Options, Recording};
 use crate::robot::InertialParameters;
@@ -73,7 +73,9 @@ impl<'a> WalkingExperiment<'a> {
 
     /// Logarithm of the mean squares of the joints' rows, see [`ContactExperiment::misfit`].
     fn joint_misfit(&self) -> f64 {
-        misfit(self.rows[self.first()..].iter().zip(&self.residual))
+        let rows = self.rows[self.first()..].iter().zip(&self.residual);
+        let efforts: Vec<_> = rows.filter(|(row, _)| row.channel == Channel::Effort).collect();
+        misfit(efforts.into_iter())
     }
 
     /// From the rows of the base.
@@ -98,12 +100,15 @@ impl<'a> WalkingExperiment<'a> {
         let of_joint =
             |name: &Option<String>| robot.layout.joints.iter().position(|j| Some(&j.name) == name.as_ref());
         let joint_of: Vec<Option<usize>> = joints.rows().iter().map(|row| of_joint(&row.joint)).collect();
-        let tells = |row: &usize| joint_of[*row].is_some_and(|joint| elimination.pivots.contains(&joint));
+        let is_effort = |row: usize| joints.rows()[row].channel == Channel::Effort;
+        let tells = |row: &usize| {
+            is_effort(*row) && joint_of[*row].is_some_and(|joint| elimination.pivots.contains(&joint))
+        };
         let shown: Vec<usize> = (0..joint_of.len()).filter(|row| !tells(row)).collect();
         let noise = base.joint_noise(&nominal, &elimination);
         let mut rows = base.rows().to_vec();
         rows.extend(shown.iter().map(|row| joints.rows()[*row].clone()));
-        for row in &mut rows {
+        for row in rows.iter_mut().filter(|row| row.channel == Channel::Effort) {
             if let Some(joint) = of_joint(&row.joint) {
                 row.noise = noise[joint].max(1e-9);
             }
@@ -139,6 +144,16 @@ impl<'a> WalkingExperiment<'a> {
         self.base.rows.len()
     }
 
+    /// Whether a row of `joints` is an effort, and no angle between motor and link.
+    fn is_effort(&self, row: usize) -> bool {
+        self.joints.rows()[row].channel == Channel::Effort
+    }
+
+    /// The row of `joints` with a joint's effort.
+    fn effort_row(&self, joint: usize) -> Option<usize> {
+        (0..self.joint_of.len()).find(|&row| self.joint_of[row] == Some(joint) && self.is_effort(row))
+    }
+
     /// Where a joint's row has to do with a joint that sticks, at the samples that count: the rows pass the filter once more.
     fn sticking(&self, flags: &[bool]) -> Vec<bool> {
         let recording = &self.base.recording;
@@ -152,10 +167,15 @@ impl<'a> WalkingExperiment<'a> {
 
     /// What is left of the rows shown here, of values by row of `joints` (`None`: zeros), through the filter.
     fn rest<'v>(&self, values: impl Fn(usize) -> Option<&'v [f64]>) -> Vec<Vec<f64>> {
-        let pivot = |joint: usize| values(self.joint_of.iter().position(|j| *j == Some(joint))?);
+        let pivot = |joint: usize| values(self.effort_row(joint)?);
         let moments = self.elimination.pivots.iter().any(|joint| pivot(*joint).is_some());
         let of_row = |row: &usize| {
             let own = values(*row).map(<[f64]>::to_vec);
+            if !self.is_effort(*row) {
+                // Angles are held against each other as they were logged.
+                return own
+                    .map_or_else(|| vec![0.0; self.base.time.len()], |own| self.base.recording.pick(&own));
+            }
             if own.is_none() && !moments {
                 return vec![0.0; self.base.time.len()];
             }
@@ -228,7 +248,8 @@ impl ContactRecording {
             segments: self.segments.clone(),
             trajectory: self.trajectory.clone(),
             effort: self.effort.clone(),
-            transmission: vec![None; self.effort.len()],
+            transmission: self.transmission.clone(),
+            motors: self.motors.clone(),
             step: self.step,
             cutoff_hz: self.cutoff_hz,
             noise: self.effort_noise.clone(),
@@ -330,7 +351,9 @@ impl Experiment for WalkingExperiment<'_> {
     fn measured(&self, row: usize) -> Option<Vec<f64>> {
         match row.checked_sub(self.first()) {
             Some(row) => {
-                self.joints.measured(self.shown[row]).map(|values| self.base.recording.smooth(&values))
+                let (row, recording) = (self.shown[row], &self.base.recording);
+                let values = self.joints.measured(row)?;
+                Some(if self.is_effort(row) { recording.smooth(&values) } else { recording.pick(&values) })
             }
             None => self.base.measured(row),
         }
@@ -385,6 +408,12 @@ impl Experiment for WalkingExperiment<'_> {
     }
     fn phases(&self) -> Vec<(String, Vec<bool>)> {
         self.base.phases()
+    }
+    fn slides(&self, place: &Location) -> Option<f64> {
+        self.joints.slides(place)
+    }
+    fn small_load(&self, place: &Location) -> Option<f64> {
+        self.joints.small_load(place)
     }
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         self.joints.seeds(kind, location)
