@@ -103,13 +103,17 @@ fn decelerations_are_followed_and_accelerations_limited() {
 #[test]
 #[ignore = "takes long"]
 fn a_thousand_random_speeds_do_not_make_it_fall() {
-    ["three_link", "five_link"].map(|robot| random_speeds_do_not_make_it_fall(robot, 1000));
+    for robot in ["three_link", "five_link"] {
+        random_speeds_do_not_make_it_fall(robot, 1000);
+    }
 }
 
 #[test]
 #[ignore = "takes long"]
 fn a_hundred_random_speeds_do_not_make_it_fall() {
-    ["three_link", "five_link"].map(|robot| random_speeds_do_not_make_it_fall(robot, 100));
+    for robot in ["three_link", "five_link"] {
+        random_speeds_do_not_make_it_fall(robot, 100);
+    }
 }
 
 fn random_speeds_do_not_make_it_fall(robot: &str, count: usize) {
