@@ -79,6 +79,8 @@ pub struct Landing {
     pub push: f64,
     /// What the search asked for, N s.
     pub asked: f64,
+    /// Joints that carry a foot and are not above its sole: what they carry are toes.
+    pub toe_joints: Vec<String>,
 }
 
 /// A constraint that does not hold.
@@ -318,6 +320,7 @@ fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (f64, f64)) 
             phase: of.phases[landing.phase].name.clone(),
             push: landing.push,
             asked: impulse,
+            toe_joints: toe_joints(of),
         }),
         rounds: 1,
         closed_loop: None,
@@ -329,7 +332,7 @@ fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (f64, f64)) 
 impl fmt::Display for Landing {
     /// Nothing where the landing is no question.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { phase, push, asked } = self;
+        let Self { phase, push, asked, toe_joints } = self;
         if push >= asked {
             return Ok(());
         }
@@ -337,8 +340,39 @@ impl fmt::Display for Landing {
             f,
             "\nin the best posture found, the landing that ends {phase} pushes with no more than {push:.3e} N s on every foot that stands, {asked:.3e} N s are \
              asked for: a smaller --impulse, another foot"
+        )?;
+        if toe_joints.is_empty() {
+            return Ok(());
+        }
+        writeln!(
+            f,
+            "{}: not above the sole, which is that of toes alone. A toe that lands in front of its joint pulls the toe behind off the ground: lock these joints ([joints] locked of \
+             biped.toml) and describe feet whose heel is behind the ankle",
+            toe_joints.join(", ")
         )
     }
+}
+
+/// Joints above their foot are over this part of its sole: not within a hundredth of its ends.
+const ABOVE: std::ops::Range<f64> = 0.01..0.99;
+
+/// Joints that carry a foot and have all of its sole in front of them, or behind.
+fn toe_joints(of: &Collocation) -> Vec<String> {
+    let beside = |link: &str, points: &[[f64; 3]]| {
+        let joint = of.description.joints.iter().find(|joint| joint.child == link)?;
+        let [&heel, &toe] = [points.first()?, points.last()?];
+        // The joint is at the origin of the link's frame: its place along the sole, from 0 at the heel to 1 at the toe.
+        let along: [f64; 3] = std::array::from_fn(|k| toe[k] - heel[k]);
+        let of_joint: f64 = along.iter().zip(heel).map(|(d, h)| -d * h).sum();
+        let place = of_joint / along.iter().map(|d| d * d).sum::<f64>();
+        (place.is_finite() && !ABOVE.contains(&place)).then(|| joint.name.clone())
+    };
+    let feet = of.description.feet.iter();
+    feet.filter_map(|foot| {
+        let points: Vec<[f64; 3]> = foot.points.iter().map(|point| point.position).collect();
+        beside(&foot.link, &points)
+    })
+    .collect()
 }
 
 /// As many violated constraints as are told.
