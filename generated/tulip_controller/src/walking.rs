@@ -62,7 +62,7 @@ pub const GAINS: Gains<f64> =
 /// What the estimator assumes of sensors and ground.
 pub const SETTINGS: Settings<f64> = 
     Settings { gravity: 9.81, unit: [0.0, 0.0, 0.0], noise: [0.0002, 0.01], bias: [0.02, 0.1], bias_walk: [1e-5, 0.001],
-    encoder: 0.0001, leg: [0.0005, 0.001, 0.0001], foot: [0.0002, 0.0005, 0.0001], ground: [0.002, 0.005], slope: [0.05,
+    encoder: 0.0001, leg: [0.0005, 0.001, 3e-5], foot: [0.0002, 0.0005, 2e-5], ground: [0.002, 0.005], slope: [0.05,
     0.002], loads: [9.319500000000003, 18.639000000000006, 74.55600000000003], joint_speed: 30.0, ranges: [50.0, 500.0],
     velocity_filter: 0.005 };
 

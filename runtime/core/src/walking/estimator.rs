@@ -30,6 +30,8 @@ const LARGEST_BIAS: f64 = 5.0;
 const FLAT: f64 = 0.2;
 /// Slopes of more than this are none.
 const STEEPEST: f64 = 0.3;
+/// How fast soles that stand seem to turn when it begins, rad/s.
+const RATTLE: f64 = 0.1;
 /// So many samples in a row whose time does not advance: the clock was set back.
 const OTHER_CLOCK: u16 = 10;
 
@@ -57,7 +59,7 @@ pub struct Estimator<R> {
     pub(super) position: Vector<R>,
     velocity: Vector<R>,
     pub(super) quaternion: [R; 4],
-    gyroscope: Vector<R>,
+    pub(super) gyroscope: Vector<R>,
     accelerometer: Vector<R>,
     /// Of gravity along the ground: what a slope makes of it; m/s².
     along_ground: Vector<R>,
@@ -70,6 +72,8 @@ pub struct Estimator<R> {
     pub(super) joints: usize,
     /// So long no sole lay flat, s.
     pub(super) askew: R,
+    /// Mean square of how fast soles that stand seem to turn, (rad/s)².
+    pub(super) rattle: R,
     q: [R; BASE[0] + MOST_JOINTS],
     v: [R; BASE[1] + MOST_JOINTS],
 }
@@ -99,6 +103,7 @@ impl<R: Scalar> Estimator<R> {
             readings: Readings::new(),
             joints: 0,
             askew: o,
+            rattle: R::constant(RATTLE * RATTLE),
             q: [o; BASE[0] + MOST_JOINTS],
             v: [o; BASE[1] + MOST_JOINTS],
         }
@@ -155,7 +160,7 @@ impl<R: Scalar> Estimator<R> {
         (self.joints, self.time) = (joints, Some(sensed.time));
         let believed = self.readings.take(sensed, &self.settings, step, &mut fault);
         let before = (self.position, self.quaternion);
-        let soles = self.look(legs, &mut fault);
+        let soles = self.look(legs, believed.angular_velocity, &mut fault);
         match step {
             None => self.begin(&believed, &soles),
             Some(step) if step > R::constant(LONGEST_STEP) => {
@@ -303,6 +308,8 @@ impl<R: Scalar> Estimator<R> {
             anchor.position = add(anchor.position, of(first));
             let turn = turned_by(to_quaternion(anchor.turn), of(first + 3));
             anchor.turn = of_quaternion(turn);
+            let [_, _, twisted] = subtract(of(ATTITUDE), of(first + 3));
+            anchor.twist = anchor.twist + twisted;
         }
         let numbers = self.position.iter().chain(&self.velocity).chain(&self.quaternion);
         let numbers = numbers.chain(&self.gyroscope).chain(&self.accelerometer).chain(&self.along_ground);

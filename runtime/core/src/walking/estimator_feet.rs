@@ -4,8 +4,8 @@ use super::estimator::Estimator;
 use super::readings::Believed;
 use super::sensed::{Fault, LegKinematics, MOST_JOINTS};
 use super::space::{
-    Turn, Vector, add, cross, cross_matrix, identity, of_quaternion, product, scale, subtract, transpose,
-    turn_between, turned,
+    Turn, Vector, add, along, cross, cross_matrix, dot, identity, of_quaternion, product, scale, subtract,
+    transpose, turn_between, turned,
 };
 use crate::control::slices::set;
 use crate::real::Scalar;
@@ -19,6 +19,14 @@ const LASTING: [f64; 2] = [0.01, 0.5];
 
 /// Twists of a sole are filtered over this time (s), and seen from so many standard deviations on.
 const TWIST: (f64, f64) = (0.01, 6.0);
+/// A sole tips that turns so many times as fast as soles that stand seem to (root of the mean square over so long, s).
+const TIPPING: f64 = 2.5;
+const RATTLING: f64 = 0.3;
+/// Least and most that soles that stand seem to turn, rad/s.
+const RATTLE: [f64; 2] = [1e-4, 1.0];
+/// It turns about something so far from its middle (m), by no more than this in a sample (rad).
+const PIVOT: f64 = 0.05;
+const MOST_TURNED: f64 = 0.1;
 /// A sole that is off the plane by more standard deviations lies on something else than the plane; for so long (s) at most.
 const ASKEW: (f64, f64) = (5.0, 1.0);
 
@@ -40,13 +48,16 @@ pub(super) struct Seen<R> {
     pub(super) arm: Vector<R>,
     pub(super) turn: Turn<R>,
     pub(super) variance: [R; 6],
+    /// How it turns in the world, axes of the base, rad/s; none without a gyroscope.
+    pub(super) rate: Option<Vector<R>>,
 }
 
 impl<R: Scalar> Estimator<R> {
-    /// Both soles, seen from the unit, in axes of the base; of a leg that is believed.
+    /// Both soles, seen from the unit, in axes of the base; of a leg that is believed. `angular_velocity`: of the gyroscope, if it is.
     pub(super) fn look(
         &self,
         legs: &impl LegKinematics<R>,
+        angular_velocity: Option<Vector<R>>,
         fault: &mut Option<Fault>,
     ) -> [Option<Seen<R>>; 2] {
         [0, 1].map(|foot| {
@@ -71,7 +82,14 @@ impl<R: Scalar> Estimator<R> {
                 *sum = R::fused(*sum, encoder, own);
             }
             let arm = subtract(pose.position, self.settings.unit);
-            (!wrong).then_some(Seen { arm, turn: pose.turn, variance })
+            let turning = |base: Vector<R>| {
+                let joints = jacobian.iter().zip(self.readings.velocities);
+                joints.fold(subtract(base, self.gyroscope), |sum, ([.., x, y, z], velocity)| {
+                    along(sum, velocity, [*x, *y, *z])
+                })
+            };
+            let rate = angular_velocity.map(turning);
+            (!wrong).then_some(Seen { arm, turn: pose.turn, variance, rate })
         })
     }
 
@@ -166,13 +184,14 @@ impl<R: Scalar> Estimator<R> {
         let distance = subtract(anchor.position, self.position);
         let miss = subtract(turned(turn, sole.arm), distance);
         let twist = turn_between(anchor.turn, product(turn, sole.turn));
+        self.tipping(sole, first, step);
         self.turning(anchor, sole, first, (twist, step));
         let lever = cross_matrix(distance);
-        let lasting = R::constant(LASTING[0]) / (step * trust);
-        let lasting = if lasting > one { lasting } else { one };
+        let lasting = (R::constant(LASTING[0]) / (step * trust)).larger(one);
         let [a, b, c, d, e, f] = sole.variance;
         let (of_place, tilt) = (a.larger(b).larger(c) * lasting, d.larger(e) * lasting);
-        let of_angle = [tilt, tilt, f * lasting];
+        // What else is wrong with a leg hardly turns it about the vertical: samples are independent.
+        let of_angle = [tilt, tilt, f / trust];
         let mut farthest = zero;
         let all = miss.into_iter().zip(twist).zip(of_angle).zip(lever).enumerate();
         for (k, (((miss, twist), of_angle), [x, y, z])) in all {
@@ -191,8 +210,26 @@ impl<R: Scalar> Estimator<R> {
         }
     }
 
-    /// A sole that turns on the ground, by some hundredths of a degree within some milliseconds: over so short a time the gyroscope knows the heading better
-    /// than a sole stays. A twist of more than the noise of the encoders is the foot's, and not believed of the base.
+    /// A sole that tips from edge to edge, or is turned, does so within some milliseconds; joints and gyroscope see it turn. Then its place and attitude are
+    /// known so much worse, and the unit's sensors hold the base.
+    fn tipping(&mut self, sole: &Seen<R>, first: usize, step: R) {
+        let Some(rate) = sole.rate else { return };
+        let at_most = |most: R, x: R| if x < most { x } else { most };
+        let square = dot(rate, rate);
+        if square > R::constant(TIPPING * TIPPING) * self.rattle {
+            let turned = at_most(R::constant(MOST_TURNED * MOST_TURNED), square * step * step);
+            self.errors.grow(first + 3, [turned; 3]);
+            self.errors.grow(first, [R::constant(PIVOT * PIVOT) * turned; 3]);
+        }
+        let usual = at_most(R::constant(9.0) * self.rattle, square);
+        let part = step / (step + R::constant(RATTLING));
+        let rattle = R::fused(part, usual - self.rattle, self.rattle);
+        let [least, most] = RATTLE.map(|x| R::constant(x * x));
+        self.rattle = at_most(most, rattle.larger(least));
+    }
+
+    /// A sole that turns slower: a twist, filtered, of more than the noise of the encoders is the foot's, and not believed of the base.
+    /// Over so short a time the gyroscope knows the heading better than a sole stays.
     fn turning(
         &mut self,
         anchor: &mut Anchor<R>,

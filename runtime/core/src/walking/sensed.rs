@@ -51,7 +51,7 @@ pub struct Settings<R> {
     pub encoder: R,
     /// What else is wrong with where a leg says that the sole is while it stands: m, rad of its tilt, rad about the vertical.
     pub leg: [R; 3],
-    /// How a foot that stands moves, tilts and turns nevertheless: m/√s, rad/√s, rad/√s; what it turns at once is seen.
+    /// How a foot that stands moves, tilts and turns nevertheless: m/√s, rad/√s, rad/√s; what it tips or turns at once is seen.
     pub foot: [R; 3],
     /// Level ground: how far a foot at rest is from its height (m) and from lying flat (rad); infinite: nothing is known of it.
     pub ground: [R; 2],
@@ -78,8 +78,8 @@ impl<R: Scalar> Settings<R> {
             bias: [x(0.02), x(0.1)],
             bias_walk: [x(1e-5), x(1e-3)],
             encoder: x(1e-4),
-            leg: [x(5e-4), x(1e-3), x(1e-4)],
-            foot: [x(2e-4), x(5e-4), x(1e-4)],
+            leg: [x(5e-4), x(1e-3), x(3e-5)],
+            foot: [x(2e-4), x(5e-4), x(2e-5)],
             ground: [x(2e-3), x(5e-3)],
             slope: [x(0.05), x(2e-3)],
             loads: [x(0.05) * weight, x(0.1) * weight, x(0.4) * weight],
