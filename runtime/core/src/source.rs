@@ -1,9 +1,8 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 61] = [
+const FILES: [(&str, &str); 60] = [
     ("LICENSE", include_str!("../LICENSE")),
-    ("src/control/compromise.rs", include_str!("control/compromise.rs")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
     ("src/control/gait.rs", include_str!("control/gait.rs")),

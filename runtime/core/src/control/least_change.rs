@@ -4,7 +4,7 @@
 //! Which point that is depends on nothing but the conditions, so that a controller's answer is a function of the state: no search begins
 //! where another one ended.
 use super::phased::MOST_JOINTS;
-use super::slices::{columns, copy, get, set};
+use super::slices::{copy, get, set};
 use crate::real::Scalar;
 
 /// Most exchanges of a search.
@@ -66,14 +66,8 @@ impl<'m, R> Room<'m, R> {
     }
 }
 
-/// In two sums side by side: neither waits for the other.
-pub(super) fn dot<R: Scalar>(a: &[R], b: &[R]) -> R {
-    let ((pairs, rest), (others, other)) = (a.as_chunks::<2>(), b.as_chunks::<2>());
-    let [mut even, mut odd] = [R::constant(0.0); 2];
-    for ([a, c], [b, d]) in pairs.iter().zip(others) {
-        (even, odd) = (R::fused(*a, *b, even), R::fused(*c, *d, odd));
-    }
-    rest.iter().zip(other).fold(even + odd, |sum, (a, b)| R::fused(*a, *b, sum))
+fn dot<R: Scalar>(a: &[R], b: &[R]) -> R {
+    a.iter().zip(b).fold(R::constant(0.0), |sum, (a, b)| R::fused(*a, *b, sum))
 }
 
 impl<R: Scalar> Conditions<'_, R> {
@@ -92,16 +86,11 @@ impl<R: Scalar> Conditions<'_, R> {
         self.row(index).iter().zip(x).fold(bound, |sum, (a, x)| sum + (*a * *x).abs())
     }
 
-    /// Makes every row from this one on a unit vector; a row of zeros stays one.
-    pub fn normalise(&mut self, from: usize) {
-        let one = R::constant(1.0);
-        for index in from..self.count {
-            let square = dot(self.row(index), self.row(index));
-            // Limits of single torques are.
-            if square == one {
-                continue;
-            }
-            let factor = one / square.sqrt();
+    /// Makes every row a unit vector; a row of zeros stays one.
+    pub fn normalise(&mut self) {
+        for index in 0..self.count {
+            let length = dot(self.row(index), self.row(index)).sqrt();
+            let factor = R::constant(1.0) / length;
             if factor.is_finite() {
                 let row = self.rows.get_mut(index * self.size..(index + 1) * self.size).unwrap_or(&mut []);
                 row.iter_mut().for_each(|a| *a = *a * factor);
@@ -112,32 +101,19 @@ impl<R: Scalar> Conditions<'_, R> {
 }
 
 /// The conditions that hold with equality, in the order in which they became so.
-#[derive(Clone)]
 pub(crate) struct Active {
     indices: [u16; MOST_JOINTS],
     count: usize,
-    /// An equation behind the inequalities.
-    pinned: Option<u16>,
 }
 
 impl Active {
     pub fn new() -> Self {
-        Self { indices: [0; MOST_JOINTS], count: 0, pinned: None }
+        Self { indices: [0; MOST_JOINTS], count: 0 }
     }
 
     /// The conditions.
     pub fn all(&self) -> impl Iterator<Item = usize> + '_ {
         self.indices.iter().take(self.count).map(|&index| usize::from(index))
-    }
-
-    /// Those but for an equation behind the inequalities.
-    pub fn inequalities(&self) -> impl Iterator<Item = usize> + '_ {
-        self.all().filter(|&index| self.pinned.map(usize::from) != Some(index))
-    }
-
-    /// Whether what stands at this place may leave again.
-    fn may_leave(&self, place: usize) -> bool {
-        self.pinned.is_none() || self.indices.get(place).copied() != self.pinned
     }
 
     fn holds(&self, index: usize) -> bool {
@@ -169,62 +145,16 @@ pub(crate) fn nearest<R: Scalar>(
         return Search::Impossible;
     }
     *active = Active::new();
+    let one = R::constant(1.0);
     for index in 0..conditions.equations {
-        if !meet(conditions, index, x, room, active) {
-            return Search::Dependent;
-        }
+        let excess = conditions.excess(index, x);
+        let Some(reach) = room.direct(conditions.row(index), active.count) else { return Search::Dependent };
+        let length = -excess / reach;
+        x.iter_mut().zip(room.step.iter()).for_each(|(x, step)| *x = R::fused(length, *step, *x));
+        // Equations have multipliers of any sign, which nobody asks for.
+        room.enter(active.count);
+        active.push(index);
     }
-    exchange(conditions, x, room, active)
-}
-
-/// Moves x onto an equation that depends on none of the active rows; false: it does.
-fn meet<R: Scalar>(
-    conditions: &Conditions<'_, R>,
-    index: usize,
-    x: &mut [R],
-    room: &mut Room<'_, R>,
-    active: &mut Active,
-) -> bool {
-    let excess = conditions.excess(index, x);
-    let Some(reach) = room.direct(conditions.row(index), active.count) else { return false };
-    let length = -excess / reach;
-    x.iter_mut().zip(room.step.iter()).for_each(|(x, step)| *x = R::fused(length, *step, *x));
-    // Equations have multipliers of any sign, which nobody asks for.
-    room.enter(active.count);
-    active.push(index);
-    true
-}
-
-/// Goes on from the nearest point x that was found with `active`, with new conditions behind the others: the first of them, `index`, is an equation that x meets, the others are
-/// inequalities. The same point as if all had been asked for at once; `start` is where that search would begin, which is needed where the equation depends on active inequalities.
-pub(crate) fn nearest_further<R: Scalar>(
-    conditions: &Conditions<'_, R>,
-    index: usize,
-    (start, x): (&[R], &mut [R]),
-    room: &mut Room<'_, R>,
-    active: &mut Active,
-) -> Search {
-    let goes_on = meet(conditions, index, x, room, active);
-    if !goes_on {
-        copy(start, x);
-        *active = Active::new();
-        for index in (0..conditions.equations).chain([index]) {
-            if !meet(conditions, index, x, room, active) {
-                return Search::Dependent;
-            }
-        }
-    }
-    active.pinned = Some(index as u16);
-    exchange(conditions, x, room, active)
-}
-
-/// Takes up the inequality that is violated most, until none is.
-fn exchange<R: Scalar>(
-    conditions: &Conditions<'_, R>,
-    x: &mut [R],
-    room: &mut Room<'_, R>,
-    active: &mut Active,
-) -> Search {
     for _ in 0..EXCHANGES {
         let Some(index) = worst(conditions, x, active) else { return Search::Found };
         let mut own = R::constant(0.0);
@@ -232,7 +162,7 @@ fn exchange<R: Scalar>(
             let excess = conditions.excess(index, x);
             let reach = room.direct(conditions.row(index), active.count);
             room.solve(active.count);
-            let first = room.first_to_leave(active, conditions.equations);
+            let first = room.first_to_leave(active.count, conditions.equations);
             // Along −step the excess falls by `reach` per unit.
             let whole = reach.map(|reach| excess / reach);
             let (length, leaves) = match (whole, first) {
@@ -246,7 +176,7 @@ fn exchange<R: Scalar>(
             }
             let changes = room.multipliers.iter_mut().zip(room.change.iter());
             changes.take(active.count).for_each(|(u, change)| *u = R::fused(-length, *change, *u));
-            own = own + length;
+            own = R::fused(length, one, own);
             let Some(place) = leaves else {
                 room.enter(active.count);
                 set(room.multipliers, active.count, own);
@@ -278,8 +208,10 @@ pub(crate) fn optimality<R: Scalar>(
     active: &Active,
 ) -> Optimality<R> {
     room.step.iter_mut().zip(start.iter().zip(x)).for_each(|(step, (start, x))| *step = *start - *x);
-    room.along.fill(R::constant(0.0));
-    room.take_off(active.count);
+    for k in 0..active.count {
+        let part = room.take_off(k);
+        set(room.along, k, part);
+    }
     let stationarity = dot(room.step, room.step).sqrt();
     room.solve(active.count);
     let zero = R::constant(0.0);
@@ -299,30 +231,25 @@ pub(crate) fn optimality<R: Scalar>(
 /// The inequality that is violated most.
 fn worst<R: Scalar>(conditions: &Conditions<'_, R>, x: &[R], active: &Active) -> Option<usize> {
     let met = R::constant(MET * R::EPSILON);
-    let mut found = None;
-    let mut most = R::constant(0.0);
-    let Conditions { equations, count, size, .. } = *conditions;
-    let rows = columns(conditions.rows.get(equations * size..).unwrap_or(&[]), size);
-    let bounds = conditions.bounds.iter().skip(equations).take(count.saturating_sub(equations));
-    for (place, (row, bound)) in rows.zip(bounds).enumerate() {
-        let (index, excess) = (equations + place, dot(row, x) - *bound);
-        // What is seldom so is asked for last.
-        if excess > most && excess > met * conditions.size_of(index, x) && !active.holds(index) {
-            (found, most) = (Some(index), excess);
+    let mut found: Option<(usize, R)> = None;
+    for index in (conditions.equations..conditions.count).filter(|&index| !active.holds(index)) {
+        let excess = conditions.excess(index, x);
+        let more = excess > found.map_or(R::constant(0.0), |(_, most)| most);
+        if more && excess > met * conditions.size_of(index, x) {
+            found = Some((index, excess));
         }
     }
-    found
+    found.map(|(index, _)| index)
 }
 
 impl<R: Scalar> Room<'_, R> {
-    /// Takes the parts along the first columns of the basis off `step` and adds them to `along`.
-    fn take_off(&mut self, count: usize) {
-        let Self { basis, step, along, .. } = self;
-        for (column, along) in columns(basis, step.len()).zip(along.iter_mut()).take(count) {
-            let part = dot(column, step);
-            step.iter_mut().zip(column).for_each(|(step, c)| *step = R::fused(-part, *c, *step));
-            *along = *along + part;
-        }
+    /// Takes the part along a column of the basis off `step`; how much that was.
+    fn take_off(&mut self, k: usize) -> R {
+        let size = self.step.len();
+        let column = self.basis.get(k * size..(k + 1) * size).unwrap_or(&[]);
+        let part = dot(column, self.step);
+        self.step.iter_mut().zip(column).for_each(|(step, c)| *step = R::fused(-part, *c, *step));
+        part
     }
 
     /// The part of a row that is across all active ones into `step`, its coordinates in the basis into `along`; how much of the row
@@ -331,13 +258,14 @@ impl<R: Scalar> Room<'_, R> {
         self.step.iter_mut().zip(row).for_each(|(step, a)| *step = *a);
         self.along.fill(R::constant(0.0));
         let whole = dot(row, row);
-        self.take_off(count);
-        let mut reach = dot(self.step, self.step);
-        // Where much was taken off, what is left has roundings of that; twice is enough (Kahan).
-        if reach < R::constant(0.5) * whole {
-            self.take_off(count);
-            reach = dot(self.step, self.step);
+        // Twice is enough (Kahan).
+        for _ in 0..2 {
+            for k in 0..count {
+                let part = self.take_off(k);
+                set(self.along, k, get(self.along, k) + part);
+            }
         }
+        let reach = dot(self.step, self.step);
         let least = R::constant(DEPENDENT * R::EPSILON);
         let independent =
             count < self.step.len() && reach > least * least * whole && reach > R::constant(0.0);
@@ -361,9 +289,9 @@ impl<R: Scalar> Room<'_, R> {
     }
 
     /// Which active inequality's multiplier is the first to vanish, and after how long a step.
-    fn first_to_leave(&self, active: &Active, equations: usize) -> Option<(usize, R)> {
+    fn first_to_leave(&self, count: usize, equations: usize) -> Option<(usize, R)> {
         let mut found: Option<(usize, R)> = None;
-        for place in (equations..active.count).filter(|&place| active.may_leave(place)) {
+        for place in equations..count {
             let change = get(self.change, place);
             if change > R::constant(0.0) {
                 let at = get(self.multipliers, place).larger(R::constant(0.0)) / change;
@@ -379,12 +307,13 @@ impl<R: Scalar> Room<'_, R> {
     fn enter(&mut self, count: usize) {
         let size = self.step.len();
         let length = dot(self.step, self.step).sqrt();
-        let shorter = R::constant(1.0) / length;
-        let [column, upper] = [&mut *self.basis, &mut *self.upper]
-            .map(|matrix| matrix.get_mut(count * size..(count + 1) * size).unwrap_or(&mut []));
-        upper.iter_mut().zip(self.along.iter()).take(count).for_each(|(to, from)| *to = *from);
-        set(upper, count, length);
-        column.iter_mut().zip(self.step.iter()).for_each(|(to, step)| *to = *step * shorter);
+        for k in 0..count {
+            set(self.upper, count * size + k, get(self.along, k));
+        }
+        set(self.upper, count * size + count, length);
+        for i in 0..size {
+            set(self.basis, count * size + i, get(self.step, i) / length);
+        }
         set(self.multipliers, count, R::constant(0.0));
     }
 
@@ -399,5 +328,106 @@ impl<R: Scalar> Room<'_, R> {
             self.enter(k);
             set(self.multipliers, k, next);
         }
+    }
+}
+
+/// The nearest point where inequalities are met and equations as well as they can be: the least of |x − x₀|² + w |A x − b|², w the `weight`. Rows are
+/// unit vectors; inequalities are changed: afterwards they are those whose nearest point to 0 is `point`. `factor` has size² numbers, `centre`
+/// and `point` size.
+pub(crate) fn nearest_compromise<R: Scalar>(
+    conditions: Conditions<'_, R>,
+    x: &mut [R],
+    weight: f64,
+    (factor, centre, point): (&mut [R], &mut [R], &mut [R]),
+    room: &mut Room<'_, R>,
+    active: &mut Active,
+) -> Search {
+    let Conditions { rows, bounds, size, equations, count } = conditions;
+    let weight = R::constant(weight);
+    let (one, zero) = (R::constant(1.0), R::constant(0.0));
+    let Some((equal, rows)) = rows.split_at_mut_checked(equations * size) else { return Search::Impossible };
+    let Some((goals, bounds)) = bounds.split_at_mut_checked(equations) else { return Search::Impossible };
+    // H = 1 + w AᵀA, and what pulls away from x₀.
+    factor.fill(zero);
+    for k in 0..size {
+        set(factor, k * size + k, one);
+    }
+    point.fill(zero);
+    for (index, goal) in goals.iter().enumerate() {
+        let row = equal.get(index * size..(index + 1) * size).unwrap_or(&[]);
+        let miss = *goal - dot(row, x);
+        for (k, a) in row.iter().enumerate() {
+            set(point, k, R::fused(weight * *a, miss, get(point, k)));
+            for (j, b) in row.iter().enumerate() {
+                set(factor, j * size + k, R::fused(weight * *a, *b, get(factor, j * size + k)));
+            }
+        }
+    }
+    if !decompose(factor, size) {
+        return Search::Impossible;
+    }
+    forward(factor, point);
+    backward(factor, point);
+    centre.iter_mut().zip(x.iter().zip(point.iter())).for_each(|(c, (x, change))| *c = *x + *change);
+    for (index, bound) in bounds.iter_mut().enumerate().take(count.saturating_sub(equations)) {
+        let row = rows.get_mut(index * size..(index + 1) * size).unwrap_or(&mut []);
+        *bound = *bound - dot(row, centre);
+        forward(factor, row);
+    }
+    let mut changed = Conditions { rows, bounds, size, equations: 0, count: count.saturating_sub(equations) };
+    changed.normalise();
+    point.fill(zero);
+    let found = nearest(&changed, point, room, active);
+    copy(point, x);
+    backward(factor, x);
+    x.iter_mut().zip(centre.iter()).for_each(|(x, c)| *x = *c + *x);
+    found
+}
+
+/// L of a symmetric positive definite matrix, in its lower triangle, column after column; `false`: it is none.
+fn decompose<R: Scalar>(a: &mut [R], size: usize) -> bool {
+    for k in 0..size {
+        let mut pivot = get(a, k * size + k);
+        for j in 0..k {
+            let x = get(a, j * size + k);
+            pivot = R::fused(-x, x, pivot);
+        }
+        let root = pivot.sqrt();
+        if !(root > R::constant(0.0) && root.is_finite()) {
+            return false;
+        }
+        set(a, k * size + k, root);
+        for i in k + 1..size {
+            let mut sum = get(a, k * size + i);
+            for j in 0..k {
+                sum = R::fused(-get(a, j * size + i), get(a, j * size + k), sum);
+            }
+            set(a, k * size + i, sum / root);
+        }
+    }
+    true
+}
+
+/// L⁻¹ b into b.
+fn forward<R: Scalar>(factor: &[R], b: &mut [R]) {
+    let size = b.len();
+    for k in 0..size {
+        let mut sum = get(b, k);
+        for j in 0..k {
+            sum = R::fused(-get(factor, j * size + k), get(b, j), sum);
+        }
+        set(b, k, sum / get(factor, k * size + k));
+    }
+}
+
+/// L⁻ᵀ b into b.
+fn backward<R: Scalar>(factor: &[R], b: &mut [R]) {
+    let size = b.len();
+    for k in (0..size).rev() {
+        let mut sum = get(b, k);
+        for j in k + 1..size {
+            sum = R::fused(-get(factor, k * size + j), get(b, j), sum);
+        }
+        set(b, k, sum / get(factor, k * size + k));
     }
 }

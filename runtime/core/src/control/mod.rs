@@ -3,7 +3,6 @@
 //! A [`Controller`] is told the state and answers with a [`JointCommand`] for every joint. It neither allocates nor knows who
 //! calls it: a loop on the robot, or one of the simulators. [`GaitController`] is the one that walks by a gait, [`PhasedController`] that of a gait of
 //! several phases.
-pub(crate) mod compromise;
 pub(crate) mod elimination;
 mod feedback;
 mod gait;

@@ -1,8 +1,9 @@
 //! Torques of a phase: outputs' accelerations as equations, limits of ground and drives as inequalities, the least change of the feed-forward.
-use super::compromise::nearest_compromise;
 use super::ground_limits::{Forces, LettingGo, Limit, Writer, of_row};
-use super::least_change::{Active, Conditions, Room as Search, Search as Outcome, nearest, nearest_further};
-use super::phased::{MOST_JOINTS, PhaseLayout, PhasedLayout};
+use super::least_change::{
+    Active, Conditions, Room as Search, Search as Outcome, nearest, nearest_compromise,
+};
+use super::phased::{PhaseLayout, PhasedLayout};
 use super::slices::{copy, get};
 use super::{Feedback, Refusal};
 use crate::real::Scalar;
@@ -113,16 +114,21 @@ impl<R: Scalar> Room<'_, R> {
         effort: impl Fn(usize) -> Option<f64>,
     ) -> Result<Chosen<R>, Refusal> {
         let effort = |joint: usize| effort(joint).filter(|_| asked.limited);
-        let mut gave_way = GaveWay::Nothing;
-        let (error, size) = self.conditions(asked, &effort);
-        let (outcome, mut active) = self.search(asked, size).ok_or(Refusal::WrongLength)?;
-        let forces = Forces { lie: self.lie, layout: asked.phase };
-        let slips = || forces.letting_go(asked.layout.friction, self.torques);
-        let mut letting_go = None;
-        if let Some(of) = (asked.grounded && outcome == Outcome::Found).then(slips).flatten() {
-            match self.without_slip(asked, (size, active.clone()), &of).ok_or(Refusal::WrongLength)? {
-                Some(found) => (active, letting_go) = (found, Some(of)),
-                None => gave_way = GaveWay::LettingGo,
+        let (mut letting_go, mut gave_way) = (None, GaveWay::Nothing);
+        let (error, mut size) = self.conditions(asked, &effort, None);
+        let (mut outcome, mut active) = self.search(asked, size).ok_or(Refusal::WrongLength)?;
+        if asked.grounded && outcome == Outcome::Found {
+            let forces = Forces { lie: self.lie, layout: asked.phase };
+            letting_go = forces.letting_go(asked.layout.friction, self.torques);
+        }
+        if letting_go.is_some() {
+            size = self.conditions(asked, &effort, letting_go).1;
+            (outcome, active) = self.search(asked, size).ok_or(Refusal::WrongLength)?;
+            if outcome != Outcome::Found {
+                gave_way = GaveWay::LettingGo;
+                letting_go = None;
+                size = self.conditions(asked, &effort, None).1;
+                (outcome, active) = self.search(asked, size).ok_or(Refusal::WrongLength)?;
             }
         }
         let mut equations = size.equations;
@@ -141,13 +147,18 @@ impl<R: Scalar> Room<'_, R> {
         if !self.torques.iter().all(|x| x.is_finite()) {
             return Err(Refusal::NotFinite);
         }
-        let held = || active.inequalities().filter_map(|row| row.checked_sub(equations));
+        let held = || active.all().filter_map(|row| row.checked_sub(equations));
         let limit = held().last().and_then(|row| named(asked, &effort, (row, letting_go)));
         Ok(Chosen { error, limit, limits: held().count(), gave_way })
     }
 
-    /// Writes them: outputs; torques, ground. The largest output, and how many there are.
-    fn conditions(&mut self, asked: &Asked<'_, R>, effort: &impl Fn(usize) -> Option<f64>) -> (R, Size) {
+    /// Writes them: outputs and the push of a foot that is let go; torques, ground. The largest output, and how many there are.
+    fn conditions(
+        &mut self,
+        asked: &Asked<'_, R>,
+        effort: &impl Fn(usize) -> Option<f64>,
+        letting_go: Option<LettingGo<R>>,
+    ) -> (R, Size) {
         let Asked { layout, phase, feedback, .. } = asked;
         let (joints, zero) = (layout.joints, R::constant(0.0));
         let mut writer = Writer { rows: self.rows, bounds: self.bounds, size: joints, count: 0 };
@@ -159,6 +170,7 @@ impl<R: Scalar> Room<'_, R> {
             error = error.larger(of(0).abs());
             writer.push(feedback.at(of(0), of(1)) - of(2), |joint| of(3 + joint));
         }
+        letting_go.iter().for_each(|of| forces.keep_push(of, &mut writer));
         let equations = writer.count;
         for joint in 0..joints {
             let Some(limit) = effort(joint).map(R::constant) else { continue };
@@ -169,8 +181,9 @@ impl<R: Scalar> Room<'_, R> {
         if asked.grounded {
             forces.write(layout.friction, &mut writer);
         }
+        letting_go.iter().for_each(|of| forces.keep_from_slipping(of, &mut writer));
         let size = Size { equations, count: writer.count };
-        self.these(asked, size).normalise(0);
+        self.these(asked, size).normalise();
         (error, size)
     }
 
@@ -187,33 +200,6 @@ impl<R: Scalar> Room<'_, R> {
         let mut active = Active::new();
         let mut room = Search::of(self.search, size)?;
         Some((nearest(&conditions, self.torques, &mut room, &mut active), active))
-    }
-
-    /// The same with the friction of a foot that is let go, behind a search that ended with these active conditions. None: it is not to be met, torques stay.
-    fn without_slip(
-        &mut self,
-        asked: &Asked<'_, R>,
-        (before, mut active): (Size, Active),
-        foot: &LettingGo<R>,
-    ) -> Option<Option<Active>> {
-        let (size, from) = (asked.layout.joints, before.count);
-        let mut slipping = [R::constant(0.0); MOST_JOINTS];
-        copy(self.torques, &mut slipping);
-        let forces = Forces { lie: self.lie, layout: asked.phase };
-        let mut writer = Writer { rows: self.rows, bounds: self.bounds, size, count: from };
-        forces.keep_push(foot, &mut writer);
-        forces.keep_from_slipping(foot, &mut writer);
-        let count = writer.count;
-        self.these(asked, Size { count, ..before }).normalise(from);
-        let conditions =
-            Conditions { rows: self.rows, bounds: self.bounds, size, equations: before.equations, count };
-        let mut room = Search::of(self.search, size)?;
-        let way = (&*self.feedforward, &mut *self.torques);
-        let found = nearest_further(&conditions, from, way, &mut room, &mut active);
-        if found != Outcome::Found {
-            copy(&slipping, self.torques);
-        }
-        Some((found == Outcome::Found).then_some(active))
     }
 
     /// The same where only limits are to be met; they are changed by it.
@@ -239,7 +225,7 @@ impl<R: Scalar> Room<'_, R> {
     /// What the outputs ask for, clamped to the drives' limits.
     fn clamp(&mut self, asked: &Asked<'_, R>, effort: &impl Fn(usize) -> Option<f64>) -> Result<(), Refusal> {
         let grounded = Asked { grounded: false, limited: false, feedback: asked.feedback, ..*asked };
-        let (_, size) = self.conditions(&grounded, &|_| None);
+        let (_, size) = self.conditions(&grounded, &|_| None, None);
         match self.search(&grounded, size) {
             Some((Outcome::Found, _)) => {}
             _ => return Err(Refusal::SingularOutputs),

@@ -2,8 +2,9 @@
 use super::ground_foot::{Foot, LEAST_HALF, PAIRS, Writer};
 use super::ground_forces::{Certificate, Limits, MOST_LEG_JOINTS, StandingFoot, about, halves, joined};
 use super::space::{add, length, scale, turned_back};
-use crate::control::compromise::nearest_compromise;
-use crate::control::least_change::{Active, Conditions, Optimality, Room, Search, nearest, optimality};
+use crate::control::least_change::{
+    Active, Conditions, Optimality, Room, Search, nearest, nearest_compromise, optimality,
+};
 use crate::control::slices::{copy, get};
 use crate::real::Scalar;
 
@@ -226,7 +227,7 @@ impl<'a, R: Scalar> Program<'a, R> {
         let Writer { rows, bounds, count, .. } = writer;
         if let (Some(rows), Some(bounds)) = (rows.get_mut(first * size..), bounds.get_mut(first..)) {
             let count = count.saturating_sub(first);
-            Conditions { rows, bounds, size, equations: 0, count }.normalise(0);
+            Conditions { rows, bounds, size, equations: 0, count }.normalise();
         }
         Conditions { rows, bounds, size, equations: EQUATIONS, count }
     }
