@@ -121,10 +121,12 @@ impl Columns {
     fn find_joints(&mut self, robot: &Robot<'_>, reader: &Reader) -> Result<(), Diagnostic> {
         let (mut still, mut as_motors) = (Vec::new(), Vec::new());
         for joint in &robot.layout.joints {
-            let [position, motor_position] = ["position", "motor_position"]
-                .map(|what| self.add(reader, &format!("{}/{what}", joint.name)));
-            let effort = format!("{}/effort", joint.name);
-            let effort = if self.plan.is_sparse(reader, &effort) { None } else { self.add(reader, &effort) };
+            let position = self.add(reader, &format!("{}/position", joint.name));
+            // Rows without a position do not count; other columns that are as good as empty count as not logged.
+            let [motor_position, effort] = ["motor_position", "effort"].map(|what| {
+                let name = format!("{}/{what}", joint.name);
+                if self.plan.is_sparse(reader, &name) { None } else { self.add(reader, &name) }
+            });
             let mut columns = JointColumns { position, effort, motor_position, ..JointColumns::default() };
             match (position, motor_position) {
                 (None, None) => still.push(joint.name.as_str()),
