@@ -49,6 +49,20 @@ fn an_empty_effort_is_left_out_with_a_word() {
     }
 }
 
+/// Of a joint whose own angle is logged: rows did not count without its motor's.
+#[test]
+fn an_empty_angle_of_a_motor_counts_as_not_logged() {
+    let header = "left_hip/position,left_hip/effort,left_knee/position,left_knee/motor_position";
+    let log = text(header, |k| {
+        let angle = format!("{}", 0.01 * (0.04 * k as f64).sin());
+        [angle.clone(), "0.2".to_owned(), angle, String::new()]
+    });
+    let found = run("motor", &log).unwrap();
+    assert_eq!((channels(&found), found.samples), (vec!["left_hip"], 250));
+    let warning = found.warnings[0].to_string();
+    assert!(warning.contains("`left_knee/motor_position` is empty in all 500 rows"), "{warning}");
+}
+
 #[test]
 fn a_half_empty_effort_leaves_the_others_their_samples() {
     let found = run("half", &with_efforts(|k| ["0.2", if k < 250 { "0.4" } else { "" }])).unwrap();

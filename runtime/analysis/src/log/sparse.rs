@@ -12,6 +12,10 @@ const EFFORT: f64 = 0.25;
 /// Without an angle nothing is known of a joint's motion, which others feel: only one that is nearly never there goes.
 const MOTION: f64 = 0.9;
 
+/// Angles, of which one column stands for the other where a joint lacks one.
+const OF_JOINTS: &str = "position";
+const OF_MOTORS: &str = "motor_position";
+
 /// A column with hardly any numbers in rows that have those of other joints.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Sparse {
@@ -49,8 +53,8 @@ fn find(log: &Log) -> Result<Vec<Sparse>, Diagnostics> {
         return Ok(Vec::new());
     }
     let columns = &log.header().columns;
-    let mut quantities: Vec<Quantity<'_>> =
-        JOINT_QUANTITIES.iter().map(|quantity| Quantity::of(quantity, columns)).collect();
+    let known = JOINT_QUANTITIES.iter().filter(|quantity| **quantity != OF_MOTORS);
+    let mut quantities: Vec<Quantity<'_>> = known.map(|quantity| Quantity::of(quantity, columns)).collect();
     let (mut lines, mut fields, mut whole) = (log.lines()?, Vec::new(), 0);
     while let Some((number, line)) = lines.next()? {
         if !may_lack(line) {
@@ -79,10 +83,12 @@ fn may_lack(line: &str) -> bool {
 impl<'c> Quantity<'c> {
     fn of(name: &str, columns: &'c [Column]) -> Self {
         let own = |column: &&Column| {
-            joint_of(&column.name).is_some() && column.name.rsplit('/').next() == Some(name)
+            let quantity =
+                column.name.rsplit('/').next().map(|own| if own == OF_MOTORS { OF_JOINTS } else { own });
+            joint_of(&column.name).is_some() && quantity == Some(name)
         };
         let new = |column: &'c Column| (column, Sparse { field: column.field, rows: 0, of: 0, line: 0 });
-        let largest = if name.ends_with("position") { MOTION } else { EFFORT };
+        let largest = if name == OF_JOINTS { MOTION } else { EFFORT };
         Self { columns: columns.iter().filter(own).map(new).collect(), largest, rows: 0 }
     }
 
