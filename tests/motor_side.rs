@@ -1,5 +1,7 @@
 //! Robots whose encoders sit on the motors: springs and play behind them are found from the motor's angle and torque alone, and what
 //! turns with a motor is held against the motor's motion.
+mod walks;
+
 use super::cli::{bipedc, scratch, text};
 use super::hidden_effects::{drawn, generator::Truth, made};
 use serde_json::Value;

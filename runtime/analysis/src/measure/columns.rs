@@ -174,7 +174,7 @@ impl Plan {
     }
 
     /// Joints of which only the motor's side is measured.
-    fn note_motor_side(&mut self, joints: &[&str]) {
+    pub fn note_motor_side(&mut self, joints: &[&str]) {
         if !joints.is_empty() {
             self.assumptions.push(format!(
                 "no position column but `motor_position` for {}: the joint turns as its motor does, unless a spring or play between \

@@ -10,8 +10,13 @@ use super::refinement::refine;
 use super::regression::Regression;
 use super::search::{Outcome, mistimes};
 use super::significance::without_sticking;
+use crate::experiments::corners::landings_in_legs;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::{Acts, Effect};
+
+/// Beside play in a leg on the ground errors beyond so many times the noise count by their size, and not by its square: beside a stop that was
+/// met otherwise, a link is half a gap or more away from where it is taken to be.
+const FORGIVEN: f64 = 3.0;
 
 /// Leaves those effects in `outcome` that lower the exact held-out error by more than they cost, beginning with what lies behind a
 /// motor. Others are as they were.
@@ -29,7 +34,9 @@ pub(super) fn stand_in_line(
     }
     let starts = estimates(regression, outcome);
     let always: Vec<usize> = (0..standing).collect();
-    let cost = |kept: &[usize]| exact_cost(regression, outcome, (&starts, kept), teaches);
+    // How a link meets its stops no law tells: nothing is to stand for that.
+    let jumps = landings_in_legs(regression.judge, &starts);
+    let cost = |kept: &[usize]| exact_cost(regression, outcome, (&starts, kept), (teaches, &jumps));
     let cheapest = |tried: &[usize], beside: &[usize]| {
         let with = |k: usize| [beside, &[k]].concat();
         let costs = tried.iter().map(|&k| (with(k), cost(&with(k))));
@@ -59,11 +66,17 @@ pub(super) fn stand_in_line(
     }
 }
 
+/// The square of an error, which grows with its size beyond a limit, as Huber's.
+fn forgiving_square(error: f64, limit: f64) -> f64 {
+    let size = error.abs();
+    if size > limit { limit * (2.0 * size - limit) } else { size * size }
+}
+
 /// Whether a candidate lies between a motor and a link of which nobody measured the angle: its torque shows it.
 fn is_behind_motor(regression: &Regression<'_>, c: usize) -> bool {
     let candidate = &regression.candidates[c];
     candidate.form.kind.law.acts() == Acts::Transmission
-        && candidate.rows.iter().all(|&row| regression.train.rows()[row].channel == Channel::Effort)
+        && candidate.rows.iter().all(|&row| regression.train.rows()[row].channel != Channel::Transmission)
 }
 
 /// Weighted held-out squares of the `kept` ones of the effects, estimated exactly, and what they cost.
@@ -71,7 +84,7 @@ fn exact_cost(
     regression: &Regression<'_>,
     outcome: &Outcome,
     (starts, kept): (&[Effect], &[usize]),
-    teaches: &(dyn Fn(usize, usize) -> bool + Sync),
+    (teaches, jumps): (&(dyn Fn(usize, usize) -> bool + Sync), &[bool]),
 ) -> f64 {
     let effects = kept.iter().map(|&k| starts[k].clone()).collect();
     let refined = refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected));
@@ -81,8 +94,11 @@ fn exact_cost(
         amended.correct(&change);
     }
     let squares = |row: usize| -> f64 {
-        let told = without_sticking(regression.judge, row, amended.residual(row), |_| true);
-        told.map(|x| x * x).sum::<f64>() * regression.weights[row]
+        let away = |i: usize| !jumps.get(i).is_some_and(|jumps| *jumps);
+        let told = without_sticking(regression.judge, row, amended.residual(row), away);
+        let limit =
+            if jumps.is_empty() { f64::INFINITY } else { FORGIVEN * regression.judge.rows()[row].noise };
+        told.map(|x| forgiving_square(x, limit)).sum::<f64>() * regression.weights[row]
     };
     let prior: f64 = refined.corrections.iter().map(|x| x * x).sum();
     let active: Vec<usize> = kept.iter().map(|&k| outcome.active[k]).collect();

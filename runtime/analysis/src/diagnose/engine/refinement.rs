@@ -4,7 +4,7 @@ use super::block_equations::{BlockEquations, Spread, block_equations};
 use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
 use super::parallel::parallel;
 use super::uncertainty::uncertainty;
-use crate::experiments::corners::{Corners, inexactness, sharpened, wide_corners};
+use crate::experiments::corners::{Corners, inexactness, landings_in_legs, sharpened, wide_corners};
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::{Effect, Law, Role};
@@ -115,6 +115,7 @@ fn converged(
 ) -> (Vec<Effect>, Vec<Corners>, Option<LastStep>) {
     let Data { experiment, weights, teaches } = data;
     let mut corners = corners_of(experiment, stated);
+    let is_crossed = !landings_in_legs(experiment, stated).is_empty();
     let mut current = sharpened(experiment, stated, |row| corners[row].reach.is_some());
     let nothing = Spread::none();
     let (corrected, spread) = (spread.is_some(), spread.unwrap_or(&nothing));
@@ -125,7 +126,7 @@ fn converged(
         let jacobian = jacobian(experiment, &current, &amended, unknowns);
         let counts =
             |row: usize, sample: usize, count: usize| teaches(sample, count) && !corners[row].hold(sample);
-        let equations = equations(&amended, spread, &jacobian, &counts);
+        let equations = equations(&amended, (spread, is_crossed), &jacobian, &counts);
         let all: Vec<usize> = (0..BLOCKS).collect();
         let sums = NormalEquations::of(&equations, &all);
         let here: f64 = sums.rows.iter().zip(weights).map(|(row, w)| w * row.squares()).sum();
@@ -153,7 +154,8 @@ fn converged(
 
 /// Samples of each row at the corners of what acts there.
 fn corners_of(experiment: &dyn Experiment, effects: &[Effect]) -> Vec<Corners> {
-    parallel(experiment.rows().len(), |row| wide_corners(experiment, row, effects))
+    let landings = landings_in_legs(experiment, effects);
+    parallel(experiment.rows().len(), |row| wide_corners(experiment, row, effects).beside(landings.clone()))
 }
 
 /// The effects with the settings that were stated.
@@ -260,7 +262,7 @@ fn jacobian(
 
 fn equations(
     experiment: &dyn Experiment,
-    spread: &Spread,
+    (spread, is_crossed): (&Spread, bool),
     columns: &[Column],
     teaches: &(dyn Fn(usize, usize, usize) -> bool + Sync),
 ) -> Vec<BlockEquations> {
@@ -271,6 +273,7 @@ fn equations(
         let what = &experiment.rows()[row];
         let mut emphasis = match what.channel {
             Channel::Transmission => forgiveness(experiment.residual(row), 0.1, 3.0 * what.noise),
+            _ if is_crossed => forgiveness(experiment.residual(row), 0.1, 3.0 * what.noise),
             _ => forgiveness(experiment.residual(row), 2.0, 0.0),
         };
         let count = emphasis.len();

@@ -239,10 +239,10 @@ impl<'a> Regression<'a> {
         changed
     }
 
-    /// Whether play at a joint changes a torque: where nobody measured the link's angle.
+    /// Whether play at a joint changes a torque or force: where nobody measured the link's angle.
     pub fn is_behind_play(&self, row: usize, at: &Location) -> bool {
         let play = |c: &&Candidate| c.form.kind.law == Law::Backlash && c.form.location == *at;
-        self.train.rows()[row].channel == Channel::Effort
+        self.train.rows()[row].channel != Channel::Transmission
             && self.candidates.iter().filter(play).any(|c| c.rows.contains(&row))
     }
 

@@ -132,18 +132,22 @@ impl Columns {
                 (None, None) => still.push(joint.name.as_str()),
                 (None, Some(_)) => {
                     (columns.position, columns.motor_position) = (motor_position, None);
+                    // Where the base is known by the joints alone, so is what they carry.
+                    columns.by_motor = self.standing.is_none();
                     as_motors.push(joint.name.as_str());
                 }
                 _ => {}
             }
             self.plan.joints.push(columns);
         }
-        if !as_motors.is_empty() {
-            self.plan.assumptions.push(format!(
+        match self.standing {
+            None => self.plan.note_motor_side(&as_motors),
+            Some(_) if as_motors.is_empty() => {}
+            Some(_) => self.plan.assumptions.push(format!(
                 "no position column but `motor_position` for {}: the joint turns as its motor does; springs and play between them are \
-                 not looked for in logs with forces of feet",
+                 not looked for without the motion of the base",
                 names::list(as_motors.iter().copied(), 40)
-            ));
+            )),
         }
         if still.len() == robot.layout.joints.len() {
             return Err(Diagnostic::error("no column is the position of a joint of this robot")

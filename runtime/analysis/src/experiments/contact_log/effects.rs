@@ -2,6 +2,7 @@
 use super::foot::SIGNALS;
 use super::soles::Soil;
 use super::{ContactExperiment, World};
+use crate::experiments::motion::Hidden;
 use crate::experiments::postures::is_clipped;
 use crate::robot::InertialParameters;
 use crate::robot::Robot;
@@ -46,6 +47,8 @@ pub(super) struct Change {
     faults: Vec<(Option<String>, Fault)>,
     /// Places and limits of saturated sensors.
     pub limits: Vec<(Option<String>, f64)>,
+    /// Links that move behind their motors.
+    pub behind: Vec<Hidden>,
 }
 
 impl Change {
@@ -57,6 +60,7 @@ impl Change {
             soil: None,
             faults: Vec::new(),
             limits: Vec::new(),
+            behind: Vec::new(),
         };
         for effect in effects {
             let place = || effect.location.sensor.clone();
@@ -82,9 +86,15 @@ impl Change {
         }
         change
     }
+
+    /// The same with links behind their motors.
+    pub fn with_links(self, behind: Vec<Hidden>) -> Self {
+        Self { behind, ..self }
+    }
 }
 
-/// Whether an effect shows in no wrench and no sole, whatever its size: it acts on torques, or on what happens at impacts.
+/// Whether an effect shows in no wrench and no sole, whatever its size: it acts on torques, or on what happens at impacts. Springs and play
+/// do where the motor's angle alone is measured, see [`Change::behind`].
 pub(super) fn spares_contact(effect: &Effect) -> bool {
     match effect.kind.law {
         Law::Torque(_)

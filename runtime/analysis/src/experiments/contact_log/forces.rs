@@ -49,6 +49,8 @@ pub struct ContactRecording {
     pub(super) transmission: Vec<Option<Vec<f64>>>,
     /// Motions of motors beside those of their joints, through the filter: rad, rad/s, rad/s².
     pub(super) motors: Vec<Option<Vec<[f64; 3]>>>,
+    /// Joints whose motor's angle stands for theirs.
+    pub(super) motor_side: Vec<bool>,
     /// Noise of efforts as logged.
     pub(super) effort_noise: Vec<f64>,
     /// Noise of each coordinate as logged (floating base: linear in world axes, then angles).
@@ -126,6 +128,7 @@ impl ContactRecording {
         let both = |c: &JointColumns| c.motor_position.and(c.position).is_some();
         recording.transmission = columns.plan.joints.iter().map(|c| both(c).then(Vec::new)).collect();
         recording.motors = columns.plan.joints.iter().map(|c| both(c).then(Vec::new)).collect();
+        recording.motor_side = columns.plan.joints.iter().map(|c| c.by_motor).collect();
         let mut accelerations = AccelerationNoise::new(&columns.plan);
         recording.stops = Stops::new(robot.layout, &columns.plan);
         let mut raw_noise: Vec<f64> = Vec::new();

@@ -58,6 +58,7 @@ pub use quantities::Quantity;
 pub use walking::WalkingExperiment;
 
 use crate::experiments::experiment::sought_at;
+use crate::experiments::motion::Hidden;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::measure::JointPositions;
 use crate::robot::InertialParameters;
@@ -108,6 +109,32 @@ impl<'a> ContactExperiment<'a> {
         self.inertial.iter().any(|i| i.columns.iter().any(|c| body_of(*c) == body))
     }
 
+    /// What effects explain, with links behind their motors.
+    fn response_with(&self, effects: &[Effect], behind: Vec<Hidden>) -> Vec<(usize, Vec<f64>)> {
+        let as_motors = behind.is_empty();
+        if as_motors && effects.iter().all(spares_contact) {
+            return Vec::new();
+        }
+        let inertial_only = effects.iter().all(|e| e.kind.law.acts() == Acts::Body);
+        let linear = self.kinds.iter().all(|kind| !matches!(kind, Component::Pressure(_)));
+        // A simpler model of the description may not be linear in what is added.
+        if inertial_only && linear && !self.change(&[]).level.is_simpler() {
+            return self.linear_response(&self.robot.link_inertias.change(effects));
+        }
+        let change = self.change(effects).with_links(behind);
+        // What acts at the soles only leaves the wrenches alone, and the other way round.
+        let of_ground = as_motors && effects.iter().all(|e| e.kind.law == Law::GroundCompliance);
+        let mut changed =
+            if of_ground { self.residual[..self.kinds.len()].to_vec() } else { self.residual_under(&change) };
+        changed.extend(self.sole_residuals(&change));
+        let rows = self.residual.iter().zip(changed).enumerate();
+        rows.map(|(row, (nominal, changed))| {
+            (row, nominal.iter().zip(changed).map(|(nominal, changed)| nominal - changed).collect::<Vec<_>>())
+        })
+        .filter(|(_, values)| values.iter().any(|v| *v != 0.0))
+        .collect()
+    }
+
     /// What inertial effects alone explain: exact, since these rows are linear in inertial parameters.
     fn linear_response(&self, change: &[f64]) -> Vec<(usize, Vec<f64>)> {
         let rows = self.inertial.iter().enumerate();
@@ -142,27 +169,7 @@ impl Experiment for ContactExperiment<'_> {
         self.recording.at_impacts.as_flattened().contains(&true)
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
-        if effects.iter().all(spares_contact) {
-            return Vec::new();
-        }
-        let inertial_only = effects.iter().all(|e| e.kind.law.acts() == Acts::Body);
-        let linear = self.kinds.iter().all(|kind| !matches!(kind, Component::Pressure(_)));
-        // A simpler model of the description may not be linear in what is added.
-        if inertial_only && linear && !self.change(&[]).level.is_simpler() {
-            return self.linear_response(&self.robot.link_inertias.change(effects));
-        }
-        let change = self.change(effects);
-        // What acts at the soles only leaves the wrenches alone, and the other way round.
-        let of_ground = effects.iter().all(|e| e.kind.law == Law::GroundCompliance);
-        let mut changed =
-            if of_ground { self.residual[..self.kinds.len()].to_vec() } else { self.residual_under(&change) };
-        changed.extend(self.sole_residuals(&change));
-        let rows = self.residual.iter().zip(changed).enumerate();
-        rows.map(|(row, (nominal, changed))| {
-            (row, nominal.iter().zip(changed).map(|(nominal, changed)| nominal - changed).collect::<Vec<_>>())
-        })
-        .filter(|(_, values)| values.iter().any(|v| *v != 0.0))
-        .collect()
+        self.response_with(effects, Vec::new())
     }
     fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         let links = self.robot.link_places(|body| self.shows(body));

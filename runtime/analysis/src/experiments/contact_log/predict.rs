@@ -23,6 +23,19 @@ impl ContactExperiment<'_> {
         [state.q.to_vec(), state.v.to_vec(), state.a.to_vec()]
     }
 
+    /// The same with links that a change puts behind their motors.
+    pub(super) fn moved_state(&self, i: usize, change: &Change) -> State {
+        let mut state = self.logged_state(i);
+        let base = self.robot.layout.base;
+        for link in &change.behind {
+            let [q, v] = [base.nq(), base.nv()].map(|first| first + link.joint);
+            for (values, (at, moved)) in state.iter_mut().zip([q, v, v].into_iter().zip(link.behind[i])) {
+                values[at] += moved;
+            }
+        }
+        state
+    }
+
     /// Axes of the base in the log's world.
     pub(super) fn base_axes(&self, q: &[f64]) -> Matrix3<f64> {
         match self.robot.layout.base {
@@ -127,7 +140,7 @@ impl ContactExperiment<'_> {
 
     /// The logged state with joints as they are in truth, in the world as logged.
     pub(super) fn kinematics(&self, i: usize, change: &Change) -> State {
-        let [mut q, v, a] = self.logged_state(i);
+        let [mut q, v, a] = self.moved_state(i, change);
         change.world.correct(&mut q);
         [q, v, a]
     }

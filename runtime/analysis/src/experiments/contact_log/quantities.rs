@@ -81,7 +81,7 @@ impl ContactExperiment<'_> {
     /// Centre of pressure minus zero moment point, and minus the centre of mass.
     fn centers(&self, i: usize, change: &super::Change, ground: &Ground, center: Option<usize>) -> [f64; 4] {
         let measured = ground.pressure(&self.reported(i, change));
-        let needed = ground.pressure(&self.needed(&self.logged_state(i), change));
+        let needed = ground.pressure(&self.needed(&self.moved_state(i, change), change));
         let mut mass = [f64::NAN; 3];
         if let Some(function) = center {
             let [q, ..] = self.kinematics(i, change);

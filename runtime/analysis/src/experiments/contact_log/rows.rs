@@ -194,7 +194,7 @@ impl<'a> ContactExperiment<'a> {
         for i in 0..self.samples() {
             let needed = match &simpler {
                 Some(needed) => needed[i],
-                None => self.needed(&self.logged_state(i), change),
+                None => self.needed(&self.moved_state(i, change), change),
             };
             let reported = self.reported(i, change);
             let ground = self.ground(i, change);

@@ -9,6 +9,7 @@ use super::forces::mapped;
 use super::rows::{CLEARLY, NOISE_SAMPLES, misfit};
 use super::vertical_moment::Elimination;
 use super::{ContactExperiment, ContactRecording};
+use crate::experiments::motion::{Hidden, OnGround};
 use crate::experiments::{Channel, Experiment, Inertial, MotionExperiment, Row};
 use crate::log::Log;
 use crate::measure::{Missing, Options, Recording};
@@ -125,9 +126,31 @@ impl<'a> WalkingExperiment<'a> {
             inertial: OnceLock::new(),
             missing,
         };
+        this.find_described();
         this.residual = this.rest(|row| Some(this.joints.residual(row)));
         this.sticks = this.shown.iter().map(|row| this.sticking(this.joints.sticks(*row))).collect();
         Ok(this)
+    }
+
+    /// Links behind their motors under these effects and those of the description.
+    fn behind_motors(&self, effects: &[Effect]) -> Vec<Hidden> {
+        let change = self.base.change(effects);
+        let forces = |behind: &[Hidden]| self.base.ground_forces(&change.clone().with_links(behind.to_vec()));
+        self.joints.behind_motors(&self.base.robot.with(effects), &forces)
+    }
+
+    /// Puts links that the description has behind their motors where they are.
+    fn find_described(&mut self) {
+        let behind = self.behind_motors(&[]);
+        if behind.is_empty() {
+            return;
+        }
+        let change = self.base.change(&[]).with_links(behind);
+        self.base.residual = self.base.residual_under(&change);
+        let soles = self.base.sole_residuals(&change);
+        self.base.residual.extend(soles);
+        let forces = self.base.ground_forces(&change);
+        self.joints.find_residuals(Some(&OnGround { forces, behind: change.behind }));
     }
 
     /// Which joints lay at their stops, if any did: their rows leave those samples out.
@@ -219,16 +242,19 @@ impl<'a> WalkingExperiment<'a> {
         columns.into_iter().zip(values).map(of_row).collect()
     }
 
-    fn joint_response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
+    fn joint_response(&self, effects: &[Effect], behind: Vec<Hidden>) -> Vec<(usize, Vec<f64>)> {
         let all = self.base.robot.with(effects);
         let at_feet = |effect: &Effect| {
             matches!(effect.kind.law, Law::EncoderOffset | Law::ForceSensorBias | Law::ForceSensorGain)
         };
-        let changes = effects.iter().any(at_feet);
-        let ground = changes.then(|| self.base.ground_forces(&self.base.change(effects)));
+        let changes = effects.iter().any(at_feet) || !behind.is_empty();
+        let ground = changes.then(|| {
+            let change = self.base.change(effects).with_links(behind);
+            OnGround { forces: self.base.ground_forces(&change), behind: change.behind }
+        });
         let rows = if changes { (0..self.joint_of.len()).collect() } else { self.joints.touched(effects) };
         let mut responses: Vec<Option<Vec<f64>>> = vec![None; self.joint_of.len()];
-        for (row, changed) in self.joints.residuals(&all, &rows, ground.as_deref()) {
+        for (row, changed) in self.joints.residuals(&all, &rows, ground.as_ref()) {
             let nominal = self.joints.residual(row);
             responses[row] = Some(nominal.iter().zip(changed).map(|(nominal, x)| nominal - x).collect());
         }
@@ -250,6 +276,7 @@ impl ContactRecording {
             effort: self.effort.clone(),
             transmission: self.transmission.clone(),
             motors: self.motors.clone(),
+            motor_side: self.motor_side.clone(),
             step: self.step,
             cutoff_hz: self.cutoff_hz,
             noise: self.effort_noise.clone(),
@@ -369,12 +396,20 @@ impl Experiment for WalkingExperiment<'_> {
         let spacing = self.base.recording.kept.windows(2).map(|pair| pair[1] - pair[0]).min();
         self.joints.smeared().div_ceil(spacing.unwrap_or(1).max(1))
     }
+    fn crossings(&self, effects: &[Effect]) -> Vec<bool> {
+        let behind = self.behind_motors(effects);
+        let between = |i: &usize| behind.iter().any(|link| link.is_between_stops(*i));
+        let flags: Vec<bool> = self.base.recording.kept.iter().map(between).collect();
+        if flags.contains(&true) { flags } else { Vec::new() }
+    }
     fn is_cut_at_impacts(&self) -> bool {
         self.base.is_cut_at_impacts()
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
-        let mut out = self.base.response(effects);
-        out.extend(self.joint_response(effects).into_iter().filter(|(_, v)| v.iter().any(|x| *x != 0.0)));
+        let behind = self.behind_motors(effects);
+        let mut out = self.base.response_with(effects, behind.clone());
+        let joints = self.joint_response(effects, behind).into_iter();
+        out.extend(joints.filter(|(_, values)| values.iter().any(|x| *x != 0.0)));
         out
     }
     fn candidates(&self) -> Vec<(&'static Kind, Location)> {

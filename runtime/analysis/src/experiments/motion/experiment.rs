@@ -1,15 +1,16 @@
 //! Joint torques as an [`Experiment`].
+use super::on_ground::OnGround;
 use super::places;
 use super::rigid::Rigid;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
 use crate::measure::JointPositions;
 use crate::measure::recording::Recording;
+use crate::robot::JointLayout;
 use crate::robot::LinkInertias;
 use crate::robot::inertial_parameters::body_of;
-use crate::robot::{BaseKind, JointLayout};
 use crate::robot::{InertialParameters, Trajectory};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::{Acts, Effect, Kind, Law, Location, Simulation, Starts};
+use bipedc_effects::effect::{Effect, Kind, Law, Location, Simulation, Starts};
 use bipedc_runtime::model::Model;
 use std::sync::OnceLock;
 
@@ -26,13 +27,13 @@ pub struct MotionExperiment<'a> {
     pub(super) link_inertias: &'a LinkInertias,
     pub(super) recording: Recording,
     present: Vec<Effect>,
-    rows: Vec<Row>,
+    pub(super) rows: Vec<Row>,
     /// Joint of each row.
-    joint_of: Vec<usize>,
+    pub(super) joint_of: Vec<usize>,
     /// Rigid-body torques, `samples × nv`, with the inertial effects of the description.
-    load: Vec<f64>,
+    pub(super) load: Vec<f64>,
     /// Forces of the ground, `samples × nv`; empty without.
-    ground: Vec<f64>,
+    pub(super) ground: Vec<f64>,
     /// Formed when first asked for: most of the memory.
     inertial: OnceLock<Vec<Option<Inertial>>>,
     parameters: InertialParameters,
@@ -83,9 +84,6 @@ impl<'a> MotionExperiment<'a> {
         // Stops carry what the drive does not.
         let Recording { stops, time, cutoff_hz, .. } = &recording;
         let at_stop = (0..joints).map(|joint| stops.flags(joint, time, *cutoff_hz)).collect();
-        // Where a joint strikes or leaves a stop, drives answer faster than the filter lets the motion be seen; on the ground efforts
-        // passed it too.
-        let strikes = if ground.is_empty() { stops.strikes(time, *cutoff_hz) } else { Vec::new() };
         let mut this = Self {
             rigid,
             at_stop,
@@ -112,14 +110,20 @@ impl<'a> MotionExperiment<'a> {
             recording,
         };
         this.list_rows();
-        this.residual = (0..this.rows.len()).map(|_| Vec::new()).collect();
-        let all: Vec<usize> = (0..this.rows.len()).collect();
-        for (row, residual) in this.residuals(&this.present, &all, None) {
-            this.residual[row] = residual;
-        }
-        this.sticks = (0..this.rows.len()).map(|row| this.sticking(row, &strikes)).collect();
+        this.find_residuals(None);
         this.motion_noise = this.noise_of_motion();
         Ok(this)
+    }
+
+    /// What the description leaves, and where joints stick. On the ground: with its effects there.
+    pub(crate) fn find_residuals(&mut self, ground: Option<&OnGround>) {
+        let all: Vec<usize> = (0..self.rows.len()).collect();
+        self.residual = self.residuals(&self.present, &all, ground).into_iter().map(|(_, r)| r).collect();
+        // Where a joint strikes or leaves a stop, drives answer faster than the filter lets the motion be seen; on the ground efforts
+        // passed it too.
+        let Recording { stops, time, cutoff_hz, .. } = &self.recording;
+        let strikes = if self.ground.is_empty() { stops.strikes(time, *cutoff_hz) } else { Vec::new() };
+        self.sticks = all.iter().map(|row| self.sticking(*row, &strikes)).collect();
     }
 
     /// What the noise of accelerations makes of the efforts: through the mass matrix, and the rotors that the description has.
@@ -211,7 +215,7 @@ impl<'a> MotionExperiment<'a> {
         }
     }
 
-    fn all_inertial(&self) -> &[Option<Inertial>] {
+    pub(super) fn all_inertial(&self) -> &[Option<Inertial>] {
         self.inertial.get_or_init(|| self.inertial_columns())
     }
 
@@ -251,61 +255,6 @@ impl<'a> MotionExperiment<'a> {
         all
     }
 
-    /// Torques of the rigid model under effects that change its geometry, and the states of links that move behind motors;
-    /// `None` if there are none. `ground` are the forces of the ground under the effects, if they change.
-    pub(super) fn turned_load(
-        &self,
-        effects: &[Effect],
-        ground: Option<&[f64]>,
-    ) -> Option<(Vec<f64>, Option<Trajectory>)> {
-        let motion = &self.recording.trajectory;
-        let mut turned: Option<Vec<f64>> = None;
-        for effect in effects {
-            match effect.kind.law {
-                Law::EncoderOffset => {
-                    let Some(joint) = self.joint(effect) else { continue };
-                    let offset = effect.value("offset");
-                    let q = turned.get_or_insert_with(|| motion.q.clone());
-                    motion.positions_in(q, joint).for_each(|x| *x -= offset);
-                }
-                Law::GravityTilt => {
-                    let q = turned.get_or_insert_with(|| motion.q.clone());
-                    for q in q.chunks_exact_mut(motion.nq()) {
-                        tilt(self.layout.base, q, effect.value("roll"), effect.value("pitch"));
-                    }
-                }
-                // No other turns what the joints carry.
-                law => debug_assert!(!matches!(law.acts(), Acts::Position | Acts::Gravity)),
-            }
-        }
-        let hidden = self.hidden(effects);
-        if turned.is_none() && ground.is_none() && hidden.is_empty() {
-            return None;
-        }
-        let ground = ground.unwrap_or(&self.ground);
-        let needed = |q: &[f64], v: &[f64], a: &[f64]| less(self.rigid.inverse_dynamics(q, v, a), ground);
-        let q = turned.unwrap_or_else(|| motion.q.clone());
-        let load = needed(&q, &motion.v, &motion.a);
-        if hidden.is_empty() {
-            return Some((load, None));
-        }
-        let mut states = motion.clone();
-        states.q = q;
-        let needed = |states: &Trajectory| needed(&states.q, &states.v, &states.a);
-        let (load, links) = self.load_behind_motors(hidden, effects, (states, load), &needed);
-        Some((load, Some(links)))
-    }
-
-    /// Torques of the rigid model at a joint, with changes of inertial parameters.
-    pub(super) fn rigid_torques(&self, load: &[f64], joint: usize, change: &[f64]) -> Vec<f64> {
-        let mut rigid: Vec<f64> = self.strided(load, joint).collect();
-        let row = self.effort_row(joint).filter(|_| change.iter().any(|c| *c != 0.0));
-        if let Some(inertial) = row.and_then(|row| self.all_inertial()[row].as_ref()) {
-            add_inertial(inertial, change, &mut rigid);
-        }
-        rigid
-    }
-
     pub(super) fn joint(&self, effect: &Effect) -> Option<usize> {
         self.index(effect.location.joint.as_deref())
     }
@@ -313,30 +262,6 @@ impl<'a> MotionExperiment<'a> {
     pub(super) fn index(&self, name: Option<&str>) -> Option<usize> {
         let name = name?;
         self.layout.joints.iter().position(|joint| joint.name == name)
-    }
-
-    /// Measured minus predicted under all effects, for these rows.
-    pub(crate) fn residuals(
-        &self,
-        effects: &[Effect],
-        rows: &[usize],
-        ground: Option<&[f64]>,
-    ) -> Vec<(usize, Vec<f64>)> {
-        let turned = self.turned_load(effects, ground);
-        let load = turned.as_ref().map_or(&self.load, |(load, _)| load);
-        let links = turned.as_ref().and_then(|(_, links)| links.as_ref());
-        let links = links.unwrap_or(&self.recording.trajectory);
-        let change = self.link_inertias.change(effects);
-        let of_row = |&row: &usize| {
-            let joint = self.joint_of[row];
-            let rigid = self.rigid_torques(load, joint, &change);
-            let residual = match self.rows[row].channel {
-                Channel::Transmission => self.transmission_residual(joint, &rigid, effects, links),
-                _ => self.effort_residual(joint, &rigid, effects, links),
-            };
-            (row, residual)
-        };
-        rows.iter().map(of_row).collect()
     }
 
     pub(super) fn strided<'s>(&self, values: &'s [f64], joint: usize) -> impl Iterator<Item = f64> + use<'s> {
@@ -393,19 +318,6 @@ impl<'a> MotionExperiment<'a> {
         signals.push(sign);
         signals
     }
-
-    /// Rows that an effect can change.
-    pub(crate) fn touched(&self, effects: &[Effect]) -> Vec<usize> {
-        let everywhere = effects.iter().any(|effect| effect.location.joint.is_none())
-            || effects.iter().any(|e| e.kind.law == Law::EncoderOffset)
-            || effects.iter().any(|e| {
-                e.kind.law.acts() == Acts::Transmission
-                    && self.joint(e).is_some_and(|j| self.is_motor_side(j))
-            });
-        (0..self.rows.len())
-            .filter(|&row| everywhere || effects.iter().any(|e| self.joint(e) == Some(self.joint_of[row])))
-            .collect()
-    }
 }
 
 /// Slower than this a joint may as well rest: 4 % of its root mean square speed while it moves, rests of whatever length left out.
@@ -429,34 +341,9 @@ fn small_part(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// The first less the second, which may be empty.
-fn less(mut values: Vec<f64>, others: &[f64]) -> Vec<f64> {
+pub(super) fn less(mut values: Vec<f64>, others: &[f64]) -> Vec<f64> {
     values.iter_mut().zip(others).for_each(|(value, other)| *value -= other);
     values
-}
-
-fn add_inertial(inertial: &Inertial, change: &[f64], rigid: &mut [f64]) {
-    let width = inertial.columns.len();
-    for (torque, row) in rigid.iter_mut().zip(inertial.values.chunks_exact(width.max(1))) {
-        *torque += inertial.columns.iter().zip(row).map(|(column, y)| y * change[*column]).sum::<f64>();
-    }
-}
-
-/// Turns the base: true orientation = R_y(pitch) R_x(roll) times the logged one.
-fn tilt(base: BaseKind, q: &mut [f64], roll: f64, pitch: f64) {
-    match base {
-        BaseKind::Fixed | BaseKind::Pivot => {}
-        BaseKind::Planar => q[2] += pitch,
-        BaseKind::Floating => {
-            let ((sr, cr), (sp, cp)) = ((0.5 * roll).sin_cos(), (0.5 * pitch).sin_cos());
-            // R_y(pitch) R_x(roll) as a quaternion x y z w.
-            let [ax, ay, az, aw] = [cp * sr, sp * cr, -sp * sr, cp * cr];
-            let [bx, by, bz, bw] = [q[3], q[4], q[5], q[6]];
-            q[3] = aw * bx + ax * bw + ay * bz - az * by;
-            q[4] = aw * by - ax * bz + ay * bw + az * bx;
-            q[5] = aw * bz + ax * by - ay * bx + az * bw;
-            q[6] = aw * bw - ax * bx - ay * by - az * bz;
-        }
-    }
 }
 
 /// Where either of two lists of flags is set; an empty list is none.
@@ -558,7 +445,8 @@ impl Experiment for MotionExperiment<'_> {
         let joint = self.index(location.joint.as_deref());
         if let Some(joint) = joint.filter(|joint| self.is_motor_side(*joint)) {
             match kind.law {
-                Law::SeriesElasticity => return Some(self.stiffnesses(joint)),
+                Law::SeriesElasticity if self.ground.is_empty() => return Some(self.stiffnesses(joint)),
+                Law::SeriesElasticity => return Some(self.stiffnesses_on_ground(joint)),
                 Law::Backlash => return Some(super::motor_side::GAPS.to_vec()),
                 _ => {}
             }

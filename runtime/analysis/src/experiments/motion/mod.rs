@@ -6,10 +6,14 @@ mod hidden_play;
 mod laws;
 mod limit;
 mod motor_side;
+mod on_ground;
 mod places;
 mod rigid;
 mod ripple;
 mod sticking;
 mod torques;
+mod under_effects;
 
 pub use experiment::MotionExperiment;
+pub(crate) use motor_side::Hidden;
+pub(crate) use on_ground::OnGround;

@@ -16,14 +16,35 @@ pub(super) const GAPS: [f64; 5] = [0.003, 0.006, 0.012, 0.024, 0.048];
 const AT_A_STOP: f64 = 0.9;
 
 /// A joint's link behind its motor.
-pub(super) struct Hidden {
-    joint: usize,
+#[derive(Debug, Clone)]
+pub(crate) struct Hidden {
+    pub joint: usize,
     /// Of the spring, rad/(N m) or m/N; 0: rigid.
-    yielding: f64,
+    pub yielding: f64,
     /// From stop to stop, rad or m.
-    gap: f64,
+    pub gap: f64,
     /// Link minus motor at every sample: rad, rad/s, rad/s².
-    behind: Vec<[f64; 3]>,
+    pub behind: Vec<[f64; 3]>,
+}
+
+impl Hidden {
+    /// Whether the link is on its way between the stops of its play, or near enough for the filter to show that.
+    pub fn is_between_stops(&self, sample: usize) -> bool {
+        self.gap > 0.0 && is_between(self.gap, self.behind[sample][0])
+    }
+
+    /// Moves a joint from where its motor is to where its link is.
+    pub fn add_to(&self, states: &mut Trajectory) {
+        for order in 0..3 {
+            let behind = self.behind.iter().map(|behind| behind[order]);
+            states.joint_mut(order, self.joint).zip(behind).for_each(|(x, behind)| *x += behind);
+        }
+    }
+}
+
+/// Whether a link this far from its motor is in neither stop's reach.
+fn is_between(gap: f64, behind: f64) -> bool {
+    behind.abs() < AT_A_STOP * 0.5 * gap
 }
 
 impl MotionExperiment<'_> {
@@ -69,7 +90,7 @@ impl MotionExperiment<'_> {
             let offset: f64 = own.filter(|e| self.joint(e) == Some(joint)).map(|e| e.value("offset")).sum();
             let motor = self.recording.trajectory.positions(joint).map(|q| q - offset);
             let behind = links.positions(joint).zip(motor).map(|(link, motor)| link - motor);
-            let crossing = behind.map(|e| e.abs() < AT_A_STOP * 0.5 * gap);
+            let crossing = behind.map(|e| is_between(gap, e));
             flags.iter_mut().zip(crossing).for_each(|(flag, crossing)| *flag |= crossing);
         }
         flags
@@ -95,7 +116,7 @@ impl MotionExperiment<'_> {
     }
 
     /// Puts a link where its motor and what lies between leave it, by the slopes of what it needs at its last place.
-    fn move_link(
+    pub(super) fn move_link(
         &self,
         link: &mut Hidden,
         effects: &[Effect],
