@@ -5,7 +5,6 @@ use std::process::Command;
 /// Prints the bits of results, a line for each function and state.
 const PROGRAM: &str = r#"
 use bipedc_runtime::{Argument, Model, State};
-use nalgebra::SVector;
 
 /// Numbers that look random, from -1 to 1.
 struct Numbers(u64);
@@ -44,30 +43,41 @@ fn main() {
             }
             function += 1;
         }
-        let mut q = SVector::<f64, 19>::from_column_slice(&some(long, 19));
-        let length = (3..7).map(|k| q[k] * q[k]).sum::<f64>().sqrt();
-        (3..7).for_each(|k| q[k] /= length);
-        let (v, a) = (SVector::<f64, 18>::from_column_slice(&some(1.5, 18)), SVector::<f64, 18>::from_column_slice(&some(1.5, 18)));
-        print("regressor", tulip::inverse_dynamics_regressor_nonzeros(&q, &v, &a).as_slice());
-        print("derivatives", tulip::inverse_dynamics_derivatives(&q, &v, &a).as_slice());
-        print("single precision", &tulip::inverse_dynamics(&q.cast::<f32>(), &v.cast(), &a.cast()).cast::<f64>().as_slice());
+        #[cfg(feature = "humanoid")]
+        humanoid(&mut some, long);
     }
+}
+
+#[cfg(feature = "humanoid")]
+fn humanoid(some: &mut impl FnMut(f64, usize) -> Vec<f64>, long: f64) {
+    use nalgebra::SVector;
+    let mut q = SVector::<f64, 19>::from_column_slice(&some(long, 19));
+    let length = (3..7).map(|k| q[k] * q[k]).sum::<f64>().sqrt();
+    (3..7).for_each(|k| q[k] /= length);
+    let (v, a) = (SVector::<f64, 18>::from_column_slice(&some(1.5, 18)), SVector::<f64, 18>::from_column_slice(&some(1.5, 18)));
+    print("regressor", tulip::inverse_dynamics_regressor_nonzeros(&q, &v, &a).as_slice());
+    print("derivatives", tulip::inverse_dynamics_derivatives(&q, &v, &a).as_slice());
+    print("single precision", &tulip::inverse_dynamics(&q.cast::<f32>(), &v.cast(), &a.cast()).cast::<f64>().as_slice());
 }
 "#;
 
-/// A crate around two of the committed ones.
-struct Program(PathBuf);
+/// A crate around one or two of the committed ones.
+struct Program {
+    folder: PathBuf,
+    /// Of all builds.
+    features: &'static str,
+}
 
 impl Program {
-    fn new() -> Self {
-        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("levels");
+    fn new(name: &str, features: &'static str) -> Self {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
         std::fs::create_dir_all(folder.join("src")).unwrap();
         let here = Path::new(env!("CARGO_MANIFEST_DIR"));
         let generated = |name: &str| here.join("generated").join(name).display().to_string();
         let manifest = format!(
             "[package]\nname = \"levels\"\nversion = \"0.1.0\"\nedition = \"2024\"\n\n[features]\n\
-             dispatch = [\"five-link/dispatch\", \"tulip/dispatch\"]\nstd = [\"bipedc-runtime/std\"]\n\n[dependencies]\n\
-             five-link = {{ path = {:?}, default-features = false }}\ntulip = {{ path = {:?}, default-features = false }}\n\
+             dispatch = [\"five-link/dispatch\", \"tulip?/dispatch\"]\nstd = [\"bipedc-runtime/std\"]\nhumanoid = [\"dep:tulip\"]\n\n[dependencies]\n\
+             five-link = {{ path = {:?}, default-features = false }}\ntulip = {{ path = {:?}, default-features = false, optional = true }}\n\
              bipedc-runtime = {{ path = {:?} }}\nnalgebra = {{ version = \"0.35\", default-features = false }}\n\n[workspace]\n",
             generated("five_link"),
             generated("tulip"),
@@ -77,14 +87,15 @@ impl Program {
         std::fs::write(folder.join("src/main.rs"), PROGRAM).unwrap();
         // The versions of our lock file are those that are here without a network.
         std::fs::copy(here.join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
-        Self(folder)
+        Self { folder, features }
     }
 
     /// Name and results by line.
     fn results(&self, features: &str, flags: &str) -> Vec<(String, Vec<f64>)> {
         let mut run = Command::new(env!("CARGO"));
-        run.args(["run", "--quiet", "--offline", "--release", "--features", features, "--target-dir"]);
-        run.arg(self.0.join(if flags.is_empty() { "plain" } else { "wide" })).current_dir(&self.0);
+        let features = format!("{} {features}", self.features);
+        run.args(["run", "--quiet", "--offline", "--release", "--features", features.trim(), "--target-dir"]);
+        run.arg(self.folder.join(if flags.is_empty() { "plain" } else { "wide" })).current_dir(&self.folder);
         let output =
             run.env("RUSTFLAGS", flags).env("CARGO_PROFILE_RELEASE_OPT_LEVEL", "1").output().unwrap();
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -109,14 +120,26 @@ fn bits(results: &[(String, Vec<f64>)]) -> Vec<(String, Vec<u64>)> {
 #[ignore = "builds crates"]
 #[cfg(target_arch = "x86_64")]
 fn functions_choose_the_level_of_the_processor() {
+    levels_are_chosen(&Program::new("levels", ""));
+}
+
+/// The same with those of a robot in space as well.
+#[test]
+#[ignore = "builds crates, takes long"]
+#[cfg(target_arch = "x86_64")]
+fn functions_of_a_humanoid_choose_the_level_of_the_processor() {
+    levels_are_chosen(&Program::new("levels_of_a_humanoid", "humanoid"));
+}
+
+#[cfg(target_arch = "x86_64")]
+fn levels_are_chosen(program: &Program) {
     if !std::arch::is_x86_feature_detected!("avx2") || !std::arch::is_x86_feature_detected!("fma") {
         println!("this processor has only one level: skipped");
         return;
     }
-    let program = Program::new();
     let plain = program.results("", "");
     let chosen = program.results("dispatch", "");
-    assert!(bits(&chosen) == bits(&program.results("dispatch,std", "")));
+    assert!(bits(&chosen) == bits(&program.results("dispatch std", "")));
     let wide = program.results("", "-C target-feature=+avx2,+fma");
     let differ = bits(&chosen).iter().zip(bits(&wide)).filter(|(a, b)| *a != b).count();
     assert_eq!(differ, 0, "of {} lines", chosen.len());

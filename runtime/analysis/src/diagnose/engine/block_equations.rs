@@ -1,6 +1,7 @@
 //! Block normal equations: products of everything that may explain a residual, by row and block of time.
 //!
 //! Once they are formed, every fit and every held-out error is a small dense problem, whatever the length of the log.
+use super::fit::RowGram;
 use crate::experiments::Experiment;
 use crate::experiments::form::Column;
 use crate::robot::inertial_parameters::{InertialParameters, body_of, element_of, parameter_index};
@@ -99,7 +100,7 @@ impl Spread {
 pub(super) struct BlockEquations {
     /// Bodies whose inertial parameters matter to the row.
     pub bodies: Vec<usize>,
-    /// Ids of the columns that touch it, in local order.
+    /// Ids of the columns that touch it, ascending: their local order.
     pub ids: Vec<usize>,
     /// Per block: products of inertial columns, other columns and the residual (last).
     pub grams: Vec<DMatrix<f64>>,
@@ -115,6 +116,10 @@ impl BlockEquations {
     /// Local index of the residual.
     pub fn residual(&self) -> usize {
         self.inertial() + self.ids.len()
+    }
+    /// One block.
+    pub fn block(&self, block: usize) -> RowGram<'_> {
+        RowGram { bodies: &self.bodies, ids: &self.ids, gram: &self.grams[block] }
     }
     /// The sum over some blocks.
     pub fn sum(&self, blocks: &[usize]) -> DMatrix<f64> {

@@ -63,7 +63,70 @@ pub(super) struct RowEquations {
     pub count: usize,
 }
 
+/// Products of everything in a row, over some blocks or one.
+#[derive(Clone, Copy)]
+pub(super) struct RowGram<'a> {
+    pub bodies: &'a [usize],
+    pub ids: &'a [usize],
+    pub gram: &'a DMatrix<f64>,
+}
+
+impl RowGram<'_> {
+    /// Sum of squares of a combination of everything: places, each once, and factors.
+    fn square(&self, used: &[(usize, f64)]) -> f64 {
+        let rows = self.gram.nrows();
+        let mut sum = 0.0;
+        for (k, &(c, factor)) in used.iter().enumerate() {
+            let column = &self.gram.as_slice()[c * rows..(c + 1) * rows];
+            // Symmetric: pairs count twice.
+            let before: f64 = used[..k].iter().map(|&(r, x)| x * column[r]).sum();
+            sum += factor * (2.0 * before + factor * column[c]);
+        }
+        sum.max(0.0)
+    }
+
+    /// Corrections and terms with these coefficients, as a combination of everything. Most columns of the library are idle.
+    fn combined(&self, corrections: &[f64], terms: &[(&Term, f64)]) -> Vec<(usize, f64)> {
+        let p = parameter_index(self.bodies.len(), 0);
+        let mut used = Vec::new();
+        let has_inertial = terms.iter().any(|(term, _)| matches!(term, Term::Inertial(_)));
+        if has_inertial || !corrections.is_empty() {
+            let mut inertial = vec![0.0; p];
+            let directions = terms.iter().filter_map(|(term, factor)| match term {
+                Term::Inertial(direction) => Some((direction.as_slice(), *factor)),
+                Term::Data(_) => None,
+            });
+            let own = (!corrections.is_empty()).then_some((corrections, 1.0));
+            for (direction, factor) in own.into_iter().chain(directions) {
+                for (sum, body) in inertial.chunks_exact_mut(10).zip(self.bodies) {
+                    let of_body = &direction[parameter_index(*body, 0)..][..10];
+                    sum.iter_mut().zip(of_body).for_each(|(sum, x)| *sum += factor * x);
+                }
+            }
+            used.extend(inertial.into_iter().enumerate().filter(|(_, factor)| *factor != 0.0));
+        }
+        for (term, factor) in terms {
+            let Term::Data(id) = term else { continue };
+            if let Ok(place) = self.ids.binary_search(id) {
+                used.push((p + place, *factor));
+            }
+        }
+        used
+    }
+
+    /// Sum of squares of what a fit leaves.
+    fn error(&self, corrections: &[f64], terms: &[(&Term, f64)]) -> f64 {
+        let mut used = self.combined(corrections, terms);
+        used.push((self.gram.nrows() - 1, -1.0));
+        self.square(&used)
+    }
+}
+
 impl RowEquations {
+    fn as_gram(&self) -> RowGram<'_> {
+        RowGram { bodies: &self.bodies, ids: &self.ids, gram: &self.gram }
+    }
+
     fn residual(&self) -> usize {
         self.gram.nrows() - 1
     }
@@ -86,22 +149,6 @@ impl RowEquations {
         }
     }
 
-    /// Sum of squares of a combination of everything.
-    fn square(&self, u: &DVector<f64>) -> f64 {
-        // Only the places in use: most columns of the library are idle.
-        let used: Vec<(usize, f64)> =
-            u.iter().copied().enumerate().filter(|(_, factor)| *factor != 0.0).collect();
-        let rows = self.gram.nrows();
-        let mut sum = 0.0;
-        for (k, &(c, factor)) in used.iter().enumerate() {
-            let column = &self.gram.as_slice()[c * rows..(c + 1) * rows];
-            // Symmetric: what lies above the diagonal counts twice.
-            let above: f64 = used[..k].iter().map(|&(r, x)| x * column[r]).sum();
-            sum += factor * (2.0 * above + factor * column[c]);
-        }
-        sum.max(0.0)
-    }
-
     /// A term in the coordinates of this row; `None` if it does not touch it.
     fn local(&self, term: &Term) -> Option<DVector<f64>> {
         let mut out = DVector::zeros(self.gram.nrows());
@@ -112,7 +159,7 @@ impl RowEquations {
     fn add(&self, term: &Term, factor: f64, out: &mut DVector<f64>) -> bool {
         match term {
             Term::Data(id) => {
-                let Some(place) = self.ids.iter().position(|i| i == id) else { return false };
+                let Ok(place) = self.ids.binary_search(id) else { return false };
                 out[parameter_index(self.bodies.len(), 0) + place] += factor;
             }
             Term::Inertial(direction) => {
@@ -128,6 +175,11 @@ impl RowEquations {
 }
 
 impl NormalEquations {
+    /// All rows.
+    pub fn grams(&self) -> impl Iterator<Item = RowGram<'_>> {
+        self.rows.iter().map(RowEquations::as_gram)
+    }
+
     pub fn of(equations: &[BlockEquations], blocks: &[usize]) -> Self {
         let rows = equations.iter().map(|of_row| RowEquations {
             bodies: of_row.bodies.clone(),
@@ -149,6 +201,8 @@ pub(super) struct Corrections {
     lower: DMatrix<f64>,
     /// The scaled right side, through the factor once.
     right: DVector<f64>,
+    /// The corrections without any term.
+    alone: DVector<f64>,
 }
 
 impl Corrections {
@@ -184,7 +238,17 @@ impl Corrections {
             scaled.cholesky().map_or_else(|| DMatrix::from_element(count, count, f64::NAN), |c| c.unpack());
         let mut right = right.component_mul(&scale);
         lower.solve_lower_triangular_mut(&mut right);
-        Self { scale, lower, right }
+        let alone = DVector::zeros(0);
+        let mut this = Self { scale, lower, right, alone };
+        this.alone = this.back(this.right.clone());
+        this
+    }
+
+    /// Corrections of what went through the factor.
+    fn back(&self, mut through: DVector<f64>) -> DVector<f64> {
+        self.lower.tr_solve_lower_triangular_mut(&mut through);
+        through.component_mul_assign(&self.scale);
+        through
     }
 
     /// Products with the inertial columns, scaled and through the factor: all that fits need of them.
@@ -197,10 +261,12 @@ impl Corrections {
 
 /// A term's products with all else, formed once for all fits with the same weights.
 pub(super) struct TermProducts {
-    /// By row that the term touches.
+    /// By row that the term touches, ascending.
     rows: Vec<RowProducts>,
     /// With the inertial columns, see [`Corrections::through_factor`]; empty without corrections.
     inertial: DVector<f64>,
+    /// What one of it takes from the corrections; empty without them.
+    response: DVector<f64>,
 }
 
 struct RowProducts {
@@ -233,14 +299,23 @@ impl TermProducts {
             let local = local.iter().copied().enumerate().filter(|(_, x)| *x != 0.0).collect();
             rows.push(RowProducts { row: index, local, products });
         }
-        let inertial = corrections.map_or_else(|| DVector::zeros(0), |c| c.through_factor(inertial));
-        Self { rows, inertial }
+        let nothing = || DVector::zeros(0);
+        let inertial = corrections.map_or_else(nothing, |c| c.through_factor(inertial));
+        let response = corrections.map_or_else(nothing, |c| c.back(inertial.clone()));
+        Self { rows, inertial, response }
     }
 
     /// With another term.
     fn with(&self, other: &Self) -> f64 {
-        let shared = other.rows.iter().filter_map(|o| Some((self.rows.iter().find(|r| r.row == o.row)?, o)));
-        shared.map(|(row, o)| o.local.iter().map(|(place, x)| row.products[*place] * x).sum::<f64>()).sum()
+        // Both lists ascend.
+        let (mut own, mut sum) = (self.rows.iter().peekable(), 0.0);
+        for o in &other.rows {
+            while own.next_if(|row| row.row < o.row).is_some() {}
+            if let Some(row) = own.next_if(|row| row.row == o.row) {
+                sum += o.local.iter().map(|(place, x)| row.products[*place] * x).sum::<f64>();
+            }
+        }
+        sum
     }
 
     /// With the residual, the last of everything in a row.
@@ -265,7 +340,13 @@ pub(super) struct Fit {
 /// `None` if the data cannot tell the terms apart.
 pub(super) fn fit(corrections: Option<&Corrections>, terms: &[&TermProducts]) -> Option<Fit> {
     let k = terms.len();
-    let own = DMatrix::from_fn(k, k, |r, c| terms[r].with(terms[c]));
+    let mut own = DMatrix::zeros(k, k);
+    for c in 0..k {
+        for r in c..k {
+            own[(r, c)] = terms[r].with(terms[c]);
+            own[(c, r)] = own[(r, c)];
+        }
+    }
     let right = DVector::from_fn(k, |r, _| terms[r].residual());
     let (corrections, coefficients) = solve(corrections, own, &right, terms)?;
     let prior = corrections.iter().map(|x| x * x).sum();
@@ -311,54 +392,23 @@ fn solve(
     if (0..k).any(|i| cholesky.l_dirty()[(i, i)] < 1e-4) {
         return None;
     }
-    let x = cholesky.solve(&right);
-    let inertial = match corrections {
-        None => Vec::new(),
-        Some(known) => {
-            let mut left = known.right.clone();
-            if k > 0 {
-                left.gemv(-1.0, &cross, &x, 1.0);
-            }
-            known.lower.tr_solve_lower_triangular_mut(&mut left);
-            left.component_mul(&known.scale).iter().copied().collect()
-        }
-    };
-    inertial
-        .iter()
-        .all(|x| x.is_finite())
-        .then(|| (inertial, x.component_mul(&scale).iter().copied().collect()))
+    let coefficients = cholesky.solve(&right).component_mul(&scale);
+    let mut inertial = corrections.map_or_else(|| DVector::zeros(0), |known| known.alone.clone());
+    for (term, coefficient) in terms.iter().zip(&coefficients).filter(|_| p > 0) {
+        inertial.axpy(-coefficient, &term.response, 1.0);
+    }
+    let all = |values: &DVector<f64>| values.iter().copied().collect::<Vec<f64>>();
+    inertial.iter().all(|x| x.is_finite()).then(|| (all(&inertial), all(&coefficients)))
 }
 
 /// Sums of squared errors of a fit, by row.
-pub(super) fn errors(sums: &NormalEquations, fit: &Fit, terms: &[&Term]) -> Vec<f64> {
-    sums.rows.iter().map(|row| error(row, fit, terms)).collect()
+pub(super) fn errors<'r>(rows: impl Iterator<Item = RowGram<'r>>, fit: &Fit, terms: &[&Term]) -> Vec<f64> {
+    let terms: Vec<(&Term, f64)> = terms.iter().copied().zip(fit.coefficients.iter().copied()).collect();
+    rows.map(|row| row.error(&fit.corrections, &terms)).collect()
 }
 
 /// Sums of squares of what some terms with these coefficients make, by row.
 pub(super) fn sizes(sums: &NormalEquations, terms: &[Term], coefficients: &[f64]) -> Vec<f64> {
-    let size = |row: &RowEquations| {
-        let mut u = DVector::zeros(row.residual() + 1);
-        for (term, coefficient) in terms.iter().zip(coefficients) {
-            row.add(term, *coefficient, &mut u);
-        }
-        row.square(&u)
-    };
-    sums.rows.iter().map(size).collect()
-}
-
-fn error(row: &RowEquations, fit: &Fit, terms: &[&Term]) -> f64 {
-    let last = row.residual();
-    let mut u = DVector::zeros(last + 1);
-    u[last] = -1.0;
-    if !fit.corrections.is_empty() {
-        for (place, body) in row.bodies.iter().enumerate() {
-            for k in 0..10 {
-                u[parameter_index(place, k)] += fit.corrections[parameter_index(*body, k)];
-            }
-        }
-    }
-    for (term, coefficient) in terms.iter().zip(&fit.coefficients) {
-        row.add(term, *coefficient, &mut u);
-    }
-    row.square(&u)
+    let terms: Vec<(&Term, f64)> = terms.iter().zip(coefficients.iter().copied()).collect();
+    sums.grams().map(|row| row.square(&row.combined(&[], &terms))).collect()
 }

@@ -338,7 +338,7 @@ impl<'a> Regression<'a> {
         let corrections = self.corrections.as_ref().filter(|_| corrected);
         let products: Vec<&TermProducts> = active.iter().flat_map(|&c| self.products_of(c)).collect();
         let fit = fit(corrections, &products)?;
-        let errors = errors(&self.judge_sums, &fit, &terms);
+        let errors = errors(self.judge_sums.grams(), &fit, &terms);
         let heard = errors.iter().zip(&self.noise_squares).map(|(error, noise)| error.max(*noise));
         let deviance: f64 = heard.zip(&self.weights).map(|(e, w)| e * w).sum();
         let cost = deviance + fit.prior + self.complexity_penalty(active);
@@ -363,7 +363,7 @@ impl<'a> Regression<'a> {
         let terms = self.terms(active);
         self.judge_blocks
             .iter()
-            .map(|&b| errors(&NormalEquations::of(equations, &[b]), &scored.fit, &terms))
+            .map(|&b| errors(equations.iter().map(|row| row.block(b)), &scored.fit, &terms))
             .collect()
     }
 
