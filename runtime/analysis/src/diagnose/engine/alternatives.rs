@@ -1,9 +1,11 @@
 //! Explanations that the data cannot tell from the one that stands.
+use super::behind_motors::{exact_deviance, is_behind_motor};
 use super::conclusion::Conclusion;
 use super::parallel::parallel;
 use super::parsimony::{ALIKE, SCATTER};
-use super::regression::ScoredFit;
+use super::regression::{ScoredFit, is_held_out};
 use crate::diagnose::FoundEffect;
+use crate::experiments::corners::landings_in_legs;
 use crate::experiments::form::Form;
 use bipedc_effects::effect::{Effect, Kind};
 use std::collections::BTreeMap;
@@ -16,11 +18,20 @@ impl Conclusion<'_> {
         if active.len() != self.settled.refined.effects.len() {
             return Vec::new();
         }
+        let is_hidden = active.iter().any(|&c| is_behind_motor(self.regression, c));
         let mut groups = Vec::new();
         for (found, &k) in found.iter().zip(order) {
             let (alike, near) = self.alike(active, k);
             let mut group = vec![vec![found.clone()]];
             group.extend(alike.iter().take(4).map(|&c| vec![self.alternative(active, k, c, found.share)]));
+            if is_hidden {
+                // The search draws a straight line from one stiffness: others that do as well beside that need not beside the law itself.
+                self.keep_exact(k, &mut group);
+                if group.len() > 1 {
+                    groups.push(group);
+                }
+                continue;
+            }
             let other_kind = near.iter().find(|&&c| self.form(c).kind != found.effect.kind);
             if let Some(&c) = other_kind {
                 group.extend(self.together(k, c, found.share));
@@ -30,6 +41,28 @@ impl Conclusion<'_> {
             }
         }
         groups
+    }
+
+    /// Leaves what does as well in the place of the `k`-th effect when all are estimated exactly.
+    fn keep_exact(&self, k: usize, group: &mut Vec<Vec<FoundEffect>>) {
+        let regression = self.regression;
+        let standing = &self.settled.refined.effects;
+        let jumps = landings_in_legs(regression.judge, standing);
+        let teaches = |sample: usize, n: usize| !regression.own_blocks || !is_held_out(sample, n);
+        let deviance =
+            |effects| exact_deviance(regression, self.outcome.corrected, effects, (&teaches, &jumps));
+        let mut without = standing.clone();
+        without.remove(k);
+        let here = deviance(standing.clone());
+        let removed = deviance(without.clone()) - here;
+        let as_well = |other: &Vec<FoundEffect>| {
+            let others = other.iter().map(|found| found.effect.clone());
+            let set: Vec<Effect> = without.iter().cloned().chain(others).collect();
+            deviance(set) - here <= (ALIKE * removed).max(4.0)
+        };
+        let found = group.remove(0);
+        group.retain(as_well);
+        group.insert(0, found);
     }
 
     fn form(&self, c: usize) -> &Form {

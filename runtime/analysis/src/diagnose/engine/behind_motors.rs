@@ -73,7 +73,7 @@ fn forgiving_square(error: f64, limit: f64) -> f64 {
 }
 
 /// Whether a candidate lies between a motor and a link of which nobody measured the angle: its torque shows it.
-fn is_behind_motor(regression: &Regression<'_>, c: usize) -> bool {
+pub(super) fn is_behind_motor(regression: &Regression<'_>, c: usize) -> bool {
     let candidate = &regression.candidates[c];
     candidate.form.kind.law.acts() == Acts::Transmission
         && candidate.rows.iter().all(|&row| regression.train.rows()[row].channel != Channel::Transmission)
@@ -87,7 +87,20 @@ fn exact_cost(
     (teaches, jumps): (&(dyn Fn(usize, usize) -> bool + Sync), &[bool]),
 ) -> f64 {
     let effects = kept.iter().map(|&k| starts[k].clone()).collect();
-    let refined = refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected));
+    let active: Vec<usize> = kept.iter().map(|&k| outcome.active[k]).collect();
+    exact_deviance(regression, outcome.corrected, effects, (teaches, jumps))
+        + regression.complexity_penalty(&active)
+}
+
+/// Weighted held-out squares of effects that are estimated exactly, with the prior of what is corrected beside them; samples where links meet
+/// their stops (`jumps`) do not count.
+pub(super) fn exact_deviance(
+    regression: &Regression<'_>,
+    corrected: bool,
+    effects: Vec<Effect>,
+    (teaches, jumps): (&(dyn Fn(usize, usize) -> bool + Sync), &[bool]),
+) -> f64 {
+    let refined = refine(data(regression, teaches), effects, &[], spread(regression, corrected));
     let mut amended = Amended::new(regression.judge, &refined.effects);
     let change = regression.spread.change(&refined.corrections);
     if !change.is_empty() {
@@ -101,8 +114,5 @@ fn exact_cost(
         told.map(|x| forgiving_square(x, limit)).sum::<f64>() * regression.weights[row]
     };
     let prior: f64 = refined.corrections.iter().map(|x| x * x).sum();
-    let active: Vec<usize> = kept.iter().map(|&k| outcome.active[k]).collect();
-    (0..regression.judge.rows().len()).map(squares).sum::<f64>()
-        + prior
-        + regression.complexity_penalty(&active)
+    (0..regression.judge.rows().len()).map(squares).sum::<f64>() + prior
 }

@@ -75,7 +75,7 @@ pub static SERIES_ELASTICITY: Kind = Kind {
         confounder("backlash", "Hold and reverse the load slowly: play jumps, a spring grows."),
         confounder("actuator_delay", "Excite at two frequencies a decade apart."),
     ],
-    experiment: "Chirp from 0.5 to 20 Hz at small amplitude; log the motor's angle as well.",
+    experiment: "Chirp from 0.5 to 20 Hz at small amplitude; log the angles of both motor and joint.",
 };
 
 /// Play between motor and link.
@@ -122,7 +122,7 @@ pub static BACKLASH: Kind = Kind {
         confounder("coulomb_friction", "Reverse the load without reversing the motion."),
         confounder("series_elasticity", "Hold and reverse the load slowly: play jumps, a spring grows."),
     ],
-    experiment: "Hold the position under a load that changes its sign; log the motor's angle as well.",
+    experiment: "Hold the position under a load that changes its sign; log the angles of both motor and joint.",
 };
 
 /// A slope over so much play says nothing of a much smaller or larger one; where it enters linearly it is probed at 1.
