@@ -119,7 +119,7 @@ impl Columns {
     }
 
     fn find_joints(&mut self, robot: &Robot<'_>, reader: &Reader) -> Result<(), Diagnostic> {
-        let (mut still, mut as_motors) = (Vec::new(), Vec::new());
+        let (mut still, mut as_motors, mut rigid) = (Vec::new(), Vec::new(), Vec::new());
         for joint in &robot.layout.joints {
             let position = self.add(reader, &format!("{}/position", joint.name));
             // Rows without a position do not count; other columns that are as good as empty count as not logged.
@@ -133,21 +133,22 @@ impl Columns {
                 (None, Some(_)) => {
                     (columns.position, columns.motor_position) = (motor_position, None);
                     // Where the base is known by the joints alone, so is what they carry.
-                    columns.by_motor = self.standing.is_none();
-                    as_motors.push(joint.name.as_str());
+                    columns.by_motor = self.standing.is_none() && effort.is_some();
+                    let list = if columns.by_motor { &mut as_motors } else { &mut rigid };
+                    list.push(joint.name.as_str());
                 }
                 _ => {}
             }
             self.plan.joints.push(columns);
         }
-        match self.standing {
-            None => self.plan.note_motor_side(&as_motors),
-            Some(_) if as_motors.is_empty() => {}
-            Some(_) => self.plan.assumptions.push(format!(
+        self.plan.note_motor_side(&as_motors);
+        if !rigid.is_empty() {
+            let without = if self.standing.is_some() { "the motion of the base" } else { "its effort" };
+            self.plan.assumptions.push(format!(
                 "no position column but `motor_position` for {}: the joint turns as its motor does; springs and play between them are \
-                 not looked for without the motion of the base",
-                names::list(as_motors.iter().copied(), 40)
-            )),
+                 neither looked for nor counted without {without}",
+                names::list(rigid.iter().copied(), 40)
+            ));
         }
         if still.len() == robot.layout.joints.len() {
             return Err(Diagnostic::error("no column is the position of a joint of this robot")
