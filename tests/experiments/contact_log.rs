@@ -1,7 +1,7 @@
 //! Logs with feet on the ground as experiments: known figures of the example, and effects against independent
 //! computations.
 use crate::experiments::support::measured::{Subjects, example, rms};
-use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording};
+use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording, WalkingExperiment};
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::log::Log;
 use bipedc_analysis::measure::{Options, Recording};
@@ -97,4 +97,49 @@ fn efforts_are_inverse_dynamics_without_the_feet() {
         // The moment about the vertical is not logged, so the yaw joints gain nothing.
         assert!(joint.name.contains("yaw") || rms(with) < 0.3 * rms(without), "{}", joint.name);
     }
+}
+
+/// The example with motors' angles for those of joints, and one joint that carries nothing.
+fn by_motors() -> std::path::PathBuf {
+    let packed = std::fs::File::open(example("swaying").join("train.csv.gz")).unwrap();
+    let table = std::io::read_to_string(flate2::read::GzDecoder::new(packed)).unwrap();
+    let header: Vec<&str> = table.lines().next().unwrap().split(',').collect();
+    let idle = header.iter().position(|name| *name == "right_hip_yaw/effort").unwrap();
+    let line = |(number, line): (usize, &str)| {
+        let cell = |(k, cell): (usize, &str)| match number {
+            0 if cell.ends_with("/position") => cell.replace("/position", "/motor_position"),
+            0 => cell.to_owned(),
+            _ if k == idle => "0".to_owned(),
+            _ => cell.to_owned(),
+        };
+        line.split(',').enumerate().map(cell).collect::<Vec<_>>().join(",") + "\n"
+    };
+    let file = std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join("swaying_by_motors.csv");
+    std::fs::write(&file, table.lines().enumerate().map(line).collect::<String>()).unwrap();
+    file
+}
+
+/// Springs of no stiffness were tried there, and what they leave was no number.
+#[test]
+fn behind_a_motor_that_carries_nothing_no_spring_is_sought() {
+    let subjects = Subjects::named("tulip");
+    let log = Log::open(by_motors()).unwrap();
+    let walk = WalkingExperiment::read(subjects.robot(&Tulip, &[]), &log, &Options::default()).unwrap();
+    let seeds = |joint: &str| {
+        let spring: &'static _ = &kinds::SERIES_ELASTICITY;
+        assert!(walk.candidates().contains(&(spring, Location::joint(joint))), "{joint}");
+        walk.seeds(spring, &Location::joint(joint)).unwrap()
+    };
+    assert_eq!(seeds("right_hip_yaw"), Vec::<f64>::new());
+    let found = seeds("left_knee_pitch");
+    assert!(!found.is_empty() && found.iter().all(|stiffness| *stiffness > 0.0), "{found:?}");
+    // A shank that lies elsewhere shows in the base and in the joints above it.
+    let play = Effect::new(&kinds::BACKLASH, Location::joint("left_knee_pitch"), &[("gap", 0.01)]);
+    let changed = walk.response(&[play]);
+    let names: Vec<&str> = changed.iter().map(|(row, _)| walk.rows()[*row].name.as_str()).collect();
+    assert!(
+        ["base/moment/y", "left_hip_pitch", "left_knee_pitch"].iter().all(|row| names.contains(row)),
+        "{names:?}"
+    );
+    assert!(changed.iter().flat_map(|(_, values)| values).all(|x| x.is_finite()));
 }

@@ -24,7 +24,7 @@ const UNSEEN: f64 = 6e-2;
 /// The same in a leg on the ground, where links chatter between their stops for a part of every step. In eleven walks of TUlip with 5 to 25 mrad
 /// of play in one joint it came out 4 % off (median), 13 % at most, and a fifth and a third too small in two ankles that roll.
 const UNSEEN_IN_A_LEG: f64 = 0.1;
-/// The same of a spring there: 0.5 to 1.8 % in four walks.
+/// The same of a spring there: 0.5 to 1.8 % in three walks.
 const SPRING_IN_A_LEG: f64 = 2e-2;
 /// The same of a drive's limit: what the filter makes of a motion whose torque is cut off is too large where it is cut off.
 pub(crate) const CLIPPED: f64 = 6e-3;

@@ -12,8 +12,9 @@ const EFFORT: f64 = 0.25;
 /// Without an angle nothing is known of a joint's motion, which others feel: only one that is nearly never there goes.
 const MOTION: f64 = 0.9;
 
-/// Angles, of which one column stands for the other where a joint lacks one.
+/// Angles of joints.
 const OF_JOINTS: &str = "position";
+/// Angles of motors, which stand for those of joints where a joint lacks its own.
 const OF_MOTORS: &str = "motor_position";
 
 /// A column with hardly any numbers in rows that have those of other joints.

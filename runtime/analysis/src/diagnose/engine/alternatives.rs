@@ -24,17 +24,12 @@ impl Conclusion<'_> {
             let (alike, near) = self.alike(active, k);
             let mut group = vec![vec![found.clone()]];
             group.extend(alike.iter().take(4).map(|&c| vec![self.alternative(active, k, c, found.share)]));
-            if is_hidden {
-                // The search draws a straight line from one stiffness: others that do as well beside that need not beside the law itself.
-                self.keep_exact(k, &mut group);
-                if group.len() > 1 {
-                    groups.push(group);
-                }
-                continue;
-            }
             let other_kind = near.iter().find(|&&c| self.form(c).kind != found.effect.kind);
-            if let Some(&c) = other_kind {
-                group.extend(self.together(k, c, found.share));
+            match other_kind {
+                // The search draws a straight line from one stiffness: others that do as well beside that need not beside the law itself.
+                _ if is_hidden => self.keep_exact(k, &mut group),
+                Some(&c) => group.extend(self.together(k, c, found.share)),
+                None => {}
             }
             if group.len() > 1 {
                 groups.push(group);
@@ -43,7 +38,7 @@ impl Conclusion<'_> {
         groups
     }
 
-    /// Leaves what does as well in the place of the `k`-th effect when all are estimated exactly.
+    /// Leaves, of single effects in the place of the `k`-th, the first of `group`, those that do as well when all are estimated exactly.
     fn keep_exact(&self, k: usize, group: &mut Vec<Vec<FoundEffect>>) {
         let regression = self.regression;
         let standing = &self.settled.refined.effects;
@@ -60,9 +55,8 @@ impl Conclusion<'_> {
             let set: Vec<Effect> = without.iter().cloned().chain(others).collect();
             deviance(set) - here <= (ALIKE * removed).max(4.0)
         };
-        let found = group.remove(0);
-        group.retain(as_well);
-        group.insert(0, found);
+        let others = group.split_off(1);
+        group.extend(others.into_iter().filter(as_well));
     }
 
     fn form(&self, c: usize) -> &Form {

@@ -66,8 +66,11 @@ pub(super) struct RowEquations {
 /// Products of everything in a row, over some blocks or one.
 #[derive(Clone, Copy)]
 pub(super) struct RowGram<'a> {
+    /// Those of [`BlockEquations::bodies`], whose inertial columns come first.
     pub bodies: &'a [usize],
+    /// Ids of the columns that follow, ascending.
     pub ids: &'a [usize],
+    /// Symmetric; the residual is last.
     pub gram: &'a DMatrix<f64>,
 }
 

@@ -134,8 +134,10 @@ impl<'a> WalkingExperiment<'a> {
 
     /// Links behind their motors under these effects and those of the description.
     fn behind_motors(&self, effects: &[Effect]) -> Vec<Hidden> {
-        let change = self.base.change(effects);
-        let forces = |behind: &[Hidden]| self.base.ground_forces(&change.clone().with_links(behind.to_vec()));
+        let forces = |behind: &[Hidden]| {
+            let change = self.base.change(effects).with_links(behind.to_vec());
+            self.base.ground_forces(&change)
+        };
         self.joints.behind_motors(&self.base.robot.with(effects), &forces)
     }
 

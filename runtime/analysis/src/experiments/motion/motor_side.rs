@@ -18,6 +18,7 @@ const AT_A_STOP: f64 = 0.9;
 /// A joint's link behind its motor.
 #[derive(Debug, Clone)]
 pub(crate) struct Hidden {
+    /// In the order of the robot's joints.
     pub joint: usize,
     /// Of the spring, rad/(N m) or m/N; 0: rigid.
     pub yielding: f64,

@@ -16,7 +16,7 @@ const DEFLECTIONS: [f64; 4] = [0.05, 0.02, 0.008, 0.003];
 /// What effects make of a robot on the ground.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct OnGround {
-    /// Generalised forces of the ground on the robot, `samples × nv`.
+    /// Generalised forces of the ground on the robot, `samples × nv`; N, N m.
     pub forces: Vec<f64>,
     /// Links that move behind their motors.
     pub behind: Vec<Hidden>,
@@ -73,10 +73,14 @@ impl MotionExperiment<'_> {
         motion
     }
 
-    /// Stiffnesses from which a search starts in a leg on the ground, N m/rad or N/m.
+    /// Stiffnesses from which a search starts in a leg on the ground, N m/rad or N/m; none where nothing goes through the joint.
     pub(super) fn stiffnesses_on_ground(&self, joint: usize) -> Vec<f64> {
         let carried = self.carried(joint, &[]);
         let square = carried.iter().map(|torque| torque * torque).sum::<f64>() / carried.len().max(1) as f64;
-        DEFLECTIONS.map(|deflection| square.sqrt() / deflection).to_vec()
+        let usual = square.sqrt();
+        if usual <= self.recording.noise[joint] || usual < 1e-9 {
+            return Vec::new();
+        }
+        DEFLECTIONS.map(|deflection| usual / deflection).to_vec()
     }
 }
