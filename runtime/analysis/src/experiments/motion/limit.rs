@@ -34,6 +34,10 @@ pub(super) fn best(reading: &[f64], residual: &[f64], others: &[&[f64]]) -> Opti
     // From nearly half of the readings beyond the limit to a handful of them: with more, clipping makes a sign of the
     // reading, and that is like friction.
     let (low, high) = (size(by_size.len() * 9 / 20), size(FEWEST / 4));
+    // Readings that are zero but for a few have no limit.
+    if high <= 0.0 {
+        return None;
+    }
     let tried = |k: usize| low.max(1e-3 * high) * (high / low.max(1e-3 * high)).powf(k as f64 / TRIED as f64);
     let all: Vec<f64> = (0..TRIED).map(|k| left(tried(k))).collect();
     let least = (0..TRIED).min_by(|a, b| all[*a].total_cmp(&all[*b]))?;
@@ -122,5 +126,13 @@ mod tests {
         // A limit far below the true one: most of the readings beyond it are followed.
         let seldom: Vec<f64> = reading.iter().map(|u| 1.3 * u.clamp(-2.8, 2.8)).collect();
         assert!(!stays(&reading, &seldom, 1.0));
+    }
+
+    /// What lies between no torque and no torque was no number.
+    #[test]
+    fn a_drive_that_gives_no_torque_has_no_limit() {
+        let residual: Vec<f64> = (0..500).map(|i| (0.1 * f64::from(i)).sin()).collect();
+        let velocity: Vec<f64> = (0..500).map(|i| (0.07 * f64::from(i)).cos()).collect();
+        assert_eq!(best(&[0.0; 500], &residual, &[&velocity]), None);
     }
 }
