@@ -4,6 +4,7 @@ mod bodies;
 mod cone_program;
 mod impacts;
 mod joints;
+mod landing;
 mod motion;
 mod motors;
 mod rest;

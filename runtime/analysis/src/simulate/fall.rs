@@ -1,7 +1,7 @@
 //! Whether a robot fell.
 use super::mechanics::{Mechanics, rotate};
 use super::plant::Plant;
-use super::stepper::MotionState;
+use super::stepper::{MotionState, Stepper};
 use crate::robot::BaseKind;
 use serde::Serialize;
 
@@ -77,10 +77,10 @@ impl FallWatch {
         Self { base: Some(base), height, leans, feet, fall: None }
     }
 
-    /// Looks at the state after a step; `gaps`: heights of the contact points in it.
-    pub fn see(&mut self, plant: &Plant, motion: &MotionState, gaps: &[f64]) {
+    /// Looks at the state after a step.
+    pub fn see(&mut self, plant: &Plant, motion: &MotionState, stepper: &Stepper<'_>) {
         let Some(base) = self.base.filter(|_| self.fall.is_none()) else { return };
-        let touching = (self.feet..gaps.len()).find(|point| gaps[*point] <= 0.0);
+        let touching = (self.feet..stepper.gaps().len()).find(|point| stepper.touches(*point));
         let cause = if touching.is_some() {
             FallCause::Touch
         } else if self.leans && lean(base, &motion.q) > LEANING {

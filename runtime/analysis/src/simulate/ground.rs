@@ -17,7 +17,7 @@ pub struct Ground {
     /// Sole and ground give way: there is no restitution then.
     pub compliance: Option<Compliance>,
     /// Part of the penetration that hard ground pushes out per second, 1/s; 0: penetration stays, and no energy is
-    /// made. It comes from impacts within a step and is about the impact's speed times half a step.
+    /// made. It comes from impacts with restitution, where it is about the impact's speed times half a step, and from edges of the ground.
     pub recovery: f64,
 }
 
@@ -29,6 +29,9 @@ pub struct Compliance {
     /// N s/m
     pub damping: f64,
 }
+
+/// Heights that are rounding, m: a sole's corners would share its load by it.
+const ROUNDED: f64 = 1e-12;
 
 impl Default for Ground {
     /// Hard, no rebound, μ = 0.8.
@@ -57,7 +60,11 @@ impl Ground {
                 let stiff = 0.5 * time * soft.stiffness + soft.damping;
                 Relaxed { softness: 1.0 / (time * stiff), offset: soft.stiffness * gap / stiff }
             }
-            None => Relaxed { softness: 0.0, offset: self.recovery * gap },
+            // The way down would last as long as a step: as at stops of joints. It is used up within two, without rebound.
+            None => {
+                let offset = if gap > ROUNDED { gap / time } else { self.recovery * gap.min(0.0) };
+                Relaxed { softness: 0.0, offset }
+            }
         }
     }
 

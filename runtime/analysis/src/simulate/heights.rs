@@ -5,6 +5,9 @@ use std::ops::Range;
 /// A foot is in the air when all of its points are this far (m) above what it stood on and above what it comes down on.
 const CLEAR: f64 = 0.002;
 
+/// A foot has come down when it is at most so high, m: steps look ahead to the ground and may end a little above it.
+const DOWN: f64 = 1e-4;
+
 /// How the ground's heights are laid out. Each point is held up by level ground of its own height: normals stay vertical, and edges
 /// between heights are felt by the points of a sole alone.
 #[derive(Debug, Clone, PartialEq)]
@@ -88,7 +91,7 @@ impl Terrain {
             let (now, next) = self.plates[foot];
             self.plates[foot] = match next {
                 Some(next) if lowest > now.max(next) + CLEAR => (next, None),
-                None if lowest <= now => (now, Some(self.next())),
+                None if lowest <= now + DOWN => (now, Some(self.next())),
                 _ => (now, next),
             };
             self.below[points].fill(self.plates[foot].0);

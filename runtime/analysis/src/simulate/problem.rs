@@ -83,7 +83,7 @@ pub struct Problem {
     pub velocity: Vec<f64>,
     /// Step of the proximal point by row (r of 4.7), kg.
     pub(super) weight: Vec<f64>,
-    /// `|r c|²` of what drives the robot: where stops that nothing drives together do not count, however far they are.
+    /// `|r c|²` of what drives the robot: where stops and points that nothing drives together do not count, however far they are.
     pub(super) driven: f64,
     /// How far `impulse` is from what the laws make of it, by row: what the residual is formed from.
     pub(super) missed: Vec<f64>,
@@ -167,9 +167,11 @@ impl Problem {
 
     fn driven_by(&self, block: &Block) -> f64 {
         let rows = block.first..block.first + block.size();
-        let one_sided = matches!(block.law, Law::Unilateral);
-        let drives = |free: f64| if one_sided { free.min(0.0) } else { free };
-        rows.map(|row| (self.weight[row] * drives(self.free[row])).powi(2)).sum()
+        let one_sided = matches!(block.law, Law::Unilateral | Law::Contact { .. });
+        if one_sided && self.free[block.first] >= 0.0 {
+            return 0.0;
+        }
+        rows.map(|row| (self.weight[row] * self.free[row]).powi(2)).sum()
     }
 
     /// Two tangential rows have one weight.

@@ -411,7 +411,7 @@ impl<'a> Simulation<'a> {
         summary.contacts = summary.contacts.max(stepped.contacts);
         let deepest = self.stepper.gaps().iter().fold(0.0, |deep: f64, gap| deep.max(-gap));
         summary.penetration = summary.penetration.max(deepest);
-        self.falls.see(self.plant, &self.motion, self.stepper.gaps());
+        self.falls.see(self.plant, &self.motion, &self.stepper);
         if deepest > DEEPEST && self.stepper.ground().compliance.is_none() {
             return Err(self.sunk(deepest, h));
         }

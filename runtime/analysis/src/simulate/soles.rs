@@ -16,10 +16,10 @@ pub(super) struct Soles {
 const FLAT: usize = 3;
 
 impl Soles {
-    /// The sole that begins with this point, if it stands flat.
-    pub fn flat(&self, point: usize, gaps: &[f64]) -> Option<usize> {
+    /// The sole that begins with this point, if it stands flat: corners up to this height (m) are on the ground.
+    pub fn flat(&self, point: usize, gaps: &[f64], height: f64) -> Option<usize> {
         let index = self.points.iter().position(|points| points.start == point)?;
-        let closed = gaps[self.points[index].clone()].iter().filter(|gap| **gap <= 0.0).count();
+        let closed = gaps[self.points[index].clone()].iter().filter(|gap| **gap <= height).count();
         (closed >= FLAT).then_some(index)
     }
 

@@ -5,6 +5,8 @@ mod extended;
 mod free_motion;
 mod rows;
 
+pub(super) use rows::CLOSED;
+
 use super::carried::Carried;
 use super::dense::{self, Filled};
 use super::drives::Coupled;
@@ -34,7 +36,7 @@ pub struct MotionState {
 pub struct Stepped {
     /// Of the contact problem; all zero without contact.
     pub solved: Solved,
-    /// Closed contact points.
+    /// Contact points on the ground, or coming down onto it.
     pub contacts: usize,
     /// Kinetic energy after the impulses minus that of the same step without them, J. Never positive without
     /// restitution.
@@ -59,6 +61,13 @@ enum RowSource {
     Normal(usize),
     /// Index of the sole.
     Sole(usize),
+}
+
+impl RowSource {
+    /// Whether its first row is the normal of a point.
+    fn is_normal(&self) -> bool {
+        matches!(self, RowSource::Point(_) | RowSource::Normal(_))
+    }
 }
 
 /// What the step before left behind.
@@ -100,6 +109,10 @@ pub struct Stepper<'a> {
     memory: Vec<f64>,
     /// Heights of the points at the last midpoint, m.
     gaps: Vec<f64>,
+    /// Points up to this height have rows, m.
+    near: f64,
+    /// Whether `normal` and `tangential` are of this step.
+    directed: bool,
     /// Rows as long as [`dense::row_length`] says; then its factor L.
     mass: Vec<f64>,
     /// Of the model alone.
@@ -170,6 +183,8 @@ impl<'a> Stepper<'a> {
             sources: Vec::new(),
             memory: Vec::new(),
             gaps: vec![0.0; points],
+            near: 0.0,
+            directed: false,
             mass: Vec::new(),
             inner: vec![0.0; nv * nv],
             speed: Vec::new(),
@@ -266,11 +281,10 @@ impl<'a> Stepper<'a> {
         let mut stepped = Stepped::default();
         if rows > 0 {
             self.assemble(motion, time);
-            stepped.solved = self.solver.solve(&mut self.problem, &self.tolerance);
-            let touches = |source: &&RowSource| matches!(source, RowSource::Point(_) | RowSource::Normal(_));
-            stepped.contacts = self.sources.iter().filter(touches).count();
+            stepped.solved = self.solve();
         }
         stepped.work = self.apply(rows);
+        stepped.contacts = (0..self.gaps.len()).filter(|point| self.touches(*point)).count();
         stepped.made = stepped.work.min(self.made()).max(0.0);
         self.velocities_after(rows);
         dense::backward(&self.mass, n, &mut self.drive);

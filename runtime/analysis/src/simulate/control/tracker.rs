@@ -1,5 +1,6 @@
 //! Which phase a robot is in whose contacts nobody switches: time stepping.
 use crate::simulate::phases::{Ending, Mirror, PhaseSpec};
+use crate::simulate::stepper::CLOSED;
 
 /// Height above which a foot has been in the air, m.
 const LIFTED: f64 = 1e-4;
@@ -53,12 +54,15 @@ impl<'a> Tracker<'a> {
             Ending::Touch(points) => {
                 let own: Vec<usize> = points.iter().map(|&point| self.point(point)).collect();
                 let lowest = own.iter().map(|&point| heights[point]).fold(f64::INFINITY, f64::min);
+                // What still comes down has part of the impact before it.
+                let touches =
+                    |&point: &usize| heights[point] <= if impulses[point] > 0.0 { CLOSED } else { 0.0 };
                 let foremost =
                     |points: &[usize]| points.iter().map(|&p| places[p]).fold(f64::NEG_INFINITY, f64::max);
                 let standing: Vec<usize> = spec.standing.iter().map(|&point| self.point(point)).collect();
                 let ahead = foremost(&own) - foremost(&standing);
                 self.armed |= lowest > LIFTED;
-                self.armed && lowest <= 0.0 && ahead >= self.shortest_step
+                self.armed && own.iter().any(touches) && ahead >= self.shortest_step
             }
             Ending::Release(foot) => {
                 let own: Vec<usize> =

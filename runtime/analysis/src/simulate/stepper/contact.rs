@@ -3,9 +3,24 @@ use super::{MotionState, RowSource, Stepper};
 use crate::simulate::dense::{self, row_length};
 use crate::simulate::implicit::Relaxed;
 use crate::simulate::problem::{Block, Law};
+use crate::simulate::proximal::Solved;
+
+/// Softness of friction at points that come down, as a part of their own: while a sole tilts its corners cannot all stick, and what would tell
+/// which of them slips are forces between them that the motion does not feel.
+const DRAG: f64 = 1e-3;
+
+/// Softness along the normal at such points, as a part of the least one: corners of a sole that come down together would share their load by how
+/// their heights are rounded.
+const GIVE: f64 = 1e-6;
+
+/// From this height on (m) friction's is all of that; on the ground nothing gives way.
+const LOOSE: f64 = 1e-8;
+
+/// What it becomes, one after the other, where impulses are not found.
+const LOOSER: [f64; 2] = [1e-2, 1e-1];
 
 impl Stepper<'_> {
-    /// Finds the closed points and limits at the midpoint and makes place for them.
+    /// Finds the points and limits that are closed at the midpoint or could close in this step, and makes place for them.
     pub(super) fn close(&mut self, motion: &MotionState, time: f64) {
         self.mechanics.distances(&motion.q, &mut self.gaps);
         if let Some(terrain) = &mut self.terrain {
@@ -13,6 +28,7 @@ impl Stepper<'_> {
             terrain.lower(&mut self.gaps);
         }
         self.sources.clear();
+        self.look_down(motion, time);
         let mut rows = self.touch();
         let first = motion.q.len() - self.joints.len();
         let before = self.sources.len();
@@ -45,8 +61,8 @@ impl Stepper<'_> {
     pub(super) fn assemble(&mut self, motion: &MotionState, time: f64) {
         self.directions.clear();
         self.directions.resize(self.size() * row_length(self.problem.rows()), 0.0);
-        if matches!(self.sources.first(), Some(RowSource::Point(_) | RowSource::Normal(_))) {
-            self.mechanics.directions(&motion.q, &mut self.normal, &mut self.tangential);
+        if self.sources.first().is_some_and(RowSource::is_normal) {
+            self.point_directions(&motion.q);
             if !self.soles.points.is_empty() {
                 self.mechanics.positions(&motion.q, &mut self.soles.places);
             }
@@ -101,16 +117,26 @@ impl Stepper<'_> {
     /// Relaxed rows: soft ground, springs behind play, servos.
     ///
     /// Spring and damper below each corner are taken at the end of the step: `λ = −k (κ_M + ½ h γ⁺) − d γ⁺`, written as
-    /// `γ⁺ + Λ/(h (½ h k + d)) + k κ_M/(½ h k + d) = 0`, the relaxed constraint of (4.17). And the recovery from
-    /// penetration of hard ground.
+    /// `γ⁺ + Λ/(h (½ h k + d)) + k κ_M/(½ h k + d) = 0`, the relaxed constraint of (4.17). And hard ground: the
+    /// way down to it, or the recovery from penetration.
     fn soften(&mut self, motion: &MotionState, time: f64) {
         let (joints, length) = (self.joints.len(), row_length(self.problem.rows()));
         let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[motion.v.len() - joints..]);
+        let normals = self.sources.iter().zip(&self.problem.blocks).filter(|(source, _)| source.is_normal());
+        let own = normals.map(|(_, block)| self.problem.delassus[block.first * (length + 1)]);
+        let least = own.filter(|own| *own > 0.0).fold(f64::INFINITY, f64::min);
         for (block, source) in self.problem.blocks.iter_mut().zip(&self.sources) {
             let row = block.first;
             let relaxed = match *source {
                 RowSource::Point(point) | RowSource::Normal(point) => {
-                    Some(self.ground.relaxed(self.gaps[point], time))
+                    let drag = 1.0 + drag(self.gaps[point].min(self.near));
+                    let tangential = row + 1..row + block.size();
+                    tangential.for_each(|row| self.problem.delassus[row * (length + 1)] *= drag);
+                    let mut relaxed = self.ground.relaxed(self.gaps[point], time);
+                    if self.near > 0.0 && relaxed.offset > 0.0 {
+                        relaxed.softness = GIVE * least;
+                    }
+                    Some(relaxed)
                 }
                 RowSource::Lower(axis) | RowSource::Upper(axis) if axis >= joints => {
                     self.motors.stop(axis - joints, matches!(source, RowSource::Upper(_)), q, v)
@@ -144,4 +170,37 @@ impl Stepper<'_> {
             }
         }
     }
+    /// The impulses. Where points come down, friction gives way more if that is what it takes.
+    pub(super) fn solve(&mut self) -> Solved {
+        let mut solved = self.solver.solve(&mut self.problem, &self.tolerance);
+        for drag in LOOSER {
+            if solved.converged || !self.loosen(drag) {
+                break;
+            }
+            let before = solved;
+            solved = self.solver.solve(&mut self.problem, &self.tolerance);
+            solved.sweeps += before.sweeps;
+            solved.newton += before.newton;
+        }
+        solved
+    }
+
+    /// Makes friction at points that come down softer by this part of its own; false: none comes down.
+    fn loosen(&mut self, drag: f64) -> bool {
+        let length = row_length(self.problem.rows());
+        let mut any = false;
+        for (block, source) in self.problem.blocks.iter().zip(&self.sources) {
+            if matches!(*source, RowSource::Point(point) if self.near > 0.0 && self.gaps[point] > 0.0) {
+                any = true;
+                let tangential = block.first + 1..block.first + block.size();
+                tangential.for_each(|row| self.problem.delassus[row * (length + 1)] *= 1.0 + drag);
+            }
+        }
+        any
+    }
+}
+
+/// What is added to the softness of friction at this height above the ground (m), as a part of it.
+fn drag(gap: f64) -> f64 {
+    DRAG * (gap / LOOSE).clamp(0.0, 1.0)
 }

@@ -1,10 +1,16 @@
 //! Rows of the contact problem: which there are, along which directions, under which laws.
-use super::{ROWS_OF_AXIS, RowSource, Stepper};
-use crate::simulate::dense::row_length;
+use super::{MotionState, ROWS_OF_AXIS, RowSource, Stepper};
+use crate::simulate::dense::{dot, row_length};
 use crate::simulate::problem::Law;
 
-/// How many times farther than at the present speed a joint may come in a step.
+/// How many times farther than at the present speed a joint or a point may come in a step.
 const REACH: f64 = 4.0;
+
+/// A point this much above hard ground (m) that carries something is on it: curved ways end so far from where a step looks ahead to.
+pub(in crate::simulate) const CLOSED: f64 = 1e-5;
+
+/// Points are within this distance of the axes that move them, m: as far as it matters for what is left out unseen.
+const ARM: f64 = 1.0;
 
 impl Stepper<'_> {
     /// How far from its stop a joint must be so as not to come there in this step, rad: with a multiple of the fastest speed
@@ -16,22 +22,55 @@ impl Stepper<'_> {
         REACH * time * fastest
     }
 
-    /// Lists the closed points: how many rows they have.
+    /// How far above the ground a point must be so as not to come down in this step, m: with a multiple of the fastest point now
+    /// or without contact, since impacts make other points fast. Zero where forces are those of a depth, where a rebound needs
+    /// the whole speed at once, and in the plane, where no sole rocks on three corners: an impact that takes two steps is a worse one.
+    pub(super) fn look_down(&mut self, motion: &MotionState, time: f64) {
+        (self.near, self.directed) = (0.0, false);
+        let (far, ground) = (ARM * self.reach(time), &self.ground);
+        let above = self.gaps.iter().any(|gap| *gap > 0.0 && *gap <= far);
+        let apart = self.mechanics.tangents() < 2 || ground.restores() || ground.compliance.is_some();
+        if !above || apart {
+            return;
+        }
+        self.point_directions(&motion.q);
+        let nv = self.mechanics.nv();
+        let fastest = self.normal.chunks_exact(nv).fold(0.0, |most: f64, normal| {
+            let (now, middle) = (dot(normal, &self.speed[..nv]), dot(normal, &self.middle[..nv]));
+            most.max(now.abs()).max((2.0 * middle - now).abs())
+        });
+        self.near = REACH * time * fastest;
+    }
+
+    /// Directions of the points, once in a step.
+    pub(super) fn point_directions(&mut self, q: &[f64]) {
+        if !self.directed {
+            self.mechanics.directions(q, &mut self.normal, &mut self.tangential);
+            self.directed = true;
+        }
+    }
+
+    /// Whether a point was on the ground in the last step, or came down in it.
+    pub(in crate::simulate) fn touches(&self, point: usize) -> bool {
+        self.gaps[point] <= 0.0 || self.memory[self.slot(RowSource::Point(point))] > 0.0
+    }
+
+    /// Lists the points that are closed or could close: how many rows they have.
     pub(super) fn touch(&mut self) -> usize {
         let size = 1 + self.mechanics.tangents();
         let (mut rows, mut point) = (0, 0);
         while point < self.gaps.len() {
-            if let Some(sole) = self.soles.flat(point, &self.gaps) {
+            if let Some(sole) = self.soles.flat(point, &self.gaps, self.near.min(CLOSED)) {
                 let points = self.soles.points[sole].clone();
                 point = points.end;
-                let closed = points.filter(|point| self.gaps[*point] <= 0.0);
+                let near = points.filter(|point| self.gaps[*point] <= self.near);
                 let before = self.sources.len();
-                self.sources.extend(closed.map(RowSource::Normal));
+                self.sources.extend(near.map(RowSource::Normal));
                 self.sources.push(RowSource::Sole(sole));
                 rows += self.sources.len() - before + 2;
                 continue;
             }
-            if self.gaps[point] <= 0.0 {
+            if self.gaps[point] <= self.near {
                 self.sources.push(RowSource::Point(point));
                 rows += size;
             }
@@ -59,7 +98,7 @@ impl Stepper<'_> {
                 Law::Sole {
                     friction: self.ground.friction,
                     turning: self.soles.turning,
-                    normals: self.gaps[points].iter().filter(|gap| **gap <= 0.0).count(),
+                    normals: self.gaps[points].iter().filter(|gap| **gap <= self.near).count(),
                     cone: self.ground.cone,
                 }
             }
@@ -128,10 +167,12 @@ impl Stepper<'_> {
             let slot = self.slot(source);
             let friction = [self.memory[slot], self.memory[slot + 1]];
             let points = self.soles.points[sole].clone();
-            let closed = self.gaps[points.clone()].iter().filter(|gap| **gap <= 0.0).count() as f64;
-            for point in points.filter(|point| self.gaps[*point] <= 0.0) {
-                self.memory[3 * point + 1] = friction[0] / closed;
-                self.memory[3 * point + 2] = friction[1] / closed;
+            let touching = points.clone().filter(|point| self.touches(*point)).count() as f64;
+            for point in points {
+                if self.touches(point) {
+                    self.memory[3 * point + 1] = friction[0] / touching;
+                    self.memory[3 * point + 2] = friction[1] / touching;
+                }
             }
         }
     }
