@@ -170,6 +170,7 @@ impl Stepper<'_> {
             }
         }
     }
+
     /// The impulses. Where points come down, friction gives way more if that is what it takes.
     pub(super) fn solve(&mut self) -> Solved {
         let mut solved = self.solver.solve(&mut self.problem, &self.tolerance);
