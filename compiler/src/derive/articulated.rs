@@ -32,7 +32,7 @@ fn still<'m, 'g, 't>(model: &'m RobotModel<'g, 't>) -> Sensitivity<'m, 'g, 't> {
     Sensitivity::new(model, &vec![model.constant(0.0); model.tree.nv], true, 2.0)
 }
 
-fn less<'g>(a: &[Sym<'g>], b: &[Sym<'g>]) -> Vec<Sym<'g>> {
+pub(super) fn less<'g>(a: &[Sym<'g>], b: &[Sym<'g>]) -> Vec<Sym<'g>> {
     a.iter().zip(b).map(|(&a, &b)| a - b).collect()
 }
 
