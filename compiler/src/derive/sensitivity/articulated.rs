@@ -231,7 +231,7 @@ fn accelerate<'g>(
         };
         let (mut linear, mut angular) = match body.parent {
             None => (model.zero3(), model.zero3()),
-            Some(p) => robot.into_joint(index, p, motions[p]),
+            Some(p) => robot.to_joint(index, p, motions[p]),
         };
         let x = (rests[body.v_index] - force.dot(linear) - moment.dot(angular)) * inverse;
         out[body.v_index] = model.signed(index, x);
@@ -254,7 +254,7 @@ fn free_root<'g>(
     let mut h: Vec<Vec<Sym<'g>>> = (0..6).map(|r| (0..6).map(|c| inertia.entry(r, c)).collect()).collect();
     let mut x: Vec<Sym<'g>> = rests[first..first + 6].to_vec();
     x[..held].fill(inertia.a[(0, 0)].zero());
-    let mut inverse = vec![x[5].zero(); 6];
+    let mut inverse = [x[5].zero(); 6];
     for k in (held..6).rev() {
         let one = h[k][k].constant(1.0) / h[k][k];
         inverse[k] = one;

@@ -11,7 +11,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
         let mut motion = (model.zero3(), model.zero3());
         for (k, &index) in chain.iter().enumerate() {
             if k > 0 {
-                motion = self.into_joint(index, chain[k - 1], motion);
+                motion = self.to_joint(index, chain[k - 1], motion);
             }
             let change = |k: usize| changes[model.tree.bodies[index].v_index + k];
             let along = |axis: usize| model.along(axis, model.signed(index, change(0)));
@@ -27,7 +27,7 @@ impl<'g> Sensitivity<'_, 'g, '_> {
     }
 
     /// From the origin and the joint axes of a body's parent to its own, before its joint.
-    pub(super) fn into_joint(&self, index: usize, parent: usize, motion: Wrench<'g>) -> Wrench<'g> {
+    pub(super) fn to_joint(&self, index: usize, parent: usize, motion: Wrench<'g>) -> Wrench<'g> {
         let joined = self.axes[index].joined;
         let into = |x| if joined { x } else { self.axes[parent].into_body(x) };
         let (linear, angular) = (into(motion.0), into(motion.1));
