@@ -68,3 +68,27 @@ fn operation_counts_are_as_pinned_and_promised() {
         file!(),
     );
 }
+
+/// Operations of a robot on one foot: (robot, function, phase, today's).
+const ON_ONE_FOOT: [(&str, &str, &str, usize); 8] = [
+    ("lower12", "constrained_dynamics", "right_support", 3695),
+    ("lower12", "constrained_dynamics", "right_point", 3160),
+    ("lower12", "impact_map", "right_support", 2969),
+    ("lower12", "impact_map", "right_point", 3158),
+    ("rabbit5", "constrained_dynamics", "right_support", 226),
+    ("rabbit5", "impact_map", "right_support", 182),
+    ("biped7", "constrained_dynamics", "right_heel", 438),
+    ("biped7", "impact_map", "right_heel", 370),
+];
+
+/// With the foot's rows beside those of the base: 4373, 4756, 2971, 3158, 448, 312, 722 and 507.
+#[test]
+fn operations_on_one_foot_are_as_pinned() {
+    for (name, family, phase, pinned) in ON_ONE_FOOT {
+        let robot = Robot::read(&support::project().join("benches/robots").join(name)).unwrap();
+        let request = FunctionRequest { family: family.to_owned(), subject: Some(phase.to_owned()) };
+        let model = robot.compile_only(&[request]).unwrap_or_else(|e| panic!("{name}: {e}"));
+        let now = model.functions[0].operations.total();
+        assert_eq!(now, pinned, "{name} {family} of {phase}");
+    }
+}

@@ -1,5 +1,5 @@
 //! Accelerations and contact forces of a phase (4.23), and the solver that the impact shares.
-use super::articulated::{less, price};
+use super::articulated::{duration, less};
 use super::composite::mass_matrix;
 use super::constraint::Constraints;
 use super::effects::{Driven, JointLaws, Returned};
@@ -46,7 +46,7 @@ pub fn constrained_dynamics_with<'g>(
     under_forces(model, constraints, &rotors, &tau)
 }
 
-/// Under generalised forces, in the order of `v`, by whichever way takes the fewest operations.
+/// Under generalised forces, in the order of `v`, by whichever way takes the least time.
 fn under_forces<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,
@@ -57,19 +57,19 @@ fn under_forces<'g>(
     let free = less(tau, &bias);
     let eliminated = respond(model, constraints, rotors, &free, Demand::Rates);
     let rooted = standing::respond(model, constraints, rotors, Load::Forces(tau));
-    let (acceleration, forces) = cheaper(model, eliminated, rooted);
+    let (acceleration, forces) = quicker(model, eliminated, rooted);
     Constrained { acceleration, forces }
 }
 
-/// The solution that takes fewer operations.
-pub(super) fn cheaper<'g>(
+/// The solution that takes less time.
+pub(super) fn quicker<'g>(
     model: &RobotModel<'g, '_>,
     one: Solution<'g>,
     other: Option<Solution<'g>>,
 ) -> Solution<'g> {
-    let price = |(motion, forces): &Solution<'g>| price(model, &[motion.as_slice(), forces].concat());
+    let takes = |(motion, forces): &Solution<'g>| duration(model, &[motion.as_slice(), forces].concat());
     match other {
-        Some(other) if price(&other) < price(&one) => other,
+        Some(other) if takes(&other) < takes(&one) => other,
         _ => one,
     }
 }

@@ -1,5 +1,5 @@
 //! Impacts (4.20)–(4.22): the velocity just after contacts close, and the impulses that do it.
-use super::constrained::{Demand, cheaper, respond};
+use super::constrained::{Demand, quicker, respond};
 use super::constraint::Constraints;
 use super::effects::JointLaws;
 use super::model::RobotModel;
@@ -61,7 +61,7 @@ fn impact_map_of<'g>(
     let no_load = vec![model.constant(0.0); model.tree.nv];
     let eliminated = respond(model, constraints, rotors, &no_load, Demand::Velocity);
     let rooted = standing::respond(model, constraints, rotors, Load::Impact);
-    let (jump, impulse) = cheaper(model, eliminated, rooted);
+    let (jump, impulse) = quicker(model, eliminated, rooted);
     let before = (0..model.tree.nv).map(|k| model.input(Argument::V, k));
     Impact { velocity: before.zip(jump).map(|(v, change)| v + change).collect(), impulse }
 }

@@ -2,7 +2,7 @@
 //!
 //! With the foot's point at rest the base's rows that move it fall away, and what is left are the equations of motion of a
 //! robot on a ball joint (a point), or on a fixed base (a sole). The ground's forces are what the held rows take.
-use super::articulated::{less, price};
+use super::articulated::{duration, less};
 use super::constraint::{BodyJacobian, Constraints};
 use super::kinematics::{Motions, forward};
 use super::model::{Given, InertiaMode, RobotModel, rotate};
@@ -38,7 +38,7 @@ struct Stance<'m, 'g, 't> {
     rotors: Vec<Sym<'g>>,
 }
 
-/// The response of a robot to a load, by the way that takes the fewest operations; `None` unless it is free and stands on one foot.
+/// The response of a robot to a load, by the way that takes the least time; `None` unless it is free and stands on one foot.
 pub(super) fn respond<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,
@@ -46,7 +46,7 @@ pub(super) fn respond<'g>(
     load: Load<'_, 'g>,
 ) -> Option<Solution<'g>> {
     let ways = by_every_way(model, constraints, rotors, load);
-    ways.into_iter().min_by_key(|(motion, forces)| price(model, &[motion.as_slice(), forces].concat()))
+    ways.into_iter().min_by_key(|(motion, forces)| duration(model, &[motion.as_slice(), forces].concat()))
 }
 
 /// The same by every way, none unless the robot is free and stands on one foot.

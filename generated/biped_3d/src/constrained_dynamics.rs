@@ -14,7 +14,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// `right_foot/force/z`, `right_foot/moment/x`, `right_foot/moment/y`, `right_foot/moment/z`; m/s², then rad/s², then
 /// N, then N m.
 /// Source: (4.23), Table 4.1, corrected.
-/// 2372 operations: 332 add, 557 mul, 736 fused, 11 div, 14 sin_cos. For two limbs at once: 14 pairs of them.
+/// 3228 operations: 328 add, 651 mul, 1119 fused, 11 div, 14 sin_cos. For two limbs at once: 14 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_single_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -119,1445 +119,1422 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     ]);
     let (
         t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26, t27,
-        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49,
-        t50, t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71,
-        t72, t73, t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93,
-        t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112,
-        t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125_126, t127_128, t129, t130, t131,
-        t132_133, t134_135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150,
-        t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167_168,
-        t169_170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
-        t187_188, t189, t190, t191_192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205,
-        t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223,
-        t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241,
-        t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259,
-        t260, t261, t262, t263, t264, t265, t266, t267, t268,
+        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40_41, t42, t43, t44, t45, t46, t47, t48, t49, t50,
+        t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64_65, t66, t67, t68, t69, t70, t71, t72, t73,
+        t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t95,
+        t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114,
+        t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132,
+        t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150,
+        t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162_163, t164, t165, t166, t167, t168, t169,
+        t170, t171, t172, t173, t174, t175_176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186, t187, t188,
+        t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206,
+        t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224,
+        t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242,
+        t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260,
+        t261, t262, t263, t264,
     );
     t5 = v_base_angular_y * v_base_linear_z; // torso: motion
     t6 = R::fused(-v_base_angular_z, v_base_linear_y, t5); // torso: motion
-    t7 = v_base_angular_x * sin_q_right_hip_yaw; // right_hip_yaw_link: motion
-    t8 = R::fused(-v_base_angular_y, cos_q_right_hip_yaw, t7); // right_hip_yaw_link: motion
-    t9 = t8 * cos_q_right_hip_roll; // right_hip_roll_link: motion
-    t10 = v_base_angular_z + v_right_hip_yaw; // right_hip_yaw_link: motion
-    t11 = R::fused(-t10, sin_q_right_hip_roll, t9); // right_hip_roll_link: motion
-    t12 = t11 - v_right_hip_pitch; // right_upper_leg: motion
-    t13 = t12 - v_right_knee_pitch; // right_lower_leg: motion
-    t14 = t13 - v_right_ankle_pitch; // right_ankle: motion
-    t15 = t14 * cos_q_right_ankle_roll; // right_foot: motion
-    t16 = t8 * sin_q_right_hip_roll; // right_hip_roll_link: motion
-    t17 = R::fused(t10, cos_q_right_hip_roll, t16); // right_hip_roll_link: motion
-    t18 = t17 * cos_q_right_hip_pitch; // right_upper_leg: motion
-    t19 = v_base_angular_x * cos_q_right_hip_yaw; // right_hip_yaw_link: motion
-    t20 = R::fused(v_base_angular_y, sin_q_right_hip_yaw, t19); // right_hip_yaw_link: motion
-    t21 = t20 + v_right_hip_roll; // right_hip_roll_link: motion
-    t22 = R::fused(t21, sin_q_right_hip_pitch, t18); // right_upper_leg: motion
-    t23 = t22 * cos_q_right_knee_pitch; // right_lower_leg: motion
-    t24 = t17 * sin_q_right_hip_pitch; // right_upper_leg: motion
-    t25 = R::fused(-t21, cos_q_right_hip_pitch, t24); // right_upper_leg: motion
-    t26 = R::fused(-t25, sin_q_right_knee_pitch, t23); // right_lower_leg: motion
-    t27 = t26 * cos_q_right_ankle_pitch; // right_ankle: motion
-    t28 = t22 * sin_q_right_knee_pitch; // right_lower_leg: motion
-    t29 = R::fused(t25, cos_q_right_knee_pitch, t28); // right_lower_leg: motion
-    t30 = R::fused(-t29, sin_q_right_ankle_pitch, t27); // right_ankle: motion
-    t31 = R::fused(-t30, sin_q_right_ankle_roll, t15); // right_foot: motion
-    t32 = t26 * sin_q_right_ankle_pitch; // right_ankle: motion
-    t33 = R::fused(t29, cos_q_right_ankle_pitch, t32); // right_ankle: motion
-    t34 = t33 - v_right_ankle_roll; // right_foot: motion
-    t35 = t31 * t34; // right_foot: motion
-    t36 = t35 * R::constant(0.03); // right_hip_yaw_link: motion
-    t37 = t14 * sin_q_right_ankle_roll; // right_foot: motion
-    t38 = R::fused(t30, cos_q_right_ankle_roll, t37); // right_foot: motion
-    t39 = t31 * t38; // right_foot: motion
-    t40 = R::fused(t39, R::constant(0.08), t36); // right_hip_yaw_link: motion
-    // torso: motion
-    t41 = q_base_qz * R::constant(2.0);
-    t42 = q_base_qx * t41;
-    t43 = q_base_qy * R::constant(2.0);
-    t44 = q_base_qw * t43;
-    t45 = t42 - t44;
-    // other
-    t46 = cos_q_right_ankle_pitch * sin_q_right_ankle_roll;
-    t47 = cos_q_right_knee_pitch * t46;
-    t48 = sin_q_right_ankle_pitch * sin_q_right_ankle_roll;
-    t49 = R::fused(-sin_q_right_knee_pitch, t48, t47);
-    t50 = sin_q_right_hip_pitch * t49;
-    t51 = sin_q_right_knee_pitch * t46;
-    t52 = R::fused(cos_q_right_knee_pitch, t48, t51);
-    t53 = R::fused(cos_q_right_hip_pitch, t52, t50);
-    t54 = cos_q_right_hip_yaw * t53;
-    t55 = cos_q_right_hip_roll * cos_q_right_ankle_roll;
-    t56 = cos_q_right_hip_pitch * t49;
-    t57 = R::fused(-sin_q_right_hip_pitch, t52, t56);
-    t58 = R::fused(-sin_q_right_hip_roll, t57, t55);
-    t59 = R::fused(-sin_q_right_hip_yaw, t58, t54);
-    t60 = t45 * t59;
-    // torso: motion
-    t61 = q_base_qy * t41;
-    t62 = q_base_qx * R::constant(2.0);
-    t63 = q_base_qw * t62;
-    t64 = t61 + t63;
-    t65 = sin_q_right_hip_yaw * t53; // other
-    t66 = R::fused(cos_q_right_hip_yaw, t58, t65); // other
-    t67 = R::fused(t64, t66, t60); // other
-    t68 = q_base_qx * t62;
-    t69 = q_base_qy * t43;
-    t70 = t68 + t69;
-    t71 = R::constant(1.0) - t70;
-    t72 = sin_q_right_hip_roll * cos_q_right_ankle_roll; // other
-    t73 = R::fused(cos_q_right_hip_roll, t57, t72); // other
-    t74 = R::fused(t71, t73, t67); // other
-    t75 = R::fused(R::constant(9.81), t74, -t40); // right_hip_yaw_link: motion
-    t76 = sin_q_right_ankle_roll * t75; // right_hip_yaw_link: motion
-    t77 = t34 * t34; // right_foot: motion
-    t78 = t31 * t31; // right_foot: motion
-    t79 = t77 + t78; // right_foot: motion
-    t80 = t79 * R::constant(0.08); // other
-    t81 = t38 * t34; // right_foot: motion
-    t82 = R::fused(-t81, R::constant(0.03), t80); // right_hip_yaw_link: motion
-    // other
-    t83 = cos_q_right_ankle_pitch * cos_q_right_ankle_roll;
-    t84 = cos_q_right_knee_pitch * t83;
-    t85 = sin_q_right_ankle_pitch * cos_q_right_ankle_roll;
-    t86 = R::fused(-sin_q_right_knee_pitch, t85, t84);
-    t87 = sin_q_right_hip_pitch * t86;
-    t88 = sin_q_right_knee_pitch * t83;
-    t89 = R::fused(cos_q_right_knee_pitch, t85, t88);
-    t90 = R::fused(cos_q_right_hip_pitch, t89, t87);
-    t91 = cos_q_right_hip_yaw * t90;
-    t92 = cos_q_right_hip_roll * sin_q_right_ankle_roll;
-    t93 = cos_q_right_hip_pitch * t86;
-    t94 = R::fused(-sin_q_right_hip_pitch, t89, t93);
-    t95 = R::fused(sin_q_right_hip_roll, t94, t92);
-    t96 = R::fused(sin_q_right_hip_yaw, t95, t91);
-    t97 = t45 * t96;
-    t98 = sin_q_right_hip_yaw * t90;
-    t99 = R::fused(-cos_q_right_hip_yaw, t95, t98);
-    t100 = R::fused(t64, t99, t97);
-    t101 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
-    t102 = R::fused(-cos_q_right_hip_roll, t94, t101);
-    t103 = R::fused(-t71, t102, t100);
-    t104 = R::fused(R::constant(9.81), t103, -t82); // right_hip_yaw_link: motion
-    t105 = R::fused(cos_q_right_ankle_roll, t104, t76); // right_hip_yaw_link: motion
-    t106 = R::constant(0.273) * sin_q_right_ankle_pitch;
-    t107 = t38 * v_right_ankle_roll; // right_foot: motion
-    t108 = cos_q_right_ankle_roll * t107; // right_hip_yaw_link: motion
-    t109 = t31 * v_right_ankle_roll; // right_foot: motion
-    // right_hip_yaw_link: motion
-    t110 = R::fused(-sin_q_right_ankle_roll, t109, t108);
-    t111 = sin_q_right_ankle_roll * t31;
-    t112 = R::fused(-cos_q_right_ankle_roll, t38, t111);
-    t113 = t33 * t112;
-    t114 = t110 + t113;
-    t115 = t106 * t114; // right_hip_roll_link: motion
-    t116 = t33 * t33; // right_ankle: motion
-    t117 = cos_q_right_ankle_roll * t31;
-    t118 = R::fused(sin_q_right_ankle_roll, t38, t117);
-    t119 = v_right_ankle_pitch + t118; // left_hip_yaw_link: motion
-    t120 = t119 * t119; // left_hip_yaw_link: motion
-    t121 = t116 + t120; // left_hip_yaw_link: motion
-    t122 = R::constant(0.273) * cos_q_right_ankle_pitch; // right_hip_roll_link: motion
-    t123 = R::fused(t121, t122, t115); // right_hip_roll_link: motion
-    t124 = t105 - t123; // right_hip_roll_link: motion
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t125_126 = two(R::constant(5.0918), R::constant(0.315)) * both(sin_t0);
-    t127_128 = both(t114) * t125_126;
-    t129 = v_right_knee_pitch + t119; // right_hip_roll_link: motion
-    t130 = t129 * t129; // right_hip_roll_link: motion
-    t131 = t116 + t130; // right_hip_roll_link: motion
-    t132_133 = two(R::constant(5.0918), R::constant(0.315)) * both(cos_t0);
-    t134_135 = R::Two::fused(both(t131), t132_133, t127_128);
-    t136 = t124 - t134_135.second(); // left_hip_roll_link: motion
-    t137 = sin_t1 * t136; // left_hip_roll_link: motion
-    t138 = t38 * t38; // right_foot: motion
-    t139 = t78 + t138; // right_foot: motion
-    t140 = t139 * R::constant(0.03); // other
-    t141 = R::fused(-t81, R::constant(0.08), t140); // right_hip_yaw_link: motion
-    // other
-    t142 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t143 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t142);
-    t144 = sin_q_right_hip_pitch * t143;
-    t145 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t146 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t145);
-    t147 = R::fused(cos_q_right_hip_pitch, t146, t144);
-    t148 = cos_q_right_hip_yaw * t147;
-    t149 = cos_q_right_hip_pitch * t143;
-    t150 = R::fused(-sin_q_right_hip_pitch, t146, t149);
-    t151 = sin_q_right_hip_roll * t150;
-    t152 = R::fused(sin_q_right_hip_yaw, t151, t148);
-    t153 = t45 * t152;
-    t154 = sin_q_right_hip_yaw * t147;
-    t155 = R::fused(-cos_q_right_hip_yaw, t151, t154);
-    t156 = R::fused(t64, t155, t153);
-    t157 = cos_q_right_hip_roll * t150;
-    t158 = R::fused(t71, t157, t156);
-    t159 = R::fused(R::constant(9.81), t158, -t141); // right_hip_yaw_link: motion
-    t160 = t112 * t112; // right_hip_yaw_link: motion
-    t161 = t160 + t120; // left_hip_yaw_link: motion
-    t162 = t106 * t161; // right_hip_roll_link: motion
-    t163 = t110 - t113; // right_hip_yaw_link: motion
-    t164 = R::fused(-t163, t122, t162); // right_hip_roll_link: motion
-    t165 = t159 - t164; // right_hip_roll_link: motion
-    t166 = t160 + t130; // right_hip_roll_link: motion
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t167_168 = both(t166) * t125_126;
-    t169_170 = R::Two::fused(-both(t163), t132_133, t167_168);
-    t171 = t165 - t169_170.second(); // left_hip_roll_link: motion
-    t172 = R::fused(-cos_t1, t171, t137); // left_hip_roll_link: motion
-    t173 = cos_q_right_hip_yaw * t172; // left_upper_leg: motion
-    // right_hip_yaw_link: motion
-    t174 = cos_q_right_ankle_roll * t75;
-    t175 = R::fused(-sin_q_right_ankle_roll, t104, t174);
-    t176 = sin_q_right_ankle_roll * t107;
-    t177 = R::fused(cos_q_right_ankle_roll, t109, t176);
-    t178 = R::fused(t33, v_right_ankle_pitch, -t177); // left_hip_yaw_link: motion
-    t179 = R::fused(t33, t119, t178); // left_hip_yaw_link: motion
-    t180 = t106 * t179; // right_hip_roll_link: motion
-    t181 = v_right_ankle_pitch * t112; // left_hip_yaw_link: motion
-    t182 = R::fused(t112, t119, t181); // left_hip_yaw_link: motion
-    // right_hip_roll_link: motion
-    t183 = R::fused(-t182, t122, t180);
-    t184 = t175 - t183;
-    t185 = R::fused(v_right_knee_pitch, t33, t178);
-    t186 = R::fused(t33, t129, t185);
-    t187_188 = both(t186) * t125_126; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t189 = R::fused(v_right_knee_pitch, t112, t181);
-    t190 = R::fused(t112, t129, t189);
-    t191_192 = R::Two::fused(-both(t190), t132_133, t187_188); // right_hip_roll_link, left_hip_roll_link
-    t193 = t184 - t191_192.second(); // left_hip_roll_link: motion
-    t194 = cos_q_right_hip_roll * t193; // right_upper_leg: motion
-    t195 = cos_t1 * t136; // left_hip_roll_link: motion
-    t196 = R::fused(sin_t1, t171, t195); // left_hip_roll_link: motion
-    t197 = R::fused(-sin_q_right_hip_roll, t196, t194); // right_upper_leg: motion
-    t198 = R::fused(-sin_q_right_hip_yaw, t197, t173); // left_upper_leg: motion
-    t199 = cos_t1 * t112; // left_hip_roll_link: motion
-    t200 = R::fused(-t33, sin_t1, t199); // left_hip_roll_link: motion
-    t201 = R::fused(-v_right_hip_roll, t200, t110); // right_upper_leg: motion
-    t202 = sin_q_right_hip_roll * t201; // right_upper_leg: motion
-    // left_hip_roll_link: motion
-    t203 = R::fused(v_right_hip_pitch, t33, t185);
-    t204 = cos_t1 * t203;
-    t205 = R::fused(v_right_hip_pitch, t112, t189);
-    t206 = R::fused(sin_t1, t205, t204);
-    t207 = v_right_hip_pitch + t129;
-    t208 = R::fused(-v_right_hip_roll, t207, t206); // right_upper_leg: motion
-    t209 = R::fused(-cos_q_right_hip_roll, t208, t202); // right_upper_leg: motion
-    t210 = sin_t1 * t112;
-    t211 = R::fused(t33, cos_t1, t210);
-    t212 = v_right_hip_roll + t211; // right_upper_leg: motion
-    t213 = cos_q_right_hip_yaw * t212; // left_upper_leg: motion
-    t214 = cos_q_right_hip_roll * t207; // right_upper_leg: motion
-    t215 = R::fused(-sin_q_right_hip_roll, t200, t214); // right_upper_leg: motion
-    // left_upper_leg: motion
-    t216 = R::fused(-sin_q_right_hip_yaw, t215, t213);
-    t217 = sin_q_right_hip_yaw * t212;
-    t218 = R::fused(cos_q_right_hip_yaw, t215, t217);
-    t219 = R::fused(t216, t218, t209);
-    t220 = R::fused(R::constant(0.075), t219, t198); // other
-    t221 = sin_t4 * sin_t4; // right_foot: sums of what it carries
-    t222 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t223 = sin_q_left_ankle_roll * R::constant(13.729977116704806); // left_foot: articulated inertia
-    t224 = t222 * t223; // left_foot: articulated inertia
-    t225 = t221 * t224; // right_foot: articulated inertia
-    t226 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t227 = t226 * cos_t4; // right_foot: sums of what it carries
-    t228 = R::constant(0.000855) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t229 = R::fused(-t228, t223, R::constant(0.0171)); // right_foot: articulated inertia
-    t230 = R::fused(sin_t4, t229, t227); // right_foot: articulated inertia
-    t231 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t232 = R::constant(0.00092625) * t231; // left_foot: sums of what it carries
-    t233 = t232 - R::constant(0.001501); // left_foot: sums of what it carries
-    t234 = sin_q_left_ankle_roll * R::constant(0.41189931350114417); // factors of the mass matrix
-    t235 = R::fused(t228, t234, t233); // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t236 = R::constant(0.003259) - t235;
-    t237 = R::constant(1.0) / t236;
-    t238 = t230 * t237;
-    t239 = R::fused(t230, t238, t225);
-    t240 = R::constant(0.29034) * cos_t3; // left_ankle: sums of what it carries
-    t241 = R::constant(0.273) * cos_t3; // right_foot: motion
-    t242 = t241 * t239;
-    t243 = R::constant(0.273) * sin_t3; // right_foot: motion
-    t244 = sin_t4 * cos_t4; // right_foot: sums of what it carries
-    t245 = t244 * t224;
-    t246 = t226 * sin_t4; // right_foot: sums of what it carries
-    t247 = R::fused(-cos_t4, t229, t246);
-    t248 = R::fused(-t247, t238, t245);
-    t249 = R::fused(-t243, t248, t242);
-    t250 = t240 - t249; // left_ankle: articulated inertia
-    t251 = t241 * t249;
-    t252 = t241 * t248;
-    t253 = t224 - t225;
-    t254 = t247 * t237;
-    t255 = R::fused(t247, t254, t253);
-    t256 = R::fused(-t243, t255, t252);
-    t257 = R::fused(-t243, t256, t251);
-    // left_ankle: articulated inertia
-    t258 = R::constant(0.06634781167) - t257;
-    t259 = R::constant(1.0) / t258;
-    t260 = t250 * t259;
-    t261 = R::fused(t250, t260, t239);
-    t262 = R::constant(0.8932) * cos_q_left_hip_pitch; // right_ankle: sums of what it carries
-    t263 = cos_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
-    t264 = t263 * t261;
-    t265 = sin_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
-    t266 = R::constant(0.29034) * sin_t3; // left_ankle: sums of what it carries
-    t267 = t266 + t256;
-    t268 = R::fused(-t267, t260, t248);
-    let (
-        t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286,
-        t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297, t298, t299, t300, t301, t302, t303, t304,
-        t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322,
-        t323, t324, t325, t326, t327, t328, t329, t330, t331, t332, t333, t334, t335, t336, t337, t338, t339, t340,
-        t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358,
-        t359, t360, t361, t362, t363, t364_365, t366, t367, t368, t369, t370, t371, t372_373, t374, t375, t376, t377,
-        t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395,
-        t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413,
-        t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431,
-        t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449,
-        t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460, t461, t462, t463, t464, t465, t466, t467,
-        t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482, t483, t484, t485,
-        t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498, t499, t500, t501, t502, t503,
-        t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514, t515, t516, t517, t518, t519, t520, t521,
-        t522, t523, t524, t525, t526,
-    );
-    t269 = R::fused(-t265, t268, t264);
-    t270 = t262 - t269; // right_ankle: articulated inertia
-    t271 = t263 * t269;
-    t272 = t263 * t268;
-    t273 = t267 * t259;
-    t274 = R::fused(t267, t273, t255);
-    t275 = R::fused(-t265, t274, t272);
-    t276 = R::fused(-t265, t275, t271);
-    // right_ankle: articulated inertia
-    t277 = R::constant(0.24091175) - t276;
-    t278 = R::constant(1.0) / t277;
-    t279 = t270 * t278;
-    t280 = R::fused(t270, t279, t261);
-    t281 = R::constant(0.000855) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t282 = t281 * t223; // left_foot: articulated inertia
-    t283 = t221 * t282; // right_foot: articulated inertia
-    t284 = R::fused(t222, t244, t283); // right_foot: articulated inertia
-    t285 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t286 = R::constant(0.00092625) * t285; // left_foot: sums of what it carries
-    t287 = R::fused(t281, t234, t286); // left_foot: articulated inertia
-    t288 = sin_t4 * t287; // right_foot: articulated inertia
-    t289 = R::fused(-t288, t238, t284); // right_foot: articulated inertia
-    t290 = cos_q_left_ankle_roll * R::constant(13.729977116704806); // left_foot: articulated inertia
-    t291 = t222 * t290; // left_foot: articulated inertia
-    t292 = sin_t4 * t291; // right_foot: articulated inertia
-    t293 = t228 * t290; // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t294 = R::fused(-t293, t238, t292);
-    t295 = t241 * t294;
-    t296 = t289 + t295;
-    t297 = t241 * t289;
-    t298 = t222 * t221;
-    t299 = R::fused(-t244, t282, t298);
-    t300 = R::fused(-t288, t254, t299);
-    t301 = R::fused(t243, t300, t297);
-    t302 = cos_t4 * t291;
-    t303 = t293 * t237;
-    t304 = R::fused(t247, t303, t302);
-    t305 = t243 * t304;
-    t306 = t295 - t305;
-    t307 = R::fused(t241, t306, t301);
-    // left_ankle: articulated inertia
-    t308 = R::fused(-t307, t260, t296);
-    t309 = R::fused(-t306, t260, t294);
-    t310 = t263 * t309;
-    t311 = t308 + t310;
-    t312 = t263 * t308;
-    t313 = R::fused(-t241, t304, t300); // right_foot: articulated inertia
-    t314 = R::fused(-t307, t273, t313);
-    t315 = R::fused(t265, t314, t312);
-    t316 = t306 * t259;
-    t317 = R::fused(t267, t316, t304);
-    t318 = t265 * t317;
-    t319 = t310 - t318;
-    t320 = R::fused(t263, t319, t315);
-    t321 = R::fused(-t320, t279, t311); // right_ankle: articulated inertia
-    t322 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
-    t323 = R::constant(0.23740175003) * t322; // right_ankle: sums of what it carries
-    t324 = R::constant(0.239156750015) - t323; // right_ankle: sums of what it carries
-    t325 = sin_t3 * sin_t3; // left_ankle: sums of what it carries
-    t326 = R::constant(0.065449478333) * t325; // left_ankle: sums of what it carries
-    t327 = R::constant(0.0658986450015) - t326; // left_ankle: sums of what it carries
-    t328 = t232 + R::constant(0.00057475); // left_foot: sums of what it carries
-    t329 = cos_q_left_ankle_roll * R::constant(0.41189931350114417); // left_foot: articulated inertia
-    t330 = R::fused(-t281, t329, t328); // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t331 = R::constant(0.003254) + t330;
-    t332 = R::constant(0.000005) - t331;
-    t333 = t221 * t332;
-    t334 = R::constant(0.000005) - t333;
-    t335 = t288 * t237;
-    t336 = R::fused(-t288, t335, t334);
-    t337 = R::fused(-t281, t290, R::constant(0.0171));
-    t338 = sin_t4 * t337;
-    t339 = R::fused(-t288, t303, t338);
-    t340 = R::fused(t241, t339, t336);
-    t341 = t226 * t290; // left_foot: articulated inertia
-    t342 = R::fused(t293, t303, t341);
-    t343 = R::fused(-t241, t342, t339);
-    t344 = R::fused(t241, t343, t340);
-    // left_ankle: articulated inertia
-    t345 = t327 + t344;
-    t346 = t307 * t259;
-    t347 = R::fused(-t307, t346, t345);
-    t348 = t240 + t343;
-    t349 = R::fused(-t307, t316, t348);
-    t350 = R::fused(t263, t349, t347);
-    t351 = R::fused(t306, t316, t342);
-    t352 = R::fused(-t263, t351, t349);
-    t353 = R::fused(t263, t352, t350);
-    t354 = t324 + t353; // right_ankle: articulated inertia
-    t355 = t320 * t278; // right_ankle: articulated inertia
-    t356 = R::fused(-t320, t355, t354); // right_ankle: articulated inertia
-    // left_lower_leg: articulated inertia
-    t357 = R::constant(0.0017316666835) + t356;
-    t358 = R::constant(1.0) / t357;
-    t359 = t321 * t358;
-    t360 = R::fused(t321, t359, t280);
-    t361 = sin_t2 * sin_t2; // right_lower_leg: sums of what it carries
-    t362 = t319 * t278; // right_ankle: articulated inertia
-    t363 = R::fused(t319, t362, t351); // right_ankle: articulated inertia
-    t364_365 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t366 = R::constant(0.8932) * sin_q_left_hip_pitch; // right_ankle: sums of what it carries
-    t367 = t366 + t275; // right_ankle: articulated inertia
-    t368 = t367 * t278; // right_ankle: articulated inertia
-    t369 = R::fused(t367, t368, t274); // right_ankle: articulated inertia
-    t370 = t363 - t369;
-    t371 = t364_365.second() * t370;
-    t372_373 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t374 = R::fused(t367, t362, t317); // right_ankle: articulated inertia
-    t375 = R::constant(2.0) * t374;
-    t376 = R::fused(t372_373.second(), t375, t371);
-    t377 = t363 - t376;
-    t378 = t262 + t352; // right_ankle: articulated inertia
-    t379 = R::fused(-t320, t362, t378); // right_ankle: articulated inertia
-    t380 = cos_q_left_hip_roll * t379;
-    t381 = R::fused(-t263, t317, t314); // left_ankle: articulated inertia
-    t382 = R::fused(-t320, t368, t381); // right_ankle: articulated inertia
-    t383 = R::fused(-sin_q_left_hip_roll, t382, t380);
-    t384 = t383 * t358;
-    t385 = R::fused(t383, t384, t377);
-    t386 = t360 - t385; // right_lower_leg: articulated inertia
-    t387 = t361 * t386; // right_lower_leg: articulated inertia
-    t388 = sin_t2 * cos_t2; // right_lower_leg: sums of what it carries
-    t389 = R::fused(-t319, t279, t309); // right_ankle: articulated inertia
-    t390 = cos_q_left_hip_roll * t389;
-    t391 = R::fused(-t367, t279, t268); // right_ankle: articulated inertia
-    t392 = R::fused(-sin_q_left_hip_roll, t391, t390);
-    t393 = R::fused(-t383, t359, t392);
-    t394 = R::constant(2.0) * t393; // right_lower_leg: articulated inertia
-    t395 = R::fused(-t388, t394, t387); // right_lower_leg: articulated inertia
-    t396 = t360 - t395; // right_lower_leg: articulated inertia
-    // right_foot: articulated inertia
-    t397 = t222 - t299;
-    t398 = cos_t4 * t287;
-    t399 = R::fused(-t398, t238, t397);
-    t400 = R::fused(-t243, t294, t399);
-    t401 = t241 * t400;
-    t402 = t282 - t284;
-    t403 = R::fused(t398, t254, t402);
-    t404 = t403 - t305;
-    t405 = R::fused(-t243, t404, t401);
-    // left_ankle: articulated inertia
-    t406 = R::fused(-t405, t260, t400);
-    t407 = R::fused(-t265, t309, t406);
-    t408 = t263 * t407;
-    t409 = R::fused(t405, t273, t404);
-    t410 = t409 - t318;
-    t411 = R::fused(-t265, t410, t408);
-    t412 = R::fused(-t411, t279, t407); // right_ankle: articulated inertia
-    t413 = cos_q_left_hip_roll * t412; // left_lower_leg: articulated inertia
-    t414 = sin_q_left_hip_pitch * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
-    t415 = R::constant(0.23740175003) * t414; // right_ankle: sums of what it carries
-    t416 = sin_t3 * cos_t3; // left_ankle: sums of what it carries
-    t417 = R::constant(0.065449478333) * t416; // left_ankle: sums of what it carries
-    // right_foot: articulated inertia
-    t418 = t244 * t332;
-    t419 = R::fused(t398, t335, t418);
-    t420 = R::fused(t243, t339, t419);
-    t421 = cos_t4 * t337;
-    t422 = R::fused(-t398, t303, t421);
-    t423 = R::fused(t243, t342, t422);
-    t424 = R::fused(-t241, t423, t420);
-    // left_ankle: articulated inertia
-    t425 = t417 + t424;
-    t426 = R::fused(t405, t346, t425);
-    t427 = R::fused(t265, t349, t426);
-    t428 = t266 - t423;
-    t429 = R::fused(t405, t316, t428);
-    t430 = R::fused(-t265, t351, t429);
-    t431 = R::fused(t263, t430, t427);
-    t432 = t415 + t431; // right_ankle: articulated inertia
-    t433 = R::fused(t411, t355, t432); // right_ankle: articulated inertia
-    t434 = cos_q_left_hip_roll * t433; // left_lower_leg: articulated inertia
-    t435 = R::fused(t434, t359, t413); // left_lower_leg: articulated inertia
-    t436 = cos_t2 * t435; // right_lower_leg: articulated inertia
-    t437 = t366 + t430; // right_ankle: articulated inertia
-    t438 = R::fused(t411, t362, t437); // right_ankle: articulated inertia
-    t439 = t364_365.second() * t438; // left_lower_leg: articulated inertia
-    t440 = R::fused(t411, t368, t410); // right_ankle: articulated inertia
-    t441 = R::fused(t372_373.second(), t440, t439); // left_lower_leg: articulated inertia
-    t442 = t438 - t441; // left_lower_leg: articulated inertia
-    t443 = R::fused(-t434, t384, t442); // left_lower_leg: articulated inertia
-    t444 = R::fused(sin_t2, t443, t436); // right_lower_leg: articulated inertia
-    t445 = R::constant(0.001754999985) + t323; // right_ankle: sums of what it carries
-    t446 = R::constant(0.0004491666685) + t326; // left_ankle: sums of what it carries
-    // right_foot: articulated inertia
-    t447 = t331 + t333;
-    t448 = t398 * t237;
-    t449 = R::fused(-t398, t448, t447);
-    t450 = R::fused(-t243, t422, t449);
-    t451 = R::fused(-t243, t423, t450);
-    // left_ankle: articulated inertia
-    t452 = t446 + t451;
-    t453 = t405 * t259;
-    t454 = R::fused(-t405, t453, t452);
-    t455 = R::fused(t265, t429, t454);
-    t456 = R::fused(t265, t430, t455);
-    t457 = t445 + t456; // right_ankle: articulated inertia
-    t458 = t411 * t278; // right_ankle: articulated inertia
-    t459 = R::fused(-t411, t458, t457); // right_ankle: articulated inertia
-    // left_lower_leg: articulated inertia
-    t460 = R::constant(0.0017266666835) + t459;
-    t461 = R::constant(0.000005) - t460;
-    t462 = t364_365.second() * t461;
-    t463 = t460 + t462;
-    t464 = t434 * t358;
-    t465 = R::fused(-t434, t464, t463);
-    // right_lower_leg: articulated inertia
-    t466 = R::constant(0.000015) + t465;
-    t467 = R::constant(1.0) / t466;
-    t468 = t444 * t467;
-    t469 = R::fused(t444, t468, t396);
-    t470 = cos_q_right_hip_yaw * R::constant(1.425); // other
-    t471 = cos_q_right_hip_yaw * R::constant(0.15); // right_lower_leg: motion
-    t472 = t471 * t469;
-    t473 = sin_q_right_hip_yaw * R::constant(0.15); // right_lower_leg: motion
-    t474 = t361 * t394;
-    t475 = R::fused(t388, t386, t474);
-    t476 = t393 - t475;
-    t477 = sin_t2 * t435;
-    t478 = R::fused(-cos_t2, t443, t477);
-    t479 = R::fused(-t478, t468, t476);
-    t480 = R::fused(-t473, t479, t472);
-    t481 = t470 - t480; // left_upper_leg: articulated inertia
-    t482 = t471 * t480;
-    t483 = t471 * t479;
-    t484 = t385 + t395;
-    t485 = t478 * t467;
-    t486 = R::fused(t478, t485, t484);
-    t487 = R::fused(-t473, t486, t483);
-    t488 = R::fused(-t473, t487, t482);
-    // left_upper_leg: articulated inertia
-    t489 = R::constant(0.26133) - t488;
-    t490 = R::constant(1.0) / t489;
-    t491 = t481 * t490;
-    t492 = R::fused(t481, t491, t469);
-    // left_lower_leg: articulated inertia
-    t493 = t364_365.second() * t440;
-    t494 = R::fused(-t372_373.second(), t438, t493);
-    t495 = sin_q_left_hip_roll * t433;
-    t496 = R::fused(t495, t384, t494);
-    t497 = t361 * t496; // right_lower_leg: articulated inertia
-    t498 = sin_q_left_hip_roll * t412;
-    t499 = R::fused(t495, t359, t498);
-    t500 = R::fused(-t388, t499, t497); // right_lower_leg: articulated inertia
-    t501 = t372_373.second() * t461;
-    t502 = t495 * t358;
-    t503 = R::fused(t434, t502, t501);
-    t504 = sin_t2 * t503; // right_lower_leg: articulated inertia
-    t505 = R::fused(-t504, t468, t500); // right_lower_leg: articulated inertia
-    t506 = sin_q_left_hip_roll * t389;
-    t507 = R::fused(cos_q_left_hip_roll, t391, t506);
-    t508 = sin_q_left_hip_roll * t379;
-    t509 = R::fused(cos_q_left_hip_roll, t382, t508);
-    t510 = R::fused(-t509, t359, t507);
-    t511 = cos_t2 * t510; // right_lower_leg: articulated inertia
-    t512 = t364_365.second() * t375;
-    t513 = R::fused(-t372_373.second(), t370, t512);
-    t514 = t374 - t513;
-    t515 = R::fused(t509, t384, t514);
-    t516 = R::fused(sin_t2, t515, t511); // right_lower_leg: articulated inertia
-    t517 = t440 - t494;
-    t518 = t509 * t358;
-    t519 = R::fused(-t434, t518, t517);
-    t520 = R::fused(t519, t468, t516); // right_lower_leg: articulated inertia
-    t521 = t471 * t520; // right_lower_leg: articulated inertia
-    t522 = t505 + t521; // right_lower_leg: articulated inertia
-    t523 = sin_q_right_hip_yaw * R::constant(0.1833); // left_upper_leg: sums of what it carries
-    // right_lower_leg: articulated inertia
-    t524 = t471 * t505;
-    t525 = t361 * t499;
-    t526 = R::fused(t388, t496, t525);
-    let (
-        t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544,
-        t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562,
-        t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580,
-        t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598,
-        t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612, t613, t614, t615, t616,
-        t617, t618, t619, t620, t621, t622, t623, t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634,
-        t635, t636, t637, t638, t639, t640, t641, t642, t643, t644, t645, t646, t647, t648, t649, t650, t651, t652,
-        t653, t654, t655, t656, t657, t658, t659, t660, t661, t662, t663, t664, t665, t666, t667, t668, t669, t670,
-        t671, t672, t673, t674, t675, t676, t677, t678, t679, t680, t681, t682, t683, t684, t685, t686, t687, t688,
-        t689, t690, t691, t692, t693, t694, t695, t696, t697, t698, t699, t700, t701, t702_703, t704, t705, t706, t707,
-        t708, t709, t710, t711, t712, t713, t714, t715, t716, t717, t718, t719, t720, t721, t722, t723, t724, t725,
-        t726, t727, t728, t729, t730, t731, t732, t733, t734, t735, t736, t737, t738, t739, t740, t741, t742, t743,
-        t744, t745, t746, t747, t748, t749, t750, t751, t752, t753, t754, t755, t756, t757, t758, t759, t760, t761,
-        t762, t763, t764, t765, t766, t767, t768, t769, t770, t771, t772, t773, t774, t775, t776, t777, t778, t779,
-        t780, t781, t782, t783,
-    );
-    t527 = R::fused(t504, t485, t526);
-    t528 = R::fused(-t473, t527, t524);
-    t529 = sin_t2 * t510;
-    t530 = R::fused(-cos_t2, t515, t529);
-    t531 = R::fused(t519, t485, t530);
-    t532 = t473 * t531;
-    t533 = t521 + t532;
-    t534 = R::fused(t471, t533, t528);
-    t535 = t523 - t534; // left_upper_leg: articulated inertia
-    t536 = R::fused(t535, t491, t522); // left_upper_leg: articulated inertia
-    t537 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    t538 = t537 * R::constant(0.20517); // left_upper_leg: sums of what it carries
-    t539 = R::constant(0.23325) - t538; // left_upper_leg: sums of what it carries
-    t540 = R::constant(0.000005) - t462; // left_lower_leg: articulated inertia
-    t541 = R::fused(-t495, t502, t540); // left_lower_leg: articulated inertia
-    t542 = R::constant(0.00001) + t541;
-    t543 = R::constant(0.000005) - t542;
-    t544 = t361 * t543;
-    t545 = R::constant(0.000005) - t544;
-    t546 = t504 * t467;
-    t547 = R::fused(-t504, t546, t545);
-    t548 = R::fused(-t495, t518, t441); // left_lower_leg: articulated inertia
-    t549 = sin_t2 * t548;
-    t550 = t519 * t467;
-    t551 = R::fused(t504, t550, t549);
-    t552 = R::fused(t471, t551, t547);
-    t553 = t369 + t376; // left_lower_leg: articulated inertia
-    t554 = R::fused(t509, t518, t553); // left_lower_leg: articulated inertia
-    t555 = R::fused(t519, t550, t554);
-    t556 = R::fused(-t471, t555, t551);
-    t557 = R::fused(t471, t556, t552);
-    t558 = t539 + t557; // left_upper_leg: articulated inertia
-    t559 = t535 * t490; // left_upper_leg: articulated inertia
-    t560 = R::fused(-t535, t559, t558); // left_upper_leg: articulated inertia
-    // right_upper_leg: articulated inertia
-    t561 = R::constant(0.757741667) + t560;
-    t562 = R::constant(1.0) / t561;
-    t563 = t536 * t562;
-    t564 = R::fused(t536, t563, t492);
-    t565 = sin_t1 * sin_t1; // left_hip_roll_link: sums of what it carries
-    t566 = t533 * t490; // left_upper_leg: articulated inertia
-    t567 = R::fused(t533, t566, t555); // left_upper_leg: articulated inertia
-    t568 = sin_q_right_hip_yaw * R::constant(1.425); // left_upper_leg: sums of what it carries
-    t569 = t568 + t487; // left_upper_leg: articulated inertia
-    t570 = t569 * t490; // left_upper_leg: articulated inertia
-    t571 = R::fused(t569, t570, t486); // left_upper_leg: articulated inertia
-    t572 = t571 - t567;
-    t573 = t364_365.first() * t572;
-    t574 = R::fused(-t533, t570, t531); // left_upper_leg: articulated inertia
-    t575 = R::constant(2.0) * t574;
-    t576 = R::fused(t372_373.first(), t575, t573);
-    t577 = t567 + t576;
-    t578 = R::fused(-t471, t531, t527); // right_lower_leg: articulated inertia
-    t579 = R::fused(-t535, t570, t578); // left_upper_leg: articulated inertia
-    t580 = R::constant(2.444) + t579;
-    t581 = sin_q_right_hip_roll * t580;
-    t582 = t470 + t556; // left_upper_leg: articulated inertia
-    t583 = R::fused(t535, t566, t582); // left_upper_leg: articulated inertia
-    t584 = R::fused(cos_q_right_hip_roll, t583, t581);
-    t585 = t584 * t562;
-    t586 = R::fused(t584, t585, t577);
-    t587 = t564 - t586; // left_hip_roll_link: articulated inertia
-    t588 = t565 * t587; // left_hip_roll_link: articulated inertia
-    t589 = sin_t1 * cos_t1; // left_hip_roll_link: sums of what it carries
-    t590 = R::fused(-t569, t491, t479); // left_upper_leg: articulated inertia
-    t591 = sin_q_right_hip_roll * t590;
-    t592 = R::fused(-t533, t491, t520); // left_upper_leg: articulated inertia
-    t593 = R::fused(-cos_q_right_hip_roll, t592, t591);
-    t594 = R::fused(t584, t563, t593);
-    t595 = R::constant(2.0) * t594; // left_hip_roll_link: articulated inertia
-    t596 = R::fused(-t589, t595, t588); // left_hip_roll_link: articulated inertia
-    t597 = t564 - t596; // left_hip_roll_link: articulated inertia
-    // right_lower_leg: articulated inertia
-    t598 = cos_t2 * t548;
-    t599 = cos_t2 * t503;
-    t600 = R::fused(t599, t550, t598);
-    t601 = R::fused(t473, t555, t600);
-    t602 = t568 - t601; // left_upper_leg: articulated inertia
-    t603 = cos_q_right_hip_yaw * R::constant(0.1833); // left_upper_leg: sums of what it carries
-    t604 = t499 - t526;
-    t605 = R::fused(t599, t468, t604);
-    t606 = t471 * t605;
-    t607 = t496 - t500;
-    t608 = R::fused(t599, t485, t607);
-    t609 = R::fused(t473, t608, t606);
-    t610 = R::fused(t473, t533, t609);
-    t611 = t603 + t610; // left_upper_leg: articulated inertia
-    t612 = R::fused(-t611, t566, t602); // left_upper_leg: articulated inertia
-    t613 = t364_365.first() * t612; // right_upper_leg: articulated inertia
-    t614 = t608 + t532;
-    t615 = R::fused(-t611, t570, t614); // left_upper_leg: articulated inertia
-    t616 = R::fused(t372_373.first(), t615, t613); // right_upper_leg: articulated inertia
-    t617 = t612 - t616; // right_upper_leg: articulated inertia
-    t618 = sin_q_right_hip_yaw * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    t619 = t618 * R::constant(0.20517); // left_upper_leg: sums of what it carries
-    t620 = t388 * t543;
-    t621 = R::fused(t599, t546, t620);
-    t622 = R::fused(t473, t551, t621);
-    t623 = R::fused(-t471, t601, t622);
-    t624 = t619 + t623; // left_upper_leg: articulated inertia
-    t625 = R::fused(t611, t559, t624); // left_upper_leg: articulated inertia
-    t626 = cos_q_right_hip_roll * t625; // right_upper_leg: articulated inertia
-    t627 = R::fused(-t626, t585, t617); // right_upper_leg: articulated inertia
-    t628 = sin_t1 * t627; // left_hip_roll_link: articulated inertia
-    t629 = R::fused(t473, t520, t605);
-    t630 = R::fused(-t611, t491, t629); // left_upper_leg: articulated inertia
-    t631 = R::constant(2.444) + t630; // right_upper_leg: articulated inertia
-    t632 = cos_q_right_hip_roll * t631; // right_upper_leg: articulated inertia
-    t633 = R::fused(-t626, t563, t632); // right_upper_leg: articulated inertia
-    t634 = R::fused(cos_t1, t633, t628); // left_hip_roll_link: articulated inertia
-    t635 = R::constant(0.02808) + t538; // left_upper_leg: sums of what it carries
-    t636 = t542 + t544;
-    t637 = t599 * t467;
-    t638 = R::fused(-t599, t637, t636);
-    t639 = R::fused(-t473, t600, t638);
-    t640 = R::fused(-t473, t601, t639);
-    t641 = t635 + t640; // left_upper_leg: articulated inertia
-    t642 = t611 * t490; // left_upper_leg: articulated inertia
-    t643 = R::fused(-t611, t642, t641); // left_upper_leg: articulated inertia
-    // right_upper_leg: articulated inertia
-    t644 = R::constant(0.757736667) + t643;
-    t645 = R::constant(0.000005) - t644;
-    t646 = t364_365.first() * t645;
-    t647 = t644 + t646;
-    t648 = t626 * t562;
-    t649 = R::fused(-t626, t648, t647);
-    // left_hip_roll_link: articulated inertia
-    t650 = R::constant(0.000015) + t649;
-    t651 = R::constant(1.0) / t650;
-    t652 = t634 * t651;
-    t653 = R::fused(t634, t652, t597);
-    t654 = t132_133.second() * t653;
-    t655 = t565 * t595;
-    t656 = R::fused(t589, t587, t655);
-    t657 = t594 - t656;
-    t658 = cos_t1 * t627;
-    t659 = R::fused(-sin_t1, t633, t658);
-    t660 = R::fused(t659, t652, t657);
-    t661 = R::fused(-t125_126.second(), t660, t654);
-    t662 = t132_133.first() - t661; // right_hip_roll_link: articulated inertia
-    t663 = t132_133.second() * t661;
-    t664 = t132_133.second() * t660;
-    t665 = t586 + t596;
-    t666 = t659 * t651;
-    t667 = R::fused(t659, t666, t665);
-    t668 = R::fused(-t125_126.second(), t667, t664);
-    t669 = R::fused(-t125_126.second(), t668, t663);
-    // right_hip_roll_link: articulated inertia
-    t670 = R::constant(1.56347075) - t669;
-    t671 = R::constant(1.0) / t670;
-    t672 = t662 * t671;
-    t673 = R::fused(t662, t672, t653);
-    t674 = t122 * t673;
-    t675 = t125_126.first() + t668;
-    t676 = R::fused(-t675, t672, t660);
-    t677 = R::fused(-t106, t676, t674);
-    t678 = t122 * t677;
-    t679 = t122 * t676;
-    t680 = t675 * t671;
-    t681 = R::fused(t675, t680, t667);
-    t682 = R::fused(-t106, t681, t679);
-    t683 = R::fused(-t106, t682, t678);
-    t684 = R::constant(1.32387317167) - t683; // left_hip_yaw_link: articulated inertia
-    t685 = R::constant(1.0) / t684; // left_hip_yaw_link: articulated inertia
-    t686 = R::constant(1.32387317167) * t110; // left_hip_yaw_link: sums of what it carries
-    t687 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    // left_hip_yaw_link: sums of what it carries
-    t688 = t687 * R::constant(1.322974838333);
-    t689 = R::constant(1.3234240050015) - t688;
-    t690 = R::constant(0.0004491666685) + t688;
-    t691 = t689 - t690;
-    t692 = R::fused(-t113, t691, t686);
-    t693 = t116 - t160; // right_hip_roll_link: sums of what it carries
-    t694 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    t695 = t694 * R::constant(1.322974838333);
-    t696 = R::fused(t693, t695, t692);
-    t697 = cos_q_right_ankle_pitch * R::constant(4.89666);
-    t698 = t159 * t697;
-    t699 = sin_q_right_ankle_pitch * R::constant(4.89666);
-    t700 = R::fused(-t105, t699, t698);
-    t701 = t696 + t700;
-    t702_703 = two(R::constant(1.56347075), R::constant(0.000015)) * both(t110);
-    // right_hip_roll_link: sums of what it carries
-    t704 = sin_t0 * sin_t0;
-    t705 = R::constant(1.55996075003) * t704;
-    t706 = R::constant(1.561715750015) - t705;
-    t707 = R::constant(0.001754999985) + t705;
-    t708 = t706 - t707;
-    t709 = R::fused(-t113, t708, t702_703.first());
-    t710 = sin_t0 * cos_t0;
-    t711 = R::constant(1.55996075003) * t710;
-    t712 = R::fused(t711, t693, t709);
-    t713 = t165 * t132_133.first();
-    t714 = R::fused(-t124, t125_126.first(), t713);
-    t715 = t712 + t714;
-    t716 = t200 * t211; // left_hip_roll_link: motion
-    t717 = R::fused(t716, R::constant(0.000005), t702_703.second()); // left_hip_roll_link: sums of what it carries
-    // right_upper_leg: motion
-    t718 = cos_q_right_hip_roll * t201;
-    t719 = R::fused(sin_q_right_hip_roll, t208, t718);
-    t720 = sin_q_right_hip_roll * t207;
-    t721 = R::fused(cos_q_right_hip_roll, t200, t720);
-    t722 = R::fused(-t212, t721, t719);
-    t723 = t722 * R::constant(0.757736667); // right_upper_leg: sums of what it carries
-    t724 = R::fused(R::constant(-2.444), t172, t723); // right_upper_leg: sums of what it carries
-    t725 = R::fused(R::constant(0.075), tau_base_linear_z, tau_base_angular_x); // other
-    t726 = sin_q_right_hip_yaw * t725; // other
-    t727 = R::fused(-cos_q_right_hip_yaw, tau_base_angular_y, t726); // other
-    // left_upper_leg: motion
-    t728 = R::fused(v_right_hip_yaw, t212, t719);
-    t729 = v_right_hip_yaw + t721;
-    t730 = t212 * t729;
-    t731 = t728 + t730;
-    t732 = t731 * t635; // left_upper_leg: sums of what it carries
-    t733 = t212 * t215; // right_upper_leg: motion
-    t734 = t209 + t733; // right_upper_leg: motion
-    t735 = R::fused(-t734, t603, t732); // left_upper_leg: sums of what it carries
-    t736 = sin_t1 * t203; // left_hip_roll_link: motion
-    t737 = R::fused(-cos_t1, t205, t736); // left_hip_roll_link: motion
-    t738 = R::fused(v_right_hip_yaw, t215, t737);
-    t739 = t215 * t729;
-    t740 = t738 + t739;
-    t741 = R::fused(t740, t619, t735); // left_upper_leg: sums of what it carries
-    t742 = t212 * t212; // right_upper_leg: motion
-    t743 = t729 * t729;
-    t744 = t742 - t743; // left_upper_leg: sums of what it carries
-    t745 = R::fused(-t523, t744, t741); // left_upper_leg: sums of what it carries
-    t746 = sin_q_right_hip_roll * t193; // right_upper_leg: motion
-    t747 = R::fused(cos_q_right_hip_roll, t196, t746); // right_upper_leg: motion
-    t748 = R::fused(t747, t568, t745); // left_upper_leg: sums of what it carries
-    t749 = t727 - t748; // left_upper_leg: sums of what it carries
-    // right_lower_leg: motion
-    t750 = R::fused(-v_left_hip_yaw, t215, t738);
-    t751 = cos_t2 * t750;
-    t752 = R::fused(-v_left_hip_yaw, t212, t728);
-    t753 = R::fused(sin_t2, t752, t751);
-    t754 = t753 * R::constant(0.0017316666835); // left_lower_leg: sums of what it carries
-    t755 = sin_t2 * t212;
-    t756 = R::fused(cos_t2, t215, t755);
-    t757 = cos_q_left_hip_roll * t756; // left_lower_leg: motion
-    t758 = v_left_hip_yaw - t729;
-    // left_lower_leg: motion
-    t759 = R::fused(-sin_q_left_hip_roll, t758, t757);
-    t760 = sin_q_left_hip_roll * t756;
-    t761 = R::fused(cos_q_left_hip_roll, t758, t760);
-    t762 = t759 * t761;
-    t763 = R::fused(-t762, R::constant(0.0017216666835), t754); // left_lower_leg: sums of what it carries
-    t764 = R::fused(-v_left_hip_pitch, t761, t753); // right_ankle: motion
-    t765 = v_left_hip_pitch - t759; // right_ankle: motion
-    t766 = R::fused(-t761, t765, t764); // right_ankle: motion
-    t767 = t766 * t324; // right_ankle: sums of what it carries
-    t768 = sin_t2 * t750; // right_lower_leg: motion
-    t769 = R::fused(-cos_t2, t752, t768); // right_lower_leg: motion
-    t770 = R::fused(v_left_hip_roll, t758, t769);
-    t771 = sin_q_left_hip_roll * t770;
-    t772 = R::fused(-v_left_hip_roll, t756, t209);
-    t773 = R::fused(cos_q_left_hip_roll, t772, t771);
-    t774 = cos_t2 * t212; // right_lower_leg: motion
-    t775 = R::fused(-sin_t2, t215, t774); // right_lower_leg: motion
-    t776 = v_left_hip_roll - t775;
-    t777 = R::fused(-v_left_hip_pitch, t776, t773); // right_ankle: motion
-    t778 = R::fused(-t776, t765, t777); // right_ankle: motion
-    t779 = R::fused(t778, t415, t767); // right_ankle: sums of what it carries
-    t780 = t215 * t215; // right_upper_leg: motion
-    t781 = t780 + t743; // left_upper_leg: motion
-    // right_lower_leg: motion
-    t782 = t781 * t473;
-    t783 = R::fused(-t734, t471, t782);
-    let (
-        t784, t785, t786, t787, t788, t789, t790, t791, t792, t793, t794, t795, t796, t797, t798, t799, t800, t801,
-        t802, t803, t804, t805, t806, t807, t808, t809, t810, t811, t812, t813, t814, t815, t816, t817, t818, t819,
-        t820, t821, t822, t823, t824, t825, t826, t827, t828, t829, t830, t831, t832, t833, t834, t835, t836, t837,
-        t838, t839, t840, t841, t842, t843, t844, t845, t846, t847, t848, t849, t850, t851, t852, t853, t854, t855,
-        t856, t857, t858, t859, t860, t861, t862, t863, t864, t865, t866, t867, t868, t869, t870, t871, t872, t873,
-        t874, t875, t876, t877, t878, t879, t880, t881, t882_883, t884, t885, t886, t887, t888, t889, t890, t891, t892,
-        t893, t894, t895, t896, t897, t898, t899, t900, t901, t902, t903, t904, t905, t906, t907, t908, t909, t910,
-        t911, t912, t913, t914, t915, t916, t917, t918, t919, t920, t921_922, t923, t924, t925, t926, t927, t928, t929,
-        t930, t931, t932, t933, t934, t935, t936, t937, t938, t939, t940, t941, t942, t943, t944, t945, t946, t947,
-        t948, t949, t950, t951, t952, t953, t954, t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965,
-        t966, t967, t968, t969, t970, t971, t972, t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983,
-        t984, t985, t986, t987, t988, t989, t990, t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001,
-        t1002, t1003, t1004, t1005, t1006, t1007, t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017,
-        t1018, t1019, t1020, t1021, t1022, t1023, t1024, t1025, t1026, t1027, t1028, t1029, t1030, t1031, t1032, t1033,
-        t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041,
-    );
-    t784 = t172 - t783;
-    t785 = sin_t2 * t784;
-    t786 = t209 - t733; // right_upper_leg: motion
-    t787 = t786 * t473;
-    t788 = t742 + t743; // left_upper_leg: motion
-    t789 = R::fused(t788, t471, t787);
-    t790 = t197 - t789;
-    t791 = R::fused(cos_t2, t790, t785);
-    t792 = cos_q_left_hip_roll * t791; // left_lower_leg: motion
-    t793 = t731 * t473;
-    t794 = R::fused(t740, t471, t793);
-    t795 = t747 + t794;
-    t796 = R::fused(sin_q_left_hip_roll, t795, t792); // left_lower_leg: motion
-    t797 = R::fused(t796, t262, t779); // right_ankle: sums of what it carries
-    t798 = R::fused(-v_left_knee_pitch, t761, t764); // left_ankle: motion
-    t799 = v_left_knee_pitch + t765; // left_ankle: motion
-    t800 = R::fused(-t761, t799, t798); // left_ankle: motion
-    t801 = t800 * t327; // left_ankle: sums of what it carries
-    t802 = R::fused(-v_left_knee_pitch, t776, t777); // left_ankle: motion
-    t803 = R::fused(-t776, t799, t802); // left_ankle: motion
-    t804 = R::fused(t803, t417, t801); // left_ankle: sums of what it carries
-    t805 = t778 * t265; // left_ankle: motion
-    t806 = R::fused(t766, t263, t805); // left_ankle: motion
-    t807 = t796 + t806; // left_ankle: motion
-    t808 = R::fused(t807, t240, t804); // left_ankle: sums of what it carries
-    // right_foot: motion
-    t809 = R::fused(-v_left_ankle_pitch, t776, t802);
-    t810 = cos_t4 * t809;
-    t811 = R::fused(-v_left_ankle_pitch, t761, t798);
-    t812 = R::fused(-sin_t4, t811, t810);
-    t813 = v_left_ankle_pitch + t799;
-    t814 = sin_t4 * t761;
-    t815 = R::fused(-cos_t4, t776, t814);
-    t816 = R::fused(t813, t815, t812);
-    t817 = t816 * R::constant(0.003254); // right_foot: sums of what it carries
-    t818 = t803 * t243;
-    t819 = R::fused(t800, t241, t818);
-    t820 = t807 + t819;
-    t821 = R::fused(R::constant(-0.0171), t820, t817); // right_foot: sums of what it carries
-    // left_foot: motion
-    t822 = R::fused(v_left_ankle_roll, t813, t812);
-    t823 = v_left_ankle_roll - t815;
-    t824 = t813 * t823;
-    t825 = t822 + t824;
-    t826 = t825 * t328; // left_foot: sums of what it carries
-    // right_foot: motion
-    t827 = sin_t4 * t809;
-    t828 = R::fused(cos_t4, t811, t827);
-    t829 = cos_t4 * t761;
-    t830 = R::fused(sin_t4, t776, t829);
-    t831 = t813 * t830;
-    t832 = t828 - t831;
-    t833 = R::fused(-t281, t832, t826); // left_foot: sums of what it carries
-    t834 = cos_q_left_hip_roll * t770; // left_lower_leg: motion
-    t835 = R::fused(-sin_q_left_hip_roll, t772, t834); // left_lower_leg: motion
-    t836 = R::fused(v_left_ankle_roll, t830, t835); // left_foot: motion
-    t837 = t830 * t823; // left_foot: motion
-    t838 = t836 + t837; // left_foot: motion
-    t839 = R::fused(-t286, t838, t833); // left_foot: sums of what it carries
-    t840 = t813 * t813;
-    t841 = t823 * t823; // left_foot: motion
-    t842 = t840 - t841; // left_foot: sums of what it carries
-    t843 = R::fused(-t228, t842, t839); // left_foot: sums of what it carries
-    // left_lower_leg: motion
-    t844 = sin_q_left_hip_roll * t791;
-    t845 = R::fused(-cos_q_left_hip_roll, t795, t844);
-    t846 = t776 * t761;
-    t847 = t835 - t846;
-    t848 = t847 * t265; // left_ankle: motion
-    t849 = t776 * t776;
-    t850 = t765 * t765; // right_ankle: motion
-    t851 = t849 + t850; // right_ankle: motion
-    t852 = R::fused(t851, t263, t848); // left_ankle: motion
-    t853 = t845 - t852; // left_ankle: motion
-    t854 = t847 * t243; // right_foot: motion
-    t855 = t799 * t799; // left_ankle: motion
-    t856 = t849 + t855; // left_ankle: motion
-    t857 = R::fused(t856, t241, t854); // right_foot: motion
-    t858 = t853 - t857; // right_foot: motion
-    t859 = sin_t4 * t858; // right_foot: motion
-    t860 = cos_t2 * t784; // right_lower_leg: motion
-    t861 = R::fused(-sin_t2, t790, t860); // right_lower_leg: motion
-    t862 = t761 * t761;
-    t863 = t862 + t850; // right_ankle: motion
-    t864 = t863 * t265; // left_ankle: motion
-    t865 = t835 + t846;
-    t866 = R::fused(-t865, t263, t864); // left_ankle: motion
-    t867 = t861 + t866; // left_ankle: motion
-    t868 = t862 + t855; // left_ankle: motion
-    // right_foot: motion
-    t869 = t868 * t243;
-    t870 = R::fused(-t865, t241, t869);
-    t871 = t867 + t870;
-    t872 = R::fused(cos_t4, t871, t859);
-    // left_foot: sums of what it carries
-    t873 = R::fused(t222, t872, t843);
-    t874 = R::constant(0.00207575) * t828;
-    t875 = t328 + t233;
-    t876 = R::fused(t831, t875, t874);
-    t877 = t836 - t837; // left_foot: motion
-    t878 = R::fused(-t228, t877, t876);
-    t879 = t822 - t824; // left_foot: motion
-    t880 = R::fused(-t281, t879, t878);
-    t881 = t830 * t830; // right_foot: motion
-    t882_883 = R::Two::fused(both(t881), two(R::constant(1.0), R::constant(-1.0)), both(t840)); // right_foot, left_foot
-    t884 = R::fused(t286, t882_883.second(), t880);
-    t885 = cos_t4 * t858; // right_foot: motion
-    t886 = R::fused(-sin_t4, t871, t885); // right_foot: motion
-    t887 = t222 * t886;
-    t888 = R::fused(-t226, t820, t887);
-    t889 = t884 - t888;
-    t890 = tau_left_ankle_roll - t889; // other
-    t891 = R::constant(481.7535830422739) * t890; // other
-    t892 = R::fused(-t281, t891, t873); // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t893 = t821 + t892;
-    t894 = sin_t4 * t893;
-    t895 = R::fused(t832, R::constant(0.000005), tau_left_ankle_roll);
-    t896 = R::fused(-cos_t4, t895, t894);
-    t897 = t835 * R::constant(0.003259); // right_foot: sums of what it carries
-    t898 = t830 * t815; // right_foot: motion
-    t899 = R::fused(t898, R::constant(0.003249), t897); // right_foot: sums of what it carries
-    t900 = R::fused(R::constant(0.0171), t886, t899); // right_foot: sums of what it carries
-    t901 = t838 * t233; // left_foot: sums of what it carries
-    t902 = R::fused(t286, t825, t901); // left_foot: sums of what it carries
-    t903 = t828 + t831; // right_foot: motion
-    // left_foot: sums of what it carries
-    t904 = R::fused(t228, t903, t902);
-    t905 = t881 - t841;
-    t906 = R::fused(-t281, t905, t904);
-    t907 = R::fused(t226, t872, t906);
-    t908 = R::fused(t228, t891, t907); // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t909 = t900 - t908;
-    t910 = tau_left_ankle_pitch - t909;
-    t911 = t910 * t237;
-    t912 = R::fused(-t288, t911, t896);
-    t913 = t881 + t841; // left_foot: motion
-    t914 = t222 * t913; // left_foot: sums of what it carries
-    t915 = R::fused(-t226, t832, t914); // left_foot: sums of what it carries
-    t916 = R::fused(-t226, t891, t915); // left_foot: articulated inertia
-    t917 = R::fused(R::constant(0.0171), t816, t916);
-    t918 = R::fused(-t293, t911, t917);
-    t919 = R::fused(t241, t918, t912);
-    t920 = t808 - t919; // left_ankle: articulated inertia
-    t921_922 = two(R::constant(0.24091175), R::constant(0.06634781167)) * both(t835); // right_ankle, left_ankle
+    t7 = R::constant(0.273) * sin_q_right_ankle_pitch;
+    t8 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t9 = R::constant(0.00092625) * t8; // left_foot: sums of what it carries
+    t10 = t9 - R::constant(0.001501); // left_foot: sums of what it carries
+    t11 = R::constant(0.003259) - t10; // right_foot: sums of what it carries
+    t12 = R::constant(0.273) * sin_t3; // right_foot: motion
+    t13 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    // right_foot: sums of what it carries
+    t14 = t13 * sin_t4;
+    t15 = R::fused(R::constant(-0.0171), cos_t4, t14);
+    t16 = t12 * t15;
+    t17 = R::constant(2.0) * t16;
+    t18 = R::constant(0.273) * cos_t3; // right_foot: motion
+    t19 = t13 * cos_t4;
+    t20 = R::fused(R::constant(0.0171), sin_t4, t19);
+    t21 = t18 * t20;
+    t22 = R::constant(2.0) * t21;
+    t23 = t17 + t22;
+    t24 = t11 + t23;
+    t25 = R::constant(0.06634781167) + t24; // left_ankle: sums of what it carries
+    t26 = sin_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
     // left_ankle: sums of what it carries
-    t923 = t327 - t446;
-    t924 = R::fused(t846, t923, t921_922.second());
-    t925 = t849 - t862;
-    t926 = R::fused(t417, t925, t924);
-    t927 = t867 * t240;
-    t928 = R::fused(t853, t266, t927);
-    t929 = t926 - t928;
-    t930 = R::fused(t236, t911, t909); // right_foot: articulated inertia
-    t931 = t222 * t825; // left_foot: sums of what it carries
-    t932 = R::fused(-t226, t838, t931); // left_foot: sums of what it carries
-    t933 = R::fused(R::constant(-0.0171), t882_883.first(), t932); // right_foot: sums of what it carries
-    t934 = cos_t4 * t933; // right_foot: sums of what it carries
-    t935 = t222 * t903; // left_foot: sums of what it carries
-    t936 = t840 + t841; // left_foot: motion
-    t937 = R::fused(t226, t936, t935); // left_foot: sums of what it carries
-    t938 = R::fused(t222, t891, t937); // left_foot: articulated inertia
-    t939 = t835 + t898; // right_foot: motion
-    // right_foot: articulated inertia
-    t940 = R::fused(R::constant(0.0171), t939, -t938);
-    t941 = R::fused(-sin_t4, t940, t934);
-    t942 = R::fused(-t230, t911, t941);
-    t943 = t241 * t942;
-    t944 = sin_t4 * t933; // right_foot: sums of what it carries
-    t945 = R::fused(cos_t4, t940, t944);
-    t946 = R::fused(-t247, t911, t945);
-    t947 = R::fused(t243, t946, t943);
-    t948 = t930 - t947;
-    // left_ankle: articulated inertia
-    t949 = t929 + t948;
-    t950 = tau_left_knee_pitch - t949;
-    t951 = t950 * t259;
-    t952 = R::fused(t307, t951, t920);
-    t953 = t803 * t266; // left_ankle: sums of what it carries
-    t954 = R::fused(t800, t240, t953); // left_ankle: sums of what it carries
-    t955 = t954 - t918;
-    t956 = R::fused(t306, t951, t955);
-    t957 = R::fused(t263, t956, t952);
-    t958 = t797 + t957; // right_ankle: articulated inertia
-    // right_ankle: sums of what it carries
-    t959 = t324 - t445;
-    t960 = R::fused(t846, t959, t921_922.first());
-    t961 = R::fused(t925, t415, t960);
-    t962 = t861 * t262;
-    t963 = R::fused(t845, t366, t962);
-    t964 = t961 - t963;
-    t965 = R::fused(t258, t951, t949); // left_ankle: articulated inertia
-    t966 = t868 * t266; // left_ankle: sums of what it carries
-    t967 = R::fused(-t865, t240, t966); // left_ankle: sums of what it carries
-    t968 = t967 + t942; // left_ankle: articulated inertia
-    t969 = R::fused(-t250, t951, t968); // left_ankle: articulated inertia
-    t970 = t263 * t969; // left_ankle: articulated inertia
-    t971 = t847 * t266; // left_ankle: sums of what it carries
-    t972 = R::fused(t856, t240, t971); // left_ankle: sums of what it carries
-    // left_ankle: articulated inertia
-    t973 = t972 - t946;
-    t974 = R::fused(t267, t951, t973);
-    t975 = R::fused(-t265, t974, t970);
-    t976 = t965 - t975;
-    // right_ankle: articulated inertia
-    t977 = t964 + t976;
-    t978 = tau_left_hip_pitch - t977;
-    t979 = t978 * t278;
-    t980 = R::fused(t320, t979, t958);
-    // left_lower_leg: articulated inertia
-    t981 = t763 + t980;
-    t982 = tau_left_hip_roll - t981;
-    t983 = t982 * t358;
-    t984 = R::fused(t357, t983, t981);
-    t985 = R::fused(-t758, t756, t753); // right_lower_leg: motion
-    t986 = R::fused(t985, R::constant(0.000005), t984); // right_lower_leg: articulated inertia
-    t987 = sin_t2 * t986; // right_lower_leg: articulated inertia
-    t988 = R::fused(t277, t979, t977); // right_ankle: articulated inertia
-    t989 = R::fused(t865, R::constant(0.000005), t988);
-    t990 = cos_q_left_hip_roll * t989;
-    t991 = t778 * t445; // right_ankle: sums of what it carries
-    t992 = R::fused(t766, t415, t991); // right_ankle: sums of what it carries
-    t993 = R::fused(t796, t366, t992); // right_ankle: sums of what it carries
-    t994 = t803 * t446; // left_ankle: sums of what it carries
-    t995 = R::fused(t800, t417, t994); // left_ankle: sums of what it carries
-    t996 = R::fused(t807, t266, t995); // left_ankle: sums of what it carries
-    // right_foot: articulated inertia
-    t997 = cos_t4 * t893;
-    t998 = R::fused(sin_t4, t895, t997);
-    t999 = R::fused(-t398, t911, t998);
-    t1000 = R::fused(-t243, t918, t999);
-    t1001 = t996 + t1000; // left_ankle: articulated inertia
-    t1002 = R::fused(-t405, t951, t1001); // left_ankle: articulated inertia
-    t1003 = R::fused(t265, t956, t1002); // left_ankle: articulated inertia
-    t1004 = t993 + t1003; // right_ankle: articulated inertia
-    t1005 = R::fused(-t411, t979, t1004); // right_ankle: articulated inertia
-    t1006 = R::fused(-t776, t759, t773); // left_lower_leg: motion
-    t1007 = R::fused(t1006, R::constant(0.0017266666835), t1005); // left_lower_leg: articulated inertia
-    t1008 = R::fused(sin_q_left_hip_roll, t1007, t990); // left_lower_leg: articulated inertia
-    t1009 = R::fused(t495, t983, t1008); // left_lower_leg: articulated inertia
-    t1010 = R::fused(t758, t775, t769); // right_lower_leg: motion
-    t1011 = R::fused(R::constant(0.00001), t1010, t1009); // right_lower_leg: articulated inertia
-    t1012 = R::fused(-cos_t2, t1011, t987); // right_lower_leg: articulated inertia
-    t1013 = t209 * R::constant(0.000015); // right_lower_leg: sums of what it carries
-    t1014 = t775 * t756; // right_lower_leg: motion
-    t1015 = R::fused(-t1014, R::constant(0.000005), t1013); // right_lower_leg: sums of what it carries
-    t1016 = sin_q_left_hip_roll * t989; // left_lower_leg: articulated inertia
-    t1017 = R::fused(-cos_q_left_hip_roll, t1007, t1016); // left_lower_leg: articulated inertia
-    t1018 = R::fused(-t434, t983, t1017); // left_lower_leg: articulated inertia
-    // right_lower_leg: articulated inertia
-    t1019 = t1015 - t1018;
-    t1020 = tau_left_hip_yaw + t1019;
-    t1021 = t1020 * t467;
-    t1022 = R::fused(-t599, t1021, t1012);
-    t1023 = t778 * t366; // right_ankle: sums of what it carries
-    t1024 = R::fused(t766, t262, t1023); // right_ankle: sums of what it carries
-    t1025 = t1024 + t956; // right_ankle: articulated inertia
-    t1026 = R::fused(t319, t979, t1025); // right_ankle: articulated inertia
-    t1027 = sin_q_left_hip_roll * t1026; // left_lower_leg: articulated inertia
-    t1028 = t847 * t366; // right_ankle: sums of what it carries
-    t1029 = R::fused(t851, t262, t1028); // right_ankle: sums of what it carries
-    t1030 = t1029 + t974; // right_ankle: articulated inertia
-    t1031 = R::fused(t367, t979, t1030); // right_ankle: articulated inertia
-    t1032 = R::fused(cos_q_left_hip_roll, t1031, t1027); // left_lower_leg: articulated inertia
-    t1033 = R::fused(t509, t983, t1032); // left_lower_leg: articulated inertia
-    t1034 = R::fused(-t519, t1021, t1033);
-    t1035 = R::fused(t473, t1034, t1022);
-    t1036 = t749 - t1035; // left_upper_leg: articulated inertia
-    t1037 = R::fused(R::constant(-0.075), tau_base_linear_x, tau_base_angular_z); // other
-    t1038 = R::constant(0.26133) * t209; // left_upper_leg: sums of what it carries
-    t1039 = t635 - t539; // left_upper_leg: sums of what it carries
-    t1040 = R::fused(-t733, t1039, t1038); // left_upper_leg: sums of what it carries
-    t1041 = t738 - t739; // left_upper_leg: motion
+    t27 = R::constant(0.29034) * sin_t3;
+    t28 = t15 + t27;
+    t29 = t26 * t28;
+    t30 = R::constant(2.0) * t29;
+    t31 = cos_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
+    t32 = R::constant(0.29034) * cos_t3;
+    t33 = t20 + t32;
+    t34 = t31 * t33;
+    t35 = R::constant(2.0) * t34;
+    t36 = t30 + t35;
+    t37 = t25 + t36;
+    t38 = R::constant(0.24091175) + t37; // right_ankle: sums of what it carries
+    t39 = R::constant(0.000005) + t38; // left_lower_leg: sums of what it carries
+    t40_41 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t42 = t9 + R::constant(0.00057475); // left_foot: sums of what it carries
+    // right_foot: sums of what it carries
+    t43 = R::constant(0.003254) + t42;
+    t44 = R::constant(0.00208075) - t43;
+    t45 = sin_t4 * sin_t4;
+    t46 = t44 * t45;
+    t47 = cos_q_left_ankle_roll * R::constant(0.00171); // left_foot: sums of what it carries
+    t48 = sin_t4 * cos_t4;
+    t49 = R::fused(-t47, t48, t46);
+    t50 = t43 + t49;
+    t51 = t50 + t17;
+    // left_ankle: sums of what it carries
+    t52 = sin_t3 * sin_t3;
+    t53 = R::constant(0.065449478333) * t52;
+    t54 = R::constant(0.0004491666685) + t53;
+    t55 = t51 + t54;
+    t56 = t55 + t30;
+    t57 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
+    t58 = R::constant(0.23740175003) * t57; // right_ankle: sums of what it carries
+    t59 = R::constant(0.001754999985) + t58; // right_ankle: sums of what it carries
+    t60 = t56 + t59; // right_ankle: sums of what it carries
+    t61 = R::constant(0.0017266666835) + t60; // left_lower_leg: sums of what it carries
+    t62 = t39 - t61; // left_lower_leg: sums of what it carries
+    t63 = t40_41.second() * t62; // left_lower_leg: sums of what it carries
+    t64_65 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t66 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    t67 = R::constant(0.00092625) * t66; // left_foot: sums of what it carries
+    t68 = t67 * cos_t4; // right_foot: sums of what it carries
+    t69 = R::constant(0.000855) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t70 = R::fused(t69, sin_t4, t68); // right_foot: sums of what it carries
+    t71 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t72 = R::fused(t71, t18, t70); // right_foot: sums of what it carries
+    t73 = R::fused(t71, t31, t72);
+    t74 = R::constant(2.0) * t73; // left_lower_leg: sums of what it carries
+    t75 = R::fused(t64_65.second(), t74, t63); // left_lower_leg: sums of what it carries
+    t76 = t39 - t75; // left_lower_leg: sums of what it carries
+    t77 = R::constant(0.00001) + t76; // right_lower_leg: sums of what it carries
+    t78 = R::constant(0.00208075) - t49; // right_foot: sums of what it carries
+    t79 = t78 + t22; // right_foot: sums of what it carries
+    t80 = R::constant(0.0658986450015) - t53;
+    t81 = t79 + t80;
+    t82 = t81 + t35;
+    t83 = R::constant(0.239156750015) - t58; // right_ankle: sums of what it carries
+    t84 = t82 + t83; // right_ankle: sums of what it carries
+    t85 = R::constant(0.0017316666835) + t84; // left_lower_leg: sums of what it carries
+    // right_lower_leg: sums of what it carries
+    t86 = R::constant(0.000005) + t85;
+    t87 = t86 - t77;
+    t88 = sin_t2 * sin_t2;
+    t89 = t87 * t88;
+    t90 = sin_t2 * cos_t2;
+    t91 = t67 * sin_t4; // right_foot: sums of what it carries
+    t92 = R::fused(-t69, cos_t4, t91); // right_foot: sums of what it carries
+    t93 = R::fused(t71, t12, t92); // right_foot: sums of what it carries
+    t94 = R::fused(t71, t26, t93); // left_ankle: sums of what it carries
+    t95 = cos_q_left_hip_roll * t94; // left_lower_leg: sums of what it carries
+    t96 = R::constant(0.000855) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    // right_foot: sums of what it carries
+    t97 = t47 * t45;
+    t98 = R::fused(t44, t48, t97);
+    t99 = t96 - t98;
+    t100 = t12 * t20;
+    t101 = R::fused(t18, t15, t100);
+    t102 = t99 - t101;
+    // left_ankle: sums of what it carries
+    t103 = sin_t3 * cos_t3;
+    t104 = R::constant(0.065449478333) * t103;
+    t105 = t102 - t104;
+    t106 = t26 * t33;
+    t107 = R::fused(t31, t28, t106);
+    t108 = t105 - t107;
+    t109 = sin_q_left_hip_pitch * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
+    t110 = R::constant(0.23740175003) * t109; // right_ankle: sums of what it carries
+    t111 = t108 - t110; // right_ankle: sums of what it carries
+    t112 = R::fused(-sin_q_left_hip_roll, t111, t95); // left_lower_leg: sums of what it carries
+    t113 = R::constant(2.0) * t112; // right_lower_leg: sums of what it carries
+    t114 = R::fused(-t90, t113, t89); // right_lower_leg: sums of what it carries
+    t115 = t77 + t114; // right_lower_leg: sums of what it carries
+    t116 = sin_q_right_hip_yaw * R::constant(0.15); // right_lower_leg: motion
+    t117 = R::constant(0.8932) * sin_q_left_hip_pitch; // right_ankle: sums of what it carries
+    t118 = t28 + t117; // right_ankle: sums of what it carries
+    t119 = cos_t2 * t118; // right_lower_leg: sums of what it carries
+    t120 = cos_q_left_hip_roll * t71; // left_hip_roll_link: sums of what it carries
+    t121 = R::constant(0.8932) * cos_q_left_hip_pitch; // right_ankle: sums of what it carries
+    t122 = t33 + t121; // right_ankle: sums of what it carries
+    t123 = R::fused(sin_q_left_hip_roll, t122, t120); // left_lower_leg: sums of what it carries
+    // right_lower_leg: sums of what it carries
+    t124 = R::fused(-sin_t2, t123, t119);
+    t125 = t116 * t124;
+    t126 = R::constant(2.0) * t125;
+    t127 = t115 - t126;
+    t128 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
+    t129 = t128 * R::constant(0.20517); // left_upper_leg: sums of what it carries
+    t130 = R::constant(0.02808) + t129; // left_upper_leg: sums of what it carries
+    t131 = t127 + t130; // left_upper_leg: sums of what it carries
+    t132 = R::constant(0.757736667) + t131; // right_upper_leg: sums of what it carries
+    t133 = t61 + t75; // left_lower_leg: sums of what it carries
+    t134 = R::constant(0.000015) + t133;
+    t135 = cos_q_right_hip_yaw * R::constant(0.15); // right_lower_leg: motion
+    t136 = sin_t2 * t118;
+    t137 = R::fused(cos_t2, t123, t136);
+    t138 = t135 * t137;
+    t139 = R::constant(2.0) * t138;
+    t140 = t126 - t139;
+    t141 = t134 - t140;
+    t142 = R::constant(0.26133) + t141; // left_upper_leg: sums of what it carries
+    t143 = R::constant(0.000005) + t142; // right_upper_leg: sums of what it carries
+    t144 = t132 - t143; // right_upper_leg: sums of what it carries
+    t145 = t40_41.first() * t144; // right_upper_leg: sums of what it carries
+    t146 = sin_q_left_hip_roll * t94; // left_lower_leg: sums of what it carries
+    t147 = R::fused(cos_q_left_hip_roll, t111, t146); // left_lower_leg: sums of what it carries
+    t148 = sin_t2 * t147;
+    t149 = t40_41.second() * t74; // left_lower_leg: sums of what it carries
+    t150 = R::fused(-t64_65.second(), t62, t149); // left_lower_leg: sums of what it carries
+    t151 = t73 - t150; // left_lower_leg: sums of what it carries
+    t152 = R::fused(-cos_t2, t151, t148);
+    t153 = sin_q_left_hip_roll * t71; // left_hip_roll_link: sums of what it carries
+    t154 = R::fused(-cos_q_left_hip_roll, t122, t153); // left_lower_leg: sums of what it carries
+    t155 = R::fused(t135, t154, t152);
+    t156 = cos_q_right_hip_yaw * R::constant(0.1833); // left_upper_leg: sums of what it carries
+    t157 = t155 + t156; // left_upper_leg: sums of what it carries
+    t158 = R::constant(2.0) * t157; // right_upper_leg: sums of what it carries
+    t159 = R::fused(t64_65.first(), t158, t145); // right_upper_leg: sums of what it carries
+    t160 = t132 - t159; // right_upper_leg: sums of what it carries
+    t161 = R::constant(0.000015) + t160; // left_hip_roll_link: sums of what it carries
+    t162_163 = two(R::constant(5.0918), R::constant(0.315)) * both(cos_t0); // right_hip_roll_link, left_hip_roll_link
+    t164 = cos_q_right_hip_yaw * R::constant(1.425); // other
+    t165 = t164 + t137; // left_upper_leg: sums of what it carries
+    t166 = sin_q_right_hip_roll * t165; // right_upper_leg: sums of what it carries
+    t167 = R::constant(2.444) + t154; // right_upper_leg: sums of what it carries
+    t168 = R::fused(-cos_q_right_hip_roll, t167, t166); // right_upper_leg: sums of what it carries
+    t169 = cos_t1 * t168; // left_hip_roll_link: sums of what it carries
+    t170 = sin_q_right_hip_yaw * R::constant(1.425); // left_upper_leg: sums of what it carries
+    t171 = t124 - t170; // left_upper_leg: sums of what it carries
+    t172 = R::fused(sin_t1, t171, t169); // left_hip_roll_link: sums of what it carries
+    t173 = t162_163.second() * t172; // left_hip_roll_link: sums of what it carries
+    t174 = R::constant(2.0) * t173; // left_hip_roll_link: sums of what it carries
+    t175_176 = two(R::constant(5.0918), R::constant(0.315)) * both(sin_t0); // right_hip_roll_link, left_hip_roll_link
+    // left_hip_roll_link: sums of what it carries
+    t177 = sin_t1 * t168;
+    t178 = R::fused(-cos_t1, t171, t177);
+    t179 = t175_176.second() * t178;
+    t180 = R::fused(R::constant(2.0), t179, t174);
+    t181 = t161 - t180;
+    t182 = R::constant(1.56347075) + t181; // right_hip_roll_link: sums of what it carries
+    t183 = R::constant(0.273) * cos_q_right_ankle_pitch; // right_hip_roll_link: motion
+    // right_hip_roll_link: sums of what it carries
+    t184 = t172 - t162_163.first();
+    t185 = t183 * t184;
+    t186 = R::constant(2.0) * t185;
+    t187 = t178 - t175_176.first();
+    t188 = t7 * t187;
+    t189 = R::fused(R::constant(2.0), t188, t186);
+    t190 = t182 - t189;
+    t191 = R::constant(1.32387317167) + t190; // left_hip_yaw_link: sums of what it carries
+    // left_foot: mass matrix
+    t192 = t96 * sin_t4;
+    t193 = R::fused(R::constant(0.00207575), cos_t4, t192);
+    t194 = R::fused(t13, t18, t193);
+    t195 = R::fused(t13, t31, t194);
+    t196 = sin_t2 * t195;
+    t197 = t71 * sin_t4;
+    t198 = t18 * t197;
+    t199 = t71 * cos_t4;
+    t200 = R::fused(-t12, t199, t198);
+    t201 = t69 + t200;
+    t202 = t31 * t197;
+    t203 = R::fused(-t26, t199, t202);
+    t204 = t201 + t203;
+    t205 = cos_q_left_hip_roll * t204;
+    t206 = t96 * cos_t4;
+    t207 = R::fused(R::constant(-0.00207575), sin_t4, t206);
+    t208 = R::fused(-t13, t12, t207);
+    t209 = R::fused(-t13, t26, t208);
+    t210 = R::fused(sin_q_left_hip_roll, t209, t205);
+    t211 = R::fused(cos_t2, t210, t196);
+    t212 = sin_q_left_hip_roll * t13;
+    t213 = R::fused(cos_q_left_hip_roll, t199, t212);
+    t214 = R::fused(t116, t213, t211);
+    t215 = cos_q_right_hip_roll * t214;
+    t216 = sin_q_left_hip_roll * t204;
+    t217 = R::fused(-cos_q_left_hip_roll, t209, t216);
+    t218 = sin_t2 * t197;
+    t219 = cos_q_left_hip_roll * t13;
+    t220 = R::fused(-sin_q_left_hip_roll, t199, t219);
+    t221 = R::fused(-cos_t2, t220, t218);
+    t222 = t116 * t221;
+    t223 = cos_t2 * t197;
+    t224 = R::fused(sin_t2, t220, t223);
+    t225 = R::fused(t135, t224, t222);
+    t226 = t217 + t225;
+    t227 = R::fused(sin_q_right_hip_roll, t226, t215);
+    t228 = sin_q_right_hip_roll * t221;
+    t229 = R::fused(cos_q_right_hip_roll, t213, t228);
+    t230 = sin_t1 * t229;
+    t231 = R::fused(-cos_t1, t224, t230);
+    t232 = t162_163.second() * t231;
+    t233 = cos_t1 * t229;
+    t234 = R::fused(sin_t1, t224, t233);
+    t235 = R::fused(-t175_176.second(), t234, t232);
+    t236 = t227 + t235;
+    t237 = t183 * t231;
+    t238 = R::fused(-t7, t234, t237);
+    t239 = t236 + t238;
+    t240 = R::constant(481.7535830422739) * t239; // factors of the mass matrix
+    t241 = R::fused(-t239, t240, t191); // factors of the mass matrix
+    // right_foot: mass matrix
+    t242 = sin_t2 * t92;
+    t243 = t16 + t21;
+    t244 = t11 + t243;
+    t245 = t31 * t20;
+    t246 = R::fused(t26, t15, t245);
+    t247 = t244 + t246;
+    t248 = cos_q_left_hip_roll * t247;
+    t249 = R::fused(-sin_q_left_hip_roll, t70, t248);
+    t250 = R::fused(-cos_t2, t249, t242);
+    t251 = cos_q_left_hip_roll * t15;
+    t252 = R::fused(t116, t251, t250);
+    t253 = cos_q_right_hip_roll * t252;
+    t254 = sin_q_left_hip_roll * t247;
+    t255 = R::fused(cos_q_left_hip_roll, t70, t254);
+    t256 = sin_t2 * t20;
+    t257 = sin_q_left_hip_roll * t15;
+    t258 = R::fused(-cos_t2, t257, t256);
+    t259 = t116 * t258;
+    t260 = cos_t2 * t20;
+    t261 = R::fused(sin_t2, t257, t260);
+    t262 = R::fused(t135, t261, t259);
+    t263 = t255 + t262;
+    t264 = R::fused(-sin_q_right_hip_roll, t263, t253);
     let (
-        t1042, t1043, t1044, t1045_1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057,
-        t1058, t1059, t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073,
-        t1074, t1075, t1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089,
-        t1090, t1091, t1092, t1093, t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105,
-        t1106, t1107, t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121,
-        t1122, t1123, t1124, t1125, t1126, t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137,
-        t1138, t1139, t1140, t1141, t1142, t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153,
-        t1154, t1155, t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169,
-        t1170, t1171, t1172, t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185,
-        t1186, t1187, t1188, t1189, t1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201,
-        t1202, t1203, t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217,
-        t1218, t1219, t1220, t1221, t1222, t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233,
-        t1234, t1235, t1236, t1237, t1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249,
-        t1250, t1251, t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265,
-        t1266, t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281,
-        t1282, t1283, t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297,
-        t1298,
+        t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280, t281, t282,
+        t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297, t298, t299, t300,
+        t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315, t316, t317, t318,
+        t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332, t333, t334, t335, t336,
+        t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352, t353, t354,
+        t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372,
+        t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390,
+        t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406, t407, t408,
+        t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424, t425, t426,
+        t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442, t443, t444,
+        t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460, t461, t462,
+        t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478, t479, t480,
+        t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498,
+        t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514, t515, t516,
+        t517, t518, t519, t520,
     );
-    t1042 = R::fused(t1041, t523, t1040); // left_upper_leg: sums of what it carries
-    t1043 = t728 - t730; // left_upper_leg: motion
-    t1044 = R::fused(-t1043, t603, t1042); // left_upper_leg: sums of what it carries
-    t1045_1046 = R::Two::fused(both(t780), two(R::constant(1.0), R::constant(-1.0)), both(t742));
+    t265 = sin_q_right_hip_roll * t258;
+    t266 = R::fused(-cos_q_right_hip_roll, t251, t265);
+    t267 = sin_t1 * t266;
+    t268 = R::fused(-cos_t1, t261, t267);
+    t269 = t162_163.second() * t268;
+    t270 = cos_t1 * t266;
+    t271 = R::fused(sin_t1, t261, t270);
+    t272 = R::fused(-t175_176.second(), t271, t269);
+    t273 = t264 - t272;
+    t274 = t183 * t268;
+    t275 = R::fused(-t7, t271, t274);
+    t276 = t273 - t275;
+    // factors of the mass matrix
+    t277 = sin_q_left_ankle_roll * R::constant(0.41189931350114417);
+    t278 = R::fused(t277, t239, t276);
+    t279 = R::fused(t69, t277, -t11);
+    t280 = R::constant(1.0) / t279;
+    t281 = t278 * t280;
+    t282 = R::fused(t278, t281, t241);
+    // left_ankle: mass matrix
+    t283 = sin_t2 * t93;
+    t284 = t29 + t34;
+    t285 = t25 + t284;
+    t286 = cos_q_left_hip_roll * t285;
+    t287 = R::fused(-sin_q_left_hip_roll, t72, t286);
+    t288 = R::fused(-cos_t2, t287, t283);
+    t289 = cos_q_left_hip_roll * t28;
+    t290 = R::fused(t116, t289, t288);
+    t291 = cos_q_right_hip_roll * t290;
+    t292 = sin_q_left_hip_roll * t285;
+    t293 = R::fused(cos_q_left_hip_roll, t72, t292);
+    t294 = sin_t2 * t33;
+    t295 = sin_q_left_hip_roll * t28;
+    t296 = R::fused(-cos_t2, t295, t294);
+    t297 = t116 * t296;
+    t298 = cos_t2 * t33;
+    t299 = R::fused(sin_t2, t295, t298);
+    t300 = R::fused(t135, t299, t297);
+    t301 = t293 + t300;
+    t302 = R::fused(-sin_q_right_hip_roll, t301, t291);
+    t303 = sin_q_right_hip_roll * t296;
+    t304 = R::fused(-cos_q_right_hip_roll, t289, t303);
+    t305 = sin_t1 * t304;
+    t306 = R::fused(-cos_t1, t299, t305);
+    t307 = t162_163.second() * t306;
+    t308 = cos_t1 * t304;
+    t309 = R::fused(sin_t1, t299, t308);
+    t310 = R::fused(-t175_176.second(), t309, t307);
+    t311 = t302 - t310;
+    t312 = t183 * t306;
+    t313 = R::fused(-t7, t309, t312);
+    t314 = t311 - t313;
+    // factors of the mass matrix
+    t315 = R::constant(481.7535830422739) * t201;
+    t316 = R::fused(t239, t315, t314);
+    t317 = R::fused(-t277, t201, t244);
+    t318 = t317 * t280;
+    t319 = R::fused(t278, t318, t316);
+    t320 = R::fused(-t201, t315, t25);
+    t321 = R::fused(t317, t318, t320);
+    t322 = R::constant(1.0) / t321;
+    t323 = t319 * t322;
+    t324 = R::fused(-t319, t323, t282);
+    // right_ankle: mass matrix
+    t325 = sin_t2 * t94;
+    t326 = cos_q_left_hip_roll * t38;
+    t327 = R::fused(-sin_q_left_hip_roll, t73, t326);
+    t328 = R::fused(-cos_t2, t327, t325);
+    t329 = cos_q_left_hip_roll * t118;
+    t330 = R::fused(t116, t329, t328);
+    t331 = cos_q_right_hip_roll * t330;
+    t332 = sin_q_left_hip_roll * t38;
+    t333 = R::fused(cos_q_left_hip_roll, t73, t332);
+    t334 = sin_t2 * t122;
+    t335 = sin_q_left_hip_roll * t118;
+    t336 = R::fused(-cos_t2, t335, t334);
+    t337 = t116 * t336;
+    t338 = cos_t2 * t122;
+    t339 = R::fused(sin_t2, t335, t338);
+    t340 = R::fused(t135, t339, t337);
+    t341 = t333 + t340;
+    t342 = R::fused(-sin_q_right_hip_roll, t341, t331);
+    t343 = sin_q_right_hip_roll * t336;
+    t344 = R::fused(-cos_q_right_hip_roll, t329, t343);
+    t345 = sin_t1 * t344;
+    t346 = R::fused(-cos_t1, t339, t345);
+    t347 = t162_163.second() * t346;
+    t348 = cos_t1 * t344;
+    t349 = R::fused(sin_t1, t339, t348);
+    t350 = R::fused(-t175_176.second(), t349, t347);
+    t351 = t342 - t350;
+    t352 = t183 * t346;
+    t353 = R::fused(-t7, t349, t352);
+    t354 = t351 - t353;
+    // factors of the mass matrix
+    t355 = R::constant(481.7535830422739) * t204;
+    t356 = R::fused(t239, t355, t354);
+    t357 = R::fused(-t277, t204, t247);
+    t358 = t357 * t280;
+    t359 = R::fused(t278, t358, t356);
+    t360 = R::fused(-t204, t315, t285);
+    t361 = R::fused(t357, t318, t360);
+    t362 = t361 * t322;
+    t363 = R::fused(-t319, t362, t359);
+    t364 = R::fused(-t204, t355, t38);
+    t365 = R::fused(t357, t358, t364);
+    t366 = R::fused(-t361, t362, t365);
+    t367 = R::constant(1.0) / t366;
+    t368 = t363 * t367;
+    t369 = R::fused(-t363, t368, t324);
+    // left_lower_leg: mass matrix
+    t370 = sin_t2 * t85;
+    t371 = R::fused(-cos_t2, t112, t370);
+    t372 = R::fused(t116, t123, t371);
+    t373 = cos_q_right_hip_roll * t372;
+    t374 = cos_t2 * t154;
+    t375 = t116 * t374;
+    t376 = sin_t2 * t154;
+    t377 = R::fused(-t135, t376, t375);
+    t378 = t147 - t377;
+    t379 = R::fused(-sin_q_right_hip_roll, t378, t373);
+    t380 = sin_q_right_hip_roll * t374;
+    t381 = R::fused(cos_q_right_hip_roll, t123, t380);
+    t382 = sin_t1 * t381;
+    t383 = R::fused(cos_t1, t376, t382);
+    t384 = t162_163.second() * t383;
+    t385 = cos_t1 * t381;
+    t386 = R::fused(-sin_t1, t376, t385);
+    t387 = R::fused(-t175_176.second(), t386, t384);
+    t388 = t379 + t387;
+    t389 = t183 * t383;
+    t390 = R::fused(-t7, t386, t389);
+    t391 = t388 + t390;
+    // factors of the mass matrix
+    t392 = R::constant(481.7535830422739) * t195;
+    t393 = R::fused(-t239, t392, t391);
+    t394 = R::fused(t277, t195, t92);
+    t395 = t394 * t280;
+    t396 = R::fused(t278, t395, t393);
+    t397 = R::fused(t195, t315, t93);
+    t398 = R::fused(t394, t318, t397);
+    t399 = t398 * t322;
+    t400 = R::fused(-t319, t399, t396);
+    t401 = R::fused(t195, t355, t94);
+    t402 = R::fused(t394, t358, t401);
+    t403 = R::fused(-t398, t362, t402);
+    t404 = t403 * t367;
+    t405 = R::fused(-t363, t404, t400);
+    t406 = R::fused(-t195, t392, t85);
+    t407 = R::fused(t394, t395, t406);
+    t408 = R::fused(-t398, t399, t407);
+    t409 = R::fused(-t403, t404, t408);
+    t410 = R::constant(1.0) / t409;
+    t411 = t405 * t410;
+    t412 = R::fused(-t405, t411, t369);
+    // right_lower_leg: mass matrix
+    t413 = cos_q_right_hip_roll * t152;
+    t414 = t125 - t138;
+    t415 = t134 - t414;
+    t416 = R::fused(-sin_q_right_hip_roll, t415, t413);
+    t417 = sin_q_right_hip_roll * t124;
+    t418 = sin_t1 * t417;
+    t419 = R::fused(cos_t1, t137, t418);
+    t420 = t162_163.second() * t419;
+    t421 = cos_t1 * t417;
+    t422 = R::fused(-sin_t1, t137, t421);
+    t423 = R::fused(-t175_176.second(), t422, t420);
+    t424 = t416 + t423;
+    t425 = t183 * t419;
+    t426 = R::fused(-t7, t422, t425);
+    t427 = t424 + t426;
+    // factors of the mass matrix
+    t428 = R::constant(481.7535830422739) * t217;
+    t429 = R::fused(t239, t428, t427);
+    t430 = R::fused(-t277, t217, t255);
+    t431 = t430 * t280;
+    t432 = R::fused(t278, t431, t429);
+    t433 = R::fused(-t217, t315, t293);
+    t434 = R::fused(t430, t318, t433);
+    t435 = t434 * t322;
+    t436 = R::fused(-t319, t435, t432);
+    t437 = R::fused(-t217, t355, t333);
+    t438 = R::fused(t430, t358, t437);
+    t439 = R::fused(-t434, t362, t438);
+    t440 = t439 * t367;
+    t441 = R::fused(-t363, t440, t436);
+    t442 = R::fused(t217, t392, t147);
+    t443 = R::fused(t430, t395, t442);
+    t444 = R::fused(-t434, t399, t443);
+    t445 = R::fused(-t439, t404, t444);
+    t446 = t445 * t410;
+    t447 = R::fused(-t405, t446, t441);
+    t448 = R::fused(-t217, t428, t134);
+    t449 = R::fused(t430, t431, t448);
+    t450 = R::fused(-t434, t435, t449);
+    t451 = R::fused(-t439, t440, t450);
+    t452 = R::fused(-t445, t446, t451);
+    t453 = R::constant(1.0) / t452;
+    t454 = t447 * t453;
+    t455 = R::fused(-t447, t454, t412);
+    // left_upper_leg: mass matrix
+    t456 = cos_q_right_hip_roll * t157;
+    t457 = R::fused(-sin_q_right_hip_roll, t142, t456);
+    t458 = sin_q_right_hip_roll * t171;
+    t459 = sin_t1 * t458;
+    t460 = R::fused(cos_t1, t165, t459);
+    t461 = t162_163.second() * t460;
+    t462 = cos_t1 * t458;
+    t463 = R::fused(-sin_t1, t165, t462);
+    t464 = R::fused(-t175_176.second(), t463, t461);
+    t465 = t457 + t464;
+    t466 = t183 * t460;
+    t467 = R::fused(-t7, t463, t466);
+    t468 = t465 + t467;
+    // factors of the mass matrix
+    t469 = R::constant(481.7535830422739) * t226;
+    t470 = R::fused(t239, t469, t468);
+    t471 = R::fused(-t277, t226, t263);
+    t472 = t471 * t280;
+    t473 = R::fused(t278, t472, t470);
+    t474 = R::fused(-t226, t315, t301);
+    t475 = R::fused(t471, t318, t474);
+    t476 = t475 * t322;
+    t477 = R::fused(-t319, t476, t473);
+    t478 = R::fused(-t226, t355, t341);
+    t479 = R::fused(t471, t358, t478);
+    t480 = R::fused(-t475, t362, t479);
+    t481 = t480 * t367;
+    t482 = R::fused(-t363, t481, t477);
+    t483 = R::fused(t226, t392, t378);
+    t484 = R::fused(t471, t395, t483);
+    t485 = R::fused(-t475, t399, t484);
+    t486 = R::fused(-t480, t404, t485);
+    t487 = t486 * t410;
+    t488 = R::fused(-t405, t487, t482);
+    t489 = R::fused(-t226, t428, t415);
+    t490 = R::fused(t471, t431, t489);
+    t491 = R::fused(-t475, t435, t490);
+    t492 = R::fused(-t480, t440, t491);
+    t493 = R::fused(-t486, t446, t492);
+    t494 = t493 * t453;
+    t495 = R::fused(-t447, t494, t488);
+    t496 = R::fused(-t226, t469, t142);
+    t497 = R::fused(t471, t472, t496);
+    t498 = R::fused(-t475, t476, t497);
+    t499 = R::fused(-t480, t481, t498);
+    t500 = R::fused(-t486, t487, t499);
+    t501 = R::fused(-t493, t494, t500);
+    t502 = R::constant(1.0) / t501;
+    t503 = t495 * t502;
+    t504 = R::fused(-t495, t503, t455);
+    // right_lower_leg: sums of what it carries
+    t505 = t88 * t113;
+    t506 = R::fused(t87, t90, t505);
+    t507 = t112 - t506;
+    t508 = t116 * t137;
+    t509 = R::fused(-t135, t124, t508);
+    t510 = t507 - t509;
+    t511 = sin_q_right_hip_yaw * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
+    t512 = t511 * R::constant(0.20517); // left_upper_leg: sums of what it carries
+    t513 = t510 - t512; // left_upper_leg: sums of what it carries
+    t514 = cos_q_right_hip_roll * t513; // right_upper_leg: sums of what it carries
+    t515 = cos_t2 * t147;
+    t516 = R::fused(sin_t2, t151, t515);
+    t517 = R::fused(-t116, t154, t516);
+    t518 = sin_q_right_hip_yaw * R::constant(0.1833); // left_upper_leg: sums of what it carries
+    t519 = t517 - t518; // left_upper_leg: sums of what it carries
+    t520 = R::fused(sin_q_right_hip_roll, t519, t514); // right_upper_leg: sums of what it carries
+    let (
+        t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538,
+        t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556,
+        t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573, t574,
+        t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592,
+        t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610,
+        t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623, t624, t625, t626, t627, t628,
+        t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641, t642, t643, t644, t645, t646,
+        t647, t648, t649, t650, t651, t652, t653, t654, t655, t656, t657, t658, t659, t660, t661, t662, t663, t664,
+        t665, t666, t667, t668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678, t679, t680, t681, t682,
+        t683, t684, t685, t686, t687, t688, t689, t690, t691, t692, t693, t694, t695, t696, t697, t698, t699, t700,
+        t701, t702, t703, t704, t705, t706, t707, t708, t709, t710, t711, t712, t713, t714, t715, t716, t717, t718,
+        t719, t720, t721, t722, t723, t724, t725, t726, t727, t728, t729, t730, t731, t732, t733, t734, t735, t736,
+        t737, t738, t739, t740, t741, t742, t743, t744, t745, t746, t747, t748, t749, t750, t751, t752, t753, t754,
+        t755, t756, t757, t758, t759, t760, t761, t762, t763, t764, t765, t766, t767, t768, t769, t770, t771, t772,
+        t773, t774, t775, t776,
+    );
+    t521 = cos_q_right_hip_roll * t165; // right_upper_leg: sums of what it carries
+    t522 = R::fused(sin_q_right_hip_roll, t167, t521); // right_upper_leg: sums of what it carries
+    // right_upper_leg: mass matrix
+    t523 = sin_t1 * t522;
+    t524 = t162_163.second() * t523;
+    t525 = cos_t1 * t522;
+    t526 = R::fused(-t175_176.second(), t525, t524);
+    t527 = t520 - t526;
+    t528 = t183 * t523;
+    t529 = R::fused(-t7, t525, t528);
+    t530 = t527 - t529;
+    t531 = cos_t2 * t195; // left_foot: mass matrix
+    t532 = R::fused(-sin_t2, t210, t531); // left_foot: mass matrix
+    t533 = R::fused(t135, t213, t532); // left_foot: mass matrix
+    t534 = R::constant(481.7535830422739) * t533; // factors of the mass matrix
+    t535 = R::fused(t239, t534, t530); // factors of the mass matrix
+    t536 = cos_t2 * t92; // right_foot: mass matrix
+    t537 = R::fused(sin_t2, t249, t536); // right_foot: mass matrix
+    t538 = R::fused(t135, t251, t537); // right_foot: mass matrix
+    t539 = R::fused(t277, t533, t538); // factors of the mass matrix
+    t540 = t539 * t280; // factors of the mass matrix
+    t541 = R::fused(-t278, t540, t535); // factors of the mass matrix
+    t542 = cos_t2 * t93; // left_ankle: mass matrix
+    t543 = R::fused(sin_t2, t287, t542); // left_ankle: mass matrix
+    t544 = R::fused(t135, t289, t543); // left_ankle: mass matrix
+    // factors of the mass matrix
+    t545 = R::fused(t533, t315, t544);
+    t546 = R::fused(t539, t318, t545);
+    t547 = t546 * t322;
+    t548 = R::fused(t319, t547, t541);
+    t549 = cos_t2 * t94; // right_ankle: mass matrix
+    t550 = R::fused(sin_t2, t327, t549); // right_ankle: mass matrix
+    t551 = R::fused(t135, t329, t550); // right_ankle: mass matrix
+    t552 = R::fused(t533, t355, t551);
+    t553 = R::fused(t539, t358, t552);
+    t554 = R::fused(-t546, t362, t553);
+    t555 = t554 * t367;
+    t556 = R::fused(t363, t555, t548);
+    t557 = cos_t2 * t85; // left_lower_leg: mass matrix
+    t558 = R::fused(sin_t2, t112, t557); // left_lower_leg: mass matrix
+    t559 = R::fused(t135, t123, t558); // left_lower_leg: mass matrix
+    t560 = R::fused(-t533, t392, t559);
+    t561 = R::fused(t539, t395, t560);
+    t562 = R::fused(-t546, t399, t561);
+    t563 = R::fused(-t554, t404, t562);
+    t564 = t563 * t410;
+    t565 = R::fused(t405, t564, t556);
+    t566 = R::fused(t533, t428, t516);
+    t567 = R::fused(t539, t431, t566);
+    t568 = R::fused(-t546, t435, t567);
+    t569 = R::fused(-t554, t440, t568);
+    t570 = R::fused(-t563, t446, t569);
+    t571 = t570 * t453;
+    t572 = R::fused(t447, t571, t565);
+    t573 = R::fused(t533, t469, t519);
+    t574 = R::fused(t539, t472, t573);
+    t575 = R::fused(-t546, t476, t574);
+    t576 = R::fused(-t554, t481, t575);
+    t577 = R::fused(-t563, t487, t576);
+    t578 = R::fused(-t570, t494, t577);
+    t579 = t578 * t502;
+    t580 = R::fused(t495, t579, t572);
+    t581 = t86 - t114; // right_lower_leg: sums of what it carries
+    t582 = t581 + t139; // right_lower_leg: sums of what it carries
+    t583 = R::constant(0.23325) - t129; // left_upper_leg: sums of what it carries
+    t584 = t582 + t583; // left_upper_leg: sums of what it carries
+    t585 = R::constant(0.757741667) + t584; // right_upper_leg: sums of what it carries
+    t586 = R::fused(-t533, t534, t585);
+    t587 = R::fused(t539, t540, t586);
+    t588 = R::fused(-t546, t547, t587);
+    t589 = R::fused(-t554, t555, t588);
+    t590 = R::fused(-t563, t564, t589);
+    t591 = R::fused(-t570, t571, t590);
+    t592 = R::fused(-t578, t579, t591);
+    t593 = R::constant(1.0) / t592;
+    t594 = t580 * t593;
+    t595 = R::fused(-t580, t594, t504);
+    // left_hip_roll_link: mass matrix
+    t596 = t179 + t173;
+    t597 = t161 - t596;
+    t598 = t183 * t172;
+    t599 = R::fused(t7, t178, t598);
+    t600 = t597 - t599;
+    // factors of the mass matrix
+    t601 = R::constant(481.7535830422739) * t227;
+    t602 = R::fused(-t239, t601, t600);
+    t603 = R::fused(t277, t227, t264);
+    t604 = t603 * t280;
+    t605 = R::fused(t278, t604, t602);
+    t606 = R::fused(t227, t315, t302);
+    t607 = R::fused(t603, t318, t606);
+    t608 = t607 * t322;
+    t609 = R::fused(-t319, t608, t605);
+    t610 = R::fused(t227, t355, t342);
+    t611 = R::fused(t603, t358, t610);
+    t612 = R::fused(-t607, t362, t611);
+    t613 = t612 * t367;
+    t614 = R::fused(-t363, t613, t609);
+    t615 = R::fused(-t227, t392, t379);
+    t616 = R::fused(t603, t395, t615);
+    t617 = R::fused(-t607, t399, t616);
+    t618 = R::fused(-t612, t404, t617);
+    t619 = t618 * t410;
+    t620 = R::fused(-t405, t619, t614);
+    t621 = R::fused(t227, t428, t416);
+    t622 = R::fused(t603, t431, t621);
+    t623 = R::fused(-t607, t435, t622);
+    t624 = R::fused(-t612, t440, t623);
+    t625 = R::fused(-t618, t446, t624);
+    t626 = t625 * t453;
+    t627 = R::fused(-t447, t626, t620);
+    t628 = R::fused(t227, t469, t457);
+    t629 = R::fused(t603, t472, t628);
+    t630 = R::fused(-t607, t476, t629);
+    t631 = R::fused(-t612, t481, t630);
+    t632 = R::fused(-t618, t487, t631);
+    t633 = R::fused(-t625, t494, t632);
+    t634 = t633 * t502;
+    t635 = R::fused(-t495, t634, t627);
+    t636 = R::fused(t227, t534, t520);
+    t637 = R::fused(-t603, t540, t636);
+    t638 = R::fused(t607, t547, t637);
+    t639 = R::fused(t612, t555, t638);
+    t640 = R::fused(t618, t564, t639);
+    t641 = R::fused(t625, t571, t640);
+    t642 = R::fused(t633, t579, t641);
+    t643 = t642 * t593;
+    t644 = R::fused(-t580, t643, t635);
+    t645 = R::fused(-t227, t601, t161);
+    t646 = R::fused(t603, t604, t645);
+    t647 = R::fused(-t607, t608, t646);
+    t648 = R::fused(-t612, t613, t647);
+    t649 = R::fused(-t618, t619, t648);
+    t650 = R::fused(-t625, t626, t649);
+    t651 = R::fused(-t633, t634, t650);
+    t652 = R::fused(-t642, t643, t651);
+    t653 = R::constant(1.0) / t652;
+    t654 = t644 * t653;
+    t655 = R::fused(-t644, t654, t595);
+    t656 = t188 + t185; // right_hip_roll_link: mass matrix
+    t657 = t182 - t656; // right_hip_roll_link: mass matrix
+    t658 = R::constant(481.7535830422739) * t236;
+    t659 = R::fused(-t239, t658, t657);
+    t660 = R::fused(t277, t236, t273);
+    t661 = t660 * t280;
+    t662 = R::fused(t278, t661, t659);
+    t663 = R::fused(t236, t315, t311);
+    t664 = R::fused(t660, t318, t663);
+    t665 = t664 * t322;
+    t666 = R::fused(-t319, t665, t662);
+    t667 = R::fused(t236, t355, t351);
+    t668 = R::fused(t660, t358, t667);
+    t669 = R::fused(-t664, t362, t668);
+    t670 = t669 * t367;
+    t671 = R::fused(-t363, t670, t666);
+    t672 = R::fused(-t236, t392, t388);
+    t673 = R::fused(t660, t395, t672);
+    t674 = R::fused(-t664, t399, t673);
+    t675 = R::fused(-t669, t404, t674);
+    t676 = t675 * t410;
+    t677 = R::fused(-t405, t676, t671);
+    t678 = R::fused(t236, t428, t424);
+    t679 = R::fused(t660, t431, t678);
+    t680 = R::fused(-t664, t435, t679);
+    t681 = R::fused(-t669, t440, t680);
+    t682 = R::fused(-t675, t446, t681);
+    t683 = t682 * t453;
+    t684 = R::fused(-t447, t683, t677);
+    t685 = R::fused(t236, t469, t465);
+    t686 = R::fused(t660, t472, t685);
+    t687 = R::fused(-t664, t476, t686);
+    t688 = R::fused(-t669, t481, t687);
+    t689 = R::fused(-t675, t487, t688);
+    t690 = R::fused(-t682, t494, t689);
+    t691 = t690 * t502;
+    t692 = R::fused(-t495, t691, t684);
+    t693 = R::fused(t236, t534, t527);
+    t694 = R::fused(-t660, t540, t693);
+    t695 = R::fused(t664, t547, t694);
+    t696 = R::fused(t669, t555, t695);
+    t697 = R::fused(t675, t564, t696);
+    t698 = R::fused(t682, t571, t697);
+    t699 = R::fused(t690, t579, t698);
+    t700 = t699 * t593;
+    t701 = R::fused(-t580, t700, t692);
+    t702 = R::fused(-t236, t601, t597);
+    t703 = R::fused(t660, t604, t702);
+    t704 = R::fused(-t664, t608, t703);
+    t705 = R::fused(-t669, t613, t704);
+    t706 = R::fused(-t675, t619, t705);
+    t707 = R::fused(-t682, t626, t706);
+    t708 = R::fused(-t690, t634, t707);
+    t709 = R::fused(-t699, t643, t708);
+    t710 = t709 * t653;
+    t711 = R::fused(-t644, t710, t701);
+    t712 = R::fused(-t236, t658, t182);
+    t713 = R::fused(t660, t661, t712);
+    t714 = R::fused(-t664, t665, t713);
+    t715 = R::fused(-t669, t670, t714);
+    t716 = R::fused(-t675, t676, t715);
+    t717 = R::fused(-t682, t683, t716);
+    t718 = R::fused(-t690, t691, t717);
+    t719 = R::fused(-t699, t700, t718);
+    t720 = R::fused(-t709, t710, t719);
+    t721 = R::constant(1.0) / t720;
+    t722 = t711 * t721;
+    t723 = R::fused(-t711, t722, t655);
+    t724 = R::constant(1.0) / t723;
+    t725 = v_base_angular_x * sin_q_right_hip_yaw; // right_hip_yaw_link: motion
+    t726 = R::fused(-v_base_angular_y, cos_q_right_hip_yaw, t725); // right_hip_yaw_link: motion
+    t727 = t726 * cos_q_right_hip_roll; // right_hip_roll_link: motion
+    t728 = v_base_angular_z + v_right_hip_yaw; // right_hip_yaw_link: motion
+    t729 = R::fused(-t728, sin_q_right_hip_roll, t727); // right_hip_roll_link: motion
+    t730 = t729 - v_right_hip_pitch; // right_upper_leg: motion
+    t731 = t730 - v_right_knee_pitch; // right_lower_leg: motion
+    t732 = t731 - v_right_ankle_pitch; // right_ankle: motion
+    t733 = t732 * sin_q_right_ankle_roll; // right_foot: motion
+    t734 = t726 * sin_q_right_hip_roll; // right_hip_roll_link: motion
+    t735 = R::fused(t728, cos_q_right_hip_roll, t734); // right_hip_roll_link: motion
+    t736 = t735 * cos_q_right_hip_pitch; // right_upper_leg: motion
+    t737 = v_base_angular_x * cos_q_right_hip_yaw; // right_hip_yaw_link: motion
+    t738 = R::fused(v_base_angular_y, sin_q_right_hip_yaw, t737); // right_hip_yaw_link: motion
+    t739 = t738 + v_right_hip_roll; // right_hip_roll_link: motion
+    t740 = R::fused(t739, sin_q_right_hip_pitch, t736); // right_upper_leg: motion
+    t741 = t740 * cos_q_right_knee_pitch; // right_lower_leg: motion
+    t742 = t735 * sin_q_right_hip_pitch; // right_upper_leg: motion
+    t743 = R::fused(-t739, cos_q_right_hip_pitch, t742); // right_upper_leg: motion
+    t744 = R::fused(-t743, sin_q_right_knee_pitch, t741); // right_lower_leg: motion
+    t745 = t744 * cos_q_right_ankle_pitch; // right_ankle: motion
+    t746 = t740 * sin_q_right_knee_pitch; // right_lower_leg: motion
+    t747 = R::fused(t743, cos_q_right_knee_pitch, t746); // right_lower_leg: motion
+    t748 = R::fused(-t747, sin_q_right_ankle_pitch, t745); // right_ankle: motion
+    t749 = R::fused(t748, cos_q_right_ankle_roll, t733); // right_foot: motion
+    t750 = t749 * v_right_ankle_roll; // right_foot: motion
+    t751 = sin_q_right_ankle_roll * t750; // right_hip_yaw_link: motion
+    t752 = t732 * cos_q_right_ankle_roll; // right_foot: motion
+    t753 = R::fused(-t748, sin_q_right_ankle_roll, t752); // right_foot: motion
+    t754 = t753 * v_right_ankle_roll; // right_foot: motion
+    t755 = R::fused(cos_q_right_ankle_roll, t754, t751); // right_hip_yaw_link: motion
+    t756 = t744 * sin_q_right_ankle_pitch; // right_ankle: motion
+    t757 = R::fused(t747, cos_q_right_ankle_pitch, t756); // right_ankle: motion
+    t758 = R::fused(t757, v_right_ankle_pitch, -t755); // left_hip_yaw_link: motion
+    t759 = R::fused(v_right_knee_pitch, t757, t758); // right_hip_roll_link: motion
+    t760 = R::fused(v_right_hip_pitch, t757, t759); // left_hip_roll_link: motion
+    t761 = sin_t1 * t760; // left_hip_roll_link: motion
+    t762 = sin_q_right_ankle_roll * t753; // right_hip_yaw_link: motion
+    t763 = R::fused(-cos_q_right_ankle_roll, t749, t762); // right_hip_yaw_link: motion
+    t764 = v_right_ankle_pitch * t763; // left_hip_yaw_link: motion
+    t765 = R::fused(v_right_knee_pitch, t763, t764); // right_hip_roll_link: motion
+    t766 = R::fused(v_right_hip_pitch, t763, t765); // left_hip_roll_link: motion
+    t767 = R::fused(-cos_t1, t766, t761); // left_hip_roll_link: motion
+    t768 = cos_q_right_ankle_roll * t753; // right_hip_yaw_link: motion
+    t769 = R::fused(sin_q_right_ankle_roll, t749, t768); // right_hip_yaw_link: motion
+    t770 = v_right_ankle_pitch + t769; // left_hip_yaw_link: motion
+    t771 = v_right_knee_pitch + t770; // right_hip_roll_link: motion
+    t772 = v_right_hip_pitch + t771; // left_hip_roll_link: motion
+    t773 = cos_q_right_hip_roll * t772; // right_upper_leg: motion
+    t774 = cos_t1 * t763; // left_hip_roll_link: motion
+    t775 = R::fused(-t757, sin_t1, t774); // left_hip_roll_link: motion
+    t776 = R::fused(-sin_q_right_hip_roll, t775, t773); // right_upper_leg: motion
+    let (
+        t777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789, t790, t791, t792, t793, t794,
+        t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807, t808, t809, t810, t811, t812,
+        t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825, t826, t827, t828, t829, t830,
+        t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846, t847, t848,
+        t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864, t865, t866,
+        t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882, t883, t884,
+        t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900, t901, t902,
+        t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t917, t918, t919, t920,
+        t921, t922, t923, t924, t925, t926, t927, t928_929, t930, t931, t932_933, t934, t935, t936, t937, t938, t939,
+        t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951, t952, t953, t954, t955, t956, t957,
+        t958, t959, t960, t961, t962, t963, t964, t965_966, t967_968, t969, t970, t971, t972, t973, t974, t975, t976,
+        t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987, t988_989, t990, t991_992, t993, t994, t995,
+        t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007, t1008, t1009, t1010, t1011,
+        t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023, t1024, t1025, t1026, t1027,
+        t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038,
+    );
+    t777 = R::fused(v_right_hip_yaw, t776, t767); // left_upper_leg: motion
+    t778 = R::fused(-v_left_hip_yaw, t776, t777); // right_lower_leg: motion
+    t779 = sin_t2 * t778; // right_lower_leg: motion
+    t780 = cos_q_right_ankle_roll * t750; // right_hip_yaw_link: motion
+    t781 = R::fused(-sin_q_right_ankle_roll, t754, t780); // right_hip_yaw_link: motion
+    t782 = R::fused(-v_right_hip_roll, t775, t781); // right_upper_leg: motion
+    t783 = cos_q_right_hip_roll * t782; // right_upper_leg: motion
+    t784 = cos_t1 * t760; // left_hip_roll_link: motion
+    t785 = R::fused(sin_t1, t766, t784); // left_hip_roll_link: motion
+    t786 = R::fused(-v_right_hip_roll, t772, t785); // right_upper_leg: motion
+    t787 = R::fused(sin_q_right_hip_roll, t786, t783); // right_upper_leg: motion
+    t788 = sin_t1 * t763; // left_hip_roll_link: motion
+    t789 = R::fused(t757, cos_t1, t788); // left_hip_roll_link: motion
+    t790 = v_right_hip_roll + t789; // right_upper_leg: motion
+    t791 = R::fused(v_right_hip_yaw, t790, t787); // left_upper_leg: motion
+    t792 = R::fused(-v_left_hip_yaw, t790, t791); // right_lower_leg: motion
+    t793 = R::fused(-cos_t2, t792, t779); // right_lower_leg: motion
+    t794 = sin_q_right_hip_roll * t772; // right_upper_leg: motion
+    t795 = R::fused(cos_q_right_hip_roll, t775, t794); // right_upper_leg: motion
+    t796 = v_right_hip_yaw + t795; // left_upper_leg: motion
+    t797 = v_left_hip_yaw - t796; // right_lower_leg: motion
+    t798 = R::fused(v_left_hip_roll, t797, t793); // left_lower_leg: motion
+    t799 = sin_q_left_hip_roll * t798; // left_lower_leg: motion
+    t800 = sin_q_right_hip_roll * t782; // right_upper_leg: motion
+    t801 = R::fused(-cos_q_right_hip_roll, t786, t800); // right_upper_leg: motion
+    t802 = sin_t2 * t790; // right_lower_leg: motion
+    t803 = R::fused(cos_t2, t776, t802); // right_lower_leg: motion
+    t804 = R::fused(-v_left_hip_roll, t803, t801); // left_lower_leg: motion
+    t805 = R::fused(cos_q_left_hip_roll, t804, t799); // left_lower_leg: motion
+    t806 = cos_t2 * t790; // right_lower_leg: motion
+    t807 = R::fused(-sin_t2, t776, t806); // right_lower_leg: motion
+    t808 = v_left_hip_roll - t807; // left_lower_leg: motion
+    t809 = R::fused(-v_left_hip_pitch, t808, t805); // right_ankle: motion
+    t810 = R::fused(-v_left_knee_pitch, t808, t809); // left_ankle: motion
+    t811 = R::fused(-v_left_ankle_pitch, t808, t810); // right_foot: motion
+    t812 = cos_t4 * t811; // right_foot: motion
+    t813 = cos_t2 * t778; // right_lower_leg: motion
+    t814 = R::fused(sin_t2, t792, t813); // right_lower_leg: motion
+    t815 = sin_q_left_hip_roll * t803; // left_lower_leg: motion
+    t816 = R::fused(cos_q_left_hip_roll, t797, t815); // left_lower_leg: motion
+    t817 = R::fused(-v_left_hip_pitch, t816, t814); // right_ankle: motion
+    t818 = R::fused(-v_left_knee_pitch, t816, t817); // left_ankle: motion
+    t819 = R::fused(-v_left_ankle_pitch, t816, t818); // right_foot: motion
+    t820 = R::fused(-sin_t4, t819, t812); // right_foot: motion
+    t821 = cos_q_left_hip_roll * t803; // left_lower_leg: motion
+    t822 = R::fused(-sin_q_left_hip_roll, t797, t821); // left_lower_leg: motion
+    t823 = v_left_hip_pitch - t822; // right_ankle: motion
+    t824 = v_left_knee_pitch + t823; // left_ankle: motion
+    t825 = v_left_ankle_pitch + t824; // right_foot: motion
+    t826 = R::fused(v_left_ankle_roll, t825, t820); // left_foot: motion
+    t827 = sin_t4 * t816; // right_foot: motion
+    t828 = R::fused(-cos_t4, t808, t827); // right_foot: motion
+    t829 = v_left_ankle_roll - t828; // left_foot: motion
+    t830 = t825 * t829; // left_foot: motion
+    t831 = t826 + t830; // left_foot: motion
+    t832 = t831 * t42; // left_foot: sums of what it carries
+    // right_foot: motion
+    t833 = sin_t4 * t811;
+    t834 = R::fused(cos_t4, t819, t833);
+    t835 = cos_t4 * t816;
+    t836 = R::fused(sin_t4, t808, t835);
+    t837 = t825 * t836;
+    t838 = t834 - t837;
+    t839 = R::fused(-t96, t838, t832); // left_foot: sums of what it carries
+    t840 = cos_q_left_hip_roll * t798; // left_lower_leg: motion
+    t841 = R::fused(-sin_q_left_hip_roll, t804, t840); // left_lower_leg: motion
+    t842 = R::fused(v_left_ankle_roll, t836, t841); // left_foot: motion
+    t843 = t836 * t829; // left_foot: motion
+    t844 = t842 + t843; // left_foot: motion
+    t845 = R::fused(-t67, t844, t839); // left_foot: sums of what it carries
+    t846 = t825 * t825;
+    t847 = t829 * t829; // left_foot: motion
+    t848 = t846 - t847; // left_foot: sums of what it carries
+    t849 = R::fused(-t69, t848, t845); // left_foot: sums of what it carries
+    t850 = t757 - v_right_ankle_roll;
+    t851 = t753 * t850;
+    t852 = t851 * R::constant(0.03); // right_hip_yaw_link: motion
+    t853 = t753 * t749;
+    t854 = R::fused(t853, R::constant(0.08), t852); // right_hip_yaw_link: motion
+    // torso: motion
+    t855 = q_base_qz * R::constant(2.0);
+    t856 = q_base_qx * t855;
+    t857 = q_base_qy * R::constant(2.0);
+    t858 = q_base_qw * t857;
+    t859 = t856 - t858;
+    // other
+    t860 = cos_q_right_ankle_pitch * sin_q_right_ankle_roll;
+    t861 = cos_q_right_knee_pitch * t860;
+    t862 = sin_q_right_ankle_pitch * sin_q_right_ankle_roll;
+    t863 = R::fused(-sin_q_right_knee_pitch, t862, t861);
+    t864 = sin_q_right_hip_pitch * t863;
+    t865 = sin_q_right_knee_pitch * t860;
+    t866 = R::fused(cos_q_right_knee_pitch, t862, t865);
+    t867 = R::fused(cos_q_right_hip_pitch, t866, t864);
+    t868 = cos_q_right_hip_yaw * t867;
+    t869 = cos_q_right_hip_roll * cos_q_right_ankle_roll;
+    t870 = cos_q_right_hip_pitch * t863;
+    t871 = R::fused(-sin_q_right_hip_pitch, t866, t870);
+    t872 = R::fused(-sin_q_right_hip_roll, t871, t869);
+    t873 = R::fused(-sin_q_right_hip_yaw, t872, t868);
+    t874 = t859 * t873;
+    // torso: motion
+    t875 = q_base_qy * t855;
+    t876 = q_base_qx * R::constant(2.0);
+    t877 = q_base_qw * t876;
+    t878 = t875 + t877;
+    t879 = sin_q_right_hip_yaw * t867; // other
+    t880 = R::fused(cos_q_right_hip_yaw, t872, t879); // other
+    t881 = R::fused(t878, t880, t874); // other
+    t882 = q_base_qx * t876;
+    t883 = q_base_qy * t857;
+    t884 = t882 + t883;
+    t885 = R::constant(1.0) - t884;
+    t886 = sin_q_right_hip_roll * cos_q_right_ankle_roll; // other
+    t887 = R::fused(cos_q_right_hip_roll, t871, t886); // other
+    t888 = R::fused(t885, t887, t881); // other
+    t889 = R::fused(R::constant(9.81), t888, -t854); // right_hip_yaw_link: motion
+    t890 = sin_q_right_ankle_roll * t889; // right_hip_yaw_link: motion
+    t891 = t850 * t850; // right_foot: motion
+    t892 = t753 * t753; // right_foot: motion
+    t893 = t891 + t892; // right_foot: motion
+    t894 = t893 * R::constant(0.08); // other
+    t895 = t749 * t850; // right_foot: motion
+    t896 = R::fused(-t895, R::constant(0.03), t894); // right_hip_yaw_link: motion
+    // other
+    t897 = cos_q_right_ankle_pitch * cos_q_right_ankle_roll;
+    t898 = cos_q_right_knee_pitch * t897;
+    t899 = sin_q_right_ankle_pitch * cos_q_right_ankle_roll;
+    t900 = R::fused(-sin_q_right_knee_pitch, t899, t898);
+    t901 = sin_q_right_hip_pitch * t900;
+    t902 = sin_q_right_knee_pitch * t897;
+    t903 = R::fused(cos_q_right_knee_pitch, t899, t902);
+    t904 = R::fused(cos_q_right_hip_pitch, t903, t901);
+    t905 = cos_q_right_hip_yaw * t904;
+    t906 = cos_q_right_hip_roll * sin_q_right_ankle_roll;
+    t907 = cos_q_right_hip_pitch * t900;
+    t908 = R::fused(-sin_q_right_hip_pitch, t903, t907);
+    t909 = R::fused(sin_q_right_hip_roll, t908, t906);
+    t910 = R::fused(sin_q_right_hip_yaw, t909, t905);
+    t911 = t859 * t910;
+    t912 = sin_q_right_hip_yaw * t904;
+    t913 = R::fused(-cos_q_right_hip_yaw, t909, t912);
+    t914 = R::fused(t878, t913, t911);
+    t915 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
+    t916 = R::fused(-cos_q_right_hip_roll, t908, t915);
+    t917 = R::fused(-t885, t916, t914);
+    // right_hip_yaw_link: motion
+    t918 = R::fused(R::constant(9.81), t917, -t896);
+    t919 = R::fused(cos_q_right_ankle_roll, t918, t890);
+    t920 = t757 * t763;
+    t921 = t781 + t920;
+    t922 = t7 * t921; // right_hip_roll_link: motion
+    t923 = t757 * t757; // right_ankle: motion
+    t924 = t770 * t770; // left_hip_yaw_link: motion
+    t925 = t923 + t924; // left_hip_yaw_link: motion
+    t926 = R::fused(t925, t183, t922); // right_hip_roll_link: motion
+    t927 = t919 - t926; // right_hip_roll_link: motion
+    t928_929 = both(t921) * t175_176; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t930 = t771 * t771; // right_hip_roll_link: motion
+    t931 = t923 + t930; // right_hip_roll_link: motion
+    t932_933 = R::Two::fused(both(t931), t162_163, t928_929); // right_hip_roll_link, left_hip_roll_link
+    t934 = t927 - t932_933.second(); // left_hip_roll_link: motion
+    t935 = sin_t1 * t934; // left_hip_roll_link: motion
+    t936 = t749 * t749; // right_foot: motion
+    t937 = t892 + t936; // right_foot: motion
+    t938 = t937 * R::constant(0.03); // other
+    t939 = R::fused(-t895, R::constant(0.08), t938);
+    // other
+    t940 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
+    t941 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t940);
+    t942 = sin_q_right_hip_pitch * t941;
+    t943 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
+    t944 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t943);
+    t945 = R::fused(cos_q_right_hip_pitch, t944, t942);
+    t946 = cos_q_right_hip_yaw * t945;
+    t947 = cos_q_right_hip_pitch * t941;
+    t948 = R::fused(-sin_q_right_hip_pitch, t944, t947);
+    t949 = sin_q_right_hip_roll * t948;
+    t950 = R::fused(sin_q_right_hip_yaw, t949, t946);
+    t951 = t859 * t950;
+    t952 = sin_q_right_hip_yaw * t945;
+    t953 = R::fused(-cos_q_right_hip_yaw, t949, t952);
+    t954 = R::fused(t878, t953, t951);
+    t955 = cos_q_right_hip_roll * t948;
+    t956 = R::fused(t885, t955, t954);
+    t957 = R::fused(R::constant(9.81), t956, -t939); // right_hip_yaw_link: motion
+    t958 = t763 * t763; // right_hip_yaw_link: motion
+    t959 = t958 + t924; // left_hip_yaw_link: motion
+    t960 = t7 * t959; // right_hip_roll_link: motion
+    t961 = t781 - t920; // right_hip_yaw_link: motion
+    t962 = R::fused(-t961, t183, t960); // right_hip_roll_link: motion
+    t963 = t957 - t962; // right_hip_roll_link: motion
+    t964 = t958 + t930; // right_hip_roll_link: motion
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t965_966 = both(t964) * t175_176;
+    t967_968 = R::Two::fused(-both(t961), t162_163, t965_966);
+    t969 = t963 - t967_968.second(); // left_hip_roll_link: motion
+    t970 = R::fused(-cos_t1, t969, t935); // left_hip_roll_link: motion
+    t971 = t776 * t776; // right_upper_leg: motion
+    t972 = t796 * t796; // left_upper_leg: motion
+    t973 = t971 + t972; // left_upper_leg: motion
+    t974 = t973 * t116; // right_lower_leg: motion
+    t975 = t790 * t776; // right_upper_leg: motion
+    t976 = t801 + t975; // right_upper_leg: motion
+    t977 = R::fused(-t976, t135, t974); // right_lower_leg: motion
+    t978 = t970 - t977; // right_lower_leg: motion
+    t979 = sin_t2 * t978; // right_lower_leg: motion
+    t980 = cos_q_right_ankle_roll * t889; // right_hip_yaw_link: motion
+    t981 = R::fused(-sin_q_right_ankle_roll, t918, t980); // right_hip_yaw_link: motion
+    t982 = R::fused(t757, t770, t758); // left_hip_yaw_link: motion
+    t983 = t7 * t982; // right_hip_roll_link: motion
+    t984 = R::fused(t763, t770, t764); // left_hip_yaw_link: motion
+    t985 = R::fused(-t984, t183, t983); // right_hip_roll_link: motion
+    t986 = t981 - t985; // right_hip_roll_link: motion
+    t987 = R::fused(t757, t771, t759); // right_hip_roll_link: motion
+    t988_989 = both(t987) * t175_176;
+    t990 = R::fused(t763, t771, t765); // right_hip_roll_link: motion
+    t991_992 = R::Two::fused(-both(t990), t162_163, t988_989);
+    t993 = t986 - t991_992.second(); // left_hip_roll_link: motion
+    t994 = cos_q_right_hip_roll * t993; // right_upper_leg: motion
+    t995 = cos_t1 * t934; // left_hip_roll_link: motion
+    t996 = R::fused(sin_t1, t969, t995); // left_hip_roll_link: motion
+    t997 = R::fused(-sin_q_right_hip_roll, t996, t994); // right_upper_leg: motion
+    t998 = t801 - t975; // right_upper_leg: motion
+    t999 = t998 * t116; // right_lower_leg: motion
+    t1000 = t790 * t790; // right_upper_leg: motion
+    t1001 = t1000 + t972; // left_upper_leg: motion
+    t1002 = R::fused(t1001, t135, t999); // right_lower_leg: motion
+    t1003 = t997 - t1002; // right_lower_leg: motion
+    t1004 = R::fused(cos_t2, t1003, t979); // right_lower_leg: motion
+    t1005 = sin_q_left_hip_roll * t1004; // left_lower_leg: motion
+    t1006 = sin_q_right_hip_roll * t993; // right_upper_leg: motion
+    t1007 = R::fused(cos_q_right_hip_roll, t996, t1006); // right_upper_leg: motion
+    t1008 = t790 * t796; // left_upper_leg: motion
+    t1009 = t791 + t1008; // left_upper_leg: motion
+    t1010 = t1009 * t116; // right_lower_leg: motion
+    t1011 = t776 * t796; // left_upper_leg: motion
+    t1012 = t777 + t1011; // left_upper_leg: motion
+    t1013 = R::fused(t1012, t135, t1010); // right_lower_leg: motion
+    t1014 = t1007 + t1013; // right_lower_leg: motion
+    t1015 = R::fused(-cos_q_left_hip_roll, t1014, t1005); // left_lower_leg: motion
+    t1016 = t808 * t816; // left_lower_leg: motion
+    t1017 = t841 - t1016; // left_lower_leg: motion
+    t1018 = t1017 * t26; // left_ankle: motion
+    t1019 = t808 * t808; // left_lower_leg: motion
+    t1020 = t823 * t823; // right_ankle: motion
+    t1021 = t1019 + t1020; // right_ankle: motion
+    t1022 = R::fused(t1021, t31, t1018); // left_ankle: motion
+    t1023 = t1015 - t1022; // left_ankle: motion
+    t1024 = t1017 * t12; // right_foot: motion
+    t1025 = t824 * t824; // left_ankle: motion
+    t1026 = t1019 + t1025; // left_ankle: motion
+    t1027 = R::fused(t1026, t18, t1024); // right_foot: motion
+    t1028 = t1023 - t1027; // right_foot: motion
+    t1029 = sin_t4 * t1028; // right_foot: motion
+    t1030 = cos_t2 * t978; // right_lower_leg: motion
+    t1031 = R::fused(-sin_t2, t1003, t1030); // right_lower_leg: motion
+    t1032 = t816 * t816; // left_lower_leg: motion
+    t1033 = t1032 + t1020; // right_ankle: motion
+    t1034 = t1033 * t26; // left_ankle: motion
+    t1035 = t841 + t1016; // left_lower_leg: motion
+    t1036 = R::fused(-t1035, t31, t1034); // left_ankle: motion
+    t1037 = t1031 + t1036; // left_ankle: motion
+    t1038 = t1032 + t1025; // left_ankle: motion
+    let (
+        t1039, t1040, t1041, t1042, t1043, t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054,
+        t1055, t1056, t1057, t1058, t1059, t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069_1070,
+        t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086,
+        t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102,
+        t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118,
+        t1119, t1120, t1121, t1122, t1123, t1124, t1125, t1126, t1127, t1128, t1129, t1130_1131, t1132, t1133, t1134,
+        t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142, t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150,
+        t1151, t1152, t1153, t1154, t1155, t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166,
+        t1167, t1168, t1169, t1170, t1171, t1172, t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182,
+        t1183, t1184, t1185, t1186, t1187, t1188, t1189, t1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198,
+        t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211, t1212, t1213, t1214,
+        t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1222, t1223, t1224, t1225, t1226, t1227_1228, t1229, t1230,
+        t1231, t1232, t1233, t1234, t1235, t1236, t1237_1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246,
+        t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262,
+        t1263, t1264, t1265, t1266, t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278,
+        t1279, t1280, t1281, t1282, t1283, t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294,
+        t1295, t1296, t1297, t1298,
+    );
+    // right_foot: motion
+    t1039 = t1038 * t12;
+    t1040 = R::fused(-t1035, t18, t1039);
+    t1041 = t1037 + t1040;
+    t1042 = R::fused(cos_t4, t1041, t1029);
+    t1043 = R::fused(t71, t1042, t849); // left_foot: sums of what it carries
+    t1044 = R::fused(t825, t828, t820);
+    t1045 = t1044 * R::constant(0.003254); // right_foot: sums of what it carries
+    t1046 = cos_q_left_hip_roll * t1004; // left_lower_leg: motion
+    t1047 = R::fused(sin_q_left_hip_roll, t1014, t1046); // left_lower_leg: motion
+    t1048 = R::fused(-t808, t823, t809); // right_ankle: motion
+    t1049 = t1048 * t26; // left_ankle: motion
+    t1050 = R::fused(-t816, t823, t817); // right_ankle: motion
+    t1051 = R::fused(t1050, t31, t1049); // left_ankle: motion
+    t1052 = t1047 + t1051; // left_ankle: motion
+    t1053 = R::fused(-t808, t824, t810); // left_ankle: motion
+    t1054 = t1053 * t12;
+    t1055 = R::fused(-t816, t824, t818); // left_ankle: motion
+    t1056 = R::fused(t1055, t18, t1054);
+    t1057 = t1052 + t1056;
+    t1058 = R::fused(R::constant(-0.0171), t1057, t1045); // right_foot: sums of what it carries
+    t1059 = t1043 + t1058; // right_foot: sums of what it carries
+    t1060 = sin_t4 * t1059; // right_foot: sums of what it carries
+    t1061 = R::constant(0.00207575) * t834; // left_foot: sums of what it carries
+    t1062 = t42 + t10; // left_foot: sums of what it carries
+    t1063 = R::fused(t837, t1062, t1061); // left_foot: sums of what it carries
+    t1064 = t842 - t843; // left_foot: motion
+    t1065 = R::fused(-t69, t1064, t1063); // left_foot: sums of what it carries
+    t1066 = t826 - t830; // left_foot: motion
+    t1067 = R::fused(-t96, t1066, t1065); // left_foot: sums of what it carries
+    t1068 = t836 * t836;
+    t1069_1070 = R::Two::fused(both(t1068), two(R::constant(1.0), R::constant(-1.0)), both(t846));
+    t1071 = R::fused(t67, t1069_1070.second(), t1067); // left_foot: sums of what it carries
+    t1072 = cos_t4 * t1028;
+    t1073 = R::fused(-sin_t4, t1041, t1072);
+    t1074 = t71 * t1073; // left_foot: sums of what it carries
+    t1075 = R::fused(-t13, t1057, t1074); // left_foot: sums of what it carries
+    t1076 = t1071 - t1075; // left_foot: sums of what it carries
+    t1077 = R::fused(t838, R::constant(0.000005), t1076); // right_foot: sums of what it carries
+    t1078 = R::fused(-cos_t4, t1077, t1060); // right_foot: sums of what it carries
+    t1079 = t1068 + t847; // left_foot: motion
+    t1080 = t71 * t1079; // left_foot: sums of what it carries
+    t1081 = R::fused(-t13, t838, t1080); // left_foot: sums of what it carries
+    t1082 = R::fused(R::constant(0.0171), t1044, t1081); // right_foot: sums of what it carries
+    t1083 = R::fused(t18, t1082, t1078); // right_foot: sums of what it carries
+    // left_ankle: sums of what it carries
+    t1084 = t1055 * t80;
+    t1085 = R::fused(t1053, t104, t1084);
+    t1086 = R::fused(t1052, t32, t1085);
+    t1087 = t1083 - t1086;
+    t1088 = t1053 * t27;
+    t1089 = R::fused(t1055, t32, t1088);
+    t1090 = t1082 - t1089;
+    t1091 = R::fused(t31, t1090, t1087);
+    // right_ankle: sums of what it carries
+    t1092 = t1050 * t83;
+    t1093 = R::fused(t1048, t110, t1092);
+    t1094 = R::fused(t1047, t121, t1093);
+    t1095 = t1091 - t1094;
+    t1096 = t814 * R::constant(0.0017316666835); // left_lower_leg: sums of what it carries
+    t1097 = t822 * t816; // left_lower_leg: motion
+    t1098 = R::fused(-t1097, R::constant(0.0017216666835), t1096); // left_lower_leg: sums of what it carries
+    t1099 = t1095 - t1098; // left_lower_leg: sums of what it carries
+    t1100 = R::fused(-t797, t803, t814); // right_lower_leg: motion
+    t1101 = R::fused(-t1100, R::constant(0.000005), t1099); // right_lower_leg: sums of what it carries
+    t1102 = sin_t2 * t1101; // right_lower_leg: sums of what it carries
+    t1103 = t844 * t10; // left_foot: sums of what it carries
+    t1104 = R::fused(t67, t831, t1103); // left_foot: sums of what it carries
+    t1105 = t834 + t837; // right_foot: motion
+    // left_foot: sums of what it carries
+    t1106 = R::fused(t69, t1105, t1104);
+    t1107 = t1068 - t847;
+    t1108 = R::fused(-t96, t1107, t1106);
+    t1109 = R::fused(t13, t1042, t1108);
+    t1110 = t841 * R::constant(0.003259); // right_foot: sums of what it carries
+    t1111 = t836 * t828; // right_foot: motion
+    t1112 = R::fused(t1111, R::constant(0.003249), t1110); // right_foot: sums of what it carries
+    t1113 = R::fused(R::constant(0.0171), t1073, t1112); // right_foot: sums of what it carries
+    t1114 = t1109 - t1113; // right_foot: sums of what it carries
+    t1115 = t71 * t1105;
+    t1116 = t846 + t847; // left_foot: motion
+    t1117 = R::fused(t13, t1116, t1115);
+    t1118 = t841 + t1111; // right_foot: motion
+    t1119 = R::fused(R::constant(-0.0171), t1118, t1117); // right_foot: sums of what it carries
+    t1120 = sin_t4 * t1119; // right_foot: sums of what it carries
+    t1121 = t71 * t831;
+    t1122 = R::fused(-t13, t844, t1121);
+    // right_foot: sums of what it carries
+    t1123 = R::fused(R::constant(-0.0171), t1069_1070.first(), t1122);
+    t1124 = R::fused(cos_t4, t1123, t1120);
+    t1125 = t18 * t1124;
+    t1126 = cos_t4 * t1119;
+    t1127 = R::fused(-sin_t4, t1123, t1126);
+    t1128 = R::fused(-t12, t1127, t1125);
+    t1129 = t1114 + t1128;
+    t1130_1131 = two(R::constant(0.24091175), R::constant(0.06634781167)) * both(t841); // right_ankle, left_ankle
+    // left_ankle: sums of what it carries
+    t1132 = t80 - t54;
+    t1133 = R::fused(t1016, t1132, t1130_1131.second());
+    t1134 = t1019 - t1032;
+    t1135 = R::fused(t104, t1134, t1133);
+    t1136 = t1037 * t32;
+    t1137 = R::fused(t1023, t27, t1136);
+    t1138 = t1135 - t1137;
+    t1139 = t1129 - t1138;
+    t1140 = t1038 * t27;
+    t1141 = R::fused(-t1035, t32, t1140);
+    t1142 = t1124 + t1141;
+    t1143 = t31 * t1142;
+    t1144 = t1017 * t27;
+    t1145 = R::fused(t1026, t32, t1144);
+    t1146 = t1127 + t1145;
+    t1147 = R::fused(-t26, t1146, t1143);
+    t1148 = t1139 + t1147;
+    // right_ankle: sums of what it carries
+    t1149 = t83 - t59;
+    t1150 = R::fused(t1016, t1149, t1130_1131.first());
+    t1151 = R::fused(t1134, t110, t1150);
+    t1152 = t1031 * t121;
+    t1153 = R::fused(t1015, t117, t1152);
+    t1154 = t1151 - t1153;
+    t1155 = t1148 - t1154;
+    t1156 = R::fused(-t1035, R::constant(0.000005), t1155); // left_lower_leg: sums of what it carries
+    t1157 = cos_q_left_hip_roll * t1156; // left_lower_leg: sums of what it carries
+    t1158 = cos_t4 * t1059; // right_foot: sums of what it carries
+    t1159 = R::fused(sin_t4, t1077, t1158); // right_foot: sums of what it carries
+    t1160 = R::fused(-t12, t1082, t1159); // right_foot: sums of what it carries
+    // left_ankle: sums of what it carries
+    t1161 = t1053 * t54;
+    t1162 = R::fused(t1055, t104, t1161);
+    t1163 = R::fused(t1052, t27, t1162);
+    t1164 = t1160 + t1163;
+    t1165 = R::fused(-t26, t1090, t1164);
+    // right_ankle: sums of what it carries
+    t1166 = t1048 * t59;
+    t1167 = R::fused(t1050, t110, t1166);
+    t1168 = R::fused(t1047, t117, t1167);
+    t1169 = t1165 + t1168;
+    t1170 = R::fused(-t808, t822, t805); // left_lower_leg: motion
+    t1171 = R::fused(t1170, R::constant(0.0017266666835), t1169); // left_lower_leg: sums of what it carries
+    t1172 = R::fused(-sin_q_left_hip_roll, t1171, t1157); // left_lower_leg: sums of what it carries
+    t1173 = R::fused(t797, t807, t793); // right_lower_leg: motion
+    t1174 = R::fused(R::constant(-0.00001), t1173, t1172); // right_lower_leg: sums of what it carries
+    t1175 = R::fused(-cos_t2, t1174, t1102); // right_lower_leg: sums of what it carries
+    t1176 = t1048 * t117;
+    t1177 = R::fused(t1050, t121, t1176);
+    t1178 = t1090 - t1177;
+    t1179 = sin_q_left_hip_roll * t1178; // left_lower_leg: sums of what it carries
+    t1180 = t1017 * t117;
+    t1181 = R::fused(t1021, t121, t1180);
+    t1182 = t1146 + t1181;
+    t1183 = R::fused(-cos_q_left_hip_roll, t1182, t1179); // left_lower_leg: sums of what it carries
+    t1184 = R::fused(t116, t1183, t1175); // right_lower_leg: sums of what it carries
+    t1185 = R::fused(R::constant(0.075), tau_base_linear_z, tau_base_angular_x); // other
+    t1186 = sin_q_right_hip_yaw * t1185; // other
+    t1187 = R::fused(-cos_q_right_hip_yaw, tau_base_angular_y, t1186); // other
     // left_upper_leg: sums of what it carries
-    t1047 = R::fused(t619, t1045_1046.second(), t1044);
-    t1048 = t197 * t568;
-    t1049 = R::fused(-t470, t172, t1048);
-    t1050 = t1047 - t1049;
-    t1051 = t1037 + t1050;
-    t1052 = R::fused(-t466, t1021, t1019); // right_lower_leg: articulated inertia
-    t1053 = t863 * t366; // right_ankle: sums of what it carries
-    t1054 = R::fused(-t865, t262, t1053); // right_ankle: sums of what it carries
-    t1055 = t1054 + t969; // right_ankle: articulated inertia
-    t1056 = R::fused(-t270, t979, t1055); // right_ankle: articulated inertia
-    t1057 = R::fused(-t321, t983, t1056); // left_lower_leg: articulated inertia
-    t1058 = sin_t2 * t1057; // right_lower_leg: articulated inertia
-    t1059 = cos_q_left_hip_roll * t1026; // left_lower_leg: articulated inertia
-    t1060 = R::fused(-sin_q_left_hip_roll, t1031, t1059); // left_lower_leg: articulated inertia
-    t1061 = R::fused(t383, t983, t1060); // left_lower_leg: articulated inertia
-    // right_lower_leg: articulated inertia
-    t1062 = R::fused(-cos_t2, t1061, t1058);
-    t1063 = R::fused(-t478, t1021, t1062);
-    t1064 = t473 * t1063;
-    t1065 = cos_t2 * t1057;
-    t1066 = R::fused(sin_t2, t1061, t1065);
-    t1067 = R::fused(-t444, t1021, t1066);
-    t1068 = R::fused(t471, t1067, t1064);
-    t1069 = t1052 + t1068;
-    // left_upper_leg: articulated inertia
-    t1070 = t1051 + t1069;
-    t1071 = tau_right_hip_yaw - t1070;
-    t1072 = t1071 * t490;
-    t1073 = R::fused(t611, t1072, t1036);
-    t1074 = t724 - t1073; // right_upper_leg: articulated inertia
-    t1075 = cos_q_right_hip_roll * t1074; // right_upper_leg: articulated inertia
-    t1076 = R::fused(t489, t1072, t1070);
-    t1077 = R::fused(t734, R::constant(0.000005), t1076); // right_upper_leg: articulated inertia
-    t1078 = R::fused(sin_q_right_hip_roll, t1077, t1075); // right_upper_leg: articulated inertia
-    t1079 = t737 * R::constant(0.757741667); // right_upper_leg: sums of what it carries
-    t1080 = t215 * t721; // right_upper_leg: motion
-    t1081 = R::fused(-t1080, R::constant(0.757731667), t1079); // right_upper_leg: sums of what it carries
-    t1082 = R::fused(R::constant(-2.444), t197, t1081); // right_upper_leg: sums of what it carries
-    t1083 = cos_q_right_hip_yaw * t725; // other
-    t1084 = R::fused(sin_q_right_hip_yaw, tau_base_angular_y, t1083); // other
+    t1188 = t1009 * t130;
+    t1189 = R::fused(-t976, t156, t1188);
+    t1190 = R::fused(t1012, t512, t1189);
+    t1191 = t1000 - t972;
+    t1192 = R::fused(-t518, t1191, t1190);
+    t1193 = R::fused(t1007, t170, t1192);
+    t1194 = t1187 - t1193;
+    t1195 = t1184 + t1194;
+    t1196 = R::fused(-t790, t795, t787); // right_upper_leg: motion
+    // right_upper_leg: sums of what it carries
+    t1197 = t1196 * R::constant(0.757736667);
+    t1198 = R::fused(R::constant(-2.444), t970, t1197);
+    t1199 = t1195 - t1198;
+    t1200 = cos_q_right_hip_roll * t1199;
+    t1201 = sin_q_left_hip_roll * t1156; // left_lower_leg: sums of what it carries
+    t1202 = R::fused(cos_q_left_hip_roll, t1171, t1201); // left_lower_leg: sums of what it carries
+    t1203 = t801 * R::constant(0.000015); // right_lower_leg: sums of what it carries
+    t1204 = t807 * t803; // right_lower_leg: motion
+    t1205 = R::fused(-t1204, R::constant(0.000005), t1203); // right_lower_leg: sums of what it carries
+    t1206 = t1202 + t1205; // right_lower_leg: sums of what it carries
+    t1207 = t1033 * t117; // right_ankle: sums of what it carries
+    t1208 = R::fused(-t1035, t121, t1207); // right_ankle: sums of what it carries
+    t1209 = t1142 + t1208; // right_ankle: sums of what it carries
+    t1210 = sin_t2 * t1209; // right_lower_leg: sums of what it carries
+    t1211 = cos_q_left_hip_roll * t1178; // left_lower_leg: sums of what it carries
+    t1212 = R::fused(sin_q_left_hip_roll, t1182, t1211); // left_lower_leg: sums of what it carries
+    // right_lower_leg: sums of what it carries
+    t1213 = R::fused(cos_t2, t1212, t1210);
+    t1214 = t116 * t1213;
+    t1215 = cos_t2 * t1209;
+    t1216 = R::fused(-sin_t2, t1212, t1215);
+    t1217 = R::fused(t135, t1216, t1214);
+    t1218 = t1206 + t1217;
+    t1219 = R::fused(R::constant(-0.075), tau_base_linear_x, tau_base_angular_z); // other
+    t1220 = R::constant(0.26133) * t801; // left_upper_leg: sums of what it carries
+    t1221 = t130 - t583; // left_upper_leg: sums of what it carries
+    t1222 = R::fused(-t975, t1221, t1220); // left_upper_leg: sums of what it carries
+    t1223 = t777 - t1011; // left_upper_leg: motion
+    t1224 = R::fused(t1223, t518, t1222); // left_upper_leg: sums of what it carries
+    t1225 = t791 - t1008; // left_upper_leg: motion
+    t1226 = R::fused(-t1225, t156, t1224); // left_upper_leg: sums of what it carries
+    t1227_1228 = R::Two::fused(both(t971), two(R::constant(1.0), R::constant(-1.0)), both(t1000));
     // left_upper_leg: sums of what it carries
-    t1085 = t740 * t539;
-    t1086 = R::fused(t731, t619, t1085);
-    t1087 = R::fused(t786, t523, t1086);
-    t1088 = t780 - t743;
-    t1089 = R::fused(-t603, t1088, t1087);
-    t1090 = R::fused(t470, t747, t1089);
-    t1091 = t1084 - t1090;
-    // right_lower_leg: articulated inertia
-    t1092 = cos_t2 * t986;
-    t1093 = R::fused(sin_t2, t1011, t1092);
-    t1094 = R::fused(t504, t1021, t1093);
-    t1095 = R::fused(t471, t1034, t1094);
-    t1096 = t1091 - t1095; // left_upper_leg: articulated inertia
-    t1097 = R::fused(-t535, t1072, t1096); // left_upper_leg: articulated inertia
-    // right_upper_leg: articulated inertia
-    t1098 = t1082 - t1097;
-    t1099 = tau_right_hip_roll + t1098;
-    t1100 = t1099 * t562;
-    t1101 = R::fused(-t626, t1100, t1078);
-    // left_hip_roll_link: articulated inertia
-    t1102 = t717 + t1101;
-    t1103 = tau_right_hip_pitch - t1102;
-    t1104 = t1103 * t651;
-    t1105 = R::fused(t650, t1104, t1102);
-    t1106 = sin_q_right_hip_yaw * tau_base_linear_x; // other
-    t1107 = R::fused(-cos_q_right_hip_yaw, tau_base_linear_y, t1106); // other
-    t1108 = t786 * t568; // left_upper_leg: sums of what it carries
-    t1109 = R::fused(t470, t788, t1108); // left_upper_leg: sums of what it carries
-    t1110 = t1107 - t1109; // left_upper_leg: sums of what it carries
-    t1111 = t1110 - t1063; // left_upper_leg: articulated inertia
-    t1112 = R::fused(-t569, t1072, t1111); // left_upper_leg: articulated inertia
-    t1113 = t737 - t1080; // right_upper_leg: motion
-    t1114 = R::fused(R::constant(2.444), t1113, -t1112); // right_upper_leg: articulated inertia
-    t1115 = sin_q_right_hip_roll * t1114; // right_upper_leg: articulated inertia
-    t1116 = t731 * t568; // left_upper_leg: sums of what it carries
-    t1117 = R::fused(t470, t740, t1116); // left_upper_leg: sums of what it carries
-    t1118 = tau_base_linear_z - t1117; // left_upper_leg: sums of what it carries
-    t1119 = t1118 - t1034; // left_upper_leg: articulated inertia
-    t1120 = R::fused(t533, t1072, t1119); // left_upper_leg: articulated inertia
-    t1121 = R::fused(R::constant(2.444), t1045_1046.first(), t1120); // right_upper_leg: articulated inertia
-    t1122 = R::fused(-cos_q_right_hip_roll, t1121, t1115); // right_upper_leg: articulated inertia
-    t1123 = R::fused(-t584, t1100, t1122); // right_upper_leg: articulated inertia
-    t1124 = sin_t1 * t1123;
-    t1125 = cos_q_right_hip_yaw * tau_base_linear_x; // other
-    t1126 = R::fused(sin_q_right_hip_yaw, tau_base_linear_y, t1125); // other
-    t1127 = t781 * t568; // left_upper_leg: sums of what it carries
-    t1128 = R::fused(-t470, t734, t1127); // left_upper_leg: sums of what it carries
-    t1129 = t1126 + t1128; // left_upper_leg: sums of what it carries
-    t1130 = t1129 - t1067; // left_upper_leg: articulated inertia
-    t1131 = R::fused(-t481, t1072, t1130); // left_upper_leg: articulated inertia
-    t1132 = R::fused(R::constant(2.444), t722, t1131); // right_upper_leg: articulated inertia
-    t1133 = R::fused(-t536, t1100, t1132); // right_upper_leg: articulated inertia
-    t1134 = R::fused(cos_t1, t1133, t1124);
-    t1135 = R::fused(t634, t1104, t1134);
-    t1136 = t132_133.second() * t1135;
-    t1137 = cos_t1 * t1123;
-    t1138 = R::fused(-sin_t1, t1133, t1137);
-    t1139 = R::fused(t659, t1104, t1138);
-    t1140 = R::fused(-t125_126.second(), t1139, t1136);
-    t1141 = t1105 + t1140;
-    // right_hip_roll_link: articulated inertia
-    t1142 = t715 + t1141;
-    t1143 = tau_right_knee_pitch - t1142;
-    t1144 = t1143 * t671;
-    t1145 = R::fused(t670, t1144, t1142);
-    t1146 = t169_170.first() - t1135;
-    t1147 = R::fused(-t662, t1144, t1146);
-    t1148 = t122 * t1147;
-    t1149 = t134_135.first() - t1139;
-    t1150 = R::fused(t675, t1144, t1149);
-    t1151 = R::fused(-t106, t1150, t1148);
-    t1152 = t1145 - t1151;
-    t1153 = t701 + t1152; // left_hip_yaw_link: articulated inertia
-    t1154 = tau_right_ankle_pitch - t1153; // left_hip_yaw_link: articulated inertia
-    // right_upper_leg: articulated inertia
-    t1155 = t364_365.first() * t615;
-    t1156 = R::fused(-t372_373.first(), t612, t1155);
-    t1157 = sin_q_right_hip_roll * t625;
-    t1158 = R::fused(t1157, t585, t1156);
-    t1159 = t565 * t1158; // left_hip_roll_link: articulated inertia
-    t1160 = sin_q_right_hip_roll * t631;
-    t1161 = R::fused(-t1157, t563, t1160);
-    t1162 = R::fused(-t589, t1161, t1159); // left_hip_roll_link: articulated inertia
-    t1163 = t372_373.first() * t645;
-    t1164 = R::fused(t1157, t648, t1163);
-    t1165 = sin_t1 * t1164; // left_hip_roll_link: articulated inertia
-    t1166 = R::fused(-t1165, t652, t1162); // left_hip_roll_link: articulated inertia
-    t1167 = t364_365.first() * t575;
-    t1168 = R::fused(-t372_373.first(), t572, t1167);
-    t1169 = t574 - t1168;
-    t1170 = cos_q_right_hip_roll * t580;
-    t1171 = R::fused(-sin_q_right_hip_roll, t583, t1170);
-    t1172 = t1171 * t562;
-    t1173 = R::fused(t584, t1172, t1169);
-    t1174 = sin_t1 * t1173; // left_hip_roll_link: articulated inertia
-    t1175 = cos_q_right_hip_roll * t590;
-    t1176 = R::fused(sin_q_right_hip_roll, t592, t1175);
-    t1177 = R::fused(t1171, t563, t1176);
-    t1178 = R::fused(cos_t1, t1177, t1174); // left_hip_roll_link: articulated inertia
-    t1179 = t615 - t1156;
-    t1180 = R::fused(t626, t1172, t1179);
-    // left_hip_roll_link: articulated inertia
-    t1181 = R::fused(-t1180, t652, t1178);
-    t1182 = t132_133.second() * t1181;
-    t1183 = t1166 - t1182;
-    t1184 = t132_133.second() * t1166;
-    t1185 = t565 * t1161;
-    t1186 = R::fused(t589, t1158, t1185);
-    t1187 = R::fused(-t1165, t666, t1186);
-    t1188 = R::fused(-t125_126.second(), t1187, t1184);
-    t1189 = cos_t1 * t1173;
-    t1190 = R::fused(-sin_t1, t1177, t1189);
-    t1191 = t1180 * t651;
-    t1192 = R::fused(-t659, t1191, t1190);
-    t1193 = t125_126.second() * t1192;
-    t1194 = t1182 - t1193;
-    t1195 = R::fused(-t132_133.second(), t1194, t1188);
-    t1196 = R::fused(-t1195, t672, t1183); // right_hip_roll_link: articulated inertia
-    t1197 = t122 * t1196; // right_hip_roll_link: articulated inertia
-    t1198 = R::fused(-t132_133.second(), t1192, t1187);
-    // right_hip_roll_link: articulated inertia
-    t1199 = R::fused(t1195, t680, t1198);
-    t1200 = R::fused(-t106, t1199, t1197);
-    t1201 = R::fused(-t1194, t672, t1181);
-    t1202 = t122 * t1201;
-    t1203 = t1194 * t671;
-    t1204 = R::fused(t675, t1203, t1192);
-    t1205 = t106 * t1204;
-    t1206 = t1202 - t1205;
-    t1207 = R::fused(-t122, t1206, t1200);
-    t1208 = t182 * t689; // left_hip_yaw_link: sums of what it carries
-    t1209 = R::fused(-t179, t695, t1208); // left_hip_yaw_link: sums of what it carries
-    t1210 = R::fused(t175, t697, t1209); // left_hip_yaw_link: sums of what it carries
-    t1211 = t190 * t706; // right_hip_roll_link: sums of what it carries
-    t1212 = R::fused(-t186, t711, t1211); // right_hip_roll_link: sums of what it carries
-    t1213 = R::fused(t184, t132_133.first(), t1212); // right_hip_roll_link: sums of what it carries
-    t1214 = sin_q_right_hip_roll * t1074; // right_upper_leg: articulated inertia
-    t1215 = R::fused(-cos_q_right_hip_roll, t1077, t1214); // right_upper_leg: articulated inertia
-    t1216 = R::fused(-t1157, t1100, t1215); // right_upper_leg: articulated inertia
-    t1217 = R::fused(t207, t211, t206); // left_hip_roll_link: motion
-    t1218 = R::fused(R::constant(0.00001), t1217, t1216); // left_hip_roll_link: articulated inertia
-    t1219 = sin_t1 * t1218; // left_hip_roll_link: articulated inertia
-    t1220 = R::fused(-t561, t1100, t1098); // right_upper_leg: articulated inertia
-    t1221 = R::fused(-t207, t200, t737); // left_hip_roll_link: motion
-    t1222 = R::fused(t1221, R::constant(0.000005), t1220); // left_hip_roll_link: articulated inertia
-    t1223 = R::fused(-cos_t1, t1222, t1219); // left_hip_roll_link: articulated inertia
-    t1224 = R::fused(-t1165, t1104, t1223); // left_hip_roll_link: articulated inertia
-    t1225 = cos_q_right_hip_roll * t1114; // right_upper_leg: articulated inertia
-    t1226 = R::fused(sin_q_right_hip_roll, t1121, t1225); // right_upper_leg: articulated inertia
-    t1227 = R::fused(-t1171, t1100, t1226); // right_upper_leg: articulated inertia
-    t1228 = R::fused(-t1180, t1104, t1227); // left_hip_roll_link: articulated inertia
-    t1229 = R::fused(-t132_133.second(), t1228, t1224); // left_hip_roll_link: articulated inertia
-    t1230 = t1213 + t1229;
-    t1231 = R::fused(-t1195, t1144, t1230);
-    t1232 = t191_192.first() + t1228;
-    t1233 = R::fused(-t1194, t1144, t1232);
-    t1234 = R::fused(-t122, t1233, t1231);
-    t1235 = t1210 + t1234; // left_hip_yaw_link: articulated inertia
-    t1236 = t1154 * t685; // left_hip_yaw_link: articulated inertia
-    t1237 = R::fused(-t1207, t1236, t1235); // left_hip_yaw_link: articulated inertia
-    t1238 = t118 * t112; // right_hip_yaw_link: motion
-    t1239 = R::fused(t1238, R::constant(0.0017216666835), -t1237); // right_hip_yaw_link: articulated inertia
-    t1240 = tau_right_ankle_roll + t1239; // right_hip_yaw_link: articulated inertia
-    t1241 = R::constant(0.000005) - t646; // right_upper_leg: articulated inertia
-    t1242 = t1157 * t562; // right_upper_leg: articulated inertia
-    t1243 = R::fused(-t1157, t1242, t1241); // right_upper_leg: articulated inertia
-    // left_hip_roll_link: articulated inertia
-    t1244 = R::constant(0.00001) + t1243;
-    t1245 = R::constant(0.000005) - t1244;
-    t1246 = R::fused(-t565, t1245, R::constant(0.000005));
-    t1247 = t1165 * t651;
-    t1248 = R::fused(-t1165, t1247, t1246);
-    t1249 = R::fused(t1157, t1172, t616); // right_upper_leg: articulated inertia
-    t1250 = sin_t1 * t1249;
-    t1251 = R::fused(t1165, t1191, t1250);
-    t1252 = R::fused(t132_133.second(), t1251, t1248);
-    t1253 = t571 - t576; // right_upper_leg: articulated inertia
-    t1254 = R::fused(t1171, t1172, t1253); // right_upper_leg: articulated inertia
-    t1255 = R::fused(t1180, t1191, t1254);
-    t1256 = R::fused(-t132_133.second(), t1255, t1251);
-    t1257 = R::fused(t132_133.second(), t1256, t1252);
-    // right_hip_roll_link: articulated inertia
-    t1258 = t706 + t1257;
-    t1259 = t1195 * t671;
-    t1260 = R::fused(-t1195, t1259, t1258);
-    t1261 = t132_133.first() + t1256;
-    t1262 = R::fused(t1195, t1203, t1261);
-    t1263 = R::fused(t122, t1262, t1260);
-    t1264 = R::fused(t1194, t1203, t1255);
-    t1265 = R::fused(-t122, t1264, t1262);
-    t1266 = R::fused(t122, t1265, t1263);
-    t1267 = t689 + t1266; // left_hip_yaw_link: articulated inertia
-    t1268 = t1207 * t685; // left_hip_yaw_link: articulated inertia
-    t1269 = R::fused(-t1207, t1268, t1267); // left_hip_yaw_link: articulated inertia
-    t1270 = R::constant(0.0017316666835) + t1269; // right_hip_yaw_link: articulated inertia
-    t1271 = R::constant(1.0) / t1270; // right_hip_yaw_link: articulated inertia
-    t1272 = t1240 * t1271; // right_hip_yaw_link: articulated inertia
-    t1273 = R::fused(t1207, t1272, t1154); // left_hip_yaw_link: acceleration
-    t1274 = t685 * t1273; // left_hip_yaw_link: acceleration
-    // right_hip_roll_link: acceleration
-    t1275 = t106 * t1274;
-    t1276 = t122 * t1274;
-    t1277 = t662 * t1276;
-    t1278 = t122 * t1272;
-    t1279 = R::fused(t1194, t1278, t1277);
-    t1280 = R::fused(t675, t1275, t1279);
-    t1281 = t1143 - t1280;
-    t1282 = t1195 * t1272;
-    t1283 = R::fused(-t670, t1274, t1282);
+    t1229 = R::fused(t512, t1227_1228.second(), t1226);
+    t1230 = t997 * t170;
+    t1231 = R::fused(-t164, t970, t1230);
+    t1232 = t1229 - t1231;
+    t1233 = t1219 + t1232;
+    t1234 = t1218 + t1233;
+    t1235 = R::fused(t976, R::constant(0.000005), t1234); // right_upper_leg: sums of what it carries
+    t1236 = R::fused(-sin_q_right_hip_roll, t1235, t1200); // right_upper_leg: sums of what it carries
+    t1237_1238 = two(R::constant(1.56347075), R::constant(0.000015)) * both(t781);
+    t1239 = t775 * t789; // left_hip_roll_link: motion
+    t1240 = R::fused(t1239, R::constant(0.000005), t1237_1238.second()); // left_hip_roll_link: sums of what it carries
+    t1241 = t1236 - t1240; // left_hip_roll_link: sums of what it carries
+    t1242 = sin_q_right_hip_yaw * tau_base_linear_x; // other
+    t1243 = R::fused(-cos_q_right_hip_yaw, tau_base_linear_y, t1242); // other
+    t1244 = t998 * t170;
+    t1245 = R::fused(t164, t1001, t1244);
+    t1246 = t1243 - t1245;
+    t1247 = t1213 - t1246;
+    t1248 = t776 * t795; // right_upper_leg: motion
+    t1249 = t767 - t1248; // right_upper_leg: motion
+    t1250 = R::fused(R::constant(2.444), t1249, t1247); // right_upper_leg: sums of what it carries
+    t1251 = sin_q_right_hip_roll * t1250; // right_upper_leg: sums of what it carries
+    t1252 = t1009 * t170;
+    t1253 = R::fused(t164, t1012, t1252);
+    t1254 = tau_base_linear_z - t1253;
+    t1255 = t1183 + t1254;
+    t1256 = R::fused(R::constant(2.444), t1227_1228.first(), t1255); // right_upper_leg: sums of what it carries
+    t1257 = R::fused(-cos_q_right_hip_roll, t1256, t1251); // right_upper_leg: sums of what it carries
+    t1258 = sin_t1 * t1257; // left_hip_roll_link: sums of what it carries
+    t1259 = cos_q_right_hip_yaw * tau_base_linear_x; // other
+    t1260 = R::fused(sin_q_right_hip_yaw, tau_base_linear_y, t1259); // other
+    t1261 = t973 * t170;
+    t1262 = R::fused(-t164, t976, t1261);
+    t1263 = t1260 + t1262;
+    t1264 = t1216 - t1263;
+    t1265 = R::fused(R::constant(-2.444), t1196, t1264); // right_upper_leg: sums of what it carries
+    // left_hip_roll_link: sums of what it carries
+    t1266 = R::fused(-cos_t1, t1265, t1258);
+    t1267 = t162_163.second() * t1266;
+    t1268 = cos_t1 * t1257;
+    t1269 = R::fused(sin_t1, t1265, t1268);
+    t1270 = R::fused(-t175_176.second(), t1269, t1267);
+    t1271 = t1241 - t1270;
+    // right_hip_roll_link: sums of what it carries
+    t1272 = sin_t0 * sin_t0;
+    t1273 = R::constant(1.55996075003) * t1272;
+    t1274 = R::constant(1.561715750015) - t1273;
+    t1275 = R::constant(0.001754999985) + t1273;
+    t1276 = t1274 - t1275;
+    t1277 = R::fused(-t920, t1276, t1237_1238.first());
+    t1278 = sin_t0 * cos_t0;
+    t1279 = R::constant(1.55996075003) * t1278;
+    t1280 = t923 - t958;
+    t1281 = R::fused(t1279, t1280, t1277);
+    t1282 = t963 * t162_163.first();
+    t1283 = R::fused(-t927, t175_176.first(), t1282);
     t1284 = t1281 + t1283;
-    t1285 = t671 * t1284;
-    t1286 = t1274 + t1285;
-    t1287 = R::fused(t125_126.second(), t1286, t1275); // left_hip_roll_link: acceleration
-    t1288 = sin_t1 * t1287; // right_upper_leg: acceleration
-    t1289 = R::fused(t132_133.second(), t1286, t1276); // left_hip_roll_link: acceleration
-    t1290 = R::fused(cos_t1, t1289, t1288); // right_upper_leg: acceleration
-    t1291 = cos_q_right_hip_yaw * t1290; // other
-    t1292 = R::fused(t132_133.second(), t1272, t1278); // left_hip_roll_link: acceleration
-    t1293 = cos_q_right_hip_roll * t1292; // left_upper_leg: acceleration
-    t1294 = cos_t1 * t1287; // right_upper_leg: acceleration
-    t1295 = R::fused(-sin_t1, t1289, t1294); // right_upper_leg: acceleration
-    t1296 = R::fused(sin_q_right_hip_roll, t1295, t1293); // left_upper_leg: acceleration
-    t1297 = R::fused(sin_q_right_hip_yaw, t1296, t1291); // other
-    t1298 = t220 - t1297; // other
+    t1285 = t1271 - t1284;
+    t1286 = t1266 - t967_968.first();
+    t1287 = t183 * t1286;
+    t1288 = t1269 - t932_933.first();
+    t1289 = R::fused(-t7, t1288, t1287);
+    t1290 = t1285 - t1289;
+    t1291 = R::constant(1.32387317167) * t781; // left_hip_yaw_link: sums of what it carries
+    t1292 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
+    // left_hip_yaw_link: sums of what it carries
+    t1293 = t1292 * R::constant(1.322974838333);
+    t1294 = R::constant(1.3234240050015) - t1293;
+    t1295 = R::constant(0.0004491666685) + t1293;
+    t1296 = t1294 - t1295;
+    t1297 = R::fused(-t920, t1296, t1291);
+    t1298 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
     let (
         t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314,
         t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330,
@@ -1576,379 +1553,917 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
         t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538,
         t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554,
     );
-    // left_hip_roll_link: acceleration
-    t1299 = t634 * t1289;
-    t1300 = R::fused(t1180, t1292, t1299);
-    t1301 = R::fused(-t659, t1287, t1300);
-    t1302 = t1103 - t1301;
-    t1303 = t1165 * t1272;
-    t1304 = R::fused(-t650, t1286, t1303);
-    t1305 = t1302 + t1304;
-    t1306 = t651 * t1305;
-    t1307 = t1286 + t1306;
-    t1308 = sin_q_right_hip_roll * t1307; // left_upper_leg: acceleration
-    t1309 = sin_t1 * t1272; // right_upper_leg: acceleration
-    // left_upper_leg: acceleration
-    t1310 = R::fused(-cos_q_right_hip_roll, t1309, t1308);
-    t1311 = t481 * t1290;
-    t1312 = R::fused(t569, t1296, t1311);
-    t1313 = sin_q_right_hip_roll * t1292;
-    t1314 = R::fused(-cos_q_right_hip_roll, t1295, t1313);
-    t1315 = R::fused(t533, t1314, t1312);
-    t1316 = t1071 + t1315;
-    // right_upper_leg: acceleration
-    t1317 = cos_t1 * t1272;
-    t1318 = t536 * t1290;
-    t1319 = R::fused(-t1171, t1292, t1318);
-    t1320 = R::fused(-t584, t1295, t1319);
-    t1321 = t1099 + t1320;
-    t1322 = t561 * t1317;
-    t1323 = R::fused(-t626, t1307, t1322);
-    t1324 = R::fused(-t1157, t1309, t1323);
-    t1325 = t1321 - t1324;
-    t1326 = t562 * t1325;
-    t1327 = t1317 + t1326;
-    // left_upper_leg: acceleration
-    t1328 = t535 * t1327;
-    t1329 = cos_q_right_hip_roll * t1307;
-    t1330 = R::fused(sin_q_right_hip_roll, t1309, t1329);
-    t1331 = R::fused(t611, t1330, t1328);
-    t1332 = R::fused(-t489, t1310, t1331);
-    t1333 = t1316 + t1332;
-    t1334 = t490 * t1333;
-    t1335 = t1310 + t1334;
-    // other
-    t1336 = R::fused(R::constant(0.075), t1335, t1298);
-    t1337 = R::fused(t45, R::constant(9.81), -t1336);
-    t1338 = t6 + t1337;
-    t1339 = -t1338;
-    t1340 = v_base_angular_z * v_base_linear_x; // torso: motion
-    t1341 = R::fused(-v_base_angular_x, v_base_linear_z, t1340); // torso: motion
-    t1342 = sin_q_right_hip_yaw * t172; // left_upper_leg: motion
-    t1343 = R::fused(cos_q_right_hip_yaw, t197, t1342); // left_upper_leg: motion
-    t1344 = R::fused(t216, t216, t743); // left_upper_leg: motion
-    t1345 = R::fused(R::constant(-0.075), t1344, t1343);
-    t1346 = sin_q_right_hip_yaw * t1290;
-    t1347 = R::fused(-cos_q_right_hip_yaw, t1296, t1346);
-    t1348 = t1345 - t1347;
-    t1349 = R::fused(t64, R::constant(9.81), -t1348);
-    t1350 = t1341 + t1349;
-    t1351 = -t1350;
-    t1352 = v_base_angular_x * v_base_linear_y; // torso: motion
-    t1353 = R::fused(-v_base_angular_y, v_base_linear_x, t1352); // torso: motion
-    t1354 = cos_q_right_hip_yaw * t738; // left_upper_leg: motion
-    t1355 = R::fused(sin_q_right_hip_yaw, t728, t1354); // left_upper_leg: motion
-    t1356 = R::fused(t729, t218, t1355); // left_upper_leg: motion
-    t1357 = R::fused(R::constant(0.075), t1356, t747);
-    t1358 = t1314 + t1357;
-    t1359 = cos_q_right_hip_yaw * t1327;
-    t1360 = R::fused(-sin_q_right_hip_yaw, t1330, t1359);
-    t1361 = R::fused(R::constant(-0.075), t1360, t1358);
-    t1362 = R::fused(t71, R::constant(9.81), -t1361);
-    t1363 = t1353 + t1362;
-    t1364 = -t1363;
-    t1365 = t1355 - t1360;
-    t1366 = sin_q_right_hip_yaw * t738; // left_upper_leg: motion
-    t1367 = R::fused(-cos_q_right_hip_yaw, t728, t1366); // left_upper_leg: motion
-    t1368 = sin_q_right_hip_yaw * t1327;
-    t1369 = R::fused(cos_q_right_hip_yaw, t1330, t1368);
-    t1370 = t1367 - t1369;
-    t1371 = t209 + t1335;
-    t1372 = -t1371;
-    // right_lower_leg: acceleration
-    t1373 = R::fused(-t471, t1335, t1290);
-    t1374 = t444 * t1373;
-    t1375 = R::fused(-t473, t1335, t1296);
-    t1376 = R::fused(t478, t1375, t1374);
-    t1377 = t471 * t1327;
-    t1378 = R::fused(-t473, t1330, t1377);
-    t1379 = t1314 - t1378;
-    t1380 = R::fused(-t519, t1379, t1376);
-    t1381 = t1020 - t1380;
-    t1382 = t504 * t1327;
-    t1383 = R::fused(t599, t1330, t1382);
-    t1384 = R::fused(t466, t1335, t1383);
-    t1385 = t1381 + t1384;
-    t1386 = t467 * t1385;
-    // left_lower_leg: acceleration
-    t1387 = cos_t2 * t1373;
-    t1388 = R::fused(sin_t2, t1375, t1387);
-    t1389 = t321 * t1388;
-    t1390 = sin_t2 * t1373;
-    t1391 = R::fused(-cos_t2, t1375, t1390);
-    t1392 = R::fused(-t383, t1391, t1389);
-    t1393 = R::fused(t509, t1379, t1392);
-    t1394 = t982 - t1393;
-    t1395 = cos_t2 * t1327;
-    t1396 = R::fused(-sin_t2, t1330, t1395);
-    t1397 = t357 * t1396;
-    t1398 = sin_t2 * t1327;
-    t1399 = R::fused(cos_t2, t1330, t1398);
-    t1400 = R::fused(t495, t1399, t1397);
-    t1401 = t1335 - t1386; // right_lower_leg: acceleration
-    t1402 = R::fused(-t434, t1401, t1400);
-    t1403 = t1394 + t1402;
-    t1404 = t358 * t1403;
-    // right_ankle: acceleration
-    t1405 = t270 * t1388;
-    t1406 = cos_q_left_hip_roll * t1391;
-    t1407 = R::fused(-sin_q_left_hip_roll, t1379, t1406);
-    t1408 = R::fused(-t319, t1407, t1405);
-    t1409 = sin_q_left_hip_roll * t1391;
-    t1410 = R::fused(cos_q_left_hip_roll, t1379, t1409);
-    t1411 = R::fused(t367, t1410, t1408);
-    t1412 = t978 - t1411;
-    t1413 = t1396 - t1404; // left_lower_leg: acceleration
-    t1414 = t320 * t1413;
-    t1415 = cos_q_left_hip_roll * t1399;
-    t1416 = R::fused(sin_q_left_hip_roll, t1401, t1415);
-    t1417 = R::fused(t277, t1416, t1414);
-    t1418 = sin_q_left_hip_roll * t1399;
-    t1419 = R::fused(-cos_q_left_hip_roll, t1401, t1418);
-    t1420 = R::fused(-t411, t1419, t1417);
-    t1421 = t1412 + t1420;
-    t1422 = t278 * t1421;
-    t1423 = t1416 - t1422;
-    // left_ankle: acceleration
-    t1424 = R::fused(-t263, t1423, t1388);
-    t1425 = t250 * t1424;
-    t1426 = t265 * t1419;
-    t1427 = R::fused(t263, t1413, t1426);
-    t1428 = t1407 + t1427;
-    t1429 = R::fused(-t306, t1428, t1425);
-    t1430 = R::fused(-t265, t1423, t1410);
-    t1431 = R::fused(t267, t1430, t1429);
-    t1432 = t950 - t1431;
-    t1433 = t307 * t1413;
-    t1434 = R::fused(t258, t1423, t1433);
-    t1435 = R::fused(-t405, t1419, t1434);
-    t1436 = t1432 + t1435;
-    t1437 = t259 * t1436;
-    t1438 = t1423 - t1437;
-    // right_foot: acceleration
-    t1439 = R::fused(-t241, t1438, t1424);
-    t1440 = t230 * t1439;
-    t1441 = t243 * t1419;
-    t1442 = R::fused(t241, t1413, t1441);
-    t1443 = t1428 + t1442;
-    t1444 = R::fused(-t293, t1443, t1440);
-    t1445 = R::fused(-t243, t1438, t1430);
-    t1446 = R::fused(t247, t1445, t1444);
-    t1447 = t910 - t1446;
-    t1448 = t288 * t1413;
-    t1449 = R::fused(t236, t1438, t1448);
-    t1450 = R::fused(-t398, t1419, t1449);
-    t1451 = t1447 + t1450;
-    t1452 = t237 * t1451;
-    // left_foot: acceleration
-    t1453 = t226 * t1443;
-    t1454 = cos_t4 * t1445;
-    t1455 = R::fused(-sin_t4, t1439, t1454);
-    t1456 = R::fused(-t222, t1455, t1453);
-    t1457 = t890 + t1456;
-    t1458 = sin_t4 * t1419;
-    t1459 = R::fused(cos_t4, t1413, t1458);
-    t1460 = R::constant(0.00207575) * t1459;
-    t1461 = t1438 - t1452; // right_foot: acceleration
-    t1462 = R::fused(-t228, t1461, t1460);
-    t1463 = cos_t4 * t1419;
-    t1464 = R::fused(-sin_t4, t1413, t1463);
-    t1465 = R::fused(-t281, t1464, t1462);
-    t1466 = t1457 + t1465;
-    t1467 = R::constant(481.7535830422739) * t1466;
-    t1468 = q_base_qz * t41; // torso: motion
-    t1469 = t69 + t1468; // torso: motion
-    t1470 = R::constant(1.0) - t1469; // torso: motion
-    t1471 = t1470 * t152; // other
-    t1472 = q_base_qx * t43; // torso: motion
-    t1473 = q_base_qw * t41; // torso: motion
-    t1474 = t1472 - t1473; // torso: motion
-    t1475 = R::fused(t1474, t155, t1471); // other
-    t1476 = t42 + t44; // torso: motion
-    t1477 = R::fused(t1476, t157, t1475); // other
-    t1478 = t139 * R::constant(0.5529); // torso: sums of what it carries
-    t1479 = R::fused(-t81, R::constant(1.4915), t1478); // torso: sums of what it carries
-    t1480 = R::fused(-t158, R::constant(186.39), t1479); // torso: sums of what it carries
-    t1481 = t161 * t699; // left_hip_yaw_link: sums of what it carries
-    t1482 = R::fused(-t163, t697, t1481); // left_hip_yaw_link: sums of what it carries
-    t1483 = t1482 + t1147; // left_hip_yaw_link: articulated inertia
-    t1484 = t697 - t677; // left_hip_yaw_link: articulated inertia
-    t1485 = R::fused(-t1484, t1236, t1483); // left_hip_yaw_link: articulated inertia
-    t1486 = t1196 - t1202; // right_hip_roll_link: articulated inertia
-    t1487 = t1484 * t685; // left_hip_yaw_link: articulated inertia
-    t1488 = R::fused(-t1207, t1487, t1486); // left_hip_yaw_link: articulated inertia
-    t1489 = R::fused(t1488, t1272, t1485); // right_hip_yaw_link: articulated inertia
-    t1490 = t1480 + t1489; // torso: articulated inertia
-    // other
-    t1491 = t1477 * t1490;
-    t1492 = t1470 * t59;
-    t1493 = R::fused(t1474, t66, t1492);
-    t1494 = R::fused(t1476, t73, t1493);
-    t1495 = t35 * R::constant(0.5529); // torso: sums of what it carries
-    t1496 = R::fused(t39, R::constant(1.4915), t1495); // torso: sums of what it carries
-    t1497 = R::fused(-t74, R::constant(186.39), t1496); // torso: sums of what it carries
-    t1498 = t179 * t699; // left_hip_yaw_link: sums of what it carries
-    t1499 = R::fused(-t182, t697, t1498); // left_hip_yaw_link: sums of what it carries
-    t1500 = t1499 + t1233; // left_hip_yaw_link: articulated inertia
-    t1501 = R::fused(-t1206, t1236, t1500); // left_hip_yaw_link: articulated inertia
-    t1502 = cos_q_right_ankle_roll * t1501; // right_hip_yaw_link: articulated inertia
-    t1503 = t114 * t699; // left_hip_yaw_link: sums of what it carries
-    t1504 = R::fused(t121, t697, t1503); // left_hip_yaw_link: sums of what it carries
-    t1505 = t1504 + t1150; // left_hip_yaw_link: articulated inertia
-    t1506 = t699 + t682; // left_hip_yaw_link: articulated inertia
-    t1507 = R::fused(t1506, t1236, t1505); // left_hip_yaw_link: articulated inertia
-    t1508 = R::fused(sin_q_right_ankle_roll, t1507, t1502); // right_hip_yaw_link: articulated inertia
-    t1509 = t697 + t1265; // left_hip_yaw_link: articulated inertia
-    t1510 = t1206 * t685; // left_hip_yaw_link: articulated inertia
-    t1511 = R::fused(t1207, t1510, t1509); // left_hip_yaw_link: articulated inertia
-    t1512 = cos_q_right_ankle_roll * t1511; // right_hip_yaw_link: articulated inertia
-    t1513 = R::fused(-t122, t1204, t1199); // right_hip_roll_link: articulated inertia
-    t1514 = t1506 * t685; // left_hip_yaw_link: articulated inertia
-    t1515 = R::fused(t1207, t1514, t1513); // left_hip_yaw_link: articulated inertia
-    t1516 = R::fused(-sin_q_right_ankle_roll, t1515, t1512); // right_hip_yaw_link: articulated inertia
-    t1517 = R::fused(-t1516, t1272, t1508); // right_hip_yaw_link: articulated inertia
-    t1518 = t1497 + t1517; // torso: articulated inertia
-    t1519 = R::fused(t1494, t1518, t1491);
-    t1520 = t1470 * t96;
-    t1521 = R::fused(t1474, t99, t1520);
-    t1522 = R::fused(-t1476, t102, t1521);
-    t1523 = t81 * R::constant(0.5529); // torso: sums of what it carries
-    t1524 = R::fused(-t79, R::constant(1.4915), t1523); // torso: sums of what it carries
-    t1525 = R::fused(t103, R::constant(186.39), t1524); // torso: sums of what it carries
-    // right_hip_yaw_link: articulated inertia
-    t1526 = sin_q_right_ankle_roll * t1501;
-    t1527 = R::fused(-cos_q_right_ankle_roll, t1507, t1526);
-    t1528 = sin_q_right_ankle_roll * t1511;
-    t1529 = R::fused(cos_q_right_ankle_roll, t1515, t1528);
-    t1530 = R::fused(-t1529, t1272, t1527);
-    t1531 = t1525 + t1530; // torso: articulated inertia
-    t1532 = R::fused(t1522, t1531, -t1519); // other
-    t1533 = t1472 + t1473; // torso: motion
-    t1534 = t1533 * t152; // other
-    t1535 = t68 + t1468; // torso: motion
-    t1536 = R::constant(1.0) - t1535; // torso: motion
-    t1537 = R::fused(t1536, t155, t1534); // other
-    t1538 = t61 - t63; // torso: motion
-    // other
-    t1539 = R::fused(t1538, t157, t1537);
-    t1540 = t1539 * t1490;
-    t1541 = t1533 * t59;
-    t1542 = R::fused(t1536, t66, t1541);
-    t1543 = R::fused(t1538, t73, t1542);
-    t1544 = R::fused(t1543, t1518, t1540);
-    t1545 = t1533 * t96;
-    t1546 = R::fused(t1536, t99, t1545);
-    t1547 = R::fused(-t1538, t102, t1546);
-    t1548 = R::fused(t1547, t1531, -t1544);
-    t1549 = t158 * t1490;
-    t1550 = R::fused(t74, t1518, t1549);
-    t1551 = R::fused(t103, t1531, -t1550);
-    t1552 = t39 * R::constant(0.11796625); // torso: sums of what it carries
-    t1553 = R::fused(t35, R::constant(0.044232), t1552); // torso: sums of what it carries
-    t1554 = R::fused(-t74, R::constant(14.631615), t1553); // torso: sums of what it carries
+    t1299 = t1298 * R::constant(1.322974838333);
+    t1300 = R::fused(t1280, t1299, t1297);
+    t1301 = cos_q_right_ankle_pitch * R::constant(4.89666);
+    t1302 = t957 * t1301;
+    t1303 = sin_q_right_ankle_pitch * R::constant(4.89666);
+    t1304 = R::fused(-t919, t1303, t1302);
+    t1305 = t1300 + t1304;
+    t1306 = t1290 - t1305;
+    t1307 = tau_right_ankle_pitch + t1306; // other
+    t1308 = tau_left_ankle_roll - t1076; // other
+    t1309 = R::fused(-t1308, t240, t1307); // solved by the factors
+    t1310 = tau_left_ankle_pitch + t1114; // other
+    t1311 = R::fused(t277, t1308, t1310); // solved by the factors
+    t1312 = R::fused(t281, t1311, t1309); // solved by the factors
+    t1313 = tau_left_knee_pitch + t1139; // other
+    t1314 = R::fused(t1308, t315, t1313); // solved by the factors
+    t1315 = R::fused(t318, t1311, t1314); // solved by the factors
+    t1316 = R::fused(-t323, t1315, t1312); // solved by the factors
+    t1317 = tau_left_hip_pitch + t1155; // other
+    // solved by the factors
+    t1318 = R::fused(t1308, t355, t1317);
+    t1319 = R::fused(t358, t1311, t1318);
+    t1320 = R::fused(-t362, t1315, t1319);
+    t1321 = R::fused(-t368, t1320, t1316);
+    t1322 = tau_left_hip_roll + t1099; // other
+    t1323 = R::fused(-t1308, t392, t1322);
+    t1324 = R::fused(t395, t1311, t1323);
+    t1325 = R::fused(-t399, t1315, t1324);
+    t1326 = R::fused(-t404, t1320, t1325);
+    t1327 = R::fused(-t411, t1326, t1321);
+    t1328 = tau_left_hip_yaw + t1206; // other
+    t1329 = R::fused(t1308, t428, t1328);
+    t1330 = R::fused(t431, t1311, t1329);
+    t1331 = R::fused(-t435, t1315, t1330);
+    t1332 = R::fused(-t440, t1320, t1331);
+    t1333 = R::fused(-t446, t1326, t1332);
+    t1334 = R::fused(-t454, t1333, t1327);
+    t1335 = tau_right_hip_yaw - t1234; // other
+    t1336 = R::fused(-t1308, t469, t1335);
+    t1337 = R::fused(-t472, t1311, t1336);
+    t1338 = R::fused(t476, t1315, t1337);
+    t1339 = R::fused(t481, t1320, t1338);
+    t1340 = R::fused(t487, t1326, t1339);
+    t1341 = R::fused(t494, t1333, t1340);
+    t1342 = R::fused(t503, t1341, t1334);
+    t1343 = cos_t2 * t1101; // right_lower_leg: sums of what it carries
+    t1344 = R::fused(sin_t2, t1174, t1343); // right_lower_leg: sums of what it carries
+    t1345 = R::fused(t135, t1183, t1344); // right_lower_leg: sums of what it carries
+    t1346 = cos_q_right_hip_yaw * t1185; // other
+    t1347 = R::fused(sin_q_right_hip_yaw, tau_base_angular_y, t1346); // other
+    // left_upper_leg: sums of what it carries
+    t1348 = t1012 * t583;
+    t1349 = R::fused(t1009, t512, t1348);
+    t1350 = R::fused(t998, t518, t1349);
+    t1351 = t971 - t972;
+    t1352 = R::fused(-t156, t1351, t1350);
+    t1353 = R::fused(t164, t1007, t1352);
+    t1354 = t1347 - t1353;
+    t1355 = t1345 + t1354;
+    // right_upper_leg: sums of what it carries
+    t1356 = t767 * R::constant(0.757741667);
+    t1357 = R::fused(-t1248, R::constant(0.757731667), t1356);
+    t1358 = R::fused(R::constant(-2.444), t997, t1357);
+    t1359 = t1355 - t1358;
+    t1360 = tau_right_hip_roll - t1359; // other
+    // solved by the factors
+    t1361 = R::fused(t1308, t534, t1360);
+    t1362 = R::fused(-t540, t1311, t1361);
+    t1363 = R::fused(t547, t1315, t1362);
+    t1364 = R::fused(t555, t1320, t1363);
+    t1365 = R::fused(t564, t1326, t1364);
+    t1366 = R::fused(t571, t1333, t1365);
+    t1367 = R::fused(-t579, t1341, t1366);
+    t1368 = R::fused(-t594, t1367, t1342);
+    t1369 = tau_right_hip_pitch + t1241; // other
+    t1370 = R::fused(-t1308, t601, t1369);
+    t1371 = R::fused(t604, t1311, t1370);
+    t1372 = R::fused(-t608, t1315, t1371);
+    t1373 = R::fused(-t613, t1320, t1372);
+    t1374 = R::fused(-t619, t1326, t1373);
+    t1375 = R::fused(-t626, t1333, t1374);
+    t1376 = R::fused(t634, t1341, t1375);
+    t1377 = R::fused(-t643, t1367, t1376);
+    t1378 = R::fused(-t654, t1377, t1368);
+    t1379 = tau_right_knee_pitch + t1285; // other
+    t1380 = R::fused(-t1308, t658, t1379);
+    t1381 = R::fused(t661, t1311, t1380);
+    t1382 = R::fused(-t665, t1315, t1381);
+    t1383 = R::fused(-t670, t1320, t1382);
+    t1384 = R::fused(-t676, t1326, t1383);
+    t1385 = R::fused(-t683, t1333, t1384);
+    t1386 = R::fused(t691, t1341, t1385);
+    t1387 = R::fused(-t700, t1367, t1386);
+    t1388 = R::fused(-t710, t1377, t1387);
+    t1389 = R::fused(-t722, t1388, t1378);
+    t1390 = t724 * t1389; // other
+    t1391 = t40_41.first() * t158; // right_upper_leg: sums of what it carries
+    t1392 = R::fused(-t64_65.first(), t144, t1391); // right_upper_leg: sums of what it carries
+    t1393 = t157 - t1392; // right_upper_leg: sums of what it carries
+    t1394 = sin_t1 * t1393; // left_hip_roll_link: sums of what it carries
+    t1395 = R::fused(cos_t1, t520, t1394); // left_hip_roll_link: sums of what it carries
+    t1396 = R::fused(t175_176.second(), t522, t1395); // left_hip_roll_link: sums of what it carries
+    t1397 = R::fused(t7, t522, t1396); // right_hip_roll_link: sums of what it carries
+    // left_foot: mass matrix
+    t1398 = sin_q_right_hip_roll * t214;
+    t1399 = R::fused(-cos_q_right_hip_roll, t226, t1398);
+    t1400 = sin_t1 * t1399;
+    t1401 = R::fused(-cos_t1, t533, t1400);
+    t1402 = cos_q_right_hip_roll * t221;
+    t1403 = R::fused(-sin_q_right_hip_roll, t213, t1402);
+    t1404 = R::fused(-t162_163.second(), t1403, t1401);
+    t1405 = R::fused(-t183, t1403, t1404);
+    t1406 = R::fused(-t1405, t240, t1397); // factors of the mass matrix
+    // right_foot: mass matrix
+    t1407 = sin_q_right_hip_roll * t252;
+    t1408 = R::fused(cos_q_right_hip_roll, t263, t1407);
+    t1409 = sin_t1 * t1408;
+    t1410 = R::fused(-cos_t1, t538, t1409);
+    t1411 = cos_q_right_hip_roll * t258;
+    t1412 = R::fused(sin_q_right_hip_roll, t251, t1411);
+    t1413 = R::fused(t162_163.second(), t1412, t1410);
+    t1414 = R::fused(t183, t1412, t1413);
+    t1415 = R::fused(t277, t1405, t1414); // factors of the mass matrix
+    t1416 = R::fused(t1415, t281, t1406); // factors of the mass matrix
+    // left_ankle: mass matrix
+    t1417 = sin_q_right_hip_roll * t290;
+    t1418 = R::fused(cos_q_right_hip_roll, t301, t1417);
+    t1419 = sin_t1 * t1418;
+    t1420 = R::fused(-cos_t1, t544, t1419);
+    t1421 = cos_q_right_hip_roll * t296;
+    t1422 = R::fused(sin_q_right_hip_roll, t289, t1421);
+    t1423 = R::fused(t162_163.second(), t1422, t1420);
+    t1424 = R::fused(t183, t1422, t1423);
+    t1425 = R::fused(t1405, t315, t1424); // factors of the mass matrix
+    t1426 = R::fused(t1415, t318, t1425); // factors of the mass matrix
+    t1427 = R::fused(-t1426, t323, t1416); // factors of the mass matrix
+    // right_ankle: mass matrix
+    t1428 = sin_q_right_hip_roll * t330;
+    t1429 = R::fused(cos_q_right_hip_roll, t341, t1428);
+    t1430 = sin_t1 * t1429;
+    t1431 = R::fused(-cos_t1, t551, t1430);
+    t1432 = cos_q_right_hip_roll * t336;
+    t1433 = R::fused(sin_q_right_hip_roll, t329, t1432);
+    t1434 = R::fused(t162_163.second(), t1433, t1431);
+    t1435 = R::fused(t183, t1433, t1434);
+    // factors of the mass matrix
+    t1436 = R::fused(t1405, t355, t1435);
+    t1437 = R::fused(t1415, t358, t1436);
+    t1438 = R::fused(-t1426, t362, t1437);
+    t1439 = R::fused(-t1438, t368, t1427);
+    // left_lower_leg: mass matrix
+    t1440 = sin_q_right_hip_roll * t372;
+    t1441 = R::fused(cos_q_right_hip_roll, t378, t1440);
+    t1442 = sin_t1 * t1441;
+    t1443 = R::fused(-cos_t1, t559, t1442);
+    t1444 = cos_q_right_hip_roll * t374;
+    t1445 = R::fused(-sin_q_right_hip_roll, t123, t1444);
+    t1446 = R::fused(-t162_163.second(), t1445, t1443);
+    t1447 = R::fused(-t183, t1445, t1446);
+    // factors of the mass matrix
+    t1448 = R::fused(-t1405, t392, t1447);
+    t1449 = R::fused(t1415, t395, t1448);
+    t1450 = R::fused(-t1426, t399, t1449);
+    t1451 = R::fused(-t1438, t404, t1450);
+    t1452 = R::fused(-t1451, t411, t1439);
+    // right_lower_leg: mass matrix
+    t1453 = sin_q_right_hip_roll * t152;
+    t1454 = R::fused(cos_q_right_hip_roll, t415, t1453);
+    t1455 = sin_t1 * t1454;
+    t1456 = R::fused(-cos_t1, t516, t1455);
+    t1457 = cos_q_right_hip_roll * t124;
+    t1458 = R::fused(-t162_163.second(), t1457, t1456);
+    t1459 = R::fused(-t183, t1457, t1458);
+    // factors of the mass matrix
+    t1460 = R::fused(t1405, t428, t1459);
+    t1461 = R::fused(t1415, t431, t1460);
+    t1462 = R::fused(-t1426, t435, t1461);
+    t1463 = R::fused(-t1438, t440, t1462);
+    t1464 = R::fused(-t1451, t446, t1463);
+    t1465 = R::fused(-t1464, t454, t1452);
+    // left_upper_leg: mass matrix
+    t1466 = sin_q_right_hip_roll * t157;
+    t1467 = R::fused(cos_q_right_hip_roll, t142, t1466);
+    t1468 = sin_t1 * t1467;
+    t1469 = R::fused(-cos_t1, t519, t1468);
+    t1470 = cos_q_right_hip_roll * t171;
+    t1471 = R::fused(-t162_163.second(), t1470, t1469);
+    t1472 = R::fused(-t183, t1470, t1471);
+    // factors of the mass matrix
+    t1473 = R::fused(t1405, t469, t1472);
+    t1474 = R::fused(t1415, t472, t1473);
+    t1475 = R::fused(-t1426, t476, t1474);
+    t1476 = R::fused(-t1438, t481, t1475);
+    t1477 = R::fused(-t1451, t487, t1476);
+    t1478 = R::fused(-t1464, t494, t1477);
+    t1479 = R::fused(-t1478, t503, t1465);
+    t1480 = sin_q_right_hip_roll * t513; // right_upper_leg: sums of what it carries
+    t1481 = R::fused(-cos_q_right_hip_roll, t519, t1480); // right_upper_leg: sums of what it carries
+    // right_upper_leg: mass matrix
+    t1482 = sin_t1 * t1481;
+    t1483 = R::fused(cos_t1, t585, t1482);
+    t1484 = R::fused(-t162_163.second(), t168, t1483);
+    t1485 = R::fused(-t183, t168, t1484);
+    // factors of the mass matrix
+    t1486 = R::fused(t1405, t534, t1485);
+    t1487 = R::fused(-t1415, t540, t1486);
+    t1488 = R::fused(t1426, t547, t1487);
+    t1489 = R::fused(t1438, t555, t1488);
+    t1490 = R::fused(t1451, t564, t1489);
+    t1491 = R::fused(t1464, t571, t1490);
+    t1492 = R::fused(t1478, t579, t1491);
+    t1493 = R::fused(-t1492, t594, t1479);
+    t1494 = R::fused(-t1405, t601, t1395);
+    t1495 = R::fused(t1415, t604, t1494);
+    t1496 = R::fused(-t1426, t608, t1495);
+    t1497 = R::fused(-t1438, t613, t1496);
+    t1498 = R::fused(-t1451, t619, t1497);
+    t1499 = R::fused(-t1464, t626, t1498);
+    t1500 = R::fused(-t1478, t634, t1499);
+    t1501 = R::fused(-t1492, t643, t1500);
+    t1502 = R::fused(-t1501, t654, t1493);
+    t1503 = R::fused(-t1405, t658, t1396);
+    t1504 = R::fused(t1415, t661, t1503);
+    t1505 = R::fused(-t1426, t665, t1504);
+    t1506 = R::fused(-t1438, t670, t1505);
+    t1507 = R::fused(-t1451, t676, t1506);
+    t1508 = R::fused(-t1464, t683, t1507);
+    t1509 = R::fused(-t1478, t691, t1508);
+    t1510 = R::fused(-t1492, t700, t1509);
+    t1511 = R::fused(-t1501, t710, t1510);
+    t1512 = R::fused(-t1511, t722, t1502);
+    t1513 = t1512 * t724;
+    t1514 = R::constant(0.000005) + t585; // left_hip_roll_link: sums of what it carries
+    t1515 = t143 + t159; // right_upper_leg: sums of what it carries
+    // left_hip_roll_link: sums of what it carries
+    t1516 = R::constant(0.00001) + t1515;
+    t1517 = t1514 - t1516;
+    t1518 = sin_t1 * sin_t1;
+    t1519 = t1517 * t1518;
+    t1520 = sin_t1 * cos_t1;
+    t1521 = R::constant(2.0) * t1481;
+    t1522 = R::fused(-t1520, t1521, t1519);
+    t1523 = t1514 - t1522;
+    t1524 = t1523 - t174;
+    t1525 = t1524 + t1274; // right_hip_roll_link: sums of what it carries
+    t1526 = t1525 - t186; // right_hip_roll_link: sums of what it carries
+    t1527 = t1526 + t1294; // left_hip_yaw_link: sums of what it carries
+    t1528 = R::constant(0.0017316666835) + t1527; // right_hip_yaw_link: sums of what it carries
+    // factors of the mass matrix
+    t1529 = R::constant(481.7535830422739) * t1405;
+    t1530 = R::fused(-t1405, t1529, t1528);
+    t1531 = t1415 * t280;
+    t1532 = R::fused(t1415, t1531, t1530);
+    t1533 = t1426 * t322;
+    t1534 = R::fused(-t1426, t1533, t1532);
+    t1535 = t1438 * t367;
+    t1536 = R::fused(-t1438, t1535, t1534);
+    t1537 = t1451 * t410;
+    t1538 = R::fused(-t1451, t1537, t1536);
+    t1539 = t1464 * t453;
+    t1540 = R::fused(-t1464, t1539, t1538);
+    t1541 = t1478 * t502;
+    t1542 = R::fused(-t1478, t1541, t1540);
+    t1543 = t1492 * t593;
+    t1544 = R::fused(-t1492, t1543, t1542);
+    t1545 = t1501 * t653;
+    t1546 = R::fused(-t1501, t1545, t1544);
+    t1547 = t1511 * t721;
+    t1548 = R::fused(-t1511, t1547, t1546);
+    t1549 = R::fused(-t1512, t1513, t1548);
+    t1550 = R::constant(1.0) / t1549;
+    t1551 = sin_q_right_hip_roll * t1199; // right_upper_leg: sums of what it carries
+    t1552 = R::fused(cos_q_right_hip_roll, t1235, t1551); // right_upper_leg: sums of what it carries
+    t1553 = R::fused(t772, t789, t785); // left_hip_roll_link: motion
+    t1554 = R::fused(R::constant(-0.00001), t1553, t1552); // left_hip_roll_link: sums of what it carries
     let (
         t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570,
         t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586,
         t1587, t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602,
         t1603, t1604, t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618,
         t1619, t1620, t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634,
-        t1635, t1636, t1637, t1638, t1639,
+        t1635, t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650,
+        t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666,
+        t1667, t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682,
+        t1683, t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698,
+        t1699, t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714,
+        t1715, t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730,
+        t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746,
+        t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762,
+        t1763, t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778,
+        t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794,
+        t1795, t1796, t1797, t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810,
     );
-    t1555 = R::fused(-t1270, t1272, t1239); // right_hip_yaw_link: articulated inertia
-    t1556 = R::fused(R::constant(0.08), t1517, t1555); // right_hip_yaw_link: articulated inertia
-    t1557 = t1554 + t1556; // torso: articulated inertia
-    t1558 = t1477 * t1557;
-    t1559 = t81 * R::constant(0.099213); // torso: sums of what it carries
-    t1560 = t77 - t138; // right_foot: wrench that its motion needs
-    // torso: sums of what it carries
-    t1561 = R::fused(t1560, R::constant(0.044232), t1559);
-    t1562 = t158 * R::constant(14.631615);
-    t1563 = R::fused(-t103, R::constant(5.423949), t1562);
-    t1564 = t1561 + t1563;
-    t1565 = R::fused(t684, t1236, t1153); // left_hip_yaw_link: articulated inertia
-    t1566 = R::fused(t163, R::constant(0.000005), t1565); // right_hip_yaw_link: articulated inertia
-    t1567 = cos_q_right_ankle_roll * t1566; // right_hip_yaw_link: articulated inertia
-    t1568 = t179 * t690; // left_hip_yaw_link: sums of what it carries
-    t1569 = R::fused(-t182, t695, t1568); // left_hip_yaw_link: sums of what it carries
-    t1570 = R::fused(-t175, t699, t1569); // left_hip_yaw_link: sums of what it carries
-    t1571 = t186 * t707; // right_hip_roll_link: sums of what it carries
-    t1572 = R::fused(-t190, t711, t1571); // right_hip_roll_link: sums of what it carries
-    t1573 = R::fused(-t184, t125_126.first(), t1572); // right_hip_roll_link: sums of what it carries
-    // left_hip_roll_link: articulated inertia
-    t1574 = cos_t1 * t1218;
-    t1575 = R::fused(sin_t1, t1222, t1574);
-    t1576 = cos_t1 * t1164;
-    t1577 = R::fused(-t1576, t1104, t1575);
-    t1578 = R::fused(t125_126.second(), t1228, t1577);
-    t1579 = t1573 + t1578; // right_hip_roll_link: articulated inertia
-    t1580 = t1161 - t1186;
-    t1581 = R::fused(t1576, t652, t1580);
-    t1582 = R::fused(-t125_126.second(), t1181, t1581);
-    t1583 = t132_133.second() * t1582;
-    t1584 = t1158 - t1162;
-    t1585 = R::fused(-t1576, t666, t1584);
-    t1586 = t1585 + t1193;
-    t1587 = R::fused(t125_126.second(), t1586, t1583);
-    t1588 = R::fused(t1587, t1144, t1579); // right_hip_roll_link: articulated inertia
-    t1589 = R::fused(t106, t1233, t1588); // right_hip_roll_link: articulated inertia
-    t1590 = t1570 + t1589; // left_hip_yaw_link: articulated inertia
-    // right_hip_roll_link: articulated inertia
-    t1591 = R::fused(-t1587, t672, t1582);
-    t1592 = R::fused(-t106, t1201, t1591);
-    t1593 = t122 * t1592;
-    t1594 = R::fused(-t1587, t680, t1586);
-    t1595 = t1594 + t1205;
-    t1596 = R::fused(t106, t1595, t1593);
-    t1597 = R::fused(t1596, t1236, t1590); // left_hip_yaw_link: articulated inertia
-    t1598 = R::fused(t33, t118, t177); // right_hip_yaw_link: motion
-    t1599 = R::fused(t1598, R::constant(0.0017266666835), -t1597); // right_hip_yaw_link: articulated inertia
-    t1600 = R::fused(sin_q_right_ankle_roll, t1599, t1567); // right_hip_yaw_link: articulated inertia
-    // left_hip_roll_link: articulated inertia
-    t1601 = t589 * t1245;
-    t1602 = R::fused(t1576, t1247, t1601);
-    t1603 = R::fused(t125_126.second(), t1251, t1602);
-    t1604 = cos_t1 * t1249;
-    t1605 = R::fused(t1576, t1191, t1604);
-    t1606 = R::fused(t125_126.second(), t1255, t1605);
-    t1607 = R::fused(-t132_133.second(), t1606, t1603);
-    // right_hip_roll_link: articulated inertia
-    t1608 = t711 + t1607;
-    t1609 = R::fused(-t1587, t1259, t1608);
-    t1610 = R::fused(t106, t1262, t1609);
-    t1611 = t125_126.first() - t1606;
-    t1612 = R::fused(t1587, t1203, t1611);
-    t1613 = R::fused(-t106, t1264, t1612);
-    t1614 = R::fused(t122, t1613, t1610);
-    t1615 = t695 + t1614; // left_hip_yaw_link: articulated inertia
-    t1616 = R::fused(-t1596, t1268, t1615); // left_hip_yaw_link: articulated inertia
-    // right_hip_yaw_link: articulated inertia
-    t1617 = sin_q_right_ankle_roll * t1616;
-    t1618 = R::fused(t1617, t1272, t1600);
-    t1619 = R::constant(0.08) * t1489;
-    t1620 = R::fused(R::constant(0.03), t1530, t1619);
-    t1621 = t1618 - t1620;
-    t1622 = t1564 + t1621; // torso: articulated inertia
-    t1623 = R::fused(t1494, t1622, t1558); // other
-    t1624 = t35 * R::constant(0.01875325); // torso: sums of what it carries
-    t1625 = R::fused(t39, R::constant(0.044232), t1624); // torso: sums of what it carries
-    t1626 = R::fused(-t74, R::constant(5.423949), t1625); // torso: sums of what it carries
-    t1627 = sin_q_right_ankle_roll * t1566;
-    t1628 = R::fused(-cos_q_right_ankle_roll, t1599, t1627);
-    t1629 = cos_q_right_ankle_roll * t1616;
-    t1630 = R::fused(-t1629, t1272, t1628);
-    t1631 = R::fused(R::constant(0.03), t1517, t1630);
-    t1632 = t1626 + t1631; // torso: articulated inertia
+    t1555 = sin_t1 * t1554; // left_hip_roll_link: sums of what it carries
+    t1556 = R::fused(-t772, t775, t767); // left_hip_roll_link: motion
+    t1557 = R::fused(-t1556, R::constant(0.000005), t1359); // left_hip_roll_link: sums of what it carries
+    t1558 = R::fused(-cos_t1, t1557, t1555); // left_hip_roll_link: sums of what it carries
+    t1559 = cos_q_right_hip_roll * t1250; // right_upper_leg: sums of what it carries
+    t1560 = R::fused(sin_q_right_hip_roll, t1256, t1559); // right_upper_leg: sums of what it carries
+    t1561 = R::fused(t162_163.second(), t1560, t1558); // left_hip_roll_link: sums of what it carries
+    // right_hip_roll_link: sums of what it carries
+    t1562 = t990 * t1274;
+    t1563 = R::fused(-t987, t1279, t1562);
+    t1564 = R::fused(t986, t162_163.first(), t1563);
+    t1565 = t1561 - t1564;
+    t1566 = t1560 + t991_992.first();
+    t1567 = R::fused(t183, t1566, t1565);
+    // left_hip_yaw_link: sums of what it carries
+    t1568 = t984 * t1294;
+    t1569 = R::fused(-t982, t1299, t1568);
+    t1570 = R::fused(t981, t1301, t1569);
+    t1571 = t1567 - t1570;
+    t1572 = t769 * t763; // right_hip_yaw_link: motion
+    t1573 = R::fused(t1572, R::constant(0.0017216666835), t1571); // right_hip_yaw_link: sums of what it carries
+    t1574 = tau_right_ankle_roll + t1573; // other
+    // solved by the factors
+    t1575 = R::fused(-t1308, t1529, t1574);
+    t1576 = R::fused(t1531, t1311, t1575);
+    t1577 = R::fused(-t1533, t1315, t1576);
+    t1578 = R::fused(-t1535, t1320, t1577);
+    t1579 = R::fused(-t1537, t1326, t1578);
+    t1580 = R::fused(-t1539, t1333, t1579);
+    t1581 = R::fused(t1541, t1341, t1580);
+    t1582 = R::fused(-t1543, t1367, t1581);
+    t1583 = R::fused(-t1545, t1377, t1582);
+    t1584 = R::fused(-t1547, t1388, t1583);
+    t1585 = R::fused(-t1513, t1389, t1584);
+    t1586 = t1550 * t1585; // other
+    t1587 = R::fused(-t1513, t1586, t1390);
+    t1588 = t7 * t1587; // other
+    t1589 = t721 * t1388; // other
+    t1590 = R::fused(-t1547, t1586, t1589);
+    t1591 = R::fused(-t722, t1587, t1590);
     // other
-    t1633 = R::fused(t1522, t1632, -t1623);
-    t1634 = t1539 * t1557;
-    t1635 = R::fused(t1543, t1622, t1634);
-    t1636 = R::fused(t1547, t1632, -t1635);
-    t1637 = t158 * t1557;
-    t1638 = R::fused(t74, t1622, t1637);
-    t1639 = R::fused(t103, t1632, -t1638);
+    t1592 = t1587 + t1591;
+    t1593 = R::fused(t175_176.second(), t1592, t1588);
+    t1594 = sin_t1 * t1593;
+    t1595 = t183 * t1587;
+    t1596 = R::fused(t162_163.second(), t1592, t1595);
+    t1597 = R::fused(cos_t1, t1596, t1594);
+    t1598 = cos_q_right_hip_yaw * t1597;
+    t1599 = t183 * t1586;
+    t1600 = R::fused(t162_163.second(), t1586, t1599);
+    t1601 = cos_q_right_hip_roll * t1600;
+    t1602 = cos_t1 * t1593;
+    t1603 = R::fused(-sin_t1, t1596, t1602);
+    t1604 = R::fused(sin_q_right_hip_roll, t1603, t1601);
+    t1605 = R::fused(sin_q_right_hip_yaw, t1604, t1598);
+    // left_upper_leg: motion
+    t1606 = cos_q_right_hip_yaw * t970;
+    t1607 = R::fused(-sin_q_right_hip_yaw, t997, t1606);
+    t1608 = cos_q_right_hip_yaw * t790;
+    t1609 = R::fused(-sin_q_right_hip_yaw, t776, t1608);
+    t1610 = sin_q_right_hip_yaw * t790;
+    t1611 = R::fused(cos_q_right_hip_yaw, t776, t1610);
+    t1612 = R::fused(t1609, t1611, t801);
+    t1613 = R::fused(R::constant(0.075), t1612, t1607); // other
+    t1614 = t1605 - t1613; // other
+    t1615 = t502 * t1341; // other
+    t1616 = R::fused(t1541, t1586, t1615); // solved by the factors
+    t1617 = R::fused(t503, t1587, t1616); // solved by the factors
+    t1618 = R::fused(t691, t1591, t1617); // solved by the factors
+    t1619 = t653 * t1377; // other
+    // solved by the factors
+    t1620 = R::fused(-t1545, t1586, t1619);
+    t1621 = R::fused(-t654, t1587, t1620);
+    t1622 = R::fused(-t710, t1591, t1621);
+    t1623 = R::fused(t634, t1622, t1618);
+    t1624 = t593 * t1367; // other
+    t1625 = R::fused(-t1543, t1586, t1624);
+    t1626 = R::fused(-t594, t1587, t1625);
+    t1627 = R::fused(-t700, t1591, t1626);
+    t1628 = R::fused(-t643, t1622, t1627);
+    t1629 = R::fused(-t579, t1628, t1623);
+    // other
+    t1630 = t1622 + t1592;
+    t1631 = sin_q_right_hip_roll * t1630;
+    t1632 = sin_t1 * t1586;
+    t1633 = R::fused(-cos_q_right_hip_roll, t1632, t1631);
+    t1634 = t1629 + t1633;
+    t1635 = R::fused(R::constant(-0.075), t1634, t1614);
+    t1636 = R::fused(t859, R::constant(9.81), t1635);
+    t1637 = t6 + t1636;
+    t1638 = -t1637;
+    t1639 = v_base_angular_z * v_base_linear_x; // torso: motion
+    t1640 = R::fused(-v_base_angular_x, v_base_linear_z, t1639); // torso: motion
+    t1641 = sin_q_right_hip_yaw * t1597;
+    t1642 = R::fused(-cos_q_right_hip_yaw, t1604, t1641);
+    t1643 = sin_q_right_hip_yaw * t970; // left_upper_leg: motion
+    t1644 = R::fused(cos_q_right_hip_yaw, t997, t1643); // left_upper_leg: motion
+    t1645 = R::fused(t1609, t1609, t972); // left_upper_leg: motion
+    t1646 = R::fused(R::constant(-0.075), t1645, t1644);
+    t1647 = t1642 - t1646;
+    t1648 = R::fused(t878, R::constant(9.81), t1647);
+    t1649 = t1640 + t1648;
+    t1650 = -t1649;
+    t1651 = v_base_angular_x * v_base_linear_y; // torso: motion
+    t1652 = R::fused(-v_base_angular_y, v_base_linear_x, t1651); // torso: motion
+    t1653 = sin_q_right_hip_roll * t1600;
+    t1654 = R::fused(-cos_q_right_hip_roll, t1603, t1653);
+    t1655 = cos_q_right_hip_yaw * t777; // left_upper_leg: motion
+    t1656 = R::fused(sin_q_right_hip_yaw, t791, t1655); // left_upper_leg: motion
+    t1657 = R::fused(t796, t1611, t1656); // left_upper_leg: motion
+    t1658 = R::fused(R::constant(0.075), t1657, t1007);
+    t1659 = t1654 + t1658;
+    t1660 = R::fused(cos_t1, t1586, t1628);
+    t1661 = cos_q_right_hip_yaw * t1660;
+    t1662 = cos_q_right_hip_roll * t1630;
+    t1663 = R::fused(sin_q_right_hip_roll, t1632, t1662);
+    t1664 = R::fused(-sin_q_right_hip_yaw, t1663, t1661);
+    t1665 = R::fused(R::constant(-0.075), t1664, t1659);
+    t1666 = R::fused(t885, R::constant(9.81), -t1665);
+    t1667 = t1652 + t1666;
+    t1668 = -t1667;
+    t1669 = t1656 - t1664;
+    t1670 = sin_q_right_hip_yaw * t777; // left_upper_leg: motion
+    t1671 = R::fused(-cos_q_right_hip_yaw, t791, t1670); // left_upper_leg: motion
+    t1672 = sin_q_right_hip_yaw * t1660;
+    t1673 = R::fused(cos_q_right_hip_yaw, t1663, t1672);
+    t1674 = t1671 - t1673;
+    t1675 = t801 + t1634;
+    t1676 = -t1675;
+    t1677 = t453 * t1333;
+    // solved by the factors
+    t1678 = R::fused(-t1539, t1586, t1677);
+    t1679 = R::fused(-t454, t1587, t1678);
+    t1680 = R::fused(-t683, t1591, t1679);
+    t1681 = R::fused(-t626, t1622, t1680);
+    t1682 = R::fused(t571, t1628, t1681);
+    t1683 = R::fused(t494, t1629, t1682);
+    t1684 = t410 * t1326; // other
+    t1685 = R::fused(-t1537, t1586, t1684);
+    t1686 = R::fused(-t411, t1587, t1685);
+    t1687 = R::fused(-t676, t1591, t1686);
+    t1688 = R::fused(-t619, t1622, t1687);
+    t1689 = R::fused(t564, t1628, t1688);
+    t1690 = R::fused(t487, t1629, t1689);
+    t1691 = R::fused(-t446, t1683, t1690);
+    t1692 = t367 * t1320; // other
+    t1693 = R::fused(-t1535, t1586, t1692);
+    t1694 = R::fused(-t368, t1587, t1693);
+    t1695 = R::fused(-t670, t1591, t1694);
+    t1696 = R::fused(-t613, t1622, t1695);
+    t1697 = R::fused(t555, t1628, t1696);
+    t1698 = R::fused(t481, t1629, t1697);
+    t1699 = R::fused(-t440, t1683, t1698);
+    t1700 = R::fused(-t404, t1691, t1699);
+    t1701 = t322 * t1315; // other
+    t1702 = R::fused(-t1533, t1586, t1701);
+    t1703 = R::fused(-t323, t1587, t1702);
+    t1704 = R::fused(-t665, t1591, t1703);
+    t1705 = R::fused(-t608, t1622, t1704);
+    t1706 = R::fused(t547, t1628, t1705);
+    t1707 = R::fused(t476, t1629, t1706);
+    t1708 = R::fused(-t435, t1683, t1707);
+    t1709 = R::fused(-t399, t1691, t1708);
+    t1710 = R::fused(-t362, t1700, t1709);
+    t1711 = t280 * t1311; // other
+    t1712 = R::fused(-t1531, t1586, t1711);
+    t1713 = R::fused(-t281, t1587, t1712);
+    t1714 = R::fused(-t661, t1591, t1713);
+    t1715 = R::fused(-t604, t1622, t1714);
+    t1716 = R::fused(t540, t1628, t1715);
+    t1717 = R::fused(t472, t1629, t1716);
+    t1718 = R::fused(-t431, t1683, t1717);
+    t1719 = R::fused(-t395, t1691, t1718);
+    t1720 = R::fused(-t358, t1700, t1719);
+    t1721 = R::fused(t318, t1710, -t1720);
+    t1722 = R::constant(481.7535830422739) * t1308; // other
+    t1723 = R::fused(-t1529, t1586, t1722);
+    t1724 = R::fused(-t240, t1587, t1723);
+    t1725 = R::fused(-t658, t1591, t1724);
+    t1726 = R::fused(-t601, t1622, t1725);
+    t1727 = R::fused(t534, t1628, t1726);
+    t1728 = R::fused(-t469, t1629, t1727);
+    t1729 = R::fused(t428, t1683, t1728);
+    t1730 = R::fused(-t392, t1691, t1729);
+    t1731 = R::fused(t355, t1700, t1730);
+    t1732 = R::fused(t315, t1710, t1731);
+    t1733 = R::fused(t277, t1721, t1732);
+    t1734 = q_base_qz * t855; // torso: motion
+    t1735 = t883 + t1734; // torso: motion
+    t1736 = R::constant(1.0) - t1735; // torso: motion
+    t1737 = t1736 * t950; // other
+    t1738 = q_base_qx * t857; // torso: motion
+    t1739 = q_base_qw * t855; // torso: motion
+    t1740 = t1738 - t1739; // torso: motion
+    t1741 = R::fused(t1740, t953, t1737); // other
+    t1742 = t856 + t858; // torso: motion
+    t1743 = R::fused(t1742, t955, t1741); // other
+    t1744 = t959 * t1303; // left_hip_yaw_link: sums of what it carries
+    t1745 = R::fused(-t961, t1301, t1744); // left_hip_yaw_link: sums of what it carries
+    t1746 = t1286 - t1745; // left_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t1747 = t937 * R::constant(0.5529);
+    t1748 = R::fused(-t895, R::constant(1.4915), t1747);
+    t1749 = R::fused(-t956, R::constant(186.39), t1748);
+    t1750 = t1746 - t1749;
+    t1751 = t184 - t1301; // left_hip_yaw_link: sums of what it carries
+    // other
+    t1752 = R::fused(-t1751, t1587, t1750);
+    t1753 = R::fused(-t184, t1591, t1752);
+    t1754 = R::fused(-t172, t1622, t1753);
+    t1755 = R::fused(-t523, t1628, t1754);
+    t1756 = R::fused(-t460, t1629, t1755);
+    t1757 = R::fused(t419, t1683, t1756);
+    t1758 = R::fused(t383, t1691, t1757);
+    t1759 = R::fused(-t346, t1700, t1758);
+    t1760 = R::fused(-t306, t1710, t1759);
+    t1761 = R::fused(-t268, t1721, t1760);
+    t1762 = R::fused(t231, t1733, t1761);
+    t1763 = t1743 * t1762;
+    t1764 = t1736 * t873;
+    t1765 = R::fused(t1740, t880, t1764);
+    t1766 = R::fused(t1742, t887, t1765);
+    t1767 = t982 * t1303; // left_hip_yaw_link: sums of what it carries
+    t1768 = R::fused(-t984, t1301, t1767); // left_hip_yaw_link: sums of what it carries
+    t1769 = t1566 + t1768; // left_hip_yaw_link: sums of what it carries
+    t1770 = cos_q_right_ankle_roll * t1769; // right_hip_yaw_link: sums of what it carries
+    t1771 = t921 * t1303; // left_hip_yaw_link: sums of what it carries
+    t1772 = R::fused(t925, t1301, t1771); // left_hip_yaw_link: sums of what it carries
+    t1773 = t1288 - t1772; // left_hip_yaw_link: sums of what it carries
+    t1774 = R::fused(-sin_q_right_ankle_roll, t1773, t1770); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t1775 = t851 * R::constant(0.5529);
+    t1776 = R::fused(t853, R::constant(1.4915), t1775);
+    t1777 = R::fused(-t888, R::constant(186.39), t1776);
+    t1778 = t1774 + t1777;
+    t1779 = sin_q_right_ankle_roll * t522; // right_hip_yaw_link: sums of what it carries
+    t1780 = R::fused(cos_q_right_ankle_roll, t1751, t1779); // right_hip_yaw_link: sums of what it carries
+    t1781 = R::fused(t1780, t1586, t1778); // other
+    t1782 = t187 - t1303; // left_hip_yaw_link: sums of what it carries
+    t1783 = sin_q_right_ankle_roll * t1782; // left_hip_yaw_link: mass matrix
+    t1784 = R::fused(-t1783, t1587, t1781); // other
+    t1785 = sin_q_right_ankle_roll * t187; // right_hip_roll_link: mass matrix
+    t1786 = R::fused(-t1785, t1591, t1784); // other
+    t1787 = sin_q_right_ankle_roll * t178; // left_hip_roll_link: mass matrix
+    t1788 = R::fused(-t1787, t1622, t1786); // other
+    t1789 = cos_q_right_ankle_roll * t168; // right_upper_leg: mass matrix
+    t1790 = R::fused(sin_q_right_ankle_roll, t525, t1789); // right_upper_leg: mass matrix
+    t1791 = R::fused(t1790, t1628, t1788); // other
+    t1792 = cos_q_right_ankle_roll * t1470; // left_upper_leg: mass matrix
+    t1793 = R::fused(-sin_q_right_ankle_roll, t463, t1792); // left_upper_leg: mass matrix
+    t1794 = R::fused(-t1793, t1629, t1791); // other
+    t1795 = cos_q_right_ankle_roll * t1457; // right_lower_leg: mass matrix
+    t1796 = R::fused(-sin_q_right_ankle_roll, t422, t1795); // right_lower_leg: mass matrix
+    t1797 = R::fused(t1796, t1683, t1794); // other
+    t1798 = cos_q_right_ankle_roll * t1445; // left_lower_leg: mass matrix
+    t1799 = R::fused(-sin_q_right_ankle_roll, t386, t1798); // left_lower_leg: mass matrix
+    t1800 = R::fused(t1799, t1691, t1797); // other
+    t1801 = cos_q_right_ankle_roll * t1433; // right_ankle: mass matrix
+    t1802 = R::fused(-sin_q_right_ankle_roll, t349, t1801); // right_ankle: mass matrix
+    t1803 = R::fused(-t1802, t1700, t1800); // other
+    t1804 = cos_q_right_ankle_roll * t1422; // left_ankle: mass matrix
+    t1805 = R::fused(-sin_q_right_ankle_roll, t309, t1804); // left_ankle: mass matrix
+    t1806 = R::fused(-t1805, t1710, t1803); // other
+    t1807 = cos_q_right_ankle_roll * t1412; // right_foot: mass matrix
+    t1808 = R::fused(-sin_q_right_ankle_roll, t271, t1807); // right_foot: mass matrix
+    t1809 = R::fused(-t1808, t1721, t1806); // other
+    t1810 = cos_q_right_ankle_roll * t1403; // left_foot: mass matrix
+    let (
+        t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826,
+        t1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842,
+        t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858,
+        t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874,
+        t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890,
+        t1891, t1892, t1893, t1894, t1895, t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906,
+        t1907, t1908, t1909, t1910, t1911, t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922,
+        t1923, t1924, t1925, t1926, t1927, t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938,
+        t1939, t1940, t1941, t1942, t1943, t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954,
+        t1955, t1956, t1957, t1958, t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970,
+        t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986,
+        t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002,
+        t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018,
+        t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034,
+        t2035, t2036, t2037, t2038, t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050,
+        t2051, t2052, t2053, t2054, t2055, t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066,
+    );
+    t1811 = R::fused(-sin_q_right_ankle_roll, t234, t1810); // left_foot: mass matrix
+    // other
+    t1812 = R::fused(t1811, t1733, t1809);
+    t1813 = R::fused(-t1766, t1812, t1763);
+    t1814 = t1736 * t910;
+    t1815 = R::fused(t1740, t913, t1814);
+    t1816 = R::fused(-t1742, t916, t1815);
+    t1817 = sin_q_right_ankle_roll * t1769; // right_hip_yaw_link: sums of what it carries
+    t1818 = R::fused(cos_q_right_ankle_roll, t1773, t1817); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t1819 = t895 * R::constant(0.5529);
+    t1820 = R::fused(-t893, R::constant(1.4915), t1819);
+    t1821 = R::fused(t917, R::constant(186.39), t1820);
+    t1822 = t1818 + t1821;
+    t1823 = cos_q_right_ankle_roll * t522; // right_hip_yaw_link: sums of what it carries
+    t1824 = R::fused(-sin_q_right_ankle_roll, t1751, t1823); // right_hip_yaw_link: sums of what it carries
+    t1825 = R::fused(-t1824, t1586, t1822); // other
+    t1826 = cos_q_right_ankle_roll * t1782; // left_hip_yaw_link: mass matrix
+    t1827 = R::fused(t1826, t1587, t1825); // other
+    t1828 = cos_q_right_ankle_roll * t187; // right_hip_roll_link: mass matrix
+    t1829 = R::fused(t1828, t1591, t1827); // other
+    t1830 = cos_q_right_ankle_roll * t178; // left_hip_roll_link: mass matrix
+    t1831 = R::fused(t1830, t1622, t1829); // other
+    t1832 = sin_q_right_ankle_roll * t168; // right_upper_leg: mass matrix
+    t1833 = R::fused(-cos_q_right_ankle_roll, t525, t1832); // right_upper_leg: mass matrix
+    t1834 = R::fused(t1833, t1628, t1831); // other
+    t1835 = sin_q_right_ankle_roll * t1470; // left_upper_leg: mass matrix
+    t1836 = R::fused(cos_q_right_ankle_roll, t463, t1835); // left_upper_leg: mass matrix
+    t1837 = R::fused(-t1836, t1629, t1834); // other
+    t1838 = sin_q_right_ankle_roll * t1457; // right_lower_leg: mass matrix
+    t1839 = R::fused(cos_q_right_ankle_roll, t422, t1838); // right_lower_leg: mass matrix
+    t1840 = R::fused(t1839, t1683, t1837); // other
+    t1841 = sin_q_right_ankle_roll * t1445; // left_lower_leg: mass matrix
+    t1842 = R::fused(cos_q_right_ankle_roll, t386, t1841); // left_lower_leg: mass matrix
+    t1843 = R::fused(t1842, t1691, t1840); // other
+    t1844 = sin_q_right_ankle_roll * t1433; // right_ankle: mass matrix
+    t1845 = R::fused(cos_q_right_ankle_roll, t349, t1844); // right_ankle: mass matrix
+    t1846 = R::fused(-t1845, t1700, t1843); // other
+    t1847 = sin_q_right_ankle_roll * t1422; // left_ankle: mass matrix
+    t1848 = R::fused(cos_q_right_ankle_roll, t309, t1847); // left_ankle: mass matrix
+    t1849 = R::fused(-t1848, t1710, t1846); // other
+    t1850 = sin_q_right_ankle_roll * t1412; // right_foot: mass matrix
+    t1851 = R::fused(cos_q_right_ankle_roll, t271, t1850); // right_foot: mass matrix
+    t1852 = R::fused(-t1851, t1721, t1849); // other
+    t1853 = sin_q_right_ankle_roll * t1403; // left_foot: mass matrix
+    t1854 = R::fused(cos_q_right_ankle_roll, t234, t1853); // left_foot: mass matrix
+    t1855 = R::fused(t1854, t1733, t1852); // other
+    t1856 = R::fused(t1816, t1855, t1813); // other
+    t1857 = t1738 + t1739; // torso: motion
+    t1858 = t1857 * t950; // other
+    t1859 = t882 + t1734; // torso: motion
+    t1860 = R::constant(1.0) - t1859; // torso: motion
+    t1861 = R::fused(t1860, t953, t1858); // other
+    t1862 = t875 - t877; // torso: motion
+    // other
+    t1863 = R::fused(t1862, t955, t1861);
+    t1864 = t1863 * t1762;
+    t1865 = t1857 * t873;
+    t1866 = R::fused(t1860, t880, t1865);
+    t1867 = R::fused(t1862, t887, t1866);
+    t1868 = R::fused(-t1867, t1812, t1864);
+    t1869 = t1857 * t910;
+    t1870 = R::fused(t1860, t913, t1869);
+    t1871 = R::fused(-t1862, t916, t1870);
+    t1872 = R::fused(t1871, t1855, t1868);
+    t1873 = t956 * t1762;
+    t1874 = R::fused(-t888, t1812, t1873);
+    t1875 = R::fused(t917, t1855, t1874);
+    t1876 = R::fused(R::constant(0.08), t1774, t1573); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t1877 = t853 * R::constant(0.11796625);
+    t1878 = R::fused(t851, R::constant(0.044232), t1877);
+    t1879 = R::fused(-t888, R::constant(14.631615), t1878);
+    t1880 = t1876 + t1879;
+    t1881 = R::fused(R::constant(-0.08), t1780, t1528); // right_hip_yaw_link: mass matrix
+    t1882 = R::fused(-t1881, t1586, t1880); // other
+    t1883 = R::fused(R::constant(0.08), t1783, t1397); // left_hip_yaw_link: mass matrix
+    t1884 = R::fused(-t1883, t1587, t1882); // other
+    t1885 = R::fused(R::constant(0.08), t1785, t1396); // right_hip_roll_link: mass matrix
+    t1886 = R::fused(-t1885, t1591, t1884); // other
+    t1887 = R::fused(R::constant(0.08), t1787, t1395); // left_hip_roll_link: mass matrix
+    t1888 = R::fused(-t1887, t1622, t1886); // other
+    t1889 = R::fused(R::constant(-0.08), t1790, t1485); // right_upper_leg: mass matrix
+    t1890 = R::fused(-t1889, t1628, t1888); // other
+    t1891 = R::fused(R::constant(-0.08), t1793, t1472); // left_upper_leg: mass matrix
+    t1892 = R::fused(t1891, t1629, t1890); // other
+    t1893 = R::fused(R::constant(-0.08), t1796, t1459); // right_lower_leg: mass matrix
+    t1894 = R::fused(-t1893, t1683, t1892); // other
+    t1895 = R::fused(R::constant(-0.08), t1799, t1447); // left_lower_leg: mass matrix
+    t1896 = R::fused(-t1895, t1691, t1894); // other
+    t1897 = R::fused(R::constant(0.08), t1802, t1435); // right_ankle: mass matrix
+    t1898 = R::fused(-t1897, t1700, t1896); // other
+    t1899 = R::fused(R::constant(0.08), t1805, t1424); // left_ankle: mass matrix
+    t1900 = R::fused(-t1899, t1710, t1898); // other
+    t1901 = R::fused(R::constant(0.08), t1808, t1414); // right_foot: mass matrix
+    t1902 = R::fused(-t1901, t1721, t1900); // other
+    t1903 = R::fused(R::constant(-0.08), t1811, t1405); // left_foot: mass matrix
+    t1904 = R::fused(-t1903, t1733, t1902); // other
+    t1905 = t1743 * t1904; // other
+    t1906 = R::fused(-t961, R::constant(0.000005), t1306); // right_hip_yaw_link: sums of what it carries
+    t1907 = cos_q_right_ankle_roll * t1906; // right_hip_yaw_link: sums of what it carries
+    t1908 = cos_t1 * t1554; // left_hip_roll_link: sums of what it carries
+    t1909 = R::fused(sin_t1, t1557, t1908); // left_hip_roll_link: sums of what it carries
+    t1910 = R::fused(-t175_176.second(), t1560, t1909); // left_hip_roll_link: sums of what it carries
+    // right_hip_roll_link: sums of what it carries
+    t1911 = t987 * t1275;
+    t1912 = R::fused(-t990, t1279, t1911);
+    t1913 = R::fused(-t986, t175_176.first(), t1912);
+    t1914 = t1910 - t1913;
+    t1915 = R::fused(-t7, t1566, t1914);
+    // left_hip_yaw_link: sums of what it carries
+    t1916 = t982 * t1295;
+    t1917 = R::fused(-t984, t1299, t1916);
+    t1918 = R::fused(-t981, t1303, t1917);
+    t1919 = t1915 - t1918;
+    t1920 = R::fused(t757, t769, t755); // right_hip_yaw_link: motion
+    // right_hip_yaw_link: sums of what it carries
+    t1921 = R::fused(t1920, R::constant(0.0017266666835), t1919);
+    t1922 = R::fused(-sin_q_right_ankle_roll, t1921, t1907);
+    t1923 = R::constant(0.08) * t1746;
+    t1924 = R::fused(R::constant(-0.03), t1818, t1923);
+    t1925 = t1922 - t1924;
+    t1926 = t895 * R::constant(0.099213); // torso: sums of what it carries
+    t1927 = t891 - t936; // right_foot: wrench that its motion needs
+    // torso: sums of what it carries
+    t1928 = R::fused(t1927, R::constant(0.044232), t1926);
+    t1929 = t956 * R::constant(14.631615);
+    t1930 = R::fused(-t917, R::constant(5.423949), t1929);
+    t1931 = t1928 + t1930;
+    t1932 = t1925 - t1931;
+    t1933 = cos_q_right_ankle_roll * t1397; // right_hip_yaw_link: sums of what it carries
+    // left_hip_roll_link: sums of what it carries
+    t1934 = t1518 * t1521;
+    t1935 = R::fused(t1517, t1520, t1934);
+    t1936 = t1481 - t1935;
+    t1937 = t175_176.second() * t172;
+    t1938 = R::fused(t162_163.second(), t178, t1937);
+    t1939 = t1936 + t1938;
+    // right_hip_roll_link: sums of what it carries
+    t1940 = t1939 - t1279;
+    t1941 = t7 * t184;
+    t1942 = R::fused(t183, t187, t1941);
+    t1943 = t1940 + t1942;
+    t1944 = t1943 - t1299; // left_hip_yaw_link: sums of what it carries
+    t1945 = R::fused(-sin_q_right_ankle_roll, t1944, t1933); // right_hip_yaw_link: sums of what it carries
+    t1946 = R::fused(R::constant(0.03), t1824, t1945); // right_hip_yaw_link: sums of what it carries
+    t1947 = R::fused(-t1946, t1586, t1932); // other
+    t1948 = cos_q_right_ankle_roll * t191; // left_hip_yaw_link: mass matrix
+    t1949 = cos_t1 * t1393; // left_hip_roll_link: sums of what it carries
+    t1950 = R::fused(-sin_t1, t520, t1949); // left_hip_roll_link: sums of what it carries
+    t1951 = R::fused(t162_163.second(), t522, t1950); // left_hip_roll_link: sums of what it carries
+    t1952 = R::fused(t183, t522, t1951);
+    // left_hip_yaw_link: mass matrix
+    t1953 = R::fused(-sin_q_right_ankle_roll, t1952, t1948);
+    t1954 = R::constant(0.08) * t1751;
+    t1955 = R::fused(R::constant(0.03), t1826, t1954);
+    t1956 = t1953 - t1955;
+    t1957 = R::fused(-t1956, t1587, t1947); // other
+    // right_hip_roll_link: mass matrix
+    t1958 = cos_q_right_ankle_roll * t657;
+    t1959 = R::fused(-sin_q_right_ankle_roll, t1951, t1958);
+    t1960 = R::constant(0.08) * t184;
+    t1961 = R::fused(R::constant(0.03), t1828, t1960);
+    t1962 = t1959 - t1961;
+    t1963 = R::fused(-t1962, t1591, t1957); // other
+    // left_hip_roll_link: mass matrix
+    t1964 = cos_q_right_ankle_roll * t600;
+    t1965 = R::fused(-sin_q_right_ankle_roll, t1950, t1964);
+    t1966 = R::constant(0.08) * t172;
+    t1967 = R::fused(R::constant(0.03), t1830, t1966);
+    t1968 = t1965 - t1967;
+    t1969 = R::fused(-t1968, t1622, t1963); // other
+    // right_upper_leg: mass matrix
+    t1970 = cos_q_right_ankle_roll * t530;
+    t1971 = cos_t1 * t1481;
+    t1972 = R::fused(-sin_t1, t585, t1971);
+    t1973 = R::fused(t175_176.second(), t168, t1972);
+    t1974 = R::fused(t7, t168, t1973);
+    t1975 = R::fused(-sin_q_right_ankle_roll, t1974, t1970);
+    t1976 = R::constant(0.08) * t523;
+    t1977 = R::fused(R::constant(0.03), t1833, t1976);
+    t1978 = t1975 - t1977;
+    t1979 = R::fused(-t1978, t1628, t1969); // other
+    // left_upper_leg: mass matrix
+    t1980 = cos_q_right_ankle_roll * t468;
+    t1981 = cos_t1 * t1467;
+    t1982 = R::fused(sin_t1, t519, t1981);
+    t1983 = R::fused(t175_176.second(), t1470, t1982);
+    t1984 = R::fused(t7, t1470, t1983);
+    t1985 = R::fused(-sin_q_right_ankle_roll, t1984, t1980);
+    t1986 = R::constant(0.08) * t460;
+    t1987 = R::fused(R::constant(-0.03), t1836, t1986);
+    t1988 = t1985 + t1987;
+    t1989 = R::fused(t1988, t1629, t1979); // other
+    // right_lower_leg: mass matrix
+    t1990 = cos_q_right_ankle_roll * t427;
+    t1991 = cos_t1 * t1454;
+    t1992 = R::fused(sin_t1, t516, t1991);
+    t1993 = R::fused(t175_176.second(), t1457, t1992);
+    t1994 = R::fused(t7, t1457, t1993);
+    t1995 = R::fused(-sin_q_right_ankle_roll, t1994, t1990);
+    t1996 = R::constant(0.08) * t419;
+    t1997 = R::fused(R::constant(-0.03), t1839, t1996);
+    t1998 = t1995 + t1997;
+    t1999 = R::fused(-t1998, t1683, t1989); // other
+    // left_lower_leg: mass matrix
+    t2000 = cos_q_right_ankle_roll * t391;
+    t2001 = cos_t1 * t1441;
+    t2002 = R::fused(sin_t1, t559, t2001);
+    t2003 = R::fused(t175_176.second(), t1445, t2002);
+    t2004 = R::fused(t7, t1445, t2003);
+    t2005 = R::fused(-sin_q_right_ankle_roll, t2004, t2000);
+    t2006 = R::constant(0.08) * t383;
+    t2007 = R::fused(R::constant(-0.03), t1842, t2006);
+    t2008 = t2005 + t2007;
+    t2009 = R::fused(-t2008, t1691, t1999); // other
+    // right_ankle: mass matrix
+    t2010 = cos_q_right_ankle_roll * t354;
+    t2011 = cos_t1 * t1429;
+    t2012 = R::fused(sin_t1, t551, t2011);
+    t2013 = R::fused(-t175_176.second(), t1433, t2012);
+    t2014 = R::fused(-t7, t1433, t2013);
+    t2015 = R::fused(-sin_q_right_ankle_roll, t2014, t2010);
+    t2016 = R::constant(0.08) * t346;
+    t2017 = R::fused(R::constant(-0.03), t1845, t2016);
+    t2018 = t2015 - t2017;
+    t2019 = R::fused(-t2018, t1700, t2009); // other
+    // left_ankle: mass matrix
+    t2020 = cos_q_right_ankle_roll * t314;
+    t2021 = cos_t1 * t1418;
+    t2022 = R::fused(sin_t1, t544, t2021);
+    t2023 = R::fused(-t175_176.second(), t1422, t2022);
+    t2024 = R::fused(-t7, t1422, t2023);
+    t2025 = R::fused(-sin_q_right_ankle_roll, t2024, t2020);
+    t2026 = R::constant(0.08) * t306;
+    t2027 = R::fused(R::constant(-0.03), t1848, t2026);
+    t2028 = t2025 - t2027;
+    t2029 = R::fused(-t2028, t1710, t2019); // other
+    // right_foot: mass matrix
+    t2030 = cos_q_right_ankle_roll * t276;
+    t2031 = cos_t1 * t1408;
+    t2032 = R::fused(sin_t1, t538, t2031);
+    t2033 = R::fused(-t175_176.second(), t1412, t2032);
+    t2034 = R::fused(-t7, t1412, t2033);
+    t2035 = R::fused(-sin_q_right_ankle_roll, t2034, t2030);
+    t2036 = R::constant(0.08) * t268;
+    t2037 = R::fused(R::constant(-0.03), t1851, t2036);
+    t2038 = t2035 - t2037;
+    t2039 = R::fused(-t2038, t1721, t2029); // other
+    // left_foot: mass matrix
+    t2040 = cos_q_right_ankle_roll * t239;
+    t2041 = cos_t1 * t1399;
+    t2042 = R::fused(sin_t1, t533, t2041);
+    t2043 = R::fused(t175_176.second(), t1403, t2042);
+    t2044 = R::fused(t7, t1403, t2043);
+    t2045 = R::fused(-sin_q_right_ankle_roll, t2044, t2040);
+    t2046 = R::constant(0.08) * t231;
+    t2047 = R::fused(R::constant(-0.03), t1854, t2046);
+    t2048 = t2045 + t2047;
+    t2049 = R::fused(-t2048, t1733, t2039); // other
+    t2050 = R::fused(-t1766, t2049, t1905); // other
+    t2051 = sin_q_right_ankle_roll * t1906; // right_hip_yaw_link: sums of what it carries
+    t2052 = R::fused(cos_q_right_ankle_roll, t1921, t2051); // right_hip_yaw_link: sums of what it carries
+    t2053 = R::fused(R::constant(-0.03), t1774, t2052); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t2054 = t851 * R::constant(0.01875325);
+    t2055 = R::fused(t853, R::constant(0.044232), t2054);
+    t2056 = R::fused(-t888, R::constant(5.423949), t2055);
+    t2057 = t2053 - t2056;
+    t2058 = sin_q_right_ankle_roll * t1397; // right_hip_yaw_link: sums of what it carries
+    t2059 = R::fused(cos_q_right_ankle_roll, t1944, t2058); // right_hip_yaw_link: sums of what it carries
+    t2060 = R::fused(R::constant(0.03), t1780, t2059); // right_hip_yaw_link: mass matrix
+    t2061 = R::fused(-t2060, t1586, t2057); // other
+    t2062 = sin_q_right_ankle_roll * t191; // left_hip_yaw_link: mass matrix
+    t2063 = R::fused(cos_q_right_ankle_roll, t1952, t2062); // left_hip_yaw_link: mass matrix
+    t2064 = R::fused(R::constant(-0.03), t1783, t2063); // left_hip_yaw_link: mass matrix
+    t2065 = R::fused(-t2064, t1587, t2061); // other
+    t2066 = sin_q_right_ankle_roll * t657; // right_hip_roll_link: mass matrix
+    let (
+        t2067, t2068, t2069, t2070, t2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082,
+        t2083, t2084, t2085, t2086, t2087, t2088, t2089, t2090, t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098,
+        t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112,
+    );
+    t2067 = R::fused(cos_q_right_ankle_roll, t1951, t2066); // right_hip_roll_link: mass matrix
+    t2068 = R::fused(R::constant(-0.03), t1785, t2067); // right_hip_roll_link: mass matrix
+    t2069 = R::fused(-t2068, t1591, t2065); // other
+    t2070 = sin_q_right_ankle_roll * t600; // left_hip_roll_link: mass matrix
+    t2071 = R::fused(cos_q_right_ankle_roll, t1950, t2070); // left_hip_roll_link: mass matrix
+    t2072 = R::fused(R::constant(-0.03), t1787, t2071); // left_hip_roll_link: mass matrix
+    t2073 = R::fused(-t2072, t1622, t2069); // other
+    t2074 = sin_q_right_ankle_roll * t530; // right_upper_leg: mass matrix
+    t2075 = R::fused(cos_q_right_ankle_roll, t1974, t2074); // right_upper_leg: mass matrix
+    t2076 = R::fused(R::constant(0.03), t1790, t2075); // right_upper_leg: mass matrix
+    t2077 = R::fused(-t2076, t1628, t2073); // other
+    t2078 = sin_q_right_ankle_roll * t468; // left_upper_leg: mass matrix
+    t2079 = R::fused(cos_q_right_ankle_roll, t1984, t2078); // left_upper_leg: mass matrix
+    t2080 = R::fused(R::constant(0.03), t1793, t2079); // left_upper_leg: mass matrix
+    t2081 = R::fused(t2080, t1629, t2077); // other
+    t2082 = sin_q_right_ankle_roll * t427; // right_lower_leg: mass matrix
+    t2083 = R::fused(cos_q_right_ankle_roll, t1994, t2082); // right_lower_leg: mass matrix
+    t2084 = R::fused(R::constant(0.03), t1796, t2083); // right_lower_leg: mass matrix
+    t2085 = R::fused(-t2084, t1683, t2081); // other
+    t2086 = sin_q_right_ankle_roll * t391; // left_lower_leg: mass matrix
+    t2087 = R::fused(cos_q_right_ankle_roll, t2004, t2086); // left_lower_leg: mass matrix
+    t2088 = R::fused(R::constant(0.03), t1799, t2087); // left_lower_leg: mass matrix
+    t2089 = R::fused(-t2088, t1691, t2085); // other
+    t2090 = sin_q_right_ankle_roll * t354; // right_ankle: mass matrix
+    t2091 = R::fused(cos_q_right_ankle_roll, t2014, t2090); // right_ankle: mass matrix
+    t2092 = R::fused(R::constant(-0.03), t1802, t2091); // right_ankle: mass matrix
+    t2093 = R::fused(-t2092, t1700, t2089); // other
+    t2094 = sin_q_right_ankle_roll * t314; // left_ankle: mass matrix
+    t2095 = R::fused(cos_q_right_ankle_roll, t2024, t2094); // left_ankle: mass matrix
+    t2096 = R::fused(R::constant(-0.03), t1805, t2095); // left_ankle: mass matrix
+    t2097 = R::fused(-t2096, t1710, t2093); // other
+    t2098 = sin_q_right_ankle_roll * t276; // right_foot: mass matrix
+    t2099 = R::fused(cos_q_right_ankle_roll, t2034, t2098); // right_foot: mass matrix
+    t2100 = R::fused(R::constant(-0.03), t1808, t2099); // right_foot: mass matrix
+    t2101 = R::fused(-t2100, t1721, t2097); // other
+    t2102 = sin_q_right_ankle_roll * t239; // left_foot: mass matrix
+    t2103 = R::fused(cos_q_right_ankle_roll, t2044, t2102); // left_foot: mass matrix
+    t2104 = R::fused(R::constant(0.03), t1811, t2103); // left_foot: mass matrix
+    // other
+    t2105 = R::fused(-t2104, t1733, t2101);
+    t2106 = R::fused(-t1816, t2105, -t2050);
+    t2107 = t1863 * t1904;
+    t2108 = R::fused(-t1867, t2049, t2107);
+    t2109 = R::fused(-t1871, t2105, -t2108);
+    t2110 = t956 * t1904;
+    t2111 = R::fused(-t888, t2049, t2110);
+    t2112 = R::fused(-t917, t2105, -t2111);
     *out = [[
-        t1339, t1351, t1364, t1365, t1370, t1372, t1334, t1326, t1306, t1285, t1274, t1272, t1386, t1404, t1422, t1437,
-        t1452, t1467, t1532, t1548, t1551, t1633, t1636, t1639,
+        t1638, t1650, t1668, t1669, t1674, t1676, t1629, t1628, t1622, t1591, t1587, t1586, t1683, t1691, t1700, t1710,
+        t1721, t1733, t1856, t1872, t1875, t2106, t2109, t2112,
     ]];
 }
 }

@@ -77,7 +77,7 @@
 //! - [`contact_normal_rate()`]: 4 × 1, 92 operations. Normal accelerations of the contact points when `a = 0`.
 //! - [`contact_tangential_rate()`]: 4 × 1, 92 operations. Tangential accelerations of the contact points when `a = 0`.
 //! - [`constrained_dynamics_of_single_support()`], [`constrained_dynamics_of_toe_support()`],
-//!   [`constrained_dynamics_of_touch_down()`], [`constrained_dynamics_of_push_off()`]: 336 to 1001 operations.
+//!   [`constrained_dynamics_of_touch_down()`], [`constrained_dynamics_of_push_off()`]: 373 to 1001 operations.
 //!   Accelerations of a phase under its contacts, then the contact forces λ: `D a + H = tau + W λ`, `Wᵀ a + w = 0`.
 //! - [`impact_map_of_toe_support()`], [`impact_map_of_touch_down()`]: 678 to 781 operations. Velocity just after the
 //!   impact that ends a phase, then the impulses; legs keep their names.

@@ -14,7 +14,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// `right_foot/force/z`, `right_foot/moment/x`, `right_foot/moment/y`, `right_foot/moment/z`; m/s², then rad/s², then
 /// N, then N m.
 /// Source: (4.23), Table 4.1, corrected.
-/// 2699 operations: 410 add, 598 mul, 840 fused, 11 div, 14 sin_cos. For two limbs at once: 6 pairs of them.
+/// 3542 operations: 400 add, 687 mul, 1222 fused, 11 div, 14 sin_cos. For two limbs at once: 6 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_right_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -119,579 +119,575 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     ]);
     let (
         t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26, t27,
-        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49,
-        t50, t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71,
-        t72, t73, t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93,
-        t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112,
-        t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130,
-        t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148,
-        t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166,
-        t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184,
-        t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202,
-        t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220,
-        t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238,
-        t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256,
-        t257, t258, t259, t260,
+        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45_46, t47, t48, t49, t50,
+        t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72,
+        t73, t74, t75, t76, t77_78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t95,
+        t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114,
+        t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132,
+        t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150,
+        t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167, t168,
+        t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
+        t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204,
+        t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222,
+        t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240,
+        t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258,
+        t259, t260, t261, t262,
     );
     t5 = v_base_angular_y * v_base_linear_z; // torso: motion
     t6 = R::fused(-v_base_angular_z, v_base_linear_y, t5); // torso: motion
-    t7 = v_base_angular_x * sin_q_right_hip_yaw; // right_hip_yaw_link: motion
-    t8 = R::fused(-v_base_angular_y, cos_q_right_hip_yaw, t7); // right_hip_yaw_link: motion
-    t9 = t8 * cos_q_right_hip_roll; // right_hip_roll_link: motion
-    t10 = v_base_angular_z + v_right_hip_yaw; // right_hip_yaw_link: motion
-    t11 = R::fused(-t10, sin_q_right_hip_roll, t9); // right_hip_roll_link: motion
-    t12 = t11 - v_right_hip_pitch; // right_upper_leg: motion
-    t13 = t12 - v_right_knee_pitch; // right_lower_leg: motion
-    t14 = t13 - v_right_ankle_pitch; // right_ankle: motion
-    t15 = t14 * cos_q_right_ankle_roll; // right_foot: motion
-    t16 = t8 * sin_q_right_hip_roll; // right_hip_roll_link: motion
-    t17 = R::fused(t10, cos_q_right_hip_roll, t16); // right_hip_roll_link: motion
-    t18 = t17 * cos_q_right_hip_pitch; // right_upper_leg: motion
-    t19 = v_base_angular_x * cos_q_right_hip_yaw; // right_hip_yaw_link: motion
-    t20 = R::fused(v_base_angular_y, sin_q_right_hip_yaw, t19); // right_hip_yaw_link: motion
-    t21 = t20 + v_right_hip_roll; // right_hip_roll_link: motion
-    t22 = R::fused(t21, sin_q_right_hip_pitch, t18); // right_upper_leg: motion
-    t23 = t22 * cos_q_right_knee_pitch; // right_lower_leg: motion
-    t24 = t17 * sin_q_right_hip_pitch; // right_upper_leg: motion
-    t25 = R::fused(-t21, cos_q_right_hip_pitch, t24); // right_upper_leg: motion
-    t26 = R::fused(-t25, sin_q_right_knee_pitch, t23); // right_lower_leg: motion
-    t27 = t26 * cos_q_right_ankle_pitch; // right_ankle: motion
-    t28 = t22 * sin_q_right_knee_pitch; // right_lower_leg: motion
-    t29 = R::fused(t25, cos_q_right_knee_pitch, t28); // right_lower_leg: motion
-    t30 = R::fused(-t29, sin_q_right_ankle_pitch, t27); // right_ankle: motion
-    t31 = R::fused(-t30, sin_q_right_ankle_roll, t15); // right_foot: motion
-    t32 = t26 * sin_q_right_ankle_pitch; // right_ankle: motion
-    t33 = R::fused(t29, cos_q_right_ankle_pitch, t32); // right_ankle: motion
-    t34 = t33 - v_right_ankle_roll; // right_foot: motion
-    t35 = t31 * t34; // right_foot: motion
-    t36 = t35 * R::constant(0.03); // right_hip_yaw_link: motion
-    t37 = t14 * sin_q_right_ankle_roll; // right_foot: motion
-    t38 = R::fused(t30, cos_q_right_ankle_roll, t37); // right_foot: motion
-    t39 = t31 * t38; // right_foot: motion
-    t40 = R::fused(t39, R::constant(0.055), t36); // right_hip_yaw_link: motion
-    // torso: motion
-    t41 = q_base_qz * R::constant(2.0);
-    t42 = q_base_qx * t41;
-    t43 = q_base_qy * R::constant(2.0);
-    t44 = q_base_qw * t43;
-    t45 = t42 - t44;
-    // other
-    t46 = cos_q_right_ankle_pitch * sin_q_right_ankle_roll;
-    t47 = cos_q_right_knee_pitch * t46;
-    t48 = sin_q_right_ankle_pitch * sin_q_right_ankle_roll;
-    t49 = R::fused(-sin_q_right_knee_pitch, t48, t47);
-    t50 = sin_q_right_hip_pitch * t49;
-    t51 = sin_q_right_knee_pitch * t46;
-    t52 = R::fused(cos_q_right_knee_pitch, t48, t51);
-    t53 = R::fused(cos_q_right_hip_pitch, t52, t50);
-    t54 = cos_q_right_hip_yaw * t53;
-    t55 = cos_q_right_hip_roll * cos_q_right_ankle_roll;
-    t56 = cos_q_right_hip_pitch * t49;
-    t57 = R::fused(-sin_q_right_hip_pitch, t52, t56);
-    t58 = R::fused(-sin_q_right_hip_roll, t57, t55);
-    t59 = R::fused(-sin_q_right_hip_yaw, t58, t54);
-    t60 = t45 * t59;
-    // torso: motion
-    t61 = q_base_qy * t41;
-    t62 = q_base_qx * R::constant(2.0);
-    t63 = q_base_qw * t62;
-    t64 = t61 + t63;
-    t65 = sin_q_right_hip_yaw * t53; // other
-    t66 = R::fused(cos_q_right_hip_yaw, t58, t65); // other
-    t67 = R::fused(t64, t66, t60); // other
-    t68 = q_base_qx * t62;
-    t69 = q_base_qy * t43;
-    t70 = t68 + t69;
-    t71 = R::constant(1.0) - t70;
-    t72 = sin_q_right_hip_roll * cos_q_right_ankle_roll; // other
-    t73 = R::fused(cos_q_right_hip_roll, t57, t72); // other
-    t74 = R::fused(t71, t73, t67); // other
-    t75 = R::fused(R::constant(9.81), t74, -t40); // right_hip_yaw_link: motion
-    t76 = sin_q_right_ankle_roll * t75; // right_hip_yaw_link: motion
-    t77 = t34 * t34; // right_foot: motion
-    t78 = t31 * t31; // right_foot: motion
-    t79 = t77 + t78; // right_foot: motion
-    t80 = t79 * R::constant(0.055); // other
-    t81 = t38 * t34; // right_foot: motion
-    t82 = R::fused(-t81, R::constant(0.03), t80); // right_hip_yaw_link: motion
-    // other
-    t83 = cos_q_right_ankle_pitch * cos_q_right_ankle_roll;
-    t84 = cos_q_right_knee_pitch * t83;
-    t85 = sin_q_right_ankle_pitch * cos_q_right_ankle_roll;
-    t86 = R::fused(-sin_q_right_knee_pitch, t85, t84);
-    t87 = sin_q_right_hip_pitch * t86;
-    t88 = sin_q_right_knee_pitch * t83;
-    t89 = R::fused(cos_q_right_knee_pitch, t85, t88);
-    t90 = R::fused(cos_q_right_hip_pitch, t89, t87);
-    t91 = cos_q_right_hip_yaw * t90;
-    t92 = cos_q_right_hip_roll * sin_q_right_ankle_roll;
-    t93 = cos_q_right_hip_pitch * t86;
-    t94 = R::fused(-sin_q_right_hip_pitch, t89, t93);
-    t95 = R::fused(sin_q_right_hip_roll, t94, t92);
-    t96 = R::fused(sin_q_right_hip_yaw, t95, t91);
-    t97 = t45 * t96;
-    t98 = sin_q_right_hip_yaw * t90;
-    t99 = R::fused(-cos_q_right_hip_yaw, t95, t98);
-    t100 = R::fused(t64, t99, t97);
-    t101 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
-    t102 = R::fused(-cos_q_right_hip_roll, t94, t101);
-    t103 = R::fused(-t71, t102, t100);
-    t104 = R::fused(R::constant(9.81), t103, -t82); // right_hip_yaw_link: motion
-    t105 = R::fused(cos_q_right_ankle_roll, t104, t76); // right_hip_yaw_link: motion
-    t106 = t33 * t33; // right_ankle: motion
-    // right_hip_yaw_link: motion
-    t107 = cos_q_right_ankle_roll * t31;
-    t108 = R::fused(sin_q_right_ankle_roll, t38, t107);
-    t109 = t108 * t108;
-    t110 = t106 + t109;
-    t111 = R::fused(R::constant(-0.037), t110, t105); // left_hip_yaw_link: motion
-    t112 = R::constant(0.273) * sin_q_right_ankle_pitch; // other
-    t113 = t38 * v_right_ankle_roll; // right_foot: motion
-    t114 = cos_q_right_ankle_roll * t113;
-    t115 = t31 * v_right_ankle_roll; // right_foot: motion
-    t116 = R::fused(-sin_q_right_ankle_roll, t115, t114);
-    t117 = sin_q_right_ankle_roll * t31;
-    t118 = R::fused(-cos_q_right_ankle_roll, t38, t117);
-    t119 = t33 * t118;
-    t120 = t116 + t119;
-    t121 = t112 * t120; // right_hip_roll_link: motion
-    t122 = v_right_ankle_pitch + t108; // left_hip_yaw_link: motion
-    t123 = t122 * t122; // left_hip_yaw_link: motion
-    t124 = t106 + t123; // left_hip_yaw_link: motion
-    t125 = R::constant(0.273) * cos_q_right_ankle_pitch; // right_hip_roll_link: motion
-    t126 = R::fused(t124, t125, t121); // right_hip_roll_link: motion
-    t127 = t111 - t126; // right_hip_roll_link: motion
-    t128 = R::constant(0.315) * sin_t0; // left_hip_roll_link: motion
-    t129 = t120 * t128; // left_hip_roll_link: motion
-    t130 = v_right_knee_pitch + t122; // right_hip_roll_link: motion
-    t131 = t130 * t130; // right_hip_roll_link: motion
-    t132 = t106 + t131; // right_hip_roll_link: motion
-    // left_hip_roll_link: motion
-    t133 = R::constant(0.315) * cos_t0;
-    t134 = R::fused(t132, t133, t129);
-    t135 = t127 - t134;
-    t136 = sin_t1 * t135;
-    t137 = t38 * t38; // right_foot: motion
-    t138 = t78 + t137; // right_foot: motion
-    t139 = t138 * R::constant(0.03); // other
-    t140 = R::fused(-t81, R::constant(0.055), t139); // right_hip_yaw_link: motion
-    // other
-    t141 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t142 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t141);
-    t143 = sin_q_right_hip_pitch * t142;
-    t144 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t145 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t144);
-    t146 = R::fused(cos_q_right_hip_pitch, t145, t143);
-    t147 = cos_q_right_hip_yaw * t146;
-    t148 = cos_q_right_hip_pitch * t142;
-    t149 = R::fused(-sin_q_right_hip_pitch, t145, t148);
-    t150 = sin_q_right_hip_roll * t149;
-    t151 = R::fused(sin_q_right_hip_yaw, t150, t147);
-    t152 = t45 * t151;
-    t153 = sin_q_right_hip_yaw * t146;
-    t154 = R::fused(-cos_q_right_hip_yaw, t150, t153);
-    t155 = R::fused(t64, t154, t152);
-    t156 = cos_q_right_hip_roll * t149;
-    t157 = R::fused(t71, t156, t155);
-    t158 = R::fused(R::constant(9.81), t157, -t140); // right_hip_yaw_link: motion
-    t159 = t116 - t119; // right_hip_yaw_link: motion
-    t160 = R::fused(R::constant(0.037), t159, t158); // left_hip_yaw_link: motion
-    t161 = t118 * t118; // right_hip_yaw_link: motion
-    t162 = t161 + t123; // left_hip_yaw_link: motion
-    // right_hip_roll_link: motion
-    t163 = t112 * t162;
-    t164 = R::fused(-t159, t125, t163);
-    t165 = t160 - t164;
-    t166 = t161 + t131;
-    // left_hip_roll_link: motion
-    t167 = t166 * t128;
-    t168 = R::fused(-t159, t133, t167);
-    t169 = t165 - t168;
-    t170 = R::fused(-cos_t1, t169, t136);
-    t171 = cos_q_right_hip_yaw * t170; // left_upper_leg: motion
-    t172 = cos_q_right_ankle_roll * t75; // right_hip_yaw_link: motion
-    t173 = R::fused(-sin_q_right_ankle_roll, t104, t172); // right_hip_yaw_link: motion
-    t174 = t108 * t118; // right_hip_yaw_link: motion
-    t175 = R::fused(R::constant(0.037), t174, t173); // left_hip_yaw_link: motion
-    t176 = sin_q_right_ankle_roll * t113; // right_hip_yaw_link: motion
-    t177 = R::fused(cos_q_right_ankle_roll, t115, t176); // right_hip_yaw_link: motion
-    t178 = R::fused(t33, v_right_ankle_pitch, -t177); // left_hip_yaw_link: motion
-    t179 = t33 * t122; // left_hip_yaw_link: motion
-    t180 = t178 + t179; // left_hip_yaw_link: motion
-    t181 = t112 * t180; // right_hip_roll_link: motion
-    t182 = v_right_ankle_pitch * t118; // left_hip_yaw_link: motion
-    t183 = t118 * t122; // left_hip_yaw_link: motion
-    t184 = t182 + t183; // left_hip_yaw_link: motion
-    // right_hip_roll_link: motion
-    t185 = R::fused(-t184, t125, t181);
-    t186 = t175 - t185;
-    t187 = R::fused(v_right_knee_pitch, t33, t178);
-    t188 = t33 * t130;
-    t189 = t187 + t188;
-    t190 = t189 * t128; // left_hip_roll_link: motion
-    t191 = R::fused(v_right_knee_pitch, t118, t182);
-    t192 = t118 * t130;
-    t193 = t191 + t192;
-    t194 = R::fused(-t193, t133, t190); // left_hip_roll_link: motion
-    t195 = t186 - t194; // left_hip_roll_link: motion
-    t196 = cos_q_right_hip_roll * t195; // right_upper_leg: motion
-    t197 = cos_t1 * t135; // left_hip_roll_link: motion
-    t198 = R::fused(sin_t1, t169, t197); // left_hip_roll_link: motion
-    t199 = R::fused(-sin_q_right_hip_roll, t198, t196); // right_upper_leg: motion
-    t200 = R::fused(-sin_q_right_hip_yaw, t199, t171); // left_upper_leg: motion
-    t201 = cos_t1 * t118; // left_hip_roll_link: motion
-    t202 = R::fused(-t33, sin_t1, t201); // left_hip_roll_link: motion
-    t203 = R::fused(-v_right_hip_roll, t202, t116); // right_upper_leg: motion
-    t204 = sin_q_right_hip_roll * t203; // right_upper_leg: motion
-    // left_hip_roll_link: motion
-    t205 = R::fused(v_right_hip_pitch, t33, t187);
-    t206 = cos_t1 * t205;
-    t207 = R::fused(v_right_hip_pitch, t118, t191);
-    t208 = R::fused(sin_t1, t207, t206);
-    t209 = v_right_hip_pitch + t130;
-    t210 = R::fused(-v_right_hip_roll, t209, t208); // right_upper_leg: motion
-    t211 = R::fused(-cos_q_right_hip_roll, t210, t204); // right_upper_leg: motion
-    t212 = sin_t1 * t118;
-    t213 = R::fused(t33, cos_t1, t212);
-    t214 = v_right_hip_roll + t213; // right_upper_leg: motion
-    t215 = cos_q_right_hip_yaw * t214; // left_upper_leg: motion
-    t216 = cos_q_right_hip_roll * t209; // right_upper_leg: motion
-    t217 = R::fused(-sin_q_right_hip_roll, t202, t216); // right_upper_leg: motion
-    // left_upper_leg: motion
-    t218 = R::fused(-sin_q_right_hip_yaw, t217, t215);
-    t219 = sin_q_right_hip_yaw * t214;
-    t220 = R::fused(cos_q_right_hip_yaw, t217, t219);
-    t221 = R::fused(t218, t220, t211);
-    t222 = R::fused(R::constant(0.0764), t221, t200); // other
-    t223 = sin_t4 * sin_t4; // right_foot: sums of what it carries
-    t224 = R::constant(0.0165) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t225 = sin_q_left_ankle_roll * R::constant(13.432835824540797); // left_foot: articulated inertia
-    t226 = t224 * t225; // left_foot: articulated inertia
-    t227 = t223 * t226; // right_foot: articulated inertia
-    t228 = R::constant(0.0165) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t229 = R::constant(0.023125) + t228; // left_foot: sums of what it carries
-    t230 = t229 * cos_t4; // right_foot: sums of what it carries
-    t231 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t232 = R::fused(-t231, t225, R::constant(0.0154)); // right_foot: articulated inertia
-    t233 = R::fused(sin_t4, t232, t230); // right_foot: articulated inertia
+    t7 = R::constant(0.273) * sin_q_right_ankle_pitch;
     // left_foot: sums of what it carries
-    t234 = cos_q_left_ankle_roll * R::constant(0.0006105);
-    t235 = sin_q_left_ankle_roll * sin_q_left_ankle_roll;
-    t236 = R::constant(0.00009166667) * t235;
-    t237 = t236 + R::constant(0.0005683333315);
-    t238 = sin_q_left_ankle_roll * R::constant(0.4982360924011495); // factors of the mass matrix
-    t239 = R::fused(t231, t238, -t237); // left_foot: articulated inertia
-    t240 = t234 - t239; // left_foot: articulated inertia
-    t241 = t234 + t240; // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t242 = R::constant(0.0039379874985) + t241;
-    t243 = R::constant(1.0) / t242;
-    t244 = t233 * t243;
-    t245 = R::fused(t233, t244, t227);
-    t246 = R::constant(0.3111) * cos_t3; // left_ankle: sums of what it carries
-    t247 = R::fused(R::constant(0.008), sin_t3, t246); // left_ankle: sums of what it carries
-    t248 = R::constant(0.273) * cos_t3; // right_foot: motion
-    t249 = t248 * t245;
-    t250 = R::constant(0.273) * sin_t3; // right_foot: motion
-    t251 = sin_t4 * cos_t4; // right_foot: sums of what it carries
-    t252 = t251 * t226;
-    t253 = t229 * sin_t4; // right_foot: sums of what it carries
-    t254 = R::fused(-cos_t4, t232, t253);
-    t255 = R::fused(-t254, t244, t252);
-    t256 = R::fused(-t250, t255, t249);
-    t257 = t247 - t256; // left_ankle: articulated inertia
-    t258 = t248 * t256;
-    t259 = t248 * t255;
-    t260 = t226 - t227;
-    let (
-        t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278,
-        t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296,
-        t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314,
-        t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332,
-        t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350,
-        t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368,
-        t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386,
-        t387, t388, t389, t390, t391, t392, t393, t394, t395, t396_397, t398, t399, t400, t401, t402, t403, t404,
-        t405_406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423,
-        t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441,
-        t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459,
-        t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477,
-        t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495,
-        t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513,
-        t514, t515, t516, t517, t518,
-    );
-    t261 = t254 * t243;
-    t262 = R::fused(t254, t261, t260);
-    t263 = R::fused(-t250, t262, t259);
-    t264 = R::fused(-t250, t263, t258);
-    // left_ankle: articulated inertia
-    t265 = R::constant(0.07325338333) - t264;
-    t266 = R::constant(1.0) / t265;
-    t267 = t257 * t266;
-    t268 = R::fused(t257, t267, t245);
-    t269 = R::constant(0.8355) * cos_q_left_hip_pitch; // right_ankle: sums of what it carries
-    t270 = R::fused(R::constant(0.012), sin_q_left_hip_pitch, t269); // right_ankle: sums of what it carries
-    t271 = cos_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
-    t272 = t271 * t268;
-    t273 = sin_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
-    t274 = R::constant(0.3111) * sin_t3; // left_ankle: sums of what it carries
-    t275 = R::fused(R::constant(-0.008), cos_t3, t274); // left_ankle: sums of what it carries
-    t276 = t275 + t263;
-    t277 = R::fused(-t276, t267, t255);
-    t278 = R::fused(-t273, t277, t272);
-    t279 = t270 - t278; // right_ankle: articulated inertia
-    t280 = t271 * t278;
-    t281 = t271 * t277;
-    t282 = t276 * t266;
-    t283 = R::fused(t276, t282, t262);
-    t284 = R::fused(-t273, t283, t281);
-    t285 = R::fused(-t273, t284, t280);
-    // right_ankle: articulated inertia
-    t286 = R::constant(0.231642) - t285;
-    t287 = R::constant(1.0) / t286;
-    t288 = t279 * t287;
-    t289 = R::fused(t279, t288, t268);
-    t290 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t291 = t290 * t225; // left_foot: articulated inertia
-    t292 = t223 * t291; // right_foot: articulated inertia
-    t293 = cos_q_left_ankle_roll * R::constant(13.432835824540797); // left_foot: articulated inertia
-    t294 = t224 * t293; // left_foot: articulated inertia
-    t295 = R::constant(0.037) * t294; // left_foot: articulated inertia
-    t296 = t224 + t295; // right_foot: articulated inertia
-    t297 = R::fused(t251, t296, t292); // right_foot: articulated inertia
-    t298 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t299 = R::constant(0.00009166667) * t298; // left_foot: sums of what it carries
-    t300 = R::fused(-t290, t238, t299); // left_foot: articulated inertia
-    t301 = R::fused(sin_q_left_ankle_roll, R::constant(0.0006105), -t300); // left_foot: articulated inertia
-    t302 = sin_t4 * t301; // right_foot: articulated inertia
-    t303 = t231 * t293; // left_foot: articulated inertia
-    t304 = R::constant(0.037) * t303; // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t305 = R::fused(cos_t4, t304, t302);
-    t306 = R::fused(-t305, t244, t297);
-    t307 = sin_t4 * t294;
-    t308 = R::fused(-t303, t244, t307);
-    t309 = t248 * t308;
-    t310 = t306 + t309;
-    t311 = R::constant(0.00024) * sin_t3; // left_ankle: sums of what it carries
-    t312 = R::fused(R::constant(-0.000016), cos_t3, t311); // left_ankle: sums of what it carries
-    t313 = t248 * t306;
-    t314 = t223 * t296;
-    t315 = R::fused(-t251, t291, t314);
-    t316 = t295 - t315;
-    t317 = R::fused(t305, t261, t316);
-    t318 = R::fused(-t250, t317, t313);
-    t319 = cos_t4 * t294;
-    t320 = t303 * t243;
-    t321 = R::fused(t254, t320, t319);
-    t322 = t250 * t321;
-    t323 = t309 - t322;
-    t324 = R::fused(t248, t323, t318);
-    // left_ankle: articulated inertia
-    t325 = t312 + t324;
-    t326 = R::fused(-t325, t267, t310);
-    t327 = R::fused(-t323, t267, t308);
-    t328 = t271 * t327;
-    t329 = t326 + t328;
-    t330 = R::constant(0.00193) * sin_q_left_hip_pitch; // right_ankle: sums of what it carries
-    t331 = R::fused(R::constant(-0.000048), cos_q_left_hip_pitch, t330); // right_ankle: sums of what it carries
-    t332 = t271 * t326;
-    t333 = R::fused(t248, t321, t317); // right_foot: articulated inertia
-    t334 = R::fused(t325, t282, t333);
-    t335 = R::fused(-t273, t334, t332);
-    t336 = t323 * t266;
-    t337 = R::fused(t276, t336, t321);
-    t338 = t273 * t337;
-    t339 = t328 - t338;
-    t340 = R::fused(t271, t339, t335);
-    t341 = t331 + t340; // right_ankle: articulated inertia
-    t342 = R::fused(-t341, t288, t329); // right_ankle: articulated inertia
-    t343 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
-    t344 = R::constant(0.22879800003) * t343; // right_ankle: sums of what it carries
-    t345 = sin_q_left_hip_pitch * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
-    t346 = R::fused(-t345, R::constant(0.004), t344); // right_ankle: sums of what it carries
-    t347 = R::constant(0.230220000015) - t346; // right_ankle: sums of what it carries
+    t8 = cos_q_left_ankle_roll * R::constant(0.001221);
+    t9 = sin_q_left_ankle_roll * sin_q_left_ankle_roll;
+    t10 = R::constant(0.00009166667) * t9;
+    t11 = t10 + R::constant(0.0005683333315);
+    t12 = t8 + t11;
+    t13 = R::constant(0.0039379874985) + t12; // right_foot: sums of what it carries
+    t14 = R::constant(0.273) * sin_t3; // right_foot: motion
+    t15 = R::constant(0.0165) * cos_q_left_ankle_roll;
+    t16 = R::constant(0.023125) + t15;
+    // right_foot: sums of what it carries
+    t17 = t16 * sin_t4;
+    t18 = R::fused(R::constant(-0.0154), cos_t4, t17);
+    t19 = t14 * t18;
+    t20 = R::constant(2.0) * t19;
+    t21 = R::constant(0.273) * cos_t3; // right_foot: motion
+    t22 = t16 * cos_t4;
+    t23 = R::fused(R::constant(0.0154), sin_t4, t22);
+    t24 = t21 * t23;
+    t25 = R::constant(2.0) * t24;
+    t26 = t20 + t25;
+    t27 = t13 + t26;
+    t28 = R::constant(0.07325338333) + t27; // left_ankle: sums of what it carries
+    t29 = sin_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
     // left_ankle: sums of what it carries
-    t348 = sin_t3 * sin_t3;
-    t349 = R::constant(0.072308716667) * t348;
-    t350 = sin_t3 * cos_t3;
-    t351 = R::fused(-t350, R::constant(0.00172), t349);
-    t352 = R::constant(0.0727810499985) - t351;
-    t353 = t228 * t293; // left_foot: articulated inertia
-    t354 = R::fused(-t353, R::constant(0.001369), R::constant(0.0008355375)); // right_foot: articulated inertia
-    t355 = t236 - R::constant(0.0006600000015); // left_foot: sums of what it carries
-    t356 = cos_q_left_ankle_roll * R::constant(0.4982360924011495); // left_foot: articulated inertia
-    t357 = R::fused(t290, t356, t355); // left_foot: articulated inertia
-    t358 = R::constant(0.0031024499985) - t357; // right_foot: articulated inertia
-    t359 = t354 - t358; // right_foot: articulated inertia
-    t360 = t223 * t359; // right_foot: articulated inertia
-    t361 = t290 * t293; // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t362 = R::fused(R::constant(-0.037), t361, R::constant(0.0005698));
-    t363 = R::constant(2.0) * t362;
-    t364 = R::fused(-t251, t363, t360);
-    t365 = t354 - t364;
-    t366 = t305 * t243;
-    t367 = R::fused(-t305, t366, t365);
-    t368 = R::constant(0.0154) - t361;
-    t369 = sin_t4 * t368;
-    t370 = R::fused(R::constant(-0.037), t353, R::constant(0.023125));
-    t371 = R::fused(cos_t4, t370, t369);
-    t372 = R::fused(-t305, t320, t371);
-    t373 = R::fused(t248, t372, t367);
-    t374 = R::fused(t303, t320, t353);
-    t375 = R::fused(-t248, t374, t372);
-    t376 = R::fused(t248, t375, t373);
-    // left_ankle: articulated inertia
-    t377 = t352 + t376;
-    t378 = t325 * t266;
-    t379 = R::fused(-t325, t378, t377);
-    t380 = t247 + t375;
-    t381 = R::fused(-t325, t336, t380);
-    t382 = R::fused(t271, t381, t379);
-    t383 = R::fused(t323, t336, t374);
-    t384 = R::fused(-t271, t383, t381);
-    t385 = R::fused(t271, t384, t382);
-    t386 = t347 + t385; // right_ankle: articulated inertia
-    t387 = t341 * t287; // right_ankle: articulated inertia
-    t388 = R::fused(-t341, t387, t386); // right_ankle: articulated inertia
-    // left_lower_leg: articulated inertia
-    t389 = R::constant(0.0016005833535) + t388;
-    t390 = R::constant(1.0) / t389;
-    t391 = t342 * t390;
-    t392 = R::fused(t342, t391, t289);
-    t393 = sin_t2 * sin_t2; // right_lower_leg: sums of what it carries
-    t394 = t339 * t287; // right_ankle: articulated inertia
-    t395 = R::fused(t339, t394, t383); // right_ankle: articulated inertia
-    t396_397 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t398 = R::constant(0.8355) * sin_q_left_hip_pitch; // right_ankle: sums of what it carries
-    t399 = R::fused(R::constant(-0.012), cos_q_left_hip_pitch, t398); // right_ankle: sums of what it carries
-    t400 = t399 + t284; // right_ankle: articulated inertia
-    t401 = t400 * t287; // right_ankle: articulated inertia
-    t402 = R::fused(t400, t401, t283); // right_ankle: articulated inertia
-    t403 = t395 - t402;
-    t404 = t396_397.second() * t403;
-    t405_406 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t407 = R::fused(t400, t394, t337); // right_ankle: articulated inertia
-    t408 = R::constant(2.0) * t407;
-    t409 = R::fused(t405_406.second(), t408, t404);
-    t410 = t395 - t409;
-    t411 = t270 + t384; // right_ankle: articulated inertia
-    t412 = R::fused(-t341, t394, t411); // right_ankle: articulated inertia
-    t413 = cos_q_left_hip_roll * t412;
-    t414 = R::fused(t271, t337, t334); // left_ankle: articulated inertia
-    t415 = R::fused(t341, t401, t414); // right_ankle: articulated inertia
-    t416 = R::constant(0.01) - t415;
-    t417 = R::fused(-sin_q_left_hip_roll, t416, t413);
-    t418 = t417 * t390;
-    t419 = R::fused(t417, t418, t410);
-    t420 = t392 - t419; // right_lower_leg: articulated inertia
-    t421 = t393 * t420; // right_lower_leg: articulated inertia
-    t422 = sin_t2 * cos_t2; // right_lower_leg: sums of what it carries
-    t423 = R::fused(-t339, t288, t327); // right_ankle: articulated inertia
-    t424 = cos_q_left_hip_roll * t423;
-    t425 = R::fused(-t400, t288, t277); // right_ankle: articulated inertia
-    t426 = R::fused(-sin_q_left_hip_roll, t425, t424);
-    t427 = R::fused(-t417, t391, t426);
-    t428 = R::constant(2.0) * t427; // right_lower_leg: articulated inertia
-    t429 = R::fused(-t422, t428, t421); // right_lower_leg: articulated inertia
-    t430 = t392 - t429; // right_lower_leg: articulated inertia
-    // right_foot: articulated inertia
-    t431 = t224 - t315;
-    t432 = cos_t4 * t301;
-    t433 = R::fused(-sin_t4, t304, t432);
-    t434 = R::fused(-t433, t244, t431);
-    t435 = R::fused(-t250, t308, t434);
-    t436 = R::constant(0.00024) * cos_t3; // left_ankle: sums of what it carries
-    t437 = R::fused(R::constant(0.000016), sin_t3, t436); // left_ankle: sums of what it carries
-    t438 = t248 * t435;
-    t439 = t291 - t297;
-    t440 = R::fused(t433, t261, t439);
-    t441 = t440 - t322;
-    t442 = R::fused(-t250, t441, t438);
-    t443 = t437 + t442; // left_ankle: articulated inertia
-    t444 = R::fused(-t443, t267, t435); // left_ankle: articulated inertia
-    t445 = R::fused(-t273, t327, t444); // left_ankle: articulated inertia
-    t446 = R::constant(0.00193) * cos_q_left_hip_pitch; // right_ankle: sums of what it carries
-    t447 = R::fused(R::constant(0.000048), sin_q_left_hip_pitch, t446); // right_ankle: sums of what it carries
-    // left_ankle: articulated inertia
-    t448 = t271 * t445;
-    t449 = R::fused(t443, t282, t441);
-    t450 = t449 - t338;
-    t451 = R::fused(-t273, t450, t448);
-    t452 = t447 + t451; // right_ankle: articulated inertia
-    t453 = R::fused(-t452, t288, t445); // right_ankle: articulated inertia
-    t454 = R::constant(0.01) + t453; // left_lower_leg: articulated inertia
-    t455 = cos_q_left_hip_roll * t454; // left_lower_leg: articulated inertia
-    t456 = t343 * R::constant(0.004); // right_ankle: sums of what it carries
-    t457 = R::fused(R::constant(0.22879800003), t345, t456); // right_ankle: sums of what it carries
-    t458 = R::constant(0.002) - t457; // right_ankle: sums of what it carries
-    t459 = t348 * R::constant(0.00172); // left_ankle: sums of what it carries
-    t460 = R::fused(R::constant(0.072308716667), t350, t459); // left_ankle: sums of what it carries
-    t461 = R::constant(0.00086) - t460; // left_ankle: sums of what it carries
-    // right_foot: articulated inertia
-    t462 = t223 * t363;
-    t463 = R::fused(t251, t359, t462);
-    t464 = t362 - t463;
-    t465 = R::fused(-t433, t366, t464);
-    t466 = R::fused(-t250, t372, t465);
-    t467 = cos_t4 * t368;
-    t468 = R::fused(-sin_t4, t370, t467);
-    t469 = R::fused(-t433, t320, t468);
-    t470 = R::fused(t250, t374, t469);
-    t471 = R::fused(t248, t470, t466);
-    // left_ankle: articulated inertia
-    t472 = t461 + t471;
-    t473 = R::fused(-t443, t378, t472);
-    t474 = R::fused(-t273, t381, t473);
-    t475 = t275 - t470;
-    t476 = R::fused(t443, t336, t475);
-    t477 = R::fused(-t273, t383, t476);
-    t478 = R::fused(-t271, t477, t474);
-    t479 = t458 + t478; // right_ankle: articulated inertia
-    t480 = R::fused(-t452, t387, t479); // right_ankle: articulated inertia
-    t481 = cos_q_left_hip_roll * t480; // left_lower_leg: articulated inertia
-    t482 = R::fused(-t481, t391, t455); // left_lower_leg: articulated inertia
-    t483 = cos_t2 * t482; // right_lower_leg: articulated inertia
-    t484 = t399 + t477; // right_ankle: articulated inertia
-    t485 = R::fused(t452, t394, t484); // right_ankle: articulated inertia
-    t486 = t396_397.second() * t485; // left_lower_leg: articulated inertia
-    t487 = R::fused(t452, t401, t450); // right_ankle: articulated inertia
-    t488 = R::fused(t405_406.second(), t487, t486); // left_lower_leg: articulated inertia
-    t489 = t485 - t488; // left_lower_leg: articulated inertia
-    t490 = R::fused(t481, t418, t489); // left_lower_leg: articulated inertia
-    t491 = R::constant(0.008) + t490; // right_lower_leg: articulated inertia
-    t492 = R::fused(sin_t2, t491, t483); // right_lower_leg: articulated inertia
-    t493 = R::constant(0.001421999985) + t346; // right_ankle: sums of what it carries
-    t494 = R::constant(0.0004723333315) + t351; // left_ankle: sums of what it carries
-    // right_foot: articulated inertia
-    t495 = t358 + t364;
-    t496 = t433 * t243;
-    t497 = R::fused(-t433, t496, t495);
-    t498 = R::fused(-t250, t469, t497);
-    t499 = R::fused(-t250, t470, t498);
-    // left_ankle: articulated inertia
-    t500 = t494 + t499;
-    t501 = t443 * t266;
-    t502 = R::fused(-t443, t501, t500);
-    t503 = R::fused(t273, t476, t502);
-    t504 = R::fused(t273, t477, t503);
-    t505 = t493 + t504; // right_ankle: articulated inertia
-    t506 = t452 * t287; // right_ankle: articulated inertia
-    t507 = R::fused(-t452, t506, t505); // right_ankle: articulated inertia
-    // left_lower_leg: articulated inertia
-    t508 = R::constant(0.00151725002) + t507;
-    t509 = R::constant(0.0000833333335) - t508;
-    t510 = t396_397.second() * t509;
-    t511 = t508 + t510;
-    t512 = t481 * t390;
-    t513 = R::fused(-t481, t512, t511);
-    // right_lower_leg: articulated inertia
-    t514 = R::constant(0.0006099999995) + t513;
-    t515 = R::constant(1.0) / t514;
-    t516 = t492 * t515;
-    t517 = R::fused(t492, t516, t430);
-    t518 = R::constant(0.20808) * sin_q_right_hip_yaw; // left_upper_leg: sums of what it carries
+    t30 = R::constant(0.3111) * sin_t3;
+    t31 = R::fused(R::constant(-0.008), cos_t3, t30);
+    t32 = t18 + t31;
+    t33 = t29 * t32;
+    t34 = R::constant(2.0) * t33;
+    t35 = cos_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
+    t36 = R::constant(0.3111) * cos_t3;
+    t37 = R::fused(R::constant(0.008), sin_t3, t36);
+    t38 = t23 + t37;
+    t39 = t35 * t38;
+    t40 = R::constant(2.0) * t39;
+    t41 = t34 + t40;
+    t42 = t28 + t41;
+    t43 = R::constant(0.231642) + t42; // right_ankle: sums of what it carries
+    t44 = R::constant(0.0000833333335) + t43; // left_lower_leg: sums of what it carries
+    t45_46 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t47 = t10 - R::constant(0.0006600000015); // left_foot: sums of what it carries
+    t48 = R::constant(0.0031024499985) - t47; // right_foot: sums of what it carries
+    t49 = R::constant(0.001228333333) + t8; // left_foot: sums of what it carries
+    // right_foot: sums of what it carries
+    t50 = t49 + R::constant(0.0008355375);
+    t51 = t50 - t48;
+    t52 = sin_t4 * sin_t4;
+    t53 = t51 * t52;
+    t54 = sin_t4 * cos_t4;
+    t55 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    t56 = R::constant(0.0005698) + t55; // left_foot: sums of what it carries
+    t57 = R::constant(2.0) * t56;
+    t58 = R::fused(-t54, t57, t53);
+    t59 = t48 + t58;
+    t60 = t59 + t20;
+    // left_ankle: sums of what it carries
+    t61 = sin_t3 * sin_t3;
+    t62 = R::constant(0.072308716667) * t61;
+    t63 = sin_t3 * cos_t3;
+    t64 = R::fused(-t63, R::constant(0.00172), t62);
+    t65 = R::constant(0.0004723333315) + t64;
+    t66 = t60 + t65;
+    t67 = t66 + t34;
+    t68 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
+    t69 = R::constant(0.22879800003) * t68; // right_ankle: sums of what it carries
+    t70 = sin_q_left_hip_pitch * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
+    t71 = R::fused(-t70, R::constant(0.004), t69); // right_ankle: sums of what it carries
+    t72 = R::constant(0.001421999985) + t71; // right_ankle: sums of what it carries
+    t73 = t67 + t72; // right_ankle: sums of what it carries
+    t74 = R::constant(0.00151725002) + t73; // left_lower_leg: sums of what it carries
+    t75 = t44 - t74; // left_lower_leg: sums of what it carries
+    t76 = t45_46.second() * t75; // left_lower_leg: sums of what it carries
+    t77_78 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t79 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
+    t80 = R::constant(0.00009166667) * t79; // left_foot: sums of what it carries
+    t81 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0006105), t80); // left_foot: sums of what it carries
+    t82 = t81 * cos_t4; // right_foot: sums of what it carries
+    t83 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t84 = R::fused(-t83, sin_t4, t82); // right_foot: sums of what it carries
+    t85 = R::constant(0.0165) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
+    t86 = R::fused(-t85, t21, t84); // right_foot: sums of what it carries
+    t87 = R::constant(0.00024) * cos_t3;
+    t88 = R::fused(R::constant(0.000016), sin_t3, t87);
+    t89 = t86 - t88;
+    t90 = R::fused(-t85, t35, t89);
+    t91 = R::constant(0.00193) * cos_q_left_hip_pitch; // right_ankle: sums of what it carries
+    t92 = R::fused(R::constant(0.000048), sin_q_left_hip_pitch, t91); // right_ankle: sums of what it carries
+    t93 = t90 - t92; // right_ankle: sums of what it carries
+    t94 = R::constant(2.0) * t93; // left_lower_leg: sums of what it carries
+    t95 = R::fused(-t77_78.second(), t94, t76); // left_lower_leg: sums of what it carries
+    t96 = t44 - t95; // left_lower_leg: sums of what it carries
+    t97 = R::constant(0.0005199999995) + t96; // right_lower_leg: sums of what it carries
+    t98 = t50 - t58; // right_foot: sums of what it carries
+    t99 = t98 + t25; // right_foot: sums of what it carries
+    t100 = R::constant(0.0727810499985) - t64;
+    t101 = t99 + t100;
+    t102 = t101 + t40;
+    t103 = R::constant(0.230220000015) - t71; // right_ankle: sums of what it carries
+    t104 = t102 + t103; // right_ankle: sums of what it carries
+    t105 = R::constant(0.0016005833535) + t104; // left_lower_leg: sums of what it carries
+    // right_lower_leg: sums of what it carries
+    t106 = R::constant(0.00009) + t105;
+    t107 = t106 - t97;
+    t108 = sin_t2 * sin_t2;
+    t109 = t107 * t108;
+    t110 = sin_t2 * cos_t2;
+    t111 = t81 * sin_t4; // right_foot: sums of what it carries
+    t112 = R::fused(t83, cos_t4, t111); // right_foot: sums of what it carries
+    t113 = R::fused(-t85, t14, t112); // right_foot: sums of what it carries
+    // left_ankle: sums of what it carries
+    t114 = R::constant(0.00024) * sin_t3;
+    t115 = R::fused(R::constant(-0.000016), cos_t3, t114);
+    t116 = t113 - t115;
+    t117 = R::fused(-t85, t29, t116);
+    t118 = R::constant(0.00193) * sin_q_left_hip_pitch; // right_ankle: sums of what it carries
+    t119 = R::fused(R::constant(-0.000048), cos_q_left_hip_pitch, t118); // right_ankle: sums of what it carries
+    t120 = t117 - t119; // right_ankle: sums of what it carries
+    t121 = cos_q_left_hip_roll * t120; // left_lower_leg: sums of what it carries
+    // right_foot: sums of what it carries
+    t122 = t52 * t57;
+    t123 = R::fused(t51, t54, t122);
+    t124 = t56 - t123;
+    t125 = t14 * t23;
+    t126 = R::fused(t21, t18, t125);
+    t127 = t124 - t126;
+    // left_ankle: sums of what it carries
+    t128 = t61 * R::constant(0.00172);
+    t129 = R::fused(R::constant(0.072308716667), t63, t128);
+    t130 = R::constant(0.00086) - t129;
+    t131 = t127 + t130;
+    t132 = t29 * t38;
+    t133 = R::fused(t35, t32, t132);
+    t134 = t131 - t133;
+    // right_ankle: sums of what it carries
+    t135 = t68 * R::constant(0.004);
+    t136 = R::fused(R::constant(0.22879800003), t70, t135);
+    t137 = R::constant(0.002) - t136;
+    t138 = t134 + t137;
+    t139 = R::fused(sin_q_left_hip_roll, t138, t121); // left_lower_leg: sums of what it carries
+    t140 = R::constant(2.0) * t139; // right_lower_leg: sums of what it carries
+    t141 = R::fused(t110, t140, t109); // right_lower_leg: sums of what it carries
+    t142 = t97 + t141; // right_lower_leg: sums of what it carries
+    t143 = sin_q_right_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
+    t144 = R::constant(0.8355) * sin_q_left_hip_pitch;
+    t145 = R::fused(R::constant(-0.012), cos_q_left_hip_pitch, t144);
+    t146 = t32 + t145;
+    t147 = R::constant(0.008) + t146; // right_lower_leg: sums of what it carries
+    t148 = cos_t2 * t147; // right_lower_leg: sums of what it carries
+    t149 = R::constant(0.01) + t85; // left_upper_leg: sums of what it carries
+    t150 = cos_q_left_hip_roll * t149; // left_hip_roll_link: sums of what it carries
+    t151 = R::constant(0.8355) * cos_q_left_hip_pitch;
+    t152 = R::fused(R::constant(0.012), sin_q_left_hip_pitch, t151);
+    t153 = t38 + t152;
+    t154 = R::fused(sin_q_left_hip_roll, t153, t150); // left_lower_leg: sums of what it carries
+    // right_lower_leg: sums of what it carries
+    t155 = R::fused(-sin_t2, t154, t148);
+    t156 = t143 * t155;
+    t157 = R::constant(2.0) * t156;
+    t158 = t142 - t157;
+    t159 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
+    t160 = t159 * R::constant(0.208551416); // left_upper_leg: sums of what it carries
+    t161 = sin_q_right_hip_yaw * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
+    t162 = R::fused(-t161, R::constant(0.036210784), t160); // left_upper_leg: sums of what it carries
+    t163 = R::constant(0.031784832) + t162; // left_upper_leg: sums of what it carries
+    t164 = t158 + t163; // left_upper_leg: sums of what it carries
+    t165 = R::constant(0.78034875) + t164; // right_upper_leg: sums of what it carries
+    t166 = t74 + t95; // left_lower_leg: sums of what it carries
+    t167 = R::constant(0.0006099999995) + t166;
+    t168 = cos_q_right_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
+    t169 = sin_t2 * t147;
+    t170 = R::fused(cos_t2, t154, t169);
+    t171 = t168 * t170;
+    t172 = R::constant(2.0) * t171;
+    t173 = t157 - t172;
+    t174 = t167 - t173;
+    t175 = R::constant(0.27212108) + t174; // left_upper_leg: sums of what it carries
+    t176 = R::constant(0.00009) + t175; // right_upper_leg: sums of what it carries
+    t177 = t165 - t176; // right_upper_leg: sums of what it carries
+    t178 = t45_46.first() * t177; // right_upper_leg: sums of what it carries
+    t179 = sin_q_left_hip_roll * t120; // left_lower_leg: sums of what it carries
+    t180 = R::fused(-cos_q_left_hip_roll, t138, t179); // left_lower_leg: sums of what it carries
+    t181 = sin_t2 * t180;
+    t182 = t45_46.second() * t94; // left_lower_leg: sums of what it carries
+    t183 = R::fused(t77_78.second(), t75, t182); // left_lower_leg: sums of what it carries
+    t184 = t93 - t183; // left_lower_leg: sums of what it carries
+    t185 = R::fused(-cos_t2, t184, t181);
+    t186 = sin_q_left_hip_roll * t149; // left_hip_roll_link: sums of what it carries
+    t187 = R::fused(-cos_q_left_hip_roll, t153, t186); // left_lower_leg: sums of what it carries
+    t188 = R::fused(-t168, t187, t185);
+    t189 = R::constant(0.0404594) * sin_q_right_hip_yaw; // left_upper_leg: sums of what it carries
+    t190 = R::fused(cos_q_right_hip_yaw, R::constant(0.1918241), t189); // left_upper_leg: sums of what it carries
+    t191 = t188 - t190; // left_upper_leg: sums of what it carries
+    t192 = R::constant(2.0) * t191; // right_upper_leg: sums of what it carries
+    t193 = R::fused(-t77_78.first(), t192, t178); // right_upper_leg: sums of what it carries
+    t194 = t165 - t193; // right_upper_leg: sums of what it carries
+    t195 = R::constant(0.000603333333) + t194; // left_hip_roll_link: sums of what it carries
+    t196 = R::constant(0.315) * cos_t0; // left_hip_roll_link: motion
+    t197 = R::constant(0.20808) * sin_q_right_hip_yaw; // left_upper_leg: sums of what it carries
+    t198 = R::fused(cos_q_right_hip_yaw, R::constant(1.4618), t197); // left_upper_leg: sums of what it carries
+    t199 = t170 + t198; // left_upper_leg: sums of what it carries
+    t200 = sin_q_right_hip_roll * t199; // right_upper_leg: sums of what it carries
+    t201 = R::constant(2.4915) + t187; // right_upper_leg: sums of what it carries
+    t202 = R::fused(-cos_q_right_hip_roll, t201, t200); // right_upper_leg: sums of what it carries
+    t203 = cos_t1 * t202; // left_hip_roll_link: sums of what it carries
+    t204 = R::constant(0.20808) * cos_q_right_hip_yaw; // left_upper_leg: sums of what it carries
+    t205 = R::fused(-sin_q_right_hip_yaw, R::constant(1.4618), t204); // left_upper_leg: sums of what it carries
+    t206 = t155 + t205; // left_upper_leg: sums of what it carries
+    // left_hip_roll_link: sums of what it carries
+    t207 = R::constant(0.008) + t206;
+    t208 = R::fused(sin_t1, t207, t203);
+    t209 = t196 * t208;
+    t210 = R::constant(2.0) * t209;
+    t211 = R::constant(0.315) * sin_t0; // left_hip_roll_link: motion
+    t212 = sin_t1 * t202;
+    t213 = R::fused(-cos_t1, t207, t212);
+    t214 = t211 * t213;
+    t215 = R::fused(R::constant(2.0), t214, t210);
+    t216 = t195 - t215;
+    t217 = R::constant(1.590552) + t216; // right_hip_roll_link: sums of what it carries
+    t218 = R::constant(0.273) * cos_q_right_ankle_pitch; // right_hip_roll_link: motion
+    // right_hip_roll_link: sums of what it carries
+    t219 = R::constant(5.1495) * cos_t0;
+    t220 = R::fused(R::constant(0.012), sin_t0, t219);
+    t221 = t208 - t220;
+    t222 = t218 * t221;
+    t223 = R::constant(2.0) * t222;
+    t224 = R::constant(5.1495) * sin_t0;
+    t225 = R::fused(R::constant(-0.012), cos_t0, t224);
+    t226 = t213 - t225;
+    t227 = t7 * t226;
+    t228 = R::fused(R::constant(2.0), t227, t223);
+    t229 = t217 - t228;
+    t230 = R::constant(1.31944378333) + t229; // left_hip_yaw_link: sums of what it carries
+    // left_foot: mass matrix
+    t231 = t55 * sin_t4;
+    t232 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
+    t233 = R::fused(t232, cos_t4, t231);
+    t234 = R::fused(t15, t21, t233);
+    t235 = R::fused(t15, t35, t234);
+    t236 = sin_t2 * t235;
+    t237 = t85 * sin_t4;
+    t238 = t21 * t237;
+    t239 = t85 * cos_t4;
+    t240 = R::fused(-t14, t239, t238);
+    t241 = t83 + t240;
+    t242 = t35 * t237;
+    t243 = R::fused(-t29, t239, t242);
+    t244 = t241 + t243;
+    t245 = cos_q_left_hip_roll * t244;
+    t246 = t55 * cos_t4;
+    t247 = R::fused(-t232, sin_t4, t246);
+    t248 = R::fused(-t15, t14, t247);
+    t249 = R::fused(-t15, t29, t248);
+    t250 = R::fused(sin_q_left_hip_roll, t249, t245);
+    t251 = R::fused(cos_t2, t250, t236);
+    t252 = sin_q_left_hip_roll * t15;
+    t253 = R::fused(cos_q_left_hip_roll, t239, t252);
+    t254 = R::fused(t143, t253, t251);
+    t255 = cos_q_right_hip_roll * t254;
+    t256 = sin_q_left_hip_roll * t244;
+    t257 = R::fused(-cos_q_left_hip_roll, t249, t256);
+    t258 = sin_t2 * t237;
+    t259 = cos_q_left_hip_roll * t15;
+    t260 = R::fused(-sin_q_left_hip_roll, t239, t259);
+    t261 = R::fused(-cos_t2, t260, t258);
+    t262 = t143 * t261;
+    let (
+        t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280,
+        t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297, t298,
+        t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315, t316,
+        t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332, t333, t334,
+        t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352,
+        t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370,
+        t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388,
+        t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406,
+        t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424,
+        t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442,
+        t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460,
+        t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478,
+        t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496,
+        t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514,
+        t515, t516, t517, t518,
+    );
+    t263 = cos_t2 * t237;
+    t264 = R::fused(sin_t2, t260, t263);
+    t265 = R::fused(t168, t264, t262);
+    t266 = t257 + t265;
+    t267 = R::fused(sin_q_right_hip_roll, t266, t255);
+    t268 = sin_q_right_hip_roll * t261;
+    t269 = R::fused(cos_q_right_hip_roll, t253, t268);
+    t270 = sin_t1 * t269;
+    t271 = R::fused(-cos_t1, t264, t270);
+    t272 = t196 * t271;
+    t273 = cos_t1 * t269;
+    t274 = R::fused(sin_t1, t264, t273);
+    t275 = R::fused(-t211, t274, t272);
+    t276 = t267 + t275;
+    t277 = t218 * t271;
+    t278 = R::fused(-t7, t274, t277);
+    t279 = t276 + t278;
+    t280 = R::constant(814.1112620933816) * t279; // factors of the mass matrix
+    t281 = R::fused(-t279, t280, t230); // factors of the mass matrix
+    // right_foot: mass matrix
+    t282 = sin_t2 * t112;
+    t283 = t19 + t24;
+    t284 = t13 + t283;
+    t285 = t35 * t23;
+    t286 = R::fused(t29, t18, t285);
+    t287 = t284 + t286;
+    t288 = cos_q_left_hip_roll * t287;
+    t289 = R::fused(sin_q_left_hip_roll, t84, t288);
+    t290 = R::fused(cos_t2, t289, t282);
+    t291 = cos_q_left_hip_roll * t18;
+    t292 = R::fused(-t143, t291, t290);
+    t293 = cos_q_right_hip_roll * t292;
+    t294 = sin_q_left_hip_roll * t287;
+    t295 = R::fused(-cos_q_left_hip_roll, t84, t294);
+    t296 = sin_t2 * t23;
+    t297 = sin_q_left_hip_roll * t18;
+    t298 = R::fused(-cos_t2, t297, t296);
+    t299 = t143 * t298;
+    t300 = cos_t2 * t23;
+    t301 = R::fused(sin_t2, t297, t300);
+    t302 = R::fused(t168, t301, t299);
+    t303 = t295 + t302;
+    t304 = R::fused(sin_q_right_hip_roll, t303, t293);
+    t305 = sin_q_right_hip_roll * t298;
+    t306 = R::fused(-cos_q_right_hip_roll, t291, t305);
+    t307 = sin_t1 * t306;
+    t308 = R::fused(-cos_t1, t301, t307);
+    t309 = t196 * t308;
+    t310 = cos_t1 * t306;
+    t311 = R::fused(sin_t1, t301, t310);
+    t312 = R::fused(-t211, t311, t309);
+    t313 = t304 + t312;
+    t314 = t218 * t308;
+    t315 = R::fused(-t7, t311, t314);
+    t316 = t313 + t315;
+    // factors of the mass matrix
+    t317 = sin_q_left_ankle_roll * R::constant(0.4982360924011495);
+    t318 = R::fused(-t317, t279, t316);
+    t319 = R::fused(t83, t317, -t13);
+    t320 = R::constant(1.0) / t319;
+    t321 = t318 * t320;
+    t322 = R::fused(t318, t321, t281);
+    // left_ankle: mass matrix
+    t323 = sin_t2 * t116;
+    t324 = t33 + t39;
+    t325 = t28 + t324;
+    t326 = cos_q_left_hip_roll * t325;
+    t327 = R::fused(sin_q_left_hip_roll, t89, t326);
+    t328 = R::fused(cos_t2, t327, t323);
+    t329 = cos_q_left_hip_roll * t32;
+    t330 = R::fused(-t143, t329, t328);
+    t331 = cos_q_right_hip_roll * t330;
+    t332 = sin_q_left_hip_roll * t325;
+    t333 = R::fused(-cos_q_left_hip_roll, t89, t332);
+    t334 = sin_t2 * t38;
+    t335 = sin_q_left_hip_roll * t32;
+    t336 = R::fused(-cos_t2, t335, t334);
+    t337 = t143 * t336;
+    t338 = cos_t2 * t38;
+    t339 = R::fused(sin_t2, t335, t338);
+    t340 = R::fused(t168, t339, t337);
+    t341 = t333 + t340;
+    t342 = R::fused(sin_q_right_hip_roll, t341, t331);
+    t343 = sin_q_right_hip_roll * t336;
+    t344 = R::fused(-cos_q_right_hip_roll, t329, t343);
+    t345 = sin_t1 * t344;
+    t346 = R::fused(-cos_t1, t339, t345);
+    t347 = t196 * t346;
+    t348 = cos_t1 * t344;
+    t349 = R::fused(sin_t1, t339, t348);
+    t350 = R::fused(-t211, t349, t347);
+    t351 = t342 + t350;
+    t352 = t218 * t346;
+    t353 = R::fused(-t7, t349, t352);
+    t354 = t351 + t353;
+    // factors of the mass matrix
+    t355 = R::constant(814.1112620933816) * t241;
+    t356 = R::fused(-t279, t355, t354);
+    t357 = R::fused(-t317, t241, t284);
+    t358 = t357 * t320;
+    t359 = R::fused(t318, t358, t356);
+    t360 = R::fused(-t241, t355, t28);
+    t361 = R::fused(t357, t358, t360);
+    t362 = R::constant(1.0) / t361;
+    t363 = t359 * t362;
+    t364 = R::fused(-t359, t363, t322);
+    // right_ankle: mass matrix
+    t365 = sin_t2 * t120;
+    t366 = cos_q_left_hip_roll * t43;
+    t367 = R::fused(sin_q_left_hip_roll, t93, t366);
+    t368 = R::fused(cos_t2, t367, t365);
+    t369 = cos_q_left_hip_roll * t146;
+    t370 = R::fused(-t143, t369, t368);
+    t371 = cos_q_right_hip_roll * t370;
+    t372 = sin_q_left_hip_roll * t43;
+    t373 = R::fused(-cos_q_left_hip_roll, t93, t372);
+    t374 = sin_t2 * t153;
+    t375 = sin_q_left_hip_roll * t146;
+    t376 = R::fused(-cos_t2, t375, t374);
+    t377 = t143 * t376;
+    t378 = cos_t2 * t153;
+    t379 = R::fused(sin_t2, t375, t378);
+    t380 = R::fused(t168, t379, t377);
+    t381 = t373 + t380;
+    t382 = R::fused(sin_q_right_hip_roll, t381, t371);
+    t383 = sin_q_right_hip_roll * t376;
+    t384 = R::fused(-cos_q_right_hip_roll, t369, t383);
+    t385 = sin_t1 * t384;
+    t386 = R::fused(-cos_t1, t379, t385);
+    t387 = t196 * t386;
+    t388 = cos_t1 * t384;
+    t389 = R::fused(sin_t1, t379, t388);
+    t390 = R::fused(-t211, t389, t387);
+    t391 = t382 + t390;
+    t392 = t218 * t386;
+    t393 = R::fused(-t7, t389, t392);
+    t394 = t391 + t393;
+    // factors of the mass matrix
+    t395 = R::constant(814.1112620933816) * t244;
+    t396 = R::fused(-t279, t395, t394);
+    t397 = R::fused(-t317, t244, t287);
+    t398 = t397 * t320;
+    t399 = R::fused(t318, t398, t396);
+    t400 = R::fused(-t244, t355, t325);
+    t401 = R::fused(t397, t358, t400);
+    t402 = t401 * t362;
+    t403 = R::fused(-t359, t402, t399);
+    t404 = R::fused(-t244, t395, t43);
+    t405 = R::fused(t397, t398, t404);
+    t406 = R::fused(-t401, t402, t405);
+    t407 = R::constant(1.0) / t406;
+    t408 = t403 * t407;
+    t409 = R::fused(-t403, t408, t364);
+    // left_lower_leg: mass matrix
+    t410 = sin_t2 * t105;
+    t411 = R::fused(cos_t2, t139, t410);
+    t412 = R::fused(t143, t154, t411);
+    t413 = cos_q_right_hip_roll * t412;
+    t414 = cos_t2 * t187;
+    t415 = t143 * t414;
+    t416 = sin_t2 * t187;
+    t417 = R::fused(-t168, t416, t415);
+    t418 = t180 + t417;
+    t419 = R::fused(sin_q_right_hip_roll, t418, t413);
+    t420 = sin_q_right_hip_roll * t414;
+    t421 = R::fused(cos_q_right_hip_roll, t154, t420);
+    t422 = sin_t1 * t421;
+    t423 = R::fused(cos_t1, t416, t422);
+    t424 = t196 * t423;
+    t425 = cos_t1 * t421;
+    t426 = R::fused(-sin_t1, t416, t425);
+    t427 = R::fused(-t211, t426, t424);
+    t428 = t419 + t427;
+    t429 = t218 * t423;
+    t430 = R::fused(-t7, t426, t429);
+    t431 = t428 + t430;
+    // factors of the mass matrix
+    t432 = R::constant(814.1112620933816) * t235;
+    t433 = R::fused(-t279, t432, t431);
+    t434 = R::fused(-t317, t235, t112);
+    t435 = t434 * t320;
+    t436 = R::fused(t318, t435, t433);
+    t437 = R::fused(-t235, t355, t116);
+    t438 = R::fused(t434, t358, t437);
+    t439 = t438 * t362;
+    t440 = R::fused(-t359, t439, t436);
+    t441 = R::fused(-t235, t395, t120);
+    t442 = R::fused(t434, t398, t441);
+    t443 = R::fused(-t438, t402, t442);
+    t444 = t443 * t407;
+    t445 = R::fused(-t403, t444, t440);
+    t446 = R::fused(-t235, t432, t105);
+    t447 = R::fused(t434, t435, t446);
+    t448 = R::fused(-t438, t439, t447);
+    t449 = R::fused(-t443, t444, t448);
+    t450 = R::constant(1.0) / t449;
+    t451 = t445 * t450;
+    t452 = R::fused(-t445, t451, t409);
+    // right_lower_leg: mass matrix
+    t453 = cos_q_right_hip_roll * t185;
+    t454 = t156 - t171;
+    t455 = t167 - t454;
+    t456 = R::fused(sin_q_right_hip_roll, t455, t453);
+    t457 = sin_q_right_hip_roll * t155;
+    t458 = sin_t1 * t457;
+    t459 = R::fused(cos_t1, t170, t458);
+    t460 = t196 * t459;
+    t461 = cos_t1 * t457;
+    t462 = R::fused(-sin_t1, t170, t461);
+    t463 = R::fused(-t211, t462, t460);
+    t464 = t456 - t463;
+    t465 = t218 * t459;
+    t466 = R::fused(-t7, t462, t465);
+    t467 = t464 - t466;
+    // factors of the mass matrix
+    t468 = R::constant(814.1112620933816) * t257;
+    t469 = R::fused(-t279, t468, t467);
+    t470 = R::fused(-t317, t257, t295);
+    t471 = t470 * t320;
+    t472 = R::fused(t318, t471, t469);
+    t473 = R::fused(-t257, t355, t333);
+    t474 = R::fused(t470, t358, t473);
+    t475 = t474 * t362;
+    t476 = R::fused(-t359, t475, t472);
+    t477 = R::fused(-t257, t395, t373);
+    t478 = R::fused(t470, t398, t477);
+    t479 = R::fused(-t474, t402, t478);
+    t480 = t479 * t407;
+    t481 = R::fused(-t403, t480, t476);
+    t482 = R::fused(-t257, t432, t180);
+    t483 = R::fused(t470, t435, t482);
+    t484 = R::fused(-t474, t439, t483);
+    t485 = R::fused(-t479, t444, t484);
+    t486 = t485 * t450;
+    t487 = R::fused(-t445, t486, t481);
+    t488 = R::fused(-t257, t468, t167);
+    t489 = R::fused(t470, t471, t488);
+    t490 = R::fused(-t474, t475, t489);
+    t491 = R::fused(-t479, t480, t490);
+    t492 = R::fused(-t485, t486, t491);
+    t493 = R::constant(1.0) / t492;
+    t494 = t487 * t493;
+    t495 = R::fused(-t487, t494, t452);
+    // left_upper_leg: mass matrix
+    t496 = cos_q_right_hip_roll * t191;
+    t497 = R::fused(sin_q_right_hip_roll, t175, t496);
+    t498 = sin_q_right_hip_roll * t206;
+    t499 = sin_t1 * t498;
+    t500 = R::fused(cos_t1, t199, t499);
+    t501 = t196 * t500;
+    t502 = cos_t1 * t498;
+    t503 = R::fused(-sin_t1, t199, t502);
+    t504 = R::fused(-t211, t503, t501);
+    t505 = t497 - t504;
+    t506 = t218 * t500;
+    t507 = R::fused(-t7, t503, t506);
+    t508 = t505 - t507;
+    // factors of the mass matrix
+    t509 = R::constant(814.1112620933816) * t266;
+    t510 = R::fused(-t279, t509, t508);
+    t511 = R::fused(-t317, t266, t303);
+    t512 = t511 * t320;
+    t513 = R::fused(t318, t512, t510);
+    t514 = R::fused(-t266, t355, t341);
+    t515 = R::fused(t511, t358, t514);
+    t516 = t515 * t362;
+    t517 = R::fused(-t359, t516, t513);
+    t518 = R::fused(-t266, t395, t381);
     let (
         t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536,
         t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554,
@@ -709,1147 +705,1125 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
         t753, t754, t755, t756, t757, t758, t759, t760, t761, t762, t763, t764, t765, t766, t767, t768, t769, t770,
         t771, t772, t773, t774,
     );
-    t519 = R::fused(cos_q_right_hip_yaw, R::constant(1.4618), t518); // left_upper_leg: sums of what it carries
-    t520 = cos_q_right_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
-    t521 = t520 * t517;
-    t522 = sin_q_right_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
-    t523 = t393 * t428;
-    t524 = R::fused(t422, t420, t523);
-    t525 = t427 - t524;
-    t526 = sin_t2 * t482;
-    t527 = R::fused(-cos_t2, t491, t526);
-    t528 = R::fused(-t527, t516, t525);
-    t529 = R::fused(-t522, t528, t521);
-    t530 = t519 - t529; // left_upper_leg: articulated inertia
-    t531 = t520 * t529;
-    t532 = t520 * t528;
-    t533 = t419 + t429;
-    t534 = t527 * t515;
-    t535 = R::fused(t527, t534, t533);
-    t536 = R::fused(-t522, t535, t532);
-    t537 = R::fused(-t522, t536, t531);
-    // left_upper_leg: articulated inertia
-    t538 = R::constant(0.27212108) - t537;
-    t539 = R::constant(1.0) / t538;
-    t540 = t530 * t539;
-    t541 = R::fused(t530, t540, t517);
-    // left_lower_leg: articulated inertia
-    t542 = t396_397.second() * t487;
-    t543 = R::fused(-t405_406.second(), t485, t542);
-    t544 = sin_q_left_hip_roll * t480;
-    t545 = R::fused(-t544, t418, t543);
-    t546 = t393 * t545; // right_lower_leg: articulated inertia
-    t547 = sin_q_left_hip_roll * t454;
-    t548 = R::fused(-t544, t391, t547);
-    t549 = R::fused(-t422, t548, t546); // right_lower_leg: articulated inertia
-    t550 = t405_406.second() * t509;
-    t551 = t544 * t390;
-    t552 = R::fused(t481, t551, t550);
-    t553 = sin_t2 * t552; // right_lower_leg: articulated inertia
-    t554 = R::fused(-t553, t516, t549); // right_lower_leg: articulated inertia
-    t555 = sin_q_left_hip_roll * t423;
-    t556 = R::fused(cos_q_left_hip_roll, t425, t555);
-    t557 = sin_q_left_hip_roll * t412;
-    t558 = R::fused(cos_q_left_hip_roll, t416, t557);
-    t559 = R::fused(-t558, t391, t556);
-    t560 = cos_t2 * t559; // right_lower_leg: articulated inertia
-    t561 = t396_397.second() * t408;
-    t562 = R::fused(-t405_406.second(), t403, t561);
-    t563 = t407 - t562;
-    t564 = R::fused(t558, t418, t563);
-    t565 = R::fused(sin_t2, t564, t560); // right_lower_leg: articulated inertia
-    t566 = t487 - t543;
-    t567 = t558 * t390;
-    t568 = R::fused(t481, t567, t566);
-    t569 = R::fused(t568, t516, t565); // right_lower_leg: articulated inertia
-    t570 = t520 * t569; // right_lower_leg: articulated inertia
-    t571 = t554 + t570; // right_lower_leg: articulated inertia
-    t572 = R::constant(0.0404594) * cos_q_right_hip_yaw; // left_upper_leg: sums of what it carries
-    t573 = R::fused(-sin_q_right_hip_yaw, R::constant(0.1918241), t572); // left_upper_leg: sums of what it carries
-    // right_lower_leg: articulated inertia
-    t574 = t520 * t554;
-    t575 = t393 * t548;
-    t576 = R::fused(t422, t545, t575);
-    t577 = R::fused(t553, t534, t576);
-    t578 = R::fused(-t522, t577, t574);
-    t579 = sin_t2 * t559;
-    t580 = R::fused(-cos_t2, t564, t579);
-    t581 = R::fused(t568, t534, t580);
-    t582 = t522 * t581;
-    t583 = t570 + t582;
-    t584 = R::fused(t520, t583, t578);
-    t585 = t573 + t584; // left_upper_leg: articulated inertia
-    t586 = R::fused(-t585, t540, t571); // left_upper_leg: articulated inertia
-    t587 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    t588 = t587 * R::constant(0.208551416); // left_upper_leg: sums of what it carries
-    t589 = sin_q_right_hip_yaw * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    t590 = R::fused(-t589, R::constant(0.036210784), t588); // left_upper_leg: sums of what it carries
-    t591 = R::constant(0.240336248) - t590; // left_upper_leg: sums of what it carries
-    t592 = R::constant(0.0000833333335) - t510; // left_lower_leg: articulated inertia
-    t593 = R::fused(-t544, t551, t592); // left_lower_leg: articulated inertia
-    t594 = R::constant(0.0005199999995) + t593;
-    t595 = R::constant(0.00009) - t594;
-    t596 = t393 * t595;
-    t597 = R::constant(0.00009) - t596;
-    t598 = t553 * t515;
-    t599 = R::fused(-t553, t598, t597);
-    t600 = R::fused(t544, t567, t488); // left_lower_leg: articulated inertia
-    t601 = R::constant(0.008) + t600;
-    t602 = sin_t2 * t601;
-    t603 = t568 * t515;
-    t604 = R::fused(t553, t603, t602);
-    t605 = R::fused(t520, t604, t599);
-    t606 = t402 + t409; // left_lower_leg: articulated inertia
-    t607 = R::fused(t558, t567, t606); // left_lower_leg: articulated inertia
-    t608 = R::fused(t568, t603, t607);
-    t609 = R::fused(-t520, t608, t604);
-    t610 = R::fused(t520, t609, t605);
-    t611 = t591 + t610; // left_upper_leg: articulated inertia
-    t612 = t585 * t539; // left_upper_leg: articulated inertia
-    t613 = R::fused(-t585, t612, t611); // left_upper_leg: articulated inertia
-    // right_upper_leg: articulated inertia
-    t614 = R::constant(0.78043875) + t613;
-    t615 = R::constant(1.0) / t614;
-    t616 = t586 * t615;
-    t617 = R::fused(t586, t616, t541);
-    t618 = sin_t1 * sin_t1; // left_hip_roll_link: sums of what it carries
-    t619 = t583 * t539; // left_upper_leg: articulated inertia
-    t620 = R::fused(t583, t619, t608); // left_upper_leg: articulated inertia
-    t621 = R::constant(0.20808) * cos_q_right_hip_yaw; // left_upper_leg: sums of what it carries
-    t622 = R::fused(-sin_q_right_hip_yaw, R::constant(1.4618), t621); // left_upper_leg: sums of what it carries
-    t623 = t622 - t536; // left_upper_leg: articulated inertia
-    t624 = t623 * t539; // left_upper_leg: articulated inertia
-    t625 = R::fused(t623, t624, t535); // left_upper_leg: articulated inertia
-    t626 = t625 - t620;
-    t627 = t396_397.first() * t626;
-    t628 = R::fused(t583, t624, t581); // left_upper_leg: articulated inertia
-    t629 = R::constant(2.0) * t628;
-    t630 = R::fused(t405_406.first(), t629, t627);
-    t631 = t620 + t630;
-    t632 = R::fused(-t520, t581, t577); // right_lower_leg: articulated inertia
-    t633 = R::fused(-t585, t624, t632); // left_upper_leg: articulated inertia
-    t634 = R::constant(2.4915) + t633;
-    t635 = sin_q_right_hip_roll * t634;
-    t636 = t519 + t609; // left_upper_leg: articulated inertia
-    t637 = R::fused(-t585, t619, t636); // left_upper_leg: articulated inertia
-    t638 = R::fused(cos_q_right_hip_roll, t637, t635);
-    t639 = t638 * t615;
-    t640 = R::fused(t638, t639, t631);
-    t641 = t617 - t640; // left_hip_roll_link: articulated inertia
-    t642 = t618 * t641; // left_hip_roll_link: articulated inertia
-    t643 = sin_t1 * cos_t1; // left_hip_roll_link: sums of what it carries
-    t644 = R::fused(t623, t540, t528); // left_upper_leg: articulated inertia
-    t645 = sin_q_right_hip_roll * t644;
-    t646 = R::fused(-t583, t540, t569); // left_upper_leg: articulated inertia
-    t647 = R::fused(-cos_q_right_hip_roll, t646, t645);
-    t648 = R::fused(t638, t616, t647);
-    t649 = R::constant(2.0) * t648; // left_hip_roll_link: articulated inertia
-    t650 = R::fused(-t643, t649, t642); // left_hip_roll_link: articulated inertia
-    t651 = t617 - t650; // left_hip_roll_link: articulated inertia
-    // right_lower_leg: articulated inertia
-    t652 = cos_t2 * t601;
-    t653 = cos_t2 * t552;
-    t654 = R::fused(t653, t603, t652);
-    t655 = R::fused(t522, t608, t654);
-    t656 = t622 + t655; // left_upper_leg: articulated inertia
-    t657 = R::constant(0.0404594) * sin_q_right_hip_yaw; // left_upper_leg: sums of what it carries
-    t658 = R::fused(cos_q_right_hip_yaw, R::constant(0.1918241), t657); // left_upper_leg: sums of what it carries
-    t659 = t548 - t576;
-    t660 = R::fused(t653, t516, t659);
-    t661 = t520 * t660;
-    t662 = t545 - t549;
-    t663 = R::fused(t653, t534, t662);
-    t664 = R::fused(t522, t663, t661);
-    t665 = R::fused(t522, t583, t664);
-    t666 = t658 + t665; // left_upper_leg: articulated inertia
-    t667 = R::fused(t666, t619, t656); // left_upper_leg: articulated inertia
-    t668 = t396_397.first() * t667; // right_upper_leg: articulated inertia
-    t669 = t663 + t582;
-    t670 = R::fused(t666, t624, t669); // left_upper_leg: articulated inertia
-    t671 = R::fused(-t405_406.first(), t670, t668); // right_upper_leg: articulated inertia
-    t672 = t667 - t671; // right_upper_leg: articulated inertia
-    t673 = t587 * R::constant(0.036210784); // left_upper_leg: sums of what it carries
-    t674 = R::fused(t589, R::constant(0.208551416), t673); // left_upper_leg: sums of what it carries
-    t675 = R::constant(0.018105392) - t674; // left_upper_leg: sums of what it carries
-    t676 = t422 * t595;
-    t677 = R::fused(t653, t598, t676);
-    t678 = R::fused(t522, t604, t677);
-    t679 = R::fused(-t520, t655, t678);
-    t680 = t675 - t679; // left_upper_leg: articulated inertia
-    t681 = R::fused(t666, t612, t680); // left_upper_leg: articulated inertia
-    t682 = cos_q_right_hip_roll * t681; // right_upper_leg: articulated inertia
-    t683 = R::fused(-t682, t639, t672); // right_upper_leg: articulated inertia
-    t684 = R::constant(0.008) + t683; // left_hip_roll_link: articulated inertia
-    t685 = sin_t1 * t684; // left_hip_roll_link: articulated inertia
-    t686 = R::fused(t522, t569, t660);
-    t687 = R::fused(-t666, t540, t686); // left_upper_leg: articulated inertia
-    t688 = R::constant(2.4915) + t687; // right_upper_leg: articulated inertia
-    t689 = cos_q_right_hip_roll * t688; // right_upper_leg: articulated inertia
-    t690 = R::fused(t682, t616, t689); // right_upper_leg: articulated inertia
-    t691 = R::fused(-cos_t1, t690, t685); // left_hip_roll_link: articulated inertia
-    t692 = R::constant(0.031784832) + t590; // left_upper_leg: sums of what it carries
-    t693 = t594 + t596;
-    t694 = t653 * t515;
-    t695 = R::fused(-t653, t694, t693);
-    t696 = R::fused(-t522, t654, t695);
-    t697 = R::fused(-t522, t655, t696);
-    t698 = t692 + t697; // left_upper_leg: articulated inertia
-    t699 = t666 * t539; // left_upper_leg: articulated inertia
-    t700 = R::fused(-t666, t699, t698); // left_upper_leg: articulated inertia
-    // right_upper_leg: articulated inertia
-    t701 = R::constant(0.78034875) + t700;
-    t702 = R::constant(0.00009) - t701;
-    t703 = t396_397.first() * t702;
-    t704 = t701 + t703;
-    t705 = t682 * t615;
-    t706 = R::fused(-t682, t705, t704);
-    // left_hip_roll_link: articulated inertia
-    t707 = R::constant(0.000603333333) + t706;
-    t708 = R::constant(1.0) / t707;
-    t709 = t691 * t708;
-    t710 = R::fused(t691, t709, t651);
-    t711 = R::constant(5.1495) * cos_t0; // right_hip_roll_link: sums of what it carries
-    t712 = R::fused(R::constant(0.012), sin_t0, t711); // right_hip_roll_link: sums of what it carries
-    t713 = t133 * t710;
-    t714 = t618 * t649;
-    t715 = R::fused(t643, t641, t714);
-    t716 = t648 - t715;
-    t717 = cos_t1 * t684;
-    t718 = R::fused(sin_t1, t690, t717);
-    t719 = R::fused(t718, t709, t716);
-    t720 = R::fused(-t128, t719, t713);
-    t721 = t712 - t720; // right_hip_roll_link: articulated inertia
-    t722 = t133 * t720;
-    t723 = t133 * t719;
-    t724 = t640 + t650;
-    t725 = t718 * t708;
-    t726 = R::fused(t718, t725, t724);
-    t727 = R::fused(-t128, t726, t723);
-    t728 = R::fused(-t128, t727, t722);
-    // right_hip_roll_link: articulated inertia
-    t729 = R::constant(1.590552) - t728;
-    t730 = R::constant(1.0) / t729;
-    t731 = t721 * t730;
-    t732 = R::fused(t721, t731, t710);
-    t733 = t125 * t732;
-    t734 = R::constant(5.1495) * sin_t0; // right_hip_roll_link: sums of what it carries
-    t735 = R::fused(R::constant(-0.012), cos_t0, t734); // right_hip_roll_link: sums of what it carries
-    t736 = t735 + t727;
-    t737 = R::fused(-t736, t731, t719);
-    t738 = R::fused(-t112, t737, t733);
-    t739 = t125 * t738;
-    t740 = t125 * t737;
-    t741 = t736 * t730;
-    t742 = R::fused(t736, t741, t726);
-    t743 = R::fused(-t112, t742, t740);
-    t744 = R::fused(-t112, t743, t739);
-    t745 = R::constant(1.31944378333) - t744; // left_hip_yaw_link: articulated inertia
-    t746 = R::constant(1.0) / t745; // left_hip_yaw_link: articulated inertia
-    t747 = R::constant(1.31944378333) * t116; // left_hip_yaw_link: sums of what it carries
-    t748 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    t749 = t748 * R::constant(1.318499116667); // left_hip_yaw_link: sums of what it carries
-    t750 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    // left_hip_yaw_link: sums of what it carries
-    t751 = R::fused(-t750, R::constant(0.002648), t749);
-    t752 = R::constant(1.3189714499985) - t751;
-    t753 = R::constant(0.0004723333315) + t751;
-    t754 = t752 - t753;
-    t755 = R::fused(-t119, t754, t747);
-    t756 = t178 - t179; // left_hip_yaw_link: motion
-    t757 = cos_q_right_ankle_pitch * R::constant(0.00249);
-    t758 = R::fused(R::constant(0.000016), sin_q_right_ankle_pitch, t757);
-    t759 = R::fused(-t756, t758, t755);
-    t760 = t182 - t183; // left_hip_yaw_link: motion
-    t761 = sin_q_right_ankle_pitch * R::constant(0.00249);
-    t762 = R::fused(R::constant(-0.000016), cos_q_right_ankle_pitch, t761);
-    t763 = R::fused(-t760, t762, t759);
-    t764 = t106 - t161; // right_hip_roll_link: sums of what it carries
-    t765 = t748 * R::constant(0.002648);
-    t766 = R::fused(t750, R::constant(1.318499116667), t765);
-    t767 = R::constant(0.001324) - t766;
-    t768 = R::fused(-t764, t767, t763);
-    t769 = cos_q_right_ankle_pitch * R::constant(4.8759);
-    t770 = R::fused(R::constant(0.008), sin_q_right_ankle_pitch, t769);
-    t771 = t160 * t770;
-    t772 = sin_q_right_ankle_pitch * R::constant(4.8759);
-    t773 = R::fused(R::constant(-0.008), cos_q_right_ankle_pitch, t772);
-    t774 = R::fused(-t111, t773, t771);
+    t519 = R::fused(t511, t398, t518);
+    t520 = R::fused(-t515, t402, t519);
+    t521 = t520 * t407;
+    t522 = R::fused(-t403, t521, t517);
+    t523 = R::fused(-t266, t432, t418);
+    t524 = R::fused(t511, t435, t523);
+    t525 = R::fused(-t515, t439, t524);
+    t526 = R::fused(-t520, t444, t525);
+    t527 = t526 * t450;
+    t528 = R::fused(-t445, t527, t522);
+    t529 = R::fused(-t266, t468, t455);
+    t530 = R::fused(t511, t471, t529);
+    t531 = R::fused(-t515, t475, t530);
+    t532 = R::fused(-t520, t480, t531);
+    t533 = R::fused(-t526, t486, t532);
+    t534 = t533 * t493;
+    t535 = R::fused(-t487, t534, t528);
+    t536 = R::fused(-t266, t509, t175);
+    t537 = R::fused(t511, t512, t536);
+    t538 = R::fused(-t515, t516, t537);
+    t539 = R::fused(-t520, t521, t538);
+    t540 = R::fused(-t526, t527, t539);
+    t541 = R::fused(-t533, t534, t540);
+    t542 = R::constant(1.0) / t541;
+    t543 = t535 * t542;
+    t544 = R::fused(-t535, t543, t495);
+    // right_lower_leg: sums of what it carries
+    t545 = t108 * t140;
+    t546 = R::fused(-t107, t110, t545);
+    t547 = t139 - t546;
+    t548 = t143 * t170;
+    t549 = R::fused(-t168, t155, t548);
+    t550 = t547 + t549;
+    // left_upper_leg: sums of what it carries
+    t551 = t159 * R::constant(0.036210784);
+    t552 = R::fused(t161, R::constant(0.208551416), t551);
+    t553 = R::constant(0.018105392) - t552;
+    t554 = t550 - t553;
+    t555 = cos_q_right_hip_roll * t554; // right_upper_leg: sums of what it carries
+    t556 = cos_t2 * t180; // right_lower_leg: sums of what it carries
+    t557 = R::fused(sin_t2, t184, t556); // right_lower_leg: sums of what it carries
+    t558 = R::fused(t143, t187, t557); // right_lower_leg: sums of what it carries
+    t559 = R::constant(0.0404594) * cos_q_right_hip_yaw;
+    t560 = R::fused(-sin_q_right_hip_yaw, R::constant(0.1918241), t559);
+    t561 = t558 - t560;
+    t562 = R::fused(sin_q_right_hip_roll, t561, t555); // right_upper_leg: sums of what it carries
+    t563 = cos_q_right_hip_roll * t199; // right_upper_leg: sums of what it carries
+    t564 = R::fused(sin_q_right_hip_roll, t201, t563); // right_upper_leg: sums of what it carries
+    // right_upper_leg: mass matrix
+    t565 = sin_t1 * t564;
+    t566 = t196 * t565;
+    t567 = cos_t1 * t564;
+    t568 = R::fused(-t211, t567, t566);
+    t569 = t562 + t568;
+    t570 = t218 * t565;
+    t571 = R::fused(-t7, t567, t570);
+    t572 = t569 + t571;
+    t573 = cos_t2 * t235; // left_foot: mass matrix
+    t574 = R::fused(-sin_t2, t250, t573); // left_foot: mass matrix
+    t575 = R::fused(t168, t253, t574); // left_foot: mass matrix
+    t576 = R::constant(814.1112620933816) * t575; // factors of the mass matrix
+    t577 = R::fused(-t279, t576, t572); // factors of the mass matrix
+    t578 = cos_t2 * t112; // right_foot: mass matrix
+    t579 = R::fused(-sin_t2, t289, t578); // right_foot: mass matrix
+    t580 = R::fused(-t168, t291, t579); // right_foot: mass matrix
+    t581 = R::fused(-t317, t575, t580); // factors of the mass matrix
+    t582 = t581 * t320; // factors of the mass matrix
+    t583 = R::fused(t318, t582, t577); // factors of the mass matrix
+    t584 = cos_t2 * t116; // left_ankle: mass matrix
+    t585 = R::fused(-sin_t2, t327, t584); // left_ankle: mass matrix
+    t586 = R::fused(-t168, t329, t585); // left_ankle: mass matrix
+    // factors of the mass matrix
+    t587 = R::fused(-t575, t355, t586);
+    t588 = R::fused(t581, t358, t587);
+    t589 = t588 * t362;
+    t590 = R::fused(-t359, t589, t583);
+    t591 = cos_t2 * t120; // right_ankle: mass matrix
+    t592 = R::fused(-sin_t2, t367, t591); // right_ankle: mass matrix
+    t593 = R::fused(-t168, t369, t592); // right_ankle: mass matrix
+    t594 = R::fused(-t575, t395, t593);
+    t595 = R::fused(t581, t398, t594);
+    t596 = R::fused(-t588, t402, t595);
+    t597 = t596 * t407;
+    t598 = R::fused(-t403, t597, t590);
+    t599 = cos_t2 * t105; // left_lower_leg: mass matrix
+    t600 = R::fused(-sin_t2, t139, t599); // left_lower_leg: mass matrix
+    t601 = R::fused(t168, t154, t600); // left_lower_leg: mass matrix
+    t602 = R::fused(-t575, t432, t601);
+    t603 = R::fused(t581, t435, t602);
+    t604 = R::fused(-t588, t439, t603);
+    t605 = R::fused(-t596, t444, t604);
+    t606 = t605 * t450;
+    t607 = R::fused(-t445, t606, t598);
+    t608 = R::fused(-t575, t468, t557);
+    t609 = R::fused(t581, t471, t608);
+    t610 = R::fused(-t588, t475, t609);
+    t611 = R::fused(-t596, t480, t610);
+    t612 = R::fused(-t605, t486, t611);
+    t613 = t612 * t493;
+    t614 = R::fused(-t487, t613, t607);
+    t615 = R::fused(-t575, t509, t561);
+    t616 = R::fused(t581, t512, t615);
+    t617 = R::fused(-t588, t516, t616);
+    t618 = R::fused(-t596, t521, t617);
+    t619 = R::fused(-t605, t527, t618);
+    t620 = R::fused(-t612, t534, t619);
+    t621 = t620 * t542;
+    t622 = R::fused(-t535, t621, t614);
+    t623 = t106 - t141; // right_lower_leg: sums of what it carries
+    t624 = t623 + t172; // right_lower_leg: sums of what it carries
+    t625 = R::constant(0.240336248) - t162; // left_upper_leg: sums of what it carries
+    t626 = t624 + t625; // left_upper_leg: sums of what it carries
+    t627 = R::constant(0.78043875) + t626; // right_upper_leg: sums of what it carries
+    t628 = R::fused(-t575, t576, t627);
+    t629 = R::fused(t581, t582, t628);
+    t630 = R::fused(-t588, t589, t629);
+    t631 = R::fused(-t596, t597, t630);
+    t632 = R::fused(-t605, t606, t631);
+    t633 = R::fused(-t612, t613, t632);
+    t634 = R::fused(-t620, t621, t633);
+    t635 = R::constant(1.0) / t634;
+    t636 = t622 * t635;
+    t637 = R::fused(-t622, t636, t544);
+    // left_hip_roll_link: mass matrix
+    t638 = t214 + t209;
+    t639 = t195 - t638;
+    t640 = t218 * t208;
+    t641 = R::fused(t7, t213, t640);
+    t642 = t639 - t641;
+    // factors of the mass matrix
+    t643 = R::constant(814.1112620933816) * t267;
+    t644 = R::fused(-t279, t643, t642);
+    t645 = R::fused(-t317, t267, t304);
+    t646 = t645 * t320;
+    t647 = R::fused(t318, t646, t644);
+    t648 = R::fused(-t267, t355, t342);
+    t649 = R::fused(t645, t358, t648);
+    t650 = t649 * t362;
+    t651 = R::fused(-t359, t650, t647);
+    t652 = R::fused(-t267, t395, t382);
+    t653 = R::fused(t645, t398, t652);
+    t654 = R::fused(-t649, t402, t653);
+    t655 = t654 * t407;
+    t656 = R::fused(-t403, t655, t651);
+    t657 = R::fused(-t267, t432, t419);
+    t658 = R::fused(t645, t435, t657);
+    t659 = R::fused(-t649, t439, t658);
+    t660 = R::fused(-t654, t444, t659);
+    t661 = t660 * t450;
+    t662 = R::fused(-t445, t661, t656);
+    t663 = R::fused(-t267, t468, t456);
+    t664 = R::fused(t645, t471, t663);
+    t665 = R::fused(-t649, t475, t664);
+    t666 = R::fused(-t654, t480, t665);
+    t667 = R::fused(-t660, t486, t666);
+    t668 = t667 * t493;
+    t669 = R::fused(-t487, t668, t662);
+    t670 = R::fused(-t267, t509, t497);
+    t671 = R::fused(t645, t512, t670);
+    t672 = R::fused(-t649, t516, t671);
+    t673 = R::fused(-t654, t521, t672);
+    t674 = R::fused(-t660, t527, t673);
+    t675 = R::fused(-t667, t534, t674);
+    t676 = t675 * t542;
+    t677 = R::fused(-t535, t676, t669);
+    t678 = R::fused(-t267, t576, t562);
+    t679 = R::fused(t645, t582, t678);
+    t680 = R::fused(-t649, t589, t679);
+    t681 = R::fused(-t654, t597, t680);
+    t682 = R::fused(-t660, t606, t681);
+    t683 = R::fused(-t667, t613, t682);
+    t684 = R::fused(-t675, t621, t683);
+    t685 = t684 * t635;
+    t686 = R::fused(-t622, t685, t677);
+    t687 = R::fused(-t267, t643, t195);
+    t688 = R::fused(t645, t646, t687);
+    t689 = R::fused(-t649, t650, t688);
+    t690 = R::fused(-t654, t655, t689);
+    t691 = R::fused(-t660, t661, t690);
+    t692 = R::fused(-t667, t668, t691);
+    t693 = R::fused(-t675, t676, t692);
+    t694 = R::fused(-t684, t685, t693);
+    t695 = R::constant(1.0) / t694;
+    t696 = t686 * t695;
+    t697 = R::fused(-t686, t696, t637);
+    t698 = t227 + t222; // right_hip_roll_link: mass matrix
+    t699 = t217 - t698; // right_hip_roll_link: mass matrix
+    t700 = R::constant(814.1112620933816) * t276;
+    t701 = R::fused(-t279, t700, t699);
+    t702 = R::fused(-t317, t276, t313);
+    t703 = t702 * t320;
+    t704 = R::fused(t318, t703, t701);
+    t705 = R::fused(-t276, t355, t351);
+    t706 = R::fused(t702, t358, t705);
+    t707 = t706 * t362;
+    t708 = R::fused(-t359, t707, t704);
+    t709 = R::fused(-t276, t395, t391);
+    t710 = R::fused(t702, t398, t709);
+    t711 = R::fused(-t706, t402, t710);
+    t712 = t711 * t407;
+    t713 = R::fused(-t403, t712, t708);
+    t714 = R::fused(-t276, t432, t428);
+    t715 = R::fused(t702, t435, t714);
+    t716 = R::fused(-t706, t439, t715);
+    t717 = R::fused(-t711, t444, t716);
+    t718 = t717 * t450;
+    t719 = R::fused(-t445, t718, t713);
+    t720 = R::fused(-t276, t468, t464);
+    t721 = R::fused(t702, t471, t720);
+    t722 = R::fused(-t706, t475, t721);
+    t723 = R::fused(-t711, t480, t722);
+    t724 = R::fused(-t717, t486, t723);
+    t725 = t724 * t493;
+    t726 = R::fused(-t487, t725, t719);
+    t727 = R::fused(-t276, t509, t505);
+    t728 = R::fused(t702, t512, t727);
+    t729 = R::fused(-t706, t516, t728);
+    t730 = R::fused(-t711, t521, t729);
+    t731 = R::fused(-t717, t527, t730);
+    t732 = R::fused(-t724, t534, t731);
+    t733 = t732 * t542;
+    t734 = R::fused(-t535, t733, t726);
+    t735 = R::fused(-t276, t576, t569);
+    t736 = R::fused(t702, t582, t735);
+    t737 = R::fused(-t706, t589, t736);
+    t738 = R::fused(-t711, t597, t737);
+    t739 = R::fused(-t717, t606, t738);
+    t740 = R::fused(-t724, t613, t739);
+    t741 = R::fused(-t732, t621, t740);
+    t742 = t741 * t635;
+    t743 = R::fused(-t622, t742, t734);
+    t744 = R::fused(-t276, t643, t639);
+    t745 = R::fused(t702, t646, t744);
+    t746 = R::fused(-t706, t650, t745);
+    t747 = R::fused(-t711, t655, t746);
+    t748 = R::fused(-t717, t661, t747);
+    t749 = R::fused(-t724, t668, t748);
+    t750 = R::fused(-t732, t676, t749);
+    t751 = R::fused(-t741, t685, t750);
+    t752 = t751 * t695;
+    t753 = R::fused(-t686, t752, t743);
+    t754 = R::fused(-t276, t700, t217);
+    t755 = R::fused(t702, t703, t754);
+    t756 = R::fused(-t706, t707, t755);
+    t757 = R::fused(-t711, t712, t756);
+    t758 = R::fused(-t717, t718, t757);
+    t759 = R::fused(-t724, t725, t758);
+    t760 = R::fused(-t732, t733, t759);
+    t761 = R::fused(-t741, t742, t760);
+    t762 = R::fused(-t751, t752, t761);
+    t763 = R::constant(1.0) / t762;
+    t764 = t753 * t763;
+    t765 = R::fused(-t753, t764, t697);
+    t766 = R::constant(1.0) / t765;
+    t767 = v_base_angular_x * sin_q_right_hip_yaw; // right_hip_yaw_link: motion
+    t768 = R::fused(-v_base_angular_y, cos_q_right_hip_yaw, t767); // right_hip_yaw_link: motion
+    t769 = t768 * cos_q_right_hip_roll; // right_hip_roll_link: motion
+    t770 = v_base_angular_z + v_right_hip_yaw; // right_hip_yaw_link: motion
+    t771 = R::fused(-t770, sin_q_right_hip_roll, t769); // right_hip_roll_link: motion
+    t772 = t771 - v_right_hip_pitch; // right_upper_leg: motion
+    t773 = t772 - v_right_knee_pitch; // right_lower_leg: motion
+    t774 = t773 - v_right_ankle_pitch; // right_ankle: motion
     let (
-        t775, t776_777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789, t790, t791, t792, t793,
-        t794, t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807, t808, t809, t810, t811,
-        t812, t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825, t826, t827, t828, t829,
-        t830, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846, t847,
-        t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864, t865,
-        t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882, t883,
-        t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900, t901,
-        t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t917, t918, t919,
-        t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933, t934, t935, t936, t937,
-        t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951, t952, t953, t954, t955,
-        t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969, t970, t971, t972, t973,
-        t974, t975, t976, t977, t978, t979, t980, t981, t982, t983_984, t985, t986, t987, t988, t989, t990, t991, t992,
-        t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007, t1008, t1009,
-        t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023, t1024, t1025,
-        t1026, t1027, t1028, t1029, t1030, t1031, t1032,
+        t775, t776, t777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789, t790, t791, t792,
+        t793, t794, t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807, t808, t809, t810,
+        t811, t812, t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825, t826, t827, t828,
+        t829, t830, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846,
+        t847, t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864,
+        t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882,
+        t883, t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900,
+        t901, t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t917, t918,
+        t919, t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933, t934, t935, t936,
+        t937, t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951, t952, t953, t954,
+        t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969, t970, t971, t972,
+        t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987, t988, t989, t990,
+        t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007,
+        t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023,
+        t1024, t1025, t1026, t1027, t1028, t1029, t1030,
     );
-    t775 = t768 + t774;
-    t776_777 = two(R::constant(1.590552), R::constant(0.000603333333)) * both(t116);
-    // right_hip_roll_link: sums of what it carries
-    t778 = sin_t0 * sin_t0;
-    t779 = R::constant(1.58770800003) * t778;
-    t780 = sin_t0 * cos_t0;
-    t781 = R::fused(-t780, R::constant(0.00356), t779);
-    t782 = R::constant(1.589130000015) - t781;
-    t783 = R::constant(0.001421999985) + t781;
-    t784 = t782 - t783;
-    t785 = R::fused(-t119, t784, t776_777.first());
-    t786 = t187 - t188; // right_hip_roll_link: motion
-    t787 = R::constant(0.00122) * cos_t0;
-    t788 = R::fused(R::constant(0.000048), sin_t0, t787);
-    t789 = R::fused(-t786, t788, t785);
-    t790 = t191 - t192; // right_hip_roll_link: motion
-    t791 = R::constant(0.00122) * sin_t0;
-    t792 = R::fused(R::constant(-0.000048), cos_t0, t791);
-    t793 = R::fused(-t790, t792, t789);
-    t794 = t778 * R::constant(0.00356);
-    t795 = R::fused(R::constant(1.58770800003), t780, t794);
-    t796 = R::constant(0.00178) - t795;
-    t797 = R::fused(-t796, t764, t793);
-    t798 = t165 * t712;
-    t799 = R::fused(-t127, t735, t798);
-    t800 = t797 + t799;
-    t801 = t202 * t213; // left_hip_roll_link: motion
-    t802 = R::fused(t801, R::constant(0.000436666666), t776_777.second()); // left_hip_roll_link
-    t803 = R::fused(R::constant(-0.008), t198, t802); // left_hip_roll_link: sums of what it carries
-    // right_upper_leg: motion
-    t804 = cos_q_right_hip_roll * t203;
-    t805 = R::fused(sin_q_right_hip_roll, t210, t804);
-    t806 = sin_q_right_hip_roll * t209;
-    t807 = R::fused(cos_q_right_hip_roll, t202, t806);
-    t808 = R::fused(-t214, t807, t805);
-    t809 = t808 * R::constant(0.78034875); // right_upper_leg: sums of what it carries
-    t810 = R::fused(R::constant(-2.4915), t170, t809); // right_upper_leg: sums of what it carries
-    t811 = R::fused(R::constant(0.0764), tau_base_linear_z, tau_base_angular_x); // other
-    t812 = sin_q_right_hip_yaw * t811; // other
-    t813 = R::fused(-cos_q_right_hip_yaw, tau_base_angular_y, t812); // other
-    // left_upper_leg: motion
-    t814 = R::fused(v_right_hip_yaw, t214, t805);
-    t815 = v_right_hip_yaw + t807;
-    t816 = t214 * t815;
-    t817 = t814 + t816;
-    t818 = t817 * t692; // left_upper_leg: sums of what it carries
-    t819 = t214 * t217; // right_upper_leg: motion
-    t820 = t211 + t819; // right_upper_leg: motion
-    t821 = R::fused(-t820, t658, t818); // left_upper_leg: sums of what it carries
-    t822 = sin_t1 * t205; // left_hip_roll_link: motion
-    t823 = R::fused(-cos_t1, t207, t822); // left_hip_roll_link: motion
-    t824 = R::fused(v_right_hip_yaw, t217, t823);
-    t825 = t217 * t815;
-    t826 = t824 + t825;
-    t827 = R::fused(-t826, t675, t821); // left_upper_leg: sums of what it carries
-    t828 = t214 * t214; // right_upper_leg: motion
-    t829 = t815 * t815;
-    t830 = t828 - t829; // left_upper_leg: sums of what it carries
-    t831 = R::fused(t573, t830, t827); // left_upper_leg: sums of what it carries
-    t832 = sin_q_right_hip_roll * t195; // right_upper_leg: motion
-    t833 = R::fused(cos_q_right_hip_roll, t198, t832); // right_upper_leg: motion
-    t834 = R::fused(-t833, t622, t831); // left_upper_leg: sums of what it carries
-    t835 = t813 - t834; // left_upper_leg: sums of what it carries
-    // right_lower_leg: motion
-    t836 = R::fused(-v_left_hip_yaw, t217, t824);
-    t837 = cos_t2 * t836;
-    t838 = R::fused(-v_left_hip_yaw, t214, t814);
-    t839 = R::fused(sin_t2, t838, t837);
-    t840 = t839 * R::constant(0.0016005833535); // left_lower_leg: sums of what it carries
-    t841 = sin_t2 * t214;
-    t842 = R::fused(cos_t2, t217, t841);
-    t843 = cos_q_left_hip_roll * t842; // left_lower_leg: motion
-    t844 = v_left_hip_yaw - t815;
-    // left_lower_leg: motion
-    t845 = R::fused(-sin_q_left_hip_roll, t844, t843);
-    t846 = sin_q_left_hip_roll * t842;
-    t847 = R::fused(cos_q_left_hip_roll, t844, t846);
-    t848 = t845 * t847;
-    t849 = R::fused(-t848, R::constant(0.0014339166865), t840); // left_lower_leg: sums of what it carries
-    t850 = t217 * t217; // right_upper_leg: motion
-    t851 = t850 + t829; // left_upper_leg: motion
-    // right_lower_leg: motion
-    t852 = t851 * t522;
-    t853 = R::fused(-t820, t520, t852);
-    t854 = t170 - t853;
-    t855 = sin_t2 * t854;
-    t856 = t211 - t819; // right_upper_leg: motion
-    t857 = t856 * t522;
-    t858 = t828 + t829; // left_upper_leg: motion
-    t859 = R::fused(t858, t520, t857);
-    t860 = t199 - t859;
-    t861 = R::fused(cos_t2, t860, t855);
-    t862 = sin_q_left_hip_roll * t861; // left_lower_leg: motion
-    t863 = t817 * t522;
-    t864 = R::fused(t826, t520, t863);
-    t865 = t833 + t864;
-    t866 = R::fused(-cos_q_left_hip_roll, t865, t862); // left_lower_leg: motion
-    t867 = R::fused(R::constant(-0.01), t866, t849); // left_lower_leg: sums of what it carries
-    // right_ankle: motion
-    t868 = R::fused(-v_left_hip_pitch, t847, t839);
-    t869 = v_left_hip_pitch - t845;
-    t870 = t847 * t869;
-    t871 = t868 - t870;
-    t872 = t871 * t347; // right_ankle: sums of what it carries
-    t873 = sin_t2 * t836; // right_lower_leg: motion
-    t874 = R::fused(-cos_t2, t838, t873); // right_lower_leg: motion
-    // left_lower_leg: motion
-    t875 = R::fused(v_left_hip_roll, t844, t874);
-    t876 = cos_q_left_hip_roll * t875;
-    t877 = R::fused(-v_left_hip_roll, t842, t211);
-    t878 = R::fused(-sin_q_left_hip_roll, t877, t876);
-    t879 = cos_t2 * t214; // right_lower_leg: motion
-    t880 = R::fused(-sin_t2, t217, t879); // right_lower_leg: motion
-    t881 = v_left_hip_roll - t880;
-    t882 = t881 * t847;
-    t883 = t878 - t882;
-    t884 = R::fused(t883, t331, t872); // right_ankle: sums of what it carries
-    t885 = sin_q_left_hip_roll * t875;
-    t886 = R::fused(cos_q_left_hip_roll, t877, t885);
-    t887 = R::fused(-v_left_hip_pitch, t881, t886); // right_ankle: motion
-    t888 = t881 * t869; // right_ankle: motion
-    t889 = t887 - t888; // right_ankle: motion
-    t890 = R::fused(-t889, t458, t884); // right_ankle: sums of what it carries
-    t891 = t847 * t847;
-    t892 = t869 * t869; // right_ankle: motion
-    t893 = t891 - t892; // right_ankle: sums of what it carries
-    t894 = R::fused(-t447, t893, t890); // right_ankle: sums of what it carries
-    t895 = cos_q_left_hip_roll * t861;
-    t896 = R::fused(sin_q_left_hip_roll, t865, t895);
-    t897 = R::fused(t896, t270, t894); // right_ankle: sums of what it carries
-    // left_ankle: motion
-    t898 = R::fused(-v_left_knee_pitch, t847, t868);
-    t899 = v_left_knee_pitch + t869;
-    t900 = t847 * t899;
+    t775 = t774 * sin_q_right_ankle_roll; // right_foot: motion
+    t776 = t768 * sin_q_right_hip_roll; // right_hip_roll_link: motion
+    t777 = R::fused(t770, cos_q_right_hip_roll, t776); // right_hip_roll_link: motion
+    t778 = t777 * cos_q_right_hip_pitch; // right_upper_leg: motion
+    t779 = v_base_angular_x * cos_q_right_hip_yaw; // right_hip_yaw_link: motion
+    t780 = R::fused(v_base_angular_y, sin_q_right_hip_yaw, t779); // right_hip_yaw_link: motion
+    t781 = t780 + v_right_hip_roll; // right_hip_roll_link: motion
+    t782 = R::fused(t781, sin_q_right_hip_pitch, t778); // right_upper_leg: motion
+    t783 = t782 * cos_q_right_knee_pitch; // right_lower_leg: motion
+    t784 = t777 * sin_q_right_hip_pitch; // right_upper_leg: motion
+    t785 = R::fused(-t781, cos_q_right_hip_pitch, t784); // right_upper_leg: motion
+    t786 = R::fused(-t785, sin_q_right_knee_pitch, t783); // right_lower_leg: motion
+    t787 = t786 * cos_q_right_ankle_pitch; // right_ankle: motion
+    t788 = t782 * sin_q_right_knee_pitch; // right_lower_leg: motion
+    t789 = R::fused(t785, cos_q_right_knee_pitch, t788); // right_lower_leg: motion
+    t790 = R::fused(-t789, sin_q_right_ankle_pitch, t787); // right_ankle: motion
+    t791 = R::fused(t790, cos_q_right_ankle_roll, t775); // right_foot: motion
+    t792 = t791 * v_right_ankle_roll; // right_foot: motion
+    t793 = sin_q_right_ankle_roll * t792; // right_hip_yaw_link: motion
+    t794 = t774 * cos_q_right_ankle_roll; // right_foot: motion
+    t795 = R::fused(-t790, sin_q_right_ankle_roll, t794); // right_foot: motion
+    t796 = t795 * v_right_ankle_roll; // right_foot: motion
+    t797 = R::fused(cos_q_right_ankle_roll, t796, t793); // right_hip_yaw_link: motion
+    t798 = t786 * sin_q_right_ankle_pitch; // right_ankle: motion
+    t799 = R::fused(t789, cos_q_right_ankle_pitch, t798); // right_ankle: motion
+    t800 = R::fused(t799, v_right_ankle_pitch, -t797); // left_hip_yaw_link: motion
+    t801 = R::fused(v_right_knee_pitch, t799, t800); // right_hip_roll_link: motion
+    t802 = R::fused(v_right_hip_pitch, t799, t801); // left_hip_roll_link: motion
+    t803 = sin_t1 * t802; // left_hip_roll_link: motion
+    t804 = sin_q_right_ankle_roll * t795; // right_hip_yaw_link: motion
+    t805 = R::fused(-cos_q_right_ankle_roll, t791, t804); // right_hip_yaw_link: motion
+    t806 = v_right_ankle_pitch * t805; // left_hip_yaw_link: motion
+    t807 = R::fused(v_right_knee_pitch, t805, t806); // right_hip_roll_link: motion
+    t808 = R::fused(v_right_hip_pitch, t805, t807); // left_hip_roll_link: motion
+    t809 = R::fused(-cos_t1, t808, t803); // left_hip_roll_link: motion
+    t810 = cos_q_right_ankle_roll * t795; // right_hip_yaw_link: motion
+    t811 = R::fused(sin_q_right_ankle_roll, t791, t810); // right_hip_yaw_link: motion
+    t812 = v_right_ankle_pitch + t811; // left_hip_yaw_link: motion
+    t813 = v_right_knee_pitch + t812; // right_hip_roll_link: motion
+    t814 = v_right_hip_pitch + t813; // left_hip_roll_link: motion
+    t815 = cos_q_right_hip_roll * t814; // right_upper_leg: motion
+    t816 = cos_t1 * t805; // left_hip_roll_link: motion
+    t817 = R::fused(-t799, sin_t1, t816); // left_hip_roll_link: motion
+    t818 = R::fused(-sin_q_right_hip_roll, t817, t815); // right_upper_leg: motion
+    t819 = R::fused(v_right_hip_yaw, t818, t809); // left_upper_leg: motion
+    t820 = R::fused(-v_left_hip_yaw, t818, t819); // right_lower_leg: motion
+    t821 = sin_t2 * t820; // right_lower_leg: motion
+    t822 = cos_q_right_ankle_roll * t792; // right_hip_yaw_link: motion
+    t823 = R::fused(-sin_q_right_ankle_roll, t796, t822); // right_hip_yaw_link: motion
+    t824 = R::fused(-v_right_hip_roll, t817, t823); // right_upper_leg: motion
+    t825 = cos_q_right_hip_roll * t824; // right_upper_leg: motion
+    t826 = cos_t1 * t802; // left_hip_roll_link: motion
+    t827 = R::fused(sin_t1, t808, t826); // left_hip_roll_link: motion
+    t828 = R::fused(-v_right_hip_roll, t814, t827); // right_upper_leg: motion
+    t829 = R::fused(sin_q_right_hip_roll, t828, t825); // right_upper_leg: motion
+    t830 = sin_t1 * t805; // left_hip_roll_link: motion
+    t831 = R::fused(t799, cos_t1, t830); // left_hip_roll_link: motion
+    t832 = v_right_hip_roll + t831; // right_upper_leg: motion
+    t833 = R::fused(v_right_hip_yaw, t832, t829); // left_upper_leg: motion
+    t834 = R::fused(-v_left_hip_yaw, t832, t833); // right_lower_leg: motion
+    t835 = R::fused(-cos_t2, t834, t821); // right_lower_leg: motion
+    t836 = sin_q_right_hip_roll * t814; // right_upper_leg: motion
+    t837 = R::fused(cos_q_right_hip_roll, t817, t836); // right_upper_leg: motion
+    t838 = v_right_hip_yaw + t837; // left_upper_leg: motion
+    t839 = v_left_hip_yaw - t838; // right_lower_leg: motion
+    t840 = R::fused(v_left_hip_roll, t839, t835); // left_lower_leg: motion
+    t841 = sin_q_left_hip_roll * t840; // left_lower_leg: motion
+    t842 = sin_q_right_hip_roll * t824; // right_upper_leg: motion
+    t843 = R::fused(-cos_q_right_hip_roll, t828, t842); // right_upper_leg: motion
+    t844 = sin_t2 * t832; // right_lower_leg: motion
+    t845 = R::fused(cos_t2, t818, t844); // right_lower_leg: motion
+    t846 = R::fused(-v_left_hip_roll, t845, t843); // left_lower_leg: motion
+    t847 = R::fused(cos_q_left_hip_roll, t846, t841); // left_lower_leg: motion
+    t848 = cos_t2 * t832; // right_lower_leg: motion
+    t849 = R::fused(-sin_t2, t818, t848); // right_lower_leg: motion
+    t850 = v_left_hip_roll - t849; // left_lower_leg: motion
+    t851 = R::fused(-v_left_hip_pitch, t850, t847); // right_ankle: motion
+    t852 = R::fused(-v_left_knee_pitch, t850, t851); // left_ankle: motion
+    t853 = R::fused(-v_left_ankle_pitch, t850, t852); // right_foot: motion
+    t854 = cos_t4 * t853; // right_foot: motion
+    t855 = cos_t2 * t820; // right_lower_leg: motion
+    t856 = R::fused(sin_t2, t834, t855); // right_lower_leg: motion
+    t857 = sin_q_left_hip_roll * t845; // left_lower_leg: motion
+    t858 = R::fused(cos_q_left_hip_roll, t839, t857); // left_lower_leg: motion
+    t859 = R::fused(-v_left_hip_pitch, t858, t856); // right_ankle: motion
+    t860 = R::fused(-v_left_knee_pitch, t858, t859); // left_ankle: motion
+    t861 = R::fused(-v_left_ankle_pitch, t858, t860); // right_foot: motion
+    t862 = R::fused(-sin_t4, t861, t854); // right_foot: motion
+    t863 = cos_q_left_hip_roll * t845; // left_lower_leg: motion
+    t864 = R::fused(-sin_q_left_hip_roll, t839, t863); // left_lower_leg: motion
+    t865 = v_left_hip_pitch - t864; // right_ankle: motion
+    t866 = v_left_knee_pitch + t865; // left_ankle: motion
+    t867 = v_left_ankle_pitch + t866; // right_foot: motion
+    t868 = R::fused(v_left_ankle_roll, t867, t862); // left_foot: motion
+    t869 = sin_t4 * t858; // right_foot: motion
+    t870 = R::fused(-cos_t4, t850, t869); // right_foot: motion
+    t871 = v_left_ankle_roll - t870; // left_foot: motion
+    t872 = t867 * t871; // left_foot: motion
+    t873 = t868 + t872; // left_foot: motion
+    t874 = t873 * t47; // left_foot: sums of what it carries
+    // right_foot: motion
+    t875 = sin_t4 * t853;
+    t876 = R::fused(cos_t4, t861, t875);
+    t877 = cos_t4 * t858;
+    t878 = R::fused(sin_t4, t850, t877);
+    t879 = t867 * t878;
+    t880 = t876 - t879;
+    t881 = R::fused(t55, t880, t874); // left_foot: sums of what it carries
+    t882 = cos_q_left_hip_roll * t840; // left_lower_leg: motion
+    t883 = R::fused(-sin_q_left_hip_roll, t846, t882); // left_lower_leg: motion
+    t884 = R::fused(v_left_ankle_roll, t878, t883); // left_foot: motion
+    t885 = t878 * t871; // left_foot: motion
+    t886 = t884 + t885; // left_foot: motion
+    t887 = R::fused(-t80, t886, t881); // left_foot: sums of what it carries
+    t888 = t867 * t867;
+    t889 = t871 * t871; // left_foot: motion
+    t890 = t888 - t889; // left_foot: sums of what it carries
+    t891 = R::fused(t83, t890, t887); // left_foot: sums of what it carries
+    t892 = t799 - v_right_ankle_roll;
+    t893 = t795 * t892;
+    t894 = t893 * R::constant(0.03); // right_hip_yaw_link: motion
+    t895 = t795 * t791;
+    t896 = R::fused(t895, R::constant(0.055), t894); // right_hip_yaw_link: motion
+    // torso: motion
+    t897 = q_base_qz * R::constant(2.0);
+    t898 = q_base_qx * t897;
+    t899 = q_base_qy * R::constant(2.0);
+    t900 = q_base_qw * t899;
     t901 = t898 - t900;
-    t902 = t901 * t352; // left_ankle: sums of what it carries
-    t903 = R::fused(t883, t312, t902); // left_ankle: sums of what it carries
-    t904 = R::fused(-v_left_knee_pitch, t881, t887);
-    t905 = t881 * t899;
-    t906 = t904 - t905;
-    t907 = R::fused(-t906, t461, t903); // left_ankle: sums of what it carries
-    t908 = t899 * t899;
-    t909 = t891 - t908; // left_ankle: sums of what it carries
-    t910 = R::fused(-t437, t909, t907); // left_ankle: sums of what it carries
-    t911 = t889 * t273;
-    t912 = R::fused(t871, t271, t911);
-    t913 = t896 + t912;
-    t914 = R::fused(t913, t247, t910); // left_ankle: sums of what it carries
-    // right_foot: motion
-    t915 = R::fused(-v_left_ankle_pitch, t881, t904);
-    t916 = cos_t4 * t915;
-    t917 = R::fused(-v_left_ankle_pitch, t847, t898);
-    t918 = R::fused(-sin_t4, t917, t916);
-    t919 = v_left_ankle_pitch + t899;
-    t920 = sin_t4 * t847;
-    t921 = R::fused(-cos_t4, t881, t920);
-    t922 = R::fused(t919, t921, t918);
-    t923 = t922 * R::constant(0.0031024499985); // right_foot: sums of what it carries
-    t924 = sin_t4 * t915;
-    t925 = R::fused(cos_t4, t917, t924);
-    t926 = cos_t4 * t847;
-    t927 = R::fused(sin_t4, t881, t926);
-    t928 = t919 * t927;
-    t929 = t925 - t928;
-    t930 = R::fused(R::constant(-0.0005698), t929, t923); // right_foot: sums of what it carries
-    t931 = t906 * t250;
-    t932 = R::fused(t901, t248, t931);
-    t933 = t913 + t932;
-    t934 = R::fused(R::constant(-0.0154), t933, t930); // right_foot: sums of what it carries
-    // left_foot: motion
-    t935 = R::fused(v_left_ankle_roll, t919, t918);
-    t936 = v_left_ankle_roll - t921;
-    t937 = t919 * t936;
-    t938 = t935 + t937;
-    t939 = t938 * t355; // left_foot: sums of what it carries
-    t940 = R::fused(t290, t929, t939); // left_foot: sums of what it carries
-    t941 = R::fused(v_left_ankle_roll, t927, t878);
-    t942 = t927 * t936;
-    t943 = t941 + t942;
-    t944 = R::fused(-t299, t943, t940); // left_foot: sums of what it carries
-    t945 = t919 * t919; // right_foot: motion
-    t946 = t936 * t936;
-    t947 = t945 - t946; // left_foot: sums of what it carries
-    t948 = R::fused(t231, t947, t944); // left_foot: sums of what it carries
-    t949 = t883 * t273; // left_ankle: motion
-    t950 = t881 * t881; // left_lower_leg: motion
-    t951 = t950 + t892; // right_ankle: motion
-    t952 = R::fused(t951, t271, t949); // left_ankle: motion
-    t953 = t866 - t952; // left_ankle: motion
-    t954 = t883 * t250; // right_foot: motion
-    t955 = t950 + t908; // left_ankle: motion
-    t956 = R::fused(t955, t248, t954); // right_foot: motion
-    t957 = t953 - t956; // right_foot: motion
-    t958 = sin_t4 * t957; // right_foot: motion
-    t959 = cos_t2 * t854; // right_lower_leg: motion
-    t960 = R::fused(-sin_t2, t860, t959); // right_lower_leg: motion
-    t961 = t891 + t892; // right_ankle: motion
-    t962 = t961 * t273; // left_ankle: motion
-    t963 = t878 + t882; // left_lower_leg: motion
-    t964 = R::fused(-t963, t271, t962); // left_ankle: motion
-    t965 = t960 + t964; // left_ankle: motion
-    t966 = t891 + t908; // left_ankle: motion
-    // right_foot: motion
-    t967 = t966 * t250;
-    t968 = R::fused(-t963, t248, t967);
-    t969 = t965 + t968;
-    t970 = R::fused(cos_t4, t969, t958);
-    t971 = t927 * t921;
-    t972 = t878 - t971;
-    t973 = R::fused(R::constant(-0.037), t972, t970); // left_foot: motion
-    // left_foot: sums of what it carries
-    t974 = R::fused(-t224, t973, t948);
-    t975 = R::constant(0.001228333333) * t925;
-    t976 = t355 + t237;
-    t977 = R::fused(-t928, t976, t975);
-    t978 = t941 - t942; // left_foot: motion
-    t979 = R::fused(-t231, t978, t977);
-    t980 = t935 - t937; // left_foot: motion
-    t981 = R::fused(-t290, t980, t979);
-    t982 = t927 * t927; // right_foot: motion
-    t983_984 = R::Two::fused(both(t982), two(R::constant(1.0), R::constant(-1.0)), both(t945)); // right_foot, left_foot
-    t985 = R::fused(-t299, t983_984.second(), t981);
-    // right_foot: motion
-    t986 = cos_t4 * t957;
-    t987 = R::fused(-sin_t4, t969, t986);
-    t988 = t921 * t921;
-    t989 = t945 + t988;
-    t990 = R::fused(R::constant(-0.037), t989, t987); // left_foot: motion
-    t991 = t224 * t990; // left_foot: sums of what it carries
-    t992 = R::fused(R::constant(0.037), t929, t933); // left_foot: motion
-    t993 = R::fused(-t228, t992, t991); // left_foot: sums of what it carries
-    t994 = t985 - t993; // left_foot: sums of what it carries
-    t995 = tau_left_ankle_roll - t994; // other
-    t996 = R::constant(814.1112620933816) * t995; // other
-    t997 = R::fused(t290, t996, t974); // left_foot: articulated inertia
-    t998 = t934 - t997; // right_foot: articulated inertia
-    t999 = sin_t4 * t998; // right_foot: articulated inertia
-    t1000 = t929 * R::constant(0.0008355375); // right_foot: sums of what it carries
-    t1001 = R::fused(R::constant(-0.0005698), t922, t1000); // right_foot: sums of what it carries
-    t1002 = R::fused(R::constant(0.023125), t933, t1001); // right_foot: sums of what it carries
-    t1003 = t982 + t946; // left_foot: motion
-    t1004 = t224 * t1003; // left_foot: sums of what it carries
-    t1005 = R::fused(-t228, t929, t1004); // left_foot: sums of what it carries
-    t1006 = R::fused(-t228, t996, t1005); // left_foot: articulated inertia
-    t1007 = R::fused(R::constant(-0.037), t1006, tau_left_ankle_roll); // left_foot: articulated inertia
-    t1008 = t1002 + t1007; // right_foot: articulated inertia
-    t1009 = R::fused(-cos_t4, t1008, t999); // right_foot: articulated inertia
-    // right_foot: sums of what it carries
-    t1010 = t878 * R::constant(0.0039379874985);
-    t1011 = R::fused(t971, R::constant(0.0022669124985), t1010);
-    t1012 = t982 - t988;
-    t1013 = R::fused(R::constant(0.0005698), t1012, t1011);
-    t1014 = R::constant(0.023125) * t970;
-    t1015 = R::fused(R::constant(-0.0154), t987, t1014);
-    t1016 = t1013 - t1015;
-    t1017 = t943 * t237; // left_foot: sums of what it carries
-    t1018 = R::fused(t299, t938, t1017); // left_foot: sums of what it carries
-    t1019 = t925 + t928; // right_foot: motion
-    // left_foot: sums of what it carries
-    t1020 = R::fused(-t231, t1019, t1018);
-    t1021 = t982 - t946;
-    t1022 = R::fused(t290, t1021, t1020);
-    t1023 = R::fused(-t228, t973, t1022);
-    t1024 = R::fused(-t231, t996, t1023); // left_foot: articulated inertia
-    t1025 = t224 * t938;
-    t1026 = R::fused(-t228, t943, t1025);
-    t1027 = R::fused(R::constant(0.037), t1026, -t1024); // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t1028 = t1016 - t1027;
-    t1029 = tau_left_ankle_pitch - t1028;
-    t1030 = t1029 * t243;
-    t1031 = R::fused(-t305, t1030, t1009);
-    t1032 = R::constant(0.0154) * t922; // right_foot: sums of what it carries
-    let (
-        t1033, t1034, t1035, t1036, t1037, t1038_1039, t1040, t1041, t1042, t1043, t1044, t1045, t1046, t1047, t1048,
-        t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060, t1061, t1062, t1063, t1064,
-        t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078, t1079, t1080,
-        t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094, t1095, t1096,
-        t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110, t1111, t1112,
-        t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123, t1124, t1125, t1126, t1127, t1128,
-        t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142, t1143, t1144,
-        t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157, t1158, t1159, t1160,
-        t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1173, t1174, t1175, t1176,
-        t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187, t1188_1189, t1190, t1191, t1192,
-        t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207, t1208,
-        t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1222, t1223, t1224,
-        t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235, t1236, t1237, t1238, t1239, t1240,
-        t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1255, t1256,
-        t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267, t1268, t1269, t1270, t1271, t1272,
-        t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282, t1283, t1284, t1285, t1286, t1287, t1288,
-        t1289, t1290,
-    );
-    t1033 = R::fused(R::constant(-0.023125), t929, t1032); // right_foot: sums of what it carries
-    t1034 = t1033 + t1006;
-    t1035 = R::fused(-t303, t1030, t1034);
-    t1036 = R::fused(t248, t1035, t1031);
-    t1037 = t914 - t1036; // left_ankle: articulated inertia
-    t1038_1039 = two(R::constant(0.231642), R::constant(0.07325338333)) * both(t878); // right_ankle, left_ankle
-    t1040 = t352 - t494; // left_ankle: sums of what it carries
-    t1041 = R::fused(t882, t1040, t1038_1039.second()); // left_ankle: sums of what it carries
-    t1042 = t904 + t905; // left_ankle: motion
-    t1043 = R::fused(-t1042, t437, t1041); // left_ankle: sums of what it carries
-    t1044 = t898 + t900; // left_ankle: motion
-    // left_ankle: sums of what it carries
-    t1045 = R::fused(t1044, t312, t1043);
-    t1046 = t950 - t891;
-    t1047 = R::fused(-t461, t1046, t1045);
-    t1048 = t965 * t247;
-    t1049 = R::fused(t953, t275, t1048);
-    t1050 = t1047 - t1049;
-    t1051 = R::fused(t242, t1030, t1028); // right_foot: articulated inertia
-    // right_foot: sums of what it carries
-    t1052 = R::constant(0.0154) * t983_984.first();
-    t1053 = R::fused(R::constant(0.023125), t972, t1052);
-    t1054 = t1026 - t1053;
-    t1055 = cos_t4 * t1054;
-    t1056 = t878 + t971; // right_foot: motion
-    t1057 = R::constant(0.0154) * t1056;
-    t1058 = R::fused(R::constant(-0.023125), t989, t1057);
-    t1059 = t224 * t1019; // left_foot: sums of what it carries
-    t1060 = t945 + t946; // left_foot: motion
-    t1061 = R::fused(t228, t1060, t1059); // left_foot: sums of what it carries
-    t1062 = R::fused(t224, t996, t1061); // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t1063 = t1058 - t1062;
-    t1064 = R::fused(-sin_t4, t1063, t1055);
-    t1065 = R::fused(-t233, t1030, t1064);
-    t1066 = t248 * t1065;
-    t1067 = sin_t4 * t1054; // right_foot: sums of what it carries
-    t1068 = R::fused(cos_t4, t1063, t1067);
-    t1069 = R::fused(-t254, t1030, t1068);
-    t1070 = R::fused(t250, t1069, t1066);
-    t1071 = t1051 - t1070;
-    // left_ankle: articulated inertia
-    t1072 = t1050 + t1071;
-    t1073 = tau_left_knee_pitch - t1072;
-    t1074 = t1073 * t266;
-    t1075 = R::fused(t325, t1074, t1037);
-    t1076 = t906 * t275; // left_ankle: sums of what it carries
-    t1077 = R::fused(t901, t247, t1076); // left_ankle: sums of what it carries
-    t1078 = t1077 - t1035;
-    t1079 = R::fused(t323, t1074, t1078);
-    t1080 = R::fused(t271, t1079, t1075);
-    t1081 = t897 + t1080; // right_ankle: articulated inertia
-    t1082 = t347 - t493; // right_ankle: sums of what it carries
-    t1083 = R::fused(t882, t1082, t1038_1039.first()); // right_ankle: sums of what it carries
-    t1084 = t887 + t888; // right_ankle: motion
-    t1085 = R::fused(-t1084, t447, t1083); // right_ankle: sums of what it carries
-    t1086 = t868 + t870; // right_ankle: motion
-    // right_ankle: sums of what it carries
-    t1087 = R::fused(t1086, t331, t1085);
-    t1088 = R::fused(-t1046, t458, t1087);
-    t1089 = t960 * t270;
-    t1090 = R::fused(t866, t399, t1089);
-    t1091 = t1088 - t1090;
-    t1092 = R::fused(t265, t1074, t1072); // left_ankle: articulated inertia
-    t1093 = t966 * t275; // left_ankle: sums of what it carries
-    t1094 = R::fused(-t963, t247, t1093); // left_ankle: sums of what it carries
-    t1095 = t1094 + t1065; // left_ankle: articulated inertia
-    t1096 = R::fused(-t257, t1074, t1095); // left_ankle: articulated inertia
-    t1097 = t271 * t1096; // left_ankle: articulated inertia
-    t1098 = t883 * t275; // left_ankle: sums of what it carries
-    t1099 = R::fused(t955, t247, t1098); // left_ankle: sums of what it carries
-    // left_ankle: articulated inertia
-    t1100 = t1099 - t1069;
-    t1101 = R::fused(t276, t1074, t1100);
-    t1102 = R::fused(-t273, t1101, t1097);
-    t1103 = t1092 - t1102;
-    // right_ankle: articulated inertia
-    t1104 = t1091 + t1103;
-    t1105 = tau_left_hip_pitch - t1104;
-    t1106 = t1105 * t287;
-    t1107 = R::fused(t341, t1106, t1081);
-    // left_lower_leg: articulated inertia
-    t1108 = t867 + t1107;
-    t1109 = tau_left_hip_roll - t1108;
-    t1110 = t1109 * t390;
-    t1111 = R::fused(t389, t1110, t1108);
-    t1112 = R::fused(-t844, t842, t839); // right_lower_leg: motion
-    t1113 = R::fused(t1112, R::constant(0.00009), t1111); // right_lower_leg: articulated inertia
-    t1114 = sin_t2 * t1113; // right_lower_leg: articulated inertia
-    t1115 = R::fused(t844, t880, t874); // right_lower_leg: motion
-    t1116 = t1115 * R::constant(0.0005199999995); // right_lower_leg: sums of what it carries
-    t1117 = R::fused(R::constant(0.008), t865, t1116); // right_lower_leg: sums of what it carries
-    t1118 = R::fused(t286, t1106, t1104); // right_ankle: articulated inertia
-    t1119 = R::fused(t963, R::constant(0.0000833333335), t1118);
-    t1120 = cos_q_left_hip_roll * t1119;
-    t1121 = R::fused(-t881, t845, t886); // left_lower_leg: motion
-    t1122 = t1121 * R::constant(0.00151725002); // left_lower_leg: sums of what it carries
-    t1123 = R::fused(R::constant(0.01), t960, t1122); // left_lower_leg: sums of what it carries
-    // right_ankle: sums of what it carries
-    t1124 = t889 * t493;
-    t1125 = R::fused(-t871, t458, t1124);
-    t1126 = R::fused(-t963, t447, t1125);
-    t1127 = t950 - t892;
-    t1128 = R::fused(-t331, t1127, t1126);
-    t1129 = R::fused(t896, t399, t1128);
-    // left_ankle: sums of what it carries
-    t1130 = t906 * t494;
-    t1131 = R::fused(-t901, t461, t1130);
-    t1132 = R::fused(-t963, t437, t1131);
-    t1133 = t950 - t908;
-    t1134 = R::fused(-t312, t1133, t1132);
-    t1135 = R::fused(t913, t275, t1134);
-    // right_foot: articulated inertia
-    t1136 = cos_t4 * t998;
-    t1137 = R::fused(sin_t4, t1008, t1136);
-    t1138 = R::fused(-t433, t1030, t1137);
-    t1139 = R::fused(-t250, t1035, t1138);
-    t1140 = t1135 + t1139; // left_ankle: articulated inertia
-    t1141 = R::fused(-t443, t1074, t1140); // left_ankle: articulated inertia
-    t1142 = R::fused(t273, t1079, t1141); // left_ankle: articulated inertia
-    t1143 = t1129 + t1142; // right_ankle: articulated inertia
-    t1144 = R::fused(-t452, t1106, t1143); // right_ankle: articulated inertia
-    t1145 = t1123 + t1144; // left_lower_leg: articulated inertia
-    t1146 = R::fused(sin_q_left_hip_roll, t1145, t1120); // left_lower_leg: articulated inertia
-    t1147 = R::fused(-t544, t1110, t1146); // left_lower_leg: articulated inertia
-    t1148 = t1117 + t1147; // right_lower_leg: articulated inertia
-    t1149 = R::fused(-cos_t2, t1148, t1114); // right_lower_leg: articulated inertia
-    t1150 = t211 * R::constant(0.0006099999995); // right_lower_leg: sums of what it carries
-    t1151 = t880 * t842; // right_lower_leg: motion
-    t1152 = R::fused(-t1151, R::constant(0.0004299999995), t1150); // right_lower_leg: sums of what it carries
-    t1153 = R::fused(R::constant(0.008), t861, t1152); // right_lower_leg: sums of what it carries
-    t1154 = sin_q_left_hip_roll * t1119; // left_lower_leg: articulated inertia
-    t1155 = R::fused(-cos_q_left_hip_roll, t1145, t1154); // left_lower_leg: articulated inertia
-    t1156 = R::fused(t481, t1110, t1155); // left_lower_leg: articulated inertia
-    // right_lower_leg: articulated inertia
-    t1157 = t1153 - t1156;
-    t1158 = tau_left_hip_yaw + t1157;
-    t1159 = t1158 * t515;
-    t1160 = R::fused(-t653, t1159, t1149);
-    t1161 = t889 * t399; // right_ankle: sums of what it carries
-    t1162 = R::fused(t871, t270, t1161); // right_ankle: sums of what it carries
-    t1163 = t1162 + t1079; // right_ankle: articulated inertia
-    t1164 = R::fused(t339, t1106, t1163); // right_ankle: articulated inertia
-    t1165 = t950 + t891; // left_lower_leg: motion
-    t1166 = R::fused(R::constant(0.01), t1165, -t1164); // left_lower_leg: articulated inertia
-    t1167 = sin_q_left_hip_roll * t1166; // left_lower_leg: articulated inertia
-    t1168 = t883 * t399; // right_ankle: sums of what it carries
-    t1169 = R::fused(t951, t270, t1168); // right_ankle: sums of what it carries
-    t1170 = t1169 + t1101; // right_ankle: articulated inertia
-    t1171 = R::fused(t400, t1106, t1170); // right_ankle: articulated inertia
-    t1172 = t839 - t848; // left_lower_leg: motion
-    t1173 = R::fused(R::constant(0.01), t1172, t1171); // left_lower_leg: articulated inertia
-    t1174 = R::fused(-cos_q_left_hip_roll, t1173, t1167); // left_lower_leg: articulated inertia
-    t1175 = R::fused(-t558, t1110, t1174); // left_lower_leg: articulated inertia
-    t1176 = R::fused(R::constant(0.008), t1115, -t1175);
-    t1177 = R::fused(-t568, t1159, t1176);
-    t1178 = R::fused(t522, t1177, t1160);
-    t1179 = t835 - t1178; // left_upper_leg: articulated inertia
-    t1180 = R::fused(R::constant(-0.0764), tau_base_linear_x, tau_base_angular_z); // other
-    t1181 = R::constant(0.27212108) * t211; // left_upper_leg: sums of what it carries
-    t1182 = t692 - t591; // left_upper_leg: sums of what it carries
-    t1183 = R::fused(-t819, t1182, t1181); // left_upper_leg: sums of what it carries
-    t1184 = t824 - t825; // left_upper_leg: motion
-    t1185 = R::fused(-t1184, t573, t1183); // left_upper_leg: sums of what it carries
-    t1186 = t814 - t816; // left_upper_leg: motion
-    t1187 = R::fused(-t1186, t658, t1185); // left_upper_leg: sums of what it carries
-    t1188_1189 = R::Two::fused(both(t850), two(R::constant(1.0), R::constant(-1.0)), both(t828));
-    // left_upper_leg: sums of what it carries
-    t1190 = R::fused(-t675, t1188_1189.second(), t1187);
-    t1191 = t199 * t622;
-    t1192 = R::fused(t170, t519, t1191);
-    t1193 = t1190 + t1192;
-    t1194 = t1180 + t1193;
-    t1195 = R::fused(-t514, t1159, t1157); // right_lower_leg: articulated inertia
-    t1196 = t961 * t399; // right_ankle: sums of what it carries
-    t1197 = R::fused(-t963, t270, t1196); // right_ankle: sums of what it carries
-    t1198 = t1197 + t1096; // right_ankle: articulated inertia
-    t1199 = R::fused(-t279, t1106, t1198); // right_ankle: articulated inertia
-    t1200 = R::fused(R::constant(0.01), t1121, t1199); // left_lower_leg: articulated inertia
-    t1201 = R::fused(-t342, t1110, t1200); // left_lower_leg: articulated inertia
-    t1202 = t844 * t844; // right_lower_leg: motion
-    t1203 = R::fused(t842, t842, t1202); // right_lower_leg: motion
-    t1204 = R::fused(R::constant(0.008), t1203, t1201); // right_lower_leg: articulated inertia
-    t1205 = sin_t2 * t1204; // right_lower_leg: articulated inertia
-    t1206 = cos_q_left_hip_roll * t1166; // left_lower_leg: articulated inertia
-    t1207 = R::fused(sin_q_left_hip_roll, t1173, t1206); // left_lower_leg: articulated inertia
-    t1208 = R::fused(-t417, t1110, t1207); // left_lower_leg: articulated inertia
-    t1209 = t211 - t1151; // right_lower_leg: motion
-    // right_lower_leg: articulated inertia
-    t1210 = R::fused(R::constant(0.008), t1209, -t1208);
-    t1211 = R::fused(-cos_t2, t1210, t1205);
-    t1212 = R::fused(-t527, t1159, t1211);
-    t1213 = t522 * t1212;
-    t1214 = cos_t2 * t1204;
-    t1215 = R::fused(sin_t2, t1210, t1214);
-    t1216 = R::fused(-t492, t1159, t1215);
-    t1217 = R::fused(t520, t1216, t1213);
-    t1218 = t1195 + t1217;
-    // left_upper_leg: articulated inertia
-    t1219 = t1194 + t1218;
-    t1220 = tau_right_hip_yaw - t1219;
-    t1221 = t1220 * t539;
-    t1222 = R::fused(t666, t1221, t1179);
-    t1223 = t810 - t1222; // right_upper_leg: articulated inertia
-    t1224 = cos_q_right_hip_roll * t1223; // right_upper_leg: articulated inertia
-    t1225 = R::fused(t538, t1221, t1219);
-    t1226 = R::fused(t820, R::constant(0.00009), t1225); // right_upper_leg: articulated inertia
-    t1227 = R::fused(sin_q_right_hip_roll, t1226, t1224); // right_upper_leg: articulated inertia
-    t1228 = t823 * R::constant(0.78043875); // right_upper_leg: sums of what it carries
-    t1229 = t217 * t807; // right_upper_leg: motion
-    t1230 = R::fused(-t1229, R::constant(0.78025875), t1228); // right_upper_leg: sums of what it carries
-    t1231 = R::fused(R::constant(-2.4915), t199, t1230); // right_upper_leg: sums of what it carries
-    t1232 = cos_q_right_hip_yaw * t811; // other
-    t1233 = R::fused(sin_q_right_hip_yaw, tau_base_angular_y, t1232); // other
-    // left_upper_leg: sums of what it carries
-    t1234 = t826 * t591;
-    t1235 = R::fused(-t817, t675, t1234);
-    t1236 = R::fused(-t856, t573, t1235);
-    t1237 = t850 - t829;
-    t1238 = R::fused(-t658, t1237, t1236);
-    t1239 = R::fused(t833, t519, t1238);
-    t1240 = t1233 - t1239;
-    // right_lower_leg: articulated inertia
-    t1241 = cos_t2 * t1113;
-    t1242 = R::fused(sin_t2, t1148, t1241);
-    t1243 = R::fused(t553, t1159, t1242);
-    t1244 = R::fused(t520, t1177, t1243);
-    t1245 = t1240 - t1244; // left_upper_leg: articulated inertia
-    t1246 = R::fused(t585, t1221, t1245); // left_upper_leg: articulated inertia
-    // right_upper_leg: articulated inertia
-    t1247 = t1231 - t1246;
-    t1248 = tau_right_hip_roll + t1247;
-    t1249 = t1248 * t615;
-    t1250 = R::fused(t682, t1249, t1227);
-    // left_hip_roll_link: articulated inertia
-    t1251 = t803 + t1250;
-    t1252 = tau_right_hip_pitch - t1251;
-    t1253 = t1252 * t708;
-    t1254 = R::fused(t707, t1253, t1251);
-    t1255 = sin_q_right_hip_yaw * tau_base_linear_x; // other
-    t1256 = R::fused(-cos_q_right_hip_yaw, tau_base_linear_y, t1255); // other
-    t1257 = t856 * t622; // left_upper_leg: sums of what it carries
-    t1258 = R::fused(-t858, t519, t1257); // left_upper_leg: sums of what it carries
-    t1259 = t1256 + t1258; // left_upper_leg: sums of what it carries
-    t1260 = t1259 - t1212; // left_upper_leg: articulated inertia
-    t1261 = R::fused(t623, t1221, t1260); // left_upper_leg: articulated inertia
-    t1262 = t823 - t1229; // right_upper_leg: motion
-    t1263 = R::fused(R::constant(2.4915), t1262, -t1261); // right_upper_leg: articulated inertia
-    t1264 = sin_q_right_hip_roll * t1263; // right_upper_leg: articulated inertia
-    t1265 = t817 * t622; // left_upper_leg: sums of what it carries
-    t1266 = R::fused(-t826, t519, t1265); // left_upper_leg: sums of what it carries
-    t1267 = tau_base_linear_z + t1266; // left_upper_leg: sums of what it carries
-    t1268 = t1267 - t1177; // left_upper_leg: articulated inertia
-    t1269 = R::fused(t583, t1221, t1268); // left_upper_leg: articulated inertia
-    t1270 = R::fused(R::constant(2.4915), t1188_1189.first(), t1269); // right_upper_leg: articulated inertia
-    t1271 = R::fused(-cos_q_right_hip_roll, t1270, t1264); // right_upper_leg: articulated inertia
-    t1272 = R::fused(-t638, t1249, t1271); // right_upper_leg: articulated inertia
-    t1273 = t116 + t801; // left_hip_roll_link: motion
-    t1274 = R::fused(R::constant(0.008), t1273, -t1272);
-    t1275 = sin_t1 * t1274;
-    t1276 = cos_q_right_hip_yaw * tau_base_linear_x; // other
-    t1277 = R::fused(sin_q_right_hip_yaw, tau_base_linear_y, t1276); // other
-    t1278 = t851 * t622; // left_upper_leg: sums of what it carries
-    t1279 = R::fused(t820, t519, t1278); // left_upper_leg: sums of what it carries
-    t1280 = t1277 - t1279; // left_upper_leg: sums of what it carries
-    t1281 = t1280 - t1216; // left_upper_leg: articulated inertia
-    t1282 = R::fused(-t530, t1221, t1281); // left_upper_leg: articulated inertia
-    t1283 = R::fused(R::constant(2.4915), t808, t1282); // right_upper_leg: articulated inertia
-    t1284 = R::fused(-t586, t1249, t1283); // right_upper_leg: articulated inertia
-    t1285 = t209 * t209; // left_hip_roll_link: motion
-    t1286 = R::fused(t202, t202, t1285); // left_hip_roll_link: motion
-    t1287 = R::fused(R::constant(0.008), t1286, -t1284);
-    t1288 = R::fused(cos_t1, t1287, t1275);
-    t1289 = R::fused(t691, t1253, t1288);
-    t1290 = t133 * t1289;
-    let (
-        t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306,
-        t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322,
-        t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338,
-        t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354,
-        t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370,
-        t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386,
-        t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402,
-        t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1418,
-        t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427, t1428, t1429, t1430, t1431, t1432, t1433, t1434,
-        t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450,
-        t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463, t1464, t1465, t1466,
-        t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475, t1476, t1477, t1478, t1479, t1480, t1481, t1482,
-        t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1495, t1496, t1497, t1498,
-        t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514,
-        t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530,
-        t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546,
-    );
-    t1291 = cos_t1 * t1274;
-    t1292 = R::fused(-sin_t1, t1287, t1291);
-    t1293 = R::fused(t718, t1253, t1292);
-    t1294 = R::fused(-t128, t1293, t1290);
-    t1295 = t1254 - t1294;
-    // right_hip_roll_link: articulated inertia
-    t1296 = t800 + t1295;
-    t1297 = tau_right_knee_pitch - t1296;
-    t1298 = t1297 * t730;
-    t1299 = R::fused(t729, t1298, t1296);
-    t1300 = t166 * t735; // right_hip_roll_link: sums of what it carries
-    t1301 = R::fused(-t159, t712, t1300); // right_hip_roll_link: sums of what it carries
-    t1302 = t1301 + t1289;
-    t1303 = R::fused(-t721, t1298, t1302);
-    t1304 = t125 * t1303;
-    t1305 = t120 * t735; // right_hip_roll_link: sums of what it carries
-    t1306 = R::fused(t132, t712, t1305); // right_hip_roll_link: sums of what it carries
-    t1307 = t1306 + t1293;
-    t1308 = R::fused(t736, t1298, t1307);
-    t1309 = R::fused(-t112, t1308, t1304);
-    t1310 = t1299 - t1309;
-    t1311 = t775 + t1310; // left_hip_yaw_link: articulated inertia
-    t1312 = tau_right_ankle_pitch - t1311; // left_hip_yaw_link: articulated inertia
-    // right_upper_leg: articulated inertia
-    t1313 = t396_397.first() * t629;
-    t1314 = R::fused(-t405_406.first(), t626, t1313);
-    t1315 = t628 - t1314;
-    t1316 = cos_q_right_hip_roll * t634;
-    t1317 = R::fused(-sin_q_right_hip_roll, t637, t1316);
-    t1318 = t1317 * t615;
-    t1319 = R::fused(t638, t1318, t1315);
-    t1320 = sin_t1 * t1319; // left_hip_roll_link: articulated inertia
-    t1321 = cos_q_right_hip_roll * t644;
-    t1322 = R::fused(sin_q_right_hip_roll, t646, t1321);
-    t1323 = R::fused(t1317, t616, t1322);
-    t1324 = R::fused(cos_t1, t1323, t1320); // left_hip_roll_link: articulated inertia
-    t1325 = t396_397.first() * t670;
-    t1326 = R::fused(t405_406.first(), t667, t1325);
-    t1327 = t670 - t1326;
-    t1328 = R::fused(-t682, t1318, t1327);
-    // left_hip_roll_link: articulated inertia
-    t1329 = R::fused(t1328, t709, t1324);
-    t1330 = t133 * t1329;
-    t1331 = cos_t1 * t1319;
-    t1332 = R::fused(-sin_t1, t1323, t1331);
-    t1333 = t1328 * t708;
-    t1334 = R::fused(t718, t1333, t1332);
-    t1335 = t128 * t1334;
-    t1336 = t1330 - t1335;
-    // right_hip_roll_link: articulated inertia
-    t1337 = R::fused(-t1336, t731, t1329);
-    t1338 = t125 * t1337;
-    t1339 = t1336 * t730;
-    t1340 = R::fused(t736, t1339, t1334);
-    t1341 = t112 * t1340;
-    t1342 = t1338 - t1341;
-    // right_hip_yaw_link: sums of what it carries
-    t1343 = t174 * R::constant(0.02361803748);
-    t1344 = t109 - t161;
-    t1345 = R::fused(R::constant(-0.00037), t1344, t1343);
-    t1346 = R::constant(0.01) * t105;
-    t1347 = R::fused(R::constant(0.679875), t173, t1346);
-    t1348 = t1345 + t1347;
-    // left_hip_yaw_link: sums of what it carries
-    t1349 = t184 * t752;
-    t1350 = R::fused(-t120, t762, t1349);
-    t1351 = R::fused(t180, t767, t1350);
-    t1352 = t161 - t123;
-    t1353 = R::fused(t758, t1352, t1351);
-    t1354 = R::fused(t175, t770, t1353);
-    // right_hip_roll_link: sums of what it carries
-    t1355 = t193 * t782;
-    t1356 = R::fused(-t120, t792, t1355);
-    t1357 = R::fused(t189, t796, t1356);
-    t1358 = t161 - t131;
-    t1359 = R::fused(t788, t1358, t1357);
-    t1360 = R::fused(t186, t712, t1359);
-    t1361 = R::fused(t209, t213, t208); // left_hip_roll_link: motion
-    t1362 = t1361 * R::constant(0.0005199999995); // left_hip_roll_link: sums of what it carries
-    t1363 = R::fused(R::constant(-0.008), t195, t1362); // left_hip_roll_link: sums of what it carries
-    // right_upper_leg: articulated inertia
-    t1364 = sin_q_right_hip_roll * t1223;
-    t1365 = R::fused(-cos_q_right_hip_roll, t1226, t1364);
-    t1366 = sin_q_right_hip_roll * t681;
-    t1367 = R::fused(t1366, t1249, t1365);
-    t1368 = t1363 + t1367; // left_hip_roll_link: articulated inertia
-    t1369 = sin_t1 * t1368; // left_hip_roll_link: articulated inertia
-    t1370 = R::fused(-t614, t1249, t1247);
-    t1371 = R::fused(-t209, t202, t823); // left_hip_roll_link: motion
-    t1372 = R::fused(t1371, R::constant(0.0000833333335), t1370); // left_hip_roll_link: articulated inertia
-    t1373 = R::fused(-cos_t1, t1372, t1369); // left_hip_roll_link: articulated inertia
-    t1374 = t405_406.first() * t702;
-    t1375 = R::fused(t1366, t705, t1374);
-    t1376 = sin_t1 * t1375; // left_hip_roll_link: articulated inertia
-    t1377 = R::fused(-t1376, t1253, t1373); // left_hip_roll_link: articulated inertia
-    t1378 = cos_q_right_hip_roll * t1263;
-    t1379 = R::fused(sin_q_right_hip_roll, t1270, t1378);
-    t1380 = R::fused(-t1317, t1249, t1379);
-    t1381 = R::fused(R::constant(0.008), t1361, t1380); // left_hip_roll_link: articulated inertia
-    t1382 = R::fused(-t1328, t1253, t1381); // left_hip_roll_link: articulated inertia
-    t1383 = R::fused(-t133, t1382, t1377); // left_hip_roll_link: articulated inertia
-    t1384 = t1360 + t1383; // right_hip_roll_link: articulated inertia
-    t1385 = R::fused(-t1366, t639, t1326);
-    t1386 = t618 * t1385; // left_hip_roll_link: articulated inertia
-    t1387 = sin_q_right_hip_roll * t688;
-    t1388 = R::fused(t1366, t616, t1387);
-    // left_hip_roll_link: articulated inertia
-    t1389 = R::fused(-t643, t1388, t1386);
-    t1390 = R::fused(t1376, t709, t1389);
-    t1391 = t133 * t1390;
-    t1392 = t618 * t1388;
-    t1393 = R::fused(t643, t1385, t1392);
-    t1394 = R::fused(t1376, t725, t1393);
-    t1395 = R::fused(-t128, t1394, t1391);
-    t1396 = R::fused(-t133, t1336, t1395);
-    t1397 = t792 + t1396; // right_hip_roll_link: articulated inertia
-    t1398 = R::fused(-t1397, t1298, t1384); // right_hip_roll_link: articulated inertia
-    t1399 = t189 * t735; // right_hip_roll_link: sums of what it carries
-    t1400 = R::fused(-t193, t712, t1399); // right_hip_roll_link: sums of what it carries
-    t1401 = t1400 + t1382; // right_hip_roll_link: articulated inertia
-    t1402 = R::fused(-t1336, t1298, t1401); // right_hip_roll_link: articulated inertia
-    t1403 = R::fused(-t125, t1402, t1398); // right_hip_roll_link: articulated inertia
-    t1404 = t1354 + t1403; // left_hip_yaw_link: articulated inertia
-    t1405 = t1390 - t1330;
-    t1406 = R::fused(-t1397, t731, t1405); // right_hip_roll_link: articulated inertia
-    t1407 = t125 * t1406; // right_hip_roll_link: articulated inertia
-    t1408 = R::fused(-t133, t1334, t1394);
-    t1409 = R::fused(t1397, t741, t1408); // right_hip_roll_link: articulated inertia
-    t1410 = R::fused(-t112, t1409, t1407); // right_hip_roll_link: articulated inertia
-    t1411 = R::fused(-t125, t1342, t1410); // right_hip_roll_link: articulated inertia
-    t1412 = t762 + t1411; // left_hip_yaw_link: articulated inertia
-    t1413 = t1312 * t746; // left_hip_yaw_link: articulated inertia
-    t1414 = R::fused(-t1412, t1413, t1404); // left_hip_yaw_link: articulated inertia
-    t1415 = t180 * t773; // left_hip_yaw_link: sums of what it carries
-    t1416 = R::fused(-t184, t770, t1415); // left_hip_yaw_link: sums of what it carries
-    t1417 = t1416 + t1402; // left_hip_yaw_link: articulated inertia
-    t1418 = R::fused(-t1342, t1413, t1417); // left_hip_yaw_link: articulated inertia
-    t1419 = R::fused(R::constant(-0.037), t1418, t1414); // left_hip_yaw_link: articulated inertia
-    t1420 = t1348 + t1419; // right_hip_yaw_link: articulated inertia
-    t1421 = tau_right_ankle_roll - t1420; // right_hip_yaw_link: articulated inertia
-    t1422 = R::constant(0.00009) - t703; // right_upper_leg: articulated inertia
-    t1423 = t1366 * t615; // right_upper_leg: articulated inertia
-    t1424 = R::fused(-t1366, t1423, t1422); // right_upper_leg: articulated inertia
-    t1425 = R::constant(0.0005199999995) + t1424;
-    t1426 = R::constant(0.0000833333335) - t1425;
-    t1427 = R::fused(-t618, t1426, R::constant(0.0000833333335));
-    t1428 = t1376 * t708;
-    t1429 = R::fused(-t1376, t1428, t1427);
-    t1430 = R::fused(t1366, t1318, t671); // right_upper_leg: articulated inertia
-    t1431 = R::constant(0.008) + t1430;
-    t1432 = sin_t1 * t1431;
-    t1433 = R::fused(-t1376, t1333, t1432);
-    t1434 = R::fused(-t133, t1433, t1429);
-    t1435 = t625 - t630; // right_upper_leg: articulated inertia
-    t1436 = R::fused(t1317, t1318, t1435); // right_upper_leg: articulated inertia
-    t1437 = R::fused(t1328, t1333, t1436);
-    t1438 = R::fused(t133, t1437, t1433);
-    t1439 = R::fused(-t133, t1438, t1434);
-    // right_hip_roll_link: articulated inertia
-    t1440 = t782 + t1439;
-    t1441 = t1397 * t730;
-    t1442 = R::fused(-t1397, t1441, t1440);
-    t1443 = t712 - t1438;
-    t1444 = R::fused(t1397, t1339, t1443);
-    t1445 = R::fused(t125, t1444, t1442);
-    t1446 = R::fused(t1336, t1339, t1437);
-    t1447 = R::fused(-t125, t1446, t1444);
-    t1448 = R::fused(t125, t1447, t1445);
-    // left_hip_yaw_link: articulated inertia
-    t1449 = t752 + t1448;
-    t1450 = t1412 * t746;
-    t1451 = R::fused(-t1412, t1450, t1449);
-    t1452 = t770 + t1447;
-    t1453 = t1342 * t746;
-    t1454 = R::fused(t1412, t1453, t1452);
-    t1455 = R::fused(R::constant(0.037), t1454, t1451);
-    t1456 = R::fused(t1342, t1453, t1446);
-    t1457 = R::fused(R::constant(-0.037), t1456, t1454);
-    t1458 = R::fused(R::constant(0.037), t1457, t1455);
-    t1459 = R::constant(0.02665253752) + t1458; // right_hip_yaw_link: articulated inertia
-    t1460 = R::constant(1.0) / t1459; // right_hip_yaw_link: articulated inertia
-    t1461 = t1421 * t1460; // right_hip_yaw_link: articulated inertia
-    // left_hip_yaw_link: acceleration
-    t1462 = R::constant(0.037) * t1461;
-    t1463 = R::fused(-t1342, t1462, t1312);
-    t1464 = R::fused(t1412, t1461, t1463);
-    t1465 = t746 * t1464;
-    // right_hip_roll_link: acceleration
-    t1466 = t112 * t1465;
-    t1467 = t125 * t1465;
-    t1468 = t721 * t1467;
-    t1469 = R::fused(t125, t1461, t1462);
-    t1470 = R::fused(t1336, t1469, t1468);
-    t1471 = R::fused(t736, t1466, t1470);
-    t1472 = t1297 - t1471;
-    t1473 = t1397 * t1461;
-    t1474 = R::fused(-t729, t1465, t1473);
-    t1475 = t1472 + t1474;
-    t1476 = t730 * t1475;
-    t1477 = t1465 + t1476;
-    t1478 = R::fused(t128, t1477, t1466); // left_hip_roll_link: acceleration
-    t1479 = sin_t1 * t1478; // right_upper_leg: acceleration
-    t1480 = R::fused(t133, t1477, t1467); // left_hip_roll_link: acceleration
-    t1481 = R::fused(cos_t1, t1480, t1479); // right_upper_leg: acceleration
-    t1482 = cos_q_right_hip_yaw * t1481; // other
-    t1483 = R::fused(t133, t1461, t1469); // left_hip_roll_link: acceleration
-    t1484 = cos_q_right_hip_roll * t1483; // left_upper_leg: acceleration
-    t1485 = cos_t1 * t1478; // right_upper_leg: acceleration
-    t1486 = R::fused(-sin_t1, t1480, t1485); // right_upper_leg: acceleration
-    t1487 = R::fused(sin_q_right_hip_roll, t1486, t1484); // left_upper_leg: acceleration
-    t1488 = R::fused(sin_q_right_hip_yaw, t1487, t1482); // other
-    t1489 = t222 - t1488; // other
-    // left_hip_roll_link: acceleration
-    t1490 = t691 * t1480;
-    t1491 = R::fused(-t1328, t1483, t1490);
-    t1492 = R::fused(-t718, t1478, t1491);
-    t1493 = t1252 + t1492;
-    t1494 = t1376 * t1461;
-    t1495 = R::fused(-t707, t1477, t1494);
-    t1496 = t1493 + t1495;
-    t1497 = t708 * t1496;
-    t1498 = t1477 + t1497;
-    t1499 = sin_q_right_hip_roll * t1498; // left_upper_leg: acceleration
-    t1500 = sin_t1 * t1461; // right_upper_leg: acceleration
-    // left_upper_leg: acceleration
-    t1501 = R::fused(-cos_q_right_hip_roll, t1500, t1499);
-    t1502 = t530 * t1481;
-    t1503 = R::fused(-t623, t1487, t1502);
-    t1504 = sin_q_right_hip_roll * t1483;
-    t1505 = R::fused(-cos_q_right_hip_roll, t1486, t1504);
-    t1506 = R::fused(t583, t1505, t1503);
-    t1507 = t1220 + t1506;
-    // right_upper_leg: acceleration
-    t1508 = cos_t1 * t1461;
-    t1509 = t586 * t1481;
-    t1510 = R::fused(-t1317, t1483, t1509);
-    t1511 = R::fused(-t638, t1486, t1510);
-    t1512 = t1248 + t1511;
-    t1513 = t614 * t1508;
-    t1514 = R::fused(t682, t1498, t1513);
-    t1515 = R::fused(t1366, t1500, t1514);
-    t1516 = t1512 - t1515;
-    t1517 = t615 * t1516;
-    t1518 = t1508 + t1517;
-    // left_upper_leg: acceleration
-    t1519 = t585 * t1518;
-    t1520 = cos_q_right_hip_roll * t1498;
-    t1521 = R::fused(sin_q_right_hip_roll, t1500, t1520);
-    t1522 = R::fused(-t666, t1521, t1519);
-    t1523 = R::fused(t538, t1501, t1522);
-    t1524 = t1507 - t1523;
-    t1525 = t539 * t1524;
-    t1526 = t1501 + t1525;
     // other
-    t1527 = R::fused(R::constant(0.0764), t1526, t1489);
-    t1528 = R::fused(t45, R::constant(9.81), -t1527);
-    t1529 = t6 + t1528;
-    t1530 = -t1529;
-    t1531 = v_base_angular_z * v_base_linear_x; // torso: motion
-    t1532 = R::fused(-v_base_angular_x, v_base_linear_z, t1531); // torso: motion
-    t1533 = sin_q_right_hip_yaw * t170; // left_upper_leg: motion
-    t1534 = R::fused(cos_q_right_hip_yaw, t199, t1533); // left_upper_leg: motion
-    t1535 = R::fused(t218, t218, t829); // left_upper_leg: motion
-    t1536 = R::fused(R::constant(-0.0764), t1535, t1534);
-    t1537 = sin_q_right_hip_yaw * t1481;
-    t1538 = R::fused(-cos_q_right_hip_yaw, t1487, t1537);
-    t1539 = t1536 - t1538;
-    t1540 = R::fused(t64, R::constant(9.81), -t1539);
-    t1541 = t1532 + t1540;
-    t1542 = -t1541;
-    t1543 = v_base_angular_x * v_base_linear_y; // torso: motion
-    t1544 = R::fused(-v_base_angular_y, v_base_linear_x, t1543); // torso: motion
-    t1545 = cos_q_right_hip_yaw * t824; // left_upper_leg: motion
-    t1546 = R::fused(sin_q_right_hip_yaw, t814, t1545); // left_upper_leg: motion
+    t902 = cos_q_right_ankle_pitch * sin_q_right_ankle_roll;
+    t903 = cos_q_right_knee_pitch * t902;
+    t904 = sin_q_right_ankle_pitch * sin_q_right_ankle_roll;
+    t905 = R::fused(-sin_q_right_knee_pitch, t904, t903);
+    t906 = sin_q_right_hip_pitch * t905;
+    t907 = sin_q_right_knee_pitch * t902;
+    t908 = R::fused(cos_q_right_knee_pitch, t904, t907);
+    t909 = R::fused(cos_q_right_hip_pitch, t908, t906);
+    t910 = cos_q_right_hip_yaw * t909;
+    t911 = cos_q_right_hip_roll * cos_q_right_ankle_roll;
+    t912 = cos_q_right_hip_pitch * t905;
+    t913 = R::fused(-sin_q_right_hip_pitch, t908, t912);
+    t914 = R::fused(-sin_q_right_hip_roll, t913, t911);
+    t915 = R::fused(-sin_q_right_hip_yaw, t914, t910);
+    t916 = t901 * t915;
+    // torso: motion
+    t917 = q_base_qy * t897;
+    t918 = q_base_qx * R::constant(2.0);
+    t919 = q_base_qw * t918;
+    t920 = t917 + t919;
+    t921 = sin_q_right_hip_yaw * t909; // other
+    t922 = R::fused(cos_q_right_hip_yaw, t914, t921); // other
+    t923 = R::fused(t920, t922, t916); // other
+    t924 = q_base_qx * t918;
+    t925 = q_base_qy * t899;
+    t926 = t924 + t925;
+    t927 = R::constant(1.0) - t926;
+    t928 = sin_q_right_hip_roll * cos_q_right_ankle_roll; // other
+    t929 = R::fused(cos_q_right_hip_roll, t913, t928); // other
+    t930 = R::fused(t927, t929, t923); // other
+    t931 = R::fused(R::constant(9.81), t930, -t896); // right_hip_yaw_link: motion
+    t932 = sin_q_right_ankle_roll * t931; // right_hip_yaw_link: motion
+    t933 = t892 * t892; // right_foot: motion
+    t934 = t795 * t795; // right_foot: motion
+    t935 = t933 + t934; // right_foot: motion
+    t936 = t935 * R::constant(0.055); // other
+    t937 = t791 * t892; // right_foot: motion
+    t938 = R::fused(-t937, R::constant(0.03), t936); // right_hip_yaw_link: motion
+    // other
+    t939 = cos_q_right_ankle_pitch * cos_q_right_ankle_roll;
+    t940 = cos_q_right_knee_pitch * t939;
+    t941 = sin_q_right_ankle_pitch * cos_q_right_ankle_roll;
+    t942 = R::fused(-sin_q_right_knee_pitch, t941, t940);
+    t943 = sin_q_right_hip_pitch * t942;
+    t944 = sin_q_right_knee_pitch * t939;
+    t945 = R::fused(cos_q_right_knee_pitch, t941, t944);
+    t946 = R::fused(cos_q_right_hip_pitch, t945, t943);
+    t947 = cos_q_right_hip_yaw * t946;
+    t948 = cos_q_right_hip_roll * sin_q_right_ankle_roll;
+    t949 = cos_q_right_hip_pitch * t942;
+    t950 = R::fused(-sin_q_right_hip_pitch, t945, t949);
+    t951 = R::fused(sin_q_right_hip_roll, t950, t948);
+    t952 = R::fused(sin_q_right_hip_yaw, t951, t947);
+    t953 = t901 * t952;
+    t954 = sin_q_right_hip_yaw * t946;
+    t955 = R::fused(-cos_q_right_hip_yaw, t951, t954);
+    t956 = R::fused(t920, t955, t953);
+    t957 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
+    t958 = R::fused(-cos_q_right_hip_roll, t950, t957);
+    t959 = R::fused(-t927, t958, t956);
+    t960 = R::fused(R::constant(9.81), t959, -t938); // right_hip_yaw_link: motion
+    t961 = R::fused(cos_q_right_ankle_roll, t960, t932); // right_hip_yaw_link: motion
+    t962 = t799 * t799; // right_ankle: motion
+    t963 = t811 * t811; // right_hip_yaw_link: motion
+    t964 = t962 + t963; // right_hip_yaw_link: motion
+    t965 = R::fused(R::constant(-0.037), t964, t961); // left_hip_yaw_link: motion
+    t966 = t799 * t805; // right_hip_yaw_link: motion
+    t967 = t823 + t966; // right_hip_yaw_link: motion
+    t968 = t7 * t967; // right_hip_roll_link: motion
+    t969 = t812 * t812; // left_hip_yaw_link: motion
+    t970 = t962 + t969; // left_hip_yaw_link: motion
+    t971 = R::fused(t970, t218, t968); // right_hip_roll_link: motion
+    t972 = t965 - t971; // right_hip_roll_link: motion
+    t973 = t967 * t211; // left_hip_roll_link: motion
+    t974 = t813 * t813; // right_hip_roll_link: motion
+    t975 = t962 + t974; // right_hip_roll_link: motion
+    t976 = R::fused(t975, t196, t973); // left_hip_roll_link: motion
+    t977 = t972 - t976; // left_hip_roll_link: motion
+    t978 = sin_t1 * t977; // left_hip_roll_link: motion
+    t979 = t791 * t791; // right_foot: motion
+    t980 = t934 + t979; // right_foot: motion
+    t981 = t980 * R::constant(0.03);
+    t982 = R::fused(-t937, R::constant(0.055), t981); // right_hip_yaw_link: motion
+    t983 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
+    t984 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t983);
+    t985 = sin_q_right_hip_pitch * t984;
+    t986 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
+    t987 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t986);
+    t988 = R::fused(cos_q_right_hip_pitch, t987, t985);
+    t989 = cos_q_right_hip_yaw * t988;
+    t990 = cos_q_right_hip_pitch * t984;
+    t991 = R::fused(-sin_q_right_hip_pitch, t987, t990);
+    t992 = sin_q_right_hip_roll * t991;
+    t993 = R::fused(sin_q_right_hip_yaw, t992, t989);
+    t994 = t901 * t993;
+    t995 = sin_q_right_hip_yaw * t988;
+    t996 = R::fused(-cos_q_right_hip_yaw, t992, t995);
+    t997 = R::fused(t920, t996, t994);
+    t998 = cos_q_right_hip_roll * t991;
+    t999 = R::fused(t927, t998, t997);
+    t1000 = R::fused(R::constant(9.81), t999, -t982); // right_hip_yaw_link: motion
+    t1001 = t823 - t966; // right_hip_yaw_link: motion
+    t1002 = R::fused(R::constant(0.037), t1001, t1000); // left_hip_yaw_link: motion
+    t1003 = t805 * t805; // right_hip_yaw_link: motion
+    t1004 = t1003 + t969; // left_hip_yaw_link: motion
+    // right_hip_roll_link: motion
+    t1005 = t7 * t1004;
+    t1006 = R::fused(-t1001, t218, t1005);
+    t1007 = t1002 - t1006;
+    t1008 = t1003 + t974;
+    // left_hip_roll_link: motion
+    t1009 = t1008 * t211;
+    t1010 = R::fused(-t1001, t196, t1009);
+    t1011 = t1007 - t1010;
+    t1012 = R::fused(-cos_t1, t1011, t978);
+    t1013 = t818 * t818; // right_upper_leg: motion
+    t1014 = t838 * t838; // left_upper_leg: motion
+    t1015 = t1013 + t1014; // left_upper_leg: motion
+    t1016 = t1015 * t143; // right_lower_leg: motion
+    t1017 = t832 * t818; // right_upper_leg: motion
+    t1018 = t843 + t1017; // right_upper_leg: motion
+    t1019 = R::fused(-t1018, t168, t1016); // right_lower_leg: motion
+    t1020 = t1012 - t1019; // right_lower_leg: motion
+    t1021 = sin_t2 * t1020; // right_lower_leg: motion
+    t1022 = cos_q_right_ankle_roll * t931; // right_hip_yaw_link: motion
+    t1023 = R::fused(-sin_q_right_ankle_roll, t960, t1022); // right_hip_yaw_link: motion
+    t1024 = t811 * t805; // right_hip_yaw_link: motion
+    t1025 = R::fused(R::constant(0.037), t1024, t1023); // left_hip_yaw_link: motion
+    t1026 = t799 * t812; // left_hip_yaw_link: motion
+    t1027 = t800 + t1026; // left_hip_yaw_link: motion
+    t1028 = t7 * t1027; // right_hip_roll_link: motion
+    t1029 = t805 * t812; // left_hip_yaw_link: motion
+    t1030 = t806 + t1029; // left_hip_yaw_link: motion
+    let (
+        t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042, t1043, t1044, t1045, t1046,
+        t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060, t1061, t1062,
+        t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078,
+        t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094,
+        t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110,
+        t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123_1124, t1125, t1126,
+        t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142,
+        t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157, t1158,
+        t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1173, t1174,
+        t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187, t1188, t1189, t1190,
+        t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206,
+        t1207, t1208, t1209_1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1222,
+        t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235, t1236, t1237, t1238,
+        t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254,
+        t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267, t1268, t1269, t1270,
+        t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282, t1283, t1284, t1285, t1286,
+        t1287, t1288,
+    );
+    // right_hip_roll_link: motion
+    t1031 = R::fused(-t1030, t218, t1028);
+    t1032 = t1025 - t1031;
+    t1033 = t799 * t813;
+    t1034 = t801 + t1033;
+    t1035 = t1034 * t211; // left_hip_roll_link: motion
+    t1036 = t805 * t813;
+    t1037 = t807 + t1036;
+    t1038 = R::fused(-t1037, t196, t1035); // left_hip_roll_link: motion
+    t1039 = t1032 - t1038; // left_hip_roll_link: motion
+    t1040 = cos_q_right_hip_roll * t1039; // right_upper_leg: motion
+    t1041 = cos_t1 * t977; // left_hip_roll_link: motion
+    t1042 = R::fused(sin_t1, t1011, t1041); // left_hip_roll_link: motion
+    t1043 = R::fused(-sin_q_right_hip_roll, t1042, t1040); // right_upper_leg: motion
+    t1044 = t843 - t1017; // right_upper_leg: motion
+    t1045 = t1044 * t143; // right_lower_leg: motion
+    t1046 = t832 * t832; // right_upper_leg: motion
+    t1047 = t1046 + t1014; // left_upper_leg: motion
+    t1048 = R::fused(t1047, t168, t1045); // right_lower_leg: motion
+    t1049 = t1043 - t1048; // right_lower_leg: motion
+    t1050 = R::fused(cos_t2, t1049, t1021); // right_lower_leg: motion
+    t1051 = sin_q_left_hip_roll * t1050; // left_lower_leg: motion
+    t1052 = sin_q_right_hip_roll * t1039; // right_upper_leg: motion
+    t1053 = R::fused(cos_q_right_hip_roll, t1042, t1052); // right_upper_leg: motion
+    t1054 = t832 * t838; // left_upper_leg: motion
+    t1055 = t833 + t1054; // left_upper_leg: motion
+    t1056 = t1055 * t143; // right_lower_leg: motion
+    t1057 = t818 * t838; // left_upper_leg: motion
+    t1058 = t819 + t1057; // left_upper_leg: motion
+    t1059 = R::fused(t1058, t168, t1056); // right_lower_leg: motion
+    t1060 = t1053 + t1059; // right_lower_leg: motion
+    t1061 = R::fused(-cos_q_left_hip_roll, t1060, t1051); // left_lower_leg: motion
+    t1062 = t850 * t858; // left_lower_leg: motion
+    t1063 = t883 - t1062; // left_lower_leg: motion
+    t1064 = t1063 * t29; // left_ankle: motion
+    t1065 = t850 * t850; // left_lower_leg: motion
+    t1066 = t865 * t865; // right_ankle: motion
+    t1067 = t1065 + t1066; // right_ankle: motion
+    t1068 = R::fused(t1067, t35, t1064); // left_ankle: motion
+    t1069 = t1061 - t1068; // left_ankle: motion
+    t1070 = t1063 * t14; // right_foot: motion
+    t1071 = t866 * t866; // left_ankle: motion
+    t1072 = t1065 + t1071; // left_ankle: motion
+    t1073 = R::fused(t1072, t21, t1070); // right_foot: motion
+    t1074 = t1069 - t1073; // right_foot: motion
+    t1075 = sin_t4 * t1074; // right_foot: motion
+    t1076 = cos_t2 * t1020; // right_lower_leg: motion
+    t1077 = R::fused(-sin_t2, t1049, t1076); // right_lower_leg: motion
+    t1078 = t858 * t858; // left_lower_leg: motion
+    t1079 = t1078 + t1066; // right_ankle: motion
+    t1080 = t1079 * t29; // left_ankle: motion
+    t1081 = t883 + t1062; // left_lower_leg: motion
+    t1082 = R::fused(-t1081, t35, t1080); // left_ankle: motion
+    t1083 = t1077 + t1082; // left_ankle: motion
+    t1084 = t1078 + t1071; // left_ankle: motion
+    // right_foot: motion
+    t1085 = t1084 * t14;
+    t1086 = R::fused(-t1081, t21, t1085);
+    t1087 = t1083 + t1086;
+    t1088 = R::fused(cos_t4, t1087, t1075);
+    t1089 = t878 * t870;
+    t1090 = t883 - t1089;
+    t1091 = R::fused(R::constant(-0.037), t1090, t1088); // left_foot: motion
+    t1092 = R::fused(-t85, t1091, t891); // left_foot: sums of what it carries
+    t1093 = R::fused(t867, t870, t862);
+    t1094 = t1093 * R::constant(0.0031024499985); // right_foot: sums of what it carries
+    t1095 = R::fused(R::constant(-0.0005698), t880, t1094); // right_foot: sums of what it carries
+    t1096 = cos_q_left_hip_roll * t1050; // left_lower_leg: motion
+    t1097 = R::fused(sin_q_left_hip_roll, t1060, t1096); // left_lower_leg: motion
+    t1098 = t850 * t865; // right_ankle: motion
+    t1099 = t851 - t1098; // right_ankle: motion
+    t1100 = t1099 * t29; // left_ankle: motion
+    t1101 = t858 * t865; // right_ankle: motion
+    t1102 = t859 - t1101; // right_ankle: motion
+    // left_ankle: motion
+    t1103 = R::fused(t1102, t35, t1100);
+    t1104 = t1097 + t1103;
+    t1105 = t850 * t866;
+    t1106 = t852 - t1105;
+    t1107 = t1106 * t14; // right_foot: motion
+    t1108 = t858 * t866;
+    t1109 = t860 - t1108;
+    t1110 = R::fused(t1109, t21, t1107); // right_foot: motion
+    t1111 = t1104 + t1110; // right_foot: motion
+    t1112 = R::fused(R::constant(-0.0154), t1111, t1095); // right_foot: sums of what it carries
+    t1113 = t1092 - t1112; // right_foot: sums of what it carries
+    t1114 = sin_t4 * t1113; // right_foot: sums of what it carries
+    t1115 = R::constant(0.001228333333) * t876; // left_foot: sums of what it carries
+    t1116 = t47 + t11; // left_foot: sums of what it carries
+    t1117 = R::fused(-t879, t1116, t1115); // left_foot: sums of what it carries
+    t1118 = t884 - t885; // left_foot: motion
+    t1119 = R::fused(-t83, t1118, t1117); // left_foot: sums of what it carries
+    t1120 = t868 - t872; // left_foot: motion
+    t1121 = R::fused(-t55, t1120, t1119); // left_foot: sums of what it carries
+    t1122 = t878 * t878; // right_foot: motion
+    t1123_1124 = R::Two::fused(both(t1122), two(R::constant(1.0), R::constant(-1.0)), both(t888));
+    t1125 = R::fused(-t80, t1123_1124.second(), t1121); // left_foot: sums of what it carries
+    // right_foot: motion
+    t1126 = cos_t4 * t1074;
+    t1127 = R::fused(-sin_t4, t1087, t1126);
+    t1128 = t870 * t870;
+    t1129 = t888 + t1128;
+    t1130 = R::fused(R::constant(-0.037), t1129, t1127); // left_foot: motion
+    t1131 = t85 * t1130; // left_foot: sums of what it carries
+    t1132 = R::fused(R::constant(0.037), t880, t1111); // left_foot: motion
+    t1133 = R::fused(-t15, t1132, t1131); // left_foot: sums of what it carries
+    t1134 = t1125 - t1133; // left_foot: sums of what it carries
+    t1135 = t1122 + t889; // left_foot: motion
+    t1136 = t85 * t1135; // left_foot: sums of what it carries
+    t1137 = R::fused(-t15, t880, t1136); // left_foot: sums of what it carries
+    t1138 = R::fused(R::constant(-0.037), t1137, t1134); // left_foot: sums of what it carries
+    // right_foot: sums of what it carries
+    t1139 = t880 * R::constant(0.0008355375);
+    t1140 = R::fused(R::constant(-0.0005698), t1093, t1139);
+    t1141 = R::fused(R::constant(0.023125), t1111, t1140);
+    t1142 = t1138 + t1141;
+    t1143 = R::fused(cos_t4, t1142, t1114);
+    t1144 = R::constant(0.0154) * t1093;
+    t1145 = R::fused(R::constant(-0.023125), t880, t1144);
+    t1146 = t1137 + t1145;
+    t1147 = R::fused(-t21, t1146, t1143);
+    // left_ankle: sums of what it carries
+    t1148 = t1109 * t100;
+    t1149 = R::fused(t1063, t115, t1148);
+    t1150 = R::fused(-t1106, t130, t1149);
+    t1151 = t1078 - t1071;
+    t1152 = R::fused(-t88, t1151, t1150);
+    t1153 = R::fused(t1104, t37, t1152);
+    t1154 = t1147 + t1153;
+    t1155 = t1106 * t31;
+    t1156 = R::fused(t1109, t37, t1155);
+    t1157 = t1146 - t1156;
+    t1158 = R::fused(-t35, t1157, t1154);
+    // right_ankle: sums of what it carries
+    t1159 = t1102 * t103;
+    t1160 = R::fused(t1063, t119, t1159);
+    t1161 = R::fused(-t1099, t137, t1160);
+    t1162 = t1078 - t1066;
+    t1163 = R::fused(-t92, t1162, t1161);
+    t1164 = R::fused(t1097, t152, t1163);
+    t1165 = t1158 + t1164;
+    t1166 = t856 * R::constant(0.0016005833535); // left_lower_leg: sums of what it carries
+    t1167 = t864 * t858; // left_lower_leg: motion
+    t1168 = R::fused(-t1167, R::constant(0.0014339166865), t1166); // left_lower_leg: sums of what it carries
+    t1169 = R::fused(R::constant(-0.01), t1061, t1168); // left_lower_leg: sums of what it carries
+    t1170 = t1165 + t1169; // left_lower_leg: sums of what it carries
+    t1171 = R::fused(-t839, t845, t856); // right_lower_leg: motion
+    t1172 = R::fused(t1171, R::constant(0.00009), t1170); // right_lower_leg: sums of what it carries
+    t1173 = sin_t2 * t1172; // right_lower_leg: sums of what it carries
+    t1174 = t886 * t11; // left_foot: sums of what it carries
+    t1175 = R::fused(t80, t873, t1174); // left_foot: sums of what it carries
+    t1176 = t876 + t879; // right_foot: motion
+    // left_foot: sums of what it carries
+    t1177 = R::fused(-t83, t1176, t1175);
+    t1178 = t1122 - t889;
+    t1179 = R::fused(t55, t1178, t1177);
+    t1180 = R::fused(-t15, t1091, t1179);
+    t1181 = t85 * t873;
+    t1182 = R::fused(-t15, t886, t1181);
+    t1183 = R::fused(R::constant(-0.037), t1182, t1180);
+    // right_foot: sums of what it carries
+    t1184 = t883 * R::constant(0.0039379874985);
+    t1185 = R::fused(t1089, R::constant(0.0022669124985), t1184);
+    t1186 = t1122 - t1128;
+    t1187 = R::fused(R::constant(0.0005698), t1186, t1185);
+    t1188 = R::constant(0.023125) * t1088;
+    t1189 = R::fused(R::constant(-0.0154), t1127, t1188);
+    t1190 = t1187 - t1189;
+    t1191 = t1183 + t1190;
+    t1192 = t85 * t1176; // left_foot: sums of what it carries
+    t1193 = t888 + t889; // left_foot: motion
+    t1194 = R::fused(t15, t1193, t1192); // left_foot: sums of what it carries
+    t1195 = t883 + t1089; // right_foot: motion
+    t1196 = R::constant(0.0154) * t1195;
+    t1197 = R::fused(R::constant(-0.023125), t1129, t1196);
+    t1198 = t1194 - t1197;
+    t1199 = sin_t4 * t1198;
+    t1200 = R::constant(0.0154) * t1123_1124.first();
+    t1201 = R::fused(R::constant(0.023125), t1090, t1200);
+    t1202 = t1182 - t1201;
+    t1203 = R::fused(cos_t4, t1202, t1199);
+    t1204 = t21 * t1203;
+    t1205 = cos_t4 * t1198;
+    t1206 = R::fused(-sin_t4, t1202, t1205);
+    t1207 = R::fused(-t14, t1206, t1204);
+    t1208 = t1191 - t1207;
+    t1209_1210 = two(R::constant(0.231642), R::constant(0.07325338333)) * both(t883); // right_ankle, left_ankle
+    t1211 = t100 - t65; // left_ankle: sums of what it carries
+    t1212 = R::fused(t1062, t1211, t1209_1210.second()); // left_ankle: sums of what it carries
+    t1213 = t852 + t1105; // left_ankle: motion
+    t1214 = R::fused(-t1213, t88, t1212); // left_ankle: sums of what it carries
+    t1215 = t860 + t1108; // left_ankle: motion
+    // left_ankle: sums of what it carries
+    t1216 = R::fused(t1215, t115, t1214);
+    t1217 = t1065 - t1078;
+    t1218 = R::fused(-t130, t1217, t1216);
+    t1219 = t1083 * t37;
+    t1220 = R::fused(t1069, t31, t1219);
+    t1221 = t1218 - t1220;
+    t1222 = t1208 + t1221;
+    t1223 = t1084 * t31;
+    t1224 = R::fused(-t1081, t37, t1223);
+    t1225 = t1203 + t1224;
+    t1226 = t35 * t1225;
+    t1227 = t1063 * t31;
+    t1228 = R::fused(t1072, t37, t1227);
+    t1229 = t1206 + t1228;
+    t1230 = R::fused(-t29, t1229, t1226);
+    t1231 = t1222 - t1230;
+    t1232 = t103 - t72; // right_ankle: sums of what it carries
+    t1233 = R::fused(t1062, t1232, t1209_1210.first()); // right_ankle: sums of what it carries
+    t1234 = t851 + t1098; // right_ankle: motion
+    t1235 = R::fused(-t1234, t92, t1233); // right_ankle: sums of what it carries
+    t1236 = t859 + t1101; // right_ankle: motion
+    // right_ankle: sums of what it carries
+    t1237 = R::fused(t1236, t119, t1235);
+    t1238 = R::fused(-t1217, t137, t1237);
+    t1239 = t1077 * t152;
+    t1240 = R::fused(t1061, t145, t1239);
+    t1241 = t1238 - t1240;
+    t1242 = t1231 + t1241;
+    t1243 = R::fused(t1081, R::constant(0.0000833333335), t1242); // left_lower_leg: sums of what it carries
+    t1244 = cos_q_left_hip_roll * t1243; // left_lower_leg: sums of what it carries
+    t1245 = cos_t4 * t1113; // right_foot: sums of what it carries
+    t1246 = R::fused(-sin_t4, t1142, t1245); // right_foot: sums of what it carries
+    t1247 = R::fused(t14, t1146, t1246); // right_foot: sums of what it carries
+    // left_ankle: sums of what it carries
+    t1248 = t1106 * t65;
+    t1249 = R::fused(-t1109, t130, t1248);
+    t1250 = R::fused(-t1081, t88, t1249);
+    t1251 = t1065 - t1071;
+    t1252 = R::fused(-t115, t1251, t1250);
+    t1253 = R::fused(t1104, t31, t1252);
+    t1254 = t1247 - t1253;
+    t1255 = R::fused(t29, t1157, t1254);
+    // right_ankle: sums of what it carries
+    t1256 = t1099 * t72;
+    t1257 = R::fused(-t1102, t137, t1256);
+    t1258 = R::fused(-t1081, t92, t1257);
+    t1259 = t1065 - t1066;
+    t1260 = R::fused(-t119, t1259, t1258);
+    t1261 = R::fused(t1097, t145, t1260);
+    t1262 = t1255 - t1261;
+    t1263 = R::fused(-t850, t864, t847); // left_lower_leg: motion
+    // left_lower_leg: sums of what it carries
+    t1264 = t1263 * R::constant(0.00151725002);
+    t1265 = R::fused(R::constant(0.01), t1077, t1264);
+    t1266 = t1262 - t1265;
+    t1267 = R::fused(-sin_q_left_hip_roll, t1266, t1244);
+    t1268 = R::fused(t839, t849, t835); // right_lower_leg: motion
+    // right_lower_leg: sums of what it carries
+    t1269 = t1268 * R::constant(0.0005199999995);
+    t1270 = R::fused(R::constant(0.008), t1060, t1269);
+    t1271 = t1267 + t1270;
+    t1272 = R::fused(-cos_t2, t1271, t1173);
+    t1273 = t1099 * t145; // right_ankle: sums of what it carries
+    t1274 = R::fused(t1102, t152, t1273); // right_ankle: sums of what it carries
+    t1275 = t1157 - t1274; // right_ankle: sums of what it carries
+    t1276 = t1065 + t1078; // left_lower_leg: motion
+    t1277 = R::fused(R::constant(0.01), t1276, t1275); // left_lower_leg: sums of what it carries
+    t1278 = sin_q_left_hip_roll * t1277; // left_lower_leg: sums of what it carries
+    t1279 = t1063 * t145; // right_ankle: sums of what it carries
+    t1280 = R::fused(t1067, t152, t1279); // right_ankle: sums of what it carries
+    t1281 = t1229 + t1280; // right_ankle: sums of what it carries
+    t1282 = t856 - t1167; // left_lower_leg: motion
+    t1283 = R::fused(R::constant(0.01), t1282, t1281); // left_lower_leg: sums of what it carries
+    t1284 = R::fused(-cos_q_left_hip_roll, t1283, t1278); // left_lower_leg: sums of what it carries
+    t1285 = R::fused(R::constant(-0.008), t1268, t1284);
+    t1286 = R::fused(-t143, t1285, t1272);
+    t1287 = R::fused(R::constant(0.0764), tau_base_linear_z, tau_base_angular_x); // other
+    t1288 = sin_q_right_hip_yaw * t1287; // other
+    let (
+        t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299, t1300, t1301, t1302, t1303, t1304,
+        t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315, t1316, t1317, t1318, t1319, t1320,
+        t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335,
+        t1336_1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346_1347, t1348, t1349, t1350, t1351,
+        t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367,
+        t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383,
+        t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399,
+        t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415,
+        t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427, t1428, t1429, t1430, t1431,
+        t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447,
+        t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463,
+        t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475, t1476, t1477, t1478, t1479,
+        t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1495,
+        t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511,
+        t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527,
+        t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541, t1542, t1543,
+        t1544, t1545, t1546,
+    );
+    t1289 = R::fused(-cos_q_right_hip_yaw, tau_base_angular_y, t1288); // other
+    // left_upper_leg: sums of what it carries
+    t1290 = t1055 * t163;
+    t1291 = R::fused(-t1018, t190, t1290);
+    t1292 = R::fused(-t1058, t553, t1291);
+    t1293 = t1046 - t1014;
+    t1294 = R::fused(t560, t1293, t1292);
+    t1295 = R::fused(-t1053, t205, t1294);
+    t1296 = t1289 - t1295;
+    t1297 = t1286 - t1296;
+    t1298 = R::fused(-t832, t837, t829); // right_upper_leg: motion
+    // right_upper_leg: sums of what it carries
+    t1299 = t1298 * R::constant(0.78034875);
+    t1300 = R::fused(R::constant(-2.4915), t1012, t1299);
+    t1301 = t1297 + t1300;
+    t1302 = cos_q_right_hip_roll * t1301;
+    t1303 = sin_q_left_hip_roll * t1243; // left_lower_leg: sums of what it carries
+    t1304 = R::fused(cos_q_left_hip_roll, t1266, t1303); // left_lower_leg: sums of what it carries
+    t1305 = t843 * R::constant(0.0006099999995); // right_lower_leg: sums of what it carries
+    t1306 = t849 * t845; // right_lower_leg: motion
+    t1307 = R::fused(-t1306, R::constant(0.0004299999995), t1305); // right_lower_leg: sums of what it carries
+    t1308 = R::fused(R::constant(0.008), t1050, t1307); // right_lower_leg: sums of what it carries
+    t1309 = t1304 - t1308; // right_lower_leg: sums of what it carries
+    t1310 = t1079 * t145; // right_ankle: sums of what it carries
+    t1311 = R::fused(-t1081, t152, t1310); // right_ankle: sums of what it carries
+    t1312 = t1225 + t1311; // right_ankle: sums of what it carries
+    t1313 = R::fused(R::constant(0.01), t1263, t1312); // left_lower_leg: sums of what it carries
+    t1314 = t839 * t839; // right_lower_leg: motion
+    t1315 = R::fused(t845, t845, t1314); // right_lower_leg: motion
+    t1316 = R::fused(R::constant(0.008), t1315, t1313); // right_lower_leg: sums of what it carries
+    t1317 = sin_t2 * t1316; // right_lower_leg: sums of what it carries
+    t1318 = cos_q_left_hip_roll * t1277; // left_lower_leg: sums of what it carries
+    t1319 = R::fused(sin_q_left_hip_roll, t1283, t1318); // left_lower_leg: sums of what it carries
+    t1320 = t843 - t1306; // right_lower_leg: motion
+    // right_lower_leg: sums of what it carries
+    t1321 = R::fused(R::constant(-0.008), t1320, t1319);
+    t1322 = R::fused(cos_t2, t1321, t1317);
+    t1323 = t143 * t1322;
+    t1324 = cos_t2 * t1316;
+    t1325 = R::fused(-sin_t2, t1321, t1324);
+    t1326 = R::fused(t168, t1325, t1323);
+    t1327 = t1309 - t1326;
+    t1328 = R::fused(R::constant(-0.0764), tau_base_linear_x, tau_base_angular_z); // other
+    t1329 = R::constant(0.27212108) * t843; // left_upper_leg: sums of what it carries
+    t1330 = t163 - t625; // left_upper_leg: sums of what it carries
+    t1331 = R::fused(-t1017, t1330, t1329); // left_upper_leg: sums of what it carries
+    t1332 = t819 - t1057; // left_upper_leg: motion
+    t1333 = R::fused(-t1332, t560, t1331); // left_upper_leg: sums of what it carries
+    t1334 = t833 - t1054; // left_upper_leg: motion
+    t1335 = R::fused(-t1334, t190, t1333); // left_upper_leg: sums of what it carries
+    t1336_1337 = R::Two::fused(both(t1013), two(R::constant(1.0), R::constant(-1.0)), both(t1046));
+    // left_upper_leg: sums of what it carries
+    t1338 = R::fused(-t553, t1336_1337.second(), t1335);
+    t1339 = t1043 * t205;
+    t1340 = R::fused(t1012, t198, t1339);
+    t1341 = t1338 + t1340;
+    t1342 = t1328 + t1341;
+    t1343 = t1327 - t1342;
+    t1344 = R::fused(-t1018, R::constant(0.00009), t1343); // right_upper_leg: sums of what it carries
+    t1345 = R::fused(-sin_q_right_hip_roll, t1344, t1302); // right_upper_leg: sums of what it carries
+    t1346_1347 = two(R::constant(1.590552), R::constant(0.000603333333)) * both(t823);
+    t1348 = t817 * t831; // left_hip_roll_link: motion
+    t1349 = R::fused(t1348, R::constant(0.000436666666), t1346_1347.second()); // left_hip_roll_link
+    t1350 = R::fused(R::constant(-0.008), t1042, t1349); // left_hip_roll_link: sums of what it carries
+    t1351 = t1345 + t1350; // left_hip_roll_link: sums of what it carries
+    t1352 = sin_q_right_hip_yaw * tau_base_linear_x; // other
+    t1353 = R::fused(-cos_q_right_hip_yaw, tau_base_linear_y, t1352); // other
+    t1354 = t1044 * t205;
+    t1355 = R::fused(-t1047, t198, t1354);
+    t1356 = t1353 + t1355;
+    t1357 = t1322 - t1356;
+    t1358 = t818 * t837; // right_upper_leg: motion
+    t1359 = t809 - t1358; // right_upper_leg: motion
+    t1360 = R::fused(R::constant(2.4915), t1359, t1357); // right_upper_leg: sums of what it carries
+    t1361 = sin_q_right_hip_roll * t1360; // right_upper_leg: sums of what it carries
+    t1362 = t1055 * t205;
+    t1363 = R::fused(-t1058, t198, t1362);
+    t1364 = tau_base_linear_z + t1363;
+    t1365 = t1285 + t1364;
+    t1366 = R::fused(R::constant(2.4915), t1336_1337.first(), t1365); // right_upper_leg: sums of what it carries
+    t1367 = R::fused(-cos_q_right_hip_roll, t1366, t1361); // right_upper_leg: sums of what it carries
+    t1368 = t823 + t1348; // left_hip_roll_link: motion
+    t1369 = R::fused(R::constant(-0.008), t1368, t1367); // left_hip_roll_link: sums of what it carries
+    t1370 = sin_t1 * t1369; // left_hip_roll_link: sums of what it carries
+    t1371 = cos_q_right_hip_yaw * tau_base_linear_x; // other
+    t1372 = R::fused(sin_q_right_hip_yaw, tau_base_linear_y, t1371); // other
+    t1373 = t1015 * t205;
+    t1374 = R::fused(t1018, t198, t1373);
+    t1375 = t1372 - t1374;
+    t1376 = t1325 - t1375;
+    t1377 = R::fused(R::constant(-2.4915), t1298, t1376); // right_upper_leg: sums of what it carries
+    t1378 = t814 * t814; // left_hip_roll_link: motion
+    t1379 = R::fused(t817, t817, t1378); // left_hip_roll_link: motion
+    // left_hip_roll_link: sums of what it carries
+    t1380 = R::fused(R::constant(0.008), t1379, t1377);
+    t1381 = R::fused(-cos_t1, t1380, t1370);
+    t1382 = t196 * t1381;
+    t1383 = cos_t1 * t1369;
+    t1384 = R::fused(sin_t1, t1380, t1383);
+    t1385 = R::fused(-t211, t1384, t1382);
+    t1386 = t1351 + t1385;
+    // right_hip_roll_link: sums of what it carries
+    t1387 = sin_t0 * sin_t0;
+    t1388 = R::constant(1.58770800003) * t1387;
+    t1389 = sin_t0 * cos_t0;
+    t1390 = R::fused(-t1389, R::constant(0.00356), t1388);
+    t1391 = R::constant(1.589130000015) - t1390;
+    t1392 = R::constant(0.001421999985) + t1390;
+    t1393 = t1391 - t1392;
+    t1394 = R::fused(-t966, t1393, t1346_1347.first());
+    t1395 = t801 - t1033; // right_hip_roll_link: motion
+    t1396 = R::constant(0.00122) * cos_t0;
+    t1397 = R::fused(R::constant(0.000048), sin_t0, t1396);
+    t1398 = R::fused(-t1395, t1397, t1394);
+    t1399 = t807 - t1036; // right_hip_roll_link: motion
+    t1400 = R::constant(0.00122) * sin_t0;
+    t1401 = R::fused(R::constant(-0.000048), cos_t0, t1400);
+    t1402 = R::fused(-t1399, t1401, t1398);
+    t1403 = t1387 * R::constant(0.00356);
+    t1404 = R::fused(R::constant(1.58770800003), t1389, t1403);
+    t1405 = R::constant(0.00178) - t1404;
+    t1406 = t962 - t1003;
+    t1407 = R::fused(-t1405, t1406, t1402);
+    t1408 = t1007 * t220;
+    t1409 = R::fused(-t972, t225, t1408);
+    t1410 = t1407 + t1409;
+    t1411 = t1386 + t1410;
+    t1412 = t1008 * t225;
+    t1413 = R::fused(-t1001, t220, t1412);
+    t1414 = t1381 - t1413;
+    t1415 = t218 * t1414;
+    t1416 = t967 * t225;
+    t1417 = R::fused(t975, t220, t1416);
+    t1418 = t1384 - t1417;
+    t1419 = R::fused(-t7, t1418, t1415);
+    t1420 = t1411 + t1419;
+    t1421 = R::constant(1.31944378333) * t823; // left_hip_yaw_link: sums of what it carries
+    t1422 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
+    t1423 = t1422 * R::constant(1.318499116667); // left_hip_yaw_link: sums of what it carries
+    t1424 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
+    // left_hip_yaw_link: sums of what it carries
+    t1425 = R::fused(-t1424, R::constant(0.002648), t1423);
+    t1426 = R::constant(1.3189714499985) - t1425;
+    t1427 = R::constant(0.0004723333315) + t1425;
+    t1428 = t1426 - t1427;
+    t1429 = R::fused(-t966, t1428, t1421);
+    t1430 = t800 - t1026; // left_hip_yaw_link: motion
+    t1431 = cos_q_right_ankle_pitch * R::constant(0.00249);
+    t1432 = R::fused(R::constant(0.000016), sin_q_right_ankle_pitch, t1431);
+    t1433 = R::fused(-t1430, t1432, t1429);
+    t1434 = t806 - t1029; // left_hip_yaw_link: motion
+    t1435 = sin_q_right_ankle_pitch * R::constant(0.00249);
+    t1436 = R::fused(R::constant(-0.000016), cos_q_right_ankle_pitch, t1435);
+    t1437 = R::fused(-t1434, t1436, t1433);
+    t1438 = t1422 * R::constant(0.002648);
+    t1439 = R::fused(t1424, R::constant(1.318499116667), t1438);
+    t1440 = R::constant(0.001324) - t1439;
+    t1441 = R::fused(-t1406, t1440, t1437);
+    t1442 = cos_q_right_ankle_pitch * R::constant(4.8759);
+    t1443 = R::fused(R::constant(0.008), sin_q_right_ankle_pitch, t1442);
+    t1444 = t1002 * t1443;
+    t1445 = sin_q_right_ankle_pitch * R::constant(4.8759);
+    t1446 = R::fused(R::constant(-0.008), cos_q_right_ankle_pitch, t1445);
+    t1447 = R::fused(-t965, t1446, t1444);
+    t1448 = t1441 + t1447;
+    t1449 = t1420 + t1448;
+    t1450 = tau_right_ankle_pitch - t1449; // other
+    t1451 = tau_left_ankle_roll - t1134; // other
+    t1452 = R::fused(-t1451, t280, t1450); // solved by the factors
+    t1453 = tau_left_ankle_pitch - t1191; // other
+    t1454 = R::fused(t317, t1451, t1453); // solved by the factors
+    t1455 = R::fused(-t321, t1454, t1452); // solved by the factors
+    t1456 = tau_left_knee_pitch - t1222; // other
+    t1457 = R::fused(t1451, t355, t1456); // solved by the factors
+    t1458 = R::fused(t358, t1454, t1457); // solved by the factors
+    t1459 = R::fused(t363, t1458, t1455); // solved by the factors
+    t1460 = tau_left_hip_pitch - t1242; // other
+    // solved by the factors
+    t1461 = R::fused(t1451, t395, t1460);
+    t1462 = R::fused(t398, t1454, t1461);
+    t1463 = R::fused(-t402, t1458, t1462);
+    t1464 = R::fused(t408, t1463, t1459);
+    t1465 = tau_left_hip_roll - t1170; // other
+    t1466 = R::fused(-t1451, t432, t1465);
+    t1467 = R::fused(-t435, t1454, t1466);
+    t1468 = R::fused(t439, t1458, t1467);
+    t1469 = R::fused(t444, t1463, t1468);
+    t1470 = R::fused(-t451, t1469, t1464);
+    t1471 = tau_left_hip_yaw - t1309; // other
+    t1472 = R::fused(t1451, t468, t1471);
+    t1473 = R::fused(t471, t1454, t1472);
+    t1474 = R::fused(-t475, t1458, t1473);
+    t1475 = R::fused(-t480, t1463, t1474);
+    t1476 = R::fused(t486, t1469, t1475);
+    t1477 = R::fused(t494, t1476, t1470);
+    t1478 = tau_right_hip_yaw + t1343; // other
+    t1479 = R::fused(-t1451, t509, t1478);
+    t1480 = R::fused(-t512, t1454, t1479);
+    t1481 = R::fused(t516, t1458, t1480);
+    t1482 = R::fused(t521, t1463, t1481);
+    t1483 = R::fused(-t527, t1469, t1482);
+    t1484 = R::fused(t534, t1476, t1483);
+    t1485 = R::fused(-t543, t1484, t1477);
+    t1486 = cos_t2 * t1172; // right_lower_leg: sums of what it carries
+    t1487 = R::fused(sin_t2, t1271, t1486); // right_lower_leg: sums of what it carries
+    t1488 = R::fused(-t168, t1285, t1487); // right_lower_leg: sums of what it carries
+    t1489 = cos_q_right_hip_yaw * t1287; // other
+    t1490 = R::fused(sin_q_right_hip_yaw, tau_base_angular_y, t1489); // other
+    // left_upper_leg: sums of what it carries
+    t1491 = t1058 * t625;
+    t1492 = R::fused(-t1055, t553, t1491);
+    t1493 = R::fused(-t1044, t560, t1492);
+    t1494 = t1013 - t1014;
+    t1495 = R::fused(-t190, t1494, t1493);
+    t1496 = R::fused(t1053, t198, t1495);
+    t1497 = t1490 - t1496;
+    t1498 = t1488 - t1497;
+    // right_upper_leg: sums of what it carries
+    t1499 = t809 * R::constant(0.78043875);
+    t1500 = R::fused(-t1358, R::constant(0.78025875), t1499);
+    t1501 = R::fused(R::constant(-2.4915), t1043, t1500);
+    t1502 = t1498 + t1501;
+    t1503 = tau_right_hip_roll + t1502; // other
+    // solved by the factors
+    t1504 = R::fused(t1451, t576, t1503);
+    t1505 = R::fused(t582, t1454, t1504);
+    t1506 = R::fused(-t589, t1458, t1505);
+    t1507 = R::fused(-t597, t1463, t1506);
+    t1508 = R::fused(t606, t1469, t1507);
+    t1509 = R::fused(-t613, t1476, t1508);
+    t1510 = R::fused(t621, t1484, t1509);
+    t1511 = R::fused(t636, t1510, t1485);
+    t1512 = tau_right_hip_pitch - t1351; // other
+    t1513 = R::fused(-t1451, t643, t1512);
+    t1514 = R::fused(-t646, t1454, t1513);
+    t1515 = R::fused(t650, t1458, t1514);
+    t1516 = R::fused(t655, t1463, t1515);
+    t1517 = R::fused(-t661, t1469, t1516);
+    t1518 = R::fused(t668, t1476, t1517);
+    t1519 = R::fused(-t676, t1484, t1518);
+    t1520 = R::fused(t685, t1510, t1519);
+    t1521 = R::fused(-t696, t1520, t1511);
+    t1522 = tau_right_knee_pitch - t1411; // other
+    t1523 = R::fused(-t1451, t700, t1522);
+    t1524 = R::fused(-t703, t1454, t1523);
+    t1525 = R::fused(t707, t1458, t1524);
+    t1526 = R::fused(t712, t1463, t1525);
+    t1527 = R::fused(-t718, t1469, t1526);
+    t1528 = R::fused(t725, t1476, t1527);
+    t1529 = R::fused(-t733, t1484, t1528);
+    t1530 = R::fused(t742, t1510, t1529);
+    t1531 = R::fused(-t752, t1520, t1530);
+    t1532 = R::fused(-t764, t1531, t1521);
+    t1533 = t766 * t1532; // other
+    t1534 = t45_46.first() * t192; // right_upper_leg: sums of what it carries
+    t1535 = R::fused(t77_78.first(), t177, t1534); // right_upper_leg: sums of what it carries
+    t1536 = t191 - t1535; // right_upper_leg: sums of what it carries
+    t1537 = sin_t1 * t1536; // left_hip_roll_link: sums of what it carries
+    t1538 = R::fused(cos_t1, t562, t1537); // left_hip_roll_link: sums of what it carries
+    t1539 = R::fused(-t211, t564, t1538); // left_hip_roll_link: sums of what it carries
+    t1540 = t1539 + t1401; // right_hip_roll_link: sums of what it carries
+    t1541 = R::fused(-t7, t564, t1540); // right_hip_roll_link: sums of what it carries
+    t1542 = t1541 + t1436; // left_hip_yaw_link: sums of what it carries
+    // left_foot: mass matrix
+    t1543 = sin_q_right_hip_roll * t254;
+    t1544 = R::fused(-cos_q_right_hip_roll, t266, t1543);
+    t1545 = sin_t1 * t1544;
+    t1546 = R::fused(-cos_t1, t575, t1545);
     let (
         t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562,
         t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578,
@@ -1868,354 +1842,876 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
         t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786,
         t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797, t1798, t1799, t1800, t1801, t1802,
     );
-    t1547 = R::fused(t815, t220, t1546); // left_upper_leg: motion
-    t1548 = R::fused(R::constant(0.0764), t1547, t833);
-    t1549 = t1505 + t1548;
-    t1550 = cos_q_right_hip_yaw * t1518;
-    t1551 = R::fused(-sin_q_right_hip_yaw, t1521, t1550);
-    t1552 = R::fused(R::constant(-0.0764), t1551, t1549);
-    t1553 = R::fused(t71, R::constant(9.81), -t1552);
-    t1554 = t1544 + t1553;
-    t1555 = -t1554;
-    t1556 = t1546 - t1551;
-    t1557 = sin_q_right_hip_yaw * t824; // left_upper_leg: motion
-    t1558 = R::fused(-cos_q_right_hip_yaw, t814, t1557); // left_upper_leg: motion
-    t1559 = sin_q_right_hip_yaw * t1518;
-    t1560 = R::fused(cos_q_right_hip_yaw, t1521, t1559);
-    t1561 = t1558 - t1560;
-    t1562 = t211 + t1526;
-    t1563 = -t1562;
-    // right_lower_leg: acceleration
-    t1564 = R::fused(-t520, t1526, t1481);
-    t1565 = t492 * t1564;
-    t1566 = R::fused(-t522, t1526, t1487);
-    t1567 = R::fused(t527, t1566, t1565);
-    t1568 = t520 * t1518;
-    t1569 = R::fused(-t522, t1521, t1568);
-    t1570 = t1505 - t1569;
-    t1571 = R::fused(-t568, t1570, t1567);
-    t1572 = t1158 - t1571;
-    t1573 = t553 * t1518;
-    t1574 = R::fused(t653, t1521, t1573);
-    t1575 = R::fused(t514, t1526, t1574);
-    t1576 = t1572 + t1575;
-    t1577 = t515 * t1576;
-    // left_lower_leg: acceleration
-    t1578 = cos_t2 * t1564;
-    t1579 = R::fused(sin_t2, t1566, t1578);
-    t1580 = t342 * t1579;
-    t1581 = sin_t2 * t1564;
-    t1582 = R::fused(-cos_t2, t1566, t1581);
-    t1583 = R::fused(-t417, t1582, t1580);
-    t1584 = R::fused(t558, t1570, t1583);
-    t1585 = t1109 - t1584;
-    t1586 = cos_t2 * t1518;
-    t1587 = R::fused(-sin_t2, t1521, t1586);
-    t1588 = t389 * t1587;
-    t1589 = sin_t2 * t1518;
-    t1590 = R::fused(cos_t2, t1521, t1589);
-    t1591 = R::fused(-t544, t1590, t1588);
-    t1592 = t1526 - t1577; // right_lower_leg: acceleration
-    t1593 = R::fused(t481, t1592, t1591);
-    t1594 = t1585 + t1593;
-    t1595 = t390 * t1594;
-    // right_ankle: acceleration
-    t1596 = t279 * t1579;
-    t1597 = cos_q_left_hip_roll * t1582;
-    t1598 = R::fused(-sin_q_left_hip_roll, t1570, t1597);
-    t1599 = R::fused(-t339, t1598, t1596);
-    t1600 = sin_q_left_hip_roll * t1582;
-    t1601 = R::fused(cos_q_left_hip_roll, t1570, t1600);
-    t1602 = R::fused(t400, t1601, t1599);
-    t1603 = t1105 - t1602;
-    t1604 = t1587 - t1595; // left_lower_leg: acceleration
-    t1605 = t341 * t1604;
-    t1606 = cos_q_left_hip_roll * t1590;
-    t1607 = R::fused(sin_q_left_hip_roll, t1592, t1606);
-    t1608 = R::fused(t286, t1607, t1605);
-    t1609 = sin_q_left_hip_roll * t1590;
-    t1610 = R::fused(-cos_q_left_hip_roll, t1592, t1609);
-    t1611 = R::fused(-t452, t1610, t1608);
-    t1612 = t1603 + t1611;
-    t1613 = t287 * t1612;
-    t1614 = t1607 - t1613;
-    // left_ankle: acceleration
-    t1615 = R::fused(-t271, t1614, t1579);
-    t1616 = t257 * t1615;
-    t1617 = t273 * t1610;
-    t1618 = R::fused(t271, t1604, t1617);
-    t1619 = t1598 + t1618;
-    t1620 = R::fused(-t323, t1619, t1616);
-    t1621 = R::fused(-t273, t1614, t1601);
-    t1622 = R::fused(t276, t1621, t1620);
-    t1623 = t1073 - t1622;
-    t1624 = t325 * t1604;
-    t1625 = R::fused(t265, t1614, t1624);
-    t1626 = R::fused(-t443, t1610, t1625);
-    t1627 = t1623 + t1626;
-    t1628 = t266 * t1627;
-    t1629 = t1614 - t1628;
-    // right_foot: acceleration
-    t1630 = R::fused(-t248, t1629, t1615);
-    t1631 = t233 * t1630;
-    t1632 = t250 * t1610;
-    t1633 = R::fused(t248, t1604, t1632);
-    t1634 = t1619 + t1633;
-    t1635 = R::fused(-t303, t1634, t1631);
-    t1636 = R::fused(-t250, t1629, t1621);
-    t1637 = R::fused(t254, t1636, t1635);
-    t1638 = t1029 - t1637;
-    t1639 = t305 * t1604;
-    t1640 = R::fused(t242, t1629, t1639);
-    t1641 = R::fused(-t433, t1610, t1640);
-    t1642 = t1638 + t1641;
-    t1643 = t243 * t1642;
-    // left_foot: acceleration
-    t1644 = sin_t4 * t1610;
-    t1645 = R::fused(cos_t4, t1604, t1644);
-    t1646 = R::fused(R::constant(0.037), t1645, t1634);
-    t1647 = t228 * t1646;
-    t1648 = cos_t4 * t1636;
-    t1649 = R::fused(-sin_t4, t1630, t1648);
-    t1650 = R::fused(-t224, t1649, t1647);
-    t1651 = t995 + t1650;
-    t1652 = R::constant(0.001228333333) * t1645;
-    t1653 = t1629 - t1643; // right_foot: acceleration
-    t1654 = R::fused(-t231, t1653, t1652);
-    t1655 = cos_t4 * t1610;
-    t1656 = R::fused(-sin_t4, t1604, t1655);
-    t1657 = R::fused(-t290, t1656, t1654);
-    t1658 = t1651 + t1657;
-    t1659 = R::constant(814.1112620933816) * t1658;
-    t1660 = q_base_qz * t41; // torso: motion
-    t1661 = t69 + t1660; // torso: motion
-    t1662 = R::constant(1.0) - t1661; // torso: motion
-    t1663 = t1662 * t151; // other
-    t1664 = q_base_qx * t43; // torso: motion
-    t1665 = q_base_qw * t41; // torso: motion
-    t1666 = t1664 - t1665; // torso: motion
-    t1667 = R::fused(t1666, t154, t1663); // other
-    t1668 = t42 + t44; // torso: motion
-    t1669 = R::fused(t1668, t156, t1667); // other
-    t1670 = t138 * R::constant(0.5546); // torso: sums of what it carries
-    t1671 = R::fused(-t81, R::constant(1.0285), t1670); // torso: sums of what it carries
-    t1672 = R::fused(-t157, R::constant(186.39), t1671); // torso: sums of what it carries
-    t1673 = R::fused(t33, t108, t177); // right_hip_yaw_link: motion
-    t1674 = R::constant(0.01) * t1673; // right_hip_yaw_link: sums of what it carries
-    t1675 = R::fused(R::constant(0.679875), t159, t1674); // right_hip_yaw_link: sums of what it carries
-    t1676 = t162 * t773; // left_hip_yaw_link: sums of what it carries
-    t1677 = R::fused(-t159, t770, t1676); // left_hip_yaw_link: sums of what it carries
-    t1678 = t1677 + t1303; // left_hip_yaw_link: articulated inertia
-    t1679 = t770 - t738; // left_hip_yaw_link: articulated inertia
-    t1680 = R::fused(-t1679, t1413, t1678); // left_hip_yaw_link: articulated inertia
-    t1681 = t1675 - t1680; // right_hip_yaw_link: articulated inertia
-    t1682 = t1406 - t1338; // right_hip_roll_link: articulated inertia
-    // left_hip_yaw_link: articulated inertia
-    t1683 = t1679 * t746;
-    t1684 = R::fused(-t1412, t1683, t1682);
-    t1685 = R::fused(-t1342, t1683, t1337);
-    t1686 = R::fused(R::constant(-0.037), t1685, t1684);
-    t1687 = R::fused(-t1686, t1461, t1681); // right_hip_yaw_link: articulated inertia
-    t1688 = t1672 - t1687; // torso: articulated inertia
-    // other
-    t1689 = t1669 * t1688;
-    t1690 = t1662 * t59;
-    t1691 = R::fused(t1666, t66, t1690);
-    t1692 = R::fused(t1668, t73, t1691);
-    t1693 = t35 * R::constant(0.5546); // torso: sums of what it carries
-    t1694 = R::fused(t39, R::constant(1.0285), t1693); // torso: sums of what it carries
-    t1695 = R::fused(-t74, R::constant(186.39), t1694); // torso: sums of what it carries
-    t1696 = t106 + t161; // right_hip_yaw_link: motion
-    t1697 = R::constant(0.01) * t1696; // right_hip_yaw_link: sums of what it carries
-    t1698 = R::fused(R::constant(0.679875), t174, t1697); // right_hip_yaw_link: sums of what it carries
-    t1699 = t1698 - t1418; // right_hip_yaw_link: articulated inertia
-    t1700 = cos_q_right_ankle_roll * t1699; // right_hip_yaw_link: articulated inertia
-    t1701 = R::constant(0.01) * t174; // right_hip_yaw_link: sums of what it carries
-    t1702 = R::fused(R::constant(0.679875), t110, t1701); // right_hip_yaw_link: sums of what it carries
-    t1703 = t120 * t773; // left_hip_yaw_link: sums of what it carries
-    t1704 = R::fused(t124, t770, t1703); // left_hip_yaw_link: sums of what it carries
-    t1705 = t1704 + t1308; // left_hip_yaw_link: articulated inertia
-    t1706 = t773 + t743; // left_hip_yaw_link: articulated inertia
-    t1707 = R::fused(t1706, t1413, t1705); // left_hip_yaw_link: articulated inertia
-    // right_hip_yaw_link: articulated inertia
-    t1708 = t1702 + t1707;
-    t1709 = R::fused(-sin_q_right_ankle_roll, t1708, t1700);
-    t1710 = R::constant(0.679875) + t1457;
-    t1711 = cos_q_right_ankle_roll * t1710;
-    t1712 = R::fused(-t125, t1340, t1409); // right_hip_roll_link: articulated inertia
-    // left_hip_yaw_link: articulated inertia
-    t1713 = t1706 * t746;
-    t1714 = R::fused(t1412, t1713, t1712);
-    t1715 = R::fused(t1706, t1453, t1340);
-    t1716 = R::fused(R::constant(-0.037), t1715, t1714);
-    t1717 = R::constant(0.01) - t1716; // right_hip_yaw_link: articulated inertia
-    t1718 = R::fused(sin_q_right_ankle_roll, t1717, t1711); // right_hip_yaw_link: articulated inertia
-    t1719 = R::fused(t1718, t1461, t1709); // right_hip_yaw_link: articulated inertia
-    t1720 = t1695 - t1719; // torso: articulated inertia
-    // other
-    t1721 = R::fused(t1692, t1720, t1689);
-    t1722 = t1662 * t96;
-    t1723 = R::fused(t1666, t99, t1722);
-    t1724 = R::fused(-t1668, t102, t1723);
-    t1725 = t81 * R::constant(0.5546); // torso: sums of what it carries
-    t1726 = R::fused(-t79, R::constant(1.0285), t1725); // torso: sums of what it carries
-    t1727 = R::fused(t103, R::constant(186.39), t1726); // torso: sums of what it carries
-    // right_hip_yaw_link: articulated inertia
-    t1728 = sin_q_right_ankle_roll * t1699;
-    t1729 = R::fused(cos_q_right_ankle_roll, t1708, t1728);
-    t1730 = sin_q_right_ankle_roll * t1710;
-    t1731 = R::fused(-cos_q_right_ankle_roll, t1717, t1730);
-    t1732 = R::fused(t1731, t1461, t1729);
-    t1733 = t1727 - t1732; // torso: articulated inertia
-    t1734 = R::fused(t1724, t1733, -t1721); // other
-    t1735 = t1664 + t1665; // torso: motion
-    t1736 = t1735 * t151; // other
-    t1737 = t68 + t1660; // torso: motion
-    t1738 = R::constant(1.0) - t1737; // torso: motion
-    t1739 = R::fused(t1738, t154, t1736); // other
-    t1740 = t61 - t63; // torso: motion
-    // other
-    t1741 = R::fused(t1740, t156, t1739);
-    t1742 = t1741 * t1688;
-    t1743 = t1735 * t59;
-    t1744 = R::fused(t1738, t66, t1743);
-    t1745 = R::fused(t1740, t73, t1744);
-    t1746 = R::fused(t1745, t1720, t1742);
-    t1747 = t1735 * t96;
-    t1748 = R::fused(t1738, t99, t1747);
-    t1749 = R::fused(-t1740, t102, t1748);
-    t1750 = R::fused(t1749, t1733, -t1746);
-    t1751 = t157 * t1688;
-    t1752 = R::fused(t74, t1720, t1751);
-    t1753 = R::fused(t103, t1733, -t1752);
-    t1754 = t39 * R::constant(0.05556833333); // torso: sums of what it carries
-    t1755 = R::fused(t35, R::constant(0.03062), t1754); // torso: sums of what it carries
-    t1756 = R::fused(-t74, R::constant(10.089585), t1755); // torso: sums of what it carries
-    t1757 = R::fused(t1459, t1461, t1420); // right_hip_yaw_link: articulated inertia
-    t1758 = R::fused(R::constant(0.055), t1719, t1757); // right_hip_yaw_link: articulated inertia
-    t1759 = t1756 - t1758; // torso: articulated inertia
-    t1760 = t1669 * t1759;
-    t1761 = t81 * R::constant(0.036949883333); // torso: sums of what it carries
-    t1762 = t77 - t137; // right_foot: wrench that its motion needs
-    // torso: sums of what it carries
-    t1763 = R::fused(t1762, R::constant(0.03062), t1761);
-    t1764 = t157 * R::constant(10.089585);
-    t1765 = R::fused(-t103, R::constant(5.440626), t1764);
-    t1766 = t1763 + t1765;
-    t1767 = t159 * R::constant(0.0251352875); // right_hip_yaw_link: sums of what it carries
-    t1768 = R::fused(R::constant(0.00037), t1673, t1767); // right_hip_yaw_link: sums of what it carries
-    t1769 = R::fused(R::constant(0.679875), t158, t1768); // right_hip_yaw_link: sums of what it carries
-    t1770 = R::fused(t745, t1413, t1311); // left_hip_yaw_link: articulated inertia
-    t1771 = R::fused(R::constant(-0.037), t1680, t1770); // left_hip_yaw_link: articulated inertia
-    t1772 = t1769 + t1771; // right_hip_yaw_link: articulated inertia
-    t1773 = cos_q_right_ankle_roll * t1772; // right_hip_yaw_link: articulated inertia
-    t1774 = t1673 * R::constant(0.00151725002); // right_hip_yaw_link: sums of what it carries
-    t1775 = R::fused(R::constant(0.00037), t159, t1774); // right_hip_yaw_link: sums of what it carries
-    t1776 = R::fused(R::constant(0.01), t158, t1775); // right_hip_yaw_link: sums of what it carries
-    // left_hip_yaw_link: sums of what it carries
-    t1777 = t180 * t753;
-    t1778 = R::fused(t184, t767, t1777);
-    t1779 = R::fused(-t159, t758, t1778);
-    t1780 = t106 - t123;
-    t1781 = R::fused(-t762, t1780, t1779);
-    t1782 = R::fused(-t175, t773, t1781);
+    t1547 = cos_q_right_hip_roll * t261;
+    t1548 = R::fused(-sin_q_right_hip_roll, t253, t1547);
+    t1549 = R::fused(-t196, t1548, t1546);
+    t1550 = R::fused(-t218, t1548, t1549);
+    t1551 = R::fused(R::constant(-0.037), t1548, t1550);
+    t1552 = R::fused(t1551, t280, t1542); // factors of the mass matrix
+    // right_foot: mass matrix
+    t1553 = sin_q_right_hip_roll * t292;
+    t1554 = R::fused(-cos_q_right_hip_roll, t303, t1553);
+    t1555 = sin_t1 * t1554;
+    t1556 = R::fused(-cos_t1, t580, t1555);
+    t1557 = cos_q_right_hip_roll * t298;
+    t1558 = R::fused(sin_q_right_hip_roll, t291, t1557);
+    t1559 = R::fused(-t196, t1558, t1556);
+    t1560 = R::fused(-t218, t1558, t1559);
+    t1561 = R::fused(R::constant(-0.037), t1558, t1560);
+    t1562 = R::fused(-t317, t1551, t1561); // factors of the mass matrix
+    t1563 = R::fused(-t1562, t321, t1552); // factors of the mass matrix
+    // left_ankle: mass matrix
+    t1564 = sin_q_right_hip_roll * t330;
+    t1565 = R::fused(-cos_q_right_hip_roll, t341, t1564);
+    t1566 = sin_t1 * t1565;
+    t1567 = R::fused(-cos_t1, t586, t1566);
+    t1568 = cos_q_right_hip_roll * t336;
+    t1569 = R::fused(sin_q_right_hip_roll, t329, t1568);
+    t1570 = R::fused(-t196, t1569, t1567);
+    t1571 = R::fused(-t218, t1569, t1570);
+    t1572 = R::fused(R::constant(-0.037), t1569, t1571);
+    t1573 = R::fused(-t1551, t355, t1572); // factors of the mass matrix
+    t1574 = R::fused(t1562, t358, t1573); // factors of the mass matrix
+    t1575 = R::fused(t1574, t363, t1563); // factors of the mass matrix
+    // right_ankle: mass matrix
+    t1576 = sin_q_right_hip_roll * t370;
+    t1577 = R::fused(-cos_q_right_hip_roll, t381, t1576);
+    t1578 = sin_t1 * t1577;
+    t1579 = R::fused(-cos_t1, t593, t1578);
+    t1580 = cos_q_right_hip_roll * t376;
+    t1581 = R::fused(sin_q_right_hip_roll, t369, t1580);
+    t1582 = R::fused(-t196, t1581, t1579);
+    t1583 = R::fused(-t218, t1581, t1582);
+    t1584 = R::fused(R::constant(-0.037), t1581, t1583);
+    // factors of the mass matrix
+    t1585 = R::fused(-t1551, t395, t1584);
+    t1586 = R::fused(t1562, t398, t1585);
+    t1587 = R::fused(-t1574, t402, t1586);
+    t1588 = R::fused(t1587, t408, t1575);
+    // left_lower_leg: mass matrix
+    t1589 = sin_q_right_hip_roll * t412;
+    t1590 = R::fused(-cos_q_right_hip_roll, t418, t1589);
+    t1591 = sin_t1 * t1590;
+    t1592 = R::fused(-cos_t1, t601, t1591);
+    t1593 = cos_q_right_hip_roll * t414;
+    t1594 = R::fused(-sin_q_right_hip_roll, t154, t1593);
+    t1595 = R::fused(-t196, t1594, t1592);
+    t1596 = R::fused(-t218, t1594, t1595);
+    t1597 = R::fused(R::constant(-0.037), t1594, t1596);
+    // factors of the mass matrix
+    t1598 = R::fused(-t1551, t432, t1597);
+    t1599 = R::fused(t1562, t435, t1598);
+    t1600 = R::fused(-t1574, t439, t1599);
+    t1601 = R::fused(-t1587, t444, t1600);
+    t1602 = R::fused(t1601, t451, t1588);
+    // right_lower_leg: mass matrix
+    t1603 = sin_q_right_hip_roll * t185;
+    t1604 = R::fused(-cos_q_right_hip_roll, t455, t1603);
+    t1605 = sin_t1 * t1604;
+    t1606 = R::fused(-cos_t1, t557, t1605);
+    t1607 = cos_q_right_hip_roll * t155;
+    t1608 = R::fused(t196, t1607, t1606);
+    t1609 = R::fused(t218, t1607, t1608);
+    t1610 = R::fused(R::constant(0.037), t1607, t1609);
+    // factors of the mass matrix
+    t1611 = R::fused(-t1551, t468, t1610);
+    t1612 = R::fused(t1562, t471, t1611);
+    t1613 = R::fused(-t1574, t475, t1612);
+    t1614 = R::fused(-t1587, t480, t1613);
+    t1615 = R::fused(-t1601, t486, t1614);
+    t1616 = R::fused(t1615, t494, t1602);
+    // left_upper_leg: mass matrix
+    t1617 = sin_q_right_hip_roll * t191;
+    t1618 = R::fused(-cos_q_right_hip_roll, t175, t1617);
+    t1619 = sin_t1 * t1618;
+    t1620 = R::fused(-cos_t1, t561, t1619);
+    t1621 = cos_q_right_hip_roll * t206;
+    t1622 = R::fused(t196, t1621, t1620);
+    t1623 = R::fused(t218, t1621, t1622);
+    t1624 = R::fused(R::constant(0.037), t1621, t1623);
+    // factors of the mass matrix
+    t1625 = R::fused(-t1551, t509, t1624);
+    t1626 = R::fused(t1562, t512, t1625);
+    t1627 = R::fused(-t1574, t516, t1626);
+    t1628 = R::fused(-t1587, t521, t1627);
+    t1629 = R::fused(-t1601, t527, t1628);
+    t1630 = R::fused(-t1615, t534, t1629);
+    t1631 = R::fused(t1630, t543, t1616);
+    t1632 = sin_q_right_hip_roll * t554; // right_upper_leg: sums of what it carries
+    t1633 = R::fused(-cos_q_right_hip_roll, t561, t1632); // right_upper_leg: sums of what it carries
+    // right_upper_leg: mass matrix
+    t1634 = sin_t1 * t1633;
+    t1635 = R::fused(-cos_t1, t627, t1634);
+    t1636 = R::fused(t196, t202, t1635);
+    t1637 = R::fused(t218, t202, t1636);
+    t1638 = R::fused(R::constant(0.037), t202, t1637);
+    // factors of the mass matrix
+    t1639 = R::fused(-t1551, t576, t1638);
+    t1640 = R::fused(t1562, t582, t1639);
+    t1641 = R::fused(-t1574, t589, t1640);
+    t1642 = R::fused(-t1587, t597, t1641);
+    t1643 = R::fused(-t1601, t606, t1642);
+    t1644 = R::fused(-t1615, t613, t1643);
+    t1645 = R::fused(-t1630, t621, t1644);
+    t1646 = R::fused(t1645, t636, t1631);
+    t1647 = R::fused(t1551, t643, t1538);
+    t1648 = R::fused(-t1562, t646, t1647);
+    t1649 = R::fused(t1574, t650, t1648);
+    t1650 = R::fused(t1587, t655, t1649);
+    t1651 = R::fused(t1601, t661, t1650);
+    t1652 = R::fused(t1615, t668, t1651);
+    t1653 = R::fused(t1630, t676, t1652);
+    t1654 = R::fused(t1645, t685, t1653);
+    t1655 = R::fused(-t1654, t696, t1646);
+    t1656 = R::fused(t1551, t700, t1540);
+    t1657 = R::fused(-t1562, t703, t1656);
+    t1658 = R::fused(t1574, t707, t1657);
+    t1659 = R::fused(t1587, t712, t1658);
+    t1660 = R::fused(t1601, t718, t1659);
+    t1661 = R::fused(t1615, t725, t1660);
+    t1662 = R::fused(t1630, t733, t1661);
+    t1663 = R::fused(t1645, t742, t1662);
+    t1664 = R::fused(-t1654, t752, t1663);
+    t1665 = R::fused(-t1664, t764, t1655);
+    t1666 = t1665 * t766;
+    t1667 = R::constant(0.0000833333335) + t627; // left_hip_roll_link: sums of what it carries
+    t1668 = t176 + t193; // right_upper_leg: sums of what it carries
+    // left_hip_roll_link: sums of what it carries
+    t1669 = R::constant(0.0005199999995) + t1668;
+    t1670 = t1667 - t1669;
+    t1671 = sin_t1 * sin_t1;
+    t1672 = t1670 * t1671;
+    t1673 = sin_t1 * cos_t1;
+    t1674 = R::constant(2.0) * t1633;
+    t1675 = R::fused(t1673, t1674, t1672);
+    t1676 = t1667 - t1675;
+    t1677 = t1676 - t210;
+    t1678 = t1677 + t1391; // right_hip_roll_link: sums of what it carries
+    t1679 = t1678 - t223; // right_hip_roll_link: sums of what it carries
+    t1680 = t1679 + t1426; // left_hip_yaw_link: sums of what it carries
+    t1681 = t221 - t1443; // left_hip_yaw_link: sums of what it carries
+    t1682 = R::fused(R::constant(-0.074), t1681, t1680); // left_hip_yaw_link: sums of what it carries
+    t1683 = R::constant(0.02665253752) + t1682; // right_hip_yaw_link: sums of what it carries
+    // factors of the mass matrix
+    t1684 = R::constant(814.1112620933816) * t1551;
+    t1685 = R::fused(-t1551, t1684, t1683);
+    t1686 = t1562 * t320;
+    t1687 = R::fused(t1562, t1686, t1685);
+    t1688 = t1574 * t362;
+    t1689 = R::fused(-t1574, t1688, t1687);
+    t1690 = t1587 * t407;
+    t1691 = R::fused(-t1587, t1690, t1689);
+    t1692 = t1601 * t450;
+    t1693 = R::fused(-t1601, t1692, t1691);
+    t1694 = t1615 * t493;
+    t1695 = R::fused(-t1615, t1694, t1693);
+    t1696 = t1630 * t542;
+    t1697 = R::fused(-t1630, t1696, t1695);
+    t1698 = t1645 * t635;
+    t1699 = R::fused(-t1645, t1698, t1697);
+    t1700 = t1654 * t695;
+    t1701 = R::fused(-t1654, t1700, t1699);
+    t1702 = t1664 * t763;
+    t1703 = R::fused(-t1664, t1702, t1701);
+    t1704 = R::fused(-t1665, t1666, t1703);
+    t1705 = R::constant(1.0) / t1704;
+    t1706 = sin_q_right_hip_roll * t1301; // right_upper_leg: sums of what it carries
+    t1707 = R::fused(cos_q_right_hip_roll, t1344, t1706); // right_upper_leg: sums of what it carries
+    t1708 = R::fused(t814, t831, t827); // left_hip_roll_link: motion
+    // left_hip_roll_link: sums of what it carries
+    t1709 = t1708 * R::constant(0.0005199999995);
+    t1710 = R::fused(R::constant(-0.008), t1039, t1709);
+    t1711 = t1707 + t1710;
+    t1712 = sin_t1 * t1711;
+    t1713 = R::fused(-t814, t817, t809); // left_hip_roll_link: motion
+    t1714 = R::fused(t1713, R::constant(0.0000833333335), t1502);
+    t1715 = R::fused(-cos_t1, t1714, t1712);
+    t1716 = cos_q_right_hip_roll * t1360; // right_upper_leg: sums of what it carries
+    t1717 = R::fused(sin_q_right_hip_roll, t1366, t1716); // right_upper_leg: sums of what it carries
+    t1718 = R::fused(R::constant(0.008), t1708, t1717);
+    t1719 = R::fused(-t196, t1718, t1715);
     // right_hip_roll_link: sums of what it carries
-    t1783 = t189 * t783;
-    t1784 = R::fused(t193, t796, t1783);
-    t1785 = R::fused(-t159, t788, t1784);
-    t1786 = t106 - t131;
-    t1787 = R::fused(-t792, t1786, t1785);
-    t1788 = R::fused(-t186, t735, t1787);
-    // left_hip_roll_link: articulated inertia
-    t1789 = cos_t1 * t1368;
-    t1790 = R::fused(sin_t1, t1372, t1789);
-    t1791 = cos_t1 * t1375;
-    t1792 = R::fused(-t1791, t1253, t1790);
-    t1793 = R::fused(t128, t1382, t1792);
-    t1794 = t1788 + t1793; // right_hip_roll_link: articulated inertia
-    t1795 = t1388 - t1393;
-    t1796 = R::fused(-t1791, t709, t1795);
-    t1797 = R::fused(-t128, t1329, t1796);
-    t1798 = t133 * t1797;
-    t1799 = t1385 - t1389;
-    t1800 = R::fused(t1791, t725, t1799);
-    t1801 = t1800 + t1335;
-    t1802 = R::fused(t128, t1801, t1798);
+    t1720 = t1037 * t1391;
+    t1721 = R::fused(-t967, t1401, t1720);
+    t1722 = R::fused(t1034, t1405, t1721);
+    t1723 = t1003 - t974;
+    t1724 = R::fused(t1397, t1723, t1722);
+    t1725 = R::fused(t1032, t220, t1724);
+    t1726 = t1719 + t1725;
+    t1727 = t1034 * t225;
+    t1728 = R::fused(-t1037, t220, t1727);
+    t1729 = t1718 + t1728;
+    t1730 = R::fused(-t218, t1729, t1726);
+    // left_hip_yaw_link: sums of what it carries
+    t1731 = t1030 * t1426;
+    t1732 = R::fused(-t967, t1436, t1731);
+    t1733 = R::fused(t1027, t1440, t1732);
+    t1734 = t1003 - t969;
+    t1735 = R::fused(t1432, t1734, t1733);
+    t1736 = R::fused(t1025, t1443, t1735);
+    t1737 = t1730 + t1736;
+    t1738 = t1027 * t1446;
+    t1739 = R::fused(-t1030, t1443, t1738);
+    t1740 = t1729 + t1739;
+    t1741 = R::fused(R::constant(-0.037), t1740, t1737);
+    // right_hip_yaw_link: sums of what it carries
+    t1742 = t1024 * R::constant(0.02361803748);
+    t1743 = t963 - t1003;
+    t1744 = R::fused(R::constant(-0.00037), t1743, t1742);
+    t1745 = R::constant(0.01) * t961;
+    t1746 = R::fused(R::constant(0.679875), t1023, t1745);
+    t1747 = t1744 + t1746;
+    t1748 = t1741 + t1747;
+    t1749 = tau_right_ankle_roll - t1748; // other
+    // solved by the factors
+    t1750 = R::fused(-t1451, t1684, t1749);
+    t1751 = R::fused(-t1686, t1454, t1750);
+    t1752 = R::fused(t1688, t1458, t1751);
+    t1753 = R::fused(t1690, t1463, t1752);
+    t1754 = R::fused(-t1692, t1469, t1753);
+    t1755 = R::fused(t1694, t1476, t1754);
+    t1756 = R::fused(-t1696, t1484, t1755);
+    t1757 = R::fused(t1698, t1510, t1756);
+    t1758 = R::fused(t1700, t1520, t1757);
+    t1759 = R::fused(t1702, t1531, t1758);
+    t1760 = R::fused(t1666, t1532, t1759);
+    t1761 = t1705 * t1760; // other
+    t1762 = R::fused(t1666, t1761, t1533);
+    t1763 = t7 * t1762; // other
+    t1764 = t763 * t1531; // other
+    t1765 = R::fused(t1702, t1761, t1764);
+    t1766 = R::fused(-t764, t1762, t1765);
+    // other
+    t1767 = t1762 + t1766;
+    t1768 = R::fused(t211, t1767, t1763);
+    t1769 = sin_t1 * t1768;
+    t1770 = t218 * t1762;
+    t1771 = R::fused(t196, t1767, t1770);
+    t1772 = R::fused(cos_t1, t1771, t1769);
+    t1773 = cos_q_right_hip_yaw * t1772;
+    t1774 = R::constant(0.037) * t1761;
+    t1775 = R::fused(t218, t1761, t1774);
+    t1776 = R::fused(t196, t1761, t1775);
+    t1777 = cos_q_right_hip_roll * t1776;
+    t1778 = cos_t1 * t1768;
+    t1779 = R::fused(-sin_t1, t1771, t1778);
+    t1780 = R::fused(sin_q_right_hip_roll, t1779, t1777);
+    t1781 = R::fused(sin_q_right_hip_yaw, t1780, t1773);
+    // left_upper_leg: motion
+    t1782 = cos_q_right_hip_yaw * t1012;
+    t1783 = R::fused(-sin_q_right_hip_yaw, t1043, t1782);
+    t1784 = cos_q_right_hip_yaw * t832;
+    t1785 = R::fused(-sin_q_right_hip_yaw, t818, t1784);
+    t1786 = sin_q_right_hip_yaw * t832;
+    t1787 = R::fused(cos_q_right_hip_yaw, t818, t1786);
+    t1788 = R::fused(t1785, t1787, t843);
+    t1789 = R::fused(R::constant(0.0764), t1788, t1783); // other
+    t1790 = t1781 - t1789; // other
+    t1791 = t542 * t1484; // other
+    t1792 = R::fused(-t1696, t1761, t1791); // solved by the factors
+    t1793 = R::fused(-t543, t1762, t1792); // solved by the factors
+    t1794 = R::fused(-t733, t1766, t1793); // solved by the factors
+    t1795 = t695 * t1520; // other
+    // solved by the factors
+    t1796 = R::fused(t1700, t1761, t1795);
+    t1797 = R::fused(-t696, t1762, t1796);
+    t1798 = R::fused(-t752, t1766, t1797);
+    t1799 = R::fused(-t676, t1798, t1794);
+    t1800 = t635 * t1510; // other
+    t1801 = R::fused(t1698, t1761, t1800);
+    t1802 = R::fused(t636, t1762, t1801);
     let (
         t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818,
         t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834,
         t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850,
-        t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862,
+        t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866,
+        t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882,
+        t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892, t1893, t1894, t1895, t1896, t1897, t1898,
+        t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908, t1909, t1910, t1911, t1912, t1913, t1914,
+        t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924, t1925, t1926, t1927, t1928, t1929, t1930,
+        t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940, t1941, t1942, t1943, t1944, t1945, t1946,
+        t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958, t1959, t1960, t1961, t1962,
+        t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978,
+        t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994,
+        t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010,
+        t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026,
+        t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038, t2039, t2040, t2041, t2042,
+        t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052, t2053, t2054, t2055, t2056, t2057, t2058,
     );
-    t1803 = t788 - t1802; // right_hip_roll_link: articulated inertia
-    t1804 = R::fused(-t1803, t1298, t1794); // right_hip_roll_link: articulated inertia
-    t1805 = R::fused(t112, t1402, t1804); // right_hip_roll_link: articulated inertia
-    t1806 = t1782 + t1805; // left_hip_yaw_link: articulated inertia
-    // right_hip_roll_link: articulated inertia
-    t1807 = R::fused(t1803, t731, t1797);
-    t1808 = R::fused(-t112, t1337, t1807);
-    t1809 = t125 * t1808;
-    t1810 = R::fused(t1803, t741, t1801);
-    t1811 = t1810 + t1341;
-    t1812 = R::fused(t112, t1811, t1809);
-    t1813 = t758 - t1812; // left_hip_yaw_link: articulated inertia
-    t1814 = R::fused(-t1813, t1413, t1806); // left_hip_yaw_link: articulated inertia
-    t1815 = t1776 - t1814; // right_hip_yaw_link: articulated inertia
-    t1816 = R::fused(sin_q_right_ankle_roll, t1815, t1773); // right_hip_yaw_link: articulated inertia
-    t1817 = R::constant(0.037) * t1684; // left_hip_yaw_link: articulated inertia
-    t1818 = R::fused(R::constant(-0.001369), t1685, t1817); // left_hip_yaw_link: articulated inertia
-    t1819 = cos_q_right_ankle_roll * t1818; // right_hip_yaw_link: articulated inertia
-    // left_hip_roll_link: articulated inertia
-    t1820 = t643 * t1426;
-    t1821 = R::fused(t1791, t1428, t1820);
-    t1822 = R::fused(-t128, t1433, t1821);
-    t1823 = cos_t1 * t1431;
-    t1824 = R::fused(-t1791, t1333, t1823);
-    t1825 = R::fused(-t128, t1437, t1824);
-    t1826 = R::fused(t133, t1825, t1822);
-    // right_hip_roll_link: articulated inertia
-    t1827 = t796 - t1826;
-    t1828 = R::fused(-t1803, t1441, t1827);
-    t1829 = R::fused(-t112, t1444, t1828);
-    t1830 = t735 + t1825;
-    t1831 = R::fused(-t1803, t1339, t1830);
-    t1832 = R::fused(-t112, t1446, t1831);
-    t1833 = R::fused(-t125, t1832, t1829);
-    // left_hip_yaw_link: articulated inertia
-    t1834 = t767 + t1833;
-    t1835 = R::fused(-t1813, t1450, t1834);
-    t1836 = t773 + t1832;
-    t1837 = R::fused(-t1813, t1453, t1836);
-    t1838 = R::fused(R::constant(-0.037), t1837, t1835);
-    // right_hip_yaw_link: articulated inertia
-    t1839 = R::fused(sin_q_right_ankle_roll, t1838, t1819);
-    t1840 = R::fused(-t1839, t1461, t1816);
-    t1841 = R::constant(0.055) * t1687;
-    t1842 = R::fused(R::constant(0.03), t1732, t1841);
-    t1843 = t1840 + t1842;
-    t1844 = t1766 + t1843; // torso: articulated inertia
-    t1845 = R::fused(t1692, t1844, t1760); // other
-    t1846 = t35 * R::constant(0.018618449997); // torso: sums of what it carries
-    t1847 = R::fused(t39, R::constant(0.03062), t1846); // torso: sums of what it carries
-    t1848 = R::fused(-t74, R::constant(5.440626), t1847); // torso: sums of what it carries
-    t1849 = sin_q_right_ankle_roll * t1772;
-    t1850 = R::fused(-cos_q_right_ankle_roll, t1815, t1849);
-    t1851 = sin_q_right_ankle_roll * t1818;
-    t1852 = R::fused(-cos_q_right_ankle_roll, t1838, t1851);
-    t1853 = R::fused(-t1852, t1461, t1850);
-    t1854 = R::fused(R::constant(-0.03), t1719, t1853);
-    t1855 = t1848 + t1854; // torso: articulated inertia
+    t1803 = R::fused(t742, t1766, t1802);
+    t1804 = R::fused(t685, t1798, t1803);
+    t1805 = R::fused(t621, t1804, t1799);
     // other
-    t1856 = R::fused(t1724, t1855, -t1845);
-    t1857 = t1741 * t1759;
-    t1858 = R::fused(t1745, t1844, t1857);
-    t1859 = R::fused(t1749, t1855, -t1858);
-    t1860 = t157 * t1759;
-    t1861 = R::fused(t74, t1844, t1860);
-    t1862 = R::fused(t103, t1855, -t1861);
+    t1806 = t1798 + t1767;
+    t1807 = sin_q_right_hip_roll * t1806;
+    t1808 = sin_t1 * t1761;
+    t1809 = R::fused(-cos_q_right_hip_roll, t1808, t1807);
+    t1810 = t1805 + t1809;
+    t1811 = R::fused(R::constant(-0.0764), t1810, t1790);
+    t1812 = R::fused(t901, R::constant(9.81), t1811);
+    t1813 = t6 + t1812;
+    t1814 = -t1813;
+    t1815 = v_base_angular_z * v_base_linear_x; // torso: motion
+    t1816 = R::fused(-v_base_angular_x, v_base_linear_z, t1815); // torso: motion
+    t1817 = sin_q_right_hip_yaw * t1772;
+    t1818 = R::fused(-cos_q_right_hip_yaw, t1780, t1817);
+    t1819 = sin_q_right_hip_yaw * t1012; // left_upper_leg: motion
+    t1820 = R::fused(cos_q_right_hip_yaw, t1043, t1819); // left_upper_leg: motion
+    t1821 = R::fused(t1785, t1785, t1014); // left_upper_leg: motion
+    t1822 = R::fused(R::constant(-0.0764), t1821, t1820);
+    t1823 = t1818 - t1822;
+    t1824 = R::fused(t920, R::constant(9.81), t1823);
+    t1825 = t1816 + t1824;
+    t1826 = -t1825;
+    t1827 = v_base_angular_x * v_base_linear_y; // torso: motion
+    t1828 = R::fused(-v_base_angular_y, v_base_linear_x, t1827); // torso: motion
+    t1829 = sin_q_right_hip_roll * t1776;
+    t1830 = R::fused(-cos_q_right_hip_roll, t1779, t1829);
+    t1831 = cos_q_right_hip_yaw * t819; // left_upper_leg: motion
+    t1832 = R::fused(sin_q_right_hip_yaw, t833, t1831); // left_upper_leg: motion
+    t1833 = R::fused(t838, t1787, t1832); // left_upper_leg: motion
+    t1834 = R::fused(R::constant(0.0764), t1833, t1053);
+    t1835 = t1830 + t1834;
+    t1836 = R::fused(cos_t1, t1761, t1804);
+    t1837 = cos_q_right_hip_yaw * t1836;
+    t1838 = cos_q_right_hip_roll * t1806;
+    t1839 = R::fused(sin_q_right_hip_roll, t1808, t1838);
+    t1840 = R::fused(-sin_q_right_hip_yaw, t1839, t1837);
+    t1841 = R::fused(R::constant(-0.0764), t1840, t1835);
+    t1842 = R::fused(t927, R::constant(9.81), -t1841);
+    t1843 = t1828 + t1842;
+    t1844 = -t1843;
+    t1845 = t1832 - t1840;
+    t1846 = sin_q_right_hip_yaw * t819; // left_upper_leg: motion
+    t1847 = R::fused(-cos_q_right_hip_yaw, t833, t1846); // left_upper_leg: motion
+    t1848 = sin_q_right_hip_yaw * t1836;
+    t1849 = R::fused(cos_q_right_hip_yaw, t1839, t1848);
+    t1850 = t1847 - t1849;
+    t1851 = t843 + t1810;
+    t1852 = -t1851;
+    t1853 = t493 * t1476;
+    // solved by the factors
+    t1854 = R::fused(t1694, t1761, t1853);
+    t1855 = R::fused(t494, t1762, t1854);
+    t1856 = R::fused(t725, t1766, t1855);
+    t1857 = R::fused(t668, t1798, t1856);
+    t1858 = R::fused(-t613, t1804, t1857);
+    t1859 = R::fused(t534, t1805, t1858);
+    t1860 = t450 * t1469; // other
+    t1861 = R::fused(-t1692, t1761, t1860);
+    t1862 = R::fused(-t451, t1762, t1861);
+    t1863 = R::fused(-t718, t1766, t1862);
+    t1864 = R::fused(-t661, t1798, t1863);
+    t1865 = R::fused(t606, t1804, t1864);
+    t1866 = R::fused(-t527, t1805, t1865);
+    t1867 = R::fused(t486, t1859, t1866);
+    t1868 = t407 * t1463; // other
+    t1869 = R::fused(t1690, t1761, t1868);
+    t1870 = R::fused(t408, t1762, t1869);
+    t1871 = R::fused(t712, t1766, t1870);
+    t1872 = R::fused(t655, t1798, t1871);
+    t1873 = R::fused(-t597, t1804, t1872);
+    t1874 = R::fused(t521, t1805, t1873);
+    t1875 = R::fused(-t480, t1859, t1874);
+    t1876 = R::fused(t444, t1867, t1875);
+    t1877 = t362 * t1458; // other
+    t1878 = R::fused(t1688, t1761, t1877);
+    t1879 = R::fused(t363, t1762, t1878);
+    t1880 = R::fused(t707, t1766, t1879);
+    t1881 = R::fused(t650, t1798, t1880);
+    t1882 = R::fused(-t589, t1804, t1881);
+    t1883 = R::fused(t516, t1805, t1882);
+    t1884 = R::fused(-t475, t1859, t1883);
+    t1885 = R::fused(t439, t1867, t1884);
+    t1886 = R::fused(-t402, t1876, t1885);
+    t1887 = t320 * t1454; // other
+    t1888 = R::fused(t1686, t1761, t1887);
+    t1889 = R::fused(t321, t1762, t1888);
+    t1890 = R::fused(t703, t1766, t1889);
+    t1891 = R::fused(t646, t1798, t1890);
+    t1892 = R::fused(-t582, t1804, t1891);
+    t1893 = R::fused(t512, t1805, t1892);
+    t1894 = R::fused(-t471, t1859, t1893);
+    t1895 = R::fused(t435, t1867, t1894);
+    t1896 = R::fused(-t398, t1876, t1895);
+    t1897 = R::fused(t358, t1886, -t1896);
+    t1898 = R::constant(814.1112620933816) * t1451; // other
+    t1899 = R::fused(-t1684, t1761, t1898);
+    t1900 = R::fused(-t280, t1762, t1899);
+    t1901 = R::fused(-t700, t1766, t1900);
+    t1902 = R::fused(-t643, t1798, t1901);
+    t1903 = R::fused(t576, t1804, t1902);
+    t1904 = R::fused(-t509, t1805, t1903);
+    t1905 = R::fused(t468, t1859, t1904);
+    t1906 = R::fused(-t432, t1867, t1905);
+    t1907 = R::fused(t395, t1876, t1906);
+    t1908 = R::fused(t355, t1886, t1907);
+    t1909 = R::fused(t317, t1897, t1908);
+    t1910 = q_base_qz * t897; // torso: motion
+    t1911 = t925 + t1910; // torso: motion
+    t1912 = R::constant(1.0) - t1911; // torso: motion
+    t1913 = t1912 * t993; // other
+    t1914 = q_base_qx * t899; // torso: motion
+    t1915 = q_base_qw * t897; // torso: motion
+    t1916 = t1914 - t1915; // torso: motion
+    t1917 = R::fused(t1916, t996, t1913); // other
+    t1918 = t898 + t900; // torso: motion
+    t1919 = R::fused(t1918, t998, t1917); // other
+    t1920 = t1004 * t1446; // left_hip_yaw_link: sums of what it carries
+    t1921 = R::fused(-t1001, t1443, t1920); // left_hip_yaw_link: sums of what it carries
+    t1922 = t1414 - t1921; // left_hip_yaw_link: sums of what it carries
+    t1923 = R::fused(t799, t811, t797); // right_hip_yaw_link: motion
+    t1924 = R::constant(0.01) * t1923; // right_hip_yaw_link: sums of what it carries
+    t1925 = R::fused(R::constant(0.679875), t1001, t1924); // right_hip_yaw_link: sums of what it carries
+    t1926 = t1922 + t1925; // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t1927 = t980 * R::constant(0.5546);
+    t1928 = R::fused(-t937, R::constant(1.0285), t1927);
+    t1929 = R::fused(-t999, R::constant(186.39), t1928);
+    t1930 = t1926 - t1929;
+    // other
+    t1931 = R::fused(-t1681, t1762, t1930);
+    t1932 = R::fused(-t221, t1766, t1931);
+    t1933 = R::fused(-t208, t1798, t1932);
+    t1934 = R::fused(-t565, t1804, t1933);
+    t1935 = R::fused(-t500, t1805, t1934);
+    t1936 = R::fused(t459, t1859, t1935);
+    t1937 = R::fused(t423, t1867, t1936);
+    t1938 = R::fused(-t386, t1876, t1937);
+    t1939 = R::fused(-t346, t1886, t1938);
+    t1940 = R::fused(-t308, t1897, t1939);
+    t1941 = R::fused(t271, t1909, t1940);
+    t1942 = t1919 * t1941;
+    t1943 = t1912 * t915;
+    t1944 = R::fused(t1916, t922, t1943);
+    t1945 = R::fused(t1918, t929, t1944);
+    t1946 = t962 + t1003; // right_hip_yaw_link: motion
+    // right_hip_yaw_link: sums of what it carries
+    t1947 = R::constant(0.01) * t1946;
+    t1948 = R::fused(R::constant(0.679875), t1024, t1947);
+    t1949 = t1740 - t1948;
+    t1950 = cos_q_right_ankle_roll * t1949;
+    t1951 = t967 * t1446; // left_hip_yaw_link: sums of what it carries
+    t1952 = R::fused(t970, t1443, t1951); // left_hip_yaw_link: sums of what it carries
+    t1953 = t1418 - t1952; // left_hip_yaw_link: sums of what it carries
+    t1954 = R::constant(0.01) * t1024;
+    t1955 = R::fused(R::constant(0.679875), t964, t1954);
+    t1956 = t1953 - t1955;
+    t1957 = R::fused(-sin_q_right_ankle_roll, t1956, t1950);
+    // torso: sums of what it carries
+    t1958 = t893 * R::constant(0.5546);
+    t1959 = R::fused(t895, R::constant(1.0285), t1958);
+    t1960 = R::fused(-t930, R::constant(186.39), t1959);
+    t1961 = t1957 + t1960;
+    // right_hip_yaw_link: sums of what it carries
+    t1962 = R::constant(0.01) - t564;
+    t1963 = sin_q_right_ankle_roll * t1962;
+    t1964 = R::constant(0.679875) - t1681;
+    t1965 = R::fused(cos_q_right_ankle_roll, t1964, t1963);
+    t1966 = R::fused(-t1965, t1761, t1961); // other
+    t1967 = t226 - t1446; // left_hip_yaw_link: sums of what it carries
+    t1968 = sin_q_right_ankle_roll * t1967; // left_hip_yaw_link: mass matrix
+    t1969 = R::fused(-t1968, t1762, t1966); // other
+    t1970 = sin_q_right_ankle_roll * t226; // right_hip_roll_link: mass matrix
+    t1971 = R::fused(-t1970, t1766, t1969); // other
+    t1972 = sin_q_right_ankle_roll * t213; // left_hip_roll_link: mass matrix
+    t1973 = R::fused(-t1972, t1798, t1971); // other
+    t1974 = cos_q_right_ankle_roll * t202; // right_upper_leg: mass matrix
+    t1975 = R::fused(sin_q_right_ankle_roll, t567, t1974); // right_upper_leg: mass matrix
+    t1976 = R::fused(t1975, t1804, t1973); // other
+    t1977 = cos_q_right_ankle_roll * t1621; // left_upper_leg: mass matrix
+    t1978 = R::fused(-sin_q_right_ankle_roll, t503, t1977); // left_upper_leg: mass matrix
+    t1979 = R::fused(-t1978, t1805, t1976); // other
+    t1980 = cos_q_right_ankle_roll * t1607; // right_lower_leg: mass matrix
+    t1981 = R::fused(-sin_q_right_ankle_roll, t462, t1980); // right_lower_leg: mass matrix
+    t1982 = R::fused(t1981, t1859, t1979); // other
+    t1983 = cos_q_right_ankle_roll * t1594; // left_lower_leg: mass matrix
+    t1984 = R::fused(-sin_q_right_ankle_roll, t426, t1983); // left_lower_leg: mass matrix
+    t1985 = R::fused(t1984, t1867, t1982); // other
+    t1986 = cos_q_right_ankle_roll * t1581; // right_ankle: mass matrix
+    t1987 = R::fused(-sin_q_right_ankle_roll, t389, t1986); // right_ankle: mass matrix
+    t1988 = R::fused(-t1987, t1876, t1985); // other
+    t1989 = cos_q_right_ankle_roll * t1569; // left_ankle: mass matrix
+    t1990 = R::fused(-sin_q_right_ankle_roll, t349, t1989); // left_ankle: mass matrix
+    t1991 = R::fused(-t1990, t1886, t1988); // other
+    t1992 = cos_q_right_ankle_roll * t1558; // right_foot: mass matrix
+    t1993 = R::fused(-sin_q_right_ankle_roll, t311, t1992); // right_foot: mass matrix
+    t1994 = R::fused(-t1993, t1897, t1991); // other
+    t1995 = cos_q_right_ankle_roll * t1548; // left_foot: mass matrix
+    t1996 = R::fused(-sin_q_right_ankle_roll, t274, t1995); // left_foot: mass matrix
+    // other
+    t1997 = R::fused(t1996, t1909, t1994);
+    t1998 = R::fused(-t1945, t1997, t1942);
+    t1999 = t1912 * t952;
+    t2000 = R::fused(t1916, t955, t1999);
+    t2001 = R::fused(-t1918, t958, t2000);
+    t2002 = sin_q_right_ankle_roll * t1949; // right_hip_yaw_link: sums of what it carries
+    t2003 = R::fused(cos_q_right_ankle_roll, t1956, t2002); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t2004 = t937 * R::constant(0.5546);
+    t2005 = R::fused(-t935, R::constant(1.0285), t2004);
+    t2006 = R::fused(t959, R::constant(186.39), t2005);
+    t2007 = t2003 + t2006;
+    t2008 = cos_q_right_ankle_roll * t1962; // right_hip_yaw_link: sums of what it carries
+    t2009 = R::fused(-sin_q_right_ankle_roll, t1964, t2008); // right_hip_yaw_link: sums of what it carries
+    t2010 = R::fused(t2009, t1761, t2007); // other
+    t2011 = cos_q_right_ankle_roll * t1967; // left_hip_yaw_link: mass matrix
+    t2012 = R::fused(t2011, t1762, t2010); // other
+    t2013 = cos_q_right_ankle_roll * t226; // right_hip_roll_link: mass matrix
+    t2014 = R::fused(t2013, t1766, t2012); // other
+    t2015 = cos_q_right_ankle_roll * t213; // left_hip_roll_link: mass matrix
+    t2016 = R::fused(t2015, t1798, t2014); // other
+    t2017 = sin_q_right_ankle_roll * t202; // right_upper_leg: mass matrix
+    t2018 = R::fused(-cos_q_right_ankle_roll, t567, t2017); // right_upper_leg: mass matrix
+    t2019 = R::fused(t2018, t1804, t2016); // other
+    t2020 = sin_q_right_ankle_roll * t1621; // left_upper_leg: mass matrix
+    t2021 = R::fused(cos_q_right_ankle_roll, t503, t2020); // left_upper_leg: mass matrix
+    t2022 = R::fused(-t2021, t1805, t2019); // other
+    t2023 = sin_q_right_ankle_roll * t1607; // right_lower_leg: mass matrix
+    t2024 = R::fused(cos_q_right_ankle_roll, t462, t2023); // right_lower_leg: mass matrix
+    t2025 = R::fused(t2024, t1859, t2022); // other
+    t2026 = sin_q_right_ankle_roll * t1594; // left_lower_leg: mass matrix
+    t2027 = R::fused(cos_q_right_ankle_roll, t426, t2026); // left_lower_leg: mass matrix
+    t2028 = R::fused(t2027, t1867, t2025); // other
+    t2029 = sin_q_right_ankle_roll * t1581; // right_ankle: mass matrix
+    t2030 = R::fused(cos_q_right_ankle_roll, t389, t2029); // right_ankle: mass matrix
+    t2031 = R::fused(-t2030, t1876, t2028); // other
+    t2032 = sin_q_right_ankle_roll * t1569; // left_ankle: mass matrix
+    t2033 = R::fused(cos_q_right_ankle_roll, t349, t2032); // left_ankle: mass matrix
+    t2034 = R::fused(-t2033, t1886, t2031); // other
+    t2035 = sin_q_right_ankle_roll * t1558; // right_foot: mass matrix
+    t2036 = R::fused(cos_q_right_ankle_roll, t311, t2035); // right_foot: mass matrix
+    t2037 = R::fused(-t2036, t1897, t2034); // other
+    t2038 = sin_q_right_ankle_roll * t1548; // left_foot: mass matrix
+    t2039 = R::fused(cos_q_right_ankle_roll, t274, t2038); // left_foot: mass matrix
+    t2040 = R::fused(t2039, t1909, t2037); // other
+    t2041 = R::fused(t2001, t2040, t1998); // other
+    t2042 = t1914 + t1915; // torso: motion
+    t2043 = t2042 * t993; // other
+    t2044 = t924 + t1910; // torso: motion
+    t2045 = R::constant(1.0) - t2044; // torso: motion
+    t2046 = R::fused(t2045, t996, t2043); // other
+    t2047 = t917 - t919; // torso: motion
+    // other
+    t2048 = R::fused(t2047, t998, t2046);
+    t2049 = t2048 * t1941;
+    t2050 = t2042 * t915;
+    t2051 = R::fused(t2045, t922, t2050);
+    t2052 = R::fused(t2047, t929, t2051);
+    t2053 = R::fused(-t2052, t1997, t2049);
+    t2054 = t2042 * t952;
+    t2055 = R::fused(t2045, t955, t2054);
+    t2056 = R::fused(-t2047, t958, t2055);
+    t2057 = R::fused(t2056, t2040, t2053);
+    t2058 = t999 * t1941;
+    let (
+        t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067, t2068, t2069, t2070, t2071, t2072, t2073, t2074,
+        t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083, t2084, t2085, t2086, t2087, t2088, t2089, t2090,
+        t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106,
+        t2107, t2108, t2109, t2110, t2111, t2112, t2113, t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122,
+        t2123, t2124, t2125, t2126, t2127, t2128, t2129, t2130, t2131, t2132, t2133, t2134, t2135, t2136, t2137, t2138,
+        t2139, t2140, t2141, t2142, t2143, t2144, t2145, t2146, t2147, t2148, t2149, t2150, t2151, t2152, t2153, t2154,
+        t2155, t2156, t2157, t2158, t2159, t2160, t2161, t2162, t2163, t2164, t2165, t2166, t2167, t2168, t2169, t2170,
+        t2171, t2172, t2173, t2174, t2175, t2176, t2177, t2178, t2179, t2180, t2181, t2182, t2183, t2184, t2185, t2186,
+        t2187, t2188, t2189, t2190, t2191, t2192, t2193, t2194, t2195, t2196, t2197, t2198, t2199, t2200, t2201, t2202,
+        t2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213, t2214, t2215, t2216, t2217, t2218,
+        t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229, t2230, t2231, t2232, t2233, t2234,
+        t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245, t2246, t2247, t2248, t2249, t2250,
+        t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259, t2260, t2261, t2262, t2263, t2264, t2265, t2266,
+        t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275, t2276, t2277, t2278, t2279, t2280, t2281, t2282,
+        t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291, t2292, t2293, t2294, t2295, t2296, t2297, t2298,
+        t2299, t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307, t2308, t2309, t2310, t2311, t2312, t2313, t2314,
+    );
+    t2059 = R::fused(-t930, t1997, t2058);
+    t2060 = R::fused(t959, t2040, t2059);
+    t2061 = R::fused(R::constant(-0.055), t1957, t1748); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t2062 = t895 * R::constant(0.05556833333);
+    t2063 = R::fused(t893, R::constant(0.03062), t2062);
+    t2064 = R::fused(-t930, R::constant(10.089585), t2063);
+    t2065 = t2061 - t2064;
+    t2066 = R::fused(R::constant(0.055), t1965, t1683); // right_hip_yaw_link: mass matrix
+    t2067 = R::fused(t2066, t1761, t2065); // other
+    t2068 = R::fused(R::constant(-0.055), t1968, t1542); // left_hip_yaw_link: mass matrix
+    t2069 = R::fused(-t2068, t1762, t2067); // other
+    t2070 = R::fused(R::constant(-0.055), t1970, t1540); // right_hip_roll_link: mass matrix
+    t2071 = R::fused(-t2070, t1766, t2069); // other
+    t2072 = R::fused(R::constant(-0.055), t1972, t1538); // left_hip_roll_link: mass matrix
+    t2073 = R::fused(-t2072, t1798, t2071); // other
+    t2074 = R::fused(R::constant(0.055), t1975, t1638); // right_upper_leg: mass matrix
+    t2075 = R::fused(-t2074, t1804, t2073); // other
+    t2076 = R::fused(R::constant(0.055), t1978, t1624); // left_upper_leg: mass matrix
+    t2077 = R::fused(t2076, t1805, t2075); // other
+    t2078 = R::fused(R::constant(0.055), t1981, t1610); // right_lower_leg: mass matrix
+    t2079 = R::fused(-t2078, t1859, t2077); // other
+    t2080 = R::fused(R::constant(-0.055), t1984, t1597); // left_lower_leg: mass matrix
+    t2081 = R::fused(t2080, t1867, t2079); // other
+    t2082 = R::fused(R::constant(-0.055), t1987, t1584); // right_ankle: mass matrix
+    t2083 = R::fused(-t2082, t1876, t2081); // other
+    t2084 = R::fused(R::constant(-0.055), t1990, t1572); // left_ankle: mass matrix
+    t2085 = R::fused(-t2084, t1886, t2083); // other
+    t2086 = R::fused(R::constant(-0.055), t1993, t1561); // right_foot: mass matrix
+    t2087 = R::fused(-t2086, t1897, t2085); // other
+    t2088 = R::fused(R::constant(-0.055), t1996, t1551); // left_foot: mass matrix
+    t2089 = R::fused(t2088, t1909, t2087); // other
+    t2090 = t1919 * t2089; // other
+    t2091 = R::fused(R::constant(0.037), t1922, t1449); // left_hip_yaw_link: sums of what it carries
+    // right_hip_yaw_link: sums of what it carries
+    t2092 = t1001 * R::constant(0.0251352875);
+    t2093 = R::fused(R::constant(0.00037), t1923, t2092);
+    t2094 = R::fused(R::constant(0.679875), t1000, t2093);
+    t2095 = t2091 + t2094;
+    t2096 = cos_q_right_ankle_roll * t2095;
+    t2097 = cos_t1 * t1711; // left_hip_roll_link: sums of what it carries
+    t2098 = R::fused(sin_t1, t1714, t2097); // left_hip_roll_link: sums of what it carries
+    t2099 = R::fused(t211, t1718, t2098); // left_hip_roll_link: sums of what it carries
+    // right_hip_roll_link: sums of what it carries
+    t2100 = t1034 * t1392;
+    t2101 = R::fused(t1037, t1405, t2100);
+    t2102 = R::fused(-t1001, t1397, t2101);
+    t2103 = t962 - t974;
+    t2104 = R::fused(-t1401, t2103, t2102);
+    t2105 = R::fused(-t1032, t225, t2104);
+    t2106 = t2099 + t2105;
+    t2107 = R::fused(t7, t1729, t2106);
+    // left_hip_yaw_link: sums of what it carries
+    t2108 = t1027 * t1427;
+    t2109 = R::fused(t1030, t1440, t2108);
+    t2110 = R::fused(-t1001, t1432, t2109);
+    t2111 = t962 - t969;
+    t2112 = R::fused(-t1436, t2111, t2110);
+    t2113 = R::fused(-t1025, t1446, t2112);
+    t2114 = t2107 + t2113;
+    // right_hip_yaw_link: sums of what it carries
+    t2115 = t1923 * R::constant(0.00151725002);
+    t2116 = R::fused(R::constant(0.00037), t1001, t2115);
+    t2117 = R::fused(R::constant(0.01), t1000, t2116);
+    t2118 = t2114 - t2117;
+    t2119 = R::fused(-sin_q_right_ankle_roll, t2118, t2096);
+    t2120 = R::constant(0.055) * t1926;
+    t2121 = R::fused(R::constant(-0.03), t2003, t2120);
+    t2122 = t2119 + t2121;
+    t2123 = t937 * R::constant(0.036949883333); // torso: sums of what it carries
+    t2124 = t933 - t979; // right_foot: wrench that its motion needs
+    // torso: sums of what it carries
+    t2125 = R::fused(t2124, R::constant(0.03062), t2123);
+    t2126 = t999 * R::constant(10.089585);
+    t2127 = R::fused(-t959, R::constant(5.440626), t2126);
+    t2128 = t2125 + t2127;
+    t2129 = t2122 + t2128;
+    t2130 = cos_q_right_ankle_roll * t1542; // right_hip_yaw_link: sums of what it carries
+    // left_hip_roll_link: sums of what it carries
+    t2131 = t1671 * t1674;
+    t2132 = R::fused(-t1670, t1673, t2131);
+    t2133 = t1633 - t2132;
+    t2134 = t211 * t208;
+    t2135 = R::fused(t196, t213, t2134);
+    t2136 = t2133 - t2135;
+    // right_hip_roll_link: sums of what it carries
+    t2137 = t2136 - t1405;
+    t2138 = t7 * t221;
+    t2139 = R::fused(t218, t226, t2138);
+    t2140 = t2137 - t2139;
+    t2141 = t2140 - t1440; // left_hip_yaw_link: sums of what it carries
+    t2142 = R::fused(R::constant(-0.037), t1967, t2141); // left_hip_yaw_link: sums of what it carries
+    t2143 = R::fused(-sin_q_right_ankle_roll, t2142, t2130); // right_hip_yaw_link: sums of what it carries
+    t2144 = R::fused(R::constant(0.03), t2009, t2143); // right_hip_yaw_link: sums of what it carries
+    t2145 = R::fused(-t2144, t1761, t2129); // other
+    t2146 = R::fused(R::constant(-0.037), t1681, t230); // left_hip_yaw_link: mass matrix
+    t2147 = cos_q_right_ankle_roll * t2146; // left_hip_yaw_link: mass matrix
+    t2148 = cos_t1 * t1536; // left_hip_roll_link: sums of what it carries
+    t2149 = R::fused(-sin_t1, t562, t2148); // left_hip_roll_link: sums of what it carries
+    t2150 = R::fused(-t196, t564, t2149); // left_hip_roll_link: sums of what it carries
+    t2151 = t2150 + t1397;
+    t2152 = R::fused(-t218, t564, t2151);
+    t2153 = t2152 + t1432; // left_hip_yaw_link: sums of what it carries
+    // left_hip_yaw_link: mass matrix
+    t2154 = R::fused(sin_q_right_ankle_roll, t2153, t2147);
+    t2155 = R::constant(0.055) * t1681;
+    t2156 = R::fused(R::constant(0.03), t2011, t2155);
+    t2157 = t2154 - t2156;
+    t2158 = R::fused(t2157, t1762, t2145); // other
+    // right_hip_roll_link: mass matrix
+    t2159 = R::fused(R::constant(-0.037), t221, t699);
+    t2160 = cos_q_right_ankle_roll * t2159;
+    t2161 = R::fused(sin_q_right_ankle_roll, t2151, t2160);
+    t2162 = R::constant(0.055) * t221;
+    t2163 = R::fused(R::constant(0.03), t2013, t2162);
+    t2164 = t2161 - t2163;
+    t2165 = R::fused(t2164, t1766, t2158); // other
+    // left_hip_roll_link: mass matrix
+    t2166 = R::fused(R::constant(-0.037), t208, t642);
+    t2167 = cos_q_right_ankle_roll * t2166;
+    t2168 = R::fused(sin_q_right_ankle_roll, t2149, t2167);
+    t2169 = R::constant(0.055) * t208;
+    t2170 = R::fused(R::constant(0.03), t2015, t2169);
+    t2171 = t2168 - t2170;
+    t2172 = R::fused(t2171, t1798, t2165); // other
+    // right_upper_leg: mass matrix
+    t2173 = R::fused(R::constant(0.037), t565, t572);
+    t2174 = cos_q_right_ankle_roll * t2173;
+    t2175 = cos_t1 * t1633;
+    t2176 = R::fused(sin_t1, t627, t2175);
+    t2177 = R::fused(-t211, t202, t2176);
+    t2178 = R::fused(-t7, t202, t2177);
+    t2179 = R::fused(-sin_q_right_ankle_roll, t2178, t2174);
+    t2180 = R::constant(0.055) * t565;
+    t2181 = R::fused(R::constant(0.03), t2018, t2180);
+    t2182 = t2179 + t2181;
+    t2183 = R::fused(-t2182, t1804, t2172); // other
+    // left_upper_leg: mass matrix
+    t2184 = R::fused(R::constant(-0.037), t500, t508);
+    t2185 = cos_q_right_ankle_roll * t2184;
+    t2186 = cos_t1 * t1618;
+    t2187 = R::fused(sin_t1, t561, t2186);
+    t2188 = R::fused(-t211, t1621, t2187);
+    t2189 = R::fused(-t7, t1621, t2188);
+    t2190 = R::fused(-sin_q_right_ankle_roll, t2189, t2185);
+    t2191 = R::constant(0.055) * t500;
+    t2192 = R::fused(R::constant(-0.03), t2021, t2191);
+    t2193 = t2190 - t2192;
+    t2194 = R::fused(t2193, t1805, t2183); // other
+    // right_lower_leg: mass matrix
+    t2195 = R::fused(R::constant(-0.037), t459, t467);
+    t2196 = cos_q_right_ankle_roll * t2195;
+    t2197 = cos_t1 * t1604;
+    t2198 = R::fused(sin_t1, t557, t2197);
+    t2199 = R::fused(-t211, t1607, t2198);
+    t2200 = R::fused(-t7, t1607, t2199);
+    t2201 = R::fused(-sin_q_right_ankle_roll, t2200, t2196);
+    t2202 = R::constant(0.055) * t459;
+    t2203 = R::fused(R::constant(-0.03), t2024, t2202);
+    t2204 = t2201 - t2203;
+    t2205 = R::fused(-t2204, t1859, t2194); // other
+    // left_lower_leg: mass matrix
+    t2206 = R::fused(R::constant(0.037), t423, t431);
+    t2207 = cos_q_right_ankle_roll * t2206;
+    t2208 = cos_t1 * t1590;
+    t2209 = R::fused(sin_t1, t601, t2208);
+    t2210 = R::fused(t211, t1594, t2209);
+    t2211 = R::fused(t7, t1594, t2210);
+    t2212 = R::fused(-sin_q_right_ankle_roll, t2211, t2207);
+    t2213 = R::constant(0.055) * t423;
+    t2214 = R::fused(R::constant(-0.03), t2027, t2213);
+    t2215 = t2212 + t2214;
+    t2216 = R::fused(t2215, t1867, t2205); // other
+    // right_ankle: mass matrix
+    t2217 = R::fused(R::constant(0.037), t386, t394);
+    t2218 = cos_q_right_ankle_roll * t2217;
+    t2219 = cos_t1 * t1577;
+    t2220 = R::fused(sin_t1, t593, t2219);
+    t2221 = R::fused(t211, t1581, t2220);
+    t2222 = R::fused(t7, t1581, t2221);
+    t2223 = R::fused(-sin_q_right_ankle_roll, t2222, t2218);
+    t2224 = R::constant(0.055) * t386;
+    t2225 = R::fused(R::constant(-0.03), t2030, t2224);
+    t2226 = t2223 + t2225;
+    t2227 = R::fused(-t2226, t1876, t2216); // other
+    // left_ankle: mass matrix
+    t2228 = R::fused(R::constant(0.037), t346, t354);
+    t2229 = cos_q_right_ankle_roll * t2228;
+    t2230 = cos_t1 * t1565;
+    t2231 = R::fused(sin_t1, t586, t2230);
+    t2232 = R::fused(t211, t1569, t2231);
+    t2233 = R::fused(t7, t1569, t2232);
+    t2234 = R::fused(-sin_q_right_ankle_roll, t2233, t2229);
+    t2235 = R::constant(0.055) * t346;
+    t2236 = R::fused(R::constant(-0.03), t2033, t2235);
+    t2237 = t2234 + t2236;
+    t2238 = R::fused(-t2237, t1886, t2227); // other
+    // right_foot: mass matrix
+    t2239 = R::fused(R::constant(0.037), t308, t316);
+    t2240 = cos_q_right_ankle_roll * t2239;
+    t2241 = cos_t1 * t1554;
+    t2242 = R::fused(sin_t1, t580, t2241);
+    t2243 = R::fused(t211, t1558, t2242);
+    t2244 = R::fused(t7, t1558, t2243);
+    t2245 = R::fused(-sin_q_right_ankle_roll, t2244, t2240);
+    t2246 = R::constant(0.055) * t308;
+    t2247 = R::fused(R::constant(-0.03), t2036, t2246);
+    t2248 = t2245 + t2247;
+    t2249 = R::fused(-t2248, t1897, t2238); // other
+    // left_foot: mass matrix
+    t2250 = R::fused(R::constant(0.037), t271, t279);
+    t2251 = cos_q_right_ankle_roll * t2250;
+    t2252 = cos_t1 * t1544;
+    t2253 = R::fused(sin_t1, t575, t2252);
+    t2254 = R::fused(t211, t1548, t2253);
+    t2255 = R::fused(t7, t1548, t2254);
+    t2256 = R::fused(-sin_q_right_ankle_roll, t2255, t2251);
+    t2257 = R::constant(0.055) * t271;
+    t2258 = R::fused(R::constant(-0.03), t2039, t2257);
+    t2259 = t2256 + t2258;
+    t2260 = R::fused(t2259, t1909, t2249); // other
+    t2261 = R::fused(-t1945, t2260, t2090); // other
+    t2262 = sin_q_right_ankle_roll * t2095; // right_hip_yaw_link: sums of what it carries
+    t2263 = R::fused(cos_q_right_ankle_roll, t2118, t2262); // right_hip_yaw_link: sums of what it carries
+    t2264 = R::fused(R::constant(0.03), t1957, t2263); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t2265 = t893 * R::constant(0.018618449997);
+    t2266 = R::fused(t895, R::constant(0.03062), t2265);
+    t2267 = R::fused(-t930, R::constant(5.440626), t2266);
+    t2268 = t2264 + t2267;
+    t2269 = sin_q_right_ankle_roll * t1542; // right_hip_yaw_link: sums of what it carries
+    t2270 = R::fused(cos_q_right_ankle_roll, t2142, t2269); // right_hip_yaw_link: sums of what it carries
+    t2271 = R::fused(R::constant(0.03), t1965, t2270); // right_hip_yaw_link: mass matrix
+    t2272 = R::fused(-t2271, t1761, t2268); // other
+    t2273 = sin_q_right_ankle_roll * t2146; // left_hip_yaw_link: mass matrix
+    t2274 = R::fused(-cos_q_right_ankle_roll, t2153, t2273); // left_hip_yaw_link: mass matrix
+    t2275 = R::fused(R::constant(-0.03), t1968, t2274); // left_hip_yaw_link: mass matrix
+    t2276 = R::fused(t2275, t1762, t2272); // other
+    t2277 = sin_q_right_ankle_roll * t2159; // right_hip_roll_link: mass matrix
+    t2278 = R::fused(-cos_q_right_ankle_roll, t2151, t2277); // right_hip_roll_link: mass matrix
+    t2279 = R::fused(R::constant(-0.03), t1970, t2278); // right_hip_roll_link: mass matrix
+    t2280 = R::fused(t2279, t1766, t2276); // other
+    t2281 = sin_q_right_ankle_roll * t2166; // left_hip_roll_link: mass matrix
+    t2282 = R::fused(-cos_q_right_ankle_roll, t2149, t2281); // left_hip_roll_link: mass matrix
+    t2283 = R::fused(R::constant(-0.03), t1972, t2282); // left_hip_roll_link: mass matrix
+    t2284 = R::fused(t2283, t1798, t2280); // other
+    t2285 = sin_q_right_ankle_roll * t2173; // right_upper_leg: mass matrix
+    t2286 = R::fused(cos_q_right_ankle_roll, t2178, t2285); // right_upper_leg: mass matrix
+    t2287 = R::fused(R::constant(-0.03), t1975, t2286); // right_upper_leg: mass matrix
+    t2288 = R::fused(-t2287, t1804, t2284); // other
+    t2289 = sin_q_right_ankle_roll * t2184; // left_upper_leg: mass matrix
+    t2290 = R::fused(cos_q_right_ankle_roll, t2189, t2289); // left_upper_leg: mass matrix
+    t2291 = R::fused(R::constant(-0.03), t1978, t2290); // left_upper_leg: mass matrix
+    t2292 = R::fused(t2291, t1805, t2288); // other
+    t2293 = sin_q_right_ankle_roll * t2195; // right_lower_leg: mass matrix
+    t2294 = R::fused(cos_q_right_ankle_roll, t2200, t2293); // right_lower_leg: mass matrix
+    t2295 = R::fused(R::constant(-0.03), t1981, t2294); // right_lower_leg: mass matrix
+    t2296 = R::fused(-t2295, t1859, t2292); // other
+    t2297 = sin_q_right_ankle_roll * t2206; // left_lower_leg: mass matrix
+    t2298 = R::fused(cos_q_right_ankle_roll, t2211, t2297); // left_lower_leg: mass matrix
+    t2299 = R::fused(R::constant(0.03), t1984, t2298); // left_lower_leg: mass matrix
+    t2300 = R::fused(t2299, t1867, t2296); // other
+    t2301 = sin_q_right_ankle_roll * t2217; // right_ankle: mass matrix
+    t2302 = R::fused(cos_q_right_ankle_roll, t2222, t2301); // right_ankle: mass matrix
+    t2303 = R::fused(R::constant(0.03), t1987, t2302); // right_ankle: mass matrix
+    t2304 = R::fused(-t2303, t1876, t2300); // other
+    t2305 = sin_q_right_ankle_roll * t2228; // left_ankle: mass matrix
+    t2306 = R::fused(cos_q_right_ankle_roll, t2233, t2305); // left_ankle: mass matrix
+    t2307 = R::fused(R::constant(0.03), t1990, t2306); // left_ankle: mass matrix
+    t2308 = R::fused(-t2307, t1886, t2304); // other
+    t2309 = sin_q_right_ankle_roll * t2239; // right_foot: mass matrix
+    t2310 = R::fused(cos_q_right_ankle_roll, t2244, t2309); // right_foot: mass matrix
+    t2311 = R::fused(R::constant(0.03), t1993, t2310); // right_foot: mass matrix
+    t2312 = R::fused(-t2311, t1897, t2308); // other
+    t2313 = sin_q_right_ankle_roll * t2250; // left_foot: mass matrix
+    t2314 = R::fused(cos_q_right_ankle_roll, t2255, t2313); // left_foot: mass matrix
+    let (t2315, t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323);
+    t2315 = R::fused(R::constant(0.03), t1996, t2314); // left_foot: mass matrix
+    // other
+    t2316 = R::fused(t2315, t1909, t2312);
+    t2317 = R::fused(t2001, t2316, t2261);
+    t2318 = t2048 * t2089;
+    t2319 = R::fused(-t2052, t2260, t2318);
+    t2320 = R::fused(t2056, t2316, t2319);
+    t2321 = t999 * t2089;
+    t2322 = R::fused(-t930, t2260, t2321);
+    t2323 = R::fused(t959, t2316, t2322);
     *out = [[
-        t1530, t1542, t1555, t1556, t1561, t1563, t1525, t1517, t1497, t1476, t1465, t1461, t1577, t1595, t1613, t1628,
-        t1643, t1659, t1734, t1750, t1753, t1856, t1859, t1862,
+        t1814, t1826, t1844, t1845, t1850, t1852, t1805, t1804, t1798, t1766, t1762, t1761, t1859, t1867, t1876, t1886,
+        t1897, t1909, t2041, t2057, t2060, t2317, t2320, t2323,
     ]];
 }
 }
@@ -6289,7 +6785,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
 /// Rows: all the elements of [`v`](super::V_NAMES), then `left_foot/force/x`, `left_foot/force/y`, `left_foot/force/z`,
 /// `left_foot/moment/x`, `left_foot/moment/y`, `left_foot/moment/z`; m/s², then rad/s², then N, then N m.
 /// Source: (4.23), Table 4.1, corrected.
-/// 2699 operations: 410 add, 598 mul, 840 fused, 11 div, 14 sin_cos. For two limbs at once: 6 pairs of them.
+/// 3542 operations: 400 add, 687 mul, 1222 fused, 11 div, 14 sin_cos. For two limbs at once: 6 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_left_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -6394,579 +6890,576 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     ]);
     let (
         t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26, t27,
-        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49,
-        t50, t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71,
-        t72, t73, t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93,
-        t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112,
-        t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130,
-        t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148,
-        t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166,
-        t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184,
-        t185, t186, t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202,
-        t203, t204, t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220,
-        t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238,
-        t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256,
-        t257, t258, t259, t260,
+        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45_46, t47, t48, t49, t50,
+        t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72,
+        t73, t74, t75, t76, t77_78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t95,
+        t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114,
+        t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132,
+        t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150,
+        t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167, t168,
+        t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
+        t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204,
+        t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222,
+        t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240,
+        t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258,
+        t259, t260, t261, t262,
     );
     t5 = v_base_angular_y * v_base_linear_z; // torso: motion
     t6 = R::fused(-v_base_angular_z, v_base_linear_y, t5); // torso: motion
-    t7 = v_base_angular_x * sin_q_left_hip_yaw; // left_hip_yaw_link: motion
-    t8 = R::fused(-v_base_angular_y, cos_q_left_hip_yaw, t7); // left_hip_yaw_link: motion
-    t9 = t8 * cos_q_left_hip_roll; // left_hip_roll_link: motion
-    t10 = v_base_angular_z + v_left_hip_yaw; // left_hip_yaw_link: motion
-    t11 = R::fused(-t10, sin_q_left_hip_roll, t9); // left_hip_roll_link: motion
-    t12 = t11 - v_left_hip_pitch; // left_upper_leg: motion
-    t13 = t12 - v_left_knee_pitch; // left_lower_leg: motion
-    t14 = t13 - v_left_ankle_pitch; // left_ankle: motion
-    t15 = t14 * cos_q_left_ankle_roll; // left_foot: motion
-    t16 = t8 * sin_q_left_hip_roll; // left_hip_roll_link: motion
-    t17 = R::fused(t10, cos_q_left_hip_roll, t16); // left_hip_roll_link: motion
-    t18 = t17 * cos_q_left_hip_pitch; // left_upper_leg: motion
-    t19 = v_base_angular_x * cos_q_left_hip_yaw; // left_hip_yaw_link: motion
-    t20 = R::fused(v_base_angular_y, sin_q_left_hip_yaw, t19); // left_hip_yaw_link: motion
-    t21 = t20 + v_left_hip_roll; // left_hip_roll_link: motion
-    t22 = R::fused(t21, sin_q_left_hip_pitch, t18); // left_upper_leg: motion
-    t23 = t22 * cos_q_left_knee_pitch; // left_lower_leg: motion
-    t24 = t17 * sin_q_left_hip_pitch; // left_upper_leg: motion
-    t25 = R::fused(-t21, cos_q_left_hip_pitch, t24); // left_upper_leg: motion
-    t26 = R::fused(-t25, sin_q_left_knee_pitch, t23); // left_lower_leg: motion
-    t27 = t26 * cos_q_left_ankle_pitch; // left_ankle: motion
-    t28 = t22 * sin_q_left_knee_pitch; // left_lower_leg: motion
-    t29 = R::fused(t25, cos_q_left_knee_pitch, t28); // left_lower_leg: motion
-    t30 = R::fused(-t29, sin_q_left_ankle_pitch, t27); // left_ankle: motion
-    t31 = R::fused(-t30, sin_q_left_ankle_roll, t15); // left_foot: motion
-    t32 = t26 * sin_q_left_ankle_pitch; // left_ankle: motion
-    t33 = R::fused(t29, cos_q_left_ankle_pitch, t32); // left_ankle: motion
-    t34 = t33 - v_left_ankle_roll; // left_foot: motion
-    t35 = t31 * t34; // left_foot: motion
-    t36 = t35 * R::constant(0.03); // right_hip_yaw_link: motion
-    t37 = t14 * sin_q_left_ankle_roll; // left_foot: motion
-    t38 = R::fused(t30, cos_q_left_ankle_roll, t37); // left_foot: motion
-    t39 = t31 * t38; // left_foot: motion
-    t40 = R::fused(t39, R::constant(0.055), t36); // right_hip_yaw_link: motion
-    // torso: motion
-    t41 = q_base_qz * R::constant(2.0);
-    t42 = q_base_qx * t41;
-    t43 = q_base_qy * R::constant(2.0);
-    t44 = q_base_qw * t43;
-    t45 = t42 - t44;
-    // other
-    t46 = cos_q_left_ankle_pitch * sin_q_left_ankle_roll;
-    t47 = cos_q_left_knee_pitch * t46;
-    t48 = sin_q_left_ankle_pitch * sin_q_left_ankle_roll;
-    t49 = R::fused(-sin_q_left_knee_pitch, t48, t47);
-    t50 = sin_q_left_hip_pitch * t49;
-    t51 = sin_q_left_knee_pitch * t46;
-    t52 = R::fused(cos_q_left_knee_pitch, t48, t51);
-    t53 = R::fused(cos_q_left_hip_pitch, t52, t50);
-    t54 = cos_q_left_hip_yaw * t53;
-    t55 = cos_q_left_hip_roll * cos_q_left_ankle_roll;
-    t56 = cos_q_left_hip_pitch * t49;
-    t57 = R::fused(-sin_q_left_hip_pitch, t52, t56);
-    t58 = R::fused(-sin_q_left_hip_roll, t57, t55);
-    t59 = R::fused(-sin_q_left_hip_yaw, t58, t54);
-    t60 = t45 * t59;
-    // torso: motion
-    t61 = q_base_qy * t41;
-    t62 = q_base_qx * R::constant(2.0);
-    t63 = q_base_qw * t62;
-    t64 = t61 + t63;
-    t65 = sin_q_left_hip_yaw * t53; // other
-    t66 = R::fused(cos_q_left_hip_yaw, t58, t65); // other
-    t67 = R::fused(t64, t66, t60); // other
-    t68 = q_base_qx * t62;
-    t69 = q_base_qy * t43;
-    t70 = t68 + t69;
-    t71 = R::constant(1.0) - t70;
-    t72 = sin_q_left_hip_roll * cos_q_left_ankle_roll; // other
-    t73 = R::fused(cos_q_left_hip_roll, t57, t72); // other
-    t74 = R::fused(t71, t73, t67); // other
-    t75 = R::fused(R::constant(9.81), t74, -t40); // right_hip_yaw_link: motion
-    t76 = sin_q_left_ankle_roll * t75; // right_hip_yaw_link: motion
-    t77 = t34 * t34; // left_foot: motion
-    t78 = t31 * t31; // left_foot: motion
-    t79 = t77 + t78; // left_foot: motion
-    t80 = t79 * R::constant(0.055); // other
-    t81 = t38 * t34; // left_foot: motion
-    t82 = R::fused(-t81, R::constant(0.03), t80); // right_hip_yaw_link: motion
-    // other
-    t83 = cos_q_left_ankle_pitch * cos_q_left_ankle_roll;
-    t84 = cos_q_left_knee_pitch * t83;
-    t85 = sin_q_left_ankle_pitch * cos_q_left_ankle_roll;
-    t86 = R::fused(-sin_q_left_knee_pitch, t85, t84);
-    t87 = sin_q_left_hip_pitch * t86;
-    t88 = sin_q_left_knee_pitch * t83;
-    t89 = R::fused(cos_q_left_knee_pitch, t85, t88);
-    t90 = R::fused(cos_q_left_hip_pitch, t89, t87);
-    t91 = cos_q_left_hip_yaw * t90;
-    t92 = cos_q_left_hip_roll * sin_q_left_ankle_roll;
-    t93 = cos_q_left_hip_pitch * t86;
-    t94 = R::fused(-sin_q_left_hip_pitch, t89, t93);
-    t95 = R::fused(sin_q_left_hip_roll, t94, t92);
-    t96 = R::fused(sin_q_left_hip_yaw, t95, t91);
-    t97 = t45 * t96;
-    t98 = sin_q_left_hip_yaw * t90;
-    t99 = R::fused(-cos_q_left_hip_yaw, t95, t98);
-    t100 = R::fused(t64, t99, t97);
-    t101 = sin_q_left_hip_roll * sin_q_left_ankle_roll;
-    t102 = R::fused(-cos_q_left_hip_roll, t94, t101);
-    t103 = R::fused(-t71, t102, t100);
-    t104 = R::fused(R::constant(9.81), t103, -t82); // right_hip_yaw_link: motion
-    t105 = R::fused(cos_q_left_ankle_roll, t104, t76); // right_hip_yaw_link: motion
-    t106 = t33 * t33; // left_ankle: motion
-    // right_hip_yaw_link: motion
-    t107 = cos_q_left_ankle_roll * t31;
-    t108 = R::fused(sin_q_left_ankle_roll, t38, t107);
-    t109 = t108 * t108;
-    t110 = t106 + t109;
-    t111 = R::fused(R::constant(-0.037), t110, t105); // left_hip_yaw_link: motion
-    t112 = R::constant(0.273) * sin_q_left_ankle_pitch; // other
-    t113 = t38 * v_left_ankle_roll; // left_foot: motion
-    t114 = cos_q_left_ankle_roll * t113;
-    t115 = t31 * v_left_ankle_roll; // left_foot: motion
-    t116 = R::fused(-sin_q_left_ankle_roll, t115, t114);
-    t117 = sin_q_left_ankle_roll * t31;
-    t118 = R::fused(-cos_q_left_ankle_roll, t38, t117);
-    t119 = t33 * t118;
-    t120 = t116 + t119;
-    t121 = t112 * t120; // right_hip_roll_link: motion
-    t122 = v_left_ankle_pitch + t108; // left_hip_yaw_link: motion
-    t123 = t122 * t122; // left_hip_yaw_link: motion
-    t124 = t106 + t123; // left_hip_yaw_link: motion
-    t125 = R::constant(0.273) * cos_q_left_ankle_pitch; // right_hip_roll_link: motion
-    t126 = R::fused(t124, t125, t121); // right_hip_roll_link: motion
-    t127 = t111 - t126; // right_hip_roll_link: motion
-    t128 = R::constant(0.315) * sin_t0; // left_hip_roll_link: motion
-    t129 = t120 * t128; // left_hip_roll_link: motion
-    t130 = v_left_knee_pitch + t122; // right_hip_roll_link: motion
-    t131 = t130 * t130; // right_hip_roll_link: motion
-    t132 = t106 + t131; // right_hip_roll_link: motion
-    // left_hip_roll_link: motion
-    t133 = R::constant(0.315) * cos_t0;
-    t134 = R::fused(t132, t133, t129);
-    t135 = t127 - t134;
-    t136 = sin_t1 * t135;
-    t137 = t38 * t38; // left_foot: motion
-    t138 = t78 + t137; // left_foot: motion
-    t139 = t138 * R::constant(0.03); // other
-    t140 = R::fused(-t81, R::constant(0.055), t139); // right_hip_yaw_link: motion
-    // other
-    t141 = cos_q_left_knee_pitch * sin_q_left_ankle_pitch;
-    t142 = R::fused(sin_q_left_knee_pitch, cos_q_left_ankle_pitch, t141);
-    t143 = sin_q_left_hip_pitch * t142;
-    t144 = sin_q_left_knee_pitch * sin_q_left_ankle_pitch;
-    t145 = R::fused(-cos_q_left_knee_pitch, cos_q_left_ankle_pitch, t144);
-    t146 = R::fused(cos_q_left_hip_pitch, t145, t143);
-    t147 = cos_q_left_hip_yaw * t146;
-    t148 = cos_q_left_hip_pitch * t142;
-    t149 = R::fused(-sin_q_left_hip_pitch, t145, t148);
-    t150 = sin_q_left_hip_roll * t149;
-    t151 = R::fused(sin_q_left_hip_yaw, t150, t147);
-    t152 = t45 * t151;
-    t153 = sin_q_left_hip_yaw * t146;
-    t154 = R::fused(-cos_q_left_hip_yaw, t150, t153);
-    t155 = R::fused(t64, t154, t152);
-    t156 = cos_q_left_hip_roll * t149;
-    t157 = R::fused(t71, t156, t155);
-    t158 = R::fused(R::constant(9.81), t157, -t140); // right_hip_yaw_link: motion
-    t159 = t116 - t119; // right_hip_yaw_link: motion
-    t160 = R::fused(R::constant(0.037), t159, t158); // left_hip_yaw_link: motion
-    t161 = t118 * t118; // right_hip_yaw_link: motion
-    t162 = t161 + t123; // left_hip_yaw_link: motion
-    // right_hip_roll_link: motion
-    t163 = t112 * t162;
-    t164 = R::fused(-t159, t125, t163);
-    t165 = t160 - t164;
-    t166 = t161 + t131;
-    // left_hip_roll_link: motion
-    t167 = t166 * t128;
-    t168 = R::fused(-t159, t133, t167);
-    t169 = t165 - t168;
-    t170 = R::fused(-cos_t1, t169, t136);
-    t171 = cos_q_left_hip_yaw * t170; // left_upper_leg: motion
-    t172 = cos_q_left_ankle_roll * t75; // right_hip_yaw_link: motion
-    t173 = R::fused(-sin_q_left_ankle_roll, t104, t172); // right_hip_yaw_link: motion
-    t174 = t108 * t118; // right_hip_yaw_link: motion
-    t175 = R::fused(R::constant(0.037), t174, t173); // left_hip_yaw_link: motion
-    t176 = sin_q_left_ankle_roll * t113; // right_hip_yaw_link: motion
-    t177 = R::fused(cos_q_left_ankle_roll, t115, t176); // right_hip_yaw_link: motion
-    t178 = R::fused(t33, v_left_ankle_pitch, -t177); // left_hip_yaw_link: motion
-    t179 = t33 * t122; // left_hip_yaw_link: motion
-    t180 = t178 + t179; // left_hip_yaw_link: motion
-    t181 = t112 * t180; // right_hip_roll_link: motion
-    t182 = v_left_ankle_pitch * t118; // left_hip_yaw_link: motion
-    t183 = t118 * t122; // left_hip_yaw_link: motion
-    t184 = t182 + t183; // left_hip_yaw_link: motion
-    // right_hip_roll_link: motion
-    t185 = R::fused(-t184, t125, t181);
-    t186 = t175 - t185;
-    t187 = R::fused(v_left_knee_pitch, t33, t178);
-    t188 = t33 * t130;
-    t189 = t187 + t188;
-    t190 = t189 * t128; // left_hip_roll_link: motion
-    t191 = R::fused(v_left_knee_pitch, t118, t182);
-    t192 = t118 * t130;
-    t193 = t191 + t192;
-    t194 = R::fused(-t193, t133, t190); // left_hip_roll_link: motion
-    t195 = t186 - t194; // left_hip_roll_link: motion
-    t196 = cos_q_left_hip_roll * t195; // right_upper_leg: motion
-    t197 = cos_t1 * t135; // left_hip_roll_link: motion
-    t198 = R::fused(sin_t1, t169, t197); // left_hip_roll_link: motion
-    t199 = R::fused(-sin_q_left_hip_roll, t198, t196); // right_upper_leg: motion
-    t200 = R::fused(-sin_q_left_hip_yaw, t199, t171); // left_upper_leg: motion
-    t201 = cos_t1 * t118; // left_hip_roll_link: motion
-    t202 = R::fused(-t33, sin_t1, t201); // left_hip_roll_link: motion
-    t203 = R::fused(-v_left_hip_roll, t202, t116); // right_upper_leg: motion
-    t204 = sin_q_left_hip_roll * t203; // right_upper_leg: motion
-    // left_hip_roll_link: motion
-    t205 = R::fused(v_left_hip_pitch, t33, t187);
-    t206 = cos_t1 * t205;
-    t207 = R::fused(v_left_hip_pitch, t118, t191);
-    t208 = R::fused(sin_t1, t207, t206);
-    t209 = v_left_hip_pitch + t130;
-    t210 = R::fused(-v_left_hip_roll, t209, t208); // right_upper_leg: motion
-    t211 = R::fused(-cos_q_left_hip_roll, t210, t204); // right_upper_leg: motion
-    t212 = sin_t1 * t118;
-    t213 = R::fused(t33, cos_t1, t212);
-    t214 = v_left_hip_roll + t213; // right_upper_leg: motion
-    t215 = cos_q_left_hip_yaw * t214; // left_upper_leg: motion
-    t216 = cos_q_left_hip_roll * t209; // right_upper_leg: motion
-    t217 = R::fused(-sin_q_left_hip_roll, t202, t216); // right_upper_leg: motion
-    // left_upper_leg: motion
-    t218 = R::fused(-sin_q_left_hip_yaw, t217, t215);
-    t219 = sin_q_left_hip_yaw * t214;
-    t220 = R::fused(cos_q_left_hip_yaw, t217, t219);
-    t221 = R::fused(t218, t220, t211);
-    t222 = R::fused(R::constant(-0.0764), t221, t200); // other
-    t223 = sin_t4 * sin_t4; // right_foot: sums of what it carries
-    t224 = R::constant(0.0165) * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t225 = sin_q_right_ankle_roll * R::constant(13.432835824540797); // left_foot: articulated inertia
-    t226 = t224 * t225; // left_foot: articulated inertia
-    t227 = t223 * t226; // right_foot: articulated inertia
+    t7 = R::constant(0.273) * sin_q_left_ankle_pitch;
+    t8 = cos_q_right_ankle_roll * R::constant(0.001221); // right_foot: sums of what it carries
+    t9 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
+    t10 = R::constant(0.00009166667) * t9; // right_foot: sums of what it carries
+    t11 = t10 + R::constant(0.0005683333315); // left_foot: sums of what it carries
+    t12 = t8 + t11; // left_foot: sums of what it carries
+    t13 = R::constant(0.0039379874985) + t12; // right_foot: sums of what it carries
+    t14 = R::constant(0.273) * sin_t3; // right_foot: motion
     // right_foot: sums of what it carries
-    t228 = R::constant(0.0165) * cos_q_right_ankle_roll;
-    t229 = R::constant(0.023125) + t228;
-    t230 = t229 * cos_t4;
-    t231 = R::constant(0.000612) * sin_q_right_ankle_roll;
-    t232 = R::fused(-t231, t225, R::constant(0.0154)); // right_foot: articulated inertia
-    t233 = R::fused(sin_t4, t232, t230); // right_foot: articulated inertia
-    t234 = cos_q_right_ankle_roll * R::constant(0.0006105);
-    t235 = sin_q_right_ankle_roll * sin_q_right_ankle_roll;
-    t236 = R::constant(0.00009166667) * t235;
-    t237 = t236 + R::constant(0.0005683333315); // left_foot: sums of what it carries
-    t238 = sin_q_right_ankle_roll * R::constant(0.4982360924011495); // factors of the mass matrix
-    t239 = R::fused(t231, t238, -t237); // left_foot: articulated inertia
-    t240 = t234 - t239; // left_foot: articulated inertia
-    t241 = t234 + t240; // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t242 = R::constant(0.0039379874985) + t241;
-    t243 = R::constant(1.0) / t242;
-    t244 = t233 * t243;
-    t245 = R::fused(t233, t244, t227);
-    t246 = R::constant(0.3111) * cos_t3; // left_ankle: sums of what it carries
-    t247 = R::fused(R::constant(0.008), sin_t3, t246); // left_ankle: sums of what it carries
-    t248 = R::constant(0.273) * cos_t3; // right_foot: motion
-    t249 = t248 * t245;
-    t250 = R::constant(0.273) * sin_t3; // right_foot: motion
-    t251 = sin_t4 * cos_t4; // right_foot: sums of what it carries
-    t252 = t251 * t226;
-    t253 = t229 * sin_t4; // right_foot: sums of what it carries
-    t254 = R::fused(-cos_t4, t232, t253);
-    t255 = R::fused(-t254, t244, t252);
-    t256 = R::fused(-t250, t255, t249);
-    t257 = t247 - t256; // left_ankle: articulated inertia
-    t258 = t248 * t256;
-    t259 = t248 * t255;
-    t260 = t226 - t227;
-    let (
-        t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278,
-        t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296,
-        t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314,
-        t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332,
-        t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350,
-        t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368,
-        t369, t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386,
-        t387, t388, t389, t390, t391, t392, t393, t394, t395, t396_397, t398, t399, t400, t401, t402, t403, t404,
-        t405_406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423,
-        t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441,
-        t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459,
-        t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477,
-        t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495,
-        t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513,
-        t514, t515, t516, t517, t518,
-    );
-    t261 = t254 * t243;
-    t262 = R::fused(t254, t261, t260);
-    t263 = R::fused(-t250, t262, t259);
-    t264 = R::fused(-t250, t263, t258);
-    // left_ankle: articulated inertia
-    t265 = R::constant(0.07325338333) - t264;
-    t266 = R::constant(1.0) / t265;
-    t267 = t257 * t266;
-    t268 = R::fused(t257, t267, t245);
-    t269 = R::constant(0.8355) * cos_q_right_hip_pitch; // right_ankle: sums of what it carries
-    t270 = R::fused(R::constant(0.012), sin_q_right_hip_pitch, t269); // right_ankle: sums of what it carries
-    t271 = cos_q_right_hip_pitch * R::constant(0.315); // left_ankle: motion
-    t272 = t271 * t268;
-    t273 = sin_q_right_hip_pitch * R::constant(0.315); // left_ankle: motion
-    t274 = R::constant(0.3111) * sin_t3; // left_ankle: sums of what it carries
-    t275 = R::fused(R::constant(-0.008), cos_t3, t274); // left_ankle: sums of what it carries
-    t276 = t275 + t263;
-    t277 = R::fused(-t276, t267, t255);
-    t278 = R::fused(-t273, t277, t272);
-    t279 = t270 - t278; // right_ankle: articulated inertia
-    t280 = t271 * t278;
-    t281 = t271 * t277;
-    t282 = t276 * t266;
-    t283 = R::fused(t276, t282, t262);
-    t284 = R::fused(-t273, t283, t281);
-    t285 = R::fused(-t273, t284, t280);
-    // right_ankle: articulated inertia
-    t286 = R::constant(0.231642) - t285;
-    t287 = R::constant(1.0) / t286;
-    t288 = t279 * t287;
-    t289 = R::fused(t279, t288, t268);
-    t290 = R::constant(0.000612) * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t291 = t290 * t225; // left_foot: articulated inertia
-    t292 = t223 * t291; // right_foot: articulated inertia
-    t293 = cos_q_right_ankle_roll * R::constant(13.432835824540797); // left_foot: articulated inertia
-    t294 = t224 * t293; // left_foot: articulated inertia
-    t295 = R::constant(0.037) * t294; // left_foot: articulated inertia
-    t296 = t224 + t295; // right_foot: articulated inertia
-    t297 = R::fused(t251, t296, t292); // right_foot: articulated inertia
-    t298 = sin_q_right_ankle_roll * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t299 = R::constant(0.00009166667) * t298; // right_foot: sums of what it carries
-    t300 = R::fused(-t290, t238, t299); // left_foot: articulated inertia
-    t301 = R::fused(sin_q_right_ankle_roll, R::constant(0.0006105), -t300); // left_foot: articulated inertia
-    t302 = sin_t4 * t301; // right_foot: articulated inertia
-    t303 = t231 * t293; // left_foot: articulated inertia
-    t304 = R::constant(0.037) * t303; // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t305 = R::fused(cos_t4, t304, t302);
-    t306 = R::fused(-t305, t244, t297);
-    t307 = sin_t4 * t294;
-    t308 = R::fused(-t303, t244, t307);
-    t309 = t248 * t308;
-    t310 = t306 + t309;
-    t311 = R::constant(0.00024) * sin_t3; // left_ankle: sums of what it carries
-    t312 = R::fused(R::constant(-0.000016), cos_t3, t311); // left_ankle: sums of what it carries
-    t313 = t248 * t306;
-    t314 = t223 * t296;
-    t315 = R::fused(-t251, t291, t314);
-    t316 = t295 - t315;
-    t317 = R::fused(t305, t261, t316);
-    t318 = R::fused(-t250, t317, t313);
-    t319 = cos_t4 * t294;
-    t320 = t303 * t243;
-    t321 = R::fused(t254, t320, t319);
-    t322 = t250 * t321;
-    t323 = t309 - t322;
-    t324 = R::fused(t248, t323, t318);
-    // left_ankle: articulated inertia
-    t325 = t312 - t324;
-    t326 = R::fused(t325, t267, t310);
-    t327 = R::fused(-t323, t267, t308);
-    t328 = t271 * t327;
-    t329 = t326 + t328;
-    t330 = R::constant(0.00193) * sin_q_right_hip_pitch; // right_ankle: sums of what it carries
-    t331 = R::fused(R::constant(-0.000048), cos_q_right_hip_pitch, t330); // right_ankle: sums of what it carries
-    t332 = t271 * t326;
-    t333 = R::fused(t248, t321, t317); // right_foot: articulated inertia
-    t334 = R::fused(-t325, t282, t333);
-    t335 = R::fused(-t273, t334, t332);
-    t336 = t323 * t266;
-    t337 = R::fused(t276, t336, t321);
-    t338 = t273 * t337;
-    t339 = t328 - t338;
-    t340 = R::fused(t271, t339, t335);
-    t341 = t331 - t340; // right_ankle: articulated inertia
-    t342 = R::fused(t341, t288, t329); // right_ankle: articulated inertia
-    t343 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
-    t344 = R::constant(0.22879800003) * t343; // right_ankle: sums of what it carries
-    t345 = sin_q_right_hip_pitch * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
-    t346 = R::fused(-t345, R::constant(0.004), t344); // right_ankle: sums of what it carries
-    t347 = R::constant(0.230220000015) - t346; // right_ankle: sums of what it carries
+    t15 = R::constant(0.0165) * cos_q_right_ankle_roll;
+    t16 = R::constant(0.023125) + t15;
+    t17 = t16 * sin_t4;
+    t18 = R::fused(R::constant(-0.0154), cos_t4, t17);
+    t19 = t14 * t18;
+    t20 = R::constant(2.0) * t19;
+    t21 = R::constant(0.273) * cos_t3; // right_foot: motion
+    t22 = t16 * cos_t4;
+    t23 = R::fused(R::constant(0.0154), sin_t4, t22);
+    t24 = t21 * t23;
+    t25 = R::constant(2.0) * t24;
+    t26 = t20 + t25;
+    t27 = t13 + t26;
+    t28 = R::constant(0.07325338333) + t27; // left_ankle: sums of what it carries
+    t29 = sin_q_right_hip_pitch * R::constant(0.315); // left_ankle: motion
     // left_ankle: sums of what it carries
-    t348 = sin_t3 * sin_t3;
-    t349 = R::constant(0.072308716667) * t348;
-    t350 = sin_t3 * cos_t3;
-    t351 = R::fused(-t350, R::constant(0.00172), t349);
-    t352 = R::constant(0.0727810499985) - t351;
-    t353 = t228 * t293; // left_foot: articulated inertia
-    t354 = R::fused(-t353, R::constant(0.001369), R::constant(0.0008355375)); // right_foot: articulated inertia
-    t355 = t236 - R::constant(0.0006600000015); // left_foot: sums of what it carries
-    t356 = cos_q_right_ankle_roll * R::constant(0.4982360924011495); // left_foot: articulated inertia
-    t357 = R::fused(t290, t356, t355); // left_foot: articulated inertia
-    t358 = R::constant(0.0031024499985) - t357; // right_foot: articulated inertia
-    t359 = t354 - t358; // right_foot: articulated inertia
-    t360 = t223 * t359; // right_foot: articulated inertia
-    t361 = t290 * t293; // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t362 = R::fused(R::constant(-0.037), t361, R::constant(0.0005698));
-    t363 = R::constant(2.0) * t362;
-    t364 = R::fused(-t251, t363, t360);
-    t365 = t354 - t364;
-    t366 = t305 * t243;
-    t367 = R::fused(-t305, t366, t365);
-    t368 = R::constant(0.0154) - t361;
-    t369 = sin_t4 * t368;
-    t370 = R::fused(R::constant(-0.037), t353, R::constant(0.023125));
-    t371 = R::fused(cos_t4, t370, t369);
-    t372 = R::fused(-t305, t320, t371);
-    t373 = R::fused(t248, t372, t367);
-    t374 = R::fused(t303, t320, t353);
-    t375 = R::fused(-t248, t374, t372);
-    t376 = R::fused(t248, t375, t373);
-    // left_ankle: articulated inertia
-    t377 = t352 + t376;
-    t378 = t325 * t266;
-    t379 = R::fused(-t325, t378, t377);
-    t380 = t247 + t375;
-    t381 = R::fused(t325, t336, t380);
-    t382 = R::fused(t271, t381, t379);
-    t383 = R::fused(t323, t336, t374);
-    t384 = R::fused(-t271, t383, t381);
-    t385 = R::fused(t271, t384, t382);
-    t386 = t347 + t385; // right_ankle: articulated inertia
-    t387 = t341 * t287; // right_ankle: articulated inertia
-    t388 = R::fused(-t341, t387, t386); // right_ankle: articulated inertia
-    // left_lower_leg: articulated inertia
-    t389 = R::constant(0.0016005833535) + t388;
-    t390 = R::constant(1.0) / t389;
-    t391 = t342 * t390;
-    t392 = R::fused(t342, t391, t289);
-    t393 = sin_t2 * sin_t2; // right_lower_leg: sums of what it carries
-    t394 = t339 * t287; // right_ankle: articulated inertia
-    t395 = R::fused(t339, t394, t383); // right_ankle: articulated inertia
-    t396_397 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t398 = R::constant(0.8355) * sin_q_right_hip_pitch; // right_ankle: sums of what it carries
-    t399 = R::fused(R::constant(-0.012), cos_q_right_hip_pitch, t398); // right_ankle: sums of what it carries
-    t400 = t399 + t284; // right_ankle: articulated inertia
-    t401 = t400 * t287; // right_ankle: articulated inertia
-    t402 = R::fused(t400, t401, t283); // right_ankle: articulated inertia
-    t403 = t395 - t402;
-    t404 = t396_397.first() * t403;
-    t405_406 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t407 = R::fused(t400, t394, t337); // right_ankle: articulated inertia
-    t408 = R::constant(2.0) * t407;
-    t409 = R::fused(t405_406.first(), t408, t404);
-    t410 = t395 - t409;
-    t411 = t270 + t384; // right_ankle: articulated inertia
-    t412 = R::fused(t341, t394, t411); // right_ankle: articulated inertia
-    t413 = cos_q_right_hip_roll * t412;
-    t414 = R::fused(t271, t337, t334); // left_ankle: articulated inertia
-    t415 = R::fused(-t341, t401, t414); // right_ankle: articulated inertia
-    t416 = R::constant(0.01) + t415;
-    t417 = R::fused(sin_q_right_hip_roll, t416, t413);
-    t418 = t417 * t390;
-    t419 = R::fused(t417, t418, t410);
-    t420 = t392 - t419; // right_lower_leg: articulated inertia
-    t421 = t393 * t420; // right_lower_leg: articulated inertia
-    t422 = sin_t2 * cos_t2; // right_lower_leg: sums of what it carries
-    t423 = R::fused(-t339, t288, t327); // right_ankle: articulated inertia
-    t424 = cos_q_right_hip_roll * t423;
-    t425 = R::fused(-t400, t288, t277); // right_ankle: articulated inertia
-    t426 = R::fused(-sin_q_right_hip_roll, t425, t424);
-    t427 = R::fused(-t417, t391, t426);
-    t428 = R::constant(2.0) * t427; // right_lower_leg: articulated inertia
-    t429 = R::fused(t422, t428, t421); // right_lower_leg: articulated inertia
-    t430 = t392 - t429; // right_lower_leg: articulated inertia
-    // right_foot: articulated inertia
-    t431 = t224 - t315;
-    t432 = cos_t4 * t301;
-    t433 = R::fused(-sin_t4, t304, t432);
-    t434 = R::fused(-t433, t244, t431);
-    t435 = R::fused(-t250, t308, t434);
-    t436 = R::constant(0.00024) * cos_t3; // left_ankle: sums of what it carries
-    t437 = R::fused(R::constant(0.000016), sin_t3, t436); // left_ankle: sums of what it carries
-    t438 = t248 * t435;
-    t439 = t291 - t297;
-    t440 = R::fused(t433, t261, t439);
-    t441 = t440 - t322;
-    t442 = R::fused(-t250, t441, t438);
-    t443 = t437 - t442; // left_ankle: articulated inertia
-    t444 = R::fused(t443, t267, t435); // left_ankle: articulated inertia
-    t445 = R::fused(-t273, t327, t444); // left_ankle: articulated inertia
-    t446 = R::constant(0.00193) * cos_q_right_hip_pitch; // right_ankle: sums of what it carries
-    t447 = R::fused(R::constant(0.000048), sin_q_right_hip_pitch, t446); // right_ankle: sums of what it carries
-    // left_ankle: articulated inertia
-    t448 = t271 * t445;
-    t449 = R::fused(-t443, t282, t441);
-    t450 = t449 - t338;
-    t451 = R::fused(-t273, t450, t448);
-    t452 = t447 - t451; // right_ankle: articulated inertia
-    t453 = R::fused(t452, t288, t445); // right_ankle: articulated inertia
-    t454 = R::constant(0.01) - t453; // left_lower_leg: articulated inertia
-    t455 = cos_q_right_hip_roll * t454; // left_lower_leg: articulated inertia
-    t456 = t343 * R::constant(0.004); // right_ankle: sums of what it carries
-    t457 = R::fused(R::constant(0.22879800003), t345, t456); // right_ankle: sums of what it carries
-    t458 = R::constant(0.002) - t457; // right_ankle: sums of what it carries
-    t459 = t348 * R::constant(0.00172); // left_ankle: sums of what it carries
-    t460 = R::fused(R::constant(0.072308716667), t350, t459); // left_ankle: sums of what it carries
-    t461 = R::constant(0.00086) - t460; // left_ankle: sums of what it carries
-    // right_foot: articulated inertia
-    t462 = t223 * t363;
-    t463 = R::fused(t251, t359, t462);
-    t464 = t362 - t463;
-    t465 = R::fused(-t433, t366, t464);
-    t466 = R::fused(-t250, t372, t465);
-    t467 = cos_t4 * t368;
-    t468 = R::fused(-sin_t4, t370, t467);
-    t469 = R::fused(-t433, t320, t468);
-    t470 = R::fused(t250, t374, t469);
-    t471 = R::fused(t248, t470, t466);
-    // left_ankle: articulated inertia
-    t472 = t461 + t471;
-    t473 = R::fused(-t443, t378, t472);
-    t474 = R::fused(-t273, t381, t473);
-    t475 = t275 - t470;
-    t476 = R::fused(-t443, t336, t475);
-    t477 = R::fused(-t273, t383, t476);
-    t478 = R::fused(-t271, t477, t474);
-    t479 = t458 + t478; // right_ankle: articulated inertia
-    t480 = R::fused(-t452, t387, t479); // right_ankle: articulated inertia
-    t481 = cos_q_right_hip_roll * t480; // left_lower_leg: articulated inertia
-    t482 = R::fused(t481, t391, t455); // left_lower_leg: articulated inertia
-    t483 = cos_t2 * t482; // right_lower_leg: articulated inertia
-    t484 = t399 + t477; // right_ankle: articulated inertia
-    t485 = R::fused(-t452, t394, t484); // right_ankle: articulated inertia
-    t486 = t396_397.first() * t485; // left_lower_leg: articulated inertia
-    t487 = R::fused(-t452, t401, t450); // right_ankle: articulated inertia
-    t488 = R::fused(t405_406.first(), t487, t486); // left_lower_leg: articulated inertia
-    t489 = t485 - t488; // left_lower_leg: articulated inertia
-    t490 = R::fused(t481, t418, t489); // left_lower_leg: articulated inertia
-    t491 = R::constant(0.008) + t490; // right_lower_leg: articulated inertia
-    t492 = R::fused(sin_t2, t491, t483); // right_lower_leg: articulated inertia
-    t493 = R::constant(0.001421999985) + t346; // right_ankle: sums of what it carries
-    t494 = R::constant(0.0004723333315) + t351; // left_ankle: sums of what it carries
-    // right_foot: articulated inertia
-    t495 = t358 + t364;
-    t496 = t433 * t243;
-    t497 = R::fused(-t433, t496, t495);
-    t498 = R::fused(-t250, t469, t497);
-    t499 = R::fused(-t250, t470, t498);
-    // left_ankle: articulated inertia
-    t500 = t494 + t499;
-    t501 = t443 * t266;
-    t502 = R::fused(-t443, t501, t500);
-    t503 = R::fused(t273, t476, t502);
-    t504 = R::fused(t273, t477, t503);
-    t505 = t493 + t504; // right_ankle: articulated inertia
-    t506 = t452 * t287; // right_ankle: articulated inertia
-    t507 = R::fused(-t452, t506, t505); // right_ankle: articulated inertia
-    // left_lower_leg: articulated inertia
-    t508 = R::constant(0.00151725002) + t507;
-    t509 = R::constant(0.0000833333335) - t508;
-    t510 = t396_397.first() * t509;
-    t511 = t508 + t510;
-    t512 = t481 * t390;
-    t513 = R::fused(-t481, t512, t511);
-    // right_lower_leg: articulated inertia
-    t514 = R::constant(0.0006099999995) + t513;
-    t515 = R::constant(1.0) / t514;
-    t516 = t492 * t515;
-    t517 = R::fused(t492, t516, t430);
-    t518 = R::constant(0.20808) * sin_q_left_hip_yaw; // left_upper_leg: sums of what it carries
+    t30 = R::constant(0.3111) * sin_t3;
+    t31 = R::fused(R::constant(-0.008), cos_t3, t30);
+    t32 = t18 + t31;
+    t33 = t29 * t32;
+    t34 = R::constant(2.0) * t33;
+    t35 = cos_q_right_hip_pitch * R::constant(0.315); // left_ankle: motion
+    t36 = R::constant(0.3111) * cos_t3;
+    t37 = R::fused(R::constant(0.008), sin_t3, t36);
+    t38 = t23 + t37;
+    t39 = t35 * t38;
+    t40 = R::constant(2.0) * t39;
+    t41 = t34 + t40;
+    t42 = t28 + t41;
+    t43 = R::constant(0.231642) + t42; // right_ankle: sums of what it carries
+    t44 = R::constant(0.0000833333335) + t43; // left_lower_leg: sums of what it carries
+    t45_46 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t47 = t10 - R::constant(0.0006600000015); // left_foot: sums of what it carries
+    // right_foot: sums of what it carries
+    t48 = R::constant(0.0031024499985) - t47;
+    t49 = R::constant(0.001228333333) + t8;
+    t50 = t49 + R::constant(0.0008355375);
+    t51 = t50 - t48;
+    t52 = sin_t4 * sin_t4;
+    t53 = t51 * t52;
+    t54 = sin_t4 * cos_t4;
+    t55 = R::constant(0.000612) * cos_q_right_ankle_roll;
+    t56 = R::constant(0.0005698) + t55;
+    t57 = R::constant(2.0) * t56;
+    t58 = R::fused(-t54, t57, t53);
+    t59 = t48 + t58;
+    t60 = t59 + t20;
+    // left_ankle: sums of what it carries
+    t61 = sin_t3 * sin_t3;
+    t62 = R::constant(0.072308716667) * t61;
+    t63 = sin_t3 * cos_t3;
+    t64 = R::fused(-t63, R::constant(0.00172), t62);
+    t65 = R::constant(0.0004723333315) + t64;
+    t66 = t60 + t65;
+    t67 = t66 + t34;
+    t68 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
+    t69 = R::constant(0.22879800003) * t68; // right_ankle: sums of what it carries
+    t70 = sin_q_right_hip_pitch * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
+    t71 = R::fused(-t70, R::constant(0.004), t69); // right_ankle: sums of what it carries
+    t72 = R::constant(0.001421999985) + t71; // right_ankle: sums of what it carries
+    t73 = t67 + t72; // right_ankle: sums of what it carries
+    t74 = R::constant(0.00151725002) + t73; // left_lower_leg: sums of what it carries
+    t75 = t44 - t74; // left_lower_leg: sums of what it carries
+    t76 = t45_46.first() * t75; // left_lower_leg: sums of what it carries
+    t77_78 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    // right_foot: sums of what it carries
+    t79 = sin_q_right_ankle_roll * cos_q_right_ankle_roll;
+    t80 = R::constant(0.00009166667) * t79;
+    t81 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0006105), t80);
+    t82 = t81 * cos_t4;
+    t83 = R::constant(0.000612) * sin_q_right_ankle_roll;
+    t84 = R::fused(-t83, sin_t4, t82);
+    t85 = R::constant(0.0165) * sin_q_right_ankle_roll;
+    t86 = R::fused(-t85, t21, t84);
+    // left_ankle: sums of what it carries
+    t87 = R::constant(0.00024) * cos_t3;
+    t88 = R::fused(R::constant(0.000016), sin_t3, t87);
+    t89 = t86 + t88;
+    t90 = R::fused(-t85, t35, t89);
+    t91 = R::constant(0.00193) * cos_q_right_hip_pitch; // right_ankle: sums of what it carries
+    t92 = R::fused(R::constant(0.000048), sin_q_right_hip_pitch, t91); // right_ankle: sums of what it carries
+    t93 = t90 + t92; // right_ankle: sums of what it carries
+    t94 = R::constant(2.0) * t93; // left_lower_leg: sums of what it carries
+    t95 = R::fused(-t77_78.first(), t94, t76); // left_lower_leg: sums of what it carries
+    t96 = t44 - t95; // left_lower_leg: sums of what it carries
+    t97 = R::constant(0.0005199999995) + t96; // right_lower_leg: sums of what it carries
+    t98 = t50 - t58; // right_foot: sums of what it carries
+    t99 = t98 + t25; // right_foot: sums of what it carries
+    t100 = R::constant(0.0727810499985) - t64;
+    t101 = t99 + t100;
+    t102 = t101 + t40;
+    t103 = R::constant(0.230220000015) - t71; // right_ankle: sums of what it carries
+    t104 = t102 + t103; // right_ankle: sums of what it carries
+    t105 = R::constant(0.0016005833535) + t104; // left_lower_leg: sums of what it carries
+    // right_lower_leg: sums of what it carries
+    t106 = R::constant(0.00009) + t105;
+    t107 = t106 - t97;
+    t108 = sin_t2 * sin_t2;
+    t109 = t107 * t108;
+    t110 = sin_t2 * cos_t2;
+    t111 = t81 * sin_t4; // right_foot: sums of what it carries
+    t112 = R::fused(t83, cos_t4, t111); // right_foot: sums of what it carries
+    t113 = R::fused(-t85, t14, t112); // right_foot: sums of what it carries
+    // left_ankle: sums of what it carries
+    t114 = R::constant(0.00024) * sin_t3;
+    t115 = R::fused(R::constant(-0.000016), cos_t3, t114);
+    t116 = t113 + t115;
+    t117 = R::fused(-t85, t29, t116);
+    t118 = R::constant(0.00193) * sin_q_right_hip_pitch; // right_ankle: sums of what it carries
+    t119 = R::fused(R::constant(-0.000048), cos_q_right_hip_pitch, t118); // right_ankle: sums of what it carries
+    t120 = t117 + t119; // right_ankle: sums of what it carries
+    t121 = cos_q_right_hip_roll * t120; // left_lower_leg: sums of what it carries
+    // right_foot: sums of what it carries
+    t122 = t52 * t57;
+    t123 = R::fused(t51, t54, t122);
+    t124 = t56 - t123;
+    t125 = t14 * t23;
+    t126 = R::fused(t21, t18, t125);
+    t127 = t124 - t126;
+    // left_ankle: sums of what it carries
+    t128 = t61 * R::constant(0.00172);
+    t129 = R::fused(R::constant(0.072308716667), t63, t128);
+    t130 = R::constant(0.00086) - t129;
+    t131 = t127 + t130;
+    t132 = t29 * t38;
+    t133 = R::fused(t35, t32, t132);
+    t134 = t131 - t133;
+    // right_ankle: sums of what it carries
+    t135 = t68 * R::constant(0.004);
+    t136 = R::fused(R::constant(0.22879800003), t70, t135);
+    t137 = R::constant(0.002) - t136;
+    t138 = t134 + t137;
+    t139 = R::fused(sin_q_right_hip_roll, t138, t121); // left_lower_leg: sums of what it carries
+    t140 = R::constant(2.0) * t139; // right_lower_leg: sums of what it carries
+    t141 = R::fused(-t110, t140, t109); // right_lower_leg: sums of what it carries
+    t142 = t97 + t141; // right_lower_leg: sums of what it carries
+    t143 = sin_q_left_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
+    t144 = R::constant(0.8355) * sin_q_right_hip_pitch;
+    t145 = R::fused(R::constant(-0.012), cos_q_right_hip_pitch, t144);
+    t146 = t32 + t145;
+    t147 = R::constant(0.008) + t146; // right_lower_leg: sums of what it carries
+    t148 = cos_t2 * t147; // right_lower_leg: sums of what it carries
+    t149 = R::constant(0.01) - t85; // right_upper_leg: sums of what it carries
+    t150 = cos_q_right_hip_roll * t149; // right_hip_roll_link: sums of what it carries
+    t151 = R::constant(0.8355) * cos_q_right_hip_pitch;
+    t152 = R::fused(R::constant(0.012), sin_q_right_hip_pitch, t151);
+    t153 = t38 + t152;
+    t154 = R::fused(-sin_q_right_hip_roll, t153, t150); // left_lower_leg: sums of what it carries
+    // right_lower_leg: sums of what it carries
+    t155 = R::fused(-sin_t2, t154, t148);
+    t156 = t143 * t155;
+    t157 = R::constant(2.0) * t156;
+    t158 = t142 + t157;
+    t159 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
+    t160 = t159 * R::constant(0.205434296); // left_upper_leg: sums of what it carries
+    t161 = sin_q_left_hip_yaw * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
+    t162 = R::fused(t161, R::constant(0.027378464), t160); // left_upper_leg: sums of what it carries
+    t163 = R::constant(0.031784832) + t162; // left_upper_leg: sums of what it carries
+    t164 = t158 + t163; // left_upper_leg: sums of what it carries
+    t165 = R::constant(0.78034875) + t164; // right_upper_leg: sums of what it carries
+    t166 = t74 + t95; // left_lower_leg: sums of what it carries
+    t167 = R::constant(0.0006099999995) + t166;
+    t168 = cos_q_left_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
+    t169 = sin_t2 * t147;
+    t170 = R::fused(cos_t2, t154, t169);
+    t171 = t168 * t170;
+    t172 = R::constant(2.0) * t171;
+    t173 = t157 + t172;
+    t174 = t167 + t173;
+    t175 = R::constant(0.26900396) + t174; // left_upper_leg: sums of what it carries
+    t176 = R::constant(0.00009) + t175; // right_upper_leg: sums of what it carries
+    t177 = t165 - t176; // right_upper_leg: sums of what it carries
+    t178 = t45_46.second() * t177; // right_upper_leg: sums of what it carries
+    t179 = sin_q_right_hip_roll * t120; // left_lower_leg: sums of what it carries
+    t180 = R::fused(-cos_q_right_hip_roll, t138, t179); // left_lower_leg: sums of what it carries
+    t181 = sin_t2 * t180;
+    t182 = t45_46.first() * t94; // left_lower_leg: sums of what it carries
+    t183 = R::fused(t77_78.first(), t75, t182); // left_lower_leg: sums of what it carries
+    t184 = t93 - t183; // left_lower_leg: sums of what it carries
+    t185 = R::fused(cos_t2, t184, t181);
+    t186 = sin_q_right_hip_roll * t149; // right_hip_roll_link: sums of what it carries
+    t187 = R::fused(cos_q_right_hip_roll, t153, t186); // left_lower_leg: sums of what it carries
+    t188 = R::fused(t168, t187, t185);
+    t189 = R::constant(0.0404594) * sin_q_left_hip_yaw; // left_upper_leg: sums of what it carries
+    t190 = R::fused(-cos_q_left_hip_yaw, R::constant(0.1888771), t189); // left_upper_leg: sums of what it carries
+    t191 = t188 + t190; // left_upper_leg: sums of what it carries
+    t192 = R::constant(2.0) * t191; // right_upper_leg: sums of what it carries
+    t193 = R::fused(t77_78.second(), t192, t178); // right_upper_leg: sums of what it carries
+    t194 = t165 - t193; // right_upper_leg: sums of what it carries
+    t195 = R::constant(0.000603333333) + t194; // left_hip_roll_link: sums of what it carries
+    t196 = R::constant(0.315) * cos_t0; // left_hip_roll_link: motion
+    t197 = R::constant(0.20808) * sin_q_left_hip_yaw; // left_upper_leg: sums of what it carries
+    t198 = R::fused(-cos_q_left_hip_yaw, R::constant(1.4414), t197); // left_upper_leg: sums of what it carries
+    t199 = t170 - t198; // left_upper_leg: sums of what it carries
+    t200 = sin_q_left_hip_roll * t199; // right_upper_leg: sums of what it carries
+    t201 = R::constant(2.4915) - t187; // right_upper_leg: sums of what it carries
+    t202 = R::fused(cos_q_left_hip_roll, t201, t200); // right_upper_leg: sums of what it carries
+    t203 = cos_t1 * t202; // left_hip_roll_link: sums of what it carries
+    t204 = R::constant(0.20808) * cos_q_left_hip_yaw; // left_upper_leg: sums of what it carries
+    t205 = R::fused(sin_q_left_hip_yaw, R::constant(1.4414), t204); // left_upper_leg: sums of what it carries
+    t206 = t155 + t205; // left_upper_leg: sums of what it carries
+    // left_hip_roll_link: sums of what it carries
+    t207 = R::constant(0.008) + t206;
+    t208 = R::fused(-sin_t1, t207, t203);
+    t209 = t196 * t208;
+    t210 = R::constant(2.0) * t209;
+    t211 = R::constant(0.315) * sin_t0; // left_hip_roll_link: motion
+    t212 = sin_t1 * t202;
+    t213 = R::fused(cos_t1, t207, t212);
+    t214 = t211 * t213;
+    t215 = R::fused(R::constant(2.0), t214, t210);
+    t216 = t195 + t215;
+    t217 = R::constant(1.590552) + t216; // right_hip_roll_link: sums of what it carries
+    t218 = R::constant(0.273) * cos_q_left_ankle_pitch; // right_hip_roll_link: motion
+    // right_hip_roll_link: sums of what it carries
+    t219 = R::constant(5.1495) * cos_t0;
+    t220 = R::fused(R::constant(0.012), sin_t0, t219);
+    t221 = t208 + t220;
+    t222 = t218 * t221;
+    t223 = R::constant(2.0) * t222;
+    t224 = R::constant(5.1495) * sin_t0;
+    t225 = R::fused(R::constant(-0.012), cos_t0, t224);
+    t226 = t213 + t225;
+    t227 = t7 * t226;
+    t228 = R::fused(R::constant(2.0), t227, t223);
+    t229 = t217 + t228;
+    t230 = R::constant(1.31944378333) + t229; // left_hip_yaw_link: sums of what it carries
+    t231 = t55 * sin_t4; // left_foot: mass matrix
+    t232 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333)); // right_foot
+    // left_foot: mass matrix
+    t233 = R::fused(t232, cos_t4, t231);
+    t234 = R::fused(t15, t21, t233);
+    t235 = R::fused(t15, t35, t234);
+    t236 = sin_t2 * t235;
+    t237 = t85 * sin_t4;
+    t238 = t21 * t237;
+    t239 = t85 * cos_t4;
+    t240 = R::fused(-t14, t239, t238);
+    t241 = t83 + t240;
+    t242 = t35 * t237;
+    t243 = R::fused(-t29, t239, t242);
+    t244 = t241 + t243;
+    t245 = cos_q_right_hip_roll * t244;
+    t246 = t55 * cos_t4;
+    t247 = R::fused(-t232, sin_t4, t246);
+    t248 = R::fused(-t15, t14, t247);
+    t249 = R::fused(-t15, t29, t248);
+    t250 = R::fused(sin_q_right_hip_roll, t249, t245);
+    t251 = R::fused(-cos_t2, t250, t236);
+    t252 = sin_q_right_hip_roll * t15; // right_foot: mass matrix
+    t253 = R::fused(cos_q_right_hip_roll, t239, t252);
+    t254 = R::fused(t143, t253, t251);
+    t255 = cos_q_left_hip_roll * t254;
+    t256 = sin_q_right_hip_roll * t244;
+    t257 = R::fused(-cos_q_right_hip_roll, t249, t256);
+    t258 = sin_t2 * t237;
+    t259 = cos_q_right_hip_roll * t15; // right_foot: mass matrix
+    t260 = R::fused(-sin_q_right_hip_roll, t239, t259);
+    t261 = R::fused(cos_t2, t260, t258);
+    t262 = t143 * t261;
+    let (
+        t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280,
+        t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297, t298,
+        t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315, t316,
+        t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332, t333, t334,
+        t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352,
+        t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370,
+        t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388,
+        t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406,
+        t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424,
+        t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442,
+        t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460,
+        t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478,
+        t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496,
+        t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514,
+        t515, t516, t517, t518,
+    );
+    t263 = cos_t2 * t237;
+    t264 = R::fused(-sin_t2, t260, t263);
+    t265 = R::fused(-t168, t264, t262);
+    t266 = t257 + t265;
+    t267 = R::fused(-sin_q_left_hip_roll, t266, t255);
+    t268 = sin_q_left_hip_roll * t261;
+    t269 = R::fused(-cos_q_left_hip_roll, t253, t268);
+    t270 = sin_t1 * t269;
+    t271 = R::fused(cos_t1, t264, t270);
+    t272 = t196 * t271;
+    t273 = cos_t1 * t269;
+    t274 = R::fused(-sin_t1, t264, t273);
+    t275 = R::fused(-t211, t274, t272);
+    t276 = t267 + t275;
+    t277 = t218 * t271;
+    t278 = R::fused(-t7, t274, t277);
+    t279 = t276 + t278;
+    t280 = R::constant(814.1112620933816) * t279; // factors of the mass matrix
+    t281 = R::fused(-t279, t280, t230); // factors of the mass matrix
+    // right_foot: mass matrix
+    t282 = sin_t2 * t112;
+    t283 = t19 + t24;
+    t284 = t13 + t283;
+    t285 = t35 * t23;
+    t286 = R::fused(t29, t18, t285);
+    t287 = t284 + t286;
+    t288 = cos_q_right_hip_roll * t287;
+    t289 = R::fused(sin_q_right_hip_roll, t84, t288);
+    t290 = R::fused(-cos_t2, t289, t282);
+    t291 = cos_q_right_hip_roll * t18;
+    t292 = R::fused(-t143, t291, t290);
+    t293 = cos_q_left_hip_roll * t292;
+    t294 = sin_q_right_hip_roll * t287;
+    t295 = R::fused(-cos_q_right_hip_roll, t84, t294);
+    t296 = sin_t2 * t23;
+    t297 = sin_q_right_hip_roll * t18;
+    t298 = R::fused(cos_t2, t297, t296);
+    t299 = t143 * t298;
+    t300 = cos_t2 * t23;
+    t301 = R::fused(-sin_t2, t297, t300);
+    t302 = R::fused(-t168, t301, t299);
+    t303 = t295 + t302;
+    t304 = R::fused(-sin_q_left_hip_roll, t303, t293);
+    t305 = sin_q_left_hip_roll * t298;
+    t306 = R::fused(cos_q_left_hip_roll, t291, t305);
+    t307 = sin_t1 * t306;
+    t308 = R::fused(cos_t1, t301, t307);
+    t309 = t196 * t308;
+    t310 = cos_t1 * t306;
+    t311 = R::fused(-sin_t1, t301, t310);
+    t312 = R::fused(-t211, t311, t309);
+    t313 = t304 + t312;
+    t314 = t218 * t308;
+    t315 = R::fused(-t7, t311, t314);
+    t316 = t313 + t315;
+    // factors of the mass matrix
+    t317 = sin_q_right_ankle_roll * R::constant(0.4982360924011495);
+    t318 = R::fused(-t317, t279, t316);
+    t319 = R::fused(t83, t317, -t13);
+    t320 = R::constant(1.0) / t319;
+    t321 = t318 * t320;
+    t322 = R::fused(t318, t321, t281);
+    // left_ankle: mass matrix
+    t323 = sin_t2 * t116;
+    t324 = t33 + t39;
+    t325 = t28 + t324;
+    t326 = cos_q_right_hip_roll * t325;
+    t327 = R::fused(sin_q_right_hip_roll, t89, t326);
+    t328 = R::fused(-cos_t2, t327, t323);
+    t329 = cos_q_right_hip_roll * t32;
+    t330 = R::fused(-t143, t329, t328);
+    t331 = cos_q_left_hip_roll * t330;
+    t332 = sin_q_right_hip_roll * t325;
+    t333 = R::fused(-cos_q_right_hip_roll, t89, t332);
+    t334 = sin_t2 * t38;
+    t335 = sin_q_right_hip_roll * t32;
+    t336 = R::fused(cos_t2, t335, t334);
+    t337 = t143 * t336;
+    t338 = cos_t2 * t38;
+    t339 = R::fused(-sin_t2, t335, t338);
+    t340 = R::fused(-t168, t339, t337);
+    t341 = t333 + t340;
+    t342 = R::fused(-sin_q_left_hip_roll, t341, t331);
+    t343 = sin_q_left_hip_roll * t336;
+    t344 = R::fused(cos_q_left_hip_roll, t329, t343);
+    t345 = sin_t1 * t344;
+    t346 = R::fused(cos_t1, t339, t345);
+    t347 = t196 * t346;
+    t348 = cos_t1 * t344;
+    t349 = R::fused(-sin_t1, t339, t348);
+    t350 = R::fused(-t211, t349, t347);
+    t351 = t342 + t350;
+    t352 = t218 * t346;
+    t353 = R::fused(-t7, t349, t352);
+    t354 = t351 + t353;
+    // factors of the mass matrix
+    t355 = R::constant(814.1112620933816) * t241;
+    t356 = R::fused(-t279, t355, t354);
+    t357 = R::fused(-t317, t241, t284);
+    t358 = t357 * t320;
+    t359 = R::fused(t318, t358, t356);
+    t360 = R::fused(-t241, t355, t28);
+    t361 = R::fused(t357, t358, t360);
+    t362 = R::constant(1.0) / t361;
+    t363 = t359 * t362;
+    t364 = R::fused(-t359, t363, t322);
+    // right_ankle: mass matrix
+    t365 = sin_t2 * t120;
+    t366 = cos_q_right_hip_roll * t43;
+    t367 = R::fused(sin_q_right_hip_roll, t93, t366);
+    t368 = R::fused(-cos_t2, t367, t365);
+    t369 = cos_q_right_hip_roll * t146;
+    t370 = R::fused(-t143, t369, t368);
+    t371 = cos_q_left_hip_roll * t370;
+    t372 = sin_q_right_hip_roll * t43;
+    t373 = R::fused(-cos_q_right_hip_roll, t93, t372);
+    t374 = sin_t2 * t153;
+    t375 = sin_q_right_hip_roll * t146;
+    t376 = R::fused(cos_t2, t375, t374);
+    t377 = t143 * t376;
+    t378 = cos_t2 * t153;
+    t379 = R::fused(-sin_t2, t375, t378);
+    t380 = R::fused(-t168, t379, t377);
+    t381 = t373 + t380;
+    t382 = R::fused(-sin_q_left_hip_roll, t381, t371);
+    t383 = sin_q_left_hip_roll * t376;
+    t384 = R::fused(cos_q_left_hip_roll, t369, t383);
+    t385 = sin_t1 * t384;
+    t386 = R::fused(cos_t1, t379, t385);
+    t387 = t196 * t386;
+    t388 = cos_t1 * t384;
+    t389 = R::fused(-sin_t1, t379, t388);
+    t390 = R::fused(-t211, t389, t387);
+    t391 = t382 + t390;
+    t392 = t218 * t386;
+    t393 = R::fused(-t7, t389, t392);
+    t394 = t391 + t393;
+    // factors of the mass matrix
+    t395 = R::constant(814.1112620933816) * t244;
+    t396 = R::fused(-t279, t395, t394);
+    t397 = R::fused(-t317, t244, t287);
+    t398 = t397 * t320;
+    t399 = R::fused(t318, t398, t396);
+    t400 = R::fused(-t244, t355, t325);
+    t401 = R::fused(t397, t358, t400);
+    t402 = t401 * t362;
+    t403 = R::fused(-t359, t402, t399);
+    t404 = R::fused(-t244, t395, t43);
+    t405 = R::fused(t397, t398, t404);
+    t406 = R::fused(-t401, t402, t405);
+    t407 = R::constant(1.0) / t406;
+    t408 = t403 * t407;
+    t409 = R::fused(-t403, t408, t364);
+    // left_lower_leg: mass matrix
+    t410 = sin_t2 * t105;
+    t411 = R::fused(-cos_t2, t139, t410);
+    t412 = R::fused(-t143, t154, t411);
+    t413 = cos_q_left_hip_roll * t412;
+    t414 = cos_t2 * t187;
+    t415 = t143 * t414;
+    t416 = sin_t2 * t187;
+    t417 = R::fused(t168, t416, t415);
+    t418 = t180 + t417;
+    t419 = R::fused(-sin_q_left_hip_roll, t418, t413);
+    t420 = sin_q_left_hip_roll * t414;
+    t421 = R::fused(cos_q_left_hip_roll, t154, t420);
+    t422 = sin_t1 * t421;
+    t423 = R::fused(-cos_t1, t416, t422);
+    t424 = t196 * t423;
+    t425 = cos_t1 * t421;
+    t426 = R::fused(sin_t1, t416, t425);
+    t427 = R::fused(-t211, t426, t424);
+    t428 = t419 + t427;
+    t429 = t218 * t423;
+    t430 = R::fused(-t7, t426, t429);
+    t431 = t428 + t430;
+    // factors of the mass matrix
+    t432 = R::constant(814.1112620933816) * t235;
+    t433 = R::fused(-t279, t432, t431);
+    t434 = R::fused(-t317, t235, t112);
+    t435 = t434 * t320;
+    t436 = R::fused(t318, t435, t433);
+    t437 = R::fused(-t235, t355, t116);
+    t438 = R::fused(t434, t358, t437);
+    t439 = t438 * t362;
+    t440 = R::fused(-t359, t439, t436);
+    t441 = R::fused(-t235, t395, t120);
+    t442 = R::fused(t434, t398, t441);
+    t443 = R::fused(-t438, t402, t442);
+    t444 = t443 * t407;
+    t445 = R::fused(-t403, t444, t440);
+    t446 = R::fused(-t235, t432, t105);
+    t447 = R::fused(t434, t435, t446);
+    t448 = R::fused(-t438, t439, t447);
+    t449 = R::fused(-t443, t444, t448);
+    t450 = R::constant(1.0) / t449;
+    t451 = t445 * t450;
+    t452 = R::fused(-t445, t451, t409);
+    // right_lower_leg: mass matrix
+    t453 = cos_q_left_hip_roll * t185;
+    t454 = t156 + t171;
+    t455 = t167 + t454;
+    t456 = R::fused(-sin_q_left_hip_roll, t455, t453);
+    t457 = sin_q_left_hip_roll * t155;
+    t458 = sin_t1 * t457;
+    t459 = R::fused(-cos_t1, t170, t458);
+    t460 = t196 * t459;
+    t461 = cos_t1 * t457;
+    t462 = R::fused(sin_t1, t170, t461);
+    t463 = R::fused(-t211, t462, t460);
+    t464 = t456 + t463;
+    t465 = t218 * t459;
+    t466 = R::fused(-t7, t462, t465);
+    t467 = t464 + t466;
+    // factors of the mass matrix
+    t468 = R::constant(814.1112620933816) * t257;
+    t469 = R::fused(-t279, t468, t467);
+    t470 = R::fused(-t317, t257, t295);
+    t471 = t470 * t320;
+    t472 = R::fused(t318, t471, t469);
+    t473 = R::fused(-t257, t355, t333);
+    t474 = R::fused(t470, t358, t473);
+    t475 = t474 * t362;
+    t476 = R::fused(-t359, t475, t472);
+    t477 = R::fused(-t257, t395, t373);
+    t478 = R::fused(t470, t398, t477);
+    t479 = R::fused(-t474, t402, t478);
+    t480 = t479 * t407;
+    t481 = R::fused(-t403, t480, t476);
+    t482 = R::fused(-t257, t432, t180);
+    t483 = R::fused(t470, t435, t482);
+    t484 = R::fused(-t474, t439, t483);
+    t485 = R::fused(-t479, t444, t484);
+    t486 = t485 * t450;
+    t487 = R::fused(-t445, t486, t481);
+    t488 = R::fused(-t257, t468, t167);
+    t489 = R::fused(t470, t471, t488);
+    t490 = R::fused(-t474, t475, t489);
+    t491 = R::fused(-t479, t480, t490);
+    t492 = R::fused(-t485, t486, t491);
+    t493 = R::constant(1.0) / t492;
+    t494 = t487 * t493;
+    t495 = R::fused(-t487, t494, t452);
+    // left_upper_leg: mass matrix
+    t496 = cos_q_left_hip_roll * t191;
+    t497 = R::fused(-sin_q_left_hip_roll, t175, t496);
+    t498 = sin_q_left_hip_roll * t206;
+    t499 = sin_t1 * t498;
+    t500 = R::fused(-cos_t1, t199, t499);
+    t501 = t196 * t500;
+    t502 = cos_t1 * t498;
+    t503 = R::fused(sin_t1, t199, t502);
+    t504 = R::fused(-t211, t503, t501);
+    t505 = t497 + t504;
+    t506 = t218 * t500;
+    t507 = R::fused(-t7, t503, t506);
+    t508 = t505 + t507;
+    // factors of the mass matrix
+    t509 = R::constant(814.1112620933816) * t266;
+    t510 = R::fused(-t279, t509, t508);
+    t511 = R::fused(-t317, t266, t303);
+    t512 = t511 * t320;
+    t513 = R::fused(t318, t512, t510);
+    t514 = R::fused(-t266, t355, t341);
+    t515 = R::fused(t511, t358, t514);
+    t516 = t515 * t362;
+    t517 = R::fused(-t359, t516, t513);
+    t518 = R::fused(-t266, t395, t381);
     let (
         t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536,
         t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554,
@@ -6984,1147 +7477,1125 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
         t753, t754, t755, t756, t757, t758, t759, t760, t761, t762, t763, t764, t765, t766, t767, t768, t769, t770,
         t771, t772, t773, t774,
     );
-    t519 = R::fused(-cos_q_left_hip_yaw, R::constant(1.4414), t518); // left_upper_leg: sums of what it carries
-    t520 = cos_q_left_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
-    t521 = t520 * t517;
-    t522 = sin_q_left_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
-    t523 = t393 * t428;
-    t524 = R::fused(-t422, t420, t523);
-    t525 = t427 - t524;
-    t526 = sin_t2 * t482;
-    t527 = R::fused(-cos_t2, t491, t526);
-    t528 = R::fused(t527, t516, t525);
-    t529 = R::fused(-t522, t528, t521);
-    t530 = t519 + t529; // left_upper_leg: articulated inertia
-    t531 = t520 * t529;
-    t532 = t520 * t528;
-    t533 = t419 + t429;
-    t534 = t527 * t515;
-    t535 = R::fused(t527, t534, t533);
-    t536 = R::fused(-t522, t535, t532);
-    t537 = R::fused(-t522, t536, t531);
-    // left_upper_leg: articulated inertia
-    t538 = R::constant(0.26900396) - t537;
-    t539 = R::constant(1.0) / t538;
-    t540 = t530 * t539;
-    t541 = R::fused(t530, t540, t517);
-    // left_lower_leg: articulated inertia
-    t542 = t396_397.first() * t487;
-    t543 = R::fused(-t405_406.first(), t485, t542);
-    t544 = sin_q_right_hip_roll * t480;
-    t545 = R::fused(-t544, t418, t543);
-    t546 = t393 * t545; // right_lower_leg: articulated inertia
-    t547 = sin_q_right_hip_roll * t454;
-    t548 = R::fused(t544, t391, t547);
-    t549 = R::fused(-t422, t548, t546); // right_lower_leg: articulated inertia
-    t550 = t405_406.first() * t509;
-    t551 = t544 * t390;
-    t552 = R::fused(t481, t551, t550);
-    t553 = sin_t2 * t552; // right_lower_leg: articulated inertia
-    t554 = R::fused(-t553, t516, t549); // right_lower_leg: articulated inertia
-    t555 = sin_q_right_hip_roll * t423;
-    t556 = R::fused(cos_q_right_hip_roll, t425, t555);
-    t557 = sin_q_right_hip_roll * t412;
-    t558 = R::fused(-cos_q_right_hip_roll, t416, t557);
-    t559 = R::fused(-t558, t391, t556);
-    t560 = cos_t2 * t559; // right_lower_leg: articulated inertia
-    t561 = t396_397.first() * t408;
-    t562 = R::fused(-t405_406.first(), t403, t561);
-    t563 = t407 - t562;
-    t564 = R::fused(t558, t418, t563);
-    t565 = R::fused(-sin_t2, t564, t560); // right_lower_leg: articulated inertia
-    t566 = t487 - t543;
-    t567 = t558 * t390;
-    t568 = R::fused(t481, t567, t566);
-    t569 = R::fused(-t568, t516, t565); // right_lower_leg: articulated inertia
-    t570 = t520 * t569; // right_lower_leg: articulated inertia
-    t571 = t554 - t570; // right_lower_leg: articulated inertia
-    t572 = R::constant(0.0404594) * cos_q_left_hip_yaw; // left_upper_leg: sums of what it carries
-    t573 = R::fused(sin_q_left_hip_yaw, R::constant(0.1888771), t572); // left_upper_leg: sums of what it carries
-    // right_lower_leg: articulated inertia
-    t574 = t520 * t554;
-    t575 = t393 * t548;
-    t576 = R::fused(t422, t545, t575);
-    t577 = R::fused(t553, t534, t576);
-    t578 = R::fused(t522, t577, t574);
-    t579 = sin_t2 * t559;
-    t580 = R::fused(cos_t2, t564, t579);
-    t581 = R::fused(-t568, t534, t580);
-    t582 = t522 * t581;
-    t583 = t570 - t582;
-    t584 = R::fused(-t520, t583, t578);
-    t585 = t573 - t584; // left_upper_leg: articulated inertia
-    t586 = R::fused(-t585, t540, t571); // left_upper_leg: articulated inertia
-    t587 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
-    t588 = t587 * R::constant(0.205434296); // left_upper_leg: sums of what it carries
-    t589 = sin_q_left_hip_yaw * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
-    t590 = R::fused(t589, R::constant(0.027378464), t588); // left_upper_leg: sums of what it carries
-    t591 = R::constant(0.237219128) - t590; // left_upper_leg: sums of what it carries
-    t592 = R::constant(0.0000833333335) - t510; // left_lower_leg: articulated inertia
-    t593 = R::fused(-t544, t551, t592); // left_lower_leg: articulated inertia
-    t594 = R::constant(0.0005199999995) + t593;
-    t595 = R::constant(0.00009) - t594;
-    t596 = t393 * t595;
-    t597 = R::constant(0.00009) - t596;
-    t598 = t553 * t515;
-    t599 = R::fused(-t553, t598, t597);
-    t600 = R::fused(t544, t567, t488); // left_lower_leg: articulated inertia
-    t601 = R::constant(0.008) + t600;
-    t602 = sin_t2 * t601;
-    t603 = t568 * t515;
-    t604 = R::fused(t553, t603, t602);
-    t605 = R::fused(t520, t604, t599);
-    t606 = t402 + t409; // left_lower_leg: articulated inertia
-    t607 = R::fused(t558, t567, t606); // left_lower_leg: articulated inertia
-    t608 = R::fused(t568, t603, t607);
-    t609 = R::fused(-t520, t608, t604);
-    t610 = R::fused(t520, t609, t605);
-    t611 = t591 + t610; // left_upper_leg: articulated inertia
-    t612 = t585 * t539; // left_upper_leg: articulated inertia
-    t613 = R::fused(-t585, t612, t611); // left_upper_leg: articulated inertia
-    // right_upper_leg: articulated inertia
-    t614 = R::constant(0.78043875) + t613;
-    t615 = R::constant(1.0) / t614;
-    t616 = t586 * t615;
-    t617 = R::fused(t586, t616, t541);
-    t618 = sin_t1 * sin_t1; // left_hip_roll_link: sums of what it carries
-    t619 = t583 * t539; // left_upper_leg: articulated inertia
-    t620 = R::fused(t583, t619, t608); // left_upper_leg: articulated inertia
-    t621 = R::constant(0.20808) * cos_q_left_hip_yaw; // left_upper_leg: sums of what it carries
-    t622 = R::fused(sin_q_left_hip_yaw, R::constant(1.4414), t621); // left_upper_leg: sums of what it carries
-    t623 = t622 + t536; // left_upper_leg: articulated inertia
-    t624 = t623 * t539; // left_upper_leg: articulated inertia
-    t625 = R::fused(t623, t624, t535); // left_upper_leg: articulated inertia
-    t626 = t625 - t620;
-    t627 = t396_397.second() * t626;
-    t628 = R::fused(t583, t624, t581); // left_upper_leg: articulated inertia
-    t629 = R::constant(2.0) * t628;
-    t630 = R::fused(-t405_406.second(), t629, t627);
-    t631 = t620 + t630;
-    t632 = R::fused(t520, t581, t577); // right_lower_leg: articulated inertia
-    t633 = R::fused(t585, t624, t632); // left_upper_leg: articulated inertia
-    t634 = R::constant(2.4915) - t633;
-    t635 = sin_q_left_hip_roll * t634;
-    t636 = t519 - t609; // left_upper_leg: articulated inertia
-    t637 = R::fused(t585, t619, t636); // left_upper_leg: articulated inertia
-    t638 = R::fused(cos_q_left_hip_roll, t637, t635);
-    t639 = t638 * t615;
-    t640 = R::fused(t638, t639, t631);
-    t641 = t617 - t640; // left_hip_roll_link: articulated inertia
-    t642 = t618 * t641; // left_hip_roll_link: articulated inertia
-    t643 = sin_t1 * cos_t1; // left_hip_roll_link: sums of what it carries
-    t644 = R::fused(t623, t540, t528); // left_upper_leg: articulated inertia
-    t645 = sin_q_left_hip_roll * t644;
-    t646 = R::fused(t583, t540, t569); // left_upper_leg: articulated inertia
-    t647 = R::fused(-cos_q_left_hip_roll, t646, t645);
-    t648 = R::fused(t638, t616, t647);
-    t649 = R::constant(2.0) * t648; // left_hip_roll_link: articulated inertia
-    t650 = R::fused(-t643, t649, t642); // left_hip_roll_link: articulated inertia
-    t651 = t617 - t650; // left_hip_roll_link: articulated inertia
-    // right_lower_leg: articulated inertia
-    t652 = cos_t2 * t601;
-    t653 = cos_t2 * t552;
-    t654 = R::fused(t653, t603, t652);
-    t655 = R::fused(-t522, t608, t654);
-    t656 = t622 + t655; // left_upper_leg: articulated inertia
-    t657 = R::constant(0.0404594) * sin_q_left_hip_yaw; // left_upper_leg: sums of what it carries
-    t658 = R::fused(-cos_q_left_hip_yaw, R::constant(0.1888771), t657); // left_upper_leg: sums of what it carries
-    t659 = t548 - t576;
-    t660 = R::fused(t653, t516, t659);
-    t661 = t520 * t660;
-    t662 = t545 - t549;
-    t663 = R::fused(t653, t534, t662);
-    t664 = R::fused(-t522, t663, t661);
-    t665 = R::fused(t522, t583, t664);
-    t666 = t658 + t665; // left_upper_leg: articulated inertia
-    t667 = R::fused(-t666, t619, t656); // left_upper_leg: articulated inertia
-    t668 = t396_397.second() * t667; // right_upper_leg: articulated inertia
-    t669 = t663 + t582;
-    t670 = R::fused(t666, t624, t669); // left_upper_leg: articulated inertia
-    t671 = R::fused(-t405_406.second(), t670, t668); // right_upper_leg: articulated inertia
-    t672 = t667 - t671; // right_upper_leg: articulated inertia
-    t673 = t587 * R::constant(0.027378464); // left_upper_leg: sums of what it carries
-    t674 = R::fused(-t589, R::constant(0.205434296), t673); // left_upper_leg: sums of what it carries
-    t675 = R::constant(0.013689232) - t674; // left_upper_leg: sums of what it carries
-    t676 = t422 * t595;
-    t677 = R::fused(t653, t598, t676);
-    t678 = R::fused(-t522, t604, t677);
-    t679 = R::fused(-t520, t655, t678);
-    t680 = t675 - t679; // left_upper_leg: articulated inertia
-    t681 = R::fused(-t666, t612, t680); // left_upper_leg: articulated inertia
-    t682 = cos_q_left_hip_roll * t681; // right_upper_leg: articulated inertia
-    t683 = R::fused(t682, t639, t672); // right_upper_leg: articulated inertia
-    t684 = R::constant(0.008) + t683; // left_hip_roll_link: articulated inertia
-    t685 = sin_t1 * t684; // left_hip_roll_link: articulated inertia
-    t686 = R::fused(t522, t569, t660);
-    t687 = R::fused(t666, t540, t686); // left_upper_leg: articulated inertia
-    t688 = R::constant(2.4915) - t687; // right_upper_leg: articulated inertia
-    t689 = cos_q_left_hip_roll * t688; // right_upper_leg: articulated inertia
-    t690 = R::fused(-t682, t616, t689); // right_upper_leg: articulated inertia
-    t691 = R::fused(-cos_t1, t690, t685); // left_hip_roll_link: articulated inertia
-    t692 = R::constant(0.031784832) + t590; // left_upper_leg: sums of what it carries
-    t693 = t594 + t596;
-    t694 = t653 * t515;
-    t695 = R::fused(-t653, t694, t693);
-    t696 = R::fused(t522, t654, t695);
-    t697 = R::fused(t522, t655, t696);
-    t698 = t692 + t697; // left_upper_leg: articulated inertia
-    t699 = t666 * t539; // left_upper_leg: articulated inertia
-    t700 = R::fused(-t666, t699, t698); // left_upper_leg: articulated inertia
-    // right_upper_leg: articulated inertia
-    t701 = R::constant(0.78034875) + t700;
-    t702 = R::constant(0.00009) - t701;
-    t703 = t396_397.second() * t702;
-    t704 = t701 + t703;
-    t705 = t682 * t615;
-    t706 = R::fused(-t682, t705, t704);
-    // left_hip_roll_link: articulated inertia
-    t707 = R::constant(0.000603333333) + t706;
-    t708 = R::constant(1.0) / t707;
-    t709 = t691 * t708;
-    t710 = R::fused(t691, t709, t651);
-    t711 = R::constant(5.1495) * cos_t0; // right_hip_roll_link: sums of what it carries
-    t712 = R::fused(R::constant(0.012), sin_t0, t711); // right_hip_roll_link: sums of what it carries
-    t713 = t133 * t710;
-    t714 = t618 * t649;
-    t715 = R::fused(t643, t641, t714);
-    t716 = t648 - t715;
-    t717 = cos_t1 * t684;
-    t718 = R::fused(sin_t1, t690, t717);
-    t719 = R::fused(t718, t709, t716);
-    t720 = R::fused(-t128, t719, t713);
-    t721 = t712 - t720; // right_hip_roll_link: articulated inertia
-    t722 = t133 * t720;
-    t723 = t133 * t719;
-    t724 = t640 + t650;
-    t725 = t718 * t708;
-    t726 = R::fused(t718, t725, t724);
-    t727 = R::fused(-t128, t726, t723);
-    t728 = R::fused(-t128, t727, t722);
-    // right_hip_roll_link: articulated inertia
-    t729 = R::constant(1.590552) - t728;
-    t730 = R::constant(1.0) / t729;
-    t731 = t721 * t730;
-    t732 = R::fused(t721, t731, t710);
-    t733 = t125 * t732;
-    t734 = R::constant(5.1495) * sin_t0; // right_hip_roll_link: sums of what it carries
-    t735 = R::fused(R::constant(-0.012), cos_t0, t734); // right_hip_roll_link: sums of what it carries
-    t736 = t735 + t727;
-    t737 = R::fused(-t736, t731, t719);
-    t738 = R::fused(-t112, t737, t733);
-    t739 = t125 * t738;
-    t740 = t125 * t737;
-    t741 = t736 * t730;
-    t742 = R::fused(t736, t741, t726);
-    t743 = R::fused(-t112, t742, t740);
-    t744 = R::fused(-t112, t743, t739);
-    t745 = R::constant(1.31944378333) - t744; // left_hip_yaw_link: articulated inertia
-    t746 = R::constant(1.0) / t745; // left_hip_yaw_link: articulated inertia
-    t747 = R::constant(1.31944378333) * t116; // left_hip_yaw_link: sums of what it carries
-    t748 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
-    t749 = t748 * R::constant(1.318499116667); // left_hip_yaw_link: sums of what it carries
-    t750 = sin_q_left_ankle_pitch * cos_q_left_ankle_pitch; // left_ankle: sums of what it carries
-    // left_hip_yaw_link: sums of what it carries
-    t751 = R::fused(-t750, R::constant(0.002648), t749);
-    t752 = R::constant(1.3189714499985) - t751;
-    t753 = R::constant(0.0004723333315) + t751;
-    t754 = t752 - t753;
-    t755 = R::fused(-t119, t754, t747);
-    t756 = t178 - t179; // left_hip_yaw_link: motion
-    t757 = cos_q_left_ankle_pitch * R::constant(0.00249);
-    t758 = R::fused(R::constant(0.000016), sin_q_left_ankle_pitch, t757);
-    t759 = R::fused(t756, t758, t755);
-    t760 = t182 - t183; // left_hip_yaw_link: motion
-    t761 = sin_q_left_ankle_pitch * R::constant(0.00249);
-    t762 = R::fused(R::constant(-0.000016), cos_q_left_ankle_pitch, t761);
-    t763 = R::fused(t760, t762, t759);
-    t764 = t106 - t161; // right_hip_roll_link: sums of what it carries
-    t765 = t748 * R::constant(0.002648);
-    t766 = R::fused(t750, R::constant(1.318499116667), t765);
-    t767 = R::constant(0.001324) - t766;
-    t768 = R::fused(-t764, t767, t763);
-    t769 = cos_q_left_ankle_pitch * R::constant(4.8759);
-    t770 = R::fused(R::constant(0.008), sin_q_left_ankle_pitch, t769);
-    t771 = t160 * t770;
-    t772 = sin_q_left_ankle_pitch * R::constant(4.8759);
-    t773 = R::fused(R::constant(-0.008), cos_q_left_ankle_pitch, t772);
-    t774 = R::fused(-t111, t773, t771);
-    let (
-        t775, t776_777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789, t790, t791, t792, t793,
-        t794, t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807, t808, t809, t810, t811,
-        t812, t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825, t826, t827, t828, t829,
-        t830, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846, t847,
-        t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864, t865,
-        t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882, t883,
-        t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900, t901,
-        t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t917, t918, t919,
-        t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933, t934, t935, t936, t937,
-        t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951, t952, t953, t954, t955,
-        t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969, t970, t971, t972, t973,
-        t974, t975, t976, t977, t978, t979, t980, t981, t982, t983_984, t985, t986, t987, t988, t989, t990, t991, t992,
-        t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007, t1008, t1009,
-        t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023, t1024, t1025,
-        t1026, t1027, t1028, t1029, t1030, t1031, t1032,
-    );
-    t775 = t768 + t774;
-    t776_777 = two(R::constant(1.590552), R::constant(0.000603333333)) * both(t116);
-    // right_hip_roll_link: sums of what it carries
-    t778 = sin_t0 * sin_t0;
-    t779 = R::constant(1.58770800003) * t778;
-    t780 = sin_t0 * cos_t0;
-    t781 = R::fused(-t780, R::constant(0.00356), t779);
-    t782 = R::constant(1.589130000015) - t781;
-    t783 = R::constant(0.001421999985) + t781;
-    t784 = t782 - t783;
-    t785 = R::fused(-t119, t784, t776_777.first());
-    t786 = t187 - t188; // right_hip_roll_link: motion
-    t787 = R::constant(0.00122) * cos_t0;
-    t788 = R::fused(R::constant(0.000048), sin_t0, t787);
-    t789 = R::fused(t786, t788, t785);
-    t790 = t191 - t192; // right_hip_roll_link: motion
-    t791 = R::constant(0.00122) * sin_t0;
-    t792 = R::fused(R::constant(-0.000048), cos_t0, t791);
-    t793 = R::fused(t790, t792, t789);
-    t794 = t778 * R::constant(0.00356);
-    t795 = R::fused(R::constant(1.58770800003), t780, t794);
-    t796 = R::constant(0.00178) - t795;
-    t797 = R::fused(-t796, t764, t793);
-    t798 = t165 * t712;
-    t799 = R::fused(-t127, t735, t798);
-    t800 = t797 + t799;
-    t801 = t202 * t213; // left_hip_roll_link: motion
-    t802 = R::fused(t801, R::constant(0.000436666666), t776_777.second()); // left_hip_roll_link
-    t803 = R::fused(R::constant(-0.008), t198, t802); // left_hip_roll_link: sums of what it carries
-    // right_upper_leg: motion
-    t804 = cos_q_left_hip_roll * t203;
-    t805 = R::fused(sin_q_left_hip_roll, t210, t804);
-    t806 = sin_q_left_hip_roll * t209;
-    t807 = R::fused(cos_q_left_hip_roll, t202, t806);
-    t808 = R::fused(-t214, t807, t805);
-    t809 = t808 * R::constant(0.78034875); // right_upper_leg: sums of what it carries
-    t810 = R::fused(R::constant(-2.4915), t170, t809); // right_upper_leg: sums of what it carries
-    t811 = R::fused(R::constant(-0.0764), tau_base_linear_z, tau_base_angular_x); // other
-    t812 = sin_q_left_hip_yaw * t811; // other
-    t813 = R::fused(-cos_q_left_hip_yaw, tau_base_angular_y, t812); // other
-    // left_upper_leg: motion
-    t814 = R::fused(v_left_hip_yaw, t214, t805);
-    t815 = v_left_hip_yaw + t807;
-    t816 = t214 * t815;
-    t817 = t814 + t816;
-    t818 = t817 * t692; // left_upper_leg: sums of what it carries
-    t819 = t214 * t217; // right_upper_leg: motion
-    t820 = t211 + t819; // right_upper_leg: motion
-    t821 = R::fused(-t820, t658, t818); // left_upper_leg: sums of what it carries
-    t822 = sin_t1 * t205; // left_hip_roll_link: motion
-    t823 = R::fused(-cos_t1, t207, t822); // left_hip_roll_link: motion
-    t824 = R::fused(v_left_hip_yaw, t217, t823);
-    t825 = t217 * t815;
-    t826 = t824 + t825;
-    t827 = R::fused(t826, t675, t821); // left_upper_leg: sums of what it carries
-    t828 = t214 * t214; // right_upper_leg: motion
-    t829 = t815 * t815;
-    t830 = t828 - t829; // left_upper_leg: sums of what it carries
-    t831 = R::fused(t573, t830, t827); // left_upper_leg: sums of what it carries
-    t832 = sin_q_left_hip_roll * t195; // right_upper_leg: motion
-    t833 = R::fused(cos_q_left_hip_roll, t198, t832); // right_upper_leg: motion
-    t834 = R::fused(-t833, t622, t831); // left_upper_leg: sums of what it carries
-    t835 = t813 - t834; // left_upper_leg: sums of what it carries
-    // right_lower_leg: motion
-    t836 = R::fused(-v_right_hip_yaw, t217, t824);
-    t837 = cos_t2 * t836;
-    t838 = R::fused(-v_right_hip_yaw, t214, t814);
-    t839 = R::fused(-sin_t2, t838, t837);
-    t840 = t839 * R::constant(0.0016005833535); // left_lower_leg: sums of what it carries
-    t841 = sin_t2 * t214;
-    t842 = R::fused(-cos_t2, t217, t841);
-    t843 = cos_q_right_hip_roll * t842; // left_lower_leg: motion
-    t844 = v_right_hip_yaw - t815;
-    // left_lower_leg: motion
-    t845 = R::fused(sin_q_right_hip_roll, t844, t843);
-    t846 = sin_q_right_hip_roll * t842;
-    t847 = R::fused(-cos_q_right_hip_roll, t844, t846);
-    t848 = t845 * t847;
-    t849 = R::fused(-t848, R::constant(0.0014339166865), t840); // left_lower_leg: sums of what it carries
-    t850 = t217 * t217; // right_upper_leg: motion
-    t851 = t850 + t829; // left_upper_leg: motion
-    // right_lower_leg: motion
-    t852 = t851 * t522;
-    t853 = R::fused(-t820, t520, t852);
-    t854 = t170 + t853;
-    t855 = sin_t2 * t854;
-    t856 = t211 - t819; // right_upper_leg: motion
-    t857 = t856 * t522;
-    t858 = t828 + t829; // left_upper_leg: motion
-    t859 = R::fused(t858, t520, t857);
-    t860 = t199 + t859;
-    t861 = R::fused(-cos_t2, t860, t855);
-    t862 = sin_q_right_hip_roll * t861; // left_lower_leg: motion
-    t863 = t817 * t522;
-    t864 = R::fused(t826, t520, t863);
-    t865 = t833 - t864;
-    t866 = R::fused(cos_q_right_hip_roll, t865, t862); // left_lower_leg: motion
-    t867 = R::fused(R::constant(-0.01), t866, t849); // left_lower_leg: sums of what it carries
-    // right_ankle: motion
-    t868 = R::fused(v_right_hip_pitch, t847, t839);
-    t869 = v_right_hip_pitch + t845;
-    t870 = t847 * t869;
-    t871 = t868 + t870;
-    t872 = t871 * t347; // right_ankle: sums of what it carries
-    t873 = sin_t2 * t836; // right_lower_leg: motion
-    t874 = R::fused(cos_t2, t838, t873); // right_lower_leg: motion
-    // left_lower_leg: motion
-    t875 = R::fused(-v_right_hip_roll, t844, t874);
-    t876 = cos_q_right_hip_roll * t875;
-    t877 = R::fused(v_right_hip_roll, t842, t211);
-    t878 = R::fused(sin_q_right_hip_roll, t877, t876);
-    t879 = cos_t2 * t214; // right_lower_leg: motion
-    t880 = R::fused(sin_t2, t217, t879); // right_lower_leg: motion
-    t881 = v_right_hip_roll - t880;
-    t882 = t881 * t847;
-    t883 = t878 - t882;
-    t884 = R::fused(t883, t331, t872); // right_ankle: sums of what it carries
-    t885 = sin_q_right_hip_roll * t875;
-    t886 = R::fused(-cos_q_right_hip_roll, t877, t885);
-    t887 = R::fused(v_right_hip_pitch, t881, t886); // right_ankle: motion
-    t888 = t881 * t869; // right_ankle: motion
-    t889 = t887 + t888; // right_ankle: motion
-    t890 = R::fused(t889, t458, t884); // right_ankle: sums of what it carries
-    t891 = t847 * t847;
-    t892 = t869 * t869; // right_ankle: motion
-    t893 = t891 - t892; // right_ankle: sums of what it carries
-    t894 = R::fused(t447, t893, t890); // right_ankle: sums of what it carries
-    t895 = cos_q_right_hip_roll * t861;
-    t896 = R::fused(-sin_q_right_hip_roll, t865, t895);
-    t897 = R::fused(-t896, t270, t894); // right_ankle: sums of what it carries
-    // left_ankle: motion
-    t898 = R::fused(v_right_knee_pitch, t847, t868);
-    t899 = v_right_knee_pitch + t869;
-    t900 = t847 * t899;
-    t901 = t898 + t900;
-    t902 = t901 * t352; // left_ankle: sums of what it carries
-    t903 = R::fused(t883, t312, t902); // left_ankle: sums of what it carries
-    t904 = R::fused(v_right_knee_pitch, t881, t887);
-    t905 = t881 * t899;
-    t906 = t904 + t905;
-    t907 = R::fused(t906, t461, t903); // left_ankle: sums of what it carries
-    t908 = t899 * t899;
-    t909 = t891 - t908; // left_ankle: sums of what it carries
-    t910 = R::fused(t437, t909, t907); // left_ankle: sums of what it carries
-    t911 = t889 * t273;
-    t912 = R::fused(-t871, t271, t911);
-    t913 = t896 + t912;
-    t914 = R::fused(-t913, t247, t910); // left_ankle: sums of what it carries
-    // right_foot: motion
-    t915 = R::fused(v_right_ankle_pitch, t881, t904);
-    t916 = cos_t4 * t915;
-    t917 = R::fused(v_right_ankle_pitch, t847, t898);
-    t918 = R::fused(sin_t4, t917, t916);
-    t919 = v_right_ankle_pitch + t899;
-    t920 = sin_t4 * t847;
-    t921 = R::fused(cos_t4, t881, t920);
-    t922 = R::fused(t919, t921, t918);
-    t923 = t922 * R::constant(0.0031024499985); // right_foot: sums of what it carries
-    t924 = sin_t4 * t915;
-    t925 = R::fused(-cos_t4, t917, t924);
-    t926 = cos_t4 * t847;
-    t927 = R::fused(-sin_t4, t881, t926);
-    t928 = t919 * t927;
-    t929 = t925 - t928;
-    t930 = R::fused(R::constant(-0.0005698), t929, t923); // right_foot: sums of what it carries
-    t931 = t906 * t250;
-    t932 = R::fused(-t901, t248, t931);
-    t933 = t913 + t932;
-    t934 = R::fused(R::constant(-0.0154), t933, t930); // right_foot: sums of what it carries
-    // left_foot: motion
-    t935 = R::fused(-v_right_ankle_roll, t919, t918);
-    t936 = v_right_ankle_roll + t921;
-    t937 = t919 * t936;
-    t938 = t935 - t937;
-    t939 = t938 * t355; // left_foot: sums of what it carries
-    t940 = R::fused(t290, t929, t939); // left_foot: sums of what it carries
-    t941 = R::fused(v_right_ankle_roll, t927, t878);
-    t942 = t927 * t936;
-    t943 = t941 + t942;
-    t944 = R::fused(-t299, t943, t940); // left_foot: sums of what it carries
-    t945 = t919 * t919; // right_foot: motion
-    t946 = t936 * t936;
-    t947 = t945 - t946; // left_foot: sums of what it carries
-    t948 = R::fused(-t231, t947, t944); // left_foot: sums of what it carries
-    t949 = t883 * t273; // left_ankle: motion
-    t950 = t881 * t881; // left_lower_leg: motion
-    t951 = t950 + t892; // right_ankle: motion
-    t952 = R::fused(-t951, t271, t949); // left_ankle: motion
-    t953 = t866 - t952; // left_ankle: motion
-    t954 = t883 * t250; // right_foot: motion
-    t955 = t950 + t908; // left_ankle: motion
-    t956 = R::fused(-t955, t248, t954); // right_foot: motion
-    t957 = t953 - t956; // right_foot: motion
-    t958 = sin_t4 * t957; // right_foot: motion
-    t959 = cos_t2 * t854; // right_lower_leg: motion
-    t960 = R::fused(sin_t2, t860, t959); // right_lower_leg: motion
-    t961 = t891 + t892; // right_ankle: motion
-    t962 = t961 * t273; // left_ankle: motion
-    t963 = t878 + t882; // left_lower_leg: motion
-    t964 = R::fused(t963, t271, t962); // left_ankle: motion
-    t965 = t960 + t964; // left_ankle: motion
-    t966 = t891 + t908; // left_ankle: motion
-    // right_foot: motion
-    t967 = t966 * t250;
-    t968 = R::fused(t963, t248, t967);
-    t969 = t965 + t968;
-    t970 = R::fused(-cos_t4, t969, t958);
-    t971 = t927 * t921;
-    t972 = t878 + t971;
-    t973 = R::fused(R::constant(-0.037), t972, t970); // left_foot: motion
-    // left_foot: sums of what it carries
-    t974 = R::fused(-t224, t973, t948);
-    t975 = R::constant(0.001228333333) * t925;
-    t976 = t355 + t237;
-    t977 = R::fused(-t928, t976, t975);
-    t978 = t941 - t942; // left_foot: motion
-    t979 = R::fused(-t231, t978, t977);
-    t980 = t935 + t937; // left_foot: motion
-    t981 = R::fused(-t290, t980, t979);
-    t982 = t927 * t927; // right_foot: motion
-    t983_984 = R::Two::fused(both(t982), two(R::constant(1.0), R::constant(-1.0)), both(t945)); // right_foot, left_foot
-    t985 = R::fused(t299, t983_984.second(), t981);
-    // right_foot: motion
-    t986 = cos_t4 * t957;
-    t987 = R::fused(sin_t4, t969, t986);
-    t988 = t921 * t921;
-    t989 = t945 + t988;
-    t990 = R::fused(R::constant(0.037), t989, t987); // left_foot: motion
-    t991 = t224 * t990; // left_foot: sums of what it carries
-    t992 = R::fused(R::constant(0.037), t929, t933); // left_foot: motion
-    t993 = R::fused(-t228, t992, t991); // left_foot: sums of what it carries
-    t994 = t985 - t993; // left_foot: sums of what it carries
-    t995 = tau_right_ankle_roll + t994; // other
-    t996 = R::constant(814.1112620933816) * t995; // other
-    t997 = R::fused(-t290, t996, t974); // left_foot: articulated inertia
-    t998 = t934 - t997; // right_foot: articulated inertia
-    t999 = sin_t4 * t998; // right_foot: articulated inertia
-    t1000 = t929 * R::constant(0.0008355375); // right_foot: sums of what it carries
-    t1001 = R::fused(R::constant(-0.0005698), t922, t1000); // right_foot: sums of what it carries
-    t1002 = R::fused(R::constant(0.023125), t933, t1001); // right_foot: sums of what it carries
-    t1003 = t982 + t946; // left_foot: motion
-    t1004 = t224 * t1003; // left_foot: sums of what it carries
-    t1005 = R::fused(t228, t929, t1004); // left_foot: sums of what it carries
-    t1006 = R::fused(-t228, t996, t1005); // left_foot: articulated inertia
-    t1007 = R::fused(R::constant(-0.037), t1006, tau_right_ankle_roll); // left_foot: articulated inertia
-    t1008 = t1002 - t1007; // right_foot: articulated inertia
-    t1009 = R::fused(-cos_t4, t1008, t999); // right_foot: articulated inertia
-    // right_foot: sums of what it carries
-    t1010 = t878 * R::constant(0.0039379874985);
-    t1011 = R::fused(-t971, R::constant(0.0022669124985), t1010);
-    t1012 = t982 - t988;
-    t1013 = R::fused(R::constant(-0.0005698), t1012, t1011);
-    t1014 = R::constant(0.023125) * t970;
-    t1015 = R::fused(R::constant(-0.0154), t987, t1014);
-    t1016 = t1013 - t1015;
-    t1017 = t943 * t237; // left_foot: sums of what it carries
-    t1018 = R::fused(t299, t938, t1017); // left_foot: sums of what it carries
-    t1019 = t925 + t928; // right_foot: motion
-    // left_foot: sums of what it carries
-    t1020 = R::fused(-t231, t1019, t1018);
-    t1021 = t982 - t946;
-    t1022 = R::fused(-t290, t1021, t1020);
-    t1023 = R::fused(-t228, t973, t1022);
-    t1024 = R::fused(t231, t996, t1023); // left_foot: articulated inertia
-    t1025 = t224 * t938;
-    t1026 = R::fused(-t228, t943, t1025);
-    t1027 = R::fused(R::constant(0.037), t1026, -t1024); // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t1028 = t1016 - t1027;
-    t1029 = tau_right_ankle_pitch + t1028;
-    t1030 = t1029 * t243;
-    t1031 = R::fused(t305, t1030, t1009);
-    t1032 = R::constant(0.0154) * t922; // right_foot: sums of what it carries
-    let (
-        t1033, t1034, t1035, t1036, t1037, t1038_1039, t1040, t1041, t1042, t1043, t1044, t1045, t1046, t1047, t1048,
-        t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060, t1061, t1062, t1063, t1064,
-        t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078, t1079, t1080,
-        t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094, t1095, t1096,
-        t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110, t1111, t1112,
-        t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123, t1124, t1125, t1126, t1127, t1128,
-        t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142, t1143, t1144,
-        t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157, t1158, t1159, t1160,
-        t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1173, t1174, t1175, t1176,
-        t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187, t1188_1189, t1190, t1191, t1192,
-        t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207, t1208,
-        t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1222, t1223, t1224,
-        t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235, t1236, t1237, t1238, t1239, t1240,
-        t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1255, t1256,
-        t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267, t1268, t1269, t1270, t1271, t1272,
-        t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282, t1283, t1284, t1285, t1286, t1287, t1288,
-        t1289, t1290,
-    );
-    t1033 = R::fused(R::constant(-0.023125), t929, t1032); // right_foot: sums of what it carries
-    t1034 = t1033 - t1006;
-    t1035 = R::fused(t303, t1030, t1034);
-    t1036 = R::fused(t248, t1035, t1031);
-    t1037 = t914 + t1036; // left_ankle: articulated inertia
-    t1038_1039 = two(R::constant(0.231642), R::constant(0.07325338333)) * both(t878); // right_ankle, left_ankle
-    t1040 = t352 - t494; // left_ankle: sums of what it carries
-    t1041 = R::fused(t882, t1040, t1038_1039.second()); // left_ankle: sums of what it carries
-    t1042 = t904 - t905; // left_ankle: motion
-    t1043 = R::fused(t1042, t437, t1041); // left_ankle: sums of what it carries
-    t1044 = t898 - t900; // left_ankle: motion
-    // left_ankle: sums of what it carries
-    t1045 = R::fused(t1044, t312, t1043);
-    t1046 = t950 - t891;
-    t1047 = R::fused(t461, t1046, t1045);
-    t1048 = t965 * t247;
-    t1049 = R::fused(-t953, t275, t1048);
-    t1050 = t1047 + t1049;
-    t1051 = R::fused(-t242, t1030, t1028); // right_foot: articulated inertia
-    // right_foot: sums of what it carries
-    t1052 = R::constant(0.0154) * t983_984.first();
-    t1053 = R::fused(R::constant(-0.023125), t972, t1052);
-    t1054 = t1026 + t1053;
-    t1055 = cos_t4 * t1054;
-    t1056 = t878 - t971; // right_foot: motion
-    t1057 = R::constant(0.0154) * t1056;
-    t1058 = R::fused(R::constant(0.023125), t989, t1057);
-    t1059 = t224 * t1019; // left_foot: sums of what it carries
-    t1060 = t945 + t946; // left_foot: motion
-    t1061 = R::fused(-t228, t1060, t1059); // left_foot: sums of what it carries
-    t1062 = R::fused(-t224, t996, t1061); // left_foot: articulated inertia
-    // right_foot: articulated inertia
-    t1063 = t1058 - t1062;
-    t1064 = R::fused(-sin_t4, t1063, t1055);
-    t1065 = R::fused(t233, t1030, t1064);
-    t1066 = t248 * t1065;
-    t1067 = sin_t4 * t1054; // right_foot: sums of what it carries
-    t1068 = R::fused(cos_t4, t1063, t1067);
-    t1069 = R::fused(t254, t1030, t1068);
-    t1070 = R::fused(t250, t1069, t1066);
-    t1071 = t1051 - t1070;
-    // left_ankle: articulated inertia
-    t1072 = t1050 + t1071;
-    t1073 = tau_right_knee_pitch + t1072;
-    t1074 = t1073 * t266;
-    t1075 = R::fused(-t325, t1074, t1037);
-    t1076 = t906 * t275; // left_ankle: sums of what it carries
-    t1077 = R::fused(-t901, t247, t1076); // left_ankle: sums of what it carries
-    t1078 = t1077 - t1035;
-    t1079 = R::fused(-t323, t1074, t1078);
-    t1080 = R::fused(-t271, t1079, t1075);
-    t1081 = t897 + t1080; // right_ankle: articulated inertia
-    t1082 = t347 - t493; // right_ankle: sums of what it carries
-    t1083 = R::fused(t882, t1082, t1038_1039.first()); // right_ankle: sums of what it carries
-    t1084 = t887 - t888; // right_ankle: motion
-    t1085 = R::fused(t1084, t447, t1083); // right_ankle: sums of what it carries
-    t1086 = t868 - t870; // right_ankle: motion
-    // right_ankle: sums of what it carries
-    t1087 = R::fused(t1086, t331, t1085);
-    t1088 = R::fused(t1046, t458, t1087);
-    t1089 = t960 * t270;
-    t1090 = R::fused(-t866, t399, t1089);
-    t1091 = t1088 + t1090;
-    t1092 = R::fused(-t265, t1074, t1072); // left_ankle: articulated inertia
-    t1093 = t966 * t275; // left_ankle: sums of what it carries
-    t1094 = R::fused(t963, t247, t1093); // left_ankle: sums of what it carries
-    t1095 = t1094 - t1065; // left_ankle: articulated inertia
-    t1096 = R::fused(-t257, t1074, t1095); // left_ankle: articulated inertia
-    t1097 = t271 * t1096; // left_ankle: articulated inertia
-    t1098 = t883 * t275; // left_ankle: sums of what it carries
-    t1099 = R::fused(-t955, t247, t1098); // left_ankle: sums of what it carries
-    // left_ankle: articulated inertia
-    t1100 = t1099 - t1069;
-    t1101 = R::fused(-t276, t1074, t1100);
-    t1102 = R::fused(t273, t1101, t1097);
-    t1103 = t1092 + t1102;
-    // right_ankle: articulated inertia
-    t1104 = t1091 + t1103;
-    t1105 = tau_right_hip_pitch + t1104;
-    t1106 = t1105 * t287;
-    t1107 = R::fused(-t341, t1106, t1081);
-    // left_lower_leg: articulated inertia
-    t1108 = t867 + t1107;
-    t1109 = tau_right_hip_roll - t1108;
-    t1110 = t1109 * t390;
-    t1111 = R::fused(t389, t1110, t1108);
-    t1112 = R::fused(t844, t842, t839); // right_lower_leg: motion
-    t1113 = R::fused(t1112, R::constant(0.00009), t1111); // right_lower_leg: articulated inertia
-    t1114 = sin_t2 * t1113; // right_lower_leg: articulated inertia
-    t1115 = R::fused(-t844, t880, t874); // right_lower_leg: motion
-    t1116 = t1115 * R::constant(0.0005199999995); // right_lower_leg: sums of what it carries
-    t1117 = R::fused(R::constant(-0.008), t865, t1116); // right_lower_leg: sums of what it carries
-    t1118 = R::fused(-t286, t1106, t1104); // right_ankle: articulated inertia
-    t1119 = R::fused(t963, R::constant(0.0000833333335), t1118);
-    t1120 = cos_q_right_hip_roll * t1119;
-    t1121 = R::fused(-t881, t845, t886); // left_lower_leg: motion
-    t1122 = t1121 * R::constant(0.00151725002); // left_lower_leg: sums of what it carries
-    t1123 = R::fused(R::constant(0.01), t960, t1122); // left_lower_leg: sums of what it carries
-    // right_ankle: sums of what it carries
-    t1124 = t889 * t493;
-    t1125 = R::fused(t871, t458, t1124);
-    t1126 = R::fused(t963, t447, t1125);
-    t1127 = t950 - t892;
-    t1128 = R::fused(-t331, t1127, t1126);
-    t1129 = R::fused(t896, t399, t1128);
-    // left_ankle: sums of what it carries
-    t1130 = t906 * t494;
-    t1131 = R::fused(t901, t461, t1130);
-    t1132 = R::fused(t963, t437, t1131);
-    t1133 = t950 - t908;
-    t1134 = R::fused(-t312, t1133, t1132);
-    t1135 = R::fused(t913, t275, t1134);
-    // right_foot: articulated inertia
-    t1136 = cos_t4 * t998;
-    t1137 = R::fused(sin_t4, t1008, t1136);
-    t1138 = R::fused(t433, t1030, t1137);
-    t1139 = R::fused(-t250, t1035, t1138);
-    t1140 = t1135 + t1139; // left_ankle: articulated inertia
-    t1141 = R::fused(-t443, t1074, t1140); // left_ankle: articulated inertia
-    t1142 = R::fused(t273, t1079, t1141); // left_ankle: articulated inertia
-    t1143 = t1129 + t1142; // right_ankle: articulated inertia
-    t1144 = R::fused(-t452, t1106, t1143); // right_ankle: articulated inertia
-    t1145 = t1123 + t1144; // left_lower_leg: articulated inertia
-    t1146 = R::fused(sin_q_right_hip_roll, t1145, t1120); // left_lower_leg: articulated inertia
-    t1147 = R::fused(t544, t1110, t1146); // left_lower_leg: articulated inertia
-    t1148 = t1117 + t1147; // right_lower_leg: articulated inertia
-    t1149 = R::fused(-cos_t2, t1148, t1114); // right_lower_leg: articulated inertia
-    t1150 = t211 * R::constant(0.0006099999995); // right_lower_leg: sums of what it carries
-    t1151 = t880 * t842; // right_lower_leg: motion
-    t1152 = R::fused(t1151, R::constant(0.0004299999995), t1150); // right_lower_leg: sums of what it carries
-    t1153 = R::fused(R::constant(-0.008), t861, t1152); // right_lower_leg: sums of what it carries
-    t1154 = sin_q_right_hip_roll * t1119; // left_lower_leg: articulated inertia
-    t1155 = R::fused(-cos_q_right_hip_roll, t1145, t1154); // left_lower_leg: articulated inertia
-    t1156 = R::fused(-t481, t1110, t1155); // left_lower_leg: articulated inertia
-    // right_lower_leg: articulated inertia
-    t1157 = t1153 + t1156;
-    t1158 = tau_right_hip_yaw + t1157;
-    t1159 = t1158 * t515;
-    t1160 = R::fused(t653, t1159, t1149);
-    t1161 = t889 * t399; // right_ankle: sums of what it carries
-    t1162 = R::fused(-t871, t270, t1161); // right_ankle: sums of what it carries
-    t1163 = t1162 + t1079; // right_ankle: articulated inertia
-    t1164 = R::fused(-t339, t1106, t1163); // right_ankle: articulated inertia
-    t1165 = t950 + t891; // left_lower_leg: motion
-    t1166 = R::fused(R::constant(0.01), t1165, -t1164); // left_lower_leg: articulated inertia
-    t1167 = sin_q_right_hip_roll * t1166; // left_lower_leg: articulated inertia
-    t1168 = t883 * t399; // right_ankle: sums of what it carries
-    t1169 = R::fused(-t951, t270, t1168); // right_ankle: sums of what it carries
-    t1170 = t1169 + t1101; // right_ankle: articulated inertia
-    t1171 = R::fused(-t400, t1106, t1170); // right_ankle: articulated inertia
-    t1172 = t839 - t848; // left_lower_leg: motion
-    t1173 = R::fused(R::constant(0.01), t1172, t1171); // left_lower_leg: articulated inertia
-    t1174 = R::fused(-cos_q_right_hip_roll, t1173, t1167); // left_lower_leg: articulated inertia
-    t1175 = R::fused(t558, t1110, t1174); // left_lower_leg: articulated inertia
-    t1176 = R::fused(R::constant(0.008), t1115, -t1175);
-    t1177 = R::fused(t568, t1159, t1176);
-    t1178 = R::fused(-t522, t1177, t1160);
-    t1179 = t835 + t1178; // left_upper_leg: articulated inertia
-    t1180 = R::fused(R::constant(0.0764), tau_base_linear_x, tau_base_angular_z); // other
-    t1181 = R::constant(0.26900396) * t211; // left_upper_leg: sums of what it carries
-    t1182 = t692 - t591; // left_upper_leg: sums of what it carries
-    t1183 = R::fused(-t819, t1182, t1181); // left_upper_leg: sums of what it carries
-    t1184 = t824 - t825; // left_upper_leg: motion
-    t1185 = R::fused(-t1184, t573, t1183); // left_upper_leg: sums of what it carries
-    t1186 = t814 - t816; // left_upper_leg: motion
-    t1187 = R::fused(-t1186, t658, t1185); // left_upper_leg: sums of what it carries
-    t1188_1189 = R::Two::fused(both(t850), two(R::constant(1.0), R::constant(-1.0)), both(t828));
+    t519 = R::fused(t511, t398, t518);
+    t520 = R::fused(-t515, t402, t519);
+    t521 = t520 * t407;
+    t522 = R::fused(-t403, t521, t517);
+    t523 = R::fused(-t266, t432, t418);
+    t524 = R::fused(t511, t435, t523);
+    t525 = R::fused(-t515, t439, t524);
+    t526 = R::fused(-t520, t444, t525);
+    t527 = t526 * t450;
+    t528 = R::fused(-t445, t527, t522);
+    t529 = R::fused(-t266, t468, t455);
+    t530 = R::fused(t511, t471, t529);
+    t531 = R::fused(-t515, t475, t530);
+    t532 = R::fused(-t520, t480, t531);
+    t533 = R::fused(-t526, t486, t532);
+    t534 = t533 * t493;
+    t535 = R::fused(-t487, t534, t528);
+    t536 = R::fused(-t266, t509, t175);
+    t537 = R::fused(t511, t512, t536);
+    t538 = R::fused(-t515, t516, t537);
+    t539 = R::fused(-t520, t521, t538);
+    t540 = R::fused(-t526, t527, t539);
+    t541 = R::fused(-t533, t534, t540);
+    t542 = R::constant(1.0) / t541;
+    t543 = t535 * t542;
+    t544 = R::fused(-t535, t543, t495);
+    // right_lower_leg: sums of what it carries
+    t545 = t108 * t140;
+    t546 = R::fused(t107, t110, t545);
+    t547 = t139 - t546;
+    t548 = t143 * t170;
+    t549 = R::fused(t168, t155, t548);
+    t550 = t547 + t549;
     // left_upper_leg: sums of what it carries
-    t1190 = R::fused(t675, t1188_1189.second(), t1187);
-    t1191 = t199 * t622;
-    t1192 = R::fused(t170, t519, t1191);
-    t1193 = t1190 + t1192;
-    t1194 = t1180 + t1193;
-    t1195 = R::fused(-t514, t1159, t1157); // right_lower_leg: articulated inertia
-    t1196 = t961 * t399; // right_ankle: sums of what it carries
-    t1197 = R::fused(t963, t270, t1196); // right_ankle: sums of what it carries
-    t1198 = t1197 + t1096; // right_ankle: articulated inertia
-    t1199 = R::fused(-t279, t1106, t1198); // right_ankle: articulated inertia
-    t1200 = R::fused(R::constant(0.01), t1121, t1199); // left_lower_leg: articulated inertia
-    t1201 = R::fused(-t342, t1110, t1200); // left_lower_leg: articulated inertia
-    t1202 = t844 * t844; // right_lower_leg: motion
-    t1203 = R::fused(t842, t842, t1202); // right_lower_leg: motion
-    t1204 = R::fused(R::constant(0.008), t1203, t1201); // right_lower_leg: articulated inertia
-    t1205 = sin_t2 * t1204; // right_lower_leg: articulated inertia
-    t1206 = cos_q_right_hip_roll * t1166; // left_lower_leg: articulated inertia
-    t1207 = R::fused(sin_q_right_hip_roll, t1173, t1206); // left_lower_leg: articulated inertia
-    t1208 = R::fused(t417, t1110, t1207); // left_lower_leg: articulated inertia
-    t1209 = t211 + t1151; // right_lower_leg: motion
-    // right_lower_leg: articulated inertia
-    t1210 = R::fused(R::constant(0.008), t1209, t1208);
-    t1211 = R::fused(cos_t2, t1210, t1205);
-    t1212 = R::fused(t527, t1159, t1211);
-    t1213 = t522 * t1212;
-    t1214 = cos_t2 * t1204;
-    t1215 = R::fused(-sin_t2, t1210, t1214);
-    t1216 = R::fused(t492, t1159, t1215);
-    t1217 = R::fused(-t520, t1216, t1213);
-    t1218 = t1195 + t1217;
-    // left_upper_leg: articulated inertia
-    t1219 = t1194 + t1218;
-    t1220 = tau_left_hip_yaw - t1219;
-    t1221 = t1220 * t539;
-    t1222 = R::fused(t666, t1221, t1179);
-    t1223 = t810 - t1222; // right_upper_leg: articulated inertia
-    t1224 = cos_q_left_hip_roll * t1223; // right_upper_leg: articulated inertia
-    t1225 = R::fused(t538, t1221, t1219);
-    t1226 = R::fused(t820, R::constant(0.00009), t1225); // right_upper_leg: articulated inertia
-    t1227 = R::fused(sin_q_left_hip_roll, t1226, t1224); // right_upper_leg: articulated inertia
-    t1228 = t823 * R::constant(0.78043875); // right_upper_leg: sums of what it carries
-    t1229 = t217 * t807; // right_upper_leg: motion
-    t1230 = R::fused(-t1229, R::constant(0.78025875), t1228); // right_upper_leg: sums of what it carries
-    t1231 = R::fused(R::constant(-2.4915), t199, t1230); // right_upper_leg: sums of what it carries
-    t1232 = cos_q_left_hip_yaw * t811; // other
-    t1233 = R::fused(sin_q_left_hip_yaw, tau_base_angular_y, t1232); // other
-    // left_upper_leg: sums of what it carries
-    t1234 = t826 * t591;
-    t1235 = R::fused(t817, t675, t1234);
-    t1236 = R::fused(-t856, t573, t1235);
-    t1237 = t850 - t829;
-    t1238 = R::fused(-t658, t1237, t1236);
-    t1239 = R::fused(t833, t519, t1238);
-    t1240 = t1233 - t1239;
-    // right_lower_leg: articulated inertia
-    t1241 = cos_t2 * t1113;
-    t1242 = R::fused(sin_t2, t1148, t1241);
-    t1243 = R::fused(-t553, t1159, t1242);
-    t1244 = R::fused(t520, t1177, t1243);
-    t1245 = t1240 - t1244; // left_upper_leg: articulated inertia
-    t1246 = R::fused(t585, t1221, t1245); // left_upper_leg: articulated inertia
-    // right_upper_leg: articulated inertia
-    t1247 = t1231 - t1246;
-    t1248 = tau_left_hip_roll + t1247;
-    t1249 = t1248 * t615;
-    t1250 = R::fused(-t682, t1249, t1227);
-    // left_hip_roll_link: articulated inertia
-    t1251 = t803 + t1250;
-    t1252 = tau_left_hip_pitch - t1251;
-    t1253 = t1252 * t708;
-    t1254 = R::fused(t707, t1253, t1251);
-    t1255 = sin_q_left_hip_yaw * tau_base_linear_x; // other
-    t1256 = R::fused(-cos_q_left_hip_yaw, tau_base_linear_y, t1255); // other
-    t1257 = t856 * t622; // left_upper_leg: sums of what it carries
-    t1258 = R::fused(-t858, t519, t1257); // left_upper_leg: sums of what it carries
-    t1259 = t1256 + t1258; // left_upper_leg: sums of what it carries
-    t1260 = t1259 + t1212; // left_upper_leg: articulated inertia
-    t1261 = R::fused(t623, t1221, t1260); // left_upper_leg: articulated inertia
-    t1262 = t823 - t1229; // right_upper_leg: motion
-    t1263 = R::fused(R::constant(2.4915), t1262, -t1261); // right_upper_leg: articulated inertia
-    t1264 = sin_q_left_hip_roll * t1263; // right_upper_leg: articulated inertia
-    t1265 = t817 * t622; // left_upper_leg: sums of what it carries
-    t1266 = R::fused(-t826, t519, t1265); // left_upper_leg: sums of what it carries
-    t1267 = tau_base_linear_z + t1266; // left_upper_leg: sums of what it carries
-    t1268 = t1267 + t1177; // left_upper_leg: articulated inertia
-    t1269 = R::fused(-t583, t1221, t1268); // left_upper_leg: articulated inertia
-    t1270 = R::fused(R::constant(2.4915), t1188_1189.first(), t1269); // right_upper_leg: articulated inertia
-    t1271 = R::fused(-cos_q_left_hip_roll, t1270, t1264); // right_upper_leg: articulated inertia
-    t1272 = R::fused(-t638, t1249, t1271); // right_upper_leg: articulated inertia
-    t1273 = t116 + t801; // left_hip_roll_link: motion
-    t1274 = R::fused(R::constant(0.008), t1273, -t1272);
-    t1275 = sin_t1 * t1274;
-    t1276 = cos_q_left_hip_yaw * tau_base_linear_x; // other
-    t1277 = R::fused(sin_q_left_hip_yaw, tau_base_linear_y, t1276); // other
-    t1278 = t851 * t622; // left_upper_leg: sums of what it carries
-    t1279 = R::fused(t820, t519, t1278); // left_upper_leg: sums of what it carries
-    t1280 = t1277 - t1279; // left_upper_leg: sums of what it carries
-    t1281 = t1280 - t1216; // left_upper_leg: articulated inertia
-    t1282 = R::fused(-t530, t1221, t1281); // left_upper_leg: articulated inertia
-    t1283 = R::fused(R::constant(2.4915), t808, t1282); // right_upper_leg: articulated inertia
-    t1284 = R::fused(-t586, t1249, t1283); // right_upper_leg: articulated inertia
-    t1285 = t209 * t209; // left_hip_roll_link: motion
-    t1286 = R::fused(t202, t202, t1285); // left_hip_roll_link: motion
-    t1287 = R::fused(R::constant(0.008), t1286, -t1284);
-    t1288 = R::fused(cos_t1, t1287, t1275);
-    t1289 = R::fused(t691, t1253, t1288);
-    t1290 = t133 * t1289;
+    t551 = t159 * R::constant(0.027378464);
+    t552 = R::fused(-t161, R::constant(0.205434296), t551);
+    t553 = R::constant(0.013689232) - t552;
+    t554 = t550 + t553;
+    t555 = cos_q_left_hip_roll * t554; // right_upper_leg: sums of what it carries
+    t556 = cos_t2 * t180; // right_lower_leg: sums of what it carries
+    t557 = R::fused(-sin_t2, t184, t556); // right_lower_leg: sums of what it carries
+    t558 = R::fused(t143, t187, t557); // right_lower_leg: sums of what it carries
+    t559 = R::constant(0.0404594) * cos_q_left_hip_yaw;
+    t560 = R::fused(sin_q_left_hip_yaw, R::constant(0.1888771), t559);
+    t561 = t558 - t560;
+    t562 = R::fused(sin_q_left_hip_roll, t561, t555); // right_upper_leg: sums of what it carries
+    t563 = cos_q_left_hip_roll * t199; // right_upper_leg: sums of what it carries
+    t564 = R::fused(-sin_q_left_hip_roll, t201, t563); // right_upper_leg: sums of what it carries
+    // right_upper_leg: mass matrix
+    t565 = sin_t1 * t564;
+    t566 = t196 * t565;
+    t567 = cos_t1 * t564;
+    t568 = R::fused(-t211, t567, t566);
+    t569 = t562 - t568;
+    t570 = t218 * t565;
+    t571 = R::fused(-t7, t567, t570);
+    t572 = t569 - t571;
+    t573 = cos_t2 * t235; // left_foot: mass matrix
+    t574 = R::fused(sin_t2, t250, t573); // left_foot: mass matrix
+    t575 = R::fused(-t168, t253, t574); // left_foot: mass matrix
+    t576 = R::constant(814.1112620933816) * t575; // factors of the mass matrix
+    t577 = R::fused(t279, t576, t572); // factors of the mass matrix
+    t578 = cos_t2 * t112; // right_foot: mass matrix
+    t579 = R::fused(sin_t2, t289, t578); // right_foot: mass matrix
+    t580 = R::fused(t168, t291, t579); // right_foot: mass matrix
+    t581 = R::fused(-t317, t575, t580); // factors of the mass matrix
+    t582 = t581 * t320; // factors of the mass matrix
+    t583 = R::fused(-t318, t582, t577); // factors of the mass matrix
+    t584 = cos_t2 * t116; // left_ankle: mass matrix
+    t585 = R::fused(sin_t2, t327, t584); // left_ankle: mass matrix
+    t586 = R::fused(t168, t329, t585); // left_ankle: mass matrix
+    // factors of the mass matrix
+    t587 = R::fused(-t575, t355, t586);
+    t588 = R::fused(t581, t358, t587);
+    t589 = t588 * t362;
+    t590 = R::fused(t359, t589, t583);
+    t591 = cos_t2 * t120; // right_ankle: mass matrix
+    t592 = R::fused(sin_t2, t367, t591); // right_ankle: mass matrix
+    t593 = R::fused(t168, t369, t592); // right_ankle: mass matrix
+    t594 = R::fused(-t575, t395, t593);
+    t595 = R::fused(t581, t398, t594);
+    t596 = R::fused(-t588, t402, t595);
+    t597 = t596 * t407;
+    t598 = R::fused(t403, t597, t590);
+    t599 = cos_t2 * t105; // left_lower_leg: mass matrix
+    t600 = R::fused(sin_t2, t139, t599); // left_lower_leg: mass matrix
+    t601 = R::fused(t168, t154, t600); // left_lower_leg: mass matrix
+    t602 = R::fused(-t575, t432, t601);
+    t603 = R::fused(t581, t435, t602);
+    t604 = R::fused(-t588, t439, t603);
+    t605 = R::fused(-t596, t444, t604);
+    t606 = t605 * t450;
+    t607 = R::fused(t445, t606, t598);
+    t608 = R::fused(-t575, t468, t557);
+    t609 = R::fused(t581, t471, t608);
+    t610 = R::fused(-t588, t475, t609);
+    t611 = R::fused(-t596, t480, t610);
+    t612 = R::fused(-t605, t486, t611);
+    t613 = t612 * t493;
+    t614 = R::fused(t487, t613, t607);
+    t615 = R::fused(-t575, t509, t561);
+    t616 = R::fused(t581, t512, t615);
+    t617 = R::fused(-t588, t516, t616);
+    t618 = R::fused(-t596, t521, t617);
+    t619 = R::fused(-t605, t527, t618);
+    t620 = R::fused(-t612, t534, t619);
+    t621 = t620 * t542;
+    t622 = R::fused(t535, t621, t614);
+    t623 = t106 - t141; // right_lower_leg: sums of what it carries
+    t624 = t623 + t172; // right_lower_leg: sums of what it carries
+    t625 = R::constant(0.237219128) - t162; // left_upper_leg: sums of what it carries
+    t626 = t624 + t625; // left_upper_leg: sums of what it carries
+    t627 = R::constant(0.78043875) + t626; // right_upper_leg: sums of what it carries
+    t628 = R::fused(-t575, t576, t627);
+    t629 = R::fused(t581, t582, t628);
+    t630 = R::fused(-t588, t589, t629);
+    t631 = R::fused(-t596, t597, t630);
+    t632 = R::fused(-t605, t606, t631);
+    t633 = R::fused(-t612, t613, t632);
+    t634 = R::fused(-t620, t621, t633);
+    t635 = R::constant(1.0) / t634;
+    t636 = t622 * t635;
+    t637 = R::fused(-t622, t636, t544);
+    // left_hip_roll_link: mass matrix
+    t638 = t214 + t209;
+    t639 = t195 + t638;
+    t640 = t218 * t208;
+    t641 = R::fused(t7, t213, t640);
+    t642 = t639 + t641;
+    // factors of the mass matrix
+    t643 = R::constant(814.1112620933816) * t267;
+    t644 = R::fused(-t279, t643, t642);
+    t645 = R::fused(-t317, t267, t304);
+    t646 = t645 * t320;
+    t647 = R::fused(t318, t646, t644);
+    t648 = R::fused(-t267, t355, t342);
+    t649 = R::fused(t645, t358, t648);
+    t650 = t649 * t362;
+    t651 = R::fused(-t359, t650, t647);
+    t652 = R::fused(-t267, t395, t382);
+    t653 = R::fused(t645, t398, t652);
+    t654 = R::fused(-t649, t402, t653);
+    t655 = t654 * t407;
+    t656 = R::fused(-t403, t655, t651);
+    t657 = R::fused(-t267, t432, t419);
+    t658 = R::fused(t645, t435, t657);
+    t659 = R::fused(-t649, t439, t658);
+    t660 = R::fused(-t654, t444, t659);
+    t661 = t660 * t450;
+    t662 = R::fused(-t445, t661, t656);
+    t663 = R::fused(-t267, t468, t456);
+    t664 = R::fused(t645, t471, t663);
+    t665 = R::fused(-t649, t475, t664);
+    t666 = R::fused(-t654, t480, t665);
+    t667 = R::fused(-t660, t486, t666);
+    t668 = t667 * t493;
+    t669 = R::fused(-t487, t668, t662);
+    t670 = R::fused(-t267, t509, t497);
+    t671 = R::fused(t645, t512, t670);
+    t672 = R::fused(-t649, t516, t671);
+    t673 = R::fused(-t654, t521, t672);
+    t674 = R::fused(-t660, t527, t673);
+    t675 = R::fused(-t667, t534, t674);
+    t676 = t675 * t542;
+    t677 = R::fused(-t535, t676, t669);
+    t678 = R::fused(t267, t576, t562);
+    t679 = R::fused(-t645, t582, t678);
+    t680 = R::fused(t649, t589, t679);
+    t681 = R::fused(t654, t597, t680);
+    t682 = R::fused(t660, t606, t681);
+    t683 = R::fused(t667, t613, t682);
+    t684 = R::fused(t675, t621, t683);
+    t685 = t684 * t635;
+    t686 = R::fused(-t622, t685, t677);
+    t687 = R::fused(-t267, t643, t195);
+    t688 = R::fused(t645, t646, t687);
+    t689 = R::fused(-t649, t650, t688);
+    t690 = R::fused(-t654, t655, t689);
+    t691 = R::fused(-t660, t661, t690);
+    t692 = R::fused(-t667, t668, t691);
+    t693 = R::fused(-t675, t676, t692);
+    t694 = R::fused(-t684, t685, t693);
+    t695 = R::constant(1.0) / t694;
+    t696 = t686 * t695;
+    t697 = R::fused(-t686, t696, t637);
+    t698 = t227 + t222; // right_hip_roll_link: mass matrix
+    t699 = t217 + t698; // right_hip_roll_link: mass matrix
+    t700 = R::constant(814.1112620933816) * t276;
+    t701 = R::fused(-t279, t700, t699);
+    t702 = R::fused(-t317, t276, t313);
+    t703 = t702 * t320;
+    t704 = R::fused(t318, t703, t701);
+    t705 = R::fused(-t276, t355, t351);
+    t706 = R::fused(t702, t358, t705);
+    t707 = t706 * t362;
+    t708 = R::fused(-t359, t707, t704);
+    t709 = R::fused(-t276, t395, t391);
+    t710 = R::fused(t702, t398, t709);
+    t711 = R::fused(-t706, t402, t710);
+    t712 = t711 * t407;
+    t713 = R::fused(-t403, t712, t708);
+    t714 = R::fused(-t276, t432, t428);
+    t715 = R::fused(t702, t435, t714);
+    t716 = R::fused(-t706, t439, t715);
+    t717 = R::fused(-t711, t444, t716);
+    t718 = t717 * t450;
+    t719 = R::fused(-t445, t718, t713);
+    t720 = R::fused(-t276, t468, t464);
+    t721 = R::fused(t702, t471, t720);
+    t722 = R::fused(-t706, t475, t721);
+    t723 = R::fused(-t711, t480, t722);
+    t724 = R::fused(-t717, t486, t723);
+    t725 = t724 * t493;
+    t726 = R::fused(-t487, t725, t719);
+    t727 = R::fused(-t276, t509, t505);
+    t728 = R::fused(t702, t512, t727);
+    t729 = R::fused(-t706, t516, t728);
+    t730 = R::fused(-t711, t521, t729);
+    t731 = R::fused(-t717, t527, t730);
+    t732 = R::fused(-t724, t534, t731);
+    t733 = t732 * t542;
+    t734 = R::fused(-t535, t733, t726);
+    t735 = R::fused(t276, t576, t569);
+    t736 = R::fused(-t702, t582, t735);
+    t737 = R::fused(t706, t589, t736);
+    t738 = R::fused(t711, t597, t737);
+    t739 = R::fused(t717, t606, t738);
+    t740 = R::fused(t724, t613, t739);
+    t741 = R::fused(t732, t621, t740);
+    t742 = t741 * t635;
+    t743 = R::fused(-t622, t742, t734);
+    t744 = R::fused(-t276, t643, t639);
+    t745 = R::fused(t702, t646, t744);
+    t746 = R::fused(-t706, t650, t745);
+    t747 = R::fused(-t711, t655, t746);
+    t748 = R::fused(-t717, t661, t747);
+    t749 = R::fused(-t724, t668, t748);
+    t750 = R::fused(-t732, t676, t749);
+    t751 = R::fused(-t741, t685, t750);
+    t752 = t751 * t695;
+    t753 = R::fused(-t686, t752, t743);
+    t754 = R::fused(-t276, t700, t217);
+    t755 = R::fused(t702, t703, t754);
+    t756 = R::fused(-t706, t707, t755);
+    t757 = R::fused(-t711, t712, t756);
+    t758 = R::fused(-t717, t718, t757);
+    t759 = R::fused(-t724, t725, t758);
+    t760 = R::fused(-t732, t733, t759);
+    t761 = R::fused(-t741, t742, t760);
+    t762 = R::fused(-t751, t752, t761);
+    t763 = R::constant(1.0) / t762;
+    t764 = t753 * t763;
+    t765 = R::fused(-t753, t764, t697);
+    t766 = R::constant(1.0) / t765;
+    t767 = v_base_angular_x * sin_q_left_hip_yaw; // left_hip_yaw_link: motion
+    t768 = R::fused(-v_base_angular_y, cos_q_left_hip_yaw, t767); // left_hip_yaw_link: motion
+    t769 = t768 * cos_q_left_hip_roll; // left_hip_roll_link: motion
+    t770 = v_base_angular_z + v_left_hip_yaw; // left_hip_yaw_link: motion
+    t771 = R::fused(-t770, sin_q_left_hip_roll, t769); // left_hip_roll_link: motion
+    t772 = t771 - v_left_hip_pitch; // left_upper_leg: motion
+    t773 = t772 - v_left_knee_pitch; // left_lower_leg: motion
+    t774 = t773 - v_left_ankle_pitch; // left_ankle: motion
     let (
-        t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306,
-        t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322,
-        t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338,
-        t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354,
-        t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370,
-        t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386,
-        t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402,
-        t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1418,
-        t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427, t1428, t1429, t1430, t1431, t1432, t1433, t1434,
-        t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450,
-        t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463, t1464, t1465, t1466,
-        t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475, t1476, t1477, t1478, t1479, t1480, t1481, t1482,
-        t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1495, t1496, t1497, t1498,
-        t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514,
-        t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530,
-        t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546,
+        t775, t776, t777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789, t790, t791, t792,
+        t793, t794, t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807, t808, t809, t810,
+        t811, t812, t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825, t826, t827, t828,
+        t829, t830, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846,
+        t847, t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864,
+        t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882,
+        t883, t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900,
+        t901, t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t917, t918,
+        t919, t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933, t934, t935, t936,
+        t937, t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951, t952, t953, t954,
+        t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969, t970, t971, t972,
+        t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987, t988, t989, t990,
+        t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007,
+        t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023,
+        t1024, t1025, t1026, t1027, t1028, t1029, t1030,
     );
-    t1291 = cos_t1 * t1274;
-    t1292 = R::fused(-sin_t1, t1287, t1291);
-    t1293 = R::fused(t718, t1253, t1292);
-    t1294 = R::fused(-t128, t1293, t1290);
-    t1295 = t1254 - t1294;
-    // right_hip_roll_link: articulated inertia
-    t1296 = t800 + t1295;
-    t1297 = tau_left_knee_pitch - t1296;
-    t1298 = t1297 * t730;
-    t1299 = R::fused(t729, t1298, t1296);
-    t1300 = t166 * t735; // right_hip_roll_link: sums of what it carries
-    t1301 = R::fused(-t159, t712, t1300); // right_hip_roll_link: sums of what it carries
-    t1302 = t1301 + t1289;
-    t1303 = R::fused(-t721, t1298, t1302);
-    t1304 = t125 * t1303;
-    t1305 = t120 * t735; // right_hip_roll_link: sums of what it carries
-    t1306 = R::fused(t132, t712, t1305); // right_hip_roll_link: sums of what it carries
-    t1307 = t1306 + t1293;
-    t1308 = R::fused(t736, t1298, t1307);
-    t1309 = R::fused(-t112, t1308, t1304);
-    t1310 = t1299 - t1309;
-    t1311 = t775 + t1310; // left_hip_yaw_link: articulated inertia
-    t1312 = tau_left_ankle_pitch - t1311; // left_hip_yaw_link: articulated inertia
-    // right_upper_leg: articulated inertia
-    t1313 = t396_397.second() * t629;
-    t1314 = R::fused(t405_406.second(), t626, t1313);
-    t1315 = t628 - t1314;
-    t1316 = cos_q_left_hip_roll * t634;
-    t1317 = R::fused(-sin_q_left_hip_roll, t637, t1316);
-    t1318 = t1317 * t615;
-    t1319 = R::fused(-t638, t1318, t1315);
-    t1320 = sin_t1 * t1319; // left_hip_roll_link: articulated inertia
-    t1321 = cos_q_left_hip_roll * t644;
-    t1322 = R::fused(sin_q_left_hip_roll, t646, t1321);
-    t1323 = R::fused(t1317, t616, t1322);
-    t1324 = R::fused(-cos_t1, t1323, t1320); // left_hip_roll_link: articulated inertia
-    t1325 = t396_397.second() * t670;
-    t1326 = R::fused(t405_406.second(), t667, t1325);
-    t1327 = t670 - t1326;
-    t1328 = R::fused(t682, t1318, t1327);
-    // left_hip_roll_link: articulated inertia
-    t1329 = R::fused(-t1328, t709, t1324);
-    t1330 = t133 * t1329;
-    t1331 = cos_t1 * t1319;
-    t1332 = R::fused(sin_t1, t1323, t1331);
-    t1333 = t1328 * t708;
-    t1334 = R::fused(-t718, t1333, t1332);
-    t1335 = t128 * t1334;
-    t1336 = t1330 - t1335;
-    // right_hip_roll_link: articulated inertia
-    t1337 = R::fused(-t1336, t731, t1329);
-    t1338 = t125 * t1337;
-    t1339 = t1336 * t730;
-    t1340 = R::fused(t736, t1339, t1334);
-    t1341 = t112 * t1340;
-    t1342 = t1338 - t1341;
-    // right_hip_yaw_link: sums of what it carries
-    t1343 = t174 * R::constant(0.02361803748);
-    t1344 = t109 - t161;
-    t1345 = R::fused(R::constant(0.00037), t1344, t1343);
-    t1346 = R::constant(0.01) * t105;
-    t1347 = R::fused(R::constant(-0.679875), t173, t1346);
-    t1348 = t1345 - t1347;
-    // left_hip_yaw_link: sums of what it carries
-    t1349 = t184 * t752;
-    t1350 = R::fused(t120, t762, t1349);
-    t1351 = R::fused(t180, t767, t1350);
-    t1352 = t161 - t123;
-    t1353 = R::fused(-t758, t1352, t1351);
-    t1354 = R::fused(t175, t770, t1353);
-    // right_hip_roll_link: sums of what it carries
-    t1355 = t193 * t782;
-    t1356 = R::fused(t120, t792, t1355);
-    t1357 = R::fused(t189, t796, t1356);
-    t1358 = t161 - t131;
-    t1359 = R::fused(-t788, t1358, t1357);
-    t1360 = R::fused(t186, t712, t1359);
-    t1361 = R::fused(t209, t213, t208); // left_hip_roll_link: motion
-    t1362 = t1361 * R::constant(0.0005199999995); // left_hip_roll_link: sums of what it carries
-    t1363 = R::fused(R::constant(-0.008), t195, t1362); // left_hip_roll_link: sums of what it carries
-    // right_upper_leg: articulated inertia
-    t1364 = sin_q_left_hip_roll * t1223;
-    t1365 = R::fused(-cos_q_left_hip_roll, t1226, t1364);
-    t1366 = sin_q_left_hip_roll * t681;
-    t1367 = R::fused(-t1366, t1249, t1365);
-    t1368 = t1363 + t1367; // left_hip_roll_link: articulated inertia
-    t1369 = sin_t1 * t1368; // left_hip_roll_link: articulated inertia
-    t1370 = R::fused(-t614, t1249, t1247);
-    t1371 = R::fused(-t209, t202, t823); // left_hip_roll_link: motion
-    t1372 = R::fused(t1371, R::constant(0.0000833333335), t1370); // left_hip_roll_link: articulated inertia
-    t1373 = R::fused(-cos_t1, t1372, t1369); // left_hip_roll_link: articulated inertia
-    t1374 = t405_406.second() * t702;
-    t1375 = R::fused(t1366, t705, t1374);
-    t1376 = sin_t1 * t1375; // left_hip_roll_link: articulated inertia
-    t1377 = R::fused(-t1376, t1253, t1373); // left_hip_roll_link: articulated inertia
-    t1378 = cos_q_left_hip_roll * t1263;
-    t1379 = R::fused(sin_q_left_hip_roll, t1270, t1378);
-    t1380 = R::fused(-t1317, t1249, t1379);
-    t1381 = R::fused(R::constant(0.008), t1361, t1380); // left_hip_roll_link: articulated inertia
-    t1382 = R::fused(-t1328, t1253, t1381); // left_hip_roll_link: articulated inertia
-    t1383 = R::fused(-t133, t1382, t1377); // left_hip_roll_link: articulated inertia
-    t1384 = t1360 + t1383; // right_hip_roll_link: articulated inertia
-    t1385 = R::fused(t1366, t639, t1326);
-    t1386 = t618 * t1385; // left_hip_roll_link: articulated inertia
-    t1387 = sin_q_left_hip_roll * t688;
-    t1388 = R::fused(-t1366, t616, t1387);
-    // left_hip_roll_link: articulated inertia
-    t1389 = R::fused(-t643, t1388, t1386);
-    t1390 = R::fused(t1376, t709, t1389);
-    t1391 = t133 * t1390;
-    t1392 = t618 * t1388;
-    t1393 = R::fused(t643, t1385, t1392);
-    t1394 = R::fused(t1376, t725, t1393);
-    t1395 = R::fused(-t128, t1394, t1391);
-    t1396 = R::fused(t133, t1336, t1395);
-    t1397 = t792 - t1396; // right_hip_roll_link: articulated inertia
-    t1398 = R::fused(t1397, t1298, t1384); // right_hip_roll_link: articulated inertia
-    t1399 = t189 * t735; // right_hip_roll_link: sums of what it carries
-    t1400 = R::fused(-t193, t712, t1399); // right_hip_roll_link: sums of what it carries
-    t1401 = t1400 + t1382; // right_hip_roll_link: articulated inertia
-    t1402 = R::fused(t1336, t1298, t1401); // right_hip_roll_link: articulated inertia
-    t1403 = R::fused(-t125, t1402, t1398); // right_hip_roll_link: articulated inertia
-    t1404 = t1354 + t1403; // left_hip_yaw_link: articulated inertia
-    t1405 = t1390 + t1330;
-    t1406 = R::fused(t1397, t731, t1405); // right_hip_roll_link: articulated inertia
-    t1407 = t125 * t1406; // right_hip_roll_link: articulated inertia
-    t1408 = R::fused(t133, t1334, t1394);
-    t1409 = R::fused(-t1397, t741, t1408); // right_hip_roll_link: articulated inertia
-    t1410 = R::fused(-t112, t1409, t1407); // right_hip_roll_link: articulated inertia
-    t1411 = R::fused(t125, t1342, t1410); // right_hip_roll_link: articulated inertia
-    t1412 = t762 - t1411; // left_hip_yaw_link: articulated inertia
-    t1413 = t1312 * t746; // left_hip_yaw_link: articulated inertia
-    t1414 = R::fused(t1412, t1413, t1404); // left_hip_yaw_link: articulated inertia
-    t1415 = t180 * t773; // left_hip_yaw_link: sums of what it carries
-    t1416 = R::fused(-t184, t770, t1415); // left_hip_yaw_link: sums of what it carries
-    t1417 = t1416 + t1402; // left_hip_yaw_link: articulated inertia
-    t1418 = R::fused(t1342, t1413, t1417); // left_hip_yaw_link: articulated inertia
-    t1419 = R::fused(R::constant(-0.037), t1418, t1414); // left_hip_yaw_link: articulated inertia
-    t1420 = t1348 + t1419; // right_hip_yaw_link: articulated inertia
-    t1421 = tau_left_ankle_roll - t1420; // right_hip_yaw_link: articulated inertia
-    t1422 = R::constant(0.00009) - t703; // right_upper_leg: articulated inertia
-    t1423 = t1366 * t615; // right_upper_leg: articulated inertia
-    t1424 = R::fused(-t1366, t1423, t1422); // right_upper_leg: articulated inertia
-    t1425 = R::constant(0.0005199999995) + t1424;
-    t1426 = R::constant(0.0000833333335) - t1425;
-    t1427 = R::fused(-t618, t1426, R::constant(0.0000833333335));
-    t1428 = t1376 * t708;
-    t1429 = R::fused(-t1376, t1428, t1427);
-    t1430 = R::fused(-t1366, t1318, t671); // right_upper_leg: articulated inertia
-    t1431 = R::constant(0.008) + t1430;
-    t1432 = sin_t1 * t1431;
-    t1433 = R::fused(-t1376, t1333, t1432);
-    t1434 = R::fused(-t133, t1433, t1429);
-    t1435 = t625 - t630; // right_upper_leg: articulated inertia
-    t1436 = R::fused(t1317, t1318, t1435); // right_upper_leg: articulated inertia
-    t1437 = R::fused(t1328, t1333, t1436);
-    t1438 = R::fused(t133, t1437, t1433);
-    t1439 = R::fused(-t133, t1438, t1434);
-    // right_hip_roll_link: articulated inertia
-    t1440 = t782 + t1439;
-    t1441 = t1397 * t730;
-    t1442 = R::fused(-t1397, t1441, t1440);
-    t1443 = t712 - t1438;
-    t1444 = R::fused(t1397, t1339, t1443);
-    t1445 = R::fused(t125, t1444, t1442);
-    t1446 = R::fused(t1336, t1339, t1437);
-    t1447 = R::fused(-t125, t1446, t1444);
-    t1448 = R::fused(t125, t1447, t1445);
-    // left_hip_yaw_link: articulated inertia
-    t1449 = t752 + t1448;
-    t1450 = t1412 * t746;
-    t1451 = R::fused(-t1412, t1450, t1449);
-    t1452 = t770 + t1447;
-    t1453 = t1342 * t746;
-    t1454 = R::fused(t1412, t1453, t1452);
-    t1455 = R::fused(R::constant(0.037), t1454, t1451);
-    t1456 = R::fused(t1342, t1453, t1446);
-    t1457 = R::fused(R::constant(-0.037), t1456, t1454);
-    t1458 = R::fused(R::constant(0.037), t1457, t1455);
-    t1459 = R::constant(0.02665253752) + t1458; // right_hip_yaw_link: articulated inertia
-    t1460 = R::constant(1.0) / t1459; // right_hip_yaw_link: articulated inertia
-    t1461 = t1421 * t1460; // right_hip_yaw_link: articulated inertia
-    // left_hip_yaw_link: acceleration
-    t1462 = R::constant(0.037) * t1461;
-    t1463 = R::fused(t1342, t1462, t1312);
-    t1464 = R::fused(-t1412, t1461, t1463);
-    t1465 = t746 * t1464;
-    // right_hip_roll_link: acceleration
-    t1466 = t112 * t1465;
-    t1467 = t125 * t1465;
-    t1468 = t721 * t1467;
-    t1469 = R::fused(t125, t1461, t1462);
-    t1470 = R::fused(-t1336, t1469, t1468);
-    t1471 = R::fused(t736, t1466, t1470);
-    t1472 = t1297 - t1471;
-    t1473 = t1397 * t1461;
-    t1474 = R::fused(t729, t1465, t1473);
-    t1475 = t1472 - t1474;
-    t1476 = t730 * t1475;
-    t1477 = t1465 + t1476;
-    t1478 = R::fused(t128, t1477, t1466); // left_hip_roll_link: acceleration
-    t1479 = sin_t1 * t1478; // right_upper_leg: acceleration
-    t1480 = R::fused(t133, t1477, t1467); // left_hip_roll_link: acceleration
-    t1481 = R::fused(cos_t1, t1480, t1479); // right_upper_leg: acceleration
-    t1482 = cos_q_left_hip_yaw * t1481; // other
-    t1483 = R::fused(t133, t1461, t1469); // left_hip_roll_link: acceleration
-    t1484 = cos_q_left_hip_roll * t1483; // left_upper_leg: acceleration
-    t1485 = cos_t1 * t1478; // right_upper_leg: acceleration
-    t1486 = R::fused(-sin_t1, t1480, t1485); // right_upper_leg: acceleration
-    t1487 = R::fused(sin_q_left_hip_roll, t1486, t1484); // left_upper_leg: acceleration
-    t1488 = R::fused(sin_q_left_hip_yaw, t1487, t1482); // other
-    t1489 = t222 - t1488; // other
-    // left_hip_roll_link: acceleration
-    t1490 = t691 * t1480;
-    t1491 = R::fused(-t1328, t1483, t1490);
-    t1492 = R::fused(-t718, t1478, t1491);
-    t1493 = t1252 + t1492;
-    t1494 = t1376 * t1461;
-    t1495 = R::fused(-t707, t1477, t1494);
-    t1496 = t1493 + t1495;
-    t1497 = t708 * t1496;
-    t1498 = t1477 + t1497;
-    t1499 = sin_q_left_hip_roll * t1498; // left_upper_leg: acceleration
-    t1500 = sin_t1 * t1461; // right_upper_leg: acceleration
-    // left_upper_leg: acceleration
-    t1501 = R::fused(-cos_q_left_hip_roll, t1500, t1499);
-    t1502 = t530 * t1481;
-    t1503 = R::fused(-t623, t1487, t1502);
-    t1504 = sin_q_left_hip_roll * t1483;
-    t1505 = R::fused(-cos_q_left_hip_roll, t1486, t1504);
-    t1506 = R::fused(-t583, t1505, t1503);
-    t1507 = t1220 + t1506;
-    // right_upper_leg: acceleration
-    t1508 = cos_t1 * t1461;
-    t1509 = t586 * t1481;
-    t1510 = R::fused(-t1317, t1483, t1509);
-    t1511 = R::fused(-t638, t1486, t1510);
-    t1512 = t1248 + t1511;
-    t1513 = t614 * t1508;
-    t1514 = R::fused(-t682, t1498, t1513);
-    t1515 = R::fused(-t1366, t1500, t1514);
-    t1516 = t1512 - t1515;
-    t1517 = t615 * t1516;
-    t1518 = t1508 + t1517;
-    // left_upper_leg: acceleration
-    t1519 = t585 * t1518;
-    t1520 = cos_q_left_hip_roll * t1498;
-    t1521 = R::fused(sin_q_left_hip_roll, t1500, t1520);
-    t1522 = R::fused(-t666, t1521, t1519);
-    t1523 = R::fused(t538, t1501, t1522);
-    t1524 = t1507 - t1523;
-    t1525 = t539 * t1524;
-    t1526 = t1501 + t1525;
+    t775 = t774 * sin_q_left_ankle_roll; // left_foot: motion
+    t776 = t768 * sin_q_left_hip_roll; // left_hip_roll_link: motion
+    t777 = R::fused(t770, cos_q_left_hip_roll, t776); // left_hip_roll_link: motion
+    t778 = t777 * cos_q_left_hip_pitch; // left_upper_leg: motion
+    t779 = v_base_angular_x * cos_q_left_hip_yaw; // left_hip_yaw_link: motion
+    t780 = R::fused(v_base_angular_y, sin_q_left_hip_yaw, t779); // left_hip_yaw_link: motion
+    t781 = t780 + v_left_hip_roll; // left_hip_roll_link: motion
+    t782 = R::fused(t781, sin_q_left_hip_pitch, t778); // left_upper_leg: motion
+    t783 = t782 * cos_q_left_knee_pitch; // left_lower_leg: motion
+    t784 = t777 * sin_q_left_hip_pitch; // left_upper_leg: motion
+    t785 = R::fused(-t781, cos_q_left_hip_pitch, t784); // left_upper_leg: motion
+    t786 = R::fused(-t785, sin_q_left_knee_pitch, t783); // left_lower_leg: motion
+    t787 = t786 * cos_q_left_ankle_pitch; // left_ankle: motion
+    t788 = t782 * sin_q_left_knee_pitch; // left_lower_leg: motion
+    t789 = R::fused(t785, cos_q_left_knee_pitch, t788); // left_lower_leg: motion
+    t790 = R::fused(-t789, sin_q_left_ankle_pitch, t787); // left_ankle: motion
+    t791 = R::fused(t790, cos_q_left_ankle_roll, t775); // left_foot: motion
+    t792 = t791 * v_left_ankle_roll; // left_foot: motion
+    t793 = sin_q_left_ankle_roll * t792; // right_hip_yaw_link: motion
+    t794 = t774 * cos_q_left_ankle_roll; // left_foot: motion
+    t795 = R::fused(-t790, sin_q_left_ankle_roll, t794); // left_foot: motion
+    t796 = t795 * v_left_ankle_roll; // left_foot: motion
+    t797 = R::fused(cos_q_left_ankle_roll, t796, t793); // right_hip_yaw_link: motion
+    t798 = t786 * sin_q_left_ankle_pitch; // left_ankle: motion
+    t799 = R::fused(t789, cos_q_left_ankle_pitch, t798); // left_ankle: motion
+    t800 = R::fused(t799, v_left_ankle_pitch, -t797); // left_hip_yaw_link: motion
+    t801 = R::fused(v_left_knee_pitch, t799, t800); // right_hip_roll_link: motion
+    t802 = R::fused(v_left_hip_pitch, t799, t801); // left_hip_roll_link: motion
+    t803 = sin_t1 * t802; // left_hip_roll_link: motion
+    t804 = sin_q_left_ankle_roll * t795; // right_hip_yaw_link: motion
+    t805 = R::fused(-cos_q_left_ankle_roll, t791, t804); // right_hip_yaw_link: motion
+    t806 = v_left_ankle_pitch * t805; // left_hip_yaw_link: motion
+    t807 = R::fused(v_left_knee_pitch, t805, t806); // right_hip_roll_link: motion
+    t808 = R::fused(v_left_hip_pitch, t805, t807); // left_hip_roll_link: motion
+    t809 = R::fused(-cos_t1, t808, t803); // left_hip_roll_link: motion
+    t810 = cos_q_left_ankle_roll * t795; // right_hip_yaw_link: motion
+    t811 = R::fused(sin_q_left_ankle_roll, t791, t810); // right_hip_yaw_link: motion
+    t812 = v_left_ankle_pitch + t811; // left_hip_yaw_link: motion
+    t813 = v_left_knee_pitch + t812; // right_hip_roll_link: motion
+    t814 = v_left_hip_pitch + t813; // left_hip_roll_link: motion
+    t815 = cos_q_left_hip_roll * t814; // right_upper_leg: motion
+    t816 = cos_t1 * t805; // left_hip_roll_link: motion
+    t817 = R::fused(-t799, sin_t1, t816); // left_hip_roll_link: motion
+    t818 = R::fused(-sin_q_left_hip_roll, t817, t815); // right_upper_leg: motion
+    t819 = R::fused(v_left_hip_yaw, t818, t809); // left_upper_leg: motion
+    t820 = R::fused(-v_right_hip_yaw, t818, t819); // right_lower_leg: motion
+    t821 = sin_t2 * t820; // right_lower_leg: motion
+    t822 = cos_q_left_ankle_roll * t792; // right_hip_yaw_link: motion
+    t823 = R::fused(-sin_q_left_ankle_roll, t796, t822); // right_hip_yaw_link: motion
+    t824 = R::fused(-v_left_hip_roll, t817, t823); // right_upper_leg: motion
+    t825 = cos_q_left_hip_roll * t824; // right_upper_leg: motion
+    t826 = cos_t1 * t802; // left_hip_roll_link: motion
+    t827 = R::fused(sin_t1, t808, t826); // left_hip_roll_link: motion
+    t828 = R::fused(-v_left_hip_roll, t814, t827); // right_upper_leg: motion
+    t829 = R::fused(sin_q_left_hip_roll, t828, t825); // right_upper_leg: motion
+    t830 = sin_t1 * t805; // left_hip_roll_link: motion
+    t831 = R::fused(t799, cos_t1, t830); // left_hip_roll_link: motion
+    t832 = v_left_hip_roll + t831; // right_upper_leg: motion
+    t833 = R::fused(v_left_hip_yaw, t832, t829); // left_upper_leg: motion
+    t834 = R::fused(-v_right_hip_yaw, t832, t833); // right_lower_leg: motion
+    t835 = R::fused(cos_t2, t834, t821); // right_lower_leg: motion
+    t836 = sin_q_left_hip_roll * t814; // right_upper_leg: motion
+    t837 = R::fused(cos_q_left_hip_roll, t817, t836); // right_upper_leg: motion
+    t838 = v_left_hip_yaw + t837; // left_upper_leg: motion
+    t839 = v_right_hip_yaw - t838; // right_lower_leg: motion
+    t840 = R::fused(-v_right_hip_roll, t839, t835); // left_lower_leg: motion
+    t841 = sin_q_right_hip_roll * t840; // left_lower_leg: motion
+    t842 = sin_q_left_hip_roll * t824; // right_upper_leg: motion
+    t843 = R::fused(-cos_q_left_hip_roll, t828, t842); // right_upper_leg: motion
+    t844 = sin_t2 * t832; // right_lower_leg: motion
+    t845 = R::fused(-cos_t2, t818, t844); // right_lower_leg: motion
+    t846 = R::fused(v_right_hip_roll, t845, t843); // left_lower_leg: motion
+    t847 = R::fused(-cos_q_right_hip_roll, t846, t841); // left_lower_leg: motion
+    t848 = cos_t2 * t832; // right_lower_leg: motion
+    t849 = R::fused(sin_t2, t818, t848); // right_lower_leg: motion
+    t850 = v_right_hip_roll - t849; // left_lower_leg: motion
+    t851 = R::fused(v_right_hip_pitch, t850, t847); // right_ankle: motion
+    t852 = R::fused(v_right_knee_pitch, t850, t851); // left_ankle: motion
+    t853 = R::fused(v_right_ankle_pitch, t850, t852); // right_foot: motion
+    t854 = cos_t4 * t853; // right_foot: motion
+    t855 = cos_t2 * t820; // right_lower_leg: motion
+    t856 = R::fused(-sin_t2, t834, t855); // right_lower_leg: motion
+    t857 = sin_q_right_hip_roll * t845; // left_lower_leg: motion
+    t858 = R::fused(-cos_q_right_hip_roll, t839, t857); // left_lower_leg: motion
+    t859 = R::fused(v_right_hip_pitch, t858, t856); // right_ankle: motion
+    t860 = R::fused(v_right_knee_pitch, t858, t859); // left_ankle: motion
+    t861 = R::fused(v_right_ankle_pitch, t858, t860); // right_foot: motion
+    t862 = R::fused(sin_t4, t861, t854); // right_foot: motion
+    t863 = cos_q_right_hip_roll * t845; // left_lower_leg: motion
+    t864 = R::fused(sin_q_right_hip_roll, t839, t863); // left_lower_leg: motion
+    t865 = v_right_hip_pitch + t864; // right_ankle: motion
+    t866 = v_right_knee_pitch + t865; // left_ankle: motion
+    t867 = v_right_ankle_pitch + t866; // right_foot: motion
+    t868 = R::fused(-v_right_ankle_roll, t867, t862); // left_foot: motion
+    t869 = sin_t4 * t858; // right_foot: motion
+    t870 = R::fused(cos_t4, t850, t869); // right_foot: motion
+    t871 = v_right_ankle_roll + t870; // left_foot: motion
+    t872 = t867 * t871; // left_foot: motion
+    t873 = t868 - t872; // left_foot: motion
+    t874 = t873 * t47; // left_foot: sums of what it carries
+    // right_foot: motion
+    t875 = sin_t4 * t853;
+    t876 = R::fused(-cos_t4, t861, t875);
+    t877 = cos_t4 * t858;
+    t878 = R::fused(-sin_t4, t850, t877);
+    t879 = t867 * t878;
+    t880 = t876 - t879;
+    t881 = R::fused(t55, t880, t874); // left_foot: sums of what it carries
+    t882 = cos_q_right_hip_roll * t840; // left_lower_leg: motion
+    t883 = R::fused(sin_q_right_hip_roll, t846, t882); // left_lower_leg: motion
+    t884 = R::fused(v_right_ankle_roll, t878, t883); // left_foot: motion
+    t885 = t878 * t871; // left_foot: motion
+    t886 = t884 + t885; // left_foot: motion
+    t887 = R::fused(-t80, t886, t881); // left_foot: sums of what it carries
+    t888 = t867 * t867;
+    t889 = t871 * t871; // left_foot: motion
+    t890 = t888 - t889; // left_foot: sums of what it carries
+    t891 = R::fused(-t83, t890, t887); // left_foot: sums of what it carries
+    t892 = t799 - v_left_ankle_roll; // left_foot: motion
+    t893 = t795 * t892; // left_foot: motion
+    t894 = t893 * R::constant(0.03); // right_hip_yaw_link: motion
+    t895 = t795 * t791; // left_foot: motion
+    t896 = R::fused(t895, R::constant(0.055), t894); // right_hip_yaw_link: motion
+    // torso: motion
+    t897 = q_base_qz * R::constant(2.0);
+    t898 = q_base_qx * t897;
+    t899 = q_base_qy * R::constant(2.0);
+    t900 = q_base_qw * t899;
+    t901 = t898 - t900;
     // other
-    t1527 = R::fused(R::constant(-0.0764), t1526, t1489);
-    t1528 = R::fused(t45, R::constant(9.81), -t1527);
-    t1529 = t6 + t1528;
-    t1530 = -t1529;
-    t1531 = v_base_angular_z * v_base_linear_x; // torso: motion
-    t1532 = R::fused(-v_base_angular_x, v_base_linear_z, t1531); // torso: motion
-    t1533 = sin_q_left_hip_yaw * t170; // left_upper_leg: motion
-    t1534 = R::fused(cos_q_left_hip_yaw, t199, t1533); // left_upper_leg: motion
-    t1535 = R::fused(t218, t218, t829); // left_upper_leg: motion
-    t1536 = R::fused(R::constant(0.0764), t1535, t1534);
-    t1537 = sin_q_left_hip_yaw * t1481;
-    t1538 = R::fused(-cos_q_left_hip_yaw, t1487, t1537);
-    t1539 = t1536 - t1538;
-    t1540 = R::fused(t64, R::constant(9.81), -t1539);
-    t1541 = t1532 + t1540;
-    t1542 = -t1541;
-    t1543 = v_base_angular_x * v_base_linear_y; // torso: motion
-    t1544 = R::fused(-v_base_angular_y, v_base_linear_x, t1543); // torso: motion
-    t1545 = cos_q_left_hip_yaw * t824; // left_upper_leg: motion
-    t1546 = R::fused(sin_q_left_hip_yaw, t814, t1545); // left_upper_leg: motion
+    t902 = cos_q_left_ankle_pitch * sin_q_left_ankle_roll;
+    t903 = cos_q_left_knee_pitch * t902;
+    t904 = sin_q_left_ankle_pitch * sin_q_left_ankle_roll;
+    t905 = R::fused(-sin_q_left_knee_pitch, t904, t903);
+    t906 = sin_q_left_hip_pitch * t905;
+    t907 = sin_q_left_knee_pitch * t902;
+    t908 = R::fused(cos_q_left_knee_pitch, t904, t907);
+    t909 = R::fused(cos_q_left_hip_pitch, t908, t906);
+    t910 = cos_q_left_hip_yaw * t909;
+    t911 = cos_q_left_hip_roll * cos_q_left_ankle_roll;
+    t912 = cos_q_left_hip_pitch * t905;
+    t913 = R::fused(-sin_q_left_hip_pitch, t908, t912);
+    t914 = R::fused(-sin_q_left_hip_roll, t913, t911);
+    t915 = R::fused(-sin_q_left_hip_yaw, t914, t910);
+    t916 = t901 * t915;
+    // torso: motion
+    t917 = q_base_qy * t897;
+    t918 = q_base_qx * R::constant(2.0);
+    t919 = q_base_qw * t918;
+    t920 = t917 + t919;
+    t921 = sin_q_left_hip_yaw * t909; // other
+    t922 = R::fused(cos_q_left_hip_yaw, t914, t921); // other
+    t923 = R::fused(t920, t922, t916); // other
+    t924 = q_base_qx * t918;
+    t925 = q_base_qy * t899;
+    t926 = t924 + t925;
+    t927 = R::constant(1.0) - t926;
+    t928 = sin_q_left_hip_roll * cos_q_left_ankle_roll; // other
+    t929 = R::fused(cos_q_left_hip_roll, t913, t928); // other
+    t930 = R::fused(t927, t929, t923); // other
+    t931 = R::fused(R::constant(9.81), t930, -t896); // right_hip_yaw_link: motion
+    t932 = sin_q_left_ankle_roll * t931; // right_hip_yaw_link: motion
+    t933 = t892 * t892; // left_foot: motion
+    t934 = t795 * t795; // left_foot: motion
+    t935 = t933 + t934; // left_foot: motion
+    t936 = t935 * R::constant(0.055); // other
+    t937 = t791 * t892; // left_foot: motion
+    t938 = R::fused(-t937, R::constant(0.03), t936); // right_hip_yaw_link: motion
+    // other
+    t939 = cos_q_left_ankle_pitch * cos_q_left_ankle_roll;
+    t940 = cos_q_left_knee_pitch * t939;
+    t941 = sin_q_left_ankle_pitch * cos_q_left_ankle_roll;
+    t942 = R::fused(-sin_q_left_knee_pitch, t941, t940);
+    t943 = sin_q_left_hip_pitch * t942;
+    t944 = sin_q_left_knee_pitch * t939;
+    t945 = R::fused(cos_q_left_knee_pitch, t941, t944);
+    t946 = R::fused(cos_q_left_hip_pitch, t945, t943);
+    t947 = cos_q_left_hip_yaw * t946;
+    t948 = cos_q_left_hip_roll * sin_q_left_ankle_roll;
+    t949 = cos_q_left_hip_pitch * t942;
+    t950 = R::fused(-sin_q_left_hip_pitch, t945, t949);
+    t951 = R::fused(sin_q_left_hip_roll, t950, t948);
+    t952 = R::fused(sin_q_left_hip_yaw, t951, t947);
+    t953 = t901 * t952;
+    t954 = sin_q_left_hip_yaw * t946;
+    t955 = R::fused(-cos_q_left_hip_yaw, t951, t954);
+    t956 = R::fused(t920, t955, t953);
+    t957 = sin_q_left_hip_roll * sin_q_left_ankle_roll;
+    t958 = R::fused(-cos_q_left_hip_roll, t950, t957);
+    t959 = R::fused(-t927, t958, t956);
+    t960 = R::fused(R::constant(9.81), t959, -t938); // right_hip_yaw_link: motion
+    t961 = R::fused(cos_q_left_ankle_roll, t960, t932); // right_hip_yaw_link: motion
+    t962 = t799 * t799; // left_ankle: motion
+    t963 = t811 * t811; // right_hip_yaw_link: motion
+    t964 = t962 + t963; // right_hip_yaw_link: motion
+    t965 = R::fused(R::constant(-0.037), t964, t961); // left_hip_yaw_link: motion
+    t966 = t799 * t805; // right_hip_yaw_link: motion
+    t967 = t823 + t966; // right_hip_yaw_link: motion
+    t968 = t7 * t967; // right_hip_roll_link: motion
+    t969 = t812 * t812; // left_hip_yaw_link: motion
+    t970 = t962 + t969; // left_hip_yaw_link: motion
+    t971 = R::fused(t970, t218, t968); // right_hip_roll_link: motion
+    t972 = t965 - t971; // right_hip_roll_link: motion
+    t973 = t967 * t211; // left_hip_roll_link: motion
+    t974 = t813 * t813; // right_hip_roll_link: motion
+    t975 = t962 + t974; // right_hip_roll_link: motion
+    t976 = R::fused(t975, t196, t973); // left_hip_roll_link: motion
+    t977 = t972 - t976; // left_hip_roll_link: motion
+    t978 = sin_t1 * t977; // left_hip_roll_link: motion
+    t979 = t791 * t791; // left_foot: motion
+    t980 = t934 + t979; // left_foot: motion
+    t981 = t980 * R::constant(0.03);
+    t982 = R::fused(-t937, R::constant(0.055), t981); // right_hip_yaw_link: motion
+    t983 = cos_q_left_knee_pitch * sin_q_left_ankle_pitch;
+    t984 = R::fused(sin_q_left_knee_pitch, cos_q_left_ankle_pitch, t983);
+    t985 = sin_q_left_hip_pitch * t984;
+    t986 = sin_q_left_knee_pitch * sin_q_left_ankle_pitch;
+    t987 = R::fused(-cos_q_left_knee_pitch, cos_q_left_ankle_pitch, t986);
+    t988 = R::fused(cos_q_left_hip_pitch, t987, t985);
+    t989 = cos_q_left_hip_yaw * t988;
+    t990 = cos_q_left_hip_pitch * t984;
+    t991 = R::fused(-sin_q_left_hip_pitch, t987, t990);
+    t992 = sin_q_left_hip_roll * t991;
+    t993 = R::fused(sin_q_left_hip_yaw, t992, t989);
+    t994 = t901 * t993;
+    t995 = sin_q_left_hip_yaw * t988;
+    t996 = R::fused(-cos_q_left_hip_yaw, t992, t995);
+    t997 = R::fused(t920, t996, t994);
+    t998 = cos_q_left_hip_roll * t991;
+    t999 = R::fused(t927, t998, t997);
+    t1000 = R::fused(R::constant(9.81), t999, -t982); // right_hip_yaw_link: motion
+    t1001 = t823 - t966; // right_hip_yaw_link: motion
+    t1002 = R::fused(R::constant(0.037), t1001, t1000); // left_hip_yaw_link: motion
+    t1003 = t805 * t805; // right_hip_yaw_link: motion
+    t1004 = t1003 + t969; // left_hip_yaw_link: motion
+    // right_hip_roll_link: motion
+    t1005 = t7 * t1004;
+    t1006 = R::fused(-t1001, t218, t1005);
+    t1007 = t1002 - t1006;
+    t1008 = t1003 + t974;
+    // left_hip_roll_link: motion
+    t1009 = t1008 * t211;
+    t1010 = R::fused(-t1001, t196, t1009);
+    t1011 = t1007 - t1010;
+    t1012 = R::fused(-cos_t1, t1011, t978);
+    t1013 = t818 * t818; // right_upper_leg: motion
+    t1014 = t838 * t838; // left_upper_leg: motion
+    t1015 = t1013 + t1014; // left_upper_leg: motion
+    t1016 = t1015 * t143; // right_lower_leg: motion
+    t1017 = t832 * t818; // right_upper_leg: motion
+    t1018 = t843 + t1017; // right_upper_leg: motion
+    t1019 = R::fused(-t1018, t168, t1016); // right_lower_leg: motion
+    t1020 = t1012 + t1019; // right_lower_leg: motion
+    t1021 = sin_t2 * t1020; // right_lower_leg: motion
+    t1022 = cos_q_left_ankle_roll * t931; // right_hip_yaw_link: motion
+    t1023 = R::fused(-sin_q_left_ankle_roll, t960, t1022); // right_hip_yaw_link: motion
+    t1024 = t811 * t805; // right_hip_yaw_link: motion
+    t1025 = R::fused(R::constant(0.037), t1024, t1023); // left_hip_yaw_link: motion
+    t1026 = t799 * t812; // left_hip_yaw_link: motion
+    t1027 = t800 + t1026; // left_hip_yaw_link: motion
+    t1028 = t7 * t1027; // right_hip_roll_link: motion
+    t1029 = t805 * t812; // left_hip_yaw_link: motion
+    t1030 = t806 + t1029; // left_hip_yaw_link: motion
+    let (
+        t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042, t1043, t1044, t1045, t1046,
+        t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060, t1061, t1062,
+        t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078,
+        t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094,
+        t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110,
+        t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123_1124, t1125, t1126,
+        t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142,
+        t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157, t1158,
+        t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1173, t1174,
+        t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187, t1188, t1189, t1190,
+        t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206,
+        t1207, t1208, t1209_1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1222,
+        t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235, t1236, t1237, t1238,
+        t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254,
+        t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267, t1268, t1269, t1270,
+        t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282, t1283, t1284, t1285, t1286,
+        t1287, t1288,
+    );
+    // right_hip_roll_link: motion
+    t1031 = R::fused(-t1030, t218, t1028);
+    t1032 = t1025 - t1031;
+    t1033 = t799 * t813;
+    t1034 = t801 + t1033;
+    t1035 = t1034 * t211; // left_hip_roll_link: motion
+    t1036 = t805 * t813;
+    t1037 = t807 + t1036;
+    t1038 = R::fused(-t1037, t196, t1035); // left_hip_roll_link: motion
+    t1039 = t1032 - t1038; // left_hip_roll_link: motion
+    t1040 = cos_q_left_hip_roll * t1039; // right_upper_leg: motion
+    t1041 = cos_t1 * t977; // left_hip_roll_link: motion
+    t1042 = R::fused(sin_t1, t1011, t1041); // left_hip_roll_link: motion
+    t1043 = R::fused(-sin_q_left_hip_roll, t1042, t1040); // right_upper_leg: motion
+    t1044 = t843 - t1017; // right_upper_leg: motion
+    t1045 = t1044 * t143; // right_lower_leg: motion
+    t1046 = t832 * t832; // right_upper_leg: motion
+    t1047 = t1046 + t1014; // left_upper_leg: motion
+    t1048 = R::fused(t1047, t168, t1045); // right_lower_leg: motion
+    t1049 = t1043 + t1048; // right_lower_leg: motion
+    t1050 = R::fused(-cos_t2, t1049, t1021); // right_lower_leg: motion
+    t1051 = sin_q_right_hip_roll * t1050; // left_lower_leg: motion
+    t1052 = sin_q_left_hip_roll * t1039; // right_upper_leg: motion
+    t1053 = R::fused(cos_q_left_hip_roll, t1042, t1052); // right_upper_leg: motion
+    t1054 = t832 * t838; // left_upper_leg: motion
+    t1055 = t833 + t1054; // left_upper_leg: motion
+    t1056 = t1055 * t143; // right_lower_leg: motion
+    t1057 = t818 * t838; // left_upper_leg: motion
+    t1058 = t819 + t1057; // left_upper_leg: motion
+    t1059 = R::fused(t1058, t168, t1056); // right_lower_leg: motion
+    t1060 = t1053 - t1059; // right_lower_leg: motion
+    t1061 = R::fused(cos_q_right_hip_roll, t1060, t1051); // left_lower_leg: motion
+    t1062 = t850 * t858; // left_lower_leg: motion
+    t1063 = t883 - t1062; // left_lower_leg: motion
+    t1064 = t1063 * t29; // left_ankle: motion
+    t1065 = t850 * t850; // left_lower_leg: motion
+    t1066 = t865 * t865; // right_ankle: motion
+    t1067 = t1065 + t1066; // right_ankle: motion
+    t1068 = R::fused(-t1067, t35, t1064); // left_ankle: motion
+    t1069 = t1061 - t1068; // left_ankle: motion
+    t1070 = t1063 * t14; // right_foot: motion
+    t1071 = t866 * t866; // left_ankle: motion
+    t1072 = t1065 + t1071; // left_ankle: motion
+    t1073 = R::fused(-t1072, t21, t1070); // right_foot: motion
+    t1074 = t1069 - t1073; // right_foot: motion
+    t1075 = sin_t4 * t1074; // right_foot: motion
+    t1076 = cos_t2 * t1020; // right_lower_leg: motion
+    t1077 = R::fused(sin_t2, t1049, t1076); // right_lower_leg: motion
+    t1078 = t858 * t858; // left_lower_leg: motion
+    t1079 = t1078 + t1066; // right_ankle: motion
+    t1080 = t1079 * t29; // left_ankle: motion
+    t1081 = t883 + t1062; // left_lower_leg: motion
+    t1082 = R::fused(t1081, t35, t1080); // left_ankle: motion
+    t1083 = t1077 + t1082; // left_ankle: motion
+    t1084 = t1078 + t1071; // left_ankle: motion
+    // right_foot: motion
+    t1085 = t1084 * t14;
+    t1086 = R::fused(t1081, t21, t1085);
+    t1087 = t1083 + t1086;
+    t1088 = R::fused(-cos_t4, t1087, t1075);
+    t1089 = t878 * t870;
+    t1090 = t883 + t1089;
+    t1091 = R::fused(R::constant(-0.037), t1090, t1088); // left_foot: motion
+    t1092 = R::fused(-t85, t1091, t891); // left_foot: sums of what it carries
+    t1093 = R::fused(t867, t870, t862);
+    t1094 = t1093 * R::constant(0.0031024499985); // right_foot: sums of what it carries
+    t1095 = R::fused(R::constant(-0.0005698), t880, t1094); // right_foot: sums of what it carries
+    t1096 = cos_q_right_hip_roll * t1050; // left_lower_leg: motion
+    t1097 = R::fused(-sin_q_right_hip_roll, t1060, t1096); // left_lower_leg: motion
+    t1098 = t850 * t865; // right_ankle: motion
+    t1099 = t851 + t1098; // right_ankle: motion
+    t1100 = t1099 * t29; // left_ankle: motion
+    t1101 = t858 * t865; // right_ankle: motion
+    t1102 = t859 + t1101; // right_ankle: motion
+    // left_ankle: motion
+    t1103 = R::fused(-t1102, t35, t1100);
+    t1104 = t1097 + t1103;
+    t1105 = t850 * t866;
+    t1106 = t852 + t1105;
+    t1107 = t1106 * t14; // right_foot: motion
+    t1108 = t858 * t866;
+    t1109 = t860 + t1108;
+    t1110 = R::fused(-t1109, t21, t1107); // right_foot: motion
+    t1111 = t1104 + t1110; // right_foot: motion
+    t1112 = R::fused(R::constant(-0.0154), t1111, t1095); // right_foot: sums of what it carries
+    t1113 = t1092 - t1112; // right_foot: sums of what it carries
+    t1114 = sin_t4 * t1113; // right_foot: sums of what it carries
+    t1115 = R::constant(0.001228333333) * t876; // left_foot: sums of what it carries
+    t1116 = t47 + t11; // left_foot: sums of what it carries
+    t1117 = R::fused(-t879, t1116, t1115); // left_foot: sums of what it carries
+    t1118 = t884 - t885; // left_foot: motion
+    t1119 = R::fused(-t83, t1118, t1117); // left_foot: sums of what it carries
+    t1120 = t868 + t872; // left_foot: motion
+    t1121 = R::fused(-t55, t1120, t1119); // left_foot: sums of what it carries
+    t1122 = t878 * t878; // right_foot: motion
+    t1123_1124 = R::Two::fused(both(t1122), two(R::constant(1.0), R::constant(-1.0)), both(t888));
+    t1125 = R::fused(t80, t1123_1124.second(), t1121); // left_foot: sums of what it carries
+    // right_foot: motion
+    t1126 = cos_t4 * t1074;
+    t1127 = R::fused(sin_t4, t1087, t1126);
+    t1128 = t870 * t870;
+    t1129 = t888 + t1128;
+    t1130 = R::fused(R::constant(0.037), t1129, t1127); // left_foot: motion
+    t1131 = t85 * t1130; // left_foot: sums of what it carries
+    t1132 = R::fused(R::constant(0.037), t880, t1111); // left_foot: motion
+    t1133 = R::fused(-t15, t1132, t1131); // left_foot: sums of what it carries
+    t1134 = t1125 - t1133; // left_foot: sums of what it carries
+    t1135 = t1122 + t889; // left_foot: motion
+    t1136 = t85 * t1135; // left_foot: sums of what it carries
+    t1137 = R::fused(t15, t880, t1136); // left_foot: sums of what it carries
+    t1138 = R::fused(R::constant(0.037), t1137, t1134); // left_foot: sums of what it carries
+    // right_foot: sums of what it carries
+    t1139 = t880 * R::constant(0.0008355375);
+    t1140 = R::fused(R::constant(-0.0005698), t1093, t1139);
+    t1141 = R::fused(R::constant(0.023125), t1111, t1140);
+    t1142 = t1138 + t1141;
+    t1143 = R::fused(cos_t4, t1142, t1114);
+    t1144 = R::constant(0.0154) * t1093;
+    t1145 = R::fused(R::constant(-0.023125), t880, t1144);
+    t1146 = t1137 - t1145;
+    t1147 = R::fused(t21, t1146, t1143);
+    // left_ankle: sums of what it carries
+    t1148 = t1109 * t100;
+    t1149 = R::fused(t1063, t115, t1148);
+    t1150 = R::fused(t1106, t130, t1149);
+    t1151 = t1078 - t1071;
+    t1152 = R::fused(t88, t1151, t1150);
+    t1153 = R::fused(-t1104, t37, t1152);
+    t1154 = t1147 - t1153;
+    t1155 = t1106 * t31;
+    t1156 = R::fused(-t1109, t37, t1155);
+    t1157 = t1146 + t1156;
+    t1158 = R::fused(t35, t1157, t1154);
+    // right_ankle: sums of what it carries
+    t1159 = t1102 * t103;
+    t1160 = R::fused(t1063, t119, t1159);
+    t1161 = R::fused(t1099, t137, t1160);
+    t1162 = t1078 - t1066;
+    t1163 = R::fused(t92, t1162, t1161);
+    t1164 = R::fused(-t1097, t152, t1163);
+    t1165 = t1158 - t1164;
+    t1166 = t856 * R::constant(0.0016005833535); // left_lower_leg: sums of what it carries
+    t1167 = t864 * t858; // left_lower_leg: motion
+    t1168 = R::fused(-t1167, R::constant(0.0014339166865), t1166); // left_lower_leg: sums of what it carries
+    t1169 = R::fused(R::constant(-0.01), t1061, t1168); // left_lower_leg: sums of what it carries
+    t1170 = t1165 - t1169; // left_lower_leg: sums of what it carries
+    t1171 = R::fused(t839, t845, t856); // right_lower_leg: motion
+    t1172 = R::fused(-t1171, R::constant(0.00009), t1170); // right_lower_leg: sums of what it carries
+    t1173 = sin_t2 * t1172; // right_lower_leg: sums of what it carries
+    t1174 = t886 * t11; // left_foot: sums of what it carries
+    t1175 = R::fused(t80, t873, t1174); // left_foot: sums of what it carries
+    t1176 = t876 + t879; // right_foot: motion
+    // left_foot: sums of what it carries
+    t1177 = R::fused(-t83, t1176, t1175);
+    t1178 = t1122 - t889;
+    t1179 = R::fused(-t55, t1178, t1177);
+    t1180 = R::fused(-t15, t1091, t1179);
+    t1181 = t85 * t873;
+    t1182 = R::fused(-t15, t886, t1181);
+    t1183 = R::fused(R::constant(-0.037), t1182, t1180);
+    // right_foot: sums of what it carries
+    t1184 = t883 * R::constant(0.0039379874985);
+    t1185 = R::fused(-t1089, R::constant(0.0022669124985), t1184);
+    t1186 = t1122 - t1128;
+    t1187 = R::fused(R::constant(-0.0005698), t1186, t1185);
+    t1188 = R::constant(0.023125) * t1088;
+    t1189 = R::fused(R::constant(-0.0154), t1127, t1188);
+    t1190 = t1187 - t1189;
+    t1191 = t1183 + t1190;
+    t1192 = t85 * t1176; // left_foot: sums of what it carries
+    t1193 = t888 + t889; // left_foot: motion
+    t1194 = R::fused(-t15, t1193, t1192); // left_foot: sums of what it carries
+    t1195 = t883 - t1089; // right_foot: motion
+    t1196 = R::constant(0.0154) * t1195;
+    t1197 = R::fused(R::constant(0.023125), t1129, t1196);
+    t1198 = t1194 - t1197;
+    t1199 = sin_t4 * t1198;
+    t1200 = R::constant(0.0154) * t1123_1124.first();
+    t1201 = R::fused(R::constant(-0.023125), t1090, t1200);
+    t1202 = t1182 + t1201;
+    t1203 = R::fused(cos_t4, t1202, t1199);
+    t1204 = t21 * t1203;
+    t1205 = cos_t4 * t1198;
+    t1206 = R::fused(-sin_t4, t1202, t1205);
+    t1207 = R::fused(-t14, t1206, t1204);
+    t1208 = t1191 - t1207;
+    t1209_1210 = two(R::constant(0.231642), R::constant(0.07325338333)) * both(t883); // right_ankle, left_ankle
+    t1211 = t100 - t65; // left_ankle: sums of what it carries
+    t1212 = R::fused(t1062, t1211, t1209_1210.second()); // left_ankle: sums of what it carries
+    t1213 = t852 - t1105; // left_ankle: motion
+    t1214 = R::fused(t1213, t88, t1212); // left_ankle: sums of what it carries
+    t1215 = t860 - t1108; // left_ankle: motion
+    // left_ankle: sums of what it carries
+    t1216 = R::fused(t1215, t115, t1214);
+    t1217 = t1065 - t1078;
+    t1218 = R::fused(t130, t1217, t1216);
+    t1219 = t1083 * t37;
+    t1220 = R::fused(-t1069, t31, t1219);
+    t1221 = t1218 + t1220;
+    t1222 = t1208 + t1221;
+    t1223 = t1084 * t31;
+    t1224 = R::fused(t1081, t37, t1223);
+    t1225 = t1203 - t1224;
+    t1226 = t35 * t1225;
+    t1227 = t1063 * t31;
+    t1228 = R::fused(-t1072, t37, t1227);
+    t1229 = t1206 + t1228;
+    t1230 = R::fused(-t29, t1229, t1226);
+    t1231 = t1222 - t1230;
+    t1232 = t103 - t72; // right_ankle: sums of what it carries
+    t1233 = R::fused(t1062, t1232, t1209_1210.first()); // right_ankle: sums of what it carries
+    t1234 = t851 - t1098; // right_ankle: motion
+    t1235 = R::fused(t1234, t92, t1233); // right_ankle: sums of what it carries
+    t1236 = t859 - t1101; // right_ankle: motion
+    // right_ankle: sums of what it carries
+    t1237 = R::fused(t1236, t119, t1235);
+    t1238 = R::fused(t1217, t137, t1237);
+    t1239 = t1077 * t152;
+    t1240 = R::fused(-t1061, t145, t1239);
+    t1241 = t1238 + t1240;
+    t1242 = t1231 + t1241;
+    t1243 = R::fused(t1081, R::constant(0.0000833333335), t1242); // left_lower_leg: sums of what it carries
+    t1244 = cos_q_right_hip_roll * t1243; // left_lower_leg: sums of what it carries
+    t1245 = cos_t4 * t1113; // right_foot: sums of what it carries
+    t1246 = R::fused(-sin_t4, t1142, t1245); // right_foot: sums of what it carries
+    t1247 = R::fused(-t14, t1146, t1246); // right_foot: sums of what it carries
+    // left_ankle: sums of what it carries
+    t1248 = t1106 * t65;
+    t1249 = R::fused(t1109, t130, t1248);
+    t1250 = R::fused(t1081, t88, t1249);
+    t1251 = t1065 - t1071;
+    t1252 = R::fused(-t115, t1251, t1250);
+    t1253 = R::fused(t1104, t31, t1252);
+    t1254 = t1247 - t1253;
+    t1255 = R::fused(-t29, t1157, t1254);
+    // right_ankle: sums of what it carries
+    t1256 = t1099 * t72;
+    t1257 = R::fused(t1102, t137, t1256);
+    t1258 = R::fused(t1081, t92, t1257);
+    t1259 = t1065 - t1066;
+    t1260 = R::fused(-t119, t1259, t1258);
+    t1261 = R::fused(t1097, t145, t1260);
+    t1262 = t1255 - t1261;
+    t1263 = R::fused(-t850, t864, t847); // left_lower_leg: motion
+    // left_lower_leg: sums of what it carries
+    t1264 = t1263 * R::constant(0.00151725002);
+    t1265 = R::fused(R::constant(0.01), t1077, t1264);
+    t1266 = t1262 - t1265;
+    t1267 = R::fused(-sin_q_right_hip_roll, t1266, t1244);
+    t1268 = R::fused(-t839, t849, t835); // right_lower_leg: motion
+    // right_lower_leg: sums of what it carries
+    t1269 = t1268 * R::constant(0.0005199999995);
+    t1270 = R::fused(R::constant(-0.008), t1060, t1269);
+    t1271 = t1267 + t1270;
+    t1272 = R::fused(cos_t2, t1271, t1173);
+    t1273 = t1099 * t145; // right_ankle: sums of what it carries
+    t1274 = R::fused(-t1102, t152, t1273); // right_ankle: sums of what it carries
+    t1275 = t1157 + t1274; // right_ankle: sums of what it carries
+    t1276 = t1065 + t1078; // left_lower_leg: motion
+    t1277 = R::fused(R::constant(-0.01), t1276, t1275); // left_lower_leg: sums of what it carries
+    t1278 = sin_q_right_hip_roll * t1277; // left_lower_leg: sums of what it carries
+    t1279 = t1063 * t145; // right_ankle: sums of what it carries
+    t1280 = R::fused(-t1067, t152, t1279); // right_ankle: sums of what it carries
+    t1281 = t1229 + t1280; // right_ankle: sums of what it carries
+    t1282 = t856 - t1167; // left_lower_leg: motion
+    t1283 = R::fused(R::constant(0.01), t1282, t1281); // left_lower_leg: sums of what it carries
+    t1284 = R::fused(cos_q_right_hip_roll, t1283, t1278); // left_lower_leg: sums of what it carries
+    t1285 = R::fused(R::constant(0.008), t1268, t1284);
+    t1286 = R::fused(t143, t1285, t1272);
+    t1287 = R::fused(R::constant(-0.0764), tau_base_linear_z, tau_base_angular_x); // other
+    t1288 = sin_q_left_hip_yaw * t1287; // other
+    let (
+        t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299, t1300, t1301, t1302, t1303, t1304,
+        t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315, t1316, t1317, t1318, t1319, t1320,
+        t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335,
+        t1336_1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346_1347, t1348, t1349, t1350, t1351,
+        t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367,
+        t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383,
+        t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399,
+        t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415,
+        t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427, t1428, t1429, t1430, t1431,
+        t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447,
+        t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463,
+        t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475, t1476, t1477, t1478, t1479,
+        t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1495,
+        t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511,
+        t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527,
+        t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541, t1542, t1543,
+        t1544, t1545, t1546,
+    );
+    t1289 = R::fused(-cos_q_left_hip_yaw, tau_base_angular_y, t1288); // other
+    // left_upper_leg: sums of what it carries
+    t1290 = t1055 * t163;
+    t1291 = R::fused(-t1018, t190, t1290);
+    t1292 = R::fused(t1058, t553, t1291);
+    t1293 = t1046 - t1014;
+    t1294 = R::fused(t560, t1293, t1292);
+    t1295 = R::fused(-t1053, t205, t1294);
+    t1296 = t1289 - t1295;
+    t1297 = t1286 - t1296;
+    t1298 = R::fused(-t832, t837, t829); // right_upper_leg: motion
+    // right_upper_leg: sums of what it carries
+    t1299 = t1298 * R::constant(0.78034875);
+    t1300 = R::fused(R::constant(-2.4915), t1012, t1299);
+    t1301 = t1297 + t1300;
+    t1302 = cos_q_left_hip_roll * t1301;
+    t1303 = sin_q_right_hip_roll * t1243; // left_lower_leg: sums of what it carries
+    t1304 = R::fused(cos_q_right_hip_roll, t1266, t1303); // left_lower_leg: sums of what it carries
+    t1305 = t843 * R::constant(0.0006099999995); // right_lower_leg: sums of what it carries
+    t1306 = t849 * t845; // right_lower_leg: motion
+    t1307 = R::fused(t1306, R::constant(0.0004299999995), t1305); // right_lower_leg: sums of what it carries
+    t1308 = R::fused(R::constant(-0.008), t1050, t1307); // right_lower_leg: sums of what it carries
+    t1309 = t1304 + t1308; // right_lower_leg: sums of what it carries
+    t1310 = t1079 * t145; // right_ankle: sums of what it carries
+    t1311 = R::fused(t1081, t152, t1310); // right_ankle: sums of what it carries
+    t1312 = t1225 - t1311; // right_ankle: sums of what it carries
+    t1313 = R::fused(R::constant(-0.01), t1263, t1312); // left_lower_leg: sums of what it carries
+    t1314 = t839 * t839; // right_lower_leg: motion
+    t1315 = R::fused(t845, t845, t1314); // right_lower_leg: motion
+    t1316 = R::fused(R::constant(-0.008), t1315, t1313); // right_lower_leg: sums of what it carries
+    t1317 = sin_t2 * t1316; // right_lower_leg: sums of what it carries
+    t1318 = cos_q_right_hip_roll * t1277; // left_lower_leg: sums of what it carries
+    t1319 = R::fused(-sin_q_right_hip_roll, t1283, t1318); // left_lower_leg: sums of what it carries
+    t1320 = t843 + t1306; // right_lower_leg: motion
+    // right_lower_leg: sums of what it carries
+    t1321 = R::fused(R::constant(-0.008), t1320, t1319);
+    t1322 = R::fused(cos_t2, t1321, t1317);
+    t1323 = t143 * t1322;
+    t1324 = cos_t2 * t1316;
+    t1325 = R::fused(-sin_t2, t1321, t1324);
+    t1326 = R::fused(-t168, t1325, t1323);
+    t1327 = t1309 - t1326;
+    t1328 = R::fused(R::constant(0.0764), tau_base_linear_x, tau_base_angular_z); // other
+    t1329 = R::constant(0.26900396) * t843; // left_upper_leg: sums of what it carries
+    t1330 = t163 - t625; // left_upper_leg: sums of what it carries
+    t1331 = R::fused(-t1017, t1330, t1329); // left_upper_leg: sums of what it carries
+    t1332 = t819 - t1057; // left_upper_leg: motion
+    t1333 = R::fused(-t1332, t560, t1331); // left_upper_leg: sums of what it carries
+    t1334 = t833 - t1054; // left_upper_leg: motion
+    t1335 = R::fused(-t1334, t190, t1333); // left_upper_leg: sums of what it carries
+    t1336_1337 = R::Two::fused(both(t1013), two(R::constant(1.0), R::constant(-1.0)), both(t1046));
+    // left_upper_leg: sums of what it carries
+    t1338 = R::fused(t553, t1336_1337.second(), t1335);
+    t1339 = t1043 * t205;
+    t1340 = R::fused(t1012, t198, t1339);
+    t1341 = t1338 + t1340;
+    t1342 = t1328 + t1341;
+    t1343 = t1327 + t1342;
+    t1344 = R::fused(t1018, R::constant(0.00009), t1343); // right_upper_leg: sums of what it carries
+    t1345 = R::fused(sin_q_left_hip_roll, t1344, t1302); // right_upper_leg: sums of what it carries
+    t1346_1347 = two(R::constant(1.590552), R::constant(0.000603333333)) * both(t823);
+    t1348 = t817 * t831; // left_hip_roll_link: motion
+    t1349 = R::fused(t1348, R::constant(0.000436666666), t1346_1347.second()); // left_hip_roll_link
+    t1350 = R::fused(R::constant(-0.008), t1042, t1349); // left_hip_roll_link: sums of what it carries
+    t1351 = t1345 + t1350; // left_hip_roll_link: sums of what it carries
+    t1352 = sin_q_left_hip_yaw * tau_base_linear_x; // other
+    t1353 = R::fused(-cos_q_left_hip_yaw, tau_base_linear_y, t1352); // other
+    t1354 = t1044 * t205;
+    t1355 = R::fused(-t1047, t198, t1354);
+    t1356 = t1353 + t1355;
+    t1357 = t1322 - t1356;
+    t1358 = t818 * t837; // right_upper_leg: motion
+    t1359 = t809 - t1358; // right_upper_leg: motion
+    t1360 = R::fused(R::constant(2.4915), t1359, t1357); // right_upper_leg: sums of what it carries
+    t1361 = sin_q_left_hip_roll * t1360; // right_upper_leg: sums of what it carries
+    t1362 = t1055 * t205;
+    t1363 = R::fused(-t1058, t198, t1362);
+    t1364 = tau_base_linear_z + t1363;
+    t1365 = t1285 + t1364;
+    t1366 = R::fused(R::constant(2.4915), t1336_1337.first(), t1365); // right_upper_leg: sums of what it carries
+    t1367 = R::fused(-cos_q_left_hip_roll, t1366, t1361); // right_upper_leg: sums of what it carries
+    t1368 = t823 + t1348; // left_hip_roll_link: motion
+    t1369 = R::fused(R::constant(-0.008), t1368, t1367); // left_hip_roll_link: sums of what it carries
+    t1370 = sin_t1 * t1369; // left_hip_roll_link: sums of what it carries
+    t1371 = cos_q_left_hip_yaw * tau_base_linear_x; // other
+    t1372 = R::fused(sin_q_left_hip_yaw, tau_base_linear_y, t1371); // other
+    t1373 = t1015 * t205;
+    t1374 = R::fused(t1018, t198, t1373);
+    t1375 = t1372 - t1374;
+    t1376 = t1325 + t1375;
+    t1377 = R::fused(R::constant(2.4915), t1298, t1376); // right_upper_leg: sums of what it carries
+    t1378 = t814 * t814; // left_hip_roll_link: motion
+    t1379 = R::fused(t817, t817, t1378); // left_hip_roll_link: motion
+    // left_hip_roll_link: sums of what it carries
+    t1380 = R::fused(R::constant(-0.008), t1379, t1377);
+    t1381 = R::fused(cos_t1, t1380, t1370);
+    t1382 = t196 * t1381;
+    t1383 = cos_t1 * t1369;
+    t1384 = R::fused(-sin_t1, t1380, t1383);
+    t1385 = R::fused(-t211, t1384, t1382);
+    t1386 = t1351 + t1385;
+    // right_hip_roll_link: sums of what it carries
+    t1387 = sin_t0 * sin_t0;
+    t1388 = R::constant(1.58770800003) * t1387;
+    t1389 = sin_t0 * cos_t0;
+    t1390 = R::fused(-t1389, R::constant(0.00356), t1388);
+    t1391 = R::constant(1.589130000015) - t1390;
+    t1392 = R::constant(0.001421999985) + t1390;
+    t1393 = t1391 - t1392;
+    t1394 = R::fused(-t966, t1393, t1346_1347.first());
+    t1395 = t801 - t1033; // right_hip_roll_link: motion
+    t1396 = R::constant(0.00122) * cos_t0;
+    t1397 = R::fused(R::constant(0.000048), sin_t0, t1396);
+    t1398 = R::fused(t1395, t1397, t1394);
+    t1399 = t807 - t1036; // right_hip_roll_link: motion
+    t1400 = R::constant(0.00122) * sin_t0;
+    t1401 = R::fused(R::constant(-0.000048), cos_t0, t1400);
+    t1402 = R::fused(t1399, t1401, t1398);
+    t1403 = t1387 * R::constant(0.00356);
+    t1404 = R::fused(R::constant(1.58770800003), t1389, t1403);
+    t1405 = R::constant(0.00178) - t1404;
+    t1406 = t962 - t1003;
+    t1407 = R::fused(-t1405, t1406, t1402);
+    t1408 = t1007 * t220;
+    t1409 = R::fused(-t972, t225, t1408);
+    t1410 = t1407 + t1409;
+    t1411 = t1386 + t1410;
+    t1412 = t1008 * t225;
+    t1413 = R::fused(-t1001, t220, t1412);
+    t1414 = t1381 - t1413;
+    t1415 = t218 * t1414;
+    t1416 = t967 * t225;
+    t1417 = R::fused(t975, t220, t1416);
+    t1418 = t1384 - t1417;
+    t1419 = R::fused(-t7, t1418, t1415);
+    t1420 = t1411 + t1419;
+    t1421 = R::constant(1.31944378333) * t823; // left_hip_yaw_link: sums of what it carries
+    t1422 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
+    t1423 = t1422 * R::constant(1.318499116667); // left_hip_yaw_link: sums of what it carries
+    t1424 = sin_q_left_ankle_pitch * cos_q_left_ankle_pitch; // left_ankle: sums of what it carries
+    // left_hip_yaw_link: sums of what it carries
+    t1425 = R::fused(-t1424, R::constant(0.002648), t1423);
+    t1426 = R::constant(1.3189714499985) - t1425;
+    t1427 = R::constant(0.0004723333315) + t1425;
+    t1428 = t1426 - t1427;
+    t1429 = R::fused(-t966, t1428, t1421);
+    t1430 = t800 - t1026; // left_hip_yaw_link: motion
+    t1431 = cos_q_left_ankle_pitch * R::constant(0.00249);
+    t1432 = R::fused(R::constant(0.000016), sin_q_left_ankle_pitch, t1431);
+    t1433 = R::fused(t1430, t1432, t1429);
+    t1434 = t806 - t1029; // left_hip_yaw_link: motion
+    t1435 = sin_q_left_ankle_pitch * R::constant(0.00249);
+    t1436 = R::fused(R::constant(-0.000016), cos_q_left_ankle_pitch, t1435);
+    t1437 = R::fused(t1434, t1436, t1433);
+    t1438 = t1422 * R::constant(0.002648);
+    t1439 = R::fused(t1424, R::constant(1.318499116667), t1438);
+    t1440 = R::constant(0.001324) - t1439;
+    t1441 = R::fused(-t1406, t1440, t1437);
+    t1442 = cos_q_left_ankle_pitch * R::constant(4.8759);
+    t1443 = R::fused(R::constant(0.008), sin_q_left_ankle_pitch, t1442);
+    t1444 = t1002 * t1443;
+    t1445 = sin_q_left_ankle_pitch * R::constant(4.8759);
+    t1446 = R::fused(R::constant(-0.008), cos_q_left_ankle_pitch, t1445);
+    t1447 = R::fused(-t965, t1446, t1444);
+    t1448 = t1441 + t1447;
+    t1449 = t1420 + t1448;
+    t1450 = tau_left_ankle_pitch - t1449; // other
+    t1451 = tau_right_ankle_roll + t1134; // other
+    t1452 = R::fused(t1451, t280, t1450); // solved by the factors
+    t1453 = tau_right_ankle_pitch + t1191; // other
+    t1454 = R::fused(t317, t1451, t1453); // solved by the factors
+    t1455 = R::fused(t321, t1454, t1452); // solved by the factors
+    t1456 = tau_right_knee_pitch + t1222; // other
+    t1457 = R::fused(t1451, t355, t1456); // solved by the factors
+    t1458 = R::fused(t358, t1454, t1457); // solved by the factors
+    t1459 = R::fused(-t363, t1458, t1455); // solved by the factors
+    t1460 = tau_right_hip_pitch + t1242; // other
+    // solved by the factors
+    t1461 = R::fused(t1451, t395, t1460);
+    t1462 = R::fused(t398, t1454, t1461);
+    t1463 = R::fused(-t402, t1458, t1462);
+    t1464 = R::fused(-t408, t1463, t1459);
+    t1465 = tau_right_hip_roll + t1170; // other
+    t1466 = R::fused(-t1451, t432, t1465);
+    t1467 = R::fused(-t435, t1454, t1466);
+    t1468 = R::fused(t439, t1458, t1467);
+    t1469 = R::fused(t444, t1463, t1468);
+    t1470 = R::fused(t451, t1469, t1464);
+    t1471 = tau_right_hip_yaw + t1309; // other
+    t1472 = R::fused(t1451, t468, t1471);
+    t1473 = R::fused(t471, t1454, t1472);
+    t1474 = R::fused(-t475, t1458, t1473);
+    t1475 = R::fused(-t480, t1463, t1474);
+    t1476 = R::fused(t486, t1469, t1475);
+    t1477 = R::fused(-t494, t1476, t1470);
+    t1478 = tau_left_hip_yaw - t1343; // other
+    t1479 = R::fused(-t1451, t509, t1478);
+    t1480 = R::fused(-t512, t1454, t1479);
+    t1481 = R::fused(t516, t1458, t1480);
+    t1482 = R::fused(t521, t1463, t1481);
+    t1483 = R::fused(-t527, t1469, t1482);
+    t1484 = R::fused(t534, t1476, t1483);
+    t1485 = R::fused(t543, t1484, t1477);
+    t1486 = cos_t2 * t1172; // right_lower_leg: sums of what it carries
+    t1487 = R::fused(-sin_t2, t1271, t1486); // right_lower_leg: sums of what it carries
+    t1488 = R::fused(-t168, t1285, t1487); // right_lower_leg: sums of what it carries
+    t1489 = cos_q_left_hip_yaw * t1287; // other
+    t1490 = R::fused(sin_q_left_hip_yaw, tau_base_angular_y, t1489); // other
+    // left_upper_leg: sums of what it carries
+    t1491 = t1058 * t625;
+    t1492 = R::fused(t1055, t553, t1491);
+    t1493 = R::fused(-t1044, t560, t1492);
+    t1494 = t1013 - t1014;
+    t1495 = R::fused(-t190, t1494, t1493);
+    t1496 = R::fused(t1053, t198, t1495);
+    t1497 = t1490 - t1496;
+    t1498 = t1488 + t1497;
+    // right_upper_leg: sums of what it carries
+    t1499 = t809 * R::constant(0.78043875);
+    t1500 = R::fused(-t1358, R::constant(0.78025875), t1499);
+    t1501 = R::fused(R::constant(-2.4915), t1043, t1500);
+    t1502 = t1498 - t1501;
+    t1503 = tau_left_hip_roll - t1502; // other
+    // solved by the factors
+    t1504 = R::fused(t1451, t576, t1503);
+    t1505 = R::fused(t582, t1454, t1504);
+    t1506 = R::fused(-t589, t1458, t1505);
+    t1507 = R::fused(-t597, t1463, t1506);
+    t1508 = R::fused(t606, t1469, t1507);
+    t1509 = R::fused(-t613, t1476, t1508);
+    t1510 = R::fused(t621, t1484, t1509);
+    t1511 = R::fused(t636, t1510, t1485);
+    t1512 = tau_left_hip_pitch - t1351; // other
+    t1513 = R::fused(t1451, t643, t1512);
+    t1514 = R::fused(t646, t1454, t1513);
+    t1515 = R::fused(-t650, t1458, t1514);
+    t1516 = R::fused(-t655, t1463, t1515);
+    t1517 = R::fused(t661, t1469, t1516);
+    t1518 = R::fused(-t668, t1476, t1517);
+    t1519 = R::fused(t676, t1484, t1518);
+    t1520 = R::fused(t685, t1510, t1519);
+    t1521 = R::fused(-t696, t1520, t1511);
+    t1522 = tau_left_knee_pitch - t1411; // other
+    t1523 = R::fused(t1451, t700, t1522);
+    t1524 = R::fused(t703, t1454, t1523);
+    t1525 = R::fused(-t707, t1458, t1524);
+    t1526 = R::fused(-t712, t1463, t1525);
+    t1527 = R::fused(t718, t1469, t1526);
+    t1528 = R::fused(-t725, t1476, t1527);
+    t1529 = R::fused(t733, t1484, t1528);
+    t1530 = R::fused(t742, t1510, t1529);
+    t1531 = R::fused(-t752, t1520, t1530);
+    t1532 = R::fused(-t764, t1531, t1521);
+    t1533 = t766 * t1532; // other
+    t1534 = t45_46.second() * t192; // right_upper_leg: sums of what it carries
+    t1535 = R::fused(-t77_78.second(), t177, t1534); // right_upper_leg: sums of what it carries
+    t1536 = t191 - t1535; // right_upper_leg: sums of what it carries
+    t1537 = sin_t1 * t1536; // left_hip_roll_link: sums of what it carries
+    t1538 = R::fused(-cos_t1, t562, t1537); // left_hip_roll_link: sums of what it carries
+    t1539 = R::fused(-t211, t564, t1538); // left_hip_roll_link: sums of what it carries
+    t1540 = t1539 + t1401; // right_hip_roll_link: sums of what it carries
+    t1541 = R::fused(-t7, t564, t1540); // right_hip_roll_link: sums of what it carries
+    t1542 = t1541 + t1436; // left_hip_yaw_link: sums of what it carries
+    // left_foot: mass matrix
+    t1543 = sin_q_left_hip_roll * t254;
+    t1544 = R::fused(cos_q_left_hip_roll, t266, t1543);
+    t1545 = sin_t1 * t1544;
+    t1546 = R::fused(cos_t1, t575, t1545);
     let (
         t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562,
         t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578,
@@ -8143,354 +8614,876 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
         t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786,
         t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797, t1798, t1799, t1800, t1801, t1802,
     );
-    t1547 = R::fused(t815, t220, t1546); // left_upper_leg: motion
-    t1548 = R::fused(R::constant(-0.0764), t1547, t833);
-    t1549 = t1505 + t1548;
-    t1550 = cos_q_left_hip_yaw * t1518;
-    t1551 = R::fused(-sin_q_left_hip_yaw, t1521, t1550);
-    t1552 = R::fused(R::constant(0.0764), t1551, t1549);
-    t1553 = R::fused(t71, R::constant(9.81), -t1552);
-    t1554 = t1544 + t1553;
-    t1555 = -t1554;
-    t1556 = t1546 - t1551;
-    t1557 = sin_q_left_hip_yaw * t824; // left_upper_leg: motion
-    t1558 = R::fused(-cos_q_left_hip_yaw, t814, t1557); // left_upper_leg: motion
-    t1559 = sin_q_left_hip_yaw * t1518;
-    t1560 = R::fused(cos_q_left_hip_yaw, t1521, t1559);
-    t1561 = t1558 - t1560;
-    t1562 = t211 + t1526;
-    t1563 = -t1562;
-    // right_lower_leg: acceleration
-    t1564 = R::fused(t520, t1526, t1481);
-    t1565 = t492 * t1564;
-    t1566 = R::fused(t522, t1526, t1487);
-    t1567 = R::fused(-t527, t1566, t1565);
-    t1568 = t520 * t1518;
-    t1569 = R::fused(-t522, t1521, t1568);
-    t1570 = t1505 + t1569;
-    t1571 = R::fused(t568, t1570, t1567);
-    t1572 = t1158 + t1571;
-    t1573 = t553 * t1518;
-    t1574 = R::fused(-t653, t1521, t1573);
-    t1575 = R::fused(-t514, t1526, t1574);
-    t1576 = t1572 - t1575;
-    t1577 = t515 * t1576;
-    // left_lower_leg: acceleration
-    t1578 = cos_t2 * t1564;
-    t1579 = R::fused(-sin_t2, t1566, t1578);
-    t1580 = t342 * t1579;
-    t1581 = sin_t2 * t1564;
-    t1582 = R::fused(cos_t2, t1566, t1581);
-    t1583 = R::fused(t417, t1582, t1580);
-    t1584 = R::fused(t558, t1570, t1583);
-    t1585 = t1109 - t1584;
-    t1586 = cos_t2 * t1518;
-    t1587 = R::fused(sin_t2, t1521, t1586);
-    t1588 = t389 * t1587;
-    t1589 = sin_t2 * t1518;
-    t1590 = R::fused(-cos_t2, t1521, t1589);
-    t1591 = R::fused(t544, t1590, t1588);
-    t1592 = t1526 - t1577; // right_lower_leg: acceleration
-    t1593 = R::fused(t481, t1592, t1591);
-    t1594 = t1585 + t1593;
-    t1595 = t390 * t1594;
-    // right_ankle: acceleration
-    t1596 = t279 * t1579;
-    t1597 = cos_q_right_hip_roll * t1582;
-    t1598 = R::fused(sin_q_right_hip_roll, t1570, t1597);
-    t1599 = R::fused(t339, t1598, t1596);
-    t1600 = sin_q_right_hip_roll * t1582;
-    t1601 = R::fused(-cos_q_right_hip_roll, t1570, t1600);
-    t1602 = R::fused(-t400, t1601, t1599);
-    t1603 = t1105 - t1602;
-    t1604 = t1587 - t1595; // left_lower_leg: acceleration
-    t1605 = t341 * t1604;
-    t1606 = cos_q_right_hip_roll * t1590;
-    t1607 = R::fused(-sin_q_right_hip_roll, t1592, t1606);
-    t1608 = R::fused(t286, t1607, t1605);
-    t1609 = sin_q_right_hip_roll * t1590;
-    t1610 = R::fused(cos_q_right_hip_roll, t1592, t1609);
-    t1611 = R::fused(t452, t1610, t1608);
-    t1612 = t1603 - t1611;
-    t1613 = t287 * t1612;
-    t1614 = t1607 + t1613;
-    // left_ankle: acceleration
-    t1615 = R::fused(t271, t1614, t1579);
-    t1616 = t257 * t1615;
-    t1617 = t273 * t1610;
-    t1618 = R::fused(-t271, t1604, t1617);
-    t1619 = t1598 + t1618;
-    t1620 = R::fused(t323, t1619, t1616);
-    t1621 = R::fused(-t273, t1614, t1601);
-    t1622 = R::fused(-t276, t1621, t1620);
-    t1623 = t1073 - t1622;
-    t1624 = t325 * t1604;
-    t1625 = R::fused(t265, t1614, t1624);
-    t1626 = R::fused(t443, t1610, t1625);
-    t1627 = t1623 - t1626;
-    t1628 = t266 * t1627;
-    t1629 = t1614 + t1628;
-    // right_foot: acceleration
-    t1630 = R::fused(t248, t1629, t1615);
-    t1631 = t233 * t1630;
-    t1632 = t250 * t1610;
-    t1633 = R::fused(-t248, t1604, t1632);
-    t1634 = t1619 + t1633;
-    t1635 = R::fused(t303, t1634, t1631);
-    t1636 = R::fused(-t250, t1629, t1621);
-    t1637 = R::fused(-t254, t1636, t1635);
-    t1638 = t1029 - t1637;
-    t1639 = t305 * t1604;
-    t1640 = R::fused(-t242, t1629, t1639);
-    t1641 = R::fused(t433, t1610, t1640);
-    t1642 = t1638 + t1641;
-    t1643 = t243 * t1642;
-    // left_foot: acceleration
-    t1644 = sin_t4 * t1610;
-    t1645 = R::fused(-cos_t4, t1604, t1644);
-    t1646 = R::fused(R::constant(0.037), t1645, t1634);
-    t1647 = t228 * t1646;
-    t1648 = cos_t4 * t1636;
-    t1649 = R::fused(sin_t4, t1630, t1648);
-    t1650 = R::fused(-t224, t1649, t1647);
-    t1651 = t995 - t1650;
-    t1652 = R::constant(0.001228333333) * t1645;
-    t1653 = t1629 + t1643; // right_foot: acceleration
-    t1654 = R::fused(-t231, t1653, t1652);
-    t1655 = cos_t4 * t1610;
-    t1656 = R::fused(sin_t4, t1604, t1655);
-    t1657 = R::fused(-t290, t1656, t1654);
-    t1658 = t1651 - t1657;
-    t1659 = R::constant(814.1112620933816) * t1658;
-    t1660 = q_base_qz * t41; // torso: motion
-    t1661 = t69 + t1660; // torso: motion
-    t1662 = R::constant(1.0) - t1661; // torso: motion
-    t1663 = t1662 * t151; // other
-    t1664 = q_base_qx * t43; // torso: motion
-    t1665 = q_base_qw * t41; // torso: motion
-    t1666 = t1664 - t1665; // torso: motion
-    t1667 = R::fused(t1666, t154, t1663); // other
-    t1668 = t42 + t44; // torso: motion
-    t1669 = R::fused(t1668, t156, t1667); // other
-    t1670 = t138 * R::constant(0.5546); // torso: sums of what it carries
-    t1671 = R::fused(-t81, R::constant(1.0285), t1670); // torso: sums of what it carries
-    t1672 = R::fused(-t157, R::constant(186.39), t1671); // torso: sums of what it carries
-    t1673 = R::fused(t33, t108, t177); // right_hip_yaw_link: motion
-    t1674 = R::constant(0.01) * t1673; // right_hip_yaw_link: sums of what it carries
-    t1675 = R::fused(R::constant(-0.679875), t159, t1674); // right_hip_yaw_link: sums of what it carries
-    t1676 = t162 * t773; // left_hip_yaw_link: sums of what it carries
-    t1677 = R::fused(-t159, t770, t1676); // left_hip_yaw_link: sums of what it carries
-    t1678 = t1677 + t1303; // left_hip_yaw_link: articulated inertia
-    t1679 = t770 - t738; // left_hip_yaw_link: articulated inertia
-    t1680 = R::fused(-t1679, t1413, t1678); // left_hip_yaw_link: articulated inertia
-    t1681 = t1675 + t1680; // right_hip_yaw_link: articulated inertia
-    t1682 = t1406 + t1338; // right_hip_roll_link: articulated inertia
-    // left_hip_yaw_link: articulated inertia
-    t1683 = t1679 * t746;
-    t1684 = R::fused(t1412, t1683, t1682);
-    t1685 = R::fused(-t1342, t1683, t1337);
-    t1686 = R::fused(R::constant(0.037), t1685, t1684);
-    t1687 = R::fused(t1686, t1461, t1681); // right_hip_yaw_link: articulated inertia
-    t1688 = t1672 + t1687; // torso: articulated inertia
-    // other
-    t1689 = t1669 * t1688;
-    t1690 = t1662 * t59;
-    t1691 = R::fused(t1666, t66, t1690);
-    t1692 = R::fused(t1668, t73, t1691);
-    t1693 = t35 * R::constant(0.5546); // torso: sums of what it carries
-    t1694 = R::fused(t39, R::constant(1.0285), t1693); // torso: sums of what it carries
-    t1695 = R::fused(-t74, R::constant(186.39), t1694); // torso: sums of what it carries
-    t1696 = t106 + t161; // right_hip_yaw_link: motion
-    t1697 = R::constant(0.01) * t1696; // right_hip_yaw_link: sums of what it carries
-    t1698 = R::fused(R::constant(-0.679875), t174, t1697); // right_hip_yaw_link: sums of what it carries
-    t1699 = t1698 + t1418; // right_hip_yaw_link: articulated inertia
-    t1700 = cos_q_left_ankle_roll * t1699; // right_hip_yaw_link: articulated inertia
-    t1701 = R::constant(0.01) * t174; // right_hip_yaw_link: sums of what it carries
-    t1702 = R::fused(R::constant(-0.679875), t110, t1701); // right_hip_yaw_link: sums of what it carries
-    t1703 = t120 * t773; // left_hip_yaw_link: sums of what it carries
-    t1704 = R::fused(t124, t770, t1703); // left_hip_yaw_link: sums of what it carries
-    t1705 = t1704 + t1308; // left_hip_yaw_link: articulated inertia
-    t1706 = t773 + t743; // left_hip_yaw_link: articulated inertia
-    t1707 = R::fused(t1706, t1413, t1705); // left_hip_yaw_link: articulated inertia
-    // right_hip_yaw_link: articulated inertia
-    t1708 = t1702 - t1707;
-    t1709 = R::fused(-sin_q_left_ankle_roll, t1708, t1700);
-    t1710 = R::constant(0.679875) + t1457;
-    t1711 = cos_q_left_ankle_roll * t1710;
-    t1712 = R::fused(t125, t1340, t1409); // right_hip_roll_link: articulated inertia
-    // left_hip_yaw_link: articulated inertia
-    t1713 = t1706 * t746;
-    t1714 = R::fused(-t1412, t1713, t1712);
-    t1715 = R::fused(t1706, t1453, t1340);
-    t1716 = R::fused(R::constant(0.037), t1715, t1714);
-    t1717 = R::constant(0.01) + t1716; // right_hip_yaw_link: articulated inertia
-    t1718 = R::fused(-sin_q_left_ankle_roll, t1717, t1711); // right_hip_yaw_link: articulated inertia
-    t1719 = R::fused(-t1718, t1461, t1709); // right_hip_yaw_link: articulated inertia
-    t1720 = t1695 + t1719; // torso: articulated inertia
-    // other
-    t1721 = R::fused(t1692, t1720, t1689);
-    t1722 = t1662 * t96;
-    t1723 = R::fused(t1666, t99, t1722);
-    t1724 = R::fused(-t1668, t102, t1723);
-    t1725 = t81 * R::constant(0.5546); // torso: sums of what it carries
-    t1726 = R::fused(-t79, R::constant(1.0285), t1725); // torso: sums of what it carries
-    t1727 = R::fused(t103, R::constant(186.39), t1726); // torso: sums of what it carries
-    // right_hip_yaw_link: articulated inertia
-    t1728 = sin_q_left_ankle_roll * t1699;
-    t1729 = R::fused(cos_q_left_ankle_roll, t1708, t1728);
-    t1730 = sin_q_left_ankle_roll * t1710;
-    t1731 = R::fused(cos_q_left_ankle_roll, t1717, t1730);
-    t1732 = R::fused(-t1731, t1461, t1729);
-    t1733 = t1727 + t1732; // torso: articulated inertia
-    t1734 = R::fused(t1724, t1733, -t1721); // other
-    t1735 = t1664 + t1665; // torso: motion
-    t1736 = t1735 * t151; // other
-    t1737 = t68 + t1660; // torso: motion
-    t1738 = R::constant(1.0) - t1737; // torso: motion
-    t1739 = R::fused(t1738, t154, t1736); // other
-    t1740 = t61 - t63; // torso: motion
-    // other
-    t1741 = R::fused(t1740, t156, t1739);
-    t1742 = t1741 * t1688;
-    t1743 = t1735 * t59;
-    t1744 = R::fused(t1738, t66, t1743);
-    t1745 = R::fused(t1740, t73, t1744);
-    t1746 = R::fused(t1745, t1720, t1742);
-    t1747 = t1735 * t96;
-    t1748 = R::fused(t1738, t99, t1747);
-    t1749 = R::fused(-t1740, t102, t1748);
-    t1750 = R::fused(t1749, t1733, -t1746);
-    t1751 = t157 * t1688;
-    t1752 = R::fused(t74, t1720, t1751);
-    t1753 = R::fused(t103, t1733, -t1752);
-    t1754 = t39 * R::constant(0.05556833333); // torso: sums of what it carries
-    t1755 = R::fused(t35, R::constant(0.03062), t1754); // torso: sums of what it carries
-    t1756 = R::fused(-t74, R::constant(10.089585), t1755); // torso: sums of what it carries
-    t1757 = R::fused(t1459, t1461, t1420); // right_hip_yaw_link: articulated inertia
-    t1758 = R::fused(R::constant(-0.055), t1719, t1757); // right_hip_yaw_link: articulated inertia
-    t1759 = t1756 - t1758; // torso: articulated inertia
-    t1760 = t1669 * t1759;
-    t1761 = t81 * R::constant(0.036949883333); // torso: sums of what it carries
-    t1762 = t77 - t137; // left_foot: wrench that its motion needs
-    // torso: sums of what it carries
-    t1763 = R::fused(t1762, R::constant(0.03062), t1761);
-    t1764 = t157 * R::constant(10.089585);
-    t1765 = R::fused(-t103, R::constant(5.440626), t1764);
-    t1766 = t1763 + t1765;
-    t1767 = t159 * R::constant(0.0251352875); // right_hip_yaw_link: sums of what it carries
-    t1768 = R::fused(R::constant(-0.00037), t1673, t1767); // right_hip_yaw_link: sums of what it carries
-    t1769 = R::fused(R::constant(0.679875), t158, t1768); // right_hip_yaw_link: sums of what it carries
-    t1770 = R::fused(t745, t1413, t1311); // left_hip_yaw_link: articulated inertia
-    t1771 = R::fused(R::constant(-0.037), t1680, t1770); // left_hip_yaw_link: articulated inertia
-    t1772 = t1769 + t1771; // right_hip_yaw_link: articulated inertia
-    t1773 = cos_q_left_ankle_roll * t1772; // right_hip_yaw_link: articulated inertia
-    t1774 = t1673 * R::constant(0.00151725002); // right_hip_yaw_link: sums of what it carries
-    t1775 = R::fused(R::constant(-0.00037), t159, t1774); // right_hip_yaw_link: sums of what it carries
-    t1776 = R::fused(R::constant(-0.01), t158, t1775); // right_hip_yaw_link: sums of what it carries
-    // left_hip_yaw_link: sums of what it carries
-    t1777 = t180 * t753;
-    t1778 = R::fused(t184, t767, t1777);
-    t1779 = R::fused(t159, t758, t1778);
-    t1780 = t106 - t123;
-    t1781 = R::fused(t762, t1780, t1779);
-    t1782 = R::fused(-t175, t773, t1781);
+    t1547 = cos_q_left_hip_roll * t261;
+    t1548 = R::fused(sin_q_left_hip_roll, t253, t1547);
+    t1549 = R::fused(-t196, t1548, t1546);
+    t1550 = R::fused(-t218, t1548, t1549);
+    t1551 = R::fused(R::constant(-0.037), t1548, t1550);
+    t1552 = R::fused(-t1551, t280, t1542); // factors of the mass matrix
+    // right_foot: mass matrix
+    t1553 = sin_q_left_hip_roll * t292;
+    t1554 = R::fused(cos_q_left_hip_roll, t303, t1553);
+    t1555 = sin_t1 * t1554;
+    t1556 = R::fused(cos_t1, t580, t1555);
+    t1557 = cos_q_left_hip_roll * t298;
+    t1558 = R::fused(-sin_q_left_hip_roll, t291, t1557);
+    t1559 = R::fused(-t196, t1558, t1556);
+    t1560 = R::fused(-t218, t1558, t1559);
+    t1561 = R::fused(R::constant(-0.037), t1558, t1560);
+    t1562 = R::fused(-t317, t1551, t1561); // factors of the mass matrix
+    t1563 = R::fused(t1562, t321, t1552); // factors of the mass matrix
+    // left_ankle: mass matrix
+    t1564 = sin_q_left_hip_roll * t330;
+    t1565 = R::fused(cos_q_left_hip_roll, t341, t1564);
+    t1566 = sin_t1 * t1565;
+    t1567 = R::fused(cos_t1, t586, t1566);
+    t1568 = cos_q_left_hip_roll * t336;
+    t1569 = R::fused(-sin_q_left_hip_roll, t329, t1568);
+    t1570 = R::fused(-t196, t1569, t1567);
+    t1571 = R::fused(-t218, t1569, t1570);
+    t1572 = R::fused(R::constant(-0.037), t1569, t1571);
+    t1573 = R::fused(-t1551, t355, t1572); // factors of the mass matrix
+    t1574 = R::fused(t1562, t358, t1573); // factors of the mass matrix
+    t1575 = R::fused(-t1574, t363, t1563); // factors of the mass matrix
+    // right_ankle: mass matrix
+    t1576 = sin_q_left_hip_roll * t370;
+    t1577 = R::fused(cos_q_left_hip_roll, t381, t1576);
+    t1578 = sin_t1 * t1577;
+    t1579 = R::fused(cos_t1, t593, t1578);
+    t1580 = cos_q_left_hip_roll * t376;
+    t1581 = R::fused(-sin_q_left_hip_roll, t369, t1580);
+    t1582 = R::fused(-t196, t1581, t1579);
+    t1583 = R::fused(-t218, t1581, t1582);
+    t1584 = R::fused(R::constant(-0.037), t1581, t1583);
+    // factors of the mass matrix
+    t1585 = R::fused(-t1551, t395, t1584);
+    t1586 = R::fused(t1562, t398, t1585);
+    t1587 = R::fused(-t1574, t402, t1586);
+    t1588 = R::fused(-t1587, t408, t1575);
+    // left_lower_leg: mass matrix
+    t1589 = sin_q_left_hip_roll * t412;
+    t1590 = R::fused(cos_q_left_hip_roll, t418, t1589);
+    t1591 = sin_t1 * t1590;
+    t1592 = R::fused(cos_t1, t601, t1591);
+    t1593 = cos_q_left_hip_roll * t414;
+    t1594 = R::fused(-sin_q_left_hip_roll, t154, t1593);
+    t1595 = R::fused(-t196, t1594, t1592);
+    t1596 = R::fused(-t218, t1594, t1595);
+    t1597 = R::fused(R::constant(-0.037), t1594, t1596);
+    // factors of the mass matrix
+    t1598 = R::fused(-t1551, t432, t1597);
+    t1599 = R::fused(t1562, t435, t1598);
+    t1600 = R::fused(-t1574, t439, t1599);
+    t1601 = R::fused(-t1587, t444, t1600);
+    t1602 = R::fused(-t1601, t451, t1588);
+    // right_lower_leg: mass matrix
+    t1603 = sin_q_left_hip_roll * t185;
+    t1604 = R::fused(cos_q_left_hip_roll, t455, t1603);
+    t1605 = sin_t1 * t1604;
+    t1606 = R::fused(cos_t1, t557, t1605);
+    t1607 = cos_q_left_hip_roll * t155;
+    t1608 = R::fused(-t196, t1607, t1606);
+    t1609 = R::fused(-t218, t1607, t1608);
+    t1610 = R::fused(R::constant(-0.037), t1607, t1609);
+    // factors of the mass matrix
+    t1611 = R::fused(-t1551, t468, t1610);
+    t1612 = R::fused(t1562, t471, t1611);
+    t1613 = R::fused(-t1574, t475, t1612);
+    t1614 = R::fused(-t1587, t480, t1613);
+    t1615 = R::fused(-t1601, t486, t1614);
+    t1616 = R::fused(-t1615, t494, t1602);
+    // left_upper_leg: mass matrix
+    t1617 = sin_q_left_hip_roll * t191;
+    t1618 = R::fused(cos_q_left_hip_roll, t175, t1617);
+    t1619 = sin_t1 * t1618;
+    t1620 = R::fused(cos_t1, t561, t1619);
+    t1621 = cos_q_left_hip_roll * t206;
+    t1622 = R::fused(-t196, t1621, t1620);
+    t1623 = R::fused(-t218, t1621, t1622);
+    t1624 = R::fused(R::constant(-0.037), t1621, t1623);
+    // factors of the mass matrix
+    t1625 = R::fused(-t1551, t509, t1624);
+    t1626 = R::fused(t1562, t512, t1625);
+    t1627 = R::fused(-t1574, t516, t1626);
+    t1628 = R::fused(-t1587, t521, t1627);
+    t1629 = R::fused(-t1601, t527, t1628);
+    t1630 = R::fused(-t1615, t534, t1629);
+    t1631 = R::fused(-t1630, t543, t1616);
+    t1632 = sin_q_left_hip_roll * t554; // right_upper_leg: sums of what it carries
+    t1633 = R::fused(-cos_q_left_hip_roll, t561, t1632); // right_upper_leg: sums of what it carries
+    // right_upper_leg: mass matrix
+    t1634 = sin_t1 * t1633;
+    t1635 = R::fused(-cos_t1, t627, t1634);
+    t1636 = R::fused(-t196, t202, t1635);
+    t1637 = R::fused(-t218, t202, t1636);
+    t1638 = R::fused(R::constant(-0.037), t202, t1637);
+    // factors of the mass matrix
+    t1639 = R::fused(t1551, t576, t1638);
+    t1640 = R::fused(-t1562, t582, t1639);
+    t1641 = R::fused(t1574, t589, t1640);
+    t1642 = R::fused(t1587, t597, t1641);
+    t1643 = R::fused(t1601, t606, t1642);
+    t1644 = R::fused(t1615, t613, t1643);
+    t1645 = R::fused(t1630, t621, t1644);
+    t1646 = R::fused(-t1645, t636, t1631);
+    t1647 = R::fused(-t1551, t643, t1538);
+    t1648 = R::fused(t1562, t646, t1647);
+    t1649 = R::fused(-t1574, t650, t1648);
+    t1650 = R::fused(-t1587, t655, t1649);
+    t1651 = R::fused(-t1601, t661, t1650);
+    t1652 = R::fused(-t1615, t668, t1651);
+    t1653 = R::fused(-t1630, t676, t1652);
+    t1654 = R::fused(-t1645, t685, t1653);
+    t1655 = R::fused(-t1654, t696, t1646);
+    t1656 = R::fused(-t1551, t700, t1540);
+    t1657 = R::fused(t1562, t703, t1656);
+    t1658 = R::fused(-t1574, t707, t1657);
+    t1659 = R::fused(-t1587, t712, t1658);
+    t1660 = R::fused(-t1601, t718, t1659);
+    t1661 = R::fused(-t1615, t725, t1660);
+    t1662 = R::fused(-t1630, t733, t1661);
+    t1663 = R::fused(-t1645, t742, t1662);
+    t1664 = R::fused(-t1654, t752, t1663);
+    t1665 = R::fused(-t1664, t764, t1655);
+    t1666 = t1665 * t766;
+    t1667 = R::constant(0.0000833333335) + t627; // left_hip_roll_link: sums of what it carries
+    t1668 = t176 + t193; // right_upper_leg: sums of what it carries
+    // left_hip_roll_link: sums of what it carries
+    t1669 = R::constant(0.0005199999995) + t1668;
+    t1670 = t1667 - t1669;
+    t1671 = sin_t1 * sin_t1;
+    t1672 = t1670 * t1671;
+    t1673 = sin_t1 * cos_t1;
+    t1674 = R::constant(2.0) * t1633;
+    t1675 = R::fused(t1673, t1674, t1672);
+    t1676 = t1667 - t1675;
+    t1677 = t1676 + t210;
+    t1678 = t1677 + t1391; // right_hip_roll_link: sums of what it carries
+    t1679 = t1678 + t223; // right_hip_roll_link: sums of what it carries
+    t1680 = t1679 + t1426; // left_hip_yaw_link: sums of what it carries
+    t1681 = t221 + t1443; // left_hip_yaw_link: sums of what it carries
+    t1682 = R::fused(R::constant(0.074), t1681, t1680); // left_hip_yaw_link: sums of what it carries
+    t1683 = R::constant(0.02665253752) + t1682; // right_hip_yaw_link: sums of what it carries
+    // factors of the mass matrix
+    t1684 = R::constant(814.1112620933816) * t1551;
+    t1685 = R::fused(-t1551, t1684, t1683);
+    t1686 = t1562 * t320;
+    t1687 = R::fused(t1562, t1686, t1685);
+    t1688 = t1574 * t362;
+    t1689 = R::fused(-t1574, t1688, t1687);
+    t1690 = t1587 * t407;
+    t1691 = R::fused(-t1587, t1690, t1689);
+    t1692 = t1601 * t450;
+    t1693 = R::fused(-t1601, t1692, t1691);
+    t1694 = t1615 * t493;
+    t1695 = R::fused(-t1615, t1694, t1693);
+    t1696 = t1630 * t542;
+    t1697 = R::fused(-t1630, t1696, t1695);
+    t1698 = t1645 * t635;
+    t1699 = R::fused(-t1645, t1698, t1697);
+    t1700 = t1654 * t695;
+    t1701 = R::fused(-t1654, t1700, t1699);
+    t1702 = t1664 * t763;
+    t1703 = R::fused(-t1664, t1702, t1701);
+    t1704 = R::fused(-t1665, t1666, t1703);
+    t1705 = R::constant(1.0) / t1704;
+    t1706 = sin_q_left_hip_roll * t1301; // right_upper_leg: sums of what it carries
+    t1707 = R::fused(-cos_q_left_hip_roll, t1344, t1706); // right_upper_leg: sums of what it carries
+    t1708 = R::fused(t814, t831, t827); // left_hip_roll_link: motion
+    // left_hip_roll_link: sums of what it carries
+    t1709 = t1708 * R::constant(0.0005199999995);
+    t1710 = R::fused(R::constant(-0.008), t1039, t1709);
+    t1711 = t1707 + t1710;
+    t1712 = sin_t1 * t1711;
+    t1713 = R::fused(-t814, t817, t809); // left_hip_roll_link: motion
+    t1714 = R::fused(-t1713, R::constant(0.0000833333335), t1502);
+    t1715 = R::fused(cos_t1, t1714, t1712);
+    t1716 = cos_q_left_hip_roll * t1360; // right_upper_leg: sums of what it carries
+    t1717 = R::fused(sin_q_left_hip_roll, t1366, t1716); // right_upper_leg: sums of what it carries
+    t1718 = R::fused(R::constant(0.008), t1708, t1717);
+    t1719 = R::fused(-t196, t1718, t1715);
     // right_hip_roll_link: sums of what it carries
-    t1783 = t189 * t783;
-    t1784 = R::fused(t193, t796, t1783);
-    t1785 = R::fused(t159, t788, t1784);
-    t1786 = t106 - t131;
-    t1787 = R::fused(t792, t1786, t1785);
-    t1788 = R::fused(-t186, t735, t1787);
-    // left_hip_roll_link: articulated inertia
-    t1789 = cos_t1 * t1368;
-    t1790 = R::fused(sin_t1, t1372, t1789);
-    t1791 = cos_t1 * t1375;
-    t1792 = R::fused(-t1791, t1253, t1790);
-    t1793 = R::fused(t128, t1382, t1792);
-    t1794 = t1788 + t1793; // right_hip_roll_link: articulated inertia
-    t1795 = t1388 - t1393;
-    t1796 = R::fused(-t1791, t709, t1795);
-    t1797 = R::fused(t128, t1329, t1796);
-    t1798 = t133 * t1797;
-    t1799 = t1385 - t1389;
-    t1800 = R::fused(t1791, t725, t1799);
-    t1801 = t1800 - t1335;
-    t1802 = R::fused(t128, t1801, t1798);
+    t1720 = t1037 * t1391;
+    t1721 = R::fused(t967, t1401, t1720);
+    t1722 = R::fused(t1034, t1405, t1721);
+    t1723 = t1003 - t974;
+    t1724 = R::fused(-t1397, t1723, t1722);
+    t1725 = R::fused(t1032, t220, t1724);
+    t1726 = t1719 + t1725;
+    t1727 = t1034 * t225;
+    t1728 = R::fused(-t1037, t220, t1727);
+    t1729 = t1718 + t1728;
+    t1730 = R::fused(-t218, t1729, t1726);
+    // left_hip_yaw_link: sums of what it carries
+    t1731 = t1030 * t1426;
+    t1732 = R::fused(t967, t1436, t1731);
+    t1733 = R::fused(t1027, t1440, t1732);
+    t1734 = t1003 - t969;
+    t1735 = R::fused(-t1432, t1734, t1733);
+    t1736 = R::fused(t1025, t1443, t1735);
+    t1737 = t1730 + t1736;
+    t1738 = t1027 * t1446;
+    t1739 = R::fused(-t1030, t1443, t1738);
+    t1740 = t1729 + t1739;
+    t1741 = R::fused(R::constant(-0.037), t1740, t1737);
+    // right_hip_yaw_link: sums of what it carries
+    t1742 = t1024 * R::constant(0.02361803748);
+    t1743 = t963 - t1003;
+    t1744 = R::fused(R::constant(0.00037), t1743, t1742);
+    t1745 = R::constant(0.01) * t961;
+    t1746 = R::fused(R::constant(-0.679875), t1023, t1745);
+    t1747 = t1744 - t1746;
+    t1748 = t1741 + t1747;
+    t1749 = tau_left_ankle_roll - t1748; // other
+    // solved by the factors
+    t1750 = R::fused(t1451, t1684, t1749);
+    t1751 = R::fused(t1686, t1454, t1750);
+    t1752 = R::fused(-t1688, t1458, t1751);
+    t1753 = R::fused(-t1690, t1463, t1752);
+    t1754 = R::fused(t1692, t1469, t1753);
+    t1755 = R::fused(-t1694, t1476, t1754);
+    t1756 = R::fused(t1696, t1484, t1755);
+    t1757 = R::fused(t1698, t1510, t1756);
+    t1758 = R::fused(-t1700, t1520, t1757);
+    t1759 = R::fused(-t1702, t1531, t1758);
+    t1760 = R::fused(-t1666, t1532, t1759);
+    t1761 = t1705 * t1760; // other
+    t1762 = R::fused(-t1666, t1761, t1533);
+    t1763 = t7 * t1762; // other
+    t1764 = t763 * t1531; // other
+    t1765 = R::fused(-t1702, t1761, t1764);
+    t1766 = R::fused(-t764, t1762, t1765);
+    // other
+    t1767 = t1762 + t1766;
+    t1768 = R::fused(t211, t1767, t1763);
+    t1769 = sin_t1 * t1768;
+    t1770 = t218 * t1762;
+    t1771 = R::fused(t196, t1767, t1770);
+    t1772 = R::fused(cos_t1, t1771, t1769);
+    t1773 = cos_q_left_hip_yaw * t1772;
+    t1774 = R::constant(0.037) * t1761;
+    t1775 = R::fused(t218, t1761, t1774);
+    t1776 = R::fused(t196, t1761, t1775);
+    t1777 = cos_q_left_hip_roll * t1776;
+    t1778 = cos_t1 * t1768;
+    t1779 = R::fused(-sin_t1, t1771, t1778);
+    t1780 = R::fused(sin_q_left_hip_roll, t1779, t1777);
+    t1781 = R::fused(sin_q_left_hip_yaw, t1780, t1773);
+    // left_upper_leg: motion
+    t1782 = cos_q_left_hip_yaw * t1012;
+    t1783 = R::fused(-sin_q_left_hip_yaw, t1043, t1782);
+    t1784 = cos_q_left_hip_yaw * t832;
+    t1785 = R::fused(-sin_q_left_hip_yaw, t818, t1784);
+    t1786 = sin_q_left_hip_yaw * t832;
+    t1787 = R::fused(cos_q_left_hip_yaw, t818, t1786);
+    t1788 = R::fused(t1785, t1787, t843);
+    t1789 = R::fused(R::constant(-0.0764), t1788, t1783); // other
+    t1790 = t1781 - t1789; // other
+    t1791 = t542 * t1484; // other
+    t1792 = R::fused(t1696, t1761, t1791); // solved by the factors
+    t1793 = R::fused(t543, t1762, t1792); // solved by the factors
+    t1794 = R::fused(t733, t1766, t1793); // solved by the factors
+    t1795 = t695 * t1520; // other
+    // solved by the factors
+    t1796 = R::fused(-t1700, t1761, t1795);
+    t1797 = R::fused(-t696, t1762, t1796);
+    t1798 = R::fused(-t752, t1766, t1797);
+    t1799 = R::fused(t676, t1798, t1794);
+    t1800 = t635 * t1510; // other
+    t1801 = R::fused(t1698, t1761, t1800);
+    t1802 = R::fused(t636, t1762, t1801);
     let (
         t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818,
         t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834,
         t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850,
-        t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862,
+        t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866,
+        t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882,
+        t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892, t1893, t1894, t1895, t1896, t1897, t1898,
+        t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908, t1909, t1910, t1911, t1912, t1913, t1914,
+        t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924, t1925, t1926, t1927, t1928, t1929, t1930,
+        t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940, t1941, t1942, t1943, t1944, t1945, t1946,
+        t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958, t1959, t1960, t1961, t1962,
+        t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978,
+        t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994,
+        t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010,
+        t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026,
+        t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038, t2039, t2040, t2041, t2042,
+        t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052, t2053, t2054, t2055, t2056, t2057, t2058,
     );
-    t1803 = t788 + t1802; // right_hip_roll_link: articulated inertia
-    t1804 = R::fused(t1803, t1298, t1794); // right_hip_roll_link: articulated inertia
-    t1805 = R::fused(t112, t1402, t1804); // right_hip_roll_link: articulated inertia
-    t1806 = t1782 + t1805; // left_hip_yaw_link: articulated inertia
-    // right_hip_roll_link: articulated inertia
-    t1807 = R::fused(-t1803, t731, t1797);
-    t1808 = R::fused(t112, t1337, t1807);
-    t1809 = t125 * t1808;
-    t1810 = R::fused(-t1803, t741, t1801);
-    t1811 = t1810 - t1341;
-    t1812 = R::fused(t112, t1811, t1809);
-    t1813 = t758 + t1812; // left_hip_yaw_link: articulated inertia
-    t1814 = R::fused(t1813, t1413, t1806); // left_hip_yaw_link: articulated inertia
-    t1815 = t1776 - t1814; // right_hip_yaw_link: articulated inertia
-    t1816 = R::fused(sin_q_left_ankle_roll, t1815, t1773); // right_hip_yaw_link: articulated inertia
-    t1817 = R::constant(0.037) * t1684; // left_hip_yaw_link: articulated inertia
-    t1818 = R::fused(R::constant(0.001369), t1685, t1817); // left_hip_yaw_link: articulated inertia
-    t1819 = cos_q_left_ankle_roll * t1818; // right_hip_yaw_link: articulated inertia
-    // left_hip_roll_link: articulated inertia
-    t1820 = t643 * t1426;
-    t1821 = R::fused(t1791, t1428, t1820);
-    t1822 = R::fused(-t128, t1433, t1821);
-    t1823 = cos_t1 * t1431;
-    t1824 = R::fused(-t1791, t1333, t1823);
-    t1825 = R::fused(-t128, t1437, t1824);
-    t1826 = R::fused(t133, t1825, t1822);
-    // right_hip_roll_link: articulated inertia
-    t1827 = t796 - t1826;
-    t1828 = R::fused(-t1803, t1441, t1827);
-    t1829 = R::fused(-t112, t1444, t1828);
-    t1830 = t735 + t1825;
-    t1831 = R::fused(-t1803, t1339, t1830);
-    t1832 = R::fused(-t112, t1446, t1831);
-    t1833 = R::fused(-t125, t1832, t1829);
-    // left_hip_yaw_link: articulated inertia
-    t1834 = t767 + t1833;
-    t1835 = R::fused(-t1813, t1450, t1834);
-    t1836 = t773 + t1832;
-    t1837 = R::fused(-t1813, t1453, t1836);
-    t1838 = R::fused(R::constant(-0.037), t1837, t1835);
-    // right_hip_yaw_link: articulated inertia
-    t1839 = R::fused(sin_q_left_ankle_roll, t1838, t1819);
-    t1840 = R::fused(-t1839, t1461, t1816);
-    t1841 = R::constant(0.055) * t1687;
-    t1842 = R::fused(R::constant(0.03), t1732, t1841);
-    t1843 = t1840 - t1842;
-    t1844 = t1766 + t1843; // torso: articulated inertia
-    t1845 = R::fused(t1692, t1844, t1760); // other
-    t1846 = t35 * R::constant(0.018618449997); // torso: sums of what it carries
-    t1847 = R::fused(t39, R::constant(0.03062), t1846); // torso: sums of what it carries
-    t1848 = R::fused(-t74, R::constant(5.440626), t1847); // torso: sums of what it carries
-    t1849 = sin_q_left_ankle_roll * t1772;
-    t1850 = R::fused(-cos_q_left_ankle_roll, t1815, t1849);
-    t1851 = sin_q_left_ankle_roll * t1818;
-    t1852 = R::fused(-cos_q_left_ankle_roll, t1838, t1851);
-    t1853 = R::fused(-t1852, t1461, t1850);
-    t1854 = R::fused(R::constant(0.03), t1719, t1853);
-    t1855 = t1848 + t1854; // torso: articulated inertia
+    t1803 = R::fused(t742, t1766, t1802);
+    t1804 = R::fused(t685, t1798, t1803);
+    t1805 = R::fused(t621, t1804, t1799);
     // other
-    t1856 = R::fused(t1724, t1855, -t1845);
-    t1857 = t1741 * t1759;
-    t1858 = R::fused(t1745, t1844, t1857);
-    t1859 = R::fused(t1749, t1855, -t1858);
-    t1860 = t157 * t1759;
-    t1861 = R::fused(t74, t1844, t1860);
-    t1862 = R::fused(t103, t1855, -t1861);
+    t1806 = t1798 + t1767;
+    t1807 = sin_q_left_hip_roll * t1806;
+    t1808 = sin_t1 * t1761;
+    t1809 = R::fused(-cos_q_left_hip_roll, t1808, t1807);
+    t1810 = t1805 + t1809;
+    t1811 = R::fused(R::constant(0.0764), t1810, t1790);
+    t1812 = R::fused(t901, R::constant(9.81), t1811);
+    t1813 = t6 + t1812;
+    t1814 = -t1813;
+    t1815 = v_base_angular_z * v_base_linear_x; // torso: motion
+    t1816 = R::fused(-v_base_angular_x, v_base_linear_z, t1815); // torso: motion
+    t1817 = sin_q_left_hip_yaw * t1772;
+    t1818 = R::fused(-cos_q_left_hip_yaw, t1780, t1817);
+    t1819 = sin_q_left_hip_yaw * t1012; // left_upper_leg: motion
+    t1820 = R::fused(cos_q_left_hip_yaw, t1043, t1819); // left_upper_leg: motion
+    t1821 = R::fused(t1785, t1785, t1014); // left_upper_leg: motion
+    t1822 = R::fused(R::constant(0.0764), t1821, t1820);
+    t1823 = t1818 - t1822;
+    t1824 = R::fused(t920, R::constant(9.81), t1823);
+    t1825 = t1816 + t1824;
+    t1826 = -t1825;
+    t1827 = v_base_angular_x * v_base_linear_y; // torso: motion
+    t1828 = R::fused(-v_base_angular_y, v_base_linear_x, t1827); // torso: motion
+    t1829 = sin_q_left_hip_roll * t1776;
+    t1830 = R::fused(-cos_q_left_hip_roll, t1779, t1829);
+    t1831 = cos_q_left_hip_yaw * t819; // left_upper_leg: motion
+    t1832 = R::fused(sin_q_left_hip_yaw, t833, t1831); // left_upper_leg: motion
+    t1833 = R::fused(t838, t1787, t1832); // left_upper_leg: motion
+    t1834 = R::fused(R::constant(-0.0764), t1833, t1053);
+    t1835 = t1830 + t1834;
+    t1836 = R::fused(cos_t1, t1761, t1804);
+    t1837 = cos_q_left_hip_yaw * t1836;
+    t1838 = cos_q_left_hip_roll * t1806;
+    t1839 = R::fused(sin_q_left_hip_roll, t1808, t1838);
+    t1840 = R::fused(-sin_q_left_hip_yaw, t1839, t1837);
+    t1841 = R::fused(R::constant(0.0764), t1840, t1835);
+    t1842 = R::fused(t927, R::constant(9.81), -t1841);
+    t1843 = t1828 + t1842;
+    t1844 = -t1843;
+    t1845 = t1832 - t1840;
+    t1846 = sin_q_left_hip_yaw * t819; // left_upper_leg: motion
+    t1847 = R::fused(-cos_q_left_hip_yaw, t833, t1846); // left_upper_leg: motion
+    t1848 = sin_q_left_hip_yaw * t1836;
+    t1849 = R::fused(cos_q_left_hip_yaw, t1839, t1848);
+    t1850 = t1847 - t1849;
+    t1851 = t843 + t1810;
+    t1852 = -t1851;
+    t1853 = t493 * t1476;
+    // solved by the factors
+    t1854 = R::fused(-t1694, t1761, t1853);
+    t1855 = R::fused(-t494, t1762, t1854);
+    t1856 = R::fused(-t725, t1766, t1855);
+    t1857 = R::fused(-t668, t1798, t1856);
+    t1858 = R::fused(-t613, t1804, t1857);
+    t1859 = R::fused(t534, t1805, t1858);
+    t1860 = t450 * t1469; // other
+    t1861 = R::fused(t1692, t1761, t1860);
+    t1862 = R::fused(t451, t1762, t1861);
+    t1863 = R::fused(t718, t1766, t1862);
+    t1864 = R::fused(t661, t1798, t1863);
+    t1865 = R::fused(t606, t1804, t1864);
+    t1866 = R::fused(-t527, t1805, t1865);
+    t1867 = R::fused(t486, t1859, t1866);
+    t1868 = t407 * t1463; // other
+    t1869 = R::fused(-t1690, t1761, t1868);
+    t1870 = R::fused(-t408, t1762, t1869);
+    t1871 = R::fused(-t712, t1766, t1870);
+    t1872 = R::fused(-t655, t1798, t1871);
+    t1873 = R::fused(-t597, t1804, t1872);
+    t1874 = R::fused(t521, t1805, t1873);
+    t1875 = R::fused(-t480, t1859, t1874);
+    t1876 = R::fused(t444, t1867, t1875);
+    t1877 = t362 * t1458; // other
+    t1878 = R::fused(-t1688, t1761, t1877);
+    t1879 = R::fused(-t363, t1762, t1878);
+    t1880 = R::fused(-t707, t1766, t1879);
+    t1881 = R::fused(-t650, t1798, t1880);
+    t1882 = R::fused(-t589, t1804, t1881);
+    t1883 = R::fused(t516, t1805, t1882);
+    t1884 = R::fused(-t475, t1859, t1883);
+    t1885 = R::fused(t439, t1867, t1884);
+    t1886 = R::fused(-t402, t1876, t1885);
+    t1887 = t320 * t1454; // other
+    t1888 = R::fused(-t1686, t1761, t1887);
+    t1889 = R::fused(-t321, t1762, t1888);
+    t1890 = R::fused(-t703, t1766, t1889);
+    t1891 = R::fused(-t646, t1798, t1890);
+    t1892 = R::fused(-t582, t1804, t1891);
+    t1893 = R::fused(t512, t1805, t1892);
+    t1894 = R::fused(-t471, t1859, t1893);
+    t1895 = R::fused(t435, t1867, t1894);
+    t1896 = R::fused(-t398, t1876, t1895);
+    t1897 = R::fused(t358, t1886, -t1896);
+    t1898 = R::constant(814.1112620933816) * t1451; // other
+    t1899 = R::fused(t1684, t1761, t1898);
+    t1900 = R::fused(t280, t1762, t1899);
+    t1901 = R::fused(t700, t1766, t1900);
+    t1902 = R::fused(t643, t1798, t1901);
+    t1903 = R::fused(t576, t1804, t1902);
+    t1904 = R::fused(-t509, t1805, t1903);
+    t1905 = R::fused(t468, t1859, t1904);
+    t1906 = R::fused(-t432, t1867, t1905);
+    t1907 = R::fused(t395, t1876, t1906);
+    t1908 = R::fused(t355, t1886, t1907);
+    t1909 = R::fused(t317, t1897, t1908);
+    t1910 = q_base_qz * t897; // torso: motion
+    t1911 = t925 + t1910; // torso: motion
+    t1912 = R::constant(1.0) - t1911; // torso: motion
+    t1913 = t1912 * t993; // other
+    t1914 = q_base_qx * t899; // torso: motion
+    t1915 = q_base_qw * t897; // torso: motion
+    t1916 = t1914 - t1915; // torso: motion
+    t1917 = R::fused(t1916, t996, t1913); // other
+    t1918 = t898 + t900; // torso: motion
+    t1919 = R::fused(t1918, t998, t1917); // other
+    t1920 = t1004 * t1446; // left_hip_yaw_link: sums of what it carries
+    t1921 = R::fused(-t1001, t1443, t1920); // left_hip_yaw_link: sums of what it carries
+    t1922 = t1414 - t1921; // left_hip_yaw_link: sums of what it carries
+    t1923 = R::fused(t799, t811, t797); // right_hip_yaw_link: motion
+    t1924 = R::constant(0.01) * t1923; // right_hip_yaw_link: sums of what it carries
+    t1925 = R::fused(R::constant(-0.679875), t1001, t1924); // right_hip_yaw_link: sums of what it carries
+    t1926 = t1922 - t1925; // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t1927 = t980 * R::constant(0.5546);
+    t1928 = R::fused(-t937, R::constant(1.0285), t1927);
+    t1929 = R::fused(-t999, R::constant(186.39), t1928);
+    t1930 = t1926 - t1929;
+    // other
+    t1931 = R::fused(t1681, t1762, t1930);
+    t1932 = R::fused(t221, t1766, t1931);
+    t1933 = R::fused(t208, t1798, t1932);
+    t1934 = R::fused(t565, t1804, t1933);
+    t1935 = R::fused(-t500, t1805, t1934);
+    t1936 = R::fused(t459, t1859, t1935);
+    t1937 = R::fused(-t423, t1867, t1936);
+    t1938 = R::fused(t386, t1876, t1937);
+    t1939 = R::fused(t346, t1886, t1938);
+    t1940 = R::fused(t308, t1897, t1939);
+    t1941 = R::fused(-t271, t1909, t1940);
+    t1942 = t1919 * t1941;
+    t1943 = t1912 * t915;
+    t1944 = R::fused(t1916, t922, t1943);
+    t1945 = R::fused(t1918, t929, t1944);
+    t1946 = t962 + t1003; // right_hip_yaw_link: motion
+    // right_hip_yaw_link: sums of what it carries
+    t1947 = R::constant(0.01) * t1946;
+    t1948 = R::fused(R::constant(-0.679875), t1024, t1947);
+    t1949 = t1740 + t1948;
+    t1950 = cos_q_left_ankle_roll * t1949;
+    t1951 = t967 * t1446; // left_hip_yaw_link: sums of what it carries
+    t1952 = R::fused(t970, t1443, t1951); // left_hip_yaw_link: sums of what it carries
+    t1953 = t1418 - t1952; // left_hip_yaw_link: sums of what it carries
+    t1954 = R::constant(0.01) * t1024;
+    t1955 = R::fused(R::constant(-0.679875), t964, t1954);
+    t1956 = t1953 + t1955;
+    t1957 = R::fused(-sin_q_left_ankle_roll, t1956, t1950);
+    // torso: sums of what it carries
+    t1958 = t893 * R::constant(0.5546);
+    t1959 = R::fused(t895, R::constant(1.0285), t1958);
+    t1960 = R::fused(-t930, R::constant(186.39), t1959);
+    t1961 = t1957 + t1960;
+    // right_hip_yaw_link: sums of what it carries
+    t1962 = R::constant(0.01) - t564;
+    t1963 = sin_q_left_ankle_roll * t1962;
+    t1964 = R::constant(0.679875) + t1681;
+    t1965 = R::fused(-cos_q_left_ankle_roll, t1964, t1963);
+    t1966 = R::fused(t1965, t1761, t1961); // other
+    t1967 = t226 + t1446; // left_hip_yaw_link: sums of what it carries
+    t1968 = sin_q_left_ankle_roll * t1967; // left_hip_yaw_link: mass matrix
+    t1969 = R::fused(t1968, t1762, t1966); // other
+    t1970 = sin_q_left_ankle_roll * t226; // right_hip_roll_link: mass matrix
+    t1971 = R::fused(t1970, t1766, t1969); // other
+    t1972 = sin_q_left_ankle_roll * t213; // left_hip_roll_link: mass matrix
+    t1973 = R::fused(t1972, t1798, t1971); // other
+    t1974 = cos_q_left_ankle_roll * t202; // right_upper_leg: mass matrix
+    t1975 = R::fused(sin_q_left_ankle_roll, t567, t1974); // right_upper_leg: mass matrix
+    t1976 = R::fused(-t1975, t1804, t1973); // other
+    t1977 = cos_q_left_ankle_roll * t1621; // left_upper_leg: mass matrix
+    t1978 = R::fused(-sin_q_left_ankle_roll, t503, t1977); // left_upper_leg: mass matrix
+    t1979 = R::fused(-t1978, t1805, t1976); // other
+    t1980 = cos_q_left_ankle_roll * t1607; // right_lower_leg: mass matrix
+    t1981 = R::fused(-sin_q_left_ankle_roll, t462, t1980); // right_lower_leg: mass matrix
+    t1982 = R::fused(t1981, t1859, t1979); // other
+    t1983 = cos_q_left_ankle_roll * t1594; // left_lower_leg: mass matrix
+    t1984 = R::fused(-sin_q_left_ankle_roll, t426, t1983); // left_lower_leg: mass matrix
+    t1985 = R::fused(-t1984, t1867, t1982); // other
+    t1986 = cos_q_left_ankle_roll * t1581; // right_ankle: mass matrix
+    t1987 = R::fused(-sin_q_left_ankle_roll, t389, t1986); // right_ankle: mass matrix
+    t1988 = R::fused(t1987, t1876, t1985); // other
+    t1989 = cos_q_left_ankle_roll * t1569; // left_ankle: mass matrix
+    t1990 = R::fused(-sin_q_left_ankle_roll, t349, t1989); // left_ankle: mass matrix
+    t1991 = R::fused(t1990, t1886, t1988); // other
+    t1992 = cos_q_left_ankle_roll * t1558; // right_foot: mass matrix
+    t1993 = R::fused(-sin_q_left_ankle_roll, t311, t1992); // right_foot: mass matrix
+    t1994 = R::fused(t1993, t1897, t1991); // other
+    t1995 = cos_q_left_ankle_roll * t1548; // left_foot: mass matrix
+    t1996 = R::fused(-sin_q_left_ankle_roll, t274, t1995); // left_foot: mass matrix
+    // other
+    t1997 = R::fused(-t1996, t1909, t1994);
+    t1998 = R::fused(-t1945, t1997, t1942);
+    t1999 = t1912 * t952;
+    t2000 = R::fused(t1916, t955, t1999);
+    t2001 = R::fused(-t1918, t958, t2000);
+    t2002 = sin_q_left_ankle_roll * t1949; // right_hip_yaw_link: sums of what it carries
+    t2003 = R::fused(cos_q_left_ankle_roll, t1956, t2002); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t2004 = t937 * R::constant(0.5546);
+    t2005 = R::fused(-t935, R::constant(1.0285), t2004);
+    t2006 = R::fused(t959, R::constant(186.39), t2005);
+    t2007 = t2003 + t2006;
+    t2008 = cos_q_left_ankle_roll * t1962; // right_hip_yaw_link: sums of what it carries
+    t2009 = R::fused(sin_q_left_ankle_roll, t1964, t2008); // right_hip_yaw_link: sums of what it carries
+    t2010 = R::fused(-t2009, t1761, t2007); // other
+    t2011 = cos_q_left_ankle_roll * t1967; // left_hip_yaw_link: mass matrix
+    t2012 = R::fused(-t2011, t1762, t2010); // other
+    t2013 = cos_q_left_ankle_roll * t226; // right_hip_roll_link: mass matrix
+    t2014 = R::fused(-t2013, t1766, t2012); // other
+    t2015 = cos_q_left_ankle_roll * t213; // left_hip_roll_link: mass matrix
+    t2016 = R::fused(-t2015, t1798, t2014); // other
+    t2017 = sin_q_left_ankle_roll * t202; // right_upper_leg: mass matrix
+    t2018 = R::fused(-cos_q_left_ankle_roll, t567, t2017); // right_upper_leg: mass matrix
+    t2019 = R::fused(-t2018, t1804, t2016); // other
+    t2020 = sin_q_left_ankle_roll * t1621; // left_upper_leg: mass matrix
+    t2021 = R::fused(cos_q_left_ankle_roll, t503, t2020); // left_upper_leg: mass matrix
+    t2022 = R::fused(-t2021, t1805, t2019); // other
+    t2023 = sin_q_left_ankle_roll * t1607; // right_lower_leg: mass matrix
+    t2024 = R::fused(cos_q_left_ankle_roll, t462, t2023); // right_lower_leg: mass matrix
+    t2025 = R::fused(t2024, t1859, t2022); // other
+    t2026 = sin_q_left_ankle_roll * t1594; // left_lower_leg: mass matrix
+    t2027 = R::fused(cos_q_left_ankle_roll, t426, t2026); // left_lower_leg: mass matrix
+    t2028 = R::fused(-t2027, t1867, t2025); // other
+    t2029 = sin_q_left_ankle_roll * t1581; // right_ankle: mass matrix
+    t2030 = R::fused(cos_q_left_ankle_roll, t389, t2029); // right_ankle: mass matrix
+    t2031 = R::fused(t2030, t1876, t2028); // other
+    t2032 = sin_q_left_ankle_roll * t1569; // left_ankle: mass matrix
+    t2033 = R::fused(cos_q_left_ankle_roll, t349, t2032); // left_ankle: mass matrix
+    t2034 = R::fused(t2033, t1886, t2031); // other
+    t2035 = sin_q_left_ankle_roll * t1558; // right_foot: mass matrix
+    t2036 = R::fused(cos_q_left_ankle_roll, t311, t2035); // right_foot: mass matrix
+    t2037 = R::fused(t2036, t1897, t2034); // other
+    t2038 = sin_q_left_ankle_roll * t1548; // left_foot: mass matrix
+    t2039 = R::fused(cos_q_left_ankle_roll, t274, t2038); // left_foot: mass matrix
+    t2040 = R::fused(-t2039, t1909, t2037); // other
+    t2041 = R::fused(t2001, t2040, t1998); // other
+    t2042 = t1914 + t1915; // torso: motion
+    t2043 = t2042 * t993; // other
+    t2044 = t924 + t1910; // torso: motion
+    t2045 = R::constant(1.0) - t2044; // torso: motion
+    t2046 = R::fused(t2045, t996, t2043); // other
+    t2047 = t917 - t919; // torso: motion
+    // other
+    t2048 = R::fused(t2047, t998, t2046);
+    t2049 = t2048 * t1941;
+    t2050 = t2042 * t915;
+    t2051 = R::fused(t2045, t922, t2050);
+    t2052 = R::fused(t2047, t929, t2051);
+    t2053 = R::fused(-t2052, t1997, t2049);
+    t2054 = t2042 * t952;
+    t2055 = R::fused(t2045, t955, t2054);
+    t2056 = R::fused(-t2047, t958, t2055);
+    t2057 = R::fused(t2056, t2040, t2053);
+    t2058 = t999 * t1941;
+    let (
+        t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067, t2068, t2069, t2070, t2071, t2072, t2073, t2074,
+        t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083, t2084, t2085, t2086, t2087, t2088, t2089, t2090,
+        t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106,
+        t2107, t2108, t2109, t2110, t2111, t2112, t2113, t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122,
+        t2123, t2124, t2125, t2126, t2127, t2128, t2129, t2130, t2131, t2132, t2133, t2134, t2135, t2136, t2137, t2138,
+        t2139, t2140, t2141, t2142, t2143, t2144, t2145, t2146, t2147, t2148, t2149, t2150, t2151, t2152, t2153, t2154,
+        t2155, t2156, t2157, t2158, t2159, t2160, t2161, t2162, t2163, t2164, t2165, t2166, t2167, t2168, t2169, t2170,
+        t2171, t2172, t2173, t2174, t2175, t2176, t2177, t2178, t2179, t2180, t2181, t2182, t2183, t2184, t2185, t2186,
+        t2187, t2188, t2189, t2190, t2191, t2192, t2193, t2194, t2195, t2196, t2197, t2198, t2199, t2200, t2201, t2202,
+        t2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213, t2214, t2215, t2216, t2217, t2218,
+        t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229, t2230, t2231, t2232, t2233, t2234,
+        t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245, t2246, t2247, t2248, t2249, t2250,
+        t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259, t2260, t2261, t2262, t2263, t2264, t2265, t2266,
+        t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275, t2276, t2277, t2278, t2279, t2280, t2281, t2282,
+        t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291, t2292, t2293, t2294, t2295, t2296, t2297, t2298,
+        t2299, t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307, t2308, t2309, t2310, t2311, t2312, t2313, t2314,
+    );
+    t2059 = R::fused(-t930, t1997, t2058);
+    t2060 = R::fused(t959, t2040, t2059);
+    t2061 = R::fused(R::constant(-0.055), t1957, t1748); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t2062 = t895 * R::constant(0.05556833333);
+    t2063 = R::fused(t893, R::constant(0.03062), t2062);
+    t2064 = R::fused(-t930, R::constant(10.089585), t2063);
+    t2065 = t2061 - t2064;
+    t2066 = R::fused(R::constant(-0.055), t1965, t1683); // right_hip_yaw_link: mass matrix
+    t2067 = R::fused(t2066, t1761, t2065); // other
+    t2068 = R::fused(R::constant(-0.055), t1968, t1542); // left_hip_yaw_link: mass matrix
+    t2069 = R::fused(t2068, t1762, t2067); // other
+    t2070 = R::fused(R::constant(-0.055), t1970, t1540); // right_hip_roll_link: mass matrix
+    t2071 = R::fused(t2070, t1766, t2069); // other
+    t2072 = R::fused(R::constant(-0.055), t1972, t1538); // left_hip_roll_link: mass matrix
+    t2073 = R::fused(t2072, t1798, t2071); // other
+    t2074 = R::fused(R::constant(-0.055), t1975, t1638); // right_upper_leg: mass matrix
+    t2075 = R::fused(-t2074, t1804, t2073); // other
+    t2076 = R::fused(R::constant(-0.055), t1978, t1624); // left_upper_leg: mass matrix
+    t2077 = R::fused(-t2076, t1805, t2075); // other
+    t2078 = R::fused(R::constant(-0.055), t1981, t1610); // right_lower_leg: mass matrix
+    t2079 = R::fused(t2078, t1859, t2077); // other
+    t2080 = R::fused(R::constant(-0.055), t1984, t1597); // left_lower_leg: mass matrix
+    t2081 = R::fused(-t2080, t1867, t2079); // other
+    t2082 = R::fused(R::constant(-0.055), t1987, t1584); // right_ankle: mass matrix
+    t2083 = R::fused(t2082, t1876, t2081); // other
+    t2084 = R::fused(R::constant(-0.055), t1990, t1572); // left_ankle: mass matrix
+    t2085 = R::fused(t2084, t1886, t2083); // other
+    t2086 = R::fused(R::constant(-0.055), t1993, t1561); // right_foot: mass matrix
+    t2087 = R::fused(t2086, t1897, t2085); // other
+    t2088 = R::fused(R::constant(-0.055), t1996, t1551); // left_foot: mass matrix
+    t2089 = R::fused(-t2088, t1909, t2087); // other
+    t2090 = t1919 * t2089; // other
+    t2091 = R::fused(R::constant(0.037), t1922, t1449); // left_hip_yaw_link: sums of what it carries
+    // right_hip_yaw_link: sums of what it carries
+    t2092 = t1001 * R::constant(0.0251352875);
+    t2093 = R::fused(R::constant(-0.00037), t1923, t2092);
+    t2094 = R::fused(R::constant(0.679875), t1000, t2093);
+    t2095 = t2091 + t2094;
+    t2096 = cos_q_left_ankle_roll * t2095;
+    t2097 = cos_t1 * t1711; // left_hip_roll_link: sums of what it carries
+    t2098 = R::fused(-sin_t1, t1714, t2097); // left_hip_roll_link: sums of what it carries
+    t2099 = R::fused(t211, t1718, t2098); // left_hip_roll_link: sums of what it carries
+    // right_hip_roll_link: sums of what it carries
+    t2100 = t1034 * t1392;
+    t2101 = R::fused(t1037, t1405, t2100);
+    t2102 = R::fused(t1001, t1397, t2101);
+    t2103 = t962 - t974;
+    t2104 = R::fused(t1401, t2103, t2102);
+    t2105 = R::fused(-t1032, t225, t2104);
+    t2106 = t2099 + t2105;
+    t2107 = R::fused(t7, t1729, t2106);
+    // left_hip_yaw_link: sums of what it carries
+    t2108 = t1027 * t1427;
+    t2109 = R::fused(t1030, t1440, t2108);
+    t2110 = R::fused(t1001, t1432, t2109);
+    t2111 = t962 - t969;
+    t2112 = R::fused(t1436, t2111, t2110);
+    t2113 = R::fused(-t1025, t1446, t2112);
+    t2114 = t2107 + t2113;
+    // right_hip_yaw_link: sums of what it carries
+    t2115 = t1923 * R::constant(0.00151725002);
+    t2116 = R::fused(R::constant(-0.00037), t1001, t2115);
+    t2117 = R::fused(R::constant(-0.01), t1000, t2116);
+    t2118 = t2114 - t2117;
+    t2119 = R::fused(-sin_q_left_ankle_roll, t2118, t2096);
+    t2120 = R::constant(0.055) * t1926;
+    t2121 = R::fused(R::constant(-0.03), t2003, t2120);
+    t2122 = t2119 + t2121;
+    t2123 = t937 * R::constant(0.036949883333); // torso: sums of what it carries
+    t2124 = t933 - t979; // left_foot: wrench that its motion needs
+    // torso: sums of what it carries
+    t2125 = R::fused(t2124, R::constant(0.03062), t2123);
+    t2126 = t999 * R::constant(10.089585);
+    t2127 = R::fused(-t959, R::constant(5.440626), t2126);
+    t2128 = t2125 + t2127;
+    t2129 = t2122 + t2128;
+    t2130 = cos_q_left_ankle_roll * t1542; // right_hip_yaw_link: sums of what it carries
+    // left_hip_roll_link: sums of what it carries
+    t2131 = t1671 * t1674;
+    t2132 = R::fused(-t1670, t1673, t2131);
+    t2133 = t1633 - t2132;
+    t2134 = t211 * t208;
+    t2135 = R::fused(t196, t213, t2134);
+    t2136 = t2133 + t2135;
+    // right_hip_roll_link: sums of what it carries
+    t2137 = t2136 - t1405;
+    t2138 = t7 * t221;
+    t2139 = R::fused(t218, t226, t2138);
+    t2140 = t2137 + t2139;
+    t2141 = t2140 - t1440; // left_hip_yaw_link: sums of what it carries
+    t2142 = R::fused(R::constant(0.037), t1967, t2141); // left_hip_yaw_link: sums of what it carries
+    t2143 = R::fused(sin_q_left_ankle_roll, t2142, t2130); // right_hip_yaw_link: sums of what it carries
+    t2144 = R::fused(R::constant(0.03), t2009, t2143); // right_hip_yaw_link: sums of what it carries
+    t2145 = R::fused(t2144, t1761, t2129); // other
+    t2146 = R::fused(R::constant(0.037), t1681, t230); // left_hip_yaw_link: mass matrix
+    t2147 = cos_q_left_ankle_roll * t2146; // left_hip_yaw_link: mass matrix
+    t2148 = cos_t1 * t1536; // left_hip_roll_link: sums of what it carries
+    t2149 = R::fused(sin_t1, t562, t2148); // left_hip_roll_link: sums of what it carries
+    t2150 = R::fused(-t196, t564, t2149); // left_hip_roll_link: sums of what it carries
+    t2151 = t2150 + t1397;
+    t2152 = R::fused(-t218, t564, t2151);
+    t2153 = t2152 + t1432; // left_hip_yaw_link: sums of what it carries
+    // left_hip_yaw_link: mass matrix
+    t2154 = R::fused(-sin_q_left_ankle_roll, t2153, t2147);
+    t2155 = R::constant(0.055) * t1681;
+    t2156 = R::fused(R::constant(0.03), t2011, t2155);
+    t2157 = t2154 + t2156;
+    t2158 = R::fused(t2157, t1762, t2145); // other
+    // right_hip_roll_link: mass matrix
+    t2159 = R::fused(R::constant(0.037), t221, t699);
+    t2160 = cos_q_left_ankle_roll * t2159;
+    t2161 = R::fused(-sin_q_left_ankle_roll, t2151, t2160);
+    t2162 = R::constant(0.055) * t221;
+    t2163 = R::fused(R::constant(0.03), t2013, t2162);
+    t2164 = t2161 + t2163;
+    t2165 = R::fused(t2164, t1766, t2158); // other
+    // left_hip_roll_link: mass matrix
+    t2166 = R::fused(R::constant(0.037), t208, t642);
+    t2167 = cos_q_left_ankle_roll * t2166;
+    t2168 = R::fused(-sin_q_left_ankle_roll, t2149, t2167);
+    t2169 = R::constant(0.055) * t208;
+    t2170 = R::fused(R::constant(0.03), t2015, t2169);
+    t2171 = t2168 + t2170;
+    t2172 = R::fused(t2171, t1798, t2165); // other
+    // right_upper_leg: mass matrix
+    t2173 = R::fused(R::constant(-0.037), t565, t572);
+    t2174 = cos_q_left_ankle_roll * t2173;
+    t2175 = cos_t1 * t1633;
+    t2176 = R::fused(sin_t1, t627, t2175);
+    t2177 = R::fused(t211, t202, t2176);
+    t2178 = R::fused(t7, t202, t2177);
+    t2179 = R::fused(-sin_q_left_ankle_roll, t2178, t2174);
+    t2180 = R::constant(0.055) * t565;
+    t2181 = R::fused(R::constant(0.03), t2018, t2180);
+    t2182 = t2179 - t2181;
+    t2183 = R::fused(-t2182, t1804, t2172); // other
+    // left_upper_leg: mass matrix
+    t2184 = R::fused(R::constant(0.037), t500, t508);
+    t2185 = cos_q_left_ankle_roll * t2184;
+    t2186 = cos_t1 * t1618;
+    t2187 = R::fused(-sin_t1, t561, t2186);
+    t2188 = R::fused(t211, t1621, t2187);
+    t2189 = R::fused(t7, t1621, t2188);
+    t2190 = R::fused(-sin_q_left_ankle_roll, t2189, t2185);
+    t2191 = R::constant(0.055) * t500;
+    t2192 = R::fused(R::constant(-0.03), t2021, t2191);
+    t2193 = t2190 + t2192;
+    t2194 = R::fused(-t2193, t1805, t2183); // other
+    // right_lower_leg: mass matrix
+    t2195 = R::fused(R::constant(0.037), t459, t467);
+    t2196 = cos_q_left_ankle_roll * t2195;
+    t2197 = cos_t1 * t1604;
+    t2198 = R::fused(-sin_t1, t557, t2197);
+    t2199 = R::fused(t211, t1607, t2198);
+    t2200 = R::fused(t7, t1607, t2199);
+    t2201 = R::fused(-sin_q_left_ankle_roll, t2200, t2196);
+    t2202 = R::constant(0.055) * t459;
+    t2203 = R::fused(R::constant(-0.03), t2024, t2202);
+    t2204 = t2201 + t2203;
+    t2205 = R::fused(t2204, t1859, t2194); // other
+    // left_lower_leg: mass matrix
+    t2206 = R::fused(R::constant(0.037), t423, t431);
+    t2207 = cos_q_left_ankle_roll * t2206;
+    t2208 = cos_t1 * t1590;
+    t2209 = R::fused(-sin_t1, t601, t2208);
+    t2210 = R::fused(t211, t1594, t2209);
+    t2211 = R::fused(t7, t1594, t2210);
+    t2212 = R::fused(-sin_q_left_ankle_roll, t2211, t2207);
+    t2213 = R::constant(0.055) * t423;
+    t2214 = R::fused(R::constant(-0.03), t2027, t2213);
+    t2215 = t2212 + t2214;
+    t2216 = R::fused(-t2215, t1867, t2205); // other
+    // right_ankle: mass matrix
+    t2217 = R::fused(R::constant(0.037), t386, t394);
+    t2218 = cos_q_left_ankle_roll * t2217;
+    t2219 = cos_t1 * t1577;
+    t2220 = R::fused(-sin_t1, t593, t2219);
+    t2221 = R::fused(t211, t1581, t2220);
+    t2222 = R::fused(t7, t1581, t2221);
+    t2223 = R::fused(-sin_q_left_ankle_roll, t2222, t2218);
+    t2224 = R::constant(0.055) * t386;
+    t2225 = R::fused(R::constant(-0.03), t2030, t2224);
+    t2226 = t2223 + t2225;
+    t2227 = R::fused(t2226, t1876, t2216); // other
+    // left_ankle: mass matrix
+    t2228 = R::fused(R::constant(0.037), t346, t354);
+    t2229 = cos_q_left_ankle_roll * t2228;
+    t2230 = cos_t1 * t1565;
+    t2231 = R::fused(-sin_t1, t586, t2230);
+    t2232 = R::fused(t211, t1569, t2231);
+    t2233 = R::fused(t7, t1569, t2232);
+    t2234 = R::fused(-sin_q_left_ankle_roll, t2233, t2229);
+    t2235 = R::constant(0.055) * t346;
+    t2236 = R::fused(R::constant(-0.03), t2033, t2235);
+    t2237 = t2234 + t2236;
+    t2238 = R::fused(t2237, t1886, t2227); // other
+    // right_foot: mass matrix
+    t2239 = R::fused(R::constant(0.037), t308, t316);
+    t2240 = cos_q_left_ankle_roll * t2239;
+    t2241 = cos_t1 * t1554;
+    t2242 = R::fused(-sin_t1, t580, t2241);
+    t2243 = R::fused(t211, t1558, t2242);
+    t2244 = R::fused(t7, t1558, t2243);
+    t2245 = R::fused(-sin_q_left_ankle_roll, t2244, t2240);
+    t2246 = R::constant(0.055) * t308;
+    t2247 = R::fused(R::constant(-0.03), t2036, t2246);
+    t2248 = t2245 + t2247;
+    t2249 = R::fused(t2248, t1897, t2238); // other
+    // left_foot: mass matrix
+    t2250 = R::fused(R::constant(0.037), t271, t279);
+    t2251 = cos_q_left_ankle_roll * t2250;
+    t2252 = cos_t1 * t1544;
+    t2253 = R::fused(-sin_t1, t575, t2252);
+    t2254 = R::fused(t211, t1548, t2253);
+    t2255 = R::fused(t7, t1548, t2254);
+    t2256 = R::fused(-sin_q_left_ankle_roll, t2255, t2251);
+    t2257 = R::constant(0.055) * t271;
+    t2258 = R::fused(R::constant(-0.03), t2039, t2257);
+    t2259 = t2256 + t2258;
+    t2260 = R::fused(-t2259, t1909, t2249); // other
+    t2261 = R::fused(-t1945, t2260, t2090); // other
+    t2262 = sin_q_left_ankle_roll * t2095; // right_hip_yaw_link: sums of what it carries
+    t2263 = R::fused(cos_q_left_ankle_roll, t2118, t2262); // right_hip_yaw_link: sums of what it carries
+    t2264 = R::fused(R::constant(0.03), t1957, t2263); // right_hip_yaw_link: sums of what it carries
+    // torso: sums of what it carries
+    t2265 = t893 * R::constant(0.018618449997);
+    t2266 = R::fused(t895, R::constant(0.03062), t2265);
+    t2267 = R::fused(-t930, R::constant(5.440626), t2266);
+    t2268 = t2264 + t2267;
+    t2269 = sin_q_left_ankle_roll * t1542; // right_hip_yaw_link: sums of what it carries
+    t2270 = R::fused(-cos_q_left_ankle_roll, t2142, t2269); // right_hip_yaw_link: sums of what it carries
+    t2271 = R::fused(R::constant(0.03), t1965, t2270); // right_hip_yaw_link: mass matrix
+    t2272 = R::fused(t2271, t1761, t2268); // other
+    t2273 = sin_q_left_ankle_roll * t2146; // left_hip_yaw_link: mass matrix
+    t2274 = R::fused(cos_q_left_ankle_roll, t2153, t2273); // left_hip_yaw_link: mass matrix
+    t2275 = R::fused(R::constant(0.03), t1968, t2274); // left_hip_yaw_link: mass matrix
+    t2276 = R::fused(t2275, t1762, t2272); // other
+    t2277 = sin_q_left_ankle_roll * t2159; // right_hip_roll_link: mass matrix
+    t2278 = R::fused(cos_q_left_ankle_roll, t2151, t2277); // right_hip_roll_link: mass matrix
+    t2279 = R::fused(R::constant(0.03), t1970, t2278); // right_hip_roll_link: mass matrix
+    t2280 = R::fused(t2279, t1766, t2276); // other
+    t2281 = sin_q_left_ankle_roll * t2166; // left_hip_roll_link: mass matrix
+    t2282 = R::fused(cos_q_left_ankle_roll, t2149, t2281); // left_hip_roll_link: mass matrix
+    t2283 = R::fused(R::constant(0.03), t1972, t2282); // left_hip_roll_link: mass matrix
+    t2284 = R::fused(t2283, t1798, t2280); // other
+    t2285 = sin_q_left_ankle_roll * t2173; // right_upper_leg: mass matrix
+    t2286 = R::fused(cos_q_left_ankle_roll, t2178, t2285); // right_upper_leg: mass matrix
+    t2287 = R::fused(R::constant(0.03), t1975, t2286); // right_upper_leg: mass matrix
+    t2288 = R::fused(-t2287, t1804, t2284); // other
+    t2289 = sin_q_left_ankle_roll * t2184; // left_upper_leg: mass matrix
+    t2290 = R::fused(cos_q_left_ankle_roll, t2189, t2289); // left_upper_leg: mass matrix
+    t2291 = R::fused(R::constant(0.03), t1978, t2290); // left_upper_leg: mass matrix
+    t2292 = R::fused(-t2291, t1805, t2288); // other
+    t2293 = sin_q_left_ankle_roll * t2195; // right_lower_leg: mass matrix
+    t2294 = R::fused(cos_q_left_ankle_roll, t2200, t2293); // right_lower_leg: mass matrix
+    t2295 = R::fused(R::constant(0.03), t1981, t2294); // right_lower_leg: mass matrix
+    t2296 = R::fused(t2295, t1859, t2292); // other
+    t2297 = sin_q_left_ankle_roll * t2206; // left_lower_leg: mass matrix
+    t2298 = R::fused(cos_q_left_ankle_roll, t2211, t2297); // left_lower_leg: mass matrix
+    t2299 = R::fused(R::constant(0.03), t1984, t2298); // left_lower_leg: mass matrix
+    t2300 = R::fused(-t2299, t1867, t2296); // other
+    t2301 = sin_q_left_ankle_roll * t2217; // right_ankle: mass matrix
+    t2302 = R::fused(cos_q_left_ankle_roll, t2222, t2301); // right_ankle: mass matrix
+    t2303 = R::fused(R::constant(0.03), t1987, t2302); // right_ankle: mass matrix
+    t2304 = R::fused(t2303, t1876, t2300); // other
+    t2305 = sin_q_left_ankle_roll * t2228; // left_ankle: mass matrix
+    t2306 = R::fused(cos_q_left_ankle_roll, t2233, t2305); // left_ankle: mass matrix
+    t2307 = R::fused(R::constant(0.03), t1990, t2306); // left_ankle: mass matrix
+    t2308 = R::fused(t2307, t1886, t2304); // other
+    t2309 = sin_q_left_ankle_roll * t2239; // right_foot: mass matrix
+    t2310 = R::fused(cos_q_left_ankle_roll, t2244, t2309); // right_foot: mass matrix
+    t2311 = R::fused(R::constant(0.03), t1993, t2310); // right_foot: mass matrix
+    t2312 = R::fused(t2311, t1897, t2308); // other
+    t2313 = sin_q_left_ankle_roll * t2250; // left_foot: mass matrix
+    t2314 = R::fused(cos_q_left_ankle_roll, t2255, t2313); // left_foot: mass matrix
+    let (t2315, t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323);
+    t2315 = R::fused(R::constant(0.03), t1996, t2314); // left_foot: mass matrix
+    // other
+    t2316 = R::fused(-t2315, t1909, t2312);
+    t2317 = R::fused(t2001, t2316, t2261);
+    t2318 = t2048 * t2089;
+    t2319 = R::fused(-t2052, t2260, t2318);
+    t2320 = R::fused(t2056, t2316, t2319);
+    t2321 = t999 * t2089;
+    t2322 = R::fused(-t930, t2260, t2321);
+    t2323 = R::fused(t959, t2316, t2322);
     *out = [[
-        t1530, t1542, t1555, t1556, t1561, t1563, t1577, t1595, t1613, t1628, t1643, t1659, t1525, t1517, t1497, t1476,
-        t1465, t1461, t1734, t1750, t1753, t1856, t1859, t1862,
+        t1814, t1826, t1844, t1845, t1850, t1852, t1859, t1867, t1876, t1886, t1897, t1909, t1805, t1804, t1798, t1766,
+        t1762, t1761, t2041, t2057, t2060, t2317, t2320, t2323,
     ]];
 }
 }
