@@ -74,7 +74,7 @@ pub(super) fn quicker<'g>(
     }
 }
 
-/// The same with the effects at joints; none of them may couple joints by their accelerations.
+/// [`constrained_dynamics`] with the effects at joints; none of them may couple joints by their accelerations.
 pub fn constrained_dynamics_with_effects<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,

@@ -1,6 +1,9 @@
 //! A free robot as its standing foot sees it: the same joints, rooted at the foot instead of the base.
 use super::{BaseKind, Body, Inertia, JointMotion, Placement, Rotation, Tree, TreeJoint, matrix_vector};
 
+/// Direction cosines below this are rounding.
+const IN_PLANE: f64 = 1e-12;
+
 /// How the root of a free robot moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Trunk {
@@ -59,7 +62,7 @@ impl Tree {
         if path.last() != Some(&top) {
             return None;
         }
-        let turns = self.turns(&path);
+        let turns = self.turns(&path, matches!(trunk, Trunk::Planar(_)))?;
         // Frames of the bodies of this path, in what were their frames.
         let mut frames = vec![Placement::shift(point)];
         if let Trunk::Planar(_) = trunk {
@@ -83,24 +86,29 @@ impl Tree {
     }
 
     /// Of the joints of a path from a foot to the trunk, the trunk's excepted, the highest first; and the foot's constant rotation in
-    /// the trunk's axes.
-    fn turns(&self, path: &[usize]) -> (Vec<(usize, usize, f64)>, Rotation) {
+    /// the trunk's axes. `None` where a joint of a planar robot leads out of the plane, be it by the last digits of its axis: then the
+    /// foot does not turn about y alone.
+    fn turns(&self, path: &[usize], planar: bool) -> Option<(Vec<(usize, usize, f64)>, Rotation)> {
         let mut rotation = Rotation::default();
         let mut turns = Vec::new();
         for &index in path.iter().rev().skip(1) {
             let body = &self.bodies[index];
             rotation = rotation.then(&body.placement.rotation);
-            let sign = match body.motion {
-                JointMotion::Revolute { axis, reversed } => {
-                    let mut along = [0.0; 3];
-                    along[axis] = if reversed { -1.0 } else { 1.0 };
-                    matrix_vector(&rotation.matrix(), along)[1].round()
-                }
-                _ => 0.0,
-            };
-            turns.push((body.v_index, body.q_index, sign));
+            let mut along = [0.0; 3];
+            if let JointMotion::Revolute { axis, reversed } | JointMotion::Prismatic { axis, reversed } =
+                body.motion
+            {
+                along[axis] = if reversed { -1.0 } else { 1.0 };
+            }
+            let [x, y, z] = matrix_vector(&rotation.matrix(), along);
+            let is_turn = matches!(body.motion, JointMotion::Revolute { .. });
+            let off = if is_turn { x.hypot(z) } else { y.abs() };
+            if planar && off > IN_PLANE {
+                return None;
+            }
+            turns.push((body.v_index, body.q_index, if is_turn { y.round() } else { 0.0 }));
         }
-        (turns, rotation)
+        Some((turns, rotation))
     }
 }
 
