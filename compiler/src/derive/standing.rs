@@ -134,11 +134,11 @@ impl<'m, 'g, 't> Stance<'m, 'g, 't> {
         let body = &model.tree.bodies[trunk];
         let place = if argument == Argument::Q { body.q_index } else { body.v_index };
         let own = model.signed(trunk, model.input(argument, place));
-        self.standing.turns.iter().fold(own, |sum, &(row, coordinate, sign)| {
-            let place = if argument == Argument::Q { coordinate } else { row };
-            match sign {
+        self.standing.turns.iter().fold(own, |sum, turn| {
+            let place = if argument == Argument::Q { turn.coordinate } else { turn.row };
+            match turn.sign {
                 0.0 => sum,
-                _ => sum + model.input(argument, place) * sign,
+                _ => sum + model.input(argument, place) * turn.sign,
             }
         })
     }

@@ -5,7 +5,7 @@ use super::*;
 use crate::Robot;
 use crate::expression::Graph;
 use crate::program::{Evaluator, Order, lower};
-use crate::tree::Tree;
+use crate::tree::{Rotation, Tree};
 use bipedc_runtime::State;
 use std::path::Path;
 
@@ -93,4 +93,22 @@ fn every_way_finds_the_same_motion_and_forces() {
         }
     }
     assert_eq!(ways_seen, ROBOTS.len() * 8);
+}
+
+/// A right angle written with four digits is 3.7e-6 too large: the knee's axis leaves the plane, and its foot does not turn about y alone.
+#[test]
+fn a_foot_that_leaves_the_plane_by_last_digits_is_not_rooted_at() {
+    let project = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let robot = Robot::read(&project.join("robots/five_link")).unwrap();
+    let stands = |tilt: f64| {
+        let mut tree = Tree::new(&robot.description, &robot.description.base).unwrap();
+        let knee = tree.bodies.iter_mut().find(|body| body.joint == "right_knee_pitch").unwrap();
+        knee.placement.rotation = Rotation::from_rpy([tilt, 0.0, 0.0]);
+        ["right_tibia", "left_tibia"].map(|link| {
+            let body = tree.links.iter().find(|known| known.name == link).unwrap().body.unwrap();
+            tree.standing_on(body, [0.0, 0.0, -0.4]).is_some()
+        })
+    };
+    assert_eq!(stands(0.0), [true, true]);
+    assert_eq!(stands(3.673e-6), [false, true]);
 }

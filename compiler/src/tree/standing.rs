@@ -29,9 +29,19 @@ pub(crate) struct Standing {
     pub trunk_frame: Placement,
     /// Bodies of this tree from its root to the trunk.
     pub leg: Vec<usize>,
-    /// Joints between trunk and foot in the other tree: row of `v`, element of `q`, and the sign with which a turn counts about the
-    /// world's y axis while all angles are zero; 0 for slides.
-    pub turns: Vec<(usize, usize, f64)>,
+    /// Joints between trunk and foot in the other tree, the highest first.
+    pub turns: Vec<Turn>,
+}
+
+/// How a joint between trunk and foot turns the foot of a planar robot.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Turn {
+    /// Its row of `v` in the other tree.
+    pub row: usize,
+    /// Its element of `q` there.
+    pub coordinate: usize,
+    /// With which its angle counts about the world's y axis while all angles are zero; 0 for slides.
+    pub sign: f64,
 }
 
 impl Tree {
@@ -62,11 +72,11 @@ impl Tree {
         if path.last() != Some(&top) {
             return None;
         }
-        let turns = self.turns(&path, matches!(trunk, Trunk::Planar(_)))?;
+        let (turns, foot_rotation) = self.turns(&path, matches!(trunk, Trunk::Planar(_)))?;
         // Frames of the bodies of this path, in what were their frames.
         let mut frames = vec![Placement::shift(point)];
         if let Trunk::Planar(_) = trunk {
-            frames[0].rotation = turns.1.inverse();
+            frames[0].rotation = foot_rotation.inverse();
         }
         frames.extend(path.iter().take(path.len() - 1).map(|&b| self.bodies[b].placement.clone()));
         let mut builder = Builder::new(self, trunk);
@@ -82,13 +92,13 @@ impl Tree {
         }
         let leg: Vec<usize> = path.iter().map(|&body| builder.places[body]).collect();
         let frame = frames.last().map(Placement::inverse)?;
-        Some(builder.finish(frame, leg, turns.0))
+        Some(builder.finish(frame, leg, turns))
     }
 
     /// Of the joints of a path from a foot to the trunk, the trunk's excepted, the highest first; and the foot's constant rotation in
     /// the trunk's axes. `None` where a joint of a planar robot leads out of the plane, be it by the last digits of its axis: then the
     /// foot does not turn about y alone.
-    fn turns(&self, path: &[usize], planar: bool) -> Option<(Vec<(usize, usize, f64)>, Rotation)> {
+    fn turns(&self, path: &[usize], planar: bool) -> Option<(Vec<Turn>, Rotation)> {
         let mut rotation = Rotation::default();
         let mut turns = Vec::new();
         for &index in path.iter().rev().skip(1) {
@@ -106,7 +116,8 @@ impl Tree {
             if planar && off > IN_PLANE {
                 return None;
             }
-            turns.push((body.v_index, body.q_index, if is_turn { y.round() } else { 0.0 }));
+            let sign = if is_turn { y.round() } else { 0.0 };
+            turns.push(Turn { row: body.v_index, coordinate: body.q_index, sign });
         }
         Some((turns, rotation))
     }
@@ -209,7 +220,7 @@ impl<'t> Builder<'t> {
         self.push(Body { parent, placement, ..own.clone() }, Some(own));
     }
 
-    fn finish(self, trunk_frame: Placement, leg: Vec<usize>, turns: Vec<(usize, usize, f64)>) -> Standing {
+    fn finish(self, trunk_frame: Placement, leg: Vec<usize>, turns: Vec<Turn>) -> Standing {
         let old = self.old;
         let floating = old.base == BaseKind::Floating;
         let tree = Tree {
