@@ -7,13 +7,15 @@ use std::time::Instant;
 
 /// Speeds of a library.
 const SPEEDS: usize = 20;
+/// Of each output, as by default of the command.
+const COEFFICIENTS: usize = 7;
 
-fn options(form: &str, speeds: Vec<f64>, coefficients: usize) -> OptimiseOptions {
+fn options(form: &str, speeds: Vec<f64>) -> OptimiseOptions {
     OptimiseOptions {
         form: form.to_owned(),
         start: None,
         speeds,
-        coefficients,
+        coefficients: COEFFICIENTS,
         wishes: Wishes::default(),
         command: "benches/optimise.rs".to_owned(),
     }
@@ -22,15 +24,17 @@ fn options(form: &str, speeds: Vec<f64>, coefficients: usize) -> OptimiseOptions
 fn main() {
     println!("{:<34} {:>10} {:>10} {:>8} {:>12}", "", "search, s", "with walk", "walks", "wish, s");
     // Of four phases a library takes too long for a bench: most speeds take several searches.
-    for (robot, form, coefficients, between, wish, repetitions, library) in [
-        ("five_link", "optimised", 7, [0.5, 0.95], 0.5, 3, true),
-        ("seven_link_v1", "collocated", 8, [0.4, 0.4], 5.0, 1, false),
+    for (robot, form, between, wish, repetitions, library) in [
+        ("five_link", "optimised", [0.5, 0.95], 0.5, 3, true),
+        ("seven_link_v1", "collocated", [0.3, 0.3], 5.0, 1, false),
+        ("seven_link_v1", "collocated", [0.4, 0.4], 5.0, 1, false),
+        ("seven_link_v1", "collocated", [0.5, 0.5], 5.0, 1, false),
     ] {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(robot);
         let bench = Workbench::open(&folder).unwrap_or_else(|e| panic!("{e}"));
         let run = |speeds: Vec<f64>| {
             let clock = Instant::now();
-            let options = options(form, speeds, coefficients);
+            let options = options(form, speeds);
             let found = bench.optimise_gaits(&options, &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}"));
             let walks = found.gaits.iter().filter(|gait| gait.walks()).count();
             let search: f64 = found.gaits.iter().map(|gait| gait.search_seconds).sum();

@@ -3,12 +3,12 @@ use super::Options;
 use super::judged::mean_error;
 use crate::measurements::{Loaded, Log, Measured};
 use crate::progress::Progress;
-use bipedc_analysis::diagnose::{self, Diagnosis, Selected, errors};
+use bipedc_analysis::diagnose::{self, Diagnosis, ErrorFall, Selected, errors};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::measure;
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect, Kind, Location};
 use std::path::Path;
 
 /// Higher cut-offs at which a second look is taken.
@@ -109,8 +109,44 @@ pub(super) fn second_look<'m>(
         let fewer = |logs: &Filtered<'_>| left_in(logs, second, suspects) < left_in(logs, answer, suspects);
         !second.leaves_structure() && fewer(first) && fewer(other)
     };
+    let closely = |cutoff: f64| -> Option<Found<'m>> {
+        let other = filtered(measured, request, cutoff).ok()?;
+        let barred = elsewhere(&*other.train.experiment, suspects, answer);
+        let search = diagnose::Options { barred, ..request.search.clone() };
+        let mut second = work(&*other.train.experiment, other.judging(), &search);
+        // What else is seen there was not seen behind the slower filter.
+        if !second.unexplained_parts.is_empty() {
+            second.unexplained_parts.retain(|part| suspects.contains(&part.joint));
+            second.unexplained = !second.unexplained_parts.is_empty();
+        }
+        Some((other, second))
+    };
     let faster = measure::CANDIDATES.into_iter().filter(|cutoff| answer.leaves_structure() && *cutoff > here);
-    faster.take(SECOND_LOOKS).find_map(|cutoff| look(cutoff).filter(explains))
+    faster.take(SECOND_LOOKS).find_map(|cutoff| closely(cutoff).filter(explains))
+}
+
+/// What a second look behind a faster filter is not for: other joints than the suspects, but for what was found there. What motions put
+/// into effects is smoothed more than what they put into the model, so that behind a fast filter a delay may turn the encoders' noise
+/// against itself.
+fn elsewhere(
+    experiment: &dyn Experiment,
+    suspects: &[String],
+    answer: &Diagnosis,
+) -> Vec<(&'static Kind, Location)> {
+    let concerns = |location: &Location| {
+        let joints = [&location.joint, &location.other_joint];
+        location.joint.is_none() || joints.into_iter().flatten().any(|joint| suspects.contains(joint))
+    };
+    let stands = |(kind, location): &(&'static Kind, Location)| {
+        answer.effects.iter().any(|found| found.effect.kind == *kind && found.effect.location == *location)
+    };
+    let places = experiment.candidates().into_iter();
+    places.filter(|place| !concerns(&place.1) && !stands(place)).collect()
+}
+
+/// What is left in a row, where its joint does not stick.
+fn missed(fall: &ErrorFall) -> f64 {
+    fall.after_moving.unwrap_or(fall.after)
 }
 
 /// What is left of all torques of the log that judges.
@@ -123,8 +159,7 @@ fn left(logs: &Filtered<'_>, answer: &Diagnosis) -> f64 {
 fn left_in(logs: &Filtered<'_>, answer: &Diagnosis, rows: &[String]) -> f64 {
     let effects: Vec<Effect> = answer.estimated().cloned().collect();
     let falls = errors(&*logs.train.experiment, logs.judging(), &effects).rows;
-    let told =
-        |row: &String| falls.get(row).map_or(f64::INFINITY, |fall| fall.after_moving.unwrap_or(fall.after));
+    let told = |row: &String| falls.get(row).map_or(f64::INFINITY, missed);
     rows.iter().map(told).fold(0.0, f64::hypot)
 }
 

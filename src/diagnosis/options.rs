@@ -70,6 +70,7 @@ impl Options {
             widening: if self.inertial == Inertial::Free { 50.0 } else { 1.0 },
             most: self.most,
             standing: Vec::new(),
+            barred: Vec::new(),
         }
     }
 }

@@ -1,4 +1,5 @@
 //! Accelerations and contact forces of a phase (4.23), and the solver that the impact shares.
+use super::articulated::{duration, less};
 use super::composite::mass_matrix;
 use super::constraint::Constraints;
 use super::effects::{Driven, JointLaws, Returned};
@@ -7,6 +8,7 @@ use super::model::{InertiaMode, RobotModel};
 use super::newton_euler::generalised_forces;
 use super::reduced::{self, flat_support};
 use super::solve::Factor;
+use super::standing::{self, Load, Solution};
 use super::support::Support;
 use crate::expression::{Graph, Sym};
 use bipedc_runtime::Argument;
@@ -40,29 +42,51 @@ pub fn constrained_dynamics_with<'g>(
     rotors: &[f64],
 ) -> Constrained<'g> {
     let rotors: Vec<Sym<'g>> = rotors.iter().map(|&x| model.constant(x)).collect();
+    let tau: Vec<Sym<'g>> = (0..model.tree.nv).map(|k| model.input(Argument::Tau, k)).collect();
+    under_forces(model, constraints, &rotors, &tau)
+}
+
+/// Under generalised forces, in the order of `v`, by whichever way takes the least time.
+fn under_forces<'g>(
+    model: &RobotModel<'g, '_>,
+    constraints: &Constraints<'g>,
+    rotors: &[Sym<'g>],
+    tau: &[Sym<'g>],
+) -> Constrained<'g> {
     let bias = generalised_forces(model, Motions::NO_ACCELERATION, false);
-    let free: Vec<Sym<'g>> =
-        bias.iter().enumerate().map(|(k, &h)| model.input(Argument::Tau, k) - h).collect();
-    let (acceleration, forces) = respond(model, constraints, &rotors, &free, Demand::Rates);
+    let free = less(tau, &bias);
+    let eliminated = respond(model, constraints, rotors, &free, Demand::Rates);
+    let rooted = standing::respond(model, constraints, rotors, Load::Forces(tau));
+    let (acceleration, forces) = quicker(model, eliminated, rooted);
     Constrained { acceleration, forces }
 }
 
-/// The same with the effects at joints; none of them may couple joints by their accelerations.
+/// The solution that takes less time.
+pub(super) fn quicker<'g>(
+    model: &RobotModel<'g, '_>,
+    one: Solution<'g>,
+    other: Option<Solution<'g>>,
+) -> Solution<'g> {
+    let takes = |(motion, forces): &Solution<'g>| duration(model, &[motion.as_slice(), forces].concat());
+    match other {
+        Some(other) if takes(&other) < takes(&one) => other,
+        _ => one,
+    }
+}
+
+/// [`constrained_dynamics`] with the effects at joints; none of them may couple joints by their accelerations.
 pub fn constrained_dynamics_with_effects<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,
     laws: &JointLaws,
 ) -> Constrained<'g> {
     let tau: Vec<Sym<'g>> = (0..model.tree.nv).map(|k| model.input(Argument::Tau, k)).collect();
-    let bias = generalised_forces(model, Motions::NO_ACCELERATION, false);
     let solve = |driven: &Driven<'g>| {
         let mut rotors = vec![model.constant(0.0); model.tree.nv];
         for &(row, column, m) in driven.inertias.iter().filter(|(row, column, _)| row == column) {
             rotors[row] = rotors[column] + m;
         }
-        let free: Vec<Sym<'g>> = driven.forces.iter().zip(&bias).map(|(&tau, &h)| tau - h).collect();
-        let (acceleration, forces) = respond(model, constraints, &rotors, &free, Demand::Rates);
-        Constrained { acceleration, forces }
+        under_forces(model, constraints, &rotors, &driven.forces)
     };
     Returned::new(model, laws, &tau).settle(solve, |found| &found.acceleration).1
 }

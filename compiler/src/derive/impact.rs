@@ -1,8 +1,9 @@
 //! Impacts (4.20)–(4.22): the velocity just after contacts close, and the impulses that do it.
-use super::constrained::{Demand, respond};
+use super::constrained::{Demand, quicker, respond};
 use super::constraint::Constraints;
 use super::effects::JointLaws;
 use super::model::RobotModel;
+use super::standing::{self, Load};
 use crate::expression::Sym;
 use bipedc_runtime::Argument;
 
@@ -58,7 +59,9 @@ fn impact_map_of<'g>(
 ) -> Impact<'g> {
     // D (v⁺ − v⁻) = Jᵀ F and J (v⁺ − v⁻) = −J v⁻: a response to no load.
     let no_load = vec![model.constant(0.0); model.tree.nv];
-    let (jump, impulse) = respond(model, constraints, rotors, &no_load, Demand::Velocity);
+    let eliminated = respond(model, constraints, rotors, &no_load, Demand::Velocity);
+    let rooted = standing::respond(model, constraints, rotors, Load::Impact);
+    let (jump, impulse) = quicker(model, eliminated, rooted);
     let before = (0..model.tree.nv).map(|k| model.input(Argument::V, k));
     Impact { velocity: before.zip(jump).map(|(v, change)| v + change).collect(), impulse }
 }

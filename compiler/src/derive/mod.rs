@@ -8,6 +8,7 @@ mod kinematics;
 mod model;
 mod reduced;
 mod sensitivity;
+mod standing;
 
 pub mod articulated;
 pub mod composite;

@@ -25,6 +25,19 @@ pub struct RobotModel<'g, 't> {
     pub inertias: Vec<BodyInertia<'g>>,
     /// By element of `q`: what the logged position is too large by.
     pub offsets: Vec<f64>,
+    /// How the inertias came in; `None` for [`Self::with_base_parameters`].
+    pub mode: Option<InertiaMode>,
+    /// What takes the place of the arguments.
+    pub(super) given: Option<Given<'g>>,
+}
+
+/// A state in the place of [`Argument::Q`] and [`Argument::V`], and gravity in the axes in which the root has its place.
+#[derive(Debug, Clone)]
+pub(super) struct Given<'g> {
+    /// Positions; a free root's are not read: it lies in the axes of gravity.
+    pub q: Vec<Sym<'g>>,
+    pub v: Vec<Sym<'g>>,
+    pub gravity: Vector3<'g>,
 }
 
 impl<'g, 't> RobotModel<'g, 't> {
@@ -37,13 +50,14 @@ impl<'g, 't> RobotModel<'g, 't> {
             }
             InertiaMode::Symbolic => inertia::symbolic(graph, tree),
         };
-        Self { graph, tree, inertias, offsets: Vec::new() }
+        Self { graph, tree, inertias, offsets: Vec::new(), mode: Some(mode), given: None }
     }
 
     /// With base parameters as run-time inputs ([`Argument::Parameters`]); `leading` are their places among
     /// the ten standard parameters of every body.
     pub fn with_base_parameters(graph: &'g Graph, tree: &'t Tree, leading: &[usize]) -> Self {
-        Self { graph, tree, inertias: inertia::reduced(graph, tree, leading), offsets: Vec::new() }
+        let inertias = inertia::reduced(graph, tree, leading);
+        Self { graph, tree, inertias, offsets: Vec::new(), mode: None, given: None }
     }
 
     /// While the guard lives, what is derived is a quantity of this body: generated code says so.
@@ -62,6 +76,11 @@ impl<'g, 't> RobotModel<'g, 't> {
     }
     /// An element of an argument; positions are the true ones, without the offsets of encoders.
     pub fn input(&self, argument: Argument, index: usize) -> Sym<'g> {
+        match (&self.given, argument) {
+            (Some(given), Argument::Q) => return given.q[index],
+            (Some(given), Argument::V) => return given.v[index],
+            _ => {}
+        }
         let given = Sym::new(self.graph, self.graph.input(argument, index));
         let offset = if argument == Argument::Q { self.offsets.get(index).copied() } else { None };
         given - offset.unwrap_or(0.0)
@@ -143,6 +162,9 @@ impl<'g, 't> RobotModel<'g, 't> {
 
     /// Rotation of a free root, from its unit quaternion (x y z w).
     pub fn base_rotation(&self, body: usize) -> Matrix3<'g> {
+        if self.given.is_some() {
+            return Matrix3::identity(self.graph);
+        }
         let first = self.tree.bodies[body].q_index + 3;
         let [x, y, z, w] = [0, 1, 2, 3].map(|i| self.input(Argument::Q, first + i));
         let (x2, y2, z2) = (x * 2.0, y * 2.0, z * 2.0);
@@ -184,7 +206,10 @@ impl<'g, 't> RobotModel<'g, 't> {
 
     /// Gravitational acceleration in world axes.
     pub fn gravity(&self) -> Vector3<'g> {
-        Vector3::constant(self.graph, self.tree.gravity)
+        match &self.given {
+            Some(given) => given.gravity,
+            None => Vector3::constant(self.graph, self.tree.gravity),
+        }
     }
 }
 

@@ -32,6 +32,17 @@ impl Topology {
 }
 
 impl Topology {
+    /// Of a tree whose base rows up to `held` stand still.
+    pub(super) fn beyond(tree: &crate::tree::Tree, held: usize) -> Self {
+        let whole = Self::new(tree);
+        let kept: Vec<usize> = (0..whole.order.len()).filter(|&k| whole.order[k] >= held).collect();
+        let place = |old: &usize| kept.iter().position(|k| k == old);
+        Self {
+            order: kept.iter().map(|&k| whole.order[k]).collect(),
+            supports: kept.iter().map(|&k| whole.supports[k].iter().filter_map(place).collect()).collect(),
+        }
+    }
+
     /// Of the joints of a free robot as seen from a foot that stands still: the tree rooted at that foot,
     /// without the base's degrees of freedom.
     pub(super) fn standing_on(tree: &crate::tree::Tree, foot: usize) -> Self {

@@ -184,10 +184,23 @@ impl Graph {
         if self.is_sine_and_cosine_squared(a, b) {
             return Expr::ONE;
         }
+        if let Some(rest) = self.without(a, b).or_else(|| self.without(b, a)) {
+            return rest;
+        }
         // Canonical: the smaller node first and positive.
         let (first, second) = if a.node() <= b.node() { (a, b) } else { (b, a) };
         let flip = first.is_negated();
         self.intern(Node::Add(first.abs(), second.negate_if(flip))).negate_if(flip)
+    }
+
+    /// `sum + other` where `other` takes a term away again: (x + y) − y = x.
+    fn without(&self, sum: Expr, other: Expr) -> Option<Expr> {
+        let Node::Add(x, y) = self.node(sum.node()) else { return None };
+        let (x, y) = (x.negate_if(sum.is_negated()), y.negate_if(sum.is_negated()));
+        if other == -x {
+            return Some(y);
+        }
+        (other == -y).then_some(x)
     }
 
     /// Whether `a + b` is sin² x + cos² x.
@@ -220,6 +233,13 @@ impl Graph {
         }
         if b == Expr::ONE {
             return a.negate_if(negated);
+        }
+        for (factor, quotient) in [(a, b), (b, a)] {
+            match self.node(quotient.node()) {
+                // x (n / x) = n
+                Node::Div(over, under) if under == factor => return over.negate_if(negated),
+                _ => {}
+            }
         }
         let (a, b) = if a <= b { (a, b) } else { (b, a) };
         match (self.constant_value(a), self.constant_value(b)) {

@@ -34,6 +34,20 @@ fn zeros_ones_and_constants_fold() {
 }
 
 #[test]
+fn what_is_taken_away_again_leaves_no_trace() {
+    let (g, x, y) = inputs();
+    let sum = g.sub(x, y);
+    assert_eq!(g.add(sum, y), x);
+    assert_eq!(g.sub(x, sum), y);
+    assert_eq!(g.sub(sum, x), -y);
+    assert_eq!(g.add(-x, sum), -y);
+    assert_ne!(g.add(sum, x), -y);
+    let quotient = g.div(y, -x);
+    assert_eq!(g.mul(x, quotient), -y);
+    assert_eq!(g.mul(g.div(Expr::ONE, x), -x), -Expr::ONE);
+}
+
+#[test]
 fn sine_squared_plus_cosine_squared_is_one() {
     let (g, x, y) = inputs();
     let (s, c) = (g.sin(x), g.cos(x));

@@ -1,5 +1,5 @@
 //! Operation counts: a measure of work without noise.
-use super::{Instruction, Program};
+use super::{Instruction, Operand, Program};
 use std::fmt;
 
 /// How many of each operation a program does.
@@ -39,10 +39,36 @@ impl Operations {
         count
     }
 
+    /// Instructions; negations are none of their own.
+    pub fn instructions(&self) -> usize {
+        let others = self.divisions + self.square_roots + self.functions;
+        self.additions + self.multiplications + self.fused + others
+    }
+
     /// Additions, multiplications, divisions and square roots; a fused operation is two.
     pub fn total(&self) -> usize {
         self.additions + self.multiplications + 2 * self.fused + self.divisions + self.square_roots
     }
+}
+
+/// Cycles from sines and cosines to the last result if everything ran at once.
+pub fn longest_chain(program: &Program) -> usize {
+    let mut done: Vec<usize> = Vec::with_capacity(program.instructions.len());
+    for instruction in &program.instructions {
+        let ready = |operand: Operand| match operand {
+            Operand::Value(k) => done[k as usize],
+            _ => 0,
+        };
+        let start = instruction.operands().map(ready).max().unwrap_or(0);
+        let latency = match instruction {
+            Instruction::Div(..) | Instruction::Sqrt(_) => 14,
+            Instruction::Call(..) => 32,
+            Instruction::Neg(_) => 0,
+            _ => 4,
+        };
+        done.push(start + latency);
+    }
+    done.into_iter().max().unwrap_or(0)
 }
 
 impl fmt::Display for Operations {

@@ -15,7 +15,7 @@ mod schedule;
 mod twins;
 
 pub use batch::{BatchColumns, BatchStates};
-pub use count::Operations;
+pub use count::{Operations, longest_chain};
 pub use dual::Dual;
 pub use evaluate::Evaluator;
 pub use local::LocalFunction;

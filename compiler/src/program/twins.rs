@@ -365,7 +365,7 @@ mod tests {
     const LEAST: [(&str, usize); 4] = [
         ("inverse_dynamics", 355),
         ("mass_matrix_upper", 273),
-        ("forward_dynamics", 825),
-        ("inverse_dynamics_regressor", 965),
+        ("forward_dynamics", 824),
+        ("inverse_dynamics_regressor", 957),
     ];
 }

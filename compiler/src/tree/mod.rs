@@ -6,6 +6,7 @@ mod inertia;
 mod placement;
 mod rates;
 mod right_angles;
+mod standing;
 mod twins;
 
 pub use bipedc_effects::base::BaseKind;
@@ -13,6 +14,7 @@ pub use effects::as_built;
 pub use inertia::Inertia;
 pub(crate) use placement::NEARLY_RIGHT;
 pub use placement::{Placement, Rotation, matrix_vector};
+pub(crate) use standing::{Standing, Trunk};
 pub use twins::Twins;
 
 /// How a body moves relative to its parent.

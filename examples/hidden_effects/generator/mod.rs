@@ -49,6 +49,8 @@ pub fn failure(message: impl Into<String>) -> Failure {
 
 /// No motion that is drawn comes near this speed, rad/s or m/s: a drive that is no longer in control does.
 const FASTEST: f64 = 40.0;
+/// Or this far, rad or m; logs need not have velocities.
+const FARTHEST: f64 = 100.0;
 
 /// Writes `train.csv`, `validation.csv` and `truth.json` of a case into a folder.
 ///
@@ -66,7 +68,9 @@ pub fn generate(plan: &Plan, root: &Path, folder: &Path) -> Result<Truth, Failur
         Experiment::Impacts => impacts::generate(plan, &robot)?,
         Experiment::FlatImpacts => flat_impacts::generate(plan, &robot)?,
     };
-    let calm = [&made.train, &made.validation].iter().all(|table| table.largest("/velocity") < FASTEST);
+    let moderate =
+        |table: &&table::Table| table.largest("/velocity") < FASTEST && table.largest("/position") < FARTHEST;
+    let calm = [&made.train, &made.validation].iter().all(moderate);
     if !(made.truth.nominal.is_finite() && made.truth.oracle.is_finite() && calm) {
         return Err(failure(format!("{}: the simulation is unstable", plan.name)));
     }

@@ -10,7 +10,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 ///
 /// Rows: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`; m/s², then rad/s².
 /// Source: (4.25), (4.13).
-/// 2988 operations: 408 add, 702 mul, 931 fused, 16 div, 16 sin_cos. For two limbs at once: 620 pairs of them.
+/// 2986 operations: 406 add, 702 mul, 931 fused, 16 div, 16 sin_cos. For two limbs at once: 620 pairs of them.
 #[inline]
 pub fn forward_dynamics_with_forces<R: Real>(
     q: &SVector<R, NQ>,
@@ -775,20 +775,21 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t922_923, t924_925, t926_927, t928, t929, t930, t931, t932, t933, t934, t935, t936, t937, t938, t939, t940,
         t941, t942, t943_944, t945_946, t947_948, t949_950, t951_952, t953_954, t955_956, t957_958, t959_960, t961_962,
         t963_964, t965_966, t967_968, t969_970, t971_972, t973_974, t975_976, t977_978, t979_980, t981, t982, t983,
-        t984, t985, t986, t987, t988_989, t990_991, t992_993, t994, t995, t996, t997, t998, t999, t1000_1001,
-        t1002_1003, t1004, t1005, t1006, t1007, t1008, t1009, t1010, t1011_1012, t1013_1014, t1015_1016, t1017_1018,
-        t1019_1020, t1021_1022, t1023_1024, t1025_1026, t1027_1028, t1029_1030, t1031_1032, t1033_1034, t1035_1036,
-        t1037_1038, t1039_1040, t1041_1042, t1043_1044, t1045_1046, t1047_1048, t1049_1050, t1051_1052, t1053_1054,
-        t1055_1056, t1057_1058, t1059_1060, t1061_1062, t1063_1064, t1065_1066, t1067_1068, t1069_1070, t1071, t1072,
-        t1073, t1074_1075, t1076_1077, t1078, t1079, t1080, t1081_1082, t1083_1084, t1085, t1086_1087, t1088, t1089,
-        t1090_1091, t1092_1093, t1094_1095, t1096_1097, t1098_1099, t1100_1101, t1102_1103, t1104_1105, t1106, t1107,
-        t1108_1109, t1110_1111, t1112_1113, t1114_1115, t1116_1117, t1118_1119, t1120_1121, t1122_1123, t1124_1125,
-        t1126_1127, t1128_1129, t1130_1131, t1132_1133, t1134_1135, t1136_1137, t1138_1139, t1140_1141, t1142_1143,
-        t1144_1145, t1146_1147, t1148_1149, t1150_1151, t1152_1153, t1154_1155, t1156_1157, t1158_1159, t1160_1161,
-        t1162_1163, t1164_1165, t1166_1167, t1168_1169, t1170_1171, t1172_1173, t1174_1175, t1176_1177, t1178_1179,
-        t1180_1181, t1182_1183, t1184_1185, t1186_1187, t1188_1189, t1190_1191, t1192_1193, t1194_1195, t1196_1197,
-        t1198_1199, t1200_1201, t1202_1203, t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211, t1212_1213,
-        t1214_1215, t1216_1217, t1218_1219, t1220_1221, t1222_1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230,
+        t984, t985, t986, t987_988, t989_990, t991_992, t993, t994, t995, t996, t997, t998, t999_1000, t1001_1002,
+        t1003, t1004, t1005, t1006, t1007, t1008, t1009, t1010_1011, t1012_1013, t1014_1015, t1016_1017, t1018_1019,
+        t1020_1021, t1022_1023, t1024_1025, t1026_1027, t1028_1029, t1030_1031, t1032_1033, t1034_1035, t1036_1037,
+        t1038_1039, t1040_1041, t1042_1043, t1044_1045, t1046_1047, t1048_1049, t1050_1051, t1052_1053, t1054_1055,
+        t1056_1057, t1058_1059, t1060_1061, t1062_1063, t1064_1065, t1066_1067, t1068_1069, t1070, t1071, t1072,
+        t1073_1074, t1075_1076, t1077, t1078, t1079, t1080_1081, t1082_1083, t1084, t1085_1086, t1087, t1088,
+        t1089_1090, t1091_1092, t1093_1094, t1095_1096, t1097_1098, t1099_1100, t1101_1102, t1103_1104, t1105, t1106,
+        t1107_1108, t1109_1110, t1111_1112, t1113_1114, t1115_1116, t1117_1118, t1119_1120, t1121_1122, t1123_1124,
+        t1125_1126, t1127_1128, t1129_1130, t1131_1132, t1133_1134, t1135_1136, t1137_1138, t1139_1140, t1141_1142,
+        t1143_1144, t1145_1146, t1147_1148, t1149_1150, t1151_1152, t1153_1154, t1155_1156, t1157_1158, t1159_1160,
+        t1161_1162, t1163_1164, t1165_1166, t1167_1168, t1169_1170, t1171_1172, t1173_1174, t1175_1176, t1177_1178,
+        t1179_1180, t1181_1182, t1183_1184, t1185_1186, t1187_1188, t1189_1190, t1191_1192, t1193_1194, t1195_1196,
+        t1197_1198, t1199_1200, t1201_1202, t1203, t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211_1212,
+        t1213_1214, t1215_1216, t1217_1218, t1219_1220, t1221_1222, t1223, t1224, t1225, t1226, t1227, t1228, t1229,
+        t1230,
     );
     t792 = R::fused(R::constant(0.315), t227, t717); // left_lower_leg: wrench handed to its parent
     t793 = tau_left_hip_pitch + t792; // other
@@ -913,948 +914,948 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t977_978 = R::Two::fused(t490_491, t975_976, t973_974);
     t979_980 = R::Two::fused(t673_674, t418_419, t977_978);
     t981 = R::fused(t496_497.second(), t614, t979_980.second()); // left_foot: articulated inertia
-    t982 = t965_966.second() + t981; // left_ankle: articulated inertia
-    t983 = sin_t3 * t982; // left_ankle: articulated inertia
-    t984 = t611_612.second() - t613; // left_foot: articulated inertia
-    t985 = R::fused(t969_970.second(), R::constant(0.000005), t984); // left_ankle: articulated inertia
-    t986 = R::fused(-cos_t3, t985, t983); // left_ankle: articulated inertia
-    t987 = R::fused(t858_859.second(), t688, t986); // left_ankle: articulated inertia
-    t988_989 = t438_439 + t456_457; // right_foot, left_foot: motion
-    t990_991 = t988_989 * t418_419;
-    t992_993 = R::Two::fused(t969_970, t432_433, t990_991);
-    t994 = R::fused(-t432_433.second(), t614, t992_993.second()); // left_foot: articulated inertia
-    t995 = R::fused(R::constant(0.0171), t961_962.second(), -t994); // left_ankle: articulated inertia
-    t996 = R::fused(t868_869.second(), t688, t995); // left_ankle: articulated inertia
-    t997 = R::fused(t557_558.second(), t996, t987); // left_ankle: articulated inertia
-    t998 = t959_960.second() + t997; // left_lower_leg: articulated inertia
-    t999 = R::fused(t896_897.second(), t775, t998); // left_lower_leg: articulated inertia
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t1000_1001 = t599_600 * t372_373;
-    t1002_1003 = R::Two::fused(-t603_604, t376_377, t1000_1001);
-    t1004 = t1002_1003.second() - t996; // left_lower_leg: articulated inertia
-    t1005 = R::fused(-t894_895.second(), t775, t1004); // left_lower_leg: articulated inertia
-    t1006 = R::fused(-t545_546.second(), t1005, t999); // left_lower_leg: articulated inertia
-    t1007 = t953_954.second() + t1006; // left_upper_leg: articulated inertia
-    t1008 = R::fused(t922_923.second(), t848, t1007); // left_upper_leg: articulated inertia
-    t1009 = t947_948.second() + t1008; // left_hip_roll_link: articulated inertia
-    t1010 = t942 - t1009; // left_hip_roll_link: articulated inertia
-    // right_foot, left_foot: articulated inertia
-    t1011_1012 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
-    t1013_1014 = R::Two::fused(-t496_497, t1011_1012, t480_481);
-    // right_ankle, left_ankle: articulated inertia
-    t1015_1016 = both(R::constant(0.003254)) + t1013_1014;
-    t1017_1018 = both(R::constant(0.000005)) - t1015_1016;
-    t1019_1020 = t691_692 * t1017_1018;
-    t1021_1022 = both(R::constant(0.000005)) - t1019_1020;
-    t1023_1024 = t858_859 * t686_687;
-    t1025_1026 = R::Two::fused(-t858_859, t1023_1024, t1021_1022);
-    t1027_1028 = R::Two::fused(-t496_497, t862_863, both(R::constant(0.0171)));
-    t1029_1030 = two(sin_t2, sin_t3) * t1027_1028;
-    t1031_1032 = R::Two::fused(-t858_859, t888_889, t1029_1030);
-    t1033_1034 = R::Two::fused(t557_558, t1031_1032, t1025_1026);
-    t1035_1036 = t432_433 * t862_863; // right_foot, left_foot: articulated inertia
-    t1037_1038 = R::Two::fused(t868_869, t888_889, t1035_1036);
-    t1039_1040 = R::Two::fused(-t557_558, t1037_1038, t1031_1032);
-    t1041_1042 = R::Two::fused(t557_558, t1039_1040, t1033_1034);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t1043_1044 = t725_726 + t1041_1042;
-    t1045_1046 = t896_897 * t773_774;
-    t1047_1048 = R::Two::fused(-t896_897, t1045_1046, t1043_1044);
-    t1049_1050 = t376_377 + t1039_1040;
-    t1051_1052 = R::Two::fused(-t896_897, t914_915, t1049_1050);
-    t1053_1054 = R::Two::fused(t545_546, t1051_1052, t1047_1048);
-    t1055_1056 = R::Two::fused(t894_895, t914_915, t1037_1038);
-    t1057_1058 = R::Two::fused(-t545_546, t1055_1056, t1051_1052);
-    t1059_1060 = R::Two::fused(t545_546, t1057_1058, t1053_1054);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1061_1062 = t800_801 + t1059_1060;
-    t1063_1064 = t922_923 * t846_847;
-    t1065_1066 = R::Two::fused(-t922_923, t1063_1064, t1061_1062);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1067_1068 = both(R::constant(0.0017316666835)) + t1065_1066;
-    t1069_1070 = both(R::constant(1.0)) / t1067_1068;
-    t1071 = t1010 * t1069_1070.second(); // left_hip_roll_link: articulated inertia
-    t1072 = R::fused(-t926_927.second(), t1071, t849); // left_hip_roll_link: articulated inertia
-    t1073 = cos_q_left_hip_yaw * t1072; // left_hip_yaw_link: articulated inertia
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t1074_1075 = t589_590 * t332_333;
-    t1076_1077 = R::Two::fused(-t593_594, t362_363, t1074_1075);
-    t1078 = t1076_1077.second() + t1005; // left_upper_leg: articulated inertia
-    t1079 = R::fused(-t920_921.second(), t848, t1078); // left_upper_leg: articulated inertia
-    t1080 = cos_q_left_hip_roll * t1079; // left_hip_roll_link: articulated inertia
-    t1081_1082 = t535_536 * t332_333;
-    t1083_1084 = R::Two::fused(-t543_544, t362_363, t1081_1082);
-    t1085 = t1083_1084.second() + t827; // left_upper_leg: articulated inertia
-    t1086_1087 = t332_333 + t840_841; // right_upper_leg, left_upper_leg: articulated inertia
-    t1088 = R::fused(-t1086_1087.second(), t848, t1085); // left_upper_leg: articulated inertia
-    t1089 = R::fused(-sin_q_left_hip_roll, t1088, t1080); // left_hip_roll_link: articulated inertia
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1090_1091 = t362_363 + t1057_1058;
-    t1092_1093 = t920_921 * t846_847;
-    t1094_1095 = R::Two::fused(-t922_923, t1092_1093, t1090_1091);
-    t1096_1097 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1094_1095; // right_hip_roll_link, left_hip_roll_link
-    t1098_1099 = R::Two::fused(-t545_546, t916_917, t910_911); // right_lower_leg, left_lower_leg: articulated inertia
-    t1100_1101 = t1086_1087 * t846_847;
-    t1102_1103 = R::Two::fused(-t922_923, t1100_1101, t1098_1099);
-    t1104_1105 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1102_1103, t1096_1097);
-    t1106 = R::fused(-t1104_1105.second(), t1071, t1089); // left_hip_roll_link: articulated inertia
-    t1107 = R::fused(sin_q_left_hip_yaw, t1106, t1073); // left_hip_yaw_link: articulated inertia
-    // right_ankle, left_ankle: articulated inertia
-    t1108_1109 = t418_419 - t880_881;
-    t1110_1111 = two(cos_t2, cos_t3) * t856_857;
-    t1112_1113 = R::Two::fused(-t1110_1111, t697_698, t1108_1109);
-    t1114_1115 = R::Two::fused(-t551_552, t870_871, t1112_1113);
-    t1116_1117 = t557_558 * t1114_1115;
-    t1118_1119 = t850_851 - t854_855;
-    t1120_1121 = R::Two::fused(t1110_1111, t763_764, t1118_1119);
-    t1122_1123 = t1120_1121 - t892_893;
-    t1124_1125 = R::Two::fused(-t551_552, t1122_1123, t1116_1117);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t1126_1127 = R::Two::fused(-t1124_1125, t778_779, t1114_1115);
-    t1128_1129 = R::Two::fused(-t537_538, t900_901, t1126_1127);
-    t1130_1131 = t545_546 * t1128_1129;
-    t1132_1133 = R::Two::fused(t1124_1125, t836_837, t1122_1123);
-    t1134_1135 = t1132_1133 - t918_919;
-    t1136_1137 = R::Two::fused(-t537_538, t1134_1135, t1130_1131);
-    t1138_1139 = R::Two::fused(-t1136_1137, t924_925, t1128_1129); // right_upper_leg, left_upper_leg
-    t1140_1141 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1138_1139; // right_hip_roll_link, left_hip_roll_link
-    // right_ankle, left_ankle: articulated inertia
-    t1142_1143 = t703_704 * t1017_1018;
-    t1144_1145 = R::Two::fused(t1110_1111, t1023_1024, t1142_1143);
-    t1146_1147 = R::Two::fused(t551_552, t1031_1032, t1144_1145);
-    t1148_1149 = two(cos_t2, cos_t3) * t1027_1028;
-    t1150_1151 = R::Two::fused(-t1110_1111, t888_889, t1148_1149);
-    t1152_1153 = R::Two::fused(t551_552, t1037_1038, t1150_1151);
-    t1154_1155 = R::Two::fused(-t557_558, t1152_1153, t1146_1147);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t1156_1157 = t735_736 + t1154_1155;
-    t1158_1159 = R::Two::fused(t1124_1125, t1045_1046, t1156_1157);
-    t1160_1161 = R::Two::fused(t537_538, t1051_1052, t1158_1159);
-    t1162_1163 = t372_373 - t1152_1153;
-    t1164_1165 = R::Two::fused(t1124_1125, t914_915, t1162_1163);
-    t1166_1167 = R::Two::fused(-t537_538, t1055_1056, t1164_1165);
-    t1168_1169 = R::Two::fused(t545_546, t1166_1167, t1160_1161);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1170_1171 = t810_811 + t1168_1169;
-    t1172_1173 = R::Two::fused(t1136_1137, t1063_1064, t1170_1171);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1174_1175 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1172_1173;
-    t1176_1177 = t926_927 * t1069_1070;
-    t1178_1179 = R::Two::fused(t1174_1175, t1176_1177, t1140_1141);
-    t1180_1181 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1178_1179; // right_hip_yaw_link, left_hip_yaw_link
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1182_1183 = t332_333 + t1166_1167;
-    t1184_1185 = R::Two::fused(t1136_1137, t1092_1093, t1182_1183);
-    t1186_1187 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t1188_1189 = t1186_1187 * t1184_1185; // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1190_1191 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t1192_1193 = R::Two::fused(t1136_1137, t1100_1101, t1134_1135);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1194_1195 = R::Two::fused(t1190_1191, t1192_1193, t1188_1189);
-    t1196_1197 = t1184_1185 - t1194_1195;
-    t1198_1199 = t1104_1105 * t1069_1070;
-    t1200_1201 = R::Two::fused(-t1174_1175, t1198_1199, t1196_1197);
-    t1202_1203 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1200_1201, t1180_1181);
-    t1204 = sin_q_left_hip_roll * t792; // left_hip_roll_link: wrench handed to its parent
-    t1205 = cos_q_left_hip_pitch * t936; // left_upper_leg: wrench handed to its parent
-    t1206 = R::fused(-sin_q_left_hip_pitch, t940, t1205); // left_upper_leg: wrench handed to its parent
-    t1207 = R::fused(cos_q_left_hip_roll, t1206, t1204); // left_hip_roll_link: wrench handed to its parent
-    t1208 = tau_left_hip_yaw + t1207; // other
-    t1209 = R::fused(-t844_845.second(), t848, t830); // left_upper_leg: articulated inertia
-    t1210 = R::fused(t360_361.second(), R::constant(0.000005), t1209); // left_hip_roll_link: articulated inertia
-    t1211 = sin_q_left_hip_roll * t1210; // left_hip_roll_link: articulated inertia
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t1212_1213 = t589_590 * t802_803;
-    t1214_1215 = R::Two::fused(-t593_594, t810_811, t1212_1213);
-    t1216_1217 = R::Two::fused(t587_588, t332_333, t1214_1215);
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t1218_1219 = t599_600 * t727_728;
-    t1220_1221 = R::Two::fused(-t603_604, t735_736, t1218_1219);
-    t1222_1223 = R::Two::fused(t597_598, t372_373, t1220_1221);
     // left_ankle: articulated inertia
-    t1224 = cos_t3 * t982;
-    t1225 = R::fused(sin_t3, t985, t1224);
-    t1226 = R::fused(t1110_1111.second(), t688, t1225);
-    t1227 = R::fused(-t551_552.second(), t996, t1226);
-    t1228 = t1222_1223.second() + t1227; // left_lower_leg: articulated inertia
-    t1229 = R::fused(t1124_1125.second(), t775, t1228); // left_lower_leg: articulated inertia
-    t1230 = R::fused(t537_538.second(), t1005, t1229); // left_lower_leg: articulated inertia
+    t982 = t965_966.second() + t981;
+    t983 = sin_t3 * t982;
+    t984 = R::fused(-t969_970.second(), R::constant(0.000005), t473);
+    t985 = R::fused(cos_t3, t984, t983);
+    t986 = R::fused(t858_859.second(), t688, t985);
+    t987_988 = t438_439 + t456_457; // right_foot, left_foot: motion
+    // right_foot, left_foot: sums of what it carries
+    t989_990 = t987_988 * t418_419;
+    t991_992 = R::Two::fused(t969_970, t432_433, t989_990);
+    t993 = R::fused(-t432_433.second(), t614, t991_992.second()); // left_foot: articulated inertia
+    t994 = R::fused(R::constant(0.0171), t961_962.second(), -t993); // left_ankle: articulated inertia
+    t995 = R::fused(t868_869.second(), t688, t994); // left_ankle: articulated inertia
+    t996 = R::fused(t557_558.second(), t995, t986); // left_ankle: articulated inertia
+    t997 = t959_960.second() + t996; // left_lower_leg: articulated inertia
+    t998 = R::fused(t896_897.second(), t775, t997); // left_lower_leg: articulated inertia
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t999_1000 = t599_600 * t372_373;
+    t1001_1002 = R::Two::fused(-t603_604, t376_377, t999_1000);
+    t1003 = t1001_1002.second() - t995; // left_lower_leg: articulated inertia
+    t1004 = R::fused(-t894_895.second(), t775, t1003); // left_lower_leg: articulated inertia
+    t1005 = R::fused(-t545_546.second(), t1004, t998); // left_lower_leg: articulated inertia
+    t1006 = t953_954.second() + t1005; // left_upper_leg: articulated inertia
+    t1007 = R::fused(t922_923.second(), t848, t1006); // left_upper_leg: articulated inertia
+    t1008 = t947_948.second() + t1007; // left_hip_roll_link: articulated inertia
+    t1009 = t942 - t1008; // left_hip_roll_link: articulated inertia
+    // right_foot, left_foot: articulated inertia
+    t1010_1011 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
+    t1012_1013 = R::Two::fused(-t496_497, t1010_1011, t480_481);
+    // right_ankle, left_ankle: articulated inertia
+    t1014_1015 = both(R::constant(0.003254)) + t1012_1013;
+    t1016_1017 = both(R::constant(0.000005)) - t1014_1015;
+    t1018_1019 = t691_692 * t1016_1017;
+    t1020_1021 = both(R::constant(0.000005)) - t1018_1019;
+    t1022_1023 = t858_859 * t686_687;
+    t1024_1025 = R::Two::fused(-t858_859, t1022_1023, t1020_1021);
+    t1026_1027 = R::Two::fused(-t496_497, t862_863, both(R::constant(0.0171)));
+    t1028_1029 = two(sin_t2, sin_t3) * t1026_1027;
+    t1030_1031 = R::Two::fused(-t858_859, t888_889, t1028_1029);
+    t1032_1033 = R::Two::fused(t557_558, t1030_1031, t1024_1025);
+    t1034_1035 = t432_433 * t862_863; // right_foot, left_foot: articulated inertia
+    t1036_1037 = R::Two::fused(t868_869, t888_889, t1034_1035);
+    t1038_1039 = R::Two::fused(-t557_558, t1036_1037, t1030_1031);
+    t1040_1041 = R::Two::fused(t557_558, t1038_1039, t1032_1033);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t1042_1043 = t725_726 + t1040_1041;
+    t1044_1045 = t896_897 * t773_774;
+    t1046_1047 = R::Two::fused(-t896_897, t1044_1045, t1042_1043);
+    t1048_1049 = t376_377 + t1038_1039;
+    t1050_1051 = R::Two::fused(-t896_897, t914_915, t1048_1049);
+    t1052_1053 = R::Two::fused(t545_546, t1050_1051, t1046_1047);
+    t1054_1055 = R::Two::fused(t894_895, t914_915, t1036_1037);
+    t1056_1057 = R::Two::fused(-t545_546, t1054_1055, t1050_1051);
+    t1058_1059 = R::Two::fused(t545_546, t1056_1057, t1052_1053);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t1060_1061 = t800_801 + t1058_1059;
+    t1062_1063 = t922_923 * t846_847;
+    t1064_1065 = R::Two::fused(-t922_923, t1062_1063, t1060_1061);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1066_1067 = both(R::constant(0.0017316666835)) + t1064_1065;
+    t1068_1069 = both(R::constant(1.0)) / t1066_1067;
+    t1070 = t1009 * t1068_1069.second(); // left_hip_roll_link: articulated inertia
+    t1071 = R::fused(-t926_927.second(), t1070, t849); // left_hip_roll_link: articulated inertia
+    t1072 = cos_q_left_hip_yaw * t1071; // left_hip_yaw_link: articulated inertia
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t1073_1074 = t589_590 * t332_333;
+    t1075_1076 = R::Two::fused(-t593_594, t362_363, t1073_1074);
+    t1077 = t1075_1076.second() + t1004; // left_upper_leg: articulated inertia
+    t1078 = R::fused(-t920_921.second(), t848, t1077); // left_upper_leg: articulated inertia
+    t1079 = cos_q_left_hip_roll * t1078; // left_hip_roll_link: articulated inertia
+    t1080_1081 = t535_536 * t332_333;
+    t1082_1083 = R::Two::fused(-t543_544, t362_363, t1080_1081);
+    t1084 = t1082_1083.second() + t827; // left_upper_leg: articulated inertia
+    t1085_1086 = t332_333 + t840_841; // right_upper_leg, left_upper_leg: articulated inertia
+    t1087 = R::fused(-t1085_1086.second(), t848, t1084); // left_upper_leg: articulated inertia
+    t1088 = R::fused(-sin_q_left_hip_roll, t1087, t1079); // left_hip_roll_link: articulated inertia
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t1089_1090 = t362_363 + t1056_1057;
+    t1091_1092 = t920_921 * t846_847;
+    t1093_1094 = R::Two::fused(-t922_923, t1091_1092, t1089_1090);
+    t1095_1096 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1093_1094; // right_hip_roll_link, left_hip_roll_link
+    t1097_1098 = R::Two::fused(-t545_546, t916_917, t910_911); // right_lower_leg, left_lower_leg: articulated inertia
+    t1099_1100 = t1085_1086 * t846_847;
+    t1101_1102 = R::Two::fused(-t922_923, t1099_1100, t1097_1098);
+    t1103_1104 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1101_1102, t1095_1096);
+    t1105 = R::fused(-t1103_1104.second(), t1070, t1088); // left_hip_roll_link: articulated inertia
+    t1106 = R::fused(sin_q_left_hip_yaw, t1105, t1072); // left_hip_yaw_link: articulated inertia
+    // right_ankle, left_ankle: articulated inertia
+    t1107_1108 = t418_419 - t880_881;
+    t1109_1110 = two(cos_t2, cos_t3) * t856_857;
+    t1111_1112 = R::Two::fused(-t1109_1110, t697_698, t1107_1108);
+    t1113_1114 = R::Two::fused(-t551_552, t870_871, t1111_1112);
+    t1115_1116 = t557_558 * t1113_1114;
+    t1117_1118 = t850_851 - t854_855;
+    t1119_1120 = R::Two::fused(t1109_1110, t763_764, t1117_1118);
+    t1121_1122 = t1119_1120 - t892_893;
+    t1123_1124 = R::Two::fused(-t551_552, t1121_1122, t1115_1116);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t1125_1126 = R::Two::fused(-t1123_1124, t778_779, t1113_1114);
+    t1127_1128 = R::Two::fused(-t537_538, t900_901, t1125_1126);
+    t1129_1130 = t545_546 * t1127_1128;
+    t1131_1132 = R::Two::fused(t1123_1124, t836_837, t1121_1122);
+    t1133_1134 = t1131_1132 - t918_919;
+    t1135_1136 = R::Two::fused(-t537_538, t1133_1134, t1129_1130);
+    t1137_1138 = R::Two::fused(-t1135_1136, t924_925, t1127_1128); // right_upper_leg, left_upper_leg
+    t1139_1140 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1137_1138; // right_hip_roll_link, left_hip_roll_link
+    // right_ankle, left_ankle: articulated inertia
+    t1141_1142 = t703_704 * t1016_1017;
+    t1143_1144 = R::Two::fused(t1109_1110, t1022_1023, t1141_1142);
+    t1145_1146 = R::Two::fused(t551_552, t1030_1031, t1143_1144);
+    t1147_1148 = two(cos_t2, cos_t3) * t1026_1027;
+    t1149_1150 = R::Two::fused(-t1109_1110, t888_889, t1147_1148);
+    t1151_1152 = R::Two::fused(t551_552, t1036_1037, t1149_1150);
+    t1153_1154 = R::Two::fused(-t557_558, t1151_1152, t1145_1146);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t1155_1156 = t735_736 + t1153_1154;
+    t1157_1158 = R::Two::fused(t1123_1124, t1044_1045, t1155_1156);
+    t1159_1160 = R::Two::fused(t537_538, t1050_1051, t1157_1158);
+    t1161_1162 = t372_373 - t1151_1152;
+    t1163_1164 = R::Two::fused(t1123_1124, t914_915, t1161_1162);
+    t1165_1166 = R::Two::fused(-t537_538, t1054_1055, t1163_1164);
+    t1167_1168 = R::Two::fused(t545_546, t1165_1166, t1159_1160);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t1169_1170 = t810_811 + t1167_1168;
+    t1171_1172 = R::Two::fused(t1135_1136, t1062_1063, t1169_1170);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1173_1174 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1171_1172;
+    t1175_1176 = t926_927 * t1068_1069;
+    t1177_1178 = R::Two::fused(t1173_1174, t1175_1176, t1139_1140);
+    t1179_1180 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1177_1178; // right_hip_yaw_link, left_hip_yaw_link
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t1181_1182 = t332_333 + t1165_1166;
+    t1183_1184 = R::Two::fused(t1135_1136, t1091_1092, t1181_1182);
+    t1185_1186 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t1187_1188 = t1185_1186 * t1183_1184; // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1189_1190 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t1191_1192 = R::Two::fused(t1135_1136, t1099_1100, t1133_1134);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1193_1194 = R::Two::fused(t1189_1190, t1191_1192, t1187_1188);
+    t1195_1196 = t1183_1184 - t1193_1194;
+    t1197_1198 = t1103_1104 * t1068_1069;
+    t1199_1200 = R::Two::fused(-t1173_1174, t1197_1198, t1195_1196);
+    t1201_1202 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1199_1200, t1179_1180);
+    t1203 = sin_q_left_hip_roll * t792; // left_hip_roll_link: wrench handed to its parent
+    t1204 = cos_q_left_hip_pitch * t936; // left_upper_leg: wrench handed to its parent
+    t1205 = R::fused(-sin_q_left_hip_pitch, t940, t1204); // left_upper_leg: wrench handed to its parent
+    t1206 = R::fused(cos_q_left_hip_roll, t1205, t1203); // left_hip_roll_link: wrench handed to its parent
+    t1207 = tau_left_hip_yaw + t1206; // other
+    t1208 = R::fused(-t844_845.second(), t848, t830); // left_upper_leg: articulated inertia
+    t1209 = R::fused(t360_361.second(), R::constant(0.000005), t1208); // left_hip_roll_link: articulated inertia
+    t1210 = sin_q_left_hip_roll * t1209; // left_hip_roll_link: articulated inertia
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t1211_1212 = t589_590 * t802_803;
+    t1213_1214 = R::Two::fused(-t593_594, t810_811, t1211_1212);
+    t1215_1216 = R::Two::fused(t587_588, t332_333, t1213_1214);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t1217_1218 = t599_600 * t727_728;
+    t1219_1220 = R::Two::fused(-t603_604, t735_736, t1217_1218);
+    t1221_1222 = R::Two::fused(t597_598, t372_373, t1219_1220);
+    // left_ankle: articulated inertia
+    t1223 = cos_t3 * t982;
+    t1224 = R::fused(-sin_t3, t984, t1223);
+    t1225 = R::fused(t1109_1110.second(), t688, t1224);
+    t1226 = R::fused(-t551_552.second(), t995, t1225);
+    t1227 = t1221_1222.second() + t1226; // left_lower_leg: articulated inertia
+    t1228 = R::fused(t1123_1124.second(), t775, t1227); // left_lower_leg: articulated inertia
+    t1229 = R::fused(t537_538.second(), t1004, t1228); // left_lower_leg: articulated inertia
+    t1230 = t1215_1216.second() + t1229; // left_upper_leg: articulated inertia
     let (
-        t1231, t1232, t1233_1234, t1235, t1236, t1237, t1238_1239, t1240, t1241, t1242_1243, t1244_1245, t1246_1247,
-        t1248_1249, t1250_1251, t1252_1253, t1254_1255, t1256_1257, t1258_1259, t1260_1261, t1262_1263, t1264_1265,
-        t1266_1267, t1268_1269, t1270_1271, t1272_1273, t1274_1275, t1276_1277, t1278_1279, t1280_1281, t1282_1283,
-        t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299,
-        t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315,
-        t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331,
-        t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347,
-        t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363,
-        t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379,
-        t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395,
-        t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411,
-        t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427,
-        t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442,
+        t1231, t1232_1233, t1234, t1235, t1236, t1237_1238, t1239, t1240, t1241_1242, t1243_1244, t1245_1246,
+        t1247_1248, t1249_1250, t1251_1252, t1253_1254, t1255_1256, t1257_1258, t1259_1260, t1261_1262, t1263_1264,
+        t1265_1266, t1267_1268, t1269_1270, t1271_1272, t1273_1274, t1275_1276, t1277_1278, t1279_1280, t1281_1282,
+        t1283, t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298,
+        t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314,
+        t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330,
+        t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346,
+        t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362,
+        t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378,
+        t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394,
+        t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410,
+        t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426,
+        t1427, t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441_1442,
         t1443_1444, t1445_1446, t1447_1448, t1449_1450, t1451_1452, t1453_1454, t1455_1456, t1457_1458, t1459_1460,
         t1461_1462, t1463_1464, t1465_1466, t1467_1468, t1469_1470, t1471_1472, t1473_1474, t1475_1476, t1477_1478,
-        t1479_1480, t1481_1482, t1483_1484, t1485_1486, t1487_1488, t1489_1490, t1491_1492, t1493, t1494, t1495, t1496,
-        t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512,
-        t1513, t1514_1515, t1516, t1517, t1518, t1519, t1520_1521, t1522, t1523_1524, t1525, t1526, t1527_1528,
-        t1529_1530, t1531_1532, t1533_1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541,
+        t1479_1480, t1481_1482, t1483_1484, t1485_1486, t1487_1488, t1489_1490, t1491, t1492, t1493, t1494, t1495,
+        t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511,
+        t1512_1513, t1514, t1515, t1516, t1517, t1518_1519, t1520, t1521_1522, t1523, t1524, t1525_1526, t1527_1528,
+        t1529_1530, t1531_1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541,
     );
-    t1231 = t1216_1217.second() + t1230; // left_upper_leg: articulated inertia
-    t1232 = R::fused(t1136_1137.second(), t848, t1231); // left_upper_leg: articulated inertia
-    t1233_1234 = R::Two::fused(t356_357, t324_325, t382_383); // right_hip_roll_link, left_hip_roll_link: motion
-    t1235 = R::fused(t1233_1234.second(), R::constant(0.0017266666835), t1232); // left_hip_roll_link
-    t1236 = R::fused(-cos_q_left_hip_roll, t1235, t1211); // left_hip_roll_link: articulated inertia
-    t1237 = R::fused(t1174_1175.second(), t1071, t1236); // left_hip_roll_link: articulated inertia
-    t1238_1239 = t354_355 * t312_313; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1240 = R::fused(t1238_1239.second(), R::constant(0.000005), t1237); // left_hip_yaw_link: articulated inertia
-    t1241 = t1208 + t1240; // left_hip_yaw_link: articulated inertia
+    t1231 = R::fused(t1135_1136.second(), t848, t1230); // left_upper_leg: articulated inertia
+    t1232_1233 = R::Two::fused(t356_357, t324_325, t382_383); // right_hip_roll_link, left_hip_roll_link: motion
+    t1234 = R::fused(t1232_1233.second(), R::constant(0.0017266666835), t1231); // left_hip_roll_link
+    t1235 = R::fused(-cos_q_left_hip_roll, t1234, t1210); // left_hip_roll_link: articulated inertia
+    t1236 = R::fused(t1173_1174.second(), t1070, t1235); // left_hip_roll_link: articulated inertia
+    t1237_1238 = t354_355 * t312_313; // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1239 = R::fused(t1237_1238.second(), R::constant(0.000005), t1236); // left_hip_yaw_link: articulated inertia
+    t1240 = t1207 + t1239; // left_hip_yaw_link: articulated inertia
     // right_ankle, left_ankle: articulated inertia
-    t1242_1243 = t1015_1016 + t1019_1020;
-    t1244_1245 = t1110_1111 * t686_687;
-    t1246_1247 = R::Two::fused(-t1110_1111, t1244_1245, t1242_1243);
-    t1248_1249 = R::Two::fused(-t551_552, t1150_1151, t1246_1247);
-    t1250_1251 = R::Two::fused(-t551_552, t1152_1153, t1248_1249);
+    t1241_1242 = t1014_1015 + t1018_1019;
+    t1243_1244 = t1109_1110 * t686_687;
+    t1245_1246 = R::Two::fused(-t1109_1110, t1243_1244, t1241_1242);
+    t1247_1248 = R::Two::fused(-t551_552, t1149_1150, t1245_1246);
+    t1249_1250 = R::Two::fused(-t551_552, t1151_1152, t1247_1248);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t1252_1253 = t727_728 + t1250_1251;
-    t1254_1255 = t1124_1125 * t773_774;
-    t1256_1257 = R::Two::fused(-t1124_1125, t1254_1255, t1252_1253);
-    t1258_1259 = R::Two::fused(t537_538, t1164_1165, t1256_1257);
-    t1260_1261 = R::Two::fused(t537_538, t1166_1167, t1258_1259);
+    t1251_1252 = t727_728 + t1249_1250;
+    t1253_1254 = t1123_1124 * t773_774;
+    t1255_1256 = R::Two::fused(-t1123_1124, t1253_1254, t1251_1252);
+    t1257_1258 = R::Two::fused(t537_538, t1163_1164, t1255_1256);
+    t1259_1260 = R::Two::fused(t537_538, t1165_1166, t1257_1258);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1262_1263 = t802_803 + t1260_1261;
-    t1264_1265 = t1136_1137 * t846_847;
-    t1266_1267 = R::Two::fused(-t1136_1137, t1264_1265, t1262_1263);
+    t1261_1262 = t802_803 + t1259_1260;
+    t1263_1264 = t1135_1136 * t846_847;
+    t1265_1266 = R::Two::fused(-t1135_1136, t1263_1264, t1261_1262);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1268_1269 = both(R::constant(0.0017266666835)) + t1266_1267;
-    t1270_1271 = both(R::constant(0.000005)) - t1268_1269;
-    t1272_1273 = t1186_1187 * t1270_1271;
-    t1274_1275 = t1268_1269 + t1272_1273;
-    t1276_1277 = t1174_1175 * t1069_1070;
-    t1278_1279 = R::Two::fused(-t1174_1175, t1276_1277, t1274_1275);
+    t1267_1268 = both(R::constant(0.0017266666835)) + t1265_1266;
+    t1269_1270 = both(R::constant(0.000005)) - t1267_1268;
+    t1271_1272 = t1185_1186 * t1269_1270;
+    t1273_1274 = t1267_1268 + t1271_1272;
+    t1275_1276 = t1173_1174 * t1068_1069;
+    t1277_1278 = R::Two::fused(-t1173_1174, t1275_1276, t1273_1274);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1280_1281 = both(R::constant(0.000015)) + t1278_1279;
-    t1282_1283 = both(R::constant(1.0)) / t1280_1281;
-    t1284 = t1241 * t1282_1283.second(); // left_hip_yaw_link: articulated inertia
-    t1285 = R::fused(-t1202_1203.second(), t1284, t1107); // left_hip_yaw_link: articulated inertia
+    t1279_1280 = both(R::constant(0.000015)) + t1277_1278;
+    t1281_1282 = both(R::constant(1.0)) / t1279_1280;
+    t1283 = t1240 * t1281_1282.second(); // left_hip_yaw_link: articulated inertia
+    t1284 = R::fused(-t1201_1202.second(), t1283, t1106); // left_hip_yaw_link: articulated inertia
     // right_foot: external forces
-    t1286 = t255 * R::constant(0.055);
-    t1287 = R::fused(-t239, R::constant(0.08), t1286);
-    t1288 = R::constant(0.055) * t258;
-    t1289 = R::fused(R::constant(0.08), t242, t1288);
-    t1290 = t1287 - t1289;
-    t1291 = R::constant(0.055) * t262;
-    t1292 = R::fused(R::constant(-0.08), t246, t1291);
-    t1293 = t1290 + t1292;
-    t1294 = R::constant(0.055) * t266;
-    t1295 = R::fused(R::constant(0.08), t250, t1294);
-    t1296 = t1293 - t1295;
-    t1297 = tau_right_ankle_roll + t1296; // other
-    t1298 = t1297 + t611_612.first(); // other
-    t1299 = t1298 * R::constant(481.7535830422739); // other
-    t1300 = R::fused(-t418_419.first(), t1299, t460_461.first()); // right_foot: articulated inertia
-    t1301 = R::fused(R::constant(0.0171), t618_619.first(), -t1300); // right_ankle: articulated inertia
-    t1302 = R::fused(-sin_t2, t1301, t444_445.first()); // right_ankle: articulated inertia
-    t1303 = t272 * R::constant(0.08);
-    t1304 = R::fused(-t255, R::constant(0.15), t1303);
-    t1305 = R::constant(0.08) * t275;
-    t1306 = R::fused(R::constant(-0.15), t258, t1305);
-    t1307 = t1304 + t1306;
-    t1308 = R::constant(0.08) * t279;
-    t1309 = R::fused(t262, R::constant(0.09), t1308);
-    t1310 = t1307 + t1309;
-    t1311 = R::constant(0.08) * t283;
-    t1312 = R::fused(R::constant(0.09), t266, t1311);
-    t1313 = t1310 + t1312;
-    t1314 = cos_q_right_ankle_roll * t1313; // right_foot: wrench handed to its parent
-    t1315 = t239 * R::constant(0.15);
-    t1316 = R::fused(-t272, R::constant(0.055), t1315);
-    t1317 = R::constant(0.15) * t242;
-    t1318 = R::fused(R::constant(0.055), t275, t1317);
-    t1319 = t1316 + t1318;
-    t1320 = t246 * R::constant(0.09);
-    t1321 = R::fused(R::constant(0.055), t279, t1320);
-    t1322 = t1319 - t1321;
-    t1323 = R::constant(0.09) * t250;
-    t1324 = R::fused(R::constant(-0.055), t283, t1323);
-    t1325 = t1322 - t1324;
-    t1326 = R::fused(sin_q_right_ankle_roll, t1325, t1314); // right_foot: wrench handed to its parent
-    t1327 = tau_right_ankle_pitch + t1326; // other
-    t1328 = R::fused(t490_491.first(), t1299, t675_676.first()); // right_foot: articulated inertia
+    t1285 = t255 * R::constant(0.055);
+    t1286 = R::fused(-t239, R::constant(0.08), t1285);
+    t1287 = R::constant(0.055) * t258;
+    t1288 = R::fused(R::constant(0.08), t242, t1287);
+    t1289 = t1286 - t1288;
+    t1290 = R::constant(0.055) * t262;
+    t1291 = R::fused(R::constant(-0.08), t246, t1290);
+    t1292 = t1289 + t1291;
+    t1293 = R::constant(0.055) * t266;
+    t1294 = R::fused(R::constant(0.08), t250, t1293);
+    t1295 = t1292 - t1294;
+    t1296 = tau_right_ankle_roll + t1295; // other
+    t1297 = t1296 + t611_612.first(); // other
+    t1298 = t1297 * R::constant(481.7535830422739); // other
+    t1299 = R::fused(-t418_419.first(), t1298, t460_461.first()); // right_foot: articulated inertia
+    t1300 = R::fused(R::constant(0.0171), t618_619.first(), -t1299); // right_ankle: articulated inertia
+    t1301 = R::fused(-sin_t2, t1300, t444_445.first()); // right_ankle: articulated inertia
+    t1302 = t272 * R::constant(0.08);
+    t1303 = R::fused(-t255, R::constant(0.15), t1302);
+    t1304 = R::constant(0.08) * t275;
+    t1305 = R::fused(R::constant(-0.15), t258, t1304);
+    t1306 = t1303 + t1305;
+    t1307 = R::constant(0.08) * t279;
+    t1308 = R::fused(t262, R::constant(0.09), t1307);
+    t1309 = t1306 + t1308;
+    t1310 = R::constant(0.08) * t283;
+    t1311 = R::fused(R::constant(0.09), t266, t1310);
+    t1312 = t1309 + t1311;
+    t1313 = cos_q_right_ankle_roll * t1312; // right_foot: wrench handed to its parent
+    t1314 = t239 * R::constant(0.15);
+    t1315 = R::fused(-t272, R::constant(0.055), t1314);
+    t1316 = R::constant(0.15) * t242;
+    t1317 = R::fused(R::constant(0.055), t275, t1316);
+    t1318 = t1315 + t1317;
+    t1319 = t246 * R::constant(0.09);
+    t1320 = R::fused(R::constant(0.055), t279, t1319);
+    t1321 = t1318 - t1320;
+    t1322 = R::constant(0.09) * t250;
+    t1323 = R::fused(R::constant(-0.055), t283, t1322);
+    t1324 = t1321 - t1323;
+    t1325 = R::fused(sin_q_right_ankle_roll, t1324, t1313); // right_foot: wrench handed to its parent
+    t1326 = tau_right_ankle_pitch + t1325; // other
+    t1327 = R::fused(t490_491.first(), t1298, t675_676.first()); // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1329 = t659_660.first() + t1328;
-    t1330 = t1327 + t1329;
-    t1331 = t1330 * t686_687.first();
-    t1332 = R::fused(t628_629.first(), t1331, t1302);
-    t1333 = t378_379.first() - t1332; // right_lower_leg: articulated inertia
-    t1334 = R::fused(R::constant(0.273), t288, t1326); // right_ankle: wrench handed to its parent
-    t1335 = tau_right_knee_pitch + t1334; // other
-    t1336 = R::fused(-t684_685.first(), t1331, t1329);
-    t1337 = t557_558.first() * t1332;
-    t1338 = R::fused(cos_t2, t1301, t749_750.first());
-    t1339 = R::fused(t709_710.first(), t1331, t1338);
-    t1340 = R::fused(t551_552.first(), t1339, t1337);
-    t1341 = t1336 - t1340;
+    t1328 = t659_660.first() + t1327;
+    t1329 = t1326 + t1328;
+    t1330 = t1329 * t686_687.first();
+    t1331 = R::fused(t628_629.first(), t1330, t1301);
+    t1332 = t378_379.first() - t1331; // right_lower_leg: articulated inertia
+    t1333 = R::fused(R::constant(0.273), t288, t1325); // right_ankle: wrench handed to its parent
+    t1334 = tau_right_knee_pitch + t1333; // other
+    t1335 = R::fused(-t684_685.first(), t1330, t1328);
+    t1336 = t557_558.first() * t1331;
+    t1337 = R::fused(cos_t2, t1300, t749_750.first());
+    t1338 = R::fused(t709_710.first(), t1330, t1337);
+    t1339 = R::fused(t551_552.first(), t1338, t1336);
+    t1340 = t1335 - t1339;
     // right_lower_leg: articulated inertia
-    t1342 = t745_746.first() + t1341;
-    t1343 = t1335 + t1342;
-    t1344 = t1343 * t773_774.first();
-    t1345 = R::fused(-t715_716.first(), t1344, t1333);
-    t1346 = t364_365.first() + t1345; // right_upper_leg: articulated inertia
-    t1347 = R::fused(R::constant(0.315), t292, t1334); // right_lower_leg: wrench handed to its parent
-    t1348 = tau_right_hip_pitch + t1347; // other
-    t1349 = R::fused(-t771_772.first(), t1344, t1342);
-    t1350 = t545_546.first() * t1345;
-    t1351 = t824_825.first() - t1339;
-    t1352 = R::fused(-t784_785.first(), t1344, t1351);
-    t1353 = R::fused(t537_538.first(), t1352, t1350);
-    t1354 = t1349 + t1353;
+    t1341 = t745_746.first() + t1340;
+    t1342 = t1334 + t1341;
+    t1343 = t1342 * t773_774.first();
+    t1344 = R::fused(-t715_716.first(), t1343, t1332);
+    t1345 = t364_365.first() + t1344; // right_upper_leg: articulated inertia
+    t1346 = R::fused(R::constant(0.315), t292, t1333); // right_lower_leg: wrench handed to its parent
+    t1347 = tau_right_hip_pitch + t1346; // other
+    t1348 = R::fused(-t771_772.first(), t1343, t1341);
+    t1349 = t545_546.first() * t1344;
+    t1350 = t824_825.first() - t1338;
+    t1351 = R::fused(-t784_785.first(), t1343, t1350);
+    t1352 = R::fused(t537_538.first(), t1351, t1349);
+    t1353 = t1348 + t1352;
     // right_upper_leg: articulated inertia
-    t1355 = t818_819.first() + t1354;
-    t1356 = t1348 + t1355;
-    t1357 = t1356 * t846_847.first();
-    t1358 = R::fused(-t790_791.first(), t1357, t1346);
-    t1359 = sin_q_right_ankle_roll * t1313; // right_foot: wrench handed to its parent
-    t1360 = R::fused(-cos_q_right_ankle_roll, t1325, t1359); // right_foot: wrench handed to its parent
-    t1361 = cos_q_right_ankle_pitch * t1360; // right_ankle: wrench handed to its parent
-    t1362 = R::fused(-sin_q_right_ankle_pitch, t1296, t1361); // right_ankle: wrench handed to its parent
-    t1363 = cos_q_right_knee_pitch * t1362; // right_lower_leg: wrench handed to its parent
-    t1364 = sin_q_right_ankle_pitch * t1360; // right_ankle: wrench handed to its parent
-    t1365 = R::fused(cos_q_right_ankle_pitch, t1296, t1364); // right_ankle: wrench handed to its parent
-    t1366 = R::fused(R::constant(-0.273), t296, t1365); // right_ankle: wrench handed to its parent
-    t1367 = R::fused(-sin_q_right_knee_pitch, t1366, t1363); // right_lower_leg: wrench handed to its parent
-    t1368 = sin_q_right_hip_pitch * t1367; // right_upper_leg: wrench handed to its parent
-    t1369 = sin_q_right_knee_pitch * t1362; // right_lower_leg: wrench handed to its parent
-    t1370 = R::fused(cos_q_right_knee_pitch, t1366, t1369); // right_lower_leg: wrench handed to its parent
-    t1371 = R::fused(R::constant(-0.315), t296, t1370); // right_lower_leg: wrench handed to its parent
-    t1372 = R::fused(cos_q_right_hip_pitch, t1371, t1368); // right_upper_leg: wrench handed to its parent
-    t1373 = tau_right_hip_roll + t1372; // other
-    t1374 = R::fused(t496_497.first(), t1299, t979_980.first()); // right_foot: articulated inertia
-    t1375 = t965_966.first() + t1374; // right_ankle: articulated inertia
-    t1376 = sin_t2 * t1375; // right_ankle: articulated inertia
-    t1377 = t611_612.first() - t1298; // right_foot: articulated inertia
-    t1378 = R::fused(t969_970.first(), R::constant(0.000005), t1377); // right_ankle: articulated inertia
-    t1379 = R::fused(-cos_t2, t1378, t1376); // right_ankle: articulated inertia
-    t1380 = R::fused(t858_859.first(), t1331, t1379); // right_ankle: articulated inertia
-    t1381 = R::fused(-t432_433.first(), t1299, t992_993.first()); // right_foot: articulated inertia
-    t1382 = R::fused(R::constant(0.0171), t961_962.first(), -t1381); // right_ankle: articulated inertia
-    t1383 = R::fused(t868_869.first(), t1331, t1382); // right_ankle: articulated inertia
-    t1384 = R::fused(t557_558.first(), t1383, t1380); // right_ankle: articulated inertia
-    // right_lower_leg: articulated inertia
-    t1385 = t959_960.first() + t1384;
-    t1386 = R::fused(t896_897.first(), t1344, t1385);
-    t1387 = t1002_1003.first() - t1383;
-    t1388 = R::fused(-t894_895.first(), t1344, t1387);
-    t1389 = R::fused(-t545_546.first(), t1388, t1386);
-    t1390 = t953_954.first() + t1389; // right_upper_leg: articulated inertia
-    t1391 = R::fused(t922_923.first(), t1357, t1390); // right_upper_leg: articulated inertia
-    // right_hip_roll_link: articulated inertia
-    t1392 = t947_948.first() + t1391;
-    t1393 = t1373 - t1392;
-    t1394 = t1393 * t1069_1070.first();
-    t1395 = R::fused(-t926_927.first(), t1394, t1358);
-    t1396 = cos_q_right_hip_yaw * t1395; // right_hip_yaw_link: articulated inertia
-    t1397 = t1076_1077.first() + t1388; // right_upper_leg: articulated inertia
-    t1398 = R::fused(-t920_921.first(), t1357, t1397); // right_upper_leg: articulated inertia
-    t1399 = cos_q_right_hip_roll * t1398;
-    t1400 = t1083_1084.first() + t1352; // right_upper_leg: articulated inertia
-    t1401 = R::fused(-t1086_1087.first(), t1357, t1400); // right_upper_leg: articulated inertia
-    t1402 = R::fused(-sin_q_right_hip_roll, t1401, t1399);
-    t1403 = R::fused(-t1104_1105.first(), t1394, t1402);
-    t1404 = R::fused(sin_q_right_hip_yaw, t1403, t1396); // right_hip_yaw_link: articulated inertia
-    t1405 = sin_q_right_hip_roll * t1347; // right_hip_roll_link: wrench handed to its parent
-    t1406 = cos_q_right_hip_pitch * t1367; // right_upper_leg: wrench handed to its parent
-    t1407 = R::fused(-sin_q_right_hip_pitch, t1371, t1406); // right_upper_leg: wrench handed to its parent
-    t1408 = R::fused(cos_q_right_hip_roll, t1407, t1405); // right_hip_roll_link: wrench handed to its parent
-    t1409 = tau_right_hip_yaw + t1408; // other
-    t1410 = R::fused(-t844_845.first(), t1357, t1355); // right_upper_leg: articulated inertia
-    t1411 = R::fused(t360_361.first(), R::constant(0.000005), t1410);
-    t1412 = sin_q_right_hip_roll * t1411;
+    t1354 = t818_819.first() + t1353;
+    t1355 = t1347 + t1354;
+    t1356 = t1355 * t846_847.first();
+    t1357 = R::fused(-t790_791.first(), t1356, t1345);
+    t1358 = sin_q_right_ankle_roll * t1312; // right_foot: wrench handed to its parent
+    t1359 = R::fused(-cos_q_right_ankle_roll, t1324, t1358); // right_foot: wrench handed to its parent
+    t1360 = cos_q_right_ankle_pitch * t1359; // right_ankle: wrench handed to its parent
+    t1361 = R::fused(-sin_q_right_ankle_pitch, t1295, t1360); // right_ankle: wrench handed to its parent
+    t1362 = cos_q_right_knee_pitch * t1361; // right_lower_leg: wrench handed to its parent
+    t1363 = sin_q_right_ankle_pitch * t1359; // right_ankle: wrench handed to its parent
+    t1364 = R::fused(cos_q_right_ankle_pitch, t1295, t1363); // right_ankle: wrench handed to its parent
+    t1365 = R::fused(R::constant(-0.273), t296, t1364); // right_ankle: wrench handed to its parent
+    t1366 = R::fused(-sin_q_right_knee_pitch, t1365, t1362); // right_lower_leg: wrench handed to its parent
+    t1367 = sin_q_right_hip_pitch * t1366; // right_upper_leg: wrench handed to its parent
+    t1368 = sin_q_right_knee_pitch * t1361; // right_lower_leg: wrench handed to its parent
+    t1369 = R::fused(cos_q_right_knee_pitch, t1365, t1368); // right_lower_leg: wrench handed to its parent
+    t1370 = R::fused(R::constant(-0.315), t296, t1369); // right_lower_leg: wrench handed to its parent
+    t1371 = R::fused(cos_q_right_hip_pitch, t1370, t1367); // right_upper_leg: wrench handed to its parent
+    t1372 = tau_right_hip_roll + t1371; // other
+    t1373 = R::fused(t496_497.first(), t1298, t979_980.first()); // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1413 = cos_t2 * t1375;
-    t1414 = R::fused(sin_t2, t1378, t1413);
-    t1415 = R::fused(t1110_1111.first(), t1331, t1414);
-    t1416 = R::fused(-t551_552.first(), t1383, t1415);
-    t1417 = t1222_1223.first() + t1416; // right_lower_leg: articulated inertia
-    t1418 = R::fused(t1124_1125.first(), t1344, t1417); // right_lower_leg: articulated inertia
-    t1419 = R::fused(t537_538.first(), t1388, t1418); // right_lower_leg: articulated inertia
-    t1420 = t1216_1217.first() + t1419; // right_upper_leg: articulated inertia
-    t1421 = R::fused(t1136_1137.first(), t1357, t1420); // right_upper_leg: articulated inertia
-    t1422 = R::fused(t1233_1234.first(), R::constant(0.0017266666835), t1421); // right_hip_roll_link
-    t1423 = R::fused(-cos_q_right_hip_roll, t1422, t1412); // right_hip_roll_link: articulated inertia
-    t1424 = R::fused(t1174_1175.first(), t1394, t1423); // right_hip_roll_link: articulated inertia
+    t1374 = t965_966.first() + t1373;
+    t1375 = sin_t2 * t1374;
+    t1376 = R::fused(-t969_970.first(), R::constant(0.000005), t1296);
+    t1377 = R::fused(cos_t2, t1376, t1375);
+    t1378 = R::fused(t858_859.first(), t1330, t1377);
+    t1379 = R::fused(-t432_433.first(), t1298, t991_992.first()); // right_foot: articulated inertia
+    t1380 = R::fused(R::constant(0.0171), t961_962.first(), -t1379);
+    t1381 = R::fused(t868_869.first(), t1330, t1380);
+    t1382 = R::fused(t557_558.first(), t1381, t1378);
+    // right_lower_leg: articulated inertia
+    t1383 = t959_960.first() + t1382;
+    t1384 = R::fused(t896_897.first(), t1343, t1383);
+    t1385 = t1001_1002.first() - t1381;
+    t1386 = R::fused(-t894_895.first(), t1343, t1385);
+    t1387 = R::fused(-t545_546.first(), t1386, t1384);
+    t1388 = t953_954.first() + t1387; // right_upper_leg: articulated inertia
+    t1389 = R::fused(t922_923.first(), t1356, t1388); // right_upper_leg: articulated inertia
+    // right_hip_roll_link: articulated inertia
+    t1390 = t947_948.first() + t1389;
+    t1391 = t1372 - t1390;
+    t1392 = t1391 * t1068_1069.first();
+    t1393 = R::fused(-t926_927.first(), t1392, t1357);
+    t1394 = cos_q_right_hip_yaw * t1393; // right_hip_yaw_link: articulated inertia
+    t1395 = t1075_1076.first() + t1386; // right_upper_leg: articulated inertia
+    t1396 = R::fused(-t920_921.first(), t1356, t1395); // right_upper_leg: articulated inertia
+    t1397 = cos_q_right_hip_roll * t1396;
+    t1398 = t1082_1083.first() + t1351; // right_upper_leg: articulated inertia
+    t1399 = R::fused(-t1085_1086.first(), t1356, t1398); // right_upper_leg: articulated inertia
+    t1400 = R::fused(-sin_q_right_hip_roll, t1399, t1397);
+    t1401 = R::fused(-t1103_1104.first(), t1392, t1400);
+    t1402 = R::fused(sin_q_right_hip_yaw, t1401, t1394); // right_hip_yaw_link: articulated inertia
+    t1403 = sin_q_right_hip_roll * t1346; // right_hip_roll_link: wrench handed to its parent
+    t1404 = cos_q_right_hip_pitch * t1366; // right_upper_leg: wrench handed to its parent
+    t1405 = R::fused(-sin_q_right_hip_pitch, t1370, t1404); // right_upper_leg: wrench handed to its parent
+    t1406 = R::fused(cos_q_right_hip_roll, t1405, t1403); // right_hip_roll_link: wrench handed to its parent
+    t1407 = tau_right_hip_yaw + t1406; // other
+    t1408 = R::fused(-t844_845.first(), t1356, t1354); // right_upper_leg: articulated inertia
+    t1409 = R::fused(t360_361.first(), R::constant(0.000005), t1408);
+    t1410 = sin_q_right_hip_roll * t1409;
+    // right_ankle: articulated inertia
+    t1411 = cos_t2 * t1374;
+    t1412 = R::fused(-sin_t2, t1376, t1411);
+    t1413 = R::fused(t1109_1110.first(), t1330, t1412);
+    t1414 = R::fused(-t551_552.first(), t1381, t1413);
+    t1415 = t1221_1222.first() + t1414; // right_lower_leg: articulated inertia
+    t1416 = R::fused(t1123_1124.first(), t1343, t1415); // right_lower_leg: articulated inertia
+    t1417 = R::fused(t537_538.first(), t1386, t1416); // right_lower_leg: articulated inertia
+    t1418 = t1215_1216.first() + t1417; // right_upper_leg: articulated inertia
+    t1419 = R::fused(t1135_1136.first(), t1356, t1418); // right_upper_leg: articulated inertia
+    t1420 = R::fused(t1232_1233.first(), R::constant(0.0017266666835), t1419); // right_hip_roll_link
+    t1421 = R::fused(-cos_q_right_hip_roll, t1420, t1410); // right_hip_roll_link: articulated inertia
+    t1422 = R::fused(t1173_1174.first(), t1392, t1421); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1425 = R::fused(t1238_1239.first(), R::constant(0.000005), t1424);
-    t1426 = t1409 + t1425;
-    t1427 = t1426 * t1282_1283.first();
-    t1428 = R::fused(-t1202_1203.first(), t1427, t1404);
-    t1429 = t1285 + t1428;
-    t1430 = t309 + t1429; // torso: articulated inertia
-    t1431 = t303 - t1430; // torso: articulated inertia
-    t1432 = R::fused(R::constant(0.075), t236, t1207); // left_hip_yaw_link: wrench handed to its parent
-    t1433 = t1408 + t1432; // right_hip_yaw_link: wrench handed to its parent
-    t1434 = R::fused(R::constant(-0.075), t301, t1433); // right_hip_yaw_link: wrench handed to its parent
-    t1435 = tau_base_angular_z + t1434; // other
-    t1436 = R::fused(-t1280_1281.second(), t1284, t1240); // left_hip_yaw_link: articulated inertia
-    t1437 = R::fused(R::constant(0.075), t1285, t1436); // left_hip_yaw_link: articulated inertia
-    t1438 = R::fused(-t1280_1281.first(), t1427, t1425);
-    t1439 = R::fused(R::constant(-0.075), t1428, t1438);
-    t1440 = t1437 + t1439;
-    t1441 = R::fused(R::constant(0.098295), t508, t1440); // torso: articulated inertia
-    t1442 = t1435 + t1441; // torso: articulated inertia
-    t1443_1444 = R::Two::fused(t790_791, t924_925, t780_781); // right_upper_leg, left_upper_leg: articulated inertia
-    t1445_1446 = R::Two::fused(t926_927, t1176_1177, t1443_1444); // right_hip_roll_link, left_hip_roll_link
-    t1447_1448 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t1423 = R::fused(t1237_1238.first(), R::constant(0.000005), t1422);
+    t1424 = t1407 + t1423;
+    t1425 = t1424 * t1281_1282.first();
+    t1426 = R::fused(-t1201_1202.first(), t1425, t1402);
+    t1427 = t1284 + t1426;
+    t1428 = t309 + t1427; // torso: articulated inertia
+    t1429 = t303 - t1428; // torso: articulated inertia
+    t1430 = R::fused(R::constant(0.075), t236, t1206); // left_hip_yaw_link: wrench handed to its parent
+    t1431 = t1406 + t1430; // right_hip_yaw_link: wrench handed to its parent
+    t1432 = R::fused(R::constant(-0.075), t301, t1431); // right_hip_yaw_link: wrench handed to its parent
+    t1433 = tau_base_angular_z + t1432; // other
+    t1434 = R::fused(-t1279_1280.second(), t1283, t1239); // left_hip_yaw_link: articulated inertia
+    t1435 = R::fused(R::constant(0.075), t1284, t1434); // left_hip_yaw_link: articulated inertia
+    t1436 = R::fused(-t1279_1280.first(), t1425, t1423);
+    t1437 = R::fused(R::constant(-0.075), t1426, t1436);
+    t1438 = t1435 + t1437;
+    t1439 = R::fused(R::constant(0.098295), t508, t1438); // torso: articulated inertia
+    t1440 = t1433 + t1439; // torso: articulated inertia
+    t1441_1442 = R::Two::fused(t790_791, t924_925, t780_781); // right_upper_leg, left_upper_leg: articulated inertia
+    t1443_1444 = R::Two::fused(t926_927, t1175_1176, t1441_1442); // right_hip_roll_link, left_hip_roll_link
+    t1445_1446 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1449_1450 = R::Two::fused(t920_921, t1092_1093, t1055_1056);
-    t1451_1452 = R::Two::fused(t1086_1087, t1100_1101, t838_839);
+    t1447_1448 = R::Two::fused(t920_921, t1091_1092, t1054_1055);
+    t1449_1450 = R::Two::fused(t1085_1086, t1099_1100, t838_839);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1453_1454 = t1449_1450 - t1451_1452;
-    t1455_1456 = t1186_1187 * t1453_1454;
-    t1457_1458 = R::Two::fused(t1086_1087, t1092_1093, t916_917); // right_upper_leg, left_upper_leg
-    t1459_1460 = both(R::constant(2.0)) * t1457_1458;
-    t1461_1462 = R::Two::fused(t1190_1191, t1459_1460, t1455_1456);
-    t1463_1464 = t1449_1450 - t1461_1462;
-    t1465_1466 = R::Two::fused(t1104_1105, t1198_1199, t1463_1464);
+    t1451_1452 = t1447_1448 - t1449_1450;
+    t1453_1454 = t1185_1186 * t1451_1452;
+    t1455_1456 = R::Two::fused(t1085_1086, t1091_1092, t916_917); // right_upper_leg, left_upper_leg
+    t1457_1458 = both(R::constant(2.0)) * t1455_1456;
+    t1459_1460 = R::Two::fused(t1189_1190, t1457_1458, t1453_1454);
+    t1461_1462 = t1447_1448 - t1459_1460;
+    t1463_1464 = R::Two::fused(t1103_1104, t1197_1198, t1461_1462);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1467_1468 = t1445_1446 - t1465_1466;
-    t1469_1470 = t1447_1448 * t1467_1468;
-    t1471_1472 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t1473_1474 = R::Two::fused(-t920_921, t924_925, t900_901); // right_upper_leg, left_upper_leg: articulated inertia
-    t1475_1476 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1473_1474; // right_hip_roll_link, left_hip_roll_link
-    t1477_1478 = R::Two::fused(-t1086_1087, t924_925, t786_787); // right_upper_leg, left_upper_leg: articulated inertia
+    t1465_1466 = t1443_1444 - t1463_1464;
+    t1467_1468 = t1445_1446 * t1465_1466;
+    t1469_1470 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t1471_1472 = R::Two::fused(-t920_921, t924_925, t900_901); // right_upper_leg, left_upper_leg: articulated inertia
+    t1473_1474 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1471_1472; // right_hip_roll_link, left_hip_roll_link
+    t1475_1476 = R::Two::fused(-t1085_1086, t924_925, t786_787); // right_upper_leg, left_upper_leg: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1479_1480 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1477_1478, t1475_1476);
-    t1481_1482 = R::Two::fused(-t1104_1105, t1176_1177, t1479_1480);
+    t1477_1478 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1475_1476, t1473_1474);
+    t1479_1480 = R::Two::fused(-t1103_1104, t1175_1176, t1477_1478);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1483_1484 = both(R::constant(2.0)) * t1481_1482;
-    t1485_1486 = R::Two::fused(t1471_1472, t1483_1484, t1469_1470);
-    t1487_1488 = t1445_1446 - t1485_1486;
-    t1489_1490 = t1202_1203 * t1282_1283;
-    t1491_1492 = R::Two::fused(t1202_1203, t1489_1490, t1487_1488);
-    t1493 = R::constant(0.075) * t1491_1492.second(); // left_hip_yaw_link: articulated inertia
-    t1494 = R::fused(R::constant(-0.075), t1491_1492.first(), t1493); // right_hip_yaw_link: articulated inertia
-    t1495 = t1491_1492.second() * R::constant(0.005625); // left_hip_yaw_link: articulated inertia
-    t1496 = R::fused(R::constant(0.005625), t1491_1492.first(), t1495); // right_hip_yaw_link: articulated inertia
-    t1497 = R::constant(0.154455) - t1496; // torso: articulated inertia
-    t1498 = R::constant(1.0) / t1497; // torso: acceleration
-    t1499 = t1494 * t1498; // torso: acceleration
-    t1500 = R::fused(-t1442, t1499, t1431); // torso: acceleration
-    t1501 = sin_q_left_hip_yaw * t941; // left_hip_yaw_link: wrench handed to its parent
-    t1502 = cos_q_left_hip_roll * t792; // left_hip_roll_link: wrench handed to its parent
-    t1503 = R::fused(-sin_q_left_hip_roll, t1206, t1502); // left_hip_roll_link: wrench handed to its parent
-    t1504 = R::fused(cos_q_left_hip_yaw, t1503, t1501); // left_hip_yaw_link: wrench handed to its parent
-    t1505 = sin_q_right_hip_yaw * t1372; // right_hip_yaw_link: wrench handed to its parent
-    t1506 = cos_q_right_hip_roll * t1347; // right_hip_roll_link: wrench handed to its parent
-    t1507 = R::fused(-sin_q_right_hip_roll, t1407, t1506); // right_hip_roll_link: wrench handed to its parent
-    t1508 = R::fused(cos_q_right_hip_yaw, t1507, t1505); // right_hip_yaw_link: wrench handed to its parent
-    t1509 = t1504 + t1508; // right_hip_yaw_link: wrench handed to its parent
-    t1510 = tau_base_angular_y + t1509; // other
-    t1511 = t304 * R::constant(0.729656667); // torso: sums of what it carries
-    t1512 = R::fused(R::constant(2.444), t308, t1511); // torso: sums of what it carries
-    t1513 = R::fused(t1067_1068.second(), t1071, t1009); // left_hip_roll_link: articulated inertia
-    t1514_1515 = R::Two::fused(-t316_317, t312_313, t394_395); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1516 = R::fused(t1514_1515.second(), R::constant(0.000005), t1513); // left_hip_yaw_link: articulated inertia
-    t1517 = sin_q_left_hip_yaw * t1516; // left_hip_yaw_link: articulated inertia
-    t1518 = cos_q_left_hip_roll * t1210; // left_hip_roll_link: articulated inertia
-    t1519 = R::fused(sin_q_left_hip_roll, t1235, t1518); // left_hip_roll_link: articulated inertia
-    t1520_1521 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1172_1173; // right_hip_roll_link, left_hip_roll_link
-    t1522 = R::fused(-t1520_1521.second(), t1071, t1519); // left_hip_roll_link: articulated inertia
-    t1523_1524 = R::Two::fused(t316_317, t354_355, t342_343); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1525 = R::fused(R::constant(0.00001), t1523_1524.second(), t1522); // left_hip_yaw_link: articulated inertia
-    t1526 = R::fused(-cos_q_left_hip_yaw, t1525, t1517); // left_hip_yaw_link: articulated inertia
+    t1481_1482 = both(R::constant(2.0)) * t1479_1480;
+    t1483_1484 = R::Two::fused(t1469_1470, t1481_1482, t1467_1468);
+    t1485_1486 = t1443_1444 - t1483_1484;
+    t1487_1488 = t1201_1202 * t1281_1282;
+    t1489_1490 = R::Two::fused(t1201_1202, t1487_1488, t1485_1486);
+    t1491 = R::constant(0.075) * t1489_1490.second(); // left_hip_yaw_link: articulated inertia
+    t1492 = R::fused(R::constant(-0.075), t1489_1490.first(), t1491); // right_hip_yaw_link: articulated inertia
+    t1493 = t1489_1490.second() * R::constant(0.005625); // left_hip_yaw_link: articulated inertia
+    t1494 = R::fused(R::constant(0.005625), t1489_1490.first(), t1493); // right_hip_yaw_link: articulated inertia
+    t1495 = R::constant(0.154455) - t1494; // torso: articulated inertia
+    t1496 = R::constant(1.0) / t1495; // torso: acceleration
+    t1497 = t1492 * t1496; // torso: acceleration
+    t1498 = R::fused(-t1440, t1497, t1429); // torso: acceleration
+    t1499 = sin_q_left_hip_yaw * t941; // left_hip_yaw_link: wrench handed to its parent
+    t1500 = cos_q_left_hip_roll * t792; // left_hip_roll_link: wrench handed to its parent
+    t1501 = R::fused(-sin_q_left_hip_roll, t1205, t1500); // left_hip_roll_link: wrench handed to its parent
+    t1502 = R::fused(cos_q_left_hip_yaw, t1501, t1499); // left_hip_yaw_link: wrench handed to its parent
+    t1503 = sin_q_right_hip_yaw * t1371; // right_hip_yaw_link: wrench handed to its parent
+    t1504 = cos_q_right_hip_roll * t1346; // right_hip_roll_link: wrench handed to its parent
+    t1505 = R::fused(-sin_q_right_hip_roll, t1405, t1504); // right_hip_roll_link: wrench handed to its parent
+    t1506 = R::fused(cos_q_right_hip_yaw, t1505, t1503); // right_hip_yaw_link: wrench handed to its parent
+    t1507 = t1502 + t1506; // right_hip_yaw_link: wrench handed to its parent
+    t1508 = tau_base_angular_y + t1507; // other
+    t1509 = t304 * R::constant(0.729656667); // torso: sums of what it carries
+    t1510 = R::fused(R::constant(2.444), t308, t1509); // torso: sums of what it carries
+    t1511 = R::fused(t1066_1067.second(), t1070, t1008); // left_hip_roll_link: articulated inertia
+    t1512_1513 = R::Two::fused(-t316_317, t312_313, t394_395); // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1514 = R::fused(t1512_1513.second(), R::constant(0.000005), t1511); // left_hip_yaw_link: articulated inertia
+    t1515 = sin_q_left_hip_yaw * t1514; // left_hip_yaw_link: articulated inertia
+    t1516 = cos_q_left_hip_roll * t1209; // left_hip_roll_link: articulated inertia
+    t1517 = R::fused(sin_q_left_hip_roll, t1234, t1516); // left_hip_roll_link: articulated inertia
+    t1518_1519 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1171_1172; // right_hip_roll_link, left_hip_roll_link
+    t1520 = R::fused(-t1518_1519.second(), t1070, t1517); // left_hip_roll_link: articulated inertia
+    t1521_1522 = R::Two::fused(t316_317, t354_355, t342_343); // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1523 = R::fused(R::constant(0.00001), t1521_1522.second(), t1520); // left_hip_yaw_link: articulated inertia
+    t1524 = R::fused(-cos_q_left_hip_yaw, t1523, t1515); // left_hip_yaw_link: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1527_1528 = t1190_1191 * t1270_1271;
-    t1529_1530 = t1520_1521 * t1069_1070;
-    t1531_1532 = R::Two::fused(t1174_1175, t1529_1530, t1527_1528);
-    t1533_1534 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1531_1532; // right_hip_yaw_link, left_hip_yaw_link
-    t1535 = R::fused(t1533_1534.second(), t1284, t1526); // left_hip_yaw_link: articulated inertia
-    t1536 = R::fused(t1067_1068.first(), t1394, t1392); // right_hip_roll_link: articulated inertia
-    t1537 = R::fused(t1514_1515.first(), R::constant(0.000005), t1536); // right_hip_yaw_link: articulated inertia
-    t1538 = sin_q_right_hip_yaw * t1537; // right_hip_yaw_link: articulated inertia
-    t1539 = cos_q_right_hip_roll * t1411; // right_hip_roll_link: articulated inertia
-    t1540 = R::fused(sin_q_right_hip_roll, t1422, t1539); // right_hip_roll_link: articulated inertia
-    t1541 = R::fused(-t1520_1521.first(), t1394, t1540); // right_hip_roll_link: articulated inertia
-    let (
-        t1542, t1543, t1544, t1545, t1546, t1547, t1548_1549, t1550_1551, t1552_1553, t1554_1555, t1556_1557,
-        t1558_1559, t1560_1561, t1562_1563, t1564_1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572, t1573_1574,
-        t1575_1576, t1577_1578, t1579_1580, t1581_1582, t1583_1584, t1585_1586, t1587_1588, t1589, t1590, t1591, t1592,
-        t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608,
-        t1609, t1610, t1611_1612, t1613, t1614, t1615, t1616_1617, t1618_1619, t1620, t1621_1622, t1623_1624,
-        t1625_1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639,
-        t1640_1641, t1642_1643, t1644_1645, t1646_1647, t1648_1649, t1650_1651, t1652_1653, t1654_1655, t1656_1657,
-        t1658_1659, t1660_1661, t1662_1663, t1664_1665, t1666_1667, t1668_1669, t1670, t1671, t1672, t1673_1674,
-        t1675_1676, t1677_1678, t1679_1680, t1681_1682, t1683_1684, t1685_1686, t1687_1688, t1689, t1690, t1691, t1692,
-        t1693_1694, t1695_1696, t1697, t1698, t1699, t1700_1701, t1702_1703, t1704_1705, t1706_1707, t1708_1709,
-        t1710_1711, t1712_1713, t1714_1715, t1716_1717, t1718_1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726,
-        t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742,
-        t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758,
-        t1759, t1760, t1761, t1762, t1763, t1764, t1765, t1766, t1767, t1768, t1769_1770, t1771_1772, t1773, t1774,
-        t1775, t1776, t1777, t1778, t1779, t1780_1781, t1782_1783, t1784_1785, t1786_1787, t1788, t1789, t1790, t1791,
-        t1792_1793, t1794_1795, t1796_1797, t1798, t1799, t1800, t1801, t1802_1803, t1804_1805, t1806_1807, t1808_1809,
-        t1810_1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825,
-        t1826, t1827, t1828, t1829_1830, t1831_1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841,
-        t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857,
-        t1858, t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871,
-    );
+    t1525_1526 = t1189_1190 * t1269_1270;
+    t1527_1528 = t1518_1519 * t1068_1069;
+    t1529_1530 = R::Two::fused(t1173_1174, t1527_1528, t1525_1526);
+    t1531_1532 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1529_1530; // right_hip_yaw_link, left_hip_yaw_link
+    t1533 = R::fused(t1531_1532.second(), t1283, t1524); // left_hip_yaw_link: articulated inertia
+    t1534 = R::fused(t1066_1067.first(), t1392, t1390); // right_hip_roll_link: articulated inertia
+    t1535 = R::fused(t1512_1513.first(), R::constant(0.000005), t1534); // right_hip_yaw_link: articulated inertia
+    t1536 = sin_q_right_hip_yaw * t1535; // right_hip_yaw_link: articulated inertia
+    t1537 = cos_q_right_hip_roll * t1409; // right_hip_roll_link: articulated inertia
+    t1538 = R::fused(sin_q_right_hip_roll, t1420, t1537); // right_hip_roll_link: articulated inertia
+    t1539 = R::fused(-t1518_1519.first(), t1392, t1538); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1542 = R::fused(R::constant(0.00001), t1523_1524.first(), t1541);
-    t1543 = R::fused(-cos_q_right_hip_yaw, t1542, t1538);
-    t1544 = R::fused(t1533_1534.first(), t1427, t1543);
-    t1545 = t1535 + t1544;
-    t1546 = t1512 + t1545; // torso: articulated inertia
-    t1547 = t1510 - t1546; // torso: articulated inertia
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1548_1549 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1138_1139;
-    t1550_1551 = R::Two::fused(t1520_1521, t1176_1177, t1548_1549);
-    t1552_1553 = t1447_1448 * t1550_1551; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1554_1555 = t1186_1187 * t1192_1193;
-    t1556_1557 = R::Two::fused(-t1190_1191, t1184_1185, t1554_1555);
-    t1558_1559 = R::Two::fused(t1520_1521, t1198_1199, t1556_1557);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1560_1561 = R::Two::fused(-t1471_1472, t1558_1559, t1552_1553);
-    t1562_1563 = t1550_1551 - t1560_1561;
-    t1564_1565 = R::Two::fused(t1533_1534, t1489_1490, t1562_1563);
-    t1566 = R::constant(0.075) * t1564_1565.second(); // left_hip_yaw_link: articulated inertia
-    t1567 = R::fused(R::constant(-0.075), t1564_1565.first(), t1566); // right_hip_yaw_link: articulated inertia
-    t1568 = t1567 * t1498; // torso: acceleration
-    t1569 = R::fused(t1442, t1568, t1547); // torso: acceleration
-    t1570 = t1564_1565.second() + t1564_1565.first(); // right_hip_yaw_link: articulated inertia
-    t1571 = R::constant(2.444) + t1570; // torso: articulated inertia
-    t1572 = R::fused(t1494, t1568, t1571); // torso: acceleration
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1573_1574 = both(R::constant(0.000005)) - t1272_1273;
-    t1575_1576 = R::Two::fused(-t1520_1521, t1529_1530, t1573_1574);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1577_1578 = both(R::constant(0.00001)) + t1575_1576;
-    t1579_1580 = both(R::constant(0.000005)) - t1577_1578;
-    t1581_1582 = t1447_1448 * t1579_1580;
-    t1583_1584 = t1577_1578 + t1581_1582;
-    t1585_1586 = t1533_1534 * t1282_1283;
-    t1587_1588 = R::Two::fused(-t1533_1534, t1585_1586, t1583_1584);
-    t1589 = t1587_1588.second() + t1587_1588.first(); // right_hip_yaw_link: articulated inertia
-    t1590 = R::constant(0.785816667) + t1589; // torso: articulated inertia
-    // torso: acceleration
-    t1591 = R::fused(-t1567, t1568, t1590);
-    t1592 = R::constant(1.0) / t1591;
-    t1593 = t1572 * t1592;
-    t1594 = R::fused(-t1569, t1593, t1500);
-    t1595 = cos_q_left_hip_yaw * t941; // left_hip_yaw_link: wrench handed to its parent
-    t1596 = R::fused(-sin_q_left_hip_yaw, t1503, t1595); // left_hip_yaw_link: wrench handed to its parent
-    t1597 = sin_q_left_hip_roll * t231; // left_hip_roll_link: wrench handed to its parent
-    t1598 = R::fused(cos_q_left_hip_roll, t234, t1597); // left_hip_roll_link: wrench handed to its parent
-    t1599 = R::fused(R::constant(-0.075), t1598, t1596); // left_hip_yaw_link: wrench handed to its parent
-    t1600 = cos_q_right_hip_yaw * t1372; // right_hip_yaw_link: wrench handed to its parent
-    t1601 = R::fused(-sin_q_right_hip_yaw, t1507, t1600); // right_hip_yaw_link: wrench handed to its parent
-    t1602 = t1599 + t1601; // right_hip_yaw_link: wrench handed to its parent
-    t1603 = sin_q_right_hip_roll * t296; // right_hip_roll_link: wrench handed to its parent
-    t1604 = R::fused(cos_q_right_hip_roll, t299, t1603); // right_hip_roll_link: wrench handed to its parent
-    t1605 = R::fused(R::constant(0.075), t1604, t1602); // right_hip_yaw_link: wrench handed to its parent
-    t1606 = tau_base_angular_x + t1605; // other
-    t1607 = t529 * R::constant(0.631361667); // torso: sums of what it carries
-    t1608 = R::fused(R::constant(2.444), t516, t1607); // torso: sums of what it carries
-    t1609 = cos_q_left_hip_yaw * t1516; // left_hip_yaw_link: articulated inertia
-    t1610 = R::fused(sin_q_left_hip_yaw, t1525, t1609); // left_hip_yaw_link: articulated inertia
-    t1611_1612 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1531_1532; // right_hip_yaw_link, left_hip_yaw_link
-    t1613 = R::fused(-t1611_1612.second(), t1284, t1610); // left_hip_yaw_link: articulated inertia
-    t1614 = sin_q_left_hip_roll * t1079; // left_hip_roll_link: articulated inertia
-    t1615 = R::fused(cos_q_left_hip_roll, t1088, t1614); // left_hip_roll_link: articulated inertia
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1616_1617 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1094_1095;
-    t1618_1619 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1102_1103, t1616_1617);
-    t1620 = R::fused(-t1618_1619.second(), t1071, t1615); // left_hip_roll_link: articulated inertia
-    t1621_1622 = t1192_1193 - t1556_1557;
-    t1623_1624 = t1618_1619 * t1069_1070;
-    t1625_1626 = R::Two::fused(-t1174_1175, t1623_1624, t1621_1622);
-    t1627 = R::fused(t1625_1626.second(), t1284, t1620); // left_hip_yaw_link: articulated inertia
-    t1628 = R::fused(R::constant(-0.075), t1627, t1613); // left_hip_yaw_link: articulated inertia
-    t1629 = cos_q_right_hip_yaw * t1537; // right_hip_yaw_link: articulated inertia
-    t1630 = R::fused(sin_q_right_hip_yaw, t1542, t1629); // right_hip_yaw_link: articulated inertia
-    t1631 = R::fused(-t1611_1612.first(), t1427, t1630); // right_hip_yaw_link: articulated inertia
-    t1632 = sin_q_right_hip_roll * t1398; // right_hip_roll_link: articulated inertia
-    t1633 = R::fused(cos_q_right_hip_roll, t1401, t1632); // right_hip_roll_link: articulated inertia
-    t1634 = R::fused(-t1618_1619.first(), t1394, t1633); // right_hip_roll_link: articulated inertia
-    t1635 = R::fused(t1625_1626.first(), t1427, t1634); // right_hip_yaw_link: articulated inertia
-    t1636 = R::fused(R::constant(0.075), t1635, t1631); // right_hip_yaw_link: articulated inertia
-    t1637 = t1628 + t1636; // right_hip_yaw_link: articulated inertia
-    t1638 = t1608 - t1637; // torso: articulated inertia
-    t1639 = t1606 + t1638; // torso: articulated inertia
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1640_1641 = t1447_1448 * t1558_1559;
-    t1642_1643 = R::Two::fused(t1471_1472, t1550_1551, t1640_1641);
-    t1644_1645 = R::Two::fused(t1611_1612, t1489_1490, t1642_1643);
-    t1646_1647 = both(R::constant(0.075)) * t1644_1645;
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1648_1649 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1473_1474;
-    t1650_1651 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1477_1478, t1648_1649);
-    t1652_1653 = R::Two::fused(-t1618_1619, t1176_1177, t1650_1651);
-    t1654_1655 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1652_1653; // right_hip_yaw_link, left_hip_yaw_link
-    t1656_1657 = t1186_1187 * t1459_1460;
-    t1658_1659 = R::Two::fused(-t1190_1191, t1453_1454, t1656_1657);
-    t1660_1661 = t1457_1458 - t1658_1659;
-    t1662_1663 = R::Two::fused(t1618_1619, t1198_1199, t1660_1661);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1664_1665 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1662_1663, t1654_1655);
-    t1666_1667 = R::Two::fused(t1625_1626, t1489_1490, t1664_1665);
-    t1668_1669 = R::Two::fused(two(R::constant(-0.005625), R::constant(0.005625)), t1666_1667, t1646_1647);
-    t1670 = t1668_1669.second() - t1668_1669.first(); // right_hip_yaw_link: articulated inertia
-    t1671 = t1670 * t1498; // torso: acceleration
-    t1672 = R::fused(-t1442, t1671, t1639); // torso: acceleration
-    t1673_1674 = t1471_1472 * t1579_1580;
-    t1675_1676 = t1611_1612 * t1282_1283;
-    t1677_1678 = R::Two::fused(t1533_1534, t1675_1676, t1673_1674);
-    t1679_1680 = R::Two::fused(-t1520_1521, t1623_1624, t1194_1195); // right_hip_roll_link, left_hip_roll_link
-    t1681_1682 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1679_1680;
-    t1683_1684 = t1625_1626 * t1282_1283;
-    t1685_1686 = R::Two::fused(t1533_1534, t1683_1684, t1681_1682);
-    t1687_1688 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1685_1686, t1677_1678);
-    t1689 = t1687_1688.second() + t1687_1688.first(); // right_hip_yaw_link: articulated inertia
-    t1690 = R::fused(t1670, t1568, t1689); // torso: acceleration
-    t1691 = t1690 * t1592; // torso: acceleration
-    t1692 = R::fused(-t1569, t1691, t1672); // torso: acceleration
-    t1693_1694 = both(R::constant(0.075)) * t1666_1667;
-    t1695_1696 = R::Two::fused(t1693_1694, two(R::constant(-1.0), R::constant(1.0)), t1644_1645);
-    t1697 = t1695_1696.second() + t1695_1696.first(); // right_hip_yaw_link: articulated inertia
-    t1698 = R::fused(t1494, t1671, t1697); // torso: acceleration
-    t1699 = R::fused(t1572, t1691, t1698); // torso: acceleration
-    t1700_1701 = both(R::constant(0.000005)) - t1581_1582;
-    t1702_1703 = R::Two::fused(-t1611_1612, t1675_1676, t1700_1701);
-    t1704_1705 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1679_1680;
-    t1706_1707 = R::Two::fused(t1611_1612, t1683_1684, t1704_1705);
-    t1708_1709 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1706_1707, t1702_1703);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1710_1711 = t1451_1452 + t1461_1462;
-    t1712_1713 = R::Two::fused(t1618_1619, t1623_1624, t1710_1711);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1714_1715 = R::Two::fused(t1625_1626, t1683_1684, t1712_1713);
-    t1716_1717 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1714_1715, t1706_1707);
-    t1718_1719 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1716_1717, t1708_1709);
-    t1720 = t1718_1719.second() + t1718_1719.first(); // right_hip_yaw_link: articulated inertia
-    t1721 = R::constant(0.884111667) + t1720; // torso: articulated inertia
-    // torso: acceleration
-    t1722 = R::fused(-t1670, t1671, t1721);
-    t1723 = R::fused(-t1690, t1691, t1722);
-    t1724 = R::constant(1.0) / t1723;
-    t1725 = t1699 * t1724;
-    t1726 = R::fused(t1692, t1725, t1594);
-    t1727 = t1598 + t1604; // right_hip_yaw_link: wrench handed to its parent
-    t1728 = tau_base_linear_z - t1727; // other
-    t1729 = R::fused(v_base_angular_y, v_base_angular_y, t517); // torso: motion
-    t1730 = R::constant(2.444) * t1729; // torso: sums of what it carries
-    t1731 = R::fused(R::constant(-19.0), t528, t1730); // torso: sums of what it carries
-    t1732 = t1627 + t1635; // right_hip_yaw_link: articulated inertia
-    t1733 = t1731 + t1732; // torso: articulated inertia
-    t1734 = t1728 + t1733; // torso: articulated inertia
-    t1735 = t1693_1694.second() - t1693_1694.first(); // right_hip_yaw_link: articulated inertia
-    t1736 = t1735 * t1498;
-    t1737 = R::fused(-t1442, t1736, t1734);
-    t1738 = t1685_1686.second() + t1685_1686.first(); // right_hip_yaw_link: articulated inertia
-    t1739 = R::fused(t1735, t1568, t1738);
-    t1740 = t1739 * t1592;
-    t1741 = R::fused(-t1569, t1740, t1737);
-    t1742 = t1716_1717.second() + t1716_1717.first(); // right_hip_yaw_link: articulated inertia
-    t1743 = R::fused(t1735, t1671, t1742);
-    t1744 = R::fused(t1739, t1691, t1743);
-    t1745 = t1744 * t1724;
-    t1746 = R::fused(t1692, t1745, t1741);
-    t1747 = t1666_1667.second() + t1666_1667.first(); // right_hip_yaw_link: articulated inertia
-    t1748 = R::fused(t1494, t1736, t1747);
-    t1749 = R::fused(t1572, t1740, t1748);
-    t1750 = R::fused(t1699, t1745, t1749);
-    t1751 = t1714_1715.second() + t1714_1715.first(); // right_hip_yaw_link: articulated inertia
-    t1752 = R::constant(19.0) - t1751; // torso: articulated inertia
-    t1753 = R::fused(-t1735, t1736, t1752);
-    t1754 = R::fused(-t1739, t1740, t1753);
-    t1755 = R::fused(-t1744, t1745, t1754);
-    t1756 = R::constant(1.0) / t1755;
-    t1757 = t1750 * t1756;
-    t1758 = R::fused(t1746, t1757, t1726);
-    t1759 = sin_q_left_hip_yaw * t228; // left_hip_yaw_link: wrench handed to its parent
-    t1760 = R::fused(cos_q_left_hip_yaw, t235, t1759); // left_hip_yaw_link: wrench handed to its parent
-    t1761 = sin_q_right_hip_yaw * t293; // right_hip_yaw_link: wrench handed to its parent
-    t1762 = R::fused(cos_q_right_hip_yaw, t300, t1761); // right_hip_yaw_link: wrench handed to its parent
-    t1763 = t1760 + t1762; // right_hip_yaw_link: wrench handed to its parent
-    t1764 = tau_base_linear_y - t1763; // other
-    t1765 = R::constant(2.444) * t529; // torso: sums of what it carries
-    t1766 = R::fused(R::constant(19.0), t516, t1765); // torso: sums of what it carries
-    t1767 = sin_q_left_hip_yaw * t1072; // left_hip_yaw_link: articulated inertia
-    t1768 = R::fused(-cos_q_left_hip_yaw, t1106, t1767); // left_hip_yaw_link: articulated inertia
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1769_1770 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1178_1179;
-    t1771_1772 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1200_1201, t1769_1770);
-    t1773 = R::fused(-t1771_1772.second(), t1284, t1768); // left_hip_yaw_link: articulated inertia
-    // right_hip_yaw_link: articulated inertia
-    t1774 = sin_q_right_hip_yaw * t1395;
-    t1775 = R::fused(-cos_q_right_hip_yaw, t1403, t1774);
-    t1776 = R::fused(-t1771_1772.first(), t1427, t1775);
-    t1777 = t1773 + t1776;
-    t1778 = t1766 + t1777; // torso: articulated inertia
-    t1779 = t1764 - t1778; // torso: articulated inertia
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1780_1781 = t1447_1448 * t1483_1484;
-    t1782_1783 = R::Two::fused(-t1471_1472, t1467_1468, t1780_1781);
-    t1784_1785 = t1481_1482 - t1782_1783;
-    t1786_1787 = R::Two::fused(t1771_1772, t1489_1490, t1784_1785);
-    t1788 = R::constant(0.075) * t1786_1787.second(); // left_hip_yaw_link: articulated inertia
-    t1789 = R::fused(R::constant(-0.075), t1786_1787.first(), t1788); // right_hip_yaw_link: articulated inertia
-    t1790 = t1789 * t1498; // torso: acceleration
-    t1791 = R::fused(-t1442, t1790, t1779); // torso: acceleration
-    t1792_1793 = t1558_1559 - t1642_1643;
-    t1794_1795 = t1771_1772 * t1282_1283;
-    t1796_1797 = R::Two::fused(-t1533_1534, t1794_1795, t1792_1793);
-    t1798 = t1796_1797.second() + t1796_1797.first(); // right_hip_yaw_link: articulated inertia
-    t1799 = R::fused(-t1789, t1568, t1798); // torso: acceleration
-    t1800 = t1799 * t1592; // torso: acceleration
-    t1801 = R::fused(t1569, t1800, t1791); // torso: acceleration
-    t1802_1803 = R::Two::fused(t1611_1612, t1794_1795, t1560_1561);
-    t1804_1805 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1652_1653;
-    t1806_1807 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1662_1663, t1804_1805);
-    t1808_1809 = R::Two::fused(t1625_1626, t1794_1795, t1806_1807);
-    t1810_1811 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1808_1809, t1802_1803);
-    t1812 = t1810_1811.second() + t1810_1811.first(); // right_hip_yaw_link: articulated inertia
-    t1813 = R::constant(2.444) + t1812; // torso: articulated inertia
-    // torso: acceleration
-    t1814 = R::fused(t1789, t1671, t1813);
-    t1815 = R::fused(-t1799, t1691, t1814);
-    t1816 = t1815 * t1724;
-    t1817 = R::fused(t1692, t1816, t1801);
-    t1818 = t1808_1809.second() + t1808_1809.first(); // right_hip_yaw_link: articulated inertia
-    t1819 = R::fused(t1789, t1736, t1818);
-    t1820 = R::fused(-t1799, t1740, t1819);
-    t1821 = R::fused(t1815, t1745, t1820);
-    t1822 = t1821 * t1756;
-    t1823 = R::fused(t1746, t1822, t1817);
-    t1824 = t1786_1787.second() + t1786_1787.first(); // right_hip_yaw_link: articulated inertia
-    t1825 = R::fused(t1494, t1790, t1824);
-    t1826 = R::fused(-t1572, t1800, t1825);
-    t1827 = R::fused(t1699, t1816, t1826);
-    t1828 = R::fused(t1750, t1822, t1827);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1829_1830 = t1465_1466 + t1485_1486;
-    t1831_1832 = R::Two::fused(t1771_1772, t1794_1795, t1829_1830);
-    t1833 = t1831_1832.second() + t1831_1832.first(); // right_hip_yaw_link: articulated inertia
-    t1834 = R::constant(19.0) - t1833; // torso: articulated inertia
-    // torso: acceleration
-    t1835 = R::fused(-t1789, t1790, t1834);
-    t1836 = R::fused(-t1799, t1800, t1835);
-    t1837 = R::fused(-t1815, t1816, t1836);
-    t1838 = R::fused(-t1821, t1822, t1837);
-    t1839 = R::constant(1.0) / t1838;
-    t1840 = t1828 * t1839;
-    t1841 = R::fused(t1823, t1840, t1758);
-    t1842 = t1491_1492.second() + t1491_1492.first(); // right_hip_yaw_link: articulated inertia
-    t1843 = R::constant(19.0) - t1842; // torso: articulated inertia
-    t1844 = R::fused(-t1494, t1499, t1843);
-    t1845 = R::fused(-t1572, t1593, t1844);
-    t1846 = R::fused(-t1699, t1725, t1845);
-    t1847 = R::fused(-t1750, t1757, t1846);
-    t1848 = R::fused(-t1828, t1840, t1847);
-    t1849 = R::constant(1.0) / t1848;
-    t1850 = t1841 * t1849;
-    t1851 = R::fused(t1828, t1850, t1823);
-    t1852 = t1839 * t1851;
-    t1853 = R::fused(t1750, t1850, t1746);
-    t1854 = R::fused(t1821, t1852, t1853);
-    t1855 = t1756 * t1854;
-    t1856 = R::fused(t1699, t1850, t1692);
-    t1857 = R::fused(t1815, t1852, t1856);
-    t1858 = R::fused(t1744, t1855, t1857);
-    t1859 = t1724 * t1858;
-    t1860 = R::fused(-t1572, t1850, t1569);
-    t1861 = R::fused(t1799, t1852, t1860);
-    t1862 = R::fused(-t1739, t1855, t1861);
-    t1863 = R::fused(-t1690, t1859, t1862);
-    t1864 = t1592 * t1863;
-    t1865 = R::fused(-t1494, t1850, t1442);
-    t1866 = R::fused(-t1789, t1852, t1865);
-    t1867 = R::fused(-t1735, t1855, t1866);
-    t1868 = R::fused(-t1670, t1859, t1867);
-    t1869 = R::fused(t1567, t1864, t1868);
-    t1870 = t1498 * t1869;
-    t1871 = R::constant(0.075) * t1870; // right_hip_yaw_link: acceleration
+    t1540 = R::fused(R::constant(0.00001), t1521_1522.first(), t1539);
+    t1541 = R::fused(-cos_q_right_hip_yaw, t1540, t1536);
     let (
-        t1872_1873, t1874_1875, t1876_1877, t1878, t1879_1880, t1881_1882, t1883, t1884_1885, t1886_1887, t1888_1889,
-        t1890, t1891, t1892_1893, t1894_1895, t1896_1897, t1898_1899, t1900_1901, t1902_1903, t1904_1905, t1906,
-        t1907_1908, t1909_1910, t1911_1912, t1913_1914, t1915_1916, t1917_1918, t1919, t1920, t1921, t1922, t1923_1924,
-        t1925_1926, t1927_1928, t1929_1930, t1931_1932, t1933_1934, t1935_1936, t1937, t1938, t1939, t1940_1941, t1942,
-        t1943, t1944_1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958,
-        t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973, t1974,
-        t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990,
-        t1991, t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006,
-        t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022,
-        t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038,
-        t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052, t2053, t2054,
-        t2055, t2056,
+        t1542, t1543, t1544, t1545, t1546_1547, t1548_1549, t1550_1551, t1552_1553, t1554_1555, t1556_1557, t1558_1559,
+        t1560_1561, t1562_1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571_1572, t1573_1574, t1575_1576,
+        t1577_1578, t1579_1580, t1581_1582, t1583_1584, t1585_1586, t1587, t1588, t1589, t1590, t1591, t1592, t1593,
+        t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608,
+        t1609_1610, t1611, t1612, t1613, t1614_1615, t1616_1617, t1618, t1619_1620, t1621_1622, t1623_1624, t1625,
+        t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638_1639, t1640_1641,
+        t1642_1643, t1644_1645, t1646_1647, t1648_1649, t1650_1651, t1652_1653, t1654_1655, t1656_1657, t1658_1659,
+        t1660_1661, t1662_1663, t1664_1665, t1666_1667, t1668, t1669, t1670, t1671_1672, t1673_1674, t1675_1676,
+        t1677_1678, t1679_1680, t1681_1682, t1683_1684, t1685_1686, t1687, t1688, t1689, t1690, t1691_1692, t1693_1694,
+        t1695, t1696, t1697, t1698_1699, t1700_1701, t1702_1703, t1704_1705, t1706_1707, t1708_1709, t1710_1711,
+        t1712_1713, t1714_1715, t1716_1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728,
+        t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744,
+        t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760,
+        t1761, t1762, t1763, t1764, t1765, t1766, t1767_1768, t1769_1770, t1771, t1772, t1773, t1774, t1775, t1776,
+        t1777, t1778_1779, t1780_1781, t1782_1783, t1784_1785, t1786, t1787, t1788, t1789, t1790_1791, t1792_1793,
+        t1794_1795, t1796, t1797, t1798, t1799, t1800_1801, t1802_1803, t1804_1805, t1806_1807, t1808_1809, t1810,
+        t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826,
+        t1827_1828, t1829_1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842,
+        t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858,
+        t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870_1871, t1872_1873,
     );
+    t1542 = R::fused(t1531_1532.first(), t1425, t1541);
+    t1543 = t1533 + t1542;
+    t1544 = t1510 + t1543; // torso: articulated inertia
+    t1545 = t1508 - t1544; // torso: articulated inertia
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1546_1547 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1137_1138;
+    t1548_1549 = R::Two::fused(t1518_1519, t1175_1176, t1546_1547);
+    t1550_1551 = t1445_1446 * t1548_1549; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1552_1553 = t1185_1186 * t1191_1192;
+    t1554_1555 = R::Two::fused(-t1189_1190, t1183_1184, t1552_1553);
+    t1556_1557 = R::Two::fused(t1518_1519, t1197_1198, t1554_1555);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1558_1559 = R::Two::fused(-t1469_1470, t1556_1557, t1550_1551);
+    t1560_1561 = t1548_1549 - t1558_1559;
+    t1562_1563 = R::Two::fused(t1531_1532, t1487_1488, t1560_1561);
+    t1564 = R::constant(0.075) * t1562_1563.second(); // left_hip_yaw_link: articulated inertia
+    t1565 = R::fused(R::constant(-0.075), t1562_1563.first(), t1564); // right_hip_yaw_link: articulated inertia
+    t1566 = t1565 * t1496; // torso: acceleration
+    t1567 = R::fused(t1440, t1566, t1545); // torso: acceleration
+    t1568 = t1562_1563.second() + t1562_1563.first(); // right_hip_yaw_link: articulated inertia
+    t1569 = R::constant(2.444) + t1568; // torso: articulated inertia
+    t1570 = R::fused(t1492, t1566, t1569); // torso: acceleration
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1571_1572 = both(R::constant(0.000005)) - t1271_1272;
+    t1573_1574 = R::Two::fused(-t1518_1519, t1527_1528, t1571_1572);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1575_1576 = both(R::constant(0.00001)) + t1573_1574;
+    t1577_1578 = both(R::constant(0.000005)) - t1575_1576;
+    t1579_1580 = t1445_1446 * t1577_1578;
+    t1581_1582 = t1575_1576 + t1579_1580;
+    t1583_1584 = t1531_1532 * t1281_1282;
+    t1585_1586 = R::Two::fused(-t1531_1532, t1583_1584, t1581_1582);
+    t1587 = t1585_1586.second() + t1585_1586.first(); // right_hip_yaw_link: articulated inertia
+    t1588 = R::constant(0.785816667) + t1587; // torso: articulated inertia
+    // torso: acceleration
+    t1589 = R::fused(-t1565, t1566, t1588);
+    t1590 = R::constant(1.0) / t1589;
+    t1591 = t1570 * t1590;
+    t1592 = R::fused(-t1567, t1591, t1498);
+    t1593 = cos_q_left_hip_yaw * t941; // left_hip_yaw_link: wrench handed to its parent
+    t1594 = R::fused(-sin_q_left_hip_yaw, t1501, t1593); // left_hip_yaw_link: wrench handed to its parent
+    t1595 = sin_q_left_hip_roll * t231; // left_hip_roll_link: wrench handed to its parent
+    t1596 = R::fused(cos_q_left_hip_roll, t234, t1595); // left_hip_roll_link: wrench handed to its parent
+    t1597 = R::fused(R::constant(-0.075), t1596, t1594); // left_hip_yaw_link: wrench handed to its parent
+    t1598 = cos_q_right_hip_yaw * t1371; // right_hip_yaw_link: wrench handed to its parent
+    t1599 = R::fused(-sin_q_right_hip_yaw, t1505, t1598); // right_hip_yaw_link: wrench handed to its parent
+    t1600 = t1597 + t1599; // right_hip_yaw_link: wrench handed to its parent
+    t1601 = sin_q_right_hip_roll * t296; // right_hip_roll_link: wrench handed to its parent
+    t1602 = R::fused(cos_q_right_hip_roll, t299, t1601); // right_hip_roll_link: wrench handed to its parent
+    t1603 = R::fused(R::constant(0.075), t1602, t1600); // right_hip_yaw_link: wrench handed to its parent
+    t1604 = tau_base_angular_x + t1603; // other
+    t1605 = t529 * R::constant(0.631361667); // torso: sums of what it carries
+    t1606 = R::fused(R::constant(2.444), t516, t1605); // torso: sums of what it carries
+    t1607 = cos_q_left_hip_yaw * t1514; // left_hip_yaw_link: articulated inertia
+    t1608 = R::fused(sin_q_left_hip_yaw, t1523, t1607); // left_hip_yaw_link: articulated inertia
+    t1609_1610 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1529_1530; // right_hip_yaw_link, left_hip_yaw_link
+    t1611 = R::fused(-t1609_1610.second(), t1283, t1608); // left_hip_yaw_link: articulated inertia
+    t1612 = sin_q_left_hip_roll * t1078; // left_hip_roll_link: articulated inertia
+    t1613 = R::fused(cos_q_left_hip_roll, t1087, t1612); // left_hip_roll_link: articulated inertia
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1614_1615 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1093_1094;
+    t1616_1617 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1101_1102, t1614_1615);
+    t1618 = R::fused(-t1616_1617.second(), t1070, t1613); // left_hip_roll_link: articulated inertia
+    t1619_1620 = t1191_1192 - t1554_1555;
+    t1621_1622 = t1616_1617 * t1068_1069;
+    t1623_1624 = R::Two::fused(-t1173_1174, t1621_1622, t1619_1620);
+    t1625 = R::fused(t1623_1624.second(), t1283, t1618); // left_hip_yaw_link: articulated inertia
+    t1626 = R::fused(R::constant(-0.075), t1625, t1611); // left_hip_yaw_link: articulated inertia
+    t1627 = cos_q_right_hip_yaw * t1535; // right_hip_yaw_link: articulated inertia
+    t1628 = R::fused(sin_q_right_hip_yaw, t1540, t1627); // right_hip_yaw_link: articulated inertia
+    t1629 = R::fused(-t1609_1610.first(), t1425, t1628); // right_hip_yaw_link: articulated inertia
+    t1630 = sin_q_right_hip_roll * t1396; // right_hip_roll_link: articulated inertia
+    t1631 = R::fused(cos_q_right_hip_roll, t1399, t1630); // right_hip_roll_link: articulated inertia
+    t1632 = R::fused(-t1616_1617.first(), t1392, t1631); // right_hip_roll_link: articulated inertia
+    t1633 = R::fused(t1623_1624.first(), t1425, t1632); // right_hip_yaw_link: articulated inertia
+    t1634 = R::fused(R::constant(0.075), t1633, t1629); // right_hip_yaw_link: articulated inertia
+    t1635 = t1626 + t1634; // right_hip_yaw_link: articulated inertia
+    t1636 = t1606 - t1635; // torso: articulated inertia
+    t1637 = t1604 + t1636; // torso: articulated inertia
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1638_1639 = t1445_1446 * t1556_1557;
+    t1640_1641 = R::Two::fused(t1469_1470, t1548_1549, t1638_1639);
+    t1642_1643 = R::Two::fused(t1609_1610, t1487_1488, t1640_1641);
+    t1644_1645 = both(R::constant(0.075)) * t1642_1643;
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1646_1647 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1471_1472;
+    t1648_1649 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1475_1476, t1646_1647);
+    t1650_1651 = R::Two::fused(-t1616_1617, t1175_1176, t1648_1649);
+    t1652_1653 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1650_1651; // right_hip_yaw_link, left_hip_yaw_link
+    t1654_1655 = t1185_1186 * t1457_1458;
+    t1656_1657 = R::Two::fused(-t1189_1190, t1451_1452, t1654_1655);
+    t1658_1659 = t1455_1456 - t1656_1657;
+    t1660_1661 = R::Two::fused(t1616_1617, t1197_1198, t1658_1659);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1662_1663 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1660_1661, t1652_1653);
+    t1664_1665 = R::Two::fused(t1623_1624, t1487_1488, t1662_1663);
+    t1666_1667 = R::Two::fused(two(R::constant(-0.005625), R::constant(0.005625)), t1664_1665, t1644_1645);
+    t1668 = t1666_1667.second() - t1666_1667.first(); // right_hip_yaw_link: articulated inertia
+    t1669 = t1668 * t1496; // torso: acceleration
+    t1670 = R::fused(-t1440, t1669, t1637); // torso: acceleration
+    t1671_1672 = t1469_1470 * t1577_1578;
+    t1673_1674 = t1609_1610 * t1281_1282;
+    t1675_1676 = R::Two::fused(t1531_1532, t1673_1674, t1671_1672);
+    t1677_1678 = R::Two::fused(-t1518_1519, t1621_1622, t1193_1194); // right_hip_roll_link, left_hip_roll_link
+    t1679_1680 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1677_1678;
+    t1681_1682 = t1623_1624 * t1281_1282;
+    t1683_1684 = R::Two::fused(t1531_1532, t1681_1682, t1679_1680);
+    t1685_1686 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1683_1684, t1675_1676);
+    t1687 = t1685_1686.second() + t1685_1686.first(); // right_hip_yaw_link: articulated inertia
+    t1688 = R::fused(t1668, t1566, t1687); // torso: acceleration
+    t1689 = t1688 * t1590; // torso: acceleration
+    t1690 = R::fused(-t1567, t1689, t1670); // torso: acceleration
+    t1691_1692 = both(R::constant(0.075)) * t1664_1665;
+    t1693_1694 = R::Two::fused(t1691_1692, two(R::constant(-1.0), R::constant(1.0)), t1642_1643);
+    t1695 = t1693_1694.second() + t1693_1694.first(); // right_hip_yaw_link: articulated inertia
+    t1696 = R::fused(t1492, t1669, t1695); // torso: acceleration
+    t1697 = R::fused(t1570, t1689, t1696); // torso: acceleration
+    t1698_1699 = both(R::constant(0.000005)) - t1579_1580;
+    t1700_1701 = R::Two::fused(-t1609_1610, t1673_1674, t1698_1699);
+    t1702_1703 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1677_1678;
+    t1704_1705 = R::Two::fused(t1609_1610, t1681_1682, t1702_1703);
+    t1706_1707 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1704_1705, t1700_1701);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1708_1709 = t1449_1450 + t1459_1460;
+    t1710_1711 = R::Two::fused(t1616_1617, t1621_1622, t1708_1709);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1712_1713 = R::Two::fused(t1623_1624, t1681_1682, t1710_1711);
+    t1714_1715 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1712_1713, t1704_1705);
+    t1716_1717 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1714_1715, t1706_1707);
+    t1718 = t1716_1717.second() + t1716_1717.first(); // right_hip_yaw_link: articulated inertia
+    t1719 = R::constant(0.884111667) + t1718; // torso: articulated inertia
+    // torso: acceleration
+    t1720 = R::fused(-t1668, t1669, t1719);
+    t1721 = R::fused(-t1688, t1689, t1720);
+    t1722 = R::constant(1.0) / t1721;
+    t1723 = t1697 * t1722;
+    t1724 = R::fused(t1690, t1723, t1592);
+    t1725 = t1596 + t1602; // right_hip_yaw_link: wrench handed to its parent
+    t1726 = tau_base_linear_z - t1725; // other
+    t1727 = R::fused(v_base_angular_y, v_base_angular_y, t517); // torso: motion
+    t1728 = R::constant(2.444) * t1727; // torso: sums of what it carries
+    t1729 = R::fused(R::constant(-19.0), t528, t1728); // torso: sums of what it carries
+    t1730 = t1625 + t1633; // right_hip_yaw_link: articulated inertia
+    t1731 = t1729 + t1730; // torso: articulated inertia
+    t1732 = t1726 + t1731; // torso: articulated inertia
+    t1733 = t1691_1692.second() - t1691_1692.first(); // right_hip_yaw_link: articulated inertia
+    t1734 = t1733 * t1496;
+    t1735 = R::fused(-t1440, t1734, t1732);
+    t1736 = t1683_1684.second() + t1683_1684.first(); // right_hip_yaw_link: articulated inertia
+    t1737 = R::fused(t1733, t1566, t1736);
+    t1738 = t1737 * t1590;
+    t1739 = R::fused(-t1567, t1738, t1735);
+    t1740 = t1714_1715.second() + t1714_1715.first(); // right_hip_yaw_link: articulated inertia
+    t1741 = R::fused(t1733, t1669, t1740);
+    t1742 = R::fused(t1737, t1689, t1741);
+    t1743 = t1742 * t1722;
+    t1744 = R::fused(t1690, t1743, t1739);
+    t1745 = t1664_1665.second() + t1664_1665.first(); // right_hip_yaw_link: articulated inertia
+    t1746 = R::fused(t1492, t1734, t1745);
+    t1747 = R::fused(t1570, t1738, t1746);
+    t1748 = R::fused(t1697, t1743, t1747);
+    t1749 = t1712_1713.second() + t1712_1713.first(); // right_hip_yaw_link: articulated inertia
+    t1750 = R::constant(19.0) - t1749; // torso: articulated inertia
+    t1751 = R::fused(-t1733, t1734, t1750);
+    t1752 = R::fused(-t1737, t1738, t1751);
+    t1753 = R::fused(-t1742, t1743, t1752);
+    t1754 = R::constant(1.0) / t1753;
+    t1755 = t1748 * t1754;
+    t1756 = R::fused(t1744, t1755, t1724);
+    t1757 = sin_q_left_hip_yaw * t228; // left_hip_yaw_link: wrench handed to its parent
+    t1758 = R::fused(cos_q_left_hip_yaw, t235, t1757); // left_hip_yaw_link: wrench handed to its parent
+    t1759 = sin_q_right_hip_yaw * t293; // right_hip_yaw_link: wrench handed to its parent
+    t1760 = R::fused(cos_q_right_hip_yaw, t300, t1759); // right_hip_yaw_link: wrench handed to its parent
+    t1761 = t1758 + t1760; // right_hip_yaw_link: wrench handed to its parent
+    t1762 = tau_base_linear_y - t1761; // other
+    t1763 = R::constant(2.444) * t529; // torso: sums of what it carries
+    t1764 = R::fused(R::constant(19.0), t516, t1763); // torso: sums of what it carries
+    t1765 = sin_q_left_hip_yaw * t1071; // left_hip_yaw_link: articulated inertia
+    t1766 = R::fused(-cos_q_left_hip_yaw, t1105, t1765); // left_hip_yaw_link: articulated inertia
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1767_1768 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1177_1178;
+    t1769_1770 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1199_1200, t1767_1768);
+    t1771 = R::fused(-t1769_1770.second(), t1283, t1766); // left_hip_yaw_link: articulated inertia
+    // right_hip_yaw_link: articulated inertia
+    t1772 = sin_q_right_hip_yaw * t1393;
+    t1773 = R::fused(-cos_q_right_hip_yaw, t1401, t1772);
+    t1774 = R::fused(-t1769_1770.first(), t1425, t1773);
+    t1775 = t1771 + t1774;
+    t1776 = t1764 + t1775; // torso: articulated inertia
+    t1777 = t1762 - t1776; // torso: articulated inertia
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1778_1779 = t1445_1446 * t1481_1482;
+    t1780_1781 = R::Two::fused(-t1469_1470, t1465_1466, t1778_1779);
+    t1782_1783 = t1479_1480 - t1780_1781;
+    t1784_1785 = R::Two::fused(t1769_1770, t1487_1488, t1782_1783);
+    t1786 = R::constant(0.075) * t1784_1785.second(); // left_hip_yaw_link: articulated inertia
+    t1787 = R::fused(R::constant(-0.075), t1784_1785.first(), t1786); // right_hip_yaw_link: articulated inertia
+    t1788 = t1787 * t1496; // torso: acceleration
+    t1789 = R::fused(-t1440, t1788, t1777); // torso: acceleration
+    t1790_1791 = t1556_1557 - t1640_1641;
+    t1792_1793 = t1769_1770 * t1281_1282;
+    t1794_1795 = R::Two::fused(-t1531_1532, t1792_1793, t1790_1791);
+    t1796 = t1794_1795.second() + t1794_1795.first(); // right_hip_yaw_link: articulated inertia
+    t1797 = R::fused(-t1787, t1566, t1796); // torso: acceleration
+    t1798 = t1797 * t1590; // torso: acceleration
+    t1799 = R::fused(t1567, t1798, t1789); // torso: acceleration
+    t1800_1801 = R::Two::fused(t1609_1610, t1792_1793, t1558_1559);
+    t1802_1803 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1650_1651;
+    t1804_1805 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1660_1661, t1802_1803);
+    t1806_1807 = R::Two::fused(t1623_1624, t1792_1793, t1804_1805);
+    t1808_1809 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1806_1807, t1800_1801);
+    t1810 = t1808_1809.second() + t1808_1809.first(); // right_hip_yaw_link: articulated inertia
+    t1811 = R::constant(2.444) + t1810; // torso: articulated inertia
+    // torso: acceleration
+    t1812 = R::fused(t1787, t1669, t1811);
+    t1813 = R::fused(-t1797, t1689, t1812);
+    t1814 = t1813 * t1722;
+    t1815 = R::fused(t1690, t1814, t1799);
+    t1816 = t1806_1807.second() + t1806_1807.first(); // right_hip_yaw_link: articulated inertia
+    t1817 = R::fused(t1787, t1734, t1816);
+    t1818 = R::fused(-t1797, t1738, t1817);
+    t1819 = R::fused(t1813, t1743, t1818);
+    t1820 = t1819 * t1754;
+    t1821 = R::fused(t1744, t1820, t1815);
+    t1822 = t1784_1785.second() + t1784_1785.first(); // right_hip_yaw_link: articulated inertia
+    t1823 = R::fused(t1492, t1788, t1822);
+    t1824 = R::fused(-t1570, t1798, t1823);
+    t1825 = R::fused(t1697, t1814, t1824);
+    t1826 = R::fused(t1748, t1820, t1825);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1827_1828 = t1463_1464 + t1483_1484;
+    t1829_1830 = R::Two::fused(t1769_1770, t1792_1793, t1827_1828);
+    t1831 = t1829_1830.second() + t1829_1830.first(); // right_hip_yaw_link: articulated inertia
+    t1832 = R::constant(19.0) - t1831; // torso: articulated inertia
+    // torso: acceleration
+    t1833 = R::fused(-t1787, t1788, t1832);
+    t1834 = R::fused(-t1797, t1798, t1833);
+    t1835 = R::fused(-t1813, t1814, t1834);
+    t1836 = R::fused(-t1819, t1820, t1835);
+    t1837 = R::constant(1.0) / t1836;
+    t1838 = t1826 * t1837;
+    t1839 = R::fused(t1821, t1838, t1756);
+    t1840 = t1489_1490.second() + t1489_1490.first(); // right_hip_yaw_link: articulated inertia
+    t1841 = R::constant(19.0) - t1840; // torso: articulated inertia
+    t1842 = R::fused(-t1492, t1497, t1841);
+    t1843 = R::fused(-t1570, t1591, t1842);
+    t1844 = R::fused(-t1697, t1723, t1843);
+    t1845 = R::fused(-t1748, t1755, t1844);
+    t1846 = R::fused(-t1826, t1838, t1845);
+    t1847 = R::constant(1.0) / t1846;
+    t1848 = t1839 * t1847;
+    t1849 = R::fused(t1826, t1848, t1821);
+    t1850 = t1837 * t1849;
+    t1851 = R::fused(t1748, t1848, t1744);
+    t1852 = R::fused(t1819, t1850, t1851);
+    t1853 = t1754 * t1852;
+    t1854 = R::fused(t1697, t1848, t1690);
+    t1855 = R::fused(t1813, t1850, t1854);
+    t1856 = R::fused(t1742, t1853, t1855);
+    t1857 = t1722 * t1856;
+    t1858 = R::fused(-t1570, t1848, t1567);
+    t1859 = R::fused(t1797, t1850, t1858);
+    t1860 = R::fused(-t1737, t1853, t1859);
+    t1861 = R::fused(-t1688, t1857, t1860);
+    t1862 = t1590 * t1861;
+    t1863 = R::fused(-t1492, t1848, t1440);
+    t1864 = R::fused(-t1787, t1850, t1863);
+    t1865 = R::fused(-t1733, t1853, t1864);
+    t1866 = R::fused(-t1668, t1857, t1865);
+    t1867 = R::fused(t1565, t1862, t1866);
+    t1868 = t1496 * t1867;
+    t1869 = R::constant(0.075) * t1868; // right_hip_yaw_link: acceleration
     // right_hip_yaw_link, left_hip_yaw_link: acceleration
-    t1872_1873 = R::Two::fused(both(t1871), two(R::constant(1.0), R::constant(-1.0)), both(t1850));
-    t1874_1875 = t1202_1203 * t1872_1873;
-    t1876_1877 = R::Two::fused(t1771_1772, both(t1852), t1874_1875);
-    t1878 = R::constant(0.075) * t1859; // right_hip_yaw_link: acceleration
-    t1879_1880 = R::Two::fused(both(t1878), two(R::constant(-1.0), R::constant(1.0)), both(t1855));
-    t1881_1882 = R::Two::fused(t1625_1626, t1879_1880, t1876_1877);
-    t1883 = t1426 + t1881_1882.first(); // right_hip_yaw_link: acceleration
-    t1884_1885 = t1611_1612 * both(t1859);
-    t1886_1887 = R::Two::fused(-t1533_1534, both(t1864), t1884_1885);
-    t1888_1889 = R::Two::fused(-t1280_1281, both(t1870), t1886_1887);
-    t1890 = t1883 + t1888_1889.first(); // right_hip_yaw_link: acceleration
-    t1891 = t1282_1283.first() * t1890; // right_hip_yaw_link: acceleration
+    t1870_1871 = R::Two::fused(both(t1869), two(R::constant(1.0), R::constant(-1.0)), both(t1848));
+    t1872_1873 = t1201_1202 * t1870_1871;
+    let (
+        t1874_1875, t1876, t1877_1878, t1879_1880, t1881, t1882_1883, t1884_1885, t1886_1887, t1888, t1889, t1890_1891,
+        t1892_1893, t1894_1895, t1896_1897, t1898_1899, t1900_1901, t1902_1903, t1904, t1905_1906, t1907_1908,
+        t1909_1910, t1911_1912, t1913_1914, t1915_1916, t1917, t1918, t1919, t1920, t1921_1922, t1923_1924, t1925_1926,
+        t1927_1928, t1929_1930, t1931_1932, t1933_1934, t1935, t1936, t1937, t1938_1939, t1940, t1941, t1942_1943,
+        t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958, t1959,
+        t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973, t1974, t1975,
+        t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991,
+        t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007,
+        t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023,
+        t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038, t2039,
+        t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052, t2053, t2054,
+    );
+    t1874_1875 = R::Two::fused(t1769_1770, both(t1850), t1872_1873);
+    t1876 = R::constant(0.075) * t1857; // right_hip_yaw_link: acceleration
+    t1877_1878 = R::Two::fused(both(t1876), two(R::constant(-1.0), R::constant(1.0)), both(t1853));
+    t1879_1880 = R::Two::fused(t1623_1624, t1877_1878, t1874_1875);
+    t1881 = t1424 + t1879_1880.first(); // right_hip_yaw_link: acceleration
+    t1882_1883 = t1609_1610 * both(t1857);
+    t1884_1885 = R::Two::fused(-t1531_1532, both(t1862), t1882_1883);
+    t1886_1887 = R::Two::fused(-t1279_1280, both(t1868), t1884_1885);
+    t1888 = t1881 + t1886_1887.first(); // right_hip_yaw_link: acceleration
+    t1889 = t1281_1282.first() * t1888; // right_hip_yaw_link: acceleration
     // right_hip_roll_link, left_hip_roll_link: acceleration
-    t1892_1893 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1872_1873;
-    t1894_1895 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1852), t1892_1893);
-    t1896_1897 = t926_927 * t1894_1895;
-    t1898_1899 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1872_1873;
-    t1900_1901 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1852), t1898_1899);
-    t1902_1903 = R::Two::fused(t1104_1105, t1900_1901, t1896_1897);
-    t1904_1905 = R::Two::fused(-t1618_1619, t1879_1880, t1902_1903);
-    t1906 = t1393 + t1904_1905.first(); // right_hip_roll_link: acceleration
-    t1907_1908 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t1859);
-    t1909_1910 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1864), t1907_1908);
-    t1911_1912 = t1067_1068 * t1909_1910;
-    t1913_1914 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t1859);
-    t1915_1916 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1864), t1913_1914);
-    t1917_1918 = R::Two::fused(-t1520_1521, t1915_1916, t1911_1912);
-    t1919 = t1870 + t1891; // right_hip_yaw_link: acceleration
-    t1920 = R::fused(-t1174_1175.first(), t1919, t1917_1918.first()); // right_hip_roll_link: acceleration
-    t1921 = t1906 - t1920; // right_hip_roll_link: acceleration
-    t1922 = t1069_1070.first() * t1921; // right_hip_roll_link: acceleration
+    t1890_1891 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1870_1871;
+    t1892_1893 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1850), t1890_1891);
+    t1894_1895 = t926_927 * t1892_1893;
+    t1896_1897 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1870_1871;
+    t1898_1899 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1850), t1896_1897);
+    t1900_1901 = R::Two::fused(t1103_1104, t1898_1899, t1894_1895);
+    t1902_1903 = R::Two::fused(-t1616_1617, t1877_1878, t1900_1901);
+    t1904 = t1391 + t1902_1903.first(); // right_hip_roll_link: acceleration
+    t1905_1906 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t1857);
+    t1907_1908 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1862), t1905_1906);
+    t1909_1910 = t1066_1067 * t1907_1908;
+    t1911_1912 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t1857);
+    t1913_1914 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1862), t1911_1912);
+    t1915_1916 = R::Two::fused(-t1518_1519, t1913_1914, t1909_1910);
+    t1917 = t1868 + t1889; // right_hip_yaw_link: acceleration
+    t1918 = R::fused(-t1173_1174.first(), t1917, t1915_1916.first()); // right_hip_roll_link: acceleration
+    t1919 = t1904 - t1918; // right_hip_roll_link: acceleration
+    t1920 = t1068_1069.first() * t1919; // right_hip_roll_link: acceleration
     // right_upper_leg, left_upper_leg: acceleration
-    t1923_1924 = t790_791 * t1894_1895;
-    t1925_1926 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1900_1901;
-    t1927_1928 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1879_1880, t1925_1926);
-    t1929_1930 = R::Two::fused(t920_921, t1927_1928, t1923_1924);
-    t1931_1932 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1900_1901;
-    t1933_1934 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1879_1880, t1931_1932);
-    t1935_1936 = R::Two::fused(-t1086_1087, t1933_1934, t1929_1930);
-    t1937 = t1356 + t1935_1936.first(); // right_upper_leg: acceleration
-    t1938 = t1909_1910.first() + t1922; // right_hip_roll_link: acceleration
-    t1939 = t922_923.first() * t1938; // right_upper_leg: acceleration
-    t1940_1941 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1915_1916;
-    t1942 = R::fused(-sin_q_right_hip_roll, t1919, t1940_1941.first()); // right_upper_leg: acceleration
-    t1943 = R::fused(-t844_845.first(), t1942, t1939); // right_upper_leg: acceleration
-    t1944_1945 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1915_1916;
+    t1921_1922 = t790_791 * t1892_1893;
+    t1923_1924 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1898_1899;
+    t1925_1926 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1877_1878, t1923_1924);
+    t1927_1928 = R::Two::fused(t920_921, t1925_1926, t1921_1922);
+    t1929_1930 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1898_1899;
+    t1931_1932 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1877_1878, t1929_1930);
+    t1933_1934 = R::Two::fused(-t1085_1086, t1931_1932, t1927_1928);
+    t1935 = t1355 + t1933_1934.first(); // right_upper_leg: acceleration
+    t1936 = t1907_1908.first() + t1920; // right_hip_roll_link: acceleration
+    t1937 = t922_923.first() * t1936; // right_upper_leg: acceleration
+    t1938_1939 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1913_1914;
+    t1940 = R::fused(-sin_q_right_hip_roll, t1917, t1938_1939.first()); // right_upper_leg: acceleration
+    t1941 = R::fused(-t844_845.first(), t1940, t1937); // right_upper_leg: acceleration
+    t1942_1943 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1913_1914;
     // right_upper_leg: acceleration
-    t1946 = R::fused(cos_q_right_hip_roll, t1919, t1944_1945.first());
-    t1947 = R::fused(t1136_1137.first(), t1946, t1943);
-    t1948 = t1937 - t1947;
-    t1949 = t846_847.first() * t1948;
-    t1950 = t1942 - t1949;
+    t1944 = R::fused(cos_q_right_hip_roll, t1917, t1942_1943.first());
+    t1945 = R::fused(t1135_1136.first(), t1944, t1941);
+    t1946 = t1935 - t1945;
+    t1947 = t846_847.first() * t1946;
+    t1948 = t1940 - t1947;
     // right_lower_leg: acceleration
-    t1951 = R::fused(t545_546.first(), t1950, t1894_1895.first());
-    t1952 = t715_716.first() * t1951;
-    t1953 = t537_538.first() * t1946;
-    t1954 = R::fused(-t545_546.first(), t1938, t1953);
-    t1955 = t1927_1928.first() + t1954;
-    t1956 = R::fused(t894_895.first(), t1955, t1952);
-    t1957 = R::fused(-t537_538.first(), t1950, t1933_1934.first());
-    t1958 = R::fused(-t784_785.first(), t1957, t1956);
-    t1959 = t1343 + t1958;
-    t1960 = t896_897.first() * t1938;
-    t1961 = R::fused(-t771_772.first(), t1950, t1960);
-    t1962 = R::fused(t1124_1125.first(), t1946, t1961);
-    t1963 = t1959 - t1962;
-    t1964 = t773_774.first() * t1963;
-    t1965 = t1950 - t1964;
+    t1949 = R::fused(t545_546.first(), t1948, t1892_1893.first());
+    t1950 = t715_716.first() * t1949;
+    t1951 = t537_538.first() * t1944;
+    t1952 = R::fused(-t545_546.first(), t1936, t1951);
+    t1953 = t1925_1926.first() + t1952;
+    t1954 = R::fused(t894_895.first(), t1953, t1950);
+    t1955 = R::fused(-t537_538.first(), t1948, t1931_1932.first());
+    t1956 = R::fused(-t784_785.first(), t1955, t1954);
+    t1957 = t1342 + t1956;
+    t1958 = t896_897.first() * t1936;
+    t1959 = R::fused(-t771_772.first(), t1948, t1958);
+    t1960 = R::fused(t1123_1124.first(), t1944, t1959);
+    t1961 = t1957 - t1960;
+    t1962 = t773_774.first() * t1961;
+    t1963 = t1948 - t1962;
     // right_ankle: acceleration
-    t1966 = R::fused(t557_558.first(), t1965, t1951);
-    t1967 = t628_629.first() * t1966;
-    t1968 = t551_552.first() * t1946;
-    t1969 = R::fused(-t557_558.first(), t1938, t1968);
-    t1970 = t1955 + t1969;
-    t1971 = R::fused(t868_869.first(), t1970, t1967);
-    t1972 = R::fused(-t551_552.first(), t1965, t1957);
-    t1973 = R::fused(-t709_710.first(), t1972, t1971);
-    t1974 = t1330 + t1973;
-    t1975 = t858_859.first() * t1938;
-    t1976 = R::fused(-t684_685.first(), t1965, t1975);
-    t1977 = R::fused(t1110_1111.first(), t1946, t1976);
-    t1978 = t1974 - t1977;
-    t1979 = t686_687.first() * t1978;
+    t1964 = R::fused(t557_558.first(), t1963, t1949);
+    t1965 = t628_629.first() * t1964;
+    t1966 = t551_552.first() * t1944;
+    t1967 = R::fused(-t557_558.first(), t1936, t1966);
+    t1968 = t1953 + t1967;
+    t1969 = R::fused(t868_869.first(), t1968, t1965);
+    t1970 = R::fused(-t551_552.first(), t1963, t1955);
+    t1971 = R::fused(-t709_710.first(), t1970, t1969);
+    t1972 = t1329 + t1971;
+    t1973 = t858_859.first() * t1936;
+    t1974 = R::fused(-t684_685.first(), t1963, t1973);
+    t1975 = R::fused(t1109_1110.first(), t1944, t1974);
+    t1976 = t1972 - t1975;
+    t1977 = t686_687.first() * t1976;
     // right_foot: acceleration
-    t1980 = t432_433.first() * t1970;
-    t1981 = cos_t2 * t1972;
-    t1982 = R::fused(sin_t2, t1966, t1981);
-    t1983 = R::fused(-t418_419.first(), t1982, t1980);
-    t1984 = t1298 + t1983;
-    t1985 = sin_t2 * t1946;
-    t1986 = R::fused(-cos_t2, t1938, t1985);
-    t1987 = R::constant(0.00207575) * t1986;
-    t1988 = t1965 - t1979; // right_ankle: acceleration
-    t1989 = R::fused(-t490_491.first(), t1988, t1987);
-    t1990 = cos_t2 * t1946;
-    t1991 = R::fused(sin_t2, t1938, t1990);
-    t1992 = R::fused(-t496_497.first(), t1991, t1989);
-    t1993 = t1984 + t1992;
-    t1994 = R::constant(481.7535830422739) * t1993;
-    t1995 = t1241 + t1881_1882.second(); // left_hip_yaw_link: acceleration
-    t1996 = t1995 + t1888_1889.second(); // left_hip_yaw_link: acceleration
-    t1997 = t1282_1283.second() * t1996; // left_hip_yaw_link: acceleration
-    t1998 = t1010 + t1904_1905.second(); // left_hip_roll_link: acceleration
-    t1999 = t1870 + t1997; // left_hip_yaw_link: acceleration
-    t2000 = R::fused(-t1174_1175.second(), t1999, t1917_1918.second()); // left_hip_roll_link: acceleration
-    t2001 = t1998 - t2000; // left_hip_roll_link: acceleration
-    t2002 = t1069_1070.second() * t2001; // left_hip_roll_link: acceleration
-    t2003 = t831 + t1935_1936.second(); // left_upper_leg: acceleration
-    t2004 = t1909_1910.second() + t2002; // left_hip_roll_link: acceleration
+    t1978 = t432_433.first() * t1968;
+    t1979 = cos_t2 * t1970;
+    t1980 = R::fused(sin_t2, t1964, t1979);
+    t1981 = R::fused(-t418_419.first(), t1980, t1978);
+    t1982 = t1297 + t1981;
+    t1983 = sin_t2 * t1944;
+    t1984 = R::fused(-cos_t2, t1936, t1983);
+    t1985 = R::constant(0.00207575) * t1984;
+    t1986 = t1963 - t1977; // right_ankle: acceleration
+    t1987 = R::fused(-t490_491.first(), t1986, t1985);
+    t1988 = cos_t2 * t1944;
+    t1989 = R::fused(sin_t2, t1936, t1988);
+    t1990 = R::fused(-t496_497.first(), t1989, t1987);
+    t1991 = t1982 + t1990;
+    t1992 = R::constant(481.7535830422739) * t1991;
+    t1993 = t1240 + t1879_1880.second(); // left_hip_yaw_link: acceleration
+    t1994 = t1993 + t1886_1887.second(); // left_hip_yaw_link: acceleration
+    t1995 = t1281_1282.second() * t1994; // left_hip_yaw_link: acceleration
+    t1996 = t1009 + t1902_1903.second(); // left_hip_roll_link: acceleration
+    t1997 = t1868 + t1995; // left_hip_yaw_link: acceleration
+    t1998 = R::fused(-t1173_1174.second(), t1997, t1915_1916.second()); // left_hip_roll_link: acceleration
+    t1999 = t1996 - t1998; // left_hip_roll_link: acceleration
+    t2000 = t1068_1069.second() * t1999; // left_hip_roll_link: acceleration
+    t2001 = t831 + t1933_1934.second(); // left_upper_leg: acceleration
+    t2002 = t1907_1908.second() + t2000; // left_hip_roll_link: acceleration
     // left_upper_leg: acceleration
-    t2005 = t922_923.second() * t2004;
-    t2006 = R::fused(-sin_q_left_hip_roll, t1999, t1940_1941.second());
-    t2007 = R::fused(-t844_845.second(), t2006, t2005);
-    t2008 = R::fused(cos_q_left_hip_roll, t1999, t1944_1945.second());
-    t2009 = R::fused(t1136_1137.second(), t2008, t2007);
-    t2010 = t2003 - t2009;
-    t2011 = t846_847.second() * t2010;
-    t2012 = t2006 - t2011;
+    t2003 = t922_923.second() * t2002;
+    t2004 = R::fused(-sin_q_left_hip_roll, t1997, t1938_1939.second());
+    t2005 = R::fused(-t844_845.second(), t2004, t2003);
+    t2006 = R::fused(cos_q_left_hip_roll, t1997, t1942_1943.second());
+    t2007 = R::fused(t1135_1136.second(), t2006, t2005);
+    t2008 = t2001 - t2007;
+    t2009 = t846_847.second() * t2008;
+    t2010 = t2004 - t2009;
     // left_lower_leg: acceleration
-    t2013 = R::fused(t545_546.second(), t2012, t1894_1895.second());
-    t2014 = t715_716.second() * t2013;
-    t2015 = t537_538.second() * t2008;
-    t2016 = R::fused(-t545_546.second(), t2004, t2015);
-    t2017 = t1927_1928.second() + t2016;
-    t2018 = R::fused(t894_895.second(), t2017, t2014);
-    t2019 = R::fused(-t537_538.second(), t2012, t1933_1934.second());
-    t2020 = R::fused(-t784_785.second(), t2019, t2018);
-    t2021 = t756 + t2020;
-    t2022 = t896_897.second() * t2004;
-    t2023 = R::fused(-t771_772.second(), t2012, t2022);
-    t2024 = R::fused(t1124_1125.second(), t2008, t2023);
-    t2025 = t2021 - t2024;
-    t2026 = t773_774.second() * t2025;
-    t2027 = t2012 - t2026;
+    t2011 = R::fused(t545_546.second(), t2010, t1892_1893.second());
+    t2012 = t715_716.second() * t2011;
+    t2013 = t537_538.second() * t2006;
+    t2014 = R::fused(-t545_546.second(), t2002, t2013);
+    t2015 = t1925_1926.second() + t2014;
+    t2016 = R::fused(t894_895.second(), t2015, t2012);
+    t2017 = R::fused(-t537_538.second(), t2010, t1931_1932.second());
+    t2018 = R::fused(-t784_785.second(), t2017, t2016);
+    t2019 = t756 + t2018;
+    t2020 = t896_897.second() * t2002;
+    t2021 = R::fused(-t771_772.second(), t2010, t2020);
+    t2022 = R::fused(t1123_1124.second(), t2006, t2021);
+    t2023 = t2019 - t2022;
+    t2024 = t773_774.second() * t2023;
+    t2025 = t2010 - t2024;
     // left_ankle: acceleration
-    t2028 = R::fused(t557_558.second(), t2027, t2013);
-    t2029 = t628_629.second() * t2028;
-    t2030 = t551_552.second() * t2008;
-    t2031 = R::fused(-t557_558.second(), t2004, t2030);
-    t2032 = t2017 + t2031;
-    t2033 = R::fused(t868_869.second(), t2032, t2029);
-    t2034 = R::fused(-t551_552.second(), t2027, t2019);
-    t2035 = R::fused(-t709_710.second(), t2034, t2033);
-    t2036 = t679 + t2035;
-    t2037 = t858_859.second() * t2004;
-    t2038 = R::fused(-t684_685.second(), t2027, t2037);
-    t2039 = R::fused(t1110_1111.second(), t2008, t2038);
-    t2040 = t2036 - t2039;
-    t2041 = t686_687.second() * t2040;
+    t2026 = R::fused(t557_558.second(), t2025, t2011);
+    t2027 = t628_629.second() * t2026;
+    t2028 = t551_552.second() * t2006;
+    t2029 = R::fused(-t557_558.second(), t2002, t2028);
+    t2030 = t2015 + t2029;
+    t2031 = R::fused(t868_869.second(), t2030, t2027);
+    t2032 = R::fused(-t551_552.second(), t2025, t2017);
+    t2033 = R::fused(-t709_710.second(), t2032, t2031);
+    t2034 = t679 + t2033;
+    t2035 = t858_859.second() * t2002;
+    t2036 = R::fused(-t684_685.second(), t2025, t2035);
+    t2037 = R::fused(t1109_1110.second(), t2006, t2036);
+    t2038 = t2034 - t2037;
+    t2039 = t686_687.second() * t2038;
     // left_foot: acceleration
-    t2042 = t432_433.second() * t2032;
-    t2043 = cos_t3 * t2034;
-    t2044 = R::fused(sin_t3, t2028, t2043);
-    t2045 = R::fused(-t418_419.second(), t2044, t2042);
-    t2046 = t613 + t2045;
-    t2047 = sin_t3 * t2008;
-    t2048 = R::fused(-cos_t3, t2004, t2047);
-    t2049 = R::constant(0.00207575) * t2048;
-    t2050 = t2027 - t2041; // left_ankle: acceleration
-    t2051 = R::fused(-t490_491.second(), t2050, t2049);
-    t2052 = cos_t3 * t2008;
-    t2053 = R::fused(sin_t3, t2004, t2052);
-    t2054 = R::fused(-t496_497.second(), t2053, t2051);
-    t2055 = t2046 + t2054;
-    t2056 = R::constant(481.7535830422739) * t2055;
+    t2040 = t432_433.second() * t2030;
+    t2041 = cos_t3 * t2032;
+    t2042 = R::fused(sin_t3, t2026, t2041);
+    t2043 = R::fused(-t418_419.second(), t2042, t2040);
+    t2044 = t613 + t2043;
+    t2045 = sin_t3 * t2006;
+    t2046 = R::fused(-cos_t3, t2002, t2045);
+    t2047 = R::constant(0.00207575) * t2046;
+    t2048 = t2025 - t2039; // left_ankle: acceleration
+    t2049 = R::fused(-t490_491.second(), t2048, t2047);
+    t2050 = cos_t3 * t2006;
+    t2051 = R::fused(sin_t3, t2002, t2050);
+    t2052 = R::fused(-t496_497.second(), t2051, t2049);
+    t2053 = t2044 + t2052;
+    t2054 = R::constant(481.7535830422739) * t2053;
     *out = [[
-        t1850, t1852, t1855, t1859, t1864, t1870, t1891, t1922, t1949, t1964, t1979, t1994, t1997, t2002, t2011, t2026,
-        t2041, t2056,
+        t1848, t1850, t1853, t1857, t1862, t1868, t1889, t1920, t1947, t1962, t1977, t1992, t1995, t2000, t2009, t2024,
+        t2039, t2054,
     ]];
 }
 }

@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; N, then N m.
 /// Columns: the rows of [`inertial_parameters`](fn@super::inertial_parameters).
 /// Source: (5.26)–(5.29).
-/// 5192 operations: 378 add, 1290 mul, 1762 fused, 12 sin_cos. For two limbs at once: 1613 pairs of them.
+/// 5180 operations: 366 add, 1290 mul, 1762 fused, 12 sin_cos. For two limbs at once: 1607 pairs of them.
 ///
 /// Most entries are always zero: [`ground_wrench_regressor_nonzeros`] computes the others alone.
 #[inline]
@@ -39,7 +39,7 @@ pub fn ground_wrench_regressor_into<R: Real>(
 /// The 546 of 780 entries of [`ground_wrench_regressor`] that are not always zero.
 ///
 /// Column after column, in each by row: [`GROUND_WRENCH_REGRESSOR_SPARSITY`] says where each one stands.
-/// 5192 operations: 378 add, 1290 mul, 1762 fused, 12 sin_cos.
+/// 5180 operations: 366 add, 1290 mul, 1762 fused, 12 sin_cos.
 #[inline]
 pub fn ground_wrench_regressor_nonzeros<R: Real>(
     q: &SVector<R, NQ>,
@@ -1808,397 +1808,395 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t1835_1836 = R::Two::fused(both(t26), t1833_1834, t1829_1830); // torso: sums of what it carries
     set(333, t1835_1836.first());
     set(375, t1835_1836.second());
-    // right_lower_leg, left_lower_leg: columns that its parent has too
-    t1837_1838 = t1269_1270 + t1273_1274;
-    t1839_1840 = t1837_1838 - t1835_1836;
-    set(318, t1839_1840.first());
-    set(360, t1839_1840.second());
+    t1837_1838 = t1271_1272 - t1835_1836; // right_lower_leg, left_lower_leg: columns that its parent has too
+    set(318, t1837_1838.first());
+    set(360, t1837_1838.second());
     // torso: sums of what it carries
-    t1841_1842 = both(t35) * t1821_1822;
-    t1843_1844 = R::Two::fused(both(t38), t1827_1828, t1841_1842);
-    t1845_1846 = R::Two::fused(both(t40), t1833_1834, t1843_1844);
-    set(334, t1845_1846.first());
-    set(376, t1845_1846.second());
-    // right_lower_leg, left_lower_leg: columns that its parent has too
-    t1847_1848 = t1279_1280 + t1283_1284;
-    t1849_1850 = t1847_1848 - t1845_1846;
-    set(319, t1849_1850.first());
-    set(361, t1849_1850.second());
-    // torso: sums of what it carries
-    t1851_1852 = both(t11) * t1821_1822;
-    t1853_1854 = R::Two::fused(both(t23), t1827_1828, t1851_1852);
-    t1855_1856 = R::Two::fused(both(t32), t1833_1834, t1853_1854);
-    set(335, t1855_1856.first());
-    set(377, t1855_1856.second());
-    // right_lower_leg, left_lower_leg: columns that its parent has too
-    t1857_1858 = t1289_1290 + t1293_1294;
-    t1859_1860 = t1857_1858 - t1855_1856;
-    set(320, t1859_1860.first());
-    set(362, t1859_1860.second());
-    t1861_1862 = t1659_1660 - t1503_1504; // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t1863_1864 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1861_1862, t1513_1514);
-    t1865_1866 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1863_1864; // right_upper_leg, left_upper_leg
-    t1867_1868 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1861_1862, t1499_1500);
-    t1869_1870 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1867_1868, t1865_1866);
-    t1871_1872 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1869_1870; // right_hip_yaw_link, left_hip_yaw_link
-    t1873_1874 = t1679_1680 + t1681_1682; // right_lower_leg, left_lower_leg: motion
-    t1875_1876 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1873_1874; // right_hip_roll_link, left_hip_roll_link
+    t1839_1840 = both(t35) * t1821_1822;
+    t1841_1842 = R::Two::fused(both(t38), t1827_1828, t1839_1840);
+    t1843_1844 = R::Two::fused(both(t40), t1833_1834, t1841_1842);
+    set(334, t1843_1844.first());
+    set(376, t1843_1844.second());
+    t1845_1846 = t1281_1282 - t1843_1844; // right_lower_leg, left_lower_leg: columns that its parent has too
+    set(319, t1845_1846.first());
+    set(361, t1845_1846.second());
+    t1847_1848 = both(t11) * t1821_1822;
+    t1849_1850 = R::Two::fused(both(t23), t1827_1828, t1847_1848);
+    t1851_1852 = R::Two::fused(both(t32), t1833_1834, t1849_1850);
+    set(335, t1851_1852.first());
+    set(377, t1851_1852.second());
+    t1853_1854 = t1291_1292 - t1851_1852; // right_lower_leg, left_lower_leg: columns that its parent has too
+    set(320, t1853_1854.first());
+    set(362, t1853_1854.second());
+    t1855_1856 = t1659_1660 - t1503_1504; // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t1857_1858 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1855_1856, t1513_1514);
+    t1859_1860 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1857_1858; // right_upper_leg, left_upper_leg
+    t1861_1862 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1855_1856, t1499_1500);
+    t1863_1864 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1861_1862, t1859_1860);
+    t1865_1866 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1863_1864; // right_hip_yaw_link, left_hip_yaw_link
+    t1867_1868 = t1679_1680 + t1681_1682; // right_lower_leg, left_lower_leg: motion
+    t1869_1870 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1867_1868; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t1877_1878 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1863_1864;
-    t1879_1880 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1867_1868, t1877_1878);
-    t1881_1882 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1879_1880, t1875_1876);
-    t1883_1884 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1881_1882, t1871_1872);
-    t1885_1886 = both(t5) * t1883_1884; // torso: sums of what it carries
+    t1871_1872 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1857_1858;
+    t1873_1874 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1861_1862, t1871_1872);
+    t1875_1876 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1873_1874, t1869_1870);
+    t1877_1878 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1875_1876, t1865_1866);
+    t1879_1880 = both(t5) * t1877_1878; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1887_1888 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1869_1870;
-    t1889_1890 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1881_1882, t1887_1888);
-    t1891_1892 = R::Two::fused(both(t16), t1889_1890, t1885_1886); // torso: sums of what it carries
+    t1881_1882 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1863_1864;
+    t1883_1884 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1875_1876, t1881_1882);
+    t1885_1886 = R::Two::fused(both(t16), t1883_1884, t1879_1880); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t1893_1894 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1873_1874;
-    t1895_1896 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1879_1880, t1893_1894);
+    t1887_1888 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1867_1868;
+    t1889_1890 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1873_1874, t1887_1888);
     // torso: sums of what it carries
-    t1897_1898 = R::Two::fused(-both(t26), t1895_1896, t1891_1892);
-    set(321, t1897_1898.first());
-    set(363, t1897_1898.second());
-    t1899_1900 = both(t35) * t1883_1884;
-    t1901_1902 = R::Two::fused(both(t38), t1889_1890, t1899_1900);
-    t1903_1904 = R::Two::fused(-both(t40), t1895_1896, t1901_1902);
-    set(322, t1903_1904.first());
-    set(364, t1903_1904.second());
-    t1905_1906 = both(t11) * t1883_1884;
-    t1907_1908 = R::Two::fused(both(t23), t1889_1890, t1905_1906);
-    t1909_1910 = R::Two::fused(-both(t32), t1895_1896, t1907_1908);
-    set(323, t1909_1910.first());
-    set(365, t1909_1910.second());
+    t1891_1892 = R::Two::fused(-both(t26), t1889_1890, t1885_1886);
+    set(321, t1891_1892.first());
+    set(363, t1891_1892.second());
+    t1893_1894 = both(t35) * t1877_1878;
+    t1895_1896 = R::Two::fused(both(t38), t1883_1884, t1893_1894);
+    t1897_1898 = R::Two::fused(-both(t40), t1889_1890, t1895_1896);
+    set(322, t1897_1898.first());
+    set(364, t1897_1898.second());
+    t1899_1900 = both(t11) * t1877_1878;
+    t1901_1902 = R::Two::fused(both(t23), t1883_1884, t1899_1900);
+    t1903_1904 = R::Two::fused(-both(t32), t1889_1890, t1901_1902);
+    set(323, t1903_1904.first());
+    set(365, t1903_1904.second());
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t1911_1912 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t1683_1684;
-    t1913_1914 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1529_1530, t1911_1912);
-    t1915_1916 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1913_1914; // right_upper_leg, left_upper_leg
-    t1917_1918 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t1683_1684;
-    t1919_1920 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1529_1530, t1917_1918);
-    t1921_1922 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1919_1920, t1915_1916);
-    t1923_1924 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1921_1922; // right_hip_yaw_link, left_hip_yaw_link
-    t1925_1926 = t1659_1660 - t1505_1506; // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t1927_1928 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1925_1926; // right_hip_roll_link, left_hip_roll_link
+    t1905_1906 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t1683_1684;
+    t1907_1908 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1529_1530, t1905_1906);
+    t1909_1910 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1907_1908; // right_upper_leg, left_upper_leg
+    t1911_1912 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t1683_1684;
+    t1913_1914 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1529_1530, t1911_1912);
+    t1915_1916 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1913_1914, t1909_1910);
+    t1917_1918 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1915_1916; // right_hip_yaw_link, left_hip_yaw_link
+    t1919_1920 = t1659_1660 - t1505_1506; // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t1921_1922 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1919_1920; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t1929_1930 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1913_1914;
-    t1931_1932 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1919_1920, t1929_1930);
-    t1933_1934 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1931_1932, t1927_1928);
-    t1935_1936 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1933_1934, t1923_1924);
-    t1937_1938 = both(t5) * t1935_1936; // torso: sums of what it carries
+    t1923_1924 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1907_1908;
+    t1925_1926 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1913_1914, t1923_1924);
+    t1927_1928 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1925_1926, t1921_1922);
+    t1929_1930 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1927_1928, t1917_1918);
+    t1931_1932 = both(t5) * t1929_1930; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1939_1940 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1921_1922;
-    t1941_1942 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1933_1934, t1939_1940);
-    t1943_1944 = R::Two::fused(both(t16), t1941_1942, t1937_1938); // torso: sums of what it carries
+    t1933_1934 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1915_1916;
+    t1935_1936 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1927_1928, t1933_1934);
+    t1937_1938 = R::Two::fused(both(t16), t1935_1936, t1931_1932); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t1945_1946 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1925_1926;
-    t1947_1948 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1931_1932, t1945_1946);
+    t1939_1940 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1919_1920;
+    t1941_1942 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1925_1926, t1939_1940);
     // torso: sums of what it carries
-    t1949_1950 = R::Two::fused(-both(t26), t1947_1948, -t1943_1944);
-    set(324, t1949_1950.first());
-    set(366, t1949_1950.second());
-    t1951_1952 = both(t35) * t1935_1936;
-    t1953_1954 = R::Two::fused(both(t38), t1941_1942, t1951_1952);
-    t1955_1956 = R::Two::fused(-both(t40), t1947_1948, -t1953_1954);
-    set(325, t1955_1956.first());
-    set(367, t1955_1956.second());
-    t1957_1958 = both(t11) * t1935_1936;
-    t1959_1960 = R::Two::fused(both(t23), t1941_1942, t1957_1958);
-    t1961_1962 = R::Two::fused(-both(t32), t1947_1948, -t1959_1960);
-    set(326, t1961_1962.first());
-    set(368, t1961_1962.second());
-    t1963_1964 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1527_1528, -t1799_1800);
-    t1965_1966 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1963_1964; // right_upper_leg, left_upper_leg
-    t1967_1968 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1527_1528, t1805_1806);
-    t1969_1970 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1967_1968, t1965_1966);
-    t1971_1972 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1969_1970; // right_hip_yaw_link, left_hip_yaw_link
-    t1973_1974 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1485_1486; // right_hip_roll_link, left_hip_roll_link
+    t1943_1944 = R::Two::fused(-both(t26), t1941_1942, -t1937_1938);
+    set(324, t1943_1944.first());
+    set(366, t1943_1944.second());
+    t1945_1946 = both(t35) * t1929_1930;
+    t1947_1948 = R::Two::fused(both(t38), t1935_1936, t1945_1946);
+    t1949_1950 = R::Two::fused(-both(t40), t1941_1942, -t1947_1948);
+    set(325, t1949_1950.first());
+    set(367, t1949_1950.second());
+    t1951_1952 = both(t11) * t1929_1930;
+    t1953_1954 = R::Two::fused(both(t23), t1935_1936, t1951_1952);
+    t1955_1956 = R::Two::fused(-both(t32), t1941_1942, -t1953_1954);
+    set(326, t1955_1956.first());
+    set(368, t1955_1956.second());
+    t1957_1958 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t1527_1528, -t1799_1800);
+    t1959_1960 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t1957_1958; // right_upper_leg, left_upper_leg
+    t1961_1962 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t1527_1528, t1805_1806);
+    t1963_1964 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t1961_1962, t1959_1960);
+    t1965_1966 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1963_1964; // right_hip_yaw_link, left_hip_yaw_link
+    t1967_1968 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1485_1486; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t1975_1976 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1963_1964;
-    t1977_1978 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1967_1968, t1975_1976);
-    t1979_1980 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1977_1978, t1973_1974);
-    t1981_1982 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1979_1980, t1971_1972);
-    t1983_1984 = both(t5) * t1981_1982; // torso: sums of what it carries
+    t1969_1970 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t1957_1958;
+    t1971_1972 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t1961_1962, t1969_1970);
+    t1973_1974 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1971_1972, t1967_1968);
+    t1975_1976 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1973_1974, t1965_1966);
+    t1977_1978 = both(t5) * t1975_1976; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1985_1986 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1969_1970;
-    t1987_1988 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1979_1980, t1985_1986);
-    t1989_1990 = R::Two::fused(both(t16), t1987_1988, t1983_1984); // torso: sums of what it carries
+    t1979_1980 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1963_1964;
+    t1981_1982 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1973_1974, t1979_1980);
+    t1983_1984 = R::Two::fused(both(t16), t1981_1982, t1977_1978); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t1991_1992 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1485_1486;
-    t1993_1994 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1977_1978, t1991_1992);
+    t1985_1986 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1485_1486;
+    t1987_1988 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1971_1972, t1985_1986);
     // torso: sums of what it carries
-    t1995_1996 = R::Two::fused(-both(t26), t1993_1994, t1989_1990);
-    set(327, t1995_1996.first());
-    set(369, t1995_1996.second());
-    t1997_1998 = both(t35) * t1981_1982;
-    t1999_2000 = R::Two::fused(both(t38), t1987_1988, t1997_1998);
-    t2001_2002 = R::Two::fused(-both(t40), t1993_1994, t1999_2000);
-    set(328, t2001_2002.first());
-    set(370, t2001_2002.second());
-    t2003_2004 = both(t11) * t1981_1982;
-    t2005_2006 = R::Two::fused(both(t23), t1987_1988, t2003_2004);
-    t2007_2008 = R::Two::fused(-both(t32), t1993_1994, t2005_2006);
-    set(329, t2007_2008.first());
-    set(371, t2007_2008.second());
-    t2009_2010 = t1503_1504 - t1505_1506; // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t2011_2012 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2009_2010, t1667_1668);
-    t2013_2014 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2011_2012; // right_upper_leg, left_upper_leg
-    t2015_2016 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2009_2010, t1657_1658);
-    t2017_2018 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2015_2016, t2013_2014);
-    t2019_2020 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2017_2018; // right_hip_yaw_link, left_hip_yaw_link
-    t2021_2022 = t1525_1526 - t1527_1528; // right_lower_leg, left_lower_leg: motion
-    t2023_2024 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2021_2022; // right_hip_roll_link, left_hip_roll_link
+    t1989_1990 = R::Two::fused(-both(t26), t1987_1988, t1983_1984);
+    set(327, t1989_1990.first());
+    set(369, t1989_1990.second());
+    t1991_1992 = both(t35) * t1975_1976;
+    t1993_1994 = R::Two::fused(both(t38), t1981_1982, t1991_1992);
+    t1995_1996 = R::Two::fused(-both(t40), t1987_1988, t1993_1994);
+    set(328, t1995_1996.first());
+    set(370, t1995_1996.second());
+    t1997_1998 = both(t11) * t1975_1976;
+    t1999_2000 = R::Two::fused(both(t23), t1981_1982, t1997_1998);
+    t2001_2002 = R::Two::fused(-both(t32), t1987_1988, t1999_2000);
+    set(329, t2001_2002.first());
+    set(371, t2001_2002.second());
+    t2003_2004 = t1503_1504 - t1505_1506; // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t2005_2006 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2003_2004, t1667_1668);
+    t2007_2008 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2005_2006; // right_upper_leg, left_upper_leg
+    t2009_2010 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2003_2004, t1657_1658);
+    t2011_2012 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2009_2010, t2007_2008);
+    t2013_2014 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2011_2012; // right_hip_yaw_link, left_hip_yaw_link
+    t2015_2016 = t1525_1526 - t1527_1528; // right_lower_leg, left_lower_leg: motion
+    t2017_2018 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2015_2016; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2025_2026 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2011_2012;
-    t2027_2028 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2015_2016, t2025_2026);
-    t2029_2030 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2027_2028, t2023_2024);
-    t2031_2032 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2029_2030, t2019_2020);
-    t2033_2034 = both(t5) * t2031_2032; // torso: sums of what it carries
+    t2019_2020 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2005_2006;
+    t2021_2022 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2009_2010, t2019_2020);
+    t2023_2024 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2021_2022, t2017_2018);
+    t2025_2026 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2023_2024, t2013_2014);
+    t2027_2028 = both(t5) * t2025_2026; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2035_2036 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2017_2018;
-    t2037_2038 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2029_2030, t2035_2036);
-    t2039_2040 = R::Two::fused(both(t16), t2037_2038, t2033_2034); // torso: sums of what it carries
+    t2029_2030 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2011_2012;
+    t2031_2032 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2023_2024, t2029_2030);
+    t2033_2034 = R::Two::fused(both(t16), t2031_2032, t2027_2028); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2041_2042 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2021_2022;
-    t2043_2044 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2027_2028, t2041_2042);
+    t2035_2036 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2015_2016;
+    t2037_2038 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2021_2022, t2035_2036);
     // torso: sums of what it carries
-    t2045_2046 = R::Two::fused(both(t26), t2043_2044, -t2039_2040);
-    set(330, t2045_2046.first());
-    set(372, t2045_2046.second());
-    t2047_2048 = both(t35) * t2031_2032;
-    t2049_2050 = R::Two::fused(both(t38), t2037_2038, t2047_2048);
-    t2051_2052 = R::Two::fused(both(t40), t2043_2044, -t2049_2050);
-    set(331, t2051_2052.first());
-    set(373, t2051_2052.second());
-    t2053_2054 = both(t11) * t2031_2032;
-    t2055_2056 = R::Two::fused(both(t23), t2037_2038, t2053_2054);
-    t2057_2058 = R::Two::fused(both(t32), t2043_2044, -t2055_2056);
-    set(332, t2057_2058.first());
-    set(374, t2057_2058.second());
+    t2039_2040 = R::Two::fused(both(t26), t2037_2038, -t2033_2034);
+    set(330, t2039_2040.first());
+    set(372, t2039_2040.second());
+    t2041_2042 = both(t35) * t2025_2026;
+    t2043_2044 = R::Two::fused(both(t38), t2031_2032, t2041_2042);
+    t2045_2046 = R::Two::fused(both(t40), t2037_2038, -t2043_2044);
+    set(331, t2045_2046.first());
+    set(373, t2045_2046.second());
+    t2047_2048 = both(t11) * t2025_2026;
+    t2049_2050 = R::Two::fused(both(t23), t2031_2032, t2047_2048);
+    t2051_2052 = R::Two::fused(both(t32), t2037_2038, -t2049_2050);
+    set(332, t2051_2052.first());
+    set(374, t2051_2052.second());
     // right_ankle, left_ankle: columns that its parent has too
-    t2059_2060 = R::Two::fused(both(R::constant(-0.273)), t1707_1708, t1461_1462);
-    set(378, t2059_2060.first());
-    set(462, t2059_2060.first());
-    set(420, t2059_2060.second());
-    set(504, t2059_2060.second());
-    t2061_2062 = R::Two::fused(both(R::constant(-0.273)), t1713_1714, t1463_1464);
-    set(379, t2061_2062.first());
-    set(463, t2061_2062.first());
-    set(421, t2061_2062.second());
-    set(505, t2061_2062.second());
-    t2063_2064 = R::Two::fused(both(R::constant(-0.273)), t1719_1720, t1465_1466);
-    set(380, t2063_2064.first());
-    set(464, t2063_2064.first());
-    set(422, t2063_2064.second());
-    set(506, t2063_2064.second());
-    t2065_2066 = R::Two::fused(both(R::constant(0.273)), t1767_1768, t1471_1472);
-    t2067_2068 = R::Two::fused(t1839_1840, both(R::constant(0.074529)), t2065_2066);
+    t2053_2054 = R::Two::fused(both(R::constant(-0.273)), t1707_1708, t1461_1462);
+    set(378, t2053_2054.first());
+    set(462, t2053_2054.first());
+    set(420, t2053_2054.second());
+    set(504, t2053_2054.second());
+    t2055_2056 = R::Two::fused(both(R::constant(-0.273)), t1713_1714, t1463_1464);
+    set(379, t2055_2056.first());
+    set(463, t2055_2056.first());
+    set(421, t2055_2056.second());
+    set(505, t2055_2056.second());
+    t2057_2058 = R::Two::fused(both(R::constant(-0.273)), t1719_1720, t1465_1466);
+    set(380, t2057_2058.first());
+    set(464, t2057_2058.first());
+    set(422, t2057_2058.second());
+    set(506, t2057_2058.second());
+    t2059_2060 = R::Two::fused(both(R::constant(0.273)), t1767_1768, t1471_1472);
+    t2061_2062 = R::Two::fused(t1837_1838, both(R::constant(0.074529)), t2059_2060);
+    t2063_2064 = R::Two::fused(t1989_1990, both(R::constant(0.074529)), t2061_2062);
+    set(381, t2063_2064.first());
+    set(465, t2063_2064.first());
+    set(423, t2063_2064.second());
+    set(507, t2063_2064.second());
+    t2065_2066 = R::Two::fused(both(R::constant(0.273)), t1781_1782, t1477_1478);
+    t2067_2068 = R::Two::fused(t1845_1846, both(R::constant(0.074529)), t2065_2066);
     t2069_2070 = R::Two::fused(t1995_1996, both(R::constant(0.074529)), t2067_2068);
-    set(381, t2069_2070.first());
-    set(465, t2069_2070.first());
-    set(423, t2069_2070.second());
-    set(507, t2069_2070.second());
-    t2071_2072 = R::Two::fused(both(R::constant(0.273)), t1781_1782, t1477_1478);
-    t2073_2074 = R::Two::fused(t1849_1850, both(R::constant(0.074529)), t2071_2072);
+    set(382, t2069_2070.first());
+    set(466, t2069_2070.first());
+    set(424, t2069_2070.second());
+    set(508, t2069_2070.second());
+    t2071_2072 = R::Two::fused(both(R::constant(0.273)), t1795_1796, t1483_1484);
+    t2073_2074 = R::Two::fused(t1853_1854, both(R::constant(0.074529)), t2071_2072);
     t2075_2076 = R::Two::fused(t2001_2002, both(R::constant(0.074529)), t2073_2074);
-    set(382, t2075_2076.first());
-    set(466, t2075_2076.first());
-    set(424, t2075_2076.second());
-    set(508, t2075_2076.second());
-    t2077_2078 = R::Two::fused(both(R::constant(0.273)), t1795_1796, t1483_1484);
-    t2079_2080 = R::Two::fused(t1859_1860, both(R::constant(0.074529)), t2077_2078);
-    t2081_2082 = R::Two::fused(t2007_2008, both(R::constant(0.074529)), t2079_2080);
-    set(383, t2081_2082.first());
-    set(467, t2081_2082.first());
-    set(425, t2081_2082.second());
-    set(509, t2081_2082.second());
+    set(383, t2075_2076.first());
+    set(467, t2075_2076.first());
+    set(425, t2075_2076.second());
+    set(509, t2075_2076.second());
     // right_ankle, left_ankle: motion
-    t2083_2084 = t1485_1486 - two(a_right_ankle_pitch, a_left_ankle_pitch);
-    t2085_2086 = t1489_1490 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t2087_2088 = R::Two::fused(-t1493_1494, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2085_2086);
-    t2089_2090 = t1489_1490 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t2091_2092 = R::Two::fused(t1493_1494, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2089_2090);
-    t2093_2094 = t2087_2088 * t2091_2092;
-    t2095_2096 = t2083_2084 - t2093_2094;
-    t2097_2098 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2095_2096; // right_ankle, left_ankle
-    t2099_2100 = t1501_1502 - two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t2101_2102 = t2099_2100 * t2099_2100;
-    t2103_2104 = t2087_2088 * t2087_2088;
-    t2105_2106 = t2101_2102 + t2103_2104;
-    t2107_2108 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2105_2106, t2097_2098);
-    t2109_2110 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2107_2108; // right_lower_leg, left_lower_leg
+    t2077_2078 = t1485_1486 - two(a_right_ankle_pitch, a_left_ankle_pitch);
+    t2079_2080 = t1489_1490 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t2081_2082 = R::Two::fused(-t1493_1494, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2079_2080);
+    t2083_2084 = t1489_1490 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t2085_2086 = R::Two::fused(t1493_1494, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2083_2084);
+    t2087_2088 = t2081_2082 * t2085_2086;
+    t2089_2090 = t2077_2078 - t2087_2088;
+    t2091_2092 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2089_2090; // right_ankle, left_ankle
+    t2093_2094 = t1501_1502 - two(v_right_ankle_pitch, v_left_ankle_pitch);
+    t2095_2096 = t2093_2094 * t2093_2094;
+    t2097_2098 = t2081_2082 * t2081_2082;
+    t2099_2100 = t2095_2096 + t2097_2098;
+    t2101_2102 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2099_2100, t2091_2092);
+    t2103_2104 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2101_2102; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
-    t2111_2112 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2095_2096;
-    t2113_2114 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2105_2106, t2111_2112);
-    t2115_2116 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2113_2114, t2109_2110);
-    t2117_2118 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2115_2116; // right_upper_leg, left_upper_leg
+    t2105_2106 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2089_2090;
+    t2107_2108 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2099_2100, t2105_2106);
+    t2109_2110 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2107_2108, t2103_2104);
+    t2111_2112 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2109_2110; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2119_2120 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2107_2108;
-    t2121_2122 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2113_2114, t2119_2120);
-    t2123_2124 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2121_2122, t2117_2118);
-    t2125_2126 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2123_2124; // right_hip_yaw_link, left_hip_yaw_link
+    t2113_2114 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2101_2102;
+    t2115_2116 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2107_2108, t2113_2114);
+    t2117_2118 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2115_2116, t2111_2112);
+    t2119_2120 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2117_2118; // right_hip_yaw_link, left_hip_yaw_link
     // right_ankle, left_ankle: motion
-    t2127_2128 = t1525_1526 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t2129_2130 = R::Two::fused(-t1679_1680, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2127_2128);
-    t2131_2132 = R::Two::fused(-t2091_2092, two(v_right_ankle_pitch, v_left_ankle_pitch), t2129_2130);
-    t2133_2134 = t2091_2092 * t2099_2100;
-    t2135_2136 = t2131_2132 + t2133_2134;
-    t2137_2138 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2135_2136; // right_hip_roll_link, left_hip_roll_link
+    t2121_2122 = t1525_1526 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t2123_2124 = R::Two::fused(-t1679_1680, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2121_2122);
+    t2125_2126 = R::Two::fused(-t2085_2086, two(v_right_ankle_pitch, v_left_ankle_pitch), t2123_2124);
+    t2127_2128 = t2085_2086 * t2093_2094;
+    t2129_2130 = t2125_2126 + t2127_2128;
+    t2131_2132 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2129_2130; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2139_2140 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2115_2116;
-    t2141_2142 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2121_2122, t2139_2140);
-    t2143_2144 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2141_2142, t2137_2138);
-    t2145_2146 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2143_2144, t2125_2126);
-    t2147_2148 = both(t5) * t2145_2146; // torso: sums of what it carries
+    t2133_2134 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2109_2110;
+    t2135_2136 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2115_2116, t2133_2134);
+    t2137_2138 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2135_2136, t2131_2132);
+    t2139_2140 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2137_2138, t2119_2120);
+    t2141_2142 = both(t5) * t2139_2140; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2149_2150 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2123_2124;
-    t2151_2152 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2143_2144, t2149_2150);
-    t2153_2154 = R::Two::fused(both(t16), t2151_2152, t2147_2148); // torso: sums of what it carries
+    t2143_2144 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2117_2118;
+    t2145_2146 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2137_2138, t2143_2144);
+    t2147_2148 = R::Two::fused(both(t16), t2145_2146, t2141_2142); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2155_2156 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2135_2136;
-    t2157_2158 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2141_2142, t2155_2156);
+    t2149_2150 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2129_2130;
+    t2151_2152 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2135_2136, t2149_2150);
     // torso: sums of what it carries
-    t2159_2160 = R::Two::fused(both(t26), t2157_2158, t2153_2154);
-    set(384, t2159_2160.first());
-    set(468, t2159_2160.first());
-    set(426, t2159_2160.second());
-    set(510, t2159_2160.second());
-    t2161_2162 = both(t35) * t2145_2146;
-    t2163_2164 = R::Two::fused(both(t38), t2151_2152, t2161_2162);
-    t2165_2166 = R::Two::fused(both(t40), t2157_2158, t2163_2164);
-    set(385, t2165_2166.first());
-    set(469, t2165_2166.first());
-    set(427, t2165_2166.second());
-    set(511, t2165_2166.second());
-    t2167_2168 = both(t11) * t2145_2146;
-    t2169_2170 = R::Two::fused(both(t23), t2151_2152, t2167_2168);
-    t2171_2172 = R::Two::fused(both(t32), t2157_2158, t2169_2170);
-    set(386, t2171_2172.first());
-    set(470, t2171_2172.first());
-    set(428, t2171_2172.second());
-    set(512, t2171_2172.second());
-    t2173_2174 = R::Two::fused(t1683_1684, both(R::constant(0.273)), t1567_1568); // right_ankle, left_ankle: motion
-    t2175_2176 = t2173_2174 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch); // right_ankle, left_ankle
-    t2177_2178 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2175_2176; // right_lower_leg, left_lower_leg
+    t2153_2154 = R::Two::fused(both(t26), t2151_2152, t2147_2148);
+    set(384, t2153_2154.first());
+    set(468, t2153_2154.first());
+    set(426, t2153_2154.second());
+    set(510, t2153_2154.second());
+    t2155_2156 = both(t35) * t2139_2140;
+    t2157_2158 = R::Two::fused(both(t38), t2145_2146, t2155_2156);
+    t2159_2160 = R::Two::fused(both(t40), t2151_2152, t2157_2158);
+    set(385, t2159_2160.first());
+    set(469, t2159_2160.first());
+    set(427, t2159_2160.second());
+    set(511, t2159_2160.second());
+    t2161_2162 = both(t11) * t2139_2140;
+    t2163_2164 = R::Two::fused(both(t23), t2145_2146, t2161_2162);
+    t2165_2166 = R::Two::fused(both(t32), t2151_2152, t2163_2164);
+    set(386, t2165_2166.first());
+    set(470, t2165_2166.first());
+    set(428, t2165_2166.second());
+    set(512, t2165_2166.second());
+    t2167_2168 = R::Two::fused(t1683_1684, both(R::constant(0.273)), t1567_1568); // right_ankle, left_ankle: motion
+    t2169_2170 = t2167_2168 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch); // right_ankle, left_ankle
+    t2171_2172 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2169_2170; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
-    t2179_2180 = t2173_2174 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t2181_2182 = R::Two::fused(both(R::constant(-0.273)), t2135_2136, t2179_2180);
-    t2183_2184 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2181_2182, t2177_2178);
-    t2185_2186 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2183_2184; // right_upper_leg, left_upper_leg
+    t2173_2174 = t2167_2168 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t2175_2176 = R::Two::fused(both(R::constant(-0.273)), t2129_2130, t2173_2174);
+    t2177_2178 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2175_2176, t2171_2172);
+    t2179_2180 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2177_2178; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2187_2188 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2175_2176;
-    t2189_2190 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2181_2182, t2187_2188);
-    t2191_2192 = R::Two::fused(both(R::constant(-0.315)), t2135_2136, t2189_2190);
-    t2193_2194 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2191_2192, t2185_2186);
-    t2195_2196 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2193_2194; // right_hip_yaw_link, left_hip_yaw_link
+    t2181_2182 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2169_2170;
+    t2183_2184 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2175_2176, t2181_2182);
+    t2185_2186 = R::Two::fused(both(R::constant(-0.315)), t2129_2130, t2183_2184);
+    t2187_2188 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2185_2186, t2179_2180);
+    t2189_2190 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2187_2188; // right_hip_yaw_link, left_hip_yaw_link
     // right_ankle, left_ankle: motion
-    t2197_2198 = R::Two::fused(t1661_1662, both(R::constant(0.273)), t1587_1588);
-    t2199_2200 = t2197_2198 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t2201_2202 = R::Two::fused(t1655_1656, both(R::constant(-0.273)), t1731_1732);
-    t2203_2204 = R::Two::fused(-t2201_2202, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2199_2200);
-    t2205_2206 = R::Two::fused(both(R::constant(0.273)), t2113_2114, t2203_2204); // right_ankle, left_ankle
-    t2207_2208 = R::Two::fused(both(R::constant(0.315)), t2121_2122, t2205_2206); // right_lower_leg, left_lower_leg
-    t2209_2210 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2207_2208; // right_hip_roll_link, left_hip_roll_link
+    t2191_2192 = R::Two::fused(t1661_1662, both(R::constant(0.273)), t1587_1588);
+    t2193_2194 = t2191_2192 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t2195_2196 = R::Two::fused(t1655_1656, both(R::constant(-0.273)), t1731_1732);
+    t2197_2198 = R::Two::fused(-t2195_2196, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2193_2194);
+    t2199_2200 = R::Two::fused(both(R::constant(0.273)), t2107_2108, t2197_2198); // right_ankle, left_ankle
+    t2201_2202 = R::Two::fused(both(R::constant(0.315)), t2115_2116, t2199_2200); // right_lower_leg, left_lower_leg
+    t2203_2204 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2201_2202; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2211_2212 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2183_2184;
-    t2213_2214 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2191_2192, t2211_2212);
-    t2215_2216 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2213_2214, t2209_2210);
+    t2205_2206 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2177_2178;
+    t2207_2208 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2185_2186, t2205_2206);
+    t2209_2210 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2207_2208, t2203_2204);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2217_2218 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2215_2216, t2195_2196);
-    t2219_2220 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2157_2158, t2217_2218);
-    t2221_2222 = both(t5) * t2219_2220; // torso: sums of what it carries
-    t2223_2224 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2193_2194;
-    t2225_2226 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2215_2216, t2223_2224);
-    t2227_2228 = R::Two::fused(both(t16), t2225_2226, t2221_2222); // torso: sums of what it carries
+    t2211_2212 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2209_2210, t2189_2190);
+    t2213_2214 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2151_2152, t2211_2212);
+    t2215_2216 = both(t5) * t2213_2214; // torso: sums of what it carries
+    t2217_2218 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2187_2188;
+    t2219_2220 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2209_2210, t2217_2218);
+    t2221_2222 = R::Two::fused(both(t16), t2219_2220, t2215_2216); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2229_2230 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2207_2208;
-    t2231_2232 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2213_2214, t2229_2230);
-    t2233_2234 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t2145_2146, t2231_2232);
+    t2223_2224 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2201_2202;
+    t2225_2226 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2207_2208, t2223_2224);
+    t2227_2228 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t2139_2140, t2225_2226);
     // torso: sums of what it carries
-    t2235_2236 = R::Two::fused(both(t26), t2233_2234, t2227_2228);
-    t2237_2238 = both(q_base_y) * t2171_2172;
-    t2239_2240 = R::Two::fused(-both(q_base_z), t2165_2166, t2237_2238);
-    t2241_2242 = t2239_2240 - t2235_2236;
-    set(387, t2241_2242.first());
-    set(471, t2241_2242.first());
-    set(429, t2241_2242.second());
-    set(513, t2241_2242.second());
-    t2243_2244 = both(t35) * t2219_2220;
-    t2245_2246 = R::Two::fused(both(t38), t2225_2226, t2243_2244);
-    t2247_2248 = R::Two::fused(both(t40), t2233_2234, t2245_2246);
-    t2249_2250 = both(q_base_z) * t2159_2160;
-    t2251_2252 = R::Two::fused(-both(q_base_x), t2171_2172, t2249_2250);
-    t2253_2254 = t2251_2252 - t2247_2248;
-    set(388, t2253_2254.first());
-    set(472, t2253_2254.first());
-    set(430, t2253_2254.second());
-    set(514, t2253_2254.second());
-    t2255_2256 = both(t11) * t2219_2220;
-    t2257_2258 = R::Two::fused(both(t23), t2225_2226, t2255_2256);
-    t2259_2260 = R::Two::fused(both(t32), t2233_2234, t2257_2258);
-    t2261_2262 = both(q_base_x) * t2165_2166;
-    t2263_2264 = R::Two::fused(-both(q_base_y), t2159_2160, t2261_2262);
-    t2265_2266 = t2263_2264 - t2259_2260;
-    set(389, t2265_2266.first());
-    set(473, t2265_2266.first());
-    set(431, t2265_2266.second());
-    set(515, t2265_2266.second());
+    t2229_2230 = R::Two::fused(both(t26), t2227_2228, t2221_2222);
+    t2231_2232 = both(q_base_y) * t2165_2166;
+    t2233_2234 = R::Two::fused(-both(q_base_z), t2159_2160, t2231_2232);
+    t2235_2236 = t2233_2234 - t2229_2230;
+    set(387, t2235_2236.first());
+    set(471, t2235_2236.first());
+    set(429, t2235_2236.second());
+    set(513, t2235_2236.second());
+    t2237_2238 = both(t35) * t2213_2214;
+    t2239_2240 = R::Two::fused(both(t38), t2219_2220, t2237_2238);
+    t2241_2242 = R::Two::fused(both(t40), t2227_2228, t2239_2240);
+    t2243_2244 = both(q_base_z) * t2153_2154;
+    t2245_2246 = R::Two::fused(-both(q_base_x), t2165_2166, t2243_2244);
+    t2247_2248 = t2245_2246 - t2241_2242;
+    set(388, t2247_2248.first());
+    set(472, t2247_2248.first());
+    set(430, t2247_2248.second());
+    set(514, t2247_2248.second());
+    t2249_2250 = both(t11) * t2213_2214;
+    t2251_2252 = R::Two::fused(both(t23), t2219_2220, t2249_2250);
+    t2253_2254 = R::Two::fused(both(t32), t2227_2228, t2251_2252);
+    t2255_2256 = both(q_base_x) * t2159_2160;
+    t2257_2258 = R::Two::fused(-both(q_base_y), t2153_2154, t2255_2256);
+    t2259_2260 = t2257_2258 - t2253_2254;
+    set(389, t2259_2260.first());
+    set(473, t2259_2260.first());
+    set(431, t2259_2260.second());
+    set(515, t2259_2260.second());
     // right_ankle, left_ankle: columns that its parent has too
-    t2267_2268 = R::Two::fused(both(R::constant(0.273)), t2045_2046, t1649_1650);
-    set(393, t2267_2268.first());
-    set(435, t2267_2268.second());
-    t2269_2270 = R::Two::fused(both(R::constant(0.273)), t2051_2052, t1651_1652);
-    set(394, t2269_2270.first());
-    set(436, t2269_2270.second());
-    t2271_2272 = R::Two::fused(both(R::constant(0.273)), t2057_2058, t1653_1654);
-    set(395, t2271_2272.first());
-    set(437, t2271_2272.second());
-    t2273_2274 = t2083_2084 + t2093_2094; // right_ankle, left_ankle: motion
-    t2275_2276 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2273_2274; // right_ankle, left_ankle
+    t2261_2262 = R::Two::fused(both(R::constant(0.273)), t2039_2040, t1649_1650);
+    set(393, t2261_2262.first());
+    set(435, t2261_2262.second());
+    t2263_2264 = R::Two::fused(both(R::constant(0.273)), t2045_2046, t1651_1652);
+    set(394, t2263_2264.first());
+    set(436, t2263_2264.second());
+    t2265_2266 = R::Two::fused(both(R::constant(0.273)), t2051_2052, t1653_1654);
+    set(395, t2265_2266.first());
+    set(437, t2265_2266.second());
+    t2267_2268 = t2077_2078 + t2087_2088; // right_ankle, left_ankle: motion
+    t2269_2270 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2267_2268; // right_ankle, left_ankle
     // right_ankle, left_ankle: motion
-    t2277_2278 = t2091_2092 * t2091_2092;
-    t2279_2280 = t2277_2278 + t2101_2102;
-    t2281_2282 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2279_2280, -t2275_2276);
-    t2283_2284 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2281_2282; // right_lower_leg, left_lower_leg
+    t2271_2272 = t2085_2086 * t2085_2086;
+    t2273_2274 = t2271_2272 + t2095_2096;
+    t2275_2276 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2273_2274, -t2269_2270);
+    t2277_2278 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2275_2276; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
-    t2285_2286 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2273_2274;
-    t2287_2288 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2279_2280, t2285_2286);
-    t2289_2290 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2287_2288, t2283_2284);
-    t2291_2292 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2289_2290; // right_upper_leg, left_upper_leg
+    t2279_2280 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2267_2268;
+    t2281_2282 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2273_2274, t2279_2280);
+    t2283_2284 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2281_2282, t2277_2278);
+    t2285_2286 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2283_2284; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2293_2294 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2281_2282;
-    t2295_2296 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2287_2288, t2293_2294);
-    t2297_2298 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2295_2296, t2291_2292);
-    t2299_2300 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2297_2298; // right_hip_yaw_link, left_hip_yaw_link
+    t2287_2288 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2275_2276;
+    t2289_2290 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2281_2282, t2287_2288);
+    t2291_2292 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2289_2290, t2285_2286);
+    t2293_2294 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2291_2292; // right_hip_yaw_link, left_hip_yaw_link
     // right_ankle, left_ankle: motion
-    t2301_2302 = t1525_1526 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t2303_2304 = R::Two::fused(t1679_1680, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2301_2302);
-    t2305_2306 = R::Two::fused(t2087_2088, two(v_right_ankle_pitch, v_left_ankle_pitch), t2303_2304);
-    t2307_2308 = t2087_2088 * t2099_2100;
-    t2309_2310 = t2305_2306 - t2307_2308;
-    t2311_2312 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2309_2310; // right_hip_roll_link, left_hip_roll_link
+    t2295_2296 = t1525_1526 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t2297_2298 = R::Two::fused(t1679_1680, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2295_2296);
+    t2299_2300 = R::Two::fused(t2081_2082, two(v_right_ankle_pitch, v_left_ankle_pitch), t2297_2298);
+    t2301_2302 = t2081_2082 * t2093_2094;
+    t2303_2304 = t2299_2300 - t2301_2302;
+    t2305_2306 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2303_2304; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2313_2314 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2289_2290;
-    t2315_2316 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2295_2296, t2313_2314);
-    t2317_2318 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2315_2316, t2311_2312);
-    t2319_2320 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2317_2318, t2299_2300);
-    t2321_2322 = both(t5) * t2319_2320; // torso: sums of what it carries
+    t2307_2308 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2283_2284;
+    t2309_2310 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2289_2290, t2307_2308);
+    t2311_2312 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2309_2310, t2305_2306);
+    t2313_2314 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2311_2312, t2293_2294);
+    t2315_2316 = both(t5) * t2313_2314; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2323_2324 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2297_2298;
-    t2325_2326 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2317_2318, t2323_2324);
-    t2327_2328 = R::Two::fused(both(t16), t2325_2326, t2321_2322); // torso: sums of what it carries
+    t2317_2318 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2291_2292;
+    t2319_2320 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2311_2312, t2317_2318);
+    t2321_2322 = R::Two::fused(both(t16), t2319_2320, t2315_2316); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2329_2330 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2309_2310;
-    t2331_2332 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2315_2316, t2329_2330);
+    t2323_2324 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2303_2304;
+    t2325_2326 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2309_2310, t2323_2324);
     // torso: sums of what it carries
-    t2333_2334 = R::Two::fused(both(t26), t2331_2332, -t2327_2328);
-    set(396, t2333_2334.first());
-    set(438, t2333_2334.second());
-    t2335_2336 = both(t35) * t2319_2320;
-    t2337_2338 = R::Two::fused(both(t38), t2325_2326, t2335_2336);
-    t2339_2340 = R::Two::fused(both(t40), t2331_2332, -t2337_2338);
-    set(397, t2339_2340.first());
-    set(439, t2339_2340.second());
+    t2327_2328 = R::Two::fused(both(t26), t2325_2326, -t2321_2322);
+    set(396, t2327_2328.first());
+    set(438, t2327_2328.second());
+    t2329_2330 = both(t35) * t2313_2314;
+    t2331_2332 = R::Two::fused(both(t38), t2319_2320, t2329_2330);
+    t2333_2334 = R::Two::fused(both(t40), t2325_2326, -t2331_2332);
+    set(397, t2333_2334.first());
+    set(439, t2333_2334.second());
+    t2335_2336 = both(t11) * t2313_2314;
+    t2337_2338 = R::Two::fused(both(t23), t2319_2320, t2335_2336);
+    t2339_2340 = R::Two::fused(both(t32), t2325_2326, -t2337_2338);
+    set(398, t2339_2340.first());
+    set(440, t2339_2340.second());
     let (
         t2341_2342, t2343_2344, t2345_2346, t2347_2348, t2349_2350, t2351_2352, t2353_2354, t2355_2356, t2357_2358,
         t2359_2360, t2361_2362, t2363_2364, t2365_2366, t2367_2368, t2369_2370, t2371_2372, t2373_2374, t2375_2376,
@@ -2230,359 +2228,354 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
         t2827_2828, t2829_2830, t2831_2832, t2833_2834, t2835_2836, t2837_2838, t2839_2840, t2841_2842, t2843_2844,
         t2845_2846, t2847_2848, t2849_2850, t2851_2852,
     );
-    t2341_2342 = both(t11) * t2319_2320;
-    t2343_2344 = R::Two::fused(both(t23), t2325_2326, t2341_2342);
-    t2345_2346 = R::Two::fused(both(t32), t2331_2332, -t2343_2344);
-    set(398, t2345_2346.first());
-    set(440, t2345_2346.second());
-    t2347_2348 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2179_2180; // right_lower_leg, left_lower_leg
-    t2349_2350 = R::Two::fused(both(R::constant(0.273)), t2309_2310, t2175_2176); // right_ankle, left_ankle
-    t2351_2352 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2349_2350, t2347_2348);
-    t2353_2354 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2351_2352; // right_upper_leg, left_upper_leg
+    t2341_2342 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2173_2174; // right_lower_leg, left_lower_leg
+    t2343_2344 = R::Two::fused(both(R::constant(0.273)), t2303_2304, t2169_2170); // right_ankle, left_ankle
+    t2345_2346 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2343_2344, t2341_2342);
+    t2347_2348 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2345_2346; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2355_2356 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2179_2180;
-    t2357_2358 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2349_2350, t2355_2356);
-    t2359_2360 = R::Two::fused(both(R::constant(-0.315)), t2309_2310, t2357_2358);
-    t2361_2362 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2359_2360, t2353_2354);
-    t2363_2364 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2361_2362; // right_hip_yaw_link, left_hip_yaw_link
+    t2349_2350 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2173_2174;
+    t2351_2352 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2343_2344, t2349_2350);
+    t2353_2354 = R::Two::fused(both(R::constant(-0.315)), t2303_2304, t2351_2352);
+    t2355_2356 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2353_2354, t2347_2348);
+    t2357_2358 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2355_2356; // right_hip_yaw_link, left_hip_yaw_link
     // right_ankle, left_ankle: motion
-    t2365_2366 = t2197_2198 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t2367_2368 = R::Two::fused(t2201_2202, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2365_2366);
-    t2369_2370 = R::Two::fused(both(R::constant(-0.273)), t2287_2288, t2367_2368); // right_ankle, left_ankle
-    t2371_2372 = R::Two::fused(both(R::constant(-0.315)), t2295_2296, t2369_2370); // right_lower_leg, left_lower_leg
-    t2373_2374 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2371_2372; // right_hip_roll_link, left_hip_roll_link
+    t2359_2360 = t2191_2192 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t2361_2362 = R::Two::fused(t2195_2196, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2359_2360);
+    t2363_2364 = R::Two::fused(both(R::constant(-0.273)), t2281_2282, t2361_2362); // right_ankle, left_ankle
+    t2365_2366 = R::Two::fused(both(R::constant(-0.315)), t2289_2290, t2363_2364); // right_lower_leg, left_lower_leg
+    t2367_2368 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2365_2366; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2375_2376 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2351_2352;
-    t2377_2378 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2359_2360, t2375_2376);
-    t2379_2380 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2377_2378, t2373_2374);
+    t2369_2370 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2345_2346;
+    t2371_2372 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2353_2354, t2369_2370);
+    t2373_2374 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2371_2372, t2367_2368);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2381_2382 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2379_2380, t2363_2364);
-    t2383_2384 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2331_2332, t2381_2382);
-    t2385_2386 = both(t5) * t2383_2384; // torso: sums of what it carries
-    t2387_2388 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2361_2362;
-    t2389_2390 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2379_2380, t2387_2388);
-    t2391_2392 = R::Two::fused(both(t16), t2389_2390, t2385_2386); // torso: sums of what it carries
+    t2375_2376 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2373_2374, t2357_2358);
+    t2377_2378 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2325_2326, t2375_2376);
+    t2379_2380 = both(t5) * t2377_2378; // torso: sums of what it carries
+    t2381_2382 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2355_2356;
+    t2383_2384 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2373_2374, t2381_2382);
+    t2385_2386 = R::Two::fused(both(t16), t2383_2384, t2379_2380); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2393_2394 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2371_2372;
-    t2395_2396 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2377_2378, t2393_2394);
-    t2397_2398 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2319_2320, t2395_2396);
+    t2387_2388 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2365_2366;
+    t2389_2390 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2371_2372, t2387_2388);
+    t2391_2392 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2313_2314, t2389_2390);
     // torso: sums of what it carries
-    t2399_2400 = R::Two::fused(both(t26), t2397_2398, t2391_2392);
-    t2401_2402 = both(q_base_y) * t2345_2346;
-    t2403_2404 = R::Two::fused(both(q_base_z), t2339_2340, -t2401_2402);
-    t2405_2406 = t2399_2400 + t2403_2404;
-    t2407_2408 = -t2405_2406;
-    set(399, t2407_2408.first());
-    set(441, t2407_2408.second());
-    t2409_2410 = both(t35) * t2383_2384;
-    t2411_2412 = R::Two::fused(both(t38), t2389_2390, t2409_2410);
-    t2413_2414 = R::Two::fused(both(t40), t2397_2398, t2411_2412);
-    t2415_2416 = both(q_base_z) * t2333_2334;
-    t2417_2418 = R::Two::fused(both(q_base_x), t2345_2346, -t2415_2416);
-    t2419_2420 = t2413_2414 + t2417_2418;
-    t2421_2422 = -t2419_2420;
-    set(400, t2421_2422.first());
-    set(442, t2421_2422.second());
-    t2423_2424 = both(t11) * t2383_2384;
-    t2425_2426 = R::Two::fused(both(t23), t2389_2390, t2423_2424);
-    t2427_2428 = R::Two::fused(both(t32), t2397_2398, t2425_2426);
-    t2429_2430 = both(q_base_x) * t2339_2340;
-    t2431_2432 = R::Two::fused(both(q_base_y), t2333_2334, -t2429_2430);
-    t2433_2434 = t2427_2428 + t2431_2432;
-    t2435_2436 = -t2433_2434;
-    set(401, t2435_2436.first());
-    set(443, t2435_2436.second());
+    t2393_2394 = R::Two::fused(both(t26), t2391_2392, t2385_2386);
+    t2395_2396 = both(q_base_y) * t2339_2340;
+    t2397_2398 = R::Two::fused(both(q_base_z), t2333_2334, -t2395_2396);
+    t2399_2400 = t2393_2394 + t2397_2398;
+    t2401_2402 = -t2399_2400;
+    set(399, t2401_2402.first());
+    set(441, t2401_2402.second());
+    t2403_2404 = both(t35) * t2377_2378;
+    t2405_2406 = R::Two::fused(both(t38), t2383_2384, t2403_2404);
+    t2407_2408 = R::Two::fused(both(t40), t2391_2392, t2405_2406);
+    t2409_2410 = both(q_base_z) * t2327_2328;
+    t2411_2412 = R::Two::fused(both(q_base_x), t2339_2340, -t2409_2410);
+    t2413_2414 = t2407_2408 + t2411_2412;
+    t2415_2416 = -t2413_2414;
+    set(400, t2415_2416.first());
+    set(442, t2415_2416.second());
+    t2417_2418 = both(t11) * t2377_2378;
+    t2419_2420 = R::Two::fused(both(t23), t2383_2384, t2417_2418);
+    t2421_2422 = R::Two::fused(both(t32), t2391_2392, t2419_2420);
+    t2423_2424 = both(q_base_x) * t2333_2334;
+    t2425_2426 = R::Two::fused(both(q_base_y), t2327_2328, -t2423_2424);
+    t2427_2428 = t2421_2422 + t2425_2426;
+    t2429_2430 = -t2427_2428;
+    set(401, t2429_2430.first());
+    set(443, t2429_2430.second());
     // right_ankle, left_ankle: sums of what it carries
-    t2437_2438 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2307_2308;
-    t2439_2440 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2131_2132, t2437_2438);
-    t2441_2442 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2439_2440; // right_lower_leg, left_lower_leg
-    t2443_2444 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2307_2308;
-    t2445_2446 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2131_2132, -t2443_2444);
-    t2447_2448 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2445_2446, t2441_2442);
-    t2449_2450 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2447_2448; // right_upper_leg, left_upper_leg
+    t2431_2432 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2301_2302;
+    t2433_2434 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2125_2126, t2431_2432);
+    t2435_2436 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2433_2434; // right_lower_leg, left_lower_leg
+    t2437_2438 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2301_2302;
+    t2439_2440 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2125_2126, -t2437_2438);
+    t2441_2442 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2439_2440, t2435_2436);
+    t2443_2444 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2441_2442; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2451_2452 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2439_2440;
-    t2453_2454 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2445_2446, t2451_2452);
-    t2455_2456 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2453_2454, t2449_2450);
-    t2457_2458 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2455_2456; // right_hip_yaw_link, left_hip_yaw_link
-    t2459_2460 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2093_2094; // right_hip_roll_link, left_hip_roll_link
+    t2445_2446 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2433_2434;
+    t2447_2448 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2439_2440, t2445_2446);
+    t2449_2450 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2447_2448, t2443_2444);
+    t2451_2452 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2449_2450; // right_hip_yaw_link, left_hip_yaw_link
+    t2453_2454 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2087_2088; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2461_2462 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2447_2448;
-    t2463_2464 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2453_2454, t2461_2462);
-    t2465_2466 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2463_2464, t2459_2460);
-    t2467_2468 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2465_2466, t2457_2458);
-    t2469_2470 = both(t5) * t2467_2468; // torso: sums of what it carries
+    t2455_2456 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2441_2442;
+    t2457_2458 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2447_2448, t2455_2456);
+    t2459_2460 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2457_2458, t2453_2454);
+    t2461_2462 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2459_2460, t2451_2452);
+    t2463_2464 = both(t5) * t2461_2462; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2471_2472 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2455_2456;
-    t2473_2474 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2465_2466, t2471_2472);
-    t2475_2476 = R::Two::fused(both(t16), t2473_2474, t2469_2470); // torso: sums of what it carries
+    t2465_2466 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2449_2450;
+    t2467_2468 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2459_2460, t2465_2466);
+    t2469_2470 = R::Two::fused(both(t16), t2467_2468, t2463_2464); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2477_2478 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2093_2094;
-    t2479_2480 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2463_2464, t2477_2478);
-    t2481_2482 = R::Two::fused(both(t26), t2479_2480, t2475_2476); // torso: sums of what it carries
-    set(417, t2481_2482.first());
-    set(459, t2481_2482.second());
-    // right_ankle, left_ankle: columns that its parent has too
-    t2483_2484 = t1835_1836 + t1839_1840;
-    t2485_2486 = t2483_2484 - t2481_2482;
-    set(402, t2485_2486.first());
-    set(444, t2485_2486.second());
+    t2471_2472 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2087_2088;
+    t2473_2474 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2457_2458, t2471_2472);
+    t2475_2476 = R::Two::fused(both(t26), t2473_2474, t2469_2470); // torso: sums of what it carries
+    set(417, t2475_2476.first());
+    set(459, t2475_2476.second());
+    t2477_2478 = t1271_1272 - t2475_2476; // right_ankle, left_ankle: columns that its parent has too
+    set(402, t2477_2478.first());
+    set(444, t2477_2478.second());
     // torso: sums of what it carries
-    t2487_2488 = both(t35) * t2467_2468;
-    t2489_2490 = R::Two::fused(both(t38), t2473_2474, t2487_2488);
-    t2491_2492 = R::Two::fused(both(t40), t2479_2480, t2489_2490);
-    set(418, t2491_2492.first());
-    set(460, t2491_2492.second());
-    // right_ankle, left_ankle: columns that its parent has too
-    t2493_2494 = t1845_1846 + t1849_1850;
-    t2495_2496 = t2493_2494 - t2491_2492;
-    set(403, t2495_2496.first());
-    set(445, t2495_2496.second());
-    // torso: sums of what it carries
-    t2497_2498 = both(t11) * t2467_2468;
-    t2499_2500 = R::Two::fused(both(t23), t2473_2474, t2497_2498);
-    t2501_2502 = R::Two::fused(both(t32), t2479_2480, t2499_2500);
-    set(419, t2501_2502.first());
-    set(461, t2501_2502.second());
-    // right_ankle, left_ankle: columns that its parent has too
-    t2503_2504 = t1855_1856 + t1859_1860;
-    t2505_2506 = t2503_2504 - t2501_2502;
-    set(404, t2505_2506.first());
-    set(446, t2505_2506.second());
-    t2507_2508 = t2277_2278 - t2101_2102; // right_ankle, left_ankle: wrench that its motion needs
-    t2509_2510 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2507_2508, t2111_2112);
-    t2511_2512 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2509_2510; // right_lower_leg, left_lower_leg
-    t2513_2514 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2507_2508, t2097_2098);
-    t2515_2516 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2513_2514, t2511_2512);
-    t2517_2518 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2515_2516; // right_upper_leg, left_upper_leg
+    t2479_2480 = both(t35) * t2461_2462;
+    t2481_2482 = R::Two::fused(both(t38), t2467_2468, t2479_2480);
+    t2483_2484 = R::Two::fused(both(t40), t2473_2474, t2481_2482);
+    set(418, t2483_2484.first());
+    set(460, t2483_2484.second());
+    t2485_2486 = t1281_1282 - t2483_2484; // right_ankle, left_ankle: columns that its parent has too
+    set(403, t2485_2486.first());
+    set(445, t2485_2486.second());
+    t2487_2488 = both(t11) * t2461_2462;
+    t2489_2490 = R::Two::fused(both(t23), t2467_2468, t2487_2488);
+    t2491_2492 = R::Two::fused(both(t32), t2473_2474, t2489_2490);
+    set(419, t2491_2492.first());
+    set(461, t2491_2492.second());
+    t2493_2494 = t1291_1292 - t2491_2492; // right_ankle, left_ankle: columns that its parent has too
+    set(404, t2493_2494.first());
+    set(446, t2493_2494.second());
+    t2495_2496 = t2271_2272 - t2095_2096; // right_ankle, left_ankle: wrench that its motion needs
+    t2497_2498 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2495_2496, t2105_2106);
+    t2499_2500 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2497_2498; // right_lower_leg, left_lower_leg
+    t2501_2502 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2495_2496, t2091_2092);
+    t2503_2504 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2501_2502, t2499_2500);
+    t2505_2506 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2503_2504; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2519_2520 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2509_2510;
-    t2521_2522 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2513_2514, t2519_2520);
-    t2523_2524 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2521_2522, t2517_2518);
-    t2525_2526 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2523_2524; // right_hip_yaw_link, left_hip_yaw_link
-    t2527_2528 = t2305_2306 + t2307_2308; // right_ankle, left_ankle: motion
-    t2529_2530 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2527_2528; // right_hip_roll_link, left_hip_roll_link
+    t2507_2508 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2497_2498;
+    t2509_2510 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2501_2502, t2507_2508);
+    t2511_2512 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2509_2510, t2505_2506);
+    t2513_2514 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2511_2512; // right_hip_yaw_link, left_hip_yaw_link
+    t2515_2516 = t2299_2300 + t2301_2302; // right_ankle, left_ankle: motion
+    t2517_2518 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2515_2516; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2531_2532 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2515_2516;
-    t2533_2534 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2521_2522, t2531_2532);
-    t2535_2536 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2533_2534, t2529_2530);
-    t2537_2538 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2535_2536, t2525_2526);
-    t2539_2540 = both(t5) * t2537_2538; // torso: sums of what it carries
+    t2519_2520 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2503_2504;
+    t2521_2522 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2509_2510, t2519_2520);
+    t2523_2524 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2521_2522, t2517_2518);
+    t2525_2526 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2523_2524, t2513_2514);
+    t2527_2528 = both(t5) * t2525_2526; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2541_2542 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2523_2524;
-    t2543_2544 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2535_2536, t2541_2542);
-    t2545_2546 = R::Two::fused(both(t16), t2543_2544, t2539_2540); // torso: sums of what it carries
+    t2529_2530 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2511_2512;
+    t2531_2532 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2523_2524, t2529_2530);
+    t2533_2534 = R::Two::fused(both(t16), t2531_2532, t2527_2528); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2547_2548 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2527_2528;
-    t2549_2550 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2533_2534, t2547_2548);
+    t2535_2536 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2515_2516;
+    t2537_2538 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2521_2522, t2535_2536);
     // torso: sums of what it carries
-    t2551_2552 = R::Two::fused(-both(t26), t2549_2550, t2545_2546);
-    set(405, t2551_2552.first());
-    set(447, t2551_2552.second());
-    t2553_2554 = both(t35) * t2537_2538;
-    t2555_2556 = R::Two::fused(both(t38), t2543_2544, t2553_2554);
-    t2557_2558 = R::Two::fused(-both(t40), t2549_2550, t2555_2556);
-    set(406, t2557_2558.first());
-    set(448, t2557_2558.second());
-    t2559_2560 = both(t11) * t2537_2538;
-    t2561_2562 = R::Two::fused(both(t23), t2543_2544, t2559_2560);
-    t2563_2564 = R::Two::fused(-both(t32), t2549_2550, t2561_2562);
-    set(407, t2563_2564.first());
-    set(449, t2563_2564.second());
+    t2539_2540 = R::Two::fused(-both(t26), t2537_2538, t2533_2534);
+    set(405, t2539_2540.first());
+    set(447, t2539_2540.second());
+    t2541_2542 = both(t35) * t2525_2526;
+    t2543_2544 = R::Two::fused(both(t38), t2531_2532, t2541_2542);
+    t2545_2546 = R::Two::fused(-both(t40), t2537_2538, t2543_2544);
+    set(406, t2545_2546.first());
+    set(448, t2545_2546.second());
+    t2547_2548 = both(t11) * t2525_2526;
+    t2549_2550 = R::Two::fused(both(t23), t2531_2532, t2547_2548);
+    t2551_2552 = R::Two::fused(-both(t32), t2537_2538, t2549_2550);
+    set(407, t2551_2552.first());
+    set(449, t2551_2552.second());
     // right_ankle, left_ankle: sums of what it carries
-    t2565_2566 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2309_2310;
-    t2567_2568 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2135_2136, t2565_2566);
-    t2569_2570 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2567_2568; // right_lower_leg, left_lower_leg
-    t2571_2572 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2309_2310;
-    t2573_2574 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2135_2136, t2571_2572);
-    t2575_2576 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2573_2574, t2569_2570);
-    t2577_2578 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2575_2576; // right_upper_leg, left_upper_leg
+    t2553_2554 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2303_2304;
+    t2555_2556 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2129_2130, t2553_2554);
+    t2557_2558 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2555_2556; // right_lower_leg, left_lower_leg
+    t2559_2560 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2303_2304;
+    t2561_2562 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2129_2130, t2559_2560);
+    t2563_2564 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2561_2562, t2557_2558);
+    t2565_2566 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2563_2564; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2579_2580 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2567_2568;
-    t2581_2582 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2573_2574, t2579_2580);
-    t2583_2584 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2581_2582, t2577_2578);
-    t2585_2586 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2583_2584; // right_hip_yaw_link, left_hip_yaw_link
-    t2587_2588 = t2277_2278 - t2103_2104; // right_ankle, left_ankle: wrench that its motion needs
-    t2589_2590 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2587_2588; // right_hip_roll_link, left_hip_roll_link
+    t2567_2568 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2555_2556;
+    t2569_2570 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2561_2562, t2567_2568);
+    t2571_2572 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2569_2570, t2565_2566);
+    t2573_2574 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2571_2572; // right_hip_yaw_link, left_hip_yaw_link
+    t2575_2576 = t2271_2272 - t2097_2098; // right_ankle, left_ankle: wrench that its motion needs
+    t2577_2578 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2575_2576; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2591_2592 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2575_2576;
-    t2593_2594 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2581_2582, t2591_2592);
-    t2595_2596 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2593_2594, t2589_2590);
-    t2597_2598 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2595_2596, t2585_2586);
-    t2599_2600 = both(t5) * t2597_2598; // torso: sums of what it carries
+    t2579_2580 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2563_2564;
+    t2581_2582 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2569_2570, t2579_2580);
+    t2583_2584 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2581_2582, t2577_2578);
+    t2585_2586 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2583_2584, t2573_2574);
+    t2587_2588 = both(t5) * t2585_2586; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2601_2602 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2583_2584;
-    t2603_2604 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2595_2596, t2601_2602);
-    t2605_2606 = R::Two::fused(both(t16), t2603_2604, t2599_2600); // torso: sums of what it carries
+    t2589_2590 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2571_2572;
+    t2591_2592 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2583_2584, t2589_2590);
+    t2593_2594 = R::Two::fused(both(t16), t2591_2592, t2587_2588); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2607_2608 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2587_2588;
-    t2609_2610 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2593_2594, t2607_2608);
+    t2595_2596 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2575_2576;
+    t2597_2598 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2581_2582, t2595_2596);
     // torso: sums of what it carries
-    t2611_2612 = R::Two::fused(-both(t26), t2609_2610, -t2605_2606);
-    set(408, t2611_2612.first());
-    set(450, t2611_2612.second());
-    t2613_2614 = both(t35) * t2597_2598;
-    t2615_2616 = R::Two::fused(both(t38), t2603_2604, t2613_2614);
-    t2617_2618 = R::Two::fused(-both(t40), t2609_2610, -t2615_2616);
-    set(409, t2617_2618.first());
-    set(451, t2617_2618.second());
-    t2619_2620 = both(t11) * t2597_2598;
-    t2621_2622 = R::Two::fused(both(t23), t2603_2604, t2619_2620);
-    t2623_2624 = R::Two::fused(-both(t32), t2609_2610, -t2621_2622);
-    set(410, t2623_2624.first());
-    set(452, t2623_2624.second());
-    t2625_2626 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2133_2134, -t2437_2438);
-    t2627_2628 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2625_2626; // right_lower_leg, left_lower_leg
-    t2629_2630 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2133_2134, t2443_2444);
-    t2631_2632 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2629_2630, t2627_2628);
-    t2633_2634 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2631_2632; // right_upper_leg, left_upper_leg
+    t2599_2600 = R::Two::fused(-both(t26), t2597_2598, -t2593_2594);
+    set(408, t2599_2600.first());
+    set(450, t2599_2600.second());
+    t2601_2602 = both(t35) * t2585_2586;
+    t2603_2604 = R::Two::fused(both(t38), t2591_2592, t2601_2602);
+    t2605_2606 = R::Two::fused(-both(t40), t2597_2598, -t2603_2604);
+    set(409, t2605_2606.first());
+    set(451, t2605_2606.second());
+    t2607_2608 = both(t11) * t2585_2586;
+    t2609_2610 = R::Two::fused(both(t23), t2591_2592, t2607_2608);
+    t2611_2612 = R::Two::fused(-both(t32), t2597_2598, -t2609_2610);
+    set(410, t2611_2612.first());
+    set(452, t2611_2612.second());
+    t2613_2614 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2127_2128, -t2431_2432);
+    t2615_2616 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2613_2614; // right_lower_leg, left_lower_leg
+    t2617_2618 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2127_2128, t2437_2438);
+    t2619_2620 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2617_2618, t2615_2616);
+    t2621_2622 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2619_2620; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2635_2636 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2625_2626;
-    t2637_2638 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2629_2630, t2635_2636);
-    t2639_2640 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2637_2638, t2633_2634);
-    t2641_2642 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2639_2640; // right_hip_yaw_link, left_hip_yaw_link
-    t2643_2644 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2083_2084; // right_hip_roll_link, left_hip_roll_link
+    t2623_2624 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2613_2614;
+    t2625_2626 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2617_2618, t2623_2624);
+    t2627_2628 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2625_2626, t2621_2622);
+    t2629_2630 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2627_2628; // right_hip_yaw_link, left_hip_yaw_link
+    t2631_2632 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2077_2078; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2645_2646 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2631_2632;
-    t2647_2648 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2637_2638, t2645_2646);
-    t2649_2650 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2647_2648, t2643_2644);
-    t2651_2652 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2649_2650, t2641_2642);
-    t2653_2654 = both(t5) * t2651_2652; // torso: sums of what it carries
+    t2633_2634 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2619_2620;
+    t2635_2636 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2625_2626, t2633_2634);
+    t2637_2638 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2635_2636, t2631_2632);
+    t2639_2640 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2637_2638, t2629_2630);
+    t2641_2642 = both(t5) * t2639_2640; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2655_2656 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2639_2640;
-    t2657_2658 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2649_2650, t2655_2656);
-    t2659_2660 = R::Two::fused(both(t16), t2657_2658, t2653_2654); // torso: sums of what it carries
+    t2643_2644 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2627_2628;
+    t2645_2646 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2637_2638, t2643_2644);
+    t2647_2648 = R::Two::fused(both(t16), t2645_2646, t2641_2642); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2661_2662 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2083_2084;
-    t2663_2664 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2647_2648, t2661_2662);
+    t2649_2650 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2077_2078;
+    t2651_2652 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2635_2636, t2649_2650);
     // torso: sums of what it carries
-    t2665_2666 = R::Two::fused(-both(t26), t2663_2664, t2659_2660);
-    set(411, t2665_2666.first());
-    set(453, t2665_2666.second());
-    t2667_2668 = both(t35) * t2651_2652;
-    t2669_2670 = R::Two::fused(both(t38), t2657_2658, t2667_2668);
-    t2671_2672 = R::Two::fused(-both(t40), t2663_2664, t2669_2670);
-    set(412, t2671_2672.first());
-    set(454, t2671_2672.second());
-    t2673_2674 = both(t11) * t2651_2652;
-    t2675_2676 = R::Two::fused(both(t23), t2657_2658, t2673_2674);
-    t2677_2678 = R::Two::fused(-both(t32), t2663_2664, t2675_2676);
-    set(413, t2677_2678.first());
-    set(455, t2677_2678.second());
-    t2679_2680 = t2101_2102 - t2103_2104; // right_ankle, left_ankle: wrench that its motion needs
-    t2681_2682 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2679_2680, t2285_2286);
-    t2683_2684 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2681_2682; // right_lower_leg, left_lower_leg
-    t2685_2686 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2679_2680, t2275_2276);
-    t2687_2688 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2685_2686, t2683_2684);
-    t2689_2690 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2687_2688; // right_upper_leg, left_upper_leg
+    t2653_2654 = R::Two::fused(-both(t26), t2651_2652, t2647_2648);
+    set(411, t2653_2654.first());
+    set(453, t2653_2654.second());
+    t2655_2656 = both(t35) * t2639_2640;
+    t2657_2658 = R::Two::fused(both(t38), t2645_2646, t2655_2656);
+    t2659_2660 = R::Two::fused(-both(t40), t2651_2652, t2657_2658);
+    set(412, t2659_2660.first());
+    set(454, t2659_2660.second());
+    t2661_2662 = both(t11) * t2639_2640;
+    t2663_2664 = R::Two::fused(both(t23), t2645_2646, t2661_2662);
+    t2665_2666 = R::Two::fused(-both(t32), t2651_2652, t2663_2664);
+    set(413, t2665_2666.first());
+    set(455, t2665_2666.second());
+    t2667_2668 = t2095_2096 - t2097_2098; // right_ankle, left_ankle: wrench that its motion needs
+    t2669_2670 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2667_2668, t2279_2280);
+    t2671_2672 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2669_2670; // right_lower_leg, left_lower_leg
+    t2673_2674 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2667_2668, t2269_2270);
+    t2675_2676 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2673_2674, t2671_2672);
+    t2677_2678 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2675_2676; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2691_2692 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2681_2682;
-    t2693_2694 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2685_2686, t2691_2692);
-    t2695_2696 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2693_2694, t2689_2690);
-    t2697_2698 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2695_2696; // right_hip_yaw_link, left_hip_yaw_link
-    t2699_2700 = t2131_2132 - t2133_2134; // right_ankle, left_ankle: motion
-    t2701_2702 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2699_2700; // right_hip_roll_link, left_hip_roll_link
+    t2679_2680 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2669_2670;
+    t2681_2682 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2673_2674, t2679_2680);
+    t2683_2684 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2681_2682, t2677_2678);
+    t2685_2686 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2683_2684; // right_hip_yaw_link, left_hip_yaw_link
+    t2687_2688 = t2125_2126 - t2127_2128; // right_ankle, left_ankle: motion
+    t2689_2690 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2687_2688; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2703_2704 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2687_2688;
-    t2705_2706 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2693_2694, t2703_2704);
-    t2707_2708 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2705_2706, t2701_2702);
-    t2709_2710 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2707_2708, t2697_2698);
-    t2711_2712 = both(t5) * t2709_2710; // torso: sums of what it carries
+    t2691_2692 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2675_2676;
+    t2693_2694 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2681_2682, t2691_2692);
+    t2695_2696 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2693_2694, t2689_2690);
+    t2697_2698 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2695_2696, t2685_2686);
+    t2699_2700 = both(t5) * t2697_2698; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2713_2714 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2695_2696;
-    t2715_2716 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2707_2708, t2713_2714);
-    t2717_2718 = R::Two::fused(both(t16), t2715_2716, t2711_2712); // torso: sums of what it carries
+    t2701_2702 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2683_2684;
+    t2703_2704 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2695_2696, t2701_2702);
+    t2705_2706 = R::Two::fused(both(t16), t2703_2704, t2699_2700); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2719_2720 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2699_2700;
-    t2721_2722 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2705_2706, t2719_2720);
+    t2707_2708 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2687_2688;
+    t2709_2710 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2693_2694, t2707_2708);
     // torso: sums of what it carries
-    t2723_2724 = R::Two::fused(both(t26), t2721_2722, -t2717_2718);
-    set(414, t2723_2724.first());
-    set(456, t2723_2724.second());
-    t2725_2726 = both(t35) * t2709_2710;
-    t2727_2728 = R::Two::fused(both(t38), t2715_2716, t2725_2726);
-    t2729_2730 = R::Two::fused(both(t40), t2721_2722, -t2727_2728);
-    set(415, t2729_2730.first());
-    set(457, t2729_2730.second());
-    t2731_2732 = both(t11) * t2709_2710;
-    t2733_2734 = R::Two::fused(both(t23), t2715_2716, t2731_2732);
-    t2735_2736 = R::Two::fused(both(t32), t2721_2722, -t2733_2734);
-    set(416, t2735_2736.first());
-    set(458, t2735_2736.second());
+    t2711_2712 = R::Two::fused(both(t26), t2709_2710, -t2705_2706);
+    set(414, t2711_2712.first());
+    set(456, t2711_2712.second());
+    t2713_2714 = both(t35) * t2697_2698;
+    t2715_2716 = R::Two::fused(both(t38), t2703_2704, t2713_2714);
+    t2717_2718 = R::Two::fused(both(t40), t2709_2710, -t2715_2716);
+    set(415, t2717_2718.first());
+    set(457, t2717_2718.second());
+    t2719_2720 = both(t11) * t2697_2698;
+    t2721_2722 = R::Two::fused(both(t23), t2703_2704, t2719_2720);
+    t2723_2724 = R::Two::fused(both(t32), t2709_2710, -t2721_2722);
+    set(416, t2723_2724.first());
+    set(458, t2723_2724.second());
     // right_foot, left_foot: motion
-    t2737_2738 = t2305_2306 - two(a_right_ankle_roll, a_left_ankle_roll);
-    t2739_2740 = t2099_2100 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t2741_2742 = R::Two::fused(-t2087_2088, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2739_2740);
-    t2743_2744 = t2099_2100 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t2745_2746 = R::Two::fused(t2087_2088, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2743_2744);
-    t2747_2748 = t2741_2742 * t2745_2746;
-    t2749_2750 = t2737_2738 + t2747_2748;
-    t2751_2752 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2749_2750; // right_foot, left_foot
-    t2753_2754 = t2091_2092 - two(v_right_ankle_roll, v_left_ankle_roll);
-    t2755_2756 = t2753_2754 * t2753_2754;
-    t2757_2758 = t2745_2746 * t2745_2746;
-    t2759_2760 = t2755_2756 + t2757_2758;
-    t2761_2762 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2759_2760, t2751_2752);
-    t2763_2764 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2761_2762; // right_ankle, left_ankle
-    t2765_2766 = t2083_2084 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t2767_2768 = R::Two::fused(t2131_2132, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2765_2766);
-    t2769_2770 = R::Two::fused(t2741_2742, two(v_right_ankle_roll, v_left_ankle_roll), t2767_2768);
-    t2771_2772 = t2741_2742 * t2753_2754;
-    t2773_2774 = t2769_2770 - t2771_2772;
-    t2775_2776 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2773_2774, t2763_2764);
-    t2777_2778 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2775_2776; // right_lower_leg, left_lower_leg
+    t2725_2726 = t2299_2300 - two(a_right_ankle_roll, a_left_ankle_roll);
+    t2727_2728 = t2093_2094 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t2729_2730 = R::Two::fused(-t2081_2082, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2727_2728);
+    t2731_2732 = t2093_2094 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t2733_2734 = R::Two::fused(t2081_2082, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2731_2732);
+    t2735_2736 = t2729_2730 * t2733_2734;
+    t2737_2738 = t2725_2726 + t2735_2736;
+    t2739_2740 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2737_2738; // right_foot, left_foot
+    t2741_2742 = t2085_2086 - two(v_right_ankle_roll, v_left_ankle_roll);
+    t2743_2744 = t2741_2742 * t2741_2742;
+    t2745_2746 = t2733_2734 * t2733_2734;
+    t2747_2748 = t2743_2744 + t2745_2746;
+    t2749_2750 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2747_2748, t2739_2740);
+    t2751_2752 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2749_2750; // right_ankle, left_ankle
+    t2753_2754 = t2077_2078 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t2755_2756 = R::Two::fused(t2125_2126, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2753_2754);
+    t2757_2758 = R::Two::fused(t2729_2730, two(v_right_ankle_roll, v_left_ankle_roll), t2755_2756);
+    t2759_2760 = t2729_2730 * t2741_2742;
+    t2761_2762 = t2757_2758 - t2759_2760;
+    t2763_2764 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2761_2762, t2751_2752);
+    t2765_2766 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2763_2764; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
-    t2779_2780 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2761_2762;
-    t2781_2782 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2773_2774, t2779_2780);
-    t2783_2784 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2781_2782, t2777_2778);
-    t2785_2786 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2783_2784; // right_upper_leg, left_upper_leg
+    t2767_2768 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2749_2750;
+    t2769_2770 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2761_2762, t2767_2768);
+    t2771_2772 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2769_2770, t2765_2766);
+    t2773_2774 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2771_2772; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2787_2788 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2775_2776;
-    t2789_2790 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2781_2782, t2787_2788);
-    t2791_2792 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2789_2790, t2785_2786);
-    t2793_2794 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2791_2792; // right_hip_yaw_link, left_hip_yaw_link
+    t2775_2776 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2763_2764;
+    t2777_2778 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2769_2770, t2775_2776);
+    t2779_2780 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2777_2778, t2773_2774);
+    t2781_2782 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2779_2780; // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
-    t2795_2796 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t2749_2750;
-    t2797_2798 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2759_2760, -t2795_2796);
-    t2799_2800 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2797_2798; // right_hip_roll_link, left_hip_roll_link
+    t2783_2784 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t2737_2738;
+    t2785_2786 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2747_2748, -t2783_2784);
+    t2787_2788 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2785_2786; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2801_2802 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2783_2784;
-    t2803_2804 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2789_2790, t2801_2802);
-    t2805_2806 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2803_2804, t2799_2800);
-    t2807_2808 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2805_2806, t2793_2794);
-    t2809_2810 = both(t5) * t2807_2808; // torso: sums of what it carries
+    t2789_2790 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2771_2772;
+    t2791_2792 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2777_2778, t2789_2790);
+    t2793_2794 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2791_2792, t2787_2788);
+    t2795_2796 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2793_2794, t2781_2782);
+    t2797_2798 = both(t5) * t2795_2796; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2811_2812 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2791_2792;
-    t2813_2814 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2805_2806, t2811_2812);
-    t2815_2816 = R::Two::fused(both(t16), t2813_2814, t2809_2810); // torso: sums of what it carries
+    t2799_2800 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2779_2780;
+    t2801_2802 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2793_2794, t2799_2800);
+    t2803_2804 = R::Two::fused(both(t16), t2801_2802, t2797_2798); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2817_2818 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2797_2798;
-    t2819_2820 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2803_2804, t2817_2818);
+    t2805_2806 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2785_2786;
+    t2807_2808 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2791_2792, t2805_2806);
     // torso: sums of what it carries
-    t2821_2822 = R::Two::fused(-both(t26), t2819_2820, -t2815_2816);
-    set(474, t2821_2822.first());
-    set(516, t2821_2822.second());
-    t2823_2824 = both(t35) * t2807_2808;
-    t2825_2826 = R::Two::fused(both(t38), t2813_2814, t2823_2824);
-    t2827_2828 = R::Two::fused(-both(t40), t2819_2820, -t2825_2826);
-    set(475, t2827_2828.first());
-    set(517, t2827_2828.second());
-    t2829_2830 = both(t11) * t2807_2808;
-    t2831_2832 = R::Two::fused(both(t23), t2813_2814, t2829_2830);
-    t2833_2834 = R::Two::fused(-both(t32), t2819_2820, -t2831_2832);
-    set(476, t2833_2834.first());
-    set(518, t2833_2834.second());
-    t2835_2836 = t2367_2368 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
-    t2837_2838 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2835_2836; // right_ankle, left_ankle
+    t2809_2810 = R::Two::fused(-both(t26), t2807_2808, -t2803_2804);
+    set(474, t2809_2810.first());
+    set(516, t2809_2810.second());
+    t2811_2812 = both(t35) * t2795_2796;
+    t2813_2814 = R::Two::fused(both(t38), t2801_2802, t2811_2812);
+    t2815_2816 = R::Two::fused(-both(t40), t2807_2808, -t2813_2814);
+    set(475, t2815_2816.first());
+    set(517, t2815_2816.second());
+    t2817_2818 = both(t11) * t2795_2796;
+    t2819_2820 = R::Two::fused(both(t23), t2801_2802, t2817_2818);
+    t2821_2822 = R::Two::fused(-both(t32), t2807_2808, -t2819_2820);
+    set(476, t2821_2822.first());
+    set(518, t2821_2822.second());
+    t2823_2824 = t2361_2362 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
+    t2825_2826 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2823_2824; // right_ankle, left_ankle
     // right_foot, left_foot: motion
-    t2839_2840 = t2173_2174 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t2841_2842 = R::Two::fused(t2203_2204, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2839_2840);
-    t2843_2844 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2841_2842, t2837_2838);
-    t2845_2846 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2843_2844; // right_lower_leg, left_lower_leg
+    t2827_2828 = t2167_2168 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t2829_2830 = R::Two::fused(t2197_2198, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2827_2828);
+    t2831_2832 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2829_2830, t2825_2826);
+    t2833_2834 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2831_2832; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
-    t2847_2848 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2835_2836;
-    t2849_2850 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2841_2842, t2847_2848);
-    t2851_2852 = R::Two::fused(both(R::constant(-0.273)), t2797_2798, t2849_2850);
+    t2835_2836 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2823_2824;
+    t2837_2838 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2829_2830, t2835_2836);
+    t2839_2840 = R::Two::fused(both(R::constant(-0.273)), t2785_2786, t2837_2838);
+    t2841_2842 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2839_2840, t2833_2834);
+    t2843_2844 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2841_2842; // right_upper_leg, left_upper_leg
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t2845_2846 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2831_2832;
+    t2847_2848 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2839_2840, t2845_2846);
+    t2849_2850 = R::Two::fused(both(R::constant(-0.315)), t2785_2786, t2847_2848);
+    t2851_2852 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2849_2850, t2843_2844);
     let (
         t2853_2854, t2855_2856, t2857_2858, t2859_2860, t2861_2862, t2863_2864, t2865_2866, t2867_2868, t2869_2870,
         t2871_2872, t2873_2874, t2875_2876, t2877_2878, t2879_2880, t2881_2882, t2883_2884, t2885_2886, t2887_2888,
@@ -2614,420 +2607,412 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
         t3339_3340, t3341_3342, t3343_3344, t3345_3346, t3347_3348, t3349_3350, t3351_3352, t3353_3354, t3355_3356,
         t3357_3358, t3359_3360, t3361_3362, t3363_3364,
     );
-    t2853_2854 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2851_2852, t2845_2846);
-    t2855_2856 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2853_2854; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t2857_2858 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2843_2844;
-    t2859_2860 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2851_2852, t2857_2858);
-    t2861_2862 = R::Two::fused(both(R::constant(-0.315)), t2797_2798, t2859_2860);
-    t2863_2864 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2861_2862, t2855_2856);
-    t2865_2866 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2863_2864; // right_hip_yaw_link, left_hip_yaw_link
-    t2867_2868 = t2367_2368 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
-    t2869_2870 = R::Two::fused(both(R::constant(-0.273)), t2781_2782, t2867_2868); // right_ankle, left_ankle
-    t2871_2872 = R::Two::fused(both(R::constant(-0.315)), t2789_2790, t2869_2870);
-    t2873_2874 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2871_2872; // right_hip_roll_link, left_hip_roll_link
+    t2853_2854 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2851_2852; // right_hip_yaw_link, left_hip_yaw_link
+    t2855_2856 = t2361_2362 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
+    t2857_2858 = R::Two::fused(both(R::constant(-0.273)), t2769_2770, t2855_2856); // right_ankle, left_ankle
+    t2859_2860 = R::Two::fused(both(R::constant(-0.315)), t2777_2778, t2857_2858);
+    t2861_2862 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2859_2860; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2875_2876 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2853_2854;
-    t2877_2878 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2861_2862, t2875_2876);
-    t2879_2880 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2877_2878, t2873_2874);
+    t2863_2864 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2841_2842;
+    t2865_2866 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2849_2850, t2863_2864);
+    t2867_2868 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2865_2866, t2861_2862);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2881_2882 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2879_2880, t2865_2866);
-    t2883_2884 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2819_2820, t2881_2882);
-    t2885_2886 = both(t5) * t2883_2884; // torso: sums of what it carries
-    t2887_2888 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2863_2864;
-    t2889_2890 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2879_2880, t2887_2888);
-    t2891_2892 = R::Two::fused(both(t16), t2889_2890, t2885_2886); // torso: sums of what it carries
+    t2869_2870 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2867_2868, t2853_2854);
+    t2871_2872 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2807_2808, t2869_2870);
+    t2873_2874 = both(t5) * t2871_2872; // torso: sums of what it carries
+    t2875_2876 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2851_2852;
+    t2877_2878 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2867_2868, t2875_2876);
+    t2879_2880 = R::Two::fused(both(t16), t2877_2878, t2873_2874); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2893_2894 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2871_2872;
-    t2895_2896 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2877_2878, t2893_2894);
-    t2897_2898 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2807_2808, t2895_2896);
+    t2881_2882 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2859_2860;
+    t2883_2884 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2865_2866, t2881_2882);
+    t2885_2886 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2795_2796, t2883_2884);
     // torso: sums of what it carries
-    t2899_2900 = R::Two::fused(-both(t26), t2897_2898, t2891_2892);
-    t2901_2902 = both(q_base_y) * t2833_2834;
-    t2903_2904 = R::Two::fused(both(q_base_z), t2827_2828, -t2901_2902);
+    t2887_2888 = R::Two::fused(-both(t26), t2885_2886, t2879_2880);
+    t2889_2890 = both(q_base_y) * t2821_2822;
+    t2891_2892 = R::Two::fused(both(q_base_z), t2815_2816, -t2889_2890);
+    t2893_2894 = t2887_2888 - t2891_2892;
+    set(477, t2893_2894.first());
+    set(519, t2893_2894.second());
+    t2895_2896 = both(t35) * t2871_2872;
+    t2897_2898 = R::Two::fused(both(t38), t2877_2878, t2895_2896);
+    t2899_2900 = R::Two::fused(-both(t40), t2885_2886, t2897_2898);
+    t2901_2902 = both(q_base_z) * t2809_2810;
+    t2903_2904 = R::Two::fused(both(q_base_x), t2821_2822, -t2901_2902);
     t2905_2906 = t2899_2900 - t2903_2904;
-    set(477, t2905_2906.first());
-    set(519, t2905_2906.second());
-    t2907_2908 = both(t35) * t2883_2884;
-    t2909_2910 = R::Two::fused(both(t38), t2889_2890, t2907_2908);
-    t2911_2912 = R::Two::fused(-both(t40), t2897_2898, t2909_2910);
-    t2913_2914 = both(q_base_z) * t2821_2822;
-    t2915_2916 = R::Two::fused(both(q_base_x), t2833_2834, -t2913_2914);
+    set(478, t2905_2906.first());
+    set(520, t2905_2906.second());
+    t2907_2908 = both(t11) * t2871_2872;
+    t2909_2910 = R::Two::fused(both(t23), t2877_2878, t2907_2908);
+    t2911_2912 = R::Two::fused(-both(t32), t2885_2886, t2909_2910);
+    t2913_2914 = both(q_base_x) * t2815_2816;
+    t2915_2916 = R::Two::fused(both(q_base_y), t2809_2810, -t2913_2914);
     t2917_2918 = t2911_2912 - t2915_2916;
-    set(478, t2917_2918.first());
-    set(520, t2917_2918.second());
-    t2919_2920 = both(t11) * t2883_2884;
-    t2921_2922 = R::Two::fused(both(t23), t2889_2890, t2919_2920);
-    t2923_2924 = R::Two::fused(-both(t32), t2897_2898, t2921_2922);
-    t2925_2926 = both(q_base_x) * t2827_2828;
-    t2927_2928 = R::Two::fused(both(q_base_y), t2821_2822, -t2925_2926);
-    t2929_2930 = t2923_2924 - t2927_2928;
-    set(479, t2929_2930.first());
-    set(521, t2929_2930.second());
-    t2931_2932 = t2737_2738 - t2747_2748; // right_foot, left_foot: motion
-    t2933_2934 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t2931_2932; // right_foot, left_foot
+    set(479, t2917_2918.first());
+    set(521, t2917_2918.second());
+    t2919_2920 = t2725_2726 - t2735_2736; // right_foot, left_foot: motion
+    t2921_2922 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t2919_2920; // right_foot, left_foot
     // right_foot, left_foot: motion
-    t2935_2936 = t2741_2742 * t2741_2742;
-    t2937_2938 = t2755_2756 + t2935_2936;
-    t2939_2940 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2937_2938, t2933_2934);
-    t2941_2942 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2939_2940; // right_ankle, left_ankle
-    t2943_2944 = t2083_2084 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t2945_2946 = R::Two::fused(-t2131_2132, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2943_2944);
-    t2947_2948 = R::Two::fused(-t2745_2746, two(v_right_ankle_roll, v_left_ankle_roll), t2945_2946);
-    t2949_2950 = t2745_2746 * t2753_2754;
-    t2951_2952 = t2947_2948 + t2949_2950;
-    t2953_2954 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2951_2952, t2941_2942);
-    t2955_2956 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2953_2954; // right_lower_leg, left_lower_leg
+    t2923_2924 = t2729_2730 * t2729_2730;
+    t2925_2926 = t2743_2744 + t2923_2924;
+    t2927_2928 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2925_2926, t2921_2922);
+    t2929_2930 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2927_2928; // right_ankle, left_ankle
+    t2931_2932 = t2077_2078 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t2933_2934 = R::Two::fused(-t2125_2126, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2931_2932);
+    t2935_2936 = R::Two::fused(-t2733_2734, two(v_right_ankle_roll, v_left_ankle_roll), t2933_2934);
+    t2937_2938 = t2733_2734 * t2741_2742;
+    t2939_2940 = t2935_2936 + t2937_2938;
+    t2941_2942 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2939_2940, t2929_2930);
+    t2943_2944 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2941_2942; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
-    t2957_2958 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2939_2940;
-    t2959_2960 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2951_2952, t2957_2958);
-    t2961_2962 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2959_2960, t2955_2956);
-    t2963_2964 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2961_2962; // right_upper_leg, left_upper_leg
+    t2945_2946 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2927_2928;
+    t2947_2948 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2939_2940, t2945_2946);
+    t2949_2950 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t2947_2948, t2943_2944);
+    t2951_2952 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t2949_2950; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t2965_2966 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2953_2954;
-    t2967_2968 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2959_2960, t2965_2966);
-    t2969_2970 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2967_2968, t2963_2964);
-    t2971_2972 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2969_2970; // right_hip_yaw_link, left_hip_yaw_link
+    t2953_2954 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2941_2942;
+    t2955_2956 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t2947_2948, t2953_2954);
+    t2957_2958 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t2955_2956, t2951_2952);
+    t2959_2960 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2957_2958; // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
-    t2973_2974 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2931_2932;
-    t2975_2976 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2937_2938, t2973_2974);
-    t2977_2978 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2975_2976; // right_hip_roll_link, left_hip_roll_link
+    t2961_2962 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2919_2920;
+    t2963_2964 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2925_2926, t2961_2962);
+    t2965_2966 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2963_2964; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t2979_2980 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2961_2962;
-    t2981_2982 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2967_2968, t2979_2980);
-    t2983_2984 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2981_2982, t2977_2978);
-    t2985_2986 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2983_2984, t2971_2972);
-    t2987_2988 = both(t5) * t2985_2986; // torso: sums of what it carries
+    t2967_2968 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t2949_2950;
+    t2969_2970 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t2955_2956, t2967_2968);
+    t2971_2972 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2969_2970, t2965_2966);
+    t2973_2974 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t2971_2972, t2959_2960);
+    t2975_2976 = both(t5) * t2973_2974; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t2989_2990 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2969_2970;
-    t2991_2992 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2983_2984, t2989_2990);
-    t2993_2994 = R::Two::fused(both(t16), t2991_2992, t2987_2988); // torso: sums of what it carries
+    t2977_2978 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2957_2958;
+    t2979_2980 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t2971_2972, t2977_2978);
+    t2981_2982 = R::Two::fused(both(t16), t2979_2980, t2975_2976); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t2995_2996 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2975_2976;
-    t2997_2998 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2981_2982, t2995_2996);
+    t2983_2984 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2963_2964;
+    t2985_2986 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2969_2970, t2983_2984);
     // torso: sums of what it carries
-    t2999_3000 = R::Two::fused(both(t26), t2997_2998, t2993_2994);
-    set(480, t2999_3000.first());
-    set(522, t2999_3000.second());
-    t3001_3002 = both(t35) * t2985_2986;
-    t3003_3004 = R::Two::fused(both(t38), t2991_2992, t3001_3002);
-    t3005_3006 = R::Two::fused(both(t40), t2997_2998, t3003_3004);
-    set(481, t3005_3006.first());
-    set(523, t3005_3006.second());
-    t3007_3008 = both(t11) * t2985_2986;
-    t3009_3010 = R::Two::fused(both(t23), t2991_2992, t3007_3008);
-    t3011_3012 = R::Two::fused(both(t32), t2997_2998, t3009_3010);
-    set(482, t3011_3012.first());
-    set(524, t3011_3012.second());
-    t3013_3014 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2867_2868; // right_ankle, left_ankle
+    t2987_2988 = R::Two::fused(both(t26), t2985_2986, t2981_2982);
+    set(480, t2987_2988.first());
+    set(522, t2987_2988.second());
+    t2989_2990 = both(t35) * t2973_2974;
+    t2991_2992 = R::Two::fused(both(t38), t2979_2980, t2989_2990);
+    t2993_2994 = R::Two::fused(both(t40), t2985_2986, t2991_2992);
+    set(481, t2993_2994.first());
+    set(523, t2993_2994.second());
+    t2995_2996 = both(t11) * t2973_2974;
+    t2997_2998 = R::Two::fused(both(t23), t2979_2980, t2995_2996);
+    t2999_3000 = R::Two::fused(both(t32), t2985_2986, t2997_2998);
+    set(482, t2999_3000.first());
+    set(524, t2999_3000.second());
+    t3001_3002 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t2855_2856; // right_ankle, left_ankle
     // right_foot, left_foot: motion
-    t3015_3016 = t2173_2174 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t3017_3018 = R::Two::fused(-t2203_2204, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3015_3016);
-    t3019_3020 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3017_3018, t3013_3014);
-    t3021_3022 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3019_3020; // right_lower_leg, left_lower_leg
+    t3003_3004 = t2167_2168 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t3005_3006 = R::Two::fused(-t2197_2198, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3003_3004);
+    t3007_3008 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3005_3006, t3001_3002);
+    t3009_3010 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3007_3008; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
-    t3023_3024 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2867_2868;
-    t3025_3026 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3017_3018, t3023_3024);
-    t3027_3028 = R::Two::fused(both(R::constant(-0.273)), t2975_2976, t3025_3026);
-    t3029_3030 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3027_3028, t3021_3022);
-    t3031_3032 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3029_3030; // right_upper_leg, left_upper_leg
+    t3011_3012 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t2855_2856;
+    t3013_3014 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3005_3006, t3011_3012);
+    t3015_3016 = R::Two::fused(both(R::constant(-0.273)), t2963_2964, t3013_3014);
+    t3017_3018 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3015_3016, t3009_3010);
+    t3019_3020 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3017_3018; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t3033_3034 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3019_3020;
-    t3035_3036 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3027_3028, t3033_3034);
-    t3037_3038 = R::Two::fused(both(R::constant(-0.315)), t2975_2976, t3035_3036);
-    t3039_3040 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3037_3038, t3031_3032);
-    t3041_3042 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3039_3040; // right_hip_yaw_link, left_hip_yaw_link
-    t3043_3044 = R::Two::fused(both(R::constant(0.273)), t2959_2960, t2835_2836); // right_ankle, left_ankle
-    t3045_3046 = R::Two::fused(both(R::constant(0.315)), t2967_2968, t3043_3044);
-    t3047_3048 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3045_3046; // right_hip_roll_link, left_hip_roll_link
+    t3021_3022 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3007_3008;
+    t3023_3024 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3015_3016, t3021_3022);
+    t3025_3026 = R::Two::fused(both(R::constant(-0.315)), t2963_2964, t3023_3024);
+    t3027_3028 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3025_3026, t3019_3020);
+    t3029_3030 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3027_3028; // right_hip_yaw_link, left_hip_yaw_link
+    t3031_3032 = R::Two::fused(both(R::constant(0.273)), t2947_2948, t2823_2824); // right_ankle, left_ankle
+    t3033_3034 = R::Two::fused(both(R::constant(0.315)), t2955_2956, t3031_3032);
+    t3035_3036 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3033_3034; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t3049_3050 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3029_3030;
-    t3051_3052 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3037_3038, t3049_3050);
-    t3053_3054 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3051_3052, t3047_3048);
+    t3037_3038 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3017_3018;
+    t3039_3040 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3025_3026, t3037_3038);
+    t3041_3042 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3039_3040, t3035_3036);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3055_3056 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3053_3054, t3041_3042);
-    t3057_3058 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2997_2998, t3055_3056);
-    t3059_3060 = both(t5) * t3057_3058; // torso: sums of what it carries
-    t3061_3062 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3039_3040;
-    t3063_3064 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3053_3054, t3061_3062);
-    t3065_3066 = R::Two::fused(both(t16), t3063_3064, t3059_3060); // torso: sums of what it carries
+    t3043_3044 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3041_3042, t3029_3030);
+    t3045_3046 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t2985_2986, t3043_3044);
+    t3047_3048 = both(t5) * t3045_3046; // torso: sums of what it carries
+    t3049_3050 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3027_3028;
+    t3051_3052 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3041_3042, t3049_3050);
+    t3053_3054 = R::Two::fused(both(t16), t3051_3052, t3047_3048); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t3067_3068 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3045_3046;
-    t3069_3070 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3051_3052, t3067_3068);
-    t3071_3072 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t2985_2986, t3069_3070);
+    t3055_3056 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3033_3034;
+    t3057_3058 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3039_3040, t3055_3056);
+    t3059_3060 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t2973_2974, t3057_3058);
     // torso: sums of what it carries
-    t3073_3074 = R::Two::fused(both(t26), t3071_3072, t3065_3066);
-    t3075_3076 = both(q_base_y) * t3011_3012;
-    t3077_3078 = R::Two::fused(-both(q_base_z), t3005_3006, t3075_3076);
+    t3061_3062 = R::Two::fused(both(t26), t3059_3060, t3053_3054);
+    t3063_3064 = both(q_base_y) * t2999_3000;
+    t3065_3066 = R::Two::fused(-both(q_base_z), t2993_2994, t3063_3064);
+    t3067_3068 = t3065_3066 - t3061_3062;
+    set(483, t3067_3068.first());
+    set(525, t3067_3068.second());
+    t3069_3070 = both(t35) * t3045_3046;
+    t3071_3072 = R::Two::fused(both(t38), t3051_3052, t3069_3070);
+    t3073_3074 = R::Two::fused(both(t40), t3059_3060, t3071_3072);
+    t3075_3076 = both(q_base_z) * t2987_2988;
+    t3077_3078 = R::Two::fused(-both(q_base_x), t2999_3000, t3075_3076);
     t3079_3080 = t3077_3078 - t3073_3074;
-    set(483, t3079_3080.first());
-    set(525, t3079_3080.second());
-    t3081_3082 = both(t35) * t3057_3058;
-    t3083_3084 = R::Two::fused(both(t38), t3063_3064, t3081_3082);
-    t3085_3086 = R::Two::fused(both(t40), t3071_3072, t3083_3084);
-    t3087_3088 = both(q_base_z) * t2999_3000;
-    t3089_3090 = R::Two::fused(-both(q_base_x), t3011_3012, t3087_3088);
+    set(484, t3079_3080.first());
+    set(526, t3079_3080.second());
+    t3081_3082 = both(t11) * t3045_3046;
+    t3083_3084 = R::Two::fused(both(t23), t3051_3052, t3081_3082);
+    t3085_3086 = R::Two::fused(both(t32), t3059_3060, t3083_3084);
+    t3087_3088 = both(q_base_x) * t2993_2994;
+    t3089_3090 = R::Two::fused(-both(q_base_y), t2987_2988, t3087_3088);
     t3091_3092 = t3089_3090 - t3085_3086;
-    set(484, t3091_3092.first());
-    set(526, t3091_3092.second());
-    t3093_3094 = both(t11) * t3057_3058;
-    t3095_3096 = R::Two::fused(both(t23), t3063_3064, t3093_3094);
-    t3097_3098 = R::Two::fused(both(t32), t3071_3072, t3095_3096);
-    t3099_3100 = both(q_base_x) * t3005_3006;
-    t3101_3102 = R::Two::fused(-both(q_base_y), t2999_3000, t3099_3100);
-    t3103_3104 = t3101_3102 - t3097_3098;
-    set(485, t3103_3104.first());
-    set(527, t3103_3104.second());
+    set(485, t3091_3092.first());
+    set(527, t3091_3092.second());
     // right_foot, left_foot: sums of what it carries
-    t3105_3106 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t2949_2950;
-    t3107_3108 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2771_2772, t3105_3106);
+    t3093_3094 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t2937_2938;
+    t3095_3096 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2759_2760, t3093_3094);
     // right_ankle, left_ankle: sums of what it carries
-    t3109_3110 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3107_3108;
-    t3111_3112 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2737_2738, t3109_3110);
-    t3113_3114 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3111_3112; // right_lower_leg, left_lower_leg
-    t3115_3116 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3107_3108;
-    t3117_3118 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2737_2738, t3115_3116);
-    t3119_3120 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3117_3118, t3113_3114);
-    t3121_3122 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3119_3120; // right_upper_leg, left_upper_leg
+    t3097_3098 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3095_3096;
+    t3099_3100 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2725_2726, t3097_3098);
+    t3101_3102 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3099_3100; // right_lower_leg, left_lower_leg
+    t3103_3104 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3095_3096;
+    t3105_3106 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2725_2726, t3103_3104);
+    t3107_3108 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3105_3106, t3101_3102);
+    t3109_3110 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3107_3108; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t3123_3124 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3111_3112;
-    t3125_3126 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3117_3118, t3123_3124);
-    t3127_3128 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3125_3126, t3121_3122);
-    t3129_3130 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3127_3128; // right_hip_yaw_link, left_hip_yaw_link
+    t3111_3112 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3099_3100;
+    t3113_3114 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3105_3106, t3111_3112);
+    t3115_3116 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3113_3114, t3109_3110);
+    t3117_3118 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3115_3116; // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
-    t3131_3132 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2949_2950;
-    t3133_3134 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2771_2772, t3131_3132);
-    t3135_3136 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3133_3134; // right_hip_roll_link, left_hip_roll_link
+    t3119_3120 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2937_2938;
+    t3121_3122 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2759_2760, t3119_3120);
+    t3123_3124 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3121_3122; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t3137_3138 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3119_3120;
-    t3139_3140 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3125_3126, t3137_3138);
-    t3141_3142 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3139_3140, t3135_3136);
-    t3143_3144 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3141_3142, t3129_3130);
-    t3145_3146 = both(t5) * t3143_3144; // torso: sums of what it carries
+    t3125_3126 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3107_3108;
+    t3127_3128 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3113_3114, t3125_3126);
+    t3129_3130 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3127_3128, t3123_3124);
+    t3131_3132 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3129_3130, t3117_3118);
+    t3133_3134 = both(t5) * t3131_3132; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3147_3148 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3127_3128;
-    t3149_3150 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3141_3142, t3147_3148);
-    t3151_3152 = R::Two::fused(both(t16), t3149_3150, t3145_3146); // torso: sums of what it carries
+    t3135_3136 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3115_3116;
+    t3137_3138 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3129_3130, t3135_3136);
+    t3139_3140 = R::Two::fused(both(t16), t3137_3138, t3133_3134); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t3153_3154 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3133_3134;
-    t3155_3156 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3139_3140, t3153_3154);
+    t3141_3142 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3121_3122;
+    t3143_3144 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3127_3128, t3141_3142);
     // torso: sums of what it carries
-    t3157_3158 = R::Two::fused(-both(t26), t3155_3156, -t3151_3152);
-    set(486, t3157_3158.first());
-    set(528, t3157_3158.second());
-    t3159_3160 = both(t35) * t3143_3144;
-    t3161_3162 = R::Two::fused(both(t38), t3149_3150, t3159_3160);
-    t3163_3164 = R::Two::fused(-both(t40), t3155_3156, -t3161_3162);
-    set(487, t3163_3164.first());
-    set(529, t3163_3164.second());
-    t3165_3166 = both(t11) * t3143_3144;
-    t3167_3168 = R::Two::fused(both(t23), t3149_3150, t3165_3166);
-    t3169_3170 = R::Two::fused(-both(t32), t3155_3156, -t3167_3168);
-    set(488, t3169_3170.first());
-    set(530, t3169_3170.second());
-    t3171_3172 = t2755_2756 - t2935_2936; // right_foot, left_foot: wrench that its motion needs
-    t3173_3174 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t3171_3172, t2795_2796);
-    t3175_3176 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3173_3174; // right_ankle, left_ankle
-    t3177_3178 = t2947_2948 - t2949_2950; // right_foot, left_foot: motion
-    t3179_3180 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3177_3178, t3175_3176);
-    t3181_3182 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3179_3180; // right_lower_leg, left_lower_leg
+    t3145_3146 = R::Two::fused(-both(t26), t3143_3144, -t3139_3140);
+    set(486, t3145_3146.first());
+    set(528, t3145_3146.second());
+    t3147_3148 = both(t35) * t3131_3132;
+    t3149_3150 = R::Two::fused(both(t38), t3137_3138, t3147_3148);
+    t3151_3152 = R::Two::fused(-both(t40), t3143_3144, -t3149_3150);
+    set(487, t3151_3152.first());
+    set(529, t3151_3152.second());
+    t3153_3154 = both(t11) * t3131_3132;
+    t3155_3156 = R::Two::fused(both(t23), t3137_3138, t3153_3154);
+    t3157_3158 = R::Two::fused(-both(t32), t3143_3144, -t3155_3156);
+    set(488, t3157_3158.first());
+    set(530, t3157_3158.second());
+    t3159_3160 = t2743_2744 - t2923_2924; // right_foot, left_foot: wrench that its motion needs
+    t3161_3162 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t3159_3160, t2783_2784);
+    t3163_3164 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3161_3162; // right_ankle, left_ankle
+    t3165_3166 = t2935_2936 - t2937_2938; // right_foot, left_foot: motion
+    t3167_3168 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3165_3166, t3163_3164);
+    t3169_3170 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3167_3168; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
-    t3183_3184 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3173_3174;
-    t3185_3186 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3177_3178, t3183_3184);
-    t3187_3188 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3185_3186, t3181_3182);
-    t3189_3190 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3187_3188; // right_upper_leg, left_upper_leg
+    t3171_3172 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3161_3162;
+    t3173_3174 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3165_3166, t3171_3172);
+    t3175_3176 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3173_3174, t3169_3170);
+    t3177_3178 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3175_3176; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t3191_3192 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3179_3180;
-    t3193_3194 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3185_3186, t3191_3192);
-    t3195_3196 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3193_3194, t3189_3190);
-    t3197_3198 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3195_3196; // right_hip_yaw_link, left_hip_yaw_link
-    t3199_3200 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3171_3172, t2751_2752);
-    t3201_3202 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3199_3200; // right_hip_roll_link, left_hip_roll_link
+    t3179_3180 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3167_3168;
+    t3181_3182 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3173_3174, t3179_3180);
+    t3183_3184 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3181_3182, t3177_3178);
+    t3185_3186 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3183_3184; // right_hip_yaw_link, left_hip_yaw_link
+    t3187_3188 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3159_3160, t2739_2740);
+    t3189_3190 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3187_3188; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t3203_3204 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3187_3188;
-    t3205_3206 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3193_3194, t3203_3204);
-    t3207_3208 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3205_3206, t3201_3202);
-    t3209_3210 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3207_3208, t3197_3198);
-    t3211_3212 = both(t5) * t3209_3210; // torso: sums of what it carries
+    t3191_3192 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3175_3176;
+    t3193_3194 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3181_3182, t3191_3192);
+    t3195_3196 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3193_3194, t3189_3190);
+    t3197_3198 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3195_3196, t3185_3186);
+    t3199_3200 = both(t5) * t3197_3198; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3213_3214 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3195_3196;
-    t3215_3216 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3207_3208, t3213_3214);
-    t3217_3218 = R::Two::fused(both(t16), t3215_3216, t3211_3212); // torso: sums of what it carries
+    t3201_3202 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3183_3184;
+    t3203_3204 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3195_3196, t3201_3202);
+    t3205_3206 = R::Two::fused(both(t16), t3203_3204, t3199_3200); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t3219_3220 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3199_3200;
-    t3221_3222 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3205_3206, t3219_3220);
+    t3207_3208 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3187_3188;
+    t3209_3210 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3193_3194, t3207_3208);
     // torso: sums of what it carries
-    t3223_3224 = R::Two::fused(-both(t26), t3221_3222, -t3217_3218);
-    set(489, t3223_3224.first());
-    set(531, t3223_3224.second());
-    t3225_3226 = both(t35) * t3209_3210;
-    t3227_3228 = R::Two::fused(both(t38), t3215_3216, t3225_3226);
-    t3229_3230 = R::Two::fused(-both(t40), t3221_3222, -t3227_3228);
-    set(490, t3229_3230.first());
-    set(532, t3229_3230.second());
-    t3231_3232 = both(t11) * t3209_3210;
-    t3233_3234 = R::Two::fused(both(t23), t3215_3216, t3231_3232);
-    t3235_3236 = R::Two::fused(-both(t32), t3221_3222, -t3233_3234);
-    set(491, t3235_3236.first());
-    set(533, t3235_3236.second());
-    t3237_3238 = t2755_2756 - t2757_2758; // right_foot, left_foot: wrench that its motion needs
-    t3239_3240 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3237_3238, t2973_2974);
-    t3241_3242 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3239_3240; // right_ankle, left_ankle
-    t3243_3244 = t2769_2770 + t2771_2772; // right_foot, left_foot: motion
-    t3245_3246 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3243_3244, t3241_3242);
-    t3247_3248 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3245_3246; // right_lower_leg, left_lower_leg
+    t3211_3212 = R::Two::fused(-both(t26), t3209_3210, -t3205_3206);
+    set(489, t3211_3212.first());
+    set(531, t3211_3212.second());
+    t3213_3214 = both(t35) * t3197_3198;
+    t3215_3216 = R::Two::fused(both(t38), t3203_3204, t3213_3214);
+    t3217_3218 = R::Two::fused(-both(t40), t3209_3210, -t3215_3216);
+    set(490, t3217_3218.first());
+    set(532, t3217_3218.second());
+    t3219_3220 = both(t11) * t3197_3198;
+    t3221_3222 = R::Two::fused(both(t23), t3203_3204, t3219_3220);
+    t3223_3224 = R::Two::fused(-both(t32), t3209_3210, -t3221_3222);
+    set(491, t3223_3224.first());
+    set(533, t3223_3224.second());
+    t3225_3226 = t2743_2744 - t2745_2746; // right_foot, left_foot: wrench that its motion needs
+    t3227_3228 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t3225_3226, t2961_2962);
+    t3229_3230 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3227_3228; // right_ankle, left_ankle
+    t3231_3232 = t2757_2758 + t2759_2760; // right_foot, left_foot: motion
+    t3233_3234 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3231_3232, t3229_3230);
+    t3235_3236 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3233_3234; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
-    t3249_3250 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3239_3240;
-    t3251_3252 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3243_3244, t3249_3250);
-    t3253_3254 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3251_3252, t3247_3248);
-    t3255_3256 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3253_3254; // right_upper_leg, left_upper_leg
+    t3237_3238 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3227_3228;
+    t3239_3240 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3231_3232, t3237_3238);
+    t3241_3242 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3239_3240, t3235_3236);
+    t3243_3244 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3241_3242; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t3257_3258 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3245_3246;
-    t3259_3260 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3251_3252, t3257_3258);
-    t3261_3262 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3259_3260, t3255_3256);
-    t3263_3264 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3261_3262; // right_hip_yaw_link, left_hip_yaw_link
-    t3265_3266 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t3237_3238, t2933_2934);
-    t3267_3268 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3265_3266; // right_hip_roll_link, left_hip_roll_link
+    t3245_3246 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3233_3234;
+    t3247_3248 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3239_3240, t3245_3246);
+    t3249_3250 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3247_3248, t3243_3244);
+    t3251_3252 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3249_3250; // right_hip_yaw_link, left_hip_yaw_link
+    t3253_3254 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t3225_3226, t2921_2922);
+    t3255_3256 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3253_3254; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t3269_3270 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3253_3254;
-    t3271_3272 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3259_3260, t3269_3270);
-    t3273_3274 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3271_3272, t3267_3268);
-    t3275_3276 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3273_3274, t3263_3264);
-    t3277_3278 = both(t5) * t3275_3276; // torso: sums of what it carries
+    t3257_3258 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3241_3242;
+    t3259_3260 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3247_3248, t3257_3258);
+    t3261_3262 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3259_3260, t3255_3256);
+    t3263_3264 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3261_3262, t3251_3252);
+    t3265_3266 = both(t5) * t3263_3264; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3279_3280 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3261_3262;
-    t3281_3282 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3273_3274, t3279_3280);
-    t3283_3284 = R::Two::fused(both(t16), t3281_3282, t3277_3278); // torso: sums of what it carries
+    t3267_3268 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3249_3250;
+    t3269_3270 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3261_3262, t3267_3268);
+    t3271_3272 = R::Two::fused(both(t16), t3269_3270, t3265_3266); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t3285_3286 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3265_3266;
-    t3287_3288 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3271_3272, t3285_3286);
+    t3273_3274 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3253_3254;
+    t3275_3276 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3259_3260, t3273_3274);
     // torso: sums of what it carries
-    t3289_3290 = R::Two::fused(both(t26), t3287_3288, -t3283_3284);
-    set(492, t3289_3290.first());
-    set(534, t3289_3290.second());
-    t3291_3292 = both(t35) * t3275_3276;
-    t3293_3294 = R::Two::fused(both(t38), t3281_3282, t3291_3292);
-    t3295_3296 = R::Two::fused(both(t40), t3287_3288, -t3293_3294);
-    set(493, t3295_3296.first());
-    set(535, t3295_3296.second());
-    t3297_3298 = both(t11) * t3275_3276;
-    t3299_3300 = R::Two::fused(both(t23), t3281_3282, t3297_3298);
-    t3301_3302 = R::Two::fused(both(t32), t3287_3288, -t3299_3300);
-    set(494, t3301_3302.first());
-    set(536, t3301_3302.second());
-    t3303_3304 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2769_2770, t3105_3106);
+    t3277_3278 = R::Two::fused(both(t26), t3275_3276, -t3271_3272);
+    set(492, t3277_3278.first());
+    set(534, t3277_3278.second());
+    t3279_3280 = both(t35) * t3263_3264;
+    t3281_3282 = R::Two::fused(both(t38), t3269_3270, t3279_3280);
+    t3283_3284 = R::Two::fused(both(t40), t3275_3276, -t3281_3282);
+    set(493, t3283_3284.first());
+    set(535, t3283_3284.second());
+    t3285_3286 = both(t11) * t3263_3264;
+    t3287_3288 = R::Two::fused(both(t23), t3269_3270, t3285_3286);
+    t3289_3290 = R::Two::fused(both(t32), t3275_3276, -t3287_3288);
+    set(494, t3289_3290.first());
+    set(536, t3289_3290.second());
+    t3291_3292 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2757_2758, t3093_3094);
     // right_ankle, left_ankle: sums of what it carries
-    t3305_3306 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3303_3304;
-    t3307_3308 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2747_2748, t3305_3306);
-    t3309_3310 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3307_3308; // right_lower_leg, left_lower_leg
-    t3311_3312 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3303_3304;
-    t3313_3314 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2747_2748, t3311_3312);
-    t3315_3316 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3313_3314, t3309_3310);
-    t3317_3318 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3315_3316; // right_upper_leg, left_upper_leg
+    t3293_3294 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3291_3292;
+    t3295_3296 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t2735_2736, t3293_3294);
+    t3297_3298 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3295_3296; // right_lower_leg, left_lower_leg
+    t3299_3300 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3291_3292;
+    t3301_3302 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t2735_2736, t3299_3300);
+    t3303_3304 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3301_3302, t3297_3298);
+    t3305_3306 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3303_3304; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t3319_3320 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3307_3308;
-    t3321_3322 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3313_3314, t3319_3320);
-    t3323_3324 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3321_3322, t3317_3318);
-    t3325_3326 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3323_3324; // right_hip_yaw_link, left_hip_yaw_link
-    t3327_3328 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2769_2770, t3131_3132);
-    t3329_3330 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3327_3328; // right_hip_roll_link, left_hip_roll_link
+    t3307_3308 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3295_3296;
+    t3309_3310 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3301_3302, t3307_3308);
+    t3311_3312 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3309_3310, t3305_3306);
+    t3313_3314 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3311_3312; // right_hip_yaw_link, left_hip_yaw_link
+    t3315_3316 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2757_2758, t3119_3120);
+    t3317_3318 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3315_3316; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t3331_3332 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3315_3316;
-    t3333_3334 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3321_3322, t3331_3332);
-    t3335_3336 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3333_3334, t3329_3330);
-    t3337_3338 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3335_3336, t3325_3326);
-    t3339_3340 = both(t5) * t3337_3338; // torso: sums of what it carries
+    t3319_3320 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3303_3304;
+    t3321_3322 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3309_3310, t3319_3320);
+    t3323_3324 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3321_3322, t3317_3318);
+    t3325_3326 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3323_3324, t3313_3314);
+    t3327_3328 = both(t5) * t3325_3326; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3341_3342 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3323_3324;
-    t3343_3344 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3335_3336, t3341_3342);
-    t3345_3346 = R::Two::fused(both(t16), t3343_3344, t3339_3340); // torso: sums of what it carries
+    t3329_3330 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3311_3312;
+    t3331_3332 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3323_3324, t3329_3330);
+    t3333_3334 = R::Two::fused(both(t16), t3331_3332, t3327_3328); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t3347_3348 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3327_3328;
-    t3349_3350 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3333_3334, t3347_3348);
-    t3351_3352 = R::Two::fused(both(t26), t3349_3350, t3345_3346); // torso: sums of what it carries
-    set(501, t3351_3352.first());
-    set(543, t3351_3352.second());
+    t3335_3336 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3315_3316;
+    t3337_3338 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3321_3322, t3335_3336);
+    t3339_3340 = R::Two::fused(both(t26), t3337_3338, t3333_3334); // torso: sums of what it carries
+    set(501, t3339_3340.first());
+    set(543, t3339_3340.second());
     // right_foot, left_foot: columns that its parent has too
-    t3353_3354 = t2665_2666 + t2481_2482;
-    t3355_3356 = t3353_3354 - t3351_3352;
-    set(495, t3355_3356.first());
-    set(537, t3355_3356.second());
+    t3341_3342 = t2653_2654 + t2475_2476;
+    t3343_3344 = t3341_3342 - t3339_3340;
+    set(495, t3343_3344.first());
+    set(537, t3343_3344.second());
     // torso: sums of what it carries
-    t3357_3358 = both(t35) * t3337_3338;
-    t3359_3360 = R::Two::fused(both(t38), t3343_3344, t3357_3358);
-    t3361_3362 = R::Two::fused(both(t40), t3349_3350, t3359_3360);
-    set(502, t3361_3362.first());
-    set(544, t3361_3362.second());
+    t3345_3346 = both(t35) * t3325_3326;
+    t3347_3348 = R::Two::fused(both(t38), t3331_3332, t3345_3346);
+    t3349_3350 = R::Two::fused(both(t40), t3337_3338, t3347_3348);
+    set(502, t3349_3350.first());
+    set(544, t3349_3350.second());
     // right_foot, left_foot: columns that its parent has too
-    t3363_3364 = t2671_2672 + t2491_2492;
+    t3351_3352 = t2659_2660 + t2483_2484;
+    t3353_3354 = t3351_3352 - t3349_3350;
+    set(496, t3353_3354.first());
+    set(538, t3353_3354.second());
+    // torso: sums of what it carries
+    t3355_3356 = both(t11) * t3325_3326;
+    t3357_3358 = R::Two::fused(both(t23), t3331_3332, t3355_3356);
+    t3359_3360 = R::Two::fused(both(t32), t3337_3338, t3357_3358);
+    set(503, t3359_3360.first());
+    set(545, t3359_3360.second());
+    // right_foot, left_foot: columns that its parent has too
+    t3361_3362 = t2665_2666 + t2491_2492;
+    t3363_3364 = t3361_3362 - t3359_3360;
+    set(497, t3363_3364.first());
+    set(539, t3363_3364.second());
     let (
         t3365_3366, t3367_3368, t3369_3370, t3371_3372, t3373_3374, t3375_3376, t3377_3378, t3379_3380, t3381_3382,
         t3383_3384, t3385_3386, t3387_3388, t3389_3390, t3391_3392, t3393_3394, t3395_3396, t3397_3398, t3399_3400,
         t3401_3402, t3403_3404, t3405_3406, t3407_3408, t3409_3410, t3411_3412, t3413_3414, t3415_3416, t3417_3418,
-        t3419_3420, t3421_3422, t3423_3424, t3425_3426, t3427_3428, t3429_3430, t3431_3432, t3433_3434, t3435_3436,
-        t3437_3438, t3439_3440, t3441_3442, t3443_3444,
+        t3419_3420, t3421_3422, t3423_3424, t3425_3426, t3427_3428, t3429_3430, t3431_3432,
     );
-    t3365_3366 = t3363_3364 - t3361_3362;
-    set(496, t3365_3366.first());
-    set(538, t3365_3366.second());
-    // torso: sums of what it carries
-    t3367_3368 = both(t11) * t3337_3338;
-    t3369_3370 = R::Two::fused(both(t23), t3343_3344, t3367_3368);
-    t3371_3372 = R::Two::fused(both(t32), t3349_3350, t3369_3370);
-    set(503, t3371_3372.first());
-    set(545, t3371_3372.second());
-    // right_foot, left_foot: columns that its parent has too
-    t3373_3374 = t2677_2678 + t2501_2502;
-    t3375_3376 = t3373_3374 - t3371_3372;
-    set(497, t3375_3376.first());
-    set(539, t3375_3376.second());
     // right_foot, left_foot: sums of what it carries
-    t3377_3378 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t2773_2774;
-    t3379_3380 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2951_2952, t3377_3378);
-    t3381_3382 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3379_3380; // right_ankle, left_ankle
-    t3383_3384 = t2935_2936 - t2757_2758; // right_foot, left_foot: wrench that its motion needs
-    t3385_3386 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3383_3384, t3381_3382);
-    t3387_3388 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3385_3386; // right_lower_leg, left_lower_leg
+    t3365_3366 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t2761_2762;
+    t3367_3368 = R::Two::fused(-two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t2939_2940, t3365_3366);
+    t3369_3370 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t3367_3368; // right_ankle, left_ankle
+    t3371_3372 = t2923_2924 - t2745_2746; // right_foot, left_foot: wrench that its motion needs
+    t3373_3374 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t3371_3372, t3369_3370);
+    t3375_3376 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t3373_3374; // right_lower_leg, left_lower_leg
     // right_ankle, left_ankle: sums of what it carries
-    t3389_3390 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3379_3380;
-    t3391_3392 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3383_3384, t3389_3390);
-    t3393_3394 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3391_3392, t3387_3388);
-    t3395_3396 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3393_3394; // right_upper_leg, left_upper_leg
+    t3377_3378 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t3367_3368;
+    t3379_3380 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t3371_3372, t3377_3378);
+    t3381_3382 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t3379_3380, t3375_3376);
+    t3383_3384 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t3381_3382; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t3397_3398 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3385_3386;
-    t3399_3400 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3391_3392, t3397_3398);
-    t3401_3402 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3399_3400, t3395_3396);
-    t3403_3404 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3401_3402; // right_hip_yaw_link, left_hip_yaw_link
+    t3385_3386 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t3373_3374;
+    t3387_3388 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t3379_3380, t3385_3386);
+    t3389_3390 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t3387_3388, t3383_3384);
+    t3391_3392 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t3389_3390; // right_hip_yaw_link, left_hip_yaw_link
     // right_foot, left_foot: sums of what it carries
-    t3405_3406 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2773_2774;
-    t3407_3408 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2951_2952, t3405_3406);
-    t3409_3410 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3407_3408; // right_hip_roll_link, left_hip_roll_link
+    t3393_3394 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t2761_2762;
+    t3395_3396 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t2939_2940, t3393_3394);
+    t3397_3398 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t3395_3396; // right_hip_roll_link, left_hip_roll_link
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t3411_3412 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3393_3394;
-    t3413_3414 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3399_3400, t3411_3412);
-    t3415_3416 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3413_3414, t3409_3410);
-    t3417_3418 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3415_3416, t3403_3404);
-    t3419_3420 = both(t5) * t3417_3418; // torso: sums of what it carries
+    t3399_3400 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t3381_3382;
+    t3401_3402 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t3387_3388, t3399_3400);
+    t3403_3404 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t3401_3402, t3397_3398);
+    t3405_3406 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t3403_3404, t3391_3392);
+    t3407_3408 = both(t5) * t3405_3406; // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t3421_3422 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3401_3402;
-    t3423_3424 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3415_3416, t3421_3422);
-    t3425_3426 = R::Two::fused(both(t16), t3423_3424, t3419_3420); // torso: sums of what it carries
+    t3409_3410 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t3389_3390;
+    t3411_3412 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t3403_3404, t3409_3410);
+    t3413_3414 = R::Two::fused(both(t16), t3411_3412, t3407_3408); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t3427_3428 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3407_3408;
-    t3429_3430 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3413_3414, t3427_3428);
+    t3415_3416 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t3395_3396;
+    t3417_3418 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t3401_3402, t3415_3416);
     // torso: sums of what it carries
-    t3431_3432 = R::Two::fused(both(t26), t3429_3430, t3425_3426);
-    set(498, t3431_3432.first());
-    set(540, t3431_3432.second());
-    t3433_3434 = both(t35) * t3417_3418;
-    t3435_3436 = R::Two::fused(both(t38), t3423_3424, t3433_3434);
-    t3437_3438 = R::Two::fused(both(t40), t3429_3430, t3435_3436);
-    set(499, t3437_3438.first());
-    set(541, t3437_3438.second());
-    t3439_3440 = both(t11) * t3417_3418;
-    t3441_3442 = R::Two::fused(both(t23), t3423_3424, t3439_3440);
-    t3443_3444 = R::Two::fused(both(t32), t3429_3430, t3441_3442);
-    set(500, t3443_3444.first());
-    set(542, t3443_3444.second());
+    t3419_3420 = R::Two::fused(both(t26), t3417_3418, t3413_3414);
+    set(498, t3419_3420.first());
+    set(540, t3419_3420.second());
+    t3421_3422 = both(t35) * t3405_3406;
+    t3423_3424 = R::Two::fused(both(t38), t3411_3412, t3421_3422);
+    t3425_3426 = R::Two::fused(both(t40), t3417_3418, t3423_3424);
+    set(499, t3425_3426.first());
+    set(541, t3425_3426.second());
+    t3427_3428 = both(t11) * t3405_3406;
+    t3429_3430 = R::Two::fused(both(t23), t3411_3412, t3427_3428);
+    t3431_3432 = R::Two::fused(both(t32), t3417_3418, t3429_3430);
+    set(500, t3431_3432.first());
+    set(542, t3431_3432.second());
 }
 }

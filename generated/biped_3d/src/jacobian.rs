@@ -12,7 +12,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 195 operations: 21 add, 60 mul, 57 fused, 5 sin_cos.
+/// 192 operations: 21 add, 63 mul, 54 fused, 5 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -168,23 +168,23 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     out[17][4] = R::fused(-t70, cos_q_left_ankle_pitch, -t80);
     let t82 = t72 * sin_q_left_ankle_pitch;
     out[17][5] = R::fused(-t74, cos_q_left_ankle_pitch, -t82);
-    let t84 = R::fused(-t64, R::constant(0.273), t75);
-    let t85 = R::fused(-t68, R::constant(0.273), t76);
-    let t86 = R::fused(-t72, R::constant(0.273), t77);
-    // left_lower_leg: Jacobian
+    let t84 = t64 * R::constant(0.273);
+    let t85 = t68 * R::constant(0.273);
+    let t86 = t72 * R::constant(0.273);
     let t87 = t75 - t84;
     let t88 = t76 - t85;
     let t89 = t77 - t86;
-    let t90 = t44 * t89;
-    out[15][0] = R::fused(t48, t88, -t90);
-    let t92 = t48 * t87;
-    out[15][1] = R::fused(t40, t89, -t92);
-    let t94 = t40 * t88;
-    out[15][2] = R::fused(t44, t87, -t94);
+    // left_lower_leg: Jacobian
+    let t90 = t44 * t86;
+    out[15][0] = R::fused(t48, t85, -t90);
+    let t92 = t48 * t84;
+    out[15][1] = R::fused(t40, t86, -t92);
+    let t94 = t40 * t85;
+    out[15][2] = R::fused(t44, t84, -t94);
     // left_upper_leg: Jacobian
-    let t96 = t36 - t84;
-    let t97 = t37 - t85;
-    let t98 = t38 - t86;
+    let t96 = t36 - t87;
+    let t97 = t37 - t88;
+    let t98 = t38 - t89;
     let t99 = t44 * t98;
     out[14][0] = R::fused(t48, t97, -t99);
     let t101 = t48 * t96;
@@ -206,9 +206,9 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t115 = t15 * t97;
     out[12][2] = R::fused(t19, t96, -t115);
     // torso: Jacobian
-    let t117 = q_base_x - t84;
-    let t118 = q_base_y - t85;
-    let t119 = q_base_z - t86;
+    let t117 = q_base_x - t87;
+    let t118 = q_base_y - t88;
+    let t119 = q_base_z - t89;
     let t120 = t16 * t119;
     out[3][0] = R::fused(t20, t118, -t120);
     let t122 = t20 * t117;
@@ -288,7 +288,7 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 195 operations: 21 add, 60 mul, 57 fused, 5 sin_cos.
+/// 192 operations: 21 add, 63 mul, 54 fused, 5 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -450,23 +450,23 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     out[11][4] = R::fused(-t70, cos_q_right_ankle_pitch, -t80);
     let t82 = t72 * sin_q_right_ankle_pitch;
     out[11][5] = R::fused(-t74, cos_q_right_ankle_pitch, -t82);
-    let t84 = R::fused(-t64, R::constant(0.273), t75);
-    let t85 = R::fused(-t68, R::constant(0.273), t76);
-    let t86 = R::fused(-t72, R::constant(0.273), t77);
-    // right_lower_leg: Jacobian
+    let t84 = t64 * R::constant(0.273);
+    let t85 = t68 * R::constant(0.273);
+    let t86 = t72 * R::constant(0.273);
     let t87 = t75 - t84;
     let t88 = t76 - t85;
     let t89 = t77 - t86;
-    let t90 = t44 * t89;
-    out[9][0] = R::fused(t48, t88, -t90);
-    let t92 = t48 * t87;
-    out[9][1] = R::fused(t40, t89, -t92);
-    let t94 = t40 * t88;
-    out[9][2] = R::fused(t44, t87, -t94);
+    // right_lower_leg: Jacobian
+    let t90 = t44 * t86;
+    out[9][0] = R::fused(t48, t85, -t90);
+    let t92 = t48 * t84;
+    out[9][1] = R::fused(t40, t86, -t92);
+    let t94 = t40 * t85;
+    out[9][2] = R::fused(t44, t84, -t94);
     // right_upper_leg: Jacobian
-    let t96 = t36 - t84;
-    let t97 = t37 - t85;
-    let t98 = t38 - t86;
+    let t96 = t36 - t87;
+    let t97 = t37 - t88;
+    let t98 = t38 - t89;
     let t99 = t44 * t98;
     out[8][0] = R::fused(t48, t97, -t99);
     let t101 = t48 * t96;
@@ -488,9 +488,9 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t115 = t15 * t97;
     out[6][2] = R::fused(t19, t96, -t115);
     // torso: Jacobian
-    let t117 = q_base_x - t84;
-    let t118 = q_base_y - t85;
-    let t119 = q_base_z - t86;
+    let t117 = q_base_x - t87;
+    let t118 = q_base_y - t88;
+    let t119 = q_base_z - t89;
     let t120 = t16 * t119;
     out[3][0] = R::fused(t20, t118, -t120);
     let t122 = t20 * t117;
@@ -570,7 +570,7 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 261 operations: 27 add, 78 mul, 78 fused, 6 sin_cos.
+/// 258 operations: 24 add, 78 mul, 78 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_front_left<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -775,78 +775,75 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     let t115 = t91 - t110;
     let t116 = t92 - t113;
     // right_foot: Jacobian
-    let t117 = t90 - t114;
-    let t118 = t91 - t115;
-    let t119 = t92 - t116;
-    let t120 = t85 * t119;
-    out[11][0] = R::fused(t89, t118, -t120);
-    let t122 = t89 * t117;
-    out[11][1] = R::fused(t81, t119, -t122);
-    let t124 = t81 * t118;
-    out[11][2] = R::fused(t85, t117, -t124);
+    let t117 = t85 * t113;
+    out[11][0] = R::fused(t89, t110, -t117);
+    let t119 = t89 * t107;
+    out[11][1] = R::fused(t81, t113, -t119);
+    let t121 = t81 * t110;
+    out[11][2] = R::fused(t85, t107, -t121);
     // right_ankle: Jacobian
-    let t126 = t44 * t119;
-    out[10][0] = R::fused(t48, t118, -t126);
-    let t128 = t48 * t117;
-    out[10][1] = R::fused(t40, t119, -t128);
-    let t130 = t40 * t118;
-    out[10][2] = R::fused(t44, t117, -t130);
+    let t123 = t44 * t113;
+    out[10][0] = R::fused(t48, t110, -t123);
+    let t125 = t48 * t107;
+    out[10][1] = R::fused(t40, t113, -t125);
+    let t127 = t40 * t110;
+    out[10][2] = R::fused(t44, t107, -t127);
     // right_lower_leg: Jacobian
-    let t132 = t75 - t114;
-    let t133 = t76 - t115;
-    let t134 = t77 - t116;
-    let t135 = t44 * t134;
-    out[9][0] = R::fused(t48, t133, -t135);
-    let t137 = t48 * t132;
-    out[9][1] = R::fused(t40, t134, -t137);
-    let t139 = t40 * t133;
-    out[9][2] = R::fused(t44, t132, -t139);
+    let t129 = t75 - t114;
+    let t130 = t76 - t115;
+    let t131 = t77 - t116;
+    let t132 = t44 * t131;
+    out[9][0] = R::fused(t48, t130, -t132);
+    let t134 = t48 * t129;
+    out[9][1] = R::fused(t40, t131, -t134);
+    let t136 = t40 * t130;
+    out[9][2] = R::fused(t44, t129, -t136);
     // right_upper_leg: Jacobian
-    let t141 = t36 - t114;
-    let t142 = t37 - t115;
-    let t143 = t38 - t116;
-    let t144 = t44 * t143;
-    out[8][0] = R::fused(t48, t142, -t144);
-    let t146 = t48 * t141;
-    out[8][1] = R::fused(t40, t143, -t146);
-    let t148 = t40 * t142;
-    out[8][2] = R::fused(t44, t141, -t148);
+    let t138 = t36 - t114;
+    let t139 = t37 - t115;
+    let t140 = t38 - t116;
+    let t141 = t44 * t140;
+    out[8][0] = R::fused(t48, t139, -t141);
+    let t143 = t48 * t138;
+    out[8][1] = R::fused(t40, t140, -t143);
+    let t145 = t40 * t139;
+    out[8][2] = R::fused(t44, t138, -t145);
     // right_hip_roll_link: Jacobian
-    let t150 = t29 * t143;
-    out[7][0] = R::fused(t33, t142, -t150);
-    let t152 = t33 * t141;
-    out[7][1] = R::fused(t25, t143, -t152);
-    let t154 = t25 * t142;
-    out[7][2] = R::fused(t29, t141, -t154);
+    let t147 = t29 * t140;
+    out[7][0] = R::fused(t33, t139, -t147);
+    let t149 = t33 * t138;
+    out[7][1] = R::fused(t25, t140, -t149);
+    let t151 = t25 * t139;
+    out[7][2] = R::fused(t29, t138, -t151);
     // right_hip_yaw_link: Jacobian
-    let t156 = t19 * t143;
-    out[6][0] = R::fused(t23, t142, -t156);
-    let t158 = t23 * t141;
-    out[6][1] = R::fused(t15, t143, -t158);
-    let t160 = t15 * t142;
-    out[6][2] = R::fused(t19, t141, -t160);
+    let t153 = t19 * t140;
+    out[6][0] = R::fused(t23, t139, -t153);
+    let t155 = t23 * t138;
+    out[6][1] = R::fused(t15, t140, -t155);
+    let t157 = t15 * t139;
+    out[6][2] = R::fused(t19, t138, -t157);
     // torso: Jacobian
-    let t162 = q_base_x - t114;
-    let t163 = q_base_y - t115;
-    let t164 = q_base_z - t116;
-    let t165 = t16 * t164;
-    out[3][0] = R::fused(t20, t163, -t165);
-    let t167 = t20 * t162;
-    out[3][1] = R::fused(t13, t164, -t167);
-    let t169 = t13 * t163;
-    out[3][2] = R::fused(t16, t162, -t169);
-    let t171 = t18 * t164;
-    out[4][0] = R::fused(t21, t163, -t171);
-    let t173 = t21 * t162;
-    out[4][1] = R::fused(t14, t164, -t173);
-    let t175 = t14 * t163;
-    out[4][2] = R::fused(t18, t162, -t175);
-    let t177 = t19 * t164;
-    out[5][0] = R::fused(t23, t163, -t177);
-    let t179 = t23 * t162;
-    out[5][1] = R::fused(t15, t164, -t179);
-    let t181 = t15 * t163;
-    out[5][2] = R::fused(t19, t162, -t181);
+    let t159 = q_base_x - t114;
+    let t160 = q_base_y - t115;
+    let t161 = q_base_z - t116;
+    let t162 = t16 * t161;
+    out[3][0] = R::fused(t20, t160, -t162);
+    let t164 = t20 * t159;
+    out[3][1] = R::fused(t13, t161, -t164);
+    let t166 = t13 * t160;
+    out[3][2] = R::fused(t16, t159, -t166);
+    let t168 = t18 * t161;
+    out[4][0] = R::fused(t21, t160, -t168);
+    let t170 = t21 * t159;
+    out[4][1] = R::fused(t14, t161, -t170);
+    let t172 = t14 * t160;
+    out[4][2] = R::fused(t18, t159, -t172);
+    let t174 = t19 * t161;
+    out[5][0] = R::fused(t23, t160, -t174);
+    let t176 = t23 * t159;
+    out[5][1] = R::fused(t15, t161, -t176);
+    let t178 = t15 * t160;
+    out[5][2] = R::fused(t19, t159, -t178);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -902,7 +899,7 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 261 operations: 27 add, 78 mul, 78 fused, 6 sin_cos.
+/// 258 operations: 24 add, 78 mul, 78 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_front_right<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -1107,78 +1104,75 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     let t115 = t91 - t110;
     let t116 = t92 - t113;
     // right_foot: Jacobian
-    let t117 = t90 - t114;
-    let t118 = t91 - t115;
-    let t119 = t92 - t116;
-    let t120 = t85 * t119;
-    out[11][0] = R::fused(t89, t118, -t120);
-    let t122 = t89 * t117;
-    out[11][1] = R::fused(t81, t119, -t122);
-    let t124 = t81 * t118;
-    out[11][2] = R::fused(t85, t117, -t124);
+    let t117 = t85 * t113;
+    out[11][0] = R::fused(t89, t110, -t117);
+    let t119 = t89 * t107;
+    out[11][1] = R::fused(t81, t113, -t119);
+    let t121 = t81 * t110;
+    out[11][2] = R::fused(t85, t107, -t121);
     // right_ankle: Jacobian
-    let t126 = t44 * t119;
-    out[10][0] = R::fused(t48, t118, -t126);
-    let t128 = t48 * t117;
-    out[10][1] = R::fused(t40, t119, -t128);
-    let t130 = t40 * t118;
-    out[10][2] = R::fused(t44, t117, -t130);
+    let t123 = t44 * t113;
+    out[10][0] = R::fused(t48, t110, -t123);
+    let t125 = t48 * t107;
+    out[10][1] = R::fused(t40, t113, -t125);
+    let t127 = t40 * t110;
+    out[10][2] = R::fused(t44, t107, -t127);
     // right_lower_leg: Jacobian
-    let t132 = t75 - t114;
-    let t133 = t76 - t115;
-    let t134 = t77 - t116;
-    let t135 = t44 * t134;
-    out[9][0] = R::fused(t48, t133, -t135);
-    let t137 = t48 * t132;
-    out[9][1] = R::fused(t40, t134, -t137);
-    let t139 = t40 * t133;
-    out[9][2] = R::fused(t44, t132, -t139);
+    let t129 = t75 - t114;
+    let t130 = t76 - t115;
+    let t131 = t77 - t116;
+    let t132 = t44 * t131;
+    out[9][0] = R::fused(t48, t130, -t132);
+    let t134 = t48 * t129;
+    out[9][1] = R::fused(t40, t131, -t134);
+    let t136 = t40 * t130;
+    out[9][2] = R::fused(t44, t129, -t136);
     // right_upper_leg: Jacobian
-    let t141 = t36 - t114;
-    let t142 = t37 - t115;
-    let t143 = t38 - t116;
-    let t144 = t44 * t143;
-    out[8][0] = R::fused(t48, t142, -t144);
-    let t146 = t48 * t141;
-    out[8][1] = R::fused(t40, t143, -t146);
-    let t148 = t40 * t142;
-    out[8][2] = R::fused(t44, t141, -t148);
+    let t138 = t36 - t114;
+    let t139 = t37 - t115;
+    let t140 = t38 - t116;
+    let t141 = t44 * t140;
+    out[8][0] = R::fused(t48, t139, -t141);
+    let t143 = t48 * t138;
+    out[8][1] = R::fused(t40, t140, -t143);
+    let t145 = t40 * t139;
+    out[8][2] = R::fused(t44, t138, -t145);
     // right_hip_roll_link: Jacobian
-    let t150 = t29 * t143;
-    out[7][0] = R::fused(t33, t142, -t150);
-    let t152 = t33 * t141;
-    out[7][1] = R::fused(t25, t143, -t152);
-    let t154 = t25 * t142;
-    out[7][2] = R::fused(t29, t141, -t154);
+    let t147 = t29 * t140;
+    out[7][0] = R::fused(t33, t139, -t147);
+    let t149 = t33 * t138;
+    out[7][1] = R::fused(t25, t140, -t149);
+    let t151 = t25 * t139;
+    out[7][2] = R::fused(t29, t138, -t151);
     // right_hip_yaw_link: Jacobian
-    let t156 = t19 * t143;
-    out[6][0] = R::fused(t23, t142, -t156);
-    let t158 = t23 * t141;
-    out[6][1] = R::fused(t15, t143, -t158);
-    let t160 = t15 * t142;
-    out[6][2] = R::fused(t19, t141, -t160);
+    let t153 = t19 * t140;
+    out[6][0] = R::fused(t23, t139, -t153);
+    let t155 = t23 * t138;
+    out[6][1] = R::fused(t15, t140, -t155);
+    let t157 = t15 * t139;
+    out[6][2] = R::fused(t19, t138, -t157);
     // torso: Jacobian
-    let t162 = q_base_x - t114;
-    let t163 = q_base_y - t115;
-    let t164 = q_base_z - t116;
-    let t165 = t16 * t164;
-    out[3][0] = R::fused(t20, t163, -t165);
-    let t167 = t20 * t162;
-    out[3][1] = R::fused(t13, t164, -t167);
-    let t169 = t13 * t163;
-    out[3][2] = R::fused(t16, t162, -t169);
-    let t171 = t18 * t164;
-    out[4][0] = R::fused(t21, t163, -t171);
-    let t173 = t21 * t162;
-    out[4][1] = R::fused(t14, t164, -t173);
-    let t175 = t14 * t163;
-    out[4][2] = R::fused(t18, t162, -t175);
-    let t177 = t19 * t164;
-    out[5][0] = R::fused(t23, t163, -t177);
-    let t179 = t23 * t162;
-    out[5][1] = R::fused(t15, t164, -t179);
-    let t181 = t15 * t163;
-    out[5][2] = R::fused(t19, t162, -t181);
+    let t159 = q_base_x - t114;
+    let t160 = q_base_y - t115;
+    let t161 = q_base_z - t116;
+    let t162 = t16 * t161;
+    out[3][0] = R::fused(t20, t160, -t162);
+    let t164 = t20 * t159;
+    out[3][1] = R::fused(t13, t161, -t164);
+    let t166 = t13 * t160;
+    out[3][2] = R::fused(t16, t159, -t166);
+    let t168 = t18 * t161;
+    out[4][0] = R::fused(t21, t160, -t168);
+    let t170 = t21 * t159;
+    out[4][1] = R::fused(t14, t161, -t170);
+    let t172 = t14 * t160;
+    out[4][2] = R::fused(t18, t159, -t172);
+    let t174 = t19 * t161;
+    out[5][0] = R::fused(t23, t160, -t174);
+    let t176 = t23 * t159;
+    out[5][1] = R::fused(t15, t161, -t176);
+    let t178 = t15 * t160;
+    out[5][2] = R::fused(t19, t159, -t178);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -1234,7 +1228,7 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 261 operations: 27 add, 78 mul, 78 fused, 6 sin_cos.
+/// 258 operations: 24 add, 78 mul, 78 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_rear_left<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -1439,78 +1433,75 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     let t115 = t91 + t110;
     let t116 = t92 + t113;
     // right_foot: Jacobian
-    let t117 = t90 - t114;
-    let t118 = t91 - t115;
-    let t119 = t92 - t116;
-    let t120 = t85 * t119;
-    out[11][0] = R::fused(t89, t118, -t120);
-    let t122 = t89 * t117;
-    out[11][1] = R::fused(t81, t119, -t122);
-    let t124 = t81 * t118;
-    out[11][2] = R::fused(t85, t117, -t124);
+    let t117 = t85 * t113;
+    out[11][0] = R::fused(-t89, t110, t117);
+    let t119 = t89 * t107;
+    out[11][1] = R::fused(-t81, t113, t119);
+    let t121 = t81 * t110;
+    out[11][2] = R::fused(-t85, t107, t121);
     // right_ankle: Jacobian
-    let t126 = t44 * t119;
-    out[10][0] = R::fused(t48, t118, -t126);
-    let t128 = t48 * t117;
-    out[10][1] = R::fused(t40, t119, -t128);
-    let t130 = t40 * t118;
-    out[10][2] = R::fused(t44, t117, -t130);
+    let t123 = t44 * t113;
+    out[10][0] = R::fused(-t48, t110, t123);
+    let t125 = t48 * t107;
+    out[10][1] = R::fused(-t40, t113, t125);
+    let t127 = t40 * t110;
+    out[10][2] = R::fused(-t44, t107, t127);
     // right_lower_leg: Jacobian
-    let t132 = t75 - t114;
-    let t133 = t76 - t115;
-    let t134 = t77 - t116;
-    let t135 = t44 * t134;
-    out[9][0] = R::fused(t48, t133, -t135);
-    let t137 = t48 * t132;
-    out[9][1] = R::fused(t40, t134, -t137);
-    let t139 = t40 * t133;
-    out[9][2] = R::fused(t44, t132, -t139);
+    let t129 = t75 - t114;
+    let t130 = t76 - t115;
+    let t131 = t77 - t116;
+    let t132 = t44 * t131;
+    out[9][0] = R::fused(t48, t130, -t132);
+    let t134 = t48 * t129;
+    out[9][1] = R::fused(t40, t131, -t134);
+    let t136 = t40 * t130;
+    out[9][2] = R::fused(t44, t129, -t136);
     // right_upper_leg: Jacobian
-    let t141 = t36 - t114;
-    let t142 = t37 - t115;
-    let t143 = t38 - t116;
-    let t144 = t44 * t143;
-    out[8][0] = R::fused(t48, t142, -t144);
-    let t146 = t48 * t141;
-    out[8][1] = R::fused(t40, t143, -t146);
-    let t148 = t40 * t142;
-    out[8][2] = R::fused(t44, t141, -t148);
+    let t138 = t36 - t114;
+    let t139 = t37 - t115;
+    let t140 = t38 - t116;
+    let t141 = t44 * t140;
+    out[8][0] = R::fused(t48, t139, -t141);
+    let t143 = t48 * t138;
+    out[8][1] = R::fused(t40, t140, -t143);
+    let t145 = t40 * t139;
+    out[8][2] = R::fused(t44, t138, -t145);
     // right_hip_roll_link: Jacobian
-    let t150 = t29 * t143;
-    out[7][0] = R::fused(t33, t142, -t150);
-    let t152 = t33 * t141;
-    out[7][1] = R::fused(t25, t143, -t152);
-    let t154 = t25 * t142;
-    out[7][2] = R::fused(t29, t141, -t154);
+    let t147 = t29 * t140;
+    out[7][0] = R::fused(t33, t139, -t147);
+    let t149 = t33 * t138;
+    out[7][1] = R::fused(t25, t140, -t149);
+    let t151 = t25 * t139;
+    out[7][2] = R::fused(t29, t138, -t151);
     // right_hip_yaw_link: Jacobian
-    let t156 = t19 * t143;
-    out[6][0] = R::fused(t23, t142, -t156);
-    let t158 = t23 * t141;
-    out[6][1] = R::fused(t15, t143, -t158);
-    let t160 = t15 * t142;
-    out[6][2] = R::fused(t19, t141, -t160);
+    let t153 = t19 * t140;
+    out[6][0] = R::fused(t23, t139, -t153);
+    let t155 = t23 * t138;
+    out[6][1] = R::fused(t15, t140, -t155);
+    let t157 = t15 * t139;
+    out[6][2] = R::fused(t19, t138, -t157);
     // torso: Jacobian
-    let t162 = q_base_x - t114;
-    let t163 = q_base_y - t115;
-    let t164 = q_base_z - t116;
-    let t165 = t16 * t164;
-    out[3][0] = R::fused(t20, t163, -t165);
-    let t167 = t20 * t162;
-    out[3][1] = R::fused(t13, t164, -t167);
-    let t169 = t13 * t163;
-    out[3][2] = R::fused(t16, t162, -t169);
-    let t171 = t18 * t164;
-    out[4][0] = R::fused(t21, t163, -t171);
-    let t173 = t21 * t162;
-    out[4][1] = R::fused(t14, t164, -t173);
-    let t175 = t14 * t163;
-    out[4][2] = R::fused(t18, t162, -t175);
-    let t177 = t19 * t164;
-    out[5][0] = R::fused(t23, t163, -t177);
-    let t179 = t23 * t162;
-    out[5][1] = R::fused(t15, t164, -t179);
-    let t181 = t15 * t163;
-    out[5][2] = R::fused(t19, t162, -t181);
+    let t159 = q_base_x - t114;
+    let t160 = q_base_y - t115;
+    let t161 = q_base_z - t116;
+    let t162 = t16 * t161;
+    out[3][0] = R::fused(t20, t160, -t162);
+    let t164 = t20 * t159;
+    out[3][1] = R::fused(t13, t161, -t164);
+    let t166 = t13 * t160;
+    out[3][2] = R::fused(t16, t159, -t166);
+    let t168 = t18 * t161;
+    out[4][0] = R::fused(t21, t160, -t168);
+    let t170 = t21 * t159;
+    out[4][1] = R::fused(t14, t161, -t170);
+    let t172 = t14 * t160;
+    out[4][2] = R::fused(t18, t159, -t172);
+    let t174 = t19 * t161;
+    out[5][0] = R::fused(t23, t160, -t174);
+    let t176 = t23 * t159;
+    out[5][1] = R::fused(t15, t161, -t176);
+    let t178 = t15 * t160;
+    out[5][2] = R::fused(t19, t159, -t178);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -1566,7 +1557,7 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 261 operations: 27 add, 78 mul, 78 fused, 6 sin_cos.
+/// 258 operations: 24 add, 78 mul, 78 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_rear_right<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -1771,78 +1762,75 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     let t115 = t91 + t110;
     let t116 = t92 + t113;
     // right_foot: Jacobian
-    let t117 = t90 - t114;
-    let t118 = t91 - t115;
-    let t119 = t92 - t116;
-    let t120 = t85 * t119;
-    out[11][0] = R::fused(t89, t118, -t120);
-    let t122 = t89 * t117;
-    out[11][1] = R::fused(t81, t119, -t122);
-    let t124 = t81 * t118;
-    out[11][2] = R::fused(t85, t117, -t124);
+    let t117 = t85 * t113;
+    out[11][0] = R::fused(-t89, t110, t117);
+    let t119 = t89 * t107;
+    out[11][1] = R::fused(-t81, t113, t119);
+    let t121 = t81 * t110;
+    out[11][2] = R::fused(-t85, t107, t121);
     // right_ankle: Jacobian
-    let t126 = t44 * t119;
-    out[10][0] = R::fused(t48, t118, -t126);
-    let t128 = t48 * t117;
-    out[10][1] = R::fused(t40, t119, -t128);
-    let t130 = t40 * t118;
-    out[10][2] = R::fused(t44, t117, -t130);
+    let t123 = t44 * t113;
+    out[10][0] = R::fused(-t48, t110, t123);
+    let t125 = t48 * t107;
+    out[10][1] = R::fused(-t40, t113, t125);
+    let t127 = t40 * t110;
+    out[10][2] = R::fused(-t44, t107, t127);
     // right_lower_leg: Jacobian
-    let t132 = t75 - t114;
-    let t133 = t76 - t115;
-    let t134 = t77 - t116;
-    let t135 = t44 * t134;
-    out[9][0] = R::fused(t48, t133, -t135);
-    let t137 = t48 * t132;
-    out[9][1] = R::fused(t40, t134, -t137);
-    let t139 = t40 * t133;
-    out[9][2] = R::fused(t44, t132, -t139);
+    let t129 = t75 - t114;
+    let t130 = t76 - t115;
+    let t131 = t77 - t116;
+    let t132 = t44 * t131;
+    out[9][0] = R::fused(t48, t130, -t132);
+    let t134 = t48 * t129;
+    out[9][1] = R::fused(t40, t131, -t134);
+    let t136 = t40 * t130;
+    out[9][2] = R::fused(t44, t129, -t136);
     // right_upper_leg: Jacobian
-    let t141 = t36 - t114;
-    let t142 = t37 - t115;
-    let t143 = t38 - t116;
-    let t144 = t44 * t143;
-    out[8][0] = R::fused(t48, t142, -t144);
-    let t146 = t48 * t141;
-    out[8][1] = R::fused(t40, t143, -t146);
-    let t148 = t40 * t142;
-    out[8][2] = R::fused(t44, t141, -t148);
+    let t138 = t36 - t114;
+    let t139 = t37 - t115;
+    let t140 = t38 - t116;
+    let t141 = t44 * t140;
+    out[8][0] = R::fused(t48, t139, -t141);
+    let t143 = t48 * t138;
+    out[8][1] = R::fused(t40, t140, -t143);
+    let t145 = t40 * t139;
+    out[8][2] = R::fused(t44, t138, -t145);
     // right_hip_roll_link: Jacobian
-    let t150 = t29 * t143;
-    out[7][0] = R::fused(t33, t142, -t150);
-    let t152 = t33 * t141;
-    out[7][1] = R::fused(t25, t143, -t152);
-    let t154 = t25 * t142;
-    out[7][2] = R::fused(t29, t141, -t154);
+    let t147 = t29 * t140;
+    out[7][0] = R::fused(t33, t139, -t147);
+    let t149 = t33 * t138;
+    out[7][1] = R::fused(t25, t140, -t149);
+    let t151 = t25 * t139;
+    out[7][2] = R::fused(t29, t138, -t151);
     // right_hip_yaw_link: Jacobian
-    let t156 = t19 * t143;
-    out[6][0] = R::fused(t23, t142, -t156);
-    let t158 = t23 * t141;
-    out[6][1] = R::fused(t15, t143, -t158);
-    let t160 = t15 * t142;
-    out[6][2] = R::fused(t19, t141, -t160);
+    let t153 = t19 * t140;
+    out[6][0] = R::fused(t23, t139, -t153);
+    let t155 = t23 * t138;
+    out[6][1] = R::fused(t15, t140, -t155);
+    let t157 = t15 * t139;
+    out[6][2] = R::fused(t19, t138, -t157);
     // torso: Jacobian
-    let t162 = q_base_x - t114;
-    let t163 = q_base_y - t115;
-    let t164 = q_base_z - t116;
-    let t165 = t16 * t164;
-    out[3][0] = R::fused(t20, t163, -t165);
-    let t167 = t20 * t162;
-    out[3][1] = R::fused(t13, t164, -t167);
-    let t169 = t13 * t163;
-    out[3][2] = R::fused(t16, t162, -t169);
-    let t171 = t18 * t164;
-    out[4][0] = R::fused(t21, t163, -t171);
-    let t173 = t21 * t162;
-    out[4][1] = R::fused(t14, t164, -t173);
-    let t175 = t14 * t163;
-    out[4][2] = R::fused(t18, t162, -t175);
-    let t177 = t19 * t164;
-    out[5][0] = R::fused(t23, t163, -t177);
-    let t179 = t23 * t162;
-    out[5][1] = R::fused(t15, t164, -t179);
-    let t181 = t15 * t163;
-    out[5][2] = R::fused(t19, t162, -t181);
+    let t159 = q_base_x - t114;
+    let t160 = q_base_y - t115;
+    let t161 = q_base_z - t116;
+    let t162 = t16 * t161;
+    out[3][0] = R::fused(t20, t160, -t162);
+    let t164 = t20 * t159;
+    out[3][1] = R::fused(t13, t161, -t164);
+    let t166 = t13 * t160;
+    out[3][2] = R::fused(t16, t159, -t166);
+    let t168 = t18 * t161;
+    out[4][0] = R::fused(t21, t160, -t168);
+    let t170 = t21 * t159;
+    out[4][1] = R::fused(t14, t161, -t170);
+    let t172 = t14 * t160;
+    out[4][2] = R::fused(t18, t159, -t172);
+    let t174 = t19 * t161;
+    out[5][0] = R::fused(t23, t160, -t174);
+    let t176 = t23 * t159;
+    out[5][1] = R::fused(t15, t161, -t176);
+    let t178 = t15 * t160;
+    out[5][2] = R::fused(t19, t159, -t178);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -1898,7 +1886,7 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 261 operations: 27 add, 78 mul, 78 fused, 6 sin_cos.
+/// 258 operations: 24 add, 78 mul, 78 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_front_left<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -2102,78 +2090,75 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
     let t115 = t91 - t110;
     let t116 = t92 - t113;
     // left_foot: Jacobian
-    let t117 = t90 - t114;
-    let t118 = t91 - t115;
-    let t119 = t92 - t116;
-    let t120 = t85 * t119;
-    out[17][0] = R::fused(t89, t118, -t120);
-    let t122 = t89 * t117;
-    out[17][1] = R::fused(t81, t119, -t122);
-    let t124 = t81 * t118;
-    out[17][2] = R::fused(t85, t117, -t124);
+    let t117 = t85 * t113;
+    out[17][0] = R::fused(t89, t110, -t117);
+    let t119 = t89 * t107;
+    out[17][1] = R::fused(t81, t113, -t119);
+    let t121 = t81 * t110;
+    out[17][2] = R::fused(t85, t107, -t121);
     // left_ankle: Jacobian
-    let t126 = t44 * t119;
-    out[16][0] = R::fused(t48, t118, -t126);
-    let t128 = t48 * t117;
-    out[16][1] = R::fused(t40, t119, -t128);
-    let t130 = t40 * t118;
-    out[16][2] = R::fused(t44, t117, -t130);
+    let t123 = t44 * t113;
+    out[16][0] = R::fused(t48, t110, -t123);
+    let t125 = t48 * t107;
+    out[16][1] = R::fused(t40, t113, -t125);
+    let t127 = t40 * t110;
+    out[16][2] = R::fused(t44, t107, -t127);
     // left_lower_leg: Jacobian
-    let t132 = t75 - t114;
-    let t133 = t76 - t115;
-    let t134 = t77 - t116;
-    let t135 = t44 * t134;
-    out[15][0] = R::fused(t48, t133, -t135);
-    let t137 = t48 * t132;
-    out[15][1] = R::fused(t40, t134, -t137);
-    let t139 = t40 * t133;
-    out[15][2] = R::fused(t44, t132, -t139);
+    let t129 = t75 - t114;
+    let t130 = t76 - t115;
+    let t131 = t77 - t116;
+    let t132 = t44 * t131;
+    out[15][0] = R::fused(t48, t130, -t132);
+    let t134 = t48 * t129;
+    out[15][1] = R::fused(t40, t131, -t134);
+    let t136 = t40 * t130;
+    out[15][2] = R::fused(t44, t129, -t136);
     // left_upper_leg: Jacobian
-    let t141 = t36 - t114;
-    let t142 = t37 - t115;
-    let t143 = t38 - t116;
-    let t144 = t44 * t143;
-    out[14][0] = R::fused(t48, t142, -t144);
-    let t146 = t48 * t141;
-    out[14][1] = R::fused(t40, t143, -t146);
-    let t148 = t40 * t142;
-    out[14][2] = R::fused(t44, t141, -t148);
+    let t138 = t36 - t114;
+    let t139 = t37 - t115;
+    let t140 = t38 - t116;
+    let t141 = t44 * t140;
+    out[14][0] = R::fused(t48, t139, -t141);
+    let t143 = t48 * t138;
+    out[14][1] = R::fused(t40, t140, -t143);
+    let t145 = t40 * t139;
+    out[14][2] = R::fused(t44, t138, -t145);
     // left_hip_roll_link: Jacobian
-    let t150 = t29 * t143;
-    out[13][0] = R::fused(t33, t142, -t150);
-    let t152 = t33 * t141;
-    out[13][1] = R::fused(t25, t143, -t152);
-    let t154 = t25 * t142;
-    out[13][2] = R::fused(t29, t141, -t154);
+    let t147 = t29 * t140;
+    out[13][0] = R::fused(t33, t139, -t147);
+    let t149 = t33 * t138;
+    out[13][1] = R::fused(t25, t140, -t149);
+    let t151 = t25 * t139;
+    out[13][2] = R::fused(t29, t138, -t151);
     // left_hip_yaw_link: Jacobian
-    let t156 = t19 * t143;
-    out[12][0] = R::fused(t23, t142, -t156);
-    let t158 = t23 * t141;
-    out[12][1] = R::fused(t15, t143, -t158);
-    let t160 = t15 * t142;
-    out[12][2] = R::fused(t19, t141, -t160);
+    let t153 = t19 * t140;
+    out[12][0] = R::fused(t23, t139, -t153);
+    let t155 = t23 * t138;
+    out[12][1] = R::fused(t15, t140, -t155);
+    let t157 = t15 * t139;
+    out[12][2] = R::fused(t19, t138, -t157);
     // torso: Jacobian
-    let t162 = q_base_x - t114;
-    let t163 = q_base_y - t115;
-    let t164 = q_base_z - t116;
-    let t165 = t16 * t164;
-    out[3][0] = R::fused(t20, t163, -t165);
-    let t167 = t20 * t162;
-    out[3][1] = R::fused(t13, t164, -t167);
-    let t169 = t13 * t163;
-    out[3][2] = R::fused(t16, t162, -t169);
-    let t171 = t18 * t164;
-    out[4][0] = R::fused(t21, t163, -t171);
-    let t173 = t21 * t162;
-    out[4][1] = R::fused(t14, t164, -t173);
-    let t175 = t14 * t163;
-    out[4][2] = R::fused(t18, t162, -t175);
-    let t177 = t19 * t164;
-    out[5][0] = R::fused(t23, t163, -t177);
-    let t179 = t23 * t162;
-    out[5][1] = R::fused(t15, t164, -t179);
-    let t181 = t15 * t163;
-    out[5][2] = R::fused(t19, t162, -t181);
+    let t159 = q_base_x - t114;
+    let t160 = q_base_y - t115;
+    let t161 = q_base_z - t116;
+    let t162 = t16 * t161;
+    out[3][0] = R::fused(t20, t160, -t162);
+    let t164 = t20 * t159;
+    out[3][1] = R::fused(t13, t161, -t164);
+    let t166 = t13 * t160;
+    out[3][2] = R::fused(t16, t159, -t166);
+    let t168 = t18 * t161;
+    out[4][0] = R::fused(t21, t160, -t168);
+    let t170 = t21 * t159;
+    out[4][1] = R::fused(t14, t161, -t170);
+    let t172 = t14 * t160;
+    out[4][2] = R::fused(t18, t159, -t172);
+    let t174 = t19 * t161;
+    out[5][0] = R::fused(t23, t160, -t174);
+    let t176 = t23 * t159;
+    out[5][1] = R::fused(t15, t161, -t176);
+    let t178 = t15 * t160;
+    out[5][2] = R::fused(t19, t159, -t178);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -2229,7 +2214,7 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 261 operations: 27 add, 78 mul, 78 fused, 6 sin_cos.
+/// 258 operations: 24 add, 78 mul, 78 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_front_right<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -2433,78 +2418,75 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
     let t115 = t91 - t110;
     let t116 = t92 - t113;
     // left_foot: Jacobian
-    let t117 = t90 - t114;
-    let t118 = t91 - t115;
-    let t119 = t92 - t116;
-    let t120 = t85 * t119;
-    out[17][0] = R::fused(t89, t118, -t120);
-    let t122 = t89 * t117;
-    out[17][1] = R::fused(t81, t119, -t122);
-    let t124 = t81 * t118;
-    out[17][2] = R::fused(t85, t117, -t124);
+    let t117 = t85 * t113;
+    out[17][0] = R::fused(t89, t110, -t117);
+    let t119 = t89 * t107;
+    out[17][1] = R::fused(t81, t113, -t119);
+    let t121 = t81 * t110;
+    out[17][2] = R::fused(t85, t107, -t121);
     // left_ankle: Jacobian
-    let t126 = t44 * t119;
-    out[16][0] = R::fused(t48, t118, -t126);
-    let t128 = t48 * t117;
-    out[16][1] = R::fused(t40, t119, -t128);
-    let t130 = t40 * t118;
-    out[16][2] = R::fused(t44, t117, -t130);
+    let t123 = t44 * t113;
+    out[16][0] = R::fused(t48, t110, -t123);
+    let t125 = t48 * t107;
+    out[16][1] = R::fused(t40, t113, -t125);
+    let t127 = t40 * t110;
+    out[16][2] = R::fused(t44, t107, -t127);
     // left_lower_leg: Jacobian
-    let t132 = t75 - t114;
-    let t133 = t76 - t115;
-    let t134 = t77 - t116;
-    let t135 = t44 * t134;
-    out[15][0] = R::fused(t48, t133, -t135);
-    let t137 = t48 * t132;
-    out[15][1] = R::fused(t40, t134, -t137);
-    let t139 = t40 * t133;
-    out[15][2] = R::fused(t44, t132, -t139);
+    let t129 = t75 - t114;
+    let t130 = t76 - t115;
+    let t131 = t77 - t116;
+    let t132 = t44 * t131;
+    out[15][0] = R::fused(t48, t130, -t132);
+    let t134 = t48 * t129;
+    out[15][1] = R::fused(t40, t131, -t134);
+    let t136 = t40 * t130;
+    out[15][2] = R::fused(t44, t129, -t136);
     // left_upper_leg: Jacobian
-    let t141 = t36 - t114;
-    let t142 = t37 - t115;
-    let t143 = t38 - t116;
-    let t144 = t44 * t143;
-    out[14][0] = R::fused(t48, t142, -t144);
-    let t146 = t48 * t141;
-    out[14][1] = R::fused(t40, t143, -t146);
-    let t148 = t40 * t142;
-    out[14][2] = R::fused(t44, t141, -t148);
+    let t138 = t36 - t114;
+    let t139 = t37 - t115;
+    let t140 = t38 - t116;
+    let t141 = t44 * t140;
+    out[14][0] = R::fused(t48, t139, -t141);
+    let t143 = t48 * t138;
+    out[14][1] = R::fused(t40, t140, -t143);
+    let t145 = t40 * t139;
+    out[14][2] = R::fused(t44, t138, -t145);
     // left_hip_roll_link: Jacobian
-    let t150 = t29 * t143;
-    out[13][0] = R::fused(t33, t142, -t150);
-    let t152 = t33 * t141;
-    out[13][1] = R::fused(t25, t143, -t152);
-    let t154 = t25 * t142;
-    out[13][2] = R::fused(t29, t141, -t154);
+    let t147 = t29 * t140;
+    out[13][0] = R::fused(t33, t139, -t147);
+    let t149 = t33 * t138;
+    out[13][1] = R::fused(t25, t140, -t149);
+    let t151 = t25 * t139;
+    out[13][2] = R::fused(t29, t138, -t151);
     // left_hip_yaw_link: Jacobian
-    let t156 = t19 * t143;
-    out[12][0] = R::fused(t23, t142, -t156);
-    let t158 = t23 * t141;
-    out[12][1] = R::fused(t15, t143, -t158);
-    let t160 = t15 * t142;
-    out[12][2] = R::fused(t19, t141, -t160);
+    let t153 = t19 * t140;
+    out[12][0] = R::fused(t23, t139, -t153);
+    let t155 = t23 * t138;
+    out[12][1] = R::fused(t15, t140, -t155);
+    let t157 = t15 * t139;
+    out[12][2] = R::fused(t19, t138, -t157);
     // torso: Jacobian
-    let t162 = q_base_x - t114;
-    let t163 = q_base_y - t115;
-    let t164 = q_base_z - t116;
-    let t165 = t16 * t164;
-    out[3][0] = R::fused(t20, t163, -t165);
-    let t167 = t20 * t162;
-    out[3][1] = R::fused(t13, t164, -t167);
-    let t169 = t13 * t163;
-    out[3][2] = R::fused(t16, t162, -t169);
-    let t171 = t18 * t164;
-    out[4][0] = R::fused(t21, t163, -t171);
-    let t173 = t21 * t162;
-    out[4][1] = R::fused(t14, t164, -t173);
-    let t175 = t14 * t163;
-    out[4][2] = R::fused(t18, t162, -t175);
-    let t177 = t19 * t164;
-    out[5][0] = R::fused(t23, t163, -t177);
-    let t179 = t23 * t162;
-    out[5][1] = R::fused(t15, t164, -t179);
-    let t181 = t15 * t163;
-    out[5][2] = R::fused(t19, t162, -t181);
+    let t159 = q_base_x - t114;
+    let t160 = q_base_y - t115;
+    let t161 = q_base_z - t116;
+    let t162 = t16 * t161;
+    out[3][0] = R::fused(t20, t160, -t162);
+    let t164 = t20 * t159;
+    out[3][1] = R::fused(t13, t161, -t164);
+    let t166 = t13 * t160;
+    out[3][2] = R::fused(t16, t159, -t166);
+    let t168 = t18 * t161;
+    out[4][0] = R::fused(t21, t160, -t168);
+    let t170 = t21 * t159;
+    out[4][1] = R::fused(t14, t161, -t170);
+    let t172 = t14 * t160;
+    out[4][2] = R::fused(t18, t159, -t172);
+    let t174 = t19 * t161;
+    out[5][0] = R::fused(t23, t160, -t174);
+    let t176 = t23 * t159;
+    out[5][1] = R::fused(t15, t161, -t176);
+    let t178 = t15 * t160;
+    out[5][2] = R::fused(t19, t159, -t178);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -2560,7 +2542,7 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 261 operations: 27 add, 78 mul, 78 fused, 6 sin_cos.
+/// 258 operations: 24 add, 78 mul, 78 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_rear_left<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -2764,78 +2746,75 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
     let t115 = t91 + t110;
     let t116 = t92 + t113;
     // left_foot: Jacobian
-    let t117 = t90 - t114;
-    let t118 = t91 - t115;
-    let t119 = t92 - t116;
-    let t120 = t85 * t119;
-    out[17][0] = R::fused(t89, t118, -t120);
-    let t122 = t89 * t117;
-    out[17][1] = R::fused(t81, t119, -t122);
-    let t124 = t81 * t118;
-    out[17][2] = R::fused(t85, t117, -t124);
+    let t117 = t85 * t113;
+    out[17][0] = R::fused(-t89, t110, t117);
+    let t119 = t89 * t107;
+    out[17][1] = R::fused(-t81, t113, t119);
+    let t121 = t81 * t110;
+    out[17][2] = R::fused(-t85, t107, t121);
     // left_ankle: Jacobian
-    let t126 = t44 * t119;
-    out[16][0] = R::fused(t48, t118, -t126);
-    let t128 = t48 * t117;
-    out[16][1] = R::fused(t40, t119, -t128);
-    let t130 = t40 * t118;
-    out[16][2] = R::fused(t44, t117, -t130);
+    let t123 = t44 * t113;
+    out[16][0] = R::fused(-t48, t110, t123);
+    let t125 = t48 * t107;
+    out[16][1] = R::fused(-t40, t113, t125);
+    let t127 = t40 * t110;
+    out[16][2] = R::fused(-t44, t107, t127);
     // left_lower_leg: Jacobian
-    let t132 = t75 - t114;
-    let t133 = t76 - t115;
-    let t134 = t77 - t116;
-    let t135 = t44 * t134;
-    out[15][0] = R::fused(t48, t133, -t135);
-    let t137 = t48 * t132;
-    out[15][1] = R::fused(t40, t134, -t137);
-    let t139 = t40 * t133;
-    out[15][2] = R::fused(t44, t132, -t139);
+    let t129 = t75 - t114;
+    let t130 = t76 - t115;
+    let t131 = t77 - t116;
+    let t132 = t44 * t131;
+    out[15][0] = R::fused(t48, t130, -t132);
+    let t134 = t48 * t129;
+    out[15][1] = R::fused(t40, t131, -t134);
+    let t136 = t40 * t130;
+    out[15][2] = R::fused(t44, t129, -t136);
     // left_upper_leg: Jacobian
-    let t141 = t36 - t114;
-    let t142 = t37 - t115;
-    let t143 = t38 - t116;
-    let t144 = t44 * t143;
-    out[14][0] = R::fused(t48, t142, -t144);
-    let t146 = t48 * t141;
-    out[14][1] = R::fused(t40, t143, -t146);
-    let t148 = t40 * t142;
-    out[14][2] = R::fused(t44, t141, -t148);
+    let t138 = t36 - t114;
+    let t139 = t37 - t115;
+    let t140 = t38 - t116;
+    let t141 = t44 * t140;
+    out[14][0] = R::fused(t48, t139, -t141);
+    let t143 = t48 * t138;
+    out[14][1] = R::fused(t40, t140, -t143);
+    let t145 = t40 * t139;
+    out[14][2] = R::fused(t44, t138, -t145);
     // left_hip_roll_link: Jacobian
-    let t150 = t29 * t143;
-    out[13][0] = R::fused(t33, t142, -t150);
-    let t152 = t33 * t141;
-    out[13][1] = R::fused(t25, t143, -t152);
-    let t154 = t25 * t142;
-    out[13][2] = R::fused(t29, t141, -t154);
+    let t147 = t29 * t140;
+    out[13][0] = R::fused(t33, t139, -t147);
+    let t149 = t33 * t138;
+    out[13][1] = R::fused(t25, t140, -t149);
+    let t151 = t25 * t139;
+    out[13][2] = R::fused(t29, t138, -t151);
     // left_hip_yaw_link: Jacobian
-    let t156 = t19 * t143;
-    out[12][0] = R::fused(t23, t142, -t156);
-    let t158 = t23 * t141;
-    out[12][1] = R::fused(t15, t143, -t158);
-    let t160 = t15 * t142;
-    out[12][2] = R::fused(t19, t141, -t160);
+    let t153 = t19 * t140;
+    out[12][0] = R::fused(t23, t139, -t153);
+    let t155 = t23 * t138;
+    out[12][1] = R::fused(t15, t140, -t155);
+    let t157 = t15 * t139;
+    out[12][2] = R::fused(t19, t138, -t157);
     // torso: Jacobian
-    let t162 = q_base_x - t114;
-    let t163 = q_base_y - t115;
-    let t164 = q_base_z - t116;
-    let t165 = t16 * t164;
-    out[3][0] = R::fused(t20, t163, -t165);
-    let t167 = t20 * t162;
-    out[3][1] = R::fused(t13, t164, -t167);
-    let t169 = t13 * t163;
-    out[3][2] = R::fused(t16, t162, -t169);
-    let t171 = t18 * t164;
-    out[4][0] = R::fused(t21, t163, -t171);
-    let t173 = t21 * t162;
-    out[4][1] = R::fused(t14, t164, -t173);
-    let t175 = t14 * t163;
-    out[4][2] = R::fused(t18, t162, -t175);
-    let t177 = t19 * t164;
-    out[5][0] = R::fused(t23, t163, -t177);
-    let t179 = t23 * t162;
-    out[5][1] = R::fused(t15, t164, -t179);
-    let t181 = t15 * t163;
-    out[5][2] = R::fused(t19, t162, -t181);
+    let t159 = q_base_x - t114;
+    let t160 = q_base_y - t115;
+    let t161 = q_base_z - t116;
+    let t162 = t16 * t161;
+    out[3][0] = R::fused(t20, t160, -t162);
+    let t164 = t20 * t159;
+    out[3][1] = R::fused(t13, t161, -t164);
+    let t166 = t13 * t160;
+    out[3][2] = R::fused(t16, t159, -t166);
+    let t168 = t18 * t161;
+    out[4][0] = R::fused(t21, t160, -t168);
+    let t170 = t21 * t159;
+    out[4][1] = R::fused(t14, t161, -t170);
+    let t172 = t14 * t160;
+    out[4][2] = R::fused(t18, t159, -t172);
+    let t174 = t19 * t161;
+    out[5][0] = R::fused(t23, t160, -t174);
+    let t176 = t23 * t159;
+    out[5][1] = R::fused(t15, t161, -t176);
+    let t178 = t15 * t160;
+    out[5][2] = R::fused(t19, t159, -t178);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -2891,7 +2870,7 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 261 operations: 27 add, 78 mul, 78 fused, 6 sin_cos.
+/// 258 operations: 24 add, 78 mul, 78 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_rear_right<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -3095,78 +3074,75 @@ pub(super) fn jacobian_of_left_foot_rear_right_program<R: Real>(q: &[R; NQ], out
     let t115 = t91 + t110;
     let t116 = t92 + t113;
     // left_foot: Jacobian
-    let t117 = t90 - t114;
-    let t118 = t91 - t115;
-    let t119 = t92 - t116;
-    let t120 = t85 * t119;
-    out[17][0] = R::fused(t89, t118, -t120);
-    let t122 = t89 * t117;
-    out[17][1] = R::fused(t81, t119, -t122);
-    let t124 = t81 * t118;
-    out[17][2] = R::fused(t85, t117, -t124);
+    let t117 = t85 * t113;
+    out[17][0] = R::fused(-t89, t110, t117);
+    let t119 = t89 * t107;
+    out[17][1] = R::fused(-t81, t113, t119);
+    let t121 = t81 * t110;
+    out[17][2] = R::fused(-t85, t107, t121);
     // left_ankle: Jacobian
-    let t126 = t44 * t119;
-    out[16][0] = R::fused(t48, t118, -t126);
-    let t128 = t48 * t117;
-    out[16][1] = R::fused(t40, t119, -t128);
-    let t130 = t40 * t118;
-    out[16][2] = R::fused(t44, t117, -t130);
+    let t123 = t44 * t113;
+    out[16][0] = R::fused(-t48, t110, t123);
+    let t125 = t48 * t107;
+    out[16][1] = R::fused(-t40, t113, t125);
+    let t127 = t40 * t110;
+    out[16][2] = R::fused(-t44, t107, t127);
     // left_lower_leg: Jacobian
-    let t132 = t75 - t114;
-    let t133 = t76 - t115;
-    let t134 = t77 - t116;
-    let t135 = t44 * t134;
-    out[15][0] = R::fused(t48, t133, -t135);
-    let t137 = t48 * t132;
-    out[15][1] = R::fused(t40, t134, -t137);
-    let t139 = t40 * t133;
-    out[15][2] = R::fused(t44, t132, -t139);
+    let t129 = t75 - t114;
+    let t130 = t76 - t115;
+    let t131 = t77 - t116;
+    let t132 = t44 * t131;
+    out[15][0] = R::fused(t48, t130, -t132);
+    let t134 = t48 * t129;
+    out[15][1] = R::fused(t40, t131, -t134);
+    let t136 = t40 * t130;
+    out[15][2] = R::fused(t44, t129, -t136);
     // left_upper_leg: Jacobian
-    let t141 = t36 - t114;
-    let t142 = t37 - t115;
-    let t143 = t38 - t116;
-    let t144 = t44 * t143;
-    out[14][0] = R::fused(t48, t142, -t144);
-    let t146 = t48 * t141;
-    out[14][1] = R::fused(t40, t143, -t146);
-    let t148 = t40 * t142;
-    out[14][2] = R::fused(t44, t141, -t148);
+    let t138 = t36 - t114;
+    let t139 = t37 - t115;
+    let t140 = t38 - t116;
+    let t141 = t44 * t140;
+    out[14][0] = R::fused(t48, t139, -t141);
+    let t143 = t48 * t138;
+    out[14][1] = R::fused(t40, t140, -t143);
+    let t145 = t40 * t139;
+    out[14][2] = R::fused(t44, t138, -t145);
     // left_hip_roll_link: Jacobian
-    let t150 = t29 * t143;
-    out[13][0] = R::fused(t33, t142, -t150);
-    let t152 = t33 * t141;
-    out[13][1] = R::fused(t25, t143, -t152);
-    let t154 = t25 * t142;
-    out[13][2] = R::fused(t29, t141, -t154);
+    let t147 = t29 * t140;
+    out[13][0] = R::fused(t33, t139, -t147);
+    let t149 = t33 * t138;
+    out[13][1] = R::fused(t25, t140, -t149);
+    let t151 = t25 * t139;
+    out[13][2] = R::fused(t29, t138, -t151);
     // left_hip_yaw_link: Jacobian
-    let t156 = t19 * t143;
-    out[12][0] = R::fused(t23, t142, -t156);
-    let t158 = t23 * t141;
-    out[12][1] = R::fused(t15, t143, -t158);
-    let t160 = t15 * t142;
-    out[12][2] = R::fused(t19, t141, -t160);
+    let t153 = t19 * t140;
+    out[12][0] = R::fused(t23, t139, -t153);
+    let t155 = t23 * t138;
+    out[12][1] = R::fused(t15, t140, -t155);
+    let t157 = t15 * t139;
+    out[12][2] = R::fused(t19, t138, -t157);
     // torso: Jacobian
-    let t162 = q_base_x - t114;
-    let t163 = q_base_y - t115;
-    let t164 = q_base_z - t116;
-    let t165 = t16 * t164;
-    out[3][0] = R::fused(t20, t163, -t165);
-    let t167 = t20 * t162;
-    out[3][1] = R::fused(t13, t164, -t167);
-    let t169 = t13 * t163;
-    out[3][2] = R::fused(t16, t162, -t169);
-    let t171 = t18 * t164;
-    out[4][0] = R::fused(t21, t163, -t171);
-    let t173 = t21 * t162;
-    out[4][1] = R::fused(t14, t164, -t173);
-    let t175 = t14 * t163;
-    out[4][2] = R::fused(t18, t162, -t175);
-    let t177 = t19 * t164;
-    out[5][0] = R::fused(t23, t163, -t177);
-    let t179 = t23 * t162;
-    out[5][1] = R::fused(t15, t164, -t179);
-    let t181 = t15 * t163;
-    out[5][2] = R::fused(t19, t162, -t181);
+    let t159 = q_base_x - t114;
+    let t160 = q_base_y - t115;
+    let t161 = q_base_z - t116;
+    let t162 = t16 * t161;
+    out[3][0] = R::fused(t20, t160, -t162);
+    let t164 = t20 * t159;
+    out[3][1] = R::fused(t13, t161, -t164);
+    let t166 = t13 * t160;
+    out[3][2] = R::fused(t16, t159, -t166);
+    let t168 = t18 * t161;
+    out[4][0] = R::fused(t21, t160, -t168);
+    let t170 = t21 * t159;
+    out[4][1] = R::fused(t14, t161, -t170);
+    let t172 = t14 * t160;
+    out[4][2] = R::fused(t18, t159, -t172);
+    let t174 = t19 * t161;
+    out[5][0] = R::fused(t23, t160, -t174);
+    let t176 = t23 * t159;
+    out[5][1] = R::fused(t15, t161, -t176);
+    let t178 = t15 * t160;
+    out[5][2] = R::fused(t19, t159, -t178);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);

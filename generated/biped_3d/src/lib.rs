@@ -32,14 +32,14 @@
 //! - [`inverse_dynamics()`]: 18 × 1, 842 operations. Generalised forces for an acceleration: `D a + H`.
 //! - [`inverse_dynamics_with_forces()`]: 18 × 1, 1309 operations. Generalised forces for an acceleration under external
 //!   forces at the contact points (world axes).
-//! - [`forward_dynamics()`]: 18 × 1, 2341 operations. Accelerations under generalised forces: `D⁻¹ (tau − H)`.
-//! - [`forward_dynamics_with_forces()`]: 18 × 1, 2988 operations. Accelerations under generalised forces and external
+//! - [`forward_dynamics()`]: 18 × 1, 2339 operations. Accelerations under generalised forces: `D⁻¹ (tau − H)`.
+//! - [`forward_dynamics_with_forces()`]: 18 × 1, 2986 operations. Accelerations under generalised forces and external
 //!   forces at the contact points (world axes).
 //! - [`mass_matrix()`]: 18 × 18, 637 operations. Mass matrix `D`, symmetric, all entries.
 //! - [`mass_matrix_upper()`]: 18 × 18, 637 operations. Mass matrix `D`, upper triangle; zeros below the diagonal.
 //! - [`coriolis_matrix()`]: 18 × 18, 2513 operations. Coriolis matrix `C` with `C v = H − G`; `Ḋ − 2 C` is
 //!   skew-symmetric.
-//! - [`inverse_dynamics_derivatives()`]: 18 × 54, 5766 operations. Derivatives of the inverse dynamics `[∂τ/∂q, ∂τ/∂v,
+//! - [`inverse_dynamics_derivatives()`]: 18 × 54, 5764 operations. Derivatives of the inverse dynamics `[∂τ/∂q, ∂τ/∂v,
 //!   ∂τ/∂a]`; q in its tangent space, right increment.
 //! - [`forward_dynamics_derivatives()`]: 18 × 54, 19211 operations. Derivatives of the forward dynamics `[∂a/∂q, ∂a/∂v,
 //!   ∂a/∂τ]`; q in its tangent space, right increment.
@@ -67,28 +67,28 @@
 //!   its origin.
 //! - [`base_parameters()`]: 94 × 1, 0 operations. Base parameters of the equations of motion: all that the inverse
 //!   dynamics depends on.
-//! - [`inverse_dynamics_regressor()`]: 18 × 130, 2694 operations. Regressor of the inverse dynamics: `regressor ·
+//! - [`inverse_dynamics_regressor()`]: 18 × 130, 2678 operations. Regressor of the inverse dynamics: `regressor ·
 //!   inertial_parameters = tau`.
-//! - [`inverse_dynamics_base_regressor()`]: 18 × 94, 2476 operations. Base regressor of the inverse dynamics:
+//! - [`inverse_dynamics_base_regressor()`]: 18 × 94, 2460 operations. Base regressor of the inverse dynamics:
 //!   `regressor · base_parameters = tau`, of full column rank.
-//! - [`energy_regressor()`]: 2 × 130, 833 operations. Regressor of kinetic and potential energy.
+//! - [`energy_regressor()`]: 2 × 130, 829 operations. Regressor of kinetic and potential energy.
 //! - [`center_of_mass_regressor()`]: 3 × 130, 637 operations. Regressor of total mass times centre of mass, world axes.
-//! - [`ground_wrench_regressor()`]: 6 × 130, 5192 operations. Regressor of the ground's wrench about the world's
+//! - [`ground_wrench_regressor()`]: 6 × 130, 5180 operations. Regressor of the ground's wrench about the world's
 //!   origin, whose ratios are the zero moment point.
 //! - [`contact_distances()`]: 8 × 1, 128 operations. Heights of the contact points above the ground z = 0.
 //! - [`contact_positions()`]: 16 × 1, 250 operations. Tangential positions of the contact points, world axes (planar: x
 //!   alone).
-//! - [`contact_normal_directions()`]: 18 × 8, 534 operations. `W_N`: `W_Nᵀ v` are the normal velocities of the contact
+//! - [`contact_normal_directions()`]: 18 × 8, 518 operations. `W_N`: `W_Nᵀ v` are the normal velocities of the contact
 //!   points, `W_N λ_N` their generalised force.
-//! - [`contact_tangential_directions()`]: 18 × 16, 897 operations. `W_T`: `W_Tᵀ v` are the tangential velocities of the
+//! - [`contact_tangential_directions()`]: 18 × 16, 873 operations. `W_T`: `W_Tᵀ v` are the tangential velocities of the
 //!   contact points, `W_T λ_T` their generalised force.
 //! - [`contact_normal_rate()`]: 8 × 1, 578 operations. Normal accelerations of the contact points when `a = 0`.
 //! - [`contact_tangential_rate()`]: 16 × 1, 697 operations. Tangential accelerations of the contact points when `a =
 //!   0`.
 //! - [`constrained_dynamics_of_single_support()`], [`constrained_dynamics_of_toe_support()`],
-//!   [`constrained_dynamics_of_touch_down()`], [`constrained_dynamics_of_push_off()`]: 3758 to 6892 operations.
+//!   [`constrained_dynamics_of_touch_down()`], [`constrained_dynamics_of_push_off()`]: 3228 to 6890 operations.
 //!   Accelerations of a phase under its contacts, then the contact forces λ: `D a + H = tau + W λ`, `Wᵀ a + w = 0`.
-//! - [`impact_map_of_toe_support()`], [`impact_map_of_touch_down()`]: 4712 to 5756 operations. Velocity just after the
+//! - [`impact_map_of_toe_support()`], [`impact_map_of_touch_down()`]: 4700 to 5754 operations. Velocity just after the
 //!   impact that ends a phase, then the impulses; legs keep their names.
 //! - [`relabelled_configuration()`]: 19 × 1, 0 operations. Configuration after left and right have swapped their roles.
 //! - [`relabelled_velocity()`]: 18 × 1, 0 operations. Velocity after left and right have swapped their roles.
@@ -107,7 +107,7 @@
 //!   [`jacobian_of_right_foot_front_right()`], [`jacobian_of_right_foot_rear_left()`],
 //!   [`jacobian_of_right_foot_rear_right()`], [`jacobian_of_left_foot_front_left()`],
 //!   [`jacobian_of_left_foot_front_right()`], [`jacobian_of_left_foot_rear_left()`],
-//!   [`jacobian_of_left_foot_rear_right()`]: 6 × 18, 195 to 261 operations. Jacobian with respect to `v` at the frame's
+//!   [`jacobian_of_left_foot_rear_right()`]: 6 × 18, 192 to 258 operations. Jacobian with respect to `v` at the frame's
 //!   origin, world axes, linear rows first.
 //! - [`jacobian_rate_times_velocity_of_left_foot()`], [`jacobian_rate_times_velocity_of_right_foot()`],
 //!   [`jacobian_rate_times_velocity_of_right_foot_front_left()`],

@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), `base/x` to `left_knee_pitch`; 1, then m.
 /// Columns: `right_foot/point_foot/x`, `left_foot/point_foot/x`.
 /// Source: W_T of (4.6), corrected.
-/// 30 operations: 4 add, 6 mul, 10 fused, 5 sin_cos. For two limbs at once: 10 pairs of them.
+/// 28 operations: 4 add, 8 mul, 8 fused, 5 sin_cos. For two limbs at once: 10 pairs of them.
 #[inline]
 pub fn contact_tangential_directions<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, 2> {
     let mut out = [[R::constant(0.0); NV]; 2];
@@ -47,19 +47,20 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t8_9 = t2_3 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
     let t10_11 = R::Two::fused(t6_7, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9);
     let t12_13 = R::Two::fused(t6_7, both(R::constant(0.4)), both(q_base_z));
-    let t14_15 = R::Two::fused(t10_11, both(R::constant(0.4)), t12_13); // other
-    let t16_17 = t14_15 - t12_13; // right_tibia, left_tibia: Jacobian
-    let t18_19 = t14_15 - both(q_base_z); // right_femur, left_femur: Jacobian
+    // other
+    let t14_15 = t10_11 * both(R::constant(0.4));
+    let t16_17 = t12_13 + t14_15;
+    let t18_19 = t16_17 - both(q_base_z); // right_femur, left_femur: Jacobian
     *out = [
         // right_foot/point_foot/x
         [
-            R::constant(1.0), R::constant(0.0), t18_19.first(), t18_19.first(), t16_17.first(), R::constant(0.0),
+            R::constant(1.0), R::constant(0.0), t18_19.first(), t18_19.first(), t14_15.first(), R::constant(0.0),
             R::constant(0.0),
         ],
         // left_foot/point_foot/x
         [
             R::constant(1.0), R::constant(0.0), t18_19.second(), R::constant(0.0), R::constant(0.0), t18_19.second(),
-            t16_17.second(),
+            t14_15.second(),
         ],
     ];
 }

@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), `base/x` to `left_knee_pitch`; m/s², then rad/s².
 /// Columns: `q/`, `v/`, `tau/`, each before all the elements of [`v`](super::V_NAMES).
 /// Source: Carpentier and Mansard 2018.
-/// 832 operations: 163 add, 227 mul, 219 fused, 4 div, 5 sin_cos. For two limbs at once: 252 pairs of them.
+/// 805 operations: 141 add, 226 mul, 217 fused, 4 div, 5 sin_cos. For two limbs at once: 244 pairs of them.
 #[inline]
 pub fn forward_dynamics_derivatives<R: Real>(
     q: &SVector<R, NQ>,
@@ -69,22 +69,22 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
         t4, t5_6, t7_8, t9_10, t11_12, t13_14, t15_16, t17_18, t19_20, t21_22, t23_24, t25_26, t27_28, t29_30, t31_32,
         t33_34, t35_36, t37_38, t39_40, t41_42, t43_44, t45_46, t47_48, t49_50, t51_52, t53_54, t55_56, t57_58, t59_60,
         t61_62, t63_64, t65_66, t67_68, t69_70, t71_72, t73_74, t75_76, t77_78, t79_80, t81_82, t83_84, t85_86, t87_88,
-        t89_90, t91, t92, t93, t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109,
-        t110, t111_112, t113_114, t115, t116, t117_118, t119, t120, t121, t122, t123, t124, t125_126, t127, t128, t129,
-        t130, t131_132, t133_134, t135, t136_137, t138, t139, t140, t141_142, t143_144, t145_146, t147_148, t149_150,
-        t151_152, t153_154, t155_156, t157_158, t159, t160, t161_162, t163, t164, t165, t166, t167, t168, t169, t170,
-        t171, t172, t173, t174, t175, t176, t177_178, t179_180, t181_182, t183_184, t185_186, t187_188, t189_190,
-        t191_192, t193_194, t195, t196, t197_198, t199_200, t201, t202_203, t204_205, t206, t207, t208, t209, t210,
-        t211, t212, t213, t214, t215, t216_217, t218, t219, t220, t221_222, t223_224, t225_226, t227_228, t229_230,
-        t231_232, t233_234, t235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250_251,
-        t252_253, t254_255, t256_257, t258_259, t260, t261, t262, t263, t264, t265, t266, t267, t268_269, t270_271,
-        t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286, t287, t288_289, t290_291, t292_293,
-        t294, t295_296, t297, t298, t299, t300_301, t302, t303_304, t305, t306, t307, t308, t309, t310, t311, t312,
-        t313, t314_315, t316_317, t319, t320, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335,
-        t336_337, t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350_351, t352_353, t354_355, t356_357,
-        t358_359, t360_361, t362_363, t364_365, t366_367, t368_369, t370_371, t372_373, t374_375, t376_377, t378_379,
-        t380_381, t382_383, t384_385, t386_387, t388_389, t390_391, t392_393, t394_395, t396_397, t398_399, t400_401,
-        t402_403, t404_405, t406_407, t408_409, t410_411, t412_413, t414_415, t416_417,
+        t89, t90, t91, t92, t93, t94, t95, t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108_109,
+        t110_111, t112, t113, t114_115, t116, t117, t118, t119, t120, t121, t122_123, t124, t125, t126, t127, t128_129,
+        t130_131, t132, t133_134, t135, t136, t137, t138_139, t140_141, t142_143, t144_145, t146_147, t148_149,
+        t150_151, t152_153, t154_155, t156, t157, t158_159, t160, t161, t162, t163, t164, t165, t166, t167, t168, t169,
+        t170, t171, t172, t173, t174_175, t176_177, t178_179, t180_181, t182_183, t184_185, t186_187, t188_189,
+        t190_191, t192, t193, t194_195, t196_197, t198, t199_200, t201_202, t203, t204, t205, t206, t207, t208, t209,
+        t210, t211, t212, t213_214, t215, t216, t217, t218_219, t220_221, t222_223, t224_225, t226_227, t228, t229_230,
+        t231_232, t233_234, t235_236, t237_238, t239_240, t241_242, t243_244, t245_246, t247_248, t249, t250, t251,
+        t252, t253, t254, t255, t256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269_270, t271_272,
+        t273, t274, t275_276, t277_278, t279_280, t281, t282_283, t284, t285, t286, t287_288, t289, t290_291, t292,
+        t293, t294, t295, t296, t297, t298, t299, t300, t301_302, t303_304, t306, t307, t309_310, t311_312, t313_314,
+        t315_316, t317_318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331_332, t333_334, t335_336,
+        t337_338, t339_340, t341_342, t343_344, t345_346, t347_348, t349_350, t351_352, t353_354, t355_356, t357_358,
+        t359_360, t361_362, t363_364, t365_366, t367_368, t369_370, t371_372, t373_374, t375_376, t377_378, t379_380,
+        t381_382, t383_384, t385_386, t387_388, t389_390, t391_392, t393_394, t395_396, t397_398, t399_400, t401_402,
+        t403_404, t405_406, t407_408, t409_410, t411_412, t413_414, t415_416, t417_418,
     );
     t4 = v_base_pitch * v_base_pitch; // torso: motion
     // right_femur, left_femur: motion
@@ -118,518 +118,500 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     t55_56 = R::Two::fused(-t9_10, t45_46, t53_54);
     t57_58 = t29_30 * t47_48;
     t59_60 = R::Two::fused(-t27_28, t49_50, t57_58);
-    t61_62 = t55_56 + t59_60;
-    t63_64 = t9_10 * t31_32;
-    t65_66 = R::Two::fused(-t11_12, t33_34, t63_64);
+    t61_62 = t9_10 * t31_32;
+    t63_64 = R::Two::fused(-t11_12, t33_34, t61_62);
     // right_femur, left_femur: sums of what it carries
-    t67_68 = both(R::constant(2.028)) * two(cos_t0, cos_t1);
-    t69_70 = both(R::constant(2.028)) * two(sin_t0, sin_t1);
-    t71_72 = t7_8 * t69_70;
-    t73_74 = t7_8 * t67_68;
-    t75_76 = two(sin_t0, sin_t1) * both(R::constant(4.056));
-    t77_78 = two(cos_t0, cos_t1) * both(R::constant(4.056));
-    t79_80 = t29_30 + t69_70;
-    t81_82 = t27_28 + t67_68;
-    t83_84 = R::Two::fused(t5_6, t77_78, t43_44);
-    t85_86 = R::Two::fused(t5_6, t75_76, t45_46);
-    t87_88 = t31_32 + t71_72;
-    t89_90 = t33_34 + t73_74;
+    t65_66 = both(R::constant(2.028)) * two(cos_t0, cos_t1);
+    t67_68 = both(R::constant(2.028)) * two(sin_t0, sin_t1);
+    t69_70 = t7_8 * t67_68;
+    t71_72 = t7_8 * t65_66;
+    t73_74 = two(sin_t0, sin_t1) * both(R::constant(4.056));
+    t75_76 = two(cos_t0, cos_t1) * both(R::constant(4.056));
+    t77_78 = t29_30 + t67_68;
+    t79_80 = t27_28 + t65_66;
+    t81_82 = R::Two::fused(t5_6, t75_76, t43_44);
+    t83_84 = R::Two::fused(t5_6, t73_74, t45_46);
+    t85_86 = t31_32 + t69_70;
+    t87_88 = t33_34 + t71_72;
     // right_femur: sums of what it carries
-    t91 = t79_80.second() + t79_80.first();
-    t92 = t81_82.second() + t81_82.first();
-    t93 = t83_84.second() + t83_84.first();
-    t94 = t85_86.second() + t85_86.first();
-    t95 = t61_62.second() + t61_62.first();
-    t96 = t87_88.second() + t87_88.first();
-    t97 = t89_90.second() + t89_90.first();
+    t89 = t77_78.second() + t77_78.first();
+    t90 = t79_80.second() + t79_80.first();
+    t91 = t81_82.second() + t81_82.first();
+    t92 = t83_84.second() + t83_84.first();
+    t93 = t85_86.second() + t85_86.first();
+    t94 = t87_88.second() + t87_88.first();
     // torso: sums of what it carries
-    t98 = R::constant(2.88) * cos_q_base_pitch;
-    t99 = R::constant(2.88) * sin_q_base_pitch;
-    t100 = t4 * t99;
-    t101 = t4 * t98;
-    t102 = sin_q_base_pitch * R::constant(5.76);
-    t103 = cos_q_base_pitch * R::constant(5.76);
-    t104 = t91 - t99;
-    t105 = t92 - t98;
-    t106 = R::fused(-v_base_pitch, t103, t93);
-    t107 = R::fused(-v_base_pitch, t102, t94);
-    t108 = t96 - t100;
-    t109 = t97 - t101;
-    t110 = t109 + R::constant(313.92); // base/z: sums of what it carries
-    t111_112 = R::Two::fused(t9_10, t27_28, t51_52); // right_tibia, left_tibia: mass matrix
+    t95 = R::constant(2.88) * cos_q_base_pitch;
+    t96 = R::constant(2.88) * sin_q_base_pitch;
+    t97 = t4 * t96;
+    t98 = t4 * t95;
+    t99 = sin_q_base_pitch * R::constant(5.76);
+    t100 = cos_q_base_pitch * R::constant(5.76);
+    t101 = t89 - t96;
+    t102 = t90 - t95;
+    t103 = R::fused(-v_base_pitch, t100, t91);
+    t104 = R::fused(-v_base_pitch, t99, t92);
+    t105 = t93 - t97;
+    t106 = t94 - t98;
+    t107 = t106 + R::constant(313.92); // base/z: sums of what it carries
+    t108_109 = R::Two::fused(t9_10, t27_28, t51_52); // right_tibia, left_tibia: mass matrix
     // factors of the mass matrix
-    t113_114 = two(sin_t2, sin_t3) * both(R::constant(1.9983347210657787));
-    t115 = R::fused(-t29_30.second(), t113_114.second(), R::constant(32.0));
-    t116 = t27_28.second() * t113_114.second();
-    t117_118 = two(cos_t2, cos_t3) * both(R::constant(1.9983347210657787));
-    t119 = R::fused(-t27_28.second(), t117_118.second(), R::constant(32.0));
-    t120 = R::fused(-t29_30.first(), t113_114.first(), t115);
-    t121 = R::fused(t27_28.first(), t113_114.first(), t116);
-    t122 = R::fused(-t27_28.first(), t117_118.first(), t119);
+    t110_111 = two(sin_t2, sin_t3) * both(R::constant(1.9983347210657787));
+    t112 = R::fused(-t29_30.second(), t110_111.second(), R::constant(32.0));
+    t113 = t27_28.second() * t110_111.second();
+    t114_115 = two(cos_t2, cos_t3) * both(R::constant(1.9983347210657787));
+    t116 = R::fused(-t27_28.second(), t114_115.second(), R::constant(32.0));
+    t117 = R::fused(-t29_30.first(), t110_111.first(), t112);
+    t118 = R::fused(t27_28.first(), t110_111.first(), t113);
+    t119 = R::fused(-t27_28.first(), t114_115.first(), t116);
     // other
-    t123 = t108 - tau_base_x;
-    t124 = t110 - tau_base_z;
-    t125_126 = t37_38 + two(tau_right_knee_pitch, tau_left_knee_pitch);
+    t120 = t105 - tau_base_x;
+    t121 = t107 - tau_base_z;
+    t122_123 = t37_38 + two(tau_right_knee_pitch, tau_left_knee_pitch);
     // solved by the factors
-    t127 = R::fused(t113_114.second(), t125_126.second(), t124);
-    t128 = R::fused(-t117_118.second(), t125_126.second(), t123);
-    t129 = R::fused(t113_114.first(), t125_126.first(), t127);
-    t130 = R::fused(-t117_118.first(), t125_126.first(), t128);
-    t131_132 = both(R::constant(2.601998334721066)) * t125_126; // other
-    t133_134 = t59_60 * t113_114;
-    t135 = t106 - t133_134.second();
-    t136_137 = t59_60 * t117_118;
-    t138 = t107 + t136_137.second();
-    t139 = t135 - t133_134.first();
-    t140 = t138 + t136_137.first();
-    t141_142 = t59_60 * both(R::constant(2.601998334721066)); // other
-    t143_144 = t83_84 - t133_134;
-    t145_146 = t85_86 + t136_137;
+    t124 = R::fused(t110_111.second(), t122_123.second(), t121);
+    t125 = R::fused(-t114_115.second(), t122_123.second(), t120);
+    t126 = R::fused(t110_111.first(), t122_123.first(), t124);
+    t127 = R::fused(-t114_115.first(), t122_123.first(), t125);
+    t128_129 = both(R::constant(2.601998334721066)) * t122_123; // other
+    t130_131 = t59_60 * t110_111;
+    t132 = t103 - t130_131.second();
+    t133_134 = t59_60 * t114_115;
+    t135 = t104 + t133_134.second();
+    t136 = t132 - t130_131.first();
+    t137 = t135 + t133_134.first();
+    t138_139 = t59_60 * both(R::constant(2.601998334721066)); // other
+    t140_141 = t81_82 - t130_131;
+    t142_143 = t83_84 + t133_134;
     // factors of the mass matrix
-    t147_148 = t111_112 * both(R::constant(2.601998334721066));
-    t149_150 = R::Two::fused(-t111_112, t147_148, both(R::constant(1.06428)));
-    t151_152 = R::Two::fused(-t29_30, t147_148, t69_70);
-    t153_154 = R::Two::fused(-t27_28, t147_148, t67_68);
-    t155_156 = both(R::constant(1.0)) / t149_150;
-    t157_158 = t151_152 * t155_156;
-    t159 = R::fused(-t151_152.second(), t157_158.second(), t120);
-    t160 = R::fused(t153_154.second(), t157_158.second(), t121);
-    t161_162 = t153_154 * t155_156;
-    t163 = R::fused(-t153_154.second(), t161_162.second(), t122);
-    t164 = R::fused(-t151_152.first(), t157_158.first(), t159);
-    t165 = R::fused(t153_154.first(), t157_158.first(), t160);
-    t166 = R::fused(-t153_154.first(), t161_162.first(), t163);
-    t167 = sin_q_base_pitch * R::constant(1.4248961013259451);
-    t168 = R::fused(-t99, t167, t164);
-    t169 = R::fused(t98, t167, t165);
-    t170 = cos_q_base_pitch * R::constant(1.4248961013259451);
-    t171 = R::fused(-t98, t170, t166);
-    t172 = R::constant(1.0) / t168;
-    t173 = t169 * t172;
-    t174 = R::fused(-t169, t173, t171);
-    t175 = R::constant(1.0) / t174;
-    out[14][0] = t175;
+    t144_145 = t108_109 * both(R::constant(2.601998334721066));
+    t146_147 = R::Two::fused(-t108_109, t144_145, both(R::constant(1.06428)));
+    t148_149 = R::Two::fused(-t29_30, t144_145, t67_68);
+    t150_151 = R::Two::fused(-t27_28, t144_145, t65_66);
+    t152_153 = both(R::constant(1.0)) / t146_147;
+    t154_155 = t148_149 * t152_153;
+    t156 = R::fused(-t148_149.second(), t154_155.second(), t117);
+    t157 = R::fused(t150_151.second(), t154_155.second(), t118);
+    t158_159 = t150_151 * t152_153;
+    t160 = R::fused(-t150_151.second(), t158_159.second(), t119);
+    t161 = R::fused(-t148_149.first(), t154_155.first(), t156);
+    t162 = R::fused(t150_151.first(), t154_155.first(), t157);
+    t163 = R::fused(-t150_151.first(), t158_159.first(), t160);
+    t164 = sin_q_base_pitch * R::constant(1.4248961013259451);
+    t165 = R::fused(-t96, t164, t161);
+    t166 = R::fused(t95, t164, t162);
+    t167 = cos_q_base_pitch * R::constant(1.4248961013259451);
+    t168 = R::fused(-t95, t167, t163);
+    t169 = R::constant(1.0) / t165;
+    t170 = t166 * t169;
+    t171 = R::fused(-t166, t170, t168);
+    t172 = R::constant(1.0) / t171;
+    out[14][0] = t172;
     // solved by the factors
-    t176 = R::fused(t167, t173, t170);
-    t177_178 = R::Two::fused(t157_158, both(t173), t161_162);
-    t179_180 = R::Two::fused(t113_114, both(t173), t117_118);
-    t181_182 = R::Two::fused(-t147_148, t177_178, t179_180);
+    t173 = R::fused(t164, t170, t167);
+    t174_175 = R::Two::fused(t154_155, both(t170), t158_159);
+    t176_177 = R::Two::fused(t110_111, both(t170), t114_115);
+    t178_179 = R::Two::fused(-t144_145, t174_175, t176_177);
     // other
-    t183_184 = both(t176) + t177_178;
-    t185_186 = t177_178 - t181_182;
-    t187_188 = R::Two::fused(-t147_148, t157_158, t113_114); // solved by the factors
-    t189_190 = t157_158 + both(t167);
-    t191_192 = t157_158 - t187_188;
-    t193_194 = both(R::constant(1.0)) + t147_148;
-    t195 = tau_base_pitch - tau_right_hip_pitch;
-    t196 = tau_left_hip_pitch - t195;
-    t197_198 = two(tau_right_hip_pitch, tau_left_hip_pitch) - two(tau_right_knee_pitch, tau_left_knee_pitch);
-    t199_200 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(-19.89468)), t65_66); // right_tibia, left_tibia
-    t201 = R::fused(sin_q_base_pitch, R::constant(28.2528), -t196);
-    t202_203 = t197_198 + t199_200;
+    t180_181 = both(t173) + t174_175;
+    t182_183 = t174_175 - t178_179;
+    t184_185 = R::Two::fused(-t144_145, t154_155, t110_111); // solved by the factors
+    t186_187 = t154_155 + both(t164);
+    t188_189 = t154_155 - t184_185;
+    t190_191 = both(R::constant(1.0)) + t144_145;
+    t192 = tau_base_pitch - tau_right_hip_pitch;
+    t193 = tau_left_hip_pitch - t192;
+    t194_195 = two(tau_right_hip_pitch, tau_left_hip_pitch) - two(tau_right_knee_pitch, tau_left_knee_pitch);
+    t196_197 = R::Two::fused(two(sin_t0, sin_t1), both(R::constant(-19.89468)), t63_64); // right_tibia, left_tibia
+    t198 = R::fused(sin_q_base_pitch, R::constant(28.2528), -t193);
+    t199_200 = t194_195 + t196_197;
     // solved by the factors
-    t204_205 = R::Two::fused(-t125_126, t147_148, t202_203);
-    t206 = R::fused(t157_158.second(), t204_205.second(), t129);
-    t207 = R::fused(-t161_162.second(), t204_205.second(), t130);
-    t208 = R::fused(t157_158.first(), t204_205.first(), t206);
-    t209 = R::fused(-t161_162.first(), t204_205.first(), t207);
-    t210 = R::fused(-t167, t201, t208);
-    t211 = R::fused(t170, t201, t209);
-    t212 = R::fused(-t173, t210, t211);
+    t201_202 = R::Two::fused(-t122_123, t144_145, t199_200);
+    t203 = R::fused(t154_155.second(), t201_202.second(), t126);
+    t204 = R::fused(-t158_159.second(), t201_202.second(), t127);
+    t205 = R::fused(t154_155.first(), t201_202.first(), t203);
+    t206 = R::fused(-t158_159.first(), t201_202.first(), t204);
+    t207 = R::fused(-t164, t198, t205);
+    t208 = R::fused(t167, t198, t206);
+    t209 = R::fused(-t170, t207, t208);
     // other
-    t213 = t175 * t212;
-    t214 = t172 * t210;
-    t215 = R::constant(0.4947555907381754) * t201;
-    t216_217 = t155_156 * t204_205;
+    t210 = t172 * t209;
+    t211 = t169 * t207;
+    t212 = R::constant(0.4947555907381754) * t198;
+    t213_214 = t152_153 * t201_202;
     // solved by the factors
-    t218 = R::fused(-t173, t213, t214);
-    t219 = R::fused(t170, t213, t215);
-    t220 = R::fused(-t167, t218, t219);
-    t221_222 = R::Two::fused(-t161_162, both(t213), t216_217);
-    t223_224 = R::Two::fused(t157_158, both(t218), t221_222);
-    t225_226 = R::Two::fused(-t117_118, both(t213), t131_132);
-    t227_228 = R::Two::fused(t113_114, both(t218), t225_226);
-    t229_230 = R::Two::fused(-t147_148, t223_224, t227_228);
-    // other
-    t231_232 = both(t220) - t223_224;
-    t233_234 = t223_224 - t229_230;
-    t235 = R::constant(9.81) - t218; // base/z: motion
-    t236_237 = both(t220) - t231_232; // right_femur, left_femur: motion
+    t215 = R::fused(-t170, t210, t211);
+    t216 = R::fused(t167, t210, t212);
+    t217 = R::fused(-t164, t215, t216);
+    t218_219 = R::Two::fused(-t158_159, both(t210), t213_214);
+    t220_221 = R::Two::fused(t154_155, both(t215), t218_219);
+    t222_223 = R::Two::fused(-t114_115, both(t210), t128_129);
+    t224_225 = R::Two::fused(t110_111, both(t215), t222_223);
+    t226_227 = R::Two::fused(-t144_145, t220_221, t224_225);
+    t228 = R::constant(9.81) - t215; // base/z: motion
     // right_tibia, left_tibia: motion
-    t238_239 = R::Two::fused(-t9_10, t236_237, t13_14);
-    t240_241 = R::Two::fused(t11_12, t236_237, t15_16);
-    t242_243 = both(t213) - t238_239;
-    t244_245 = both(t235) + t240_241;
-    t246_247 = t233_234 - t236_237;
+    t229_230 = R::Two::fused(-t9_10, t220_221, t13_14);
+    t231_232 = R::Two::fused(t11_12, t220_221, t15_16);
+    t233_234 = both(t210) - t229_230;
+    t235_236 = both(t228) + t231_232;
     // right_tibia, left_tibia: sums of what it carries
-    t248_249 = R::Two::fused(t27_28, t246_247, t31_32);
-    t250_251 = R::Two::fused(-t29_30, t246_247, t33_34);
+    t237_238 = R::Two::fused(-t27_28, t226_227, t31_32);
+    t239_240 = R::Two::fused(t29_30, t226_227, t33_34);
     // right_femur, left_femur: sums of what it carries
-    t252_253 = R::Two::fused(-t67_68, t236_237, t71_72);
-    t254_255 = R::Two::fused(t69_70, t236_237, t73_74);
-    t256_257 = t248_249 + t252_253;
-    t258_259 = t250_251 + t254_255;
-    t260 = t256_257.second() + t256_257.first(); // right_femur: sums of what it carries
-    t261 = t258_259.second() + t258_259.first(); // right_femur: sums of what it carries
+    t241_242 = R::Two::fused(-t65_66, t220_221, t69_70);
+    t243_244 = R::Two::fused(t67_68, t220_221, t71_72);
+    t245_246 = t237_238 + t241_242;
+    t247_248 = t239_240 + t243_244;
+    t249 = t245_246.second() + t245_246.first(); // right_femur: sums of what it carries
+    t250 = t247_248.second() + t247_248.first(); // right_femur: sums of what it carries
     // torso: sums of what it carries
-    t262 = R::fused(-t98, t220, t100);
-    t263 = R::fused(t99, t220, t101);
-    t264 = t260 - t262;
-    t265 = t261 - t263;
-    t266 = t105 * t235; // torso: answer of the forces to its motion
-    t267 = R::fused(-t104, t213, t266); // torso: answer of the forces to its motion
+    t251 = R::fused(-t95, t217, t97);
+    t252 = R::fused(t96, t217, t98);
+    t253 = t249 - t251;
+    t254 = t250 - t252;
+    t255 = t102 * t228; // torso: answer of the forces to its motion
+    t256 = R::fused(-t101, t210, t255); // torso: answer of the forces to its motion
     // right_femur, left_femur: answer of the forces to its motion
-    t268_269 = t81_82 * both(t235);
-    t270_271 = R::Two::fused(-t79_80, both(t213), t268_269);
+    t257_258 = t79_80 * both(t228);
+    t259_260 = R::Two::fused(-t77_78, both(t210), t257_258);
     // right_tibia, left_tibia: answer of the forces to its motion
-    t272_273 = t27_28 * t244_245;
-    t274_275 = R::Two::fused(-t29_30, t242_243, t272_273);
-    t276_277 = t9_10 * t250_251;
-    t278_279 = R::Two::fused(t11_12, t248_249, t276_277);
-    t280_281 = t274_275 - t278_279;
-    t282_283 = t27_28 * both(t235);
-    t284_285 = R::Two::fused(-t29_30, both(t213), t282_283);
+    t261_262 = t27_28 * t235_236;
+    t263_264 = R::Two::fused(-t29_30, t233_234, t261_262);
+    t265_266 = t9_10 * t239_240;
+    t267_268 = R::Two::fused(t11_12, t237_238, t265_266);
+    t269_270 = t27_28 * both(t228);
+    t271_272 = R::Two::fused(-t29_30, both(t210), t269_270);
     // other
-    t286 = t267 - t270_271.first();
-    t287 = t270_271.second() - t286;
-    t288_289 = t270_271 - t284_285;
+    t273 = t256 - t259_260.first();
+    t274 = t259_260.second() - t273;
+    t275_276 = t259_260 - t271_272;
     // solved by the factors
-    t290_291 = R::Two::fused(-t147_148, t284_285, t288_289);
-    t292_293 = t113_114 * t284_285;
-    t294 = t264 + t292_293.second();
-    t295_296 = t117_118 * t284_285;
-    t297 = t265 + t295_296.second();
-    t298 = t294 + t292_293.first();
-    t299 = t297 + t295_296.first();
-    t300_301 = t157_158 * t290_291;
-    t302 = t298 + t300_301.second();
-    t303_304 = t161_162 * t290_291;
-    t305 = t299 + t303_304.second();
-    t306 = t302 + t300_301.first();
-    t307 = t305 + t303_304.first();
-    t308 = R::fused(t167, t287, t306);
-    t309 = R::fused(t170, t287, t307);
-    t310 = R::fused(t173, t308, t309);
+    t277_278 = R::Two::fused(-t144_145, t271_272, t275_276);
+    t279_280 = t110_111 * t271_272;
+    t281 = t253 + t279_280.second();
+    t282_283 = t114_115 * t271_272;
+    t284 = t254 + t282_283.second();
+    t285 = t281 + t279_280.first();
+    t286 = t284 + t282_283.first();
+    t287_288 = t154_155 * t277_278;
+    t289 = t285 + t287_288.second();
+    t290_291 = t158_159 * t277_278;
+    t292 = t286 + t290_291.second();
+    t293 = t289 + t287_288.first();
+    t294 = t292 + t290_291.first();
+    t295 = R::fused(t164, t274, t293);
+    t296 = R::fused(t167, t274, t294);
+    t297 = R::fused(t170, t295, t296);
     // other
-    t311 = t175 * t310;
-    t312 = t172 * t308;
-    t313 = R::constant(0.4947555907381754) * t287;
-    t314_315 = t155_156 * t290_291;
-    t316_317 = both(R::constant(2.601998334721066)) * t284_285;
-    out[2][1] = R::fused(t173, t311, t312);
-    t319 = t176 * t311;
-    t320 = R::fused(t167, t312, t319);
-    out[2][2] = t313 + t320;
-    t322_323 = t183_184 * both(t311);
-    t324_325 = R::Two::fused(t189_190, both(t312), t322_323);
-    t326_327 = both(t313) + t324_325;
-    t328_329 = t314_315 + t326_327;
-    t330_331 = t185_186 * both(t311);
-    t332_333 = R::Two::fused(t191_192, both(t312), t330_331);
-    t334_335 = t193_194 * t314_315;
-    t336_337 = t332_333 + t334_335;
-    t338_339 = t336_337 - t316_317;
-    out[2][4] = t338_339.first();
-    out[2][6] = t338_339.second();
+    t298 = t172 * t297;
+    t299 = t169 * t295;
+    t300 = R::constant(0.4947555907381754) * t274;
+    t301_302 = t152_153 * t277_278;
+    t303_304 = both(R::constant(2.601998334721066)) * t271_272;
+    out[2][1] = R::fused(t170, t298, t299);
+    t306 = t173 * t298;
+    t307 = R::fused(t164, t299, t306);
+    out[2][2] = t300 + t307;
+    t309_310 = t180_181 * both(t298);
+    t311_312 = R::Two::fused(t186_187, both(t299), t309_310);
+    t313_314 = both(t300) + t311_312;
+    t315_316 = t301_302 + t313_314;
+    t317_318 = t182_183 * both(t298);
+    t319_320 = R::Two::fused(t188_189, both(t299), t317_318);
+    t321_322 = t190_191 * t301_302;
+    t323_324 = t319_320 + t321_322;
+    t325_326 = t323_324 - t303_304;
+    out[2][4] = t325_326.first();
+    out[2][6] = t325_326.second();
     // solved by the factors
-    t340_341 = t256_257 + t292_293;
-    t342_343 = t258_259 + t295_296;
-    t344_345 = t300_301 + t340_341;
-    t346_347 = t303_304 + t342_343;
-    t348_349 = R::Two::fused(both(t173), t344_345, t346_347);
+    t327_328 = t245_246 + t279_280;
+    t329_330 = t247_248 + t282_283;
+    t331_332 = t287_288 + t327_328;
+    t333_334 = t290_291 + t329_330;
+    t335_336 = R::Two::fused(both(t170), t331_332, t333_334);
     // other
-    t350_351 = both(t175) * t348_349;
-    t352_353 = both(t172) * t344_345;
-    t354_355 = R::Two::fused(both(t173), t350_351, t352_353);
-    out[3][1] = t354_355.first();
-    out[5][1] = t354_355.second();
-    t356_357 = both(t176) * t350_351;
-    t358_359 = R::Two::fused(both(t167), t352_353, t356_357);
-    out[3][2] = t358_359.first();
-    out[5][2] = t358_359.second();
-    t360_361 = t183_184 * t350_351;
-    t362_363 = R::Two::fused(t189_190, t352_353, t360_361);
-    t364_365 = t314_315 + t362_363;
-    t366_367 = t185_186 * t350_351;
-    t368_369 = R::Two::fused(t191_192, t352_353, t366_367);
-    t370_371 = t334_335 + t368_369;
-    t372_373 = t370_371 - t316_317;
-    out[3][4] = t372_373.first();
-    out[5][6] = t372_373.second();
-    t374_375 = t183_184.swapped() * t350_351;
-    t376_377 = R::Two::fused(-t189_190.swapped(), t352_353, -t374_375);
-    out[3][5] = t376_377.first();
-    out[5][3] = t376_377.second();
-    t378_379 = t185_186.swapped() * t350_351;
-    t380_381 = R::Two::fused(t191_192.swapped(), t352_353, t378_379);
-    out[3][6] = t380_381.first();
-    out[5][4] = t380_381.second();
-    t382_383 = t274_275 - t280_281;
+    t337_338 = both(t172) * t335_336;
+    t339_340 = both(t169) * t331_332;
+    t341_342 = R::Two::fused(both(t170), t337_338, t339_340);
+    out[3][1] = t341_342.first();
+    out[5][1] = t341_342.second();
+    t343_344 = both(t173) * t337_338;
+    t345_346 = R::Two::fused(both(t164), t339_340, t343_344);
+    out[3][2] = t345_346.first();
+    out[5][2] = t345_346.second();
+    t347_348 = t180_181 * t337_338;
+    t349_350 = R::Two::fused(t186_187, t339_340, t347_348);
+    t351_352 = t301_302 + t349_350;
+    t353_354 = t182_183 * t337_338;
+    t355_356 = R::Two::fused(t188_189, t339_340, t353_354);
+    t357_358 = t321_322 + t355_356;
+    t359_360 = t357_358 - t303_304;
+    out[3][4] = t359_360.first();
+    out[5][6] = t359_360.second();
+    t361_362 = t180_181.swapped() * t337_338;
+    t363_364 = R::Two::fused(-t186_187.swapped(), t339_340, -t361_362);
+    out[3][5] = t363_364.first();
+    out[5][3] = t363_364.second();
+    t365_366 = t182_183.swapped() * t337_338;
+    t367_368 = R::Two::fused(t188_189.swapped(), t339_340, t365_366);
+    out[3][6] = t367_368.first();
+    out[5][4] = t367_368.second();
     // solved by the factors
-    t384_385 = R::Two::fused(t147_148, t274_275, t382_383);
-    t386_387 = R::Two::fused(t113_114, t274_275, t248_249);
-    t388_389 = R::Two::fused(t117_118, t274_275, t250_251);
-    t390_391 = R::Two::fused(-t157_158, t384_385, t386_387);
-    t392_393 = R::Two::fused(-t161_162, t384_385, t388_389);
-    t394_395 = R::Two::fused(both(t173), t390_391, t392_393);
+    t369_370 = R::Two::fused(t144_145, t263_264, t267_268);
+    t371_372 = R::Two::fused(t110_111, t263_264, t237_238);
+    t373_374 = R::Two::fused(t114_115, t263_264, t239_240);
+    t375_376 = R::Two::fused(-t154_155, t369_370, t371_372);
+    t377_378 = R::Two::fused(-t158_159, t369_370, t373_374);
+    t379_380 = R::Two::fused(both(t170), t375_376, t377_378);
     // other
-    t396_397 = both(t175) * t394_395;
-    t398_399 = both(t172) * t390_391;
-    t400_401 = t155_156 * t384_385;
-    t402_403 = R::Two::fused(both(t173), t396_397, t398_399);
-    out[4][1] = t402_403.first();
-    out[6][1] = t402_403.second();
-    t404_405 = both(t176) * t396_397;
-    t406_407 = R::Two::fused(both(t167), t398_399, t404_405);
-    out[4][2] = t406_407.first();
-    out[6][2] = t406_407.second();
-    t408_409 = t183_184 * t396_397;
-    t410_411 = R::Two::fused(t189_190, t398_399, t408_409);
-    t412_413 = t400_401 - t410_411;
-    out[4][3] = t412_413.first();
-    out[6][5] = t412_413.second();
-    t414_415 = t185_186 * t396_397;
-    t416_417 = R::Two::fused(t191_192, t398_399, t414_415);
+    t381_382 = both(t172) * t379_380;
+    t383_384 = both(t169) * t375_376;
+    t385_386 = t152_153 * t369_370;
+    t387_388 = R::Two::fused(both(t170), t381_382, t383_384);
+    out[4][1] = t387_388.first();
+    out[6][1] = t387_388.second();
+    t389_390 = both(t173) * t381_382;
+    t391_392 = R::Two::fused(both(t164), t383_384, t389_390);
+    out[4][2] = t391_392.first();
+    out[6][2] = t391_392.second();
+    t393_394 = t180_181 * t381_382;
+    t395_396 = R::Two::fused(t186_187, t383_384, t393_394);
+    t397_398 = t385_386 - t395_396;
+    out[4][3] = t397_398.first();
+    out[6][5] = t397_398.second();
+    t399_400 = t182_183 * t381_382;
+    t401_402 = R::Two::fused(t188_189, t383_384, t399_400);
+    t403_404 = R::Two::fused(-t190_191, t385_386, t401_402);
+    t405_406 = R::Two::fused(both(R::constant(-2.601998334721066)), t263_264, t403_404);
+    out[4][4] = t405_406.first();
+    out[6][6] = t405_406.second();
+    t407_408 = t180_181.swapped() * t381_382;
+    t409_410 = R::Two::fused(-t186_187.swapped(), t383_384, -t407_408);
+    out[4][5] = t409_410.first();
+    out[6][3] = t409_410.second();
+    t411_412 = t182_183.swapped() * t381_382;
+    t413_414 = R::Two::fused(t188_189.swapped(), t383_384, t411_412);
+    out[4][6] = t413_414.first();
+    out[6][4] = t413_414.second();
+    // solved by the factors
+    t415_416 = R::Two::fused(-t59_60, t144_145, t55_56);
+    t417_418 = t154_155 * t415_416;
     let (
-        t418_419, t420_421, t422_423, t424_425, t426_427, t428_429, t430, t431, t432_433, t434_435, t436_437, t438,
-        t439_440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450_451, t453, t454, t456_457, t458_459,
-        t460_461, t462_463, t464_465, t466_467, t468_469, t470_471, t472_473, t474_475, t476_477, t478_479, t480_481,
-        t482_483, t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500_501, t502_503,
-        t504_505, t506_507, t508_509, t510_511, t512_513, t514_515, t516_517, t518_519, t520_521, t522_523, t524_525,
-        t526_527, t528_529, t530_531, t532_533, t534_535, t536_537, t538_539, t540_541, t542_543, t544_545, t546_547,
-        t548_549, t550, t552, t553, t554, t555, t556, t558_559, t560_561, t562_563, t564_565, t566_567, t568_569,
-        t570_571, t572_573, t574_575, t576_577, t578_579, t580_581, t582_583, t584_585, t586_587, t588_589, t590_591,
-        t592_593, t594_595, t596_597, t598_599, t600_601, t602_603, t604, t605, t606, t607, t608, t609, t610, t611,
-        t612, t614_615, t616_617, t618_619, t620_621, t623_624, t625_626, t627_628, t629_630, t631, t632, t633_634,
-        t635_636, t637_638,
+        t419, t420_421, t422, t423, t424, t425, t426, t427, t428_429, t431, t433_434, t435_436, t437_438, t439_440,
+        t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453_454, t455_456, t457_458, t459_460, t461_462,
+        t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475_476, t477_478, t479_480, t481_482, t483_484,
+        t485_486, t487_488, t489_490, t491_492, t493_494, t495_496, t497_498, t499_500, t501_502, t503_504, t505_506,
+        t507_508, t509_510, t511_512, t513_514, t515_516, t517_518, t519_520, t521_522, t523_524, t525, t527, t528,
+        t529, t530, t531, t533_534, t535_536, t537_538, t539_540, t541_542, t543_544, t545_546, t547_548, t549_550,
+        t551_552, t553_554, t555_556, t557_558, t559_560, t561_562, t563_564, t565_566, t567_568, t569_570, t571_572,
+        t573_574, t575_576, t577_578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t589_590, t591_592,
+        t593_594, t595_596, t598_599, t600_601, t602_603, t604_605, t606_607, t608, t609, t610_611, t612_613, t614_615,
     );
-    t418_419 = R::Two::fused(-t193_194, t400_401, t416_417);
-    t420_421 = R::Two::fused(both(R::constant(-2.601998334721066)), t274_275, t418_419);
-    out[4][4] = t420_421.first();
-    out[6][6] = t420_421.second();
-    t422_423 = t183_184.swapped() * t396_397;
-    t424_425 = R::Two::fused(-t189_190.swapped(), t398_399, -t422_423);
-    out[4][5] = t424_425.first();
-    out[6][3] = t424_425.second();
-    t426_427 = t185_186.swapped() * t396_397;
-    t428_429 = R::Two::fused(t191_192.swapped(), t398_399, t426_427);
-    out[4][6] = t428_429.first();
-    out[6][4] = t428_429.second();
-    t430 = t61_62.first() - t95;
-    t431 = t61_62.second() + t430;
-    t432_433 = t59_60 - t61_62;
-    // solved by the factors
-    t434_435 = R::Two::fused(t59_60, t147_148, t432_433);
-    t436_437 = t157_158 * t434_435;
-    t438 = t139 + t436_437.second();
-    t439_440 = t161_162 * t434_435;
-    t441 = t140 - t439_440.second();
-    t442 = t438 + t436_437.first();
-    t443 = t441 - t439_440.first();
-    t444 = R::fused(-t167, t431, t442);
-    t445 = R::fused(t170, t431, t443);
-    t446 = R::fused(-t173, t444, t445);
+    t419 = t136 - t417_418.second();
+    t420_421 = t158_159 * t415_416;
+    t422 = t137 + t420_421.second();
+    t423 = t419 - t417_418.first();
+    t424 = t422 + t420_421.first();
+    t425 = R::fused(-t170, t423, t424);
     // other
-    t447 = t175 * t446;
-    t448 = t172 * t444;
-    t449 = R::constant(0.4947555907381754) * t431;
-    t450_451 = t155_156 * t434_435;
-    out[9][1] = R::fused(t173, t447, -t448);
-    t453 = t176 * t447;
-    t454 = R::fused(-t167, t448, t453);
-    out[9][2] = t449 + t454;
-    t456_457 = t183_184 * both(t447);
-    t458_459 = R::Two::fused(-t189_190, both(t448), t456_457);
-    t460_461 = both(t449) + t458_459;
-    t462_463 = t450_451 - t460_461;
-    out[9][3] = t462_463.first();
-    out[9][5] = t462_463.second();
-    t464_465 = t185_186 * both(t447);
-    t466_467 = R::Two::fused(-t191_192, both(t448), t464_465);
-    t468_469 = t193_194 * t450_451;
-    t470_471 = t466_467 - t468_469;
-    t472_473 = t470_471 - t141_142;
-    out[9][4] = t472_473.first();
-    out[9][6] = t472_473.second();
+    t426 = t172 * t425;
+    t427 = t169 * t423;
+    t428_429 = t152_153 * t415_416;
+    out[9][1] = R::fused(t170, t426, -t427);
+    t431 = t173 * t426;
+    out[9][2] = R::fused(-t164, t427, t431);
+    t433_434 = t180_181 * both(t426);
+    t435_436 = R::Two::fused(-t186_187, both(t427), t433_434);
+    t437_438 = t428_429 + t435_436;
+    t439_440 = t182_183 * both(t426);
+    t441_442 = R::Two::fused(-t188_189, both(t427), t439_440);
+    t443_444 = t190_191 * t428_429;
+    t445_446 = t441_442 + t443_444;
+    t447_448 = t445_446 - t138_139;
+    out[9][4] = t447_448.first();
+    out[9][6] = t447_448.second();
     // solved by the factors
-    t474_475 = t143_144 + t436_437;
-    t476_477 = t145_146 - t439_440;
-    t478_479 = R::Two::fused(-both(t173), t474_475, t476_477);
+    t449_450 = t140_141 - t417_418;
+    t451_452 = t142_143 + t420_421;
+    t453_454 = R::Two::fused(-both(t170), t449_450, t451_452);
     // other
-    t480_481 = both(t175) * t478_479;
-    t482_483 = both(t172) * t474_475;
-    t484_485 = R::Two::fused(both(t173), t480_481, -t482_483);
-    out[10][1] = t484_485.first();
-    out[12][1] = t484_485.second();
-    t486_487 = both(t176) * t480_481;
-    t488_489 = R::Two::fused(-both(t167), t482_483, t486_487);
-    out[10][2] = t488_489.first();
-    out[12][2] = t488_489.second();
-    t490_491 = t183_184 * t480_481;
-    t492_493 = R::Two::fused(-t189_190, t482_483, t490_491);
-    t494_495 = t450_451 - t492_493;
-    out[10][3] = t494_495.first();
-    out[12][5] = t494_495.second();
-    t496_497 = t185_186 * t480_481;
-    t498_499 = R::Two::fused(-t191_192, t482_483, t496_497);
-    t500_501 = t468_469 - t498_499;
-    t502_503 = t141_142 + t500_501;
-    t504_505 = t183_184.swapped() * t480_481;
-    t506_507 = R::Two::fused(t189_190.swapped(), t482_483, -t504_505);
-    out[10][5] = t506_507.first();
-    out[12][3] = t506_507.second();
-    t508_509 = t185_186.swapped() * t480_481;
-    t510_511 = R::Two::fused(-t191_192.swapped(), t482_483, t508_509);
-    out[10][6] = t510_511.first();
-    out[12][4] = t510_511.second();
+    t455_456 = both(t172) * t453_454;
+    t457_458 = both(t169) * t449_450;
+    t459_460 = R::Two::fused(both(t170), t455_456, -t457_458);
+    out[10][1] = t459_460.first();
+    out[12][1] = t459_460.second();
+    t461_462 = both(t173) * t455_456;
+    t463_464 = R::Two::fused(-both(t164), t457_458, t461_462);
+    out[10][2] = t463_464.first();
+    out[12][2] = t463_464.second();
+    t465_466 = t180_181 * t455_456;
+    t467_468 = R::Two::fused(-t186_187, t457_458, t465_466);
+    t469_470 = t428_429 + t467_468;
+    t471_472 = t182_183 * t455_456;
+    t473_474 = R::Two::fused(-t188_189, t457_458, t471_472);
+    t475_476 = t443_444 + t473_474;
+    t477_478 = t475_476 - t138_139;
+    out[10][4] = t477_478.first();
+    out[12][6] = t477_478.second();
+    t479_480 = t180_181.swapped() * t455_456;
+    t481_482 = R::Two::fused(t186_187.swapped(), t457_458, -t479_480);
+    out[10][5] = t481_482.first();
+    out[12][3] = t481_482.second();
+    t483_484 = t182_183.swapped() * t455_456;
+    t485_486 = R::Two::fused(-t188_189.swapped(), t457_458, t483_484);
+    out[10][6] = t485_486.first();
+    out[12][4] = t485_486.second();
     // solved by the factors
-    t512_513 = R::Two::fused(-t55_56, t157_158, t43_44);
-    t514_515 = R::Two::fused(t55_56, t161_162, t45_46);
-    t516_517 = R::Two::fused(-both(t173), t512_513, t514_515);
+    t487_488 = R::Two::fused(-t55_56, t154_155, t43_44);
+    t489_490 = R::Two::fused(t55_56, t158_159, t45_46);
+    t491_492 = R::Two::fused(-both(t170), t487_488, t489_490);
     // other
-    t518_519 = both(t175) * t516_517;
-    t520_521 = both(t172) * t512_513;
-    t522_523 = t55_56 * t155_156;
-    t524_525 = R::Two::fused(both(t173), t518_519, -t520_521);
-    out[11][1] = t524_525.first();
-    out[13][1] = t524_525.second();
-    t526_527 = both(t176) * t518_519;
-    t528_529 = R::Two::fused(-both(t167), t520_521, t526_527);
-    out[11][2] = t528_529.first();
-    out[13][2] = t528_529.second();
-    t530_531 = t183_184 * t518_519;
-    t532_533 = R::Two::fused(-t189_190, t520_521, t530_531);
-    t534_535 = t522_523 + t532_533;
-    t536_537 = t185_186 * t518_519;
-    t538_539 = R::Two::fused(-t191_192, t520_521, t536_537);
-    t540_541 = R::Two::fused(t193_194, t522_523, t538_539);
-    out[11][4] = t540_541.first();
-    out[13][6] = t540_541.second();
-    t542_543 = t183_184.swapped() * t518_519;
-    t544_545 = R::Two::fused(t189_190.swapped(), t520_521, -t542_543);
-    out[11][5] = t544_545.first();
-    out[13][3] = t544_545.second();
-    t546_547 = t185_186.swapped() * t518_519;
-    t548_549 = R::Two::fused(-t191_192.swapped(), t520_521, t546_547);
-    out[11][6] = t548_549.first();
-    out[13][4] = t548_549.second();
-    t550 = t173 * t175;
-    out[15][1] = R::fused(t173, t550, t172);
-    t552 = t175 * t176;
-    t553 = t167 * t172;
-    t554 = R::fused(t173, t552, t553);
-    out[15][2] = t554;
-    out[16][1] = t554;
-    t555 = t176 * t552;
-    t556 = R::fused(t167, t553, t555);
-    out[16][2] = R::constant(0.4947555907381754) + t556;
-    t558_559 = both(t175) * t183_184;
-    out[14][3] = t558_559.first();
-    out[17][0] = t558_559.first();
-    out[14][5] = t558_559.second();
-    out[19][0] = t558_559.second();
-    t560_561 = both(t172) * t189_190;
-    t562_563 = R::Two::fused(-both(t173), t558_559, -t560_561);
-    out[15][3] = t562_563.first();
-    out[17][1] = t562_563.first();
-    out[15][5] = t562_563.second();
-    out[19][1] = t562_563.second();
-    t564_565 = both(t176) * t558_559;
-    t566_567 = R::Two::fused(both(t167), t560_561, t564_565);
-    t568_569 = both(R::constant(0.4947555907381754)) + t566_567;
-    t570_571 = t183_184 * t558_559;
-    t572_573 = R::Two::fused(t189_190, t560_561, t570_571);
-    t574_575 = both(R::constant(0.4947555907381754)) + t572_573;
-    t576_577 = t155_156 + t574_575;
-    out[17][3] = t576_577.first();
-    out[19][5] = t576_577.second();
-    t578_579 = both(t175) * t185_186;
-    t580_581 = both(t172) * t191_192;
-    t582_583 = t155_156 * t193_194;
-    t584_585 = R::Two::fused(both(t173), t578_579, t580_581);
-    out[15][4] = t584_585.first();
-    out[18][1] = t584_585.first();
-    out[15][6] = t584_585.second();
-    out[20][1] = t584_585.second();
-    t586_587 = both(t176) * t578_579;
-    t588_589 = R::Two::fused(both(t167), t580_581, t586_587);
-    out[16][4] = t588_589.first();
-    out[18][2] = t588_589.first();
-    out[16][6] = t588_589.second();
-    out[20][2] = t588_589.second();
-    t590_591 = t183_184 * t578_579;
-    t592_593 = R::Two::fused(t189_190, t580_581, t590_591);
-    t594_595 = t582_583 + t592_593;
-    t596_597 = t185_186 * t578_579;
-    t598_599 = R::Two::fused(t191_192, t580_581, t596_597);
-    t600_601 = R::Two::fused(t193_194, t582_583, t598_599);
-    t602_603 = both(R::constant(2.601998334721066)) + t600_601;
-    out[18][4] = t602_603.first();
-    out[20][6] = t602_603.second();
-    t604 = t183_184.first() * t558_559.second();
-    t605 = R::fused(t189_190.first(), t560_561.second(), t604);
-    t606 = R::constant(0.4947555907381754) + t605;
-    out[17][5] = t606;
-    out[19][3] = t606;
-    t607 = t185_186.first() * t558_559.second();
-    t608 = R::fused(-t191_192.first(), t560_561.second(), -t607);
-    out[18][5] = t608;
-    out[19][4] = t608;
-    t609 = t183_184.first() * t578_579.second();
-    t610 = R::fused(-t189_190.first(), t580_581.second(), -t609);
-    out[17][6] = t610;
-    out[20][3] = t610;
-    t611 = t185_186.first() * t578_579.second();
-    t612 = R::fused(t191_192.first(), t580_581.second(), t611);
-    out[18][6] = t612;
-    out[20][4] = t612;
-    out[2][0] = -t311;
-    t614_615 = -t328_329;
-    out[2][3] = t614_615.first();
-    out[2][5] = t614_615.second();
-    t616_617 = -t350_351;
-    out[3][0] = t616_617.first();
-    out[5][0] = t616_617.second();
-    t618_619 = -t364_365;
-    out[3][3] = t618_619.first();
-    out[5][5] = t618_619.second();
-    t620_621 = -t396_397;
-    out[4][0] = t620_621.first();
-    out[6][0] = t620_621.second();
-    out[9][0] = -t447;
-    t623_624 = -t480_481;
-    out[10][0] = t623_624.first();
-    out[12][0] = t623_624.second();
-    t625_626 = -t502_503;
-    out[10][4] = t625_626.first();
-    out[12][6] = t625_626.second();
-    t627_628 = -t518_519;
-    out[11][0] = t627_628.first();
-    out[13][0] = t627_628.second();
-    t629_630 = -t534_535;
-    out[11][3] = t629_630.first();
-    out[13][5] = t629_630.second();
-    t631 = -t550;
-    out[14][1] = t631;
-    out[15][0] = t631;
-    t632 = -t552;
-    out[14][2] = t632;
-    out[16][0] = t632;
-    t633_634 = -t578_579;
-    out[14][4] = t633_634.first();
-    out[18][0] = t633_634.first();
-    out[14][6] = t633_634.second();
-    out[20][0] = t633_634.second();
-    t635_636 = -t568_569;
-    out[16][3] = t635_636.first();
-    out[17][2] = t635_636.first();
-    out[16][5] = t635_636.second();
-    out[19][2] = t635_636.second();
-    t637_638 = -t594_595;
-    out[17][4] = t637_638.first();
-    out[18][3] = t637_638.first();
-    out[19][6] = t637_638.second();
-    out[20][5] = t637_638.second();
+    t493_494 = both(t172) * t491_492;
+    t495_496 = both(t169) * t487_488;
+    t497_498 = t55_56 * t152_153;
+    t499_500 = R::Two::fused(both(t170), t493_494, -t495_496);
+    out[11][1] = t499_500.first();
+    out[13][1] = t499_500.second();
+    t501_502 = both(t173) * t493_494;
+    t503_504 = R::Two::fused(-both(t164), t495_496, t501_502);
+    out[11][2] = t503_504.first();
+    out[13][2] = t503_504.second();
+    t505_506 = t180_181 * t493_494;
+    t507_508 = R::Two::fused(-t186_187, t495_496, t505_506);
+    t509_510 = t497_498 + t507_508;
+    t511_512 = t182_183 * t493_494;
+    t513_514 = R::Two::fused(-t188_189, t495_496, t511_512);
+    t515_516 = R::Two::fused(t190_191, t497_498, t513_514);
+    out[11][4] = t515_516.first();
+    out[13][6] = t515_516.second();
+    t517_518 = t180_181.swapped() * t493_494;
+    t519_520 = R::Two::fused(t186_187.swapped(), t495_496, -t517_518);
+    out[11][5] = t519_520.first();
+    out[13][3] = t519_520.second();
+    t521_522 = t182_183.swapped() * t493_494;
+    t523_524 = R::Two::fused(-t188_189.swapped(), t495_496, t521_522);
+    out[11][6] = t523_524.first();
+    out[13][4] = t523_524.second();
+    t525 = t170 * t172;
+    out[15][1] = R::fused(t170, t525, t169);
+    t527 = t172 * t173;
+    t528 = t164 * t169;
+    t529 = R::fused(t170, t527, t528);
+    out[15][2] = t529;
+    out[16][1] = t529;
+    t530 = t173 * t527;
+    t531 = R::fused(t164, t528, t530);
+    out[16][2] = R::constant(0.4947555907381754) + t531;
+    t533_534 = both(t172) * t180_181;
+    out[14][3] = t533_534.first();
+    out[17][0] = t533_534.first();
+    out[14][5] = t533_534.second();
+    out[19][0] = t533_534.second();
+    t535_536 = both(t169) * t186_187;
+    t537_538 = R::Two::fused(-both(t170), t533_534, -t535_536);
+    out[15][3] = t537_538.first();
+    out[17][1] = t537_538.first();
+    out[15][5] = t537_538.second();
+    out[19][1] = t537_538.second();
+    t539_540 = both(t173) * t533_534;
+    t541_542 = R::Two::fused(both(t164), t535_536, t539_540);
+    t543_544 = both(R::constant(0.4947555907381754)) + t541_542;
+    t545_546 = t180_181 * t533_534;
+    t547_548 = R::Two::fused(t186_187, t535_536, t545_546);
+    t549_550 = both(R::constant(0.4947555907381754)) + t547_548;
+    t551_552 = t152_153 + t549_550;
+    out[17][3] = t551_552.first();
+    out[19][5] = t551_552.second();
+    t553_554 = both(t172) * t182_183;
+    t555_556 = both(t169) * t188_189;
+    t557_558 = t152_153 * t190_191;
+    t559_560 = R::Two::fused(both(t170), t553_554, t555_556);
+    out[15][4] = t559_560.first();
+    out[18][1] = t559_560.first();
+    out[15][6] = t559_560.second();
+    out[20][1] = t559_560.second();
+    t561_562 = both(t173) * t553_554;
+    t563_564 = R::Two::fused(both(t164), t555_556, t561_562);
+    out[16][4] = t563_564.first();
+    out[18][2] = t563_564.first();
+    out[16][6] = t563_564.second();
+    out[20][2] = t563_564.second();
+    t565_566 = t180_181 * t553_554;
+    t567_568 = R::Two::fused(t186_187, t555_556, t565_566);
+    t569_570 = t557_558 + t567_568;
+    t571_572 = t182_183 * t553_554;
+    t573_574 = R::Two::fused(t188_189, t555_556, t571_572);
+    t575_576 = R::Two::fused(t190_191, t557_558, t573_574);
+    t577_578 = both(R::constant(2.601998334721066)) + t575_576;
+    out[18][4] = t577_578.first();
+    out[20][6] = t577_578.second();
+    t579 = t180_181.first() * t533_534.second();
+    t580 = R::fused(t186_187.first(), t535_536.second(), t579);
+    t581 = R::constant(0.4947555907381754) + t580;
+    out[17][5] = t581;
+    out[19][3] = t581;
+    t582 = t182_183.first() * t533_534.second();
+    t583 = R::fused(-t188_189.first(), t535_536.second(), -t582);
+    out[18][5] = t583;
+    out[19][4] = t583;
+    t584 = t180_181.first() * t553_554.second();
+    t585 = R::fused(-t186_187.first(), t555_556.second(), -t584);
+    out[17][6] = t585;
+    out[20][3] = t585;
+    t586 = t182_183.first() * t553_554.second();
+    t587 = R::fused(t188_189.first(), t555_556.second(), t586);
+    out[18][6] = t587;
+    out[20][4] = t587;
+    out[2][0] = -t298;
+    t589_590 = -t315_316;
+    out[2][3] = t589_590.first();
+    out[2][5] = t589_590.second();
+    t591_592 = -t337_338;
+    out[3][0] = t591_592.first();
+    out[5][0] = t591_592.second();
+    t593_594 = -t351_352;
+    out[3][3] = t593_594.first();
+    out[5][5] = t593_594.second();
+    t595_596 = -t381_382;
+    out[4][0] = t595_596.first();
+    out[6][0] = t595_596.second();
+    out[9][0] = -t426;
+    t598_599 = -t437_438;
+    out[9][3] = t598_599.first();
+    out[9][5] = t598_599.second();
+    t600_601 = -t455_456;
+    out[10][0] = t600_601.first();
+    out[12][0] = t600_601.second();
+    t602_603 = -t469_470;
+    out[10][3] = t602_603.first();
+    out[12][5] = t602_603.second();
+    t604_605 = -t493_494;
+    out[11][0] = t604_605.first();
+    out[13][0] = t604_605.second();
+    t606_607 = -t509_510;
+    out[11][3] = t606_607.first();
+    out[13][5] = t606_607.second();
+    t608 = -t525;
+    out[14][1] = t608;
+    out[15][0] = t608;
+    t609 = -t527;
+    out[14][2] = t609;
+    out[16][0] = t609;
+    t610_611 = -t553_554;
+    out[14][4] = t610_611.first();
+    out[18][0] = t610_611.first();
+    out[14][6] = t610_611.second();
+    out[20][0] = t610_611.second();
+    t612_613 = -t543_544;
+    out[16][3] = t612_613.first();
+    out[17][2] = t612_613.first();
+    out[16][5] = t612_613.second();
+    out[19][2] = t612_613.second();
+    t614_615 = -t569_570;
+    out[17][4] = t614_615.first();
+    out[18][3] = t614_615.first();
+    out[19][6] = t614_615.second();
+    out[20][5] = t614_615.second();
     out[0][0] = R::constant(0.0);
     out[0][1] = R::constant(0.0);
     out[0][2] = R::constant(0.0);

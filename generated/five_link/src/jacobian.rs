@@ -12,7 +12,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_knee_pitch`.
 /// Source: forward kinematics.
-/// 12 operations: 2 add, 2 mul, 4 fused, 2 sin_cos.
+/// 8 operations: 4 mul, 2 fused, 2 sin_cos.
 #[inline]
 pub fn jacobian_of_left_tibia<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -29,8 +29,6 @@ pub fn jacobian_of_left_tibia_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatri
 ::bipedc_runtime::dispatched! {
 #[inline]
 pub(super) fn jacobian_of_left_tibia_program<R: Real>(q: &[R; NQ], out: &mut [[R; 6]; NV]) {
-    let q_base_x = q[0];
-    let q_base_z = q[1];
     let q_base_pitch = q[2];
     let q_left_hip_pitch = q[5];
     let (
@@ -42,19 +40,17 @@ pub(super) fn jacobian_of_left_tibia_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t1 = R::fused(cos_q_base_pitch, sin_q_left_hip_pitch, t0);
     let t2 = sin_q_base_pitch * sin_q_left_hip_pitch;
     let t3 = R::fused(-cos_q_base_pitch, cos_q_left_hip_pitch, t2);
-    let t4 = R::fused(-t1, R::constant(0.4), q_base_x); // left_tibia: pose in the world
-    let t5 = R::fused(t3, R::constant(0.4), q_base_z); // left_tibia: pose in the world
-    let t6 = q_base_x - t4; // left_femur: Jacobian
-    let t7 = t5 - q_base_z; // left_femur: Jacobian
+    let t4 = t1 * R::constant(0.4); // left_tibia: pose in the world
+    let t5 = t3 * R::constant(0.4); // left_tibia: pose in the world
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         // base/z
         [R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t7, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
+        [t5, R::constant(0.0), t4, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
         [R::constant(0.0); 6], // right_hip_pitch
         [R::constant(0.0); 6], // right_knee_pitch
-        [t7, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_hip_pitch
+        [t5, R::constant(0.0), t4, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_hip_pitch
         // left_knee_pitch
         [R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0)],
     ];
@@ -68,7 +64,7 @@ pub(super) fn jacobian_of_left_tibia_program<R: Real>(q: &[R; NQ], out: &mut [[R
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_knee_pitch`.
 /// Source: forward kinematics.
-/// 12 operations: 2 add, 2 mul, 4 fused, 2 sin_cos.
+/// 8 operations: 4 mul, 2 fused, 2 sin_cos.
 #[inline]
 pub fn jacobian_of_right_tibia<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -85,8 +81,6 @@ pub fn jacobian_of_right_tibia_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatr
 ::bipedc_runtime::dispatched! {
 #[inline]
 pub(super) fn jacobian_of_right_tibia_program<R: Real>(q: &[R; NQ], out: &mut [[R; 6]; NV]) {
-    let q_base_x = q[0];
-    let q_base_z = q[1];
     let q_base_pitch = q[2];
     let q_right_hip_pitch = q[3];
     let (
@@ -98,17 +92,15 @@ pub(super) fn jacobian_of_right_tibia_program<R: Real>(q: &[R; NQ], out: &mut [[
     let t1 = R::fused(cos_q_base_pitch, sin_q_right_hip_pitch, t0);
     let t2 = sin_q_base_pitch * sin_q_right_hip_pitch;
     let t3 = R::fused(-cos_q_base_pitch, cos_q_right_hip_pitch, t2);
-    let t4 = R::fused(-t1, R::constant(0.4), q_base_x); // right_tibia: pose in the world
-    let t5 = R::fused(t3, R::constant(0.4), q_base_z); // right_tibia: pose in the world
-    let t6 = q_base_x - t4; // right_femur: Jacobian
-    let t7 = t5 - q_base_z; // right_femur: Jacobian
+    let t4 = t1 * R::constant(0.4); // right_tibia: pose in the world
+    let t5 = t3 * R::constant(0.4); // right_tibia: pose in the world
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         // base/z
         [R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t7, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
-        [t7, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_hip_pitch
+        [t5, R::constant(0.0), t4, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
+        [t5, R::constant(0.0), t4, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_hip_pitch
         // right_knee_pitch
         [R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0)],
         [R::constant(0.0); 6], // left_hip_pitch
@@ -124,7 +116,7 @@ pub(super) fn jacobian_of_right_tibia_program<R: Real>(q: &[R; NQ], out: &mut [[
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_knee_pitch`.
 /// Source: forward kinematics.
-/// 24 operations: 4 add, 4 mul, 8 fused, 3 sin_cos.
+/// 22 operations: 4 add, 6 mul, 6 fused, 3 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_point_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -162,12 +154,13 @@ pub(super) fn jacobian_of_right_foot_point_foot_program<R: Real>(q: &[R; NQ], ou
     let t7 = R::fused(t3, cos_q_right_knee_pitch, t6);
     let t8 = R::fused(-t1, R::constant(0.4), q_base_x);
     let t9 = R::fused(t3, R::constant(0.4), q_base_z);
-    let t10 = R::fused(-t5, R::constant(0.4), t8); // other
-    let t11 = R::fused(t7, R::constant(0.4), t9); // other
-    let t12 = t8 - t10; // right_tibia: Jacobian
-    let t13 = t11 - t9; // right_tibia: Jacobian
-    let t14 = q_base_x - t10; // right_femur: Jacobian
-    let t15 = t11 - q_base_z; // right_femur: Jacobian
+    // other
+    let t10 = t5 * R::constant(0.4);
+    let t11 = t7 * R::constant(0.4);
+    let t12 = t8 - t10;
+    let t13 = t9 + t11;
+    let t14 = q_base_x - t12; // right_femur: Jacobian
+    let t15 = t13 - q_base_z; // right_femur: Jacobian
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
@@ -175,7 +168,7 @@ pub(super) fn jacobian_of_right_foot_point_foot_program<R: Real>(q: &[R; NQ], ou
         [R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         [t15, R::constant(0.0), t14, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
         [t15, R::constant(0.0), t14, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_hip_pitch
-        [t13, R::constant(0.0), t12, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_knee_pitch
+        [t11, R::constant(0.0), t10, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_knee_pitch
         [R::constant(0.0); 6], // left_hip_pitch
         [R::constant(0.0); 6], // left_knee_pitch
     ];
@@ -189,7 +182,7 @@ pub(super) fn jacobian_of_right_foot_point_foot_program<R: Real>(q: &[R; NQ], ou
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_knee_pitch`.
 /// Source: forward kinematics.
-/// 24 operations: 4 add, 4 mul, 8 fused, 3 sin_cos.
+/// 22 operations: 4 add, 6 mul, 6 fused, 3 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_point_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -227,12 +220,13 @@ pub(super) fn jacobian_of_left_foot_point_foot_program<R: Real>(q: &[R; NQ], out
     let t7 = R::fused(t3, cos_q_left_knee_pitch, t6);
     let t8 = R::fused(-t1, R::constant(0.4), q_base_x);
     let t9 = R::fused(t3, R::constant(0.4), q_base_z);
-    let t10 = R::fused(R::constant(-0.4), t5, t8); // other
-    let t11 = R::fused(R::constant(0.4), t7, t9); // other
-    let t12 = t8 - t10; // left_tibia: Jacobian
-    let t13 = t11 - t9; // left_tibia: Jacobian
-    let t14 = q_base_x - t10; // left_femur: Jacobian
-    let t15 = t11 - q_base_z; // left_femur: Jacobian
+    // other
+    let t10 = R::constant(0.4) * t5;
+    let t11 = R::constant(0.4) * t7;
+    let t12 = t8 - t10;
+    let t13 = t9 + t11;
+    let t14 = q_base_x - t12; // left_femur: Jacobian
+    let t15 = t13 - q_base_z; // left_femur: Jacobian
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
@@ -242,7 +236,7 @@ pub(super) fn jacobian_of_left_foot_point_foot_program<R: Real>(q: &[R; NQ], out
         [R::constant(0.0); 6], // right_hip_pitch
         [R::constant(0.0); 6], // right_knee_pitch
         [t15, R::constant(0.0), t14, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_hip_pitch
-        [t13, R::constant(0.0), t12, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_knee_pitch
+        [t11, R::constant(0.0), t10, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_knee_pitch
     ];
 }
 }

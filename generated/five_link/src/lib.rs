@@ -33,7 +33,7 @@
 //! - [`coriolis_matrix()`]: 7 × 7, 59 operations. Coriolis matrix `C` with `C v = H − G`; `Ḋ − 2 C` is skew-symmetric.
 //! - [`inverse_dynamics_derivatives()`]: 7 × 21, 245 operations. Derivatives of the inverse dynamics `[∂τ/∂q, ∂τ/∂v,
 //!   ∂τ/∂a]`; q in its tangent space, right increment.
-//! - [`forward_dynamics_derivatives()`]: 7 × 21, 832 operations. Derivatives of the forward dynamics `[∂a/∂q, ∂a/∂v,
+//! - [`forward_dynamics_derivatives()`]: 7 × 21, 805 operations. Derivatives of the forward dynamics `[∂a/∂q, ∂a/∂v,
 //!   ∂a/∂τ]`; q in its tangent space, right increment.
 //! - [`bias()`]: 7 × 1, 73 operations. Bias `H = C v + G`.
 //! - [`gravity()`]: 7 × 1, 29 operations. Gravity's generalised forces `G`.
@@ -70,15 +70,15 @@
 //! - [`contact_distances()`]: 2 × 1, 26 operations. Heights of the contact points above the ground z = 0.
 //! - [`contact_positions()`]: 2 × 1, 26 operations. Tangential positions of the contact points, world axes (planar: x
 //!   alone).
-//! - [`contact_normal_directions()`]: 7 × 2, 30 operations. `W_N`: `W_Nᵀ v` are the normal velocities of the contact
+//! - [`contact_normal_directions()`]: 7 × 2, 28 operations. `W_N`: `W_Nᵀ v` are the normal velocities of the contact
 //!   points, `W_N λ_N` their generalised force.
-//! - [`contact_tangential_directions()`]: 7 × 2, 30 operations. `W_T`: `W_Tᵀ v` are the tangential velocities of the
+//! - [`contact_tangential_directions()`]: 7 × 2, 28 operations. `W_T`: `W_Tᵀ v` are the tangential velocities of the
 //!   contact points, `W_T λ_T` their generalised force.
 //! - [`contact_normal_rate()`]: 2 × 1, 48 operations. Normal accelerations of the contact points when `a = 0`.
 //! - [`contact_tangential_rate()`]: 2 × 1, 48 operations. Tangential accelerations of the contact points when `a = 0`.
-//! - [`constrained_dynamics_of_single_support()`]: 9 × 1, 448 operations. Accelerations of a phase under its contacts,
+//! - [`constrained_dynamics_of_single_support()`]: 9 × 1, 226 operations. Accelerations of a phase under its contacts,
 //!   then the contact forces λ: `D a + H = tau + W λ`, `Wᵀ a + w = 0`.
-//! - [`impact_map_of_single_support()`]: 9 × 1, 312 operations. Velocity just after the impact that ends a phase, then
+//! - [`impact_map_of_single_support()`]: 9 × 1, 182 operations. Velocity just after the impact that ends a phase, then
 //!   the impulses; legs keep their names.
 //! - [`relabelled_configuration()`]: 7 × 1, 0 operations. Configuration after left and right have swapped their roles.
 //! - [`relabelled_velocity()`]: 7 × 1, 0 operations. Velocity after left and right have swapped their roles.
@@ -87,7 +87,7 @@
 //! - [`rotation_of_left_tibia()`], [`rotation_of_right_tibia()`], [`rotation_of_right_foot_point_foot()`],
 //!   [`rotation_of_left_foot_point_foot()`]: 3 × 3, 12 operations. Rotation: columns are the frame's axes in the world.
 //! - [`jacobian_of_left_tibia()`], [`jacobian_of_right_tibia()`], [`jacobian_of_right_foot_point_foot()`],
-//!   [`jacobian_of_left_foot_point_foot()`]: 6 × 7, 12 to 24 operations. Jacobian with respect to `v` at the frame's
+//!   [`jacobian_of_left_foot_point_foot()`]: 6 × 7, 8 to 22 operations. Jacobian with respect to `v` at the frame's
 //!   origin, world axes, linear rows first.
 //! - [`jacobian_rate_times_velocity_of_left_tibia()`], [`jacobian_rate_times_velocity_of_right_tibia()`],
 //!   [`jacobian_rate_times_velocity_of_right_foot_point_foot()`],

@@ -13,7 +13,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`,
 /// `right_foot/moment/y`; m/s², then rad/s², then N, then N m.
 /// Source: (4.23), Table 4.1, corrected.
-/// 860 operations: 85 add, 171 mul, 297 fused, 10 div, 7 sin_cos. For two limbs at once: 134 pairs of them.
+/// 395 operations: 40 add, 83 mul, 134 fused, 4 div, 7 sin_cos. For two limbs at once: 18 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_single_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -67,523 +67,263 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let tau_left_hip_pitch = tau[6];
     let tau_left_knee_pitch = tau[7];
     let tau_left_ankle_pitch = tau[8];
+    let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
+    let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
+    let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
-        ],
-        [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
-        ],
+        [sin_q_base_pitch, sin_t0, sin_t2, sin_t4, sin_t1, sin_t3, sin_t5],
+        [cos_q_base_pitch, cos_t0, cos_t2, cos_t4, cos_t1, cos_t3, cos_t5],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        q_base_pitch, t0_1.first(), t2_3.first(), t4_5.first(), t0_1.second(), t2_3.second(), t4_5.second(),
     ]);
-    let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72, t73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124, t125, t126, t127, t128,
-        t129, t130, t131, t132, t133, t134, t135, t136_137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147,
-        t148, t149, t150, t151_152, t153_154, t155_156, t157, t158, t159_160, t161_162, t163_164, t165_166, t167, t168,
-        t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183, t184, t185, t186, t187, t188, t189,
-        t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206_207,
-        t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229,
-        t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250, t251,
-        t252, t253, t254_255, t256_257, t258, t259, t260, t261, t262, t263_264, t265, t266_267, t268_269, t270_271,
-        t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293,
-        t294_295, t296_297, t298, t299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312, t313,
-        t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332, t333, t334,
-        t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352,
-        t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370,
-        t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386,
-    );
-    // right_foot, left_foot: sums of what it carries
-    t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t2_3 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t0_1);
-    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2_3; // right_foot, left_foot: mass matrix
-    t6_7 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t8_9 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t6_7);
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t4_5);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2_3;
-    t16_17 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(161.73117044848053));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
-    t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
-    t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
-    t44_45 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, t42_43);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t40_41);
-    t48_49 = both(sin_q_base_pitch) * t46_47;
-    t50_51 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t38_39;
-    t52_53 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t50_51);
-    t54_55 = R::Two::fused(both(cos_q_base_pitch), t52_53, t48_49);
-    t56_57 = R::Two::fused(both(R::constant(0.273)), t8_9, both(R::constant(0.0061831))); // right_foot, left_foot
-    // factors of the mass matrix
-    t58_59 = t56_57 * both(R::constant(161.73117044848053));
-    t60_61 = R::Two::fused(-t26_27, t58_59, t54_55);
-    // right_foot, left_foot: sums of what it carries
-    t62_63 = R::Two::fused(both(R::constant(0.546)), t8_9, both(R::constant(0.0061831)));
-    t64_65 = both(R::constant(0.07325338333)) + t62_63;
-    // factors of the mass matrix
-    t66_67 = R::Two::fused(-t56_57, t58_59, t64_65);
-    t68_69 = both(R::constant(1.0)) / t66_67;
-    t70_71 = t60_61 * t68_69;
-    t72 = R::fused(-t60_61.second(), t70_71.second(), t31);
-    t73 = R::fused(-t60_61.first(), t70_71.first(), t72);
-    t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
-    t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
-    t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
-    t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
-    t86_87 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t78_79, t84_85);
-    t88_89 = R::Two::fused(-both(cos_q_base_pitch), t86_87, t82_83); // right_upper_leg, left_upper_leg: mass matrix
-    t90_91 = R::Two::fused(both(R::constant(-0.315)), t16_17, t56_57); // right_foot, left_foot: mass matrix
-    // factors of the mass matrix
-    t92_93 = t90_91 * both(R::constant(161.73117044848053));
-    t94_95 = t26_27 * t92_93;
-    t96_97 = t88_89 - t94_95;
-    t98_99 = R::Two::fused(both(R::constant(0.315)), t44_45, t64_65); // right_lower_leg, left_lower_leg: mass matrix
-    t100_101 = R::Two::fused(-t90_91, t58_59, t98_99);
-    t102_103 = t100_101 * t68_69;
-    t104_105 = t60_61 * t102_103;
-    t106_107 = t96_97 - t104_105;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t108_109 = R::Two::fused(both(R::constant(0.63)), t44_45, t64_65);
-    t110_111 = both(R::constant(0.231642)) + t108_109;
-    // factors of the mass matrix
-    t112_113 = t90_91 * t92_93;
-    t114_115 = t110_111 - t112_113;
-    t116_117 = t100_101 * t102_103;
-    t118_119 = t114_115 - t116_117;
-    t120_121 = both(R::constant(1.0)) / t118_119;
-    t122_123 = t106_107 * t120_121;
-    t124 = R::fused(-t106_107.second(), t122_123.second(), t73);
-    t125 = R::fused(-t106_107.first(), t122_123.first(), t124);
-    t126 = R::constant(2.4915000028) - t86_87.second(); // left_upper_leg: sums of what it carries
-    t127 = t126 - t86_87.first(); // right_upper_leg: sums of what it carries
-    t128 = cos_q_base_pitch * t127; // torso: sums of what it carries
-    t129 = R::constant(0.22408000024) + t80_81.second(); // left_upper_leg: sums of what it carries
-    t130 = t129 + t80_81.first(); // right_upper_leg: sums of what it carries
-    t131 = R::fused(sin_q_base_pitch, t130, t128); // torso: sums of what it carries
-    t132 = t131 - t94_95.second();
-    t133 = t132 - t94_95.first();
-    t134 = t133 - t104_105.second();
-    t135 = t134 - t104_105.first();
-    t136_137 = t118_119 * t120_121;
-    t138 = R::fused(-t106_107.second(), t136_137.second(), t135);
-    t139 = R::fused(-t106_107.first(), t136_137.first(), t138);
-    t140 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
-    t141 = t110_111.first() + t140; // right_upper_leg: sums of what it carries
-    t142 = t141 - t112_113.second();
-    t143 = t142 - t112_113.first();
-    t144 = t143 - t116_117.second();
-    t145 = t144 - t116_117.first();
-    t146 = R::fused(-t118_119.second(), t136_137.second(), t145);
-    t147 = R::fused(-t118_119.first(), t136_137.first(), t146);
-    t148 = R::constant(1.0) / t147;
-    t149 = t139 * t148;
-    t150 = R::fused(-t139, t149, t125);
-    // right_foot, left_foot: mass matrix
-    t151_152 = both(cos_q_base_pitch) * t18_19;
-    t153_154 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t151_152);
-    // factors of the mass matrix
-    t155_156 = t153_154 * both(R::constant(161.73117044848053));
-    t157 = t26_27.second() * t155_156.second();
-    t158 = R::fused(t26_27.first(), t155_156.first(), t157);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t159_160 = both(cos_q_base_pitch) * t46_47;
-    t161_162 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t159_160);
-    // factors of the mass matrix
-    t163_164 = R::Two::fused(-t153_154, t58_59, t161_162);
-    t165_166 = t163_164 * t68_69;
-    t167 = R::fused(t60_61.second(), t165_166.second(), t158);
-    t168 = R::fused(t60_61.first(), t165_166.first(), t167);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t169_170 = both(cos_q_base_pitch) * t80_81;
-    t171_172 = R::Two::fused(both(sin_q_base_pitch), t86_87, t169_170);
-    // factors of the mass matrix
-    t173_174 = t153_154 * t92_93;
-    t175_176 = t171_172 - t173_174;
-    t177_178 = t163_164 * t102_103;
-    t179_180 = t175_176 - t177_178;
-    t181_182 = t179_180 * t120_121;
-    t183 = R::fused(t106_107.second(), t181_182.second(), t168);
-    t184 = R::fused(t106_107.first(), t181_182.first(), t183);
-    t185 = sin_q_base_pitch * t127; // torso: sums of what it carries
-    t186 = R::fused(-cos_q_base_pitch, t130, t185); // torso: sums of what it carries
-    t187 = t186 + t173_174.second();
-    t188 = t187 + t173_174.first();
-    t189 = t188 + t177_178.second();
-    t190 = t189 + t177_178.first();
-    t191 = R::fused(t179_180.second(), t136_137.second(), t190);
-    t192 = R::fused(t179_180.first(), t136_137.first(), t191);
-    t193 = t192 * t148;
-    t194 = R::fused(-t139, t193, t184);
-    t195 = R::fused(-t153_154.second(), t155_156.second(), R::constant(19.0));
-    t196 = R::fused(-t153_154.first(), t155_156.first(), t195);
-    t197 = R::fused(-t163_164.second(), t165_166.second(), t196);
-    t198 = R::fused(-t163_164.first(), t165_166.first(), t197);
-    t199 = R::fused(-t179_180.second(), t181_182.second(), t198);
-    t200 = R::fused(-t179_180.first(), t181_182.first(), t199);
-    t201 = R::fused(-t192, t193, t200);
-    t202 = R::constant(1.0) / t201;
-    t203 = t194 * t202;
-    t204 = R::fused(-t194, t203, t150);
-    t205 = R::constant(1.0) / t204;
-    t206_207 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t208_209 = t206_207 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    let t6_7 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    let t8_9 = t6_7 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_foot, left_foot: motion
-    t210_211 = t208_209 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t212_213 = t210_211 * t210_211;
-    t214_215 = both(R::constant(0.0399)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t216_217 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t214_215; // right_foot, left_foot
-    t218_219 = both(R::constant(0.0154)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217);
-    t222_223 = t208_209 * t208_209; // right_lower_leg, left_lower_leg: motion
-    t224_225 = R::Two::fused(both(R::constant(0.3111)), t222_223, t220_221); // right_foot, left_foot
-    t226_227 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t224_225; // right_lower_leg, left_lower_leg
-    // right_foot, left_foot: wrench handed to its parent
-    t228_229 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t214_215;
-    t230_231 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t218_219, t228_229);
-    t232_233 = R::Two::fused(both(R::constant(0.008)), t222_223, -t230_231);
-    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227);
-    t236_237 = t206_207 * t206_207; // right_upper_leg, left_upper_leg: motion
-    t238_239 = R::Two::fused(both(R::constant(0.8355)), t236_237, t234_235); // right_lower_leg, left_lower_leg
-    t240_241 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t238_239; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t242_243 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t224_225;
-    t244_245 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t232_233, t242_243);
-    t246_247 = R::Two::fused(both(R::constant(0.012)), t236_237, -t244_245);
-    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241);
-    t250 = v_base_pitch * v_base_pitch; // torso: motion
-    t251 = R::fused(R::constant(2.4915000028), t250, -t248_249.second()); // left_upper_leg: wrench handed to its parent
-    t252 = t251 - t248_249.first(); // right_upper_leg: wrench handed to its parent
-    t253 = sin_q_base_pitch * t252; // torso: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t254_255 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t238_239;
-    t256_257 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t246_247, t254_255);
-    t258 = R::fused(R::constant(0.22408000024), t250, t256_257.second()); // left_upper_leg: wrench handed to its parent
-    t259 = t258 + t256_257.first(); // right_upper_leg: wrench handed to its parent
-    t260 = R::fused(-cos_q_base_pitch, t259, t253); // torso: wrench handed to its parent
-    t261 = t260 + tau_base_x; // other
-    t262 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t263_264 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t262); // right_upper_leg, left_upper_leg: motion
-    t265 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264);
-    // right_lower_leg, left_lower_leg: motion
-    t268_269 = R::Two::fused(t236_237, both(R::constant(0.315)), t266_267);
-    t270_271 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t268_269;
-    // right_upper_leg, left_upper_leg: motion
-    t272_273 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t262);
-    t274_275 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t265), t272_273);
-    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271);
-    // right_foot, left_foot: motion
-    t278_279 = R::Two::fused(t222_223, both(R::constant(0.273)), t276_277);
-    t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t278_279;
-    // right_lower_leg, left_lower_leg: motion
-    t282_283 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t268_269;
-    t284_285 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t274_275, t282_283);
-    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281);
-    t288_289 = both(R::constant(0.0399)) * t286_287; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: motion
-    t290_291 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t278_279;
-    t292_293 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t284_285, t290_291);
-    t294_295 = R::Two::fused(both(R::constant(-0.0154)), t292_293, t288_289); // right_foot, left_foot
-    t296_297 = t294_295 - two(tau_right_ankle_pitch, tau_left_ankle_pitch); // other
-    t298 = R::fused(t296_297.second(), t28_29.second(), t261); // solved by the factors
-    t299 = R::fused(t296_297.first(), t28_29.first(), t298); // solved by the factors
-    // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t300_301 = both(R::constant(0.3111)) * t284_285;
-    t302_303 = R::Two::fused(both(R::constant(-0.008)), t276_277, t300_301);
-    // right_foot, left_foot: wrench handed to its parent
-    t304_305 = t302_303 + t294_295;
-    t306_307 = R::Two::fused(both(R::constant(-0.273)), t230_231, t304_305);
-    t308_309 = t306_307 - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
+    let t10_11 = t8_9 + two(v_right_ankle_pitch, v_left_ankle_pitch);
+    let t12_13 = t10_11 * t10_11;
+    let t14 = R::constant(0.092) * sin_t4; // right_upper_leg: motion
+    let t15 = R::fused(R::constant(-0.03), cos_t4, t14); // right_upper_leg: motion
+    let t16 = t12_13.first() * t15; // right_upper_leg: motion
+    let t17_18 = t8_9 * t8_9; // right_lower_leg, left_lower_leg: motion
+    let t19_20 = two(R::constant(0.273), R::constant(0.3111)) * two(sin_t2, sin_t3); // left_upper_leg, right_foot
+    let t21 = R::fused(t17_18.first(), t19_20.first(), t16); // left_upper_leg: motion
+    let t22_23 = t6_7 * t6_7; // right_upper_leg, left_upper_leg: motion
+    let t24_25 = two(R::constant(0.315), R::constant(0.8355)) * two(sin_t0, sin_t1); // right_lower_leg, left_lower_leg
+    let t26 = R::fused(t22_23.first(), t24_25.first(), t21); // right_lower_leg: motion
+    let t27_28 = two(R::constant(0.273), R::constant(0.3111)) * two(cos_t2, cos_t3); // left_upper_leg, right_foot
+    let t29 = R::constant(0.0399) * cos_t5; // left_foot: sums of what it carries
+    let t30 = R::fused(R::constant(0.0154), sin_t5, t29); // left_foot: sums of what it carries
+    let t31 = t27_28.first() * t30; // left_foot: mass matrix
+    let t32 = R::constant(0.0399) * sin_t5; // left_foot: sums of what it carries
+    let t33 = R::fused(R::constant(-0.0154), cos_t5, t32); // left_foot: sums of what it carries
+    let t34 = R::fused(t19_20.first(), t33, t31); // left_foot: mass matrix
+    let t35 = R::constant(161.73117044848053) * t34; // factors of the mass matrix
+    let t36 = R::fused(-t34, t35, R::constant(1.3194437833299997)); // factors of the mass matrix
+    let t37 = R::fused(R::constant(0.008), sin_t3, t27_28.second()); // right_foot: sums of what it carries
+    let t38 = t27_28.first() * t37; // right_foot: mass matrix in absolute angles
+    let t39 = R::fused(R::constant(-0.008), cos_t3, t19_20.second()); // right_foot: sums of what it carries
+    let t40 = R::fused(t19_20.first(), t39, t38); // right_foot: mass matrix in absolute angles
+    let t41_42 = two(R::constant(4.8759), R::constant(0.273)) * two(sin_t2, sin_t3); // right_upper_leg, left_foot
+    let t43 = t41_42.second() * t33; // left_foot: sums of what it carries
+    let t44_45 = two(R::constant(4.8759), R::constant(0.273)) * two(cos_t2, cos_t3); // right_upper_leg, left_foot
+    let t46 = R::fused(t44_45.second(), t30, t43); // left_foot: mass matrix
+    // factors of the mass matrix
+    let t47 = R::constant(161.73117044848053) * t46;
+    let t48 = R::fused(-t34, t47, t40);
+    let t49 = R::fused(-t46, t47, R::constant(0.07325338333));
+    let t50 = R::constant(1.0) / t49;
+    let t51 = t48 * t50;
+    let t52 = R::fused(-t48, t51, t36);
+    let t53_54 = two(R::constant(0.315), R::constant(0.8355)) * two(cos_t0, cos_t1); // right_lower_leg, left_lower_leg
+    let t55 = R::fused(R::constant(0.012), sin_t1, t53_54.second()); // left_lower_leg: sums of what it carries
+    let t56 = t27_28.first() * t55; // left_lower_leg: mass matrix in absolute angles
+    let t57 = R::fused(R::constant(-0.012), cos_t1, t24_25.second()); // left_lower_leg: sums of what it carries
+    let t58 = R::fused(t19_20.first(), t57, t56); // left_lower_leg: mass matrix in absolute angles
+    let t59 = R::constant(0.315) * cos_t1; // right_foot: motion
+    let t60 = t59 * t30; // left_foot: mass matrix
+    let t61_62 = two(R::constant(5.1495), R::constant(0.315)) * two(sin_t0, sin_t1); // left_upper_leg, right_foot
+    let t63 = R::fused(t61_62.second(), t33, t60); // left_foot: mass matrix
+    let t64 = R::constant(161.73117044848053) * t63;
+    let t65 = R::fused(-t34, t64, t58);
+    let t66 = t59 * t37; // right_foot: mass matrix in absolute angles
+    let t67 = R::fused(t61_62.second(), t39, t66); // right_foot: mass matrix in absolute angles
+    let t68 = R::fused(-t63, t47, t67);
+    let t69 = t68 * t50;
+    let t70 = R::fused(-t48, t69, t65);
+    let t71 = R::fused(-t63, t64, R::constant(0.231642));
+    let t72 = R::fused(-t68, t69, t71);
+    let t73 = R::constant(1.0) / t72;
+    let t74 = t70 * t73;
+    let t75 = R::fused(-t70, t74, t52);
+    let t76 = R::constant(2.4915000028) * cos_q_base_pitch; // right_lower_leg: sums of what it carries
+    let t77 = R::fused(R::constant(0.22408000024), sin_q_base_pitch, t76); // right_lower_leg: sums of what it carries
+    let t78 = t27_28.first() * t77; // right_lower_leg: mass matrix in absolute angles
+    let t79 = R::constant(2.4915000028) * sin_q_base_pitch; // right_lower_leg: sums of what it carries
+    let t80 = R::fused(R::constant(-0.22408000024), cos_q_base_pitch, t79); // right_lower_leg: sums of what it carries
+    let t81 = R::fused(t19_20.first(), t80, t78); // right_lower_leg: mass matrix in absolute angles
+    let t82 = t81 * R::constant(1.2430634766826216);
+    let t83 = R::fused(-t81, t82, t75);
+    let t84 = R::constant(5.1495) * cos_t0; // left_upper_leg: sums of what it carries
+    let t85 = R::fused(R::constant(-0.012), sin_t0, t84); // left_upper_leg: sums of what it carries
+    let t86 = t27_28.first() * t85; // left_upper_leg: mass matrix in absolute angles
+    let t87 = R::fused(R::constant(0.012), cos_t0, t61_62.first()); // left_upper_leg: sums of what it carries
+    let t88 = R::fused(t19_20.first(), t87, t86); // left_upper_leg: mass matrix in absolute angles
+    let t89 = t53_54.first() * t30; // left_foot: mass matrix
+    let t90 = R::fused(t24_25.first(), t33, t89); // left_foot: mass matrix
+    let t91 = R::constant(161.73117044848053) * t90;
+    let t92 = R::fused(-t34, t91, t88);
+    let t93 = t53_54.first() * t37; // right_foot: mass matrix in absolute angles
+    let t94 = R::fused(t24_25.first(), t39, t93); // right_foot: mass matrix in absolute angles
+    let t95 = R::fused(-t90, t47, t94);
+    let t96 = t95 * t50;
+    let t97 = R::fused(-t48, t96, t92);
+    let t98 = t53_54.first() * t55; // left_lower_leg: mass matrix in absolute angles
+    let t99 = R::fused(t24_25.first(), t57, t98); // left_lower_leg: mass matrix in absolute angles
+    let t100 = R::fused(-t90, t64, t99);
+    let t101 = R::fused(-t95, t69, t100);
+    let t102 = t101 * t73;
+    let t103 = R::fused(-t70, t102, t97);
+    let t104 = t53_54.first() * t77; // right_lower_leg: mass matrix in absolute angles
+    let t105 = R::fused(t24_25.first(), t80, t104); // right_lower_leg: mass matrix in absolute angles
+    let t106 = t105 * R::constant(1.2430634766826216);
+    let t107 = R::fused(-t81, t106, t103);
+    let t108 = R::fused(-t90, t91, R::constant(1.590552));
+    let t109 = R::fused(-t95, t96, t108);
+    let t110 = R::fused(-t101, t102, t109);
+    let t111 = R::fused(-t105, t106, t110);
+    let t112 = R::constant(1.0) / t111;
+    let t113 = t107 * t112;
+    let t114 = R::fused(-t107, t113, t83);
+    let t115 = R::constant(1.0) / t114;
+    let t116_117 = two(tau_right_knee_pitch, tau_left_knee_pitch) - two(tau_right_ankle_pitch, tau_left_ankle_pitch);
+    let t118 = t12_13.second() * t33; // left_foot: sums of what it carries
+    let t119 = R::fused(t17_18.second(), t39, t118); // right_foot: sums of what it carries
+    let t120 = R::fused(t22_23.second(), t57, t119); // left_lower_leg: sums of what it carries
+    let t121 = v_base_pitch * v_base_pitch; // torso: motion
+    let t122 = R::fused(t121, t80, tau_base_x); // right_lower_leg: sums of what it carries
+    let t123 = t120 - t122; // right_lower_leg: sums of what it carries
+    let t124 = R::fused(-t22_23.first(), t87, t123); // left_upper_leg: sums of what it carries
+    let t125 = t27_28.first() * t124; // left_upper_leg: sums of what it carries
+    let t126 = t12_13.second() * t30; // left_foot: sums of what it carries
+    let t127 = R::fused(t17_18.second(), t37, t126); // right_foot: sums of what it carries
+    let t128 = R::fused(t22_23.second(), t55, t127); // left_lower_leg: sums of what it carries
+    let t129 = R::fused(t121, t77, tau_base_z); // right_lower_leg: sums of what it carries
+    let t130 = t128 - t129; // right_lower_leg: sums of what it carries
+    let t131 = R::fused(-t22_23.first(), t85, t130); // left_upper_leg: sums of what it carries
+    let t132 = R::fused(-t19_20.first(), t131, t125); // left_upper_leg: sums of what it carries
+    let t133 = R::fused(R::constant(-0.008), sin_t2, t44_45.first()); // right_upper_leg: sums of what it carries
+    let t134 = t16 * t133; // right_upper_leg: sums of what it carries
+    let t135 = R::constant(0.092) * cos_t4; // right_upper_leg: motion
+    let t136 = R::fused(R::constant(0.03), sin_t4, t135); // right_upper_leg: motion
+    let t137 = R::fused(-t12_13.first(), t136, R::constant(9.81)); // right_upper_leg: motion
+    let t138 = R::fused(R::constant(0.008), cos_t2, t41_42.first()); // right_upper_leg: sums of what it carries
+    let t139 = R::fused(t137, t138, t134); // right_upper_leg: sums of what it carries
+    let t140 = t132 - t139; // left_upper_leg: moment in absolute angles
+    let t141 = t116_117.first() - t140; // other
+    let t142 = R::fused(-t22_23.second(), t61_62.second(), t26); // right_foot: motion
+    let t143 = R::fused(-t17_18.second(), t41_42.second(), t142); // left_foot: motion
+    let t144 = t143 * t30; // left_foot: sums of what it carries
+    let t145 = R::fused(-t17_18.first(), t27_28.first(), t137); // left_upper_leg: motion
+    let t146 = R::fused(-t22_23.first(), t53_54.first(), t145); // right_lower_leg: motion
+    let t147 = R::fused(t22_23.second(), t59, t146); // right_foot: motion
+    let t148 = R::fused(t17_18.second(), t44_45.second(), t147); // left_foot: motion
+    let t149 = R::fused(t148, t33, t144); // left_foot: sums of what it carries
+    let t150 = tau_left_ankle_pitch - t149; // other
+    let t151 = R::fused(t150, t35, t141); // solved by the factors
+    let t152 = t44_45.second() * t118; // left_foot: sums of what it carries
+    let t153 = R::fused(-t41_42.second(), t126, t152); // left_foot: sums of what it carries
+    let t154 = t142 * t37; // right_foot: sums of what it carries
+    let t155 = R::fused(t147, t39, t154); // right_foot: sums of what it carries
+    let t156 = t153 - t155; // left_foot: moment in absolute angles
+    let t157 = t116_117.second() + t156; // other
+    let t158 = R::fused(-t150, t47, t157); // solved by the factors
+    let t159 = R::fused(t51, t158, t151); // solved by the factors
+    let t160_161 = two(tau_right_hip_pitch, tau_left_hip_pitch) - two(tau_right_knee_pitch, tau_left_knee_pitch);
+    let t162 = t59 * t119; // right_foot: sums of what it carries
+    let t163 = R::fused(-t61_62.second(), t127, t162); // right_foot: sums of what it carries
+    let t164 = t26 * t55; // left_lower_leg: sums of what it carries
+    let t165 = R::fused(t146, t57, t164); // left_lower_leg: sums of what it carries
+    let t166 = t163 - t165; // right_foot: moment in absolute angles
+    let t167 = t160_161.second() + t166; // other
+    let t168 = R::fused(-t150, t64, t167); // solved by the factors
+    let t169 = R::fused(-t69, t158, t168); // solved by the factors
+    let t170 = R::fused(t74, t169, t159); // solved by the factors
+    let t171 = t26 * t77; // right_lower_leg: sums of what it carries
+    let t172 = R::fused(t146, t80, t171); // right_lower_leg: sums of what it carries
+    let t173 = tau_base_pitch + t172; // right_lower_leg: sums of what it carries
+    let t174 = tau_right_hip_pitch + tau_left_hip_pitch; // other
+    let t175 = t173 - t174; // other
+    let t176 = R::fused(-t175, t82, t170); // solved by the factors
+    let t177 = t53_54.first() * t123; // right_lower_leg: sums of what it carries
+    let t178 = R::fused(-t24_25.first(), t130, t177); // right_lower_leg: sums of what it carries
+    let t179 = t21 * t85; // left_upper_leg: sums of what it carries
+    let t180 = R::fused(t145, t87, t179); // left_upper_leg: sums of what it carries
+    let t181 = t178 - t180; // right_lower_leg: moment in absolute angles
+    let t182 = t160_161.first() - t181; // other
     // solved by the factors
-    t310_311 = R::Two::fused(-t296_297, t58_59, t308_309);
-    t312 = R::fused(t70_71.second(), t310_311.second(), t299);
-    t313 = R::fused(t70_71.first(), t310_311.first(), t312);
-    // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t314_315 = both(R::constant(0.8355)) * t274_275;
-    t316_317 = R::Two::fused(both(R::constant(-0.012)), t266_267, t314_315);
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t318_319 = t316_317 + t306_307;
-    t320_321 = R::Two::fused(both(R::constant(-0.315)), t244_245, t318_319);
-    t322_323 = t320_321 - two(tau_right_hip_pitch, tau_left_hip_pitch); // other
-    // solved by the factors
-    t324_325 = t296_297 * t92_93;
-    t326_327 = t322_323 - t324_325;
-    t328_329 = t102_103 * t310_311;
-    t330_331 = t326_327 - t328_329;
-    t332 = R::fused(t122_123.second(), t330_331.second(), t313);
-    t333 = R::fused(t122_123.first(), t330_331.first(), t332);
-    t334 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
-    t335 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t334); // torso: wrench that its motion needs
-    t336 = t335 - t320_321.second(); // left_upper_leg: wrench handed to its parent
-    t337 = t320_321.first() - t336; // right_upper_leg: wrench handed to its parent
-    t338 = t337 - tau_base_pitch; // other
-    t339 = t338 - t324_325.second();
-    t340 = t339 - t324_325.first();
-    t341 = t340 - t328_329.second();
-    t342 = t341 - t328_329.first();
-    t343 = R::fused(-t136_137.second(), t330_331.second(), t342);
-    t344 = R::fused(-t136_137.first(), t330_331.first(), t343);
-    t345 = R::fused(t149, t344, t333);
-    t346 = cos_q_base_pitch * t252; // torso: wrench handed to its parent
-    t347 = R::fused(sin_q_base_pitch, t259, t346); // torso: wrench handed to its parent
-    t348 = R::constant(186.39) - t347; // torso: wrench handed to its parent
-    t349 = t348 - tau_base_z; // other
-    t350 = R::fused(-t296_297.second(), t155_156.second(), t349);
-    t351 = R::fused(-t296_297.first(), t155_156.first(), t350);
-    t352 = R::fused(-t165_166.second(), t310_311.second(), t351);
-    t353 = R::fused(-t165_166.first(), t310_311.first(), t352);
-    t354 = R::fused(-t181_182.second(), t330_331.second(), t353);
-    t355 = R::fused(-t181_182.first(), t330_331.first(), t354);
-    t356 = R::fused(t193, t344, t355);
-    t357 = R::fused(-t203, t356, t345);
+    let t183 = R::fused(t150, t91, t182);
+    let t184 = R::fused(t96, t158, t183);
+    let t185 = R::fused(t102, t169, t184);
+    let t186 = R::fused(-t175, t106, t185);
+    let t187 = R::fused(-t113, t186, t176);
+    let t188 = t115 * t187; // other
+    let t189 = t27_28.first() * t188; // other
+    let t190 = t112 * t186; // other
+    let t191 = R::fused(-t113, t188, t190);
     // other
-    t358 = t205 * t357;
-    t359 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t360 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t359);
-    t361 = cos_q_right_hip_pitch * t360;
-    t362 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t363 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t362);
-    t364 = R::fused(-sin_q_right_hip_pitch, t363, t361);
-    t365 = cos_q_base_pitch * t364;
-    t366 = sin_q_right_hip_pitch * t360;
-    t367 = R::fused(cos_q_right_hip_pitch, t363, t366);
-    t368 = R::fused(-sin_q_base_pitch, t367, t365);
-    t369 = R::fused(t26_27.first(), R::constant(4.851935113454416), t368); // solved by the factors
-    t370 = R::fused(R::constant(0.273), sin_q_right_ankle_pitch, R::constant(0.03));
-    t371 = R::fused(-t56_57.first(), R::constant(4.851935113454416), t370); // solved by the factors
-    t372 = R::fused(t70_71.first(), t371, t369); // solved by the factors
-    t373 = R::fused(R::constant(0.315), t360, t370);
+    let t192 = R::fused(t53_54.first(), t191, t189);
+    let t193 = t192 - t26;
+    let t194 = t19_20.first() * t188;
+    let t195 = R::fused(t24_25.first(), t191, t194);
+    let t196 = t146 - t195;
+    let t197 = t196 - R::constant(9.81);
+    let t198 = t175 * R::constant(1.2430634766826216);
+    let t199 = R::fused(-t82, t188, t198); // solved by the factors
+    let t200 = R::fused(-t106, t191, t199); // solved by the factors
+    let t201 = t191 - t200;
+    let t202 = t188 - t191;
+    let t203 = -t188;
+    let t204 = t73 * t169;
+    let t205 = R::fused(t74, t188, t204); // solved by the factors
+    let t206 = R::fused(t102, t191, t205); // solved by the factors
+    let t207 = t206 - t200;
+    let t208 = t50 * t158;
+    let t209 = R::fused(t51, t188, t208); // solved by the factors
+    let t210 = R::fused(t96, t191, t209); // solved by the factors
+    let t211 = R::fused(-t69, t206, t210); // solved by the factors
+    let t212 = t211 - t206;
+    let t213 = R::constant(161.73117044848053) * t150;
     // solved by the factors
-    t374 = R::fused(-t90_91.first(), R::constant(4.851935113454416), t373);
-    t375 = R::fused(-t102_103.first(), t371, t374);
-    t376 = R::fused(t122_123.first(), t375, t372);
-    t377 = R::fused(-t136_137.first(), t375, t375);
-    t378 = R::fused(t149, t377, t376);
-    t379 = sin_q_base_pitch * t364; // other
-    t380 = R::fused(cos_q_base_pitch, t367, t379); // other
-    t381 = R::fused(-t153_154.first(), R::constant(4.851935113454416), t380);
-    t382 = R::fused(-t165_166.first(), t371, t381);
-    t383 = R::fused(-t181_182.first(), t375, t382);
-    t384 = R::fused(t193, t377, t383);
-    t385 = R::fused(-t203, t384, t378);
+    let t214 = R::fused(t35, t188, t213);
+    let t215 = R::fused(t91, t191, t214);
+    let t216 = R::fused(-t64, t206, t215);
+    let t217 = R::fused(-t47, t211, t216);
+    let t218 = t217 - t211; // other
+    let t219 = R::fused(-t17_18.first(), t138, t124); // right_upper_leg: sums of what it carries
+    let t220 = R::constant(1.7081) * sin_t4; // torso: sums of what it carries
+    let t221 = R::fused(R::constant(-0.5546), cos_t4, t220); // torso: sums of what it carries
+    let t222 = R::fused(-t12_13.first(), t221, t219); // torso: sums of what it carries
     // other
-    t386 = t205 * t385;
-    let (
-        t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404,
-        t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422,
-        t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440,
-        t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458,
-        t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476,
-        t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490_491, t492, t493, t494, t495,
-        t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513,
-        t514, t515, t516, t517, t518, t519, t520, t521, t522_523, t524, t525, t526, t527, t528, t529, t530_531, t532,
-        t533, t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550,
-        t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562,
-    );
-    t387 = R::fused(t212_213.first(), R::constant(0.092), t292_293.first());
-    t388 = R::fused(R::constant(9.81), t380, t387);
-    t389 = t386 * t357;
-    t390 = t202 * t384;
-    t391 = R::fused(t390, t356, t389);
-    t392 = t148 * t377;
-    t393 = R::fused(t392, t344, t391);
-    t394 = t120_121.first() * t375;
-    t395 = R::fused(t394, t330_331.first(), t393);
-    t396 = t68_69.first() * t371;
-    t397 = R::fused(t396, t310_311.first(), t395);
-    t398 = R::fused(t296_297.first(), R::constant(4.851935113454416), t397);
-    t399 = t388 + t398;
-    t400 = t385 * t386;
-    t401 = R::fused(t384, t390, t400);
-    t402 = R::fused(t377, t392, t401);
-    t403 = R::fused(t375, t394, t402);
-    t404 = R::fused(t371, t396, t403);
-    t405 = t404 + R::constant(0.14555805340363245);
-    t406 = R::constant(1.0) / t405;
-    t407 = t399 * t406;
-    t408 = R::fused(-t26_27.first(), R::constant(14.879267681260208), t380); // solved by the factors
-    t409 = R::fused(R::constant(0.273), cos_q_right_ankle_pitch, R::constant(0.092));
-    t410 = R::fused(-t56_57.first(), R::constant(14.879267681260208), t409); // solved by the factors
-    t411 = R::fused(-t70_71.first(), t410, t408); // solved by the factors
-    t412 = R::fused(R::constant(-0.315), t363, t409);
-    // solved by the factors
-    t413 = R::fused(-t90_91.first(), R::constant(14.879267681260208), t412);
-    t414 = R::fused(-t102_103.first(), t410, t413);
-    t415 = R::fused(-t122_123.first(), t414, t411);
-    t416 = R::fused(-t136_137.first(), t414, t414);
-    t417 = R::fused(-t149, t416, t415);
-    t418 = R::fused(-t153_154.first(), R::constant(14.879267681260208), t368);
-    t419 = R::fused(-t165_166.first(), t410, t418);
-    t420 = R::fused(-t181_182.first(), t414, t419);
-    t421 = R::fused(t193, t416, t420);
-    t422 = R::fused(t203, t421, t417);
-    // other
-    t423 = t422 * t386;
-    t424 = R::fused(-t421, t390, t423);
-    t425 = R::fused(-t416, t392, t424);
-    t426 = R::fused(-t414, t394, t425);
-    t427 = R::fused(-t410, t396, t426);
-    t428 = t427 - R::constant(0.4463780304378062);
-    t429 = t428 * t406;
-    t430 = R::fused(t212_213.first(), R::constant(0.03), t286_287.first());
-    t431 = R::fused(R::constant(9.81), t368, -t430);
-    t432 = t205 * t422;
-    t433 = t432 * t357;
-    t434 = t202 * t421;
-    t435 = R::fused(-t434, t356, t433);
-    t436 = t148 * t416;
-    t437 = R::fused(-t436, t344, t435);
-    t438 = t120_121.first() * t414;
-    t439 = R::fused(-t438, t330_331.first(), t437);
-    t440 = t68_69.first() * t410;
-    t441 = R::fused(-t440, t310_311.first(), t439);
-    t442 = R::fused(-t296_297.first(), R::constant(14.879267681260208), t441);
-    t443 = t431 - t442;
-    t444 = R::fused(t399, t429, t443);
-    t445 = t422 * t432;
-    t446 = R::fused(t421, t434, t445);
-    t447 = R::fused(t416, t436, t446);
-    t448 = R::fused(t414, t438, t447);
-    t449 = R::fused(t410, t440, t448);
-    t450 = t449 + R::constant(1.3688926266759391);
-    t451 = R::fused(-t428, t429, t450);
-    t452 = R::constant(1.0) / t451;
-    t453 = t444 * t452;
-    // solved by the factors
-    t454 = R::constant(1.0) - t58_59.first();
-    t455 = R::fused(t70_71.first(), t454, t28_29.first());
-    t456 = R::constant(1.0) - t92_93.first();
-    t457 = R::fused(-t102_103.first(), t454, t456);
-    t458 = R::fused(t122_123.first(), t457, t455);
-    t459 = R::fused(-t136_137.first(), t457, t457);
-    t460 = R::fused(t149, t459, t458);
-    t461 = R::fused(t165_166.first(), t454, t155_156.first());
-    t462 = R::fused(t181_182.first(), t457, t461);
-    t463 = R::fused(-t193, t459, t462);
-    t464 = R::fused(t203, t463, t460);
-    // other
-    t465 = t464 * t432;
-    t466 = R::fused(t463, t434, t465);
-    t467 = R::fused(-t459, t436, t466);
-    t468 = R::fused(-t457, t438, t467);
-    t469 = R::fused(-t454, t440, t468);
-    t470 = R::constant(14.879267681260208) - t469;
-    t471 = t464 * t386;
-    t472 = R::fused(-t463, t390, t471);
-    t473 = R::fused(t459, t392, t472);
-    t474 = R::fused(t457, t394, t473);
-    t475 = R::fused(t454, t396, t474);
-    t476 = R::constant(4.851935113454416) + t475;
-    t477 = t476 * t406;
-    t478 = R::fused(t428, t477, t470);
-    t479 = t478 * t452;
-    t480 = t205 * t464;
-    t481 = t480 * t357;
-    t482 = t202 * t463;
-    t483 = R::fused(-t482, t356, t481);
-    t484 = t148 * t459;
-    t485 = R::fused(t484, t344, t483);
-    t486 = t120_121.first() * t457;
-    t487 = R::fused(t486, t330_331.first(), t485);
-    t488 = t68_69.first() * t454;
-    t489 = R::fused(t488, t310_311.first(), t487);
-    t490_491 = t296_297 * both(R::constant(161.73117044848053));
-    t492 = t489 + t490_491.first();
-    t493 = R::fused(-t399, t477, t492);
-    t494 = R::fused(-t444, t479, t493);
-    t495 = t464 * t480;
-    t496 = R::fused(t463, t482, t495);
-    t497 = R::fused(t459, t484, t496);
-    t498 = R::fused(t457, t486, t497);
-    t499 = R::fused(t454, t488, t498);
-    t500 = R::constant(161.73117044848053) + t499;
-    t501 = R::fused(-t476, t477, t500);
-    t502 = R::fused(-t478, t479, t501);
-    t503 = R::constant(1.0) / t502;
-    t504 = t494 * t503;
-    t505 = R::fused(-t479, t504, t453);
-    t506 = R::fused(t429, t505, t407);
-    t507 = R::fused(-t477, t504, t506);
-    t508 = R::fused(-t386, t507, t358);
-    t509 = R::fused(t432, t505, t508);
-    t510 = R::fused(-t480, t504, t509);
-    t511 = t202 * t356;
-    t512 = R::fused(-t390, t507, t511);
-    t513 = R::fused(-t434, t505, t512);
-    t514 = R::fused(t482, t504, t513);
-    t515 = R::fused(t203, t510, -t514); // solved by the factors
-    t516 = t148 * t344;
-    t517 = R::fused(-t392, t507, t516);
-    t518 = R::fused(-t436, t505, t517);
-    t519 = R::fused(-t484, t504, t518);
-    t520 = R::fused(t149, t510, t519); // solved by the factors
-    t521 = R::fused(t193, t515, -t520); // solved by the factors
-    t522_523 = t120_121 * t330_331;
-    t524 = R::fused(-t394, t507, t522_523.first());
-    t525 = R::fused(-t438, t505, t524);
-    t526 = R::fused(-t486, t504, t525);
-    t527 = R::fused(t122_123.first(), t510, t526); // solved by the factors
-    t528 = R::fused(t181_182.first(), t515, t527); // solved by the factors
-    t529 = R::fused(-t136_137.first(), t521, -t528); // solved by the factors
-    t530_531 = t68_69 * t310_311;
-    t532 = R::fused(-t396, t507, t530_531.first());
-    t533 = R::fused(-t440, t505, t532);
-    t534 = R::fused(-t488, t504, t533);
-    // solved by the factors
-    t535 = R::fused(t70_71.first(), t510, t534);
-    t536 = R::fused(t165_166.first(), t515, t535);
-    t537 = R::fused(t102_103.first(), t521, t536);
-    t538 = R::fused(-t102_103.first(), t529, -t537);
-    t539 = R::fused(R::constant(-4.851935113454416), t507, t490_491.first()); // other
-    t540 = R::fused(R::constant(-14.879267681260208), t505, t539); // other
-    t541 = R::fused(R::constant(-161.73117044848053), t504, t540); // other
-    t542 = R::fused(t28_29.first(), t510, t541);
-    t543 = R::fused(t155_156.first(), t515, t542);
-    t544 = R::fused(t92_93.first(), t521, t543);
-    t545 = R::fused(t92_93.first(), t529, t544);
-    t546 = R::fused(-t58_59.first(), t538, -t545);
-    t547 = R::fused(t122_123.second(), t510, t522_523.second());
-    t548 = R::fused(t181_182.second(), t515, t547);
-    t549 = R::fused(-t136_137.second(), t521, -t548);
-    t550 = R::fused(t70_71.second(), t510, t530_531.second());
-    t551 = R::fused(t165_166.second(), t515, t550);
-    t552 = R::fused(t102_103.second(), t521, t551);
-    t553 = R::fused(-t102_103.second(), t549, -t552);
-    t554 = R::fused(t28_29.second(), t510, t490_491.second());
-    t555 = R::fused(t155_156.second(), t515, t554);
-    t556 = R::fused(t92_93.second(), t521, t555);
-    t557 = R::fused(t92_93.second(), t549, t556);
-    t558 = R::fused(-t58_59.second(), t553, -t557);
-    // other
-    t559 = t368 * t507;
-    t560 = R::fused(t380, t505, -t559);
-    t561 = t380 * t507;
-    t562 = R::fused(t368, t505, t561);
-    *out = [[t510, t515, t521, t529, t538, t546, t549, t553, t558, t560, t562, t504]];
+    let t223 = R::fused(t133, t188, t222);
+    let t224 = R::fused(t85, t191, t223);
+    let t225 = R::fused(t77, t200, t224);
+    let t226 = R::fused(-t55, t206, t225);
+    let t227 = R::fused(-t37, t211, t226);
+    let t228 = R::fused(-t30, t217, t227);
+    let t229 = R::fused(-t17_18.first(), t133, t131); // right_upper_leg: sums of what it carries
+    let t230 = R::constant(1.7081) * cos_t4; // torso: sums of what it carries
+    let t231 = R::fused(R::constant(0.5546), sin_t4, t230); // torso: sums of what it carries
+    let t232 = R::fused(-t12_13.first(), t231, t229); // torso: sums of what it carries
+    let t233 = R::constant(186.39) + t232; // base/z: sums of what it carries
+    let t234 = R::fused(-t138, t188, t233);
+    let t235 = R::fused(-t87, t191, t234);
+    let t236 = R::fused(-t80, t200, t235);
+    let t237 = R::fused(t57, t206, t236);
+    let t238 = R::fused(t39, t211, t237);
+    let t239 = R::fused(t33, t217, t238);
+    let t240 = t136 * t219; // right_upper_leg: sums of what it carries
+    let t241 = R::fused(-t15, t229, t240); // right_upper_leg: sums of what it carries
+    let t242 = R::fused(R::constant(-9.81), t221, t241); // right_upper_leg: moment in absolute angles
+    let t243 = tau_right_ankle_pitch - t242;
+    let t244 = t136 * t133; // right_upper_leg: mass matrix in absolute angles
+    let t245 = R::fused(t15, t138, t244); // right_upper_leg: mass matrix in absolute angles
+    let t246 = R::fused(-t245, t188, t243);
+    let t247 = t136 * t85; // left_upper_leg: mass matrix in absolute angles
+    let t248 = R::fused(t15, t87, t247); // left_upper_leg: mass matrix in absolute angles
+    let t249 = R::fused(-t248, t191, t246);
+    let t250 = t136 * t77; // right_lower_leg: mass matrix in absolute angles
+    let t251 = R::fused(t15, t80, t250); // right_lower_leg: mass matrix in absolute angles
+    let t252 = R::fused(-t251, t200, t249);
+    let t253 = t136 * t55; // left_lower_leg: mass matrix in absolute angles
+    let t254 = R::fused(t15, t57, t253); // left_lower_leg: mass matrix in absolute angles
+    let t255 = R::fused(t254, t206, t252);
+    let t256 = t136 * t37; // right_foot: mass matrix in absolute angles
+    let t257 = R::fused(t15, t39, t256); // right_foot: mass matrix in absolute angles
+    let t258 = R::fused(t257, t211, t255);
+    let t259 = t136 * t30; // left_foot: mass matrix
+    let t260 = R::fused(t15, t33, t259); // left_foot: mass matrix
+    let t261 = R::fused(-t260, t217, -t258);
+    *out = [[t193, t197, t200, t201, t202, t203, t207, t212, t218, t228, t239, t261]];
 }
 }
 
@@ -594,7 +334,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`; m/s², then rad/s²,
 /// then N.
 /// Source: (4.23), Table 4.1, corrected.
-/// 765 operations: 79 add, 159 mul, 259 fused, 9 div, 7 sin_cos. For two limbs at once: 134 pairs of them.
+/// 460 operations: 41 add, 90 mul, 162 fused, 5 div, 7 sin_cos. For two limbs at once: 20 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_toe_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -648,463 +388,318 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     let tau_left_hip_pitch = tau[6];
     let tau_left_knee_pitch = tau[7];
     let tau_left_ankle_pitch = tau[8];
+    let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
+    let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
+    let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
-        ],
-        [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
-        ],
+        [sin_q_base_pitch, sin_t0, sin_t2, sin_t4, sin_t1, sin_t3, sin_t5],
+        [cos_q_base_pitch, cos_t0, cos_t2, cos_t4, cos_t1, cos_t3, cos_t5],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        q_base_pitch, t0_1.first(), t2_3.first(), t4_5.first(), t0_1.second(), t2_3.second(), t4_5.second(),
     ]);
     let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72, t73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124, t125, t126, t127, t128,
-        t129, t130, t131, t132, t133, t134, t135, t136_137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147,
-        t148, t149, t150, t151_152, t153_154, t155_156, t157, t158, t159_160, t161_162, t163_164, t165_166, t167, t168,
-        t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183, t184, t185, t186, t187, t188, t189,
-        t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206_207,
-        t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229,
-        t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250, t251,
-        t252, t253, t254_255, t256_257, t258, t259, t260, t261, t262, t263_264, t265, t266_267, t268_269, t270_271,
-        t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293,
-        t294_295, t296_297, t298, t299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312, t313,
-        t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332, t333, t334,
-        t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352,
-        t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370,
-        t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386,
+        t6_7, t8_9, t10_11, t12_13, t14, t15, t16, t17_18, t19_20, t21, t22_23, t24_25, t26, t27, t28, t29, t30, t31,
+        t32, t33, t34, t35, t36, t37_38, t39_40, t41_42, t43, t44, t45_46, t47, t48_49, t50, t51, t52, t53, t54, t55,
+        t56, t57_58, t59, t60, t61, t62, t63, t64, t65_66, t67, t68, t69, t70, t71, t72, t73, t74, t75, t76, t77, t78,
+        t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t95, t96, t97, t98, t99, t100,
+        t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114, t115, t116, t117, t118,
+        t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132, t133, t134, t135, t136,
+        t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150, t151, t152, t153, t154,
+        t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167, t168, t169, t170, t171, t172,
+        t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186, t187, t188, t189_190, t191,
+        t192, t193, t194, t195, t196, t197, t198, t199_200, t201, t202, t203, t204, t205, t206, t207, t208, t209, t210,
+        t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228,
+        t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246,
+        t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260, t261, t262, t263, t264,
+        t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278,
     );
-    // right_foot, left_foot: sums of what it carries
-    t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t2_3 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t0_1);
-    t4_5 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t2_3; // right_foot, left_foot: mass matrix
-    t6_7 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t8_9 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t6_7);
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t4_5);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t2_3;
-    t16_17 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(161.73117044848053));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.3111)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33; // right_lower_leg, left_lower_leg
-    t36_37 = both(R::constant(0.008)) - t2_3; // right_foot, left_foot: sums of what it carries
-    t38_39 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t36_37, t34_35);
-    t40_41 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t38_39; // right_lower_leg, left_lower_leg: mass matrix
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t42_43 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
-    t44_45 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t36_37, t42_43);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t40_41);
-    t48_49 = both(sin_q_base_pitch) * t46_47;
-    t50_51 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t38_39;
-    t52_53 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t50_51);
-    t54_55 = R::Two::fused(both(cos_q_base_pitch), t52_53, t48_49);
-    t56_57 = R::Two::fused(both(R::constant(0.273)), t8_9, both(R::constant(0.0061831))); // right_foot, left_foot
-    // factors of the mass matrix
-    t58_59 = t56_57 * both(R::constant(161.73117044848053));
-    t60_61 = R::Two::fused(-t26_27, t58_59, t54_55);
-    // right_foot, left_foot: sums of what it carries
-    t62_63 = R::Two::fused(both(R::constant(0.546)), t8_9, both(R::constant(0.0061831)));
-    t64_65 = both(R::constant(0.07325338333)) + t62_63;
-    // factors of the mass matrix
-    t66_67 = R::Two::fused(-t56_57, t58_59, t64_65);
-    t68_69 = both(R::constant(1.0)) / t66_67;
-    t70_71 = t60_61 * t68_69;
-    t72 = R::fused(-t60_61.second(), t70_71.second(), t31);
-    t73 = R::fused(-t60_61.first(), t70_71.first(), t72);
-    t74_75 = both(R::constant(0.8355)) + t44_45; // right_lower_leg, left_lower_leg: sums of what it carries
-    t76_77 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t74_75; // right_upper_leg, left_upper_leg
-    t78_79 = both(R::constant(0.012)) - t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t80_81 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t78_79, t76_77);
-    t82_83 = both(sin_q_base_pitch) * t80_81; // right_upper_leg, left_upper_leg: mass matrix
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t84_85 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t74_75;
-    t86_87 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t78_79, t84_85);
-    t88_89 = R::Two::fused(-both(cos_q_base_pitch), t86_87, t82_83); // right_upper_leg, left_upper_leg: mass matrix
-    t90_91 = R::Two::fused(both(R::constant(-0.315)), t16_17, t56_57); // right_foot, left_foot: mass matrix
-    // factors of the mass matrix
-    t92_93 = t90_91 * both(R::constant(161.73117044848053));
-    t94_95 = t26_27 * t92_93;
-    t96_97 = t88_89 - t94_95;
-    t98_99 = R::Two::fused(both(R::constant(0.315)), t44_45, t64_65); // right_lower_leg, left_lower_leg: mass matrix
-    t100_101 = R::Two::fused(-t90_91, t58_59, t98_99);
-    t102_103 = t100_101 * t68_69;
-    t104_105 = t60_61 * t102_103;
-    t106_107 = t96_97 - t104_105;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t108_109 = R::Two::fused(both(R::constant(0.63)), t44_45, t64_65);
-    t110_111 = both(R::constant(0.231642)) + t108_109;
-    // factors of the mass matrix
-    t112_113 = t90_91 * t92_93;
-    t114_115 = t110_111 - t112_113;
-    t116_117 = t100_101 * t102_103;
-    t118_119 = t114_115 - t116_117;
-    t120_121 = both(R::constant(1.0)) / t118_119;
-    t122_123 = t106_107 * t120_121;
-    t124 = R::fused(-t106_107.second(), t122_123.second(), t73);
-    t125 = R::fused(-t106_107.first(), t122_123.first(), t124);
-    t126 = R::constant(2.4915000028) - t86_87.second(); // left_upper_leg: sums of what it carries
-    t127 = t126 - t86_87.first(); // right_upper_leg: sums of what it carries
-    t128 = cos_q_base_pitch * t127; // torso: sums of what it carries
-    t129 = R::constant(0.22408000024) + t80_81.second(); // left_upper_leg: sums of what it carries
-    t130 = t129 + t80_81.first(); // right_upper_leg: sums of what it carries
-    t131 = R::fused(sin_q_base_pitch, t130, t128); // torso: sums of what it carries
-    t132 = t131 - t94_95.second();
-    t133 = t132 - t94_95.first();
-    t134 = t133 - t104_105.second();
-    t135 = t134 - t104_105.first();
-    t136_137 = t118_119 * t120_121;
-    t138 = R::fused(-t106_107.second(), t136_137.second(), t135);
-    t139 = R::fused(-t106_107.first(), t136_137.first(), t138);
-    t140 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
-    t141 = t110_111.first() + t140; // right_upper_leg: sums of what it carries
-    t142 = t141 - t112_113.second();
-    t143 = t142 - t112_113.first();
-    t144 = t143 - t116_117.second();
-    t145 = t144 - t116_117.first();
-    t146 = R::fused(-t118_119.second(), t136_137.second(), t145);
-    t147 = R::fused(-t118_119.first(), t136_137.first(), t146);
-    t148 = R::constant(1.0) / t147;
-    t149 = t139 * t148;
-    t150 = R::fused(-t139, t149, t125);
-    // right_foot, left_foot: mass matrix
-    t151_152 = both(cos_q_base_pitch) * t18_19;
-    t153_154 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t151_152);
-    // factors of the mass matrix
-    t155_156 = t153_154 * both(R::constant(161.73117044848053));
-    t157 = t26_27.second() * t155_156.second();
-    t158 = R::fused(t26_27.first(), t155_156.first(), t157);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t159_160 = both(cos_q_base_pitch) * t46_47;
-    t161_162 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t159_160);
-    // factors of the mass matrix
-    t163_164 = R::Two::fused(-t153_154, t58_59, t161_162);
-    t165_166 = t163_164 * t68_69;
-    t167 = R::fused(t60_61.second(), t165_166.second(), t158);
-    t168 = R::fused(t60_61.first(), t165_166.first(), t167);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t169_170 = both(cos_q_base_pitch) * t80_81;
-    t171_172 = R::Two::fused(both(sin_q_base_pitch), t86_87, t169_170);
-    // factors of the mass matrix
-    t173_174 = t153_154 * t92_93;
-    t175_176 = t171_172 - t173_174;
-    t177_178 = t163_164 * t102_103;
-    t179_180 = t175_176 - t177_178;
-    t181_182 = t179_180 * t120_121;
-    t183 = R::fused(t106_107.second(), t181_182.second(), t168);
-    t184 = R::fused(t106_107.first(), t181_182.first(), t183);
-    t185 = sin_q_base_pitch * t127; // torso: sums of what it carries
-    t186 = R::fused(-cos_q_base_pitch, t130, t185); // torso: sums of what it carries
-    t187 = t186 + t173_174.second();
-    t188 = t187 + t173_174.first();
-    t189 = t188 + t177_178.second();
-    t190 = t189 + t177_178.first();
-    t191 = R::fused(t179_180.second(), t136_137.second(), t190);
-    t192 = R::fused(t179_180.first(), t136_137.first(), t191);
-    t193 = t192 * t148;
-    t194 = R::fused(-t139, t193, t184);
-    t195 = R::fused(-t153_154.second(), t155_156.second(), R::constant(19.0));
-    t196 = R::fused(-t153_154.first(), t155_156.first(), t195);
-    t197 = R::fused(-t163_164.second(), t165_166.second(), t196);
-    t198 = R::fused(-t163_164.first(), t165_166.first(), t197);
-    t199 = R::fused(-t179_180.second(), t181_182.second(), t198);
-    t200 = R::fused(-t179_180.first(), t181_182.first(), t199);
-    t201 = R::fused(-t192, t193, t200);
-    t202 = R::constant(1.0) / t201;
-    t203 = t194 * t202;
-    t204 = R::fused(-t194, t203, t150);
-    t205 = R::constant(1.0) / t204;
-    t206_207 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t208_209 = t206_207 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t6_7 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t8_9 = t6_7 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_foot, left_foot: motion
-    t210_211 = t208_209 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t212_213 = t210_211 * t210_211;
-    t214_215 = both(R::constant(0.0399)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t216_217 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t214_215; // right_foot, left_foot
-    t218_219 = both(R::constant(0.0154)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217);
-    t222_223 = t208_209 * t208_209; // right_lower_leg, left_lower_leg: motion
-    t224_225 = R::Two::fused(both(R::constant(0.3111)), t222_223, t220_221); // right_foot, left_foot
-    t226_227 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t224_225; // right_lower_leg, left_lower_leg
-    // right_foot, left_foot: wrench handed to its parent
-    t228_229 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t214_215;
-    t230_231 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t218_219, t228_229);
-    t232_233 = R::Two::fused(both(R::constant(0.008)), t222_223, -t230_231);
-    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227);
-    t236_237 = t206_207 * t206_207; // right_upper_leg, left_upper_leg: motion
-    t238_239 = R::Two::fused(both(R::constant(0.8355)), t236_237, t234_235); // right_lower_leg, left_lower_leg
-    t240_241 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t238_239; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t242_243 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t224_225;
-    t244_245 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t232_233, t242_243);
-    t246_247 = R::Two::fused(both(R::constant(0.012)), t236_237, -t244_245);
-    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241);
-    t250 = v_base_pitch * v_base_pitch; // torso: motion
-    t251 = R::fused(R::constant(2.4915000028), t250, -t248_249.second()); // left_upper_leg: wrench handed to its parent
-    t252 = t251 - t248_249.first(); // right_upper_leg: wrench handed to its parent
-    t253 = sin_q_base_pitch * t252; // torso: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t254_255 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t238_239;
-    t256_257 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t246_247, t254_255);
-    t258 = R::fused(R::constant(0.22408000024), t250, t256_257.second()); // left_upper_leg: wrench handed to its parent
-    t259 = t258 + t256_257.first(); // right_upper_leg: wrench handed to its parent
-    t260 = R::fused(-cos_q_base_pitch, t259, t253); // torso: wrench handed to its parent
-    t261 = t260 + tau_base_x; // other
-    t262 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t263_264 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t262); // right_upper_leg, left_upper_leg: motion
-    t265 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264);
-    // right_lower_leg, left_lower_leg: motion
-    t268_269 = R::Two::fused(t236_237, both(R::constant(0.315)), t266_267);
-    t270_271 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t268_269;
-    // right_upper_leg, left_upper_leg: motion
-    t272_273 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t262);
-    t274_275 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t265), t272_273);
-    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271);
-    // right_foot, left_foot: motion
-    t278_279 = R::Two::fused(t222_223, both(R::constant(0.273)), t276_277);
-    t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t278_279;
-    // right_lower_leg, left_lower_leg: motion
-    t282_283 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t268_269;
-    t284_285 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t274_275, t282_283);
-    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281);
-    t288_289 = both(R::constant(0.0399)) * t286_287; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: motion
-    t290_291 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t278_279;
-    t292_293 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t284_285, t290_291);
-    t294_295 = R::Two::fused(both(R::constant(-0.0154)), t292_293, t288_289); // right_foot, left_foot
-    t296_297 = t294_295 - two(tau_right_ankle_pitch, tau_left_ankle_pitch); // other
-    t298 = R::fused(t296_297.second(), t28_29.second(), t261); // solved by the factors
-    t299 = R::fused(t296_297.first(), t28_29.first(), t298); // solved by the factors
-    // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t300_301 = both(R::constant(0.3111)) * t284_285;
-    t302_303 = R::Two::fused(both(R::constant(-0.008)), t276_277, t300_301);
-    // right_foot, left_foot: wrench handed to its parent
-    t304_305 = t302_303 + t294_295;
-    t306_307 = R::Two::fused(both(R::constant(-0.273)), t230_231, t304_305);
-    t308_309 = t306_307 - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
+    t10_11 = t8_9 + two(v_right_ankle_pitch, v_left_ankle_pitch);
+    t12_13 = t10_11 * t10_11;
+    t14 = R::constant(0.092) * sin_t4; // right_upper_leg: motion
+    t15 = R::fused(R::constant(-0.15), cos_t4, t14); // right_upper_leg: motion
+    t16 = t12_13.first() * t15; // right_upper_leg: motion
+    t17_18 = t8_9 * t8_9; // right_lower_leg, left_lower_leg: motion
+    t19_20 = two(R::constant(0.273), R::constant(0.3111)) * two(sin_t2, sin_t3); // left_upper_leg, right_foot: motion
+    t21 = R::fused(t17_18.first(), t19_20.first(), t16); // left_upper_leg: motion
+    t22_23 = t6_7 * t6_7; // right_upper_leg, left_upper_leg: motion
+    t24_25 = two(R::constant(0.315), R::constant(0.8355)) * two(sin_t0, sin_t1); // right_lower_leg, left_lower_leg
+    t26 = R::fused(t22_23.first(), t24_25.first(), t21); // right_lower_leg: motion
+    t27 = R::constant(0.092) * cos_t4; // right_upper_leg: motion
+    t28 = R::fused(R::constant(0.15), sin_t4, t27); // right_upper_leg: motion
+    t29 = R::constant(0.0399) * cos_t5; // left_foot: sums of what it carries
+    t30 = R::fused(R::constant(0.0154), sin_t5, t29); // left_foot: sums of what it carries
+    t31 = t28 * t30; // left_foot: mass matrix
+    t32 = R::constant(0.0399) * sin_t5; // left_foot: sums of what it carries
+    t33 = R::fused(R::constant(-0.0154), cos_t5, t32); // left_foot: sums of what it carries
+    t34 = R::fused(t15, t33, t31); // left_foot: mass matrix
+    t35 = R::constant(161.73117044848053) * t34; // factors of the mass matrix
+    t36 = R::fused(-t34, t35, R::constant(0.5825375)); // factors of the mass matrix
+    // right_upper_leg, right_foot: sums of what it carries
+    t37_38 = two(R::constant(4.8759), R::constant(0.3111)) * two(cos_t2, cos_t3);
+    t39_40 = R::Two::fused(two(R::constant(-0.008), R::constant(0.008)), two(sin_t2, sin_t3), t37_38);
+    t41_42 = both(t28) * t39_40; // right_upper_leg, right_foot: mass matrix in absolute angles
+    t43 = R::fused(R::constant(-0.008), cos_t3, t19_20.second()); // right_foot: sums of what it carries
+    t44 = R::fused(t15, t43, t41_42.second()); // right_foot: mass matrix in absolute angles
+    t45_46 = two(R::constant(4.8759), R::constant(0.273)) * two(sin_t2, sin_t3); // right_upper_leg, left_foot
+    t47 = t45_46.second() * t33; // left_foot: sums of what it carries
+    t48_49 = both(R::constant(0.273)) * two(cos_t2, cos_t3); // left_upper_leg, left_foot: motion
+    t50 = R::fused(t48_49.second(), t30, t47); // left_foot: mass matrix
+    // factors of the mass matrix
+    t51 = R::constant(161.73117044848053) * t50;
+    t52 = R::fused(-t34, t51, t44);
+    t53 = R::fused(-t50, t51, R::constant(0.07325338333));
+    t54 = R::constant(1.0) / t53;
+    t55 = t52 * t54;
+    t56 = R::fused(-t52, t55, t36);
+    t57_58 = two(R::constant(0.315), R::constant(0.8355)) * two(cos_t0, cos_t1); // right_lower_leg, left_lower_leg
+    t59 = R::fused(R::constant(0.012), sin_t1, t57_58.second()); // left_lower_leg: sums of what it carries
+    t60 = t28 * t59; // left_lower_leg: mass matrix in absolute angles
+    t61 = R::fused(R::constant(-0.012), cos_t1, t24_25.second()); // left_lower_leg: sums of what it carries
+    t62 = R::fused(t15, t61, t60); // left_lower_leg: mass matrix in absolute angles
+    t63 = R::constant(0.315) * cos_t1; // right_foot: motion
+    t64 = t63 * t30; // left_foot: mass matrix
+    t65_66 = two(R::constant(5.1495), R::constant(0.315)) * two(sin_t0, sin_t1); // left_upper_leg, right_foot
+    t67 = R::fused(t65_66.second(), t33, t64); // left_foot: mass matrix
+    t68 = R::constant(161.73117044848053) * t67;
+    t69 = R::fused(-t34, t68, t62);
+    t70 = t63 * t39_40.second(); // right_foot: mass matrix in absolute angles
+    t71 = R::fused(t65_66.second(), t43, t70); // right_foot: mass matrix in absolute angles
+    t72 = R::fused(-t67, t51, t71);
+    t73 = t72 * t54;
+    t74 = R::fused(-t52, t73, t69);
+    t75 = R::fused(-t67, t68, R::constant(0.231642));
+    t76 = R::fused(-t72, t73, t75);
+    t77 = R::constant(1.0) / t76;
+    t78 = t74 * t77;
+    t79 = R::fused(-t74, t78, t56);
+    t80 = R::constant(2.4915000028) * cos_q_base_pitch; // right_lower_leg: sums of what it carries
+    t81 = R::fused(R::constant(0.22408000024), sin_q_base_pitch, t80); // right_lower_leg: sums of what it carries
+    t82 = t28 * t81; // right_lower_leg: mass matrix in absolute angles
+    t83 = R::constant(2.4915000028) * sin_q_base_pitch; // right_lower_leg: sums of what it carries
+    t84 = R::fused(R::constant(-0.22408000024), cos_q_base_pitch, t83); // right_lower_leg: sums of what it carries
+    t85 = R::fused(t15, t84, t82); // right_lower_leg: mass matrix in absolute angles
+    t86 = t85 * R::constant(1.2430634766826216);
+    t87 = R::fused(-t85, t86, t79);
+    t88 = R::constant(5.1495) * cos_t0; // left_upper_leg: sums of what it carries
+    t89 = R::fused(R::constant(-0.012), sin_t0, t88); // left_upper_leg: sums of what it carries
+    t90 = t28 * t89; // left_upper_leg: mass matrix in absolute angles
+    t91 = R::fused(R::constant(0.012), cos_t0, t65_66.first()); // left_upper_leg: sums of what it carries
+    t92 = R::fused(t15, t91, t90); // left_upper_leg: mass matrix in absolute angles
+    t93 = t57_58.first() * t30; // left_foot: mass matrix
+    t94 = R::fused(t24_25.first(), t33, t93); // left_foot: mass matrix
+    t95 = R::constant(161.73117044848053) * t94;
+    t96 = R::fused(-t34, t95, t92);
+    t97 = t57_58.first() * t39_40.second(); // right_foot: mass matrix in absolute angles
+    t98 = R::fused(t24_25.first(), t43, t97); // right_foot: mass matrix in absolute angles
+    t99 = R::fused(-t94, t51, t98);
+    t100 = t99 * t54;
+    t101 = R::fused(-t52, t100, t96);
+    t102 = t57_58.first() * t59; // left_lower_leg: mass matrix in absolute angles
+    t103 = R::fused(t24_25.first(), t61, t102); // left_lower_leg: mass matrix in absolute angles
+    t104 = R::fused(-t94, t68, t103);
+    t105 = R::fused(-t99, t73, t104);
+    t106 = t105 * t77;
+    t107 = R::fused(-t74, t106, t101);
+    t108 = t57_58.first() * t81; // right_lower_leg: mass matrix in absolute angles
+    t109 = R::fused(t24_25.first(), t84, t108); // right_lower_leg: mass matrix in absolute angles
+    t110 = t109 * R::constant(1.2430634766826216);
+    t111 = R::fused(-t85, t110, t107);
+    t112 = R::fused(-t94, t95, R::constant(1.590552));
+    t113 = R::fused(-t99, t100, t112);
+    t114 = R::fused(-t105, t106, t113);
+    t115 = R::fused(-t109, t110, t114);
+    t116 = R::constant(1.0) / t115;
+    t117 = t111 * t116;
+    t118 = R::fused(-t111, t117, t87);
+    t119 = R::fused(R::constant(0.008), cos_t2, t45_46.first()); // right_upper_leg: sums of what it carries
+    t120 = R::fused(t15, t119, t41_42.first()); // right_upper_leg: mass matrix in absolute angles
+    t121 = t48_49.first() * t30; // left_foot: mass matrix
+    t122 = R::fused(t19_20.first(), t33, t121); // left_foot: mass matrix
+    t123 = R::constant(161.73117044848053) * t122;
+    t124 = R::fused(-t34, t123, t120);
+    t125 = t48_49.first() * t39_40.second(); // right_foot: mass matrix in absolute angles
+    t126 = R::fused(t19_20.first(), t43, t125); // right_foot: mass matrix in absolute angles
+    t127 = R::fused(-t122, t51, t126);
+    t128 = t127 * t54;
+    t129 = R::fused(-t52, t128, t124);
+    t130 = t48_49.first() * t59; // left_lower_leg: mass matrix in absolute angles
+    t131 = R::fused(t19_20.first(), t61, t130); // left_lower_leg: mass matrix in absolute angles
+    t132 = R::fused(-t122, t68, t131);
+    t133 = R::fused(-t127, t73, t132);
+    t134 = t133 * t77;
+    t135 = R::fused(-t74, t134, t129);
+    t136 = t48_49.first() * t81; // right_lower_leg: mass matrix in absolute angles
+    t137 = R::fused(t19_20.first(), t84, t136); // right_lower_leg: mass matrix in absolute angles
+    t138 = t137 * R::constant(1.2430634766826216);
+    t139 = R::fused(-t85, t138, t135);
+    t140 = t48_49.first() * t89; // left_upper_leg: mass matrix in absolute angles
+    t141 = R::fused(t19_20.first(), t91, t140); // left_upper_leg: mass matrix in absolute angles
+    t142 = R::fused(-t122, t95, t141);
+    t143 = R::fused(-t127, t100, t142);
+    t144 = R::fused(-t133, t106, t143);
+    t145 = R::fused(-t137, t110, t144);
+    t146 = t145 * t116;
+    t147 = R::fused(-t111, t146, t139);
+    t148 = R::fused(-t122, t123, R::constant(1.3194437833299997));
+    t149 = R::fused(-t127, t128, t148);
+    t150 = R::fused(-t133, t134, t149);
+    t151 = R::fused(-t137, t138, t150);
+    t152 = R::fused(-t145, t146, t151);
+    t153 = R::constant(1.0) / t152;
+    t154 = t147 * t153;
+    t155 = R::fused(-t147, t154, t118);
+    t156 = R::constant(1.0) / t155;
+    t157 = t12_13.second() * t33; // left_foot: sums of what it carries
+    t158 = R::fused(t17_18.second(), t43, t157); // right_foot: sums of what it carries
+    t159 = R::fused(t22_23.second(), t61, t158); // left_lower_leg: sums of what it carries
+    t160 = v_base_pitch * v_base_pitch; // torso: motion
+    t161 = R::fused(t160, t84, tau_base_x); // right_lower_leg: sums of what it carries
+    t162 = t159 - t161; // right_lower_leg: sums of what it carries
+    t163 = R::fused(-t22_23.first(), t91, t162); // left_upper_leg: sums of what it carries
+    t164 = R::fused(-t17_18.first(), t119, t163); // right_upper_leg: sums of what it carries
+    t165 = t28 * t164; // right_upper_leg: sums of what it carries
+    t166 = t12_13.second() * t30; // left_foot: sums of what it carries
+    t167 = R::fused(t17_18.second(), t39_40.second(), t166); // right_foot: sums of what it carries
+    t168 = R::fused(t22_23.second(), t59, t167); // left_lower_leg: sums of what it carries
+    t169 = R::fused(t160, t81, tau_base_z); // right_lower_leg: sums of what it carries
+    t170 = t168 - t169; // right_lower_leg: sums of what it carries
+    t171 = R::fused(-t22_23.first(), t89, t170); // left_upper_leg: sums of what it carries
+    t172 = R::fused(-t17_18.first(), t39_40.first(), t171); // right_upper_leg: sums of what it carries
+    t173 = R::fused(-t15, t172, t165); // right_upper_leg: sums of what it carries
+    t174 = R::constant(1.7081) * sin_t4; // torso: sums of what it carries
+    t175 = R::fused(R::constant(-2.8346), cos_t4, t174); // torso: sums of what it carries
+    t176 = R::fused(R::constant(-9.81), t175, t173); // right_upper_leg: moment in absolute angles
+    t177 = tau_right_ankle_pitch - t176; // other
+    t178 = R::fused(-t22_23.second(), t65_66.second(), t26); // right_foot: motion
+    t179 = R::fused(-t17_18.second(), t45_46.second(), t178); // left_foot: motion
+    t180 = t179 * t30; // left_foot: sums of what it carries
+    t181 = R::fused(-t12_13.first(), t28, R::constant(9.81)); // right_upper_leg: motion
+    t182 = R::fused(-t17_18.first(), t48_49.first(), t181); // left_upper_leg: motion
+    t183 = R::fused(-t22_23.first(), t57_58.first(), t182); // right_lower_leg: motion
+    t184 = R::fused(t22_23.second(), t63, t183); // right_foot: motion
+    t185 = R::fused(t17_18.second(), t48_49.second(), t184); // left_foot: motion
+    t186 = R::fused(t185, t33, t180); // left_foot: sums of what it carries
+    t187 = tau_left_ankle_pitch - t186; // other
+    t188 = R::fused(t187, t35, t177); // solved by the factors
+    t189_190 = two(tau_right_knee_pitch, tau_left_knee_pitch) - two(tau_right_ankle_pitch, tau_left_ankle_pitch);
+    t191 = t48_49.second() * t157; // left_foot: sums of what it carries
+    t192 = R::fused(-t45_46.second(), t166, t191); // left_foot: sums of what it carries
+    t193 = t178 * t39_40.second(); // right_foot: sums of what it carries
+    t194 = R::fused(t184, t43, t193); // right_foot: sums of what it carries
+    t195 = t192 - t194; // left_foot: moment in absolute angles
+    t196 = t189_190.second() + t195; // other
+    t197 = R::fused(-t187, t51, t196); // solved by the factors
+    t198 = R::fused(t55, t197, t188); // solved by the factors
+    t199_200 = two(tau_right_hip_pitch, tau_left_hip_pitch) - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
+    t201 = t63 * t158; // right_foot: sums of what it carries
+    t202 = R::fused(-t65_66.second(), t167, t201); // right_foot: sums of what it carries
+    t203 = t26 * t59; // left_lower_leg: sums of what it carries
+    t204 = R::fused(t183, t61, t203); // left_lower_leg: sums of what it carries
+    t205 = t202 - t204; // right_foot: moment in absolute angles
+    t206 = t199_200.second() + t205; // other
+    t207 = R::fused(-t187, t68, t206); // solved by the factors
+    t208 = R::fused(-t73, t197, t207); // solved by the factors
+    t209 = R::fused(t78, t208, t198); // solved by the factors
+    t210 = t26 * t81; // right_lower_leg: sums of what it carries
+    t211 = R::fused(t183, t84, t210); // right_lower_leg: sums of what it carries
+    t212 = tau_base_pitch + t211; // right_lower_leg: sums of what it carries
+    t213 = tau_right_hip_pitch + tau_left_hip_pitch; // other
+    t214 = t212 - t213; // other
+    t215 = R::fused(-t214, t86, t209); // solved by the factors
+    t216 = t57_58.first() * t162; // right_lower_leg: sums of what it carries
+    t217 = R::fused(-t24_25.first(), t170, t216); // right_lower_leg: sums of what it carries
+    t218 = t21 * t89; // left_upper_leg: sums of what it carries
+    t219 = R::fused(t182, t91, t218); // left_upper_leg: sums of what it carries
+    t220 = t217 - t219; // right_lower_leg: moment in absolute angles
+    t221 = t199_200.first() - t220; // other
     // solved by the factors
-    t310_311 = R::Two::fused(-t296_297, t58_59, t308_309);
-    t312 = R::fused(t70_71.second(), t310_311.second(), t299);
-    t313 = R::fused(t70_71.first(), t310_311.first(), t312);
-    // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t314_315 = both(R::constant(0.8355)) * t274_275;
-    t316_317 = R::Two::fused(both(R::constant(-0.012)), t266_267, t314_315);
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t318_319 = t316_317 + t306_307;
-    t320_321 = R::Two::fused(both(R::constant(-0.315)), t244_245, t318_319);
-    t322_323 = t320_321 - two(tau_right_hip_pitch, tau_left_hip_pitch); // other
-    // solved by the factors
-    t324_325 = t296_297 * t92_93;
-    t326_327 = t322_323 - t324_325;
-    t328_329 = t102_103 * t310_311;
-    t330_331 = t326_327 - t328_329;
-    t332 = R::fused(t122_123.second(), t330_331.second(), t313);
-    t333 = R::fused(t122_123.first(), t330_331.first(), t332);
-    t334 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
-    t335 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t334); // torso: wrench that its motion needs
-    t336 = t335 - t320_321.second(); // left_upper_leg: wrench handed to its parent
-    t337 = t320_321.first() - t336; // right_upper_leg: wrench handed to its parent
-    t338 = t337 - tau_base_pitch; // other
-    t339 = t338 - t324_325.second();
-    t340 = t339 - t324_325.first();
-    t341 = t340 - t328_329.second();
-    t342 = t341 - t328_329.first();
-    t343 = R::fused(-t136_137.second(), t330_331.second(), t342);
-    t344 = R::fused(-t136_137.first(), t330_331.first(), t343);
-    t345 = R::fused(t149, t344, t333);
-    t346 = cos_q_base_pitch * t252; // torso: wrench handed to its parent
-    t347 = R::fused(sin_q_base_pitch, t259, t346); // torso: wrench handed to its parent
-    t348 = R::constant(186.39) - t347; // torso: wrench handed to its parent
-    t349 = t348 - tau_base_z; // other
-    t350 = R::fused(-t296_297.second(), t155_156.second(), t349);
-    t351 = R::fused(-t296_297.first(), t155_156.first(), t350);
-    t352 = R::fused(-t165_166.second(), t310_311.second(), t351);
-    t353 = R::fused(-t165_166.first(), t310_311.first(), t352);
-    t354 = R::fused(-t181_182.second(), t330_331.second(), t353);
-    t355 = R::fused(-t181_182.first(), t330_331.first(), t354);
-    t356 = R::fused(t193, t344, t355);
-    t357 = R::fused(-t203, t356, t345);
+    t222 = R::fused(t187, t95, t221);
+    t223 = R::fused(t100, t197, t222);
+    t224 = R::fused(t106, t208, t223);
+    t225 = R::fused(-t214, t110, t224);
+    t226 = R::fused(-t117, t225, t215);
+    t227 = t48_49.first() * t163; // left_upper_leg: sums of what it carries
+    t228 = R::fused(-t19_20.first(), t171, t227); // left_upper_leg: sums of what it carries
+    t229 = t16 * t39_40.first(); // right_upper_leg: sums of what it carries
+    t230 = R::fused(t181, t119, t229); // right_upper_leg: sums of what it carries
+    t231 = t228 - t230; // left_upper_leg: moment in absolute angles
+    t232 = t189_190.first() - t231; // other
+    t233 = R::fused(t187, t123, t232);
+    t234 = R::fused(t128, t197, t233);
+    t235 = R::fused(t134, t208, t234);
+    t236 = R::fused(-t214, t138, t235);
+    t237 = R::fused(-t146, t225, t236);
+    t238 = R::fused(-t154, t237, t226);
+    t239 = t156 * t238; // other
+    t240 = t28 * t239; // other
+    t241 = t153 * t237; // other
+    t242 = R::fused(-t154, t239, t241);
+    t243 = R::fused(t48_49.first(), t242, t240); // other
+    t244 = t116 * t225; // other
+    t245 = R::fused(-t117, t239, t244);
+    t246 = R::fused(-t146, t242, t245);
     // other
-    t358 = t205 * t357;
-    t359 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t360 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t359);
-    t361 = cos_q_right_hip_pitch * t360;
-    t362 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t363 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t362);
-    t364 = R::fused(-sin_q_right_hip_pitch, t363, t361);
-    t365 = cos_q_base_pitch * t364;
-    t366 = sin_q_right_hip_pitch * t360;
-    t367 = R::fused(cos_q_right_hip_pitch, t363, t366);
-    t368 = R::fused(-sin_q_base_pitch, t367, t365);
-    t369 = R::fused(t26_27.first(), R::constant(24.25967556727208), t368); // solved by the factors
-    t370 = R::fused(R::constant(0.273), sin_q_right_ankle_pitch, R::constant(0.15));
-    t371 = R::fused(-t56_57.first(), R::constant(24.25967556727208), t370); // solved by the factors
-    t372 = R::fused(t70_71.first(), t371, t369); // solved by the factors
-    t373 = R::fused(R::constant(0.315), t360, t370);
+    t247 = R::fused(t57_58.first(), t246, t243);
+    t248 = t247 - t26;
+    t249 = t15 * t239;
+    t250 = R::fused(t19_20.first(), t242, t249);
+    t251 = R::fused(t24_25.first(), t246, t250);
+    t252 = t183 - t251;
+    t253 = t252 - R::constant(9.81);
+    t254 = t214 * R::constant(1.2430634766826216);
+    t255 = R::fused(-t86, t239, t254); // solved by the factors
+    t256 = R::fused(-t138, t242, t255); // solved by the factors
+    t257 = R::fused(-t110, t246, t256); // solved by the factors
+    t258 = t246 - t257;
+    t259 = t242 - t246;
+    t260 = t239 - t242;
+    t261 = t77 * t208;
+    t262 = R::fused(t78, t239, t261); // solved by the factors
+    t263 = R::fused(t134, t242, t262); // solved by the factors
+    t264 = R::fused(t106, t246, t263); // solved by the factors
+    t265 = t264 - t257;
+    t266 = t54 * t197;
     // solved by the factors
-    t374 = R::fused(-t90_91.first(), R::constant(24.25967556727208), t373);
-    t375 = R::fused(-t102_103.first(), t371, t374);
-    t376 = R::fused(t122_123.first(), t375, t372);
-    t377 = R::fused(-t136_137.first(), t375, t375);
-    t378 = R::fused(t149, t377, t376);
-    t379 = sin_q_base_pitch * t364; // other
-    t380 = R::fused(cos_q_base_pitch, t367, t379); // other
-    t381 = R::fused(-t153_154.first(), R::constant(24.25967556727208), t380);
-    t382 = R::fused(-t165_166.first(), t371, t381);
-    t383 = R::fused(-t181_182.first(), t375, t382);
-    t384 = R::fused(t193, t377, t383);
-    t385 = R::fused(-t203, t384, t378);
-    // other
-    t386 = t205 * t385;
+    t267 = R::fused(t55, t239, t266);
+    t268 = R::fused(t128, t242, t267);
+    t269 = R::fused(t100, t246, t268);
+    t270 = R::fused(-t73, t264, t269);
+    t271 = t270 - t264; // other
+    t272 = R::constant(161.73117044848053) * t187; // other
+    t273 = R::fused(t35, t239, t272);
+    t274 = R::fused(t123, t242, t273);
+    t275 = R::fused(t95, t246, t274);
+    t276 = R::fused(-t68, t264, t275);
+    t277 = R::fused(-t51, t270, t276);
+    t278 = t277 - t270; // other
     let (
-        t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404,
-        t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422,
-        t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440,
-        t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458,
-        t459, t460, t461, t462, t463, t464, t465, t466_467, t468, t469, t470, t471, t472, t473_474, t475, t476, t477,
-        t478, t479, t480, t481_482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496,
-        t497, t498, t499, t500, t501, t502, t503, t504, t505,
+        t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296,
+        t297,
     );
-    t387 = R::fused(t212_213.first(), R::constant(0.092), t292_293.first());
-    t388 = R::fused(R::constant(9.81), t380, t387);
-    t389 = t386 * t357;
-    t390 = t202 * t384;
-    t391 = R::fused(t390, t356, t389);
-    t392 = t148 * t377;
-    t393 = R::fused(t392, t344, t391);
-    t394 = t120_121.first() * t375;
-    t395 = R::fused(t394, t330_331.first(), t393);
-    t396 = t68_69.first() * t371;
-    t397 = R::fused(t396, t310_311.first(), t395);
-    t398 = R::fused(t296_297.first(), R::constant(24.25967556727208), t397);
-    t399 = t388 + t398;
-    t400 = t385 * t386;
-    t401 = R::fused(t384, t390, t400);
-    t402 = R::fused(t377, t392, t401);
-    t403 = R::fused(t375, t394, t402);
-    t404 = R::fused(t371, t396, t403);
-    t405 = t404 + R::constant(3.6389513350908116);
-    t406 = R::constant(1.0) / t405;
-    t407 = t399 * t406;
-    t408 = R::fused(-t26_27.first(), R::constant(14.879267681260208), t380); // solved by the factors
-    t409 = R::fused(R::constant(0.273), cos_q_right_ankle_pitch, R::constant(0.092));
-    t410 = R::fused(-t56_57.first(), R::constant(14.879267681260208), t409); // solved by the factors
-    t411 = R::fused(-t70_71.first(), t410, t408); // solved by the factors
-    t412 = R::fused(R::constant(-0.315), t363, t409);
-    // solved by the factors
-    t413 = R::fused(-t90_91.first(), R::constant(14.879267681260208), t412);
-    t414 = R::fused(-t102_103.first(), t410, t413);
-    t415 = R::fused(-t122_123.first(), t414, t411);
-    t416 = R::fused(-t136_137.first(), t414, t414);
-    t417 = R::fused(-t149, t416, t415);
-    t418 = R::fused(-t153_154.first(), R::constant(14.879267681260208), t368);
-    t419 = R::fused(-t165_166.first(), t410, t418);
-    t420 = R::fused(-t181_182.first(), t414, t419);
-    t421 = R::fused(t193, t416, t420);
-    t422 = R::fused(t203, t421, t417);
+    t279 = R::fused(-t12_13.first(), t175, t164); // torso: sums of what it carries
+    t280 = R::constant(1.7081) * cos_t4; // torso: sums of what it carries
+    t281 = R::fused(R::constant(2.8346), sin_t4, t280); // torso: sums of what it carries
     // other
-    t423 = t422 * t386;
-    t424 = R::fused(-t421, t390, t423);
-    t425 = R::fused(-t416, t392, t424);
-    t426 = R::fused(-t414, t394, t425);
-    t427 = R::fused(-t410, t396, t426);
-    t428 = t427 - R::constant(2.231890152189031);
-    t429 = t428 * t406;
-    t430 = R::fused(t212_213.first(), R::constant(0.15), t286_287.first());
-    t431 = R::fused(R::constant(9.81), t368, -t430);
-    t432 = t205 * t422;
-    t433 = t432 * t357;
-    t434 = t202 * t421;
-    t435 = R::fused(-t434, t356, t433);
-    t436 = t148 * t416;
-    t437 = R::fused(-t436, t344, t435);
-    t438 = t120_121.first() * t414;
-    t439 = R::fused(-t438, t330_331.first(), t437);
-    t440 = t68_69.first() * t410;
-    t441 = R::fused(-t440, t310_311.first(), t439);
-    t442 = R::fused(-t296_297.first(), R::constant(14.879267681260208), t441);
-    t443 = t431 - t442;
-    t444 = R::fused(t399, t429, t443);
-    t445 = t422 * t432;
-    t446 = R::fused(t421, t434, t445);
-    t447 = R::fused(t416, t436, t446);
-    t448 = R::fused(t414, t438, t447);
-    t449 = R::fused(t410, t440, t448);
-    t450 = t449 + R::constant(1.3688926266759391);
-    t451 = R::fused(-t428, t429, t450);
-    t452 = R::constant(1.0) / t451;
-    t453 = t444 * t452;
-    t454 = R::fused(t429, t453, t407);
-    t455 = R::fused(-t386, t454, t358);
-    t456 = R::fused(t432, t453, t455);
-    t457 = t202 * t356;
-    t458 = R::fused(-t390, t454, t457);
-    t459 = R::fused(-t434, t453, t458);
-    t460 = R::fused(t203, t456, -t459); // solved by the factors
-    t461 = t148 * t344;
-    t462 = R::fused(-t392, t454, t461);
-    t463 = R::fused(-t436, t453, t462);
-    t464 = R::fused(t149, t456, t463); // solved by the factors
-    t465 = R::fused(t193, t460, -t464); // solved by the factors
-    t466_467 = t120_121 * t330_331;
-    t468 = R::fused(-t394, t454, t466_467.first());
-    t469 = R::fused(-t438, t453, t468);
-    t470 = R::fused(t122_123.first(), t456, t469); // solved by the factors
-    t471 = R::fused(t181_182.first(), t460, t470); // solved by the factors
-    t472 = R::fused(-t136_137.first(), t465, -t471); // solved by the factors
-    t473_474 = t68_69 * t310_311;
-    t475 = R::fused(-t396, t454, t473_474.first());
-    t476 = R::fused(-t440, t453, t475);
-    // solved by the factors
-    t477 = R::fused(t70_71.first(), t456, t476);
-    t478 = R::fused(t165_166.first(), t460, t477);
-    t479 = R::fused(t102_103.first(), t465, t478);
-    t480 = R::fused(-t102_103.first(), t472, -t479);
-    // other
-    t481_482 = t296_297 * both(R::constant(161.73117044848053));
-    t483 = R::fused(R::constant(-24.25967556727208), t454, t481_482.first());
-    t484 = R::fused(R::constant(-14.879267681260208), t453, t483);
-    // solved by the factors
-    t485 = R::fused(t28_29.first(), t456, t484);
-    t486 = R::fused(t155_156.first(), t460, t485);
-    t487 = R::fused(t92_93.first(), t465, t486);
-    t488 = R::fused(t92_93.first(), t472, t487);
-    t489 = R::fused(-t58_59.first(), t480, -t488);
-    t490 = R::fused(t122_123.second(), t456, t466_467.second());
-    t491 = R::fused(t181_182.second(), t460, t490);
-    t492 = R::fused(-t136_137.second(), t465, -t491);
-    t493 = R::fused(t70_71.second(), t456, t473_474.second());
-    t494 = R::fused(t165_166.second(), t460, t493);
-    t495 = R::fused(t102_103.second(), t465, t494);
-    t496 = R::fused(-t102_103.second(), t492, -t495);
-    t497 = R::fused(t28_29.second(), t456, t481_482.second());
-    t498 = R::fused(t155_156.second(), t460, t497);
-    t499 = R::fused(t92_93.second(), t465, t498);
-    t500 = R::fused(t92_93.second(), t492, t499);
-    t501 = R::fused(-t58_59.second(), t496, -t500);
-    // other
-    t502 = t368 * t454;
-    t503 = R::fused(t380, t453, -t502);
-    t504 = t380 * t454;
-    t505 = R::fused(t368, t453, t504);
-    *out = [[t456, t460, t465, t472, t480, t489, t492, t496, t501, t503, t505]];
+    t282 = R::fused(t281, t239, t279);
+    t283 = R::fused(t39_40.first(), t242, t282);
+    t284 = R::fused(t89, t246, t283);
+    t285 = R::fused(t81, t257, t284);
+    t286 = R::fused(-t59, t264, t285);
+    t287 = R::fused(-t39_40.second(), t270, t286);
+    t288 = R::fused(-t30, t277, t287);
+    t289 = R::fused(-t12_13.first(), t281, t172); // torso: sums of what it carries
+    t290 = R::constant(186.39) + t289; // base/z: sums of what it carries
+    t291 = R::fused(-t175, t239, t290);
+    t292 = R::fused(-t119, t242, t291);
+    t293 = R::fused(-t91, t246, t292);
+    t294 = R::fused(-t84, t257, t293);
+    t295 = R::fused(t61, t264, t294);
+    t296 = R::fused(t43, t270, t295);
+    t297 = R::fused(t33, t277, t296);
+    *out = [[t248, t253, t257, t258, t259, t260, t265, t271, t278, t288, t297]];
 }
 }
 
@@ -1115,7 +710,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`,
 /// `left_foot/force/x`, `left_foot/force/z`; m/s², then rad/s², then N.
 /// Source: (4.23), Table 4.1, corrected.
-/// 1012 operations: 84 add, 193 mul, 362 fused, 11 div, 7 sin_cos. For two limbs at once: 222 pairs of them.
+/// 936 operations: 94 add, 187 mul, 322 fused, 11 div, 7 sin_cos. For two limbs at once: 208 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_touch_down<R: Real>(
     q: &SVector<R, NQ>,
@@ -1188,20 +783,20 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
         t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72, t73, t74_75, t76_77, t78_79, t80_81,
         t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
         t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124, t125, t126, t127, t128,
-        t129, t130, t131, t132, t133, t134, t135, t136_137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147,
-        t148, t149, t150, t151_152, t153_154, t155_156, t157, t158, t159_160, t161_162, t163_164, t165_166, t167, t168,
-        t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183, t184, t185, t186, t187, t188, t189,
-        t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206_207,
-        t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229,
-        t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250, t251,
-        t252, t253, t254_255, t256_257, t258, t259, t260, t261, t262, t263_264, t265, t266_267, t268_269, t270_271,
-        t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293,
-        t294_295, t296_297, t298, t299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312, t313,
-        t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332, t333, t334,
-        t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352,
-        t353, t354, t355, t356, t357, t358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370, t371_372,
-        t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392, t393_394,
-        t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410, t411_412, t413_414,
+        t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146,
+        t147, t148, t149_150, t151_152, t153_154, t155, t156, t157_158, t159_160, t161_162, t163_164, t165, t166,
+        t167_168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181, t182, t183, t184, t185, t186, t187,
+        t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204_205,
+        t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227,
+        t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248, t249,
+        t250, t251, t252_253, t254_255, t256, t257, t258, t259, t260, t261_262, t263, t264_265, t266_267, t268_269,
+        t270_271, t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291,
+        t292_293, t294_295, t296, t297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310, t311,
+        t312_313, t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330, t331, t332,
+        t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350,
+        t351, t352, t353, t354, t355, t356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370,
+        t371_372, t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392,
+        t393_394, t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410, t411_412, t413_414,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
@@ -1291,405 +886,382 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t133 = t132 - t94_95.first();
     t134 = t133 - t104_105.second();
     t135 = t134 - t104_105.first();
-    t136_137 = t118_119 * t120_121;
-    t138 = R::fused(-t106_107.second(), t136_137.second(), t135);
-    t139 = R::fused(-t106_107.first(), t136_137.first(), t138);
-    t140 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
-    t141 = t110_111.first() + t140; // right_upper_leg: sums of what it carries
-    t142 = t141 - t112_113.second();
-    t143 = t142 - t112_113.first();
-    t144 = t143 - t116_117.second();
-    t145 = t144 - t116_117.first();
-    t146 = R::fused(-t118_119.second(), t136_137.second(), t145);
-    t147 = R::fused(-t118_119.first(), t136_137.first(), t146);
-    t148 = R::constant(1.0) / t147;
-    t149 = t139 * t148;
-    t150 = R::fused(-t139, t149, t125);
+    t136 = t106_107.second() - t135;
+    t137 = t106_107.first() + t136;
+    t138 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
+    t139 = t110_111.first() + t138; // right_upper_leg: sums of what it carries
+    t140 = t139 - t112_113.second();
+    t141 = t140 - t112_113.first();
+    t142 = t141 - t116_117.second();
+    t143 = t142 - t116_117.first();
+    t144 = t118_119.second() - t143;
+    t145 = t118_119.first() + t144;
+    t146 = R::constant(1.0) / t145;
+    t147 = t137 * t146;
+    t148 = R::fused(t137, t147, t125);
     // right_foot, left_foot: mass matrix
-    t151_152 = both(cos_q_base_pitch) * t18_19;
-    t153_154 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t151_152);
+    t149_150 = both(cos_q_base_pitch) * t18_19;
+    t151_152 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t149_150);
     // factors of the mass matrix
-    t155_156 = t153_154 * both(R::constant(161.73117044848053));
-    t157 = t26_27.second() * t155_156.second();
-    t158 = R::fused(t26_27.first(), t155_156.first(), t157);
+    t153_154 = t151_152 * both(R::constant(161.73117044848053));
+    t155 = t26_27.second() * t153_154.second();
+    t156 = R::fused(t26_27.first(), t153_154.first(), t155);
     // right_lower_leg, left_lower_leg: mass matrix
-    t159_160 = both(cos_q_base_pitch) * t46_47;
-    t161_162 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t159_160);
+    t157_158 = both(cos_q_base_pitch) * t46_47;
+    t159_160 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t157_158);
     // factors of the mass matrix
-    t163_164 = R::Two::fused(-t153_154, t58_59, t161_162);
-    t165_166 = t163_164 * t68_69;
-    t167 = R::fused(t60_61.second(), t165_166.second(), t158);
-    t168 = R::fused(t60_61.first(), t165_166.first(), t167);
+    t161_162 = R::Two::fused(-t151_152, t58_59, t159_160);
+    t163_164 = t161_162 * t68_69;
+    t165 = R::fused(t60_61.second(), t163_164.second(), t156);
+    t166 = R::fused(t60_61.first(), t163_164.first(), t165);
     // right_upper_leg, left_upper_leg: mass matrix
-    t169_170 = both(cos_q_base_pitch) * t80_81;
-    t171_172 = R::Two::fused(both(sin_q_base_pitch), t86_87, t169_170);
+    t167_168 = both(cos_q_base_pitch) * t80_81;
+    t169_170 = R::Two::fused(both(sin_q_base_pitch), t86_87, t167_168);
     // factors of the mass matrix
-    t173_174 = t153_154 * t92_93;
-    t175_176 = t171_172 - t173_174;
-    t177_178 = t163_164 * t102_103;
-    t179_180 = t175_176 - t177_178;
-    t181_182 = t179_180 * t120_121;
-    t183 = R::fused(t106_107.second(), t181_182.second(), t168);
-    t184 = R::fused(t106_107.first(), t181_182.first(), t183);
-    t185 = sin_q_base_pitch * t127; // torso: sums of what it carries
-    t186 = R::fused(-cos_q_base_pitch, t130, t185); // torso: sums of what it carries
-    t187 = t186 + t173_174.second();
-    t188 = t187 + t173_174.first();
-    t189 = t188 + t177_178.second();
-    t190 = t189 + t177_178.first();
-    t191 = R::fused(t179_180.second(), t136_137.second(), t190);
-    t192 = R::fused(t179_180.first(), t136_137.first(), t191);
-    t193 = t192 * t148;
-    t194 = R::fused(-t139, t193, t184);
-    t195 = R::fused(-t153_154.second(), t155_156.second(), R::constant(19.0));
-    t196 = R::fused(-t153_154.first(), t155_156.first(), t195);
-    t197 = R::fused(-t163_164.second(), t165_166.second(), t196);
-    t198 = R::fused(-t163_164.first(), t165_166.first(), t197);
-    t199 = R::fused(-t179_180.second(), t181_182.second(), t198);
-    t200 = R::fused(-t179_180.first(), t181_182.first(), t199);
-    t201 = R::fused(-t192, t193, t200);
-    t202 = R::constant(1.0) / t201;
-    t203 = t194 * t202;
-    t204 = R::fused(-t194, t203, t150);
-    t205 = R::constant(1.0) / t204;
-    t206_207 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t208_209 = t206_207 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t171_172 = t151_152 * t92_93;
+    t173_174 = t169_170 - t171_172;
+    t175_176 = t161_162 * t102_103;
+    t177_178 = t173_174 - t175_176;
+    t179_180 = t177_178 * t120_121;
+    t181 = R::fused(t106_107.second(), t179_180.second(), t166);
+    t182 = R::fused(t106_107.first(), t179_180.first(), t181);
+    t183 = sin_q_base_pitch * t127; // torso: sums of what it carries
+    t184 = R::fused(-cos_q_base_pitch, t130, t183); // torso: sums of what it carries
+    t185 = t184 + t171_172.second();
+    t186 = t185 + t171_172.first();
+    t187 = t186 + t175_176.second();
+    t188 = t187 + t175_176.first();
+    t189 = t177_178.second() + t188;
+    t190 = t177_178.first() + t189;
+    t191 = t190 * t146;
+    t192 = R::fused(-t137, t191, t182);
+    t193 = R::fused(-t151_152.second(), t153_154.second(), R::constant(19.0));
+    t194 = R::fused(-t151_152.first(), t153_154.first(), t193);
+    t195 = R::fused(-t161_162.second(), t163_164.second(), t194);
+    t196 = R::fused(-t161_162.first(), t163_164.first(), t195);
+    t197 = R::fused(-t177_178.second(), t179_180.second(), t196);
+    t198 = R::fused(-t177_178.first(), t179_180.first(), t197);
+    t199 = R::fused(t190, t191, t198);
+    t200 = R::constant(1.0) / t199;
+    t201 = t192 * t200;
+    t202 = R::fused(-t192, t201, t148);
+    t203 = R::constant(1.0) / t202;
+    t204_205 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t206_207 = t204_205 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_foot, left_foot: motion
-    t210_211 = t208_209 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t212_213 = t210_211 * t210_211;
-    t214_215 = both(R::constant(0.0399)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t216_217 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t214_215; // right_foot, left_foot
-    t218_219 = both(R::constant(0.0154)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217);
-    t222_223 = t208_209 * t208_209; // right_lower_leg, left_lower_leg: motion
-    t224_225 = R::Two::fused(both(R::constant(0.3111)), t222_223, t220_221); // right_foot, left_foot
-    t226_227 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t224_225; // right_lower_leg, left_lower_leg
+    t208_209 = t206_207 + two(v_right_ankle_pitch, v_left_ankle_pitch);
+    t210_211 = t208_209 * t208_209;
+    t212_213 = both(R::constant(0.0399)) * t210_211; // right_foot, left_foot: wrench that its motion needs
+    t214_215 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t212_213; // right_foot, left_foot
+    t216_217 = both(R::constant(0.0154)) * t210_211; // right_foot, left_foot: wrench that its motion needs
+    t218_219 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t216_217, t214_215);
+    t220_221 = t206_207 * t206_207; // right_lower_leg, left_lower_leg: motion
+    t222_223 = R::Two::fused(both(R::constant(0.3111)), t220_221, t218_219); // right_foot, left_foot
+    t224_225 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t222_223; // right_lower_leg, left_lower_leg
     // right_foot, left_foot: wrench handed to its parent
-    t228_229 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t214_215;
-    t230_231 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t218_219, t228_229);
-    t232_233 = R::Two::fused(both(R::constant(0.008)), t222_223, -t230_231);
-    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227);
-    t236_237 = t206_207 * t206_207; // right_upper_leg, left_upper_leg: motion
-    t238_239 = R::Two::fused(both(R::constant(0.8355)), t236_237, t234_235); // right_lower_leg, left_lower_leg
-    t240_241 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t238_239; // right_upper_leg, left_upper_leg
+    t226_227 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t212_213;
+    t228_229 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t216_217, t226_227);
+    t230_231 = R::Two::fused(both(R::constant(0.008)), t220_221, -t228_229);
+    t232_233 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t230_231, t224_225);
+    t234_235 = t204_205 * t204_205; // right_upper_leg, left_upper_leg: motion
+    t236_237 = R::Two::fused(both(R::constant(0.8355)), t234_235, t232_233); // right_lower_leg, left_lower_leg
+    t238_239 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t236_237; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t242_243 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t224_225;
-    t244_245 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t232_233, t242_243);
-    t246_247 = R::Two::fused(both(R::constant(0.012)), t236_237, -t244_245);
-    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241);
-    t250 = v_base_pitch * v_base_pitch; // torso: motion
-    t251 = R::fused(R::constant(2.4915000028), t250, -t248_249.second()); // left_upper_leg: wrench handed to its parent
-    t252 = t251 - t248_249.first(); // right_upper_leg: wrench handed to its parent
-    t253 = sin_q_base_pitch * t252; // torso: wrench handed to its parent
+    t240_241 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t222_223;
+    t242_243 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t230_231, t240_241);
+    t244_245 = R::Two::fused(both(R::constant(0.012)), t234_235, -t242_243);
+    t246_247 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t244_245, t238_239);
+    t248 = v_base_pitch * v_base_pitch; // torso: motion
+    t249 = R::fused(R::constant(2.4915000028), t248, -t246_247.second()); // left_upper_leg: wrench handed to its parent
+    t250 = t249 - t246_247.first(); // right_upper_leg: wrench handed to its parent
+    t251 = sin_q_base_pitch * t250; // torso: wrench handed to its parent
     // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t254_255 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t238_239;
-    t256_257 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t246_247, t254_255);
-    t258 = R::fused(R::constant(0.22408000024), t250, t256_257.second()); // left_upper_leg: wrench handed to its parent
-    t259 = t258 + t256_257.first(); // right_upper_leg: wrench handed to its parent
-    t260 = R::fused(-cos_q_base_pitch, t259, t253); // torso: wrench handed to its parent
-    t261 = t260 + tau_base_x; // other
-    t262 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t263_264 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t262); // right_upper_leg, left_upper_leg: motion
-    t265 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264);
+    t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t236_237;
+    t254_255 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t244_245, t252_253);
+    t256 = R::fused(R::constant(0.22408000024), t248, t254_255.second()); // left_upper_leg: wrench handed to its parent
+    t257 = t256 + t254_255.first(); // right_upper_leg: wrench handed to its parent
+    t258 = R::fused(-cos_q_base_pitch, t257, t251); // torso: wrench handed to its parent
+    t259 = tau_base_x + t258; // other
+    t260 = cos_q_base_pitch * R::constant(9.81); // torso: motion
+    t261_262 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t260); // right_upper_leg, left_upper_leg: motion
+    t263 = sin_q_base_pitch * R::constant(9.81); // torso: motion
+    t264_265 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t263), t261_262);
     // right_lower_leg, left_lower_leg: motion
-    t268_269 = R::Two::fused(t236_237, both(R::constant(0.315)), t266_267);
-    t270_271 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t268_269;
+    t266_267 = R::Two::fused(t234_235, both(R::constant(0.315)), t264_265);
+    t268_269 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t266_267;
     // right_upper_leg, left_upper_leg: motion
-    t272_273 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t262);
-    t274_275 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t265), t272_273);
-    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271);
+    t270_271 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t260);
+    t272_273 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t263), t270_271);
+    t274_275 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t272_273, t268_269);
     // right_foot, left_foot: motion
-    t278_279 = R::Two::fused(t222_223, both(R::constant(0.273)), t276_277);
-    t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t278_279;
+    t276_277 = R::Two::fused(t220_221, both(R::constant(0.273)), t274_275);
+    t278_279 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t276_277;
     // right_lower_leg, left_lower_leg: motion
-    t282_283 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t268_269;
-    t284_285 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t274_275, t282_283);
-    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281);
-    t288_289 = both(R::constant(0.0399)) * t286_287; // right_foot, left_foot: wrench that its motion needs
+    t280_281 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t266_267;
+    t282_283 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t272_273, t280_281);
+    t284_285 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t282_283, t278_279);
+    t286_287 = both(R::constant(0.0399)) * t284_285; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
-    t290_291 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t278_279;
-    t292_293 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t284_285, t290_291);
-    t294_295 = R::Two::fused(both(R::constant(-0.0154)), t292_293, t288_289); // right_foot, left_foot
-    t296_297 = t294_295 - two(tau_right_ankle_pitch, tau_left_ankle_pitch); // other
-    t298 = R::fused(t296_297.second(), t28_29.second(), t261); // solved by the factors
-    t299 = R::fused(t296_297.first(), t28_29.first(), t298); // solved by the factors
+    t288_289 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t276_277;
+    t290_291 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t282_283, t288_289);
+    t292_293 = R::Two::fused(both(R::constant(-0.0154)), t290_291, t286_287); // right_foot, left_foot
+    t294_295 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t292_293; // other
+    t296 = R::fused(-t294_295.second(), t28_29.second(), t259); // solved by the factors
+    t297 = R::fused(-t294_295.first(), t28_29.first(), t296); // solved by the factors
     // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t300_301 = both(R::constant(0.3111)) * t284_285;
-    t302_303 = R::Two::fused(both(R::constant(-0.008)), t276_277, t300_301);
+    t298_299 = both(R::constant(0.3111)) * t282_283;
+    t300_301 = R::Two::fused(both(R::constant(-0.008)), t274_275, t298_299);
     // right_foot, left_foot: wrench handed to its parent
-    t304_305 = t302_303 + t294_295;
-    t306_307 = R::Two::fused(both(R::constant(-0.273)), t230_231, t304_305);
-    t308_309 = t306_307 - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
+    t302_303 = t300_301 + t292_293;
+    t304_305 = R::Two::fused(both(R::constant(-0.273)), t228_229, t302_303);
+    t306_307 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t304_305; // other
     // solved by the factors
-    t310_311 = R::Two::fused(-t296_297, t58_59, t308_309);
-    t312 = R::fused(t70_71.second(), t310_311.second(), t299);
-    t313 = R::fused(t70_71.first(), t310_311.first(), t312);
+    t308_309 = R::Two::fused(-t294_295, t58_59, t306_307);
+    t310 = R::fused(-t70_71.second(), t308_309.second(), t297);
+    t311 = R::fused(-t70_71.first(), t308_309.first(), t310);
     // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t314_315 = both(R::constant(0.8355)) * t274_275;
-    t316_317 = R::Two::fused(both(R::constant(-0.012)), t266_267, t314_315);
+    t312_313 = both(R::constant(0.8355)) * t272_273;
+    t314_315 = R::Two::fused(both(R::constant(-0.012)), t264_265, t312_313);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t318_319 = t316_317 + t306_307;
-    t320_321 = R::Two::fused(both(R::constant(-0.315)), t244_245, t318_319);
-    t322_323 = t320_321 - two(tau_right_hip_pitch, tau_left_hip_pitch); // other
+    t316_317 = t314_315 + t304_305;
+    t318_319 = R::Two::fused(both(R::constant(-0.315)), t242_243, t316_317);
+    t320_321 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t318_319; // other
     // solved by the factors
-    t324_325 = t296_297 * t92_93;
-    t326_327 = t322_323 - t324_325;
-    t328_329 = t102_103 * t310_311;
-    t330_331 = t326_327 - t328_329;
-    t332 = R::fused(t122_123.second(), t330_331.second(), t313);
-    t333 = R::fused(t122_123.first(), t330_331.first(), t332);
-    t334 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
-    t335 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t334); // torso: wrench that its motion needs
-    t336 = t335 - t320_321.second(); // left_upper_leg: wrench handed to its parent
-    t337 = t320_321.first() - t336; // right_upper_leg: wrench handed to its parent
-    t338 = t337 - tau_base_pitch; // other
-    t339 = t338 - t324_325.second();
-    t340 = t339 - t324_325.first();
-    t341 = t340 - t328_329.second();
-    t342 = t341 - t328_329.first();
-    t343 = R::fused(-t136_137.second(), t330_331.second(), t342);
-    t344 = R::fused(-t136_137.first(), t330_331.first(), t343);
-    t345 = R::fused(t149, t344, t333);
-    t346 = cos_q_base_pitch * t252; // torso: wrench handed to its parent
-    t347 = R::fused(sin_q_base_pitch, t259, t346); // torso: wrench handed to its parent
-    t348 = R::constant(186.39) - t347; // torso: wrench handed to its parent
-    t349 = t348 - tau_base_z; // other
-    t350 = R::fused(-t296_297.second(), t155_156.second(), t349);
-    t351 = R::fused(-t296_297.first(), t155_156.first(), t350);
-    t352 = R::fused(-t165_166.second(), t310_311.second(), t351);
-    t353 = R::fused(-t165_166.first(), t310_311.first(), t352);
-    t354 = R::fused(-t181_182.second(), t330_331.second(), t353);
-    t355 = R::fused(-t181_182.first(), t330_331.first(), t354);
-    t356 = R::fused(t193, t344, t355);
-    t357 = R::fused(-t203, t356, t345);
+    t322_323 = t294_295 * t92_93;
+    t324_325 = t320_321 - t322_323;
+    t326_327 = t102_103 * t308_309;
+    t328_329 = t324_325 - t326_327;
+    t330 = R::fused(-t122_123.second(), t328_329.second(), t311);
+    t331 = R::fused(-t122_123.first(), t328_329.first(), t330);
+    t332 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
+    t333 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t332); // torso: wrench that its motion needs
+    t334 = t333 - t318_319.second(); // left_upper_leg: wrench handed to its parent
+    t335 = t318_319.first() - t334; // right_upper_leg: wrench handed to its parent
+    t336 = tau_base_pitch - t335; // other
+    t337 = t336 - t322_323.second();
+    t338 = t337 - t322_323.first();
+    t339 = t338 - t326_327.second();
+    t340 = t339 - t326_327.first();
+    t341 = t328_329.second() - t340;
+    t342 = t328_329.first() + t341;
+    t343 = R::fused(t147, t342, t331);
+    t344 = cos_q_base_pitch * t250; // torso: wrench handed to its parent
+    t345 = R::fused(sin_q_base_pitch, t257, t344); // torso: wrench handed to its parent
+    t346 = R::constant(186.39) - t345; // torso: wrench handed to its parent
+    t347 = tau_base_z - t346; // other
+    t348 = R::fused(-t294_295.second(), t153_154.second(), t347);
+    t349 = R::fused(-t294_295.first(), t153_154.first(), t348);
+    t350 = R::fused(-t163_164.second(), t308_309.second(), t349);
+    t351 = R::fused(-t163_164.first(), t308_309.first(), t350);
+    t352 = R::fused(-t179_180.second(), t328_329.second(), t351);
+    t353 = R::fused(-t179_180.first(), t328_329.first(), t352);
+    t354 = R::fused(t191, t342, t353);
+    t355 = R::fused(t201, t354, t343);
     // other
-    t358 = t205 * t357;
-    t359_360 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t361_362 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t359_360);
-    t363_364 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t361_362;
-    t365_366 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t367_368 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t365_366);
-    t369_370 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t367_368, t363_364);
-    t371_372 = both(cos_q_base_pitch) * t369_370;
-    t373_374 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t361_362;
-    t375_376 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t367_368, t373_374);
-    t377_378 = R::Two::fused(-both(sin_q_base_pitch), t375_376, t371_372);
-    t379_380 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t377_378);
-    t381_382 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
+    t356 = t203 * t355;
+    t357_358 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t359_360 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t357_358);
+    t361_362 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t359_360;
+    t363_364 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t365_366 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t363_364);
+    t367_368 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t365_366, t361_362);
+    t369_370 = both(cos_q_base_pitch) * t367_368;
+    t371_372 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t359_360;
+    t373_374 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t365_366, t371_372);
+    t375_376 = R::Two::fused(-both(sin_q_base_pitch), t373_374, t369_370);
+    t377_378 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t375_376);
+    t379_380 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
     // solved by the factors
-    t383_384 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t381_382);
-    t385_386 = R::Two::fused(t70_71 * two(R::constant(1.0), R::constant(-1.0)), t383_384, t379_380);
-    t387_388 = R::Two::fused(two(R::constant(0.315), R::constant(-0.315)), t361_362, t381_382); // other
-    t389_390 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t387_388);
-    t391_392 = R::Two::fused(-t102_103, t383_384, t389_390);
-    t393_394 = R::Two::fused(t122_123 * two(R::constant(1.0), R::constant(-1.0)), t391_392, t385_386);
-    t395_396 = R::Two::fused(-t136_137, t391_392, t391_392);
-    t397_398 = R::Two::fused(both(t149) * two(R::constant(1.0), R::constant(-1.0)), t395_396, t393_394);
+    t381_382 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t379_380);
+    t383_384 = R::Two::fused(t70_71 * two(R::constant(1.0), R::constant(-1.0)), t381_382, t377_378);
+    t385_386 = R::Two::fused(two(R::constant(0.315), R::constant(-0.315)), t359_360, t379_380); // other
+    t387_388 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t385_386);
+    t389_390 = R::Two::fused(-t102_103, t381_382, t387_388);
+    t391_392 = R::Two::fused(t122_123 * two(R::constant(1.0), R::constant(-1.0)), t389_390, t383_384);
     // other
-    t399_400 = both(sin_q_base_pitch) * t369_370;
-    t401_402 = R::Two::fused(both(cos_q_base_pitch), t375_376, t399_400);
+    t393_394 = both(sin_q_base_pitch) * t367_368;
+    t395_396 = R::Two::fused(both(cos_q_base_pitch), t373_374, t393_394);
     // solved by the factors
-    t403_404 = R::Two::fused(t153_154, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t401_402);
-    t405_406 = R::Two::fused(t165_166 * two(R::constant(-1.0), R::constant(1.0)), t383_384, t403_404);
-    t407_408 = R::Two::fused(t181_182 * two(R::constant(-1.0), R::constant(1.0)), t391_392, t405_406);
-    t409_410 = R::Two::fused(both(t193) * two(R::constant(1.0), R::constant(-1.0)), t395_396, t407_408);
-    t411_412 = R::Two::fused(-both(t203), t409_410, t397_398);
+    t397_398 = R::Two::fused(t151_152, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t395_396);
+    t399_400 = R::Two::fused(t163_164 * two(R::constant(-1.0), R::constant(1.0)), t381_382, t397_398);
+    t401_402 = R::Two::fused(t179_180 * two(R::constant(-1.0), R::constant(1.0)), t389_390, t399_400);
+    t403_404 = R::Two::fused(-both(t201), t401_402, t391_392);
     // other
-    t413_414 = both(t205) * t411_412;
+    t405_406 = both(t203) * t403_404;
+    t407_408 = R::Two::fused(t210_211, both(R::constant(0.092)), t290_291);
+    t409_410 = R::Two::fused(both(R::constant(9.81)), t395_396, t407_408);
+    t411_412 = t405_406 * both(t355);
+    t413_414 = both(t200) * t401_402;
     let (
         t415_416, t417_418, t419_420, t421_422, t423_424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436,
-        t437_438, t439_440, t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453, t454, t455_456, t457_458,
-        t459_460, t461_462, t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475_476, t477_478, t479_480,
-        t481_482, t483_484, t485_486, t487_488, t489_490, t491_492, t493_494, t495_496, t497, t498_499, t500_501,
-        t502_503, t504_505, t506_507, t508_509, t510_511, t512_513, t514_515, t516_517, t518_519, t520_521, t522_523,
-        t524_525, t526, t527_528, t529_530, t531_532, t533_534, t535_536, t537_538, t539, t540, t541, t542, t543, t544,
-        t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562,
-        t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580,
-        t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598,
-        t599, t600_601, t602, t603, t604, t605, t606, t607_608, t609, t610, t611, t612, t613, t614, t615_616, t617,
-        t618, t619, t620, t621, t622, t623, t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635,
-        t636, t637, t638, t639, t640, t641, t642, t643, t644, t645, t646, t647, t648, t649,
+        t437_438, t439, t440, t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453_454, t455_456, t457_458,
+        t459_460, t461_462, t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475, t476_477, t478_479,
+        t480_481, t482_483, t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500,
+        t501_502, t503_504, t505_506, t507_508, t509_510, t511, t512, t513, t514, t515, t516, t517, t518, t519, t520,
+        t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538,
+        t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556,
+        t557, t558, t559, t560, t561, t562, t563, t564_565, t566, t567, t568, t569, t570, t571_572, t573, t574, t575,
+        t576, t577, t578, t579_580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594,
+        t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612,
+        t613,
     );
-    t415_416 = R::Two::fused(t212_213, both(R::constant(0.092)), t292_293);
-    t417_418 = R::Two::fused(both(R::constant(9.81)), t401_402, t415_416);
-    t419_420 = t413_414 * both(t357);
-    t421_422 = both(t202) * t409_410;
-    t423_424 = R::Two::fused(t421_422, both(t356), t419_420);
-    t425_426 = both(t148) * t395_396;
-    t427_428 = R::Two::fused(t425_426 * two(R::constant(1.0), R::constant(-1.0)), both(t344), t423_424);
-    t429_430 = t120_121 * t391_392;
-    t431_432 = R::Two::fused(t429_430 * two(R::constant(1.0), R::constant(-1.0)), t330_331, t427_428);
-    t433_434 = t68_69 * t383_384;
-    t435_436 = R::Two::fused(t433_434 * two(R::constant(1.0), R::constant(-1.0)), t310_311, t431_432);
-    t437_438 = R::Two::fused(t296_297, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t435_436);
-    t439_440 = t417_418 + t437_438;
-    t441_442 = t411_412 * t413_414;
-    t443_444 = R::Two::fused(t409_410, t421_422, t441_442);
-    t445_446 = R::Two::fused(t395_396, t425_426, t443_444);
-    t447_448 = R::Two::fused(t391_392, t429_430, t445_446);
-    t449_450 = R::Two::fused(t383_384, t433_434, t447_448);
-    t451_452 = t449_450 + two(R::constant(3.6389513350908116), R::constant(1.310022480632692));
-    t453 = R::constant(1.0) / t451_452.first();
-    t454 = t439_440.first() * t453;
-    t455_456 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t401_402); // solved by the factors
-    t457_458 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
+    t415_416 = R::Two::fused(-t413_414, both(t354), t411_412);
+    t417_418 = t120_121 * t389_390;
+    t419_420 = R::Two::fused(t417_418 * two(R::constant(-1.0), R::constant(1.0)), t328_329, t415_416);
+    t421_422 = t68_69 * t381_382;
+    t423_424 = R::Two::fused(t421_422 * two(R::constant(-1.0), R::constant(1.0)), t308_309, t419_420);
+    t425_426 = R::Two::fused(t294_295, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t423_424);
+    t427_428 = t409_410 + t425_426;
+    t429_430 = t403_404 * t405_406;
+    t431_432 = R::Two::fused(t401_402, t413_414, t429_430);
+    t433_434 = R::Two::fused(t389_390, t417_418, t431_432);
+    t435_436 = R::Two::fused(t381_382, t421_422, t433_434);
+    t437_438 = t435_436 + two(R::constant(3.6389513350908116), R::constant(1.310022480632692));
+    t439 = R::constant(1.0) / t437_438.first();
+    t440 = t427_428.first() * t439;
+    t441_442 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t395_396); // solved by the factors
+    t443_444 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
     // solved by the factors
-    t459_460 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t457_458);
-    t461_462 = R::Two::fused(-t70_71, t459_460, t455_456);
-    t463_464 = R::Two::fused(both(R::constant(-0.315)), t367_368, t457_458); // other
-    t465_466 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t463_464);
-    t467_468 = R::Two::fused(-t102_103, t459_460, t465_466);
-    t469_470 = R::Two::fused(-t122_123, t467_468, t461_462);
-    t471_472 = R::Two::fused(-t136_137, t467_468, t467_468);
-    t473_474 = R::Two::fused(-both(t149), t471_472, t469_470);
-    t475_476 = R::Two::fused(t153_154, both(R::constant(-14.879267681260208)), t377_378);
-    t477_478 = R::Two::fused(-t165_166, t459_460, t475_476);
-    t479_480 = R::Two::fused(-t181_182, t467_468, t477_478);
-    t481_482 = R::Two::fused(both(t193), t471_472, t479_480);
-    t483_484 = R::Two::fused(both(t203), t481_482, t473_474);
+    t445_446 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t443_444);
+    t447_448 = R::Two::fused(-t70_71, t445_446, t441_442);
+    t449_450 = R::Two::fused(both(R::constant(-0.315)), t365_366, t443_444); // other
+    t451_452 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t449_450);
+    t453_454 = R::Two::fused(-t102_103, t445_446, t451_452);
+    t455_456 = R::Two::fused(-t122_123, t453_454, t447_448);
+    t457_458 = R::Two::fused(t151_152, both(R::constant(-14.879267681260208)), t375_376);
+    t459_460 = R::Two::fused(-t163_164, t445_446, t457_458);
+    t461_462 = R::Two::fused(-t179_180, t453_454, t459_460);
+    t463_464 = R::Two::fused(both(t201), t461_462, t455_456);
     // other
-    t485_486 = t483_484 * t413_414;
-    t487_488 = R::Two::fused(-t481_482, t421_422, t485_486);
-    t489_490 = R::Two::fused(t471_472 * two(R::constant(-1.0), R::constant(1.0)), t425_426, t487_488);
-    t491_492 = R::Two::fused(t467_468 * two(R::constant(-1.0), R::constant(1.0)), t429_430, t489_490);
-    t493_494 = R::Two::fused(t459_460 * two(R::constant(-1.0), R::constant(1.0)), t433_434, t491_492);
-    t495_496 = R::Two::fused(two(R::constant(2.231890152189031), R::constant(1.3391340913134187)), two(R::constant(-1.0), R::constant(1.0)), t493_494);
-    t497 = t495_496.first() * t453;
-    t498_499 = R::Two::fused(t212_213, two(R::constant(0.15), R::constant(-0.09)), t286_287);
-    t500_501 = R::Two::fused(both(R::constant(9.81)), t377_378, -t498_499);
-    t502_503 = both(t205) * t483_484;
-    t504_505 = t502_503 * both(t357);
-    t506_507 = both(t202) * t481_482;
-    t508_509 = R::Two::fused(-t506_507, both(t356), t504_505);
-    t510_511 = both(t148) * t471_472;
-    t512_513 = R::Two::fused(-t510_511, both(t344), t508_509);
-    t514_515 = t120_121 * t467_468;
-    t516_517 = R::Two::fused(-t514_515, t330_331, t512_513);
-    t518_519 = t68_69 * t459_460;
-    t520_521 = R::Two::fused(-t518_519, t310_311, t516_517);
-    t522_523 = R::Two::fused(t296_297, both(R::constant(-14.879267681260208)), t520_521);
-    t524_525 = t500_501 - t522_523;
-    t526 = R::fused(t439_440.first(), t497, t524_525.first());
-    t527_528 = t483_484 * t502_503;
-    t529_530 = R::Two::fused(t481_482, t506_507, t527_528);
-    t531_532 = R::Two::fused(t471_472, t510_511, t529_530);
-    t533_534 = R::Two::fused(t467_468, t514_515, t531_532);
-    t535_536 = R::Two::fused(t459_460, t518_519, t533_534);
-    t537_538 = t535_536 + both(R::constant(1.3688926266759391));
-    t539 = R::fused(-t495_496.first(), t497, t537_538.first());
-    t540 = R::constant(1.0) / t539;
-    t541 = t526 * t540;
-    t542 = t411_412.second() * t502_503.first();
-    t543 = R::fused(-t409_410.second(), t506_507.first(), t542);
-    t544 = R::fused(t395_396.second(), t510_511.first(), t543);
-    t545 = t411_412.second() * t413_414.first();
-    t546 = R::fused(t409_410.second(), t421_422.first(), t545);
-    t547 = R::fused(-t395_396.second(), t425_426.first(), t546);
-    t548 = t547 * t453;
-    t549 = R::fused(-t495_496.first(), t548, t544);
-    t550 = t549 * t540;
-    t551 = R::fused(-t439_440.first(), t548, t439_440.second());
-    t552 = R::fused(t526, t550, t551);
-    t553 = R::fused(-t547, t548, t451_452.second());
-    t554 = R::fused(-t549, t550, t553);
-    t555 = R::constant(1.0) / t554;
-    t556 = t552 * t555;
-    t557 = t483_484.second() * t413_414.first();
-    t558 = R::fused(-t481_482.second(), t421_422.first(), t557);
-    t559 = R::fused(-t471_472.second(), t425_426.first(), t558);
-    t560 = t559 * t453;
-    t561 = R::fused(-t547, t560, t495_496.second());
-    t562 = t483_484.second() * t502_503.first();
-    t563 = R::fused(t481_482.second(), t506_507.first(), t562);
-    t564 = R::fused(t471_472.second(), t510_511.first(), t563);
-    t565 = R::fused(-t495_496.first(), t560, t564);
-    t566 = t565 * t540;
-    t567 = R::fused(-t549, t566, t561);
-    t568 = t567 * t555;
-    t569 = R::fused(t439_440.first(), t560, t524_525.second());
-    t570 = R::fused(-t526, t566, t569);
-    t571 = R::fused(t552, t568, t570);
-    t572 = R::fused(-t559, t560, t537_538.second());
-    t573 = R::fused(-t565, t566, t572);
-    t574 = R::fused(-t567, t568, t573);
-    t575 = R::constant(1.0) / t574;
-    t576 = t571 * t575;
-    t577 = R::fused(t568, t576, t556);
-    t578 = R::fused(t550, t577, t541);
-    t579 = R::fused(-t566, t576, t578);
-    t580 = R::fused(t497, t579, t454);
-    t581 = R::fused(-t548, t577, t580);
-    t582 = R::fused(t560, t576, t581);
-    t583 = R::fused(-t413_414.first(), t582, t358);
-    t584 = R::fused(t502_503.first(), t579, t583);
-    t585 = R::fused(-t413_414.second(), t577, t584);
-    t586 = R::fused(t502_503.second(), t576, t585);
-    t587 = t202 * t356;
-    t588 = R::fused(-t421_422.first(), t582, t587);
-    t589 = R::fused(-t506_507.first(), t579, t588);
-    t590 = R::fused(-t421_422.second(), t577, t589);
-    t591 = R::fused(-t506_507.second(), t576, t590);
-    t592 = R::fused(t203, t586, -t591); // solved by the factors
-    t593 = t148 * t344;
-    t594 = R::fused(-t425_426.first(), t582, t593);
-    t595 = R::fused(-t510_511.first(), t579, t594);
-    t596 = R::fused(t425_426.second(), t577, t595);
-    t597 = R::fused(-t510_511.second(), t576, t596);
-    t598 = R::fused(t149, t586, t597); // solved by the factors
-    t599 = R::fused(t193, t592, -t598); // solved by the factors
-    t600_601 = t120_121 * t330_331;
-    t602 = R::fused(-t429_430.first(), t582, t600_601.first());
-    t603 = R::fused(-t514_515.first(), t579, t602);
-    t604 = R::fused(t122_123.first(), t586, t603); // solved by the factors
-    t605 = R::fused(t181_182.first(), t592, t604); // solved by the factors
-    t606 = R::fused(-t136_137.first(), t599, -t605); // solved by the factors
-    t607_608 = t68_69 * t310_311;
-    t609 = R::fused(-t433_434.first(), t582, t607_608.first());
-    t610 = R::fused(-t518_519.first(), t579, t609);
+    t465_466 = t463_464 * t405_406;
+    t467_468 = R::Two::fused(-t461_462, t413_414, t465_466);
+    t469_470 = R::Two::fused(t453_454 * two(R::constant(-1.0), R::constant(1.0)), t417_418, t467_468);
+    t471_472 = R::Two::fused(t445_446 * two(R::constant(-1.0), R::constant(1.0)), t421_422, t469_470);
+    t473_474 = R::Two::fused(two(R::constant(2.231890152189031), R::constant(1.3391340913134187)), two(R::constant(-1.0), R::constant(1.0)), t471_472);
+    t475 = t473_474.first() * t439;
+    t476_477 = R::Two::fused(t210_211, two(R::constant(0.15), R::constant(-0.09)), t284_285);
+    t478_479 = R::Two::fused(both(R::constant(9.81)), t375_376, -t476_477);
+    t480_481 = both(t203) * t463_464;
+    t482_483 = t480_481 * both(t355);
+    t484_485 = both(t200) * t461_462;
+    t486_487 = R::Two::fused(t484_485, both(t354), t482_483);
+    t488_489 = t120_121 * t453_454;
+    t490_491 = R::Two::fused(t488_489, t328_329, t486_487);
+    t492_493 = t68_69 * t445_446;
+    t494_495 = R::Two::fused(t492_493, t308_309, t490_491);
+    t496_497 = R::Two::fused(t294_295, both(R::constant(14.879267681260208)), t494_495);
+    t498_499 = t478_479 - t496_497;
+    t500 = R::fused(t427_428.first(), t475, t498_499.first());
+    t501_502 = t463_464 * t480_481;
+    t503_504 = R::Two::fused(t461_462, t484_485, t501_502);
+    t505_506 = R::Two::fused(t453_454, t488_489, t503_504);
+    t507_508 = R::Two::fused(t445_446, t492_493, t505_506);
+    t509_510 = t507_508 + both(R::constant(1.3688926266759391));
+    t511 = R::fused(-t473_474.first(), t475, t509_510.first());
+    t512 = R::constant(1.0) / t511;
+    t513 = t500 * t512;
+    t514 = t403_404.second() * t480_481.first();
+    t515 = R::fused(-t401_402.second(), t484_485.first(), t514);
+    t516 = t403_404.second() * t405_406.first();
+    t517 = R::fused(t401_402.second(), t413_414.first(), t516);
+    t518 = t517 * t439;
+    t519 = R::fused(-t473_474.first(), t518, t515);
+    t520 = t519 * t512;
+    t521 = R::fused(-t427_428.first(), t518, t427_428.second());
+    t522 = R::fused(t500, t520, t521);
+    t523 = R::fused(-t517, t518, t437_438.second());
+    t524 = R::fused(-t519, t520, t523);
+    t525 = R::constant(1.0) / t524;
+    t526 = t522 * t525;
+    t527 = t463_464.second() * t405_406.first();
+    t528 = R::fused(-t461_462.second(), t413_414.first(), t527);
+    t529 = t528 * t439;
+    t530 = R::fused(-t517, t529, t473_474.second());
+    t531 = t463_464.second() * t480_481.first();
+    t532 = R::fused(t461_462.second(), t484_485.first(), t531);
+    t533 = R::fused(-t473_474.first(), t529, t532);
+    t534 = t533 * t512;
+    t535 = R::fused(-t519, t534, t530);
+    t536 = t535 * t525;
+    t537 = R::fused(t427_428.first(), t529, t498_499.second());
+    t538 = R::fused(-t500, t534, t537);
+    t539 = R::fused(t522, t536, t538);
+    t540 = R::fused(-t528, t529, t509_510.second());
+    t541 = R::fused(-t533, t534, t540);
+    t542 = R::fused(-t535, t536, t541);
+    t543 = R::constant(1.0) / t542;
+    t544 = t539 * t543;
+    t545 = R::fused(t536, t544, t526);
+    t546 = R::fused(t520, t545, t513);
+    t547 = R::fused(-t534, t544, t546);
+    t548 = R::fused(t475, t547, t440);
+    t549 = R::fused(-t518, t545, t548);
+    t550 = R::fused(t529, t544, t549);
+    t551 = R::fused(-t405_406.first(), t550, t356);
+    t552 = R::fused(t480_481.first(), t547, t551);
+    t553 = R::fused(-t405_406.second(), t545, t552);
+    t554 = R::fused(t480_481.second(), t544, t553);
+    t555 = t200 * t354;
+    t556 = R::fused(t413_414.first(), t550, t555);
+    t557 = R::fused(t484_485.first(), t547, t556);
+    t558 = R::fused(t413_414.second(), t545, t557);
+    t559 = R::fused(t484_485.second(), t544, t558);
+    t560 = R::fused(t201, t554, t559); // solved by the factors
+    t561 = t146 * t342;
+    t562 = R::fused(-t147, t554, t561); // solved by the factors
+    t563 = R::fused(-t191, t560, t562); // solved by the factors
+    t564_565 = t120_121 * t328_329;
+    t566 = R::fused(t417_418.first(), t550, t564_565.first());
+    t567 = R::fused(t488_489.first(), t547, t566);
+    t568 = R::fused(-t122_123.first(), t554, t567); // solved by the factors
+    t569 = R::fused(-t179_180.first(), t560, t568); // solved by the factors
+    t570 = t569 - t563; // solved by the factors
+    t571_572 = t68_69 * t308_309;
+    t573 = R::fused(t421_422.first(), t550, t571_572.first());
+    t574 = R::fused(t492_493.first(), t547, t573);
     // solved by the factors
-    t611 = R::fused(t70_71.first(), t586, t610);
-    t612 = R::fused(t165_166.first(), t592, t611);
-    t613 = R::fused(t102_103.first(), t599, t612);
-    t614 = R::fused(-t102_103.first(), t606, -t613);
+    t575 = R::fused(-t70_71.first(), t554, t574);
+    t576 = R::fused(-t163_164.first(), t560, t575);
+    t577 = R::fused(-t102_103.first(), t563, t576);
+    t578 = R::fused(-t102_103.first(), t570, t577);
     // other
-    t615_616 = t296_297 * both(R::constant(161.73117044848053));
-    t617 = R::fused(R::constant(-24.25967556727208), t582, t615_616.first());
-    t618 = R::fused(R::constant(-14.879267681260208), t579, t617);
+    t579_580 = t294_295 * both(R::constant(161.73117044848053));
+    t581 = R::fused(R::constant(24.25967556727208), t550, t579_580.first());
+    t582 = R::fused(R::constant(14.879267681260208), t547, t581);
     // solved by the factors
-    t619 = R::fused(t28_29.first(), t586, t618);
-    t620 = R::fused(t155_156.first(), t592, t619);
-    t621 = R::fused(t92_93.first(), t599, t620);
-    t622 = R::fused(t92_93.first(), t606, t621);
-    t623 = R::fused(-t58_59.first(), t614, -t622);
-    t624 = R::fused(t429_430.second(), t577, t600_601.second()); // other
-    t625 = R::fused(-t514_515.second(), t576, t624); // other
-    t626 = R::fused(t122_123.second(), t586, t625);
-    t627 = R::fused(t181_182.second(), t592, t626);
-    t628 = R::fused(-t136_137.second(), t599, -t627);
-    t629 = R::fused(t433_434.second(), t577, t607_608.second()); // other
-    t630 = R::fused(-t518_519.second(), t576, t629); // other
-    t631 = R::fused(t70_71.second(), t586, t630);
-    t632 = R::fused(t165_166.second(), t592, t631);
-    t633 = R::fused(t102_103.second(), t599, t632);
-    t634 = R::fused(-t102_103.second(), t628, -t633);
-    t635 = R::fused(R::constant(14.555805340363246), t577, t615_616.second()); // other
-    t636 = R::fused(R::constant(-14.879267681260208), t576, t635); // other
-    t637 = R::fused(t28_29.second(), t586, t636);
-    t638 = R::fused(t155_156.second(), t592, t637);
-    t639 = R::fused(t92_93.second(), t599, t638);
-    t640 = R::fused(t92_93.second(), t628, t639);
-    t641 = R::fused(-t58_59.second(), t634, -t640);
+    t583 = R::fused(-t28_29.first(), t554, t582);
+    t584 = R::fused(-t153_154.first(), t560, t583);
+    t585 = R::fused(-t92_93.first(), t563, t584);
+    t586 = R::fused(-t92_93.first(), t570, t585);
+    t587 = R::fused(-t58_59.first(), t578, t586);
+    t588 = R::fused(-t417_418.second(), t545, t564_565.second()); // other
+    t589 = R::fused(t488_489.second(), t544, t588); // other
+    t590 = R::fused(-t122_123.second(), t554, t589);
+    t591 = R::fused(-t179_180.second(), t560, t590);
+    t592 = t591 - t563;
+    t593 = R::fused(-t421_422.second(), t545, t571_572.second()); // other
+    t594 = R::fused(t492_493.second(), t544, t593); // other
+    t595 = R::fused(-t70_71.second(), t554, t594);
+    t596 = R::fused(-t163_164.second(), t560, t595);
+    t597 = R::fused(-t102_103.second(), t563, t596);
+    t598 = R::fused(-t102_103.second(), t592, t597);
+    t599 = R::fused(R::constant(-14.555805340363246), t545, t579_580.second()); // other
+    t600 = R::fused(R::constant(14.879267681260208), t544, t599); // other
+    t601 = R::fused(-t28_29.second(), t554, t600);
+    t602 = R::fused(-t153_154.second(), t560, t601);
+    t603 = R::fused(-t92_93.second(), t563, t602);
+    t604 = R::fused(-t92_93.second(), t592, t603);
+    t605 = R::fused(-t58_59.second(), t598, t604);
     // other
-    t642 = t377_378.first() * t582;
-    t643 = R::fused(t401_402.first(), t579, -t642);
-    t644 = t401_402.first() * t582;
-    t645 = R::fused(t377_378.first(), t579, t644);
-    t646 = t377_378.second() * t577;
-    t647 = R::fused(t401_402.second(), t576, -t646);
-    t648 = t401_402.second() * t577;
-    t649 = R::fused(t377_378.second(), t576, t648);
-    *out = [[t586, t592, t599, t606, t614, t623, t628, t634, t641, t643, t645, t647, t649]];
+    t606 = t375_376.first() * t550;
+    t607 = R::fused(t395_396.first(), t547, -t606);
+    t608 = t395_396.first() * t550;
+    t609 = R::fused(t375_376.first(), t547, t608);
+    t610 = t375_376.second() * t545;
+    t611 = R::fused(t395_396.second(), t544, -t610);
+    t612 = t395_396.second() * t545;
+    t613 = R::fused(t375_376.second(), t544, t612);
+    *out = [[t554, t560, t563, t570, t578, t587, t592, t598, t605, t607, t609, t611, t613]];
 }
 }
 
@@ -1700,7 +1272,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`,
 /// `right_foot/moment/y`, `left_foot/force/x`, `left_foot/force/z`; m/s², then rad/s², then N, then N m, then N.
 /// Source: (4.23), Table 4.1, corrected.
-/// 1141 operations: 90 add, 209 mul, 415 fused, 12 div, 7 sin_cos. For two limbs at once: 222 pairs of them.
+/// 1044 operations: 100 add, 202 mul, 365 fused, 12 div, 7 sin_cos. For two limbs at once: 208 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_push_off<R: Real>(
     q: &SVector<R, NQ>,
@@ -1773,20 +1345,20 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72, t73, t74_75, t76_77, t78_79, t80_81,
         t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
         t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124, t125, t126, t127, t128,
-        t129, t130, t131, t132, t133, t134, t135, t136_137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147,
-        t148, t149, t150, t151_152, t153_154, t155_156, t157, t158, t159_160, t161_162, t163_164, t165_166, t167, t168,
-        t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183, t184, t185, t186, t187, t188, t189,
-        t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206_207,
-        t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229,
-        t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250, t251,
-        t252, t253, t254_255, t256_257, t258, t259, t260, t261, t262, t263_264, t265, t266_267, t268_269, t270_271,
-        t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293,
-        t294_295, t296_297, t298, t299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312, t313,
-        t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332, t333, t334,
-        t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352,
-        t353, t354, t355, t356, t357, t358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370, t371_372,
-        t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392, t393_394,
-        t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410, t411_412, t413_414,
+        t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146,
+        t147, t148, t149_150, t151_152, t153_154, t155, t156, t157_158, t159_160, t161_162, t163_164, t165, t166,
+        t167_168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181, t182, t183, t184, t185, t186, t187,
+        t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204_205,
+        t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227,
+        t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248, t249,
+        t250, t251, t252_253, t254_255, t256, t257, t258, t259, t260, t261_262, t263, t264_265, t266_267, t268_269,
+        t270_271, t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291,
+        t292_293, t294_295, t296, t297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310, t311,
+        t312_313, t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330, t331, t332,
+        t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350,
+        t351, t352, t353, t354, t355, t356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370,
+        t371_372, t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392,
+        t393_394, t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410, t411_412, t413_414,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
@@ -1876,484 +1448,449 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t133 = t132 - t94_95.first();
     t134 = t133 - t104_105.second();
     t135 = t134 - t104_105.first();
-    t136_137 = t118_119 * t120_121;
-    t138 = R::fused(-t106_107.second(), t136_137.second(), t135);
-    t139 = R::fused(-t106_107.first(), t136_137.first(), t138);
-    t140 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
-    t141 = t110_111.first() + t140; // right_upper_leg: sums of what it carries
-    t142 = t141 - t112_113.second();
-    t143 = t142 - t112_113.first();
-    t144 = t143 - t116_117.second();
-    t145 = t144 - t116_117.first();
-    t146 = R::fused(-t118_119.second(), t136_137.second(), t145);
-    t147 = R::fused(-t118_119.first(), t136_137.first(), t146);
-    t148 = R::constant(1.0) / t147;
-    t149 = t139 * t148;
-    t150 = R::fused(-t139, t149, t125);
+    t136 = t106_107.second() - t135;
+    t137 = t106_107.first() + t136;
+    t138 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
+    t139 = t110_111.first() + t138; // right_upper_leg: sums of what it carries
+    t140 = t139 - t112_113.second();
+    t141 = t140 - t112_113.first();
+    t142 = t141 - t116_117.second();
+    t143 = t142 - t116_117.first();
+    t144 = t118_119.second() - t143;
+    t145 = t118_119.first() + t144;
+    t146 = R::constant(1.0) / t145;
+    t147 = t137 * t146;
+    t148 = R::fused(t137, t147, t125);
     // right_foot, left_foot: mass matrix
-    t151_152 = both(cos_q_base_pitch) * t18_19;
-    t153_154 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t151_152);
+    t149_150 = both(cos_q_base_pitch) * t18_19;
+    t151_152 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t149_150);
     // factors of the mass matrix
-    t155_156 = t153_154 * both(R::constant(161.73117044848053));
-    t157 = t26_27.second() * t155_156.second();
-    t158 = R::fused(t26_27.first(), t155_156.first(), t157);
+    t153_154 = t151_152 * both(R::constant(161.73117044848053));
+    t155 = t26_27.second() * t153_154.second();
+    t156 = R::fused(t26_27.first(), t153_154.first(), t155);
     // right_lower_leg, left_lower_leg: mass matrix
-    t159_160 = both(cos_q_base_pitch) * t46_47;
-    t161_162 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t159_160);
+    t157_158 = both(cos_q_base_pitch) * t46_47;
+    t159_160 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t157_158);
     // factors of the mass matrix
-    t163_164 = R::Two::fused(-t153_154, t58_59, t161_162);
-    t165_166 = t163_164 * t68_69;
-    t167 = R::fused(t60_61.second(), t165_166.second(), t158);
-    t168 = R::fused(t60_61.first(), t165_166.first(), t167);
+    t161_162 = R::Two::fused(-t151_152, t58_59, t159_160);
+    t163_164 = t161_162 * t68_69;
+    t165 = R::fused(t60_61.second(), t163_164.second(), t156);
+    t166 = R::fused(t60_61.first(), t163_164.first(), t165);
     // right_upper_leg, left_upper_leg: mass matrix
-    t169_170 = both(cos_q_base_pitch) * t80_81;
-    t171_172 = R::Two::fused(both(sin_q_base_pitch), t86_87, t169_170);
+    t167_168 = both(cos_q_base_pitch) * t80_81;
+    t169_170 = R::Two::fused(both(sin_q_base_pitch), t86_87, t167_168);
     // factors of the mass matrix
-    t173_174 = t153_154 * t92_93;
-    t175_176 = t171_172 - t173_174;
-    t177_178 = t163_164 * t102_103;
-    t179_180 = t175_176 - t177_178;
-    t181_182 = t179_180 * t120_121;
-    t183 = R::fused(t106_107.second(), t181_182.second(), t168);
-    t184 = R::fused(t106_107.first(), t181_182.first(), t183);
-    t185 = sin_q_base_pitch * t127; // torso: sums of what it carries
-    t186 = R::fused(-cos_q_base_pitch, t130, t185); // torso: sums of what it carries
-    t187 = t186 + t173_174.second();
-    t188 = t187 + t173_174.first();
-    t189 = t188 + t177_178.second();
-    t190 = t189 + t177_178.first();
-    t191 = R::fused(t179_180.second(), t136_137.second(), t190);
-    t192 = R::fused(t179_180.first(), t136_137.first(), t191);
-    t193 = t192 * t148;
-    t194 = R::fused(-t139, t193, t184);
-    t195 = R::fused(-t153_154.second(), t155_156.second(), R::constant(19.0));
-    t196 = R::fused(-t153_154.first(), t155_156.first(), t195);
-    t197 = R::fused(-t163_164.second(), t165_166.second(), t196);
-    t198 = R::fused(-t163_164.first(), t165_166.first(), t197);
-    t199 = R::fused(-t179_180.second(), t181_182.second(), t198);
-    t200 = R::fused(-t179_180.first(), t181_182.first(), t199);
-    t201 = R::fused(-t192, t193, t200);
-    t202 = R::constant(1.0) / t201;
-    t203 = t194 * t202;
-    t204 = R::fused(-t194, t203, t150);
-    t205 = R::constant(1.0) / t204;
-    t206_207 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t208_209 = t206_207 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t171_172 = t151_152 * t92_93;
+    t173_174 = t169_170 - t171_172;
+    t175_176 = t161_162 * t102_103;
+    t177_178 = t173_174 - t175_176;
+    t179_180 = t177_178 * t120_121;
+    t181 = R::fused(t106_107.second(), t179_180.second(), t166);
+    t182 = R::fused(t106_107.first(), t179_180.first(), t181);
+    t183 = sin_q_base_pitch * t127; // torso: sums of what it carries
+    t184 = R::fused(-cos_q_base_pitch, t130, t183); // torso: sums of what it carries
+    t185 = t184 + t171_172.second();
+    t186 = t185 + t171_172.first();
+    t187 = t186 + t175_176.second();
+    t188 = t187 + t175_176.first();
+    t189 = t177_178.second() + t188;
+    t190 = t177_178.first() + t189;
+    t191 = t190 * t146;
+    t192 = R::fused(-t137, t191, t182);
+    t193 = R::fused(-t151_152.second(), t153_154.second(), R::constant(19.0));
+    t194 = R::fused(-t151_152.first(), t153_154.first(), t193);
+    t195 = R::fused(-t161_162.second(), t163_164.second(), t194);
+    t196 = R::fused(-t161_162.first(), t163_164.first(), t195);
+    t197 = R::fused(-t177_178.second(), t179_180.second(), t196);
+    t198 = R::fused(-t177_178.first(), t179_180.first(), t197);
+    t199 = R::fused(t190, t191, t198);
+    t200 = R::constant(1.0) / t199;
+    t201 = t192 * t200;
+    t202 = R::fused(-t192, t201, t148);
+    t203 = R::constant(1.0) / t202;
+    t204_205 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t206_207 = t204_205 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_foot, left_foot: motion
-    t210_211 = t208_209 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t212_213 = t210_211 * t210_211;
-    t214_215 = both(R::constant(0.0399)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t216_217 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t214_215; // right_foot, left_foot
-    t218_219 = both(R::constant(0.0154)) * t212_213; // right_foot, left_foot: wrench that its motion needs
-    t220_221 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t218_219, t216_217);
-    t222_223 = t208_209 * t208_209; // right_lower_leg, left_lower_leg: motion
-    t224_225 = R::Two::fused(both(R::constant(0.3111)), t222_223, t220_221); // right_foot, left_foot
-    t226_227 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t224_225; // right_lower_leg, left_lower_leg
+    t208_209 = t206_207 + two(v_right_ankle_pitch, v_left_ankle_pitch);
+    t210_211 = t208_209 * t208_209;
+    t212_213 = both(R::constant(0.0399)) * t210_211; // right_foot, left_foot: wrench that its motion needs
+    t214_215 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t212_213; // right_foot, left_foot
+    t216_217 = both(R::constant(0.0154)) * t210_211; // right_foot, left_foot: wrench that its motion needs
+    t218_219 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t216_217, t214_215);
+    t220_221 = t206_207 * t206_207; // right_lower_leg, left_lower_leg: motion
+    t222_223 = R::Two::fused(both(R::constant(0.3111)), t220_221, t218_219); // right_foot, left_foot
+    t224_225 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t222_223; // right_lower_leg, left_lower_leg
     // right_foot, left_foot: wrench handed to its parent
-    t228_229 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t214_215;
-    t230_231 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t218_219, t228_229);
-    t232_233 = R::Two::fused(both(R::constant(0.008)), t222_223, -t230_231);
-    t234_235 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t232_233, t226_227);
-    t236_237 = t206_207 * t206_207; // right_upper_leg, left_upper_leg: motion
-    t238_239 = R::Two::fused(both(R::constant(0.8355)), t236_237, t234_235); // right_lower_leg, left_lower_leg
-    t240_241 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t238_239; // right_upper_leg, left_upper_leg
+    t226_227 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t212_213;
+    t228_229 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t216_217, t226_227);
+    t230_231 = R::Two::fused(both(R::constant(0.008)), t220_221, -t228_229);
+    t232_233 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t230_231, t224_225);
+    t234_235 = t204_205 * t204_205; // right_upper_leg, left_upper_leg: motion
+    t236_237 = R::Two::fused(both(R::constant(0.8355)), t234_235, t232_233); // right_lower_leg, left_lower_leg
+    t238_239 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t236_237; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t242_243 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t224_225;
-    t244_245 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t232_233, t242_243);
-    t246_247 = R::Two::fused(both(R::constant(0.012)), t236_237, -t244_245);
-    t248_249 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t246_247, t240_241);
-    t250 = v_base_pitch * v_base_pitch; // torso: motion
-    t251 = R::fused(R::constant(2.4915000028), t250, -t248_249.second()); // left_upper_leg: wrench handed to its parent
-    t252 = t251 - t248_249.first(); // right_upper_leg: wrench handed to its parent
-    t253 = sin_q_base_pitch * t252; // torso: wrench handed to its parent
+    t240_241 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t222_223;
+    t242_243 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t230_231, t240_241);
+    t244_245 = R::Two::fused(both(R::constant(0.012)), t234_235, -t242_243);
+    t246_247 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t244_245, t238_239);
+    t248 = v_base_pitch * v_base_pitch; // torso: motion
+    t249 = R::fused(R::constant(2.4915000028), t248, -t246_247.second()); // left_upper_leg: wrench handed to its parent
+    t250 = t249 - t246_247.first(); // right_upper_leg: wrench handed to its parent
+    t251 = sin_q_base_pitch * t250; // torso: wrench handed to its parent
     // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t254_255 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t238_239;
-    t256_257 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t246_247, t254_255);
-    t258 = R::fused(R::constant(0.22408000024), t250, t256_257.second()); // left_upper_leg: wrench handed to its parent
-    t259 = t258 + t256_257.first(); // right_upper_leg: wrench handed to its parent
-    t260 = R::fused(-cos_q_base_pitch, t259, t253); // torso: wrench handed to its parent
-    t261 = t260 + tau_base_x; // other
-    t262 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t263_264 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t262); // right_upper_leg, left_upper_leg: motion
-    t265 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t266_267 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t265), t263_264);
+    t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t236_237;
+    t254_255 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t244_245, t252_253);
+    t256 = R::fused(R::constant(0.22408000024), t248, t254_255.second()); // left_upper_leg: wrench handed to its parent
+    t257 = t256 + t254_255.first(); // right_upper_leg: wrench handed to its parent
+    t258 = R::fused(-cos_q_base_pitch, t257, t251); // torso: wrench handed to its parent
+    t259 = tau_base_x + t258; // other
+    t260 = cos_q_base_pitch * R::constant(9.81); // torso: motion
+    t261_262 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t260); // right_upper_leg, left_upper_leg: motion
+    t263 = sin_q_base_pitch * R::constant(9.81); // torso: motion
+    t264_265 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t263), t261_262);
     // right_lower_leg, left_lower_leg: motion
-    t268_269 = R::Two::fused(t236_237, both(R::constant(0.315)), t266_267);
-    t270_271 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t268_269;
+    t266_267 = R::Two::fused(t234_235, both(R::constant(0.315)), t264_265);
+    t268_269 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t266_267;
     // right_upper_leg, left_upper_leg: motion
-    t272_273 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t262);
-    t274_275 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t265), t272_273);
-    t276_277 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t274_275, t270_271);
+    t270_271 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t260);
+    t272_273 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t263), t270_271);
+    t274_275 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t272_273, t268_269);
     // right_foot, left_foot: motion
-    t278_279 = R::Two::fused(t222_223, both(R::constant(0.273)), t276_277);
-    t280_281 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t278_279;
+    t276_277 = R::Two::fused(t220_221, both(R::constant(0.273)), t274_275);
+    t278_279 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t276_277;
     // right_lower_leg, left_lower_leg: motion
-    t282_283 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t268_269;
-    t284_285 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t274_275, t282_283);
-    t286_287 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t284_285, t280_281);
-    t288_289 = both(R::constant(0.0399)) * t286_287; // right_foot, left_foot: wrench that its motion needs
+    t280_281 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t266_267;
+    t282_283 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t272_273, t280_281);
+    t284_285 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t282_283, t278_279);
+    t286_287 = both(R::constant(0.0399)) * t284_285; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
-    t290_291 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t278_279;
-    t292_293 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t284_285, t290_291);
-    t294_295 = R::Two::fused(both(R::constant(-0.0154)), t292_293, t288_289); // right_foot, left_foot
-    t296_297 = t294_295 - two(tau_right_ankle_pitch, tau_left_ankle_pitch); // other
-    t298 = R::fused(t296_297.second(), t28_29.second(), t261); // solved by the factors
-    t299 = R::fused(t296_297.first(), t28_29.first(), t298); // solved by the factors
+    t288_289 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t276_277;
+    t290_291 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t282_283, t288_289);
+    t292_293 = R::Two::fused(both(R::constant(-0.0154)), t290_291, t286_287); // right_foot, left_foot
+    t294_295 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t292_293; // other
+    t296 = R::fused(-t294_295.second(), t28_29.second(), t259); // solved by the factors
+    t297 = R::fused(-t294_295.first(), t28_29.first(), t296); // solved by the factors
     // right_lower_leg, left_lower_leg: wrench that its motion needs
-    t300_301 = both(R::constant(0.3111)) * t284_285;
-    t302_303 = R::Two::fused(both(R::constant(-0.008)), t276_277, t300_301);
+    t298_299 = both(R::constant(0.3111)) * t282_283;
+    t300_301 = R::Two::fused(both(R::constant(-0.008)), t274_275, t298_299);
     // right_foot, left_foot: wrench handed to its parent
-    t304_305 = t302_303 + t294_295;
-    t306_307 = R::Two::fused(both(R::constant(-0.273)), t230_231, t304_305);
-    t308_309 = t306_307 - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
+    t302_303 = t300_301 + t292_293;
+    t304_305 = R::Two::fused(both(R::constant(-0.273)), t228_229, t302_303);
+    t306_307 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t304_305; // other
     // solved by the factors
-    t310_311 = R::Two::fused(-t296_297, t58_59, t308_309);
-    t312 = R::fused(t70_71.second(), t310_311.second(), t299);
-    t313 = R::fused(t70_71.first(), t310_311.first(), t312);
+    t308_309 = R::Two::fused(-t294_295, t58_59, t306_307);
+    t310 = R::fused(-t70_71.second(), t308_309.second(), t297);
+    t311 = R::fused(-t70_71.first(), t308_309.first(), t310);
     // right_upper_leg, left_upper_leg: wrench that its motion needs
-    t314_315 = both(R::constant(0.8355)) * t274_275;
-    t316_317 = R::Two::fused(both(R::constant(-0.012)), t266_267, t314_315);
+    t312_313 = both(R::constant(0.8355)) * t272_273;
+    t314_315 = R::Two::fused(both(R::constant(-0.012)), t264_265, t312_313);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t318_319 = t316_317 + t306_307;
-    t320_321 = R::Two::fused(both(R::constant(-0.315)), t244_245, t318_319);
-    t322_323 = t320_321 - two(tau_right_hip_pitch, tau_left_hip_pitch); // other
+    t316_317 = t314_315 + t304_305;
+    t318_319 = R::Two::fused(both(R::constant(-0.315)), t242_243, t316_317);
+    t320_321 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t318_319; // other
     // solved by the factors
-    t324_325 = t296_297 * t92_93;
-    t326_327 = t322_323 - t324_325;
-    t328_329 = t102_103 * t310_311;
-    t330_331 = t326_327 - t328_329;
-    t332 = R::fused(t122_123.second(), t330_331.second(), t313);
-    t333 = R::fused(t122_123.first(), t330_331.first(), t332);
-    t334 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
-    t335 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t334); // torso: wrench that its motion needs
-    t336 = t335 - t320_321.second(); // left_upper_leg: wrench handed to its parent
-    t337 = t320_321.first() - t336; // right_upper_leg: wrench handed to its parent
-    t338 = t337 - tau_base_pitch; // other
-    t339 = t338 - t324_325.second();
-    t340 = t339 - t324_325.first();
-    t341 = t340 - t328_329.second();
-    t342 = t341 - t328_329.first();
-    t343 = R::fused(-t136_137.second(), t330_331.second(), t342);
-    t344 = R::fused(-t136_137.first(), t330_331.first(), t343);
-    t345 = R::fused(t149, t344, t333);
-    t346 = cos_q_base_pitch * t252; // torso: wrench handed to its parent
-    t347 = R::fused(sin_q_base_pitch, t259, t346); // torso: wrench handed to its parent
-    t348 = R::constant(186.39) - t347; // torso: wrench handed to its parent
-    t349 = t348 - tau_base_z; // other
-    t350 = R::fused(-t296_297.second(), t155_156.second(), t349);
-    t351 = R::fused(-t296_297.first(), t155_156.first(), t350);
-    t352 = R::fused(-t165_166.second(), t310_311.second(), t351);
-    t353 = R::fused(-t165_166.first(), t310_311.first(), t352);
-    t354 = R::fused(-t181_182.second(), t330_331.second(), t353);
-    t355 = R::fused(-t181_182.first(), t330_331.first(), t354);
-    t356 = R::fused(t193, t344, t355);
-    t357 = R::fused(-t203, t356, t345);
+    t322_323 = t294_295 * t92_93;
+    t324_325 = t320_321 - t322_323;
+    t326_327 = t102_103 * t308_309;
+    t328_329 = t324_325 - t326_327;
+    t330 = R::fused(-t122_123.second(), t328_329.second(), t311);
+    t331 = R::fused(-t122_123.first(), t328_329.first(), t330);
+    t332 = sin_q_base_pitch * R::constant(24.441615027468); // torso: wrench that its motion needs
+    t333 = R::fused(-cos_q_base_pitch, R::constant(2.1982248023544), t332); // torso: wrench that its motion needs
+    t334 = t333 - t318_319.second(); // left_upper_leg: wrench handed to its parent
+    t335 = t318_319.first() - t334; // right_upper_leg: wrench handed to its parent
+    t336 = tau_base_pitch - t335; // other
+    t337 = t336 - t322_323.second();
+    t338 = t337 - t322_323.first();
+    t339 = t338 - t326_327.second();
+    t340 = t339 - t326_327.first();
+    t341 = t328_329.second() - t340;
+    t342 = t328_329.first() + t341;
+    t343 = R::fused(t147, t342, t331);
+    t344 = cos_q_base_pitch * t250; // torso: wrench handed to its parent
+    t345 = R::fused(sin_q_base_pitch, t257, t344); // torso: wrench handed to its parent
+    t346 = R::constant(186.39) - t345; // torso: wrench handed to its parent
+    t347 = tau_base_z - t346; // other
+    t348 = R::fused(-t294_295.second(), t153_154.second(), t347);
+    t349 = R::fused(-t294_295.first(), t153_154.first(), t348);
+    t350 = R::fused(-t163_164.second(), t308_309.second(), t349);
+    t351 = R::fused(-t163_164.first(), t308_309.first(), t350);
+    t352 = R::fused(-t179_180.second(), t328_329.second(), t351);
+    t353 = R::fused(-t179_180.first(), t328_329.first(), t352);
+    t354 = R::fused(t191, t342, t353);
+    t355 = R::fused(t201, t354, t343);
     // other
-    t358 = t205 * t357;
-    t359_360 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t361_362 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t359_360);
-    t363_364 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t361_362;
-    t365_366 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t367_368 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t365_366);
-    t369_370 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t367_368, t363_364);
-    t371_372 = both(cos_q_base_pitch) * t369_370;
-    t373_374 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t361_362;
-    t375_376 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t367_368, t373_374);
-    t377_378 = R::Two::fused(-both(sin_q_base_pitch), t375_376, t371_372);
-    t379_380 = R::Two::fused(t26_27, two(R::constant(4.851935113454416), R::constant(24.25967556727208)), t377_378);
-    t381_382 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.03), R::constant(0.15)));
+    t356 = t203 * t355;
+    t357_358 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t359_360 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t357_358);
+    t361_362 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t359_360;
+    t363_364 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t365_366 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t363_364);
+    t367_368 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t365_366, t361_362);
+    t369_370 = both(cos_q_base_pitch) * t367_368;
+    t371_372 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t359_360;
+    t373_374 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t365_366, t371_372);
+    t375_376 = R::Two::fused(-both(sin_q_base_pitch), t373_374, t369_370);
+    t377_378 = R::Two::fused(t26_27, two(R::constant(4.851935113454416), R::constant(24.25967556727208)), t375_376);
+    t379_380 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.03), R::constant(0.15)));
     // solved by the factors
-    t383_384 = R::Two::fused(t56_57, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t381_382);
-    t385_386 = R::Two::fused(t70_71, t383_384, t379_380);
-    t387_388 = R::Two::fused(both(R::constant(0.315)), t361_362, t381_382); // other
-    t389_390 = R::Two::fused(t90_91, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t387_388);
-    t391_392 = R::Two::fused(-t102_103, t383_384, t389_390);
-    t393_394 = R::Two::fused(t122_123, t391_392, t385_386);
-    t395_396 = R::Two::fused(-t136_137, t391_392, t391_392);
-    t397_398 = R::Two::fused(both(t149), t395_396, t393_394);
+    t381_382 = R::Two::fused(t56_57, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t379_380);
+    t383_384 = R::Two::fused(t70_71, t381_382, t377_378);
+    t385_386 = R::Two::fused(both(R::constant(0.315)), t359_360, t379_380); // other
+    t387_388 = R::Two::fused(t90_91, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t385_386);
+    t389_390 = R::Two::fused(-t102_103, t381_382, t387_388);
+    t391_392 = R::Two::fused(t122_123, t389_390, t383_384);
     // other
-    t399_400 = both(sin_q_base_pitch) * t369_370;
-    t401_402 = R::Two::fused(both(cos_q_base_pitch), t375_376, t399_400);
+    t393_394 = both(sin_q_base_pitch) * t367_368;
+    t395_396 = R::Two::fused(both(cos_q_base_pitch), t373_374, t393_394);
     // solved by the factors
-    t403_404 = R::Two::fused(t153_154, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t401_402);
-    t405_406 = R::Two::fused(-t165_166, t383_384, t403_404);
-    t407_408 = R::Two::fused(-t181_182, t391_392, t405_406);
-    t409_410 = R::Two::fused(both(t193), t395_396, t407_408);
-    t411_412 = R::Two::fused(-both(t203), t409_410, t397_398);
+    t397_398 = R::Two::fused(t151_152, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t395_396);
+    t399_400 = R::Two::fused(-t163_164, t381_382, t397_398);
+    t401_402 = R::Two::fused(-t179_180, t389_390, t399_400);
+    t403_404 = R::Two::fused(-both(t201), t401_402, t391_392);
     // other
-    t413_414 = both(t205) * t411_412;
+    t405_406 = both(t203) * t403_404;
+    t407_408 = R::Two::fused(t210_211, both(R::constant(0.092)), t290_291);
+    t409_410 = R::Two::fused(both(R::constant(9.81)), t395_396, t407_408);
+    t411_412 = t405_406 * both(t355);
+    t413_414 = both(t200) * t401_402;
     let (
         t415_416, t417_418, t419_420, t421_422, t423_424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436,
-        t437_438, t439_440, t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453, t454, t455_456, t457_458,
-        t459_460, t461_462, t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475_476, t477_478, t479_480,
-        t481_482, t483_484, t485_486, t487_488, t489_490, t491_492, t493_494, t495_496, t497, t498_499, t500_501,
-        t502_503, t504_505, t506_507, t508_509, t510_511, t512_513, t514_515, t516_517, t518_519, t520_521, t522_523,
-        t524_525, t526, t527_528, t529_530, t531_532, t533_534, t535_536, t537_538, t539, t540, t541, t542, t543, t544,
-        t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562,
-        t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573, t574, t575, t576, t577, t578_579, t580, t581,
-        t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599,
-        t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612, t613, t614, t615, t616, t617,
-        t618, t619, t620, t621, t622, t623, t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635,
-        t636, t637, t638, t639, t640, t641, t642, t643, t644, t645, t646, t647, t648, t649, t650, t651, t652, t653,
-        t654, t655, t656, t657, t658, t659, t660, t661, t662, t663, t664, t665, t666, t667, t668, t669, t670, t671,
-        t672, t673, t674, t675_676, t677, t678, t679, t680, t681, t682, t683_684, t685, t686, t687, t688, t689, t690,
-        t691, t692, t693, t694, t695, t696, t697, t698, t699, t700, t701, t702, t703, t704, t705, t706, t707, t708,
-        t709, t710, t711, t712, t713, t714, t715, t716, t717, t718, t719, t720, t721, t722, t723, t724, t725,
+        t437_438, t439, t440, t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453_454, t455_456, t457_458,
+        t459_460, t461_462, t463_464, t465_466, t467_468, t469_470, t471_472, t473_474, t475, t476_477, t478_479,
+        t480_481, t482_483, t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500,
+        t501_502, t503_504, t505_506, t507_508, t509_510, t511, t512, t513, t514, t515, t516, t517, t518, t519, t520,
+        t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538,
+        t539, t540, t541, t542, t543_544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556, t557,
+        t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573, t574, t575,
+        t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592, t593,
+        t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610, t611,
+        t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623, t624, t625, t626, t627, t628_629, t630,
+        t631, t632, t633, t634, t635, t636_637, t638, t639, t640, t641, t642, t643, t644, t645, t646, t647, t648, t649,
+        t650, t651, t652, t653, t654, t655, t656, t657, t658, t659, t660, t661, t662, t663, t664, t665, t666, t667,
+        t668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678,
     );
-    t415_416 = R::Two::fused(t212_213, both(R::constant(0.092)), t292_293);
-    t417_418 = R::Two::fused(both(R::constant(9.81)), t401_402, t415_416);
-    t419_420 = t413_414 * both(t357);
-    t421_422 = both(t202) * t409_410;
-    t423_424 = R::Two::fused(t421_422, both(t356), t419_420);
-    t425_426 = both(t148) * t395_396;
-    t427_428 = R::Two::fused(t425_426, both(t344), t423_424);
-    t429_430 = t120_121 * t391_392;
-    t431_432 = R::Two::fused(t429_430, t330_331, t427_428);
-    t433_434 = t68_69 * t383_384;
-    t435_436 = R::Two::fused(t433_434, t310_311, t431_432);
-    t437_438 = R::Two::fused(t296_297, two(R::constant(4.851935113454416), R::constant(24.25967556727208)), t435_436);
-    t439_440 = t417_418 + t437_438;
-    t441_442 = t411_412 * t413_414;
-    t443_444 = R::Two::fused(t409_410, t421_422, t441_442);
-    t445_446 = R::Two::fused(t395_396, t425_426, t443_444);
-    t447_448 = R::Two::fused(t391_392, t429_430, t445_446);
-    t449_450 = R::Two::fused(t383_384, t433_434, t447_448);
-    t451_452 = t449_450 + two(R::constant(0.14555805340363245), R::constant(3.6389513350908116));
-    t453 = R::constant(1.0) / t451_452.first();
-    t454 = t439_440.first() * t453;
-    t455_456 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t401_402); // solved by the factors
-    t457_458 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
+    t415_416 = R::Two::fused(-t413_414, both(t354), t411_412);
+    t417_418 = t120_121 * t389_390;
+    t419_420 = R::Two::fused(-t417_418, t328_329, t415_416);
+    t421_422 = t68_69 * t381_382;
+    t423_424 = R::Two::fused(-t421_422, t308_309, t419_420);
+    t425_426 = R::Two::fused(t294_295, two(R::constant(-4.851935113454416), R::constant(-24.25967556727208)), t423_424);
+    t427_428 = t409_410 + t425_426;
+    t429_430 = t403_404 * t405_406;
+    t431_432 = R::Two::fused(t401_402, t413_414, t429_430);
+    t433_434 = R::Two::fused(t389_390, t417_418, t431_432);
+    t435_436 = R::Two::fused(t381_382, t421_422, t433_434);
+    t437_438 = t435_436 + two(R::constant(0.14555805340363245), R::constant(3.6389513350908116));
+    t439 = R::constant(1.0) / t437_438.first();
+    t440 = t427_428.first() * t439;
+    t441_442 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t395_396); // solved by the factors
+    t443_444 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
     // solved by the factors
-    t459_460 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t457_458);
-    t461_462 = R::Two::fused(-t70_71, t459_460, t455_456);
-    t463_464 = R::Two::fused(both(R::constant(-0.315)), t367_368, t457_458); // other
-    t465_466 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t463_464);
-    t467_468 = R::Two::fused(-t102_103, t459_460, t465_466);
-    t469_470 = R::Two::fused(-t122_123, t467_468, t461_462);
-    t471_472 = R::Two::fused(-t136_137, t467_468, t467_468);
-    t473_474 = R::Two::fused(-both(t149), t471_472, t469_470);
-    t475_476 = R::Two::fused(t153_154, both(R::constant(-14.879267681260208)), t377_378);
-    t477_478 = R::Two::fused(-t165_166, t459_460, t475_476);
-    t479_480 = R::Two::fused(-t181_182, t467_468, t477_478);
-    t481_482 = R::Two::fused(both(t193), t471_472, t479_480);
-    t483_484 = R::Two::fused(both(t203), t481_482, t473_474);
+    t445_446 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t443_444);
+    t447_448 = R::Two::fused(-t70_71, t445_446, t441_442);
+    t449_450 = R::Two::fused(both(R::constant(-0.315)), t365_366, t443_444); // other
+    t451_452 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t449_450);
+    t453_454 = R::Two::fused(-t102_103, t445_446, t451_452);
+    t455_456 = R::Two::fused(-t122_123, t453_454, t447_448);
+    t457_458 = R::Two::fused(t151_152, both(R::constant(-14.879267681260208)), t375_376);
+    t459_460 = R::Two::fused(-t163_164, t445_446, t457_458);
+    t461_462 = R::Two::fused(-t179_180, t453_454, t459_460);
+    t463_464 = R::Two::fused(both(t201), t461_462, t455_456);
     // other
-    t485_486 = t483_484 * t413_414;
-    t487_488 = R::Two::fused(-t481_482, t421_422, t485_486);
-    t489_490 = R::Two::fused(-t471_472, t425_426, t487_488);
-    t491_492 = R::Two::fused(-t467_468, t429_430, t489_490);
-    t493_494 = R::Two::fused(-t459_460, t433_434, t491_492);
-    t495_496 = t493_494 - two(R::constant(0.4463780304378062), R::constant(2.231890152189031));
-    t497 = t495_496.first() * t453;
-    t498_499 = R::Two::fused(t212_213, two(R::constant(0.03), R::constant(0.15)), t286_287);
-    t500_501 = R::Two::fused(both(R::constant(9.81)), t377_378, -t498_499);
-    t502_503 = both(t205) * t483_484;
-    t504_505 = t502_503 * both(t357);
-    t506_507 = both(t202) * t481_482;
-    t508_509 = R::Two::fused(-t506_507, both(t356), t504_505);
-    t510_511 = both(t148) * t471_472;
-    t512_513 = R::Two::fused(-t510_511, both(t344), t508_509);
-    t514_515 = t120_121 * t467_468;
-    t516_517 = R::Two::fused(-t514_515, t330_331, t512_513);
-    t518_519 = t68_69 * t459_460;
-    t520_521 = R::Two::fused(-t518_519, t310_311, t516_517);
-    t522_523 = R::Two::fused(t296_297, both(R::constant(-14.879267681260208)), t520_521);
-    t524_525 = t500_501 - t522_523;
-    t526 = R::fused(t439_440.first(), t497, t524_525.first());
-    t527_528 = t483_484 * t502_503;
-    t529_530 = R::Two::fused(t481_482, t506_507, t527_528);
-    t531_532 = R::Two::fused(t471_472, t510_511, t529_530);
-    t533_534 = R::Two::fused(t467_468, t514_515, t531_532);
-    t535_536 = R::Two::fused(t459_460, t518_519, t533_534);
-    t537_538 = t535_536 + both(R::constant(1.3688926266759391));
-    t539 = R::fused(-t495_496.first(), t497, t537_538.first());
-    t540 = R::constant(1.0) / t539;
-    t541 = t526 * t540;
+    t465_466 = t463_464 * t405_406;
+    t467_468 = R::Two::fused(-t461_462, t413_414, t465_466);
+    t469_470 = R::Two::fused(-t453_454, t417_418, t467_468);
+    t471_472 = R::Two::fused(-t445_446, t421_422, t469_470);
+    t473_474 = t471_472 - two(R::constant(0.4463780304378062), R::constant(2.231890152189031));
+    t475 = t473_474.first() * t439;
+    t476_477 = R::Two::fused(t210_211, two(R::constant(0.03), R::constant(0.15)), t284_285);
+    t478_479 = R::Two::fused(both(R::constant(9.81)), t375_376, -t476_477);
+    t480_481 = both(t203) * t463_464;
+    t482_483 = t480_481 * both(t355);
+    t484_485 = both(t200) * t461_462;
+    t486_487 = R::Two::fused(t484_485, both(t354), t482_483);
+    t488_489 = t120_121 * t453_454;
+    t490_491 = R::Two::fused(t488_489, t328_329, t486_487);
+    t492_493 = t68_69 * t445_446;
+    t494_495 = R::Two::fused(t492_493, t308_309, t490_491);
+    t496_497 = R::Two::fused(t294_295, both(R::constant(14.879267681260208)), t494_495);
+    t498_499 = t478_479 - t496_497;
+    t500 = R::fused(t427_428.first(), t475, t498_499.first());
+    t501_502 = t463_464 * t480_481;
+    t503_504 = R::Two::fused(t461_462, t484_485, t501_502);
+    t505_506 = R::Two::fused(t453_454, t488_489, t503_504);
+    t507_508 = R::Two::fused(t445_446, t492_493, t505_506);
+    t509_510 = t507_508 + both(R::constant(1.3688926266759391));
+    t511 = R::fused(-t473_474.first(), t475, t509_510.first());
+    t512 = R::constant(1.0) / t511;
+    t513 = t500 * t512;
     // solved by the factors
-    t542 = R::constant(1.0) - t58_59.first();
-    t543 = R::fused(t70_71.first(), t542, t28_29.first());
-    t544 = R::constant(1.0) - t92_93.first();
-    t545 = R::fused(-t102_103.first(), t542, t544);
-    t546 = R::fused(t122_123.first(), t545, t543);
-    t547 = R::fused(-t136_137.first(), t545, t545);
-    t548 = R::fused(t149, t547, t546);
-    t549 = R::fused(t165_166.first(), t542, t155_156.first());
-    t550 = R::fused(t181_182.first(), t545, t549);
-    t551 = R::fused(-t193, t547, t550);
-    t552 = R::fused(t203, t551, t548);
+    t514 = R::constant(1.0) - t58_59.first();
+    t515 = R::fused(t70_71.first(), t514, t28_29.first());
+    t516 = R::constant(1.0) - t92_93.first();
+    t517 = R::fused(-t102_103.first(), t514, t516);
+    t518 = R::fused(t122_123.first(), t517, t515);
+    t519 = R::fused(t163_164.first(), t514, t153_154.first());
+    t520 = R::fused(t179_180.first(), t517, t519);
+    t521 = R::fused(t201, t520, t518);
     // other
-    t553 = t552 * t502_503.first();
-    t554 = R::fused(t551, t506_507.first(), t553);
-    t555 = R::fused(-t547, t510_511.first(), t554);
-    t556 = R::fused(-t545, t514_515.first(), t555);
-    t557 = R::fused(-t542, t518_519.first(), t556);
-    t558 = R::constant(14.879267681260208) - t557;
-    t559 = t552 * t413_414.first();
-    t560 = R::fused(-t551, t421_422.first(), t559);
-    t561 = R::fused(t547, t425_426.first(), t560);
-    t562 = R::fused(t545, t429_430.first(), t561);
-    t563 = R::fused(t542, t433_434.first(), t562);
-    t564 = R::constant(4.851935113454416) + t563;
-    t565 = t564 * t453;
-    t566 = R::fused(t495_496.first(), t565, t558);
-    t567 = t566 * t540;
-    t568 = t205 * t552;
-    t569 = t568 * t357;
-    t570 = t202 * t551;
-    t571 = R::fused(-t570, t356, t569);
-    t572 = t148 * t547;
-    t573 = R::fused(t572, t344, t571);
-    t574 = t120_121.first() * t545;
-    t575 = R::fused(t574, t330_331.first(), t573);
-    t576 = t68_69.first() * t542;
-    t577 = R::fused(t576, t310_311.first(), t575);
-    t578_579 = t296_297 * both(R::constant(161.73117044848053));
-    t580 = t577 + t578_579.first();
-    t581 = R::fused(-t439_440.first(), t565, t580);
-    t582 = R::fused(-t526, t567, t581);
-    t583 = t552 * t568;
-    t584 = R::fused(t551, t570, t583);
-    t585 = R::fused(t547, t572, t584);
-    t586 = R::fused(t545, t574, t585);
-    t587 = R::fused(t542, t576, t586);
-    t588 = R::constant(161.73117044848053) + t587;
-    t589 = R::fused(-t564, t565, t588);
-    t590 = R::fused(-t566, t567, t589);
-    t591 = R::constant(1.0) / t590;
-    t592 = t582 * t591;
-    t593 = t411_412.second() * t568;
-    t594 = R::fused(-t409_410.second(), t570, t593);
-    t595 = R::fused(t395_396.second(), t572, t594);
-    t596 = t411_412.second() * t413_414.first();
-    t597 = R::fused(t409_410.second(), t421_422.first(), t596);
-    t598 = R::fused(t395_396.second(), t425_426.first(), t597);
-    t599 = t598 * t453;
-    t600 = R::fused(-t564, t599, t595);
-    t601 = t411_412.second() * t502_503.first();
-    t602 = R::fused(-t409_410.second(), t506_507.first(), t601);
-    t603 = R::fused(-t395_396.second(), t510_511.first(), t602);
-    t604 = R::fused(-t495_496.first(), t599, t603);
-    t605 = t604 * t540;
-    t606 = R::fused(t566, t605, t600);
-    t607 = t606 * t591;
-    t608 = R::fused(-t439_440.first(), t599, t439_440.second());
-    t609 = R::fused(t526, t605, t608);
-    t610 = R::fused(-t582, t607, t609);
-    t611 = R::fused(-t598, t599, t451_452.second());
-    t612 = R::fused(-t604, t605, t611);
-    t613 = R::fused(-t606, t607, t612);
-    t614 = R::constant(1.0) / t613;
-    t615 = t610 * t614;
-    t616 = t483_484.second() * t413_414.first();
-    t617 = R::fused(-t481_482.second(), t421_422.first(), t616);
-    t618 = R::fused(-t471_472.second(), t425_426.first(), t617);
-    t619 = t618 * t453;
-    t620 = R::fused(-t598, t619, t495_496.second());
-    t621 = t483_484.second() * t502_503.first();
-    t622 = R::fused(t481_482.second(), t506_507.first(), t621);
-    t623 = R::fused(t471_472.second(), t510_511.first(), t622);
-    t624 = R::fused(-t495_496.first(), t619, t623);
-    t625 = t624 * t540;
-    t626 = R::fused(-t604, t625, t620);
-    t627 = t483_484.second() * t568;
-    t628 = R::fused(t481_482.second(), t570, t627);
-    t629 = R::fused(-t471_472.second(), t572, t628);
-    t630 = R::fused(-t564, t619, t629);
-    t631 = R::fused(t566, t625, t630);
-    t632 = t631 * t591;
-    t633 = R::fused(-t606, t632, t626);
-    t634 = t633 * t614;
-    t635 = R::fused(t439_440.first(), t619, t524_525.second());
-    t636 = R::fused(-t526, t625, t635);
-    t637 = R::fused(t582, t632, t636);
-    t638 = R::fused(t610, t634, t637);
-    t639 = R::fused(-t618, t619, t537_538.second());
-    t640 = R::fused(-t624, t625, t639);
-    t641 = R::fused(-t631, t632, t640);
-    t642 = R::fused(-t633, t634, t641);
-    t643 = R::constant(1.0) / t642;
-    t644 = t638 * t643;
-    t645 = R::fused(t634, t644, t615);
-    t646 = R::fused(-t607, t645, t592);
-    t647 = R::fused(t632, t644, t646);
-    t648 = R::fused(-t567, t647, t541);
-    t649 = R::fused(t605, t645, t648);
-    t650 = R::fused(-t625, t644, t649);
-    t651 = R::fused(t497, t650, t454);
-    t652 = R::fused(-t565, t647, t651);
-    t653 = R::fused(-t599, t645, t652);
-    t654 = R::fused(t619, t644, t653);
-    t655 = R::fused(-t413_414.first(), t654, t358);
-    t656 = R::fused(t502_503.first(), t650, t655);
-    t657 = R::fused(-t568, t647, t656);
-    t658 = R::fused(-t413_414.second(), t645, t657);
-    t659 = R::fused(t502_503.second(), t644, t658);
-    t660 = t202 * t356;
-    t661 = R::fused(-t421_422.first(), t654, t660);
-    t662 = R::fused(-t506_507.first(), t650, t661);
-    t663 = R::fused(t570, t647, t662);
-    t664 = R::fused(-t421_422.second(), t645, t663);
-    t665 = R::fused(-t506_507.second(), t644, t664);
-    t666 = R::fused(t203, t659, -t665); // solved by the factors
-    t667 = t148 * t344;
-    t668 = R::fused(-t425_426.first(), t654, t667);
-    t669 = R::fused(-t510_511.first(), t650, t668);
-    t670 = R::fused(-t572, t647, t669);
-    t671 = R::fused(-t425_426.second(), t645, t670);
-    t672 = R::fused(-t510_511.second(), t644, t671);
-    t673 = R::fused(t149, t659, t672); // solved by the factors
-    t674 = R::fused(t193, t666, -t673); // solved by the factors
-    t675_676 = t120_121 * t330_331;
-    t677 = R::fused(-t429_430.first(), t654, t675_676.first());
-    t678 = R::fused(-t514_515.first(), t650, t677);
-    t679 = R::fused(-t574, t647, t678);
-    t680 = R::fused(t122_123.first(), t659, t679); // solved by the factors
-    t681 = R::fused(t181_182.first(), t666, t680); // solved by the factors
-    t682 = R::fused(-t136_137.first(), t674, -t681); // solved by the factors
-    t683_684 = t68_69 * t310_311;
-    t685 = R::fused(-t433_434.first(), t654, t683_684.first());
-    t686 = R::fused(-t518_519.first(), t650, t685);
-    t687 = R::fused(-t576, t647, t686);
+    t522 = t521 * t480_481.first();
+    t523 = R::fused(t520, t484_485.first(), t522);
+    t524 = R::fused(-t517, t488_489.first(), t523);
+    t525 = R::fused(-t514, t492_493.first(), t524);
+    t526 = R::constant(14.879267681260208) - t525;
+    t527 = t521 * t405_406.first();
+    t528 = R::fused(-t520, t413_414.first(), t527);
+    t529 = R::fused(t517, t417_418.first(), t528);
+    t530 = R::fused(t514, t421_422.first(), t529);
+    t531 = R::constant(4.851935113454416) + t530;
+    t532 = t531 * t439;
+    t533 = R::fused(t473_474.first(), t532, t526);
+    t534 = t533 * t512;
+    t535 = t203 * t521;
+    t536 = t535 * t355;
+    t537 = t200 * t520;
+    t538 = R::fused(t537, t354, t536);
+    t539 = t120_121.first() * t517;
+    t540 = R::fused(-t539, t328_329.first(), t538);
+    t541 = t68_69.first() * t514;
+    t542 = R::fused(-t541, t308_309.first(), t540);
+    t543_544 = t294_295 * both(R::constant(161.73117044848053));
+    t545 = t542 - t543_544.first();
+    t546 = R::fused(-t427_428.first(), t532, t545);
+    t547 = R::fused(-t500, t534, t546);
+    t548 = t521 * t535;
+    t549 = R::fused(t520, t537, t548);
+    t550 = R::fused(t517, t539, t549);
+    t551 = R::fused(t514, t541, t550);
+    t552 = R::constant(161.73117044848053) + t551;
+    t553 = R::fused(-t531, t532, t552);
+    t554 = R::fused(-t533, t534, t553);
+    t555 = R::constant(1.0) / t554;
+    t556 = t547 * t555;
+    t557 = t403_404.second() * t535;
+    t558 = R::fused(-t401_402.second(), t537, t557);
+    t559 = t403_404.second() * t405_406.first();
+    t560 = R::fused(t401_402.second(), t413_414.first(), t559);
+    t561 = t560 * t439;
+    t562 = R::fused(-t531, t561, t558);
+    t563 = t403_404.second() * t480_481.first();
+    t564 = R::fused(-t401_402.second(), t484_485.first(), t563);
+    t565 = R::fused(-t473_474.first(), t561, t564);
+    t566 = t565 * t512;
+    t567 = R::fused(t533, t566, t562);
+    t568 = t567 * t555;
+    t569 = R::fused(-t427_428.first(), t561, t427_428.second());
+    t570 = R::fused(t500, t566, t569);
+    t571 = R::fused(-t547, t568, t570);
+    t572 = R::fused(-t560, t561, t437_438.second());
+    t573 = R::fused(-t565, t566, t572);
+    t574 = R::fused(-t567, t568, t573);
+    t575 = R::constant(1.0) / t574;
+    t576 = t571 * t575;
+    t577 = t463_464.second() * t405_406.first();
+    t578 = R::fused(-t461_462.second(), t413_414.first(), t577);
+    t579 = t578 * t439;
+    t580 = R::fused(-t560, t579, t473_474.second());
+    t581 = t463_464.second() * t480_481.first();
+    t582 = R::fused(t461_462.second(), t484_485.first(), t581);
+    t583 = R::fused(-t473_474.first(), t579, t582);
+    t584 = t583 * t512;
+    t585 = R::fused(-t565, t584, t580);
+    t586 = t463_464.second() * t535;
+    t587 = R::fused(t461_462.second(), t537, t586);
+    t588 = R::fused(-t531, t579, t587);
+    t589 = R::fused(t533, t584, t588);
+    t590 = t589 * t555;
+    t591 = R::fused(-t567, t590, t585);
+    t592 = t591 * t575;
+    t593 = R::fused(t427_428.first(), t579, t498_499.second());
+    t594 = R::fused(-t500, t584, t593);
+    t595 = R::fused(t547, t590, t594);
+    t596 = R::fused(t571, t592, t595);
+    t597 = R::fused(-t578, t579, t509_510.second());
+    t598 = R::fused(-t583, t584, t597);
+    t599 = R::fused(-t589, t590, t598);
+    t600 = R::fused(-t591, t592, t599);
+    t601 = R::constant(1.0) / t600;
+    t602 = t596 * t601;
+    t603 = R::fused(t592, t602, t576);
+    t604 = R::fused(-t568, t603, t556);
+    t605 = R::fused(t590, t602, t604);
+    t606 = R::fused(-t534, t605, t513);
+    t607 = R::fused(t566, t603, t606);
+    t608 = R::fused(-t584, t602, t607);
+    t609 = R::fused(t475, t608, t440);
+    t610 = R::fused(-t532, t605, t609);
+    t611 = R::fused(-t561, t603, t610);
+    t612 = R::fused(t579, t602, t611);
+    t613 = R::fused(-t405_406.first(), t612, t356);
+    t614 = R::fused(t480_481.first(), t608, t613);
+    t615 = R::fused(-t535, t605, t614);
+    t616 = R::fused(-t405_406.second(), t603, t615);
+    t617 = R::fused(t480_481.second(), t602, t616);
+    t618 = t200 * t354;
+    t619 = R::fused(t413_414.first(), t612, t618);
+    t620 = R::fused(t484_485.first(), t608, t619);
+    t621 = R::fused(-t537, t605, t620);
+    t622 = R::fused(t413_414.second(), t603, t621);
+    t623 = R::fused(t484_485.second(), t602, t622);
+    t624 = R::fused(t201, t617, t623); // solved by the factors
+    t625 = t146 * t342;
+    t626 = R::fused(-t147, t617, t625); // solved by the factors
+    t627 = R::fused(-t191, t624, t626); // solved by the factors
+    t628_629 = t120_121 * t328_329;
+    t630 = R::fused(t417_418.first(), t612, t628_629.first());
+    t631 = R::fused(t488_489.first(), t608, t630);
+    t632 = R::fused(t539, t605, t631);
+    t633 = R::fused(-t122_123.first(), t617, t632); // solved by the factors
+    t634 = R::fused(-t179_180.first(), t624, t633); // solved by the factors
+    t635 = t634 - t627; // solved by the factors
+    t636_637 = t68_69 * t308_309;
+    t638 = R::fused(t421_422.first(), t612, t636_637.first());
+    t639 = R::fused(t492_493.first(), t608, t638);
+    t640 = R::fused(t541, t605, t639);
     // solved by the factors
-    t688 = R::fused(t70_71.first(), t659, t687);
-    t689 = R::fused(t165_166.first(), t666, t688);
-    t690 = R::fused(t102_103.first(), t674, t689);
-    t691 = R::fused(-t102_103.first(), t682, -t690);
-    t692 = R::fused(R::constant(-4.851935113454416), t654, t578_579.first()); // other
-    t693 = R::fused(R::constant(-14.879267681260208), t650, t692); // other
-    t694 = R::fused(R::constant(-161.73117044848053), t647, t693); // other
-    t695 = R::fused(t28_29.first(), t659, t694);
-    t696 = R::fused(t155_156.first(), t666, t695);
-    t697 = R::fused(t92_93.first(), t674, t696);
-    t698 = R::fused(t92_93.first(), t682, t697);
-    t699 = R::fused(-t58_59.first(), t691, -t698);
-    t700 = R::fused(-t429_430.second(), t645, t675_676.second()); // other
-    t701 = R::fused(-t514_515.second(), t644, t700); // other
-    t702 = R::fused(t122_123.second(), t659, t701);
-    t703 = R::fused(t181_182.second(), t666, t702);
-    t704 = R::fused(-t136_137.second(), t674, -t703);
-    t705 = R::fused(-t433_434.second(), t645, t683_684.second()); // other
-    t706 = R::fused(-t518_519.second(), t644, t705); // other
-    t707 = R::fused(t70_71.second(), t659, t706);
-    t708 = R::fused(t165_166.second(), t666, t707);
-    t709 = R::fused(t102_103.second(), t674, t708);
-    t710 = R::fused(-t102_103.second(), t704, -t709);
-    t711 = R::fused(R::constant(-24.25967556727208), t645, t578_579.second()); // other
-    t712 = R::fused(R::constant(-14.879267681260208), t644, t711); // other
-    t713 = R::fused(t28_29.second(), t659, t712);
-    t714 = R::fused(t155_156.second(), t666, t713);
-    t715 = R::fused(t92_93.second(), t674, t714);
-    t716 = R::fused(t92_93.second(), t704, t715);
-    t717 = R::fused(-t58_59.second(), t710, -t716);
+    t641 = R::fused(-t70_71.first(), t617, t640);
+    t642 = R::fused(-t163_164.first(), t624, t641);
+    t643 = R::fused(-t102_103.first(), t627, t642);
+    t644 = R::fused(-t102_103.first(), t635, t643);
+    t645 = R::fused(R::constant(4.851935113454416), t612, t543_544.first()); // other
+    t646 = R::fused(R::constant(14.879267681260208), t608, t645); // other
+    t647 = R::fused(R::constant(161.73117044848053), t605, t646); // other
+    t648 = R::fused(-t28_29.first(), t617, t647);
+    t649 = R::fused(-t153_154.first(), t624, t648);
+    t650 = R::fused(-t92_93.first(), t627, t649);
+    t651 = R::fused(-t92_93.first(), t635, t650);
+    t652 = R::fused(-t58_59.first(), t644, t651);
+    t653 = R::fused(t417_418.second(), t603, t628_629.second()); // other
+    t654 = R::fused(t488_489.second(), t602, t653); // other
+    t655 = R::fused(-t122_123.second(), t617, t654);
+    t656 = R::fused(-t179_180.second(), t624, t655);
+    t657 = t656 - t627;
+    t658 = R::fused(t421_422.second(), t603, t636_637.second()); // other
+    t659 = R::fused(t492_493.second(), t602, t658); // other
+    t660 = R::fused(-t70_71.second(), t617, t659);
+    t661 = R::fused(-t163_164.second(), t624, t660);
+    t662 = R::fused(-t102_103.second(), t627, t661);
+    t663 = R::fused(-t102_103.second(), t657, t662);
+    t664 = R::fused(R::constant(24.25967556727208), t603, t543_544.second()); // other
+    t665 = R::fused(R::constant(14.879267681260208), t602, t664); // other
+    t666 = R::fused(-t28_29.second(), t617, t665);
+    t667 = R::fused(-t153_154.second(), t624, t666);
+    t668 = R::fused(-t92_93.second(), t627, t667);
+    t669 = R::fused(-t92_93.second(), t657, t668);
+    t670 = R::fused(-t58_59.second(), t663, t669);
     // other
-    t718 = t377_378.first() * t654;
-    t719 = R::fused(t401_402.first(), t650, -t718);
-    t720 = t401_402.first() * t654;
-    t721 = R::fused(t377_378.first(), t650, t720);
-    t722 = t377_378.second() * t645;
-    t723 = R::fused(t401_402.second(), t644, -t722);
-    t724 = t401_402.second() * t645;
-    t725 = R::fused(t377_378.second(), t644, t724);
-    *out = [[t659, t666, t674, t682, t691, t699, t704, t710, t717, t719, t721, t647, t723, t725]];
+    t671 = t375_376.first() * t612;
+    t672 = R::fused(t395_396.first(), t608, -t671);
+    t673 = t395_396.first() * t612;
+    t674 = R::fused(t375_376.first(), t608, t673);
+    t675 = t375_376.second() * t603;
+    t676 = R::fused(t395_396.second(), t602, -t675);
+    t677 = t395_396.second() * t603;
+    t678 = R::fused(t375_376.second(), t602, t677);
+    *out = [[t617, t624, t627, t635, t644, t652, t657, t663, t670, t672, t674, t605, t676, t678]];
 }
 }

@@ -13,7 +13,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`,
 /// `left_foot/force/x`, `left_foot/force/z`; m/s, then rad/s, then N s.
 /// Source: (4.20)–(4.22), corrected.
-/// 761 operations: 57 add, 143 mul, 275 fused, 11 div, 7 sin_cos. For two limbs at once: 157 pairs of them.
+/// 695 operations: 65 add, 137 mul, 241 fused, 11 div, 7 sin_cos. For two limbs at once: 145 pairs of them.
 #[inline]
 pub fn impact_map_of_toe_support<R: Real>(q: &SVector<R, NQ>, v: &SVector<R, NV>) -> SMatrix<R, 13, 1> {
     let mut out = [[R::constant(0.0); 13]; 1];
@@ -65,20 +65,20 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
         t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72, t73, t74_75, t76_77, t78_79, t80_81,
         t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
         t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124, t125, t126, t127, t128,
-        t129, t130, t131, t132, t133, t134, t135, t136_137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147,
-        t148, t149, t150, t151_152, t153_154, t155_156, t157, t158, t159_160, t161_162, t163_164, t165_166, t167, t168,
-        t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183, t184, t185, t186, t187, t188, t189,
-        t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206_207,
-        t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229,
-        t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250_251,
-        t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271, t272_273,
-        t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293, t294, t295,
-        t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312_313, t314_315, t316_317,
-        t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337, t338,
-        t339_340, t341_342, t343_344, t345_346, t347_348, t349_350, t351, t352_353, t354_355, t356_357, t358_359,
-        t360_361, t362_363, t364_365, t366_367, t368_369, t370_371, t372_373, t374, t375, t376, t377, t378, t379, t380,
-        t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398,
-        t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412,
+        t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146,
+        t147, t148, t149_150, t151_152, t153_154, t155, t156, t157_158, t159_160, t161_162, t163_164, t165, t166,
+        t167_168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181, t182, t183, t184, t185, t186, t187,
+        t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204_205,
+        t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227,
+        t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249,
+        t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271,
+        t272_273, t274_275, t276_277, t278_279, t280_281, t282, t283, t284_285, t286_287, t288_289, t290_291, t292_293,
+        t294_295, t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312_313, t314_315,
+        t316_317, t318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331, t332_333, t334_335, t336_337,
+        t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350, t351, t352, t353, t354, t355, t356, t357,
+        t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375,
+        t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393,
+        t394, t395, t396, t397, t398, t399, t400,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
@@ -168,282 +168,260 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t133 = t132 - t94_95.first();
     t134 = t133 - t104_105.second();
     t135 = t134 - t104_105.first();
-    t136_137 = t118_119 * t120_121;
-    t138 = R::fused(-t106_107.second(), t136_137.second(), t135);
-    t139 = R::fused(-t106_107.first(), t136_137.first(), t138);
-    t140 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
-    t141 = t110_111.first() + t140; // right_upper_leg: sums of what it carries
-    t142 = t141 - t112_113.second();
-    t143 = t142 - t112_113.first();
-    t144 = t143 - t116_117.second();
-    t145 = t144 - t116_117.first();
-    t146 = R::fused(-t118_119.second(), t136_137.second(), t145);
-    t147 = R::fused(-t118_119.first(), t136_137.first(), t146);
-    t148 = R::constant(1.0) / t147;
-    t149 = t139 * t148;
-    t150 = R::fused(-t139, t149, t125);
+    t136 = t106_107.second() - t135;
+    t137 = t106_107.first() + t136;
+    t138 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
+    t139 = t110_111.first() + t138; // right_upper_leg: sums of what it carries
+    t140 = t139 - t112_113.second();
+    t141 = t140 - t112_113.first();
+    t142 = t141 - t116_117.second();
+    t143 = t142 - t116_117.first();
+    t144 = t118_119.second() - t143;
+    t145 = t118_119.first() + t144;
+    t146 = R::constant(1.0) / t145;
+    t147 = t137 * t146;
+    t148 = R::fused(t137, t147, t125);
     // right_foot, left_foot: mass matrix
-    t151_152 = both(cos_q_base_pitch) * t18_19;
-    t153_154 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t151_152);
+    t149_150 = both(cos_q_base_pitch) * t18_19;
+    t151_152 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t149_150);
     // factors of the mass matrix
-    t155_156 = t153_154 * both(R::constant(161.73117044848053));
-    t157 = t26_27.second() * t155_156.second();
-    t158 = R::fused(t26_27.first(), t155_156.first(), t157);
+    t153_154 = t151_152 * both(R::constant(161.73117044848053));
+    t155 = t26_27.second() * t153_154.second();
+    t156 = R::fused(t26_27.first(), t153_154.first(), t155);
     // right_lower_leg, left_lower_leg: mass matrix
-    t159_160 = both(cos_q_base_pitch) * t46_47;
-    t161_162 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t159_160);
+    t157_158 = both(cos_q_base_pitch) * t46_47;
+    t159_160 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t157_158);
     // factors of the mass matrix
-    t163_164 = R::Two::fused(-t153_154, t58_59, t161_162);
-    t165_166 = t163_164 * t68_69;
-    t167 = R::fused(t60_61.second(), t165_166.second(), t158);
-    t168 = R::fused(t60_61.first(), t165_166.first(), t167);
+    t161_162 = R::Two::fused(-t151_152, t58_59, t159_160);
+    t163_164 = t161_162 * t68_69;
+    t165 = R::fused(t60_61.second(), t163_164.second(), t156);
+    t166 = R::fused(t60_61.first(), t163_164.first(), t165);
     // right_upper_leg, left_upper_leg: mass matrix
-    t169_170 = both(cos_q_base_pitch) * t80_81;
-    t171_172 = R::Two::fused(both(sin_q_base_pitch), t86_87, t169_170);
+    t167_168 = both(cos_q_base_pitch) * t80_81;
+    t169_170 = R::Two::fused(both(sin_q_base_pitch), t86_87, t167_168);
     // factors of the mass matrix
-    t173_174 = t153_154 * t92_93;
-    t175_176 = t171_172 - t173_174;
-    t177_178 = t163_164 * t102_103;
-    t179_180 = t175_176 - t177_178;
-    t181_182 = t179_180 * t120_121;
-    t183 = R::fused(t106_107.second(), t181_182.second(), t168);
-    t184 = R::fused(t106_107.first(), t181_182.first(), t183);
-    t185 = sin_q_base_pitch * t127; // torso: sums of what it carries
-    t186 = R::fused(-cos_q_base_pitch, t130, t185); // torso: sums of what it carries
-    t187 = t186 + t173_174.second();
-    t188 = t187 + t173_174.first();
-    t189 = t188 + t177_178.second();
-    t190 = t189 + t177_178.first();
-    t191 = R::fused(t179_180.second(), t136_137.second(), t190);
-    t192 = R::fused(t179_180.first(), t136_137.first(), t191);
-    t193 = t192 * t148;
-    t194 = R::fused(-t139, t193, t184);
-    t195 = R::fused(-t153_154.second(), t155_156.second(), R::constant(19.0));
-    t196 = R::fused(-t153_154.first(), t155_156.first(), t195);
-    t197 = R::fused(-t163_164.second(), t165_166.second(), t196);
-    t198 = R::fused(-t163_164.first(), t165_166.first(), t197);
-    t199 = R::fused(-t179_180.second(), t181_182.second(), t198);
-    t200 = R::fused(-t179_180.first(), t181_182.first(), t199);
-    t201 = R::fused(-t192, t193, t200);
-    t202 = R::constant(1.0) / t201;
-    t203 = t194 * t202;
-    t204 = R::fused(-t194, t203, t150);
-    t205 = R::constant(1.0) / t204;
+    t171_172 = t151_152 * t92_93;
+    t173_174 = t169_170 - t171_172;
+    t175_176 = t161_162 * t102_103;
+    t177_178 = t173_174 - t175_176;
+    t179_180 = t177_178 * t120_121;
+    t181 = R::fused(t106_107.second(), t179_180.second(), t166);
+    t182 = R::fused(t106_107.first(), t179_180.first(), t181);
+    t183 = sin_q_base_pitch * t127; // torso: sums of what it carries
+    t184 = R::fused(-cos_q_base_pitch, t130, t183); // torso: sums of what it carries
+    t185 = t184 + t171_172.second();
+    t186 = t185 + t171_172.first();
+    t187 = t186 + t175_176.second();
+    t188 = t187 + t175_176.first();
+    t189 = t177_178.second() + t188;
+    t190 = t177_178.first() + t189;
+    t191 = t190 * t146;
+    t192 = R::fused(-t137, t191, t182);
+    t193 = R::fused(-t151_152.second(), t153_154.second(), R::constant(19.0));
+    t194 = R::fused(-t151_152.first(), t153_154.first(), t193);
+    t195 = R::fused(-t161_162.second(), t163_164.second(), t194);
+    t196 = R::fused(-t161_162.first(), t163_164.first(), t195);
+    t197 = R::fused(-t177_178.second(), t179_180.second(), t196);
+    t198 = R::fused(-t177_178.first(), t179_180.first(), t197);
+    t199 = R::fused(t190, t191, t198);
+    t200 = R::constant(1.0) / t199;
+    t201 = t192 * t200;
+    t202 = R::fused(-t192, t201, t148);
+    t203 = R::constant(1.0) / t202;
     // other
-    t206_207 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t208_209 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t206_207);
-    t210_211 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t208_209;
-    t212_213 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t214_215 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t212_213);
-    t216_217 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t214_215, t210_211);
-    t218_219 = both(cos_q_base_pitch) * t216_217;
-    t220_221 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t208_209;
-    t222_223 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t214_215, t220_221);
-    t224_225 = R::Two::fused(-both(sin_q_base_pitch), t222_223, t218_219);
-    t226_227 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t224_225);
-    t228_229 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
+    t204_205 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t206_207 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t204_205);
+    t208_209 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t206_207;
+    t210_211 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t212_213 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t210_211);
+    t214_215 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t212_213, t208_209);
+    t216_217 = both(cos_q_base_pitch) * t214_215;
+    t218_219 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t206_207;
+    t220_221 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t212_213, t218_219);
+    t222_223 = R::Two::fused(-both(sin_q_base_pitch), t220_221, t216_217);
+    t224_225 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(-14.555805340363246)), t222_223);
+    t226_227 = R::Two::fused(two(R::constant(0.273), R::constant(-0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.09)));
     // solved by the factors
-    t230_231 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t228_229);
-    t232_233 = R::Two::fused(t70_71 * two(R::constant(1.0), R::constant(-1.0)), t230_231, t226_227);
-    t234_235 = R::Two::fused(two(R::constant(0.315), R::constant(-0.315)), t208_209, t228_229); // other
-    t236_237 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t234_235);
-    t238_239 = R::Two::fused(-t102_103, t230_231, t236_237);
-    t240_241 = R::Two::fused(t122_123 * two(R::constant(1.0), R::constant(-1.0)), t238_239, t232_233);
-    t242_243 = R::Two::fused(-t136_137, t238_239, t238_239);
-    t244_245 = R::Two::fused(both(t149) * two(R::constant(1.0), R::constant(-1.0)), t242_243, t240_241);
+    t228_229 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t226_227);
+    t230_231 = R::Two::fused(t70_71 * two(R::constant(1.0), R::constant(-1.0)), t228_229, t224_225);
+    t232_233 = R::Two::fused(two(R::constant(0.315), R::constant(-0.315)), t206_207, t226_227); // other
+    t234_235 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-14.555805340363246)), t232_233);
+    t236_237 = R::Two::fused(-t102_103, t228_229, t234_235);
+    t238_239 = R::Two::fused(t122_123 * two(R::constant(1.0), R::constant(-1.0)), t236_237, t230_231);
     // other
-    t246_247 = both(sin_q_base_pitch) * t216_217;
-    t248_249 = R::Two::fused(both(cos_q_base_pitch), t222_223, t246_247);
+    t240_241 = both(sin_q_base_pitch) * t214_215;
+    t242_243 = R::Two::fused(both(cos_q_base_pitch), t220_221, t240_241);
     // solved by the factors
-    t250_251 = R::Two::fused(t153_154, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t248_249);
-    t252_253 = R::Two::fused(t165_166 * two(R::constant(-1.0), R::constant(1.0)), t230_231, t250_251);
-    t254_255 = R::Two::fused(t181_182 * two(R::constant(-1.0), R::constant(1.0)), t238_239, t252_253);
-    t256_257 = R::Two::fused(both(t193) * two(R::constant(1.0), R::constant(-1.0)), t242_243, t254_255);
-    t258_259 = R::Two::fused(-both(t203), t256_257, t244_245);
+    t244_245 = R::Two::fused(t151_152, two(R::constant(-24.25967556727208), R::constant(14.555805340363246)), t242_243);
+    t246_247 = R::Two::fused(t163_164 * two(R::constant(-1.0), R::constant(1.0)), t228_229, t244_245);
+    t248_249 = R::Two::fused(t179_180 * two(R::constant(-1.0), R::constant(1.0)), t236_237, t246_247);
+    t250_251 = R::Two::fused(-both(t201), t248_249, t238_239);
     // other
-    t260_261 = both(t205) * t258_259;
-    t262_263 = both(v_base_x) * t224_225;
-    t264_265 = R::Two::fused(-both(v_base_z), t248_249, t262_263);
-    t266_267 = R::Two::fused(both(v_base_pitch) * two(R::constant(-1.0), R::constant(1.0)), t234_235, t264_265);
-    t268_269 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t234_235, t266_267);
-    t270_271 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch) * two(R::constant(-1.0), R::constant(1.0)), t228_229, t268_269);
-    t272_273 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(0.09)), t270_271);
-    t274_275 = t258_259 * t260_261;
-    t276_277 = both(t202) * t256_257;
-    t278_279 = R::Two::fused(t256_257, t276_277, t274_275);
-    t280_281 = both(t148) * t242_243;
-    t282_283 = R::Two::fused(t242_243, t280_281, t278_279);
-    t284_285 = t120_121 * t238_239;
-    t286_287 = R::Two::fused(t238_239, t284_285, t282_283);
-    t288_289 = t68_69 * t230_231;
-    t290_291 = R::Two::fused(t230_231, t288_289, t286_287);
-    t292_293 = t290_291 + two(R::constant(3.6389513350908116), R::constant(1.310022480632692));
-    t294 = R::constant(1.0) / t292_293.first();
-    t295 = t272_273.first() * t294;
-    t296_297 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t248_249); // solved by the factors
-    t298_299 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
+    t252_253 = both(t203) * t250_251;
+    t254_255 = both(v_base_x) * t222_223;
+    t256_257 = R::Two::fused(-both(v_base_z), t242_243, t254_255);
+    t258_259 = R::Two::fused(both(v_base_pitch) * two(R::constant(-1.0), R::constant(1.0)), t232_233, t256_257);
+    t260_261 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t232_233, t258_259);
+    t262_263 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch) * two(R::constant(-1.0), R::constant(1.0)), t226_227, t260_261);
+    t264_265 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(0.09)), t262_263);
+    t266_267 = t250_251 * t252_253;
+    t268_269 = both(t200) * t248_249;
+    t270_271 = R::Two::fused(t248_249, t268_269, t266_267);
+    t272_273 = t120_121 * t236_237;
+    t274_275 = R::Two::fused(t236_237, t272_273, t270_271);
+    t276_277 = t68_69 * t228_229;
+    t278_279 = R::Two::fused(t228_229, t276_277, t274_275);
+    t280_281 = t278_279 + two(R::constant(3.6389513350908116), R::constant(1.310022480632692));
+    t282 = R::constant(1.0) / t280_281.first();
+    t283 = t264_265.first() * t282;
+    t284_285 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t242_243); // solved by the factors
+    t286_287 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
     // solved by the factors
-    t300_301 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t298_299);
-    t302_303 = R::Two::fused(-t70_71, t300_301, t296_297);
-    t304_305 = R::Two::fused(both(R::constant(-0.315)), t214_215, t298_299); // other
-    t306_307 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t304_305);
-    t308_309 = R::Two::fused(-t102_103, t300_301, t306_307);
-    t310_311 = R::Two::fused(-t122_123, t308_309, t302_303);
-    t312_313 = R::Two::fused(-t136_137, t308_309, t308_309);
-    t314_315 = R::Two::fused(-both(t149), t312_313, t310_311);
-    t316_317 = R::Two::fused(t153_154, both(R::constant(-14.879267681260208)), t224_225);
-    t318_319 = R::Two::fused(-t165_166, t300_301, t316_317);
-    t320_321 = R::Two::fused(-t181_182, t308_309, t318_319);
-    t322_323 = R::Two::fused(both(t193), t312_313, t320_321);
-    t324_325 = R::Two::fused(both(t203), t322_323, t314_315);
+    t288_289 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t286_287);
+    t290_291 = R::Two::fused(-t70_71, t288_289, t284_285);
+    t292_293 = R::Two::fused(both(R::constant(-0.315)), t212_213, t286_287); // other
+    t294_295 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t292_293);
+    t296_297 = R::Two::fused(-t102_103, t288_289, t294_295);
+    t298_299 = R::Two::fused(-t122_123, t296_297, t290_291);
+    t300_301 = R::Two::fused(t151_152, both(R::constant(-14.879267681260208)), t222_223);
+    t302_303 = R::Two::fused(-t163_164, t288_289, t300_301);
+    t304_305 = R::Two::fused(-t179_180, t296_297, t302_303);
+    t306_307 = R::Two::fused(both(t201), t304_305, t298_299);
     // other
-    t326_327 = t324_325 * t260_261;
-    t328_329 = R::Two::fused(-t322_323, t276_277, t326_327);
-    t330_331 = R::Two::fused(t312_313 * two(R::constant(-1.0), R::constant(1.0)), t280_281, t328_329);
-    t332_333 = R::Two::fused(t308_309 * two(R::constant(-1.0), R::constant(1.0)), t284_285, t330_331);
-    t334_335 = R::Two::fused(t300_301 * two(R::constant(-1.0), R::constant(1.0)), t288_289, t332_333);
-    t336_337 = R::Two::fused(two(R::constant(2.231890152189031), R::constant(1.3391340913134187)), two(R::constant(-1.0), R::constant(1.0)), t334_335);
-    t338 = t336_337.first() * t294;
-    t339_340 = both(v_base_x) * t248_249;
-    t341_342 = R::Two::fused(both(v_base_z), t224_225, t339_340);
-    t343_344 = R::Two::fused(both(v_base_pitch), t304_305, t341_342);
-    t345_346 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t304_305, t343_344);
-    t347_348 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t298_299, t345_346);
-    t349_350 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.092)), t347_348);
-    t351 = R::fused(-t272_273.first(), t338, t349_350.first());
-    t352_353 = both(t205) * t324_325;
-    t354_355 = t324_325 * t352_353;
-    t356_357 = both(t202) * t322_323;
-    t358_359 = R::Two::fused(t322_323, t356_357, t354_355);
-    t360_361 = both(t148) * t312_313;
-    t362_363 = R::Two::fused(t312_313, t360_361, t358_359);
-    t364_365 = t120_121 * t308_309;
-    t366_367 = R::Two::fused(t308_309, t364_365, t362_363);
-    t368_369 = t68_69 * t300_301;
-    t370_371 = R::Two::fused(t300_301, t368_369, t366_367);
-    t372_373 = t370_371 + both(R::constant(1.3688926266759391));
-    t374 = R::fused(-t336_337.first(), t338, t372_373.first());
-    t375 = R::constant(1.0) / t374;
-    t376 = t351 * t375;
-    t377 = t258_259.second() * t352_353.first();
-    t378 = R::fused(-t256_257.second(), t356_357.first(), t377);
-    t379 = R::fused(t242_243.second(), t360_361.first(), t378);
-    t380 = t258_259.second() * t260_261.first();
-    t381 = R::fused(t256_257.second(), t276_277.first(), t380);
-    t382 = R::fused(-t242_243.second(), t280_281.first(), t381);
-    t383 = t382 * t294;
-    t384 = R::fused(-t336_337.first(), t383, t379);
-    t385 = t384 * t375;
-    t386 = R::fused(-t272_273.first(), t383, t272_273.second());
-    t387 = R::fused(-t351, t385, t386);
-    t388 = R::fused(-t382, t383, t292_293.second());
-    t389 = R::fused(-t384, t385, t388);
-    t390 = R::constant(1.0) / t389;
-    t391 = t387 * t390;
-    t392 = t324_325.second() * t260_261.first();
-    t393 = R::fused(-t322_323.second(), t276_277.first(), t392);
-    t394 = R::fused(-t312_313.second(), t280_281.first(), t393);
-    t395 = t394 * t294;
-    t396 = R::fused(-t382, t395, t336_337.second());
-    t397 = t324_325.second() * t352_353.first();
-    t398 = R::fused(t322_323.second(), t356_357.first(), t397);
-    t399 = R::fused(t312_313.second(), t360_361.first(), t398);
-    t400 = R::fused(-t336_337.first(), t395, t399);
-    t401 = t400 * t375;
-    t402 = R::fused(-t384, t401, t396);
-    t403 = t402 * t390;
-    t404 = R::fused(-t272_273.first(), t395, t349_350.second());
-    t405 = R::fused(-t351, t401, t404);
-    t406 = R::fused(-t387, t403, t405);
-    t407 = R::fused(-t394, t395, t372_373.second());
-    t408 = R::fused(-t400, t401, t407);
-    t409 = R::fused(-t402, t403, t408);
-    t410 = R::constant(1.0) / t409;
-    t411 = t406 * t410;
-    t412 = R::fused(-t403, t411, t391);
+    t308_309 = t306_307 * t252_253;
+    t310_311 = R::Two::fused(-t304_305, t268_269, t308_309);
+    t312_313 = R::Two::fused(t296_297 * two(R::constant(-1.0), R::constant(1.0)), t272_273, t310_311);
+    t314_315 = R::Two::fused(t288_289 * two(R::constant(-1.0), R::constant(1.0)), t276_277, t312_313);
+    t316_317 = R::Two::fused(two(R::constant(2.231890152189031), R::constant(1.3391340913134187)), two(R::constant(-1.0), R::constant(1.0)), t314_315);
+    t318 = t316_317.first() * t282;
+    t319_320 = both(v_base_x) * t242_243;
+    t321_322 = R::Two::fused(both(v_base_z), t222_223, t319_320);
+    t323_324 = R::Two::fused(both(v_base_pitch), t292_293, t321_322);
+    t325_326 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t292_293, t323_324);
+    t327_328 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t286_287, t325_326);
+    t329_330 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.092)), t327_328);
+    t331 = R::fused(-t264_265.first(), t318, t329_330.first());
+    t332_333 = both(t203) * t306_307;
+    t334_335 = t306_307 * t332_333;
+    t336_337 = both(t200) * t304_305;
+    t338_339 = R::Two::fused(t304_305, t336_337, t334_335);
+    t340_341 = t120_121 * t296_297;
+    t342_343 = R::Two::fused(t296_297, t340_341, t338_339);
+    t344_345 = t68_69 * t288_289;
+    t346_347 = R::Two::fused(t288_289, t344_345, t342_343);
+    t348_349 = t346_347 + both(R::constant(1.3688926266759391));
+    t350 = R::fused(-t316_317.first(), t318, t348_349.first());
+    t351 = R::constant(1.0) / t350;
+    t352 = t331 * t351;
+    t353 = t250_251.second() * t332_333.first();
+    t354 = R::fused(-t248_249.second(), t336_337.first(), t353);
+    t355 = t250_251.second() * t252_253.first();
+    t356 = R::fused(t248_249.second(), t268_269.first(), t355);
+    t357 = t356 * t282;
+    t358 = R::fused(-t316_317.first(), t357, t354);
+    t359 = t358 * t351;
+    t360 = R::fused(-t264_265.first(), t357, t264_265.second());
+    t361 = R::fused(-t331, t359, t360);
+    t362 = R::fused(-t356, t357, t280_281.second());
+    t363 = R::fused(-t358, t359, t362);
+    t364 = R::constant(1.0) / t363;
+    t365 = t361 * t364;
+    t366 = t306_307.second() * t252_253.first();
+    t367 = R::fused(-t304_305.second(), t268_269.first(), t366);
+    t368 = t367 * t282;
+    t369 = R::fused(-t356, t368, t316_317.second());
+    t370 = t306_307.second() * t332_333.first();
+    t371 = R::fused(t304_305.second(), t336_337.first(), t370);
+    t372 = R::fused(-t316_317.first(), t368, t371);
+    t373 = t372 * t351;
+    t374 = R::fused(-t358, t373, t369);
+    t375 = t374 * t364;
+    t376 = R::fused(-t264_265.first(), t368, t329_330.second());
+    t377 = R::fused(-t331, t373, t376);
+    t378 = R::fused(-t361, t375, t377);
+    t379 = R::fused(-t367, t368, t348_349.second());
+    t380 = R::fused(-t372, t373, t379);
+    t381 = R::fused(-t374, t375, t380);
+    t382 = R::constant(1.0) / t381;
+    t383 = t378 * t382;
+    t384 = R::fused(-t375, t383, t365);
+    t385 = R::fused(-t359, t384, t352);
+    t386 = R::fused(-t373, t383, t385);
+    t387 = R::fused(-t318, t386, t283);
+    t388 = R::fused(-t357, t384, t387);
+    t389 = R::fused(-t368, t383, t388);
+    t390 = t252_253.first() * t389;
+    t391 = R::fused(t332_333.first(), t386, t390);
+    t392 = R::fused(t252_253.second(), t384, t391);
+    t393 = R::fused(t332_333.second(), t383, t392);
+    t394 = v_base_x - t393;
+    t395 = t268_269.first() * t389;
+    t396 = R::fused(-t336_337.first(), t386, t395);
+    t397 = R::fused(t268_269.second(), t384, t396);
+    t398 = R::fused(-t336_337.second(), t383, t397);
+    t399 = R::fused(-t201, t393, t398); // solved by the factors
+    t400 = v_base_z + t399;
     let (
-        t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430,
-        t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448,
-        t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460, t461, t462, t463, t464, t465, t466,
-        t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482, t483, t484,
-        t485,
+        t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418,
+        t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436,
+        t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453,
     );
-    t413 = R::fused(-t385, t412, t376);
-    t414 = R::fused(-t401, t411, t413);
-    t415 = R::fused(-t338, t414, t295);
-    t416 = R::fused(-t383, t412, t415);
-    t417 = R::fused(-t395, t411, t416);
-    t418 = t260_261.first() * t417;
-    t419 = R::fused(t352_353.first(), t414, t418);
-    t420 = R::fused(t260_261.second(), t412, t419);
-    t421 = R::fused(t352_353.second(), t411, t420);
-    t422 = v_base_x - t421;
-    t423 = t276_277.first() * t417;
-    t424 = R::fused(-t356_357.first(), t414, t423);
-    t425 = R::fused(t276_277.second(), t412, t424);
-    t426 = R::fused(-t356_357.second(), t411, t425);
-    t427 = R::fused(-t203, t421, t426); // solved by the factors
-    t428 = v_base_z + t427;
-    t429 = t280_281.first() * t417;
-    t430 = R::fused(-t360_361.first(), t414, t429);
-    t431 = R::fused(-t280_281.second(), t412, t430);
-    t432 = R::fused(-t360_361.second(), t411, t431);
-    t433 = R::fused(t149, t421, t432); // solved by the factors
-    t434 = R::fused(t193, t427, t433); // solved by the factors
-    t435 = v_base_pitch + t434;
-    t436 = t284_285.first() * t417;
-    t437 = R::fused(-t364_365.first(), t414, t436);
-    t438 = R::fused(t122_123.first(), t421, t437); // solved by the factors
-    t439 = R::fused(-t181_182.first(), t427, t438); // solved by the factors
-    t440 = R::fused(-t136_137.first(), t434, t439); // solved by the factors
-    t441 = v_right_hip_pitch + t440;
-    t442 = t288_289.first() * t417;
-    t443 = R::fused(-t368_369.first(), t414, t442);
+    t401 = t147 * t393; // solved by the factors
+    t402 = R::fused(-t191, t399, t401); // solved by the factors
+    t403 = v_base_pitch + t402;
+    t404 = t272_273.first() * t389;
+    t405 = R::fused(-t340_341.first(), t386, t404);
+    t406 = R::fused(t122_123.first(), t393, t405); // solved by the factors
+    t407 = R::fused(-t179_180.first(), t399, t406); // solved by the factors
+    t408 = t402 - t407; // solved by the factors
+    t409 = v_right_hip_pitch - t408;
+    t410 = t276_277.first() * t389;
+    t411 = R::fused(-t344_345.first(), t386, t410);
     // solved by the factors
-    t444 = R::fused(t70_71.first(), t421, t443);
-    t445 = R::fused(-t165_166.first(), t427, t444);
-    t446 = R::fused(-t102_103.first(), t434, t445);
-    t447 = R::fused(-t102_103.first(), t440, t446);
-    t448 = v_right_knee_pitch + t447; // other
-    t449 = R::constant(24.25967556727208) * t417; // other
-    t450 = R::fused(R::constant(-14.879267681260208), t414, t449); // other
-    t451 = R::fused(t28_29.first(), t421, t450);
-    t452 = R::fused(-t155_156.first(), t427, t451);
-    t453 = R::fused(-t92_93.first(), t434, t452);
-    t454 = R::fused(-t92_93.first(), t440, t453);
-    t455 = R::fused(-t58_59.first(), t447, t454);
-    t456 = v_right_ankle_pitch + t455; // other
-    t457 = t284_285.second() * t412; // other
-    t458 = R::fused(t364_365.second(), t411, t457); // other
-    t459 = R::fused(-t122_123.second(), t421, t458);
-    t460 = R::fused(t181_182.second(), t427, t459);
-    t461 = R::fused(t136_137.second(), t434, t460);
-    t462 = v_left_hip_pitch - t461; // other
-    t463 = t288_289.second() * t412; // other
-    t464 = R::fused(t368_369.second(), t411, t463); // other
-    t465 = R::fused(-t70_71.second(), t421, t464);
-    t466 = R::fused(t165_166.second(), t427, t465);
-    t467 = R::fused(t102_103.second(), t434, t466);
-    t468 = R::fused(-t102_103.second(), t461, t467);
-    t469 = v_left_knee_pitch - t468; // other
-    t470 = R::constant(14.555805340363246) * t412; // other
-    t471 = R::fused(R::constant(14.879267681260208), t411, t470); // other
-    t472 = R::fused(-t28_29.second(), t421, t471);
-    t473 = R::fused(t155_156.second(), t427, t472);
-    t474 = R::fused(t92_93.second(), t434, t473);
-    t475 = R::fused(-t92_93.second(), t461, t474);
-    t476 = R::fused(-t58_59.second(), t468, t475);
+    t412 = R::fused(t70_71.first(), t393, t411);
+    t413 = R::fused(-t163_164.first(), t399, t412);
+    t414 = R::fused(-t102_103.first(), t402, t413);
+    t415 = R::fused(t102_103.first(), t408, t414);
+    t416 = v_right_knee_pitch + t415; // other
+    t417 = R::constant(24.25967556727208) * t389; // other
+    t418 = R::fused(R::constant(-14.879267681260208), t386, t417); // other
+    t419 = R::fused(t28_29.first(), t393, t418);
+    t420 = R::fused(-t153_154.first(), t399, t419);
+    t421 = R::fused(-t92_93.first(), t402, t420);
+    t422 = R::fused(t92_93.first(), t408, t421);
+    t423 = R::fused(-t58_59.first(), t415, t422);
+    t424 = v_right_ankle_pitch + t423; // other
+    t425 = t272_273.second() * t384; // other
+    t426 = R::fused(t340_341.second(), t383, t425); // other
+    t427 = R::fused(-t122_123.second(), t393, t426);
+    t428 = R::fused(t179_180.second(), t399, t427);
+    t429 = t402 + t428;
+    t430 = v_left_hip_pitch - t429; // other
+    t431 = t276_277.second() * t384; // other
+    t432 = R::fused(t344_345.second(), t383, t431); // other
+    t433 = R::fused(-t70_71.second(), t393, t432);
+    t434 = R::fused(t163_164.second(), t399, t433);
+    t435 = R::fused(t102_103.second(), t402, t434);
+    t436 = R::fused(-t102_103.second(), t429, t435);
+    t437 = v_left_knee_pitch - t436; // other
+    t438 = R::constant(14.555805340363246) * t384; // other
+    t439 = R::fused(R::constant(14.879267681260208), t383, t438); // other
+    t440 = R::fused(-t28_29.second(), t393, t439);
+    t441 = R::fused(t153_154.second(), t399, t440);
+    t442 = R::fused(t92_93.second(), t402, t441);
+    t443 = R::fused(-t92_93.second(), t429, t442);
+    t444 = R::fused(-t58_59.second(), t436, t443);
     // other
-    t477 = v_left_ankle_pitch - t476;
-    t478 = t224_225.first() * t417;
-    t479 = R::fused(-t248_249.first(), t414, -t478);
-    t480 = t248_249.first() * t417;
-    t481 = R::fused(-t224_225.first(), t414, t480);
-    t482 = t224_225.second() * t412;
-    t483 = R::fused(-t248_249.second(), t411, -t482);
-    t484 = t248_249.second() * t412;
-    t485 = R::fused(-t224_225.second(), t411, t484);
-    *out = [[t422, t428, t435, t441, t448, t456, t462, t469, t477, t479, t481, t483, t485]];
+    t445 = v_left_ankle_pitch - t444;
+    t446 = t222_223.first() * t389;
+    t447 = R::fused(-t242_243.first(), t386, -t446);
+    t448 = t242_243.first() * t389;
+    t449 = R::fused(-t222_223.first(), t386, t448);
+    t450 = t222_223.second() * t384;
+    t451 = R::fused(-t242_243.second(), t383, -t450);
+    t452 = t242_243.second() * t384;
+    t453 = R::fused(-t222_223.second(), t383, t452);
+    *out = [[t394, t400, t403, t409, t416, t424, t430, t437, t445, t447, t449, t451, t453]];
 }
 }
 
@@ -454,7 +432,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`,
 /// `left_foot/force/x`, `left_foot/force/z`, `left_foot/moment/y`; m/s, then rad/s, then N s, then N m s.
 /// Source: (4.20)–(4.22), corrected.
-/// 883 operations: 65 add, 158 mul, 324 fused, 12 div, 7 sin_cos. For two limbs at once: 163 pairs of them.
+/// 798 operations: 73 add, 151 mul, 281 fused, 12 div, 7 sin_cos. For two limbs at once: 149 pairs of them.
 #[inline]
 pub fn impact_map_of_touch_down<R: Real>(q: &SVector<R, NQ>, v: &SVector<R, NV>) -> SMatrix<R, 14, 1> {
     let mut out = [[R::constant(0.0); 14]; 1];
@@ -506,20 +484,20 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
         t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72, t73, t74_75, t76_77, t78_79, t80_81,
         t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
         t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124, t125, t126, t127, t128,
-        t129, t130, t131, t132, t133, t134, t135, t136_137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147,
-        t148, t149, t150, t151_152, t153_154, t155_156, t157, t158, t159_160, t161_162, t163_164, t165_166, t167, t168,
-        t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183, t184, t185, t186, t187, t188, t189,
-        t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206_207,
-        t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229,
-        t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249, t250_251,
-        t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271, t272_273,
-        t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287, t288_289, t290_291, t292_293, t294, t295,
-        t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312_313, t314_315, t316_317,
-        t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337, t338,
-        t339_340, t341_342, t343_344, t345_346, t347_348, t349_350, t351, t352_353, t354_355, t356_357, t358_359,
-        t360_361, t362_363, t364_365, t366_367, t368_369, t370_371, t372_373, t374, t375, t376, t377, t378, t379, t380,
-        t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396, t397, t398,
-        t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412,
+        t129, t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146,
+        t147, t148, t149_150, t151_152, t153_154, t155, t156, t157_158, t159_160, t161_162, t163_164, t165, t166,
+        t167_168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181, t182, t183, t184, t185, t186, t187,
+        t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204_205,
+        t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227,
+        t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243, t244_245, t246_247, t248_249,
+        t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269, t270_271,
+        t272_273, t274_275, t276_277, t278_279, t280_281, t282, t283, t284_285, t286_287, t288_289, t290_291, t292_293,
+        t294_295, t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309, t310_311, t312_313, t314_315,
+        t316_317, t318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331, t332_333, t334_335, t336_337,
+        t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350, t351, t352, t353, t354, t355, t356, t357,
+        t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375,
+        t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392_393,
+        t394_395, t396, t397, t398, t399_400, t401_402, t403, t404,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
@@ -609,359 +587,329 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t133 = t132 - t94_95.first();
     t134 = t133 - t104_105.second();
     t135 = t134 - t104_105.first();
-    t136_137 = t118_119 * t120_121;
-    t138 = R::fused(-t106_107.second(), t136_137.second(), t135);
-    t139 = R::fused(-t106_107.first(), t136_137.first(), t138);
-    t140 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
-    t141 = t110_111.first() + t140; // right_upper_leg: sums of what it carries
-    t142 = t141 - t112_113.second();
-    t143 = t142 - t112_113.first();
-    t144 = t143 - t116_117.second();
-    t145 = t144 - t116_117.first();
-    t146 = R::fused(-t118_119.second(), t136_137.second(), t145);
-    t147 = R::fused(-t118_119.first(), t136_137.first(), t146);
-    t148 = R::constant(1.0) / t147;
-    t149 = t139 * t148;
-    t150 = R::fused(-t139, t149, t125);
+    t136 = t106_107.second() - t135;
+    t137 = t106_107.first() + t136;
+    t138 = R::constant(0.8044641474534446) + t110_111.second(); // left_upper_leg: sums of what it carries
+    t139 = t110_111.first() + t138; // right_upper_leg: sums of what it carries
+    t140 = t139 - t112_113.second();
+    t141 = t140 - t112_113.first();
+    t142 = t141 - t116_117.second();
+    t143 = t142 - t116_117.first();
+    t144 = t118_119.second() - t143;
+    t145 = t118_119.first() + t144;
+    t146 = R::constant(1.0) / t145;
+    t147 = t137 * t146;
+    t148 = R::fused(t137, t147, t125);
     // right_foot, left_foot: mass matrix
-    t151_152 = both(cos_q_base_pitch) * t18_19;
-    t153_154 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t151_152);
+    t149_150 = both(cos_q_base_pitch) * t18_19;
+    t151_152 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t149_150);
     // factors of the mass matrix
-    t155_156 = t153_154 * both(R::constant(161.73117044848053));
-    t157 = t26_27.second() * t155_156.second();
-    t158 = R::fused(t26_27.first(), t155_156.first(), t157);
+    t153_154 = t151_152 * both(R::constant(161.73117044848053));
+    t155 = t26_27.second() * t153_154.second();
+    t156 = R::fused(t26_27.first(), t153_154.first(), t155);
     // right_lower_leg, left_lower_leg: mass matrix
-    t159_160 = both(cos_q_base_pitch) * t46_47;
-    t161_162 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t159_160);
+    t157_158 = both(cos_q_base_pitch) * t46_47;
+    t159_160 = R::Two::fused(-both(sin_q_base_pitch), t52_53, t157_158);
     // factors of the mass matrix
-    t163_164 = R::Two::fused(-t153_154, t58_59, t161_162);
-    t165_166 = t163_164 * t68_69;
-    t167 = R::fused(t60_61.second(), t165_166.second(), t158);
-    t168 = R::fused(t60_61.first(), t165_166.first(), t167);
+    t161_162 = R::Two::fused(-t151_152, t58_59, t159_160);
+    t163_164 = t161_162 * t68_69;
+    t165 = R::fused(t60_61.second(), t163_164.second(), t156);
+    t166 = R::fused(t60_61.first(), t163_164.first(), t165);
     // right_upper_leg, left_upper_leg: mass matrix
-    t169_170 = both(cos_q_base_pitch) * t80_81;
-    t171_172 = R::Two::fused(both(sin_q_base_pitch), t86_87, t169_170);
+    t167_168 = both(cos_q_base_pitch) * t80_81;
+    t169_170 = R::Two::fused(both(sin_q_base_pitch), t86_87, t167_168);
     // factors of the mass matrix
-    t173_174 = t153_154 * t92_93;
-    t175_176 = t171_172 - t173_174;
-    t177_178 = t163_164 * t102_103;
-    t179_180 = t175_176 - t177_178;
-    t181_182 = t179_180 * t120_121;
-    t183 = R::fused(t106_107.second(), t181_182.second(), t168);
-    t184 = R::fused(t106_107.first(), t181_182.first(), t183);
-    t185 = sin_q_base_pitch * t127; // torso: sums of what it carries
-    t186 = R::fused(-cos_q_base_pitch, t130, t185); // torso: sums of what it carries
-    t187 = t186 + t173_174.second();
-    t188 = t187 + t173_174.first();
-    t189 = t188 + t177_178.second();
-    t190 = t189 + t177_178.first();
-    t191 = R::fused(t179_180.second(), t136_137.second(), t190);
-    t192 = R::fused(t179_180.first(), t136_137.first(), t191);
-    t193 = t192 * t148;
-    t194 = R::fused(-t139, t193, t184);
-    t195 = R::fused(-t153_154.second(), t155_156.second(), R::constant(19.0));
-    t196 = R::fused(-t153_154.first(), t155_156.first(), t195);
-    t197 = R::fused(-t163_164.second(), t165_166.second(), t196);
-    t198 = R::fused(-t163_164.first(), t165_166.first(), t197);
-    t199 = R::fused(-t179_180.second(), t181_182.second(), t198);
-    t200 = R::fused(-t179_180.first(), t181_182.first(), t199);
-    t201 = R::fused(-t192, t193, t200);
-    t202 = R::constant(1.0) / t201;
-    t203 = t194 * t202;
-    t204 = R::fused(-t194, t203, t150);
-    t205 = R::constant(1.0) / t204;
+    t171_172 = t151_152 * t92_93;
+    t173_174 = t169_170 - t171_172;
+    t175_176 = t161_162 * t102_103;
+    t177_178 = t173_174 - t175_176;
+    t179_180 = t177_178 * t120_121;
+    t181 = R::fused(t106_107.second(), t179_180.second(), t166);
+    t182 = R::fused(t106_107.first(), t179_180.first(), t181);
+    t183 = sin_q_base_pitch * t127; // torso: sums of what it carries
+    t184 = R::fused(-cos_q_base_pitch, t130, t183); // torso: sums of what it carries
+    t185 = t184 + t171_172.second();
+    t186 = t185 + t171_172.first();
+    t187 = t186 + t175_176.second();
+    t188 = t187 + t175_176.first();
+    t189 = t177_178.second() + t188;
+    t190 = t177_178.first() + t189;
+    t191 = t190 * t146;
+    t192 = R::fused(-t137, t191, t182);
+    t193 = R::fused(-t151_152.second(), t153_154.second(), R::constant(19.0));
+    t194 = R::fused(-t151_152.first(), t153_154.first(), t193);
+    t195 = R::fused(-t161_162.second(), t163_164.second(), t194);
+    t196 = R::fused(-t161_162.first(), t163_164.first(), t195);
+    t197 = R::fused(-t177_178.second(), t179_180.second(), t196);
+    t198 = R::fused(-t177_178.first(), t179_180.first(), t197);
+    t199 = R::fused(t190, t191, t198);
+    t200 = R::constant(1.0) / t199;
+    t201 = t192 * t200;
+    t202 = R::fused(-t192, t201, t148);
+    t203 = R::constant(1.0) / t202;
     // other
-    t206_207 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t208_209 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t206_207);
-    t210_211 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t208_209;
-    t212_213 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t214_215 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t212_213);
-    t216_217 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t214_215, t210_211);
-    t218_219 = both(cos_q_base_pitch) * t216_217;
-    t220_221 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t208_209;
-    t222_223 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t214_215, t220_221);
-    t224_225 = R::Two::fused(-both(sin_q_base_pitch), t222_223, t218_219);
-    t226_227 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(4.851935113454416)), t224_225);
-    t228_229 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.03)));
+    t204_205 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t206_207 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t204_205);
+    t208_209 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t206_207;
+    t210_211 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t212_213 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t210_211);
+    t214_215 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t212_213, t208_209);
+    t216_217 = both(cos_q_base_pitch) * t214_215;
+    t218_219 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t206_207;
+    t220_221 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t212_213, t218_219);
+    t222_223 = R::Two::fused(-both(sin_q_base_pitch), t220_221, t216_217);
+    t224_225 = R::Two::fused(t26_27, two(R::constant(24.25967556727208), R::constant(4.851935113454416)), t222_223);
+    t226_227 = R::Two::fused(both(R::constant(0.273)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.03)));
     // solved by the factors
-    t230_231 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t228_229);
-    t232_233 = R::Two::fused(t70_71, t230_231, t226_227);
-    t234_235 = R::Two::fused(both(R::constant(0.315)), t208_209, t228_229); // other
-    t236_237 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t234_235);
-    t238_239 = R::Two::fused(-t102_103, t230_231, t236_237);
-    t240_241 = R::Two::fused(t122_123, t238_239, t232_233);
-    t242_243 = R::Two::fused(-t136_137, t238_239, t238_239);
-    t244_245 = R::Two::fused(both(t149), t242_243, t240_241);
+    t228_229 = R::Two::fused(t56_57, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t226_227);
+    t230_231 = R::Two::fused(t70_71, t228_229, t224_225);
+    t232_233 = R::Two::fused(both(R::constant(0.315)), t206_207, t226_227); // other
+    t234_235 = R::Two::fused(t90_91, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t232_233);
+    t236_237 = R::Two::fused(-t102_103, t228_229, t234_235);
+    t238_239 = R::Two::fused(t122_123, t236_237, t230_231);
     // other
-    t246_247 = both(sin_q_base_pitch) * t216_217;
-    t248_249 = R::Two::fused(both(cos_q_base_pitch), t222_223, t246_247);
+    t240_241 = both(sin_q_base_pitch) * t214_215;
+    t242_243 = R::Two::fused(both(cos_q_base_pitch), t220_221, t240_241);
     // solved by the factors
-    t250_251 = R::Two::fused(t153_154, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t248_249);
-    t252_253 = R::Two::fused(-t165_166, t230_231, t250_251);
-    t254_255 = R::Two::fused(-t181_182, t238_239, t252_253);
-    t256_257 = R::Two::fused(both(t193), t242_243, t254_255);
-    t258_259 = R::Two::fused(-both(t203), t256_257, t244_245);
+    t244_245 = R::Two::fused(t151_152, two(R::constant(-24.25967556727208), R::constant(-4.851935113454416)), t242_243);
+    t246_247 = R::Two::fused(-t163_164, t228_229, t244_245);
+    t248_249 = R::Two::fused(-t179_180, t236_237, t246_247);
+    t250_251 = R::Two::fused(-both(t201), t248_249, t238_239);
     // other
-    t260_261 = both(t205) * t258_259;
-    t262_263 = both(v_base_x) * t224_225;
-    t264_265 = R::Two::fused(-both(v_base_z), t248_249, t262_263);
-    t266_267 = R::Two::fused(-both(v_base_pitch), t234_235, t264_265);
-    t268_269 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t234_235, t266_267);
-    t270_271 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t228_229, t268_269);
-    t272_273 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(-0.03)), t270_271);
-    t274_275 = t258_259 * t260_261;
-    t276_277 = both(t202) * t256_257;
-    t278_279 = R::Two::fused(t256_257, t276_277, t274_275);
-    t280_281 = both(t148) * t242_243;
-    t282_283 = R::Two::fused(t242_243, t280_281, t278_279);
-    t284_285 = t120_121 * t238_239;
-    t286_287 = R::Two::fused(t238_239, t284_285, t282_283);
-    t288_289 = t68_69 * t230_231;
-    t290_291 = R::Two::fused(t230_231, t288_289, t286_287);
-    t292_293 = t290_291 + two(R::constant(3.6389513350908116), R::constant(0.14555805340363245));
-    t294 = R::constant(1.0) / t292_293.first();
-    t295 = t272_273.first() * t294;
-    t296_297 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t248_249); // solved by the factors
-    t298_299 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
+    t252_253 = both(t203) * t250_251;
+    t254_255 = both(v_base_x) * t222_223;
+    t256_257 = R::Two::fused(-both(v_base_z), t242_243, t254_255);
+    t258_259 = R::Two::fused(-both(v_base_pitch), t232_233, t256_257);
+    t260_261 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t232_233, t258_259);
+    t262_263 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t226_227, t260_261);
+    t264_265 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(-0.03)), t262_263);
+    t266_267 = t250_251 * t252_253;
+    t268_269 = both(t200) * t248_249;
+    t270_271 = R::Two::fused(t248_249, t268_269, t266_267);
+    t272_273 = t120_121 * t236_237;
+    t274_275 = R::Two::fused(t236_237, t272_273, t270_271);
+    t276_277 = t68_69 * t228_229;
+    t278_279 = R::Two::fused(t228_229, t276_277, t274_275);
+    t280_281 = t278_279 + two(R::constant(3.6389513350908116), R::constant(0.14555805340363245));
+    t282 = R::constant(1.0) / t280_281.first();
+    t283 = t264_265.first() * t282;
+    t284_285 = R::Two::fused(t26_27, both(R::constant(-14.879267681260208)), t242_243); // solved by the factors
+    t286_287 = R::Two::fused(both(R::constant(0.273)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.092)));
     // solved by the factors
-    t300_301 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t298_299);
-    t302_303 = R::Two::fused(-t70_71, t300_301, t296_297);
-    t304_305 = R::Two::fused(both(R::constant(-0.315)), t214_215, t298_299); // other
-    t306_307 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t304_305);
-    t308_309 = R::Two::fused(-t102_103, t300_301, t306_307);
-    t310_311 = R::Two::fused(-t122_123, t308_309, t302_303);
-    t312_313 = R::Two::fused(-t136_137, t308_309, t308_309);
-    t314_315 = R::Two::fused(-both(t149), t312_313, t310_311);
-    t316_317 = R::Two::fused(t153_154, both(R::constant(-14.879267681260208)), t224_225);
-    t318_319 = R::Two::fused(-t165_166, t300_301, t316_317);
-    t320_321 = R::Two::fused(-t181_182, t308_309, t318_319);
-    t322_323 = R::Two::fused(both(t193), t312_313, t320_321);
-    t324_325 = R::Two::fused(both(t203), t322_323, t314_315);
+    t288_289 = R::Two::fused(t56_57, both(R::constant(-14.879267681260208)), t286_287);
+    t290_291 = R::Two::fused(-t70_71, t288_289, t284_285);
+    t292_293 = R::Two::fused(both(R::constant(-0.315)), t212_213, t286_287); // other
+    t294_295 = R::Two::fused(t90_91, both(R::constant(-14.879267681260208)), t292_293);
+    t296_297 = R::Two::fused(-t102_103, t288_289, t294_295);
+    t298_299 = R::Two::fused(-t122_123, t296_297, t290_291);
+    t300_301 = R::Two::fused(t151_152, both(R::constant(-14.879267681260208)), t222_223);
+    t302_303 = R::Two::fused(-t163_164, t288_289, t300_301);
+    t304_305 = R::Two::fused(-t179_180, t296_297, t302_303);
+    t306_307 = R::Two::fused(both(t201), t304_305, t298_299);
     // other
-    t326_327 = t324_325 * t260_261;
-    t328_329 = R::Two::fused(-t322_323, t276_277, t326_327);
-    t330_331 = R::Two::fused(-t312_313, t280_281, t328_329);
-    t332_333 = R::Two::fused(-t308_309, t284_285, t330_331);
-    t334_335 = R::Two::fused(-t300_301, t288_289, t332_333);
-    t336_337 = t334_335 - two(R::constant(2.231890152189031), R::constant(0.4463780304378062));
-    t338 = t336_337.first() * t294;
-    t339_340 = both(v_base_x) * t248_249;
-    t341_342 = R::Two::fused(both(v_base_z), t224_225, t339_340);
-    t343_344 = R::Two::fused(both(v_base_pitch), t304_305, t341_342);
-    t345_346 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t304_305, t343_344);
-    t347_348 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t298_299, t345_346);
-    t349_350 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.092)), t347_348);
-    t351 = R::fused(-t272_273.first(), t338, t349_350.first());
-    t352_353 = both(t205) * t324_325;
-    t354_355 = t324_325 * t352_353;
-    t356_357 = both(t202) * t322_323;
-    t358_359 = R::Two::fused(t322_323, t356_357, t354_355);
-    t360_361 = both(t148) * t312_313;
-    t362_363 = R::Two::fused(t312_313, t360_361, t358_359);
-    t364_365 = t120_121 * t308_309;
-    t366_367 = R::Two::fused(t308_309, t364_365, t362_363);
-    t368_369 = t68_69 * t300_301;
-    t370_371 = R::Two::fused(t300_301, t368_369, t366_367);
-    t372_373 = t370_371 + both(R::constant(1.3688926266759391));
-    t374 = R::fused(-t336_337.first(), t338, t372_373.first());
-    t375 = R::constant(1.0) / t374;
-    t376 = t351 * t375;
-    t377 = t258_259.second() * t352_353.first();
-    t378 = R::fused(-t256_257.second(), t356_357.first(), t377);
-    t379 = R::fused(-t242_243.second(), t360_361.first(), t378);
-    t380 = t258_259.second() * t260_261.first();
-    t381 = R::fused(t256_257.second(), t276_277.first(), t380);
-    t382 = R::fused(t242_243.second(), t280_281.first(), t381);
-    t383 = t382 * t294;
-    t384 = R::fused(-t336_337.first(), t383, t379);
-    t385 = t384 * t375;
-    t386 = R::fused(-t272_273.first(), t383, t272_273.second());
-    t387 = R::fused(-t351, t385, t386);
-    t388 = R::fused(-t382, t383, t292_293.second());
-    t389 = R::fused(-t384, t385, t388);
-    t390 = R::constant(1.0) / t389;
-    t391 = t387 * t390;
-    t392 = t324_325.second() * t260_261.first();
-    t393 = R::fused(-t322_323.second(), t276_277.first(), t392);
-    t394 = R::fused(-t312_313.second(), t280_281.first(), t393);
-    t395 = t394 * t294;
-    t396 = R::fused(-t382, t395, t336_337.second());
-    t397 = t324_325.second() * t352_353.first();
-    t398 = R::fused(t322_323.second(), t356_357.first(), t397);
-    t399 = R::fused(t312_313.second(), t360_361.first(), t398);
-    t400 = R::fused(-t336_337.first(), t395, t399);
-    t401 = t400 * t375;
-    t402 = R::fused(-t384, t401, t396);
-    t403 = t402 * t390;
-    t404 = R::fused(-t272_273.first(), t395, t349_350.second());
-    t405 = R::fused(-t351, t401, t404);
-    t406 = R::fused(-t387, t403, t405);
-    t407 = R::fused(-t394, t395, t372_373.second());
-    t408 = R::fused(-t400, t401, t407);
-    t409 = R::fused(-t402, t403, t408);
-    t410 = R::constant(1.0) / t409;
-    t411 = t406 * t410;
+    t308_309 = t306_307 * t252_253;
+    t310_311 = R::Two::fused(-t304_305, t268_269, t308_309);
+    t312_313 = R::Two::fused(-t296_297, t272_273, t310_311);
+    t314_315 = R::Two::fused(-t288_289, t276_277, t312_313);
+    t316_317 = t314_315 - two(R::constant(2.231890152189031), R::constant(0.4463780304378062));
+    t318 = t316_317.first() * t282;
+    t319_320 = both(v_base_x) * t242_243;
+    t321_322 = R::Two::fused(both(v_base_z), t222_223, t319_320);
+    t323_324 = R::Two::fused(both(v_base_pitch), t292_293, t321_322);
+    t325_326 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t292_293, t323_324);
+    t327_328 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t286_287, t325_326);
+    t329_330 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.092)), t327_328);
+    t331 = R::fused(-t264_265.first(), t318, t329_330.first());
+    t332_333 = both(t203) * t306_307;
+    t334_335 = t306_307 * t332_333;
+    t336_337 = both(t200) * t304_305;
+    t338_339 = R::Two::fused(t304_305, t336_337, t334_335);
+    t340_341 = t120_121 * t296_297;
+    t342_343 = R::Two::fused(t296_297, t340_341, t338_339);
+    t344_345 = t68_69 * t288_289;
+    t346_347 = R::Two::fused(t288_289, t344_345, t342_343);
+    t348_349 = t346_347 + both(R::constant(1.3688926266759391));
+    t350 = R::fused(-t316_317.first(), t318, t348_349.first());
+    t351 = R::constant(1.0) / t350;
+    t352 = t331 * t351;
+    t353 = t250_251.second() * t332_333.first();
+    t354 = R::fused(-t248_249.second(), t336_337.first(), t353);
+    t355 = t250_251.second() * t252_253.first();
+    t356 = R::fused(t248_249.second(), t268_269.first(), t355);
+    t357 = t356 * t282;
+    t358 = R::fused(-t316_317.first(), t357, t354);
+    t359 = t358 * t351;
+    t360 = R::fused(-t264_265.first(), t357, t264_265.second());
+    t361 = R::fused(-t331, t359, t360);
+    t362 = R::fused(-t356, t357, t280_281.second());
+    t363 = R::fused(-t358, t359, t362);
+    t364 = R::constant(1.0) / t363;
+    t365 = t361 * t364;
+    t366 = t306_307.second() * t252_253.first();
+    t367 = R::fused(-t304_305.second(), t268_269.first(), t366);
+    t368 = t367 * t282;
+    t369 = R::fused(-t356, t368, t316_317.second());
+    t370 = t306_307.second() * t332_333.first();
+    t371 = R::fused(t304_305.second(), t336_337.first(), t370);
+    t372 = R::fused(-t316_317.first(), t368, t371);
+    t373 = t372 * t351;
+    t374 = R::fused(-t358, t373, t369);
+    t375 = t374 * t364;
+    t376 = R::fused(-t264_265.first(), t368, t329_330.second());
+    t377 = R::fused(-t331, t373, t376);
+    t378 = R::fused(-t361, t375, t377);
+    t379 = R::fused(-t367, t368, t348_349.second());
+    t380 = R::fused(-t372, t373, t379);
+    t381 = R::fused(-t374, t375, t380);
+    t382 = R::constant(1.0) / t381;
+    t383 = t378 * t382;
     // solved by the factors
-    t412 = R::constant(1.0) - t58_59.second();
+    t384 = R::constant(1.0) - t58_59.second();
+    t385 = R::fused(t70_71.second(), t384, t28_29.second());
+    t386 = R::constant(1.0) - t92_93.second();
+    t387 = R::fused(-t102_103.second(), t384, t386);
+    t388 = R::fused(t122_123.second(), t387, t385);
+    t389 = R::fused(t163_164.second(), t384, t153_154.second());
+    t390 = R::fused(t179_180.second(), t387, t389);
+    t391 = R::fused(t201, t390, t388);
+    // other
+    t392_393 = both(t391) * t332_333;
+    t394_395 = R::Two::fused(both(t390), t336_337, t392_393);
+    t396 = R::fused(-t387, t340_341.second(), t394_395.second());
+    t397 = R::fused(-t384, t344_345.second(), t396);
+    t398 = R::constant(14.879267681260208) - t397;
+    t399_400 = both(t391) * t252_253;
+    t401_402 = R::Two::fused(-both(t390), t268_269, t399_400);
+    t403 = t401_402.first() * t282;
+    t404 = R::fused(t367, t403, t398);
     let (
-        t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423_424, t425_426, t427_428, t429, t430, t431,
-        t432_433, t434_435, t436_437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450,
-        t451, t452, t453, t454, t455, t456, t457, t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468,
-        t469, t470, t471, t472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486,
-        t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504,
-        t505, t506, t507, t508, t509, t510, t511, t512, t513, t514, t515, t516, t517, t518, t519, t520, t521, t522,
-        t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538, t539, t540,
-        t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558,
-        t559,
+        t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422,
+        t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440,
+        t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458,
+        t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476,
+        t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494,
+        t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512,
+        t513, t514, t515, t516, t517,
     );
-    t413 = R::fused(t70_71.second(), t412, t28_29.second());
-    t414 = R::constant(1.0) - t92_93.second();
-    t415 = R::fused(-t102_103.second(), t412, t414);
-    t416 = R::fused(t122_123.second(), t415, t413);
-    t417 = R::fused(-t136_137.second(), t415, t415);
-    t418 = R::fused(t149, t417, t416);
-    t419 = R::fused(t165_166.second(), t412, t155_156.second());
-    t420 = R::fused(t181_182.second(), t415, t419);
-    t421 = R::fused(-t193, t417, t420);
-    t422 = R::fused(t203, t421, t418);
-    // other
-    t423_424 = both(t422) * t352_353;
-    t425_426 = R::Two::fused(both(t421), t356_357, t423_424);
-    t427_428 = R::Two::fused(-both(t417), t360_361, t425_426);
-    t429 = R::fused(-t415, t364_365.second(), t427_428.second());
-    t430 = R::fused(-t412, t368_369.second(), t429);
-    t431 = R::constant(14.879267681260208) - t430;
-    t432_433 = both(t422) * t260_261;
-    t434_435 = R::Two::fused(-both(t421), t276_277, t432_433);
-    t436_437 = R::Two::fused(both(t417), t280_281, t434_435);
-    t438 = t436_437.first() * t294;
-    t439 = R::fused(t394, t438, t431);
-    t440 = R::fused(-t336_337.first(), t438, t427_428.first());
-    t441 = t440 * t375;
-    t442 = R::fused(t400, t441, t439);
-    t443 = R::fused(t415, t284_285.second(), t436_437.second());
-    t444 = R::fused(t412, t288_289.second(), t443);
-    t445 = R::constant(4.851935113454416) + t444;
-    t446 = R::fused(-t382, t438, t445);
-    t447 = R::fused(-t384, t441, t446);
-    t448 = t447 * t390;
-    t449 = R::fused(t402, t448, t442);
-    t450 = t449 * t410;
-    t451 = v_base_pitch + v_left_hip_pitch; // left_upper_leg: motion
-    t452 = t451 + v_left_knee_pitch; // left_lower_leg: motion
-    t453 = t452 + v_left_ankle_pitch; // left_foot: motion
-    t454 = R::fused(t272_273.first(), t438, t453);
-    t455 = R::fused(t351, t441, t454);
-    t456 = R::fused(t387, t448, t455);
-    t457 = R::fused(-t406, t450, t456);
-    t458 = t205 * t422;
-    t459 = t422 * t458;
-    t460 = t202 * t421;
-    t461 = R::fused(t421, t460, t459);
-    t462 = t148 * t417;
-    t463 = R::fused(t417, t462, t461);
-    t464 = t120_121.second() * t415;
-    t465 = R::fused(t415, t464, t463);
-    t466 = t68_69.second() * t412;
-    t467 = R::fused(t412, t466, t465);
-    t468 = R::constant(161.73117044848053) + t467;
-    t469 = R::fused(-t436_437.first(), t438, t468);
-    t470 = R::fused(-t440, t441, t469);
-    t471 = R::fused(-t447, t448, t470);
-    t472 = R::fused(-t449, t450, t471);
-    t473 = R::constant(1.0) / t472;
-    t474 = t457 * t473;
-    t475 = R::fused(-t450, t474, t411);
-    t476 = R::fused(-t403, t475, t391);
-    t477 = R::fused(t448, t474, t476);
-    t478 = R::fused(-t385, t477, t376);
-    t479 = R::fused(-t401, t475, t478);
-    t480 = R::fused(t441, t474, t479);
-    t481 = R::fused(-t338, t480, t295);
-    t482 = R::fused(-t383, t477, t481);
-    t483 = R::fused(-t395, t475, t482);
-    t484 = R::fused(t438, t474, t483);
-    t485 = t260_261.first() * t484;
-    t486 = R::fused(t352_353.first(), t480, t485);
-    t487 = R::fused(t260_261.second(), t477, t486);
-    t488 = R::fused(t352_353.second(), t475, t487);
-    t489 = R::fused(-t458, t474, t488);
-    t490 = v_base_x - t489;
-    t491 = t276_277.first() * t484;
-    t492 = R::fused(-t356_357.first(), t480, t491);
-    t493 = R::fused(t276_277.second(), t477, t492);
-    t494 = R::fused(-t356_357.second(), t475, t493);
-    t495 = R::fused(t460, t474, t494);
-    t496 = R::fused(-t203, t489, t495); // solved by the factors
-    t497 = v_base_z + t496;
-    t498 = t280_281.first() * t484;
-    t499 = R::fused(-t360_361.first(), t480, t498);
-    t500 = R::fused(t280_281.second(), t477, t499);
-    t501 = R::fused(-t360_361.second(), t475, t500);
-    t502 = R::fused(-t462, t474, t501);
-    t503 = R::fused(t149, t489, t502); // solved by the factors
-    t504 = R::fused(t193, t496, t503); // solved by the factors
-    t505 = v_base_pitch + t504;
-    t506 = t284_285.first() * t484;
-    t507 = R::fused(-t364_365.first(), t480, t506);
-    t508 = R::fused(t122_123.first(), t489, t507); // solved by the factors
-    t509 = R::fused(-t181_182.first(), t496, t508); // solved by the factors
-    t510 = R::fused(-t136_137.first(), t504, t509); // solved by the factors
-    t511 = v_right_hip_pitch + t510;
-    t512 = t288_289.first() * t484;
-    t513 = R::fused(-t368_369.first(), t480, t512);
+    t405 = R::fused(-t316_317.first(), t403, t394_395.first());
+    t406 = t405 * t351;
+    t407 = R::fused(t372, t406, t404);
+    t408 = R::fused(t387, t272_273.second(), t401_402.second());
+    t409 = R::fused(t384, t276_277.second(), t408);
+    t410 = R::constant(4.851935113454416) + t409;
+    t411 = R::fused(-t356, t403, t410);
+    t412 = R::fused(-t358, t406, t411);
+    t413 = t412 * t364;
+    t414 = R::fused(t374, t413, t407);
+    t415 = t414 * t382;
+    t416 = v_base_pitch + v_left_hip_pitch; // left_upper_leg: motion
+    t417 = t416 + v_left_knee_pitch; // left_lower_leg: motion
+    t418 = t417 + v_left_ankle_pitch; // left_foot: motion
+    t419 = R::fused(t264_265.first(), t403, t418);
+    t420 = R::fused(t331, t406, t419);
+    t421 = R::fused(t361, t413, t420);
+    t422 = R::fused(-t378, t415, t421);
+    t423 = t203 * t391;
+    t424 = t391 * t423;
+    t425 = t200 * t390;
+    t426 = R::fused(t390, t425, t424);
+    t427 = t120_121.second() * t387;
+    t428 = R::fused(t387, t427, t426);
+    t429 = t68_69.second() * t384;
+    t430 = R::fused(t384, t429, t428);
+    t431 = R::constant(161.73117044848053) + t430;
+    t432 = R::fused(-t401_402.first(), t403, t431);
+    t433 = R::fused(-t405, t406, t432);
+    t434 = R::fused(-t412, t413, t433);
+    t435 = R::fused(-t414, t415, t434);
+    t436 = R::constant(1.0) / t435;
+    t437 = t422 * t436;
+    t438 = R::fused(-t415, t437, t383);
+    t439 = R::fused(-t375, t438, t365);
+    t440 = R::fused(t413, t437, t439);
+    t441 = R::fused(-t359, t440, t352);
+    t442 = R::fused(-t373, t438, t441);
+    t443 = R::fused(t406, t437, t442);
+    t444 = R::fused(-t318, t443, t283);
+    t445 = R::fused(-t357, t440, t444);
+    t446 = R::fused(-t368, t438, t445);
+    t447 = R::fused(t403, t437, t446);
+    t448 = t252_253.first() * t447;
+    t449 = R::fused(t332_333.first(), t443, t448);
+    t450 = R::fused(t252_253.second(), t440, t449);
+    t451 = R::fused(t332_333.second(), t438, t450);
+    t452 = R::fused(-t423, t437, t451);
+    t453 = v_base_x - t452;
+    t454 = t268_269.first() * t447;
+    t455 = R::fused(-t336_337.first(), t443, t454);
+    t456 = R::fused(t268_269.second(), t440, t455);
+    t457 = R::fused(-t336_337.second(), t438, t456);
+    t458 = R::fused(t425, t437, t457);
+    t459 = R::fused(-t201, t452, t458); // solved by the factors
+    t460 = v_base_z + t459;
+    t461 = t147 * t452; // solved by the factors
+    t462 = R::fused(-t191, t459, t461); // solved by the factors
+    t463 = v_base_pitch + t462;
+    t464 = t272_273.first() * t447;
+    t465 = R::fused(-t340_341.first(), t443, t464);
+    t466 = R::fused(t122_123.first(), t452, t465); // solved by the factors
+    t467 = R::fused(-t179_180.first(), t459, t466); // solved by the factors
+    t468 = t462 - t467; // solved by the factors
+    t469 = v_right_hip_pitch - t468;
+    t470 = t276_277.first() * t447;
+    t471 = R::fused(-t344_345.first(), t443, t470);
     // solved by the factors
-    t514 = R::fused(t70_71.first(), t489, t513);
-    t515 = R::fused(-t165_166.first(), t496, t514);
-    t516 = R::fused(-t102_103.first(), t504, t515);
-    t517 = R::fused(-t102_103.first(), t510, t516);
-    t518 = v_right_knee_pitch + t517; // other
-    t519 = R::constant(24.25967556727208) * t484; // other
-    t520 = R::fused(R::constant(-14.879267681260208), t480, t519); // other
-    t521 = R::fused(t28_29.first(), t489, t520);
-    t522 = R::fused(-t155_156.first(), t496, t521);
-    t523 = R::fused(-t92_93.first(), t504, t522);
-    t524 = R::fused(-t92_93.first(), t510, t523);
-    t525 = R::fused(-t58_59.first(), t517, t524);
+    t472 = R::fused(t70_71.first(), t452, t471);
+    t473 = R::fused(-t163_164.first(), t459, t472);
+    t474 = R::fused(-t102_103.first(), t462, t473);
+    t475 = R::fused(t102_103.first(), t468, t474);
+    t476 = v_right_knee_pitch + t475; // other
+    t477 = R::constant(24.25967556727208) * t447; // other
+    t478 = R::fused(R::constant(-14.879267681260208), t443, t477); // other
+    t479 = R::fused(t28_29.first(), t452, t478);
+    t480 = R::fused(-t153_154.first(), t459, t479);
+    t481 = R::fused(-t92_93.first(), t462, t480);
+    t482 = R::fused(t92_93.first(), t468, t481);
+    t483 = R::fused(-t58_59.first(), t475, t482);
     // other
-    t526 = v_right_ankle_pitch + t525;
-    t527 = t284_285.second() * t477;
-    t528 = R::fused(-t364_365.second(), t475, t527);
-    t529 = R::fused(-t464, t474, t528);
-    t530 = R::fused(t122_123.second(), t489, t529); // solved by the factors
-    t531 = R::fused(-t181_182.second(), t496, t530); // solved by the factors
-    t532 = R::fused(-t136_137.second(), t504, t531); // solved by the factors
-    t533 = v_left_hip_pitch + t532;
-    t534 = t288_289.second() * t477;
-    t535 = R::fused(-t368_369.second(), t475, t534);
-    t536 = R::fused(-t466, t474, t535);
+    t484 = v_right_ankle_pitch + t483;
+    t485 = t272_273.second() * t440;
+    t486 = R::fused(-t340_341.second(), t438, t485);
+    t487 = R::fused(-t427, t437, t486);
+    t488 = R::fused(t122_123.second(), t452, t487); // solved by the factors
+    t489 = R::fused(-t179_180.second(), t459, t488); // solved by the factors
+    t490 = t462 - t489; // solved by the factors
+    t491 = v_left_hip_pitch - t490;
+    t492 = t276_277.second() * t440;
+    t493 = R::fused(-t344_345.second(), t438, t492);
+    t494 = R::fused(-t429, t437, t493);
     // solved by the factors
-    t537 = R::fused(t70_71.second(), t489, t536);
-    t538 = R::fused(-t165_166.second(), t496, t537);
-    t539 = R::fused(-t102_103.second(), t504, t538);
-    t540 = R::fused(-t102_103.second(), t532, t539);
+    t495 = R::fused(t70_71.second(), t452, t494);
+    t496 = R::fused(-t163_164.second(), t459, t495);
+    t497 = R::fused(-t102_103.second(), t462, t496);
+    t498 = R::fused(t102_103.second(), t490, t497);
     // other
-    t541 = v_left_knee_pitch + t540;
-    t542 = R::constant(4.851935113454416) * t477;
-    t543 = R::fused(R::constant(-14.879267681260208), t475, t542);
-    t544 = R::fused(R::constant(-161.73117044848053), t474, t543);
+    t499 = v_left_knee_pitch + t498;
+    t500 = R::constant(4.851935113454416) * t440;
+    t501 = R::fused(R::constant(-14.879267681260208), t438, t500);
+    t502 = R::fused(R::constant(-161.73117044848053), t437, t501);
     // solved by the factors
-    t545 = R::fused(t28_29.second(), t489, t544);
-    t546 = R::fused(-t155_156.second(), t496, t545);
-    t547 = R::fused(-t92_93.second(), t504, t546);
-    t548 = R::fused(-t92_93.second(), t532, t547);
-    t549 = R::fused(-t58_59.second(), t540, t548);
+    t503 = R::fused(t28_29.second(), t452, t502);
+    t504 = R::fused(-t153_154.second(), t459, t503);
+    t505 = R::fused(-t92_93.second(), t462, t504);
+    t506 = R::fused(t92_93.second(), t490, t505);
+    t507 = R::fused(-t58_59.second(), t498, t506);
     // other
-    t550 = v_left_ankle_pitch + t549;
-    t551 = t224_225.first() * t484;
-    t552 = R::fused(-t248_249.first(), t480, -t551);
-    t553 = t248_249.first() * t484;
-    t554 = R::fused(-t224_225.first(), t480, t553);
-    t555 = t224_225.second() * t477;
-    t556 = R::fused(-t248_249.second(), t475, -t555);
-    t557 = t248_249.second() * t477;
-    t558 = R::fused(-t224_225.second(), t475, t557);
-    t559 = -t474;
-    *out = [[t490, t497, t505, t511, t518, t526, t533, t541, t550, t552, t554, t556, t558, t559]];
+    t508 = v_left_ankle_pitch + t507;
+    t509 = t222_223.first() * t447;
+    t510 = R::fused(-t242_243.first(), t443, -t509);
+    t511 = t242_243.first() * t447;
+    t512 = R::fused(-t222_223.first(), t443, t511);
+    t513 = t222_223.second() * t440;
+    t514 = R::fused(-t242_243.second(), t438, -t513);
+    t515 = t242_243.second() * t440;
+    t516 = R::fused(-t222_223.second(), t438, t515);
+    t517 = -t437;
+    *out = [[t453, t460, t463, t469, t476, t484, t491, t499, t508, t510, t512, t514, t516, t517]];
 }
 }

@@ -33,7 +33,7 @@
 //! - [`coriolis_matrix()`]: 9 × 9, 149 operations. Coriolis matrix `C` with `C v = H − G`; `Ḋ − 2 C` is skew-symmetric.
 //! - [`inverse_dynamics_derivatives()`]: 9 × 27, 494 operations. Derivatives of the inverse dynamics `[∂τ/∂q, ∂τ/∂v,
 //!   ∂τ/∂a]`; q in its tangent space, right increment.
-//! - [`forward_dynamics_derivatives()`]: 9 × 27, 1657 operations. Derivatives of the forward dynamics `[∂a/∂q, ∂a/∂v,
+//! - [`forward_dynamics_derivatives()`]: 9 × 27, 1614 operations. Derivatives of the forward dynamics `[∂a/∂q, ∂a/∂v,
 //!   ∂a/∂τ]`; q in its tangent space, right increment.
 //! - [`bias()`]: 9 × 1, 147 operations. Bias `H = C v + G`.
 //! - [`gravity()`]: 9 × 1, 65 operations. Gravity's generalised forces `G`.
@@ -70,16 +70,16 @@
 //! - [`contact_distances()`]: 4 × 1, 58 operations. Heights of the contact points above the ground z = 0.
 //! - [`contact_positions()`]: 4 × 1, 58 operations. Tangential positions of the contact points, world axes (planar: x
 //!   alone).
-//! - [`contact_normal_directions()`]: 9 × 4, 70 operations. `W_N`: `W_Nᵀ v` are the normal velocities of the contact
+//! - [`contact_normal_directions()`]: 9 × 4, 66 operations. `W_N`: `W_Nᵀ v` are the normal velocities of the contact
 //!   points, `W_N λ_N` their generalised force.
-//! - [`contact_tangential_directions()`]: 9 × 4, 70 operations. `W_T`: `W_Tᵀ v` are the tangential velocities of the
+//! - [`contact_tangential_directions()`]: 9 × 4, 66 operations. `W_T`: `W_Tᵀ v` are the tangential velocities of the
 //!   contact points, `W_T λ_T` their generalised force.
 //! - [`contact_normal_rate()`]: 4 × 1, 92 operations. Normal accelerations of the contact points when `a = 0`.
 //! - [`contact_tangential_rate()`]: 4 × 1, 92 operations. Tangential accelerations of the contact points when `a = 0`.
 //! - [`constrained_dynamics_of_single_support()`], [`constrained_dynamics_of_toe_support()`],
-//!   [`constrained_dynamics_of_touch_down()`], [`constrained_dynamics_of_push_off()`]: 765 to 1141 operations.
+//!   [`constrained_dynamics_of_touch_down()`], [`constrained_dynamics_of_push_off()`]: 395 to 1044 operations.
 //!   Accelerations of a phase under its contacts, then the contact forces λ: `D a + H = tau + W λ`, `Wᵀ a + w = 0`.
-//! - [`impact_map_of_toe_support()`], [`impact_map_of_touch_down()`]: 761 to 883 operations. Velocity just after the
+//! - [`impact_map_of_toe_support()`], [`impact_map_of_touch_down()`]: 695 to 798 operations. Velocity just after the
 //!   impact that ends a phase, then the impulses; legs keep their names.
 //! - [`relabelled_configuration()`]: 9 × 1, 0 operations. Configuration after left and right have swapped their roles.
 //! - [`relabelled_velocity()`]: 9 × 1, 0 operations. Velocity after left and right have swapped their roles.
@@ -90,8 +90,8 @@
 //!   [`rotation_of_right_foot_toe()`], [`rotation_of_left_foot_heel()`], [`rotation_of_left_foot_toe()`]: 3 × 3, 18
 //!   operations. Rotation: columns are the frame's axes in the world.
 //! - [`jacobian_of_left_foot()`], [`jacobian_of_right_foot()`], [`jacobian_of_right_foot_heel()`],
-//!   [`jacobian_of_right_foot_toe()`], [`jacobian_of_left_foot_heel()`], [`jacobian_of_left_foot_toe()`]: 6 × 9, 24
-//!   to 40 operations. Jacobian with respect to `v` at the frame's origin, world axes, linear rows first.
+//!   [`jacobian_of_right_foot_toe()`], [`jacobian_of_left_foot_heel()`], [`jacobian_of_left_foot_toe()`]: 6 × 9, 22
+//!   to 38 operations. Jacobian with respect to `v` at the frame's origin, world axes, linear rows first.
 //! - [`jacobian_rate_times_velocity_of_left_foot()`], [`jacobian_rate_times_velocity_of_right_foot()`],
 //!   [`jacobian_rate_times_velocity_of_right_foot_heel()`], [`jacobian_rate_times_velocity_of_right_foot_toe()`],
 //!   [`jacobian_rate_times_velocity_of_left_foot_heel()`], [`jacobian_rate_times_velocity_of_left_foot_toe()`]: 6 ×

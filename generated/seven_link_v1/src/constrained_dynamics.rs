@@ -13,7 +13,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`,
 /// `right_foot/moment/y`; m/s², then rad/s², then N, then N m.
 /// Source: (4.23), Table 4.1, corrected.
-/// 817 operations: 83 add, 156 mul, 284 fused, 10 div, 7 sin_cos. For two limbs at once: 121 pairs of them.
+/// 373 operations: 42 add, 83 mul, 122 fused, 4 div, 7 sin_cos. For two limbs at once: 20 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_single_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -67,501 +67,253 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let tau_left_hip_pitch = tau[6];
     let tau_left_knee_pitch = tau[7];
     let tau_left_ankle_pitch = tau[8];
+    let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
+    let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
+    let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
-        ],
-        [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
-        ],
+        [sin_q_base_pitch, sin_t0, sin_t2, sin_t4, sin_t1, sin_t3, sin_t5],
+        [cos_q_base_pitch, cos_t0, cos_t2, cos_t4, cos_t1, cos_t3, cos_t5],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        q_base_pitch, t0_1.first(), t2_3.first(), t4_5.first(), t0_1.second(), t2_3.second(), t4_5.second(),
     ]);
-    let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123_124, t125, t126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138_139, t140_141, t142_143, t144, t145,
-        t146_147, t148_149, t150_151, t152_153, t154, t155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
-        t168_169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
-        t187, t188, t189, t190, t191, t192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
-        t207_208, t209_210, t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228,
-        t229_230, t231, t232, t233, t234, t235_236, t237_238, t239, t240, t241, t242, t243_244, t245, t246_247,
-        t248_249, t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269,
-        t270_271, t272_273, t274_275, t276_277, t278, t279, t280_281, t282_283, t284_285, t286_287, t288, t289,
-        t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302_303, t304, t305, t306, t307, t308, t309, t310,
-        t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328,
-        t329, t330, t331, t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346,
-        t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364,
-        t365, t366, t367, t368, t369, t370, t371, t372, t373,
-    );
-    // right_foot, left_foot: sums of what it carries
-    t0_1 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t2_3 = both(R::constant(0.018)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t4_5 = t0_1 - t2_3;
-    t6_7 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t8_9 = t0_1 + t2_3;
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t6_7);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t16_17 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(287.35632183908046));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
-    t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
-    t42_43 = both(sin_q_base_pitch) * t40_41;
-    t44_45 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t46_47 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39, t44_45);
-    t48_49 = R::Two::fused(both(cos_q_base_pitch), t46_47, t42_43);
-    t50_51 = R::Two::fused(both(R::constant(0.3)), t8_9, both(R::constant(0.00348))); // right_foot, left_foot
-    // factors of the mass matrix
-    t52_53 = t50_51 * both(R::constant(287.35632183908046));
-    t54_55 = R::Two::fused(t26_27, t52_53, t48_49);
-    // right_foot, left_foot: sums of what it carries
-    t56_57 = R::Two::fused(both(R::constant(0.6)), t8_9, both(R::constant(0.00348)));
-    t58_59 = both(R::constant(0.08816)) + t56_57;
-    // factors of the mass matrix
-    t60_61 = R::Two::fused(-t50_51, t52_53, t58_59);
-    t62_63 = both(R::constant(1.0)) / t60_61;
-    t64_65 = t54_55 * t62_63;
-    t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
-    t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
-    t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
-    t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
-    t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
-    t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
-    t80_81 = t78_79 * both(R::constant(287.35632183908046));
-    t82_83 = t26_27 * t80_81;
-    t84_85 = t76_77 + t82_83;
-    t86_87 = R::Two::fused(both(R::constant(0.3)), t38_39, t58_59); // right_lower_leg, left_lower_leg: mass matrix
-    t88_89 = R::Two::fused(-t78_79, t52_53, t86_87);
-    t90_91 = t88_89 * t62_63;
-    t92_93 = t54_55 * t90_91;
-    t94_95 = t84_85 - t92_93;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t96_97 = R::Two::fused(both(R::constant(0.6)), t38_39, t58_59);
-    t98_99 = both(R::constant(0.241)) + t96_97;
-    // factors of the mass matrix
-    t100_101 = t78_79 * t80_81;
-    t102_103 = t98_99 - t100_101;
-    t104_105 = t88_89 * t90_91;
-    t106_107 = t102_103 - t104_105;
-    t108_109 = both(R::constant(1.0)) / t106_107;
-    t110_111 = t94_95 * t108_109;
-    t112 = R::fused(-t94_95.second(), t110_111.second(), t67);
-    t113 = R::fused(-t94_95.first(), t110_111.first(), t112);
-    t114 = R::constant(2.2) - t74_75.second(); // left_upper_leg: sums of what it carries
-    t115 = t114 - t74_75.first(); // right_upper_leg: sums of what it carries
-    t116 = cos_q_base_pitch * t115; // torso: sums of what it carries
-    t117 = t70_71.second() + t70_71.first(); // right_upper_leg: sums of what it carries
-    t118 = R::fused(sin_q_base_pitch, t117, t116); // torso: sums of what it carries
-    t119 = t118 + t82_83.second();
-    t120 = t119 + t82_83.first();
-    t121 = t120 - t92_93.second();
-    t122 = t121 - t92_93.first();
-    t123_124 = t106_107 * t108_109;
-    t125 = R::fused(-t94_95.second(), t123_124.second(), t122);
-    t126 = R::fused(-t94_95.first(), t123_124.first(), t125);
-    t127 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
-    t128 = t98_99.first() + t127; // right_upper_leg: sums of what it carries
-    t129 = t128 - t100_101.second();
-    t130 = t129 - t100_101.first();
-    t131 = t130 - t104_105.second();
-    t132 = t131 - t104_105.first();
-    t133 = R::fused(-t106_107.second(), t123_124.second(), t132);
-    t134 = R::fused(-t106_107.first(), t123_124.first(), t133);
-    t135 = R::constant(1.0) / t134;
-    t136 = t126 * t135;
-    t137 = R::fused(-t126, t136, t113);
-    // right_foot, left_foot: mass matrix
-    t138_139 = both(cos_q_base_pitch) * t18_19;
-    t140_141 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t138_139);
-    // factors of the mass matrix
-    t142_143 = t140_141 * both(R::constant(287.35632183908046));
-    t144 = t26_27.second() * t142_143.second();
-    t145 = R::fused(t26_27.first(), t142_143.first(), t144);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t146_147 = both(cos_q_base_pitch) * t40_41;
-    t148_149 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t146_147);
-    // factors of the mass matrix
-    t150_151 = R::Two::fused(t140_141, t52_53, t148_149);
-    t152_153 = t150_151 * t62_63;
-    t154 = R::fused(t54_55.second(), t152_153.second(), t145);
-    t155 = R::fused(t54_55.first(), t152_153.first(), t154);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t156_157 = both(cos_q_base_pitch) * t70_71;
-    t158_159 = R::Two::fused(both(sin_q_base_pitch), t74_75, t156_157);
-    // factors of the mass matrix
-    t160_161 = t140_141 * t80_81;
-    t162_163 = t158_159 + t160_161;
-    t164_165 = t150_151 * t90_91;
-    t166_167 = t162_163 - t164_165;
-    t168_169 = t166_167 * t108_109;
-    t170 = R::fused(t94_95.second(), t168_169.second(), t155);
-    t171 = R::fused(t94_95.first(), t168_169.first(), t170);
-    t172 = sin_q_base_pitch * t115; // torso: sums of what it carries
-    t173 = R::fused(-cos_q_base_pitch, t117, t172); // torso: sums of what it carries
-    t174 = t173 - t160_161.second();
-    t175 = t174 - t160_161.first();
-    t176 = t175 + t164_165.second();
-    t177 = t176 + t164_165.first();
-    t178 = R::fused(t166_167.second(), t123_124.second(), t177);
-    t179 = R::fused(t166_167.first(), t123_124.first(), t178);
-    t180 = t179 * t135;
-    t181 = R::fused(-t126, t180, t171);
-    t182 = R::fused(-t140_141.second(), t142_143.second(), R::constant(19.0));
-    t183 = R::fused(-t140_141.first(), t142_143.first(), t182);
-    t184 = R::fused(-t150_151.second(), t152_153.second(), t183);
-    t185 = R::fused(-t150_151.first(), t152_153.first(), t184);
-    t186 = R::fused(-t166_167.second(), t168_169.second(), t185);
-    t187 = R::fused(-t166_167.first(), t168_169.first(), t186);
-    t188 = R::fused(-t179, t180, t187);
-    t189 = R::constant(1.0) / t188;
-    t190 = t181 * t189;
-    t191 = R::fused(-t181, t190, t137);
-    t192 = R::constant(1.0) / t191;
-    t193_194 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t195_196 = t193_194 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    let t6_7 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    let t8_9 = t6_7 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_foot, left_foot: motion
-    t197_198 = t195_196 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t199_200 = t197_198 * t197_198;
-    t201_202 = both(R::constant(0.018)) * t199_200; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: wrench handed to its parent
-    t203_204 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t201_202;
-    t205_206 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t201_202;
-    t207_208 = t203_204 + t205_206;
-    t209_210 = t195_196 * t195_196; // right_lower_leg, left_lower_leg: motion
-    t211_212 = R::Two::fused(both(R::constant(0.362)), t209_210, t207_208);
-    t213_214 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t211_212; // right_lower_leg, left_lower_leg
-    t215_216 = t203_204 - t205_206;
-    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214);
-    t219_220 = t193_194 * t193_194; // right_upper_leg, left_upper_leg: motion
-    t221_222 = R::Two::fused(both(R::constant(0.925)), t219_220, t217_218); // right_lower_leg, left_lower_leg
-    t223_224 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t221_222; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t225_226 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t211_212;
-    t227_228 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t215_216, t225_226);
-    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224);
-    t231 = v_base_pitch * v_base_pitch; // torso: motion
-    t232 = R::fused(R::constant(2.2), t231, -t229_230.second()); // left_upper_leg: wrench handed to its parent
-    t233 = t232 - t229_230.first(); // right_upper_leg: wrench handed to its parent
-    t234 = sin_q_base_pitch * t233; // torso: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t235_236 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t221_222;
-    t237_238 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t227_228, t235_236);
-    t239 = t237_238.second() + t237_238.first(); // right_upper_leg: wrench handed to its parent
-    t240 = R::fused(-cos_q_base_pitch, t239, t234); // torso: wrench handed to its parent
-    t241 = t240 + tau_base_x; // other
-    t242 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t243_244 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t242); // right_upper_leg, left_upper_leg: motion
-    t245 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244);
-    // right_lower_leg, left_lower_leg: motion
-    t248_249 = R::Two::fused(t219_220, both(R::constant(0.3)), t246_247);
-    t250_251 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
-    // right_upper_leg, left_upper_leg: motion
-    t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t242);
-    t254_255 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t245), t252_253);
-    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251);
-    // right_foot, left_foot: motion
-    t258_259 = R::Two::fused(both(R::constant(0.3)), t209_210, t256_257);
-    t260_261 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t258_259;
-    // right_lower_leg, left_lower_leg: motion
-    t262_263 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
-    t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t254_255, t262_263);
-    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261);
-    t268_269 = both(R::constant(0.018)) * t266_267; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: motion
-    t270_271 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t258_259;
-    t272_273 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t264_265, t270_271);
-    t274_275 = R::Two::fused(both(R::constant(-0.018)), t272_273, t268_269); // right_foot, left_foot
-    t276_277 = t274_275 - two(tau_right_ankle_pitch, tau_left_ankle_pitch); // other
-    t278 = R::fused(-t276_277.second(), t28_29.second(), t241); // solved by the factors
-    t279 = R::fused(-t276_277.first(), t28_29.first(), t278); // solved by the factors
-    // right_foot, left_foot: wrench handed to its parent
-    t280_281 = R::Two::fused(both(R::constant(0.362)), t264_265, t274_275);
-    t282_283 = R::Two::fused(both(R::constant(0.3)), t215_216, t280_281);
-    t284_285 = t282_283 - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
+    let t10_11 = t8_9 + two(v_right_ankle_pitch, v_left_ankle_pitch);
+    let t12_13 = t10_11 * t10_11;
+    let t14 = R::constant(0.06) * sin_t4; // right_upper_leg: motion
+    let t15 = R::fused(R::constant(-0.039999999999999994), cos_t4, t14); // right_upper_leg: motion
+    let t16 = t12_13.first() * t15; // right_upper_leg: motion
+    let t17_18 = t8_9 * t8_9; // right_lower_leg, left_lower_leg: motion
+    let t19_20 = two(R::constant(0.3), R::constant(0.362)) * two(sin_t2, sin_t3); // left_upper_leg, right_foot: motion
+    let t21 = R::fused(t17_18.first(), t19_20.first(), t16); // left_upper_leg: motion
+    let t22_23 = t6_7 * t6_7; // right_upper_leg, left_upper_leg: motion
+    let t24_25 = two(R::constant(0.3), R::constant(0.925)) * two(sin_t0, sin_t1); // right_lower_leg, left_lower_leg
+    let t26 = R::fused(t22_23.first(), t24_25.first(), t21); // right_lower_leg: motion
+    let t27_28 = two(R::constant(0.3), R::constant(0.362)) * two(cos_t2, cos_t3); // left_upper_leg, right_foot: motion
+    let t29 = R::constant(0.018) * cos_t5; // left_foot: sums of what it carries
+    let t30 = R::constant(0.018) * sin_t5; // left_foot: sums of what it carries
+    let t31 = t29 + t30; // left_foot: sums of what it carries
+    let t32 = t27_28.first() * t31; // left_foot: mass matrix
+    let t33 = t29 - t30; // left_foot: sums of what it carries
+    let t34 = R::fused(-t19_20.first(), t33, t32); // left_foot: mass matrix
+    let t35 = R::constant(287.35632183908046) * t34; // factors of the mass matrix
+    let t36 = R::fused(-t34, t35, R::constant(1.58096)); // factors of the mass matrix
+    let t37 = t27_28.first() * t27_28.second(); // right_foot: mass matrix in absolute angles
+    let t38 = R::fused(t19_20.first(), t19_20.second(), t37); // right_foot: mass matrix in absolute angles
+    let t39_40 = two(R::constant(5.338), R::constant(0.3)) * two(sin_t2, sin_t3); // right_upper_leg, left_foot
+    let t41 = t39_40.second() * t33; // left_foot: sums of what it carries
+    let t42_43 = two(R::constant(5.338), R::constant(0.3)) * two(cos_t2, cos_t3); // right_upper_leg, left_foot
+    let t44 = R::fused(-t42_43.second(), t31, t41); // left_foot: mass matrix
+    // factors of the mass matrix
+    let t45 = R::constant(287.35632183908046) * t44;
+    let t46 = R::fused(t34, t45, t38);
+    let t47 = R::fused(-t44, t45, R::constant(0.08816));
+    let t48 = R::constant(1.0) / t47;
+    let t49 = t46 * t48;
+    let t50 = R::fused(-t46, t49, t36);
+    let t51_52 = two(R::constant(0.3), R::constant(0.925)) * two(cos_t0, cos_t1); // right_lower_leg, left_lower_leg
+    // left_lower_leg, right_foot: mass matrix in absolute angles
+    let t53_54 = t27_28 * t51_52.swapped();
+    let t55_56 = R::Two::fused(t19_20, t24_25.swapped(), t53_54);
+    let t57 = R::constant(0.3) * cos_t1; // right_foot: motion
+    let t58 = t57 * t31; // left_foot: mass matrix
+    let t59_60 = two(R::constant(4.775), R::constant(0.3)) * two(sin_t0, sin_t1); // left_upper_leg, right_foot
+    let t61 = R::fused(-t59_60.second(), t33, t58); // left_foot: mass matrix
+    let t62 = R::constant(287.35632183908046) * t61; // factors of the mass matrix
+    let t63 = R::fused(-t34, t62, t55_56.first()); // factors of the mass matrix
+    let t64 = t57 * t27_28.second(); // right_foot: mass matrix in absolute angles
+    let t65 = R::fused(t59_60.second(), t19_20.second(), t64); // right_foot: mass matrix in absolute angles
+    // factors of the mass matrix
+    let t66 = R::fused(t61, t45, t65);
+    let t67 = t66 * t48;
+    let t68 = R::fused(-t46, t67, t63);
+    let t69 = R::fused(-t61, t62, R::constant(0.241));
+    let t70 = R::fused(-t66, t67, t69);
+    let t71 = R::constant(1.0) / t70;
+    let t72 = t68 * t71;
+    let t73 = R::fused(-t68, t72, t50);
+    let t74 = R::constant(2.2) * cos_q_base_pitch; // right_lower_leg: sums of what it carries
+    let t75 = t27_28.first() * t74; // right_lower_leg: mass matrix in absolute angles
+    let t76 = R::constant(2.2) * sin_q_base_pitch; // right_lower_leg: sums of what it carries
+    let t77 = R::fused(t19_20.first(), t76, t75); // right_lower_leg: mass matrix in absolute angles
+    let t78 = t77 * R::constant(1.3623978201634879);
+    let t79 = R::fused(-t77, t78, t73);
+    let t80 = R::constant(4.775) * cos_t0; // left_upper_leg: sums of what it carries
+    let t81 = t27_28.first() * t80; // left_upper_leg: mass matrix in absolute angles
+    let t82 = R::fused(t19_20.first(), t59_60.first(), t81); // left_upper_leg: mass matrix in absolute angles
+    let t83 = t51_52.first() * t31; // left_foot: mass matrix
+    let t84 = R::fused(-t24_25.first(), t33, t83); // left_foot: mass matrix
+    let t85 = R::constant(287.35632183908046) * t84;
+    let t86 = R::fused(-t34, t85, t82);
+    let t87 = R::fused(t84, t45, t55_56.second());
+    let t88 = t87 * t48;
+    let t89 = R::fused(-t46, t88, t86);
+    let t90 = t51_52.first() * t51_52.second(); // left_lower_leg: mass matrix in absolute angles
+    let t91 = R::fused(t24_25.first(), t24_25.second(), t90); // left_lower_leg: mass matrix in absolute angles
+    let t92 = R::fused(-t84, t62, t91);
+    let t93 = R::fused(-t87, t67, t92);
+    let t94 = t93 * t71;
+    let t95 = R::fused(-t68, t94, t89);
+    let t96 = t51_52.first() * t74; // right_lower_leg: mass matrix in absolute angles
+    let t97 = R::fused(t24_25.first(), t76, t96); // right_lower_leg: mass matrix in absolute angles
+    let t98 = t97 * R::constant(1.3623978201634879);
+    let t99 = R::fused(-t77, t98, t95);
+    let t100 = R::fused(-t84, t85, R::constant(1.396));
+    let t101 = R::fused(-t87, t88, t100);
+    let t102 = R::fused(-t93, t94, t101);
+    let t103 = R::fused(-t97, t98, t102);
+    let t104 = R::constant(1.0) / t103;
+    let t105 = t99 * t104;
+    let t106 = R::fused(-t99, t105, t79);
+    let t107 = R::constant(1.0) / t106;
+    let t108_109 = two(tau_right_knee_pitch, tau_left_knee_pitch) - two(tau_right_ankle_pitch, tau_left_ankle_pitch);
+    let t110 = t12_13.second() * t33; // left_foot: sums of what it carries
+    let t111 = R::fused(-t17_18.second(), t19_20.second(), t110); // right_foot: sums of what it carries
+    let t112 = R::fused(-t22_23.second(), t24_25.second(), t111); // left_lower_leg: sums of what it carries
+    let t113 = v_base_pitch * v_base_pitch; // torso: motion
+    let t114 = R::fused(t113, t76, tau_base_x); // right_lower_leg: sums of what it carries
+    let t115 = t112 + t114; // right_lower_leg: sums of what it carries
+    let t116 = R::fused(t22_23.first(), t59_60.first(), t115); // left_upper_leg: sums of what it carries
+    let t117 = t27_28.first() * t116; // left_upper_leg: sums of what it carries
+    let t118 = t12_13.second() * t31; // left_foot: sums of what it carries
+    let t119 = R::fused(t17_18.second(), t27_28.second(), t118); // right_foot: sums of what it carries
+    let t120 = R::fused(t22_23.second(), t51_52.second(), t119); // left_lower_leg: sums of what it carries
+    let t121 = R::fused(t113, t74, tau_base_z); // right_lower_leg: sums of what it carries
+    let t122 = t120 - t121; // right_lower_leg: sums of what it carries
+    let t123 = R::fused(-t22_23.first(), t80, t122); // left_upper_leg: sums of what it carries
+    let t124 = R::fused(t19_20.first(), t123, t117); // left_upper_leg: sums of what it carries
+    let t125 = t16 * t42_43.first(); // right_upper_leg: sums of what it carries
+    let t126 = R::constant(0.06) * cos_t4; // right_upper_leg: motion
+    let t127 = R::fused(R::constant(0.039999999999999994), sin_t4, t126); // right_upper_leg: motion
+    let t128 = R::fused(-t12_13.first(), t127, R::constant(9.81)); // right_upper_leg: motion
+    let t129 = R::fused(t128, t39_40.first(), t125); // right_upper_leg: sums of what it carries
+    let t130 = t124 + t129; // left_upper_leg: moment in absolute angles
+    let t131 = t108_109.first() + t130; // other
+    let t132 = R::fused(-t22_23.second(), t59_60.second(), t26); // right_foot: motion
+    let t133 = R::fused(-t17_18.second(), t39_40.second(), t132); // left_foot: motion
+    let t134 = t133 * t31; // left_foot: sums of what it carries
+    let t135 = R::fused(-t17_18.first(), t27_28.first(), t128); // left_upper_leg: motion
+    let t136 = R::fused(-t22_23.first(), t51_52.first(), t135); // right_lower_leg: motion
+    let t137 = R::fused(t22_23.second(), t57, t136); // right_foot: motion
+    let t138 = R::fused(t17_18.second(), t42_43.second(), t137); // left_foot: motion
+    let t139 = R::fused(-t138, t33, t134); // left_foot: sums of what it carries
+    let t140 = tau_left_ankle_pitch - t139; // other
+    let t141 = R::fused(t140, t35, t131); // solved by the factors
+    let t142 = t42_43.second() * t110; // left_foot: sums of what it carries
+    let t143 = R::fused(t39_40.second(), t118, t142); // left_foot: sums of what it carries
+    let t144 = t132 * t27_28.second(); // right_foot: sums of what it carries
+    let t145 = R::fused(t137, t19_20.second(), t144); // right_foot: sums of what it carries
+    let t146 = t143 + t145; // left_foot: moment in absolute angles
+    let t147 = t108_109.second() - t146; // other
+    let t148 = R::fused(t140, t45, t147); // solved by the factors
+    let t149 = R::fused(t49, t148, t141); // solved by the factors
+    let t150_151 = two(tau_right_hip_pitch, tau_left_hip_pitch) - two(tau_right_knee_pitch, tau_left_knee_pitch);
+    let t152 = t57 * t111; // right_foot: sums of what it carries
+    let t153 = R::fused(t59_60.second(), t119, t152); // right_foot: sums of what it carries
+    let t154 = t26 * t51_52.second(); // left_lower_leg: sums of what it carries
+    let t155 = R::fused(t136, t24_25.second(), t154); // left_lower_leg: sums of what it carries
+    let t156 = t153 + t155; // right_foot: moment in absolute angles
+    let t157 = t150_151.second() - t156; // other
+    let t158 = R::fused(-t140, t62, t157); // solved by the factors
+    let t159 = R::fused(-t67, t148, t158); // solved by the factors
+    let t160 = R::fused(t72, t159, t149); // solved by the factors
+    let t161 = t26 * t74; // right_lower_leg: sums of what it carries
+    let t162 = R::fused(t136, t76, t161); // right_lower_leg: sums of what it carries
+    let t163 = tau_base_pitch + t162; // right_lower_leg: sums of what it carries
+    let t164 = tau_right_hip_pitch + tau_left_hip_pitch; // other
+    let t165 = t163 - t164; // other
+    let t166 = R::fused(-t165, t78, t160); // solved by the factors
+    let t167 = t51_52.first() * t115; // right_lower_leg: sums of what it carries
+    let t168 = R::fused(t24_25.first(), t122, t167); // right_lower_leg: sums of what it carries
+    let t169 = t21 * t80; // left_upper_leg: sums of what it carries
+    let t170 = R::fused(t135, t59_60.first(), t169); // left_upper_leg: sums of what it carries
+    let t171 = t168 + t170; // right_lower_leg: moment in absolute angles
+    let t172 = t150_151.first() + t171; // other
     // solved by the factors
-    t286_287 = R::Two::fused(-t276_277, t52_53, t284_285);
-    t288 = R::fused(t64_65.second(), t286_287.second(), t279);
-    t289 = R::fused(t64_65.first(), t286_287.first(), t288);
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t290_291 = R::Two::fused(both(R::constant(0.925)), t254_255, t282_283);
-    t292_293 = R::Two::fused(both(R::constant(-0.3)), t227_228, t290_291);
-    t294_295 = t292_293 - two(tau_right_hip_pitch, tau_left_hip_pitch); // other
-    // solved by the factors
-    t296_297 = t276_277 * t80_81;
-    t298_299 = t294_295 - t296_297;
-    t300_301 = t90_91 * t286_287;
-    t302_303 = t298_299 - t300_301;
-    t304 = R::fused(t110_111.second(), t302_303.second(), t289);
-    t305 = R::fused(t110_111.first(), t302_303.first(), t304);
-    t306 = R::fused(sin_q_base_pitch, R::constant(21.582), -t292_293.second()); // left_upper_leg
-    t307 = t292_293.first() - t306; // right_upper_leg: wrench handed to its parent
-    t308 = t307 - tau_base_pitch; // other
-    t309 = t308 - t296_297.second();
-    t310 = t309 - t296_297.first();
-    t311 = t310 - t300_301.second();
-    t312 = t311 - t300_301.first();
-    t313 = R::fused(-t123_124.second(), t302_303.second(), t312);
-    t314 = R::fused(-t123_124.first(), t302_303.first(), t313);
-    t315 = R::fused(t136, t314, t305);
-    t316 = cos_q_base_pitch * t233; // torso: wrench handed to its parent
-    t317 = R::fused(sin_q_base_pitch, t239, t316); // torso: wrench handed to its parent
-    t318 = R::constant(186.39) - t317; // torso: wrench handed to its parent
-    t319 = t318 - tau_base_z; // other
-    t320 = R::fused(t276_277.second(), t142_143.second(), t319);
-    t321 = R::fused(t276_277.first(), t142_143.first(), t320);
-    t322 = R::fused(-t152_153.second(), t286_287.second(), t321);
-    t323 = R::fused(-t152_153.first(), t286_287.first(), t322);
-    t324 = R::fused(-t168_169.second(), t302_303.second(), t323);
-    t325 = R::fused(-t168_169.first(), t302_303.first(), t324);
-    t326 = R::fused(t180, t314, t325);
-    t327 = R::fused(-t190, t326, t315);
+    let t173 = R::fused(t140, t85, t172);
+    let t174 = R::fused(t88, t148, t173);
+    let t175 = R::fused(t94, t159, t174);
+    let t176 = R::fused(-t165, t98, t175);
+    let t177 = R::fused(-t105, t176, t166);
+    let t178 = t107 * t177; // other
+    let t179 = t27_28.first() * t178; // other
+    let t180 = t104 * t176; // other
+    let t181 = R::fused(-t105, t178, t180);
     // other
-    t328 = t192 * t327;
-    t329 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t330 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t329);
-    t331 = cos_q_right_hip_pitch * t330;
-    t332 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t333 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t332);
-    t334 = R::fused(-sin_q_right_hip_pitch, t333, t331);
-    t335 = cos_q_base_pitch * t334;
-    t336 = sin_q_right_hip_pitch * t330;
-    t337 = R::fused(cos_q_right_hip_pitch, t333, t336);
-    t338 = R::fused(-sin_q_base_pitch, t337, t335);
-    t339 = R::fused(-t26_27.first(), R::constant(11.494252873563218), t338); // solved by the factors
-    t340 = R::fused(R::constant(0.3), sin_q_right_ankle_pitch, R::constant(0.039999999999999994));
-    t341 = R::fused(-t50_51.first(), R::constant(11.494252873563218), t340); // solved by the factors
-    t342 = R::fused(t64_65.first(), t341, t339); // solved by the factors
-    t343 = R::fused(R::constant(0.3), t330, t340);
+    let t182 = R::fused(t51_52.first(), t181, t179);
+    let t183 = t182 - t26;
+    let t184 = t19_20.first() * t178;
+    let t185 = R::fused(t24_25.first(), t181, t184);
+    let t186 = t136 - t185;
+    let t187 = t186 - R::constant(9.81);
+    let t188 = t165 * R::constant(1.3623978201634879);
+    let t189 = R::fused(-t78, t178, t188); // solved by the factors
+    let t190 = R::fused(-t98, t181, t189); // solved by the factors
+    let t191 = t181 - t190;
+    let t192 = t178 - t181;
+    let t193 = -t178;
+    let t194 = t71 * t159;
+    let t195 = R::fused(t72, t178, t194); // solved by the factors
+    let t196 = R::fused(t94, t181, t195); // solved by the factors
+    let t197 = t196 - t190;
+    let t198 = t48 * t148;
+    let t199 = R::fused(t49, t178, t198); // solved by the factors
+    let t200 = R::fused(t88, t181, t199); // solved by the factors
+    let t201 = R::fused(-t67, t196, t200); // solved by the factors
+    let t202 = t201 - t196;
+    let t203 = R::constant(287.35632183908046) * t140;
     // solved by the factors
-    t344 = R::fused(-t78_79.first(), R::constant(11.494252873563218), t343);
-    t345 = R::fused(-t90_91.first(), t341, t344);
-    t346 = R::fused(t110_111.first(), t345, t342);
-    t347 = R::fused(-t123_124.first(), t345, t345);
-    t348 = R::fused(t136, t347, t346);
-    t349 = sin_q_base_pitch * t334; // other
-    t350 = R::fused(cos_q_base_pitch, t337, t349); // other
-    t351 = R::fused(t140_141.first(), R::constant(11.494252873563218), t350);
-    t352 = R::fused(-t152_153.first(), t341, t351);
-    t353 = R::fused(-t168_169.first(), t345, t352);
-    t354 = R::fused(t180, t347, t353);
-    t355 = R::fused(-t190, t354, t348);
+    let t204 = R::fused(t35, t178, t203);
+    let t205 = R::fused(t85, t181, t204);
+    let t206 = R::fused(-t62, t196, t205);
+    let t207 = R::fused(t45, t201, t206);
+    let t208 = t207 - t201; // other
+    let t209 = R::fused(t17_18.first(), t39_40.first(), t116); // right_upper_leg: sums of what it carries
+    let t210 = R::constant(1.122) * sin_t4; // torso: sums of what it carries
+    let t211 = R::fused(R::constant(-0.7419999999999999), cos_t4, t210); // torso: sums of what it carries
+    let t212 = R::fused(t12_13.first(), t211, t209); // torso: sums of what it carries
     // other
-    t356 = t192 * t355;
-    t357 = R::fused(t199_200.first(), R::constant(0.06), t272_273.first());
-    t358 = R::fused(R::constant(9.81), t350, t357);
-    t359 = t356 * t327;
-    t360 = t189 * t354;
-    t361 = R::fused(t360, t326, t359);
-    t362 = t135 * t347;
-    t363 = R::fused(t362, t314, t361);
-    t364 = t108_109.first() * t345;
-    t365 = R::fused(t364, t302_303.first(), t363);
-    t366 = t62_63.first() * t341;
-    t367 = R::fused(t366, t286_287.first(), t365);
-    t368 = R::fused(t276_277.first(), R::constant(11.494252873563218), t367);
-    t369 = t358 + t368;
-    t370 = t355 * t356;
-    t371 = R::fused(t354, t360, t370);
-    t372 = R::fused(t347, t362, t371);
-    t373 = R::fused(t345, t364, t372);
-    let (
-        t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391,
-        t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409,
-        t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427,
-        t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442, t443, t444, t445,
-        t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460_461, t462, t463, t464,
-        t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482,
-        t483, t484, t485, t486, t487, t488, t489, t490, t491, t492_493, t494, t495, t496, t497, t498, t499, t500_501,
-        t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514, t515, t516, t517, t518, t519,
-        t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533,
-    );
-    t374 = R::fused(t341, t366, t373);
-    t375 = t374 + R::constant(0.4597701149425286);
-    t376 = R::constant(1.0) / t375;
-    t377 = t369 * t376;
-    t378 = R::fused(t26_27.first(), R::constant(17.241379310344826), t350); // solved by the factors
-    t379 = R::fused(R::constant(0.3), cos_q_right_ankle_pitch, R::constant(0.06));
-    t380 = R::fused(-t50_51.first(), R::constant(17.241379310344826), t379); // solved by the factors
-    t381 = R::fused(-t64_65.first(), t380, t378); // solved by the factors
-    t382 = R::fused(R::constant(-0.3), t333, t379);
-    // solved by the factors
-    t383 = R::fused(-t78_79.first(), R::constant(17.241379310344826), t382);
-    t384 = R::fused(-t90_91.first(), t380, t383);
-    t385 = R::fused(-t110_111.first(), t384, t381);
-    t386 = R::fused(-t123_124.first(), t384, t384);
-    t387 = R::fused(-t136, t386, t385);
-    t388 = R::fused(t140_141.first(), R::constant(17.241379310344826), t338);
-    t389 = R::fused(-t152_153.first(), t380, t388);
-    t390 = R::fused(-t168_169.first(), t384, t389);
-    t391 = R::fused(t180, t386, t390);
-    t392 = R::fused(t190, t391, t387);
-    // other
-    t393 = t392 * t356;
-    t394 = R::fused(-t391, t360, t393);
-    t395 = R::fused(-t386, t362, t394);
-    t396 = R::fused(-t384, t364, t395);
-    t397 = R::fused(-t380, t366, t396);
-    t398 = t397 - R::constant(0.689655172413793);
-    t399 = t398 * t376;
-    t400 = R::fused(t199_200.first(), R::constant(0.039999999999999994), t266_267.first());
-    t401 = R::fused(R::constant(9.81), t338, -t400);
-    t402 = t192 * t392;
-    t403 = t402 * t327;
-    t404 = t189 * t391;
-    t405 = R::fused(-t404, t326, t403);
-    t406 = t135 * t386;
-    t407 = R::fused(-t406, t314, t405);
-    t408 = t108_109.first() * t384;
-    t409 = R::fused(-t408, t302_303.first(), t407);
-    t410 = t62_63.first() * t380;
-    t411 = R::fused(-t410, t286_287.first(), t409);
-    t412 = R::fused(-t276_277.first(), R::constant(17.241379310344826), t411);
-    t413 = t401 - t412;
-    t414 = R::fused(t369, t399, t413);
-    t415 = t392 * t402;
-    t416 = R::fused(t391, t404, t415);
-    t417 = R::fused(t386, t406, t416);
-    t418 = R::fused(t384, t408, t417);
-    t419 = R::fused(t380, t410, t418);
-    t420 = t419 + R::constant(1.0344827586206895);
-    t421 = R::fused(-t398, t399, t420);
-    t422 = R::constant(1.0) / t421;
-    t423 = t414 * t422;
-    // solved by the factors
-    t424 = R::constant(1.0) - t52_53.first();
-    t425 = R::fused(-t64_65.first(), t424, t28_29.first());
-    t426 = R::constant(1.0) - t80_81.first();
-    t427 = R::fused(-t90_91.first(), t424, t426);
-    t428 = R::fused(-t110_111.first(), t427, t425);
-    t429 = R::fused(-t123_124.first(), t427, t427);
-    t430 = R::fused(-t136, t429, t428);
-    t431 = R::fused(-t152_153.first(), t424, t142_143.first());
-    t432 = R::fused(-t168_169.first(), t427, t431);
-    t433 = R::fused(t180, t429, t432);
-    t434 = R::fused(t190, t433, t430);
-    // other
-    t435 = t434 * t402;
-    t436 = R::fused(t433, t404, t435);
-    t437 = R::fused(t429, t406, t436);
-    t438 = R::fused(t427, t408, t437);
-    t439 = R::fused(t424, t410, t438);
-    t440 = R::constant(17.241379310344826) + t439;
-    t441 = t434 * t356;
-    t442 = R::fused(-t433, t360, t441);
-    t443 = R::fused(-t429, t362, t442);
-    t444 = R::fused(-t427, t364, t443);
-    t445 = R::fused(-t424, t366, t444);
-    t446 = R::constant(11.494252873563218) - t445;
-    t447 = t446 * t376;
-    t448 = R::fused(t398, t447, t440);
-    t449 = t448 * t422;
-    t450 = t192 * t434;
-    t451 = t450 * t327;
-    t452 = t189 * t433;
-    t453 = R::fused(-t452, t326, t451);
-    t454 = t135 * t429;
-    t455 = R::fused(-t454, t314, t453);
-    t456 = t108_109.first() * t427;
-    t457 = R::fused(-t456, t302_303.first(), t455);
-    t458 = t62_63.first() * t424;
-    t459 = R::fused(-t458, t286_287.first(), t457);
-    t460_461 = t276_277 * both(R::constant(287.35632183908046));
-    t462 = t459 - t460_461.first();
-    t463 = R::fused(t369, t447, t462);
-    t464 = R::fused(t414, t449, t463);
-    t465 = t434 * t450;
-    t466 = R::fused(t433, t452, t465);
-    t467 = R::fused(t429, t454, t466);
-    t468 = R::fused(t427, t456, t467);
-    t469 = R::fused(t424, t458, t468);
-    t470 = R::constant(287.35632183908046) + t469;
-    t471 = R::fused(-t446, t447, t470);
-    t472 = R::fused(-t448, t449, t471);
-    t473 = R::constant(1.0) / t472;
-    t474 = t464 * t473;
-    t475 = R::fused(t449, t474, t423);
-    t476 = R::fused(t399, t475, t377);
-    t477 = R::fused(t447, t474, t476);
-    t478 = R::fused(-t356, t477, t328);
-    t479 = R::fused(t402, t475, t478);
-    t480 = R::fused(-t450, t474, t479);
-    t481 = t189 * t326;
-    t482 = R::fused(-t360, t477, t481);
-    t483 = R::fused(-t404, t475, t482);
-    t484 = R::fused(t452, t474, t483);
-    t485 = R::fused(t190, t480, -t484); // solved by the factors
-    t486 = t135 * t314;
-    t487 = R::fused(-t362, t477, t486);
-    t488 = R::fused(-t406, t475, t487);
-    t489 = R::fused(t454, t474, t488);
-    t490 = R::fused(t136, t480, t489); // solved by the factors
-    t491 = R::fused(t180, t485, -t490); // solved by the factors
-    t492_493 = t108_109 * t302_303;
-    t494 = R::fused(-t364, t477, t492_493.first());
-    t495 = R::fused(-t408, t475, t494);
-    t496 = R::fused(t456, t474, t495);
-    t497 = R::fused(t110_111.first(), t480, t496); // solved by the factors
-    t498 = R::fused(t168_169.first(), t485, t497); // solved by the factors
-    t499 = R::fused(-t123_124.first(), t491, -t498); // solved by the factors
-    t500_501 = t62_63 * t286_287;
-    t502 = R::fused(-t366, t477, t500_501.first());
-    t503 = R::fused(-t410, t475, t502);
-    t504 = R::fused(t458, t474, t503);
-    // solved by the factors
-    t505 = R::fused(t64_65.first(), t480, t504);
-    t506 = R::fused(t152_153.first(), t485, t505);
-    t507 = R::fused(t90_91.first(), t491, t506);
-    t508 = R::fused(-t90_91.first(), t499, -t507);
-    t509 = R::fused(R::constant(-11.494252873563218), t477, t460_461.first()); // other
-    t510 = R::fused(R::constant(-17.241379310344826), t475, t509); // other
-    t511 = R::fused(R::constant(287.35632183908046), t474, t510); // other
-    t512 = R::fused(-t28_29.first(), t480, t511);
-    t513 = R::fused(-t142_143.first(), t485, t512);
-    t514 = R::fused(t80_81.first(), t491, t513);
-    t515 = R::fused(t80_81.first(), t499, t514);
-    t516 = R::fused(-t52_53.first(), t508, -t515);
-    t517 = R::fused(t110_111.second(), t480, t492_493.second());
-    t518 = R::fused(t168_169.second(), t485, t517);
-    t519 = R::fused(-t123_124.second(), t491, -t518);
-    t520 = R::fused(t64_65.second(), t480, t500_501.second());
-    t521 = R::fused(t152_153.second(), t485, t520);
-    t522 = R::fused(t90_91.second(), t491, t521);
-    t523 = R::fused(-t90_91.second(), t519, -t522);
-    t524 = R::fused(-t28_29.second(), t480, t460_461.second());
-    t525 = R::fused(-t142_143.second(), t485, t524);
-    t526 = R::fused(t80_81.second(), t491, t525);
-    t527 = R::fused(t80_81.second(), t519, t526);
-    t528 = R::fused(-t52_53.second(), t523, -t527);
-    // other
-    t529 = t338 * t477;
-    t530 = R::fused(t350, t475, -t529);
-    t531 = t350 * t477;
-    t532 = R::fused(t338, t475, t531);
-    t533 = -t474;
-    *out = [[t480, t485, t491, t499, t508, t516, t519, t523, t528, t530, t532, t533]];
+    let t213 = R::fused(-t42_43.first(), t178, t212);
+    let t214 = R::fused(-t80, t181, t213);
+    let t215 = R::fused(-t74, t190, t214);
+    let t216 = R::fused(t51_52.second(), t196, t215);
+    let t217 = R::fused(t27_28.second(), t201, t216);
+    let t218 = R::fused(-t31, t207, -t217);
+    let t219 = R::fused(-t17_18.first(), t42_43.first(), t123); // right_upper_leg: sums of what it carries
+    let t220 = R::constant(1.122) * cos_t4; // torso: sums of what it carries
+    let t221 = R::fused(R::constant(0.7419999999999999), sin_t4, t220); // torso: sums of what it carries
+    let t222 = R::fused(-t12_13.first(), t221, t219); // torso: sums of what it carries
+    let t223 = R::constant(186.39) + t222; // base/z: sums of what it carries
+    let t224 = R::fused(-t39_40.first(), t178, t223);
+    let t225 = R::fused(-t59_60.first(), t181, t224);
+    let t226 = R::fused(-t76, t190, t225);
+    let t227 = R::fused(t24_25.second(), t196, t226);
+    let t228 = R::fused(t19_20.second(), t201, t227);
+    let t229 = R::fused(-t33, t207, t228);
+    let t230 = t127 * t209; // right_upper_leg: sums of what it carries
+    let t231 = R::fused(t15, t219, t230); // right_upper_leg: sums of what it carries
+    let t232 = R::fused(R::constant(9.81), t211, t231); // right_upper_leg: moment in absolute angles
+    let t233 = tau_right_ankle_pitch + t232;
+    let t234 = t127 * t42_43.first(); // right_upper_leg: mass matrix in absolute angles
+    let t235 = R::fused(t15, t39_40.first(), t234); // right_upper_leg: mass matrix in absolute angles
+    let t236 = R::fused(-t235, t178, t233);
+    let t237 = t127 * t80; // left_upper_leg: mass matrix in absolute angles
+    let t238 = R::fused(t15, t59_60.first(), t237); // left_upper_leg: mass matrix in absolute angles
+    let t239 = R::fused(-t238, t181, t236);
+    let t240 = t127 * t74; // right_lower_leg: mass matrix in absolute angles
+    let t241 = R::fused(t15, t76, t240); // right_lower_leg: mass matrix in absolute angles
+    let t242 = R::fused(-t241, t190, t239);
+    let t243 = t127 * t51_52.second(); // left_lower_leg: mass matrix in absolute angles
+    let t244 = R::fused(t15, t24_25.second(), t243); // left_lower_leg: mass matrix in absolute angles
+    let t245 = R::fused(t244, t196, t242);
+    let t246 = t127 * t27_28.second(); // right_foot: mass matrix in absolute angles
+    let t247 = R::fused(t15, t19_20.second(), t246); // right_foot: mass matrix in absolute angles
+    let t248 = R::fused(t247, t201, t245);
+    let t249 = t127 * t31; // left_foot: mass matrix
+    let t250 = R::fused(-t15, t33, t249); // left_foot: mass matrix
+    let t251 = R::fused(-t250, t207, -t248);
+    *out = [[t183, t187, t190, t191, t192, t193, t197, t202, t208, t218, t229, t251]];
 }
 }
 
@@ -572,7 +324,7 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`; m/s², then rad/s²,
 /// then N.
 /// Source: (4.23), Table 4.1, corrected.
-/// 722 operations: 77 add, 144 mul, 246 fused, 9 div, 7 sin_cos. For two limbs at once: 121 pairs of them.
+/// 438 operations: 43 add, 90 mul, 150 fused, 5 div, 7 sin_cos. For two limbs at once: 19 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_toe_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -626,440 +378,305 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     let tau_left_hip_pitch = tau[6];
     let tau_left_knee_pitch = tau[7];
     let tau_left_ankle_pitch = tau[8];
+    let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
+    let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
+    let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
-        ],
-        [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
-        ],
+        [sin_q_base_pitch, sin_t0, sin_t2, sin_t4, sin_t1, sin_t3, sin_t5],
+        [cos_q_base_pitch, cos_t0, cos_t2, cos_t4, cos_t1, cos_t3, cos_t5],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        q_base_pitch, t0_1.first(), t2_3.first(), t4_5.first(), t0_1.second(), t2_3.second(), t4_5.second(),
     ]);
     let (
-        t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
-        t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
-        t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
-        t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123_124, t125, t126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138_139, t140_141, t142_143, t144, t145,
-        t146_147, t148_149, t150_151, t152_153, t154, t155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
-        t168_169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
-        t187, t188, t189, t190, t191, t192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
-        t207_208, t209_210, t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228,
-        t229_230, t231, t232, t233, t234, t235_236, t237_238, t239, t240, t241, t242, t243_244, t245, t246_247,
-        t248_249, t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269,
-        t270_271, t272_273, t274_275, t276_277, t278, t279, t280_281, t282_283, t284_285, t286_287, t288, t289,
-        t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302_303, t304, t305, t306, t307, t308, t309, t310,
-        t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328,
-        t329, t330, t331, t332, t333, t334, t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346,
-        t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364,
-        t365, t366, t367, t368, t369, t370, t371, t372, t373,
+        t6_7, t8_9, t10_11, t12_13, t14, t15, t16, t17_18, t19_20, t21, t22_23, t24_25, t26, t27, t28, t29, t30, t31,
+        t32, t33, t34, t35, t36, t37_38, t39_40, t41, t42_43, t44, t45_46, t47, t48, t49, t50, t51, t52, t53, t54_55,
+        t56, t57, t58, t59, t60_61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72, t73, t74, t75, t76, t77, t78,
+        t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t95, t96, t97, t98, t99, t100,
+        t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114, t115, t116, t117, t118,
+        t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132, t133, t134, t135, t136,
+        t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150, t151, t152, t153, t154,
+        t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167, t168, t169, t170, t171, t172,
+        t173, t174, t175, t176, t177, t178, t179_180, t181, t182, t183, t184, t185, t186, t187, t188, t189_190, t191,
+        t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206, t207, t208, t209,
+        t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224, t225, t226, t227,
+        t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245,
+        t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260, t261, t262, t263,
+        t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277,
     );
-    // right_foot, left_foot: sums of what it carries
-    t0_1 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    t2_3 = both(R::constant(0.018)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t4_5 = t0_1 - t2_3;
-    t6_7 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t8_9 = t0_1 + t2_3;
-    // right_foot, left_foot: mass matrix
-    t10_11 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9, t6_7);
-    t12_13 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t10_11;
-    t14_15 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t4_5; // right_lower_leg, left_lower_leg
-    t16_17 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t8_9, t14_15);
-    t18_19 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t12_13);
-    t20_21 = both(sin_q_base_pitch) * t18_19;
-    t22_23 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t10_11;
-    t24_25 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t22_23);
-    t26_27 = R::Two::fused(both(cos_q_base_pitch), t24_25, t20_21);
-    // factors of the mass matrix
-    t28_29 = t26_27 * both(R::constant(287.35632183908046));
-    t30 = R::fused(-t26_27.second(), t28_29.second(), R::constant(19.0));
-    t31 = R::fused(-t26_27.first(), t28_29.first(), t30);
-    t32_33 = both(R::constant(0.362)) + t8_9; // right_foot, left_foot: sums of what it carries
-    t34_35 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, -t6_7);
-    t36_37 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t38_39 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t14_15);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t40_41 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t36_37);
-    t42_43 = both(sin_q_base_pitch) * t40_41;
-    t44_45 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t34_35; // right_upper_leg, left_upper_leg
-    t46_47 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39, t44_45);
-    t48_49 = R::Two::fused(both(cos_q_base_pitch), t46_47, t42_43);
-    t50_51 = R::Two::fused(both(R::constant(0.3)), t8_9, both(R::constant(0.00348))); // right_foot, left_foot
-    // factors of the mass matrix
-    t52_53 = t50_51 * both(R::constant(287.35632183908046));
-    t54_55 = R::Two::fused(t26_27, t52_53, t48_49);
-    // right_foot, left_foot: sums of what it carries
-    t56_57 = R::Two::fused(both(R::constant(0.6)), t8_9, both(R::constant(0.00348)));
-    t58_59 = both(R::constant(0.08816)) + t56_57;
-    // factors of the mass matrix
-    t60_61 = R::Two::fused(-t50_51, t52_53, t58_59);
-    t62_63 = both(R::constant(1.0)) / t60_61;
-    t64_65 = t54_55 * t62_63;
-    t66 = R::fused(-t54_55.second(), t64_65.second(), t31);
-    t67 = R::fused(-t54_55.first(), t64_65.first(), t66);
-    t68_69 = both(R::constant(0.925)) + t38_39; // right_lower_leg, left_lower_leg: sums of what it carries
-    t70_71 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t68_69, t36_37);
-    t72_73 = both(sin_q_base_pitch) * t70_71; // right_upper_leg, left_upper_leg: mass matrix
-    t74_75 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t68_69, -t44_45);
-    t76_77 = R::Two::fused(-both(cos_q_base_pitch), t74_75, t72_73); // right_upper_leg, left_upper_leg: mass matrix
-    t78_79 = R::Two::fused(both(R::constant(0.3)), t16_17, t50_51); // right_foot, left_foot: mass matrix
-    t80_81 = t78_79 * both(R::constant(287.35632183908046));
-    t82_83 = t26_27 * t80_81;
-    t84_85 = t76_77 + t82_83;
-    t86_87 = R::Two::fused(both(R::constant(0.3)), t38_39, t58_59); // right_lower_leg, left_lower_leg: mass matrix
-    t88_89 = R::Two::fused(-t78_79, t52_53, t86_87);
-    t90_91 = t88_89 * t62_63;
-    t92_93 = t54_55 * t90_91;
-    t94_95 = t84_85 - t92_93;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t96_97 = R::Two::fused(both(R::constant(0.6)), t38_39, t58_59);
-    t98_99 = both(R::constant(0.241)) + t96_97;
-    // factors of the mass matrix
-    t100_101 = t78_79 * t80_81;
-    t102_103 = t98_99 - t100_101;
-    t104_105 = t88_89 * t90_91;
-    t106_107 = t102_103 - t104_105;
-    t108_109 = both(R::constant(1.0)) / t106_107;
-    t110_111 = t94_95 * t108_109;
-    t112 = R::fused(-t94_95.second(), t110_111.second(), t67);
-    t113 = R::fused(-t94_95.first(), t110_111.first(), t112);
-    t114 = R::constant(2.2) - t74_75.second(); // left_upper_leg: sums of what it carries
-    t115 = t114 - t74_75.first(); // right_upper_leg: sums of what it carries
-    t116 = cos_q_base_pitch * t115; // torso: sums of what it carries
-    t117 = t70_71.second() + t70_71.first(); // right_upper_leg: sums of what it carries
-    t118 = R::fused(sin_q_base_pitch, t117, t116); // torso: sums of what it carries
-    t119 = t118 + t82_83.second();
-    t120 = t119 + t82_83.first();
-    t121 = t120 - t92_93.second();
-    t122 = t121 - t92_93.first();
-    t123_124 = t106_107 * t108_109;
-    t125 = R::fused(-t94_95.second(), t123_124.second(), t122);
-    t126 = R::fused(-t94_95.first(), t123_124.first(), t125);
-    t127 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
-    t128 = t98_99.first() + t127; // right_upper_leg: sums of what it carries
-    t129 = t128 - t100_101.second();
-    t130 = t129 - t100_101.first();
-    t131 = t130 - t104_105.second();
-    t132 = t131 - t104_105.first();
-    t133 = R::fused(-t106_107.second(), t123_124.second(), t132);
-    t134 = R::fused(-t106_107.first(), t123_124.first(), t133);
-    t135 = R::constant(1.0) / t134;
-    t136 = t126 * t135;
-    t137 = R::fused(-t126, t136, t113);
-    // right_foot, left_foot: mass matrix
-    t138_139 = both(cos_q_base_pitch) * t18_19;
-    t140_141 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t138_139);
-    // factors of the mass matrix
-    t142_143 = t140_141 * both(R::constant(287.35632183908046));
-    t144 = t26_27.second() * t142_143.second();
-    t145 = R::fused(t26_27.first(), t142_143.first(), t144);
-    // right_lower_leg, left_lower_leg: mass matrix
-    t146_147 = both(cos_q_base_pitch) * t40_41;
-    t148_149 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t146_147);
-    // factors of the mass matrix
-    t150_151 = R::Two::fused(t140_141, t52_53, t148_149);
-    t152_153 = t150_151 * t62_63;
-    t154 = R::fused(t54_55.second(), t152_153.second(), t145);
-    t155 = R::fused(t54_55.first(), t152_153.first(), t154);
-    // right_upper_leg, left_upper_leg: mass matrix
-    t156_157 = both(cos_q_base_pitch) * t70_71;
-    t158_159 = R::Two::fused(both(sin_q_base_pitch), t74_75, t156_157);
-    // factors of the mass matrix
-    t160_161 = t140_141 * t80_81;
-    t162_163 = t158_159 + t160_161;
-    t164_165 = t150_151 * t90_91;
-    t166_167 = t162_163 - t164_165;
-    t168_169 = t166_167 * t108_109;
-    t170 = R::fused(t94_95.second(), t168_169.second(), t155);
-    t171 = R::fused(t94_95.first(), t168_169.first(), t170);
-    t172 = sin_q_base_pitch * t115; // torso: sums of what it carries
-    t173 = R::fused(-cos_q_base_pitch, t117, t172); // torso: sums of what it carries
-    t174 = t173 - t160_161.second();
-    t175 = t174 - t160_161.first();
-    t176 = t175 + t164_165.second();
-    t177 = t176 + t164_165.first();
-    t178 = R::fused(t166_167.second(), t123_124.second(), t177);
-    t179 = R::fused(t166_167.first(), t123_124.first(), t178);
-    t180 = t179 * t135;
-    t181 = R::fused(-t126, t180, t171);
-    t182 = R::fused(-t140_141.second(), t142_143.second(), R::constant(19.0));
-    t183 = R::fused(-t140_141.first(), t142_143.first(), t182);
-    t184 = R::fused(-t150_151.second(), t152_153.second(), t183);
-    t185 = R::fused(-t150_151.first(), t152_153.first(), t184);
-    t186 = R::fused(-t166_167.second(), t168_169.second(), t185);
-    t187 = R::fused(-t166_167.first(), t168_169.first(), t186);
-    t188 = R::fused(-t179, t180, t187);
-    t189 = R::constant(1.0) / t188;
-    t190 = t181 * t189;
-    t191 = R::fused(-t181, t190, t137);
-    t192 = R::constant(1.0) / t191;
-    t193_194 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t195_196 = t193_194 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t6_7 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t8_9 = t6_7 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_foot, left_foot: motion
-    t197_198 = t195_196 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t199_200 = t197_198 * t197_198;
-    t201_202 = both(R::constant(0.018)) * t199_200; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: wrench handed to its parent
-    t203_204 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t201_202;
-    t205_206 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t201_202;
-    t207_208 = t203_204 + t205_206;
-    t209_210 = t195_196 * t195_196; // right_lower_leg, left_lower_leg: motion
-    t211_212 = R::Two::fused(both(R::constant(0.362)), t209_210, t207_208);
-    t213_214 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t211_212; // right_lower_leg, left_lower_leg
-    t215_216 = t203_204 - t205_206;
-    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214);
-    t219_220 = t193_194 * t193_194; // right_upper_leg, left_upper_leg: motion
-    t221_222 = R::Two::fused(both(R::constant(0.925)), t219_220, t217_218); // right_lower_leg, left_lower_leg
-    t223_224 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t221_222; // right_upper_leg, left_upper_leg
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t225_226 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t211_212;
-    t227_228 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t215_216, t225_226);
-    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224);
-    t231 = v_base_pitch * v_base_pitch; // torso: motion
-    t232 = R::fused(R::constant(2.2), t231, -t229_230.second()); // left_upper_leg: wrench handed to its parent
-    t233 = t232 - t229_230.first(); // right_upper_leg: wrench handed to its parent
-    t234 = sin_q_base_pitch * t233; // torso: wrench handed to its parent
-    // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t235_236 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t221_222;
-    t237_238 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t227_228, t235_236);
-    t239 = t237_238.second() + t237_238.first(); // right_upper_leg: wrench handed to its parent
-    t240 = R::fused(-cos_q_base_pitch, t239, t234); // torso: wrench handed to its parent
-    t241 = t240 + tau_base_x; // other
-    t242 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t243_244 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t242); // right_upper_leg, left_upper_leg: motion
-    t245 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244);
-    // right_lower_leg, left_lower_leg: motion
-    t248_249 = R::Two::fused(t219_220, both(R::constant(0.3)), t246_247);
-    t250_251 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
-    // right_upper_leg, left_upper_leg: motion
-    t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t242);
-    t254_255 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t245), t252_253);
-    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251);
-    // right_foot, left_foot: motion
-    t258_259 = R::Two::fused(both(R::constant(0.3)), t209_210, t256_257);
-    t260_261 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t258_259;
-    // right_lower_leg, left_lower_leg: motion
-    t262_263 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
-    t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t254_255, t262_263);
-    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261);
-    t268_269 = both(R::constant(0.018)) * t266_267; // right_foot, left_foot: wrench that its motion needs
-    // right_foot, left_foot: motion
-    t270_271 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t258_259;
-    t272_273 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t264_265, t270_271);
-    t274_275 = R::Two::fused(both(R::constant(-0.018)), t272_273, t268_269); // right_foot, left_foot
-    t276_277 = t274_275 - two(tau_right_ankle_pitch, tau_left_ankle_pitch); // other
-    t278 = R::fused(-t276_277.second(), t28_29.second(), t241); // solved by the factors
-    t279 = R::fused(-t276_277.first(), t28_29.first(), t278); // solved by the factors
-    // right_foot, left_foot: wrench handed to its parent
-    t280_281 = R::Two::fused(both(R::constant(0.362)), t264_265, t274_275);
-    t282_283 = R::Two::fused(both(R::constant(0.3)), t215_216, t280_281);
-    t284_285 = t282_283 - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
+    t10_11 = t8_9 + two(v_right_ankle_pitch, v_left_ankle_pitch);
+    t12_13 = t10_11 * t10_11;
+    t14 = R::constant(0.06) * sin_t4; // right_upper_leg: motion
+    t15 = R::fused(R::constant(-0.15), cos_t4, t14); // right_upper_leg: motion
+    t16 = t12_13.first() * t15; // right_upper_leg: motion
+    t17_18 = t8_9 * t8_9; // right_lower_leg, left_lower_leg: motion
+    t19_20 = two(R::constant(0.3), R::constant(0.362)) * two(sin_t2, sin_t3); // left_upper_leg, right_foot: motion
+    t21 = R::fused(t17_18.first(), t19_20.first(), t16); // left_upper_leg: motion
+    t22_23 = t6_7 * t6_7; // right_upper_leg, left_upper_leg: motion
+    t24_25 = two(R::constant(0.3), R::constant(0.925)) * two(sin_t0, sin_t1); // right_lower_leg, left_lower_leg: motion
+    t26 = R::fused(t22_23.first(), t24_25.first(), t21); // right_lower_leg: motion
+    t27 = R::constant(0.06) * cos_t4; // right_upper_leg: motion
+    t28 = R::fused(R::constant(0.15), sin_t4, t27); // right_upper_leg: motion
+    t29 = R::constant(0.018) * cos_t5; // left_foot: sums of what it carries
+    t30 = R::constant(0.018) * sin_t5; // left_foot: sums of what it carries
+    t31 = t29 + t30; // left_foot: sums of what it carries
+    t32 = t28 * t31; // left_foot: mass matrix
+    t33 = t29 - t30; // left_foot: sums of what it carries
+    t34 = R::fused(-t15, t33, t32); // left_foot: mass matrix
+    t35 = R::constant(287.35632183908046) * t34; // factors of the mass matrix
+    t36 = R::fused(-t34, t35, R::constant(0.49182)); // factors of the mass matrix
+    t37_38 = two(R::constant(5.338), R::constant(0.362)) * two(cos_t2, cos_t3); // right_upper_leg, right_foot
+    t39_40 = both(t28) * t37_38; // right_upper_leg, right_foot: mass matrix in absolute angles
+    t41 = R::fused(t15, t19_20.second(), t39_40.second()); // right_foot: mass matrix in absolute angles
+    t42_43 = two(R::constant(5.338), R::constant(0.3)) * two(sin_t2, sin_t3); // right_upper_leg, left_foot
+    t44 = t42_43.second() * t33; // left_foot: sums of what it carries
+    t45_46 = both(R::constant(0.3)) * two(cos_t2, cos_t3); // left_upper_leg, left_foot: motion
+    t47 = R::fused(-t45_46.second(), t31, t44); // left_foot: mass matrix
+    // factors of the mass matrix
+    t48 = R::constant(287.35632183908046) * t47;
+    t49 = R::fused(t34, t48, t41);
+    t50 = R::fused(-t47, t48, R::constant(0.08816));
+    t51 = R::constant(1.0) / t50;
+    t52 = t49 * t51;
+    t53 = R::fused(-t49, t52, t36);
+    t54_55 = two(R::constant(0.3), R::constant(0.925)) * two(cos_t0, cos_t1); // right_lower_leg, left_lower_leg: motion
+    t56 = t28 * t54_55.second(); // left_lower_leg: mass matrix in absolute angles
+    t57 = R::fused(t15, t24_25.second(), t56); // left_lower_leg: mass matrix in absolute angles
+    t58 = R::constant(0.3) * cos_t1; // right_foot: motion
+    t59 = t58 * t31; // left_foot: mass matrix
+    t60_61 = two(R::constant(4.775), R::constant(0.3)) * two(sin_t0, sin_t1); // left_upper_leg, right_foot
+    t62 = R::fused(-t60_61.second(), t33, t59); // left_foot: mass matrix
+    t63 = R::constant(287.35632183908046) * t62;
+    t64 = R::fused(-t34, t63, t57);
+    t65 = t58 * t37_38.second(); // right_foot: mass matrix in absolute angles
+    t66 = R::fused(t60_61.second(), t19_20.second(), t65); // right_foot: mass matrix in absolute angles
+    t67 = R::fused(t62, t48, t66);
+    t68 = t67 * t51;
+    t69 = R::fused(-t49, t68, t64);
+    t70 = R::fused(-t62, t63, R::constant(0.241));
+    t71 = R::fused(-t67, t68, t70);
+    t72 = R::constant(1.0) / t71;
+    t73 = t69 * t72;
+    t74 = R::fused(-t69, t73, t53);
+    t75 = R::constant(2.2) * cos_q_base_pitch; // right_lower_leg: sums of what it carries
+    t76 = t28 * t75; // right_lower_leg: mass matrix in absolute angles
+    t77 = R::constant(2.2) * sin_q_base_pitch; // right_lower_leg: sums of what it carries
+    t78 = R::fused(t15, t77, t76); // right_lower_leg: mass matrix in absolute angles
+    t79 = t78 * R::constant(1.3623978201634879);
+    t80 = R::fused(-t78, t79, t74);
+    t81 = R::constant(4.775) * cos_t0; // left_upper_leg: sums of what it carries
+    t82 = t28 * t81; // left_upper_leg: mass matrix in absolute angles
+    t83 = R::fused(t15, t60_61.first(), t82); // left_upper_leg: mass matrix in absolute angles
+    t84 = t54_55.first() * t31; // left_foot: mass matrix
+    t85 = R::fused(-t24_25.first(), t33, t84); // left_foot: mass matrix
+    t86 = R::constant(287.35632183908046) * t85;
+    t87 = R::fused(-t34, t86, t83);
+    t88 = t54_55.first() * t37_38.second(); // right_foot: mass matrix in absolute angles
+    t89 = R::fused(t24_25.first(), t19_20.second(), t88); // right_foot: mass matrix in absolute angles
+    t90 = R::fused(t85, t48, t89);
+    t91 = t90 * t51;
+    t92 = R::fused(-t49, t91, t87);
+    t93 = t54_55.first() * t54_55.second(); // left_lower_leg: mass matrix in absolute angles
+    t94 = R::fused(t24_25.first(), t24_25.second(), t93); // left_lower_leg: mass matrix in absolute angles
+    t95 = R::fused(-t85, t63, t94);
+    t96 = R::fused(-t90, t68, t95);
+    t97 = t96 * t72;
+    t98 = R::fused(-t69, t97, t92);
+    t99 = t54_55.first() * t75; // right_lower_leg: mass matrix in absolute angles
+    t100 = R::fused(t24_25.first(), t77, t99); // right_lower_leg: mass matrix in absolute angles
+    t101 = t100 * R::constant(1.3623978201634879);
+    t102 = R::fused(-t78, t101, t98);
+    t103 = R::fused(-t85, t86, R::constant(1.396));
+    t104 = R::fused(-t90, t91, t103);
+    t105 = R::fused(-t96, t97, t104);
+    t106 = R::fused(-t100, t101, t105);
+    t107 = R::constant(1.0) / t106;
+    t108 = t102 * t107;
+    t109 = R::fused(-t102, t108, t80);
+    t110 = R::fused(t15, t42_43.first(), t39_40.first()); // right_upper_leg: mass matrix in absolute angles
+    t111 = t45_46.first() * t31; // left_foot: mass matrix
+    t112 = R::fused(-t19_20.first(), t33, t111); // left_foot: mass matrix
+    t113 = R::constant(287.35632183908046) * t112;
+    t114 = R::fused(-t34, t113, t110);
+    t115 = t45_46.first() * t37_38.second(); // right_foot: mass matrix in absolute angles
+    t116 = R::fused(t19_20.first(), t19_20.second(), t115); // right_foot: mass matrix in absolute angles
+    t117 = R::fused(t112, t48, t116);
+    t118 = t117 * t51;
+    t119 = R::fused(-t49, t118, t114);
+    t120 = t45_46.first() * t54_55.second(); // left_lower_leg: mass matrix in absolute angles
+    t121 = R::fused(t19_20.first(), t24_25.second(), t120); // left_lower_leg: mass matrix in absolute angles
+    t122 = R::fused(-t112, t63, t121);
+    t123 = R::fused(-t117, t68, t122);
+    t124 = t123 * t72;
+    t125 = R::fused(-t69, t124, t119);
+    t126 = t45_46.first() * t75; // right_lower_leg: mass matrix in absolute angles
+    t127 = R::fused(t19_20.first(), t77, t126); // right_lower_leg: mass matrix in absolute angles
+    t128 = t127 * R::constant(1.3623978201634879);
+    t129 = R::fused(-t78, t128, t125);
+    t130 = t45_46.first() * t81; // left_upper_leg: mass matrix in absolute angles
+    t131 = R::fused(t19_20.first(), t60_61.first(), t130); // left_upper_leg: mass matrix in absolute angles
+    t132 = R::fused(-t112, t86, t131);
+    t133 = R::fused(-t117, t91, t132);
+    t134 = R::fused(-t123, t97, t133);
+    t135 = R::fused(-t127, t101, t134);
+    t136 = t135 * t107;
+    t137 = R::fused(-t102, t136, t129);
+    t138 = R::fused(-t112, t113, R::constant(1.58096));
+    t139 = R::fused(-t117, t118, t138);
+    t140 = R::fused(-t123, t124, t139);
+    t141 = R::fused(-t127, t128, t140);
+    t142 = R::fused(-t135, t136, t141);
+    t143 = R::constant(1.0) / t142;
+    t144 = t137 * t143;
+    t145 = R::fused(-t137, t144, t109);
+    t146 = R::constant(1.0) / t145;
+    t147 = t12_13.second() * t33; // left_foot: sums of what it carries
+    t148 = R::fused(-t17_18.second(), t19_20.second(), t147); // right_foot: sums of what it carries
+    t149 = R::fused(-t22_23.second(), t24_25.second(), t148); // left_lower_leg: sums of what it carries
+    t150 = v_base_pitch * v_base_pitch; // torso: motion
+    t151 = R::fused(t150, t77, tau_base_x); // right_lower_leg: sums of what it carries
+    t152 = t149 + t151; // right_lower_leg: sums of what it carries
+    t153 = R::fused(t22_23.first(), t60_61.first(), t152); // left_upper_leg: sums of what it carries
+    t154 = R::fused(t17_18.first(), t42_43.first(), t153); // right_upper_leg: sums of what it carries
+    t155 = t28 * t154; // right_upper_leg: sums of what it carries
+    t156 = t12_13.second() * t31; // left_foot: sums of what it carries
+    t157 = R::fused(t17_18.second(), t37_38.second(), t156); // right_foot: sums of what it carries
+    t158 = R::fused(t22_23.second(), t54_55.second(), t157); // left_lower_leg: sums of what it carries
+    t159 = R::fused(t150, t75, tau_base_z); // right_lower_leg: sums of what it carries
+    t160 = t158 - t159; // right_lower_leg: sums of what it carries
+    t161 = R::fused(-t22_23.first(), t81, t160); // left_upper_leg: sums of what it carries
+    t162 = R::fused(-t17_18.first(), t37_38.first(), t161); // right_upper_leg: sums of what it carries
+    t163 = R::fused(t15, t162, t155); // right_upper_leg: sums of what it carries
+    t164 = R::constant(1.122) * sin_t4; // torso: sums of what it carries
+    t165 = R::fused(R::constant(-2.832), cos_t4, t164); // torso: sums of what it carries
+    t166 = R::fused(R::constant(9.81), t165, t163); // right_upper_leg: moment in absolute angles
+    t167 = tau_right_ankle_pitch + t166; // other
+    t168 = R::fused(-t22_23.second(), t60_61.second(), t26); // right_foot: motion
+    t169 = R::fused(-t17_18.second(), t42_43.second(), t168); // left_foot: motion
+    t170 = t169 * t31; // left_foot: sums of what it carries
+    t171 = R::fused(-t12_13.first(), t28, R::constant(9.81)); // right_upper_leg: motion
+    t172 = R::fused(-t17_18.first(), t45_46.first(), t171); // left_upper_leg: motion
+    t173 = R::fused(-t22_23.first(), t54_55.first(), t172); // right_lower_leg: motion
+    t174 = R::fused(t22_23.second(), t58, t173); // right_foot: motion
+    t175 = R::fused(t17_18.second(), t45_46.second(), t174); // left_foot: motion
+    t176 = R::fused(-t175, t33, t170); // left_foot: sums of what it carries
+    t177 = tau_left_ankle_pitch - t176; // other
+    t178 = R::fused(t177, t35, t167); // solved by the factors
+    t179_180 = two(tau_right_knee_pitch, tau_left_knee_pitch) - two(tau_right_ankle_pitch, tau_left_ankle_pitch);
+    t181 = t45_46.second() * t147; // left_foot: sums of what it carries
+    t182 = R::fused(t42_43.second(), t156, t181); // left_foot: sums of what it carries
+    t183 = t168 * t37_38.second(); // right_foot: sums of what it carries
+    t184 = R::fused(t174, t19_20.second(), t183); // right_foot: sums of what it carries
+    t185 = t182 + t184; // left_foot: moment in absolute angles
+    t186 = t179_180.second() - t185; // other
+    t187 = R::fused(t177, t48, t186); // solved by the factors
+    t188 = R::fused(t52, t187, t178); // solved by the factors
+    t189_190 = two(tau_right_hip_pitch, tau_left_hip_pitch) - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
+    t191 = t58 * t148; // right_foot: sums of what it carries
+    t192 = R::fused(t60_61.second(), t157, t191); // right_foot: sums of what it carries
+    t193 = t26 * t54_55.second(); // left_lower_leg: sums of what it carries
+    t194 = R::fused(t173, t24_25.second(), t193); // left_lower_leg: sums of what it carries
+    t195 = t192 + t194; // right_foot: moment in absolute angles
+    t196 = t189_190.second() - t195; // other
+    t197 = R::fused(-t177, t63, t196); // solved by the factors
+    t198 = R::fused(-t68, t187, t197); // solved by the factors
+    t199 = R::fused(t73, t198, t188); // solved by the factors
+    t200 = t26 * t75; // right_lower_leg: sums of what it carries
+    t201 = R::fused(t173, t77, t200); // right_lower_leg: sums of what it carries
+    t202 = tau_base_pitch + t201; // right_lower_leg: sums of what it carries
+    t203 = tau_right_hip_pitch + tau_left_hip_pitch; // other
+    t204 = t202 - t203; // other
+    t205 = R::fused(-t204, t79, t199); // solved by the factors
+    t206 = t54_55.first() * t152; // right_lower_leg: sums of what it carries
+    t207 = R::fused(t24_25.first(), t160, t206); // right_lower_leg: sums of what it carries
+    t208 = t21 * t81; // left_upper_leg: sums of what it carries
+    t209 = R::fused(t172, t60_61.first(), t208); // left_upper_leg: sums of what it carries
+    t210 = t207 + t209; // right_lower_leg: moment in absolute angles
+    t211 = t189_190.first() + t210; // other
     // solved by the factors
-    t286_287 = R::Two::fused(-t276_277, t52_53, t284_285);
-    t288 = R::fused(t64_65.second(), t286_287.second(), t279);
-    t289 = R::fused(t64_65.first(), t286_287.first(), t288);
-    // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t290_291 = R::Two::fused(both(R::constant(0.925)), t254_255, t282_283);
-    t292_293 = R::Two::fused(both(R::constant(-0.3)), t227_228, t290_291);
-    t294_295 = t292_293 - two(tau_right_hip_pitch, tau_left_hip_pitch); // other
-    // solved by the factors
-    t296_297 = t276_277 * t80_81;
-    t298_299 = t294_295 - t296_297;
-    t300_301 = t90_91 * t286_287;
-    t302_303 = t298_299 - t300_301;
-    t304 = R::fused(t110_111.second(), t302_303.second(), t289);
-    t305 = R::fused(t110_111.first(), t302_303.first(), t304);
-    t306 = R::fused(sin_q_base_pitch, R::constant(21.582), -t292_293.second()); // left_upper_leg
-    t307 = t292_293.first() - t306; // right_upper_leg: wrench handed to its parent
-    t308 = t307 - tau_base_pitch; // other
-    t309 = t308 - t296_297.second();
-    t310 = t309 - t296_297.first();
-    t311 = t310 - t300_301.second();
-    t312 = t311 - t300_301.first();
-    t313 = R::fused(-t123_124.second(), t302_303.second(), t312);
-    t314 = R::fused(-t123_124.first(), t302_303.first(), t313);
-    t315 = R::fused(t136, t314, t305);
-    t316 = cos_q_base_pitch * t233; // torso: wrench handed to its parent
-    t317 = R::fused(sin_q_base_pitch, t239, t316); // torso: wrench handed to its parent
-    t318 = R::constant(186.39) - t317; // torso: wrench handed to its parent
-    t319 = t318 - tau_base_z; // other
-    t320 = R::fused(t276_277.second(), t142_143.second(), t319);
-    t321 = R::fused(t276_277.first(), t142_143.first(), t320);
-    t322 = R::fused(-t152_153.second(), t286_287.second(), t321);
-    t323 = R::fused(-t152_153.first(), t286_287.first(), t322);
-    t324 = R::fused(-t168_169.second(), t302_303.second(), t323);
-    t325 = R::fused(-t168_169.first(), t302_303.first(), t324);
-    t326 = R::fused(t180, t314, t325);
-    t327 = R::fused(-t190, t326, t315);
+    t212 = R::fused(t177, t86, t211);
+    t213 = R::fused(t91, t187, t212);
+    t214 = R::fused(t97, t198, t213);
+    t215 = R::fused(-t204, t101, t214);
+    t216 = R::fused(-t108, t215, t205);
+    t217 = t45_46.first() * t153; // left_upper_leg: sums of what it carries
+    t218 = R::fused(t19_20.first(), t161, t217); // left_upper_leg: sums of what it carries
+    t219 = t16 * t37_38.first(); // right_upper_leg: sums of what it carries
+    t220 = R::fused(t171, t42_43.first(), t219); // right_upper_leg: sums of what it carries
+    t221 = t218 + t220; // left_upper_leg: moment in absolute angles
+    t222 = t179_180.first() + t221; // other
+    t223 = R::fused(t177, t113, t222);
+    t224 = R::fused(t118, t187, t223);
+    t225 = R::fused(t124, t198, t224);
+    t226 = R::fused(-t204, t128, t225);
+    t227 = R::fused(-t136, t215, t226);
+    t228 = R::fused(-t144, t227, t216);
+    t229 = t146 * t228; // other
+    t230 = t28 * t229; // other
+    t231 = t143 * t227; // other
+    t232 = R::fused(-t144, t229, t231);
+    t233 = R::fused(t45_46.first(), t232, t230); // other
+    t234 = t107 * t215; // other
+    t235 = R::fused(-t108, t229, t234);
+    t236 = R::fused(-t136, t232, t235);
     // other
-    t328 = t192 * t327;
-    t329 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t330 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t329);
-    t331 = cos_q_right_hip_pitch * t330;
-    t332 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t333 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t332);
-    t334 = R::fused(-sin_q_right_hip_pitch, t333, t331);
-    t335 = cos_q_base_pitch * t334;
-    t336 = sin_q_right_hip_pitch * t330;
-    t337 = R::fused(cos_q_right_hip_pitch, t333, t336);
-    t338 = R::fused(-sin_q_base_pitch, t337, t335);
-    t339 = R::fused(-t26_27.first(), R::constant(43.10344827586207), t338); // solved by the factors
-    t340 = R::fused(R::constant(0.3), sin_q_right_ankle_pitch, R::constant(0.15));
-    t341 = R::fused(-t50_51.first(), R::constant(43.10344827586207), t340); // solved by the factors
-    t342 = R::fused(t64_65.first(), t341, t339); // solved by the factors
-    t343 = R::fused(R::constant(0.3), t330, t340);
+    t237 = R::fused(t54_55.first(), t236, t233);
+    t238 = t237 - t26;
+    t239 = t15 * t229;
+    t240 = R::fused(t19_20.first(), t232, t239);
+    t241 = R::fused(t24_25.first(), t236, t240);
+    t242 = t173 - t241;
+    t243 = t242 - R::constant(9.81);
+    t244 = t204 * R::constant(1.3623978201634879);
+    t245 = R::fused(-t79, t229, t244); // solved by the factors
+    t246 = R::fused(-t128, t232, t245); // solved by the factors
+    t247 = R::fused(-t101, t236, t246); // solved by the factors
+    t248 = t236 - t247;
+    t249 = t232 - t236;
+    t250 = t229 - t232;
+    t251 = t72 * t198;
+    t252 = R::fused(t73, t229, t251); // solved by the factors
+    t253 = R::fused(t124, t232, t252); // solved by the factors
+    t254 = R::fused(t97, t236, t253); // solved by the factors
+    t255 = t254 - t247;
+    t256 = t51 * t187;
     // solved by the factors
-    t344 = R::fused(-t78_79.first(), R::constant(43.10344827586207), t343);
-    t345 = R::fused(-t90_91.first(), t341, t344);
-    t346 = R::fused(t110_111.first(), t345, t342);
-    t347 = R::fused(-t123_124.first(), t345, t345);
-    t348 = R::fused(t136, t347, t346);
-    t349 = sin_q_base_pitch * t334; // other
-    t350 = R::fused(cos_q_base_pitch, t337, t349); // other
-    t351 = R::fused(t140_141.first(), R::constant(43.10344827586207), t350);
-    t352 = R::fused(-t152_153.first(), t341, t351);
-    t353 = R::fused(-t168_169.first(), t345, t352);
-    t354 = R::fused(t180, t347, t353);
-    t355 = R::fused(-t190, t354, t348);
+    t257 = R::fused(t52, t229, t256);
+    t258 = R::fused(t118, t232, t257);
+    t259 = R::fused(t91, t236, t258);
+    t260 = R::fused(-t68, t254, t259);
+    t261 = t260 - t254; // other
+    t262 = R::constant(287.35632183908046) * t177; // other
+    t263 = R::fused(t35, t229, t262);
+    t264 = R::fused(t113, t232, t263);
+    t265 = R::fused(t86, t236, t264);
+    t266 = R::fused(-t63, t254, t265);
+    t267 = R::fused(t48, t260, t266);
+    t268 = t267 - t260; // other
+    t269 = R::fused(t12_13.first(), t165, t154); // torso: sums of what it carries
+    t270 = R::constant(1.122) * cos_t4; // torso: sums of what it carries
+    t271 = R::fused(R::constant(2.832), sin_t4, t270); // torso: sums of what it carries
     // other
-    t356 = t192 * t355;
-    t357 = R::fused(t199_200.first(), R::constant(0.06), t272_273.first());
-    t358 = R::fused(R::constant(9.81), t350, t357);
-    t359 = t356 * t327;
-    t360 = t189 * t354;
-    t361 = R::fused(t360, t326, t359);
-    t362 = t135 * t347;
-    t363 = R::fused(t362, t314, t361);
-    t364 = t108_109.first() * t345;
-    t365 = R::fused(t364, t302_303.first(), t363);
-    t366 = t62_63.first() * t341;
-    t367 = R::fused(t366, t286_287.first(), t365);
-    t368 = R::fused(t276_277.first(), R::constant(43.10344827586207), t367);
-    t369 = t358 + t368;
-    t370 = t355 * t356;
-    t371 = R::fused(t354, t360, t370);
-    t372 = R::fused(t347, t362, t371);
-    t373 = R::fused(t345, t364, t372);
-    let (
-        t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391,
-        t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409,
-        t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427,
-        t428, t429, t430, t431, t432, t433, t434, t435, t436_437, t438, t439, t440, t441, t442, t443_444, t445, t446,
-        t447, t448, t449, t450, t451_452, t453, t454, t455, t456, t457, t458, t459, t460, t461, t462, t463, t464, t465,
-        t466, t467, t468, t469, t470, t471, t472, t473, t474, t475,
-    );
-    t374 = R::fused(t341, t366, t373);
-    t375 = t374 + R::constant(6.4655172413793105);
-    t376 = R::constant(1.0) / t375;
-    t377 = t369 * t376;
-    t378 = R::fused(t26_27.first(), R::constant(17.241379310344826), t350); // solved by the factors
-    t379 = R::fused(R::constant(0.3), cos_q_right_ankle_pitch, R::constant(0.06));
-    t380 = R::fused(-t50_51.first(), R::constant(17.241379310344826), t379); // solved by the factors
-    t381 = R::fused(-t64_65.first(), t380, t378); // solved by the factors
-    t382 = R::fused(R::constant(-0.3), t333, t379);
-    // solved by the factors
-    t383 = R::fused(-t78_79.first(), R::constant(17.241379310344826), t382);
-    t384 = R::fused(-t90_91.first(), t380, t383);
-    t385 = R::fused(-t110_111.first(), t384, t381);
-    t386 = R::fused(-t123_124.first(), t384, t384);
-    t387 = R::fused(-t136, t386, t385);
-    t388 = R::fused(t140_141.first(), R::constant(17.241379310344826), t338);
-    t389 = R::fused(-t152_153.first(), t380, t388);
-    t390 = R::fused(-t168_169.first(), t384, t389);
-    t391 = R::fused(t180, t386, t390);
-    t392 = R::fused(t190, t391, t387);
-    // other
-    t393 = t392 * t356;
-    t394 = R::fused(-t391, t360, t393);
-    t395 = R::fused(-t386, t362, t394);
-    t396 = R::fused(-t384, t364, t395);
-    t397 = R::fused(-t380, t366, t396);
-    t398 = t397 - R::constant(2.586206896551724);
-    t399 = t398 * t376;
-    t400 = R::fused(t199_200.first(), R::constant(0.15), t266_267.first());
-    t401 = R::fused(R::constant(9.81), t338, -t400);
-    t402 = t192 * t392;
-    t403 = t402 * t327;
-    t404 = t189 * t391;
-    t405 = R::fused(-t404, t326, t403);
-    t406 = t135 * t386;
-    t407 = R::fused(-t406, t314, t405);
-    t408 = t108_109.first() * t384;
-    t409 = R::fused(-t408, t302_303.first(), t407);
-    t410 = t62_63.first() * t380;
-    t411 = R::fused(-t410, t286_287.first(), t409);
-    t412 = R::fused(-t276_277.first(), R::constant(17.241379310344826), t411);
-    t413 = t401 - t412;
-    t414 = R::fused(t369, t399, t413);
-    t415 = t392 * t402;
-    t416 = R::fused(t391, t404, t415);
-    t417 = R::fused(t386, t406, t416);
-    t418 = R::fused(t384, t408, t417);
-    t419 = R::fused(t380, t410, t418);
-    t420 = t419 + R::constant(1.0344827586206895);
-    t421 = R::fused(-t398, t399, t420);
-    t422 = R::constant(1.0) / t421;
-    t423 = t414 * t422;
-    t424 = R::fused(t399, t423, t377);
-    t425 = R::fused(-t356, t424, t328);
-    t426 = R::fused(t402, t423, t425);
-    t427 = t189 * t326;
-    t428 = R::fused(-t360, t424, t427);
-    t429 = R::fused(-t404, t423, t428);
-    t430 = R::fused(t190, t426, -t429); // solved by the factors
-    t431 = t135 * t314;
-    t432 = R::fused(-t362, t424, t431);
-    t433 = R::fused(-t406, t423, t432);
-    t434 = R::fused(t136, t426, t433); // solved by the factors
-    t435 = R::fused(t180, t430, -t434); // solved by the factors
-    t436_437 = t108_109 * t302_303;
-    t438 = R::fused(-t364, t424, t436_437.first());
-    t439 = R::fused(-t408, t423, t438);
-    t440 = R::fused(t110_111.first(), t426, t439); // solved by the factors
-    t441 = R::fused(t168_169.first(), t430, t440); // solved by the factors
-    t442 = R::fused(-t123_124.first(), t435, -t441); // solved by the factors
-    t443_444 = t62_63 * t286_287;
-    t445 = R::fused(-t366, t424, t443_444.first());
-    t446 = R::fused(-t410, t423, t445);
-    // solved by the factors
-    t447 = R::fused(t64_65.first(), t426, t446);
-    t448 = R::fused(t152_153.first(), t430, t447);
-    t449 = R::fused(t90_91.first(), t435, t448);
-    t450 = R::fused(-t90_91.first(), t442, -t449);
-    // other
-    t451_452 = t276_277 * both(R::constant(287.35632183908046));
-    t453 = R::fused(R::constant(-43.10344827586207), t424, t451_452.first());
-    t454 = R::fused(R::constant(-17.241379310344826), t423, t453);
-    // solved by the factors
-    t455 = R::fused(-t28_29.first(), t426, t454);
-    t456 = R::fused(-t142_143.first(), t430, t455);
-    t457 = R::fused(t80_81.first(), t435, t456);
-    t458 = R::fused(t80_81.first(), t442, t457);
-    t459 = R::fused(-t52_53.first(), t450, -t458);
-    t460 = R::fused(t110_111.second(), t426, t436_437.second());
-    t461 = R::fused(t168_169.second(), t430, t460);
-    t462 = R::fused(-t123_124.second(), t435, -t461);
-    t463 = R::fused(t64_65.second(), t426, t443_444.second());
-    t464 = R::fused(t152_153.second(), t430, t463);
-    t465 = R::fused(t90_91.second(), t435, t464);
-    t466 = R::fused(-t90_91.second(), t462, -t465);
-    t467 = R::fused(-t28_29.second(), t426, t451_452.second());
-    t468 = R::fused(-t142_143.second(), t430, t467);
-    t469 = R::fused(t80_81.second(), t435, t468);
-    t470 = R::fused(t80_81.second(), t462, t469);
-    t471 = R::fused(-t52_53.second(), t466, -t470);
-    // other
-    t472 = t338 * t424;
-    t473 = R::fused(t350, t423, -t472);
-    t474 = t350 * t424;
-    t475 = R::fused(t338, t423, t474);
-    *out = [[t426, t430, t435, t442, t450, t459, t462, t466, t471, t473, t475]];
+    t272 = R::fused(-t271, t229, t269);
+    t273 = R::fused(-t37_38.first(), t232, t272);
+    t274 = R::fused(-t81, t236, t273);
+    t275 = R::fused(-t75, t247, t274);
+    t276 = R::fused(t54_55.second(), t254, t275);
+    t277 = R::fused(t37_38.second(), t260, t276);
+    let (t278, t279, t280, t281, t282, t283, t284, t285, t286, t287);
+    t278 = R::fused(-t31, t267, -t277);
+    t279 = R::fused(-t12_13.first(), t271, t162); // torso: sums of what it carries
+    t280 = R::constant(186.39) + t279; // base/z: sums of what it carries
+    t281 = R::fused(-t165, t229, t280);
+    t282 = R::fused(-t42_43.first(), t232, t281);
+    t283 = R::fused(-t60_61.first(), t236, t282);
+    t284 = R::fused(-t77, t247, t283);
+    t285 = R::fused(t24_25.second(), t254, t284);
+    t286 = R::fused(t19_20.second(), t260, t285);
+    t287 = R::fused(-t33, t267, t286);
+    *out = [[t238, t243, t247, t248, t249, t250, t255, t261, t268, t278, t287]];
 }
 }
 
@@ -1070,7 +687,7 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`,
 /// `left_foot/force/x`, `left_foot/force/z`; m/s², then rad/s², then N.
 /// Source: (4.23), Table 4.1, corrected.
-/// 969 operations: 82 add, 178 mul, 349 fused, 11 div, 7 sin_cos. For two limbs at once: 209 pairs of them.
+/// 893 operations: 92 add, 172 mul, 309 fused, 11 div, 7 sin_cos. For two limbs at once: 195 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_touch_down<R: Real>(
     q: &SVector<R, NQ>,
@@ -1142,22 +759,21 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
         t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
         t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
         t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123_124, t125, t126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138_139, t140_141, t142_143, t144, t145,
-        t146_147, t148_149, t150_151, t152_153, t154, t155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
-        t168_169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
-        t187, t188, t189, t190, t191, t192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
+        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126,
+        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136_137, t138_139, t140_141, t142, t143, t144_145,
+        t146_147, t148_149, t150_151, t152, t153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
+        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
+        t186, t187, t188, t189, t190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
         t207_208, t209_210, t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228,
-        t229_230, t231, t232, t233, t234, t235_236, t237_238, t239, t240, t241, t242, t243_244, t245, t246_247,
+        t229, t230, t231, t232, t233_234, t235_236, t237, t238, t239, t240, t241_242, t243, t244_245, t246_247,
         t248_249, t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269,
-        t270_271, t272_273, t274_275, t276_277, t278, t279, t280_281, t282_283, t284_285, t286_287, t288, t289,
-        t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302_303, t304, t305, t306, t307, t308, t309, t310,
-        t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328,
+        t270_271, t272_273, t274_275, t276, t277, t278_279, t280_281, t282_283, t284_285, t286, t287, t288_289,
+        t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302, t303, t304, t305, t306, t307, t308, t309,
+        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327_328,
         t329_330, t331_332, t333_334, t335_336, t337_338, t339_340, t341_342, t343_344, t345_346, t347_348, t349_350,
         t351_352, t353_354, t355_356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370, t371_372,
         t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392, t393_394,
-        t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410, t411_412, t413_414, t415_416,
-        t417_418,
+        t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409, t410, t411_412, t413_414, t415_416,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
@@ -1237,392 +853,368 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     t120 = t119 + t82_83.first();
     t121 = t120 - t92_93.second();
     t122 = t121 - t92_93.first();
-    t123_124 = t106_107 * t108_109;
-    t125 = R::fused(-t94_95.second(), t123_124.second(), t122);
-    t126 = R::fused(-t94_95.first(), t123_124.first(), t125);
-    t127 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
-    t128 = t98_99.first() + t127; // right_upper_leg: sums of what it carries
-    t129 = t128 - t100_101.second();
-    t130 = t129 - t100_101.first();
-    t131 = t130 - t104_105.second();
-    t132 = t131 - t104_105.first();
-    t133 = R::fused(-t106_107.second(), t123_124.second(), t132);
-    t134 = R::fused(-t106_107.first(), t123_124.first(), t133);
-    t135 = R::constant(1.0) / t134;
-    t136 = t126 * t135;
-    t137 = R::fused(-t126, t136, t113);
+    t123 = t94_95.second() - t122;
+    t124 = t94_95.first() + t123;
+    t125 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
+    t126 = t98_99.first() + t125; // right_upper_leg: sums of what it carries
+    t127 = t126 - t100_101.second();
+    t128 = t127 - t100_101.first();
+    t129 = t128 - t104_105.second();
+    t130 = t129 - t104_105.first();
+    t131 = t106_107.second() - t130;
+    t132 = t106_107.first() + t131;
+    t133 = R::constant(1.0) / t132;
+    t134 = t124 * t133;
+    t135 = R::fused(t124, t134, t113);
     // right_foot, left_foot: mass matrix
-    t138_139 = both(cos_q_base_pitch) * t18_19;
-    t140_141 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t138_139);
+    t136_137 = both(cos_q_base_pitch) * t18_19;
+    t138_139 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t136_137);
     // factors of the mass matrix
-    t142_143 = t140_141 * both(R::constant(287.35632183908046));
-    t144 = t26_27.second() * t142_143.second();
-    t145 = R::fused(t26_27.first(), t142_143.first(), t144);
+    t140_141 = t138_139 * both(R::constant(287.35632183908046));
+    t142 = t26_27.second() * t140_141.second();
+    t143 = R::fused(t26_27.first(), t140_141.first(), t142);
     // right_lower_leg, left_lower_leg: mass matrix
-    t146_147 = both(cos_q_base_pitch) * t40_41;
-    t148_149 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t146_147);
+    t144_145 = both(cos_q_base_pitch) * t40_41;
+    t146_147 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t144_145);
     // factors of the mass matrix
-    t150_151 = R::Two::fused(t140_141, t52_53, t148_149);
-    t152_153 = t150_151 * t62_63;
-    t154 = R::fused(t54_55.second(), t152_153.second(), t145);
-    t155 = R::fused(t54_55.first(), t152_153.first(), t154);
+    t148_149 = R::Two::fused(t138_139, t52_53, t146_147);
+    t150_151 = t148_149 * t62_63;
+    t152 = R::fused(t54_55.second(), t150_151.second(), t143);
+    t153 = R::fused(t54_55.first(), t150_151.first(), t152);
     // right_upper_leg, left_upper_leg: mass matrix
-    t156_157 = both(cos_q_base_pitch) * t70_71;
-    t158_159 = R::Two::fused(both(sin_q_base_pitch), t74_75, t156_157);
+    t154_155 = both(cos_q_base_pitch) * t70_71;
+    t156_157 = R::Two::fused(both(sin_q_base_pitch), t74_75, t154_155);
     // factors of the mass matrix
-    t160_161 = t140_141 * t80_81;
-    t162_163 = t158_159 + t160_161;
-    t164_165 = t150_151 * t90_91;
-    t166_167 = t162_163 - t164_165;
-    t168_169 = t166_167 * t108_109;
-    t170 = R::fused(t94_95.second(), t168_169.second(), t155);
-    t171 = R::fused(t94_95.first(), t168_169.first(), t170);
-    t172 = sin_q_base_pitch * t115; // torso: sums of what it carries
-    t173 = R::fused(-cos_q_base_pitch, t117, t172); // torso: sums of what it carries
-    t174 = t173 - t160_161.second();
-    t175 = t174 - t160_161.first();
-    t176 = t175 + t164_165.second();
-    t177 = t176 + t164_165.first();
-    t178 = R::fused(t166_167.second(), t123_124.second(), t177);
-    t179 = R::fused(t166_167.first(), t123_124.first(), t178);
-    t180 = t179 * t135;
-    t181 = R::fused(-t126, t180, t171);
-    t182 = R::fused(-t140_141.second(), t142_143.second(), R::constant(19.0));
-    t183 = R::fused(-t140_141.first(), t142_143.first(), t182);
-    t184 = R::fused(-t150_151.second(), t152_153.second(), t183);
-    t185 = R::fused(-t150_151.first(), t152_153.first(), t184);
-    t186 = R::fused(-t166_167.second(), t168_169.second(), t185);
-    t187 = R::fused(-t166_167.first(), t168_169.first(), t186);
-    t188 = R::fused(-t179, t180, t187);
-    t189 = R::constant(1.0) / t188;
-    t190 = t181 * t189;
-    t191 = R::fused(-t181, t190, t137);
-    t192 = R::constant(1.0) / t191;
-    t193_194 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t195_196 = t193_194 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t158_159 = t138_139 * t80_81;
+    t160_161 = t156_157 + t158_159;
+    t162_163 = t148_149 * t90_91;
+    t164_165 = t160_161 - t162_163;
+    t166_167 = t164_165 * t108_109;
+    t168 = R::fused(t94_95.second(), t166_167.second(), t153);
+    t169 = R::fused(t94_95.first(), t166_167.first(), t168);
+    t170 = sin_q_base_pitch * t115; // torso: sums of what it carries
+    t171 = R::fused(-cos_q_base_pitch, t117, t170); // torso: sums of what it carries
+    t172 = t171 - t158_159.second();
+    t173 = t172 - t158_159.first();
+    t174 = t173 + t162_163.second();
+    t175 = t174 + t162_163.first();
+    t176 = t164_165.second() + t175;
+    t177 = t164_165.first() + t176;
+    t178 = t177 * t133;
+    t179 = R::fused(-t124, t178, t169);
+    t180 = R::fused(-t138_139.second(), t140_141.second(), R::constant(19.0));
+    t181 = R::fused(-t138_139.first(), t140_141.first(), t180);
+    t182 = R::fused(-t148_149.second(), t150_151.second(), t181);
+    t183 = R::fused(-t148_149.first(), t150_151.first(), t182);
+    t184 = R::fused(-t164_165.second(), t166_167.second(), t183);
+    t185 = R::fused(-t164_165.first(), t166_167.first(), t184);
+    t186 = R::fused(t177, t178, t185);
+    t187 = R::constant(1.0) / t186;
+    t188 = t179 * t187;
+    t189 = R::fused(-t179, t188, t135);
+    t190 = R::constant(1.0) / t189;
+    t191_192 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t193_194 = t191_192 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_foot, left_foot: motion
-    t197_198 = t195_196 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t199_200 = t197_198 * t197_198;
-    t201_202 = both(R::constant(0.018)) * t199_200; // right_foot, left_foot: wrench that its motion needs
+    t195_196 = t193_194 + two(v_right_ankle_pitch, v_left_ankle_pitch);
+    t197_198 = t195_196 * t195_196;
+    t199_200 = both(R::constant(0.018)) * t197_198; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: wrench handed to its parent
-    t203_204 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t201_202;
-    t205_206 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t201_202;
-    t207_208 = t203_204 + t205_206;
-    t209_210 = t195_196 * t195_196; // right_lower_leg, left_lower_leg: motion
-    t211_212 = R::Two::fused(both(R::constant(0.362)), t209_210, t207_208);
-    t213_214 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t211_212; // right_lower_leg, left_lower_leg
-    t215_216 = t203_204 - t205_206;
-    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214);
-    t219_220 = t193_194 * t193_194; // right_upper_leg, left_upper_leg: motion
-    t221_222 = R::Two::fused(both(R::constant(0.925)), t219_220, t217_218); // right_lower_leg, left_lower_leg
-    t223_224 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t221_222; // right_upper_leg, left_upper_leg
+    t201_202 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t199_200;
+    t203_204 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t199_200;
+    t205_206 = t201_202 + t203_204;
+    t207_208 = t193_194 * t193_194; // right_lower_leg, left_lower_leg: motion
+    t209_210 = R::Two::fused(both(R::constant(0.362)), t207_208, t205_206);
+    t211_212 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t209_210; // right_lower_leg, left_lower_leg
+    t213_214 = t201_202 - t203_204;
+    t215_216 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t213_214, t211_212);
+    t217_218 = t191_192 * t191_192; // right_upper_leg, left_upper_leg: motion
+    t219_220 = R::Two::fused(both(R::constant(0.925)), t217_218, t215_216); // right_lower_leg, left_lower_leg
+    t221_222 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t219_220; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t225_226 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t211_212;
-    t227_228 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t215_216, t225_226);
-    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224);
-    t231 = v_base_pitch * v_base_pitch; // torso: motion
-    t232 = R::fused(R::constant(2.2), t231, -t229_230.second()); // left_upper_leg: wrench handed to its parent
-    t233 = t232 - t229_230.first(); // right_upper_leg: wrench handed to its parent
-    t234 = sin_q_base_pitch * t233; // torso: wrench handed to its parent
+    t223_224 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t209_210;
+    t225_226 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t213_214, t223_224);
+    t227_228 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t225_226, t221_222);
+    t229 = v_base_pitch * v_base_pitch; // torso: motion
+    t230 = R::fused(R::constant(2.2), t229, -t227_228.second()); // left_upper_leg: wrench handed to its parent
+    t231 = t230 - t227_228.first(); // right_upper_leg: wrench handed to its parent
+    t232 = sin_q_base_pitch * t231; // torso: wrench handed to its parent
     // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t235_236 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t221_222;
-    t237_238 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t227_228, t235_236);
-    t239 = t237_238.second() + t237_238.first(); // right_upper_leg: wrench handed to its parent
-    t240 = R::fused(-cos_q_base_pitch, t239, t234); // torso: wrench handed to its parent
-    t241 = t240 + tau_base_x; // other
-    t242 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t243_244 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t242); // right_upper_leg, left_upper_leg: motion
-    t245 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244);
+    t233_234 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t219_220;
+    t235_236 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t225_226, t233_234);
+    t237 = t235_236.second() + t235_236.first(); // right_upper_leg: wrench handed to its parent
+    t238 = R::fused(-cos_q_base_pitch, t237, t232); // torso: wrench handed to its parent
+    t239 = tau_base_x + t238; // other
+    t240 = cos_q_base_pitch * R::constant(9.81); // torso: motion
+    t241_242 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t240); // right_upper_leg, left_upper_leg: motion
+    t243 = sin_q_base_pitch * R::constant(9.81); // torso: motion
+    t244_245 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t243), t241_242);
     // right_lower_leg, left_lower_leg: motion
-    t248_249 = R::Two::fused(t219_220, both(R::constant(0.3)), t246_247);
-    t250_251 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
+    t246_247 = R::Two::fused(t217_218, both(R::constant(0.3)), t244_245);
+    t248_249 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t246_247;
     // right_upper_leg, left_upper_leg: motion
-    t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t242);
-    t254_255 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t245), t252_253);
-    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251);
+    t250_251 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t240);
+    t252_253 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t243), t250_251);
+    t254_255 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t252_253, t248_249);
     // right_foot, left_foot: motion
-    t258_259 = R::Two::fused(both(R::constant(0.3)), t209_210, t256_257);
-    t260_261 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t258_259;
+    t256_257 = R::Two::fused(both(R::constant(0.3)), t207_208, t254_255);
+    t258_259 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t256_257;
     // right_lower_leg, left_lower_leg: motion
-    t262_263 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
-    t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t254_255, t262_263);
-    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261);
-    t268_269 = both(R::constant(0.018)) * t266_267; // right_foot, left_foot: wrench that its motion needs
+    t260_261 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t246_247;
+    t262_263 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t252_253, t260_261);
+    t264_265 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t262_263, t258_259);
+    t266_267 = both(R::constant(0.018)) * t264_265; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
-    t270_271 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t258_259;
-    t272_273 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t264_265, t270_271);
-    t274_275 = R::Two::fused(both(R::constant(-0.018)), t272_273, t268_269); // right_foot, left_foot
-    t276_277 = t274_275 - two(tau_right_ankle_pitch, tau_left_ankle_pitch); // other
-    t278 = R::fused(-t276_277.second(), t28_29.second(), t241); // solved by the factors
-    t279 = R::fused(-t276_277.first(), t28_29.first(), t278); // solved by the factors
+    t268_269 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t256_257;
+    t270_271 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t262_263, t268_269);
+    t272_273 = R::Two::fused(both(R::constant(-0.018)), t270_271, t266_267); // right_foot, left_foot
+    t274_275 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t272_273; // other
+    t276 = R::fused(t274_275.second(), t28_29.second(), t239); // solved by the factors
+    t277 = R::fused(t274_275.first(), t28_29.first(), t276); // solved by the factors
     // right_foot, left_foot: wrench handed to its parent
-    t280_281 = R::Two::fused(both(R::constant(0.362)), t264_265, t274_275);
-    t282_283 = R::Two::fused(both(R::constant(0.3)), t215_216, t280_281);
-    t284_285 = t282_283 - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
+    t278_279 = R::Two::fused(both(R::constant(0.362)), t262_263, t272_273);
+    t280_281 = R::Two::fused(both(R::constant(0.3)), t213_214, t278_279);
+    t282_283 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t280_281; // other
     // solved by the factors
-    t286_287 = R::Two::fused(-t276_277, t52_53, t284_285);
-    t288 = R::fused(t64_65.second(), t286_287.second(), t279);
-    t289 = R::fused(t64_65.first(), t286_287.first(), t288);
+    t284_285 = R::Two::fused(-t274_275, t52_53, t282_283);
+    t286 = R::fused(-t64_65.second(), t284_285.second(), t277);
+    t287 = R::fused(-t64_65.first(), t284_285.first(), t286);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t290_291 = R::Two::fused(both(R::constant(0.925)), t254_255, t282_283);
-    t292_293 = R::Two::fused(both(R::constant(-0.3)), t227_228, t290_291);
-    t294_295 = t292_293 - two(tau_right_hip_pitch, tau_left_hip_pitch); // other
+    t288_289 = R::Two::fused(both(R::constant(0.925)), t252_253, t280_281);
+    t290_291 = R::Two::fused(both(R::constant(-0.3)), t225_226, t288_289);
+    t292_293 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t290_291; // other
     // solved by the factors
-    t296_297 = t276_277 * t80_81;
-    t298_299 = t294_295 - t296_297;
-    t300_301 = t90_91 * t286_287;
-    t302_303 = t298_299 - t300_301;
-    t304 = R::fused(t110_111.second(), t302_303.second(), t289);
-    t305 = R::fused(t110_111.first(), t302_303.first(), t304);
-    t306 = R::fused(sin_q_base_pitch, R::constant(21.582), -t292_293.second()); // left_upper_leg
-    t307 = t292_293.first() - t306; // right_upper_leg: wrench handed to its parent
-    t308 = t307 - tau_base_pitch; // other
-    t309 = t308 - t296_297.second();
-    t310 = t309 - t296_297.first();
-    t311 = t310 - t300_301.second();
-    t312 = t311 - t300_301.first();
-    t313 = R::fused(-t123_124.second(), t302_303.second(), t312);
-    t314 = R::fused(-t123_124.first(), t302_303.first(), t313);
-    t315 = R::fused(t136, t314, t305);
-    t316 = cos_q_base_pitch * t233; // torso: wrench handed to its parent
-    t317 = R::fused(sin_q_base_pitch, t239, t316); // torso: wrench handed to its parent
-    t318 = R::constant(186.39) - t317; // torso: wrench handed to its parent
-    t319 = t318 - tau_base_z; // other
-    t320 = R::fused(t276_277.second(), t142_143.second(), t319);
-    t321 = R::fused(t276_277.first(), t142_143.first(), t320);
-    t322 = R::fused(-t152_153.second(), t286_287.second(), t321);
-    t323 = R::fused(-t152_153.first(), t286_287.first(), t322);
-    t324 = R::fused(-t168_169.second(), t302_303.second(), t323);
-    t325 = R::fused(-t168_169.first(), t302_303.first(), t324);
-    t326 = R::fused(t180, t314, t325);
-    t327 = R::fused(-t190, t326, t315);
+    t294_295 = t274_275 * t80_81;
+    t296_297 = t292_293 - t294_295;
+    t298_299 = t90_91 * t284_285;
+    t300_301 = t296_297 - t298_299;
+    t302 = R::fused(-t110_111.second(), t300_301.second(), t287);
+    t303 = R::fused(-t110_111.first(), t300_301.first(), t302);
+    t304 = R::fused(sin_q_base_pitch, R::constant(21.582), -t290_291.second()); // left_upper_leg
+    t305 = t290_291.first() - t304; // right_upper_leg: wrench handed to its parent
+    t306 = tau_base_pitch - t305; // other
+    t307 = t306 - t294_295.second();
+    t308 = t307 - t294_295.first();
+    t309 = t308 - t298_299.second();
+    t310 = t309 - t298_299.first();
+    t311 = t300_301.second() - t310;
+    t312 = t300_301.first() + t311;
+    t313 = R::fused(t134, t312, t303);
+    t314 = cos_q_base_pitch * t231; // torso: wrench handed to its parent
+    t315 = R::fused(sin_q_base_pitch, t237, t314); // torso: wrench handed to its parent
+    t316 = R::constant(186.39) - t315; // torso: wrench handed to its parent
+    t317 = tau_base_z - t316; // other
+    t318 = R::fused(t274_275.second(), t140_141.second(), t317);
+    t319 = R::fused(t274_275.first(), t140_141.first(), t318);
+    t320 = R::fused(-t150_151.second(), t284_285.second(), t319);
+    t321 = R::fused(-t150_151.first(), t284_285.first(), t320);
+    t322 = R::fused(-t166_167.second(), t300_301.second(), t321);
+    t323 = R::fused(-t166_167.first(), t300_301.first(), t322);
+    t324 = R::fused(t178, t312, t323);
+    t325 = R::fused(t188, t324, t313);
     // other
-    t328 = t192 * t327;
-    t329_330 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t331_332 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t329_330);
-    t333_334 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t331_332;
-    t335_336 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t337_338 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t335_336);
-    t339_340 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t337_338, t333_334);
-    t341_342 = both(cos_q_base_pitch) * t339_340;
-    t343_344 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t331_332;
-    t345_346 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t337_338, t343_344);
-    t347_348 = R::Two::fused(-both(sin_q_base_pitch), t345_346, t341_342);
-    t349_350 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t347_348);
-    t351_352 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.07)));
+    t326 = t190 * t325;
+    t327_328 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t329_330 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t327_328);
+    t331_332 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t329_330;
+    t333_334 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t335_336 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t333_334);
+    t337_338 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t335_336, t331_332);
+    t339_340 = both(cos_q_base_pitch) * t337_338;
+    t341_342 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t329_330;
+    t343_344 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t335_336, t341_342);
+    t345_346 = R::Two::fused(-both(sin_q_base_pitch), t343_344, t339_340);
+    t347_348 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t345_346);
+    t349_350 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.07)));
     // solved by the factors
-    t353_354 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t351_352);
-    t355_356 = R::Two::fused(t64_65 * two(R::constant(1.0), R::constant(-1.0)), t353_354, t349_350);
-    t357_358 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), t331_332, t351_352); // other
-    t359_360 = R::Two::fused(t78_79, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t357_358);
-    t361_362 = R::Two::fused(-t90_91, t353_354, t359_360);
-    t363_364 = R::Two::fused(t110_111 * two(R::constant(1.0), R::constant(-1.0)), t361_362, t355_356);
-    t365_366 = R::Two::fused(-t123_124, t361_362, t361_362);
-    t367_368 = R::Two::fused(both(t136) * two(R::constant(1.0), R::constant(-1.0)), t365_366, t363_364);
+    t351_352 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t349_350);
+    t353_354 = R::Two::fused(t64_65 * two(R::constant(1.0), R::constant(-1.0)), t351_352, t347_348);
+    t355_356 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), t329_330, t349_350); // other
+    t357_358 = R::Two::fused(t78_79, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t355_356);
+    t359_360 = R::Two::fused(-t90_91, t351_352, t357_358);
+    t361_362 = R::Two::fused(t110_111 * two(R::constant(1.0), R::constant(-1.0)), t359_360, t353_354);
     // other
-    t369_370 = both(sin_q_base_pitch) * t339_340;
-    t371_372 = R::Two::fused(both(cos_q_base_pitch), t345_346, t369_370);
+    t363_364 = both(sin_q_base_pitch) * t337_338;
+    t365_366 = R::Two::fused(both(cos_q_base_pitch), t343_344, t363_364);
     // solved by the factors
-    t373_374 = R::Two::fused(t140_141, two(R::constant(43.10344827586207), R::constant(-20.114942528735636)), t371_372);
-    t375_376 = R::Two::fused(t152_153 * two(R::constant(-1.0), R::constant(1.0)), t353_354, t373_374);
-    t377_378 = R::Two::fused(t168_169 * two(R::constant(-1.0), R::constant(1.0)), t361_362, t375_376);
-    t379_380 = R::Two::fused(both(t180) * two(R::constant(1.0), R::constant(-1.0)), t365_366, t377_378);
-    t381_382 = R::Two::fused(-both(t190), t379_380, t367_368);
+    t367_368 = R::Two::fused(t138_139, two(R::constant(43.10344827586207), R::constant(-20.114942528735636)), t365_366);
+    t369_370 = R::Two::fused(t150_151 * two(R::constant(-1.0), R::constant(1.0)), t351_352, t367_368);
+    t371_372 = R::Two::fused(t166_167 * two(R::constant(-1.0), R::constant(1.0)), t359_360, t369_370);
+    t373_374 = R::Two::fused(-both(t188), t371_372, t361_362);
     // other
-    t383_384 = both(t192) * t381_382;
-    t385_386 = R::Two::fused(t199_200, both(R::constant(0.06)), t272_273);
-    t387_388 = R::Two::fused(both(R::constant(9.81)), t371_372, t385_386);
-    t389_390 = t383_384 * both(t327);
-    t391_392 = both(t189) * t379_380;
-    t393_394 = R::Two::fused(t391_392, both(t326), t389_390);
-    t395_396 = both(t135) * t365_366;
-    t397_398 = R::Two::fused(t395_396 * two(R::constant(1.0), R::constant(-1.0)), both(t314), t393_394);
-    t399_400 = t108_109 * t361_362;
-    t401_402 = R::Two::fused(t399_400 * two(R::constant(1.0), R::constant(-1.0)), t302_303, t397_398);
-    t403_404 = t62_63 * t353_354;
-    t405_406 = R::Two::fused(t403_404 * two(R::constant(1.0), R::constant(-1.0)), t286_287, t401_402);
-    t407_408 = R::Two::fused(t276_277, two(R::constant(43.10344827586207), R::constant(-20.114942528735636)), t405_406);
-    t409_410 = t387_388 + t407_408;
-    t411_412 = t381_382 * t383_384;
-    t413_414 = R::Two::fused(t379_380, t391_392, t411_412);
-    t415_416 = R::Two::fused(t365_366, t395_396, t413_414);
-    t417_418 = R::Two::fused(t361_362, t399_400, t415_416);
+    t375_376 = both(t190) * t373_374;
+    t377_378 = R::Two::fused(t197_198, both(R::constant(0.06)), t270_271);
+    t379_380 = R::Two::fused(both(R::constant(9.81)), t365_366, t377_378);
+    t381_382 = t375_376 * both(t325);
+    t383_384 = both(t187) * t371_372;
+    t385_386 = R::Two::fused(-t383_384, both(t324), t381_382);
+    t387_388 = t108_109 * t359_360;
+    t389_390 = R::Two::fused(t387_388 * two(R::constant(-1.0), R::constant(1.0)), t300_301, t385_386);
+    t391_392 = t62_63 * t351_352;
+    t393_394 = R::Two::fused(t391_392 * two(R::constant(-1.0), R::constant(1.0)), t284_285, t389_390);
+    t395_396 = R::Two::fused(t274_275, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t393_394);
+    t397_398 = t379_380 + t395_396;
+    t399_400 = t373_374 * t375_376;
+    t401_402 = R::Two::fused(t371_372, t383_384, t399_400);
+    t403_404 = R::Two::fused(t359_360, t387_388, t401_402);
+    t405_406 = R::Two::fused(t351_352, t391_392, t403_404);
+    t407_408 = t405_406 + two(R::constant(6.4655172413793105), R::constant(1.4080459770114946));
+    t409 = R::constant(1.0) / t407_408.first();
+    t410 = t397_398.first() * t409;
+    t411_412 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t365_366); // solved by the factors
+    t413_414 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
+    // solved by the factors
+    t415_416 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t413_414);
     let (
-        t419_420, t421_422, t423, t424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436, t437_438, t439_440,
-        t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453_454, t455_456, t457_458, t459_460, t461_462,
-        t463_464, t465_466, t467, t468_469, t470_471, t472_473, t474_475, t476_477, t478_479, t480_481, t482_483,
-        t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496, t497_498, t499_500, t501_502, t503_504,
-        t505_506, t507_508, t509, t510, t511, t512, t513, t514, t515, t516, t517, t518, t519, t520, t521, t522, t523,
-        t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538, t539, t540, t541,
-        t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556, t557, t558, t559,
-        t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570_571, t572, t573, t574, t575, t576, t577_578,
-        t579, t580, t581, t582, t583, t584, t585_586, t587, t588, t589, t590, t591, t592, t593, t594, t595, t596, t597,
-        t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612, t613, t614, t615,
-        t616, t617, t618, t619,
+        t417_418, t419_420, t421_422, t423_424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436, t437_438,
+        t439_440, t441_442, t443_444, t445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459,
+        t460_461, t462_463, t464_465, t466_467, t468_469, t470, t471_472, t473_474, t475_476, t477_478, t479_480, t481,
+        t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498, t499,
+        t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514, t515, t516, t517,
+        t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534_535, t536,
+        t537, t538, t539, t540, t541_542, t543, t544, t545, t546, t547, t548, t549_550, t551, t552, t553, t554, t555,
+        t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573,
+        t574, t575, t576, t577, t578, t579, t580, t581, t582, t583,
     );
-    t419_420 = R::Two::fused(t353_354, t403_404, t417_418);
-    t421_422 = t419_420 + two(R::constant(6.4655172413793105), R::constant(1.4080459770114946));
-    t423 = R::constant(1.0) / t421_422.first();
-    t424 = t409_410.first() * t423;
-    t425_426 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t371_372); // solved by the factors
-    t427_428 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
-    // solved by the factors
-    t429_430 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t427_428);
-    t431_432 = R::Two::fused(-t64_65, t429_430, t425_426);
-    t433_434 = R::Two::fused(both(R::constant(-0.3)), t337_338, t427_428); // other
-    t435_436 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t433_434);
-    t437_438 = R::Two::fused(-t90_91, t429_430, t435_436);
-    t439_440 = R::Two::fused(-t110_111, t437_438, t431_432);
-    t441_442 = R::Two::fused(-t123_124, t437_438, t437_438);
-    t443_444 = R::Two::fused(-both(t136), t441_442, t439_440);
-    t445_446 = R::Two::fused(t140_141, both(R::constant(17.241379310344826)), t347_348);
-    t447_448 = R::Two::fused(-t152_153, t429_430, t445_446);
-    t449_450 = R::Two::fused(-t168_169, t437_438, t447_448);
-    t451_452 = R::Two::fused(both(t180), t441_442, t449_450);
-    t453_454 = R::Two::fused(both(t190), t451_452, t443_444);
+    t417_418 = R::Two::fused(-t64_65, t415_416, t411_412);
+    t419_420 = R::Two::fused(both(R::constant(-0.3)), t335_336, t413_414); // other
+    t421_422 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t419_420);
+    t423_424 = R::Two::fused(-t90_91, t415_416, t421_422);
+    t425_426 = R::Two::fused(-t110_111, t423_424, t417_418);
+    t427_428 = R::Two::fused(t138_139, both(R::constant(17.241379310344826)), t345_346);
+    t429_430 = R::Two::fused(-t150_151, t415_416, t427_428);
+    t431_432 = R::Two::fused(-t166_167, t423_424, t429_430);
+    t433_434 = R::Two::fused(both(t188), t431_432, t425_426);
     // other
-    t455_456 = t453_454 * t383_384;
-    t457_458 = R::Two::fused(-t451_452, t391_392, t455_456);
-    t459_460 = R::Two::fused(t441_442 * two(R::constant(-1.0), R::constant(1.0)), t395_396, t457_458);
-    t461_462 = R::Two::fused(t437_438 * two(R::constant(-1.0), R::constant(1.0)), t399_400, t459_460);
-    t463_464 = R::Two::fused(t429_430 * two(R::constant(-1.0), R::constant(1.0)), t403_404, t461_462);
-    t465_466 = R::Two::fused(two(R::constant(2.586206896551724), R::constant(1.2068965517241381)), two(R::constant(-1.0), R::constant(1.0)), t463_464);
-    t467 = t465_466.first() * t423;
-    t468_469 = R::Two::fused(t199_200, two(R::constant(0.15), R::constant(-0.07)), t266_267);
-    t470_471 = R::Two::fused(both(R::constant(9.81)), t347_348, -t468_469);
-    t472_473 = both(t192) * t453_454;
-    t474_475 = t472_473 * both(t327);
-    t476_477 = both(t189) * t451_452;
-    t478_479 = R::Two::fused(-t476_477, both(t326), t474_475);
-    t480_481 = both(t135) * t441_442;
-    t482_483 = R::Two::fused(-t480_481, both(t314), t478_479);
-    t484_485 = t108_109 * t437_438;
-    t486_487 = R::Two::fused(-t484_485, t302_303, t482_483);
-    t488_489 = t62_63 * t429_430;
-    t490_491 = R::Two::fused(-t488_489, t286_287, t486_487);
-    t492_493 = R::Two::fused(t276_277, both(R::constant(-17.241379310344826)), t490_491);
-    t494_495 = t470_471 - t492_493;
-    t496 = R::fused(t409_410.first(), t467, t494_495.first());
-    t497_498 = t453_454 * t472_473;
-    t499_500 = R::Two::fused(t451_452, t476_477, t497_498);
-    t501_502 = R::Two::fused(t441_442, t480_481, t499_500);
-    t503_504 = R::Two::fused(t437_438, t484_485, t501_502);
-    t505_506 = R::Two::fused(t429_430, t488_489, t503_504);
-    t507_508 = t505_506 + both(R::constant(1.0344827586206895));
-    t509 = R::fused(-t465_466.first(), t467, t507_508.first());
-    t510 = R::constant(1.0) / t509;
-    t511 = t496 * t510;
-    t512 = t381_382.second() * t472_473.first();
-    t513 = R::fused(-t379_380.second(), t476_477.first(), t512);
-    t514 = R::fused(t365_366.second(), t480_481.first(), t513);
-    t515 = t381_382.second() * t383_384.first();
-    t516 = R::fused(t379_380.second(), t391_392.first(), t515);
-    t517 = R::fused(-t365_366.second(), t395_396.first(), t516);
-    t518 = t517 * t423;
-    t519 = R::fused(-t465_466.first(), t518, t514);
-    t520 = t519 * t510;
-    t521 = R::fused(-t409_410.first(), t518, t409_410.second());
-    t522 = R::fused(t496, t520, t521);
-    t523 = R::fused(-t517, t518, t421_422.second());
-    t524 = R::fused(-t519, t520, t523);
-    t525 = R::constant(1.0) / t524;
-    t526 = t522 * t525;
-    t527 = t453_454.second() * t383_384.first();
-    t528 = R::fused(-t451_452.second(), t391_392.first(), t527);
-    t529 = R::fused(-t441_442.second(), t395_396.first(), t528);
-    t530 = t529 * t423;
-    t531 = R::fused(-t517, t530, t465_466.second());
-    t532 = t453_454.second() * t472_473.first();
-    t533 = R::fused(t451_452.second(), t476_477.first(), t532);
-    t534 = R::fused(t441_442.second(), t480_481.first(), t533);
-    t535 = R::fused(-t465_466.first(), t530, t534);
-    t536 = t535 * t510;
-    t537 = R::fused(-t519, t536, t531);
-    t538 = t537 * t525;
-    t539 = R::fused(t409_410.first(), t530, t494_495.second());
-    t540 = R::fused(-t496, t536, t539);
-    t541 = R::fused(t522, t538, t540);
-    t542 = R::fused(-t529, t530, t507_508.second());
-    t543 = R::fused(-t535, t536, t542);
-    t544 = R::fused(-t537, t538, t543);
-    t545 = R::constant(1.0) / t544;
-    t546 = t541 * t545;
-    t547 = R::fused(t538, t546, t526);
-    t548 = R::fused(t520, t547, t511);
-    t549 = R::fused(-t536, t546, t548);
-    t550 = R::fused(t467, t549, t424);
-    t551 = R::fused(-t518, t547, t550);
-    t552 = R::fused(t530, t546, t551);
-    t553 = R::fused(-t383_384.first(), t552, t328);
-    t554 = R::fused(t472_473.first(), t549, t553);
-    t555 = R::fused(-t383_384.second(), t547, t554);
-    t556 = R::fused(t472_473.second(), t546, t555);
-    t557 = t189 * t326;
-    t558 = R::fused(-t391_392.first(), t552, t557);
-    t559 = R::fused(-t476_477.first(), t549, t558);
-    t560 = R::fused(-t391_392.second(), t547, t559);
-    t561 = R::fused(-t476_477.second(), t546, t560);
-    t562 = R::fused(t190, t556, -t561); // solved by the factors
-    t563 = t135 * t314;
-    t564 = R::fused(-t395_396.first(), t552, t563);
-    t565 = R::fused(-t480_481.first(), t549, t564);
-    t566 = R::fused(t395_396.second(), t547, t565);
-    t567 = R::fused(-t480_481.second(), t546, t566);
-    t568 = R::fused(t136, t556, t567); // solved by the factors
-    t569 = R::fused(t180, t562, -t568); // solved by the factors
-    t570_571 = t108_109 * t302_303;
-    t572 = R::fused(-t399_400.first(), t552, t570_571.first());
-    t573 = R::fused(-t484_485.first(), t549, t572);
-    t574 = R::fused(t110_111.first(), t556, t573); // solved by the factors
-    t575 = R::fused(t168_169.first(), t562, t574); // solved by the factors
-    t576 = R::fused(-t123_124.first(), t569, -t575); // solved by the factors
-    t577_578 = t62_63 * t286_287;
-    t579 = R::fused(-t403_404.first(), t552, t577_578.first());
-    t580 = R::fused(-t488_489.first(), t549, t579);
+    t435_436 = t433_434 * t375_376;
+    t437_438 = R::Two::fused(-t431_432, t383_384, t435_436);
+    t439_440 = R::Two::fused(t423_424 * two(R::constant(-1.0), R::constant(1.0)), t387_388, t437_438);
+    t441_442 = R::Two::fused(t415_416 * two(R::constant(-1.0), R::constant(1.0)), t391_392, t439_440);
+    t443_444 = R::Two::fused(two(R::constant(2.586206896551724), R::constant(1.2068965517241381)), two(R::constant(-1.0), R::constant(1.0)), t441_442);
+    t445 = t443_444.first() * t409;
+    t446_447 = R::Two::fused(t197_198, two(R::constant(0.15), R::constant(-0.07)), t264_265);
+    t448_449 = R::Two::fused(both(R::constant(9.81)), t345_346, -t446_447);
+    t450_451 = both(t190) * t433_434;
+    t452_453 = t450_451 * both(t325);
+    t454_455 = both(t187) * t431_432;
+    t456_457 = R::Two::fused(t454_455, both(t324), t452_453);
+    t458_459 = t108_109 * t423_424;
+    t460_461 = R::Two::fused(t458_459, t300_301, t456_457);
+    t462_463 = t62_63 * t415_416;
+    t464_465 = R::Two::fused(t462_463, t284_285, t460_461);
+    t466_467 = R::Two::fused(t274_275, both(R::constant(17.241379310344826)), t464_465);
+    t468_469 = t448_449 - t466_467;
+    t470 = R::fused(t397_398.first(), t445, t468_469.first());
+    t471_472 = t433_434 * t450_451;
+    t473_474 = R::Two::fused(t431_432, t454_455, t471_472);
+    t475_476 = R::Two::fused(t423_424, t458_459, t473_474);
+    t477_478 = R::Two::fused(t415_416, t462_463, t475_476);
+    t479_480 = t477_478 + both(R::constant(1.0344827586206895));
+    t481 = R::fused(-t443_444.first(), t445, t479_480.first());
+    t482 = R::constant(1.0) / t481;
+    t483 = t470 * t482;
+    t484 = t373_374.second() * t450_451.first();
+    t485 = R::fused(-t371_372.second(), t454_455.first(), t484);
+    t486 = t373_374.second() * t375_376.first();
+    t487 = R::fused(t371_372.second(), t383_384.first(), t486);
+    t488 = t487 * t409;
+    t489 = R::fused(-t443_444.first(), t488, t485);
+    t490 = t489 * t482;
+    t491 = R::fused(-t397_398.first(), t488, t397_398.second());
+    t492 = R::fused(t470, t490, t491);
+    t493 = R::fused(-t487, t488, t407_408.second());
+    t494 = R::fused(-t489, t490, t493);
+    t495 = R::constant(1.0) / t494;
+    t496 = t492 * t495;
+    t497 = t433_434.second() * t375_376.first();
+    t498 = R::fused(-t431_432.second(), t383_384.first(), t497);
+    t499 = t498 * t409;
+    t500 = R::fused(-t487, t499, t443_444.second());
+    t501 = t433_434.second() * t450_451.first();
+    t502 = R::fused(t431_432.second(), t454_455.first(), t501);
+    t503 = R::fused(-t443_444.first(), t499, t502);
+    t504 = t503 * t482;
+    t505 = R::fused(-t489, t504, t500);
+    t506 = t505 * t495;
+    t507 = R::fused(t397_398.first(), t499, t468_469.second());
+    t508 = R::fused(-t470, t504, t507);
+    t509 = R::fused(t492, t506, t508);
+    t510 = R::fused(-t498, t499, t479_480.second());
+    t511 = R::fused(-t503, t504, t510);
+    t512 = R::fused(-t505, t506, t511);
+    t513 = R::constant(1.0) / t512;
+    t514 = t509 * t513;
+    t515 = R::fused(t506, t514, t496);
+    t516 = R::fused(t490, t515, t483);
+    t517 = R::fused(-t504, t514, t516);
+    t518 = R::fused(t445, t517, t410);
+    t519 = R::fused(-t488, t515, t518);
+    t520 = R::fused(t499, t514, t519);
+    t521 = R::fused(-t375_376.first(), t520, t326);
+    t522 = R::fused(t450_451.first(), t517, t521);
+    t523 = R::fused(-t375_376.second(), t515, t522);
+    t524 = R::fused(t450_451.second(), t514, t523);
+    t525 = t187 * t324;
+    t526 = R::fused(t383_384.first(), t520, t525);
+    t527 = R::fused(t454_455.first(), t517, t526);
+    t528 = R::fused(t383_384.second(), t515, t527);
+    t529 = R::fused(t454_455.second(), t514, t528);
+    t530 = R::fused(t188, t524, t529); // solved by the factors
+    t531 = t133 * t312;
+    t532 = R::fused(-t134, t524, t531); // solved by the factors
+    t533 = R::fused(-t178, t530, t532); // solved by the factors
+    t534_535 = t108_109 * t300_301;
+    t536 = R::fused(t387_388.first(), t520, t534_535.first());
+    t537 = R::fused(t458_459.first(), t517, t536);
+    t538 = R::fused(-t110_111.first(), t524, t537); // solved by the factors
+    t539 = R::fused(-t166_167.first(), t530, t538); // solved by the factors
+    t540 = t539 - t533; // solved by the factors
+    t541_542 = t62_63 * t284_285;
+    t543 = R::fused(t391_392.first(), t520, t541_542.first());
+    t544 = R::fused(t462_463.first(), t517, t543);
     // solved by the factors
-    t581 = R::fused(t64_65.first(), t556, t580);
-    t582 = R::fused(t152_153.first(), t562, t581);
-    t583 = R::fused(t90_91.first(), t569, t582);
-    t584 = R::fused(-t90_91.first(), t576, -t583);
+    t545 = R::fused(-t64_65.first(), t524, t544);
+    t546 = R::fused(-t150_151.first(), t530, t545);
+    t547 = R::fused(-t90_91.first(), t533, t546);
+    t548 = R::fused(-t90_91.first(), t540, t547);
     // other
-    t585_586 = t276_277 * both(R::constant(287.35632183908046));
-    t587 = R::fused(R::constant(-43.10344827586207), t552, t585_586.first());
-    t588 = R::fused(R::constant(-17.241379310344826), t549, t587);
+    t549_550 = t274_275 * both(R::constant(287.35632183908046));
+    t551 = R::fused(R::constant(43.10344827586207), t520, t549_550.first());
+    t552 = R::fused(R::constant(17.241379310344826), t517, t551);
     // solved by the factors
-    t589 = R::fused(-t28_29.first(), t556, t588);
-    t590 = R::fused(-t142_143.first(), t562, t589);
-    t591 = R::fused(t80_81.first(), t569, t590);
-    t592 = R::fused(t80_81.first(), t576, t591);
-    t593 = R::fused(-t52_53.first(), t584, -t592);
-    t594 = R::fused(t399_400.second(), t547, t570_571.second()); // other
-    t595 = R::fused(-t484_485.second(), t546, t594); // other
-    t596 = R::fused(t110_111.second(), t556, t595);
-    t597 = R::fused(t168_169.second(), t562, t596);
-    t598 = R::fused(-t123_124.second(), t569, -t597);
-    t599 = R::fused(t403_404.second(), t547, t577_578.second()); // other
-    t600 = R::fused(-t488_489.second(), t546, t599); // other
-    t601 = R::fused(t64_65.second(), t556, t600);
-    t602 = R::fused(t152_153.second(), t562, t601);
-    t603 = R::fused(t90_91.second(), t569, t602);
-    t604 = R::fused(-t90_91.second(), t598, -t603);
-    t605 = R::fused(R::constant(20.114942528735636), t547, t585_586.second()); // other
-    t606 = R::fused(R::constant(-17.241379310344826), t546, t605); // other
-    t607 = R::fused(-t28_29.second(), t556, t606);
-    t608 = R::fused(-t142_143.second(), t562, t607);
-    t609 = R::fused(t80_81.second(), t569, t608);
-    t610 = R::fused(t80_81.second(), t598, t609);
-    t611 = R::fused(-t52_53.second(), t604, -t610);
+    t553 = R::fused(t28_29.first(), t524, t552);
+    t554 = R::fused(t140_141.first(), t530, t553);
+    t555 = R::fused(-t80_81.first(), t533, t554);
+    t556 = R::fused(-t80_81.first(), t540, t555);
+    t557 = R::fused(-t52_53.first(), t548, t556);
+    t558 = R::fused(-t387_388.second(), t515, t534_535.second()); // other
+    t559 = R::fused(t458_459.second(), t514, t558); // other
+    t560 = R::fused(-t110_111.second(), t524, t559);
+    t561 = R::fused(-t166_167.second(), t530, t560);
+    t562 = t561 - t533;
+    t563 = R::fused(-t391_392.second(), t515, t541_542.second()); // other
+    t564 = R::fused(t462_463.second(), t514, t563); // other
+    t565 = R::fused(-t64_65.second(), t524, t564);
+    t566 = R::fused(-t150_151.second(), t530, t565);
+    t567 = R::fused(-t90_91.second(), t533, t566);
+    t568 = R::fused(-t90_91.second(), t562, t567);
+    t569 = R::fused(R::constant(-20.114942528735636), t515, t549_550.second()); // other
+    t570 = R::fused(R::constant(17.241379310344826), t514, t569); // other
+    t571 = R::fused(t28_29.second(), t524, t570);
+    t572 = R::fused(t140_141.second(), t530, t571);
+    t573 = R::fused(-t80_81.second(), t533, t572);
+    t574 = R::fused(-t80_81.second(), t562, t573);
+    t575 = R::fused(-t52_53.second(), t568, t574);
     // other
-    t612 = t347_348.first() * t552;
-    t613 = R::fused(t371_372.first(), t549, -t612);
-    t614 = t371_372.first() * t552;
-    t615 = R::fused(t347_348.first(), t549, t614);
-    t616 = t347_348.second() * t547;
-    t617 = R::fused(t371_372.second(), t546, -t616);
-    t618 = t371_372.second() * t547;
-    t619 = R::fused(t347_348.second(), t546, t618);
-    *out = [[t556, t562, t569, t576, t584, t593, t598, t604, t611, t613, t615, t617, t619]];
+    t576 = t345_346.first() * t520;
+    t577 = R::fused(t365_366.first(), t517, -t576);
+    t578 = t365_366.first() * t520;
+    t579 = R::fused(t345_346.first(), t517, t578);
+    t580 = t345_346.second() * t515;
+    t581 = R::fused(t365_366.second(), t514, -t580);
+    t582 = t365_366.second() * t515;
+    t583 = R::fused(t345_346.second(), t514, t582);
+    *out = [[t524, t530, t533, t540, t548, t557, t562, t568, t575, t577, t579, t581, t583]];
 }
 }
 
@@ -1633,7 +1225,7 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`,
 /// `right_foot/moment/y`, `left_foot/force/x`, `left_foot/force/z`; m/s², then rad/s², then N, then N m, then N.
 /// Source: (4.23), Table 4.1, corrected.
-/// 1098 operations: 88 add, 194 mul, 402 fused, 12 div, 7 sin_cos. For two limbs at once: 209 pairs of them.
+/// 1001 operations: 98 add, 187 mul, 352 fused, 12 div, 7 sin_cos. For two limbs at once: 195 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_push_off<R: Real>(
     q: &SVector<R, NQ>,
@@ -1705,22 +1297,21 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
         t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
         t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
         t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123_124, t125, t126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138_139, t140_141, t142_143, t144, t145,
-        t146_147, t148_149, t150_151, t152_153, t154, t155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
-        t168_169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
-        t187, t188, t189, t190, t191, t192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
+        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126,
+        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136_137, t138_139, t140_141, t142, t143, t144_145,
+        t146_147, t148_149, t150_151, t152, t153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
+        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
+        t186, t187, t188, t189, t190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
         t207_208, t209_210, t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228,
-        t229_230, t231, t232, t233, t234, t235_236, t237_238, t239, t240, t241, t242, t243_244, t245, t246_247,
+        t229, t230, t231, t232, t233_234, t235_236, t237, t238, t239, t240, t241_242, t243, t244_245, t246_247,
         t248_249, t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265, t266_267, t268_269,
-        t270_271, t272_273, t274_275, t276_277, t278, t279, t280_281, t282_283, t284_285, t286_287, t288, t289,
-        t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302_303, t304, t305, t306, t307, t308, t309, t310,
-        t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328,
+        t270_271, t272_273, t274_275, t276, t277, t278_279, t280_281, t282_283, t284_285, t286, t287, t288_289,
+        t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302, t303, t304, t305, t306, t307, t308, t309,
+        t310, t311, t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327_328,
         t329_330, t331_332, t333_334, t335_336, t337_338, t339_340, t341_342, t343_344, t345_346, t347_348, t349_350,
         t351_352, t353_354, t355_356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368, t369_370, t371_372,
         t373_374, t375_376, t377_378, t379_380, t381_382, t383_384, t385_386, t387_388, t389_390, t391_392, t393_394,
-        t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409_410, t411_412, t413_414, t415_416,
-        t417_418,
+        t395_396, t397_398, t399_400, t401_402, t403_404, t405_406, t407_408, t409, t410, t411_412, t413_414, t415_416,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
@@ -1800,471 +1391,436 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     t120 = t119 + t82_83.first();
     t121 = t120 - t92_93.second();
     t122 = t121 - t92_93.first();
-    t123_124 = t106_107 * t108_109;
-    t125 = R::fused(-t94_95.second(), t123_124.second(), t122);
-    t126 = R::fused(-t94_95.first(), t123_124.first(), t125);
-    t127 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
-    t128 = t98_99.first() + t127; // right_upper_leg: sums of what it carries
-    t129 = t128 - t100_101.second();
-    t130 = t129 - t100_101.first();
-    t131 = t130 - t104_105.second();
-    t132 = t131 - t104_105.first();
-    t133 = R::fused(-t106_107.second(), t123_124.second(), t132);
-    t134 = R::fused(-t106_107.first(), t123_124.first(), t133);
-    t135 = R::constant(1.0) / t134;
-    t136 = t126 * t135;
-    t137 = R::fused(-t126, t136, t113);
+    t123 = t94_95.second() - t122;
+    t124 = t94_95.first() + t123;
+    t125 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
+    t126 = t98_99.first() + t125; // right_upper_leg: sums of what it carries
+    t127 = t126 - t100_101.second();
+    t128 = t127 - t100_101.first();
+    t129 = t128 - t104_105.second();
+    t130 = t129 - t104_105.first();
+    t131 = t106_107.second() - t130;
+    t132 = t106_107.first() + t131;
+    t133 = R::constant(1.0) / t132;
+    t134 = t124 * t133;
+    t135 = R::fused(t124, t134, t113);
     // right_foot, left_foot: mass matrix
-    t138_139 = both(cos_q_base_pitch) * t18_19;
-    t140_141 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t138_139);
+    t136_137 = both(cos_q_base_pitch) * t18_19;
+    t138_139 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t136_137);
     // factors of the mass matrix
-    t142_143 = t140_141 * both(R::constant(287.35632183908046));
-    t144 = t26_27.second() * t142_143.second();
-    t145 = R::fused(t26_27.first(), t142_143.first(), t144);
+    t140_141 = t138_139 * both(R::constant(287.35632183908046));
+    t142 = t26_27.second() * t140_141.second();
+    t143 = R::fused(t26_27.first(), t140_141.first(), t142);
     // right_lower_leg, left_lower_leg: mass matrix
-    t146_147 = both(cos_q_base_pitch) * t40_41;
-    t148_149 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t146_147);
+    t144_145 = both(cos_q_base_pitch) * t40_41;
+    t146_147 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t144_145);
     // factors of the mass matrix
-    t150_151 = R::Two::fused(t140_141, t52_53, t148_149);
-    t152_153 = t150_151 * t62_63;
-    t154 = R::fused(t54_55.second(), t152_153.second(), t145);
-    t155 = R::fused(t54_55.first(), t152_153.first(), t154);
+    t148_149 = R::Two::fused(t138_139, t52_53, t146_147);
+    t150_151 = t148_149 * t62_63;
+    t152 = R::fused(t54_55.second(), t150_151.second(), t143);
+    t153 = R::fused(t54_55.first(), t150_151.first(), t152);
     // right_upper_leg, left_upper_leg: mass matrix
-    t156_157 = both(cos_q_base_pitch) * t70_71;
-    t158_159 = R::Two::fused(both(sin_q_base_pitch), t74_75, t156_157);
+    t154_155 = both(cos_q_base_pitch) * t70_71;
+    t156_157 = R::Two::fused(both(sin_q_base_pitch), t74_75, t154_155);
     // factors of the mass matrix
-    t160_161 = t140_141 * t80_81;
-    t162_163 = t158_159 + t160_161;
-    t164_165 = t150_151 * t90_91;
-    t166_167 = t162_163 - t164_165;
-    t168_169 = t166_167 * t108_109;
-    t170 = R::fused(t94_95.second(), t168_169.second(), t155);
-    t171 = R::fused(t94_95.first(), t168_169.first(), t170);
-    t172 = sin_q_base_pitch * t115; // torso: sums of what it carries
-    t173 = R::fused(-cos_q_base_pitch, t117, t172); // torso: sums of what it carries
-    t174 = t173 - t160_161.second();
-    t175 = t174 - t160_161.first();
-    t176 = t175 + t164_165.second();
-    t177 = t176 + t164_165.first();
-    t178 = R::fused(t166_167.second(), t123_124.second(), t177);
-    t179 = R::fused(t166_167.first(), t123_124.first(), t178);
-    t180 = t179 * t135;
-    t181 = R::fused(-t126, t180, t171);
-    t182 = R::fused(-t140_141.second(), t142_143.second(), R::constant(19.0));
-    t183 = R::fused(-t140_141.first(), t142_143.first(), t182);
-    t184 = R::fused(-t150_151.second(), t152_153.second(), t183);
-    t185 = R::fused(-t150_151.first(), t152_153.first(), t184);
-    t186 = R::fused(-t166_167.second(), t168_169.second(), t185);
-    t187 = R::fused(-t166_167.first(), t168_169.first(), t186);
-    t188 = R::fused(-t179, t180, t187);
-    t189 = R::constant(1.0) / t188;
-    t190 = t181 * t189;
-    t191 = R::fused(-t181, t190, t137);
-    t192 = R::constant(1.0) / t191;
-    t193_194 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
-    t195_196 = t193_194 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t158_159 = t138_139 * t80_81;
+    t160_161 = t156_157 + t158_159;
+    t162_163 = t148_149 * t90_91;
+    t164_165 = t160_161 - t162_163;
+    t166_167 = t164_165 * t108_109;
+    t168 = R::fused(t94_95.second(), t166_167.second(), t153);
+    t169 = R::fused(t94_95.first(), t166_167.first(), t168);
+    t170 = sin_q_base_pitch * t115; // torso: sums of what it carries
+    t171 = R::fused(-cos_q_base_pitch, t117, t170); // torso: sums of what it carries
+    t172 = t171 - t158_159.second();
+    t173 = t172 - t158_159.first();
+    t174 = t173 + t162_163.second();
+    t175 = t174 + t162_163.first();
+    t176 = t164_165.second() + t175;
+    t177 = t164_165.first() + t176;
+    t178 = t177 * t133;
+    t179 = R::fused(-t124, t178, t169);
+    t180 = R::fused(-t138_139.second(), t140_141.second(), R::constant(19.0));
+    t181 = R::fused(-t138_139.first(), t140_141.first(), t180);
+    t182 = R::fused(-t148_149.second(), t150_151.second(), t181);
+    t183 = R::fused(-t148_149.first(), t150_151.first(), t182);
+    t184 = R::fused(-t164_165.second(), t166_167.second(), t183);
+    t185 = R::fused(-t164_165.first(), t166_167.first(), t184);
+    t186 = R::fused(t177, t178, t185);
+    t187 = R::constant(1.0) / t186;
+    t188 = t179 * t187;
+    t189 = R::fused(-t179, t188, t135);
+    t190 = R::constant(1.0) / t189;
+    t191_192 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t193_194 = t191_192 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
     // right_foot, left_foot: motion
-    t197_198 = t195_196 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    t199_200 = t197_198 * t197_198;
-    t201_202 = both(R::constant(0.018)) * t199_200; // right_foot, left_foot: wrench that its motion needs
+    t195_196 = t193_194 + two(v_right_ankle_pitch, v_left_ankle_pitch);
+    t197_198 = t195_196 * t195_196;
+    t199_200 = both(R::constant(0.018)) * t197_198; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: wrench handed to its parent
-    t203_204 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t201_202;
-    t205_206 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t201_202;
-    t207_208 = t203_204 + t205_206;
-    t209_210 = t195_196 * t195_196; // right_lower_leg, left_lower_leg: motion
-    t211_212 = R::Two::fused(both(R::constant(0.362)), t209_210, t207_208);
-    t213_214 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t211_212; // right_lower_leg, left_lower_leg
-    t215_216 = t203_204 - t205_206;
-    t217_218 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t215_216, t213_214);
-    t219_220 = t193_194 * t193_194; // right_upper_leg, left_upper_leg: motion
-    t221_222 = R::Two::fused(both(R::constant(0.925)), t219_220, t217_218); // right_lower_leg, left_lower_leg
-    t223_224 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t221_222; // right_upper_leg, left_upper_leg
+    t201_202 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t199_200;
+    t203_204 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t199_200;
+    t205_206 = t201_202 + t203_204;
+    t207_208 = t193_194 * t193_194; // right_lower_leg, left_lower_leg: motion
+    t209_210 = R::Two::fused(both(R::constant(0.362)), t207_208, t205_206);
+    t211_212 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t209_210; // right_lower_leg, left_lower_leg
+    t213_214 = t201_202 - t203_204;
+    t215_216 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t213_214, t211_212);
+    t217_218 = t191_192 * t191_192; // right_upper_leg, left_upper_leg: motion
+    t219_220 = R::Two::fused(both(R::constant(0.925)), t217_218, t215_216); // right_lower_leg, left_lower_leg
+    t221_222 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t219_220; // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t225_226 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t211_212;
-    t227_228 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t215_216, t225_226);
-    t229_230 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t227_228, t223_224);
-    t231 = v_base_pitch * v_base_pitch; // torso: motion
-    t232 = R::fused(R::constant(2.2), t231, -t229_230.second()); // left_upper_leg: wrench handed to its parent
-    t233 = t232 - t229_230.first(); // right_upper_leg: wrench handed to its parent
-    t234 = sin_q_base_pitch * t233; // torso: wrench handed to its parent
+    t223_224 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t209_210;
+    t225_226 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t213_214, t223_224);
+    t227_228 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t225_226, t221_222);
+    t229 = v_base_pitch * v_base_pitch; // torso: motion
+    t230 = R::fused(R::constant(2.2), t229, -t227_228.second()); // left_upper_leg: wrench handed to its parent
+    t231 = t230 - t227_228.first(); // right_upper_leg: wrench handed to its parent
+    t232 = sin_q_base_pitch * t231; // torso: wrench handed to its parent
     // right_upper_leg, left_upper_leg: wrench handed to its parent
-    t235_236 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t221_222;
-    t237_238 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t227_228, t235_236);
-    t239 = t237_238.second() + t237_238.first(); // right_upper_leg: wrench handed to its parent
-    t240 = R::fused(-cos_q_base_pitch, t239, t234); // torso: wrench handed to its parent
-    t241 = t240 + tau_base_x; // other
-    t242 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    t243_244 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t242); // right_upper_leg, left_upper_leg: motion
-    t245 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    t246_247 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t245), t243_244);
+    t233_234 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t219_220;
+    t235_236 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t225_226, t233_234);
+    t237 = t235_236.second() + t235_236.first(); // right_upper_leg: wrench handed to its parent
+    t238 = R::fused(-cos_q_base_pitch, t237, t232); // torso: wrench handed to its parent
+    t239 = tau_base_x + t238; // other
+    t240 = cos_q_base_pitch * R::constant(9.81); // torso: motion
+    t241_242 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(t240); // right_upper_leg, left_upper_leg: motion
+    t243 = sin_q_base_pitch * R::constant(9.81); // torso: motion
+    t244_245 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), both(t243), t241_242);
     // right_lower_leg, left_lower_leg: motion
-    t248_249 = R::Two::fused(t219_220, both(R::constant(0.3)), t246_247);
-    t250_251 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t248_249;
+    t246_247 = R::Two::fused(t217_218, both(R::constant(0.3)), t244_245);
+    t248_249 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t246_247;
     // right_upper_leg, left_upper_leg: motion
-    t252_253 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t242);
-    t254_255 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t245), t252_253);
-    t256_257 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t254_255, t250_251);
+    t250_251 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t240);
+    t252_253 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t243), t250_251);
+    t254_255 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t252_253, t248_249);
     // right_foot, left_foot: motion
-    t258_259 = R::Two::fused(both(R::constant(0.3)), t209_210, t256_257);
-    t260_261 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t258_259;
+    t256_257 = R::Two::fused(both(R::constant(0.3)), t207_208, t254_255);
+    t258_259 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t256_257;
     // right_lower_leg, left_lower_leg: motion
-    t262_263 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t248_249;
-    t264_265 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t254_255, t262_263);
-    t266_267 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t264_265, t260_261);
-    t268_269 = both(R::constant(0.018)) * t266_267; // right_foot, left_foot: wrench that its motion needs
+    t260_261 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t246_247;
+    t262_263 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t252_253, t260_261);
+    t264_265 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t262_263, t258_259);
+    t266_267 = both(R::constant(0.018)) * t264_265; // right_foot, left_foot: wrench that its motion needs
     // right_foot, left_foot: motion
-    t270_271 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t258_259;
-    t272_273 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t264_265, t270_271);
-    t274_275 = R::Two::fused(both(R::constant(-0.018)), t272_273, t268_269); // right_foot, left_foot
-    t276_277 = t274_275 - two(tau_right_ankle_pitch, tau_left_ankle_pitch); // other
-    t278 = R::fused(-t276_277.second(), t28_29.second(), t241); // solved by the factors
-    t279 = R::fused(-t276_277.first(), t28_29.first(), t278); // solved by the factors
+    t268_269 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t256_257;
+    t270_271 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t262_263, t268_269);
+    t272_273 = R::Two::fused(both(R::constant(-0.018)), t270_271, t266_267); // right_foot, left_foot
+    t274_275 = two(tau_right_ankle_pitch, tau_left_ankle_pitch) - t272_273; // other
+    t276 = R::fused(t274_275.second(), t28_29.second(), t239); // solved by the factors
+    t277 = R::fused(t274_275.first(), t28_29.first(), t276); // solved by the factors
     // right_foot, left_foot: wrench handed to its parent
-    t280_281 = R::Two::fused(both(R::constant(0.362)), t264_265, t274_275);
-    t282_283 = R::Two::fused(both(R::constant(0.3)), t215_216, t280_281);
-    t284_285 = t282_283 - two(tau_right_knee_pitch, tau_left_knee_pitch); // other
+    t278_279 = R::Two::fused(both(R::constant(0.362)), t262_263, t272_273);
+    t280_281 = R::Two::fused(both(R::constant(0.3)), t213_214, t278_279);
+    t282_283 = two(tau_right_knee_pitch, tau_left_knee_pitch) - t280_281; // other
     // solved by the factors
-    t286_287 = R::Two::fused(-t276_277, t52_53, t284_285);
-    t288 = R::fused(t64_65.second(), t286_287.second(), t279);
-    t289 = R::fused(t64_65.first(), t286_287.first(), t288);
+    t284_285 = R::Two::fused(-t274_275, t52_53, t282_283);
+    t286 = R::fused(-t64_65.second(), t284_285.second(), t277);
+    t287 = R::fused(-t64_65.first(), t284_285.first(), t286);
     // right_lower_leg, left_lower_leg: wrench handed to its parent
-    t290_291 = R::Two::fused(both(R::constant(0.925)), t254_255, t282_283);
-    t292_293 = R::Two::fused(both(R::constant(-0.3)), t227_228, t290_291);
-    t294_295 = t292_293 - two(tau_right_hip_pitch, tau_left_hip_pitch); // other
+    t288_289 = R::Two::fused(both(R::constant(0.925)), t252_253, t280_281);
+    t290_291 = R::Two::fused(both(R::constant(-0.3)), t225_226, t288_289);
+    t292_293 = two(tau_right_hip_pitch, tau_left_hip_pitch) - t290_291; // other
     // solved by the factors
-    t296_297 = t276_277 * t80_81;
-    t298_299 = t294_295 - t296_297;
-    t300_301 = t90_91 * t286_287;
-    t302_303 = t298_299 - t300_301;
-    t304 = R::fused(t110_111.second(), t302_303.second(), t289);
-    t305 = R::fused(t110_111.first(), t302_303.first(), t304);
-    t306 = R::fused(sin_q_base_pitch, R::constant(21.582), -t292_293.second()); // left_upper_leg
-    t307 = t292_293.first() - t306; // right_upper_leg: wrench handed to its parent
-    t308 = t307 - tau_base_pitch; // other
-    t309 = t308 - t296_297.second();
-    t310 = t309 - t296_297.first();
-    t311 = t310 - t300_301.second();
-    t312 = t311 - t300_301.first();
-    t313 = R::fused(-t123_124.second(), t302_303.second(), t312);
-    t314 = R::fused(-t123_124.first(), t302_303.first(), t313);
-    t315 = R::fused(t136, t314, t305);
-    t316 = cos_q_base_pitch * t233; // torso: wrench handed to its parent
-    t317 = R::fused(sin_q_base_pitch, t239, t316); // torso: wrench handed to its parent
-    t318 = R::constant(186.39) - t317; // torso: wrench handed to its parent
-    t319 = t318 - tau_base_z; // other
-    t320 = R::fused(t276_277.second(), t142_143.second(), t319);
-    t321 = R::fused(t276_277.first(), t142_143.first(), t320);
-    t322 = R::fused(-t152_153.second(), t286_287.second(), t321);
-    t323 = R::fused(-t152_153.first(), t286_287.first(), t322);
-    t324 = R::fused(-t168_169.second(), t302_303.second(), t323);
-    t325 = R::fused(-t168_169.first(), t302_303.first(), t324);
-    t326 = R::fused(t180, t314, t325);
-    t327 = R::fused(-t190, t326, t315);
+    t294_295 = t274_275 * t80_81;
+    t296_297 = t292_293 - t294_295;
+    t298_299 = t90_91 * t284_285;
+    t300_301 = t296_297 - t298_299;
+    t302 = R::fused(-t110_111.second(), t300_301.second(), t287);
+    t303 = R::fused(-t110_111.first(), t300_301.first(), t302);
+    t304 = R::fused(sin_q_base_pitch, R::constant(21.582), -t290_291.second()); // left_upper_leg
+    t305 = t290_291.first() - t304; // right_upper_leg: wrench handed to its parent
+    t306 = tau_base_pitch - t305; // other
+    t307 = t306 - t294_295.second();
+    t308 = t307 - t294_295.first();
+    t309 = t308 - t298_299.second();
+    t310 = t309 - t298_299.first();
+    t311 = t300_301.second() - t310;
+    t312 = t300_301.first() + t311;
+    t313 = R::fused(t134, t312, t303);
+    t314 = cos_q_base_pitch * t231; // torso: wrench handed to its parent
+    t315 = R::fused(sin_q_base_pitch, t237, t314); // torso: wrench handed to its parent
+    t316 = R::constant(186.39) - t315; // torso: wrench handed to its parent
+    t317 = tau_base_z - t316; // other
+    t318 = R::fused(t274_275.second(), t140_141.second(), t317);
+    t319 = R::fused(t274_275.first(), t140_141.first(), t318);
+    t320 = R::fused(-t150_151.second(), t284_285.second(), t319);
+    t321 = R::fused(-t150_151.first(), t284_285.first(), t320);
+    t322 = R::fused(-t166_167.second(), t300_301.second(), t321);
+    t323 = R::fused(-t166_167.first(), t300_301.first(), t322);
+    t324 = R::fused(t178, t312, t323);
+    t325 = R::fused(t188, t324, t313);
     // other
-    t328 = t192 * t327;
-    t329_330 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t331_332 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t329_330);
-    t333_334 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t331_332;
-    t335_336 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t337_338 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t335_336);
-    t339_340 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t337_338, t333_334);
-    t341_342 = both(cos_q_base_pitch) * t339_340;
-    t343_344 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t331_332;
-    t345_346 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t337_338, t343_344);
-    t347_348 = R::Two::fused(-both(sin_q_base_pitch), t345_346, t341_342);
-    t349_350 = R::Two::fused(t26_27, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t347_348);
-    t351_352 = R::Two::fused(both(R::constant(0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.039999999999999994), R::constant(0.15)));
+    t326 = t190 * t325;
+    t327_328 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t329_330 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t327_328);
+    t331_332 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t329_330;
+    t333_334 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t335_336 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t333_334);
+    t337_338 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t335_336, t331_332);
+    t339_340 = both(cos_q_base_pitch) * t337_338;
+    t341_342 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t329_330;
+    t343_344 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t335_336, t341_342);
+    t345_346 = R::Two::fused(-both(sin_q_base_pitch), t343_344, t339_340);
+    t347_348 = R::Two::fused(t26_27, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t345_346);
+    t349_350 = R::Two::fused(both(R::constant(0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.039999999999999994), R::constant(0.15)));
     // solved by the factors
-    t353_354 = R::Two::fused(t50_51, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t351_352);
-    t355_356 = R::Two::fused(t64_65, t353_354, t349_350);
-    t357_358 = R::Two::fused(both(R::constant(0.3)), t331_332, t351_352); // other
-    t359_360 = R::Two::fused(t78_79, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t357_358);
-    t361_362 = R::Two::fused(-t90_91, t353_354, t359_360);
-    t363_364 = R::Two::fused(t110_111, t361_362, t355_356);
-    t365_366 = R::Two::fused(-t123_124, t361_362, t361_362);
-    t367_368 = R::Two::fused(both(t136), t365_366, t363_364);
+    t351_352 = R::Two::fused(t50_51, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t349_350);
+    t353_354 = R::Two::fused(t64_65, t351_352, t347_348);
+    t355_356 = R::Two::fused(both(R::constant(0.3)), t329_330, t349_350); // other
+    t357_358 = R::Two::fused(t78_79, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t355_356);
+    t359_360 = R::Two::fused(-t90_91, t351_352, t357_358);
+    t361_362 = R::Two::fused(t110_111, t359_360, t353_354);
     // other
-    t369_370 = both(sin_q_base_pitch) * t339_340;
-    t371_372 = R::Two::fused(both(cos_q_base_pitch), t345_346, t369_370);
+    t363_364 = both(sin_q_base_pitch) * t337_338;
+    t365_366 = R::Two::fused(both(cos_q_base_pitch), t343_344, t363_364);
     // solved by the factors
-    t373_374 = R::Two::fused(t140_141, two(R::constant(11.494252873563218), R::constant(43.10344827586207)), t371_372);
-    t375_376 = R::Two::fused(-t152_153, t353_354, t373_374);
-    t377_378 = R::Two::fused(-t168_169, t361_362, t375_376);
-    t379_380 = R::Two::fused(both(t180), t365_366, t377_378);
-    t381_382 = R::Two::fused(-both(t190), t379_380, t367_368);
+    t367_368 = R::Two::fused(t138_139, two(R::constant(11.494252873563218), R::constant(43.10344827586207)), t365_366);
+    t369_370 = R::Two::fused(-t150_151, t351_352, t367_368);
+    t371_372 = R::Two::fused(-t166_167, t359_360, t369_370);
+    t373_374 = R::Two::fused(-both(t188), t371_372, t361_362);
     // other
-    t383_384 = both(t192) * t381_382;
-    t385_386 = R::Two::fused(t199_200, both(R::constant(0.06)), t272_273);
-    t387_388 = R::Two::fused(both(R::constant(9.81)), t371_372, t385_386);
-    t389_390 = t383_384 * both(t327);
-    t391_392 = both(t189) * t379_380;
-    t393_394 = R::Two::fused(t391_392, both(t326), t389_390);
-    t395_396 = both(t135) * t365_366;
-    t397_398 = R::Two::fused(t395_396, both(t314), t393_394);
-    t399_400 = t108_109 * t361_362;
-    t401_402 = R::Two::fused(t399_400, t302_303, t397_398);
-    t403_404 = t62_63 * t353_354;
-    t405_406 = R::Two::fused(t403_404, t286_287, t401_402);
-    t407_408 = R::Two::fused(t276_277, two(R::constant(11.494252873563218), R::constant(43.10344827586207)), t405_406);
-    t409_410 = t387_388 + t407_408;
-    t411_412 = t381_382 * t383_384;
-    t413_414 = R::Two::fused(t379_380, t391_392, t411_412);
-    t415_416 = R::Two::fused(t365_366, t395_396, t413_414);
-    t417_418 = R::Two::fused(t361_362, t399_400, t415_416);
+    t375_376 = both(t190) * t373_374;
+    t377_378 = R::Two::fused(t197_198, both(R::constant(0.06)), t270_271);
+    t379_380 = R::Two::fused(both(R::constant(9.81)), t365_366, t377_378);
+    t381_382 = t375_376 * both(t325);
+    t383_384 = both(t187) * t371_372;
+    t385_386 = R::Two::fused(-t383_384, both(t324), t381_382);
+    t387_388 = t108_109 * t359_360;
+    t389_390 = R::Two::fused(-t387_388, t300_301, t385_386);
+    t391_392 = t62_63 * t351_352;
+    t393_394 = R::Two::fused(-t391_392, t284_285, t389_390);
+    t395_396 = R::Two::fused(t274_275, two(R::constant(-11.494252873563218), R::constant(-43.10344827586207)), t393_394);
+    t397_398 = t379_380 + t395_396;
+    t399_400 = t373_374 * t375_376;
+    t401_402 = R::Two::fused(t371_372, t383_384, t399_400);
+    t403_404 = R::Two::fused(t359_360, t387_388, t401_402);
+    t405_406 = R::Two::fused(t351_352, t391_392, t403_404);
+    t407_408 = t405_406 + two(R::constant(0.4597701149425286), R::constant(6.4655172413793105));
+    t409 = R::constant(1.0) / t407_408.first();
+    t410 = t397_398.first() * t409;
+    t411_412 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t365_366); // solved by the factors
+    t413_414 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
+    // solved by the factors
+    t415_416 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t413_414);
     let (
-        t419_420, t421_422, t423, t424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436, t437_438, t439_440,
-        t441_442, t443_444, t445_446, t447_448, t449_450, t451_452, t453_454, t455_456, t457_458, t459_460, t461_462,
-        t463_464, t465_466, t467, t468_469, t470_471, t472_473, t474_475, t476_477, t478_479, t480_481, t482_483,
-        t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496, t497_498, t499_500, t501_502, t503_504,
-        t505_506, t507_508, t509, t510, t511, t512, t513, t514, t515, t516, t517, t518, t519, t520, t521, t522, t523,
-        t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538, t539, t540, t541,
-        t542, t543, t544, t545, t546, t547, t548_549, t550, t551, t552, t553, t554, t555, t556, t557, t558, t559, t560,
-        t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573, t574, t575, t576, t577, t578,
-        t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592, t593, t594, t595, t596,
-        t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610, t611, t612, t613, t614,
-        t615, t616, t617, t618, t619, t620, t621, t622, t623, t624, t625, t626, t627, t628, t629, t630, t631, t632,
-        t633, t634, t635, t636, t637, t638, t639, t640, t641, t642, t643, t644, t645_646, t647, t648, t649, t650, t651,
-        t652, t653_654, t655, t656, t657, t658, t659, t660, t661, t662, t663, t664, t665, t666, t667, t668, t669, t670,
-        t671, t672, t673, t674, t675, t676, t677, t678, t679, t680, t681, t682, t683, t684, t685, t686, t687, t688,
-        t689, t690, t691, t692, t693, t694, t695,
+        t417_418, t419_420, t421_422, t423_424, t425_426, t427_428, t429_430, t431_432, t433_434, t435_436, t437_438,
+        t439_440, t441_442, t443_444, t445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459,
+        t460_461, t462_463, t464_465, t466_467, t468_469, t470, t471_472, t473_474, t475_476, t477_478, t479_480, t481,
+        t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498, t499,
+        t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513_514, t515, t516, t517, t518,
+        t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536,
+        t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554,
+        t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572,
+        t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590,
+        t591, t592, t593, t594, t595, t596, t597, t598_599, t600, t601, t602, t603, t604, t605, t606_607, t608, t609,
+        t610, t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623, t624, t625, t626, t627,
+        t628, t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641, t642, t643, t644, t645,
+        t646, t647, t648,
     );
-    t419_420 = R::Two::fused(t353_354, t403_404, t417_418);
-    t421_422 = t419_420 + two(R::constant(0.4597701149425286), R::constant(6.4655172413793105));
-    t423 = R::constant(1.0) / t421_422.first();
-    t424 = t409_410.first() * t423;
-    t425_426 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t371_372); // solved by the factors
-    t427_428 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
-    // solved by the factors
-    t429_430 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t427_428);
-    t431_432 = R::Two::fused(-t64_65, t429_430, t425_426);
-    t433_434 = R::Two::fused(both(R::constant(-0.3)), t337_338, t427_428); // other
-    t435_436 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t433_434);
-    t437_438 = R::Two::fused(-t90_91, t429_430, t435_436);
-    t439_440 = R::Two::fused(-t110_111, t437_438, t431_432);
-    t441_442 = R::Two::fused(-t123_124, t437_438, t437_438);
-    t443_444 = R::Two::fused(-both(t136), t441_442, t439_440);
-    t445_446 = R::Two::fused(t140_141, both(R::constant(17.241379310344826)), t347_348);
-    t447_448 = R::Two::fused(-t152_153, t429_430, t445_446);
-    t449_450 = R::Two::fused(-t168_169, t437_438, t447_448);
-    t451_452 = R::Two::fused(both(t180), t441_442, t449_450);
-    t453_454 = R::Two::fused(both(t190), t451_452, t443_444);
+    t417_418 = R::Two::fused(-t64_65, t415_416, t411_412);
+    t419_420 = R::Two::fused(both(R::constant(-0.3)), t335_336, t413_414); // other
+    t421_422 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t419_420);
+    t423_424 = R::Two::fused(-t90_91, t415_416, t421_422);
+    t425_426 = R::Two::fused(-t110_111, t423_424, t417_418);
+    t427_428 = R::Two::fused(t138_139, both(R::constant(17.241379310344826)), t345_346);
+    t429_430 = R::Two::fused(-t150_151, t415_416, t427_428);
+    t431_432 = R::Two::fused(-t166_167, t423_424, t429_430);
+    t433_434 = R::Two::fused(both(t188), t431_432, t425_426);
     // other
-    t455_456 = t453_454 * t383_384;
-    t457_458 = R::Two::fused(-t451_452, t391_392, t455_456);
-    t459_460 = R::Two::fused(-t441_442, t395_396, t457_458);
-    t461_462 = R::Two::fused(-t437_438, t399_400, t459_460);
-    t463_464 = R::Two::fused(-t429_430, t403_404, t461_462);
-    t465_466 = t463_464 - two(R::constant(0.689655172413793), R::constant(2.586206896551724));
-    t467 = t465_466.first() * t423;
-    t468_469 = R::Two::fused(t199_200, two(R::constant(0.039999999999999994), R::constant(0.15)), t266_267);
-    t470_471 = R::Two::fused(both(R::constant(9.81)), t347_348, -t468_469);
-    t472_473 = both(t192) * t453_454;
-    t474_475 = t472_473 * both(t327);
-    t476_477 = both(t189) * t451_452;
-    t478_479 = R::Two::fused(-t476_477, both(t326), t474_475);
-    t480_481 = both(t135) * t441_442;
-    t482_483 = R::Two::fused(-t480_481, both(t314), t478_479);
-    t484_485 = t108_109 * t437_438;
-    t486_487 = R::Two::fused(-t484_485, t302_303, t482_483);
-    t488_489 = t62_63 * t429_430;
-    t490_491 = R::Two::fused(-t488_489, t286_287, t486_487);
-    t492_493 = R::Two::fused(t276_277, both(R::constant(-17.241379310344826)), t490_491);
-    t494_495 = t470_471 - t492_493;
-    t496 = R::fused(t409_410.first(), t467, t494_495.first());
-    t497_498 = t453_454 * t472_473;
-    t499_500 = R::Two::fused(t451_452, t476_477, t497_498);
-    t501_502 = R::Two::fused(t441_442, t480_481, t499_500);
-    t503_504 = R::Two::fused(t437_438, t484_485, t501_502);
-    t505_506 = R::Two::fused(t429_430, t488_489, t503_504);
-    t507_508 = t505_506 + both(R::constant(1.0344827586206895));
-    t509 = R::fused(-t465_466.first(), t467, t507_508.first());
-    t510 = R::constant(1.0) / t509;
-    t511 = t496 * t510;
+    t435_436 = t433_434 * t375_376;
+    t437_438 = R::Two::fused(-t431_432, t383_384, t435_436);
+    t439_440 = R::Two::fused(-t423_424, t387_388, t437_438);
+    t441_442 = R::Two::fused(-t415_416, t391_392, t439_440);
+    t443_444 = t441_442 - two(R::constant(0.689655172413793), R::constant(2.586206896551724));
+    t445 = t443_444.first() * t409;
+    t446_447 = R::Two::fused(t197_198, two(R::constant(0.039999999999999994), R::constant(0.15)), t264_265);
+    t448_449 = R::Two::fused(both(R::constant(9.81)), t345_346, -t446_447);
+    t450_451 = both(t190) * t433_434;
+    t452_453 = t450_451 * both(t325);
+    t454_455 = both(t187) * t431_432;
+    t456_457 = R::Two::fused(t454_455, both(t324), t452_453);
+    t458_459 = t108_109 * t423_424;
+    t460_461 = R::Two::fused(t458_459, t300_301, t456_457);
+    t462_463 = t62_63 * t415_416;
+    t464_465 = R::Two::fused(t462_463, t284_285, t460_461);
+    t466_467 = R::Two::fused(t274_275, both(R::constant(17.241379310344826)), t464_465);
+    t468_469 = t448_449 - t466_467;
+    t470 = R::fused(t397_398.first(), t445, t468_469.first());
+    t471_472 = t433_434 * t450_451;
+    t473_474 = R::Two::fused(t431_432, t454_455, t471_472);
+    t475_476 = R::Two::fused(t423_424, t458_459, t473_474);
+    t477_478 = R::Two::fused(t415_416, t462_463, t475_476);
+    t479_480 = t477_478 + both(R::constant(1.0344827586206895));
+    t481 = R::fused(-t443_444.first(), t445, t479_480.first());
+    t482 = R::constant(1.0) / t481;
+    t483 = t470 * t482;
     // solved by the factors
-    t512 = R::constant(1.0) - t52_53.first();
-    t513 = R::fused(-t64_65.first(), t512, t28_29.first());
-    t514 = R::constant(1.0) - t80_81.first();
-    t515 = R::fused(-t90_91.first(), t512, t514);
-    t516 = R::fused(-t110_111.first(), t515, t513);
-    t517 = R::fused(-t123_124.first(), t515, t515);
-    t518 = R::fused(-t136, t517, t516);
-    t519 = R::fused(-t152_153.first(), t512, t142_143.first());
-    t520 = R::fused(-t168_169.first(), t515, t519);
-    t521 = R::fused(t180, t517, t520);
-    t522 = R::fused(t190, t521, t518);
+    t484 = R::constant(1.0) - t52_53.first();
+    t485 = R::fused(-t64_65.first(), t484, t28_29.first());
+    t486 = R::constant(1.0) - t80_81.first();
+    t487 = R::fused(-t90_91.first(), t484, t486);
+    t488 = R::fused(-t110_111.first(), t487, t485);
+    t489 = R::fused(-t150_151.first(), t484, t140_141.first());
+    t490 = R::fused(-t166_167.first(), t487, t489);
+    t491 = R::fused(t188, t490, t488);
     // other
-    t523 = t522 * t472_473.first();
-    t524 = R::fused(t521, t476_477.first(), t523);
-    t525 = R::fused(t517, t480_481.first(), t524);
-    t526 = R::fused(t515, t484_485.first(), t525);
-    t527 = R::fused(t512, t488_489.first(), t526);
-    t528 = R::constant(17.241379310344826) + t527;
-    t529 = t522 * t383_384.first();
-    t530 = R::fused(-t521, t391_392.first(), t529);
-    t531 = R::fused(-t517, t395_396.first(), t530);
-    t532 = R::fused(-t515, t399_400.first(), t531);
-    t533 = R::fused(-t512, t403_404.first(), t532);
-    t534 = R::constant(11.494252873563218) - t533;
-    t535 = t534 * t423;
-    t536 = R::fused(t465_466.first(), t535, t528);
-    t537 = t536 * t510;
-    t538 = t192 * t522;
-    t539 = t538 * t327;
-    t540 = t189 * t521;
-    t541 = R::fused(-t540, t326, t539);
-    t542 = t135 * t517;
-    t543 = R::fused(-t542, t314, t541);
-    t544 = t108_109.first() * t515;
-    t545 = R::fused(-t544, t302_303.first(), t543);
-    t546 = t62_63.first() * t512;
-    t547 = R::fused(-t546, t286_287.first(), t545);
-    t548_549 = t276_277 * both(R::constant(287.35632183908046));
-    t550 = t547 - t548_549.first();
-    t551 = R::fused(t409_410.first(), t535, t550);
-    t552 = R::fused(t496, t537, t551);
-    t553 = t522 * t538;
-    t554 = R::fused(t521, t540, t553);
-    t555 = R::fused(t517, t542, t554);
-    t556 = R::fused(t515, t544, t555);
-    t557 = R::fused(t512, t546, t556);
-    t558 = R::constant(287.35632183908046) + t557;
-    t559 = R::fused(-t534, t535, t558);
-    t560 = R::fused(-t536, t537, t559);
-    t561 = R::constant(1.0) / t560;
-    t562 = t552 * t561;
-    t563 = t381_382.second() * t538;
-    t564 = R::fused(-t379_380.second(), t540, t563);
-    t565 = R::fused(-t365_366.second(), t542, t564);
-    t566 = t381_382.second() * t383_384.first();
-    t567 = R::fused(t379_380.second(), t391_392.first(), t566);
-    t568 = R::fused(t365_366.second(), t395_396.first(), t567);
-    t569 = t568 * t423;
-    t570 = R::fused(t534, t569, t565);
-    t571 = t381_382.second() * t472_473.first();
-    t572 = R::fused(-t379_380.second(), t476_477.first(), t571);
-    t573 = R::fused(-t365_366.second(), t480_481.first(), t572);
-    t574 = R::fused(-t465_466.first(), t569, t573);
-    t575 = t574 * t510;
-    t576 = R::fused(-t536, t575, t570);
-    t577 = t576 * t561;
-    t578 = R::fused(-t409_410.first(), t569, t409_410.second());
-    t579 = R::fused(t496, t575, t578);
-    t580 = R::fused(-t552, t577, t579);
-    t581 = R::fused(-t568, t569, t421_422.second());
-    t582 = R::fused(-t574, t575, t581);
-    t583 = R::fused(-t576, t577, t582);
-    t584 = R::constant(1.0) / t583;
-    t585 = t580 * t584;
-    t586 = t453_454.second() * t383_384.first();
-    t587 = R::fused(-t451_452.second(), t391_392.first(), t586);
-    t588 = R::fused(-t441_442.second(), t395_396.first(), t587);
-    t589 = t588 * t423;
-    t590 = R::fused(-t568, t589, t465_466.second());
-    t591 = t453_454.second() * t472_473.first();
-    t592 = R::fused(t451_452.second(), t476_477.first(), t591);
-    t593 = R::fused(t441_442.second(), t480_481.first(), t592);
-    t594 = R::fused(-t465_466.first(), t589, t593);
-    t595 = t594 * t510;
-    t596 = R::fused(-t574, t595, t590);
-    t597 = t453_454.second() * t538;
-    t598 = R::fused(t451_452.second(), t540, t597);
-    t599 = R::fused(t441_442.second(), t542, t598);
-    t600 = R::fused(t534, t589, t599);
-    t601 = R::fused(-t536, t595, t600);
-    t602 = t601 * t561;
-    t603 = R::fused(-t576, t602, t596);
-    t604 = t603 * t584;
-    t605 = R::fused(t409_410.first(), t589, t494_495.second());
-    t606 = R::fused(-t496, t595, t605);
-    t607 = R::fused(t552, t602, t606);
-    t608 = R::fused(t580, t604, t607);
-    t609 = R::fused(-t588, t589, t507_508.second());
-    t610 = R::fused(-t594, t595, t609);
-    t611 = R::fused(-t601, t602, t610);
-    t612 = R::fused(-t603, t604, t611);
-    t613 = R::constant(1.0) / t612;
-    t614 = t608 * t613;
-    t615 = R::fused(t604, t614, t585);
-    t616 = R::fused(-t577, t615, t562);
-    t617 = R::fused(-t602, t614, -t616);
-    t618 = R::fused(-t537, t617, t511);
-    t619 = R::fused(t575, t615, t618);
-    t620 = R::fused(-t595, t614, t619);
-    t621 = R::fused(t467, t620, t424);
-    t622 = R::fused(-t535, t617, t621);
-    t623 = R::fused(-t569, t615, t622);
-    t624 = R::fused(t589, t614, t623);
-    t625 = R::fused(-t383_384.first(), t624, t328);
-    t626 = R::fused(t472_473.first(), t620, t625);
-    t627 = R::fused(t538, t617, t626);
-    t628 = R::fused(-t383_384.second(), t615, t627);
-    t629 = R::fused(t472_473.second(), t614, t628);
-    t630 = t189 * t326;
-    t631 = R::fused(-t391_392.first(), t624, t630);
-    t632 = R::fused(-t476_477.first(), t620, t631);
-    t633 = R::fused(-t540, t617, t632);
-    t634 = R::fused(-t391_392.second(), t615, t633);
-    t635 = R::fused(-t476_477.second(), t614, t634);
-    t636 = R::fused(t190, t629, -t635); // solved by the factors
-    t637 = t135 * t314;
-    t638 = R::fused(-t395_396.first(), t624, t637);
-    t639 = R::fused(-t480_481.first(), t620, t638);
-    t640 = R::fused(-t542, t617, t639);
-    t641 = R::fused(-t395_396.second(), t615, t640);
-    t642 = R::fused(-t480_481.second(), t614, t641);
-    t643 = R::fused(t136, t629, t642); // solved by the factors
-    t644 = R::fused(t180, t636, -t643); // solved by the factors
-    t645_646 = t108_109 * t302_303;
-    t647 = R::fused(-t399_400.first(), t624, t645_646.first());
-    t648 = R::fused(-t484_485.first(), t620, t647);
-    t649 = R::fused(-t544, t617, t648);
-    t650 = R::fused(t110_111.first(), t629, t649); // solved by the factors
-    t651 = R::fused(t168_169.first(), t636, t650); // solved by the factors
-    t652 = R::fused(-t123_124.first(), t644, -t651); // solved by the factors
-    t653_654 = t62_63 * t286_287;
-    t655 = R::fused(-t403_404.first(), t624, t653_654.first());
-    t656 = R::fused(-t488_489.first(), t620, t655);
-    t657 = R::fused(-t546, t617, t656);
+    t492 = t491 * t450_451.first();
+    t493 = R::fused(t490, t454_455.first(), t492);
+    t494 = R::fused(t487, t458_459.first(), t493);
+    t495 = R::fused(t484, t462_463.first(), t494);
+    t496 = R::constant(17.241379310344826) + t495;
+    t497 = t491 * t375_376.first();
+    t498 = R::fused(-t490, t383_384.first(), t497);
+    t499 = R::fused(-t487, t387_388.first(), t498);
+    t500 = R::fused(-t484, t391_392.first(), t499);
+    t501 = R::constant(11.494252873563218) - t500;
+    t502 = t501 * t409;
+    t503 = R::fused(t443_444.first(), t502, t496);
+    t504 = t503 * t482;
+    t505 = t190 * t491;
+    t506 = t505 * t325;
+    t507 = t187 * t490;
+    t508 = R::fused(t507, t324, t506);
+    t509 = t108_109.first() * t487;
+    t510 = R::fused(t509, t300_301.first(), t508);
+    t511 = t62_63.first() * t484;
+    t512 = R::fused(t511, t284_285.first(), t510);
+    t513_514 = t274_275 * both(R::constant(287.35632183908046));
+    t515 = t512 + t513_514.first();
+    t516 = R::fused(t397_398.first(), t502, t515);
+    t517 = R::fused(t470, t504, t516);
+    t518 = t491 * t505;
+    t519 = R::fused(t490, t507, t518);
+    t520 = R::fused(t487, t509, t519);
+    t521 = R::fused(t484, t511, t520);
+    t522 = R::constant(287.35632183908046) + t521;
+    t523 = R::fused(-t501, t502, t522);
+    t524 = R::fused(-t503, t504, t523);
+    t525 = R::constant(1.0) / t524;
+    t526 = t517 * t525;
+    t527 = t373_374.second() * t505;
+    t528 = R::fused(-t371_372.second(), t507, t527);
+    t529 = t373_374.second() * t375_376.first();
+    t530 = R::fused(t371_372.second(), t383_384.first(), t529);
+    t531 = t530 * t409;
+    t532 = R::fused(t501, t531, t528);
+    t533 = t373_374.second() * t450_451.first();
+    t534 = R::fused(-t371_372.second(), t454_455.first(), t533);
+    t535 = R::fused(-t443_444.first(), t531, t534);
+    t536 = t535 * t482;
+    t537 = R::fused(-t503, t536, t532);
+    t538 = t537 * t525;
+    t539 = R::fused(-t397_398.first(), t531, t397_398.second());
+    t540 = R::fused(t470, t536, t539);
+    t541 = R::fused(-t517, t538, t540);
+    t542 = R::fused(-t530, t531, t407_408.second());
+    t543 = R::fused(-t535, t536, t542);
+    t544 = R::fused(-t537, t538, t543);
+    t545 = R::constant(1.0) / t544;
+    t546 = t541 * t545;
+    t547 = t433_434.second() * t375_376.first();
+    t548 = R::fused(-t431_432.second(), t383_384.first(), t547);
+    t549 = t548 * t409;
+    t550 = R::fused(-t530, t549, t443_444.second());
+    t551 = t433_434.second() * t450_451.first();
+    t552 = R::fused(t431_432.second(), t454_455.first(), t551);
+    t553 = R::fused(-t443_444.first(), t549, t552);
+    t554 = t553 * t482;
+    t555 = R::fused(-t535, t554, t550);
+    t556 = t433_434.second() * t505;
+    t557 = R::fused(t431_432.second(), t507, t556);
+    t558 = R::fused(t501, t549, t557);
+    t559 = R::fused(-t503, t554, t558);
+    t560 = t559 * t525;
+    t561 = R::fused(-t537, t560, t555);
+    t562 = t561 * t545;
+    t563 = R::fused(t397_398.first(), t549, t468_469.second());
+    t564 = R::fused(-t470, t554, t563);
+    t565 = R::fused(t517, t560, t564);
+    t566 = R::fused(t541, t562, t565);
+    t567 = R::fused(-t548, t549, t479_480.second());
+    t568 = R::fused(-t553, t554, t567);
+    t569 = R::fused(-t559, t560, t568);
+    t570 = R::fused(-t561, t562, t569);
+    t571 = R::constant(1.0) / t570;
+    t572 = t566 * t571;
+    t573 = R::fused(t562, t572, t546);
+    t574 = R::fused(-t538, t573, t526);
+    t575 = R::fused(-t560, t572, -t574);
+    t576 = R::fused(-t504, t575, t483);
+    t577 = R::fused(t536, t573, t576);
+    t578 = R::fused(-t554, t572, t577);
+    t579 = R::fused(t445, t578, t410);
+    t580 = R::fused(-t502, t575, t579);
+    t581 = R::fused(-t531, t573, t580);
+    t582 = R::fused(t549, t572, t581);
+    t583 = R::fused(-t375_376.first(), t582, t326);
+    t584 = R::fused(t450_451.first(), t578, t583);
+    t585 = R::fused(t505, t575, t584);
+    t586 = R::fused(-t375_376.second(), t573, t585);
+    t587 = R::fused(t450_451.second(), t572, t586);
+    t588 = t187 * t324;
+    t589 = R::fused(t383_384.first(), t582, t588);
+    t590 = R::fused(t454_455.first(), t578, t589);
+    t591 = R::fused(t507, t575, t590);
+    t592 = R::fused(t383_384.second(), t573, t591);
+    t593 = R::fused(t454_455.second(), t572, t592);
+    t594 = R::fused(t188, t587, t593); // solved by the factors
+    t595 = t133 * t312;
+    t596 = R::fused(-t134, t587, t595); // solved by the factors
+    t597 = R::fused(-t178, t594, t596); // solved by the factors
+    t598_599 = t108_109 * t300_301;
+    t600 = R::fused(t387_388.first(), t582, t598_599.first());
+    t601 = R::fused(t458_459.first(), t578, t600);
+    t602 = R::fused(t509, t575, t601);
+    t603 = R::fused(-t110_111.first(), t587, t602); // solved by the factors
+    t604 = R::fused(-t166_167.first(), t594, t603); // solved by the factors
+    t605 = t604 - t597; // solved by the factors
+    t606_607 = t62_63 * t284_285;
+    t608 = R::fused(t391_392.first(), t582, t606_607.first());
+    t609 = R::fused(t462_463.first(), t578, t608);
+    t610 = R::fused(t511, t575, t609);
     // solved by the factors
-    t658 = R::fused(t64_65.first(), t629, t657);
-    t659 = R::fused(t152_153.first(), t636, t658);
-    t660 = R::fused(t90_91.first(), t644, t659);
-    t661 = R::fused(-t90_91.first(), t652, -t660);
-    t662 = R::fused(R::constant(-11.494252873563218), t624, t548_549.first()); // other
-    t663 = R::fused(R::constant(-17.241379310344826), t620, t662); // other
-    t664 = R::fused(R::constant(-287.35632183908046), t617, t663); // other
-    t665 = R::fused(-t28_29.first(), t629, t664);
-    t666 = R::fused(-t142_143.first(), t636, t665);
-    t667 = R::fused(t80_81.first(), t644, t666);
-    t668 = R::fused(t80_81.first(), t652, t667);
-    t669 = R::fused(-t52_53.first(), t661, -t668);
-    t670 = R::fused(-t399_400.second(), t615, t645_646.second()); // other
-    t671 = R::fused(-t484_485.second(), t614, t670); // other
-    t672 = R::fused(t110_111.second(), t629, t671);
-    t673 = R::fused(t168_169.second(), t636, t672);
-    t674 = R::fused(-t123_124.second(), t644, -t673);
-    t675 = R::fused(-t403_404.second(), t615, t653_654.second()); // other
-    t676 = R::fused(-t488_489.second(), t614, t675); // other
-    t677 = R::fused(t64_65.second(), t629, t676);
-    t678 = R::fused(t152_153.second(), t636, t677);
-    t679 = R::fused(t90_91.second(), t644, t678);
-    t680 = R::fused(-t90_91.second(), t674, -t679);
-    t681 = R::fused(R::constant(-43.10344827586207), t615, t548_549.second()); // other
-    t682 = R::fused(R::constant(-17.241379310344826), t614, t681); // other
-    t683 = R::fused(-t28_29.second(), t629, t682);
-    t684 = R::fused(-t142_143.second(), t636, t683);
-    t685 = R::fused(t80_81.second(), t644, t684);
-    t686 = R::fused(t80_81.second(), t674, t685);
-    t687 = R::fused(-t52_53.second(), t680, -t686);
+    t611 = R::fused(-t64_65.first(), t587, t610);
+    t612 = R::fused(-t150_151.first(), t594, t611);
+    t613 = R::fused(-t90_91.first(), t597, t612);
+    t614 = R::fused(-t90_91.first(), t605, t613);
+    t615 = R::fused(R::constant(11.494252873563218), t582, t513_514.first()); // other
+    t616 = R::fused(R::constant(17.241379310344826), t578, t615); // other
+    t617 = R::fused(R::constant(287.35632183908046), t575, t616); // other
+    t618 = R::fused(t28_29.first(), t587, t617);
+    t619 = R::fused(t140_141.first(), t594, t618);
+    t620 = R::fused(-t80_81.first(), t597, t619);
+    t621 = R::fused(-t80_81.first(), t605, t620);
+    t622 = R::fused(-t52_53.first(), t614, t621);
+    t623 = R::fused(t387_388.second(), t573, t598_599.second()); // other
+    t624 = R::fused(t458_459.second(), t572, t623); // other
+    t625 = R::fused(-t110_111.second(), t587, t624);
+    t626 = R::fused(-t166_167.second(), t594, t625);
+    t627 = t626 - t597;
+    t628 = R::fused(t391_392.second(), t573, t606_607.second()); // other
+    t629 = R::fused(t462_463.second(), t572, t628); // other
+    t630 = R::fused(-t64_65.second(), t587, t629);
+    t631 = R::fused(-t150_151.second(), t594, t630);
+    t632 = R::fused(-t90_91.second(), t597, t631);
+    t633 = R::fused(-t90_91.second(), t627, t632);
+    t634 = R::fused(R::constant(43.10344827586207), t573, t513_514.second()); // other
+    t635 = R::fused(R::constant(17.241379310344826), t572, t634); // other
+    t636 = R::fused(t28_29.second(), t587, t635);
+    t637 = R::fused(t140_141.second(), t594, t636);
+    t638 = R::fused(-t80_81.second(), t597, t637);
+    t639 = R::fused(-t80_81.second(), t627, t638);
+    t640 = R::fused(-t52_53.second(), t633, t639);
     // other
-    t688 = t347_348.first() * t624;
-    t689 = R::fused(t371_372.first(), t620, -t688);
-    t690 = t371_372.first() * t624;
-    t691 = R::fused(t347_348.first(), t620, t690);
-    t692 = t347_348.second() * t615;
-    t693 = R::fused(t371_372.second(), t614, -t692);
-    t694 = t371_372.second() * t615;
-    t695 = R::fused(t347_348.second(), t614, t694);
-    *out = [[t629, t636, t644, t652, t661, t669, t674, t680, t687, t689, t691, t617, t693, t695]];
+    t641 = t345_346.first() * t582;
+    t642 = R::fused(t365_366.first(), t578, -t641);
+    t643 = t365_366.first() * t582;
+    t644 = R::fused(t345_346.first(), t578, t643);
+    t645 = t345_346.second() * t573;
+    t646 = R::fused(t365_366.second(), t572, -t645);
+    t647 = t365_366.second() * t573;
+    t648 = R::fused(t345_346.second(), t572, t647);
+    *out = [[t587, t594, t597, t605, t614, t622, t627, t633, t640, t642, t644, t575, t646, t648]];
 }
 }

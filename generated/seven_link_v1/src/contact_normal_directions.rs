@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`; 1, then m.
 /// Columns: `right_foot/heel/z`, `right_foot/toe/z`, `left_foot/heel/z`, `left_foot/toe/z`.
 /// Source: W_N of (4.6), corrected.
-/// 70 operations: 16 add, 14 mul, 20 fused, 7 sin_cos. For two limbs at once: 25 pairs of them.
+/// 66 operations: 12 add, 14 mul, 20 fused, 7 sin_cos. For two limbs at once: 23 pairs of them.
 #[inline]
 pub fn contact_normal_directions<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, 4> {
     let mut out = [[R::constant(0.0); NV]; 4];
@@ -68,36 +68,34 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     let t26_27 = R::Two::fused(t10_11, both(R::constant(-0.3)), t16_17);
     // other
     let t28_29 = t20_21 * both(R::constant(0.06));
-    let t30_31 = R::Two::fused(t24_25, both(R::constant(0.07)), -t28_29);
-    let t32_33 = t26_27 + t30_31;
-    let t34_35 = t26_27 - t32_33; // right_foot, left_foot: Jacobian
-    let t36_37 = t16_17 - t32_33; // right_lower_leg, left_lower_leg: Jacobian
-    let t38_39 = both(q_base_x) - t32_33; // right_upper_leg, left_upper_leg: Jacobian
-    let t40_41 = R::Two::fused(t24_25, both(R::constant(0.15)), t28_29);
-    let t42_43 = t26_27 - t40_41;
-    let t44_45 = t26_27 - t42_43; // right_foot, left_foot: Jacobian
-    let t46_47 = t16_17 - t42_43; // right_lower_leg, left_lower_leg: Jacobian
-    let t48_49 = both(q_base_x) - t42_43; // right_upper_leg, left_upper_leg: Jacobian
+    let t30_31 = R::Two::fused(t24_25, both(R::constant(-0.07)), t28_29);
+    let t32_33 = t26_27 - t30_31;
+    let t34_35 = t16_17 - t32_33; // right_lower_leg, left_lower_leg: Jacobian
+    let t36_37 = both(q_base_x) - t32_33; // right_upper_leg, left_upper_leg: Jacobian
+    let t38_39 = R::Two::fused(t24_25, both(R::constant(0.15)), t28_29);
+    let t40_41 = t26_27 - t38_39;
+    let t42_43 = t16_17 - t40_41; // right_lower_leg, left_lower_leg: Jacobian
+    let t44_45 = both(q_base_x) - t40_41; // right_upper_leg, left_upper_leg: Jacobian
     *out = [
         // right_foot/heel/z
         [
-            R::constant(0.0), R::constant(1.0), t38_39.first(), t38_39.first(), t36_37.first(), t34_35.first(),
+            R::constant(0.0), R::constant(1.0), t36_37.first(), t36_37.first(), t34_35.first(), t30_31.first(),
             R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // right_foot/toe/z
         [
-            R::constant(0.0), R::constant(1.0), t48_49.first(), t48_49.first(), t46_47.first(), t44_45.first(),
+            R::constant(0.0), R::constant(1.0), t44_45.first(), t44_45.first(), t42_43.first(), t38_39.first(),
             R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // left_foot/heel/z
         [
-            R::constant(0.0), R::constant(1.0), t38_39.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t38_39.second(), t36_37.second(), t34_35.second(),
+            R::constant(0.0), R::constant(1.0), t36_37.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t36_37.second(), t34_35.second(), t30_31.second(),
         ],
         // left_foot/toe/z
         [
-            R::constant(0.0), R::constant(1.0), t48_49.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t48_49.second(), t46_47.second(), t44_45.second(),
+            R::constant(0.0), R::constant(1.0), t44_45.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t44_45.second(), t42_43.second(), t38_39.second(),
         ],
     ];
 }

@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`; 1, then m.
 /// Columns: `right_foot/heel/x`, `right_foot/toe/x`, `left_foot/heel/x`, `left_foot/toe/x`.
 /// Source: W_T of (4.6), corrected.
-/// 70 operations: 16 add, 14 mul, 20 fused, 7 sin_cos. For two limbs at once: 25 pairs of them.
+/// 66 operations: 12 add, 14 mul, 20 fused, 7 sin_cos. For two limbs at once: 23 pairs of them.
 #[inline]
 pub fn contact_tangential_directions<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, 4> {
     let mut out = [[R::constant(0.0); NV]; 4];
@@ -70,34 +70,32 @@ pub(super) fn contact_tangential_directions_program<R: Real>(q: &[R; NQ], out: &
     let t28_29 = t24_25 * both(R::constant(0.06));
     let t30_31 = R::Two::fused(t20_21, both(R::constant(0.07)), t28_29);
     let t32_33 = t26_27 + t30_31;
-    let t34_35 = t32_33 - t26_27; // right_foot, left_foot: Jacobian
-    let t36_37 = t32_33 - t16_17; // right_lower_leg, left_lower_leg: Jacobian
-    let t38_39 = t32_33 - both(q_base_z); // right_upper_leg, left_upper_leg: Jacobian
-    let t40_41 = R::Two::fused(t20_21, both(R::constant(-0.15)), t28_29);
-    let t42_43 = t26_27 + t40_41;
-    let t44_45 = t42_43 - t26_27; // right_foot, left_foot: Jacobian
-    let t46_47 = t42_43 - t16_17; // right_lower_leg, left_lower_leg: Jacobian
-    let t48_49 = t42_43 - both(q_base_z); // right_upper_leg, left_upper_leg: Jacobian
+    let t34_35 = t32_33 - t16_17; // right_lower_leg, left_lower_leg: Jacobian
+    let t36_37 = t32_33 - both(q_base_z); // right_upper_leg, left_upper_leg: Jacobian
+    let t38_39 = R::Two::fused(t20_21, both(R::constant(-0.15)), t28_29);
+    let t40_41 = t26_27 + t38_39;
+    let t42_43 = t40_41 - t16_17; // right_lower_leg, left_lower_leg: Jacobian
+    let t44_45 = t40_41 - both(q_base_z); // right_upper_leg, left_upper_leg: Jacobian
     *out = [
         // right_foot/heel/x
         [
-            R::constant(1.0), R::constant(0.0), t38_39.first(), t38_39.first(), t36_37.first(), t34_35.first(),
+            R::constant(1.0), R::constant(0.0), t36_37.first(), t36_37.first(), t34_35.first(), t30_31.first(),
             R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // right_foot/toe/x
         [
-            R::constant(1.0), R::constant(0.0), t48_49.first(), t48_49.first(), t46_47.first(), t44_45.first(),
+            R::constant(1.0), R::constant(0.0), t44_45.first(), t44_45.first(), t42_43.first(), t38_39.first(),
             R::constant(0.0), R::constant(0.0), R::constant(0.0),
         ],
         // left_foot/heel/x
         [
-            R::constant(1.0), R::constant(0.0), t38_39.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t38_39.second(), t36_37.second(), t34_35.second(),
+            R::constant(1.0), R::constant(0.0), t36_37.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t36_37.second(), t34_35.second(), t30_31.second(),
         ],
         // left_foot/toe/x
         [
-            R::constant(1.0), R::constant(0.0), t48_49.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t48_49.second(), t46_47.second(), t44_45.second(),
+            R::constant(1.0), R::constant(0.0), t44_45.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
+            t44_45.second(), t42_43.second(), t38_39.second(),
         ],
     ];
 }

@@ -13,7 +13,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`,
 /// `left_foot/force/x`, `left_foot/force/z`; m/s, then rad/s, then N s.
 /// Source: (4.20)–(4.22), corrected.
-/// 744 operations: 56 add, 135 mul, 271 fused, 11 div, 7 sin_cos. For two limbs at once: 151 pairs of them.
+/// 678 operations: 64 add, 129 mul, 237 fused, 11 div, 7 sin_cos. For two limbs at once: 139 pairs of them.
 #[inline]
 pub fn impact_map_of_toe_support<R: Real>(q: &SVector<R, NQ>, v: &SVector<R, NV>) -> SMatrix<R, 13, 1> {
     let mut out = [[R::constant(0.0); 13]; 1];
@@ -64,21 +64,21 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
         t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
         t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
         t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123_124, t125, t126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138_139, t140_141, t142_143, t144, t145,
-        t146_147, t148_149, t150_151, t152_153, t154, t155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
-        t168_169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
-        t187, t188, t189, t190, t191, t192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
+        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126,
+        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136_137, t138_139, t140_141, t142, t143, t144_145,
+        t146_147, t148_149, t150_151, t152, t153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
+        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
+        t186, t187, t188, t189, t190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
         t207_208, t209_210, t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228,
         t229_230, t231_232, t233_234, t235_236, t237_238, t239_240, t241_242, t243_244, t245_246, t247_248, t249_250,
-        t251_252, t253_254, t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269_270, t271_272,
-        t273_274, t275_276, t277_278, t279_280, t281, t282, t283_284, t285_286, t287_288, t289_290, t291_292, t293_294,
-        t295_296, t297_298, t299_300, t301_302, t303_304, t305_306, t307_308, t309_310, t311_312, t313_314, t315_316,
-        t317_318, t319_320, t321_322, t323_324, t325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337, t338,
-        t339_340, t341_342, t343_344, t345_346, t347_348, t349_350, t351_352, t353_354, t355_356, t357_358, t359_360,
-        t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378,
-        t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396,
-        t397, t398, t399, t400, t401, t402, t403, t404, t405, t406,
+        t251_252, t253_254, t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269, t270, t271_272,
+        t273_274, t275_276, t277_278, t279_280, t281_282, t283_284, t285_286, t287_288, t289_290, t291_292, t293_294,
+        t295_296, t297_298, t299_300, t301_302, t303_304, t305, t306_307, t308_309, t310_311, t312_313, t314_315,
+        t316_317, t318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331_332, t333_334, t335_336, t337,
+        t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352, t353, t354, t355,
+        t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373,
+        t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391,
+        t392, t393, t394,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
@@ -158,281 +158,260 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
     t120 = t119 + t82_83.first();
     t121 = t120 - t92_93.second();
     t122 = t121 - t92_93.first();
-    t123_124 = t106_107 * t108_109;
-    t125 = R::fused(-t94_95.second(), t123_124.second(), t122);
-    t126 = R::fused(-t94_95.first(), t123_124.first(), t125);
-    t127 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
-    t128 = t98_99.first() + t127; // right_upper_leg: sums of what it carries
-    t129 = t128 - t100_101.second();
-    t130 = t129 - t100_101.first();
-    t131 = t130 - t104_105.second();
-    t132 = t131 - t104_105.first();
-    t133 = R::fused(-t106_107.second(), t123_124.second(), t132);
-    t134 = R::fused(-t106_107.first(), t123_124.first(), t133);
-    t135 = R::constant(1.0) / t134;
-    t136 = t126 * t135;
-    t137 = R::fused(-t126, t136, t113);
+    t123 = t94_95.second() - t122;
+    t124 = t94_95.first() + t123;
+    t125 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
+    t126 = t98_99.first() + t125; // right_upper_leg: sums of what it carries
+    t127 = t126 - t100_101.second();
+    t128 = t127 - t100_101.first();
+    t129 = t128 - t104_105.second();
+    t130 = t129 - t104_105.first();
+    t131 = t106_107.second() - t130;
+    t132 = t106_107.first() + t131;
+    t133 = R::constant(1.0) / t132;
+    t134 = t124 * t133;
+    t135 = R::fused(t124, t134, t113);
     // right_foot, left_foot: mass matrix
-    t138_139 = both(cos_q_base_pitch) * t18_19;
-    t140_141 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t138_139);
+    t136_137 = both(cos_q_base_pitch) * t18_19;
+    t138_139 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t136_137);
     // factors of the mass matrix
-    t142_143 = t140_141 * both(R::constant(287.35632183908046));
-    t144 = t26_27.second() * t142_143.second();
-    t145 = R::fused(t26_27.first(), t142_143.first(), t144);
+    t140_141 = t138_139 * both(R::constant(287.35632183908046));
+    t142 = t26_27.second() * t140_141.second();
+    t143 = R::fused(t26_27.first(), t140_141.first(), t142);
     // right_lower_leg, left_lower_leg: mass matrix
-    t146_147 = both(cos_q_base_pitch) * t40_41;
-    t148_149 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t146_147);
+    t144_145 = both(cos_q_base_pitch) * t40_41;
+    t146_147 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t144_145);
     // factors of the mass matrix
-    t150_151 = R::Two::fused(t140_141, t52_53, t148_149);
-    t152_153 = t150_151 * t62_63;
-    t154 = R::fused(t54_55.second(), t152_153.second(), t145);
-    t155 = R::fused(t54_55.first(), t152_153.first(), t154);
+    t148_149 = R::Two::fused(t138_139, t52_53, t146_147);
+    t150_151 = t148_149 * t62_63;
+    t152 = R::fused(t54_55.second(), t150_151.second(), t143);
+    t153 = R::fused(t54_55.first(), t150_151.first(), t152);
     // right_upper_leg, left_upper_leg: mass matrix
-    t156_157 = both(cos_q_base_pitch) * t70_71;
-    t158_159 = R::Two::fused(both(sin_q_base_pitch), t74_75, t156_157);
+    t154_155 = both(cos_q_base_pitch) * t70_71;
+    t156_157 = R::Two::fused(both(sin_q_base_pitch), t74_75, t154_155);
     // factors of the mass matrix
-    t160_161 = t140_141 * t80_81;
-    t162_163 = t158_159 + t160_161;
-    t164_165 = t150_151 * t90_91;
-    t166_167 = t162_163 - t164_165;
-    t168_169 = t166_167 * t108_109;
-    t170 = R::fused(t94_95.second(), t168_169.second(), t155);
-    t171 = R::fused(t94_95.first(), t168_169.first(), t170);
-    t172 = sin_q_base_pitch * t115; // torso: sums of what it carries
-    t173 = R::fused(-cos_q_base_pitch, t117, t172); // torso: sums of what it carries
-    t174 = t173 - t160_161.second();
-    t175 = t174 - t160_161.first();
-    t176 = t175 + t164_165.second();
-    t177 = t176 + t164_165.first();
-    t178 = R::fused(t166_167.second(), t123_124.second(), t177);
-    t179 = R::fused(t166_167.first(), t123_124.first(), t178);
-    t180 = t179 * t135;
-    t181 = R::fused(-t126, t180, t171);
-    t182 = R::fused(-t140_141.second(), t142_143.second(), R::constant(19.0));
-    t183 = R::fused(-t140_141.first(), t142_143.first(), t182);
-    t184 = R::fused(-t150_151.second(), t152_153.second(), t183);
-    t185 = R::fused(-t150_151.first(), t152_153.first(), t184);
-    t186 = R::fused(-t166_167.second(), t168_169.second(), t185);
-    t187 = R::fused(-t166_167.first(), t168_169.first(), t186);
-    t188 = R::fused(-t179, t180, t187);
-    t189 = R::constant(1.0) / t188;
-    t190 = t181 * t189;
-    t191 = R::fused(-t181, t190, t137);
-    t192 = R::constant(1.0) / t191;
+    t158_159 = t138_139 * t80_81;
+    t160_161 = t156_157 + t158_159;
+    t162_163 = t148_149 * t90_91;
+    t164_165 = t160_161 - t162_163;
+    t166_167 = t164_165 * t108_109;
+    t168 = R::fused(t94_95.second(), t166_167.second(), t153);
+    t169 = R::fused(t94_95.first(), t166_167.first(), t168);
+    t170 = sin_q_base_pitch * t115; // torso: sums of what it carries
+    t171 = R::fused(-cos_q_base_pitch, t117, t170); // torso: sums of what it carries
+    t172 = t171 - t158_159.second();
+    t173 = t172 - t158_159.first();
+    t174 = t173 + t162_163.second();
+    t175 = t174 + t162_163.first();
+    t176 = t164_165.second() + t175;
+    t177 = t164_165.first() + t176;
+    t178 = t177 * t133;
+    t179 = R::fused(-t124, t178, t169);
+    t180 = R::fused(-t138_139.second(), t140_141.second(), R::constant(19.0));
+    t181 = R::fused(-t138_139.first(), t140_141.first(), t180);
+    t182 = R::fused(-t148_149.second(), t150_151.second(), t181);
+    t183 = R::fused(-t148_149.first(), t150_151.first(), t182);
+    t184 = R::fused(-t164_165.second(), t166_167.second(), t183);
+    t185 = R::fused(-t164_165.first(), t166_167.first(), t184);
+    t186 = R::fused(t177, t178, t185);
+    t187 = R::constant(1.0) / t186;
+    t188 = t179 * t187;
+    t189 = R::fused(-t179, t188, t135);
+    t190 = R::constant(1.0) / t189;
     // other
-    t193_194 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t195_196 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t193_194);
-    t197_198 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t195_196;
-    t199_200 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t201_202 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t199_200);
-    t203_204 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t201_202, t197_198);
-    t205_206 = both(cos_q_base_pitch) * t203_204;
-    t207_208 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t195_196;
-    t209_210 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t201_202, t207_208);
-    t211_212 = R::Two::fused(-both(sin_q_base_pitch), t209_210, t205_206);
-    t213_214 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t211_212);
-    t215_216 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.07)));
+    t191_192 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t193_194 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t191_192);
+    t195_196 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t193_194;
+    t197_198 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t199_200 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t197_198);
+    t201_202 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t199_200, t195_196);
+    t203_204 = both(cos_q_base_pitch) * t201_202;
+    t205_206 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t193_194;
+    t207_208 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t199_200, t205_206);
+    t209_210 = R::Two::fused(-both(sin_q_base_pitch), t207_208, t203_204);
+    t211_212 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(20.114942528735636)), t209_210);
+    t213_214 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.07)));
     // solved by the factors
-    t217_218 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t215_216);
-    t219_220 = R::Two::fused(t64_65 * two(R::constant(1.0), R::constant(-1.0)), t217_218, t213_214);
-    t221_222 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), t195_196, t215_216); // other
-    t223_224 = R::Two::fused(t78_79, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t221_222);
-    t225_226 = R::Two::fused(-t90_91, t217_218, t223_224);
-    t227_228 = R::Two::fused(t110_111 * two(R::constant(1.0), R::constant(-1.0)), t225_226, t219_220);
-    t229_230 = R::Two::fused(-t123_124, t225_226, t225_226);
-    t231_232 = R::Two::fused(both(t136) * two(R::constant(1.0), R::constant(-1.0)), t229_230, t227_228);
+    t215_216 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t213_214);
+    t217_218 = R::Two::fused(t64_65 * two(R::constant(1.0), R::constant(-1.0)), t215_216, t211_212);
+    t219_220 = R::Two::fused(two(R::constant(0.3), R::constant(-0.3)), t193_194, t213_214); // other
+    t221_222 = R::Two::fused(t78_79, two(R::constant(-43.10344827586207), R::constant(-20.114942528735636)), t219_220);
+    t223_224 = R::Two::fused(-t90_91, t215_216, t221_222);
+    t225_226 = R::Two::fused(t110_111 * two(R::constant(1.0), R::constant(-1.0)), t223_224, t217_218);
     // other
-    t233_234 = both(sin_q_base_pitch) * t203_204;
-    t235_236 = R::Two::fused(both(cos_q_base_pitch), t209_210, t233_234);
+    t227_228 = both(sin_q_base_pitch) * t201_202;
+    t229_230 = R::Two::fused(both(cos_q_base_pitch), t207_208, t227_228);
     // solved by the factors
-    t237_238 = R::Two::fused(t140_141, two(R::constant(43.10344827586207), R::constant(-20.114942528735636)), t235_236);
-    t239_240 = R::Two::fused(t152_153 * two(R::constant(-1.0), R::constant(1.0)), t217_218, t237_238);
-    t241_242 = R::Two::fused(t168_169 * two(R::constant(-1.0), R::constant(1.0)), t225_226, t239_240);
-    t243_244 = R::Two::fused(both(t180) * two(R::constant(1.0), R::constant(-1.0)), t229_230, t241_242);
-    t245_246 = R::Two::fused(-both(t190), t243_244, t231_232);
+    t231_232 = R::Two::fused(t138_139, two(R::constant(43.10344827586207), R::constant(-20.114942528735636)), t229_230);
+    t233_234 = R::Two::fused(t150_151 * two(R::constant(-1.0), R::constant(1.0)), t215_216, t231_232);
+    t235_236 = R::Two::fused(t166_167 * two(R::constant(-1.0), R::constant(1.0)), t223_224, t233_234);
+    t237_238 = R::Two::fused(-both(t188), t235_236, t225_226);
     // other
-    t247_248 = both(t192) * t245_246;
-    t249_250 = both(v_base_x) * t211_212;
-    t251_252 = R::Two::fused(-both(v_base_z), t235_236, t249_250);
-    t253_254 = R::Two::fused(both(v_base_pitch) * two(R::constant(-1.0), R::constant(1.0)), t221_222, t251_252);
-    t255_256 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t221_222, t253_254);
-    t257_258 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch) * two(R::constant(-1.0), R::constant(1.0)), t215_216, t255_256);
-    t259_260 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(0.07)), t257_258);
-    t261_262 = t245_246 * t247_248;
-    t263_264 = both(t189) * t243_244;
-    t265_266 = R::Two::fused(t243_244, t263_264, t261_262);
-    t267_268 = both(t135) * t229_230;
-    t269_270 = R::Two::fused(t229_230, t267_268, t265_266);
-    t271_272 = t108_109 * t225_226;
-    t273_274 = R::Two::fused(t225_226, t271_272, t269_270);
-    t275_276 = t62_63 * t217_218;
-    t277_278 = R::Two::fused(t217_218, t275_276, t273_274);
-    t279_280 = t277_278 + two(R::constant(6.4655172413793105), R::constant(1.4080459770114946));
-    t281 = R::constant(1.0) / t279_280.first();
-    t282 = t259_260.first() * t281;
-    t283_284 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t235_236); // solved by the factors
-    t285_286 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
+    t239_240 = both(t190) * t237_238;
+    t241_242 = both(v_base_x) * t209_210;
+    t243_244 = R::Two::fused(-both(v_base_z), t229_230, t241_242);
+    t245_246 = R::Two::fused(both(v_base_pitch) * two(R::constant(-1.0), R::constant(1.0)), t219_220, t243_244);
+    t247_248 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch) * two(R::constant(-1.0), R::constant(1.0)), t219_220, t245_246);
+    t249_250 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch) * two(R::constant(-1.0), R::constant(1.0)), t213_214, t247_248);
+    t251_252 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(0.07)), t249_250);
+    t253_254 = t237_238 * t239_240;
+    t255_256 = both(t187) * t235_236;
+    t257_258 = R::Two::fused(t235_236, t255_256, t253_254);
+    t259_260 = t108_109 * t223_224;
+    t261_262 = R::Two::fused(t223_224, t259_260, t257_258);
+    t263_264 = t62_63 * t215_216;
+    t265_266 = R::Two::fused(t215_216, t263_264, t261_262);
+    t267_268 = t265_266 + two(R::constant(6.4655172413793105), R::constant(1.4080459770114946));
+    t269 = R::constant(1.0) / t267_268.first();
+    t270 = t251_252.first() * t269;
+    t271_272 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t229_230); // solved by the factors
+    t273_274 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
     // solved by the factors
-    t287_288 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t285_286);
-    t289_290 = R::Two::fused(-t64_65, t287_288, t283_284);
-    t291_292 = R::Two::fused(both(R::constant(-0.3)), t201_202, t285_286); // other
-    t293_294 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t291_292);
-    t295_296 = R::Two::fused(-t90_91, t287_288, t293_294);
-    t297_298 = R::Two::fused(-t110_111, t295_296, t289_290);
-    t299_300 = R::Two::fused(-t123_124, t295_296, t295_296);
-    t301_302 = R::Two::fused(-both(t136), t299_300, t297_298);
-    t303_304 = R::Two::fused(t140_141, both(R::constant(17.241379310344826)), t211_212);
-    t305_306 = R::Two::fused(-t152_153, t287_288, t303_304);
-    t307_308 = R::Two::fused(-t168_169, t295_296, t305_306);
-    t309_310 = R::Two::fused(both(t180), t299_300, t307_308);
-    t311_312 = R::Two::fused(both(t190), t309_310, t301_302);
+    t275_276 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t273_274);
+    t277_278 = R::Two::fused(-t64_65, t275_276, t271_272);
+    t279_280 = R::Two::fused(both(R::constant(-0.3)), t199_200, t273_274); // other
+    t281_282 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t279_280);
+    t283_284 = R::Two::fused(-t90_91, t275_276, t281_282);
+    t285_286 = R::Two::fused(-t110_111, t283_284, t277_278);
+    t287_288 = R::Two::fused(t138_139, both(R::constant(17.241379310344826)), t209_210);
+    t289_290 = R::Two::fused(-t150_151, t275_276, t287_288);
+    t291_292 = R::Two::fused(-t166_167, t283_284, t289_290);
+    t293_294 = R::Two::fused(both(t188), t291_292, t285_286);
     // other
-    t313_314 = t311_312 * t247_248;
-    t315_316 = R::Two::fused(-t309_310, t263_264, t313_314);
-    t317_318 = R::Two::fused(t299_300 * two(R::constant(-1.0), R::constant(1.0)), t267_268, t315_316);
-    t319_320 = R::Two::fused(t295_296 * two(R::constant(-1.0), R::constant(1.0)), t271_272, t317_318);
-    t321_322 = R::Two::fused(t287_288 * two(R::constant(-1.0), R::constant(1.0)), t275_276, t319_320);
-    t323_324 = R::Two::fused(two(R::constant(2.586206896551724), R::constant(1.2068965517241381)), two(R::constant(-1.0), R::constant(1.0)), t321_322);
-    t325 = t323_324.first() * t281;
-    t326_327 = both(v_base_x) * t235_236;
-    t328_329 = R::Two::fused(both(v_base_z), t211_212, t326_327);
-    t330_331 = R::Two::fused(both(v_base_pitch), t291_292, t328_329);
-    t332_333 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t291_292, t330_331);
-    t334_335 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t285_286, t332_333);
-    t336_337 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.06)), t334_335);
-    t338 = R::fused(-t259_260.first(), t325, t336_337.first());
-    t339_340 = both(t192) * t311_312;
-    t341_342 = t311_312 * t339_340;
-    t343_344 = both(t189) * t309_310;
-    t345_346 = R::Two::fused(t309_310, t343_344, t341_342);
-    t347_348 = both(t135) * t299_300;
-    t349_350 = R::Two::fused(t299_300, t347_348, t345_346);
-    t351_352 = t108_109 * t295_296;
-    t353_354 = R::Two::fused(t295_296, t351_352, t349_350);
-    t355_356 = t62_63 * t287_288;
-    t357_358 = R::Two::fused(t287_288, t355_356, t353_354);
-    t359_360 = t357_358 + both(R::constant(1.0344827586206895));
-    t361 = R::fused(-t323_324.first(), t325, t359_360.first());
-    t362 = R::constant(1.0) / t361;
-    t363 = t338 * t362;
-    t364 = t245_246.second() * t339_340.first();
-    t365 = R::fused(-t243_244.second(), t343_344.first(), t364);
-    t366 = R::fused(t229_230.second(), t347_348.first(), t365);
-    t367 = t245_246.second() * t247_248.first();
-    t368 = R::fused(t243_244.second(), t263_264.first(), t367);
-    t369 = R::fused(-t229_230.second(), t267_268.first(), t368);
-    t370 = t369 * t281;
-    t371 = R::fused(-t323_324.first(), t370, t366);
-    t372 = t371 * t362;
-    t373 = R::fused(-t259_260.first(), t370, t259_260.second());
-    t374 = R::fused(-t338, t372, t373);
-    t375 = R::fused(-t369, t370, t279_280.second());
-    t376 = R::fused(-t371, t372, t375);
-    t377 = R::constant(1.0) / t376;
-    t378 = t374 * t377;
-    t379 = t311_312.second() * t247_248.first();
-    t380 = R::fused(-t309_310.second(), t263_264.first(), t379);
-    t381 = R::fused(-t299_300.second(), t267_268.first(), t380);
-    t382 = t381 * t281;
-    t383 = R::fused(-t369, t382, t323_324.second());
-    t384 = t311_312.second() * t339_340.first();
-    t385 = R::fused(t309_310.second(), t343_344.first(), t384);
-    t386 = R::fused(t299_300.second(), t347_348.first(), t385);
-    t387 = R::fused(-t323_324.first(), t382, t386);
-    t388 = t387 * t362;
-    t389 = R::fused(-t371, t388, t383);
-    t390 = t389 * t377;
-    t391 = R::fused(-t259_260.first(), t382, t336_337.second());
-    t392 = R::fused(-t338, t388, t391);
-    t393 = R::fused(-t374, t390, t392);
-    t394 = R::fused(-t381, t382, t359_360.second());
-    t395 = R::fused(-t387, t388, t394);
-    t396 = R::fused(-t389, t390, t395);
-    t397 = R::constant(1.0) / t396;
-    t398 = t393 * t397;
-    t399 = R::fused(-t390, t398, t378);
-    t400 = R::fused(-t372, t399, t363);
-    t401 = R::fused(-t388, t398, t400);
-    t402 = R::fused(-t325, t401, t282);
-    t403 = R::fused(-t370, t399, t402);
-    t404 = R::fused(-t382, t398, t403);
-    t405 = t247_248.first() * t404;
-    t406 = R::fused(t339_340.first(), t401, t405);
+    t295_296 = t293_294 * t239_240;
+    t297_298 = R::Two::fused(-t291_292, t255_256, t295_296);
+    t299_300 = R::Two::fused(t283_284 * two(R::constant(-1.0), R::constant(1.0)), t259_260, t297_298);
+    t301_302 = R::Two::fused(t275_276 * two(R::constant(-1.0), R::constant(1.0)), t263_264, t299_300);
+    t303_304 = R::Two::fused(two(R::constant(2.586206896551724), R::constant(1.2068965517241381)), two(R::constant(-1.0), R::constant(1.0)), t301_302);
+    t305 = t303_304.first() * t269;
+    t306_307 = both(v_base_x) * t229_230;
+    t308_309 = R::Two::fused(both(v_base_z), t209_210, t306_307);
+    t310_311 = R::Two::fused(both(v_base_pitch), t279_280, t308_309);
+    t312_313 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t279_280, t310_311);
+    t314_315 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t273_274, t312_313);
+    t316_317 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.06)), t314_315);
+    t318 = R::fused(-t251_252.first(), t305, t316_317.first());
+    t319_320 = both(t190) * t293_294;
+    t321_322 = t293_294 * t319_320;
+    t323_324 = both(t187) * t291_292;
+    t325_326 = R::Two::fused(t291_292, t323_324, t321_322);
+    t327_328 = t108_109 * t283_284;
+    t329_330 = R::Two::fused(t283_284, t327_328, t325_326);
+    t331_332 = t62_63 * t275_276;
+    t333_334 = R::Two::fused(t275_276, t331_332, t329_330);
+    t335_336 = t333_334 + both(R::constant(1.0344827586206895));
+    t337 = R::fused(-t303_304.first(), t305, t335_336.first());
+    t338 = R::constant(1.0) / t337;
+    t339 = t318 * t338;
+    t340 = t237_238.second() * t319_320.first();
+    t341 = R::fused(-t235_236.second(), t323_324.first(), t340);
+    t342 = t237_238.second() * t239_240.first();
+    t343 = R::fused(t235_236.second(), t255_256.first(), t342);
+    t344 = t343 * t269;
+    t345 = R::fused(-t303_304.first(), t344, t341);
+    t346 = t345 * t338;
+    t347 = R::fused(-t251_252.first(), t344, t251_252.second());
+    t348 = R::fused(-t318, t346, t347);
+    t349 = R::fused(-t343, t344, t267_268.second());
+    t350 = R::fused(-t345, t346, t349);
+    t351 = R::constant(1.0) / t350;
+    t352 = t348 * t351;
+    t353 = t293_294.second() * t239_240.first();
+    t354 = R::fused(-t291_292.second(), t255_256.first(), t353);
+    t355 = t354 * t269;
+    t356 = R::fused(-t343, t355, t303_304.second());
+    t357 = t293_294.second() * t319_320.first();
+    t358 = R::fused(t291_292.second(), t323_324.first(), t357);
+    t359 = R::fused(-t303_304.first(), t355, t358);
+    t360 = t359 * t338;
+    t361 = R::fused(-t345, t360, t356);
+    t362 = t361 * t351;
+    t363 = R::fused(-t251_252.first(), t355, t316_317.second());
+    t364 = R::fused(-t318, t360, t363);
+    t365 = R::fused(-t348, t362, t364);
+    t366 = R::fused(-t354, t355, t335_336.second());
+    t367 = R::fused(-t359, t360, t366);
+    t368 = R::fused(-t361, t362, t367);
+    t369 = R::constant(1.0) / t368;
+    t370 = t365 * t369;
+    t371 = R::fused(-t362, t370, t352);
+    t372 = R::fused(-t346, t371, t339);
+    t373 = R::fused(-t360, t370, t372);
+    t374 = R::fused(-t305, t373, t270);
+    t375 = R::fused(-t344, t371, t374);
+    t376 = R::fused(-t355, t370, t375);
+    t377 = t239_240.first() * t376;
+    t378 = R::fused(t319_320.first(), t373, t377);
+    t379 = R::fused(t239_240.second(), t371, t378);
+    t380 = R::fused(t319_320.second(), t370, t379);
+    t381 = v_base_x - t380;
+    t382 = t255_256.first() * t376;
+    t383 = R::fused(-t323_324.first(), t373, t382);
+    t384 = R::fused(t255_256.second(), t371, t383);
+    t385 = R::fused(-t323_324.second(), t370, t384);
+    t386 = R::fused(-t188, t380, t385); // solved by the factors
+    t387 = v_base_z + t386;
+    t388 = t134 * t380; // solved by the factors
+    t389 = R::fused(-t178, t386, t388); // solved by the factors
+    t390 = v_base_pitch + t389;
+    t391 = t259_260.first() * t376;
+    t392 = R::fused(-t327_328.first(), t373, t391);
+    t393 = R::fused(t110_111.first(), t380, t392); // solved by the factors
+    t394 = R::fused(-t166_167.first(), t386, t393); // solved by the factors
     let (
-        t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424,
-        t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442,
-        t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460,
-        t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472,
+        t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412,
+        t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430,
+        t431, t432, t433, t434, t435, t436, t437, t438, t439, t440,
     );
-    t407 = R::fused(t247_248.second(), t399, t406);
-    t408 = R::fused(t339_340.second(), t398, t407);
-    t409 = v_base_x - t408;
-    t410 = t263_264.first() * t404;
-    t411 = R::fused(-t343_344.first(), t401, t410);
-    t412 = R::fused(t263_264.second(), t399, t411);
-    t413 = R::fused(-t343_344.second(), t398, t412);
-    t414 = R::fused(-t190, t408, t413); // solved by the factors
-    t415 = v_base_z + t414;
-    t416 = t267_268.first() * t404;
-    t417 = R::fused(-t347_348.first(), t401, t416);
-    t418 = R::fused(-t267_268.second(), t399, t417);
-    t419 = R::fused(-t347_348.second(), t398, t418);
-    t420 = R::fused(t136, t408, t419); // solved by the factors
-    t421 = R::fused(t180, t414, t420); // solved by the factors
-    t422 = v_base_pitch + t421;
-    t423 = t271_272.first() * t404;
-    t424 = R::fused(-t351_352.first(), t401, t423);
-    t425 = R::fused(t110_111.first(), t408, t424); // solved by the factors
-    t426 = R::fused(-t168_169.first(), t414, t425); // solved by the factors
-    t427 = R::fused(-t123_124.first(), t421, t426); // solved by the factors
-    t428 = v_right_hip_pitch + t427;
-    t429 = t275_276.first() * t404;
-    t430 = R::fused(-t355_356.first(), t401, t429);
+    t395 = t389 - t394; // solved by the factors
+    t396 = v_right_hip_pitch - t395;
+    t397 = t263_264.first() * t376;
+    t398 = R::fused(-t331_332.first(), t373, t397);
     // solved by the factors
-    t431 = R::fused(t64_65.first(), t408, t430);
-    t432 = R::fused(-t152_153.first(), t414, t431);
-    t433 = R::fused(-t90_91.first(), t421, t432);
-    t434 = R::fused(-t90_91.first(), t427, t433);
-    t435 = v_right_knee_pitch + t434; // other
-    t436 = R::constant(43.10344827586207) * t404; // other
-    t437 = R::fused(R::constant(-17.241379310344826), t401, t436); // other
-    t438 = R::fused(-t28_29.first(), t408, t437);
-    t439 = R::fused(t142_143.first(), t414, t438);
-    t440 = R::fused(-t80_81.first(), t421, t439);
-    t441 = R::fused(-t80_81.first(), t427, t440);
-    t442 = R::fused(-t52_53.first(), t434, t441);
-    t443 = v_right_ankle_pitch + t442; // other
-    t444 = t271_272.second() * t399; // other
-    t445 = R::fused(t351_352.second(), t398, t444); // other
-    t446 = R::fused(-t110_111.second(), t408, t445);
-    t447 = R::fused(t168_169.second(), t414, t446);
-    t448 = R::fused(t123_124.second(), t421, t447);
-    t449 = v_left_hip_pitch - t448; // other
-    t450 = t275_276.second() * t399; // other
-    t451 = R::fused(t355_356.second(), t398, t450); // other
-    t452 = R::fused(-t64_65.second(), t408, t451);
-    t453 = R::fused(t152_153.second(), t414, t452);
-    t454 = R::fused(t90_91.second(), t421, t453);
-    t455 = R::fused(-t90_91.second(), t448, t454);
-    t456 = v_left_knee_pitch - t455; // other
-    t457 = R::constant(20.114942528735636) * t399; // other
-    t458 = R::fused(R::constant(17.241379310344826), t398, t457); // other
-    t459 = R::fused(t28_29.second(), t408, t458);
-    t460 = R::fused(-t142_143.second(), t414, t459);
-    t461 = R::fused(t80_81.second(), t421, t460);
-    t462 = R::fused(-t80_81.second(), t448, t461);
-    t463 = R::fused(-t52_53.second(), t455, t462);
+    t399 = R::fused(t64_65.first(), t380, t398);
+    t400 = R::fused(-t150_151.first(), t386, t399);
+    t401 = R::fused(-t90_91.first(), t389, t400);
+    t402 = R::fused(t90_91.first(), t395, t401);
+    t403 = v_right_knee_pitch + t402; // other
+    t404 = R::constant(43.10344827586207) * t376; // other
+    t405 = R::fused(R::constant(-17.241379310344826), t373, t404); // other
+    t406 = R::fused(-t28_29.first(), t380, t405);
+    t407 = R::fused(t140_141.first(), t386, t406);
+    t408 = R::fused(-t80_81.first(), t389, t407);
+    t409 = R::fused(t80_81.first(), t395, t408);
+    t410 = R::fused(-t52_53.first(), t402, t409);
+    t411 = v_right_ankle_pitch + t410; // other
+    t412 = t259_260.second() * t371; // other
+    t413 = R::fused(t327_328.second(), t370, t412); // other
+    t414 = R::fused(-t110_111.second(), t380, t413);
+    t415 = R::fused(t166_167.second(), t386, t414);
+    t416 = t389 + t415;
+    t417 = v_left_hip_pitch - t416; // other
+    t418 = t263_264.second() * t371; // other
+    t419 = R::fused(t331_332.second(), t370, t418); // other
+    t420 = R::fused(-t64_65.second(), t380, t419);
+    t421 = R::fused(t150_151.second(), t386, t420);
+    t422 = R::fused(t90_91.second(), t389, t421);
+    t423 = R::fused(-t90_91.second(), t416, t422);
+    t424 = v_left_knee_pitch - t423; // other
+    t425 = R::constant(20.114942528735636) * t371; // other
+    t426 = R::fused(R::constant(17.241379310344826), t370, t425); // other
+    t427 = R::fused(t28_29.second(), t380, t426);
+    t428 = R::fused(-t140_141.second(), t386, t427);
+    t429 = R::fused(t80_81.second(), t389, t428);
+    t430 = R::fused(-t80_81.second(), t416, t429);
+    t431 = R::fused(-t52_53.second(), t423, t430);
     // other
-    t464 = v_left_ankle_pitch - t463;
-    t465 = t211_212.first() * t404;
-    t466 = R::fused(-t235_236.first(), t401, -t465);
-    t467 = t235_236.first() * t404;
-    t468 = R::fused(-t211_212.first(), t401, t467);
-    t469 = t211_212.second() * t399;
-    t470 = R::fused(-t235_236.second(), t398, -t469);
-    t471 = t235_236.second() * t399;
-    t472 = R::fused(-t211_212.second(), t398, t471);
-    *out = [[t409, t415, t422, t428, t435, t443, t449, t456, t464, t466, t468, t470, t472]];
+    t432 = v_left_ankle_pitch - t431;
+    t433 = t209_210.first() * t376;
+    t434 = R::fused(-t229_230.first(), t373, -t433);
+    t435 = t229_230.first() * t376;
+    t436 = R::fused(-t209_210.first(), t373, t435);
+    t437 = t209_210.second() * t371;
+    t438 = R::fused(-t229_230.second(), t370, -t437);
+    t439 = t229_230.second() * t371;
+    t440 = R::fused(-t209_210.second(), t370, t439);
+    *out = [[t381, t387, t390, t396, t403, t411, t417, t424, t432, t434, t436, t438, t440]];
 }
 }
 
@@ -443,7 +422,7 @@ pub(super) fn impact_map_of_toe_support_program<R: Real>(q: &[R; NQ], v: &[R; NV
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`,
 /// `left_foot/force/x`, `left_foot/force/z`, `left_foot/moment/y`; m/s, then rad/s, then N s, then N m s.
 /// Source: (4.20)–(4.22), corrected.
-/// 866 operations: 64 add, 150 mul, 320 fused, 12 div, 7 sin_cos. For two limbs at once: 157 pairs of them.
+/// 781 operations: 72 add, 143 mul, 277 fused, 12 div, 7 sin_cos. For two limbs at once: 143 pairs of them.
 #[inline]
 pub fn impact_map_of_touch_down<R: Real>(q: &SVector<R, NQ>, v: &SVector<R, NV>) -> SMatrix<R, 14, 1> {
     let mut out = [[R::constant(0.0); 14]; 1];
@@ -494,21 +473,21 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
         t30, t31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55,
         t56_57, t58_59, t60_61, t62_63, t64_65, t66, t67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81,
         t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107,
-        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123_124, t125, t126,
-        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136, t137, t138_139, t140_141, t142_143, t144, t145,
-        t146_147, t148_149, t150_151, t152_153, t154, t155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
-        t168_169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
-        t187, t188, t189, t190, t191, t192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
+        t108_109, t110_111, t112, t113, t114, t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126,
+        t127, t128, t129, t130, t131, t132, t133, t134, t135, t136_137, t138_139, t140_141, t142, t143, t144_145,
+        t146_147, t148_149, t150_151, t152, t153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165, t166_167,
+        t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185,
+        t186, t187, t188, t189, t190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206,
         t207_208, t209_210, t211_212, t213_214, t215_216, t217_218, t219_220, t221_222, t223_224, t225_226, t227_228,
         t229_230, t231_232, t233_234, t235_236, t237_238, t239_240, t241_242, t243_244, t245_246, t247_248, t249_250,
-        t251_252, t253_254, t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269_270, t271_272,
-        t273_274, t275_276, t277_278, t279_280, t281, t282, t283_284, t285_286, t287_288, t289_290, t291_292, t293_294,
-        t295_296, t297_298, t299_300, t301_302, t303_304, t305_306, t307_308, t309_310, t311_312, t313_314, t315_316,
-        t317_318, t319_320, t321_322, t323_324, t325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337, t338,
-        t339_340, t341_342, t343_344, t345_346, t347_348, t349_350, t351_352, t353_354, t355_356, t357_358, t359_360,
-        t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375, t376, t377, t378,
-        t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393, t394, t395, t396,
-        t397, t398, t399, t400, t401, t402, t403, t404, t405, t406,
+        t251_252, t253_254, t255_256, t257_258, t259_260, t261_262, t263_264, t265_266, t267_268, t269, t270, t271_272,
+        t273_274, t275_276, t277_278, t279_280, t281_282, t283_284, t285_286, t287_288, t289_290, t291_292, t293_294,
+        t295_296, t297_298, t299_300, t301_302, t303_304, t305, t306_307, t308_309, t310_311, t312_313, t314_315,
+        t316_317, t318, t319_320, t321_322, t323_324, t325_326, t327_328, t329_330, t331_332, t333_334, t335_336, t337,
+        t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352, t353, t354, t355,
+        t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373,
+        t374, t375, t376, t377, t378, t379_380, t381_382, t383, t384, t385, t386_387, t388_389, t390, t391, t392, t393,
+        t394, t395, t396, t397, t398,
     );
     // right_foot, left_foot: sums of what it carries
     t0_1 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
@@ -588,358 +567,328 @@ pub(super) fn impact_map_of_touch_down_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t120 = t119 + t82_83.first();
     t121 = t120 - t92_93.second();
     t122 = t121 - t92_93.first();
-    t123_124 = t106_107 * t108_109;
-    t125 = R::fused(-t94_95.second(), t123_124.second(), t122);
-    t126 = R::fused(-t94_95.first(), t123_124.first(), t125);
-    t127 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
-    t128 = t98_99.first() + t127; // right_upper_leg: sums of what it carries
-    t129 = t128 - t100_101.second();
-    t130 = t129 - t100_101.first();
-    t131 = t130 - t104_105.second();
-    t132 = t131 - t104_105.first();
-    t133 = R::fused(-t106_107.second(), t123_124.second(), t132);
-    t134 = R::fused(-t106_107.first(), t123_124.first(), t133);
-    t135 = R::constant(1.0) / t134;
-    t136 = t126 * t135;
-    t137 = R::fused(-t126, t136, t113);
+    t123 = t94_95.second() - t122;
+    t124 = t94_95.first() + t123;
+    t125 = R::constant(0.734) + t98_99.second(); // left_upper_leg: sums of what it carries
+    t126 = t98_99.first() + t125; // right_upper_leg: sums of what it carries
+    t127 = t126 - t100_101.second();
+    t128 = t127 - t100_101.first();
+    t129 = t128 - t104_105.second();
+    t130 = t129 - t104_105.first();
+    t131 = t106_107.second() - t130;
+    t132 = t106_107.first() + t131;
+    t133 = R::constant(1.0) / t132;
+    t134 = t124 * t133;
+    t135 = R::fused(t124, t134, t113);
     // right_foot, left_foot: mass matrix
-    t138_139 = both(cos_q_base_pitch) * t18_19;
-    t140_141 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t138_139);
+    t136_137 = both(cos_q_base_pitch) * t18_19;
+    t138_139 = R::Two::fused(-both(sin_q_base_pitch), t24_25, t136_137);
     // factors of the mass matrix
-    t142_143 = t140_141 * both(R::constant(287.35632183908046));
-    t144 = t26_27.second() * t142_143.second();
-    t145 = R::fused(t26_27.first(), t142_143.first(), t144);
+    t140_141 = t138_139 * both(R::constant(287.35632183908046));
+    t142 = t26_27.second() * t140_141.second();
+    t143 = R::fused(t26_27.first(), t140_141.first(), t142);
     // right_lower_leg, left_lower_leg: mass matrix
-    t146_147 = both(cos_q_base_pitch) * t40_41;
-    t148_149 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t146_147);
+    t144_145 = both(cos_q_base_pitch) * t40_41;
+    t146_147 = R::Two::fused(-both(sin_q_base_pitch), t46_47, t144_145);
     // factors of the mass matrix
-    t150_151 = R::Two::fused(t140_141, t52_53, t148_149);
-    t152_153 = t150_151 * t62_63;
-    t154 = R::fused(t54_55.second(), t152_153.second(), t145);
-    t155 = R::fused(t54_55.first(), t152_153.first(), t154);
+    t148_149 = R::Two::fused(t138_139, t52_53, t146_147);
+    t150_151 = t148_149 * t62_63;
+    t152 = R::fused(t54_55.second(), t150_151.second(), t143);
+    t153 = R::fused(t54_55.first(), t150_151.first(), t152);
     // right_upper_leg, left_upper_leg: mass matrix
-    t156_157 = both(cos_q_base_pitch) * t70_71;
-    t158_159 = R::Two::fused(both(sin_q_base_pitch), t74_75, t156_157);
+    t154_155 = both(cos_q_base_pitch) * t70_71;
+    t156_157 = R::Two::fused(both(sin_q_base_pitch), t74_75, t154_155);
     // factors of the mass matrix
-    t160_161 = t140_141 * t80_81;
-    t162_163 = t158_159 + t160_161;
-    t164_165 = t150_151 * t90_91;
-    t166_167 = t162_163 - t164_165;
-    t168_169 = t166_167 * t108_109;
-    t170 = R::fused(t94_95.second(), t168_169.second(), t155);
-    t171 = R::fused(t94_95.first(), t168_169.first(), t170);
-    t172 = sin_q_base_pitch * t115; // torso: sums of what it carries
-    t173 = R::fused(-cos_q_base_pitch, t117, t172); // torso: sums of what it carries
-    t174 = t173 - t160_161.second();
-    t175 = t174 - t160_161.first();
-    t176 = t175 + t164_165.second();
-    t177 = t176 + t164_165.first();
-    t178 = R::fused(t166_167.second(), t123_124.second(), t177);
-    t179 = R::fused(t166_167.first(), t123_124.first(), t178);
-    t180 = t179 * t135;
-    t181 = R::fused(-t126, t180, t171);
-    t182 = R::fused(-t140_141.second(), t142_143.second(), R::constant(19.0));
-    t183 = R::fused(-t140_141.first(), t142_143.first(), t182);
-    t184 = R::fused(-t150_151.second(), t152_153.second(), t183);
-    t185 = R::fused(-t150_151.first(), t152_153.first(), t184);
-    t186 = R::fused(-t166_167.second(), t168_169.second(), t185);
-    t187 = R::fused(-t166_167.first(), t168_169.first(), t186);
-    t188 = R::fused(-t179, t180, t187);
-    t189 = R::constant(1.0) / t188;
-    t190 = t181 * t189;
-    t191 = R::fused(-t181, t190, t137);
-    t192 = R::constant(1.0) / t191;
+    t158_159 = t138_139 * t80_81;
+    t160_161 = t156_157 + t158_159;
+    t162_163 = t148_149 * t90_91;
+    t164_165 = t160_161 - t162_163;
+    t166_167 = t164_165 * t108_109;
+    t168 = R::fused(t94_95.second(), t166_167.second(), t153);
+    t169 = R::fused(t94_95.first(), t166_167.first(), t168);
+    t170 = sin_q_base_pitch * t115; // torso: sums of what it carries
+    t171 = R::fused(-cos_q_base_pitch, t117, t170); // torso: sums of what it carries
+    t172 = t171 - t158_159.second();
+    t173 = t172 - t158_159.first();
+    t174 = t173 + t162_163.second();
+    t175 = t174 + t162_163.first();
+    t176 = t164_165.second() + t175;
+    t177 = t164_165.first() + t176;
+    t178 = t177 * t133;
+    t179 = R::fused(-t124, t178, t169);
+    t180 = R::fused(-t138_139.second(), t140_141.second(), R::constant(19.0));
+    t181 = R::fused(-t138_139.first(), t140_141.first(), t180);
+    t182 = R::fused(-t148_149.second(), t150_151.second(), t181);
+    t183 = R::fused(-t148_149.first(), t150_151.first(), t182);
+    t184 = R::fused(-t164_165.second(), t166_167.second(), t183);
+    t185 = R::fused(-t164_165.first(), t166_167.first(), t184);
+    t186 = R::fused(t177, t178, t185);
+    t187 = R::constant(1.0) / t186;
+    t188 = t179 * t187;
+    t189 = R::fused(-t179, t188, t135);
+    t190 = R::constant(1.0) / t189;
     // other
-    t193_194 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t195_196 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t193_194);
-    t197_198 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t195_196;
-    t199_200 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    t201_202 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t199_200);
-    t203_204 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t201_202, t197_198);
-    t205_206 = both(cos_q_base_pitch) * t203_204;
-    t207_208 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t195_196;
-    t209_210 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t201_202, t207_208);
-    t211_212 = R::Two::fused(-both(sin_q_base_pitch), t209_210, t205_206);
-    t213_214 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t211_212);
-    t215_216 = R::Two::fused(both(R::constant(0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.039999999999999994)));
+    t191_192 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t193_194 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t191_192);
+    t195_196 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t193_194;
+    t197_198 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t199_200 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t197_198);
+    t201_202 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t199_200, t195_196);
+    t203_204 = both(cos_q_base_pitch) * t201_202;
+    t205_206 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t193_194;
+    t207_208 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t199_200, t205_206);
+    t209_210 = R::Two::fused(-both(sin_q_base_pitch), t207_208, t203_204);
+    t211_212 = R::Two::fused(t26_27, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t209_210);
+    t213_214 = R::Two::fused(both(R::constant(0.3)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), two(R::constant(0.15), R::constant(0.039999999999999994)));
     // solved by the factors
-    t217_218 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t215_216);
-    t219_220 = R::Two::fused(t64_65, t217_218, t213_214);
-    t221_222 = R::Two::fused(both(R::constant(0.3)), t195_196, t215_216); // other
-    t223_224 = R::Two::fused(t78_79, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t221_222);
-    t225_226 = R::Two::fused(-t90_91, t217_218, t223_224);
-    t227_228 = R::Two::fused(t110_111, t225_226, t219_220);
-    t229_230 = R::Two::fused(-t123_124, t225_226, t225_226);
-    t231_232 = R::Two::fused(both(t136), t229_230, t227_228);
+    t215_216 = R::Two::fused(t50_51, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t213_214);
+    t217_218 = R::Two::fused(t64_65, t215_216, t211_212);
+    t219_220 = R::Two::fused(both(R::constant(0.3)), t193_194, t213_214); // other
+    t221_222 = R::Two::fused(t78_79, two(R::constant(-43.10344827586207), R::constant(-11.494252873563218)), t219_220);
+    t223_224 = R::Two::fused(-t90_91, t215_216, t221_222);
+    t225_226 = R::Two::fused(t110_111, t223_224, t217_218);
     // other
-    t233_234 = both(sin_q_base_pitch) * t203_204;
-    t235_236 = R::Two::fused(both(cos_q_base_pitch), t209_210, t233_234);
+    t227_228 = both(sin_q_base_pitch) * t201_202;
+    t229_230 = R::Two::fused(both(cos_q_base_pitch), t207_208, t227_228);
     // solved by the factors
-    t237_238 = R::Two::fused(t140_141, two(R::constant(43.10344827586207), R::constant(11.494252873563218)), t235_236);
-    t239_240 = R::Two::fused(-t152_153, t217_218, t237_238);
-    t241_242 = R::Two::fused(-t168_169, t225_226, t239_240);
-    t243_244 = R::Two::fused(both(t180), t229_230, t241_242);
-    t245_246 = R::Two::fused(-both(t190), t243_244, t231_232);
+    t231_232 = R::Two::fused(t138_139, two(R::constant(43.10344827586207), R::constant(11.494252873563218)), t229_230);
+    t233_234 = R::Two::fused(-t150_151, t215_216, t231_232);
+    t235_236 = R::Two::fused(-t166_167, t223_224, t233_234);
+    t237_238 = R::Two::fused(-both(t188), t235_236, t225_226);
     // other
-    t247_248 = both(t192) * t245_246;
-    t249_250 = both(v_base_x) * t211_212;
-    t251_252 = R::Two::fused(-both(v_base_z), t235_236, t249_250);
-    t253_254 = R::Two::fused(-both(v_base_pitch), t221_222, t251_252);
-    t255_256 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t221_222, t253_254);
-    t257_258 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t215_216, t255_256);
-    t259_260 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(-0.039999999999999994)), t257_258);
-    t261_262 = t245_246 * t247_248;
-    t263_264 = both(t189) * t243_244;
-    t265_266 = R::Two::fused(t243_244, t263_264, t261_262);
-    t267_268 = both(t135) * t229_230;
-    t269_270 = R::Two::fused(t229_230, t267_268, t265_266);
-    t271_272 = t108_109 * t225_226;
-    t273_274 = R::Two::fused(t225_226, t271_272, t269_270);
-    t275_276 = t62_63 * t217_218;
-    t277_278 = R::Two::fused(t217_218, t275_276, t273_274);
-    t279_280 = t277_278 + two(R::constant(6.4655172413793105), R::constant(0.4597701149425286));
-    t281 = R::constant(1.0) / t279_280.first();
-    t282 = t259_260.first() * t281;
-    t283_284 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t235_236); // solved by the factors
-    t285_286 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
+    t239_240 = both(t190) * t237_238;
+    t241_242 = both(v_base_x) * t209_210;
+    t243_244 = R::Two::fused(-both(v_base_z), t229_230, t241_242);
+    t245_246 = R::Two::fused(-both(v_base_pitch), t219_220, t243_244);
+    t247_248 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t219_220, t245_246);
+    t249_250 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t213_214, t247_248);
+    t251_252 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), two(R::constant(-0.15), R::constant(-0.039999999999999994)), t249_250);
+    t253_254 = t237_238 * t239_240;
+    t255_256 = both(t187) * t235_236;
+    t257_258 = R::Two::fused(t235_236, t255_256, t253_254);
+    t259_260 = t108_109 * t223_224;
+    t261_262 = R::Two::fused(t223_224, t259_260, t257_258);
+    t263_264 = t62_63 * t215_216;
+    t265_266 = R::Two::fused(t215_216, t263_264, t261_262);
+    t267_268 = t265_266 + two(R::constant(6.4655172413793105), R::constant(0.4597701149425286));
+    t269 = R::constant(1.0) / t267_268.first();
+    t270 = t251_252.first() * t269;
+    t271_272 = R::Two::fused(t26_27, both(R::constant(17.241379310344826)), t229_230); // solved by the factors
+    t273_274 = R::Two::fused(both(R::constant(0.3)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), both(R::constant(0.06)));
     // solved by the factors
-    t287_288 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t285_286);
-    t289_290 = R::Two::fused(-t64_65, t287_288, t283_284);
-    t291_292 = R::Two::fused(both(R::constant(-0.3)), t201_202, t285_286); // other
-    t293_294 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t291_292);
-    t295_296 = R::Two::fused(-t90_91, t287_288, t293_294);
-    t297_298 = R::Two::fused(-t110_111, t295_296, t289_290);
-    t299_300 = R::Two::fused(-t123_124, t295_296, t295_296);
-    t301_302 = R::Two::fused(-both(t136), t299_300, t297_298);
-    t303_304 = R::Two::fused(t140_141, both(R::constant(17.241379310344826)), t211_212);
-    t305_306 = R::Two::fused(-t152_153, t287_288, t303_304);
-    t307_308 = R::Two::fused(-t168_169, t295_296, t305_306);
-    t309_310 = R::Two::fused(both(t180), t299_300, t307_308);
-    t311_312 = R::Two::fused(both(t190), t309_310, t301_302);
+    t275_276 = R::Two::fused(t50_51, both(R::constant(-17.241379310344826)), t273_274);
+    t277_278 = R::Two::fused(-t64_65, t275_276, t271_272);
+    t279_280 = R::Two::fused(both(R::constant(-0.3)), t199_200, t273_274); // other
+    t281_282 = R::Two::fused(t78_79, both(R::constant(-17.241379310344826)), t279_280);
+    t283_284 = R::Two::fused(-t90_91, t275_276, t281_282);
+    t285_286 = R::Two::fused(-t110_111, t283_284, t277_278);
+    t287_288 = R::Two::fused(t138_139, both(R::constant(17.241379310344826)), t209_210);
+    t289_290 = R::Two::fused(-t150_151, t275_276, t287_288);
+    t291_292 = R::Two::fused(-t166_167, t283_284, t289_290);
+    t293_294 = R::Two::fused(both(t188), t291_292, t285_286);
     // other
-    t313_314 = t311_312 * t247_248;
-    t315_316 = R::Two::fused(-t309_310, t263_264, t313_314);
-    t317_318 = R::Two::fused(-t299_300, t267_268, t315_316);
-    t319_320 = R::Two::fused(-t295_296, t271_272, t317_318);
-    t321_322 = R::Two::fused(-t287_288, t275_276, t319_320);
-    t323_324 = t321_322 - two(R::constant(2.586206896551724), R::constant(0.689655172413793));
-    t325 = t323_324.first() * t281;
-    t326_327 = both(v_base_x) * t235_236;
-    t328_329 = R::Two::fused(both(v_base_z), t211_212, t326_327);
-    t330_331 = R::Two::fused(both(v_base_pitch), t291_292, t328_329);
-    t332_333 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t291_292, t330_331);
-    t334_335 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t285_286, t332_333);
-    t336_337 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.06)), t334_335);
-    t338 = R::fused(-t259_260.first(), t325, t336_337.first());
-    t339_340 = both(t192) * t311_312;
-    t341_342 = t311_312 * t339_340;
-    t343_344 = both(t189) * t309_310;
-    t345_346 = R::Two::fused(t309_310, t343_344, t341_342);
-    t347_348 = both(t135) * t299_300;
-    t349_350 = R::Two::fused(t299_300, t347_348, t345_346);
-    t351_352 = t108_109 * t295_296;
-    t353_354 = R::Two::fused(t295_296, t351_352, t349_350);
-    t355_356 = t62_63 * t287_288;
-    t357_358 = R::Two::fused(t287_288, t355_356, t353_354);
-    t359_360 = t357_358 + both(R::constant(1.0344827586206895));
-    t361 = R::fused(-t323_324.first(), t325, t359_360.first());
-    t362 = R::constant(1.0) / t361;
-    t363 = t338 * t362;
-    t364 = t245_246.second() * t339_340.first();
-    t365 = R::fused(-t243_244.second(), t343_344.first(), t364);
-    t366 = R::fused(-t229_230.second(), t347_348.first(), t365);
-    t367 = t245_246.second() * t247_248.first();
-    t368 = R::fused(t243_244.second(), t263_264.first(), t367);
-    t369 = R::fused(t229_230.second(), t267_268.first(), t368);
-    t370 = t369 * t281;
-    t371 = R::fused(-t323_324.first(), t370, t366);
-    t372 = t371 * t362;
-    t373 = R::fused(-t259_260.first(), t370, t259_260.second());
-    t374 = R::fused(-t338, t372, t373);
-    t375 = R::fused(-t369, t370, t279_280.second());
-    t376 = R::fused(-t371, t372, t375);
-    t377 = R::constant(1.0) / t376;
-    t378 = t374 * t377;
-    t379 = t311_312.second() * t247_248.first();
-    t380 = R::fused(-t309_310.second(), t263_264.first(), t379);
-    t381 = R::fused(-t299_300.second(), t267_268.first(), t380);
-    t382 = t381 * t281;
-    t383 = R::fused(-t369, t382, t323_324.second());
-    t384 = t311_312.second() * t339_340.first();
-    t385 = R::fused(t309_310.second(), t343_344.first(), t384);
-    t386 = R::fused(t299_300.second(), t347_348.first(), t385);
-    t387 = R::fused(-t323_324.first(), t382, t386);
-    t388 = t387 * t362;
-    t389 = R::fused(-t371, t388, t383);
-    t390 = t389 * t377;
-    t391 = R::fused(-t259_260.first(), t382, t336_337.second());
-    t392 = R::fused(-t338, t388, t391);
-    t393 = R::fused(-t374, t390, t392);
-    t394 = R::fused(-t381, t382, t359_360.second());
-    t395 = R::fused(-t387, t388, t394);
-    t396 = R::fused(-t389, t390, t395);
-    t397 = R::constant(1.0) / t396;
-    t398 = t393 * t397;
+    t295_296 = t293_294 * t239_240;
+    t297_298 = R::Two::fused(-t291_292, t255_256, t295_296);
+    t299_300 = R::Two::fused(-t283_284, t259_260, t297_298);
+    t301_302 = R::Two::fused(-t275_276, t263_264, t299_300);
+    t303_304 = t301_302 - two(R::constant(2.586206896551724), R::constant(0.689655172413793));
+    t305 = t303_304.first() * t269;
+    t306_307 = both(v_base_x) * t229_230;
+    t308_309 = R::Two::fused(both(v_base_z), t209_210, t306_307);
+    t310_311 = R::Two::fused(both(v_base_pitch), t279_280, t308_309);
+    t312_313 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t279_280, t310_311);
+    t314_315 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t273_274, t312_313);
+    t316_317 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), both(R::constant(0.06)), t314_315);
+    t318 = R::fused(-t251_252.first(), t305, t316_317.first());
+    t319_320 = both(t190) * t293_294;
+    t321_322 = t293_294 * t319_320;
+    t323_324 = both(t187) * t291_292;
+    t325_326 = R::Two::fused(t291_292, t323_324, t321_322);
+    t327_328 = t108_109 * t283_284;
+    t329_330 = R::Two::fused(t283_284, t327_328, t325_326);
+    t331_332 = t62_63 * t275_276;
+    t333_334 = R::Two::fused(t275_276, t331_332, t329_330);
+    t335_336 = t333_334 + both(R::constant(1.0344827586206895));
+    t337 = R::fused(-t303_304.first(), t305, t335_336.first());
+    t338 = R::constant(1.0) / t337;
+    t339 = t318 * t338;
+    t340 = t237_238.second() * t319_320.first();
+    t341 = R::fused(-t235_236.second(), t323_324.first(), t340);
+    t342 = t237_238.second() * t239_240.first();
+    t343 = R::fused(t235_236.second(), t255_256.first(), t342);
+    t344 = t343 * t269;
+    t345 = R::fused(-t303_304.first(), t344, t341);
+    t346 = t345 * t338;
+    t347 = R::fused(-t251_252.first(), t344, t251_252.second());
+    t348 = R::fused(-t318, t346, t347);
+    t349 = R::fused(-t343, t344, t267_268.second());
+    t350 = R::fused(-t345, t346, t349);
+    t351 = R::constant(1.0) / t350;
+    t352 = t348 * t351;
+    t353 = t293_294.second() * t239_240.first();
+    t354 = R::fused(-t291_292.second(), t255_256.first(), t353);
+    t355 = t354 * t269;
+    t356 = R::fused(-t343, t355, t303_304.second());
+    t357 = t293_294.second() * t319_320.first();
+    t358 = R::fused(t291_292.second(), t323_324.first(), t357);
+    t359 = R::fused(-t303_304.first(), t355, t358);
+    t360 = t359 * t338;
+    t361 = R::fused(-t345, t360, t356);
+    t362 = t361 * t351;
+    t363 = R::fused(-t251_252.first(), t355, t316_317.second());
+    t364 = R::fused(-t318, t360, t363);
+    t365 = R::fused(-t348, t362, t364);
+    t366 = R::fused(-t354, t355, t335_336.second());
+    t367 = R::fused(-t359, t360, t366);
+    t368 = R::fused(-t361, t362, t367);
+    t369 = R::constant(1.0) / t368;
+    t370 = t365 * t369;
     // solved by the factors
-    t399 = R::constant(1.0) - t52_53.second();
-    t400 = R::fused(-t64_65.second(), t399, t28_29.second());
-    t401 = R::constant(1.0) - t80_81.second();
-    t402 = R::fused(-t90_91.second(), t399, t401);
-    t403 = R::fused(-t110_111.second(), t402, t400);
-    t404 = R::fused(-t123_124.second(), t402, t402);
-    t405 = R::fused(-t136, t404, t403);
-    t406 = R::fused(-t152_153.second(), t399, t142_143.second());
+    t371 = R::constant(1.0) - t52_53.second();
+    t372 = R::fused(-t64_65.second(), t371, t28_29.second());
+    t373 = R::constant(1.0) - t80_81.second();
+    t374 = R::fused(-t90_91.second(), t371, t373);
+    t375 = R::fused(-t110_111.second(), t374, t372);
+    t376 = R::fused(-t150_151.second(), t371, t140_141.second());
+    t377 = R::fused(-t166_167.second(), t374, t376);
+    t378 = R::fused(t188, t377, t375);
+    // other
+    t379_380 = both(t378) * t319_320;
+    t381_382 = R::Two::fused(both(t377), t323_324, t379_380);
+    t383 = R::fused(t374, t327_328.second(), t381_382.second());
+    t384 = R::fused(t371, t331_332.second(), t383);
+    t385 = R::constant(17.241379310344826) + t384;
+    t386_387 = both(t378) * t239_240;
+    t388_389 = R::Two::fused(-both(t377), t255_256, t386_387);
+    t390 = t388_389.first() * t269;
+    t391 = R::fused(-t354, t390, t385);
+    t392 = R::fused(-t303_304.first(), t390, t381_382.first());
+    t393 = t392 * t338;
+    t394 = R::fused(-t359, t393, t391);
+    t395 = R::fused(-t374, t259_260.second(), t388_389.second());
+    t396 = R::fused(-t371, t263_264.second(), t395);
+    t397 = R::constant(11.494252873563218) - t396;
+    t398 = R::fused(t343, t390, t397);
     let (
-        t407, t408, t409, t410_411, t412_413, t414_415, t416, t417, t418, t419_420, t421_422, t423_424, t425, t426,
-        t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442, t443, t444,
-        t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460, t461, t462,
-        t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478, t479, t480,
-        t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498,
-        t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514, t515, t516,
-        t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534,
-        t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546,
+        t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t410, t411, t412, t413, t414, t415, t416,
+        t417, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431, t432, t433, t434,
+        t435, t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452,
+        t453, t454, t455, t456, t457, t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470,
+        t471, t472, t473, t474, t475, t476, t477, t478, t479, t480, t481, t482, t483, t484, t485, t486, t487, t488,
+        t489, t490, t491, t492, t493, t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504,
     );
-    t407 = R::fused(-t168_169.second(), t402, t406);
-    t408 = R::fused(t180, t404, t407);
-    t409 = R::fused(t190, t408, t405);
-    // other
-    t410_411 = both(t409) * t339_340;
-    t412_413 = R::Two::fused(both(t408), t343_344, t410_411);
-    t414_415 = R::Two::fused(both(t404), t347_348, t412_413);
-    t416 = R::fused(t402, t351_352.second(), t414_415.second());
-    t417 = R::fused(t399, t355_356.second(), t416);
-    t418 = R::constant(17.241379310344826) + t417;
-    t419_420 = both(t409) * t247_248;
-    t421_422 = R::Two::fused(-both(t408), t263_264, t419_420);
-    t423_424 = R::Two::fused(-both(t404), t267_268, t421_422);
-    t425 = t423_424.first() * t281;
-    t426 = R::fused(-t381, t425, t418);
-    t427 = R::fused(-t323_324.first(), t425, t414_415.first());
-    t428 = t427 * t362;
-    t429 = R::fused(-t387, t428, t426);
-    t430 = R::fused(-t402, t271_272.second(), t423_424.second());
-    t431 = R::fused(-t399, t275_276.second(), t430);
-    t432 = R::constant(11.494252873563218) - t431;
-    t433 = R::fused(t369, t425, t432);
-    t434 = R::fused(t371, t428, t433);
-    t435 = t434 * t377;
-    t436 = R::fused(t389, t435, t429);
-    t437 = t436 * t397;
-    t438 = v_base_pitch + v_left_hip_pitch; // left_upper_leg: motion
-    t439 = t438 + v_left_knee_pitch; // left_lower_leg: motion
-    t440 = t439 + v_left_ankle_pitch; // left_foot: motion
-    t441 = R::fused(-t259_260.first(), t425, t440);
-    t442 = R::fused(-t338, t428, t441);
-    t443 = R::fused(t374, t435, t442);
-    t444 = R::fused(-t393, t437, t443);
-    t445 = t192 * t409;
-    t446 = t409 * t445;
-    t447 = t189 * t408;
-    t448 = R::fused(t408, t447, t446);
-    t449 = t135 * t404;
-    t450 = R::fused(t404, t449, t448);
-    t451 = t108_109.second() * t402;
-    t452 = R::fused(t402, t451, t450);
-    t453 = t62_63.second() * t399;
-    t454 = R::fused(t399, t453, t452);
-    t455 = R::constant(287.35632183908046) + t454;
-    t456 = R::fused(-t423_424.first(), t425, t455);
-    t457 = R::fused(-t427, t428, t456);
-    t458 = R::fused(-t434, t435, t457);
-    t459 = R::fused(-t436, t437, t458);
-    t460 = R::constant(1.0) / t459;
-    t461 = t444 * t460;
-    t462 = R::fused(-t437, t461, t398);
-    t463 = R::fused(-t390, t462, t378);
-    t464 = R::fused(t435, t461, t463);
-    t465 = R::fused(-t372, t464, t363);
-    t466 = R::fused(-t388, t462, t465);
-    t467 = R::fused(-t428, t461, t466);
-    t468 = R::fused(-t325, t467, t282);
-    t469 = R::fused(-t370, t464, t468);
-    t470 = R::fused(-t382, t462, t469);
-    t471 = R::fused(-t425, t461, t470);
-    t472 = t247_248.first() * t471;
-    t473 = R::fused(t339_340.first(), t467, t472);
-    t474 = R::fused(t247_248.second(), t464, t473);
-    t475 = R::fused(t339_340.second(), t462, t474);
-    t476 = R::fused(t445, t461, t475);
-    t477 = v_base_x - t476;
-    t478 = t263_264.first() * t471;
-    t479 = R::fused(-t343_344.first(), t467, t478);
-    t480 = R::fused(t263_264.second(), t464, t479);
-    t481 = R::fused(-t343_344.second(), t462, t480);
-    t482 = R::fused(-t447, t461, t481);
-    t483 = R::fused(-t190, t476, t482); // solved by the factors
-    t484 = v_base_z + t483;
-    t485 = t267_268.first() * t471;
-    t486 = R::fused(-t347_348.first(), t467, t485);
-    t487 = R::fused(t267_268.second(), t464, t486);
-    t488 = R::fused(-t347_348.second(), t462, t487);
-    t489 = R::fused(-t449, t461, t488);
-    t490 = R::fused(t136, t476, t489); // solved by the factors
-    t491 = R::fused(t180, t483, t490); // solved by the factors
-    t492 = v_base_pitch + t491;
-    t493 = t271_272.first() * t471;
-    t494 = R::fused(-t351_352.first(), t467, t493);
-    t495 = R::fused(t110_111.first(), t476, t494); // solved by the factors
-    t496 = R::fused(-t168_169.first(), t483, t495); // solved by the factors
-    t497 = R::fused(-t123_124.first(), t491, t496); // solved by the factors
-    t498 = v_right_hip_pitch + t497;
-    t499 = t275_276.first() * t471;
-    t500 = R::fused(-t355_356.first(), t467, t499);
+    t399 = R::fused(t345, t393, t398);
+    t400 = t399 * t351;
+    t401 = R::fused(t361, t400, t394);
+    t402 = t401 * t369;
+    t403 = v_base_pitch + v_left_hip_pitch; // left_upper_leg: motion
+    t404 = t403 + v_left_knee_pitch; // left_lower_leg: motion
+    t405 = t404 + v_left_ankle_pitch; // left_foot: motion
+    t406 = R::fused(-t251_252.first(), t390, t405);
+    t407 = R::fused(-t318, t393, t406);
+    t408 = R::fused(t348, t400, t407);
+    t409 = R::fused(-t365, t402, t408);
+    t410 = t190 * t378;
+    t411 = t378 * t410;
+    t412 = t187 * t377;
+    t413 = R::fused(t377, t412, t411);
+    t414 = t108_109.second() * t374;
+    t415 = R::fused(t374, t414, t413);
+    t416 = t62_63.second() * t371;
+    t417 = R::fused(t371, t416, t415);
+    t418 = R::constant(287.35632183908046) + t417;
+    t419 = R::fused(-t388_389.first(), t390, t418);
+    t420 = R::fused(-t392, t393, t419);
+    t421 = R::fused(-t399, t400, t420);
+    t422 = R::fused(-t401, t402, t421);
+    t423 = R::constant(1.0) / t422;
+    t424 = t409 * t423;
+    t425 = R::fused(-t402, t424, t370);
+    t426 = R::fused(-t362, t425, t352);
+    t427 = R::fused(t400, t424, t426);
+    t428 = R::fused(-t346, t427, t339);
+    t429 = R::fused(-t360, t425, t428);
+    t430 = R::fused(-t393, t424, t429);
+    t431 = R::fused(-t305, t430, t270);
+    t432 = R::fused(-t344, t427, t431);
+    t433 = R::fused(-t355, t425, t432);
+    t434 = R::fused(-t390, t424, t433);
+    t435 = t239_240.first() * t434;
+    t436 = R::fused(t319_320.first(), t430, t435);
+    t437 = R::fused(t239_240.second(), t427, t436);
+    t438 = R::fused(t319_320.second(), t425, t437);
+    t439 = R::fused(t410, t424, t438);
+    t440 = v_base_x - t439;
+    t441 = t255_256.first() * t434;
+    t442 = R::fused(-t323_324.first(), t430, t441);
+    t443 = R::fused(t255_256.second(), t427, t442);
+    t444 = R::fused(-t323_324.second(), t425, t443);
+    t445 = R::fused(-t412, t424, t444);
+    t446 = R::fused(-t188, t439, t445); // solved by the factors
+    t447 = v_base_z + t446;
+    t448 = t134 * t439; // solved by the factors
+    t449 = R::fused(-t178, t446, t448); // solved by the factors
+    t450 = v_base_pitch + t449;
+    t451 = t259_260.first() * t434;
+    t452 = R::fused(-t327_328.first(), t430, t451);
+    t453 = R::fused(t110_111.first(), t439, t452); // solved by the factors
+    t454 = R::fused(-t166_167.first(), t446, t453); // solved by the factors
+    t455 = t449 - t454; // solved by the factors
+    t456 = v_right_hip_pitch - t455;
+    t457 = t263_264.first() * t434;
+    t458 = R::fused(-t331_332.first(), t430, t457);
     // solved by the factors
-    t501 = R::fused(t64_65.first(), t476, t500);
-    t502 = R::fused(-t152_153.first(), t483, t501);
-    t503 = R::fused(-t90_91.first(), t491, t502);
-    t504 = R::fused(-t90_91.first(), t497, t503);
-    t505 = v_right_knee_pitch + t504; // other
-    t506 = R::constant(43.10344827586207) * t471; // other
-    t507 = R::fused(R::constant(-17.241379310344826), t467, t506); // other
-    t508 = R::fused(-t28_29.first(), t476, t507);
-    t509 = R::fused(t142_143.first(), t483, t508);
-    t510 = R::fused(-t80_81.first(), t491, t509);
-    t511 = R::fused(-t80_81.first(), t497, t510);
-    t512 = R::fused(-t52_53.first(), t504, t511);
+    t459 = R::fused(t64_65.first(), t439, t458);
+    t460 = R::fused(-t150_151.first(), t446, t459);
+    t461 = R::fused(-t90_91.first(), t449, t460);
+    t462 = R::fused(t90_91.first(), t455, t461);
+    t463 = v_right_knee_pitch + t462; // other
+    t464 = R::constant(43.10344827586207) * t434; // other
+    t465 = R::fused(R::constant(-17.241379310344826), t430, t464); // other
+    t466 = R::fused(-t28_29.first(), t439, t465);
+    t467 = R::fused(t140_141.first(), t446, t466);
+    t468 = R::fused(-t80_81.first(), t449, t467);
+    t469 = R::fused(t80_81.first(), t455, t468);
+    t470 = R::fused(-t52_53.first(), t462, t469);
     // other
-    t513 = v_right_ankle_pitch + t512;
-    t514 = t271_272.second() * t464;
-    t515 = R::fused(-t351_352.second(), t462, t514);
-    t516 = R::fused(-t451, t461, t515);
-    t517 = R::fused(t110_111.second(), t476, t516); // solved by the factors
-    t518 = R::fused(-t168_169.second(), t483, t517); // solved by the factors
-    t519 = R::fused(-t123_124.second(), t491, t518); // solved by the factors
-    t520 = v_left_hip_pitch + t519;
-    t521 = t275_276.second() * t464;
-    t522 = R::fused(-t355_356.second(), t462, t521);
-    t523 = R::fused(-t453, t461, t522);
+    t471 = v_right_ankle_pitch + t470;
+    t472 = t259_260.second() * t427;
+    t473 = R::fused(-t327_328.second(), t425, t472);
+    t474 = R::fused(-t414, t424, t473);
+    t475 = R::fused(t110_111.second(), t439, t474); // solved by the factors
+    t476 = R::fused(-t166_167.second(), t446, t475); // solved by the factors
+    t477 = t449 - t476; // solved by the factors
+    t478 = v_left_hip_pitch - t477;
+    t479 = t263_264.second() * t427;
+    t480 = R::fused(-t331_332.second(), t425, t479);
+    t481 = R::fused(-t416, t424, t480);
     // solved by the factors
-    t524 = R::fused(t64_65.second(), t476, t523);
-    t525 = R::fused(-t152_153.second(), t483, t524);
-    t526 = R::fused(-t90_91.second(), t491, t525);
-    t527 = R::fused(-t90_91.second(), t519, t526);
+    t482 = R::fused(t64_65.second(), t439, t481);
+    t483 = R::fused(-t150_151.second(), t446, t482);
+    t484 = R::fused(-t90_91.second(), t449, t483);
+    t485 = R::fused(t90_91.second(), t477, t484);
     // other
-    t528 = v_left_knee_pitch + t527;
-    t529 = R::constant(11.494252873563218) * t464;
-    t530 = R::fused(R::constant(-17.241379310344826), t462, t529);
-    t531 = R::fused(R::constant(-287.35632183908046), t461, t530);
+    t486 = v_left_knee_pitch + t485;
+    t487 = R::constant(11.494252873563218) * t427;
+    t488 = R::fused(R::constant(-17.241379310344826), t425, t487);
+    t489 = R::fused(R::constant(-287.35632183908046), t424, t488);
     // solved by the factors
-    t532 = R::fused(-t28_29.second(), t476, t531);
-    t533 = R::fused(t142_143.second(), t483, t532);
-    t534 = R::fused(-t80_81.second(), t491, t533);
-    t535 = R::fused(-t80_81.second(), t519, t534);
-    t536 = R::fused(-t52_53.second(), t527, t535);
+    t490 = R::fused(-t28_29.second(), t439, t489);
+    t491 = R::fused(t140_141.second(), t446, t490);
+    t492 = R::fused(-t80_81.second(), t449, t491);
+    t493 = R::fused(t80_81.second(), t477, t492);
+    t494 = R::fused(-t52_53.second(), t485, t493);
     // other
-    t537 = v_left_ankle_pitch + t536;
-    t538 = t211_212.first() * t471;
-    t539 = R::fused(-t235_236.first(), t467, -t538);
-    t540 = t235_236.first() * t471;
-    t541 = R::fused(-t211_212.first(), t467, t540);
-    t542 = t211_212.second() * t464;
-    t543 = R::fused(-t235_236.second(), t462, -t542);
-    t544 = t235_236.second() * t464;
-    t545 = R::fused(-t211_212.second(), t462, t544);
-    t546 = -t461;
-    *out = [[t477, t484, t492, t498, t505, t513, t520, t528, t537, t539, t541, t543, t545, t546]];
+    t495 = v_left_ankle_pitch + t494;
+    t496 = t209_210.first() * t434;
+    t497 = R::fused(-t229_230.first(), t430, -t496);
+    t498 = t229_230.first() * t434;
+    t499 = R::fused(-t209_210.first(), t430, t498);
+    t500 = t209_210.second() * t427;
+    t501 = R::fused(-t229_230.second(), t425, -t500);
+    t502 = t229_230.second() * t427;
+    t503 = R::fused(-t209_210.second(), t425, t502);
+    t504 = -t424;
+    *out = [[t440, t447, t450, t456, t463, t471, t478, t486, t495, t497, t499, t501, t503, t504]];
 }
 }

@@ -12,7 +12,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`.
 /// Source: forward kinematics.
-/// 24 operations: 4 add, 4 mul, 8 fused, 3 sin_cos.
+/// 22 operations: 4 add, 6 mul, 6 fused, 3 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -50,12 +50,13 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t7 = R::fused(t3, cos_q_left_knee_pitch, t6);
     let t8 = R::fused(-t1, R::constant(0.3), q_base_x);
     let t9 = R::fused(t3, R::constant(0.3), q_base_z);
-    let t10 = R::fused(R::constant(-0.3), t5, t8); // left_foot: pose in the world
-    let t11 = R::fused(R::constant(0.3), t7, t9); // left_foot: pose in the world
-    let t12 = t8 - t10; // left_lower_leg: Jacobian
-    let t13 = t11 - t9; // left_lower_leg: Jacobian
-    let t14 = q_base_x - t10; // left_upper_leg: Jacobian
-    let t15 = t11 - q_base_z; // left_upper_leg: Jacobian
+    // left_foot: pose in the world
+    let t10 = R::constant(0.3) * t5;
+    let t11 = R::constant(0.3) * t7;
+    let t12 = t8 - t10;
+    let t13 = t9 + t11;
+    let t14 = q_base_x - t12; // left_upper_leg: Jacobian
+    let t15 = t13 - q_base_z; // left_upper_leg: Jacobian
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
@@ -66,7 +67,7 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
         [R::constant(0.0); 6], // right_knee_pitch
         [R::constant(0.0); 6], // right_ankle_pitch
         [t15, R::constant(0.0), t14, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_hip_pitch
-        [t13, R::constant(0.0), t12, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_knee_pitch
+        [t11, R::constant(0.0), t10, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_knee_pitch
         // left_ankle_pitch
         [R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0)],
     ];
@@ -80,7 +81,7 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`.
 /// Source: forward kinematics.
-/// 24 operations: 4 add, 4 mul, 8 fused, 3 sin_cos.
+/// 22 operations: 4 add, 6 mul, 6 fused, 3 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -118,12 +119,13 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t7 = R::fused(t3, cos_q_right_knee_pitch, t6);
     let t8 = R::fused(-t1, R::constant(0.3), q_base_x);
     let t9 = R::fused(t3, R::constant(0.3), q_base_z);
-    let t10 = R::fused(-t5, R::constant(0.3), t8); // right_foot: pose in the world
-    let t11 = R::fused(t7, R::constant(0.3), t9); // right_foot: pose in the world
-    let t12 = t8 - t10; // right_lower_leg: Jacobian
-    let t13 = t11 - t9; // right_lower_leg: Jacobian
-    let t14 = q_base_x - t10; // right_upper_leg: Jacobian
-    let t15 = t11 - q_base_z; // right_upper_leg: Jacobian
+    // right_foot: pose in the world
+    let t10 = t5 * R::constant(0.3);
+    let t11 = t7 * R::constant(0.3);
+    let t12 = t8 - t10;
+    let t13 = t9 + t11;
+    let t14 = q_base_x - t12; // right_upper_leg: Jacobian
+    let t15 = t13 - q_base_z; // right_upper_leg: Jacobian
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
@@ -131,7 +133,7 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
         [R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         [t15, R::constant(0.0), t14, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
         [t15, R::constant(0.0), t14, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_hip_pitch
-        [t13, R::constant(0.0), t12, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_knee_pitch
+        [t11, R::constant(0.0), t10, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_knee_pitch
         // right_ankle_pitch
         [R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0)],
         [R::constant(0.0); 6], // left_hip_pitch
@@ -148,7 +150,7 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`.
 /// Source: forward kinematics.
-/// 40 operations: 8 add, 8 mul, 12 fused, 4 sin_cos.
+/// 38 operations: 6 add, 8 mul, 12 fused, 4 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_heel<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -196,26 +198,24 @@ pub(super) fn jacobian_of_right_foot_heel_program<R: Real>(q: &[R; NQ], out: &mu
     let t15 = R::fused(t7, R::constant(0.3), t9);
     // other
     let t16 = t13 * R::constant(0.07);
-    let t17 = R::fused(-t11, R::constant(0.06), t16);
+    let t17 = R::fused(t11, R::constant(0.06), -t16);
     let t18 = t11 * R::constant(0.07);
     let t19 = R::fused(t13, R::constant(0.06), t18);
-    let t20 = t14 + t17;
+    let t20 = t14 - t17;
     let t21 = t15 + t19;
-    let t22 = t14 - t20; // right_foot: Jacobian
-    let t23 = t21 - t15; // right_foot: Jacobian
-    let t24 = t8 - t20; // right_lower_leg: Jacobian
-    let t25 = t21 - t9; // right_lower_leg: Jacobian
-    let t26 = q_base_x - t20; // right_upper_leg: Jacobian
-    let t27 = t21 - q_base_z; // right_upper_leg: Jacobian
+    let t22 = t8 - t20; // right_lower_leg: Jacobian
+    let t23 = t21 - t9; // right_lower_leg: Jacobian
+    let t24 = q_base_x - t20; // right_upper_leg: Jacobian
+    let t25 = t21 - q_base_z; // right_upper_leg: Jacobian
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         // base/z
         [R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t27, R::constant(0.0), t26, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
-        [t27, R::constant(0.0), t26, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_hip_pitch
-        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_knee_pitch
-        [t23, R::constant(0.0), t22, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_ankle_pitch
+        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
+        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_hip_pitch
+        [t23, R::constant(0.0), t22, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_knee_pitch
+        [t19, R::constant(0.0), t17, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_ankle_pitch
         [R::constant(0.0); 6], // left_hip_pitch
         [R::constant(0.0); 6], // left_knee_pitch
         [R::constant(0.0); 6], // left_ankle_pitch
@@ -230,7 +230,7 @@ pub(super) fn jacobian_of_right_foot_heel_program<R: Real>(q: &[R; NQ], out: &mu
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`.
 /// Source: forward kinematics.
-/// 40 operations: 8 add, 8 mul, 12 fused, 4 sin_cos.
+/// 38 operations: 6 add, 8 mul, 12 fused, 4 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_toe<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -280,24 +280,22 @@ pub(super) fn jacobian_of_right_foot_toe_program<R: Real>(q: &[R; NQ], out: &mut
     let t16 = t13 * R::constant(0.15);
     let t17 = R::fused(t11, R::constant(0.06), t16);
     let t18 = t11 * R::constant(0.15);
-    let t19 = R::fused(-t13, R::constant(0.06), t18);
+    let t19 = R::fused(t13, R::constant(0.06), -t18);
     let t20 = t14 - t17;
-    let t21 = t15 - t19;
-    let t22 = t14 - t20; // right_foot: Jacobian
-    let t23 = t21 - t15; // right_foot: Jacobian
-    let t24 = t8 - t20; // right_lower_leg: Jacobian
-    let t25 = t21 - t9; // right_lower_leg: Jacobian
-    let t26 = q_base_x - t20; // right_upper_leg: Jacobian
-    let t27 = t21 - q_base_z; // right_upper_leg: Jacobian
+    let t21 = t15 + t19;
+    let t22 = t8 - t20; // right_lower_leg: Jacobian
+    let t23 = t21 - t9; // right_lower_leg: Jacobian
+    let t24 = q_base_x - t20; // right_upper_leg: Jacobian
+    let t25 = t21 - q_base_z; // right_upper_leg: Jacobian
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         // base/z
         [R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t27, R::constant(0.0), t26, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
-        [t27, R::constant(0.0), t26, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_hip_pitch
-        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_knee_pitch
-        [t23, R::constant(0.0), t22, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_ankle_pitch
+        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
+        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_hip_pitch
+        [t23, R::constant(0.0), t22, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_knee_pitch
+        [t19, R::constant(0.0), t17, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_ankle_pitch
         [R::constant(0.0); 6], // left_hip_pitch
         [R::constant(0.0); 6], // left_knee_pitch
         [R::constant(0.0); 6], // left_ankle_pitch
@@ -312,7 +310,7 @@ pub(super) fn jacobian_of_right_foot_toe_program<R: Real>(q: &[R; NQ], out: &mut
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`.
 /// Source: forward kinematics.
-/// 40 operations: 8 add, 8 mul, 12 fused, 4 sin_cos.
+/// 38 operations: 6 add, 8 mul, 12 fused, 4 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_heel<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -360,29 +358,27 @@ pub(super) fn jacobian_of_left_foot_heel_program<R: Real>(q: &[R; NQ], out: &mut
     let t15 = R::fused(R::constant(0.3), t7, t9);
     // other
     let t16 = t13 * R::constant(0.07);
-    let t17 = R::fused(-t11, R::constant(0.06), t16);
+    let t17 = R::fused(t11, R::constant(0.06), -t16);
     let t18 = t11 * R::constant(0.07);
     let t19 = R::fused(t13, R::constant(0.06), t18);
-    let t20 = t14 + t17;
+    let t20 = t14 - t17;
     let t21 = t15 + t19;
-    let t22 = t14 - t20; // left_foot: Jacobian
-    let t23 = t21 - t15; // left_foot: Jacobian
-    let t24 = t8 - t20; // left_lower_leg: Jacobian
-    let t25 = t21 - t9; // left_lower_leg: Jacobian
-    let t26 = q_base_x - t20; // left_upper_leg: Jacobian
-    let t27 = t21 - q_base_z; // left_upper_leg: Jacobian
+    let t22 = t8 - t20; // left_lower_leg: Jacobian
+    let t23 = t21 - t9; // left_lower_leg: Jacobian
+    let t24 = q_base_x - t20; // left_upper_leg: Jacobian
+    let t25 = t21 - q_base_z; // left_upper_leg: Jacobian
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         // base/z
         [R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t27, R::constant(0.0), t26, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
+        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
         [R::constant(0.0); 6], // right_hip_pitch
         [R::constant(0.0); 6], // right_knee_pitch
         [R::constant(0.0); 6], // right_ankle_pitch
-        [t27, R::constant(0.0), t26, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_hip_pitch
-        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_knee_pitch
-        [t23, R::constant(0.0), t22, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_ankle_pitch
+        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_hip_pitch
+        [t23, R::constant(0.0), t22, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_knee_pitch
+        [t19, R::constant(0.0), t17, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_ankle_pitch
     ];
 }
 }
@@ -394,7 +390,7 @@ pub(super) fn jacobian_of_left_foot_heel_program<R: Real>(q: &[R; NQ], out: &mut
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`.
 /// Source: forward kinematics.
-/// 40 operations: 8 add, 8 mul, 12 fused, 4 sin_cos.
+/// 38 operations: 6 add, 8 mul, 12 fused, 4 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_toe<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -444,27 +440,25 @@ pub(super) fn jacobian_of_left_foot_toe_program<R: Real>(q: &[R; NQ], out: &mut 
     let t16 = t13 * R::constant(0.15);
     let t17 = R::fused(t11, R::constant(0.06), t16);
     let t18 = t11 * R::constant(0.15);
-    let t19 = R::fused(-t13, R::constant(0.06), t18);
+    let t19 = R::fused(t13, R::constant(0.06), -t18);
     let t20 = t14 - t17;
-    let t21 = t15 - t19;
-    let t22 = t14 - t20; // left_foot: Jacobian
-    let t23 = t21 - t15; // left_foot: Jacobian
-    let t24 = t8 - t20; // left_lower_leg: Jacobian
-    let t25 = t21 - t9; // left_lower_leg: Jacobian
-    let t26 = q_base_x - t20; // left_upper_leg: Jacobian
-    let t27 = t21 - q_base_z; // left_upper_leg: Jacobian
+    let t21 = t15 + t19;
+    let t22 = t8 - t20; // left_lower_leg: Jacobian
+    let t23 = t21 - t9; // left_lower_leg: Jacobian
+    let t24 = q_base_x - t20; // left_upper_leg: Jacobian
+    let t25 = t21 - q_base_z; // left_upper_leg: Jacobian
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         // base/z
         [R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t27, R::constant(0.0), t26, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
+        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
         [R::constant(0.0); 6], // right_hip_pitch
         [R::constant(0.0); 6], // right_knee_pitch
         [R::constant(0.0); 6], // right_ankle_pitch
-        [t27, R::constant(0.0), t26, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_hip_pitch
-        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_knee_pitch
-        [t23, R::constant(0.0), t22, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_ankle_pitch
+        [t25, R::constant(0.0), t24, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_hip_pitch
+        [t23, R::constant(0.0), t22, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_knee_pitch
+        [t19, R::constant(0.0), t17, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_ankle_pitch
     ];
 }
 }

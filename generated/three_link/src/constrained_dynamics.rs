@@ -13,7 +13,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), then `right_foot/force/x`, `right_foot/force/z`; m/s², then rad/s²,
 /// then N.
 /// Source: (4.23), Table 4.1, corrected.
-/// 204 operations: 27 add, 55 mul, 59 fused, 4 div, 3 sin_cos. For two limbs at once: 16 pairs of them.
+/// 88 operations: 13 add, 20 mul, 27 fused, 1 div, 3 sin_cos. For two limbs at once: 5 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_single_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -55,149 +55,69 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let tau_base_pitch = tau[2];
     let tau_right_hip_pitch = tau[3];
     let tau_left_hip_pitch = tau[4];
+    let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch]);
-    let t0_1 = both(R::constant(2.5)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_leg, left_leg
-    let t2_3 = both(sin_q_base_pitch) * t0_1; // right_leg, left_leg: mass matrix
-    let t4_5 = both(R::constant(2.5)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_leg, left_leg
-    let t6_7 = R::Two::fused(-both(cos_q_base_pitch), t4_5, t2_3); // right_leg, left_leg: mass matrix
-    // factors of the mass matrix
-    let t8_9 = t6_7 * both(R::constant(0.7999360051195904));
-    let t10 = R::fused(-t6_7.second(), t8_9.second(), R::constant(35.0));
-    let t11 = R::fused(-t6_7.first(), t8_9.first(), t10);
-    let t12 = R::constant(5.0) - t4_5.second(); // left_leg: sums of what it carries
-    let t13 = t12 - t4_5.first(); // right_leg: sums of what it carries
-    let t14 = cos_q_base_pitch * t13; // torso: sums of what it carries
-    let t15 = t0_1.second() + t0_1.first(); // right_leg: sums of what it carries
-    let t16 = R::fused(sin_q_base_pitch, t15, t14); // torso: sums of what it carries
-    let t17 = t16 - t6_7.second();
-    let t18 = t6_7.first() - t17;
-    let t19 = t18 * R::constant(0.4);
-    let t20 = R::fused(-t18, t19, t11);
-    // right_leg, left_leg: mass matrix
-    let t21_22 = both(cos_q_base_pitch) * t0_1;
-    let t23_24 = R::Two::fused(both(sin_q_base_pitch), t4_5, t21_22);
-    // factors of the mass matrix
-    let t25_26 = t23_24 * both(R::constant(0.7999360051195904));
-    let t27 = t6_7.second() * t25_26.second();
-    let t28 = R::fused(t6_7.first(), t25_26.first(), t27);
-    let t29 = sin_q_base_pitch * t13; // torso: sums of what it carries
-    let t30 = R::fused(-cos_q_base_pitch, t15, t29); // torso: sums of what it carries
-    let t31 = t30 + t23_24.second();
-    let t32 = t23_24.first() + t31;
-    let t33 = t32 * R::constant(0.4);
-    let t34 = R::fused(t18, t33, t28);
-    let t35 = R::fused(-t23_24.second(), t25_26.second(), R::constant(35.0));
-    let t36 = R::fused(-t23_24.first(), t25_26.first(), t35);
-    let t37 = R::fused(-t32, t33, t36);
-    let t38 = R::constant(1.0) / t37;
-    let t39 = t34 * t38;
-    let t40 = R::fused(-t34, t39, t20);
-    let t41 = R::constant(1.0) / t40;
-    let t42 = v_base_pitch * v_base_pitch; // torso: motion
-    let t43 = R::constant(5.0) * t42; // torso: wrench that its motion needs
+        [sin_q_base_pitch, sin_t0, sin_t1],
+        [cos_q_base_pitch, cos_t0, cos_t1],
+    ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second()]);
     // right_leg, left_leg: motion
-    let t44_45 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
-    let t46_47 = t44_45 * t44_45;
-    let t48_49 = both(R::constant(2.5)) * t46_47; // right_leg, left_leg: wrench that its motion needs
-    let t50 = R::fused(-cos_q_left_hip_pitch, t48_49.second(), t43); // left_leg: wrench handed to its parent
-    let t51 = R::fused(-cos_q_right_hip_pitch, t48_49.first(), t50); // right_leg: wrench handed to its parent
-    let t52 = sin_q_base_pitch * t51; // torso: wrench handed to its parent
-    let t53 = sin_q_left_hip_pitch * t48_49.second(); // left_leg: wrench handed to its parent
-    let t54 = R::fused(sin_q_right_hip_pitch, t48_49.first(), t53); // right_leg: wrench handed to its parent
-    let t55 = R::fused(-cos_q_base_pitch, t54, t52); // torso: wrench handed to its parent
-    let t56 = t55 + tau_base_x; // other
-    let t57 = cos_q_base_pitch * R::constant(9.81); // torso: motion
-    let t58_59 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(t57);
-    let t60 = sin_q_base_pitch * R::constant(9.81); // torso: motion
-    let t61_62 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), both(t60), t58_59);
-    let t63_64 = both(R::constant(2.5)) * t61_62; // right_leg, left_leg: wrench that its motion needs
-    let t65_66 = t63_64 - two(tau_right_hip_pitch, tau_left_hip_pitch); // other
-    let t67 = R::fused(t65_66.second(), t8_9.second(), t56); // solved by the factors
-    let t68 = R::fused(t65_66.first(), t8_9.first(), t67); // solved by the factors
-    let t69 = R::fused(sin_q_base_pitch, R::constant(49.05), -t63_64.second()); // left_leg: wrench handed to its parent
-    let t70 = t63_64.first() - t69; // right_leg: wrench handed to its parent
-    let t71 = t70 - tau_base_pitch; // other
-    let t72 = t71 - t65_66.second(); // solved by the factors
-    let t73 = t65_66.first() - t72; // solved by the factors
-    let t74 = R::fused(t19, t73, t68); // solved by the factors
-    let t75 = cos_q_base_pitch * t51; // torso: wrench handed to its parent
-    let t76 = R::fused(sin_q_base_pitch, t54, t75); // torso: wrench handed to its parent
-    let t77 = R::constant(343.35) - t76; // torso: wrench handed to its parent
-    let t78 = t77 - tau_base_z; // other
-    // solved by the factors
-    let t79 = R::fused(-t65_66.second(), t25_26.second(), t78);
-    let t80 = R::fused(-t65_66.first(), t25_26.first(), t79);
-    let t81 = R::fused(-t33, t73, t80);
-    let t82 = R::fused(-t39, t81, t74);
+    let t2_3 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
+    let t4_5 = t2_3 * t2_3;
+    let t6 = t4_5.first() * sin_t0; // right_leg: motion
+    let t7_8 = two(R::constant(32.5), R::constant(2.5)) * two(cos_t0, cos_t1); // torso, left_leg
+    let t9 = cos_t0 * t7_8.second(); // left_leg: mass matrix
+    let t10_11 = two(R::constant(32.5), R::constant(2.5)) * two(sin_t0, sin_t1); // torso, left_leg
+    let t12 = R::fused(sin_t0, t10_11.second(), t9); // left_leg: mass matrix
+    let t13 = R::constant(0.7999360051195904) * t12; // factors of the mass matrix
+    let t14 = R::fused(-t12, t13, R::constant(31.2501)); // factors of the mass matrix
+    let t15 = R::constant(5.0) * cos_q_base_pitch; // right_leg: sums of what it carries
+    let t16 = cos_t0 * t15; // right_leg: mass matrix in absolute angles
+    let t17 = R::constant(5.0) * sin_q_base_pitch; // right_leg: sums of what it carries
+    let t18 = R::fused(sin_t0, t17, t16); // right_leg: mass matrix in absolute angles
+    let t19 = R::constant(0.4) * t18; // factors of the mass matrix
+    let t20 = R::fused(-t18, t19, t14); // factors of the mass matrix
+    let t21 = R::constant(1.0) / t20; // factors of the mass matrix
+    let t22 = v_base_pitch * v_base_pitch; // torso: motion
+    // right_leg: sums of what it carries
+    let t23 = R::fused(t22, t17, tau_base_x);
+    let t24 = R::fused(t4_5.second(), t10_11.second(), -t23);
+    let t25 = cos_t0 * t24;
+    let t26 = R::fused(t22, t15, tau_base_z);
+    let t27 = R::fused(t4_5.second(), t7_8.second(), -t26);
+    let t28 = R::fused(-sin_t0, t27, t25);
+    let t29 = R::fused(-sin_t0, R::constant(318.825), t28); // right_leg: moment in absolute angles
+    let t30 = tau_right_hip_pitch - t29; // other
+    let t31 = t6 * t7_8.second(); // left_leg: sums of what it carries
+    let t32 = R::fused(-t4_5.first(), cos_t0, R::constant(9.81)); // right_leg: motion
+    let t33 = R::fused(t32, t10_11.second(), t31); // left_leg: sums of what it carries
+    let t34 = tau_left_hip_pitch - t33; // other
+    let t35 = R::fused(t34, t13, t30); // solved by the factors
+    let t36 = t6 * t15;
+    let t37 = R::fused(t32, t17, t36);
+    let t38 = tau_base_pitch + t37;
+    let t39 = tau_right_hip_pitch + tau_left_hip_pitch; // other
+    let t40 = t38 - t39; // other
+    let t41 = R::fused(-t40, t19, t35); // solved by the factors
     // other
-    let t83 = t41 * t82;
-    let t84 = cos_q_base_pitch * sin_q_right_hip_pitch;
-    let t85 = R::fused(sin_q_base_pitch, cos_q_right_hip_pitch, t84);
-    let t86 = sin_q_base_pitch * sin_q_right_hip_pitch;
-    let t87 = R::fused(-cos_q_base_pitch, cos_q_right_hip_pitch, t86);
-    let t88 = R::fused(-t87, t39, t85); // solved by the factors
-    let t89 = t41 * t88;
-    let t90 = cos_q_right_hip_pitch * t57; // right_leg: motion
-    let t91 = R::fused(-sin_q_right_hip_pitch, t60, t90); // right_leg: motion
-    let t92 = t46_47.first() + t91;
-    let t93 = R::fused(R::constant(9.81), t87, t92);
-    let t94 = t89 * t82;
-    let t95 = t87 * t38;
-    let t96 = R::fused(t95, t81, t94);
-    let t97 = t93 + t96;
-    let t98 = t88 * t89;
-    let t99 = R::fused(t87, t95, t98);
-    let t100 = R::constant(1.0) / t99;
-    let t101 = t97 * t100;
-    let t102 = t87 - t8_9.first(); // solved by the factors
-    let t103 = t85 - t25_26.first(); // solved by the factors
-    let t104 = R::fused(t39, t103, t102); // solved by the factors
-    let t105 = t104 * t89;
-    let t106 = R::fused(-t103, t95, t105);
-    let t107 = t106 * t100;
-    let t108 = R::fused(R::constant(-9.81), t85, t61_62.first());
-    let t109 = t41 * t104;
-    let t110 = t109 * t82;
-    let t111 = t38 * t103;
-    let t112 = R::fused(-t111, t81, t110);
-    let t113_114 = t65_66 * both(R::constant(0.7999360051195904));
-    let t115 = t112 - t113_114.first();
-    let t116 = t108 + t115;
-    let t117 = R::fused(-t97, t107, t116);
-    let t118 = t104 * t109;
-    let t119 = R::fused(t103, t111, t118);
-    let t120 = R::constant(0.7999360051195904) + t119;
-    let t121 = R::fused(-t106, t107, t120);
-    let t122 = R::constant(1.0) / t121;
-    let t123 = t117 * t122;
-    let t124 = R::fused(-t107, t123, t101);
-    let t125 = R::fused(-t89, t124, t83);
-    let t126 = R::fused(-t109, t123, t125);
-    let t127 = t38 * t81;
-    let t128 = R::fused(-t95, t124, t127);
-    let t129 = R::fused(t111, t123, t128);
-    let t130 = R::fused(t39, t126, -t129); // solved by the factors
-    let t131 = R::constant(0.4) * t73;
-    let t132 = R::fused(t19, t126, t131); // solved by the factors
-    let t133 = R::fused(t33, t130, t132); // solved by the factors
-    let t134 = R::fused(R::constant(0.7999360051195904), t123, t113_114.first());
-    // solved by the factors
-    let t135 = R::fused(t8_9.first(), t126, t134);
-    let t136 = R::fused(t25_26.first(), t130, t135);
-    let t137 = t133 + t136;
-    let t138 = -t137;
-    let t139 = R::fused(t8_9.second(), t126, t113_114.second());
-    let t140 = R::fused(t25_26.second(), t130, t139);
-    let t141 = t133 + t140;
-    let t142 = -t141;
-    // other
-    let t143 = t85 * t124;
-    let t144 = R::fused(-t87, t123, -t143);
-    let t145 = t87 * t124;
-    let t146 = R::fused(-t85, t123, t145);
-    *out = [[t126, t130, t133, t138, t142, t144, t146]];
+    let t42 = t21 * t41;
+    let t43 = R::fused(cos_t0, t42, -t6);
+    let t44 = R::fused(-sin_t0, t42, t32);
+    let t45 = t44 - R::constant(9.81);
+    let t46 = R::constant(0.4) * t40;
+    let t47 = R::fused(-t19, t42, t46); // solved by the factors
+    let t48 = t42 - t47;
+    let t49 = R::constant(0.7999360051195904) * t34;
+    let t50 = R::fused(t13, t42, t49); // solved by the factors
+    let t51 = t50 - t47;
+    let t52 = R::fused(-t4_5.first(), t10_11.first(), t24); // torso: sums of what it carries
+    let t53 = R::fused(t7_8.first(), t42, t52);
+    let t54 = R::fused(t15, t47, t53);
+    let t55 = R::fused(-t7_8.second(), t50, t54);
+    let t56 = R::fused(-t4_5.first(), t7_8.first(), t27); // torso: sums of what it carries
+    let t57 = R::constant(343.35) + t56; // base/z: sums of what it carries
+    let t58 = R::fused(-t10_11.first(), t42, t57);
+    let t59 = R::fused(-t17, t47, t58);
+    let t60 = R::fused(t10_11.second(), t50, t59);
+    *out = [[t43, t45, t47, t48, t51, t55, t60]];
 }
 }

@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), `base/x` to `left_hip_pitch`; 1, then m.
 /// Columns: `right_foot/point_foot/z`, `left_foot/point_foot/z`.
 /// Source: W_N of (4.6), corrected.
-/// 10 operations: 4 add, 2 mul, 2 fused, 3 sin_cos. For two limbs at once: 4 pairs of them.
+/// 6 operations: 2 mul, 2 fused, 3 sin_cos. For two limbs at once: 2 pairs of them.
 #[inline]
 pub fn contact_normal_directions<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, 2> {
     let mut out = [[R::constant(0.0); NV]; 2];
@@ -28,7 +28,6 @@ pub fn contact_normal_directions_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMa
 ::bipedc_runtime::dispatched! {
 #[inline]
 pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; 2]) {
-    let q_base_x = q[0];
     let q_base_pitch = q[2];
     let q_right_hip_pitch = q[3];
     let q_left_hip_pitch = q[4];
@@ -39,11 +38,9 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     // right_leg, left_leg: pose in the world
     let t0_1 = both(sin_q_base_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     let t2_3 = R::Two::fused(both(cos_q_base_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t0_1);
-    let t4_5 = both(q_base_x) - t2_3; // other
-    let t6_7 = both(q_base_x) - t4_5; // right_leg, left_leg: Jacobian
     *out = [
-        [R::constant(0.0), R::constant(1.0), t6_7.first(), t6_7.first(), R::constant(0.0)], // right_foot/point_foot/z
-        [R::constant(0.0), R::constant(1.0), t6_7.second(), R::constant(0.0), t6_7.second()], // left_foot/point_foot/z
+        [R::constant(0.0), R::constant(1.0), t2_3.first(), t2_3.first(), R::constant(0.0)], // right_foot/point_foot/z
+        [R::constant(0.0), R::constant(1.0), t2_3.second(), R::constant(0.0), t2_3.second()], // left_foot/point_foot/z
     ];
 }
 }

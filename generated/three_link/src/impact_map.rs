@@ -13,7 +13,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), then `left_foot/force/x`, `left_foot/force/z`; m/s, then rad/s,
 /// then N s.
 /// Source: (4.20)–(4.22), corrected.
-/// 134 operations: 19 add, 39 mul, 36 fused, 4 div, 3 sin_cos. For two limbs at once: 8 pairs of them.
+/// 68 operations: 9 add, 20 mul, 19 fused, 1 div, 3 sin_cos. For two limbs at once: 5 pairs of them.
 #[inline]
 pub fn impact_map_of_single_support<R: Real>(q: &SVector<R, NQ>, v: &SVector<R, NV>) -> SMatrix<R, 7, 1> {
     let mut out = [[R::constant(0.0); 7]; 1];
@@ -38,104 +38,55 @@ pub(super) fn impact_map_of_single_support_program<R: Real>(q: &[R; NQ], v: &[R;
     let v_base_pitch = v[2];
     let v_right_hip_pitch = v[3];
     let v_left_hip_pitch = v[4];
+    let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch]);
-    let t0_1 = both(R::constant(2.5)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_leg, left_leg
-    let t2_3 = both(sin_q_base_pitch) * t0_1; // right_leg, left_leg: mass matrix
-    let t4_5 = both(R::constant(2.5)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_leg, left_leg
-    let t6_7 = R::Two::fused(-both(cos_q_base_pitch), t4_5, t2_3); // right_leg, left_leg: mass matrix
-    // factors of the mass matrix
-    let t8_9 = t6_7 * both(R::constant(0.7999360051195904));
-    let t10 = R::fused(-t6_7.second(), t8_9.second(), R::constant(35.0));
-    let t11 = R::fused(-t6_7.first(), t8_9.first(), t10);
-    let t12 = R::constant(5.0) - t4_5.second(); // left_leg: sums of what it carries
-    let t13 = t12 - t4_5.first(); // right_leg: sums of what it carries
-    let t14 = cos_q_base_pitch * t13; // torso: sums of what it carries
-    let t15 = t0_1.second() + t0_1.first(); // right_leg: sums of what it carries
-    let t16 = R::fused(sin_q_base_pitch, t15, t14); // torso: sums of what it carries
-    let t17 = t16 - t6_7.second();
-    let t18 = t6_7.first() - t17;
-    let t19 = t18 * R::constant(0.4);
-    let t20 = R::fused(-t18, t19, t11);
-    // right_leg, left_leg: mass matrix
-    let t21_22 = both(cos_q_base_pitch) * t0_1;
-    let t23_24 = R::Two::fused(both(sin_q_base_pitch), t4_5, t21_22);
-    // factors of the mass matrix
-    let t25_26 = t23_24 * both(R::constant(0.7999360051195904));
-    let t27 = t6_7.second() * t25_26.second();
-    let t28 = R::fused(t6_7.first(), t25_26.first(), t27);
-    let t29 = sin_q_base_pitch * t13; // torso: sums of what it carries
-    let t30 = R::fused(-cos_q_base_pitch, t15, t29); // torso: sums of what it carries
-    let t31 = t30 + t23_24.second();
-    let t32 = t23_24.first() + t31;
-    let t33 = t32 * R::constant(0.4);
-    let t34 = R::fused(t18, t33, t28);
-    let t35 = R::fused(-t23_24.second(), t25_26.second(), R::constant(35.0));
-    let t36 = R::fused(-t23_24.first(), t25_26.first(), t35);
-    let t37 = R::fused(-t32, t33, t36);
-    let t38 = R::constant(1.0) / t37;
-    let t39 = t34 * t38;
-    let t40 = R::fused(-t34, t39, t20);
-    let t41 = R::constant(1.0) / t40;
-    // other
-    let t42 = cos_q_base_pitch * sin_q_left_hip_pitch;
-    let t43 = R::fused(sin_q_base_pitch, cos_q_left_hip_pitch, t42);
-    let t44 = sin_q_base_pitch * sin_q_left_hip_pitch;
-    let t45 = R::fused(-cos_q_base_pitch, cos_q_left_hip_pitch, t44);
-    let t46 = R::fused(-t45, t39, t43); // solved by the factors
-    let t47 = t41 * t46;
-    let t48 = v_base_x * t43;
-    let t49 = R::fused(-v_base_z, t45, t48);
-    let t50 = t46 * t47;
-    let t51 = t45 * t38;
-    let t52 = R::fused(t45, t51, t50);
-    let t53 = R::constant(1.0) / t52;
-    let t54 = t49 * t53;
-    let t55 = t45 - t8_9.second(); // solved by the factors
-    let t56 = t43 - t25_26.second(); // solved by the factors
-    let t57 = R::fused(t39, t56, t55); // solved by the factors
-    let t58 = t57 * t47;
-    let t59 = R::fused(-t56, t51, t58);
-    let t60 = t59 * t53;
-    let t61 = v_base_x * t45;
-    let t62 = R::fused(v_base_z, t43, t61);
-    let t63 = v_base_pitch + t62;
-    let t64 = v_left_hip_pitch + t63;
-    let t65 = R::fused(-t49, t60, t64);
-    let t66 = t41 * t57;
-    let t67 = t57 * t66;
-    let t68 = t38 * t56;
-    let t69 = R::fused(t56, t68, t67);
-    let t70 = R::constant(0.7999360051195904) + t69;
-    let t71 = R::fused(-t59, t60, t70);
-    let t72 = R::constant(1.0) / t71;
-    let t73 = t65 * t72;
-    let t74 = R::fused(-t60, t73, t54);
-    let t75 = t47 * t74;
-    let t76 = R::fused(t66, t73, t75);
-    let t77 = v_base_x - t76;
-    let t78 = t51 * t74;
-    let t79 = R::fused(-t68, t73, t78);
-    let t80 = R::fused(-t39, t76, t79); // solved by the factors
-    let t81 = v_base_z + t80;
-    let t82 = t19 * t76; // solved by the factors
-    let t83 = R::fused(-t33, t80, t82); // solved by the factors
-    let t84 = v_base_pitch - t83;
-    let t85 = t8_9.first() * t76; // solved by the factors
-    let t86 = R::fused(-t25_26.first(), t80, t85); // solved by the factors
-    let t87 = t83 + t86; // solved by the factors
-    let t88 = v_right_hip_pitch + t87;
-    let t89 = R::constant(0.7999360051195904) * t73;
-    let t90 = R::fused(-t8_9.second(), t76, t89); // solved by the factors
-    let t91 = R::fused(t25_26.second(), t80, t90); // solved by the factors
-    let t92 = t83 - t91; // solved by the factors
-    let t93 = v_left_hip_pitch + t92;
-    let t94 = t43 * t74;
-    let t95 = R::fused(-t45, t73, -t94);
-    let t96 = t45 * t74;
-    let t97 = R::fused(-t43, t73, t96);
-    *out = [[t77, t81, t84, t88, t93, t95, t97]];
+        [sin_q_base_pitch, sin_t1, sin_t0],
+        [cos_q_base_pitch, cos_t1, cos_t0],
+    ) = R::sin_cos_all([q_base_pitch, t0_1.second(), t0_1.first()]);
+    let t2 = v_base_pitch + v_left_hip_pitch; // left_leg: motion
+    let t3_4 = two(R::constant(32.5), R::constant(2.5)) * two(cos_t1, cos_t0); // torso, left_leg
+    let t5 = cos_t1 * t3_4.second(); // left_leg: mass matrix
+    let t6_7 = two(R::constant(32.5), R::constant(2.5)) * two(sin_t1, sin_t0); // torso, left_leg
+    let t8 = R::fused(sin_t1, t6_7.second(), t5); // left_leg: mass matrix
+    let t9 = R::constant(0.7999360051195904) * t8; // factors of the mass matrix
+    let t10 = R::fused(-t8, t9, R::constant(31.2501)); // factors of the mass matrix
+    let t11 = R::constant(5.0) * cos_q_base_pitch; // right_leg: sums of what it carries
+    let t12 = cos_t1 * t11; // right_leg: mass matrix in absolute angles
+    let t13 = R::constant(5.0) * sin_q_base_pitch; // right_leg: sums of what it carries
+    let t14 = R::fused(sin_t1, t13, t12); // right_leg: mass matrix in absolute angles
+    let t15 = R::constant(0.4) * t14; // factors of the mass matrix
+    let t16 = R::fused(-t14, t15, t10); // factors of the mass matrix
+    let t17 = R::constant(1.0) / t16; // factors of the mass matrix
+    let t18 = R::fused(-t2, cos_t1, v_base_x);
+    let t19_20 = t3_4 * both(t18); // torso, left_leg: sums of what it carries
+    let t21 = R::fused(t2, sin_t1, v_base_z);
+    let t22_23 = R::Two::fused(-t6_7, both(t21), t19_20); // torso, left_leg: sums of what it carries
+    let t24 = R::fused(-t22_23.second(), t9, t22_23.first()); // solved by the factors
+    let t25 = t11 * t18; // right_leg: sums of what it carries
+    let t26 = R::fused(-t13, t21, t25); // right_leg: sums of what it carries
+    let t27 = R::fused(-t26, t15, t24); // solved by the factors
+    let t28 = t17 * t27;
+    let t29 = t2 + t28;
+    let t30 = cos_t1 * t29;
+    let t31 = sin_t1 * t29;
+    let t32 = -t31;
+    let t33 = R::constant(0.4) * t26;
+    let t34 = R::fused(-t15, t28, t33); // solved by the factors
+    let t35 = t28 - t34;
+    let t36 = v_left_hip_pitch + t35;
+    let t37 = t29 - t36;
+    let t38 = R::constant(0.7999360051195904) * t22_23.second();
+    let t39 = R::fused(-t9, t28, t38); // solved by the factors
+    let t40 = t34 + t39;
+    let t41 = v_right_hip_pitch - t40;
+    let t42 = R::constant(35.0) * t18; // base/z: sums of what it carries
+    let t43 = R::fused(-t3_4.first(), t28, t42);
+    let t44 = R::fused(-t11, t34, t43);
+    let t45 = R::fused(t3_4.second(), t39, -t44);
+    let t46 = R::constant(35.0) * t21; // base/z: sums of what it carries
+    let t47 = R::fused(t6_7.first(), t28, t46);
+    let t48 = R::fused(t13, t34, t47);
+    let t49 = R::fused(-t6_7.second(), t39, -t48);
+    *out = [[t30, t32, t37, t41, t36, t45, t49]];
 }
 }

@@ -84,7 +84,7 @@ pub(super) fn jacobian_of_right_leg_program<R: Real>(out: &mut [[R; 6]; NV]) {
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_hip_pitch`.
 /// Source: forward kinematics.
-/// 10 operations: 4 add, 2 mul, 2 fused, 2 sin_cos.
+/// 6 operations: 2 mul, 2 fused, 2 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_point_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -101,8 +101,6 @@ pub fn jacobian_of_right_foot_point_foot_into<R: Real>(q: &SVector<R, NQ>, out: 
 ::bipedc_runtime::dispatched! {
 #[inline]
 pub(super) fn jacobian_of_right_foot_point_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R; 6]; NV]) {
-    let q_base_x = q[0];
-    let q_base_z = q[1];
     let q_base_pitch = q[2];
     let q_right_hip_pitch = q[3];
     let (
@@ -114,17 +112,13 @@ pub(super) fn jacobian_of_right_foot_point_foot_program<R: Real>(q: &[R; NQ], ou
     let t1 = R::fused(cos_q_base_pitch, sin_q_right_hip_pitch, t0);
     let t2 = sin_q_base_pitch * sin_q_right_hip_pitch;
     let t3 = R::fused(-cos_q_base_pitch, cos_q_right_hip_pitch, t2);
-    let t4 = q_base_x - t1; // other
-    let t5 = q_base_z + t3; // other
-    let t6 = q_base_x - t4; // right_leg: Jacobian
-    let t7 = t5 - q_base_z; // right_leg: Jacobian
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         // base/z
         [R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t7, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
-        [t7, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_hip_pitch
+        [t3, R::constant(0.0), t1, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
+        [t3, R::constant(0.0), t1, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // right_hip_pitch
         [R::constant(0.0); 6], // left_hip_pitch
     ];
 }
@@ -137,7 +131,7 @@ pub(super) fn jacobian_of_right_foot_point_foot_program<R: Real>(q: &[R; NQ], ou
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_hip_pitch`.
 /// Source: forward kinematics.
-/// 10 operations: 4 add, 2 mul, 2 fused, 2 sin_cos.
+/// 6 operations: 2 mul, 2 fused, 2 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_point_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -154,8 +148,6 @@ pub fn jacobian_of_left_foot_point_foot_into<R: Real>(q: &SVector<R, NQ>, out: &
 ::bipedc_runtime::dispatched! {
 #[inline]
 pub(super) fn jacobian_of_left_foot_point_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R; 6]; NV]) {
-    let q_base_x = q[0];
-    let q_base_z = q[1];
     let q_base_pitch = q[2];
     let q_left_hip_pitch = q[4];
     let (
@@ -167,18 +159,14 @@ pub(super) fn jacobian_of_left_foot_point_foot_program<R: Real>(q: &[R; NQ], out
     let t1 = R::fused(cos_q_base_pitch, sin_q_left_hip_pitch, t0);
     let t2 = sin_q_base_pitch * sin_q_left_hip_pitch;
     let t3 = R::fused(-cos_q_base_pitch, cos_q_left_hip_pitch, t2);
-    let t4 = q_base_x - t1; // other
-    let t5 = q_base_z + t3; // other
-    let t6 = q_base_x - t4; // left_leg: Jacobian
-    let t7 = t5 - q_base_z; // left_leg: Jacobian
     *out = [
         // base/x
         [R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
         // base/z
         [R::constant(0.0), R::constant(0.0), R::constant(1.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t7, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
+        [t3, R::constant(0.0), t1, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // base/pitch
         [R::constant(0.0); 6], // right_hip_pitch
-        [t7, R::constant(0.0), t6, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_hip_pitch
+        [t3, R::constant(0.0), t1, R::constant(0.0), R::constant(1.0), R::constant(0.0)], // left_hip_pitch
     ];
 }
 }

@@ -12,7 +12,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Columns: `right_foot/front_left/z`, `right_foot/front_right/z`, `right_foot/rear_left/z`, `right_foot/rear_right/z`,
 /// `left_foot/front_left/z`, `left_foot/front_right/z`, `left_foot/rear_left/z`, `left_foot/rear_right/z`.
 /// Source: W_N of (4.6), corrected.
-/// 558 operations: 144 add, 150 mul, 132 fused, 12 sin_cos. For two limbs at once: 200 pairs of them.
+/// 542 operations: 128 add, 150 mul, 132 fused, 12 sin_cos. For two limbs at once: 192 pairs of them.
 #[inline]
 pub fn contact_normal_directions<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, 8> {
     let mut out = [[R::constant(0.0); NV]; 8];
@@ -190,240 +190,232 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     let t158_159 = t134_135 - t146_147;
     let t160_161 = t136_137 - t156_157;
     // right_foot, left_foot: Jacobian
-    let t162_163 = t134_135 - t158_159;
-    let t164_165 = t136_137 - t160_161;
-    let t166_167 = t104_105 * t164_165;
-    let t168_169 = R::Two::fused(-t112_113, t162_163, t166_167);
-    out[0][11] = t168_169.first();
-    out[4][17] = t168_169.second();
+    let t162_163 = t104_105 * t156_157;
+    let t164_165 = R::Two::fused(-t112_113, t146_147, t162_163);
+    out[0][11] = t164_165.first();
+    out[4][17] = t164_165.second();
     // right_ankle, left_ankle: Jacobian
-    let t170_171 = t114_115 - t158_159;
-    let t172_173 = t116_117 - t160_161;
-    let t174_175 = t48_49 * t172_173;
-    let t176_177 = R::Two::fused(-t56_57, t170_171, t174_175);
-    out[0][10] = t176_177.first();
-    out[4][16] = t176_177.second();
+    let t166_167 = t114_115 - t158_159;
+    let t168_169 = t116_117 - t160_161;
+    let t170_171 = t48_49 * t168_169;
+    let t172_173 = R::Two::fused(-t56_57, t166_167, t170_171);
+    out[0][10] = t172_173.first();
+    out[4][16] = t172_173.second();
     // right_lower_leg, left_lower_leg: Jacobian
-    let t178_179 = t94_95 - t158_159;
-    let t180_181 = t96_97 - t160_161;
-    let t182_183 = t48_49 * t180_181;
-    let t184_185 = R::Two::fused(-t56_57, t178_179, t182_183);
-    out[0][9] = t184_185.first();
-    out[4][15] = t184_185.second();
+    let t174_175 = t94_95 - t158_159;
+    let t176_177 = t96_97 - t160_161;
+    let t178_179 = t48_49 * t176_177;
+    let t180_181 = R::Two::fused(-t56_57, t174_175, t178_179);
+    out[0][9] = t180_181.first();
+    out[4][15] = t180_181.second();
     // right_upper_leg, left_upper_leg: Jacobian
-    let t186_187 = t42_43 - t158_159;
-    let t188_189 = t44_45 - t160_161;
-    let t190_191 = t48_49 * t188_189;
-    let t192_193 = R::Two::fused(-t56_57, t186_187, t190_191);
-    out[0][8] = t192_193.first();
-    out[4][14] = t192_193.second();
+    let t182_183 = t42_43 - t158_159;
+    let t184_185 = t44_45 - t160_161;
+    let t186_187 = t48_49 * t184_185;
+    let t188_189 = R::Two::fused(-t56_57, t182_183, t186_187);
+    out[0][8] = t188_189.first();
+    out[4][14] = t188_189.second();
     // right_hip_roll_link, left_hip_roll_link: Jacobian
-    let t194_195 = t26_27 * t188_189;
-    let t196_197 = R::Two::fused(t34_35, t186_187, -t194_195);
-    out[0][7] = t196_197.first();
-    out[4][13] = t196_197.second();
+    let t190_191 = t26_27 * t184_185;
+    let t192_193 = R::Two::fused(t34_35, t182_183, -t190_191);
+    out[0][7] = t192_193.first();
+    out[4][13] = t192_193.second();
     // right_hip_yaw_link, left_hip_yaw_link: Jacobian
-    let t198_199 = both(t15) * t188_189;
-    let t200_201 = R::Two::fused(both(t19), t186_187, -t198_199);
-    out[0][6] = t200_201.first();
-    out[4][12] = t200_201.second();
+    let t194_195 = both(t15) * t184_185;
+    let t196_197 = R::Two::fused(both(t19), t182_183, -t194_195);
+    out[0][6] = t196_197.first();
+    out[4][12] = t196_197.second();
     // torso: Jacobian
-    let t202_203 = both(q_base_x) - t158_159;
-    let t204_205 = both(q_base_y) - t160_161;
-    let t206_207 = both(t13) * t204_205;
-    let t208_209 = R::Two::fused(both(t16), t202_203, -t206_207);
-    out[0][3] = t208_209.first();
-    out[4][3] = t208_209.second();
-    let t210_211 = both(t14) * t204_205;
-    let t212_213 = R::Two::fused(both(t18), t202_203, -t210_211);
-    out[0][4] = t212_213.first();
-    out[4][4] = t212_213.second();
-    let t214_215 = both(t15) * t204_205;
-    let t216_217 = R::Two::fused(both(t19), t202_203, -t214_215);
-    out[0][5] = t216_217.first();
-    out[4][5] = t216_217.second();
+    let t198_199 = both(q_base_x) - t158_159;
+    let t200_201 = both(q_base_y) - t160_161;
+    let t202_203 = both(t13) * t200_201;
+    let t204_205 = R::Two::fused(both(t16), t198_199, -t202_203);
+    out[0][3] = t204_205.first();
+    out[4][3] = t204_205.second();
+    let t206_207 = both(t14) * t200_201;
+    let t208_209 = R::Two::fused(both(t18), t198_199, -t206_207);
+    out[0][4] = t208_209.first();
+    out[4][4] = t208_209.second();
+    let t210_211 = both(t15) * t200_201;
+    let t212_213 = R::Two::fused(both(t19), t198_199, -t210_211);
+    out[0][5] = t212_213.first();
+    out[4][5] = t212_213.second();
     // other
-    let t218_219 = t138_139 - t140_141;
-    let t220_221 = t144_145 + t218_219;
-    let t222_223 = t148_149 - t150_151;
-    let t224_225 = t154_155 + t222_223;
-    let t226_227 = t134_135 - t220_221;
-    let t228_229 = t136_137 - t224_225;
+    let t214_215 = t138_139 - t140_141;
+    let t216_217 = t144_145 + t214_215;
+    let t218_219 = t148_149 - t150_151;
+    let t220_221 = t154_155 + t218_219;
+    let t222_223 = t134_135 - t216_217;
+    let t224_225 = t136_137 - t220_221;
     // right_foot, left_foot: Jacobian
-    let t230_231 = t134_135 - t226_227;
-    let t232_233 = t136_137 - t228_229;
-    let t234_235 = t104_105 * t232_233;
-    let t236_237 = R::Two::fused(-t112_113, t230_231, t234_235);
-    out[1][11] = t236_237.first();
-    out[5][17] = t236_237.second();
+    let t226_227 = t104_105 * t220_221;
+    let t228_229 = R::Two::fused(-t112_113, t216_217, t226_227);
+    out[1][11] = t228_229.first();
+    out[5][17] = t228_229.second();
     // right_ankle, left_ankle: Jacobian
-    let t238_239 = t114_115 - t226_227;
-    let t240_241 = t116_117 - t228_229;
+    let t230_231 = t114_115 - t222_223;
+    let t232_233 = t116_117 - t224_225;
+    let t234_235 = t48_49 * t232_233;
+    let t236_237 = R::Two::fused(-t56_57, t230_231, t234_235);
+    out[1][10] = t236_237.first();
+    out[5][16] = t236_237.second();
+    // right_lower_leg, left_lower_leg: Jacobian
+    let t238_239 = t94_95 - t222_223;
+    let t240_241 = t96_97 - t224_225;
     let t242_243 = t48_49 * t240_241;
     let t244_245 = R::Two::fused(-t56_57, t238_239, t242_243);
-    out[1][10] = t244_245.first();
-    out[5][16] = t244_245.second();
-    // right_lower_leg, left_lower_leg: Jacobian
-    let t246_247 = t94_95 - t226_227;
-    let t248_249 = t96_97 - t228_229;
+    out[1][9] = t244_245.first();
+    out[5][15] = t244_245.second();
+    // right_upper_leg, left_upper_leg: Jacobian
+    let t246_247 = t42_43 - t222_223;
+    let t248_249 = t44_45 - t224_225;
     let t250_251 = t48_49 * t248_249;
     let t252_253 = R::Two::fused(-t56_57, t246_247, t250_251);
-    out[1][9] = t252_253.first();
-    out[5][15] = t252_253.second();
-    // right_upper_leg, left_upper_leg: Jacobian
-    let t254_255 = t42_43 - t226_227;
-    let t256_257 = t44_45 - t228_229;
-    let t258_259 = t48_49 * t256_257;
-    let t260_261 = R::Two::fused(-t56_57, t254_255, t258_259);
-    out[1][8] = t260_261.first();
-    out[5][14] = t260_261.second();
+    out[1][8] = t252_253.first();
+    out[5][14] = t252_253.second();
     // right_hip_roll_link, left_hip_roll_link: Jacobian
-    let t262_263 = t26_27 * t256_257;
-    let t264_265 = R::Two::fused(t34_35, t254_255, -t262_263);
-    out[1][7] = t264_265.first();
-    out[5][13] = t264_265.second();
+    let t254_255 = t26_27 * t248_249;
+    let t256_257 = R::Two::fused(t34_35, t246_247, -t254_255);
+    out[1][7] = t256_257.first();
+    out[5][13] = t256_257.second();
     // right_hip_yaw_link, left_hip_yaw_link: Jacobian
-    let t266_267 = both(t15) * t256_257;
-    let t268_269 = R::Two::fused(both(t19), t254_255, -t266_267);
-    out[1][6] = t268_269.first();
-    out[5][12] = t268_269.second();
+    let t258_259 = both(t15) * t248_249;
+    let t260_261 = R::Two::fused(both(t19), t246_247, -t258_259);
+    out[1][6] = t260_261.first();
+    out[5][12] = t260_261.second();
     // torso: Jacobian
-    let t270_271 = both(q_base_x) - t226_227;
-    let t272_273 = both(q_base_y) - t228_229;
-    let t274_275 = both(t13) * t272_273;
-    let t276_277 = R::Two::fused(both(t16), t270_271, -t274_275);
-    out[1][3] = t276_277.first();
-    out[5][3] = t276_277.second();
-    let t278_279 = both(t14) * t272_273;
-    let t280_281 = R::Two::fused(both(t18), t270_271, -t278_279);
-    out[1][4] = t280_281.first();
-    out[5][4] = t280_281.second();
-    let t282_283 = both(t15) * t272_273;
-    let t284_285 = R::Two::fused(both(t19), t270_271, -t282_283);
-    out[1][5] = t284_285.first();
-    out[5][5] = t284_285.second();
+    let t262_263 = both(q_base_x) - t222_223;
+    let t264_265 = both(q_base_y) - t224_225;
+    let t266_267 = both(t13) * t264_265;
+    let t268_269 = R::Two::fused(both(t16), t262_263, -t266_267);
+    out[1][3] = t268_269.first();
+    out[5][3] = t268_269.second();
+    let t270_271 = both(t14) * t264_265;
+    let t272_273 = R::Two::fused(both(t18), t262_263, -t270_271);
+    out[1][4] = t272_273.first();
+    out[5][4] = t272_273.second();
+    let t274_275 = both(t15) * t264_265;
+    let t276_277 = R::Two::fused(both(t19), t262_263, -t274_275);
+    out[1][5] = t276_277.first();
+    out[5][5] = t276_277.second();
     // other
-    let t286_287 = t104_105 * both(R::constant(0.09));
-    let t288_289 = t140_141 - t286_287;
-    let t290_291 = t144_145 + t288_289;
-    let t292_293 = t112_113 * both(R::constant(0.09));
-    let t294_295 = t150_151 - t292_293;
-    let t296_297 = t154_155 + t294_295;
-    let t298_299 = t134_135 - t290_291;
-    let t300_301 = t136_137 - t296_297;
+    let t278_279 = t104_105 * both(R::constant(0.09));
+    let t280_281 = t140_141 - t278_279;
+    let t282_283 = t144_145 + t280_281;
+    let t284_285 = t112_113 * both(R::constant(0.09));
+    let t286_287 = t150_151 - t284_285;
+    let t288_289 = t154_155 + t286_287;
+    let t290_291 = t134_135 - t282_283;
+    let t292_293 = t136_137 - t288_289;
     // right_foot, left_foot: Jacobian
-    let t302_303 = t134_135 - t298_299;
-    let t304_305 = t136_137 - t300_301;
-    let t306_307 = t104_105 * t304_305;
-    let t308_309 = R::Two::fused(-t112_113, t302_303, t306_307);
-    out[2][11] = t308_309.first();
-    out[6][17] = t308_309.second();
+    let t294_295 = t104_105 * t288_289;
+    let t296_297 = R::Two::fused(-t112_113, t282_283, t294_295);
+    out[2][11] = t296_297.first();
+    out[6][17] = t296_297.second();
     // right_ankle, left_ankle: Jacobian
-    let t310_311 = t114_115 - t298_299;
-    let t312_313 = t116_117 - t300_301;
-    let t314_315 = t48_49 * t312_313;
-    let t316_317 = R::Two::fused(-t56_57, t310_311, t314_315);
-    out[2][10] = t316_317.first();
-    out[6][16] = t316_317.second();
+    let t298_299 = t114_115 - t290_291;
+    let t300_301 = t116_117 - t292_293;
+    let t302_303 = t48_49 * t300_301;
+    let t304_305 = R::Two::fused(-t56_57, t298_299, t302_303);
+    out[2][10] = t304_305.first();
+    out[6][16] = t304_305.second();
     // right_lower_leg, left_lower_leg: Jacobian
-    let t318_319 = t94_95 - t298_299;
-    let t320_321 = t96_97 - t300_301;
-    let t322_323 = t48_49 * t320_321;
-    let t324_325 = R::Two::fused(-t56_57, t318_319, t322_323);
-    out[2][9] = t324_325.first();
-    out[6][15] = t324_325.second();
+    let t306_307 = t94_95 - t290_291;
+    let t308_309 = t96_97 - t292_293;
+    let t310_311 = t48_49 * t308_309;
+    let t312_313 = R::Two::fused(-t56_57, t306_307, t310_311);
+    out[2][9] = t312_313.first();
+    out[6][15] = t312_313.second();
     // right_upper_leg, left_upper_leg: Jacobian
-    let t326_327 = t42_43 - t298_299;
-    let t328_329 = t44_45 - t300_301;
-    let t330_331 = t48_49 * t328_329;
-    let t332_333 = R::Two::fused(-t56_57, t326_327, t330_331);
-    out[2][8] = t332_333.first();
-    out[6][14] = t332_333.second();
+    let t314_315 = t42_43 - t290_291;
+    let t316_317 = t44_45 - t292_293;
+    let t318_319 = t48_49 * t316_317;
+    let t320_321 = R::Two::fused(-t56_57, t314_315, t318_319);
+    out[2][8] = t320_321.first();
+    out[6][14] = t320_321.second();
     // right_hip_roll_link, left_hip_roll_link: Jacobian
-    let t334_335 = t26_27 * t328_329;
-    let t336_337 = R::Two::fused(t34_35, t326_327, -t334_335);
-    out[2][7] = t336_337.first();
-    out[6][13] = t336_337.second();
+    let t322_323 = t26_27 * t316_317;
+    let t324_325 = R::Two::fused(t34_35, t314_315, -t322_323);
+    out[2][7] = t324_325.first();
+    out[6][13] = t324_325.second();
     // right_hip_yaw_link, left_hip_yaw_link: Jacobian
-    let t338_339 = both(t15) * t328_329;
-    let t340_341 = R::Two::fused(both(t19), t326_327, -t338_339);
-    out[2][6] = t340_341.first();
-    out[6][12] = t340_341.second();
+    let t326_327 = both(t15) * t316_317;
+    let t328_329 = R::Two::fused(both(t19), t314_315, -t326_327);
+    out[2][6] = t328_329.first();
+    out[6][12] = t328_329.second();
     // torso: Jacobian
-    let t342_343 = both(q_base_x) - t298_299;
-    let t344_345 = both(q_base_y) - t300_301;
-    let t346_347 = both(t13) * t344_345;
-    let t348_349 = R::Two::fused(both(t16), t342_343, -t346_347);
-    out[2][3] = t348_349.first();
-    out[6][3] = t348_349.second();
-    let t350_351 = both(t14) * t344_345;
-    let t352_353 = R::Two::fused(both(t18), t342_343, -t350_351);
-    out[2][4] = t352_353.first();
-    out[6][4] = t352_353.second();
-    let t354_355 = both(t15) * t344_345;
-    let t356_357 = R::Two::fused(both(t19), t342_343, -t354_355);
-    out[2][5] = t356_357.first();
-    out[6][5] = t356_357.second();
+    let t330_331 = both(q_base_x) - t290_291;
+    let t332_333 = both(q_base_y) - t292_293;
+    let t334_335 = both(t13) * t332_333;
+    let t336_337 = R::Two::fused(both(t16), t330_331, -t334_335);
+    out[2][3] = t336_337.first();
+    out[6][3] = t336_337.second();
+    let t338_339 = both(t14) * t332_333;
+    let t340_341 = R::Two::fused(both(t18), t330_331, -t338_339);
+    out[2][4] = t340_341.first();
+    out[6][4] = t340_341.second();
+    let t342_343 = both(t15) * t332_333;
+    let t344_345 = R::Two::fused(both(t19), t330_331, -t342_343);
+    out[2][5] = t344_345.first();
+    out[6][5] = t344_345.second();
     // other
-    let t358_359 = t140_141 + t286_287;
-    let t360_361 = t144_145 - t358_359;
-    let t362_363 = t150_151 + t292_293;
-    let t364_365 = t154_155 - t362_363;
-    let t366_367 = t134_135 - t360_361;
-    let t368_369 = t136_137 - t364_365;
+    let t346_347 = t140_141 + t278_279;
+    let t348_349 = t144_145 - t346_347;
+    let t350_351 = t150_151 + t284_285;
+    let t352_353 = t154_155 - t350_351;
+    let t354_355 = t134_135 - t348_349;
+    let t356_357 = t136_137 - t352_353;
     // right_foot, left_foot: Jacobian
-    let t370_371 = t134_135 - t366_367;
-    let t372_373 = t136_137 - t368_369;
-    let t374_375 = t104_105 * t372_373;
-    let t376_377 = R::Two::fused(-t112_113, t370_371, t374_375);
-    out[3][11] = t376_377.first();
-    out[7][17] = t376_377.second();
+    let t358_359 = t104_105 * t352_353;
+    let t360_361 = R::Two::fused(-t112_113, t348_349, t358_359);
+    out[3][11] = t360_361.first();
+    out[7][17] = t360_361.second();
     // right_ankle, left_ankle: Jacobian
-    let t378_379 = t114_115 - t366_367;
-    let t380_381 = t116_117 - t368_369;
+    let t362_363 = t114_115 - t354_355;
+    let t364_365 = t116_117 - t356_357;
+    let t366_367 = t48_49 * t364_365;
+    let t368_369 = R::Two::fused(-t56_57, t362_363, t366_367);
+    out[3][10] = t368_369.first();
+    out[7][16] = t368_369.second();
+    // right_lower_leg, left_lower_leg: Jacobian
+    let t370_371 = t94_95 - t354_355;
+    let t372_373 = t96_97 - t356_357;
+    let t374_375 = t48_49 * t372_373;
+    let t376_377 = R::Two::fused(-t56_57, t370_371, t374_375);
+    out[3][9] = t376_377.first();
+    out[7][15] = t376_377.second();
+    // right_upper_leg, left_upper_leg: Jacobian
+    let t378_379 = t42_43 - t354_355;
+    let t380_381 = t44_45 - t356_357;
     let t382_383 = t48_49 * t380_381;
     let t384_385 = R::Two::fused(-t56_57, t378_379, t382_383);
-    out[3][10] = t384_385.first();
-    out[7][16] = t384_385.second();
-    // right_lower_leg, left_lower_leg: Jacobian
-    let t386_387 = t94_95 - t366_367;
-    let t388_389 = t96_97 - t368_369;
-    let t390_391 = t48_49 * t388_389;
-    let t392_393 = R::Two::fused(-t56_57, t386_387, t390_391);
-    out[3][9] = t392_393.first();
-    out[7][15] = t392_393.second();
-    // right_upper_leg, left_upper_leg: Jacobian
-    let t394_395 = t42_43 - t366_367;
-    let t396_397 = t44_45 - t368_369;
-    let t398_399 = t48_49 * t396_397;
-    let t400_401 = R::Two::fused(-t56_57, t394_395, t398_399);
-    out[3][8] = t400_401.first();
-    out[7][14] = t400_401.second();
+    out[3][8] = t384_385.first();
+    out[7][14] = t384_385.second();
     // right_hip_roll_link, left_hip_roll_link: Jacobian
-    let t402_403 = t26_27 * t396_397;
-    let t404_405 = R::Two::fused(t34_35, t394_395, -t402_403);
-    out[3][7] = t404_405.first();
-    out[7][13] = t404_405.second();
+    let t386_387 = t26_27 * t380_381;
+    let t388_389 = R::Two::fused(t34_35, t378_379, -t386_387);
+    out[3][7] = t388_389.first();
+    out[7][13] = t388_389.second();
     // right_hip_yaw_link, left_hip_yaw_link: Jacobian
+    let t390_391 = both(t15) * t380_381;
+    let t392_393 = R::Two::fused(both(t19), t378_379, -t390_391);
+    out[3][6] = t392_393.first();
+    out[7][12] = t392_393.second();
+    // torso: Jacobian
+    let t394_395 = both(q_base_x) - t354_355;
+    let t396_397 = both(q_base_y) - t356_357;
+    let t398_399 = both(t13) * t396_397;
+    let t400_401 = R::Two::fused(both(t16), t394_395, -t398_399);
+    out[3][3] = t400_401.first();
+    out[7][3] = t400_401.second();
+    let t402_403 = both(t14) * t396_397;
+    let t404_405 = R::Two::fused(both(t18), t394_395, -t402_403);
+    out[3][4] = t404_405.first();
+    out[7][4] = t404_405.second();
     let t406_407 = both(t15) * t396_397;
     let t408_409 = R::Two::fused(both(t19), t394_395, -t406_407);
-    out[3][6] = t408_409.first();
-    out[7][12] = t408_409.second();
-    // torso: Jacobian
-    let t410_411 = both(q_base_x) - t366_367;
-    let t412_413 = both(q_base_y) - t368_369;
-    let t414_415 = both(t13) * t412_413;
-    let t416_417 = R::Two::fused(both(t16), t410_411, -t414_415);
-    out[3][3] = t416_417.first();
-    out[7][3] = t416_417.second();
-    let t418_419 = both(t14) * t412_413;
-    let t420_421 = R::Two::fused(both(t18), t410_411, -t418_419);
-    out[3][4] = t420_421.first();
-    out[7][4] = t420_421.second();
-    let t422_423 = both(t15) * t412_413;
-    let t424_425 = R::Two::fused(both(t19), t410_411, -t422_423);
-    out[3][5] = t424_425.first();
-    out[7][5] = t424_425.second();
+    out[3][5] = t408_409.first();
+    out[7][5] = t408_409.second();
     out[0][12] = R::constant(0.0);
     out[0][13] = R::constant(0.0);
     out[0][14] = R::constant(0.0);

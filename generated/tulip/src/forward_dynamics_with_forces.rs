@@ -10,7 +10,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 ///
 /// Rows: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`; m/s², then rad/s².
 /// Source: (4.25), (4.13).
-/// 3359 operations: 509 add, 754 mul, 1040 fused, 16 div, 16 sin_cos. For two limbs at once: 722 pairs of them.
+/// 3357 operations: 507 add, 754 mul, 1040 fused, 16 div, 16 sin_cos. For two limbs at once: 722 pairs of them.
 #[inline]
 pub fn forward_dynamics_with_forces<R: Real>(
     q: &SVector<R, NQ>,
@@ -782,14 +782,14 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068_1069, t1070_1071, t1072_1073, t1074_1075, t1076_1077,
         t1078_1079, t1080_1081, t1082_1083, t1084_1085, t1086_1087, t1088_1089, t1090_1091, t1092_1093, t1094_1095,
         t1096_1097, t1098_1099, t1100_1101, t1102_1103, t1104_1105, t1106_1107, t1108_1109, t1110_1111, t1112_1113,
-        t1114_1115, t1116_1117, t1118_1119, t1120, t1121, t1122, t1123_1124, t1125_1126, t1127_1128, t1129, t1130_1131,
-        t1132_1133, t1134_1135, t1136, t1137, t1138, t1139, t1140, t1141_1142, t1143_1144, t1145, t1146, t1147, t1148,
-        t1149, t1150_1151, t1152_1153, t1154, t1155, t1156, t1157, t1158, t1159, t1160, t1161_1162, t1163_1164,
-        t1165_1166, t1167_1168, t1169_1170, t1171_1172, t1173_1174, t1175_1176, t1177_1178, t1179_1180, t1181_1182,
-        t1183_1184, t1185_1186, t1187_1188, t1189_1190, t1191_1192, t1193_1194, t1195_1196, t1197_1198, t1199_1200,
-        t1201_1202, t1203_1204, t1205_1206, t1207_1208, t1209_1210, t1211_1212, t1213_1214, t1215_1216, t1217_1218,
-        t1219_1220, t1221_1222, t1223_1224, t1225_1226, t1227_1228, t1229_1230, t1231_1232, t1233_1234, t1235, t1236,
-        t1237_1238, t1239_1240, t1241, t1242,
+        t1114_1115, t1116_1117, t1118_1119, t1120, t1121, t1122, t1123_1124, t1125_1126, t1127_1128, t1129_1130,
+        t1131_1132, t1133_1134, t1135, t1136, t1137, t1138, t1139, t1140_1141, t1142_1143, t1144, t1145, t1146, t1147,
+        t1148, t1149_1150, t1151_1152, t1153, t1154, t1155, t1156, t1157, t1158, t1159, t1160_1161, t1162_1163,
+        t1164_1165, t1166_1167, t1168_1169, t1170_1171, t1172_1173, t1174_1175, t1176_1177, t1178_1179, t1180_1181,
+        t1182_1183, t1184_1185, t1186_1187, t1188_1189, t1190_1191, t1192_1193, t1194_1195, t1196_1197, t1198_1199,
+        t1200_1201, t1202_1203, t1204_1205, t1206_1207, t1208_1209, t1210_1211, t1212_1213, t1214_1215, t1216_1217,
+        t1218_1219, t1220_1221, t1222_1223, t1224_1225, t1226_1227, t1228_1229, t1230_1231, t1232_1233, t1234, t1235,
+        t1236_1237, t1238_1239, t1240, t1241, t1242_1243,
     );
     t796_797 = R::Two::fused(-t366_367, t794_795, t780_781);
     t798_799 = t400_401 - t636_637; // right_lower_leg, left_lower_leg: motion
@@ -999,1062 +999,1060 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     t1123_1124 = t650_651 * both(R::constant(0.0008355375));
     t1125_1126 = R::Two::fused(both(R::constant(-0.0005698)), t1100_1101, t1123_1124);
     t1127_1128 = R::Two::fused(both(R::constant(0.023125)), t648_649, t1125_1126);
-    t1129 = t656_657.second() - t658; // left_foot: articulated inertia
-    t1130_1131 = t452_453 + t488_489; // right_foot, left_foot: motion
+    t1129_1130 = t452_453 + t488_489; // right_foot, left_foot: motion
     // right_foot, left_foot: sums of what it carries
-    t1132_1133 = t1130_1131 * t432_433;
-    t1134_1135 = R::Two::fused(t650_651, t446_447, t1132_1133);
-    t1136 = R::fused(-t446_447.second(), t659, t1134_1135.second()); // left_foot: articulated inertia
-    t1137 = R::fused(R::constant(0.037), t1136, t1129); // left_foot: articulated inertia
-    t1138 = t1127_1128.second() + t1137; // left_ankle: articulated inertia
-    t1139 = R::fused(-cos_t3, t1138, t1122); // left_ankle: articulated inertia
-    t1140 = R::fused(t982_983.second(), t749, t1139); // left_ankle: articulated inertia
+    t1131_1132 = t1129_1130 * t432_433;
+    t1133_1134 = R::Two::fused(t650_651, t446_447, t1131_1132);
+    t1135 = R::fused(-t446_447.second(), t659, t1133_1134.second()); // left_foot: articulated inertia
+    t1136 = R::fused(R::constant(-0.037), t1135, t505); // left_foot: articulated inertia
+    t1137 = t1127_1128.second() - t1136; // left_ankle: articulated inertia
+    t1138 = R::fused(-cos_t3, t1137, t1122); // left_ankle: articulated inertia
+    t1139 = R::fused(t982_983.second(), t749, t1138); // left_ankle: articulated inertia
     // right_ankle, left_ankle: sums of what it carries
-    t1141_1142 = both(R::constant(0.0154)) * t1100_1101;
-    t1143_1144 = R::Two::fused(both(R::constant(-0.023125)), t650_651, t1141_1142);
-    t1145 = t1143_1144.second() - t1136; // left_ankle: articulated inertia
-    t1146 = R::fused(t978_979.second(), t749, t1145); // left_ankle: articulated inertia
-    t1147 = R::fused(t588_589.second(), t1146, t1140); // left_ankle: articulated inertia
-    t1148 = t1098_1099.second() + t1147; // left_lower_leg: articulated inertia
-    t1149 = R::fused(t1018_1019.second(), t858, t1148); // left_lower_leg: articulated inertia
+    t1140_1141 = both(R::constant(0.0154)) * t1100_1101;
+    t1142_1143 = R::Two::fused(both(R::constant(-0.023125)), t650_651, t1140_1141);
+    t1144 = t1142_1143.second() - t1135; // left_ankle: articulated inertia
+    t1145 = R::fused(t978_979.second(), t749, t1144); // left_ankle: articulated inertia
+    t1146 = R::fused(t588_589.second(), t1145, t1139); // left_ankle: articulated inertia
+    t1147 = t1098_1099.second() + t1146; // left_lower_leg: articulated inertia
+    t1148 = R::fused(t1018_1019.second(), t858, t1147); // left_lower_leg: articulated inertia
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t1150_1151 = t638_639 * t384_385;
-    t1152_1153 = R::Two::fused(-t644_645, t390_391, t1150_1151);
-    t1154 = t1152_1153.second() - t1146; // left_lower_leg: articulated inertia
-    t1155 = R::fused(-t1014_1015.second(), t858, t1154); // left_lower_leg: articulated inertia
-    t1156 = R::fused(-t576_577.second(), t1155, t1149); // left_lower_leg: articulated inertia
-    t1157 = t1086_1087.second() + t1156; // left_upper_leg: articulated inertia
-    t1158 = R::fused(t1046_1047.second(), t953, t1157); // left_upper_leg: articulated inertia
-    t1159 = t1074_1075.second() + t1158; // left_hip_roll_link: articulated inertia
-    t1160 = t1067 - t1159; // left_hip_roll_link: articulated inertia
-    t1161_1162 = t446_447 * t962_963; // right_foot, left_foot: articulated inertia
-    t1163_1164 = R::Two::fused(both(R::constant(-0.001369)), t1161_1162, both(R::constant(0.0008355375)));
+    t1149_1150 = t638_639 * t384_385;
+    t1151_1152 = R::Two::fused(-t644_645, t390_391, t1149_1150);
+    t1153 = t1151_1152.second() - t1145; // left_lower_leg: articulated inertia
+    t1154 = R::fused(-t1014_1015.second(), t858, t1153); // left_lower_leg: articulated inertia
+    t1155 = R::fused(-t576_577.second(), t1154, t1148); // left_lower_leg: articulated inertia
+    t1156 = t1086_1087.second() + t1155; // left_upper_leg: articulated inertia
+    t1157 = R::fused(t1046_1047.second(), t953, t1156); // left_upper_leg: articulated inertia
+    t1158 = t1074_1075.second() + t1157; // left_hip_roll_link: articulated inertia
+    t1159 = t1067 - t1158; // left_hip_roll_link: articulated inertia
+    t1160_1161 = t446_447 * t962_963; // right_foot, left_foot: articulated inertia
+    t1162_1163 = R::Two::fused(both(R::constant(-0.001369)), t1160_1161, both(R::constant(0.0008355375)));
     // right_foot, left_foot: articulated inertia
-    t1165_1166 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
-    t1167_1168 = R::Two::fused(-t528_529, t1165_1166, t512_513);
+    t1164_1165 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
+    t1166_1167 = R::Two::fused(-t528_529, t1164_1165, t512_513);
     // right_ankle, left_ankle: articulated inertia
-    t1169_1170 = both(R::constant(0.0031024499985)) + t1167_1168;
-    t1171_1172 = t1163_1164 - t1169_1170;
-    t1173_1174 = t752_753 * t1171_1172;
-    t1175_1176 = t528_529 * t962_963; // right_foot, left_foot: articulated inertia
-    t1177_1178 = R::Two::fused(both(R::constant(-0.037)), t1175_1176, both(R::constant(0.0005698)));
-    t1179_1180 = both(R::constant(2.0)) * t1177_1178;
-    t1181_1182 = R::Two::fused(-t764_765, t1179_1180, t1173_1174);
-    t1183_1184 = t1163_1164 - t1181_1182;
-    t1185_1186 = t982_983 * t747_748;
-    t1187_1188 = R::Two::fused(-t982_983, t1185_1186, t1183_1184);
-    t1189_1190 = both(R::constant(0.0154)) - t1175_1176;
-    t1191_1192 = two(sin_t2, sin_t3) * t1189_1190;
-    t1193_1194 = R::Two::fused(both(R::constant(-0.037)), t1161_1162, both(R::constant(0.023125)));
-    t1195_1196 = R::Two::fused(two(cos_t2, cos_t3), t1193_1194, t1191_1192);
-    t1197_1198 = R::Two::fused(-t982_983, t1008_1009, t1195_1196);
-    t1199_1200 = R::Two::fused(t588_589, t1197_1198, t1187_1188);
-    t1201_1202 = R::Two::fused(t978_979, t1008_1009, t1161_1162);
-    t1203_1204 = R::Two::fused(-t588_589, t1201_1202, t1197_1198);
-    t1205_1206 = R::Two::fused(t588_589, t1203_1204, t1199_1200);
+    t1168_1169 = both(R::constant(0.0031024499985)) + t1166_1167;
+    t1170_1171 = t1162_1163 - t1168_1169;
+    t1172_1173 = t752_753 * t1170_1171;
+    t1174_1175 = t528_529 * t962_963; // right_foot, left_foot: articulated inertia
+    t1176_1177 = R::Two::fused(both(R::constant(-0.037)), t1174_1175, both(R::constant(0.0005698)));
+    t1178_1179 = both(R::constant(2.0)) * t1176_1177;
+    t1180_1181 = R::Two::fused(-t764_765, t1178_1179, t1172_1173);
+    t1182_1183 = t1162_1163 - t1180_1181;
+    t1184_1185 = t982_983 * t747_748;
+    t1186_1187 = R::Two::fused(-t982_983, t1184_1185, t1182_1183);
+    t1188_1189 = both(R::constant(0.0154)) - t1174_1175;
+    t1190_1191 = two(sin_t2, sin_t3) * t1188_1189;
+    t1192_1193 = R::Two::fused(both(R::constant(-0.037)), t1160_1161, both(R::constant(0.023125)));
+    t1194_1195 = R::Two::fused(two(cos_t2, cos_t3), t1192_1193, t1190_1191);
+    t1196_1197 = R::Two::fused(-t982_983, t1008_1009, t1194_1195);
+    t1198_1199 = R::Two::fused(t588_589, t1196_1197, t1186_1187);
+    t1200_1201 = R::Two::fused(t978_979, t1008_1009, t1160_1161);
+    t1202_1203 = R::Two::fused(-t588_589, t1200_1201, t1196_1197);
+    t1204_1205 = R::Two::fused(t588_589, t1202_1203, t1198_1199);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t1207_1208 = t790_791 + t1205_1206;
-    t1209_1210 = t1018_1019 * t856_857;
-    t1211_1212 = R::Two::fused(-t1018_1019, t1209_1210, t1207_1208);
-    t1213_1214 = t390_391 + t1203_1204;
-    t1215_1216 = R::Two::fused(t1018_1019 * two(R::constant(1.0), R::constant(-1.0)), t1036_1037, t1213_1214);
-    t1217_1218 = R::Two::fused(t576_577, t1215_1216, t1211_1212);
-    t1219_1220 = R::Two::fused(t1014_1015, t1036_1037, t1201_1202);
-    t1221_1222 = R::Two::fused(-t576_577, t1219_1220, t1215_1216);
-    t1223_1224 = R::Two::fused(t576_577, t1221_1222, t1217_1218);
+    t1206_1207 = t790_791 + t1204_1205;
+    t1208_1209 = t1018_1019 * t856_857;
+    t1210_1211 = R::Two::fused(-t1018_1019, t1208_1209, t1206_1207);
+    t1212_1213 = t390_391 + t1202_1203;
+    t1214_1215 = R::Two::fused(t1018_1019 * two(R::constant(1.0), R::constant(-1.0)), t1036_1037, t1212_1213);
+    t1216_1217 = R::Two::fused(t576_577, t1214_1215, t1210_1211);
+    t1218_1219 = R::Two::fused(t1014_1015, t1036_1037, t1200_1201);
+    t1220_1221 = R::Two::fused(-t576_577, t1218_1219, t1214_1215);
+    t1222_1223 = R::Two::fused(t576_577, t1220_1221, t1216_1217);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1225_1226 = t887_888 + t1223_1224;
-    t1227_1228 = t1046_1047 * t951_952;
-    t1229_1230 = R::Two::fused(-t1046_1047, t1227_1228, t1225_1226);
+    t1224_1225 = t887_888 + t1222_1223;
+    t1226_1227 = t1046_1047 * t951_952;
+    t1228_1229 = R::Two::fused(-t1046_1047, t1226_1227, t1224_1225);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1231_1232 = both(R::constant(0.0016005833535)) + t1229_1230;
-    t1233_1234 = both(R::constant(1.0)) / t1231_1232;
-    t1235 = t1160 * t1233_1234.second(); // left_hip_roll_link: articulated inertia
-    t1236 = R::fused(t1050_1051.second(), t1235, t957); // left_hip_roll_link: articulated inertia
+    t1230_1231 = both(R::constant(0.0016005833535)) + t1228_1229;
+    t1232_1233 = both(R::constant(1.0)) / t1230_1231;
+    t1234 = t1159 * t1232_1233.second(); // left_hip_roll_link: articulated inertia
+    t1235 = R::fused(t1050_1051.second(), t1234, t957); // left_hip_roll_link: articulated inertia
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1237_1238 = t322_323 * t322_323;
-    t1239_1240 = R::Two::fused(t318_319, t318_319, t1237_1238);
-    t1241 = R::fused(R::constant(0.008), t1239_1240.second(), -t1236); // left_hip_yaw_link: articulated inertia
-    t1242 = cos_q_left_hip_yaw * t1241; // left_hip_yaw_link: articulated inertia
+    t1236_1237 = t322_323 * t322_323;
+    t1238_1239 = R::Two::fused(t318_319, t318_319, t1236_1237);
+    t1240 = R::fused(R::constant(0.008), t1238_1239.second(), -t1235); // left_hip_yaw_link: articulated inertia
+    t1241 = cos_q_left_hip_yaw * t1240; // left_hip_yaw_link: articulated inertia
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t1242_1243 = t624_625 * t340_341;
     let (
-        t1243_1244, t1245_1246, t1247, t1248, t1249_1250, t1251, t1252, t1253_1254, t1255_1256, t1257, t1258_1259,
-        t1260, t1261_1262, t1263, t1264, t1265_1266, t1267_1268, t1269_1270, t1271_1272, t1273_1274, t1275_1276,
-        t1277_1278, t1279_1280, t1281_1282, t1283, t1284_1285, t1286, t1287, t1288_1289, t1290_1291, t1292_1293,
-        t1294_1295, t1296_1297, t1298_1299, t1300_1301, t1302_1303, t1304_1305, t1306_1307, t1308_1309, t1310_1311,
-        t1312_1313, t1314_1315, t1316_1317, t1318_1319, t1320_1321, t1322_1323, t1324_1325, t1326_1327, t1328_1329,
-        t1330_1331, t1332_1333, t1334_1335, t1336_1337, t1338_1339, t1340_1341, t1342_1343, t1344_1345, t1346_1347,
-        t1348_1349, t1350_1351, t1352_1353, t1354_1355, t1356_1357, t1358_1359, t1360_1361, t1362_1363, t1364_1365,
-        t1366_1367, t1368_1369, t1370_1371, t1372_1373, t1374_1375, t1376_1377, t1378_1379, t1380_1381, t1382_1383,
-        t1384_1385, t1386_1387, t1388_1389, t1390_1391, t1392_1393, t1394_1395, t1396_1397, t1398_1399, t1400, t1401,
-        t1402, t1403, t1404, t1405_1406, t1407_1408, t1409, t1410, t1411, t1412_1413, t1414_1415, t1416_1417,
-        t1418_1419, t1420_1421, t1422_1423, t1424_1425, t1426_1427, t1428_1429, t1430_1431, t1432_1433, t1434_1435,
-        t1436_1437, t1438_1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451,
-        t1452, t1453, t1454_1455, t1456_1457, t1458_1459, t1460_1461, t1462_1463, t1464_1465, t1466_1467, t1468_1469,
-        t1470_1471, t1472_1473, t1474_1475, t1476_1477, t1478_1479, t1480_1481, t1482_1483, t1484_1485, t1486_1487,
-        t1488_1489, t1490_1491, t1492_1493, t1494_1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504,
-        t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520,
-        t1521, t1522, t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536,
-        t1537, t1538, t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552,
-        t1553, t1554, t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568,
-        t1569, t1570, t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584,
-        t1585, t1586, t1587, t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600,
-        t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608,
+        t1244_1245, t1246, t1247, t1248_1249, t1250, t1251, t1252_1253, t1254_1255, t1256, t1257_1258, t1259,
+        t1260_1261, t1262, t1263, t1264_1265, t1266_1267, t1268_1269, t1270_1271, t1272_1273, t1274_1275, t1276_1277,
+        t1278_1279, t1280_1281, t1282, t1283_1284, t1285, t1286, t1287_1288, t1289_1290, t1291_1292, t1293_1294,
+        t1295_1296, t1297_1298, t1299_1300, t1301_1302, t1303_1304, t1305_1306, t1307_1308, t1309_1310, t1311_1312,
+        t1313_1314, t1315_1316, t1317_1318, t1319_1320, t1321_1322, t1323_1324, t1325_1326, t1327_1328, t1329_1330,
+        t1331_1332, t1333_1334, t1335_1336, t1337_1338, t1339_1340, t1341_1342, t1343_1344, t1345_1346, t1347_1348,
+        t1349_1350, t1351_1352, t1353_1354, t1355_1356, t1357_1358, t1359_1360, t1361_1362, t1363_1364, t1365_1366,
+        t1367_1368, t1369_1370, t1371_1372, t1373_1374, t1375_1376, t1377_1378, t1379_1380, t1381_1382, t1383_1384,
+        t1385_1386, t1387_1388, t1389_1390, t1391_1392, t1393_1394, t1395_1396, t1397_1398, t1399, t1400, t1401, t1402,
+        t1403, t1404_1405, t1406_1407, t1408, t1409, t1410, t1411_1412, t1413_1414, t1415_1416, t1417_1418, t1419_1420,
+        t1421_1422, t1423_1424, t1425_1426, t1427_1428, t1429_1430, t1431_1432, t1433_1434, t1435_1436, t1437_1438,
+        t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453_1454,
+        t1455_1456, t1457_1458, t1459_1460, t1461_1462, t1463_1464, t1465_1466, t1467_1468, t1469_1470, t1471_1472,
+        t1473_1474, t1475_1476, t1477_1478, t1479_1480, t1481_1482, t1483_1484, t1485_1486, t1487_1488, t1489_1490,
+        t1491_1492, t1493_1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506,
+        t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522,
+        t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538,
+        t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554,
+        t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570,
+        t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586,
+        t1587, t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602,
+        t1603, t1604, t1605, t1606, t1607, t1608,
     );
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t1243_1244 = t624_625 * t340_341;
-    t1245_1246 = R::Two::fused(-t630_631, t372_373, t1243_1244);
-    t1247 = t1245_1246.second() + t1155; // left_upper_leg: articulated inertia
-    t1248 = R::fused(-t1042_1043.second(), t953, t1247); // left_upper_leg: articulated inertia
-    t1249_1250 = t572_573 + t326_327; // right_hip_roll_link, left_hip_roll_link: motion
-    t1251 = R::fused(R::constant(0.01), t1249_1250.second(), t1248); // left_hip_roll_link: articulated inertia
-    t1252 = cos_q_left_hip_roll * t1251; // left_hip_roll_link: articulated inertia
-    t1253_1254 = t566_567 * t340_341;
-    t1255_1256 = R::Two::fused(-t574_575, t372_373, t1253_1254);
-    t1257 = t1255_1256.second() + t932; // left_upper_leg: articulated inertia
-    t1258_1259 = t340_341 + t945_946; // right_upper_leg, left_upper_leg: articulated inertia
-    t1260 = R::fused(-t1258_1259.second(), t953, t1257); // left_upper_leg: articulated inertia
-    t1261_1262 = t408_409 - t1070_1071; // right_hip_roll_link, left_hip_roll_link: motion
-    t1263 = R::fused(R::constant(0.01), t1261_1262.second(), -t1260); // left_hip_roll_link: articulated inertia
-    t1264 = R::fused(sin_q_left_hip_roll, t1263, t1252); // left_hip_roll_link: articulated inertia
+    t1244_1245 = R::Two::fused(-t630_631, t372_373, t1242_1243);
+    t1246 = t1244_1245.second() + t1154; // left_upper_leg: articulated inertia
+    t1247 = R::fused(-t1042_1043.second(), t953, t1246); // left_upper_leg: articulated inertia
+    t1248_1249 = t572_573 + t326_327; // right_hip_roll_link, left_hip_roll_link: motion
+    t1250 = R::fused(R::constant(0.01), t1248_1249.second(), t1247); // left_hip_roll_link: articulated inertia
+    t1251 = cos_q_left_hip_roll * t1250; // left_hip_roll_link: articulated inertia
+    t1252_1253 = t566_567 * t340_341;
+    t1254_1255 = R::Two::fused(-t574_575, t372_373, t1252_1253);
+    t1256 = t1254_1255.second() + t932; // left_upper_leg: articulated inertia
+    t1257_1258 = t340_341 + t945_946; // right_upper_leg, left_upper_leg: articulated inertia
+    t1259 = R::fused(-t1257_1258.second(), t953, t1256); // left_upper_leg: articulated inertia
+    t1260_1261 = t408_409 - t1070_1071; // right_hip_roll_link, left_hip_roll_link: motion
+    t1262 = R::fused(R::constant(0.01), t1260_1261.second(), -t1259); // left_hip_roll_link: articulated inertia
+    t1263 = R::fused(sin_q_left_hip_roll, t1262, t1251); // left_hip_roll_link: articulated inertia
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1265_1266 = t372_373 + t1221_1222;
-    t1267_1268 = t1042_1043 * t951_952;
-    t1269_1270 = R::Two::fused(t1046_1047 * two(R::constant(1.0), R::constant(-1.0)), t1267_1268, t1265_1266);
-    t1271_1272 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1269_1270; // right_hip_roll_link, left_hip_roll_link
-    t1273_1274 = R::Two::fused(t576_577, t1038_1039, t1032_1033); // right_lower_leg, left_lower_leg
-    t1275_1276 = t1258_1259 * t951_952;
-    t1277_1278 = R::Two::fused(t1046_1047 * two(R::constant(-1.0), R::constant(1.0)), t1275_1276, t1273_1274);
+    t1264_1265 = t372_373 + t1220_1221;
+    t1266_1267 = t1042_1043 * t951_952;
+    t1268_1269 = R::Two::fused(t1046_1047 * two(R::constant(1.0), R::constant(-1.0)), t1266_1267, t1264_1265);
+    t1270_1271 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1268_1269; // right_hip_roll_link, left_hip_roll_link
+    t1272_1273 = R::Two::fused(t576_577, t1038_1039, t1032_1033); // right_lower_leg, left_lower_leg
+    t1274_1275 = t1257_1258 * t951_952;
+    t1276_1277 = R::Two::fused(t1046_1047 * two(R::constant(-1.0), R::constant(1.0)), t1274_1275, t1272_1273);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1279_1280 = R::Two::fused(t1277_1278, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.01)));
-    t1281_1282 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t1279_1280, t1271_1272);
-    t1283 = R::fused(-t1281_1282.second(), t1235, t1264); // left_hip_roll_link: articulated inertia
-    t1284_1285 = t362_363 * t318_319; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1286 = R::fused(R::constant(0.008), t1284_1285.second(), -t1283); // left_hip_yaw_link: articulated inertia
-    t1287 = R::fused(-sin_q_left_hip_yaw, t1286, t1242); // left_hip_yaw_link: articulated inertia
+    t1278_1279 = R::Two::fused(t1276_1277, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.01)));
+    t1280_1281 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t1278_1279, t1270_1271);
+    t1282 = R::fused(-t1280_1281.second(), t1234, t1263); // left_hip_roll_link: articulated inertia
+    t1283_1284 = t362_363 * t318_319; // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1285 = R::fused(R::constant(0.008), t1283_1284.second(), -t1282); // left_hip_yaw_link: articulated inertia
+    t1286 = R::fused(-sin_q_left_hip_yaw, t1285, t1241); // left_hip_yaw_link: articulated inertia
     // right_ankle, left_ankle: articulated inertia
-    t1288_1289 = t432_433 - t998_999;
-    t1290_1291 = two(cos_t2, cos_t3) * t974_975;
-    t1292_1293 = R::Two::fused(-two(sin_t2, sin_t3), t980_981, t1290_1291);
-    t1294_1295 = R::Two::fused(-t1292_1293, t758_759, t1288_1289);
-    t1296_1297 = R::Two::fused(-t582_583, t988_989, t1294_1295);
-    t1298_1299 = t588_589 * t1296_1297;
-    t1300_1301 = t958_959 - t970_971;
-    t1302_1303 = R::Two::fused(t1292_1293, t846_847, t1300_1301);
-    t1304_1305 = t1302_1303 - t1012_1013;
-    t1306_1307 = R::Two::fused(-t582_583, t1304_1305, t1298_1299);
+    t1287_1288 = t432_433 - t998_999;
+    t1289_1290 = two(cos_t2, cos_t3) * t974_975;
+    t1291_1292 = R::Two::fused(-two(sin_t2, sin_t3), t980_981, t1289_1290);
+    t1293_1294 = R::Two::fused(-t1291_1292, t758_759, t1287_1288);
+    t1295_1296 = R::Two::fused(-t582_583, t988_989, t1293_1294);
+    t1297_1298 = t588_589 * t1295_1296;
+    t1299_1300 = t958_959 - t970_971;
+    t1301_1302 = R::Two::fused(t1291_1292, t846_847, t1299_1300);
+    t1303_1304 = t1301_1302 - t1012_1013;
+    t1305_1306 = R::Two::fused(-t582_583, t1303_1304, t1297_1298);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t1308_1309 = R::Two::fused(t1306_1307, two(R::constant(-1.0), R::constant(1.0)), t802_803);
-    t1310_1311 = R::Two::fused(t1308_1309 * two(R::constant(1.0), R::constant(-1.0)), t861_862, t1296_1297);
-    t1312_1313 = R::Two::fused(-t568_569, t1022_1023, t1310_1311);
-    t1314_1315 = t576_577 * t1312_1313;
-    t1316_1317 = R::Two::fused(t1308_1309 * two(R::constant(-1.0), R::constant(1.0)), t941_942, t1304_1305);
-    t1318_1319 = t1316_1317 - t1040_1041;
-    t1320_1321 = R::Two::fused(-t568_569, t1318_1319, t1314_1315);
+    t1307_1308 = R::Two::fused(t1305_1306, two(R::constant(-1.0), R::constant(1.0)), t802_803);
+    t1309_1310 = R::Two::fused(t1307_1308 * two(R::constant(1.0), R::constant(-1.0)), t861_862, t1295_1296);
+    t1311_1312 = R::Two::fused(-t568_569, t1022_1023, t1309_1310);
+    t1313_1314 = t576_577 * t1311_1312;
+    t1315_1316 = R::Two::fused(t1307_1308 * two(R::constant(-1.0), R::constant(1.0)), t941_942, t1303_1304);
+    t1317_1318 = t1315_1316 - t1040_1041;
+    t1319_1320 = R::Two::fused(-t568_569, t1317_1318, t1313_1314);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1322_1323 = R::Two::fused(t1320_1321, two(R::constant(-1.0), R::constant(1.0)), t899_900);
-    t1324_1325 = R::Two::fused(t1322_1323 * two(R::constant(1.0), R::constant(-1.0)), t1048_1049, t1312_1313);
+    t1321_1322 = R::Two::fused(t1319_1320, two(R::constant(-1.0), R::constant(1.0)), t899_900);
+    t1323_1324 = R::Two::fused(t1321_1322 * two(R::constant(1.0), R::constant(-1.0)), t1048_1049, t1311_1312);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1326_1327 = R::Two::fused(t1324_1325, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
-    t1328_1329 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1326_1327;
+    t1325_1326 = R::Two::fused(t1323_1324, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
+    t1327_1328 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1325_1326;
     // right_ankle, left_ankle: articulated inertia
-    t1330_1331 = t752_753 * t1179_1180;
-    t1332_1333 = R::Two::fused(t764_765, t1171_1172, t1330_1331);
-    t1334_1335 = t1177_1178 - t1332_1333;
-    t1336_1337 = R::Two::fused(-t1292_1293, t1185_1186, t1334_1335);
-    t1338_1339 = R::Two::fused(-t582_583, t1197_1198, t1336_1337);
-    t1340_1341 = two(cos_t2, cos_t3) * t1189_1190;
-    t1342_1343 = R::Two::fused(-two(sin_t2, sin_t3), t1193_1194, t1340_1341);
-    t1344_1345 = R::Two::fused(-t1292_1293, t1008_1009, t1342_1343);
-    t1346_1347 = R::Two::fused(t582_583, t1201_1202, t1344_1345);
-    t1348_1349 = R::Two::fused(t588_589, t1346_1347, t1338_1339);
+    t1329_1330 = t752_753 * t1178_1179;
+    t1331_1332 = R::Two::fused(t764_765, t1170_1171, t1329_1330);
+    t1333_1334 = t1176_1177 - t1331_1332;
+    t1335_1336 = R::Two::fused(-t1291_1292, t1184_1185, t1333_1334);
+    t1337_1338 = R::Two::fused(-t582_583, t1196_1197, t1335_1336);
+    t1339_1340 = two(cos_t2, cos_t3) * t1188_1189;
+    t1341_1342 = R::Two::fused(-two(sin_t2, sin_t3), t1192_1193, t1339_1340);
+    t1343_1344 = R::Two::fused(-t1291_1292, t1008_1009, t1341_1342);
+    t1345_1346 = R::Two::fused(t582_583, t1200_1201, t1343_1344);
+    t1347_1348 = R::Two::fused(t588_589, t1345_1346, t1337_1338);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t1350_1351 = t818_819 + t1348_1349;
-    t1352_1353 = R::Two::fused(-t1308_1309, t1209_1210, t1350_1351);
-    t1354_1355 = R::Two::fused(-t568_569, t1215_1216, t1352_1353);
-    t1356_1357 = t384_385 - t1346_1347;
-    t1358_1359 = R::Two::fused(t1308_1309 * two(R::constant(-1.0), R::constant(1.0)), t1036_1037, t1356_1357);
-    t1360_1361 = R::Two::fused(-t568_569, t1219_1220, t1358_1359);
-    t1362_1363 = R::Two::fused(-t576_577, t1360_1361, t1354_1355);
+    t1349_1350 = t818_819 + t1347_1348;
+    t1351_1352 = R::Two::fused(-t1307_1308, t1208_1209, t1349_1350);
+    t1353_1354 = R::Two::fused(-t568_569, t1214_1215, t1351_1352);
+    t1355_1356 = t384_385 - t1345_1346;
+    t1357_1358 = R::Two::fused(t1307_1308 * two(R::constant(-1.0), R::constant(1.0)), t1036_1037, t1355_1356);
+    t1359_1360 = R::Two::fused(-t568_569, t1218_1219, t1357_1358);
+    t1361_1362 = R::Two::fused(-t576_577, t1359_1360, t1353_1354);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1364_1365 = t915_916 + t1362_1363;
-    t1366_1367 = R::Two::fused(-t1322_1323, t1227_1228, t1364_1365);
+    t1363_1364 = t915_916 + t1361_1362;
+    t1365_1366 = R::Two::fused(-t1321_1322, t1226_1227, t1363_1364);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1368_1369 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1366_1367;
-    t1370_1371 = t1050_1051 * t1233_1234;
-    t1372_1373 = R::Two::fused(t1368_1369 * two(R::constant(1.0), R::constant(-1.0)), t1370_1371, t1328_1329);
-    t1374_1375 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1372_1373; // right_hip_yaw_link, left_hip_yaw_link
+    t1367_1368 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1365_1366;
+    t1369_1370 = t1050_1051 * t1232_1233;
+    t1371_1372 = R::Two::fused(t1367_1368 * two(R::constant(1.0), R::constant(-1.0)), t1369_1370, t1327_1328);
+    t1373_1374 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1371_1372; // right_hip_yaw_link, left_hip_yaw_link
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1376_1377 = t340_341 + t1360_1361;
-    t1378_1379 = R::Two::fused(t1322_1323 * two(R::constant(-1.0), R::constant(1.0)), t1267_1268, t1376_1377);
-    t1380_1381 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t1382_1383 = t1380_1381 * t1378_1379; // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1384_1385 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t1386_1387 = R::Two::fused(t1322_1323 * two(R::constant(-1.0), R::constant(1.0)), t1275_1276, t1318_1319);
+    t1375_1376 = t340_341 + t1359_1360;
+    t1377_1378 = R::Two::fused(t1321_1322 * two(R::constant(-1.0), R::constant(1.0)), t1266_1267, t1375_1376);
+    t1379_1380 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t1381_1382 = t1379_1380 * t1377_1378; // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t1383_1384 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t1385_1386 = R::Two::fused(t1321_1322 * two(R::constant(-1.0), R::constant(1.0)), t1274_1275, t1317_1318);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1388_1389 = R::Two::fused(t1384_1385, t1386_1387, t1382_1383);
-    t1390_1391 = t1378_1379 - t1388_1389;
-    t1392_1393 = t1281_1282 * t1233_1234;
-    t1394_1395 = R::Two::fused(t1368_1369, t1392_1393, t1390_1391);
+    t1387_1388 = R::Two::fused(t1383_1384, t1385_1386, t1381_1382);
+    t1389_1390 = t1377_1378 - t1387_1388;
+    t1391_1392 = t1280_1281 * t1232_1233;
+    t1393_1394 = R::Two::fused(t1367_1368, t1391_1392, t1389_1390);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1396_1397 = both(R::constant(0.008)) + t1394_1395;
-    t1398_1399 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1396_1397, t1374_1375);
-    t1400 = sin_q_left_hip_roll * t875; // left_hip_roll_link: wrench handed to its parent
-    t1401 = cos_q_left_hip_pitch * t1061; // left_upper_leg: wrench handed to its parent
-    t1402 = R::fused(-sin_q_left_hip_pitch, t1065, t1401); // left_upper_leg: wrench handed to its parent
-    t1403 = R::fused(cos_q_left_hip_roll, t1402, t1400); // left_hip_roll_link: wrench handed to its parent
-    t1404 = tau_left_hip_yaw + t1403; // other
+    t1395_1396 = both(R::constant(0.008)) + t1393_1394;
+    t1397_1398 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1395_1396, t1373_1374);
+    t1399 = sin_q_left_hip_roll * t875; // left_hip_roll_link: wrench handed to its parent
+    t1400 = cos_q_left_hip_pitch * t1061; // left_upper_leg: wrench handed to its parent
+    t1401 = R::fused(-sin_q_left_hip_pitch, t1065, t1400); // left_upper_leg: wrench handed to its parent
+    t1402 = R::fused(cos_q_left_hip_roll, t1401, t1399); // left_hip_roll_link: wrench handed to its parent
+    t1403 = tau_left_hip_yaw + t1402; // other
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1405_1406 = t1284_1285 * both(R::constant(0.0004299999995));
-    t1407_1408 = R::Two::fused(both(R::constant(-0.008)), t553_554, t1405_1406);
-    t1409 = R::fused(-t949_950.second(), t953, t935); // left_upper_leg: articulated inertia
-    t1410 = R::fused(t368_369.second(), R::constant(0.0000833333335), t1409); // left_hip_roll_link: articulated inertia
-    t1411 = sin_q_left_hip_roll * t1410; // left_hip_roll_link: articulated inertia
+    t1404_1405 = t1283_1284 * both(R::constant(0.0004299999995));
+    t1406_1407 = R::Two::fused(both(R::constant(-0.008)), t553_554, t1404_1405);
+    t1408 = R::fused(-t949_950.second(), t953, t935); // left_upper_leg: articulated inertia
+    t1409 = R::fused(t368_369.second(), R::constant(0.0000833333335), t1408); // left_hip_roll_link: articulated inertia
+    t1410 = sin_q_left_hip_roll * t1409; // left_hip_roll_link: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t1412_1413 = t955_956 * both(R::constant(0.00151725002));
-    t1414_1415 = R::Two::fused(two(R::constant(0.01), R::constant(-0.01)), t598_599, t1412_1413);
+    t1411_1412 = t955_956 * both(R::constant(0.00151725002));
+    t1413_1414 = R::Two::fused(two(R::constant(0.01), R::constant(-0.01)), t598_599, t1411_1412);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t1416_1417 = t624_625 * t889_890;
-    t1418_1419 = R::Two::fused(t630_631, t915_916, t1416_1417);
-    t1420_1421 = R::Two::fused(t368_369 * two(R::constant(1.0), R::constant(-1.0)), t899_900, t1418_1419);
-    t1422_1423 = t572_573 - t334_335;
-    t1424_1425 = R::Two::fused(t907_908 * two(R::constant(-1.0), R::constant(1.0)), t1422_1423, t1420_1421);
-    t1426_1427 = R::Two::fused(t620_621, t340_341, t1424_1425);
+    t1415_1416 = t624_625 * t889_890;
+    t1417_1418 = R::Two::fused(t630_631, t915_916, t1415_1416);
+    t1419_1420 = R::Two::fused(t368_369 * two(R::constant(1.0), R::constant(-1.0)), t899_900, t1417_1418);
+    t1421_1422 = t572_573 - t334_335;
+    t1423_1424 = R::Two::fused(t907_908 * two(R::constant(-1.0), R::constant(1.0)), t1421_1422, t1419_1420);
+    t1425_1426 = R::Two::fused(t620_621, t340_341, t1423_1424);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t1428_1429 = t638_639 * t792_793;
-    t1430_1431 = R::Two::fused(t644_645, t818_819, t1428_1429);
-    t1432_1433 = R::Two::fused(t368_369 * two(R::constant(1.0), R::constant(-1.0)), t802_803, t1430_1431);
-    t1434_1435 = t572_573 - t378_379;
-    t1436_1437 = R::Two::fused(t810_811 * two(R::constant(-1.0), R::constant(1.0)), t1434_1435, t1432_1433);
-    t1438_1439 = R::Two::fused(t634_635, t384_385, t1436_1437);
+    t1427_1428 = t638_639 * t792_793;
+    t1429_1430 = R::Two::fused(t644_645, t818_819, t1427_1428);
+    t1431_1432 = R::Two::fused(t368_369 * two(R::constant(1.0), R::constant(-1.0)), t802_803, t1429_1430);
+    t1433_1434 = t572_573 - t378_379;
+    t1435_1436 = R::Two::fused(t810_811 * two(R::constant(-1.0), R::constant(1.0)), t1433_1434, t1431_1432);
+    t1437_1438 = R::Two::fused(t634_635, t384_385, t1435_1436);
     // left_ankle: articulated inertia
-    t1440 = cos_t3 * t1121;
-    t1441 = R::fused(sin_t3, t1138, t1440);
-    t1442 = R::fused(t1292_1293.second(), t749, t1441);
-    t1443 = R::fused(-t582_583.second(), t1146, t1442);
-    t1444 = t1438_1439.second() + t1443; // left_lower_leg: articulated inertia
-    t1445 = R::fused(t1308_1309.second(), t858, t1444); // left_lower_leg: articulated inertia
-    t1446 = R::fused(t568_569.second(), t1155, t1445); // left_lower_leg: articulated inertia
-    t1447 = t1426_1427.second() + t1446; // left_upper_leg: articulated inertia
-    t1448 = R::fused(t1322_1323.second(), t953, t1447); // left_upper_leg: articulated inertia
-    t1449 = t1414_1415.second() + t1448; // left_hip_roll_link: articulated inertia
-    t1450 = R::fused(-cos_q_left_hip_roll, t1449, t1411); // left_hip_roll_link: articulated inertia
-    t1451 = R::fused(-t1368_1369.second(), t1235, t1450); // left_hip_roll_link: articulated inertia
-    t1452 = t1407_1408.second() + t1451; // left_hip_yaw_link: articulated inertia
-    t1453 = t1404 + t1452; // left_hip_yaw_link: articulated inertia
+    t1439 = cos_t3 * t1121;
+    t1440 = R::fused(sin_t3, t1137, t1439);
+    t1441 = R::fused(t1291_1292.second(), t749, t1440);
+    t1442 = R::fused(-t582_583.second(), t1145, t1441);
+    t1443 = t1437_1438.second() + t1442; // left_lower_leg: articulated inertia
+    t1444 = R::fused(t1307_1308.second(), t858, t1443); // left_lower_leg: articulated inertia
+    t1445 = R::fused(t568_569.second(), t1154, t1444); // left_lower_leg: articulated inertia
+    t1446 = t1425_1426.second() + t1445; // left_upper_leg: articulated inertia
+    t1447 = R::fused(t1321_1322.second(), t953, t1446); // left_upper_leg: articulated inertia
+    t1448 = t1413_1414.second() + t1447; // left_hip_roll_link: articulated inertia
+    t1449 = R::fused(-cos_q_left_hip_roll, t1448, t1410); // left_hip_roll_link: articulated inertia
+    t1450 = R::fused(-t1367_1368.second(), t1234, t1449); // left_hip_roll_link: articulated inertia
+    t1451 = t1406_1407.second() + t1450; // left_hip_yaw_link: articulated inertia
+    t1452 = t1403 + t1451; // left_hip_yaw_link: articulated inertia
     // right_ankle, left_ankle: articulated inertia
-    t1454_1455 = t1169_1170 + t1181_1182;
-    t1456_1457 = t1292_1293 * t747_748;
-    t1458_1459 = R::Two::fused(-t1292_1293, t1456_1457, t1454_1455);
-    t1460_1461 = R::Two::fused(-t582_583, t1344_1345, t1458_1459);
-    t1462_1463 = R::Two::fused(-t582_583, t1346_1347, t1460_1461);
+    t1453_1454 = t1168_1169 + t1180_1181;
+    t1455_1456 = t1291_1292 * t747_748;
+    t1457_1458 = R::Two::fused(-t1291_1292, t1455_1456, t1453_1454);
+    t1459_1460 = R::Two::fused(-t582_583, t1343_1344, t1457_1458);
+    t1461_1462 = R::Two::fused(-t582_583, t1345_1346, t1459_1460);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t1464_1465 = t792_793 + t1462_1463;
-    t1466_1467 = t1308_1309 * t856_857;
-    t1468_1469 = R::Two::fused(-t1308_1309, t1466_1467, t1464_1465);
-    t1470_1471 = R::Two::fused(t568_569, t1358_1359, t1468_1469);
-    t1472_1473 = R::Two::fused(t568_569, t1360_1361, t1470_1471);
+    t1463_1464 = t792_793 + t1461_1462;
+    t1465_1466 = t1307_1308 * t856_857;
+    t1467_1468 = R::Two::fused(-t1307_1308, t1465_1466, t1463_1464);
+    t1469_1470 = R::Two::fused(t568_569, t1357_1358, t1467_1468);
+    t1471_1472 = R::Two::fused(t568_569, t1359_1360, t1469_1470);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1474_1475 = t889_890 + t1472_1473;
-    t1476_1477 = t1322_1323 * t951_952;
-    t1478_1479 = R::Two::fused(-t1322_1323, t1476_1477, t1474_1475);
+    t1473_1474 = t889_890 + t1471_1472;
+    t1475_1476 = t1321_1322 * t951_952;
+    t1477_1478 = R::Two::fused(-t1321_1322, t1475_1476, t1473_1474);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1480_1481 = both(R::constant(0.00151725002)) + t1478_1479;
-    t1482_1483 = both(R::constant(0.0000833333335)) - t1480_1481;
-    t1484_1485 = t1380_1381 * t1482_1483;
-    t1486_1487 = t1480_1481 + t1484_1485;
-    t1488_1489 = t1368_1369 * t1233_1234;
-    t1490_1491 = R::Two::fused(-t1368_1369, t1488_1489, t1486_1487);
+    t1479_1480 = both(R::constant(0.00151725002)) + t1477_1478;
+    t1481_1482 = both(R::constant(0.0000833333335)) - t1479_1480;
+    t1483_1484 = t1379_1380 * t1481_1482;
+    t1485_1486 = t1479_1480 + t1483_1484;
+    t1487_1488 = t1367_1368 * t1232_1233;
+    t1489_1490 = R::Two::fused(-t1367_1368, t1487_1488, t1485_1486);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1492_1493 = both(R::constant(0.0006099999995)) + t1490_1491;
-    t1494_1495 = both(R::constant(1.0)) / t1492_1493;
-    t1496 = t1453 * t1494_1495.second(); // left_hip_yaw_link: articulated inertia
-    t1497 = R::fused(-t1398_1399.second(), t1496, t1287); // left_hip_yaw_link: articulated inertia
+    t1491_1492 = both(R::constant(0.0006099999995)) + t1489_1490;
+    t1493_1494 = both(R::constant(1.0)) / t1491_1492;
+    t1495 = t1452 * t1493_1494.second(); // left_hip_yaw_link: articulated inertia
+    t1496 = R::fused(-t1397_1398.second(), t1495, t1286); // left_hip_yaw_link: articulated inertia
     // right_foot: external forces
-    t1498 = t255 * R::constant(0.06);
-    t1499 = R::fused(-t239, R::constant(0.055), t1498);
-    t1500 = R::constant(0.06) * t258;
-    t1501 = R::fused(R::constant(0.055), t242, t1500);
-    t1502 = t1499 - t1501;
-    t1503 = R::constant(0.06) * t262;
-    t1504 = R::fused(R::constant(-0.055), t246, t1503);
-    t1505 = t1502 + t1504;
-    t1506 = R::constant(0.06) * t266;
-    t1507 = R::fused(R::constant(0.055), t250, t1506);
-    t1508 = t1505 - t1507;
-    t1509 = tau_right_ankle_roll + t1508; // other
-    t1510 = t1509 + t656_657.first(); // other
-    t1511 = t1510 * R::constant(814.1112620933816); // other
-    t1512 = R::fused(-t432_433.first(), t1511, t492_493.first()); // right_foot: articulated inertia
-    t1513 = t476_477.first() - t1512; // right_ankle: articulated inertia
-    t1514 = R::fused(-sin_t2, t1513, t466_467.first()); // right_ankle: articulated inertia
-    t1515 = t272 * R::constant(0.055);
-    t1516 = R::fused(-t255, R::constant(0.15), t1515);
-    t1517 = R::constant(0.055) * t275;
-    t1518 = R::fused(R::constant(-0.15), t258, t1517);
-    t1519 = t1516 + t1518;
-    t1520 = R::constant(0.055) * t279;
-    t1521 = R::fused(t262, R::constant(0.09), t1520);
-    t1522 = t1519 + t1521;
-    t1523 = R::constant(0.055) * t283;
-    t1524 = R::fused(R::constant(0.09), t266, t1523);
-    t1525 = t1522 + t1524;
-    t1526 = cos_q_right_ankle_roll * t1525; // right_foot: wrench handed to its parent
-    t1527 = t239 * R::constant(0.15);
-    t1528 = R::fused(-t272, R::constant(0.06), t1527);
-    t1529 = R::constant(0.15) * t242;
-    t1530 = R::fused(R::constant(0.06), t275, t1529);
-    t1531 = t1528 + t1530;
-    t1532 = t246 * R::constant(0.09);
-    t1533 = R::fused(R::constant(0.06), t279, t1532);
-    t1534 = t1531 - t1533;
-    t1535 = R::constant(0.09) * t250;
-    t1536 = R::fused(R::constant(-0.06), t283, t1535);
-    t1537 = t1534 - t1536;
-    t1538 = R::fused(sin_q_right_ankle_roll, t1537, t1526); // right_foot: wrench handed to its parent
-    t1539 = R::fused(R::constant(0.037), t284, t1538); // right_foot: wrench handed to its parent
-    t1540 = tau_right_ankle_pitch + t1539; // other
-    t1541 = R::fused(t522_523.first(), t1511, t729_730.first()); // right_foot: articulated inertia
-    t1542 = R::fused(R::constant(0.037), t448_449.first(), -t1541); // right_foot: articulated inertia
+    t1497 = t255 * R::constant(0.06);
+    t1498 = R::fused(-t239, R::constant(0.055), t1497);
+    t1499 = R::constant(0.06) * t258;
+    t1500 = R::fused(R::constant(0.055), t242, t1499);
+    t1501 = t1498 - t1500;
+    t1502 = R::constant(0.06) * t262;
+    t1503 = R::fused(R::constant(-0.055), t246, t1502);
+    t1504 = t1501 + t1503;
+    t1505 = R::constant(0.06) * t266;
+    t1506 = R::fused(R::constant(0.055), t250, t1505);
+    t1507 = t1504 - t1506;
+    t1508 = tau_right_ankle_roll + t1507; // other
+    t1509 = t1508 + t656_657.first(); // other
+    t1510 = t1509 * R::constant(814.1112620933816); // other
+    t1511 = R::fused(-t432_433.first(), t1510, t492_493.first()); // right_foot: articulated inertia
+    t1512 = t476_477.first() - t1511; // right_ankle: articulated inertia
+    t1513 = R::fused(-sin_t2, t1512, t466_467.first()); // right_ankle: articulated inertia
+    t1514 = t272 * R::constant(0.055);
+    t1515 = R::fused(-t255, R::constant(0.15), t1514);
+    t1516 = R::constant(0.055) * t275;
+    t1517 = R::fused(R::constant(-0.15), t258, t1516);
+    t1518 = t1515 + t1517;
+    t1519 = R::constant(0.055) * t279;
+    t1520 = R::fused(t262, R::constant(0.09), t1519);
+    t1521 = t1518 + t1520;
+    t1522 = R::constant(0.055) * t283;
+    t1523 = R::fused(R::constant(0.09), t266, t1522);
+    t1524 = t1521 + t1523;
+    t1525 = cos_q_right_ankle_roll * t1524; // right_foot: wrench handed to its parent
+    t1526 = t239 * R::constant(0.15);
+    t1527 = R::fused(-t272, R::constant(0.06), t1526);
+    t1528 = R::constant(0.15) * t242;
+    t1529 = R::fused(R::constant(0.06), t275, t1528);
+    t1530 = t1527 + t1529;
+    t1531 = t246 * R::constant(0.09);
+    t1532 = R::fused(R::constant(0.06), t279, t1531);
+    t1533 = t1530 - t1532;
+    t1534 = R::constant(0.09) * t250;
+    t1535 = R::fused(R::constant(-0.06), t283, t1534);
+    t1536 = t1533 - t1535;
+    t1537 = R::fused(sin_q_right_ankle_roll, t1536, t1525); // right_foot: wrench handed to its parent
+    t1538 = R::fused(R::constant(0.037), t284, t1537); // right_foot: wrench handed to its parent
+    t1539 = tau_right_ankle_pitch + t1538; // other
+    t1540 = R::fused(t522_523.first(), t1510, t729_730.first()); // right_foot: articulated inertia
+    t1541 = R::fused(R::constant(0.037), t448_449.first(), -t1540); // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1543 = t715_716.first() - t1542;
-    t1544 = t1540 + t1543;
-    t1545 = t1544 * t747_748.first();
-    t1546 = R::fused(t671_672.first(), t1545, t1514);
-    t1547 = t392_393.first() - t1546; // right_lower_leg: articulated inertia
-    t1548 = R::fused(R::constant(0.273), t288, t1539); // right_ankle: wrench handed to its parent
-    t1549 = tau_right_knee_pitch + t1548; // other
-    t1550 = R::fused(-t745_746.first(), t1545, t1543);
-    t1551 = t588_589.first() * t1546;
-    t1552 = R::fused(cos_t2, t1513, t832_833.first());
-    t1553 = R::fused(t770_771.first(), t1545, t1552);
-    t1554 = R::fused(t582_583.first(), t1553, t1551);
-    t1555 = t1550 - t1554;
+    t1542 = t715_716.first() - t1541;
+    t1543 = t1539 + t1542;
+    t1544 = t1543 * t747_748.first();
+    t1545 = R::fused(t671_672.first(), t1544, t1513);
+    t1546 = t392_393.first() - t1545; // right_lower_leg: articulated inertia
+    t1547 = R::fused(R::constant(0.273), t288, t1538); // right_ankle: wrench handed to its parent
+    t1548 = tau_right_knee_pitch + t1547; // other
+    t1549 = R::fused(-t745_746.first(), t1544, t1542);
+    t1550 = t588_589.first() * t1545;
+    t1551 = R::fused(cos_t2, t1512, t832_833.first());
+    t1552 = R::fused(t770_771.first(), t1544, t1551);
+    t1553 = R::fused(t582_583.first(), t1552, t1550);
+    t1554 = t1549 - t1553;
     // right_lower_leg: articulated inertia
-    t1556 = t828_829.first() + t1555;
-    t1557 = t1549 + t1556;
-    t1558 = t1557 * t856_857.first();
-    t1559 = R::fused(-t776_777.first(), t1558, t1547);
-    t1560 = t374_375.first() + t1559; // right_upper_leg: articulated inertia
-    t1561 = R::fused(R::constant(0.315), t292, t1548); // right_lower_leg: wrench handed to its parent
-    t1562 = tau_right_hip_pitch + t1561; // other
-    t1563 = R::fused(-t854_855.first(), t1558, t1556);
-    t1564 = t576_577.first() * t1559;
-    t1565 = t929_930.first() - t1553;
-    t1566 = R::fused(-t867_868.first(), t1558, t1565);
-    t1567 = R::fused(t568_569.first(), t1566, t1564);
-    t1568 = t1563 + t1567;
+    t1555 = t828_829.first() + t1554;
+    t1556 = t1548 + t1555;
+    t1557 = t1556 * t856_857.first();
+    t1558 = R::fused(-t776_777.first(), t1557, t1546);
+    t1559 = t374_375.first() + t1558; // right_upper_leg: articulated inertia
+    t1560 = R::fused(R::constant(0.315), t292, t1547); // right_lower_leg: wrench handed to its parent
+    t1561 = tau_right_hip_pitch + t1560; // other
+    t1562 = R::fused(-t854_855.first(), t1557, t1555);
+    t1563 = t576_577.first() * t1558;
+    t1564 = t929_930.first() - t1552;
+    t1565 = R::fused(-t867_868.first(), t1557, t1564);
+    t1566 = R::fused(t568_569.first(), t1565, t1563);
+    t1567 = t1562 + t1566;
     // right_upper_leg: articulated inertia
-    t1569 = t923_924.first() + t1568;
-    t1570 = t1562 + t1569;
-    t1571 = t1570 * t951_952.first();
-    t1572 = R::fused(-t873_874.first(), t1571, t1560);
-    t1573 = R::fused(R::constant(0.01), t955_956.first(), t1572); // right_hip_roll_link: articulated inertia
-    t1574 = sin_q_right_ankle_roll * t1525; // right_foot: wrench handed to its parent
-    t1575 = R::fused(-cos_q_right_ankle_roll, t1537, t1574); // right_foot: wrench handed to its parent
-    t1576 = cos_q_right_ankle_pitch * t1575; // right_ankle: wrench handed to its parent
-    t1577 = R::fused(R::constant(-0.037), t296, t1508); // right_foot: wrench handed to its parent
-    t1578 = R::fused(-sin_q_right_ankle_pitch, t1577, t1576); // right_ankle: wrench handed to its parent
-    t1579 = cos_q_right_knee_pitch * t1578; // right_lower_leg: wrench handed to its parent
-    t1580 = sin_q_right_ankle_pitch * t1575; // right_ankle: wrench handed to its parent
-    t1581 = R::fused(cos_q_right_ankle_pitch, t1577, t1580); // right_ankle: wrench handed to its parent
-    t1582 = R::fused(R::constant(-0.273), t296, t1581); // right_ankle: wrench handed to its parent
-    t1583 = R::fused(-sin_q_right_knee_pitch, t1582, t1579); // right_lower_leg: wrench handed to its parent
-    t1584 = sin_q_right_hip_pitch * t1583; // right_upper_leg: wrench handed to its parent
-    t1585 = sin_q_right_knee_pitch * t1578; // right_lower_leg: wrench handed to its parent
-    t1586 = R::fused(cos_q_right_knee_pitch, t1582, t1585); // right_lower_leg: wrench handed to its parent
-    t1587 = R::fused(R::constant(-0.315), t296, t1586); // right_lower_leg: wrench handed to its parent
-    t1588 = R::fused(cos_q_right_hip_pitch, t1587, t1584); // right_upper_leg: wrench handed to its parent
-    t1589 = tau_right_hip_roll + t1588; // other
-    t1590 = R::fused(t528_529.first(), t1511, t1118_1119.first()); // right_foot: articulated inertia
-    t1591 = t1106_1107.first() + t1590; // right_ankle: articulated inertia
-    t1592 = sin_t2 * t1591; // right_ankle: articulated inertia
-    t1593 = t656_657.first() - t1510; // right_foot: articulated inertia
-    t1594 = R::fused(-t446_447.first(), t1511, t1134_1135.first()); // right_foot: articulated inertia
-    t1595 = R::fused(R::constant(0.037), t1594, t1593); // right_foot: articulated inertia
+    t1568 = t923_924.first() + t1567;
+    t1569 = t1561 + t1568;
+    t1570 = t1569 * t951_952.first();
+    t1571 = R::fused(-t873_874.first(), t1570, t1559);
+    t1572 = R::fused(R::constant(0.01), t955_956.first(), t1571); // right_hip_roll_link: articulated inertia
+    t1573 = sin_q_right_ankle_roll * t1524; // right_foot: wrench handed to its parent
+    t1574 = R::fused(-cos_q_right_ankle_roll, t1536, t1573); // right_foot: wrench handed to its parent
+    t1575 = cos_q_right_ankle_pitch * t1574; // right_ankle: wrench handed to its parent
+    t1576 = R::fused(R::constant(-0.037), t296, t1507); // right_foot: wrench handed to its parent
+    t1577 = R::fused(-sin_q_right_ankle_pitch, t1576, t1575); // right_ankle: wrench handed to its parent
+    t1578 = cos_q_right_knee_pitch * t1577; // right_lower_leg: wrench handed to its parent
+    t1579 = sin_q_right_ankle_pitch * t1574; // right_ankle: wrench handed to its parent
+    t1580 = R::fused(cos_q_right_ankle_pitch, t1576, t1579); // right_ankle: wrench handed to its parent
+    t1581 = R::fused(R::constant(-0.273), t296, t1580); // right_ankle: wrench handed to its parent
+    t1582 = R::fused(-sin_q_right_knee_pitch, t1581, t1578); // right_lower_leg: wrench handed to its parent
+    t1583 = sin_q_right_hip_pitch * t1582; // right_upper_leg: wrench handed to its parent
+    t1584 = sin_q_right_knee_pitch * t1577; // right_lower_leg: wrench handed to its parent
+    t1585 = R::fused(cos_q_right_knee_pitch, t1581, t1584); // right_lower_leg: wrench handed to its parent
+    t1586 = R::fused(R::constant(-0.315), t296, t1585); // right_lower_leg: wrench handed to its parent
+    t1587 = R::fused(cos_q_right_hip_pitch, t1586, t1583); // right_upper_leg: wrench handed to its parent
+    t1588 = tau_right_hip_roll + t1587; // other
+    t1589 = R::fused(t528_529.first(), t1510, t1118_1119.first()); // right_foot: articulated inertia
+    t1590 = t1106_1107.first() + t1589; // right_ankle: articulated inertia
+    t1591 = sin_t2 * t1590; // right_ankle: articulated inertia
+    t1592 = R::fused(-t446_447.first(), t1510, t1133_1134.first()); // right_foot: articulated inertia
+    t1593 = R::fused(R::constant(-0.037), t1592, t1508); // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1596 = t1127_1128.first() + t1595;
-    t1597 = R::fused(-cos_t2, t1596, t1592);
-    t1598 = R::fused(t982_983.first(), t1545, t1597);
-    t1599 = t1143_1144.first() - t1594;
-    t1600 = R::fused(t978_979.first(), t1545, t1599);
-    t1601 = R::fused(t588_589.first(), t1600, t1598);
+    t1594 = t1127_1128.first() - t1593;
+    t1595 = R::fused(-cos_t2, t1594, t1591);
+    t1596 = R::fused(t982_983.first(), t1544, t1595);
+    t1597 = t1142_1143.first() - t1592;
+    t1598 = R::fused(t978_979.first(), t1544, t1597);
+    t1599 = R::fused(t588_589.first(), t1598, t1596);
     // right_lower_leg: articulated inertia
-    t1602 = t1098_1099.first() + t1601;
-    t1603 = R::fused(-t1018_1019.first(), t1558, t1602);
-    t1604 = t1152_1153.first() - t1600;
-    t1605 = R::fused(-t1014_1015.first(), t1558, t1604);
-    t1606 = R::fused(-t576_577.first(), t1605, t1603);
-    t1607 = t1086_1087.first() + t1606; // right_upper_leg: articulated inertia
-    t1608 = R::fused(-t1046_1047.first(), t1571, t1607); // right_upper_leg: articulated inertia
+    t1600 = t1098_1099.first() + t1599;
+    t1601 = R::fused(-t1018_1019.first(), t1557, t1600);
+    t1602 = t1151_1152.first() - t1598;
+    t1603 = R::fused(-t1014_1015.first(), t1557, t1602);
+    t1604 = R::fused(-t576_577.first(), t1603, t1601);
+    t1605 = t1086_1087.first() + t1604; // right_upper_leg: articulated inertia
+    t1606 = R::fused(-t1046_1047.first(), t1570, t1605); // right_upper_leg: articulated inertia
+    // right_hip_roll_link: articulated inertia
+    t1607 = t1074_1075.first() + t1606;
+    t1608 = t1588 - t1607;
     let (
         t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1624,
         t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640,
         t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656,
-        t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670, t1671,
+        t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670_1671,
         t1672_1673, t1674_1675, t1676_1677, t1678_1679, t1680_1681, t1682_1683, t1684_1685, t1686_1687, t1688_1689,
         t1690_1691, t1692_1693, t1694_1695, t1696_1697, t1698_1699, t1700_1701, t1702_1703, t1704_1705, t1706_1707,
-        t1708_1709, t1710_1711, t1712_1713, t1714_1715, t1716_1717, t1718_1719, t1720_1721, t1722, t1723, t1724, t1725,
-        t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741,
-        t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1750_1751, t1752, t1753, t1754_1755, t1756_1757,
-        t1758_1759, t1760, t1761, t1762_1763, t1764, t1765, t1766, t1767_1768, t1769_1770, t1771_1772, t1773_1774,
-        t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788_1789,
-        t1790_1791, t1792_1793, t1794_1795, t1796_1797, t1798_1799, t1800_1801, t1802_1803, t1804_1805, t1806, t1807,
-        t1808, t1809, t1810, t1811, t1812, t1813, t1814_1815, t1816_1817, t1818_1819, t1820_1821, t1822_1823,
-        t1824_1825, t1826_1827, t1828_1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840,
-        t1841, t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856,
-        t1857, t1858_1859, t1860, t1861, t1862, t1863_1864, t1865_1866, t1867, t1868, t1869_1870, t1871_1872,
-        t1873_1874, t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888,
-        t1889_1890, t1891_1892, t1893_1894, t1895_1896, t1897_1898, t1899_1900, t1901_1902, t1903_1904, t1905_1906,
-        t1907_1908, t1909_1910, t1911_1912, t1913_1914, t1915_1916, t1917_1918, t1919, t1920, t1921, t1922, t1923_1924,
-        t1925_1926, t1927_1928, t1929_1930, t1931_1932, t1933_1934, t1935_1936, t1937_1938, t1939_1940, t1941, t1942,
-        t1943, t1944, t1945,
+        t1708_1709, t1710_1711, t1712_1713, t1714_1715, t1716_1717, t1718_1719, t1720, t1721, t1722, t1723, t1724,
+        t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740,
+        t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748_1749, t1750, t1751, t1752_1753, t1754_1755, t1756_1757,
+        t1758, t1759, t1760_1761, t1762, t1763, t1764, t1765_1766, t1767_1768, t1769_1770, t1771_1772, t1773, t1774,
+        t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786_1787, t1788_1789, t1790_1791,
+        t1792_1793, t1794_1795, t1796_1797, t1798_1799, t1800_1801, t1802_1803, t1804, t1805, t1806, t1807, t1808,
+        t1809, t1810, t1811, t1812_1813, t1814_1815, t1816_1817, t1818_1819, t1820_1821, t1822_1823, t1824_1825,
+        t1826_1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841,
+        t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856_1857,
+        t1858, t1859, t1860, t1861_1862, t1863_1864, t1865, t1866, t1867_1868, t1869_1870, t1871_1872, t1873, t1874,
+        t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887_1888, t1889_1890,
+        t1891_1892, t1893_1894, t1895_1896, t1897_1898, t1899_1900, t1901_1902, t1903_1904, t1905_1906, t1907_1908,
+        t1909_1910, t1911_1912, t1913_1914, t1915_1916, t1917, t1918, t1919, t1920, t1921_1922, t1923_1924, t1925_1926,
+        t1927_1928, t1929_1930, t1931_1932, t1933_1934, t1935_1936, t1937_1938, t1939, t1940, t1941, t1942, t1943,
+        t1944_1945, t1946_1947,
     );
-    // right_hip_roll_link: articulated inertia
-    t1609 = t1074_1075.first() + t1608;
-    t1610 = t1589 - t1609;
-    t1611 = t1610 * t1233_1234.first();
-    t1612 = R::fused(-t1050_1051.first(), t1611, t1573);
-    t1613 = R::fused(R::constant(0.008), t1239_1240.first(), t1612); // right_hip_yaw_link: articulated inertia
-    t1614 = cos_q_right_hip_yaw * t1613; // right_hip_yaw_link: articulated inertia
-    t1615 = t1245_1246.first() + t1605; // right_upper_leg: articulated inertia
-    t1616 = R::fused(-t1042_1043.first(), t1571, t1615); // right_upper_leg: articulated inertia
-    t1617 = R::fused(R::constant(0.01), t1249_1250.first(), -t1616);
-    t1618 = cos_q_right_hip_roll * t1617;
-    t1619 = t1255_1256.first() + t1566; // right_upper_leg: articulated inertia
-    t1620 = R::fused(-t1258_1259.first(), t1571, t1619); // right_upper_leg: articulated inertia
-    t1621 = R::fused(R::constant(0.01), t1261_1262.first(), t1620);
-    t1622 = R::fused(sin_q_right_hip_roll, t1621, t1618);
-    t1623 = R::fused(t1281_1282.first(), t1611, t1622);
-    t1624 = R::fused(R::constant(0.008), t1284_1285.first(), t1623); // right_hip_yaw_link: articulated inertia
-    t1625 = R::fused(-sin_q_right_hip_yaw, t1624, t1614); // right_hip_yaw_link: articulated inertia
-    t1626 = sin_q_right_hip_roll * t1561; // right_hip_roll_link: wrench handed to its parent
-    t1627 = cos_q_right_hip_pitch * t1583; // right_upper_leg: wrench handed to its parent
-    t1628 = R::fused(-sin_q_right_hip_pitch, t1587, t1627); // right_upper_leg: wrench handed to its parent
-    t1629 = R::fused(cos_q_right_hip_roll, t1628, t1626); // right_hip_roll_link: wrench handed to its parent
-    t1630 = tau_right_hip_yaw + t1629; // other
-    t1631 = R::fused(-t949_950.first(), t1571, t1569); // right_upper_leg: articulated inertia
-    t1632 = R::fused(t368_369.first(), R::constant(0.0000833333335), t1631);
-    t1633 = sin_q_right_hip_roll * t1632;
+    t1609 = t1608 * t1232_1233.first();
+    t1610 = R::fused(-t1050_1051.first(), t1609, t1572);
+    t1611 = R::fused(R::constant(0.008), t1238_1239.first(), t1610); // right_hip_yaw_link: articulated inertia
+    t1612 = cos_q_right_hip_yaw * t1611; // right_hip_yaw_link: articulated inertia
+    t1613 = t1244_1245.first() + t1603; // right_upper_leg: articulated inertia
+    t1614 = R::fused(-t1042_1043.first(), t1570, t1613); // right_upper_leg: articulated inertia
+    t1615 = R::fused(R::constant(0.01), t1248_1249.first(), -t1614);
+    t1616 = cos_q_right_hip_roll * t1615;
+    t1617 = t1254_1255.first() + t1565; // right_upper_leg: articulated inertia
+    t1618 = R::fused(-t1257_1258.first(), t1570, t1617); // right_upper_leg: articulated inertia
+    t1619 = R::fused(R::constant(0.01), t1260_1261.first(), t1618);
+    t1620 = R::fused(sin_q_right_hip_roll, t1619, t1616);
+    t1621 = R::fused(t1280_1281.first(), t1609, t1620);
+    t1622 = R::fused(R::constant(0.008), t1283_1284.first(), t1621); // right_hip_yaw_link: articulated inertia
+    t1623 = R::fused(-sin_q_right_hip_yaw, t1622, t1612); // right_hip_yaw_link: articulated inertia
+    t1624 = sin_q_right_hip_roll * t1560; // right_hip_roll_link: wrench handed to its parent
+    t1625 = cos_q_right_hip_pitch * t1582; // right_upper_leg: wrench handed to its parent
+    t1626 = R::fused(-sin_q_right_hip_pitch, t1586, t1625); // right_upper_leg: wrench handed to its parent
+    t1627 = R::fused(cos_q_right_hip_roll, t1626, t1624); // right_hip_roll_link: wrench handed to its parent
+    t1628 = tau_right_hip_yaw + t1627; // other
+    t1629 = R::fused(-t949_950.first(), t1570, t1568); // right_upper_leg: articulated inertia
+    t1630 = R::fused(t368_369.first(), R::constant(0.0000833333335), t1629);
+    t1631 = sin_q_right_hip_roll * t1630;
     // right_ankle: articulated inertia
-    t1634 = cos_t2 * t1591;
-    t1635 = R::fused(sin_t2, t1596, t1634);
-    t1636 = R::fused(t1292_1293.first(), t1545, t1635);
-    t1637 = R::fused(-t582_583.first(), t1600, t1636);
-    t1638 = t1438_1439.first() + t1637; // right_lower_leg: articulated inertia
-    t1639 = R::fused(-t1308_1309.first(), t1558, t1638); // right_lower_leg: articulated inertia
-    t1640 = R::fused(t568_569.first(), t1605, t1639); // right_lower_leg: articulated inertia
-    t1641 = t1426_1427.first() + t1640; // right_upper_leg: articulated inertia
-    t1642 = R::fused(-t1322_1323.first(), t1571, t1641); // right_upper_leg: articulated inertia
-    t1643 = t1414_1415.first() + t1642; // right_hip_roll_link: articulated inertia
-    t1644 = R::fused(-cos_q_right_hip_roll, t1643, t1633); // right_hip_roll_link: articulated inertia
-    t1645 = R::fused(-t1368_1369.first(), t1611, t1644); // right_hip_roll_link: articulated inertia
+    t1632 = cos_t2 * t1590;
+    t1633 = R::fused(sin_t2, t1594, t1632);
+    t1634 = R::fused(t1291_1292.first(), t1544, t1633);
+    t1635 = R::fused(-t582_583.first(), t1598, t1634);
+    t1636 = t1437_1438.first() + t1635; // right_lower_leg: articulated inertia
+    t1637 = R::fused(-t1307_1308.first(), t1557, t1636); // right_lower_leg: articulated inertia
+    t1638 = R::fused(t568_569.first(), t1603, t1637); // right_lower_leg: articulated inertia
+    t1639 = t1425_1426.first() + t1638; // right_upper_leg: articulated inertia
+    t1640 = R::fused(-t1321_1322.first(), t1570, t1639); // right_upper_leg: articulated inertia
+    t1641 = t1413_1414.first() + t1640; // right_hip_roll_link: articulated inertia
+    t1642 = R::fused(-cos_q_right_hip_roll, t1641, t1631); // right_hip_roll_link: articulated inertia
+    t1643 = R::fused(-t1367_1368.first(), t1609, t1642); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1646 = t1407_1408.first() + t1645;
-    t1647 = t1630 + t1646;
-    t1648 = t1647 * t1494_1495.first();
-    t1649 = R::fused(t1398_1399.first(), t1648, t1625);
-    t1650 = t1497 + t1649;
-    t1651 = t315 + t1650; // torso: articulated inertia
-    t1652 = t303 - t1651; // torso: articulated inertia
-    t1653 = R::fused(R::constant(0.0764), t236, t1403); // left_hip_yaw_link: wrench handed to its parent
-    t1654 = t1629 + t1653; // right_hip_yaw_link: wrench handed to its parent
-    t1655 = R::fused(R::constant(-0.0764), t301, t1654); // right_hip_yaw_link: wrench handed to its parent
-    t1656 = tau_base_angular_z + t1655; // other
+    t1644 = t1406_1407.first() + t1643;
+    t1645 = t1628 + t1644;
+    t1646 = t1645 * t1493_1494.first();
+    t1647 = R::fused(t1397_1398.first(), t1646, t1623);
+    t1648 = t1496 + t1647;
+    t1649 = t315 + t1648; // torso: articulated inertia
+    t1650 = t303 - t1649; // torso: articulated inertia
+    t1651 = R::fused(R::constant(0.0764), t236, t1402); // left_hip_yaw_link: wrench handed to its parent
+    t1652 = t1627 + t1651; // right_hip_yaw_link: wrench handed to its parent
+    t1653 = R::fused(R::constant(-0.0764), t301, t1652); // right_hip_yaw_link: wrench handed to its parent
+    t1654 = tau_base_angular_z + t1653; // other
     // torso: sums of what it carries
-    t1657 = R::constant(0.096090616) * t308;
-    t1658 = R::fused(R::constant(0.0404594), t560, t1657);
-    t1659 = R::fused(R::constant(0.0014735), t310, t1658);
-    t1660 = t304 - t548;
-    t1661 = R::fused(R::constant(0.00220808), t1660, t1659);
-    t1662 = R::constant(0.20808) * t547;
-    t1663 = R::fused(R::constant(0.0102), t314, t1662);
-    t1664 = t1661 + t1663;
-    t1665 = R::fused(-t1492_1493.second(), t1496, t1452); // left_hip_yaw_link: articulated inertia
-    t1666 = R::fused(R::constant(0.0764), t1497, t1665); // left_hip_yaw_link: articulated inertia
-    t1667 = R::fused(-t1492_1493.first(), t1648, t1646); // right_hip_yaw_link: articulated inertia
-    t1668 = R::fused(R::constant(-0.0764), t1649, t1667); // right_hip_yaw_link: articulated inertia
-    t1669 = t1666 + t1668; // right_hip_yaw_link: articulated inertia
-    t1670 = t1664 + t1669; // torso: articulated inertia
-    t1671 = t1656 + t1670; // torso: articulated inertia
-    t1672_1673 = R::Two::fused(t873_874, t1048_1049, t863_864); // right_upper_leg, left_upper_leg: articulated inertia
-    t1674_1675 = R::Two::fused(t1050_1051, t1370_1371, t1672_1673); // right_hip_roll_link, left_hip_roll_link
-    t1676_1677 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t1655 = R::constant(0.096090616) * t308;
+    t1656 = R::fused(R::constant(0.0404594), t560, t1655);
+    t1657 = R::fused(R::constant(0.0014735), t310, t1656);
+    t1658 = t304 - t548;
+    t1659 = R::fused(R::constant(0.00220808), t1658, t1657);
+    t1660 = R::constant(0.20808) * t547;
+    t1661 = R::fused(R::constant(0.0102), t314, t1660);
+    t1662 = t1659 + t1661;
+    t1663 = R::fused(-t1491_1492.second(), t1495, t1451); // left_hip_yaw_link: articulated inertia
+    t1664 = R::fused(R::constant(0.0764), t1496, t1663); // left_hip_yaw_link: articulated inertia
+    t1665 = R::fused(-t1491_1492.first(), t1646, t1644); // right_hip_yaw_link: articulated inertia
+    t1666 = R::fused(R::constant(-0.0764), t1647, t1665); // right_hip_yaw_link: articulated inertia
+    t1667 = t1664 + t1666; // right_hip_yaw_link: articulated inertia
+    t1668 = t1662 + t1667; // torso: articulated inertia
+    t1669 = t1654 + t1668; // torso: articulated inertia
+    t1670_1671 = R::Two::fused(t873_874, t1048_1049, t863_864); // right_upper_leg, left_upper_leg: articulated inertia
+    t1672_1673 = R::Two::fused(t1050_1051, t1369_1370, t1670_1671); // right_hip_roll_link, left_hip_roll_link
+    t1674_1675 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1678_1679 = R::Two::fused(t1042_1043, t1267_1268, t1219_1220);
-    t1680_1681 = R::Two::fused(t1258_1259, t1275_1276, t943_944);
+    t1676_1677 = R::Two::fused(t1042_1043, t1266_1267, t1218_1219);
+    t1678_1679 = R::Two::fused(t1257_1258, t1274_1275, t943_944);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1682_1683 = t1678_1679 - t1680_1681;
-    t1684_1685 = t1380_1381 * t1682_1683;
-    t1686_1687 = R::Two::fused(t1258_1259, t1267_1268, t1038_1039); // right_upper_leg, left_upper_leg
-    t1688_1689 = both(R::constant(2.0)) * t1686_1687;
-    t1690_1691 = R::Two::fused(t1384_1385, t1688_1689, t1684_1685);
-    t1692_1693 = t1678_1679 - t1690_1691;
-    t1694_1695 = R::Two::fused(t1281_1282, t1392_1393, t1692_1693);
+    t1680_1681 = t1676_1677 - t1678_1679;
+    t1682_1683 = t1379_1380 * t1680_1681;
+    t1684_1685 = R::Two::fused(t1257_1258, t1266_1267, t1038_1039); // right_upper_leg, left_upper_leg
+    t1686_1687 = both(R::constant(2.0)) * t1684_1685;
+    t1688_1689 = R::Two::fused(t1383_1384, t1686_1687, t1682_1683);
+    t1690_1691 = t1676_1677 - t1688_1689;
+    t1692_1693 = R::Two::fused(t1280_1281, t1391_1392, t1690_1691);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1696_1697 = t1674_1675 - t1694_1695;
-    t1698_1699 = t1676_1677 * t1696_1697;
-    t1700_1701 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t1702_1703 = R::Two::fused(-t1042_1043, t1048_1049, t1022_1023); // right_upper_leg, left_upper_leg
-    t1704_1705 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1702_1703; // right_hip_roll_link, left_hip_roll_link
-    t1706_1707 = R::Two::fused(-t1258_1259, t1048_1049, t869_870); // right_upper_leg, left_upper_leg
+    t1694_1695 = t1672_1673 - t1692_1693;
+    t1696_1697 = t1674_1675 * t1694_1695;
+    t1698_1699 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t1700_1701 = R::Two::fused(-t1042_1043, t1048_1049, t1022_1023); // right_upper_leg, left_upper_leg
+    t1702_1703 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1700_1701; // right_hip_roll_link, left_hip_roll_link
+    t1704_1705 = R::Two::fused(-t1257_1258, t1048_1049, t869_870); // right_upper_leg, left_upper_leg
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1708_1709 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1706_1707, t1704_1705);
-    t1710_1711 = R::Two::fused(-t1281_1282, t1370_1371, t1708_1709);
+    t1706_1707 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1704_1705, t1702_1703);
+    t1708_1709 = R::Two::fused(-t1280_1281, t1369_1370, t1706_1707);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1712_1713 = both(R::constant(2.0)) * t1710_1711;
-    t1714_1715 = R::Two::fused(t1700_1701, t1712_1713, t1698_1699);
-    t1716_1717 = t1674_1675 - t1714_1715;
-    t1718_1719 = t1398_1399 * t1494_1495;
-    t1720_1721 = R::Two::fused(t1398_1399, t1718_1719, t1716_1717);
-    t1722 = R::constant(0.0764) * t1720_1721.second(); // left_hip_yaw_link: articulated inertia
-    t1723 = R::fused(R::constant(-0.0764), t1720_1721.first(), t1722); // right_hip_yaw_link: articulated inertia
-    t1724 = R::constant(0.0102) - t1723; // torso: articulated inertia
-    t1725 = t1720_1721.second() * R::constant(0.00583696); // left_hip_yaw_link: articulated inertia
-    t1726 = R::fused(R::constant(0.00583696), t1720_1721.first(), t1725); // right_hip_yaw_link: articulated inertia
-    t1727 = R::constant(0.15966028) - t1726; // torso: articulated inertia
-    t1728 = R::constant(1.0) / t1727; // torso: acceleration
-    t1729 = t1724 * t1728; // torso: acceleration
-    t1730 = R::fused(t1671, t1729, t1652); // torso: acceleration
-    t1731 = sin_q_left_hip_yaw * t1066; // left_hip_yaw_link: wrench handed to its parent
-    t1732 = cos_q_left_hip_roll * t875; // left_hip_roll_link: wrench handed to its parent
-    t1733 = R::fused(-sin_q_left_hip_roll, t1402, t1732); // left_hip_roll_link: wrench handed to its parent
-    t1734 = R::fused(cos_q_left_hip_yaw, t1733, t1731); // left_hip_yaw_link: wrench handed to its parent
-    t1735 = sin_q_right_hip_yaw * t1588; // right_hip_yaw_link: wrench handed to its parent
-    t1736 = cos_q_right_hip_roll * t1561; // right_hip_roll_link: wrench handed to its parent
-    t1737 = R::fused(-sin_q_right_hip_roll, t1628, t1736); // right_hip_roll_link: wrench handed to its parent
-    t1738 = R::fused(cos_q_right_hip_yaw, t1737, t1735); // right_hip_yaw_link: wrench handed to its parent
-    t1739 = t1734 + t1738; // right_hip_yaw_link: wrench handed to its parent
-    t1740 = tau_base_angular_y + t1739; // other
+    t1710_1711 = both(R::constant(2.0)) * t1708_1709;
+    t1712_1713 = R::Two::fused(t1698_1699, t1710_1711, t1696_1697);
+    t1714_1715 = t1672_1673 - t1712_1713;
+    t1716_1717 = t1397_1398 * t1493_1494;
+    t1718_1719 = R::Two::fused(t1397_1398, t1716_1717, t1714_1715);
+    t1720 = R::constant(0.0764) * t1718_1719.second(); // left_hip_yaw_link: articulated inertia
+    t1721 = R::fused(R::constant(-0.0764), t1718_1719.first(), t1720); // right_hip_yaw_link: articulated inertia
+    t1722 = R::constant(0.0102) - t1721; // torso: articulated inertia
+    t1723 = t1718_1719.second() * R::constant(0.00583696); // left_hip_yaw_link: articulated inertia
+    t1724 = R::fused(R::constant(0.00583696), t1718_1719.first(), t1723); // right_hip_yaw_link: articulated inertia
+    t1725 = R::constant(0.15966028) - t1724; // torso: articulated inertia
+    t1726 = R::constant(1.0) / t1725; // torso: acceleration
+    t1727 = t1722 * t1726; // torso: acceleration
+    t1728 = R::fused(t1669, t1727, t1650); // torso: acceleration
+    t1729 = sin_q_left_hip_yaw * t1066; // left_hip_yaw_link: wrench handed to its parent
+    t1730 = cos_q_left_hip_roll * t875; // left_hip_roll_link: wrench handed to its parent
+    t1731 = R::fused(-sin_q_left_hip_roll, t1401, t1730); // left_hip_roll_link: wrench handed to its parent
+    t1732 = R::fused(cos_q_left_hip_yaw, t1731, t1729); // left_hip_yaw_link: wrench handed to its parent
+    t1733 = sin_q_right_hip_yaw * t1587; // right_hip_yaw_link: wrench handed to its parent
+    t1734 = cos_q_right_hip_roll * t1560; // right_hip_roll_link: wrench handed to its parent
+    t1735 = R::fused(-sin_q_right_hip_roll, t1626, t1734); // right_hip_roll_link: wrench handed to its parent
+    t1736 = R::fused(cos_q_right_hip_yaw, t1735, t1733); // right_hip_yaw_link: wrench handed to its parent
+    t1737 = t1732 + t1736; // right_hip_yaw_link: wrench handed to its parent
+    t1738 = tau_base_angular_y + t1737; // other
     // torso: sums of what it carries
-    t1741 = t310 * R::constant(0.748563918);
-    t1742 = R::fused(R::constant(0.0014735), t308, t1741);
-    t1743 = R::fused(R::constant(0.00220808), t560, t1742);
-    t1744 = t305 - t548;
-    t1745 = R::fused(R::constant(0.0404594), t1744, t1743);
-    t1746 = R::constant(2.4915) * t314;
-    t1747 = R::fused(R::constant(0.20808), t559, t1746);
-    t1748 = t1745 + t1747;
-    t1749 = R::fused(t1231_1232.second(), t1235, t1159); // left_hip_roll_link: articulated inertia
-    t1750_1751 = R::Two::fused(-t322_323, t318_319, t408_409); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1752 = R::fused(t1750_1751.second(), R::constant(0.00009), t1749); // left_hip_yaw_link: articulated inertia
-    t1753 = sin_q_left_hip_yaw * t1752; // left_hip_yaw_link: articulated inertia
-    t1754_1755 = R::Two::fused(t322_323, t362_363, t350_351); // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1739 = t310 * R::constant(0.748563918);
+    t1740 = R::fused(R::constant(0.0014735), t308, t1739);
+    t1741 = R::fused(R::constant(0.00220808), t560, t1740);
+    t1742 = t305 - t548;
+    t1743 = R::fused(R::constant(0.0404594), t1742, t1741);
+    t1744 = R::constant(2.4915) * t314;
+    t1745 = R::fused(R::constant(0.20808), t559, t1744);
+    t1746 = t1743 + t1745;
+    t1747 = R::fused(t1230_1231.second(), t1234, t1158); // left_hip_roll_link: articulated inertia
+    t1748_1749 = R::Two::fused(-t322_323, t318_319, t408_409); // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1750 = R::fused(t1748_1749.second(), R::constant(0.00009), t1747); // left_hip_yaw_link: articulated inertia
+    t1751 = sin_q_left_hip_yaw * t1750; // left_hip_yaw_link: articulated inertia
+    t1752_1753 = R::Two::fused(t322_323, t362_363, t350_351); // right_hip_yaw_link, left_hip_yaw_link: motion
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1756_1757 = t1754_1755 * both(R::constant(0.0005199999995));
-    t1758_1759 = R::Two::fused(both(R::constant(-0.008)), t562_563, t1756_1757);
-    t1760 = cos_q_left_hip_roll * t1410; // left_hip_roll_link: articulated inertia
-    t1761 = R::fused(sin_q_left_hip_roll, t1449, t1760); // left_hip_roll_link: articulated inertia
-    t1762_1763 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1366_1367; // right_hip_roll_link, left_hip_roll_link
-    t1764 = R::fused(t1762_1763.second(), t1235, t1761); // left_hip_roll_link: articulated inertia
-    t1765 = t1758_1759.second() + t1764; // left_hip_yaw_link: articulated inertia
-    t1766 = R::fused(-cos_q_left_hip_yaw, t1765, t1753); // left_hip_yaw_link: articulated inertia
+    t1754_1755 = t1752_1753 * both(R::constant(0.0005199999995));
+    t1756_1757 = R::Two::fused(both(R::constant(-0.008)), t562_563, t1754_1755);
+    t1758 = cos_q_left_hip_roll * t1409; // left_hip_roll_link: articulated inertia
+    t1759 = R::fused(sin_q_left_hip_roll, t1448, t1758); // left_hip_roll_link: articulated inertia
+    t1760_1761 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1365_1366; // right_hip_roll_link, left_hip_roll_link
+    t1762 = R::fused(t1760_1761.second(), t1234, t1759); // left_hip_roll_link: articulated inertia
+    t1763 = t1756_1757.second() + t1762; // left_hip_yaw_link: articulated inertia
+    t1764 = R::fused(-cos_q_left_hip_yaw, t1763, t1751); // left_hip_yaw_link: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1767_1768 = t1384_1385 * t1482_1483;
-    t1769_1770 = t1762_1763 * t1233_1234;
-    t1771_1772 = R::Two::fused(t1368_1369, t1769_1770, t1767_1768);
-    t1773_1774 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1771_1772; // right_hip_yaw_link, left_hip_yaw_link
-    t1775 = R::fused(t1773_1774.second(), t1496, t1766); // left_hip_yaw_link: articulated inertia
-    t1776 = R::fused(t1231_1232.first(), t1611, t1609); // right_hip_roll_link: articulated inertia
-    t1777 = R::fused(t1750_1751.first(), R::constant(0.00009), t1776); // right_hip_yaw_link: articulated inertia
-    t1778 = sin_q_right_hip_yaw * t1777; // right_hip_yaw_link: articulated inertia
-    t1779 = cos_q_right_hip_roll * t1632; // right_hip_roll_link: articulated inertia
-    t1780 = R::fused(sin_q_right_hip_roll, t1643, t1779); // right_hip_roll_link: articulated inertia
-    t1781 = R::fused(t1762_1763.first(), t1611, t1780); // right_hip_roll_link: articulated inertia
+    t1765_1766 = t1383_1384 * t1481_1482;
+    t1767_1768 = t1760_1761 * t1232_1233;
+    t1769_1770 = R::Two::fused(t1367_1368, t1767_1768, t1765_1766);
+    t1771_1772 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1769_1770; // right_hip_yaw_link, left_hip_yaw_link
+    t1773 = R::fused(t1771_1772.second(), t1495, t1764); // left_hip_yaw_link: articulated inertia
+    t1774 = R::fused(t1230_1231.first(), t1609, t1607); // right_hip_roll_link: articulated inertia
+    t1775 = R::fused(t1748_1749.first(), R::constant(0.00009), t1774); // right_hip_yaw_link: articulated inertia
+    t1776 = sin_q_right_hip_yaw * t1775; // right_hip_yaw_link: articulated inertia
+    t1777 = cos_q_right_hip_roll * t1630; // right_hip_roll_link: articulated inertia
+    t1778 = R::fused(sin_q_right_hip_roll, t1641, t1777); // right_hip_roll_link: articulated inertia
+    t1779 = R::fused(t1760_1761.first(), t1609, t1778); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1782 = t1758_1759.first() + t1781;
-    t1783 = R::fused(-cos_q_right_hip_yaw, t1782, t1778);
-    t1784 = R::fused(t1773_1774.first(), t1648, t1783);
-    t1785 = t1775 + t1784;
-    t1786 = t1748 + t1785; // torso: articulated inertia
-    t1787 = t1740 - t1786; // torso: articulated inertia
+    t1780 = t1756_1757.first() + t1779;
+    t1781 = R::fused(-cos_q_right_hip_yaw, t1780, t1776);
+    t1782 = R::fused(t1771_1772.first(), t1646, t1781);
+    t1783 = t1773 + t1782;
+    t1784 = t1746 + t1783; // torso: articulated inertia
+    t1785 = t1738 - t1784; // torso: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1788_1789 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1326_1327;
-    t1790_1791 = R::Two::fused(t1762_1763 * two(R::constant(1.0), R::constant(-1.0)), t1370_1371, t1788_1789);
-    t1792_1793 = t1676_1677 * t1790_1791; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1794_1795 = t1380_1381 * t1386_1387;
-    t1796_1797 = R::Two::fused(-t1384_1385, t1378_1379, t1794_1795);
-    t1798_1799 = R::Two::fused(-t1762_1763, t1392_1393, t1796_1797);
+    t1786_1787 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1325_1326;
+    t1788_1789 = R::Two::fused(t1760_1761 * two(R::constant(1.0), R::constant(-1.0)), t1369_1370, t1786_1787);
+    t1790_1791 = t1674_1675 * t1788_1789; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t1792_1793 = t1379_1380 * t1385_1386;
+    t1794_1795 = R::Two::fused(-t1383_1384, t1377_1378, t1792_1793);
+    t1796_1797 = R::Two::fused(-t1760_1761, t1391_1392, t1794_1795);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1800_1801 = R::Two::fused(t1700_1701 * two(R::constant(1.0), R::constant(-1.0)), t1798_1799, t1792_1793);
-    t1802_1803 = t1790_1791 - t1800_1801;
-    t1804_1805 = R::Two::fused(t1773_1774, t1718_1719, t1802_1803);
-    t1806 = R::constant(0.0764) * t1804_1805.second(); // left_hip_yaw_link: articulated inertia
-    t1807 = R::fused(R::constant(0.0764), t1804_1805.first(), t1806); // right_hip_yaw_link: articulated inertia
-    t1808 = R::constant(0.0014735) + t1807; // torso: articulated inertia
-    t1809 = t1808 * t1728; // torso: acceleration
-    t1810 = R::fused(t1671, t1809, t1787); // torso: acceleration
-    t1811 = t1804_1805.second() - t1804_1805.first(); // right_hip_yaw_link: articulated inertia
-    t1812 = R::constant(2.4915) + t1811; // torso: articulated inertia
-    t1813 = R::fused(-t1724, t1809, t1812); // torso: acceleration
+    t1798_1799 = R::Two::fused(t1698_1699 * two(R::constant(1.0), R::constant(-1.0)), t1796_1797, t1790_1791);
+    t1800_1801 = t1788_1789 - t1798_1799;
+    t1802_1803 = R::Two::fused(t1771_1772, t1716_1717, t1800_1801);
+    t1804 = R::constant(0.0764) * t1802_1803.second(); // left_hip_yaw_link: articulated inertia
+    t1805 = R::fused(R::constant(0.0764), t1802_1803.first(), t1804); // right_hip_yaw_link: articulated inertia
+    t1806 = R::constant(0.0014735) + t1805; // torso: articulated inertia
+    t1807 = t1806 * t1726; // torso: acceleration
+    t1808 = R::fused(t1669, t1807, t1785); // torso: acceleration
+    t1809 = t1802_1803.second() - t1802_1803.first(); // right_hip_yaw_link: articulated inertia
+    t1810 = R::constant(2.4915) + t1809; // torso: articulated inertia
+    t1811 = R::fused(-t1722, t1807, t1810); // torso: acceleration
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1814_1815 = both(R::constant(0.0000833333335)) - t1484_1485;
-    t1816_1817 = R::Two::fused(-t1762_1763, t1769_1770, t1814_1815);
+    t1812_1813 = both(R::constant(0.0000833333335)) - t1483_1484;
+    t1814_1815 = R::Two::fused(-t1760_1761, t1767_1768, t1812_1813);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1818_1819 = both(R::constant(0.0005199999995)) + t1816_1817;
-    t1820_1821 = both(R::constant(0.00009)) - t1818_1819;
-    t1822_1823 = t1676_1677 * t1820_1821;
-    t1824_1825 = t1818_1819 + t1822_1823;
-    t1826_1827 = t1773_1774 * t1494_1495;
-    t1828_1829 = R::Two::fused(-t1773_1774, t1826_1827, t1824_1825);
-    t1830 = t1828_1829.second() + t1828_1829.first(); // right_hip_yaw_link: articulated inertia
-    t1831 = R::constant(0.812133582) + t1830; // torso: articulated inertia
+    t1816_1817 = both(R::constant(0.0005199999995)) + t1814_1815;
+    t1818_1819 = both(R::constant(0.00009)) - t1816_1817;
+    t1820_1821 = t1674_1675 * t1818_1819;
+    t1822_1823 = t1816_1817 + t1820_1821;
+    t1824_1825 = t1771_1772 * t1493_1494;
+    t1826_1827 = R::Two::fused(-t1771_1772, t1824_1825, t1822_1823);
+    t1828 = t1826_1827.second() + t1826_1827.first(); // right_hip_yaw_link: articulated inertia
+    t1829 = R::constant(0.812133582) + t1828; // torso: articulated inertia
     // torso: acceleration
-    t1832 = R::fused(-t1808, t1809, t1831);
-    t1833 = R::constant(1.0) / t1832;
-    t1834 = t1813 * t1833;
-    t1835 = R::fused(-t1810, t1834, t1730);
-    t1836 = cos_q_left_hip_yaw * t1066; // left_hip_yaw_link: wrench handed to its parent
-    t1837 = R::fused(-sin_q_left_hip_yaw, t1733, t1836); // left_hip_yaw_link: wrench handed to its parent
-    t1838 = sin_q_left_hip_roll * t231; // left_hip_roll_link: wrench handed to its parent
-    t1839 = R::fused(cos_q_left_hip_roll, t234, t1838); // left_hip_roll_link: wrench handed to its parent
-    t1840 = R::fused(R::constant(-0.0764), t1839, t1837); // left_hip_yaw_link: wrench handed to its parent
-    t1841 = cos_q_right_hip_yaw * t1588; // right_hip_yaw_link: wrench handed to its parent
-    t1842 = R::fused(-sin_q_right_hip_yaw, t1737, t1841); // right_hip_yaw_link: wrench handed to its parent
-    t1843 = t1840 + t1842; // right_hip_yaw_link: wrench handed to its parent
-    t1844 = sin_q_right_hip_roll * t296; // right_hip_roll_link: wrench handed to its parent
-    t1845 = R::fused(cos_q_right_hip_roll, t299, t1844); // right_hip_roll_link: wrench handed to its parent
-    t1846 = R::fused(R::constant(0.0764), t1845, t1843); // right_hip_yaw_link: wrench handed to its parent
-    t1847 = tau_base_angular_x + t1846; // other
+    t1830 = R::fused(-t1806, t1807, t1829);
+    t1831 = R::constant(1.0) / t1830;
+    t1832 = t1811 * t1831;
+    t1833 = R::fused(-t1808, t1832, t1728);
+    t1834 = cos_q_left_hip_yaw * t1066; // left_hip_yaw_link: wrench handed to its parent
+    t1835 = R::fused(-sin_q_left_hip_yaw, t1731, t1834); // left_hip_yaw_link: wrench handed to its parent
+    t1836 = sin_q_left_hip_roll * t231; // left_hip_roll_link: wrench handed to its parent
+    t1837 = R::fused(cos_q_left_hip_roll, t234, t1836); // left_hip_roll_link: wrench handed to its parent
+    t1838 = R::fused(R::constant(-0.0764), t1837, t1835); // left_hip_yaw_link: wrench handed to its parent
+    t1839 = cos_q_right_hip_yaw * t1587; // right_hip_yaw_link: wrench handed to its parent
+    t1840 = R::fused(-sin_q_right_hip_yaw, t1735, t1839); // right_hip_yaw_link: wrench handed to its parent
+    t1841 = t1838 + t1840; // right_hip_yaw_link: wrench handed to its parent
+    t1842 = sin_q_right_hip_roll * t296; // right_hip_roll_link: wrench handed to its parent
+    t1843 = R::fused(cos_q_right_hip_roll, t299, t1842); // right_hip_roll_link: wrench handed to its parent
+    t1844 = R::fused(R::constant(0.0764), t1843, t1841); // right_hip_yaw_link: wrench handed to its parent
+    t1845 = tau_base_angular_x + t1844; // other
     // torso: sums of what it carries
-    t1848 = t560 * R::constant(0.652473302);
-    t1849 = R::fused(R::constant(0.00220808), t310, t1848);
-    t1850 = R::fused(R::constant(-0.0404594), t308, t1849);
-    t1851 = t304 - t305;
-    t1852 = R::fused(R::constant(0.0014735), t1851, t1850);
-    t1853 = R::constant(0.0102) * t559;
-    t1854 = R::fused(R::constant(-2.4915), t547, t1853);
-    t1855 = t1852 - t1854;
-    t1856 = cos_q_left_hip_yaw * t1752; // left_hip_yaw_link: articulated inertia
-    t1857 = R::fused(sin_q_left_hip_yaw, t1765, t1856); // left_hip_yaw_link: articulated inertia
-    t1858_1859 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1771_1772; // right_hip_yaw_link, left_hip_yaw_link
-    t1860 = R::fused(-t1858_1859.second(), t1496, t1857); // left_hip_yaw_link: articulated inertia
-    t1861 = sin_q_left_hip_roll * t1251; // left_hip_roll_link: articulated inertia
-    t1862 = R::fused(-cos_q_left_hip_roll, t1263, t1861); // left_hip_roll_link: articulated inertia
+    t1846 = t560 * R::constant(0.652473302);
+    t1847 = R::fused(R::constant(0.00220808), t310, t1846);
+    t1848 = R::fused(R::constant(-0.0404594), t308, t1847);
+    t1849 = t304 - t305;
+    t1850 = R::fused(R::constant(0.0014735), t1849, t1848);
+    t1851 = R::constant(0.0102) * t559;
+    t1852 = R::fused(R::constant(-2.4915), t547, t1851);
+    t1853 = t1850 - t1852;
+    t1854 = cos_q_left_hip_yaw * t1750; // left_hip_yaw_link: articulated inertia
+    t1855 = R::fused(sin_q_left_hip_yaw, t1763, t1854); // left_hip_yaw_link: articulated inertia
+    t1856_1857 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1769_1770; // right_hip_yaw_link, left_hip_yaw_link
+    t1858 = R::fused(-t1856_1857.second(), t1495, t1855); // left_hip_yaw_link: articulated inertia
+    t1859 = sin_q_left_hip_roll * t1250; // left_hip_roll_link: articulated inertia
+    t1860 = R::fused(-cos_q_left_hip_roll, t1262, t1859); // left_hip_roll_link: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1863_1864 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1269_1270;
-    t1865_1866 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t1279_1280, t1863_1864);
-    t1867 = R::fused(-t1865_1866.second(), t1235, t1862); // left_hip_roll_link: articulated inertia
-    t1868 = R::fused(R::constant(0.008), t1754_1755.second(), t1867); // left_hip_yaw_link: articulated inertia
-    t1869_1870 = t1386_1387 - t1796_1797;
-    t1871_1872 = t1865_1866 * t1233_1234;
-    t1873_1874 = R::Two::fused(t1368_1369, t1871_1872, t1869_1870);
-    t1875 = R::fused(t1873_1874.second(), t1496, t1868); // left_hip_yaw_link: articulated inertia
-    t1876 = R::fused(R::constant(-0.0764), t1875, t1860); // left_hip_yaw_link: articulated inertia
-    t1877 = cos_q_right_hip_yaw * t1777; // right_hip_yaw_link: articulated inertia
-    t1878 = R::fused(sin_q_right_hip_yaw, t1782, t1877); // right_hip_yaw_link: articulated inertia
-    t1879 = R::fused(-t1858_1859.first(), t1648, t1878); // right_hip_yaw_link: articulated inertia
-    t1880 = sin_q_right_hip_roll * t1617; // right_hip_roll_link: articulated inertia
-    t1881 = R::fused(-cos_q_right_hip_roll, t1621, t1880); // right_hip_roll_link: articulated inertia
-    t1882 = R::fused(t1865_1866.first(), t1611, t1881); // right_hip_roll_link: articulated inertia
+    t1861_1862 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1268_1269;
+    t1863_1864 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t1278_1279, t1861_1862);
+    t1865 = R::fused(-t1863_1864.second(), t1234, t1860); // left_hip_roll_link: articulated inertia
+    t1866 = R::fused(R::constant(0.008), t1752_1753.second(), t1865); // left_hip_yaw_link: articulated inertia
+    t1867_1868 = t1385_1386 - t1794_1795;
+    t1869_1870 = t1863_1864 * t1232_1233;
+    t1871_1872 = R::Two::fused(t1367_1368, t1869_1870, t1867_1868);
+    t1873 = R::fused(t1871_1872.second(), t1495, t1866); // left_hip_yaw_link: articulated inertia
+    t1874 = R::fused(R::constant(-0.0764), t1873, t1858); // left_hip_yaw_link: articulated inertia
+    t1875 = cos_q_right_hip_yaw * t1775; // right_hip_yaw_link: articulated inertia
+    t1876 = R::fused(sin_q_right_hip_yaw, t1780, t1875); // right_hip_yaw_link: articulated inertia
+    t1877 = R::fused(-t1856_1857.first(), t1646, t1876); // right_hip_yaw_link: articulated inertia
+    t1878 = sin_q_right_hip_roll * t1615; // right_hip_roll_link: articulated inertia
+    t1879 = R::fused(-cos_q_right_hip_roll, t1619, t1878); // right_hip_roll_link: articulated inertia
+    t1880 = R::fused(t1863_1864.first(), t1609, t1879); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1883 = R::fused(R::constant(0.008), t1754_1755.first(), -t1882);
-    t1884 = R::fused(t1873_1874.first(), t1648, t1883);
-    t1885 = R::fused(R::constant(0.0764), t1884, t1879);
-    t1886 = t1876 + t1885;
-    t1887 = t1855 - t1886; // torso: articulated inertia
-    t1888 = t1847 + t1887; // torso: articulated inertia
+    t1881 = R::fused(R::constant(0.008), t1752_1753.first(), -t1880);
+    t1882 = R::fused(t1871_1872.first(), t1646, t1881);
+    t1883 = R::fused(R::constant(0.0764), t1882, t1877);
+    t1884 = t1874 + t1883;
+    t1885 = t1853 - t1884; // torso: articulated inertia
+    t1886 = t1845 + t1885; // torso: articulated inertia
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1889_1890 = t1676_1677 * t1798_1799;
-    t1891_1892 = R::Two::fused(t1700_1701 * two(R::constant(-1.0), R::constant(1.0)), t1790_1791, t1889_1890);
-    t1893_1894 = R::Two::fused(t1858_1859 * two(R::constant(-1.0), R::constant(1.0)), t1718_1719, t1891_1892);
-    t1895_1896 = both(R::constant(0.0764)) * t1893_1894;
+    t1887_1888 = t1674_1675 * t1796_1797;
+    t1889_1890 = R::Two::fused(t1698_1699 * two(R::constant(-1.0), R::constant(1.0)), t1788_1789, t1887_1888);
+    t1891_1892 = R::Two::fused(t1856_1857 * two(R::constant(-1.0), R::constant(1.0)), t1716_1717, t1889_1890);
+    t1893_1894 = both(R::constant(0.0764)) * t1891_1892;
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1897_1898 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1702_1703;
-    t1899_1900 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1706_1707, t1897_1898);
-    t1901_1902 = R::Two::fused(-t1865_1866, t1370_1371, t1899_1900);
-    t1903_1904 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1901_1902; // right_hip_yaw_link, left_hip_yaw_link
-    t1905_1906 = t1380_1381 * t1688_1689;
-    t1907_1908 = R::Two::fused(-t1384_1385, t1682_1683, t1905_1906);
-    t1909_1910 = t1686_1687 - t1907_1908;
-    t1911_1912 = R::Two::fused(t1865_1866, t1392_1393, t1909_1910);
+    t1895_1896 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1700_1701;
+    t1897_1898 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1704_1705, t1895_1896);
+    t1899_1900 = R::Two::fused(-t1863_1864, t1369_1370, t1897_1898);
+    t1901_1902 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1899_1900; // right_hip_yaw_link, left_hip_yaw_link
+    t1903_1904 = t1379_1380 * t1686_1687;
+    t1905_1906 = R::Two::fused(-t1383_1384, t1680_1681, t1903_1904);
+    t1907_1908 = t1684_1685 - t1905_1906;
+    t1909_1910 = R::Two::fused(t1863_1864, t1391_1392, t1907_1908);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1913_1914 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1911_1912, t1903_1904);
-    t1915_1916 = R::Two::fused(t1873_1874 * two(R::constant(-1.0), R::constant(1.0)), t1718_1719, t1913_1914);
-    t1917_1918 = R::Two::fused(two(R::constant(-0.00583696), R::constant(0.00583696)), t1915_1916, t1895_1896);
-    t1919 = t1917_1918.second() - t1917_1918.first(); // right_hip_yaw_link: articulated inertia
-    t1920 = R::constant(0.0404594) + t1919; // torso: articulated inertia
-    t1921 = t1920 * t1728; // torso: acceleration
-    t1922 = R::fused(-t1671, t1921, t1888); // torso: acceleration
-    t1923_1924 = t1700_1701 * t1820_1821;
-    t1925_1926 = t1858_1859 * t1494_1495;
-    t1927_1928 = R::Two::fused(t1773_1774, t1925_1926, t1923_1924);
-    t1929_1930 = R::Two::fused(t1762_1763, t1871_1872, t1388_1389); // right_hip_roll_link, left_hip_roll_link
-    t1931_1932 = both(R::constant(0.008)) + t1929_1930;
-    t1933_1934 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1931_1932;
-    t1935_1936 = t1873_1874 * t1494_1495;
-    t1937_1938 = R::Two::fused(t1773_1774, t1935_1936, t1933_1934);
-    t1939_1940 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1937_1938, t1927_1928);
-    t1941 = t1939_1940.second() + t1939_1940.first(); // right_hip_yaw_link: articulated inertia
-    t1942 = R::constant(0.00220808) + t1941; // torso: articulated inertia
-    t1943 = R::fused(t1920, t1809, t1942); // torso: acceleration
-    t1944 = t1943 * t1833; // torso: acceleration
-    t1945 = R::fused(-t1810, t1944, t1922); // torso: acceleration
+    t1911_1912 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1909_1910, t1901_1902);
+    t1913_1914 = R::Two::fused(t1871_1872 * two(R::constant(-1.0), R::constant(1.0)), t1716_1717, t1911_1912);
+    t1915_1916 = R::Two::fused(two(R::constant(-0.00583696), R::constant(0.00583696)), t1913_1914, t1893_1894);
+    t1917 = t1915_1916.second() - t1915_1916.first(); // right_hip_yaw_link: articulated inertia
+    t1918 = R::constant(0.0404594) + t1917; // torso: articulated inertia
+    t1919 = t1918 * t1726; // torso: acceleration
+    t1920 = R::fused(-t1669, t1919, t1886); // torso: acceleration
+    t1921_1922 = t1698_1699 * t1818_1819;
+    t1923_1924 = t1856_1857 * t1493_1494;
+    t1925_1926 = R::Two::fused(t1771_1772, t1923_1924, t1921_1922);
+    t1927_1928 = R::Two::fused(t1760_1761, t1869_1870, t1387_1388); // right_hip_roll_link, left_hip_roll_link
+    t1929_1930 = both(R::constant(0.008)) + t1927_1928;
+    t1931_1932 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1929_1930;
+    t1933_1934 = t1871_1872 * t1493_1494;
+    t1935_1936 = R::Two::fused(t1771_1772, t1933_1934, t1931_1932);
+    t1937_1938 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1935_1936, t1925_1926);
+    t1939 = t1937_1938.second() + t1937_1938.first(); // right_hip_yaw_link: articulated inertia
+    t1940 = R::constant(0.00220808) + t1939; // torso: articulated inertia
+    t1941 = R::fused(t1918, t1807, t1940); // torso: acceleration
+    t1942 = t1941 * t1831; // torso: acceleration
+    t1943 = R::fused(-t1808, t1942, t1920); // torso: acceleration
+    t1944_1945 = both(R::constant(0.0764)) * t1913_1914;
+    t1946_1947 = R::Two::fused(t1944_1945, two(R::constant(-1.0), R::constant(1.0)), t1891_1892);
     let (
-        t1946_1947, t1948_1949, t1950, t1951, t1952, t1953_1954, t1955_1956, t1957_1958, t1959_1960, t1961_1962,
-        t1963_1964, t1965_1966, t1967_1968, t1969_1970, t1971_1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979,
-        t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995,
-        t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011,
-        t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026, t2027,
-        t2028_2029, t2030_2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038, t2039_2040, t2041_2042, t2043_2044,
-        t2045_2046, t2047, t2048, t2049, t2050, t2051, t2052_2053, t2054_2055, t2056_2057, t2058, t2059, t2060, t2061,
-        t2062_2063, t2064_2065, t2066_2067, t2068_2069, t2070_2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078,
-        t2079, t2080, t2081, t2082, t2083, t2084, t2085, t2086, t2087, t2088, t2089_2090, t2091_2092, t2093, t2094,
-        t2095, t2096, t2097, t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108, t2109, t2110,
-        t2111, t2112, t2113, t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122, t2123, t2124, t2125, t2126,
-        t2127, t2128, t2129, t2130, t2131, t2132_2133, t2134_2135, t2136_2137, t2138, t2139_2140, t2141_2142, t2143,
-        t2144_2145, t2146_2147, t2148_2149, t2150, t2151, t2152_2153, t2154_2155, t2156_2157, t2158_2159, t2160_2161,
-        t2162_2163, t2164_2165, t2166, t2167_2168, t2169_2170, t2171_2172, t2173_2174, t2175_2176, t2177_2178, t2179,
-        t2180, t2181, t2182, t2183_2184, t2185_2186, t2187_2188, t2189_2190, t2191_2192, t2193_2194, t2195_2196, t2197,
-        t2198, t2199, t2200_2201, t2202, t2203, t2204_2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213,
+        t1948, t1949, t1950, t1951_1952, t1953_1954, t1955_1956, t1957_1958, t1959_1960, t1961_1962, t1963_1964,
+        t1965_1966, t1967_1968, t1969_1970, t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981,
+        t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996, t1997,
+        t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013,
+        t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026_2027, t2028_2029,
+        t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037_2038, t2039_2040, t2041_2042, t2043_2044, t2045, t2046,
+        t2047, t2048, t2049, t2050_2051, t2052_2053, t2054_2055, t2056, t2057, t2058, t2059, t2060_2061, t2062_2063,
+        t2064_2065, t2066_2067, t2068_2069, t2070, t2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080,
+        t2081, t2082, t2083, t2084, t2085, t2086, t2087_2088, t2089_2090, t2091, t2092, t2093, t2094, t2095, t2096,
+        t2097, t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112,
+        t2113, t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122, t2123, t2124, t2125, t2126, t2127, t2128,
+        t2129, t2130_2131, t2132_2133, t2134_2135, t2136, t2137_2138, t2139_2140, t2141, t2142_2143, t2144_2145,
+        t2146_2147, t2148, t2149, t2150_2151, t2152_2153, t2154_2155, t2156_2157, t2158_2159, t2160_2161, t2162_2163,
+        t2164, t2165_2166, t2167_2168, t2169_2170, t2171_2172, t2173_2174, t2175_2176, t2177, t2178, t2179, t2180,
+        t2181_2182, t2183_2184, t2185_2186, t2187_2188, t2189_2190, t2191_2192, t2193_2194, t2195, t2196, t2197,
+        t2198_2199, t2200, t2201, t2202_2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213,
         t2214, t2215, t2216, t2217, t2218, t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229,
         t2230, t2231, t2232, t2233, t2234, t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245,
         t2246, t2247, t2248, t2249, t2250, t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259,
     );
-    t1946_1947 = both(R::constant(0.0764)) * t1915_1916;
-    t1948_1949 = R::Two::fused(t1946_1947, two(R::constant(-1.0), R::constant(1.0)), t1893_1894);
-    t1950 = t1948_1949.second() + t1948_1949.first(); // right_hip_yaw_link: articulated inertia
-    t1951 = R::fused(-t1724, t1921, t1950); // torso: acceleration
-    t1952 = R::fused(t1813, t1944, t1951); // torso: acceleration
-    t1953_1954 = both(R::constant(0.00009)) - t1822_1823;
-    t1955_1956 = R::Two::fused(-t1858_1859, t1925_1926, t1953_1954);
-    t1957_1958 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1931_1932;
-    t1959_1960 = R::Two::fused(t1858_1859, t1935_1936, t1957_1958);
-    t1961_1962 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1959_1960, t1955_1956);
+    t1948 = t1946_1947.second() + t1946_1947.first(); // right_hip_yaw_link: articulated inertia
+    t1949 = R::fused(-t1722, t1919, t1948); // torso: acceleration
+    t1950 = R::fused(t1811, t1942, t1949); // torso: acceleration
+    t1951_1952 = both(R::constant(0.00009)) - t1820_1821;
+    t1953_1954 = R::Two::fused(-t1856_1857, t1923_1924, t1951_1952);
+    t1955_1956 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1929_1930;
+    t1957_1958 = R::Two::fused(t1856_1857, t1933_1934, t1955_1956);
+    t1959_1960 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1957_1958, t1953_1954);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1963_1964 = t1680_1681 + t1690_1691;
-    t1965_1966 = R::Two::fused(t1865_1866, t1871_1872, t1963_1964);
+    t1961_1962 = t1678_1679 + t1688_1689;
+    t1963_1964 = R::Two::fused(t1863_1864, t1869_1870, t1961_1962);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1967_1968 = R::Two::fused(t1873_1874, t1935_1936, t1965_1966);
-    t1969_1970 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1967_1968, t1959_1960);
-    t1971_1972 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1969_1970, t1961_1962);
-    t1973 = t1971_1972.second() + t1971_1972.first(); // right_hip_yaw_link: articulated inertia
-    t1974 = R::constant(0.908224198) + t1973; // torso: articulated inertia
+    t1965_1966 = R::Two::fused(t1871_1872, t1933_1934, t1963_1964);
+    t1967_1968 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1965_1966, t1957_1958);
+    t1969_1970 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1967_1968, t1959_1960);
+    t1971 = t1969_1970.second() + t1969_1970.first(); // right_hip_yaw_link: articulated inertia
+    t1972 = R::constant(0.908224198) + t1971; // torso: articulated inertia
     // torso: acceleration
-    t1975 = R::fused(-t1920, t1921, t1974);
-    t1976 = R::fused(-t1943, t1944, t1975);
-    t1977 = R::constant(1.0) / t1976;
-    t1978 = t1952 * t1977;
-    t1979 = R::fused(t1945, t1978, t1835);
-    t1980 = t1839 + t1845; // right_hip_yaw_link: wrench handed to its parent
-    t1981 = tau_base_linear_z - t1980; // other
-    t1982 = R::constant(0.20808) * t310; // torso: sums of what it carries
-    t1983 = R::fused(R::constant(-0.0102), t560, t1982); // torso: sums of what it carries
-    t1984 = t304 + t548; // torso: motion
-    t1985 = R::fused(R::constant(2.4915), t1984, t1983); // torso: sums of what it carries
-    t1986 = R::fused(R::constant(-19.0), t559, t1985); // torso: sums of what it carries
-    t1987 = t1875 + t1884; // right_hip_yaw_link: articulated inertia
-    t1988 = t1986 + t1987; // torso: articulated inertia
-    t1989 = t1981 + t1988; // torso: articulated inertia
-    t1990 = t1946_1947.second() - t1946_1947.first(); // right_hip_yaw_link: articulated inertia
-    t1991 = t1990 * t1728;
-    t1992 = R::fused(-t1671, t1991, t1989);
-    t1993 = t1937_1938.second() + t1937_1938.first(); // right_hip_yaw_link: articulated inertia
-    t1994 = R::constant(0.20808) + t1993; // torso: articulated inertia
-    t1995 = R::fused(t1990, t1809, t1994);
-    t1996 = t1995 * t1833;
-    t1997 = R::fused(-t1810, t1996, t1992);
-    t1998 = t1969_1970.second() + t1969_1970.first(); // right_hip_yaw_link: articulated inertia
-    t1999 = R::constant(0.0102) - t1998; // torso: articulated inertia
-    t2000 = R::fused(-t1990, t1921, t1999);
-    t2001 = R::fused(-t1995, t1944, t2000);
-    t2002 = t2001 * t1977;
-    t2003 = R::fused(-t1945, t2002, t1997);
-    t2004 = t1915_1916.second() + t1915_1916.first(); // right_hip_yaw_link: articulated inertia
-    t2005 = R::fused(-t1724, t1991, t2004);
-    t2006 = R::fused(t1813, t1996, t2005);
-    t2007 = R::fused(-t1952, t2002, t2006);
-    t2008 = t1967_1968.second() + t1967_1968.first(); // right_hip_yaw_link: articulated inertia
-    t2009 = R::constant(19.0) - t2008; // torso: articulated inertia
-    t2010 = R::fused(-t1990, t1991, t2009);
-    t2011 = R::fused(-t1995, t1996, t2010);
-    t2012 = R::fused(-t2001, t2002, t2011);
-    t2013 = R::constant(1.0) / t2012;
-    t2014 = t2007 * t2013;
-    t2015 = R::fused(t2003, t2014, t1979);
-    t2016 = sin_q_left_hip_yaw * t228; // left_hip_yaw_link: wrench handed to its parent
-    t2017 = R::fused(cos_q_left_hip_yaw, t235, t2016); // left_hip_yaw_link: wrench handed to its parent
-    t2018 = sin_q_right_hip_yaw * t293; // right_hip_yaw_link: wrench handed to its parent
-    t2019 = R::fused(cos_q_right_hip_yaw, t300, t2018); // right_hip_yaw_link: wrench handed to its parent
-    t2020 = t2017 + t2019; // right_hip_yaw_link: wrench handed to its parent
-    t2021 = tau_base_linear_y - t2020; // other
+    t1973 = R::fused(-t1918, t1919, t1972);
+    t1974 = R::fused(-t1941, t1942, t1973);
+    t1975 = R::constant(1.0) / t1974;
+    t1976 = t1950 * t1975;
+    t1977 = R::fused(t1943, t1976, t1833);
+    t1978 = t1837 + t1843; // right_hip_yaw_link: wrench handed to its parent
+    t1979 = tau_base_linear_z - t1978; // other
+    t1980 = R::constant(0.20808) * t310; // torso: sums of what it carries
+    t1981 = R::fused(R::constant(-0.0102), t560, t1980); // torso: sums of what it carries
+    t1982 = t304 + t548; // torso: motion
+    t1983 = R::fused(R::constant(2.4915), t1982, t1981); // torso: sums of what it carries
+    t1984 = R::fused(R::constant(-19.0), t559, t1983); // torso: sums of what it carries
+    t1985 = t1873 + t1882; // right_hip_yaw_link: articulated inertia
+    t1986 = t1984 + t1985; // torso: articulated inertia
+    t1987 = t1979 + t1986; // torso: articulated inertia
+    t1988 = t1944_1945.second() - t1944_1945.first(); // right_hip_yaw_link: articulated inertia
+    t1989 = t1988 * t1726;
+    t1990 = R::fused(-t1669, t1989, t1987);
+    t1991 = t1935_1936.second() + t1935_1936.first(); // right_hip_yaw_link: articulated inertia
+    t1992 = R::constant(0.20808) + t1991; // torso: articulated inertia
+    t1993 = R::fused(t1988, t1807, t1992);
+    t1994 = t1993 * t1831;
+    t1995 = R::fused(-t1808, t1994, t1990);
+    t1996 = t1967_1968.second() + t1967_1968.first(); // right_hip_yaw_link: articulated inertia
+    t1997 = R::constant(0.0102) - t1996; // torso: articulated inertia
+    t1998 = R::fused(-t1988, t1919, t1997);
+    t1999 = R::fused(-t1993, t1942, t1998);
+    t2000 = t1999 * t1975;
+    t2001 = R::fused(-t1943, t2000, t1995);
+    t2002 = t1913_1914.second() + t1913_1914.first(); // right_hip_yaw_link: articulated inertia
+    t2003 = R::fused(-t1722, t1989, t2002);
+    t2004 = R::fused(t1811, t1994, t2003);
+    t2005 = R::fused(-t1950, t2000, t2004);
+    t2006 = t1965_1966.second() + t1965_1966.first(); // right_hip_yaw_link: articulated inertia
+    t2007 = R::constant(19.0) - t2006; // torso: articulated inertia
+    t2008 = R::fused(-t1988, t1989, t2007);
+    t2009 = R::fused(-t1993, t1994, t2008);
+    t2010 = R::fused(-t1999, t2000, t2009);
+    t2011 = R::constant(1.0) / t2010;
+    t2012 = t2005 * t2011;
+    t2013 = R::fused(t2001, t2012, t1977);
+    t2014 = sin_q_left_hip_yaw * t228; // left_hip_yaw_link: wrench handed to its parent
+    t2015 = R::fused(cos_q_left_hip_yaw, t235, t2014); // left_hip_yaw_link: wrench handed to its parent
+    t2016 = sin_q_right_hip_yaw * t293; // right_hip_yaw_link: wrench handed to its parent
+    t2017 = R::fused(cos_q_right_hip_yaw, t300, t2016); // right_hip_yaw_link: wrench handed to its parent
+    t2018 = t2015 + t2017; // right_hip_yaw_link: wrench handed to its parent
+    t2019 = tau_base_linear_y - t2018; // other
     // torso: sums of what it carries
-    t2022 = R::constant(0.20808) * t308;
-    t2023 = R::fused(R::constant(0.0102), t549, t2022);
-    t2024 = R::fused(R::constant(-2.4915), t560, t2023);
-    t2025 = R::fused(R::constant(-19.0), t547, t2024);
-    t2026 = sin_q_left_hip_yaw * t1241; // left_hip_yaw_link: articulated inertia
-    t2027 = R::fused(cos_q_left_hip_yaw, t1286, t2026); // left_hip_yaw_link: articulated inertia
+    t2020 = R::constant(0.20808) * t308;
+    t2021 = R::fused(R::constant(0.0102), t549, t2020);
+    t2022 = R::fused(R::constant(-2.4915), t560, t2021);
+    t2023 = R::fused(R::constant(-19.0), t547, t2022);
+    t2024 = sin_q_left_hip_yaw * t1240; // left_hip_yaw_link: articulated inertia
+    t2025 = R::fused(cos_q_left_hip_yaw, t1285, t2024); // left_hip_yaw_link: articulated inertia
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t2028_2029 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1372_1373;
-    t2030_2031 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1396_1397, t2028_2029);
-    t2032 = R::fused(-t2030_2031.second(), t1496, t2027); // left_hip_yaw_link: articulated inertia
+    t2026_2027 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1371_1372;
+    t2028_2029 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1395_1396, t2026_2027);
+    t2030 = R::fused(-t2028_2029.second(), t1495, t2025); // left_hip_yaw_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t2033 = sin_q_right_hip_yaw * t1613;
-    t2034 = R::fused(cos_q_right_hip_yaw, t1624, t2033);
-    t2035 = R::fused(t2030_2031.first(), t1648, t2034);
-    t2036 = t2032 + t2035;
-    t2037 = t2025 - t2036; // torso: articulated inertia
-    t2038 = t2021 + t2037; // torso: articulated inertia
+    t2031 = sin_q_right_hip_yaw * t1611;
+    t2032 = R::fused(cos_q_right_hip_yaw, t1622, t2031);
+    t2033 = R::fused(t2028_2029.first(), t1646, t2032);
+    t2034 = t2030 + t2033;
+    t2035 = t2023 - t2034; // torso: articulated inertia
+    t2036 = t2019 + t2035; // torso: articulated inertia
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t2039_2040 = t1676_1677 * t1712_1713;
-    t2041_2042 = R::Two::fused(-t1700_1701, t1696_1697, t2039_2040);
-    t2043_2044 = t1710_1711 - t2041_2042;
-    t2045_2046 = R::Two::fused(t2030_2031, t1718_1719, t2043_2044);
-    t2047 = R::constant(0.0764) * t2045_2046.second(); // left_hip_yaw_link: articulated inertia
-    t2048 = R::fused(R::constant(-0.0764), t2045_2046.first(), t2047); // right_hip_yaw_link: articulated inertia
-    t2049 = R::constant(0.20808) - t2048; // torso: articulated inertia
-    t2050 = t2049 * t1728; // torso: acceleration
-    t2051 = R::fused(t1671, t2050, t2038); // torso: acceleration
-    t2052_2053 = t1798_1799 - t1891_1892;
-    t2054_2055 = t2030_2031 * t1494_1495;
-    t2056_2057 = R::Two::fused(t1773_1774 * two(R::constant(1.0), R::constant(-1.0)), t2054_2055, t2052_2053);
-    t2058 = t2056_2057.second() + t2056_2057.first(); // right_hip_yaw_link: articulated inertia
-    t2059 = R::fused(t2049, t1809, t2058); // torso: acceleration
-    t2060 = t2059 * t1833; // torso: acceleration
-    t2061 = R::fused(t1810, t2060, t2051); // torso: acceleration
-    t2062_2063 = R::Two::fused(t1858_1859, t2054_2055, t1800_1801);
-    t2064_2065 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1901_1902;
-    t2066_2067 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1911_1912, t2064_2065);
-    t2068_2069 = R::Two::fused(t1873_1874 * two(R::constant(-1.0), R::constant(1.0)), t2054_2055, t2066_2067);
-    t2070_2071 = R::Two::fused(both(R::constant(0.0764)), t2068_2069, t2062_2063);
-    t2072 = t2070_2071.second() - t2070_2071.first(); // right_hip_yaw_link: articulated inertia
-    t2073 = R::constant(2.4915) + t2072; // torso: articulated inertia
+    t2037_2038 = t1674_1675 * t1710_1711;
+    t2039_2040 = R::Two::fused(-t1698_1699, t1694_1695, t2037_2038);
+    t2041_2042 = t1708_1709 - t2039_2040;
+    t2043_2044 = R::Two::fused(t2028_2029, t1716_1717, t2041_2042);
+    t2045 = R::constant(0.0764) * t2043_2044.second(); // left_hip_yaw_link: articulated inertia
+    t2046 = R::fused(R::constant(-0.0764), t2043_2044.first(), t2045); // right_hip_yaw_link: articulated inertia
+    t2047 = R::constant(0.20808) - t2046; // torso: articulated inertia
+    t2048 = t2047 * t1726; // torso: acceleration
+    t2049 = R::fused(t1669, t2048, t2036); // torso: acceleration
+    t2050_2051 = t1796_1797 - t1889_1890;
+    t2052_2053 = t2028_2029 * t1493_1494;
+    t2054_2055 = R::Two::fused(t1771_1772 * two(R::constant(1.0), R::constant(-1.0)), t2052_2053, t2050_2051);
+    t2056 = t2054_2055.second() + t2054_2055.first(); // right_hip_yaw_link: articulated inertia
+    t2057 = R::fused(t2047, t1807, t2056); // torso: acceleration
+    t2058 = t2057 * t1831; // torso: acceleration
+    t2059 = R::fused(t1808, t2058, t2049); // torso: acceleration
+    t2060_2061 = R::Two::fused(t1856_1857, t2052_2053, t1798_1799);
+    t2062_2063 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1899_1900;
+    t2064_2065 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1909_1910, t2062_2063);
+    t2066_2067 = R::Two::fused(t1871_1872 * two(R::constant(-1.0), R::constant(1.0)), t2052_2053, t2064_2065);
+    t2068_2069 = R::Two::fused(both(R::constant(0.0764)), t2066_2067, t2060_2061);
+    t2070 = t2068_2069.second() - t2068_2069.first(); // right_hip_yaw_link: articulated inertia
+    t2071 = R::constant(2.4915) + t2070; // torso: articulated inertia
     // torso: acceleration
-    t2074 = R::fused(-t2049, t1921, t2073);
-    t2075 = R::fused(-t2059, t1944, t2074);
-    t2076 = t2075 * t1977;
-    t2077 = R::fused(t1945, t2076, t2061);
-    t2078 = t2068_2069.second() + t2068_2069.first(); // right_hip_yaw_link: articulated inertia
-    t2079 = R::fused(-t2049, t1991, t2078);
-    t2080 = R::fused(-t2059, t1996, t2079);
-    t2081 = R::fused(-t2075, t2002, t2080);
-    t2082 = t2081 * t2013;
-    t2083 = R::fused(t2003, t2082, t2077);
-    t2084 = t2045_2046.second() + t2045_2046.first(); // right_hip_yaw_link: articulated inertia
-    t2085 = R::fused(t1724, t2050, t2084);
-    t2086 = R::fused(-t1813, t2060, t2085);
-    t2087 = R::fused(t1952, t2076, t2086);
-    t2088 = R::fused(t2007, t2082, t2087);
+    t2072 = R::fused(-t2047, t1919, t2071);
+    t2073 = R::fused(-t2057, t1942, t2072);
+    t2074 = t2073 * t1975;
+    t2075 = R::fused(t1943, t2074, t2059);
+    t2076 = t2066_2067.second() + t2066_2067.first(); // right_hip_yaw_link: articulated inertia
+    t2077 = R::fused(-t2047, t1989, t2076);
+    t2078 = R::fused(-t2057, t1994, t2077);
+    t2079 = R::fused(-t2073, t2000, t2078);
+    t2080 = t2079 * t2011;
+    t2081 = R::fused(t2001, t2080, t2075);
+    t2082 = t2043_2044.second() + t2043_2044.first(); // right_hip_yaw_link: articulated inertia
+    t2083 = R::fused(t1722, t2048, t2082);
+    t2084 = R::fused(-t1811, t2058, t2083);
+    t2085 = R::fused(t1950, t2074, t2084);
+    t2086 = R::fused(t2005, t2080, t2085);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t2089_2090 = t1694_1695 + t1714_1715;
-    t2091_2092 = R::Two::fused(t2030_2031, t2054_2055, t2089_2090);
-    t2093 = t2091_2092.second() + t2091_2092.first(); // right_hip_yaw_link: articulated inertia
-    t2094 = R::constant(19.0) - t2093; // torso: articulated inertia
+    t2087_2088 = t1692_1693 + t1712_1713;
+    t2089_2090 = R::Two::fused(t2028_2029, t2052_2053, t2087_2088);
+    t2091 = t2089_2090.second() + t2089_2090.first(); // right_hip_yaw_link: articulated inertia
+    t2092 = R::constant(19.0) - t2091; // torso: articulated inertia
     // torso: acceleration
-    t2095 = R::fused(-t2049, t2050, t2094);
-    t2096 = R::fused(-t2059, t2060, t2095);
-    t2097 = R::fused(-t2075, t2076, t2096);
-    t2098 = R::fused(-t2081, t2082, t2097);
-    t2099 = R::constant(1.0) / t2098;
-    t2100 = t2088 * t2099;
-    t2101 = R::fused(t2083, t2100, t2015);
-    t2102 = t1720_1721.second() + t1720_1721.first(); // right_hip_yaw_link: articulated inertia
-    t2103 = R::constant(19.0) - t2102; // torso: articulated inertia
-    t2104 = R::fused(-t1724, t1729, t2103);
-    t2105 = R::fused(-t1813, t1834, t2104);
-    t2106 = R::fused(-t1952, t1978, t2105);
-    t2107 = R::fused(-t2007, t2014, t2106);
-    t2108 = R::fused(-t2088, t2100, t2107);
-    t2109 = R::constant(1.0) / t2108;
-    t2110 = t2101 * t2109;
-    t2111 = R::fused(t2088, t2110, t2083);
-    t2112 = t2099 * t2111;
-    t2113 = R::fused(t2007, t2110, t2003);
-    t2114 = R::fused(t2081, t2112, t2113);
-    t2115 = t2013 * t2114;
-    t2116 = R::fused(t1952, t2110, t1945);
-    t2117 = R::fused(t2075, t2112, t2116);
-    t2118 = R::fused(-t2001, t2115, t2117);
-    t2119 = t1977 * t2118;
-    t2120 = R::fused(-t1813, t2110, t1810);
-    t2121 = R::fused(t2059, t2112, t2120);
-    t2122 = R::fused(-t1995, t2115, t2121);
-    t2123 = R::fused(-t1943, t2119, t2122);
-    t2124 = t1833 * t2123;
-    t2125 = R::fused(t1724, t2110, t1671);
-    t2126 = R::fused(t2049, t2112, t2125);
-    t2127 = R::fused(-t1990, t2115, t2126);
-    t2128 = R::fused(-t1920, t2119, t2127);
-    t2129 = R::fused(t1808, t2124, t2128);
-    t2130 = t1728 * t2129;
-    t2131 = R::constant(0.0764) * t2130; // right_hip_yaw_link: acceleration
+    t2093 = R::fused(-t2047, t2048, t2092);
+    t2094 = R::fused(-t2057, t2058, t2093);
+    t2095 = R::fused(-t2073, t2074, t2094);
+    t2096 = R::fused(-t2079, t2080, t2095);
+    t2097 = R::constant(1.0) / t2096;
+    t2098 = t2086 * t2097;
+    t2099 = R::fused(t2081, t2098, t2013);
+    t2100 = t1718_1719.second() + t1718_1719.first(); // right_hip_yaw_link: articulated inertia
+    t2101 = R::constant(19.0) - t2100; // torso: articulated inertia
+    t2102 = R::fused(-t1722, t1727, t2101);
+    t2103 = R::fused(-t1811, t1832, t2102);
+    t2104 = R::fused(-t1950, t1976, t2103);
+    t2105 = R::fused(-t2005, t2012, t2104);
+    t2106 = R::fused(-t2086, t2098, t2105);
+    t2107 = R::constant(1.0) / t2106;
+    t2108 = t2099 * t2107;
+    t2109 = R::fused(t2086, t2108, t2081);
+    t2110 = t2097 * t2109;
+    t2111 = R::fused(t2005, t2108, t2001);
+    t2112 = R::fused(t2079, t2110, t2111);
+    t2113 = t2011 * t2112;
+    t2114 = R::fused(t1950, t2108, t1943);
+    t2115 = R::fused(t2073, t2110, t2114);
+    t2116 = R::fused(-t1999, t2113, t2115);
+    t2117 = t1975 * t2116;
+    t2118 = R::fused(-t1811, t2108, t1808);
+    t2119 = R::fused(t2057, t2110, t2118);
+    t2120 = R::fused(-t1993, t2113, t2119);
+    t2121 = R::fused(-t1941, t2117, t2120);
+    t2122 = t1831 * t2121;
+    t2123 = R::fused(t1722, t2108, t1669);
+    t2124 = R::fused(t2047, t2110, t2123);
+    t2125 = R::fused(-t1988, t2113, t2124);
+    t2126 = R::fused(-t1918, t2117, t2125);
+    t2127 = R::fused(t1806, t2122, t2126);
+    t2128 = t1726 * t2127;
+    t2129 = R::constant(0.0764) * t2128; // right_hip_yaw_link: acceleration
     // right_hip_yaw_link, left_hip_yaw_link: acceleration
-    t2132_2133 = R::Two::fused(both(t2131), two(R::constant(1.0), R::constant(-1.0)), both(t2110));
-    t2134_2135 = t1398_1399 * t2132_2133;
-    t2136_2137 = R::Two::fused(t2030_2031, both(t2112), t2134_2135);
-    t2138 = R::constant(0.0764) * t2119; // right_hip_yaw_link: acceleration
-    t2139_2140 = R::Two::fused(both(t2138), two(R::constant(-1.0), R::constant(1.0)), both(t2115));
-    t2141_2142 = R::Two::fused(t1873_1874 * two(R::constant(-1.0), R::constant(1.0)), t2139_2140, t2136_2137);
-    t2143 = t1647 - t2141_2142.first(); // right_hip_yaw_link: acceleration
-    t2144_2145 = t1858_1859 * both(t2119);
-    t2146_2147 = R::Two::fused(-t1773_1774, both(t2124), t2144_2145);
-    t2148_2149 = R::Two::fused(-t1492_1493, both(t2130), t2146_2147);
-    t2150 = t2143 + t2148_2149.first(); // right_hip_yaw_link: acceleration
-    t2151 = t1494_1495.first() * t2150; // right_hip_yaw_link: acceleration
+    t2130_2131 = R::Two::fused(both(t2129), two(R::constant(1.0), R::constant(-1.0)), both(t2108));
+    t2132_2133 = t1397_1398 * t2130_2131;
+    t2134_2135 = R::Two::fused(t2028_2029, both(t2110), t2132_2133);
+    t2136 = R::constant(0.0764) * t2117; // right_hip_yaw_link: acceleration
+    t2137_2138 = R::Two::fused(both(t2136), two(R::constant(-1.0), R::constant(1.0)), both(t2113));
+    t2139_2140 = R::Two::fused(t1871_1872 * two(R::constant(-1.0), R::constant(1.0)), t2137_2138, t2134_2135);
+    t2141 = t1645 - t2139_2140.first(); // right_hip_yaw_link: acceleration
+    t2142_2143 = t1856_1857 * both(t2117);
+    t2144_2145 = R::Two::fused(-t1771_1772, both(t2122), t2142_2143);
+    t2146_2147 = R::Two::fused(-t1491_1492, both(t2128), t2144_2145);
+    t2148 = t2141 + t2146_2147.first(); // right_hip_yaw_link: acceleration
+    t2149 = t1493_1494.first() * t2148; // right_hip_yaw_link: acceleration
     // right_hip_roll_link, left_hip_roll_link: acceleration
-    t2152_2153 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2132_2133;
-    t2154_2155 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t2112), t2152_2153);
-    t2156_2157 = t1050_1051 * t2154_2155;
-    t2158_2159 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2132_2133;
-    t2160_2161 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t2112), t2158_2159);
-    t2162_2163 = R::Two::fused(t1281_1282, t2160_2161, t2156_2157);
-    t2164_2165 = R::Two::fused(-t1865_1866, t2139_2140, t2162_2163);
-    t2166 = t1610 + t2164_2165.first(); // right_hip_roll_link: acceleration
-    t2167_2168 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t2119);
-    t2169_2170 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t2124), t2167_2168);
-    t2171_2172 = t1231_1232 * t2169_2170;
-    t2173_2174 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t2119);
-    t2175_2176 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t2124), t2173_2174);
-    t2177_2178 = R::Two::fused(t1762_1763, t2175_2176, t2171_2172);
-    t2179 = t2130 + t2151; // right_hip_yaw_link: acceleration
-    t2180 = R::fused(t1368_1369.first(), t2179, t2177_2178.first()); // right_hip_roll_link: acceleration
-    t2181 = t2166 - t2180; // right_hip_roll_link: acceleration
-    t2182 = t1233_1234.first() * t2181; // right_hip_roll_link: acceleration
+    t2150_2151 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2130_2131;
+    t2152_2153 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t2110), t2150_2151);
+    t2154_2155 = t1050_1051 * t2152_2153;
+    t2156_2157 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2130_2131;
+    t2158_2159 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t2110), t2156_2157);
+    t2160_2161 = R::Two::fused(t1280_1281, t2158_2159, t2154_2155);
+    t2162_2163 = R::Two::fused(-t1863_1864, t2137_2138, t2160_2161);
+    t2164 = t1608 + t2162_2163.first(); // right_hip_roll_link: acceleration
+    t2165_2166 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t2117);
+    t2167_2168 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t2122), t2165_2166);
+    t2169_2170 = t1230_1231 * t2167_2168;
+    t2171_2172 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t2117);
+    t2173_2174 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t2122), t2171_2172);
+    t2175_2176 = R::Two::fused(t1760_1761, t2173_2174, t2169_2170);
+    t2177 = t2128 + t2149; // right_hip_yaw_link: acceleration
+    t2178 = R::fused(t1367_1368.first(), t2177, t2175_2176.first()); // right_hip_roll_link: acceleration
+    t2179 = t2164 - t2178; // right_hip_roll_link: acceleration
+    t2180 = t1232_1233.first() * t2179; // right_hip_roll_link: acceleration
     // right_upper_leg, left_upper_leg: acceleration
-    t2183_2184 = t873_874 * t2154_2155;
-    t2185_2186 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2160_2161;
-    t2187_2188 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2139_2140, t2185_2186);
-    t2189_2190 = R::Two::fused(t1042_1043, t2187_2188, t2183_2184);
-    t2191_2192 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2160_2161;
-    t2193_2194 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2139_2140, t2191_2192);
-    t2195_2196 = R::Two::fused(-t1258_1259, t2193_2194, t2189_2190);
-    t2197 = t1570 + t2195_2196.first(); // right_upper_leg: acceleration
-    t2198 = t2169_2170.first() + t2182; // right_hip_roll_link: acceleration
-    t2199 = t1046_1047.first() * t2198; // right_upper_leg: acceleration
-    t2200_2201 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2175_2176;
-    t2202 = R::fused(-sin_q_right_hip_roll, t2179, t2200_2201.first()); // right_upper_leg: acceleration
-    t2203 = R::fused(t949_950.first(), t2202, t2199); // right_upper_leg: acceleration
-    t2204_2205 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2175_2176;
+    t2181_2182 = t873_874 * t2152_2153;
+    t2183_2184 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2158_2159;
+    t2185_2186 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2137_2138, t2183_2184);
+    t2187_2188 = R::Two::fused(t1042_1043, t2185_2186, t2181_2182);
+    t2189_2190 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2158_2159;
+    t2191_2192 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2137_2138, t2189_2190);
+    t2193_2194 = R::Two::fused(-t1257_1258, t2191_2192, t2187_2188);
+    t2195 = t1569 + t2193_2194.first(); // right_upper_leg: acceleration
+    t2196 = t2167_2168.first() + t2180; // right_hip_roll_link: acceleration
+    t2197 = t1046_1047.first() * t2196; // right_upper_leg: acceleration
+    t2198_2199 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2173_2174;
+    t2200 = R::fused(-sin_q_right_hip_roll, t2177, t2198_2199.first()); // right_upper_leg: acceleration
+    t2201 = R::fused(t949_950.first(), t2200, t2197); // right_upper_leg: acceleration
+    t2202_2203 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2173_2174;
     // right_upper_leg: acceleration
-    t2206 = R::fused(cos_q_right_hip_roll, t2179, t2204_2205.first());
-    t2207 = R::fused(t1322_1323.first(), t2206, t2203);
-    t2208 = t2197 + t2207;
-    t2209 = t951_952.first() * t2208;
-    t2210 = t2202 - t2209;
+    t2204 = R::fused(cos_q_right_hip_roll, t2177, t2202_2203.first());
+    t2205 = R::fused(t1321_1322.first(), t2204, t2201);
+    t2206 = t2195 + t2205;
+    t2207 = t951_952.first() * t2206;
+    t2208 = t2200 - t2207;
     // right_lower_leg: acceleration
-    t2211 = R::fused(t576_577.first(), t2210, t2154_2155.first());
-    t2212 = t776_777.first() * t2211;
-    t2213 = t568_569.first() * t2206;
-    t2214 = R::fused(-t576_577.first(), t2198, t2213);
-    t2215 = t2187_2188.first() + t2214;
-    t2216 = R::fused(t1014_1015.first(), t2215, t2212);
-    t2217 = R::fused(-t568_569.first(), t2210, t2193_2194.first());
-    t2218 = R::fused(-t867_868.first(), t2217, t2216);
-    t2219 = t1557 + t2218;
-    t2220 = t1018_1019.first() * t2198;
-    t2221 = R::fused(t854_855.first(), t2210, t2220);
-    t2222 = R::fused(t1308_1309.first(), t2206, t2221);
-    t2223 = t2219 + t2222;
-    t2224 = t856_857.first() * t2223;
-    t2225 = t2210 - t2224;
+    t2209 = R::fused(t576_577.first(), t2208, t2152_2153.first());
+    t2210 = t776_777.first() * t2209;
+    t2211 = t568_569.first() * t2204;
+    t2212 = R::fused(-t576_577.first(), t2196, t2211);
+    t2213 = t2185_2186.first() + t2212;
+    t2214 = R::fused(t1014_1015.first(), t2213, t2210);
+    t2215 = R::fused(-t568_569.first(), t2208, t2191_2192.first());
+    t2216 = R::fused(-t867_868.first(), t2215, t2214);
+    t2217 = t1556 + t2216;
+    t2218 = t1018_1019.first() * t2196;
+    t2219 = R::fused(t854_855.first(), t2208, t2218);
+    t2220 = R::fused(t1307_1308.first(), t2204, t2219);
+    t2221 = t2217 + t2220;
+    t2222 = t856_857.first() * t2221;
+    t2223 = t2208 - t2222;
     // right_ankle: acceleration
-    t2226 = R::fused(t588_589.first(), t2225, t2211);
-    t2227 = t671_672.first() * t2226;
-    t2228 = t582_583.first() * t2206;
-    t2229 = R::fused(-t588_589.first(), t2198, t2228);
-    t2230 = t2215 + t2229;
-    t2231 = R::fused(t978_979.first(), t2230, t2227);
-    t2232 = R::fused(-t582_583.first(), t2225, t2217);
-    t2233 = R::fused(-t770_771.first(), t2232, t2231);
-    t2234 = t1544 + t2233;
-    t2235 = t982_983.first() * t2198;
-    t2236 = R::fused(-t745_746.first(), t2225, t2235);
-    t2237 = R::fused(t1292_1293.first(), t2206, t2236);
-    t2238 = t2234 - t2237;
-    t2239 = t747_748.first() * t2238;
+    t2224 = R::fused(t588_589.first(), t2223, t2209);
+    t2225 = t671_672.first() * t2224;
+    t2226 = t582_583.first() * t2204;
+    t2227 = R::fused(-t588_589.first(), t2196, t2226);
+    t2228 = t2213 + t2227;
+    t2229 = R::fused(t978_979.first(), t2228, t2225);
+    t2230 = R::fused(-t582_583.first(), t2223, t2215);
+    t2231 = R::fused(-t770_771.first(), t2230, t2229);
+    t2232 = t1543 + t2231;
+    t2233 = t982_983.first() * t2196;
+    t2234 = R::fused(-t745_746.first(), t2223, t2233);
+    t2235 = R::fused(t1291_1292.first(), t2204, t2234);
+    t2236 = t2232 - t2235;
+    t2237 = t747_748.first() * t2236;
     // right_foot: acceleration
-    t2240 = sin_t2 * t2206;
-    t2241 = R::fused(-cos_t2, t2198, t2240);
-    t2242 = R::fused(R::constant(0.037), t2241, t2230);
-    t2243 = t446_447.first() * t2242;
-    t2244 = cos_t2 * t2232;
-    t2245 = R::fused(sin_t2, t2226, t2244);
-    t2246 = R::fused(-t432_433.first(), t2245, t2243);
-    t2247 = t1510 + t2246;
-    t2248 = R::constant(0.001228333333) * t2241;
-    t2249 = t2225 - t2239; // right_ankle: acceleration
-    t2250 = R::fused(-t522_523.first(), t2249, t2248);
-    t2251 = cos_t2 * t2206;
-    t2252 = R::fused(sin_t2, t2198, t2251);
-    t2253 = R::fused(-t528_529.first(), t2252, t2250);
-    t2254 = t2247 + t2253;
-    t2255 = R::constant(814.1112620933816) * t2254;
-    t2256 = t1453 + t2141_2142.second(); // left_hip_yaw_link: acceleration
-    t2257 = t2256 + t2148_2149.second(); // left_hip_yaw_link: acceleration
-    t2258 = t1494_1495.second() * t2257; // left_hip_yaw_link: acceleration
-    t2259 = t1160 + t2164_2165.second(); // left_hip_roll_link: acceleration
+    t2238 = sin_t2 * t2204;
+    t2239 = R::fused(-cos_t2, t2196, t2238);
+    t2240 = R::fused(R::constant(0.037), t2239, t2228);
+    t2241 = t446_447.first() * t2240;
+    t2242 = cos_t2 * t2230;
+    t2243 = R::fused(sin_t2, t2224, t2242);
+    t2244 = R::fused(-t432_433.first(), t2243, t2241);
+    t2245 = t1509 + t2244;
+    t2246 = R::constant(0.001228333333) * t2239;
+    t2247 = t2223 - t2237; // right_ankle: acceleration
+    t2248 = R::fused(-t522_523.first(), t2247, t2246);
+    t2249 = cos_t2 * t2204;
+    t2250 = R::fused(sin_t2, t2196, t2249);
+    t2251 = R::fused(-t528_529.first(), t2250, t2248);
+    t2252 = t2245 + t2251;
+    t2253 = R::constant(814.1112620933816) * t2252;
+    t2254 = t1452 + t2139_2140.second(); // left_hip_yaw_link: acceleration
+    t2255 = t2254 + t2146_2147.second(); // left_hip_yaw_link: acceleration
+    t2256 = t1493_1494.second() * t2255; // left_hip_yaw_link: acceleration
+    t2257 = t1159 + t2162_2163.second(); // left_hip_roll_link: acceleration
+    t2258 = t2128 + t2256; // left_hip_yaw_link: acceleration
+    t2259 = R::fused(t1367_1368.second(), t2258, t2175_2176.second()); // left_hip_roll_link: acceleration
     let (
         t2260, t2261, t2262, t2263, t2264, t2265, t2266, t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275,
         t2276, t2277, t2278, t2279, t2280, t2281, t2282, t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291,
         t2292, t2293, t2294, t2295, t2296, t2297, t2298, t2299, t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307,
-        t2308, t2309, t2310, t2311, t2312, t2313, t2314, t2315, t2316, t2317, t2318,
+        t2308, t2309, t2310, t2311, t2312, t2313, t2314, t2315, t2316,
     );
-    t2260 = t2130 + t2258; // left_hip_yaw_link: acceleration
-    t2261 = R::fused(t1368_1369.second(), t2260, t2177_2178.second()); // left_hip_roll_link: acceleration
-    t2262 = t2259 - t2261; // left_hip_roll_link: acceleration
-    t2263 = t1233_1234.second() * t2262; // left_hip_roll_link: acceleration
-    t2264 = t936 + t2195_2196.second(); // left_upper_leg: acceleration
-    t2265 = t2169_2170.second() + t2263; // left_hip_roll_link: acceleration
+    t2260 = t2257 - t2259; // left_hip_roll_link: acceleration
+    t2261 = t1232_1233.second() * t2260; // left_hip_roll_link: acceleration
+    t2262 = t936 + t2193_2194.second(); // left_upper_leg: acceleration
+    t2263 = t2167_2168.second() + t2261; // left_hip_roll_link: acceleration
     // left_upper_leg: acceleration
-    t2266 = t1046_1047.second() * t2265;
-    t2267 = R::fused(-sin_q_left_hip_roll, t2260, t2200_2201.second());
-    t2268 = R::fused(-t949_950.second(), t2267, t2266);
-    t2269 = R::fused(cos_q_left_hip_roll, t2260, t2204_2205.second());
-    t2270 = R::fused(t1322_1323.second(), t2269, t2268);
-    t2271 = t2264 - t2270;
-    t2272 = t951_952.second() * t2271;
-    t2273 = t2267 - t2272;
+    t2264 = t1046_1047.second() * t2263;
+    t2265 = R::fused(-sin_q_left_hip_roll, t2258, t2198_2199.second());
+    t2266 = R::fused(-t949_950.second(), t2265, t2264);
+    t2267 = R::fused(cos_q_left_hip_roll, t2258, t2202_2203.second());
+    t2268 = R::fused(t1321_1322.second(), t2267, t2266);
+    t2269 = t2262 - t2268;
+    t2270 = t951_952.second() * t2269;
+    t2271 = t2265 - t2270;
     // left_lower_leg: acceleration
-    t2274 = R::fused(t576_577.second(), t2273, t2154_2155.second());
-    t2275 = t776_777.second() * t2274;
-    t2276 = t568_569.second() * t2269;
-    t2277 = R::fused(-t576_577.second(), t2265, t2276);
-    t2278 = t2187_2188.second() + t2277;
-    t2279 = R::fused(t1014_1015.second(), t2278, t2275);
-    t2280 = R::fused(-t568_569.second(), t2273, t2193_2194.second());
-    t2281 = R::fused(-t867_868.second(), t2280, t2279);
-    t2282 = t839 + t2281;
-    t2283 = t1018_1019.second() * t2265;
-    t2284 = R::fused(-t854_855.second(), t2273, t2283);
-    t2285 = R::fused(t1308_1309.second(), t2269, t2284);
-    t2286 = t2282 - t2285;
-    t2287 = t856_857.second() * t2286;
-    t2288 = t2273 - t2287;
+    t2272 = R::fused(t576_577.second(), t2271, t2152_2153.second());
+    t2273 = t776_777.second() * t2272;
+    t2274 = t568_569.second() * t2267;
+    t2275 = R::fused(-t576_577.second(), t2263, t2274);
+    t2276 = t2185_2186.second() + t2275;
+    t2277 = R::fused(t1014_1015.second(), t2276, t2273);
+    t2278 = R::fused(-t568_569.second(), t2271, t2191_2192.second());
+    t2279 = R::fused(-t867_868.second(), t2278, t2277);
+    t2280 = t839 + t2279;
+    t2281 = t1018_1019.second() * t2263;
+    t2282 = R::fused(-t854_855.second(), t2271, t2281);
+    t2283 = R::fused(t1307_1308.second(), t2267, t2282);
+    t2284 = t2280 - t2283;
+    t2285 = t856_857.second() * t2284;
+    t2286 = t2271 - t2285;
     // left_ankle: acceleration
-    t2289 = R::fused(t588_589.second(), t2288, t2274);
-    t2290 = t671_672.second() * t2289;
-    t2291 = t582_583.second() * t2269;
-    t2292 = R::fused(-t588_589.second(), t2265, t2291);
-    t2293 = t2278 + t2292;
-    t2294 = R::fused(t978_979.second(), t2293, t2290);
-    t2295 = R::fused(-t582_583.second(), t2288, t2280);
-    t2296 = R::fused(-t770_771.second(), t2295, t2294);
-    t2297 = t734 + t2296;
-    t2298 = t982_983.second() * t2265;
-    t2299 = R::fused(-t745_746.second(), t2288, t2298);
-    t2300 = R::fused(t1292_1293.second(), t2269, t2299);
-    t2301 = t2297 - t2300;
-    t2302 = t747_748.second() * t2301;
+    t2287 = R::fused(t588_589.second(), t2286, t2272);
+    t2288 = t671_672.second() * t2287;
+    t2289 = t582_583.second() * t2267;
+    t2290 = R::fused(-t588_589.second(), t2263, t2289);
+    t2291 = t2276 + t2290;
+    t2292 = R::fused(t978_979.second(), t2291, t2288);
+    t2293 = R::fused(-t582_583.second(), t2286, t2278);
+    t2294 = R::fused(-t770_771.second(), t2293, t2292);
+    t2295 = t734 + t2294;
+    t2296 = t982_983.second() * t2263;
+    t2297 = R::fused(-t745_746.second(), t2286, t2296);
+    t2298 = R::fused(t1291_1292.second(), t2267, t2297);
+    t2299 = t2295 - t2298;
+    t2300 = t747_748.second() * t2299;
     // left_foot: acceleration
-    t2303 = sin_t3 * t2269;
-    t2304 = R::fused(-cos_t3, t2265, t2303);
-    t2305 = R::fused(R::constant(0.037), t2304, t2293);
-    t2306 = t446_447.second() * t2305;
-    t2307 = cos_t3 * t2295;
-    t2308 = R::fused(sin_t3, t2289, t2307);
-    t2309 = R::fused(-t432_433.second(), t2308, t2306);
-    t2310 = t658 + t2309;
-    t2311 = R::constant(0.001228333333) * t2304;
-    t2312 = t2288 - t2302; // left_ankle: acceleration
-    t2313 = R::fused(-t522_523.second(), t2312, t2311);
-    t2314 = cos_t3 * t2269;
-    t2315 = R::fused(sin_t3, t2265, t2314);
-    t2316 = R::fused(-t528_529.second(), t2315, t2313);
-    t2317 = t2310 + t2316;
-    t2318 = R::constant(814.1112620933816) * t2317;
+    t2301 = sin_t3 * t2267;
+    t2302 = R::fused(-cos_t3, t2263, t2301);
+    t2303 = R::fused(R::constant(0.037), t2302, t2291);
+    t2304 = t446_447.second() * t2303;
+    t2305 = cos_t3 * t2293;
+    t2306 = R::fused(sin_t3, t2287, t2305);
+    t2307 = R::fused(-t432_433.second(), t2306, t2304);
+    t2308 = t658 + t2307;
+    t2309 = R::constant(0.001228333333) * t2302;
+    t2310 = t2286 - t2300; // left_ankle: acceleration
+    t2311 = R::fused(-t522_523.second(), t2310, t2309);
+    t2312 = cos_t3 * t2267;
+    t2313 = R::fused(sin_t3, t2263, t2312);
+    t2314 = R::fused(-t528_529.second(), t2313, t2311);
+    t2315 = t2308 + t2314;
+    t2316 = R::constant(814.1112620933816) * t2315;
     *out = [[
-        t2110, t2112, t2115, t2119, t2124, t2130, t2151, t2182, t2209, t2224, t2239, t2255, t2258, t2263, t2272, t2287,
-        t2302, t2318,
+        t2108, t2110, t2113, t2117, t2122, t2128, t2149, t2180, t2207, t2222, t2237, t2253, t2256, t2261, t2270, t2285,
+        t2300, t2316,
     ]];
 }
 }

@@ -12,7 +12,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 222 operations: 24 add, 66 mul, 66 fused, 5 sin_cos.
+/// 219 operations: 24 add, 69 mul, 63 fused, 5 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -177,23 +177,24 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
-    let t93 = R::fused(-t79, R::constant(0.037), t90); // left_foot: pose in the world
-    let t94 = R::fused(-t83, R::constant(0.037), t91); // left_foot: pose in the world
-    let t95 = R::fused(-t87, R::constant(0.037), t92); // left_foot: pose in the world
-    // left_ankle: Jacobian
+    // left_foot: pose in the world
+    let t93 = t79 * R::constant(0.037);
+    let t94 = t83 * R::constant(0.037);
+    let t95 = t87 * R::constant(0.037);
     let t96 = t90 - t93;
     let t97 = t91 - t94;
     let t98 = t92 - t95;
-    let t99 = t44 * t98;
-    out[16][0] = R::fused(t48, t97, -t99);
-    let t101 = t48 * t96;
-    out[16][1] = R::fused(t40, t98, -t101);
-    let t103 = t40 * t97;
-    out[16][2] = R::fused(t44, t96, -t103);
+    // left_ankle: Jacobian
+    let t99 = t44 * t95;
+    out[16][0] = R::fused(t48, t94, -t99);
+    let t101 = t48 * t93;
+    out[16][1] = R::fused(t40, t95, -t101);
+    let t103 = t40 * t94;
+    out[16][2] = R::fused(t44, t93, -t103);
     // left_lower_leg: Jacobian
-    let t105 = t75 - t93;
-    let t106 = t76 - t94;
-    let t107 = t77 - t95;
+    let t105 = t75 - t96;
+    let t106 = t76 - t97;
+    let t107 = t77 - t98;
     let t108 = t44 * t107;
     out[15][0] = R::fused(t48, t106, -t108);
     let t110 = t48 * t105;
@@ -201,9 +202,9 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t112 = t40 * t106;
     out[15][2] = R::fused(t44, t105, -t112);
     // left_upper_leg: Jacobian
-    let t114 = t36 - t93;
-    let t115 = t37 - t94;
-    let t116 = t38 - t95;
+    let t114 = t36 - t96;
+    let t115 = t37 - t97;
+    let t116 = t38 - t98;
     let t117 = t44 * t116;
     out[14][0] = R::fused(t48, t115, -t117);
     let t119 = t48 * t114;
@@ -225,9 +226,9 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t133 = t15 * t115;
     out[12][2] = R::fused(t19, t114, -t133);
     // torso: Jacobian
-    let t135 = q_base_x - t93;
-    let t136 = q_base_y - t94;
-    let t137 = q_base_z - t95;
+    let t135 = q_base_x - t96;
+    let t136 = q_base_y - t97;
+    let t137 = q_base_z - t98;
     let t138 = t16 * t137;
     out[3][0] = R::fused(t20, t136, -t138);
     let t140 = t20 * t135;
@@ -304,7 +305,7 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 222 operations: 24 add, 66 mul, 66 fused, 5 sin_cos.
+/// 219 operations: 24 add, 69 mul, 63 fused, 5 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -475,23 +476,24 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
-    let t93 = R::fused(-t79, R::constant(0.037), t90); // right_foot: pose in the world
-    let t94 = R::fused(-t83, R::constant(0.037), t91); // right_foot: pose in the world
-    let t95 = R::fused(-t87, R::constant(0.037), t92); // right_foot: pose in the world
-    // right_ankle: Jacobian
+    // right_foot: pose in the world
+    let t93 = t79 * R::constant(0.037);
+    let t94 = t83 * R::constant(0.037);
+    let t95 = t87 * R::constant(0.037);
     let t96 = t90 - t93;
     let t97 = t91 - t94;
     let t98 = t92 - t95;
-    let t99 = t44 * t98;
-    out[10][0] = R::fused(t48, t97, -t99);
-    let t101 = t48 * t96;
-    out[10][1] = R::fused(t40, t98, -t101);
-    let t103 = t40 * t97;
-    out[10][2] = R::fused(t44, t96, -t103);
+    // right_ankle: Jacobian
+    let t99 = t44 * t95;
+    out[10][0] = R::fused(t48, t94, -t99);
+    let t101 = t48 * t93;
+    out[10][1] = R::fused(t40, t95, -t101);
+    let t103 = t40 * t94;
+    out[10][2] = R::fused(t44, t93, -t103);
     // right_lower_leg: Jacobian
-    let t105 = t75 - t93;
-    let t106 = t76 - t94;
-    let t107 = t77 - t95;
+    let t105 = t75 - t96;
+    let t106 = t76 - t97;
+    let t107 = t77 - t98;
     let t108 = t44 * t107;
     out[9][0] = R::fused(t48, t106, -t108);
     let t110 = t48 * t105;
@@ -499,9 +501,9 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t112 = t40 * t106;
     out[9][2] = R::fused(t44, t105, -t112);
     // right_upper_leg: Jacobian
-    let t114 = t36 - t93;
-    let t115 = t37 - t94;
-    let t116 = t38 - t95;
+    let t114 = t36 - t96;
+    let t115 = t37 - t97;
+    let t116 = t38 - t98;
     let t117 = t44 * t116;
     out[8][0] = R::fused(t48, t115, -t117);
     let t119 = t48 * t114;
@@ -523,9 +525,9 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t133 = t15 * t115;
     out[6][2] = R::fused(t19, t114, -t133);
     // torso: Jacobian
-    let t135 = q_base_x - t93;
-    let t136 = q_base_y - t94;
-    let t137 = q_base_z - t95;
+    let t135 = q_base_x - t96;
+    let t136 = q_base_y - t97;
+    let t137 = q_base_z - t98;
     let t138 = t16 * t137;
     out[3][0] = R::fused(t20, t136, -t138);
     let t140 = t20 * t135;
@@ -602,7 +604,7 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 270 operations: 30 add, 78 mul, 81 fused, 6 sin_cos.
+/// 267 operations: 27 add, 78 mul, 81 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_front_left<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -810,81 +812,78 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     let t118 = t106 - t113;
     let t119 = t107 - t116;
     // right_foot: Jacobian
-    let t120 = t105 - t117;
-    let t121 = t106 - t118;
-    let t122 = t107 - t119;
-    let t123 = t85 * t122;
-    out[11][0] = R::fused(t89, t121, -t123);
-    let t125 = t89 * t120;
-    out[11][1] = R::fused(t81, t122, -t125);
-    let t127 = t81 * t121;
-    out[11][2] = R::fused(t85, t120, -t127);
+    let t120 = t85 * t116;
+    out[11][0] = R::fused(t89, t113, -t120);
+    let t122 = t89 * t110;
+    out[11][1] = R::fused(t81, t116, -t122);
+    let t124 = t81 * t113;
+    out[11][2] = R::fused(t85, t110, -t124);
     // right_ankle: Jacobian
-    let t129 = t90 - t117;
-    let t130 = t91 - t118;
-    let t131 = t92 - t119;
-    let t132 = t44 * t131;
-    out[10][0] = R::fused(t48, t130, -t132);
-    let t134 = t48 * t129;
-    out[10][1] = R::fused(t40, t131, -t134);
-    let t136 = t40 * t130;
-    out[10][2] = R::fused(t44, t129, -t136);
+    let t126 = t90 - t117;
+    let t127 = t91 - t118;
+    let t128 = t92 - t119;
+    let t129 = t44 * t128;
+    out[10][0] = R::fused(t48, t127, -t129);
+    let t131 = t48 * t126;
+    out[10][1] = R::fused(t40, t128, -t131);
+    let t133 = t40 * t127;
+    out[10][2] = R::fused(t44, t126, -t133);
     // right_lower_leg: Jacobian
-    let t138 = t75 - t117;
-    let t139 = t76 - t118;
-    let t140 = t77 - t119;
-    let t141 = t44 * t140;
-    out[9][0] = R::fused(t48, t139, -t141);
-    let t143 = t48 * t138;
-    out[9][1] = R::fused(t40, t140, -t143);
-    let t145 = t40 * t139;
-    out[9][2] = R::fused(t44, t138, -t145);
+    let t135 = t75 - t117;
+    let t136 = t76 - t118;
+    let t137 = t77 - t119;
+    let t138 = t44 * t137;
+    out[9][0] = R::fused(t48, t136, -t138);
+    let t140 = t48 * t135;
+    out[9][1] = R::fused(t40, t137, -t140);
+    let t142 = t40 * t136;
+    out[9][2] = R::fused(t44, t135, -t142);
     // right_upper_leg: Jacobian
-    let t147 = t36 - t117;
-    let t148 = t37 - t118;
-    let t149 = t38 - t119;
-    let t150 = t44 * t149;
-    out[8][0] = R::fused(t48, t148, -t150);
-    let t152 = t48 * t147;
-    out[8][1] = R::fused(t40, t149, -t152);
-    let t154 = t40 * t148;
-    out[8][2] = R::fused(t44, t147, -t154);
+    let t144 = t36 - t117;
+    let t145 = t37 - t118;
+    let t146 = t38 - t119;
+    let t147 = t44 * t146;
+    out[8][0] = R::fused(t48, t145, -t147);
+    let t149 = t48 * t144;
+    out[8][1] = R::fused(t40, t146, -t149);
+    let t151 = t40 * t145;
+    out[8][2] = R::fused(t44, t144, -t151);
     // right_hip_roll_link: Jacobian
-    let t156 = t29 * t149;
-    out[7][0] = R::fused(t33, t148, -t156);
-    let t158 = t33 * t147;
-    out[7][1] = R::fused(t25, t149, -t158);
-    let t160 = t25 * t148;
-    out[7][2] = R::fused(t29, t147, -t160);
+    let t153 = t29 * t146;
+    out[7][0] = R::fused(t33, t145, -t153);
+    let t155 = t33 * t144;
+    out[7][1] = R::fused(t25, t146, -t155);
+    let t157 = t25 * t145;
+    out[7][2] = R::fused(t29, t144, -t157);
     // right_hip_yaw_link: Jacobian
-    let t162 = t19 * t149;
-    out[6][0] = R::fused(t23, t148, -t162);
-    let t164 = t23 * t147;
-    out[6][1] = R::fused(t15, t149, -t164);
-    let t166 = t15 * t148;
-    out[6][2] = R::fused(t19, t147, -t166);
+    let t159 = t19 * t146;
+    out[6][0] = R::fused(t23, t145, -t159);
+    let t161 = t23 * t144;
+    out[6][1] = R::fused(t15, t146, -t161);
+    let t163 = t15 * t145;
+    out[6][2] = R::fused(t19, t144, -t163);
     // torso: Jacobian
-    let t168 = q_base_x - t117;
-    let t169 = q_base_y - t118;
-    let t170 = q_base_z - t119;
-    let t171 = t16 * t170;
-    out[3][0] = R::fused(t20, t169, -t171);
-    let t173 = t20 * t168;
-    out[3][1] = R::fused(t13, t170, -t173);
-    let t175 = t13 * t169;
-    out[3][2] = R::fused(t16, t168, -t175);
-    let t177 = t18 * t170;
-    out[4][0] = R::fused(t21, t169, -t177);
-    let t179 = t21 * t168;
-    out[4][1] = R::fused(t14, t170, -t179);
-    let t181 = t14 * t169;
-    out[4][2] = R::fused(t18, t168, -t181);
-    let t183 = t19 * t170;
-    out[5][0] = R::fused(t23, t169, -t183);
-    let t185 = t23 * t168;
-    out[5][1] = R::fused(t15, t170, -t185);
-    let t187 = t15 * t169;
-    out[5][2] = R::fused(t19, t168, -t187);
+    let t165 = q_base_x - t117;
+    let t166 = q_base_y - t118;
+    let t167 = q_base_z - t119;
+    let t168 = t16 * t167;
+    out[3][0] = R::fused(t20, t166, -t168);
+    let t170 = t20 * t165;
+    out[3][1] = R::fused(t13, t167, -t170);
+    let t172 = t13 * t166;
+    out[3][2] = R::fused(t16, t165, -t172);
+    let t174 = t18 * t167;
+    out[4][0] = R::fused(t21, t166, -t174);
+    let t176 = t21 * t165;
+    out[4][1] = R::fused(t14, t167, -t176);
+    let t178 = t14 * t166;
+    out[4][2] = R::fused(t18, t165, -t178);
+    let t180 = t19 * t167;
+    out[5][0] = R::fused(t23, t166, -t180);
+    let t182 = t23 * t165;
+    out[5][1] = R::fused(t15, t167, -t182);
+    let t184 = t15 * t166;
+    out[5][2] = R::fused(t19, t165, -t184);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -940,7 +939,7 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 270 operations: 30 add, 78 mul, 81 fused, 6 sin_cos.
+/// 267 operations: 27 add, 78 mul, 81 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_front_right<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -1148,81 +1147,78 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     let t118 = t106 - t113;
     let t119 = t107 - t116;
     // right_foot: Jacobian
-    let t120 = t105 - t117;
-    let t121 = t106 - t118;
-    let t122 = t107 - t119;
-    let t123 = t85 * t122;
-    out[11][0] = R::fused(t89, t121, -t123);
-    let t125 = t89 * t120;
-    out[11][1] = R::fused(t81, t122, -t125);
-    let t127 = t81 * t121;
-    out[11][2] = R::fused(t85, t120, -t127);
+    let t120 = t85 * t116;
+    out[11][0] = R::fused(t89, t113, -t120);
+    let t122 = t89 * t110;
+    out[11][1] = R::fused(t81, t116, -t122);
+    let t124 = t81 * t113;
+    out[11][2] = R::fused(t85, t110, -t124);
     // right_ankle: Jacobian
-    let t129 = t90 - t117;
-    let t130 = t91 - t118;
-    let t131 = t92 - t119;
-    let t132 = t44 * t131;
-    out[10][0] = R::fused(t48, t130, -t132);
-    let t134 = t48 * t129;
-    out[10][1] = R::fused(t40, t131, -t134);
-    let t136 = t40 * t130;
-    out[10][2] = R::fused(t44, t129, -t136);
+    let t126 = t90 - t117;
+    let t127 = t91 - t118;
+    let t128 = t92 - t119;
+    let t129 = t44 * t128;
+    out[10][0] = R::fused(t48, t127, -t129);
+    let t131 = t48 * t126;
+    out[10][1] = R::fused(t40, t128, -t131);
+    let t133 = t40 * t127;
+    out[10][2] = R::fused(t44, t126, -t133);
     // right_lower_leg: Jacobian
-    let t138 = t75 - t117;
-    let t139 = t76 - t118;
-    let t140 = t77 - t119;
-    let t141 = t44 * t140;
-    out[9][0] = R::fused(t48, t139, -t141);
-    let t143 = t48 * t138;
-    out[9][1] = R::fused(t40, t140, -t143);
-    let t145 = t40 * t139;
-    out[9][2] = R::fused(t44, t138, -t145);
+    let t135 = t75 - t117;
+    let t136 = t76 - t118;
+    let t137 = t77 - t119;
+    let t138 = t44 * t137;
+    out[9][0] = R::fused(t48, t136, -t138);
+    let t140 = t48 * t135;
+    out[9][1] = R::fused(t40, t137, -t140);
+    let t142 = t40 * t136;
+    out[9][2] = R::fused(t44, t135, -t142);
     // right_upper_leg: Jacobian
-    let t147 = t36 - t117;
-    let t148 = t37 - t118;
-    let t149 = t38 - t119;
-    let t150 = t44 * t149;
-    out[8][0] = R::fused(t48, t148, -t150);
-    let t152 = t48 * t147;
-    out[8][1] = R::fused(t40, t149, -t152);
-    let t154 = t40 * t148;
-    out[8][2] = R::fused(t44, t147, -t154);
+    let t144 = t36 - t117;
+    let t145 = t37 - t118;
+    let t146 = t38 - t119;
+    let t147 = t44 * t146;
+    out[8][0] = R::fused(t48, t145, -t147);
+    let t149 = t48 * t144;
+    out[8][1] = R::fused(t40, t146, -t149);
+    let t151 = t40 * t145;
+    out[8][2] = R::fused(t44, t144, -t151);
     // right_hip_roll_link: Jacobian
-    let t156 = t29 * t149;
-    out[7][0] = R::fused(t33, t148, -t156);
-    let t158 = t33 * t147;
-    out[7][1] = R::fused(t25, t149, -t158);
-    let t160 = t25 * t148;
-    out[7][2] = R::fused(t29, t147, -t160);
+    let t153 = t29 * t146;
+    out[7][0] = R::fused(t33, t145, -t153);
+    let t155 = t33 * t144;
+    out[7][1] = R::fused(t25, t146, -t155);
+    let t157 = t25 * t145;
+    out[7][2] = R::fused(t29, t144, -t157);
     // right_hip_yaw_link: Jacobian
-    let t162 = t19 * t149;
-    out[6][0] = R::fused(t23, t148, -t162);
-    let t164 = t23 * t147;
-    out[6][1] = R::fused(t15, t149, -t164);
-    let t166 = t15 * t148;
-    out[6][2] = R::fused(t19, t147, -t166);
+    let t159 = t19 * t146;
+    out[6][0] = R::fused(t23, t145, -t159);
+    let t161 = t23 * t144;
+    out[6][1] = R::fused(t15, t146, -t161);
+    let t163 = t15 * t145;
+    out[6][2] = R::fused(t19, t144, -t163);
     // torso: Jacobian
-    let t168 = q_base_x - t117;
-    let t169 = q_base_y - t118;
-    let t170 = q_base_z - t119;
-    let t171 = t16 * t170;
-    out[3][0] = R::fused(t20, t169, -t171);
-    let t173 = t20 * t168;
-    out[3][1] = R::fused(t13, t170, -t173);
-    let t175 = t13 * t169;
-    out[3][2] = R::fused(t16, t168, -t175);
-    let t177 = t18 * t170;
-    out[4][0] = R::fused(t21, t169, -t177);
-    let t179 = t21 * t168;
-    out[4][1] = R::fused(t14, t170, -t179);
-    let t181 = t14 * t169;
-    out[4][2] = R::fused(t18, t168, -t181);
-    let t183 = t19 * t170;
-    out[5][0] = R::fused(t23, t169, -t183);
-    let t185 = t23 * t168;
-    out[5][1] = R::fused(t15, t170, -t185);
-    let t187 = t15 * t169;
-    out[5][2] = R::fused(t19, t168, -t187);
+    let t165 = q_base_x - t117;
+    let t166 = q_base_y - t118;
+    let t167 = q_base_z - t119;
+    let t168 = t16 * t167;
+    out[3][0] = R::fused(t20, t166, -t168);
+    let t170 = t20 * t165;
+    out[3][1] = R::fused(t13, t167, -t170);
+    let t172 = t13 * t166;
+    out[3][2] = R::fused(t16, t165, -t172);
+    let t174 = t18 * t167;
+    out[4][0] = R::fused(t21, t166, -t174);
+    let t176 = t21 * t165;
+    out[4][1] = R::fused(t14, t167, -t176);
+    let t178 = t14 * t166;
+    out[4][2] = R::fused(t18, t165, -t178);
+    let t180 = t19 * t167;
+    out[5][0] = R::fused(t23, t166, -t180);
+    let t182 = t23 * t165;
+    out[5][1] = R::fused(t15, t167, -t182);
+    let t184 = t15 * t166;
+    out[5][2] = R::fused(t19, t165, -t184);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -1278,7 +1274,7 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 270 operations: 30 add, 78 mul, 81 fused, 6 sin_cos.
+/// 267 operations: 27 add, 78 mul, 81 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_rear_left<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -1486,81 +1482,78 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     let t118 = t106 + t113;
     let t119 = t107 + t116;
     // right_foot: Jacobian
-    let t120 = t105 - t117;
-    let t121 = t106 - t118;
-    let t122 = t107 - t119;
-    let t123 = t85 * t122;
-    out[11][0] = R::fused(t89, t121, -t123);
-    let t125 = t89 * t120;
-    out[11][1] = R::fused(t81, t122, -t125);
-    let t127 = t81 * t121;
-    out[11][2] = R::fused(t85, t120, -t127);
+    let t120 = t85 * t116;
+    out[11][0] = R::fused(-t89, t113, t120);
+    let t122 = t89 * t110;
+    out[11][1] = R::fused(-t81, t116, t122);
+    let t124 = t81 * t113;
+    out[11][2] = R::fused(-t85, t110, t124);
     // right_ankle: Jacobian
-    let t129 = t90 - t117;
-    let t130 = t91 - t118;
-    let t131 = t92 - t119;
-    let t132 = t44 * t131;
-    out[10][0] = R::fused(t48, t130, -t132);
-    let t134 = t48 * t129;
-    out[10][1] = R::fused(t40, t131, -t134);
-    let t136 = t40 * t130;
-    out[10][2] = R::fused(t44, t129, -t136);
+    let t126 = t90 - t117;
+    let t127 = t91 - t118;
+    let t128 = t92 - t119;
+    let t129 = t44 * t128;
+    out[10][0] = R::fused(t48, t127, -t129);
+    let t131 = t48 * t126;
+    out[10][1] = R::fused(t40, t128, -t131);
+    let t133 = t40 * t127;
+    out[10][2] = R::fused(t44, t126, -t133);
     // right_lower_leg: Jacobian
-    let t138 = t75 - t117;
-    let t139 = t76 - t118;
-    let t140 = t77 - t119;
-    let t141 = t44 * t140;
-    out[9][0] = R::fused(t48, t139, -t141);
-    let t143 = t48 * t138;
-    out[9][1] = R::fused(t40, t140, -t143);
-    let t145 = t40 * t139;
-    out[9][2] = R::fused(t44, t138, -t145);
+    let t135 = t75 - t117;
+    let t136 = t76 - t118;
+    let t137 = t77 - t119;
+    let t138 = t44 * t137;
+    out[9][0] = R::fused(t48, t136, -t138);
+    let t140 = t48 * t135;
+    out[9][1] = R::fused(t40, t137, -t140);
+    let t142 = t40 * t136;
+    out[9][2] = R::fused(t44, t135, -t142);
     // right_upper_leg: Jacobian
-    let t147 = t36 - t117;
-    let t148 = t37 - t118;
-    let t149 = t38 - t119;
-    let t150 = t44 * t149;
-    out[8][0] = R::fused(t48, t148, -t150);
-    let t152 = t48 * t147;
-    out[8][1] = R::fused(t40, t149, -t152);
-    let t154 = t40 * t148;
-    out[8][2] = R::fused(t44, t147, -t154);
+    let t144 = t36 - t117;
+    let t145 = t37 - t118;
+    let t146 = t38 - t119;
+    let t147 = t44 * t146;
+    out[8][0] = R::fused(t48, t145, -t147);
+    let t149 = t48 * t144;
+    out[8][1] = R::fused(t40, t146, -t149);
+    let t151 = t40 * t145;
+    out[8][2] = R::fused(t44, t144, -t151);
     // right_hip_roll_link: Jacobian
-    let t156 = t29 * t149;
-    out[7][0] = R::fused(t33, t148, -t156);
-    let t158 = t33 * t147;
-    out[7][1] = R::fused(t25, t149, -t158);
-    let t160 = t25 * t148;
-    out[7][2] = R::fused(t29, t147, -t160);
+    let t153 = t29 * t146;
+    out[7][0] = R::fused(t33, t145, -t153);
+    let t155 = t33 * t144;
+    out[7][1] = R::fused(t25, t146, -t155);
+    let t157 = t25 * t145;
+    out[7][2] = R::fused(t29, t144, -t157);
     // right_hip_yaw_link: Jacobian
-    let t162 = t19 * t149;
-    out[6][0] = R::fused(t23, t148, -t162);
-    let t164 = t23 * t147;
-    out[6][1] = R::fused(t15, t149, -t164);
-    let t166 = t15 * t148;
-    out[6][2] = R::fused(t19, t147, -t166);
+    let t159 = t19 * t146;
+    out[6][0] = R::fused(t23, t145, -t159);
+    let t161 = t23 * t144;
+    out[6][1] = R::fused(t15, t146, -t161);
+    let t163 = t15 * t145;
+    out[6][2] = R::fused(t19, t144, -t163);
     // torso: Jacobian
-    let t168 = q_base_x - t117;
-    let t169 = q_base_y - t118;
-    let t170 = q_base_z - t119;
-    let t171 = t16 * t170;
-    out[3][0] = R::fused(t20, t169, -t171);
-    let t173 = t20 * t168;
-    out[3][1] = R::fused(t13, t170, -t173);
-    let t175 = t13 * t169;
-    out[3][2] = R::fused(t16, t168, -t175);
-    let t177 = t18 * t170;
-    out[4][0] = R::fused(t21, t169, -t177);
-    let t179 = t21 * t168;
-    out[4][1] = R::fused(t14, t170, -t179);
-    let t181 = t14 * t169;
-    out[4][2] = R::fused(t18, t168, -t181);
-    let t183 = t19 * t170;
-    out[5][0] = R::fused(t23, t169, -t183);
-    let t185 = t23 * t168;
-    out[5][1] = R::fused(t15, t170, -t185);
-    let t187 = t15 * t169;
-    out[5][2] = R::fused(t19, t168, -t187);
+    let t165 = q_base_x - t117;
+    let t166 = q_base_y - t118;
+    let t167 = q_base_z - t119;
+    let t168 = t16 * t167;
+    out[3][0] = R::fused(t20, t166, -t168);
+    let t170 = t20 * t165;
+    out[3][1] = R::fused(t13, t167, -t170);
+    let t172 = t13 * t166;
+    out[3][2] = R::fused(t16, t165, -t172);
+    let t174 = t18 * t167;
+    out[4][0] = R::fused(t21, t166, -t174);
+    let t176 = t21 * t165;
+    out[4][1] = R::fused(t14, t167, -t176);
+    let t178 = t14 * t166;
+    out[4][2] = R::fused(t18, t165, -t178);
+    let t180 = t19 * t167;
+    out[5][0] = R::fused(t23, t166, -t180);
+    let t182 = t23 * t165;
+    out[5][1] = R::fused(t15, t167, -t182);
+    let t184 = t15 * t166;
+    out[5][2] = R::fused(t19, t165, -t184);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -1616,7 +1609,7 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 270 operations: 30 add, 78 mul, 81 fused, 6 sin_cos.
+/// 267 operations: 27 add, 78 mul, 81 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_rear_right<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -1824,81 +1817,78 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     let t118 = t106 + t113;
     let t119 = t107 + t116;
     // right_foot: Jacobian
-    let t120 = t105 - t117;
-    let t121 = t106 - t118;
-    let t122 = t107 - t119;
-    let t123 = t85 * t122;
-    out[11][0] = R::fused(t89, t121, -t123);
-    let t125 = t89 * t120;
-    out[11][1] = R::fused(t81, t122, -t125);
-    let t127 = t81 * t121;
-    out[11][2] = R::fused(t85, t120, -t127);
+    let t120 = t85 * t116;
+    out[11][0] = R::fused(-t89, t113, t120);
+    let t122 = t89 * t110;
+    out[11][1] = R::fused(-t81, t116, t122);
+    let t124 = t81 * t113;
+    out[11][2] = R::fused(-t85, t110, t124);
     // right_ankle: Jacobian
-    let t129 = t90 - t117;
-    let t130 = t91 - t118;
-    let t131 = t92 - t119;
-    let t132 = t44 * t131;
-    out[10][0] = R::fused(t48, t130, -t132);
-    let t134 = t48 * t129;
-    out[10][1] = R::fused(t40, t131, -t134);
-    let t136 = t40 * t130;
-    out[10][2] = R::fused(t44, t129, -t136);
+    let t126 = t90 - t117;
+    let t127 = t91 - t118;
+    let t128 = t92 - t119;
+    let t129 = t44 * t128;
+    out[10][0] = R::fused(t48, t127, -t129);
+    let t131 = t48 * t126;
+    out[10][1] = R::fused(t40, t128, -t131);
+    let t133 = t40 * t127;
+    out[10][2] = R::fused(t44, t126, -t133);
     // right_lower_leg: Jacobian
-    let t138 = t75 - t117;
-    let t139 = t76 - t118;
-    let t140 = t77 - t119;
-    let t141 = t44 * t140;
-    out[9][0] = R::fused(t48, t139, -t141);
-    let t143 = t48 * t138;
-    out[9][1] = R::fused(t40, t140, -t143);
-    let t145 = t40 * t139;
-    out[9][2] = R::fused(t44, t138, -t145);
+    let t135 = t75 - t117;
+    let t136 = t76 - t118;
+    let t137 = t77 - t119;
+    let t138 = t44 * t137;
+    out[9][0] = R::fused(t48, t136, -t138);
+    let t140 = t48 * t135;
+    out[9][1] = R::fused(t40, t137, -t140);
+    let t142 = t40 * t136;
+    out[9][2] = R::fused(t44, t135, -t142);
     // right_upper_leg: Jacobian
-    let t147 = t36 - t117;
-    let t148 = t37 - t118;
-    let t149 = t38 - t119;
-    let t150 = t44 * t149;
-    out[8][0] = R::fused(t48, t148, -t150);
-    let t152 = t48 * t147;
-    out[8][1] = R::fused(t40, t149, -t152);
-    let t154 = t40 * t148;
-    out[8][2] = R::fused(t44, t147, -t154);
+    let t144 = t36 - t117;
+    let t145 = t37 - t118;
+    let t146 = t38 - t119;
+    let t147 = t44 * t146;
+    out[8][0] = R::fused(t48, t145, -t147);
+    let t149 = t48 * t144;
+    out[8][1] = R::fused(t40, t146, -t149);
+    let t151 = t40 * t145;
+    out[8][2] = R::fused(t44, t144, -t151);
     // right_hip_roll_link: Jacobian
-    let t156 = t29 * t149;
-    out[7][0] = R::fused(t33, t148, -t156);
-    let t158 = t33 * t147;
-    out[7][1] = R::fused(t25, t149, -t158);
-    let t160 = t25 * t148;
-    out[7][2] = R::fused(t29, t147, -t160);
+    let t153 = t29 * t146;
+    out[7][0] = R::fused(t33, t145, -t153);
+    let t155 = t33 * t144;
+    out[7][1] = R::fused(t25, t146, -t155);
+    let t157 = t25 * t145;
+    out[7][2] = R::fused(t29, t144, -t157);
     // right_hip_yaw_link: Jacobian
-    let t162 = t19 * t149;
-    out[6][0] = R::fused(t23, t148, -t162);
-    let t164 = t23 * t147;
-    out[6][1] = R::fused(t15, t149, -t164);
-    let t166 = t15 * t148;
-    out[6][2] = R::fused(t19, t147, -t166);
+    let t159 = t19 * t146;
+    out[6][0] = R::fused(t23, t145, -t159);
+    let t161 = t23 * t144;
+    out[6][1] = R::fused(t15, t146, -t161);
+    let t163 = t15 * t145;
+    out[6][2] = R::fused(t19, t144, -t163);
     // torso: Jacobian
-    let t168 = q_base_x - t117;
-    let t169 = q_base_y - t118;
-    let t170 = q_base_z - t119;
-    let t171 = t16 * t170;
-    out[3][0] = R::fused(t20, t169, -t171);
-    let t173 = t20 * t168;
-    out[3][1] = R::fused(t13, t170, -t173);
-    let t175 = t13 * t169;
-    out[3][2] = R::fused(t16, t168, -t175);
-    let t177 = t18 * t170;
-    out[4][0] = R::fused(t21, t169, -t177);
-    let t179 = t21 * t168;
-    out[4][1] = R::fused(t14, t170, -t179);
-    let t181 = t14 * t169;
-    out[4][2] = R::fused(t18, t168, -t181);
-    let t183 = t19 * t170;
-    out[5][0] = R::fused(t23, t169, -t183);
-    let t185 = t23 * t168;
-    out[5][1] = R::fused(t15, t170, -t185);
-    let t187 = t15 * t169;
-    out[5][2] = R::fused(t19, t168, -t187);
+    let t165 = q_base_x - t117;
+    let t166 = q_base_y - t118;
+    let t167 = q_base_z - t119;
+    let t168 = t16 * t167;
+    out[3][0] = R::fused(t20, t166, -t168);
+    let t170 = t20 * t165;
+    out[3][1] = R::fused(t13, t167, -t170);
+    let t172 = t13 * t166;
+    out[3][2] = R::fused(t16, t165, -t172);
+    let t174 = t18 * t167;
+    out[4][0] = R::fused(t21, t166, -t174);
+    let t176 = t21 * t165;
+    out[4][1] = R::fused(t14, t167, -t176);
+    let t178 = t14 * t166;
+    out[4][2] = R::fused(t18, t165, -t178);
+    let t180 = t19 * t167;
+    out[5][0] = R::fused(t23, t166, -t180);
+    let t182 = t23 * t165;
+    out[5][1] = R::fused(t15, t167, -t182);
+    let t184 = t15 * t166;
+    out[5][2] = R::fused(t19, t165, -t184);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -1954,7 +1944,7 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 270 operations: 30 add, 78 mul, 81 fused, 6 sin_cos.
+/// 267 operations: 27 add, 78 mul, 81 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_front_left<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -2161,81 +2151,78 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
     let t118 = t106 - t113;
     let t119 = t107 - t116;
     // left_foot: Jacobian
-    let t120 = t105 - t117;
-    let t121 = t106 - t118;
-    let t122 = t107 - t119;
-    let t123 = t85 * t122;
-    out[17][0] = R::fused(t89, t121, -t123);
-    let t125 = t89 * t120;
-    out[17][1] = R::fused(t81, t122, -t125);
-    let t127 = t81 * t121;
-    out[17][2] = R::fused(t85, t120, -t127);
+    let t120 = t85 * t116;
+    out[17][0] = R::fused(t89, t113, -t120);
+    let t122 = t89 * t110;
+    out[17][1] = R::fused(t81, t116, -t122);
+    let t124 = t81 * t113;
+    out[17][2] = R::fused(t85, t110, -t124);
     // left_ankle: Jacobian
-    let t129 = t90 - t117;
-    let t130 = t91 - t118;
-    let t131 = t92 - t119;
-    let t132 = t44 * t131;
-    out[16][0] = R::fused(t48, t130, -t132);
-    let t134 = t48 * t129;
-    out[16][1] = R::fused(t40, t131, -t134);
-    let t136 = t40 * t130;
-    out[16][2] = R::fused(t44, t129, -t136);
+    let t126 = t90 - t117;
+    let t127 = t91 - t118;
+    let t128 = t92 - t119;
+    let t129 = t44 * t128;
+    out[16][0] = R::fused(t48, t127, -t129);
+    let t131 = t48 * t126;
+    out[16][1] = R::fused(t40, t128, -t131);
+    let t133 = t40 * t127;
+    out[16][2] = R::fused(t44, t126, -t133);
     // left_lower_leg: Jacobian
-    let t138 = t75 - t117;
-    let t139 = t76 - t118;
-    let t140 = t77 - t119;
-    let t141 = t44 * t140;
-    out[15][0] = R::fused(t48, t139, -t141);
-    let t143 = t48 * t138;
-    out[15][1] = R::fused(t40, t140, -t143);
-    let t145 = t40 * t139;
-    out[15][2] = R::fused(t44, t138, -t145);
+    let t135 = t75 - t117;
+    let t136 = t76 - t118;
+    let t137 = t77 - t119;
+    let t138 = t44 * t137;
+    out[15][0] = R::fused(t48, t136, -t138);
+    let t140 = t48 * t135;
+    out[15][1] = R::fused(t40, t137, -t140);
+    let t142 = t40 * t136;
+    out[15][2] = R::fused(t44, t135, -t142);
     // left_upper_leg: Jacobian
-    let t147 = t36 - t117;
-    let t148 = t37 - t118;
-    let t149 = t38 - t119;
-    let t150 = t44 * t149;
-    out[14][0] = R::fused(t48, t148, -t150);
-    let t152 = t48 * t147;
-    out[14][1] = R::fused(t40, t149, -t152);
-    let t154 = t40 * t148;
-    out[14][2] = R::fused(t44, t147, -t154);
+    let t144 = t36 - t117;
+    let t145 = t37 - t118;
+    let t146 = t38 - t119;
+    let t147 = t44 * t146;
+    out[14][0] = R::fused(t48, t145, -t147);
+    let t149 = t48 * t144;
+    out[14][1] = R::fused(t40, t146, -t149);
+    let t151 = t40 * t145;
+    out[14][2] = R::fused(t44, t144, -t151);
     // left_hip_roll_link: Jacobian
-    let t156 = t29 * t149;
-    out[13][0] = R::fused(t33, t148, -t156);
-    let t158 = t33 * t147;
-    out[13][1] = R::fused(t25, t149, -t158);
-    let t160 = t25 * t148;
-    out[13][2] = R::fused(t29, t147, -t160);
+    let t153 = t29 * t146;
+    out[13][0] = R::fused(t33, t145, -t153);
+    let t155 = t33 * t144;
+    out[13][1] = R::fused(t25, t146, -t155);
+    let t157 = t25 * t145;
+    out[13][2] = R::fused(t29, t144, -t157);
     // left_hip_yaw_link: Jacobian
-    let t162 = t19 * t149;
-    out[12][0] = R::fused(t23, t148, -t162);
-    let t164 = t23 * t147;
-    out[12][1] = R::fused(t15, t149, -t164);
-    let t166 = t15 * t148;
-    out[12][2] = R::fused(t19, t147, -t166);
+    let t159 = t19 * t146;
+    out[12][0] = R::fused(t23, t145, -t159);
+    let t161 = t23 * t144;
+    out[12][1] = R::fused(t15, t146, -t161);
+    let t163 = t15 * t145;
+    out[12][2] = R::fused(t19, t144, -t163);
     // torso: Jacobian
-    let t168 = q_base_x - t117;
-    let t169 = q_base_y - t118;
-    let t170 = q_base_z - t119;
-    let t171 = t16 * t170;
-    out[3][0] = R::fused(t20, t169, -t171);
-    let t173 = t20 * t168;
-    out[3][1] = R::fused(t13, t170, -t173);
-    let t175 = t13 * t169;
-    out[3][2] = R::fused(t16, t168, -t175);
-    let t177 = t18 * t170;
-    out[4][0] = R::fused(t21, t169, -t177);
-    let t179 = t21 * t168;
-    out[4][1] = R::fused(t14, t170, -t179);
-    let t181 = t14 * t169;
-    out[4][2] = R::fused(t18, t168, -t181);
-    let t183 = t19 * t170;
-    out[5][0] = R::fused(t23, t169, -t183);
-    let t185 = t23 * t168;
-    out[5][1] = R::fused(t15, t170, -t185);
-    let t187 = t15 * t169;
-    out[5][2] = R::fused(t19, t168, -t187);
+    let t165 = q_base_x - t117;
+    let t166 = q_base_y - t118;
+    let t167 = q_base_z - t119;
+    let t168 = t16 * t167;
+    out[3][0] = R::fused(t20, t166, -t168);
+    let t170 = t20 * t165;
+    out[3][1] = R::fused(t13, t167, -t170);
+    let t172 = t13 * t166;
+    out[3][2] = R::fused(t16, t165, -t172);
+    let t174 = t18 * t167;
+    out[4][0] = R::fused(t21, t166, -t174);
+    let t176 = t21 * t165;
+    out[4][1] = R::fused(t14, t167, -t176);
+    let t178 = t14 * t166;
+    out[4][2] = R::fused(t18, t165, -t178);
+    let t180 = t19 * t167;
+    out[5][0] = R::fused(t23, t166, -t180);
+    let t182 = t23 * t165;
+    out[5][1] = R::fused(t15, t167, -t182);
+    let t184 = t15 * t166;
+    out[5][2] = R::fused(t19, t165, -t184);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -2291,7 +2278,7 @@ pub(super) fn jacobian_of_left_foot_front_left_program<R: Real>(q: &[R; NQ], out
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 270 operations: 30 add, 78 mul, 81 fused, 6 sin_cos.
+/// 267 operations: 27 add, 78 mul, 81 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_front_right<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -2498,81 +2485,78 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
     let t118 = t106 - t113;
     let t119 = t107 - t116;
     // left_foot: Jacobian
-    let t120 = t105 - t117;
-    let t121 = t106 - t118;
-    let t122 = t107 - t119;
-    let t123 = t85 * t122;
-    out[17][0] = R::fused(t89, t121, -t123);
-    let t125 = t89 * t120;
-    out[17][1] = R::fused(t81, t122, -t125);
-    let t127 = t81 * t121;
-    out[17][2] = R::fused(t85, t120, -t127);
+    let t120 = t85 * t116;
+    out[17][0] = R::fused(t89, t113, -t120);
+    let t122 = t89 * t110;
+    out[17][1] = R::fused(t81, t116, -t122);
+    let t124 = t81 * t113;
+    out[17][2] = R::fused(t85, t110, -t124);
     // left_ankle: Jacobian
-    let t129 = t90 - t117;
-    let t130 = t91 - t118;
-    let t131 = t92 - t119;
-    let t132 = t44 * t131;
-    out[16][0] = R::fused(t48, t130, -t132);
-    let t134 = t48 * t129;
-    out[16][1] = R::fused(t40, t131, -t134);
-    let t136 = t40 * t130;
-    out[16][2] = R::fused(t44, t129, -t136);
+    let t126 = t90 - t117;
+    let t127 = t91 - t118;
+    let t128 = t92 - t119;
+    let t129 = t44 * t128;
+    out[16][0] = R::fused(t48, t127, -t129);
+    let t131 = t48 * t126;
+    out[16][1] = R::fused(t40, t128, -t131);
+    let t133 = t40 * t127;
+    out[16][2] = R::fused(t44, t126, -t133);
     // left_lower_leg: Jacobian
-    let t138 = t75 - t117;
-    let t139 = t76 - t118;
-    let t140 = t77 - t119;
-    let t141 = t44 * t140;
-    out[15][0] = R::fused(t48, t139, -t141);
-    let t143 = t48 * t138;
-    out[15][1] = R::fused(t40, t140, -t143);
-    let t145 = t40 * t139;
-    out[15][2] = R::fused(t44, t138, -t145);
+    let t135 = t75 - t117;
+    let t136 = t76 - t118;
+    let t137 = t77 - t119;
+    let t138 = t44 * t137;
+    out[15][0] = R::fused(t48, t136, -t138);
+    let t140 = t48 * t135;
+    out[15][1] = R::fused(t40, t137, -t140);
+    let t142 = t40 * t136;
+    out[15][2] = R::fused(t44, t135, -t142);
     // left_upper_leg: Jacobian
-    let t147 = t36 - t117;
-    let t148 = t37 - t118;
-    let t149 = t38 - t119;
-    let t150 = t44 * t149;
-    out[14][0] = R::fused(t48, t148, -t150);
-    let t152 = t48 * t147;
-    out[14][1] = R::fused(t40, t149, -t152);
-    let t154 = t40 * t148;
-    out[14][2] = R::fused(t44, t147, -t154);
+    let t144 = t36 - t117;
+    let t145 = t37 - t118;
+    let t146 = t38 - t119;
+    let t147 = t44 * t146;
+    out[14][0] = R::fused(t48, t145, -t147);
+    let t149 = t48 * t144;
+    out[14][1] = R::fused(t40, t146, -t149);
+    let t151 = t40 * t145;
+    out[14][2] = R::fused(t44, t144, -t151);
     // left_hip_roll_link: Jacobian
-    let t156 = t29 * t149;
-    out[13][0] = R::fused(t33, t148, -t156);
-    let t158 = t33 * t147;
-    out[13][1] = R::fused(t25, t149, -t158);
-    let t160 = t25 * t148;
-    out[13][2] = R::fused(t29, t147, -t160);
+    let t153 = t29 * t146;
+    out[13][0] = R::fused(t33, t145, -t153);
+    let t155 = t33 * t144;
+    out[13][1] = R::fused(t25, t146, -t155);
+    let t157 = t25 * t145;
+    out[13][2] = R::fused(t29, t144, -t157);
     // left_hip_yaw_link: Jacobian
-    let t162 = t19 * t149;
-    out[12][0] = R::fused(t23, t148, -t162);
-    let t164 = t23 * t147;
-    out[12][1] = R::fused(t15, t149, -t164);
-    let t166 = t15 * t148;
-    out[12][2] = R::fused(t19, t147, -t166);
+    let t159 = t19 * t146;
+    out[12][0] = R::fused(t23, t145, -t159);
+    let t161 = t23 * t144;
+    out[12][1] = R::fused(t15, t146, -t161);
+    let t163 = t15 * t145;
+    out[12][2] = R::fused(t19, t144, -t163);
     // torso: Jacobian
-    let t168 = q_base_x - t117;
-    let t169 = q_base_y - t118;
-    let t170 = q_base_z - t119;
-    let t171 = t16 * t170;
-    out[3][0] = R::fused(t20, t169, -t171);
-    let t173 = t20 * t168;
-    out[3][1] = R::fused(t13, t170, -t173);
-    let t175 = t13 * t169;
-    out[3][2] = R::fused(t16, t168, -t175);
-    let t177 = t18 * t170;
-    out[4][0] = R::fused(t21, t169, -t177);
-    let t179 = t21 * t168;
-    out[4][1] = R::fused(t14, t170, -t179);
-    let t181 = t14 * t169;
-    out[4][2] = R::fused(t18, t168, -t181);
-    let t183 = t19 * t170;
-    out[5][0] = R::fused(t23, t169, -t183);
-    let t185 = t23 * t168;
-    out[5][1] = R::fused(t15, t170, -t185);
-    let t187 = t15 * t169;
-    out[5][2] = R::fused(t19, t168, -t187);
+    let t165 = q_base_x - t117;
+    let t166 = q_base_y - t118;
+    let t167 = q_base_z - t119;
+    let t168 = t16 * t167;
+    out[3][0] = R::fused(t20, t166, -t168);
+    let t170 = t20 * t165;
+    out[3][1] = R::fused(t13, t167, -t170);
+    let t172 = t13 * t166;
+    out[3][2] = R::fused(t16, t165, -t172);
+    let t174 = t18 * t167;
+    out[4][0] = R::fused(t21, t166, -t174);
+    let t176 = t21 * t165;
+    out[4][1] = R::fused(t14, t167, -t176);
+    let t178 = t14 * t166;
+    out[4][2] = R::fused(t18, t165, -t178);
+    let t180 = t19 * t167;
+    out[5][0] = R::fused(t23, t166, -t180);
+    let t182 = t23 * t165;
+    out[5][1] = R::fused(t15, t167, -t182);
+    let t184 = t15 * t166;
+    out[5][2] = R::fused(t19, t165, -t184);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -2628,7 +2612,7 @@ pub(super) fn jacobian_of_left_foot_front_right_program<R: Real>(q: &[R; NQ], ou
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 270 operations: 30 add, 78 mul, 81 fused, 6 sin_cos.
+/// 267 operations: 27 add, 78 mul, 81 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_rear_left<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -2835,81 +2819,78 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
     let t118 = t106 + t113;
     let t119 = t107 + t116;
     // left_foot: Jacobian
-    let t120 = t105 - t117;
-    let t121 = t106 - t118;
-    let t122 = t107 - t119;
-    let t123 = t85 * t122;
-    out[17][0] = R::fused(t89, t121, -t123);
-    let t125 = t89 * t120;
-    out[17][1] = R::fused(t81, t122, -t125);
-    let t127 = t81 * t121;
-    out[17][2] = R::fused(t85, t120, -t127);
+    let t120 = t85 * t116;
+    out[17][0] = R::fused(-t89, t113, t120);
+    let t122 = t89 * t110;
+    out[17][1] = R::fused(-t81, t116, t122);
+    let t124 = t81 * t113;
+    out[17][2] = R::fused(-t85, t110, t124);
     // left_ankle: Jacobian
-    let t129 = t90 - t117;
-    let t130 = t91 - t118;
-    let t131 = t92 - t119;
-    let t132 = t44 * t131;
-    out[16][0] = R::fused(t48, t130, -t132);
-    let t134 = t48 * t129;
-    out[16][1] = R::fused(t40, t131, -t134);
-    let t136 = t40 * t130;
-    out[16][2] = R::fused(t44, t129, -t136);
+    let t126 = t90 - t117;
+    let t127 = t91 - t118;
+    let t128 = t92 - t119;
+    let t129 = t44 * t128;
+    out[16][0] = R::fused(t48, t127, -t129);
+    let t131 = t48 * t126;
+    out[16][1] = R::fused(t40, t128, -t131);
+    let t133 = t40 * t127;
+    out[16][2] = R::fused(t44, t126, -t133);
     // left_lower_leg: Jacobian
-    let t138 = t75 - t117;
-    let t139 = t76 - t118;
-    let t140 = t77 - t119;
-    let t141 = t44 * t140;
-    out[15][0] = R::fused(t48, t139, -t141);
-    let t143 = t48 * t138;
-    out[15][1] = R::fused(t40, t140, -t143);
-    let t145 = t40 * t139;
-    out[15][2] = R::fused(t44, t138, -t145);
+    let t135 = t75 - t117;
+    let t136 = t76 - t118;
+    let t137 = t77 - t119;
+    let t138 = t44 * t137;
+    out[15][0] = R::fused(t48, t136, -t138);
+    let t140 = t48 * t135;
+    out[15][1] = R::fused(t40, t137, -t140);
+    let t142 = t40 * t136;
+    out[15][2] = R::fused(t44, t135, -t142);
     // left_upper_leg: Jacobian
-    let t147 = t36 - t117;
-    let t148 = t37 - t118;
-    let t149 = t38 - t119;
-    let t150 = t44 * t149;
-    out[14][0] = R::fused(t48, t148, -t150);
-    let t152 = t48 * t147;
-    out[14][1] = R::fused(t40, t149, -t152);
-    let t154 = t40 * t148;
-    out[14][2] = R::fused(t44, t147, -t154);
+    let t144 = t36 - t117;
+    let t145 = t37 - t118;
+    let t146 = t38 - t119;
+    let t147 = t44 * t146;
+    out[14][0] = R::fused(t48, t145, -t147);
+    let t149 = t48 * t144;
+    out[14][1] = R::fused(t40, t146, -t149);
+    let t151 = t40 * t145;
+    out[14][2] = R::fused(t44, t144, -t151);
     // left_hip_roll_link: Jacobian
-    let t156 = t29 * t149;
-    out[13][0] = R::fused(t33, t148, -t156);
-    let t158 = t33 * t147;
-    out[13][1] = R::fused(t25, t149, -t158);
-    let t160 = t25 * t148;
-    out[13][2] = R::fused(t29, t147, -t160);
+    let t153 = t29 * t146;
+    out[13][0] = R::fused(t33, t145, -t153);
+    let t155 = t33 * t144;
+    out[13][1] = R::fused(t25, t146, -t155);
+    let t157 = t25 * t145;
+    out[13][2] = R::fused(t29, t144, -t157);
     // left_hip_yaw_link: Jacobian
-    let t162 = t19 * t149;
-    out[12][0] = R::fused(t23, t148, -t162);
-    let t164 = t23 * t147;
-    out[12][1] = R::fused(t15, t149, -t164);
-    let t166 = t15 * t148;
-    out[12][2] = R::fused(t19, t147, -t166);
+    let t159 = t19 * t146;
+    out[12][0] = R::fused(t23, t145, -t159);
+    let t161 = t23 * t144;
+    out[12][1] = R::fused(t15, t146, -t161);
+    let t163 = t15 * t145;
+    out[12][2] = R::fused(t19, t144, -t163);
     // torso: Jacobian
-    let t168 = q_base_x - t117;
-    let t169 = q_base_y - t118;
-    let t170 = q_base_z - t119;
-    let t171 = t16 * t170;
-    out[3][0] = R::fused(t20, t169, -t171);
-    let t173 = t20 * t168;
-    out[3][1] = R::fused(t13, t170, -t173);
-    let t175 = t13 * t169;
-    out[3][2] = R::fused(t16, t168, -t175);
-    let t177 = t18 * t170;
-    out[4][0] = R::fused(t21, t169, -t177);
-    let t179 = t21 * t168;
-    out[4][1] = R::fused(t14, t170, -t179);
-    let t181 = t14 * t169;
-    out[4][2] = R::fused(t18, t168, -t181);
-    let t183 = t19 * t170;
-    out[5][0] = R::fused(t23, t169, -t183);
-    let t185 = t23 * t168;
-    out[5][1] = R::fused(t15, t170, -t185);
-    let t187 = t15 * t169;
-    out[5][2] = R::fused(t19, t168, -t187);
+    let t165 = q_base_x - t117;
+    let t166 = q_base_y - t118;
+    let t167 = q_base_z - t119;
+    let t168 = t16 * t167;
+    out[3][0] = R::fused(t20, t166, -t168);
+    let t170 = t20 * t165;
+    out[3][1] = R::fused(t13, t167, -t170);
+    let t172 = t13 * t166;
+    out[3][2] = R::fused(t16, t165, -t172);
+    let t174 = t18 * t167;
+    out[4][0] = R::fused(t21, t166, -t174);
+    let t176 = t21 * t165;
+    out[4][1] = R::fused(t14, t167, -t176);
+    let t178 = t14 * t166;
+    out[4][2] = R::fused(t18, t165, -t178);
+    let t180 = t19 * t167;
+    out[5][0] = R::fused(t23, t166, -t180);
+    let t182 = t23 * t165;
+    out[5][1] = R::fused(t15, t167, -t182);
+    let t184 = t15 * t166;
+    out[5][2] = R::fused(t19, t165, -t184);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);
@@ -2965,7 +2946,7 @@ pub(super) fn jacobian_of_left_foot_rear_left_program<R: Real>(q: &[R; NQ], out:
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 270 operations: 30 add, 78 mul, 81 fused, 6 sin_cos.
+/// 267 operations: 27 add, 78 mul, 81 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot_rear_right<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -3172,81 +3153,78 @@ pub(super) fn jacobian_of_left_foot_rear_right_program<R: Real>(q: &[R; NQ], out
     let t118 = t106 + t113;
     let t119 = t107 + t116;
     // left_foot: Jacobian
-    let t120 = t105 - t117;
-    let t121 = t106 - t118;
-    let t122 = t107 - t119;
-    let t123 = t85 * t122;
-    out[17][0] = R::fused(t89, t121, -t123);
-    let t125 = t89 * t120;
-    out[17][1] = R::fused(t81, t122, -t125);
-    let t127 = t81 * t121;
-    out[17][2] = R::fused(t85, t120, -t127);
+    let t120 = t85 * t116;
+    out[17][0] = R::fused(-t89, t113, t120);
+    let t122 = t89 * t110;
+    out[17][1] = R::fused(-t81, t116, t122);
+    let t124 = t81 * t113;
+    out[17][2] = R::fused(-t85, t110, t124);
     // left_ankle: Jacobian
-    let t129 = t90 - t117;
-    let t130 = t91 - t118;
-    let t131 = t92 - t119;
-    let t132 = t44 * t131;
-    out[16][0] = R::fused(t48, t130, -t132);
-    let t134 = t48 * t129;
-    out[16][1] = R::fused(t40, t131, -t134);
-    let t136 = t40 * t130;
-    out[16][2] = R::fused(t44, t129, -t136);
+    let t126 = t90 - t117;
+    let t127 = t91 - t118;
+    let t128 = t92 - t119;
+    let t129 = t44 * t128;
+    out[16][0] = R::fused(t48, t127, -t129);
+    let t131 = t48 * t126;
+    out[16][1] = R::fused(t40, t128, -t131);
+    let t133 = t40 * t127;
+    out[16][2] = R::fused(t44, t126, -t133);
     // left_lower_leg: Jacobian
-    let t138 = t75 - t117;
-    let t139 = t76 - t118;
-    let t140 = t77 - t119;
-    let t141 = t44 * t140;
-    out[15][0] = R::fused(t48, t139, -t141);
-    let t143 = t48 * t138;
-    out[15][1] = R::fused(t40, t140, -t143);
-    let t145 = t40 * t139;
-    out[15][2] = R::fused(t44, t138, -t145);
+    let t135 = t75 - t117;
+    let t136 = t76 - t118;
+    let t137 = t77 - t119;
+    let t138 = t44 * t137;
+    out[15][0] = R::fused(t48, t136, -t138);
+    let t140 = t48 * t135;
+    out[15][1] = R::fused(t40, t137, -t140);
+    let t142 = t40 * t136;
+    out[15][2] = R::fused(t44, t135, -t142);
     // left_upper_leg: Jacobian
-    let t147 = t36 - t117;
-    let t148 = t37 - t118;
-    let t149 = t38 - t119;
-    let t150 = t44 * t149;
-    out[14][0] = R::fused(t48, t148, -t150);
-    let t152 = t48 * t147;
-    out[14][1] = R::fused(t40, t149, -t152);
-    let t154 = t40 * t148;
-    out[14][2] = R::fused(t44, t147, -t154);
+    let t144 = t36 - t117;
+    let t145 = t37 - t118;
+    let t146 = t38 - t119;
+    let t147 = t44 * t146;
+    out[14][0] = R::fused(t48, t145, -t147);
+    let t149 = t48 * t144;
+    out[14][1] = R::fused(t40, t146, -t149);
+    let t151 = t40 * t145;
+    out[14][2] = R::fused(t44, t144, -t151);
     // left_hip_roll_link: Jacobian
-    let t156 = t29 * t149;
-    out[13][0] = R::fused(t33, t148, -t156);
-    let t158 = t33 * t147;
-    out[13][1] = R::fused(t25, t149, -t158);
-    let t160 = t25 * t148;
-    out[13][2] = R::fused(t29, t147, -t160);
+    let t153 = t29 * t146;
+    out[13][0] = R::fused(t33, t145, -t153);
+    let t155 = t33 * t144;
+    out[13][1] = R::fused(t25, t146, -t155);
+    let t157 = t25 * t145;
+    out[13][2] = R::fused(t29, t144, -t157);
     // left_hip_yaw_link: Jacobian
-    let t162 = t19 * t149;
-    out[12][0] = R::fused(t23, t148, -t162);
-    let t164 = t23 * t147;
-    out[12][1] = R::fused(t15, t149, -t164);
-    let t166 = t15 * t148;
-    out[12][2] = R::fused(t19, t147, -t166);
+    let t159 = t19 * t146;
+    out[12][0] = R::fused(t23, t145, -t159);
+    let t161 = t23 * t144;
+    out[12][1] = R::fused(t15, t146, -t161);
+    let t163 = t15 * t145;
+    out[12][2] = R::fused(t19, t144, -t163);
     // torso: Jacobian
-    let t168 = q_base_x - t117;
-    let t169 = q_base_y - t118;
-    let t170 = q_base_z - t119;
-    let t171 = t16 * t170;
-    out[3][0] = R::fused(t20, t169, -t171);
-    let t173 = t20 * t168;
-    out[3][1] = R::fused(t13, t170, -t173);
-    let t175 = t13 * t169;
-    out[3][2] = R::fused(t16, t168, -t175);
-    let t177 = t18 * t170;
-    out[4][0] = R::fused(t21, t169, -t177);
-    let t179 = t21 * t168;
-    out[4][1] = R::fused(t14, t170, -t179);
-    let t181 = t14 * t169;
-    out[4][2] = R::fused(t18, t168, -t181);
-    let t183 = t19 * t170;
-    out[5][0] = R::fused(t23, t169, -t183);
-    let t185 = t23 * t168;
-    out[5][1] = R::fused(t15, t170, -t185);
-    let t187 = t15 * t169;
-    out[5][2] = R::fused(t19, t168, -t187);
+    let t165 = q_base_x - t117;
+    let t166 = q_base_y - t118;
+    let t167 = q_base_z - t119;
+    let t168 = t16 * t167;
+    out[3][0] = R::fused(t20, t166, -t168);
+    let t170 = t20 * t165;
+    out[3][1] = R::fused(t13, t167, -t170);
+    let t172 = t13 * t166;
+    out[3][2] = R::fused(t16, t165, -t172);
+    let t174 = t18 * t167;
+    out[4][0] = R::fused(t21, t166, -t174);
+    let t176 = t21 * t165;
+    out[4][1] = R::fused(t14, t167, -t176);
+    let t178 = t14 * t166;
+    out[4][2] = R::fused(t18, t165, -t178);
+    let t180 = t19 * t167;
+    out[5][0] = R::fused(t23, t166, -t180);
+    let t182 = t23 * t165;
+    out[5][1] = R::fused(t15, t167, -t182);
+    let t184 = t15 * t166;
+    out[5][2] = R::fused(t19, t165, -t184);
     out[0][3] = R::constant(0.0);
     out[0][4] = R::constant(0.0);
     out[0][5] = R::constant(0.0);

@@ -32,8 +32,8 @@
 //! - [`inverse_dynamics()`]: 18 × 1, 1156 operations. Generalised forces for an acceleration: `D a + H`.
 //! - [`inverse_dynamics_with_forces()`]: 18 × 1, 1623 operations. Generalised forces for an acceleration under external
 //!   forces at the contact points (world axes).
-//! - [`forward_dynamics()`]: 18 × 1, 2704 operations. Accelerations under generalised forces: `D⁻¹ (tau − H)`.
-//! - [`forward_dynamics_with_forces()`]: 18 × 1, 3359 operations. Accelerations under generalised forces and external
+//! - [`forward_dynamics()`]: 18 × 1, 2702 operations. Accelerations under generalised forces: `D⁻¹ (tau − H)`.
+//! - [`forward_dynamics_with_forces()`]: 18 × 1, 3357 operations. Accelerations under generalised forces and external
 //!   forces at the contact points (world axes).
 //! - [`mass_matrix()`]: 18 × 18, 734 operations. Mass matrix `D`, symmetric, all entries.
 //! - [`mass_matrix_upper()`]: 18 × 18, 734 operations. Mass matrix `D`, upper triangle; zeros below the diagonal.
@@ -67,30 +67,30 @@
 //!   its origin.
 //! - [`base_parameters()`]: 94 × 1, 0 operations. Base parameters of the equations of motion: all that the inverse
 //!   dynamics depends on.
-//! - [`inverse_dynamics_regressor()`]: 18 × 130, 2842 operations. Regressor of the inverse dynamics: `regressor ·
+//! - [`inverse_dynamics_regressor()`]: 18 × 130, 2826 operations. Regressor of the inverse dynamics: `regressor ·
 //!   inertial_parameters = tau`.
-//! - [`inverse_dynamics_base_regressor()`]: 18 × 94, 2504 operations. Base regressor of the inverse dynamics:
+//! - [`inverse_dynamics_base_regressor()`]: 18 × 94, 2488 operations. Base regressor of the inverse dynamics:
 //!   `regressor · base_parameters = tau`, of full column rank.
-//! - [`energy_regressor()`]: 2 × 130, 861 operations. Regressor of kinetic and potential energy.
+//! - [`energy_regressor()`]: 2 × 130, 857 operations. Regressor of kinetic and potential energy.
 //! - [`center_of_mass_regressor()`]: 3 × 130, 649 operations. Regressor of total mass times centre of mass, world axes.
-//! - [`ground_wrench_regressor()`]: 6 × 130, 5280 operations. Regressor of the ground's wrench about the world's
+//! - [`ground_wrench_regressor()`]: 6 × 130, 5268 operations. Regressor of the ground's wrench about the world's
 //!   origin, whose ratios are the zero moment point.
 //! - [`contact_distances()`]: 8 × 1, 132 operations. Heights of the contact points above the ground z = 0.
 //! - [`contact_positions()`]: 16 × 1, 258 operations. Tangential positions of the contact points, world axes (planar: x
 //!   alone).
-//! - [`contact_normal_directions()`]: 18 × 8, 558 operations. `W_N`: `W_Nᵀ v` are the normal velocities of the contact
+//! - [`contact_normal_directions()`]: 18 × 8, 542 operations. `W_N`: `W_Nᵀ v` are the normal velocities of the contact
 //!   points, `W_N λ_N` their generalised force.
-//! - [`contact_tangential_directions()`]: 18 × 16, 933 operations. `W_T`: `W_Tᵀ v` are the tangential velocities of the
+//! - [`contact_tangential_directions()`]: 18 × 16, 909 operations. `W_T`: `W_Tᵀ v` are the tangential velocities of the
 //!   contact points, `W_T λ_T` their generalised force.
 //! - [`contact_normal_rate()`]: 8 × 1, 604 operations. Normal accelerations of the contact points when `a = 0`.
 //! - [`contact_tangential_rate()`]: 16 × 1, 723 operations. Tangential accelerations of the contact points when `a =
 //!   0`.
 //! - [`constrained_dynamics_of_right_support()`], [`constrained_dynamics_of_double_support_left()`],
-//!   [`constrained_dynamics_of_left_support()`], [`constrained_dynamics_of_double_support_right()`]: 4135 to 6290
+//!   [`constrained_dynamics_of_left_support()`], [`constrained_dynamics_of_double_support_right()`]: 3542 to 6290
 //!   operations. Accelerations of a phase under its contacts, then the contact forces λ: `D a + H = tau + W λ`, `Wᵀ a +
 //!   w = 0`.
-//! - [`impact_map_of_right_support()`], [`impact_map_of_left_support()`]: 30 × 1, 5186 operations. Velocity just after
-//!   the impact that ends a phase, then the impulses; legs keep their names.
+//! - [`impact_map_of_right_support()`], [`impact_map_of_left_support()`]: 30 × 1, 5184 to 5186 operations. Velocity
+//!   just after the impact that ends a phase, then the impulses; legs keep their names.
 //! - [`position_of_left_foot()`], [`position_of_right_foot()`], [`position_of_right_foot_front_left()`],
 //!   [`position_of_right_foot_front_right()`], [`position_of_right_foot_rear_left()`],
 //!   [`position_of_right_foot_rear_right()`], [`position_of_left_foot_front_left()`],
@@ -106,7 +106,7 @@
 //!   [`jacobian_of_right_foot_front_right()`], [`jacobian_of_right_foot_rear_left()`],
 //!   [`jacobian_of_right_foot_rear_right()`], [`jacobian_of_left_foot_front_left()`],
 //!   [`jacobian_of_left_foot_front_right()`], [`jacobian_of_left_foot_rear_left()`],
-//!   [`jacobian_of_left_foot_rear_right()`]: 6 × 18, 222 to 270 operations. Jacobian with respect to `v` at the frame's
+//!   [`jacobian_of_left_foot_rear_right()`]: 6 × 18, 219 to 267 operations. Jacobian with respect to `v` at the frame's
 //!   origin, world axes, linear rows first.
 //! - [`jacobian_rate_times_velocity_of_left_foot()`], [`jacobian_rate_times_velocity_of_right_foot()`],
 //!   [`jacobian_rate_times_velocity_of_right_foot_front_left()`],

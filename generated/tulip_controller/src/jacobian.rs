@@ -12,7 +12,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 222 operations: 24 add, 66 mul, 66 fused, 5 sin_cos.
+/// 219 operations: 24 add, 69 mul, 63 fused, 5 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -183,23 +183,24 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
-    let t93 = R::fused(-t79, R::constant(0.037), t90); // right_foot: pose in the world
-    let t94 = R::fused(-t83, R::constant(0.037), t91); // right_foot: pose in the world
-    let t95 = R::fused(-t87, R::constant(0.037), t92); // right_foot: pose in the world
-    // right_ankle: Jacobian
+    // right_foot: pose in the world
+    let t93 = t79 * R::constant(0.037);
+    let t94 = t83 * R::constant(0.037);
+    let t95 = t87 * R::constant(0.037);
     let t96 = t90 - t93;
     let t97 = t91 - t94;
     let t98 = t92 - t95;
-    let t99 = t44 * t98;
-    out[10][0] = R::fused(t48, t97, -t99);
-    let t101 = t48 * t96;
-    out[10][1] = R::fused(t40, t98, -t101);
-    let t103 = t40 * t97;
-    out[10][2] = R::fused(t44, t96, -t103);
+    // right_ankle: Jacobian
+    let t99 = t44 * t95;
+    out[10][0] = R::fused(t48, t94, -t99);
+    let t101 = t48 * t93;
+    out[10][1] = R::fused(t40, t95, -t101);
+    let t103 = t40 * t94;
+    out[10][2] = R::fused(t44, t93, -t103);
     // right_lower_leg: Jacobian
-    let t105 = t75 - t93;
-    let t106 = t76 - t94;
-    let t107 = t77 - t95;
+    let t105 = t75 - t96;
+    let t106 = t76 - t97;
+    let t107 = t77 - t98;
     let t108 = t44 * t107;
     out[9][0] = R::fused(t48, t106, -t108);
     let t110 = t48 * t105;
@@ -207,9 +208,9 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t112 = t40 * t106;
     out[9][2] = R::fused(t44, t105, -t112);
     // right_upper_leg: Jacobian
-    let t114 = t36 - t93;
-    let t115 = t37 - t94;
-    let t116 = t38 - t95;
+    let t114 = t36 - t96;
+    let t115 = t37 - t97;
+    let t116 = t38 - t98;
     let t117 = t44 * t116;
     out[8][0] = R::fused(t48, t115, -t117);
     let t119 = t48 * t114;
@@ -231,9 +232,9 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t133 = t15 * t115;
     out[6][2] = R::fused(t19, t114, -t133);
     // torso: Jacobian
-    let t135 = q_base_x - t93;
-    let t136 = q_base_y - t94;
-    let t137 = q_base_z - t95;
+    let t135 = q_base_x - t96;
+    let t136 = q_base_y - t97;
+    let t137 = q_base_z - t98;
     let t138 = t16 * t137;
     out[3][0] = R::fused(t20, t136, -t138);
     let t140 = t20 * t135;
@@ -310,7 +311,7 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: forward kinematics.
-/// 222 operations: 24 add, 66 mul, 66 fused, 5 sin_cos.
+/// 219 operations: 24 add, 69 mul, 63 fused, 5 sin_cos.
 #[inline]
 pub fn jacobian_of_left_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -475,23 +476,24 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t90 = R::fused(-t64, R::constant(0.273), t75);
     let t91 = R::fused(-t68, R::constant(0.273), t76);
     let t92 = R::fused(-t72, R::constant(0.273), t77);
-    let t93 = R::fused(-t79, R::constant(0.037), t90); // left_foot: pose in the world
-    let t94 = R::fused(-t83, R::constant(0.037), t91); // left_foot: pose in the world
-    let t95 = R::fused(-t87, R::constant(0.037), t92); // left_foot: pose in the world
-    // left_ankle: Jacobian
+    // left_foot: pose in the world
+    let t93 = t79 * R::constant(0.037);
+    let t94 = t83 * R::constant(0.037);
+    let t95 = t87 * R::constant(0.037);
     let t96 = t90 - t93;
     let t97 = t91 - t94;
     let t98 = t92 - t95;
-    let t99 = t44 * t98;
-    out[16][0] = R::fused(t48, t97, -t99);
-    let t101 = t48 * t96;
-    out[16][1] = R::fused(t40, t98, -t101);
-    let t103 = t40 * t97;
-    out[16][2] = R::fused(t44, t96, -t103);
+    // left_ankle: Jacobian
+    let t99 = t44 * t95;
+    out[16][0] = R::fused(t48, t94, -t99);
+    let t101 = t48 * t93;
+    out[16][1] = R::fused(t40, t95, -t101);
+    let t103 = t40 * t94;
+    out[16][2] = R::fused(t44, t93, -t103);
     // left_lower_leg: Jacobian
-    let t105 = t75 - t93;
-    let t106 = t76 - t94;
-    let t107 = t77 - t95;
+    let t105 = t75 - t96;
+    let t106 = t76 - t97;
+    let t107 = t77 - t98;
     let t108 = t44 * t107;
     out[15][0] = R::fused(t48, t106, -t108);
     let t110 = t48 * t105;
@@ -499,9 +501,9 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t112 = t40 * t106;
     out[15][2] = R::fused(t44, t105, -t112);
     // left_upper_leg: Jacobian
-    let t114 = t36 - t93;
-    let t115 = t37 - t94;
-    let t116 = t38 - t95;
+    let t114 = t36 - t96;
+    let t115 = t37 - t97;
+    let t116 = t38 - t98;
     let t117 = t44 * t116;
     out[14][0] = R::fused(t48, t115, -t117);
     let t119 = t48 * t114;
@@ -523,9 +525,9 @@ pub(super) fn jacobian_of_left_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R;
     let t133 = t15 * t115;
     out[12][2] = R::fused(t19, t114, -t133);
     // torso: Jacobian
-    let t135 = q_base_x - t93;
-    let t136 = q_base_y - t94;
-    let t137 = q_base_z - t95;
+    let t135 = q_base_x - t96;
+    let t136 = q_base_y - t97;
+    let t137 = q_base_z - t98;
     let t138 = t16 * t137;
     out[3][0] = R::fused(t20, t136, -t138);
     let t140 = t20 * t135;

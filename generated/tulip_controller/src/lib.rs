@@ -36,7 +36,7 @@
 //! - [`position_of_right_foot()`], [`position_of_left_foot()`]: 3 × 1, 120 operations. Position in the world.
 //! - [`rotation_of_right_foot()`], [`rotation_of_left_foot()`]: 3 × 3, 132 operations. Rotation: columns are the
 //!   frame's axes in the world.
-//! - [`jacobian_of_right_foot()`], [`jacobian_of_left_foot()`]: 6 × 18, 222 operations. Jacobian with respect to `v` at
+//! - [`jacobian_of_right_foot()`], [`jacobian_of_left_foot()`]: 6 × 18, 219 operations. Jacobian with respect to `v` at
 //!   the frame's origin, world axes, linear rows first.
 //! - [`jacobian_rate_times_velocity_of_right_foot()`], [`jacobian_rate_times_velocity_of_left_foot()`]: 6 × 1, 346
 //!   operations. Rate of the Jacobian times `v`: the frame's acceleration when `a = 0`, world axes.

@@ -9,7 +9,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 ///
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; N, then N m.
 /// Source: (4.40), (4.41 corrected).
-/// 557 operations: 90 add, 139 mul, 164 fused, 6 sin_cos.
+/// 555 operations: 90 add, 141 mul, 162 fused, 6 sin_cos.
 #[inline]
 pub fn centroidal_momentum_rate<R: Real>(
     q: &SVector<R, NQ>,
@@ -87,41 +87,41 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t1 = t0 * R::constant(0.035);
     t2 = v_right_hip_yaw * sin_q_right_hip_roll;
     t3 = v_right_hip_yaw * cos_q_right_hip_roll;
-    t4 = t1 * cos_q_right_hip_roll;
-    t5 = t1 * sin_q_right_hip_roll;
-    t6 = t3 * v_right_hip_roll;
-    t7 = t2 * v_right_hip_roll;
-    t8 = R::fused(a_right_hip_yaw, sin_q_right_hip_roll, t6);
-    t9 = R::fused(a_right_hip_yaw, cos_q_right_hip_roll, -t7);
-    t10 = v_right_hip_roll * v_right_hip_roll;
-    t11 = t2 * t2;
-    t12 = t2 * t3;
-    t13 = t3 * t3;
-    t14 = t7 - t9;
-    t15 = t6 + t8;
-    t16 = t7 + t9;
-    t17 = t10 + t13;
-    t18 = a_right_hip_roll - t12;
-    t19 = t6 - t8;
-    t20 = a_right_hip_roll + t12;
-    t21 = t10 + t11;
+    t4 = a_right_hip_yaw * sin_q_right_hip_roll;
+    t5 = a_right_hip_yaw * cos_q_right_hip_roll;
+    t6 = t1 * cos_q_right_hip_roll;
+    t7 = t1 * sin_q_right_hip_roll;
+    t8 = t3 * v_right_hip_roll;
+    t9 = t2 * v_right_hip_roll;
+    t10 = t4 + t8;
+    t11 = t5 - t9;
+    t12 = v_right_hip_roll * v_right_hip_roll;
+    t13 = t2 * t2;
+    t14 = t2 * t3;
+    t15 = t3 * t3;
+    t16 = t9 - t11;
+    t17 = t8 + t10;
+    t18 = t12 + t15;
+    t19 = a_right_hip_roll - t14;
+    t20 = a_right_hip_roll + t14;
+    t21 = t12 + t13;
     // right_upper_leg: motion
-    t22 = t14 * R::constant(0.055);
-    t23 = R::fused(t15, R::constant(0.04), t22);
-    t24 = t17 * R::constant(0.055);
-    t25 = R::fused(t18, R::constant(0.04), t24);
+    t22 = t16 * R::constant(0.055);
+    t23 = R::fused(t17, R::constant(0.04), t22);
+    t24 = t18 * R::constant(0.055);
+    t25 = R::fused(t19, R::constant(0.04), t24);
     t26 = t20 * R::constant(0.055);
     t27 = R::fused(-t21, R::constant(0.04), t26);
     t28 = R::fused(a_right_hip_yaw, R::constant(0.035), -t23);
-    t29 = t4 + t25;
-    t30 = t5 + t27;
+    t29 = t6 + t25;
+    t30 = t7 + t27;
     t31 = t3 * cos_q_right_hip_pitch;
     t32 = R::fused(v_right_hip_roll, sin_q_right_hip_pitch, t31);
     t33 = t3 * sin_q_right_hip_pitch;
     t34 = R::fused(-v_right_hip_roll, cos_q_right_hip_pitch, t33);
-    t35 = t9 * cos_q_right_hip_pitch;
+    t35 = t11 * cos_q_right_hip_pitch;
     t36 = R::fused(a_right_hip_roll, sin_q_right_hip_pitch, t35);
-    t37 = t9 * sin_q_right_hip_pitch;
+    t37 = t11 * sin_q_right_hip_pitch;
     t38 = R::fused(-a_right_hip_roll, cos_q_right_hip_pitch, t37);
     t39 = t30 * cos_q_right_hip_pitch;
     t40 = R::fused(-t28, sin_q_right_hip_pitch, t39);
@@ -129,7 +129,7 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t42 = R::fused(t28, cos_q_right_hip_pitch, t41);
     t43 = R::fused(t32, v_right_hip_pitch, t38);
     t44 = R::fused(-t34, v_right_hip_pitch, t36);
-    t45 = t8 + a_right_hip_pitch;
+    t45 = t10 + a_right_hip_pitch;
     t46 = t2 + v_right_hip_pitch;
     t47 = t34 * t34;
     t48 = t34 * t46;
@@ -243,31 +243,31 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     t152 = R::constant(0.00757525) * a_right_hip_yaw;
     t153 = R::fused(R::constant(0.0003375), t0, t152);
     // right_hip_roll_link: wrench that its motion needs
-    t154 = R::constant(0.2381) * t14;
-    t155 = R::fused(R::constant(0.1718), t15, t154);
-    t156 = R::constant(0.2381) * t17;
-    t157 = R::fused(R::constant(0.1718), t18, t156);
+    t154 = R::constant(0.2381) * t16;
+    t155 = R::fused(R::constant(0.1718), t17, t154);
+    t156 = R::constant(0.2381) * t18;
+    t157 = R::fused(R::constant(0.1718), t19, t156);
     t158 = R::constant(0.2381) * t20;
     t159 = R::fused(R::constant(-0.1718), t21, t158);
     t160 = R::constant(0.299670225) * a_right_hip_roll;
-    t161 = R::fused(R::constant(0.285913725), t12, t160);
-    t162 = R::fused(R::constant(0.000225), t19, t161);
-    t163 = R::fused(R::constant(-0.00015), t16, t162);
-    t164 = t11 - t13;
+    t161 = R::fused(R::constant(0.285913725), t14, t160);
+    t162 = R::fused(R::constant(-0.000225), t4, t161);
+    t163 = R::fused(R::constant(-0.00015), t5, t162);
+    t164 = t13 - t15;
     t165 = R::fused(R::constant(-0.009074), t164, t163);
-    t166 = R::constant(0.285913725) * t8;
-    t167 = R::fused(R::constant(-0.299670225), t6, t166);
-    t168 = R::fused(R::constant(-0.009074), t14, t167);
+    t166 = R::constant(0.285913725) * t10;
+    t167 = R::fused(R::constant(-0.299670225), t8, t166);
+    t168 = R::fused(R::constant(-0.009074), t16, t167);
     t169 = R::fused(R::constant(0.000225), t20, t168);
-    t170 = t10 - t13;
+    t170 = t12 - t15;
     t171 = R::fused(R::constant(-0.00015), t170, t169);
-    t172 = t7 * R::constant(0.58558395);
-    t173 = R::fused(R::constant(0.00015), t18, t172);
-    t174 = R::fused(R::constant(0.009074), t15, t173);
-    t175 = t10 - t11;
+    t172 = t9 * R::constant(0.58558395);
+    t173 = R::fused(R::constant(0.00015), t19, t172);
+    t174 = R::fused(R::constant(0.009074), t17, t173);
+    t175 = t12 - t13;
     t176 = R::fused(R::constant(0.000225), t175, t174);
-    t177 = R::constant(0.2381) * t5;
-    t178 = R::fused(R::constant(0.1718), t4, t177);
+    t177 = R::constant(0.2381) * t7;
+    t178 = R::fused(R::constant(0.1718), t6, t177);
     t179 = t165 + t178;
     t180 = R::fused(a_right_hip_yaw, R::constant(0.006013), t171);
     t181 = R::fused(-a_right_hip_yaw, R::constant(0.0083335), t176);

@@ -10,7 +10,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), `right_hip_yaw` to `right_ankle_roll`; m.
 /// Columns: `right_foot/front_left/z`, `right_foot/front_right/z`, `right_foot/rear_left/z`, `right_foot/rear_right/z`.
 /// Source: W_N of (4.6), corrected.
-/// 207 operations: 66 add, 51 mul, 45 fused, 6 sin_cos.
+/// 199 operations: 58 add, 51 mul, 45 fused, 6 sin_cos.
 #[inline]
 pub fn contact_normal_directions<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, 4> {
     let mut out = [[R::constant(0.0); NV]; 4];
@@ -114,134 +114,122 @@ pub(super) fn contact_normal_directions_program<R: Real>(q: &[R; NQ], out: &mut 
     let t59 = t57 + t58;
     let t60 = t48 - t54;
     let t61 = t49 - t59;
-    // right_foot: Jacobian
-    let t62 = t48 - t60;
-    let t63 = t49 - t61;
-    let t64 = t33 * t63;
-    let t65 = R::fused(t37, t62, -t64);
+    let t62 = t33 * t59; // right_foot: Jacobian
+    let t63 = R::fused(t37, t54, -t62); // right_foot: Jacobian
     // right_ankle: Jacobian
-    let t66 = t38 - t60;
-    let t67 = t39 - t61;
-    let t68 = t0 * t67;
-    let t69 = R::fused(t2, t66, -t68);
+    let t64 = t38 - t60;
+    let t65 = t39 - t61;
+    let t66 = t0 * t65;
+    let t67 = R::fused(t2, t64, -t66);
     // right_lower_leg: Jacobian
-    let t70 = t28 - t60;
-    let t71 = t29 - t61;
-    let t72 = t0 * t71;
-    let t73 = R::fused(t2, t70, -t72);
+    let t68 = t28 - t60;
+    let t69 = t29 - t61;
+    let t70 = t0 * t69;
+    let t71 = R::fused(t2, t68, -t70);
     // right_upper_leg: Jacobian
-    let t74 = t18 - t60;
-    let t75 = t19 - t61;
-    let t76 = t0 * t75;
-    let t77 = R::fused(t2, t74, -t76);
+    let t72 = t18 - t60;
+    let t73 = t19 - t61;
+    let t74 = t0 * t73;
+    let t75 = R::fused(t2, t72, -t74);
     // right_hip_roll_link: Jacobian
-    let t78 = t4 - t60;
-    let t79 = t5 - t61;
-    let t80 = cos_q_right_hip_yaw * t79;
-    let t81 = R::fused(sin_q_right_hip_yaw, t78, t80);
+    let t76 = t4 - t60;
+    let t77 = t5 - t61;
+    let t78 = cos_q_right_hip_yaw * t77;
+    let t79 = R::fused(sin_q_right_hip_yaw, t76, t78);
     // other
-    let t82 = t50 - t51;
-    let t83 = t53 + t82;
-    let t84 = t55 - t56;
-    let t85 = t58 + t84;
-    let t86 = t48 - t83;
-    let t87 = t49 - t85;
-    // right_foot: Jacobian
-    let t88 = t48 - t86;
-    let t89 = t49 - t87;
-    let t90 = t33 * t89;
-    let t91 = R::fused(t37, t88, -t90);
+    let t80 = t50 - t51;
+    let t81 = t53 + t80;
+    let t82 = t55 - t56;
+    let t83 = t58 + t82;
+    let t84 = t48 - t81;
+    let t85 = t49 - t83;
+    let t86 = t33 * t83; // right_foot: Jacobian
+    let t87 = R::fused(t37, t81, -t86); // right_foot: Jacobian
     // right_ankle: Jacobian
-    let t92 = t38 - t86;
-    let t93 = t39 - t87;
+    let t88 = t38 - t84;
+    let t89 = t39 - t85;
+    let t90 = t0 * t89;
+    let t91 = R::fused(t2, t88, -t90);
+    // right_lower_leg: Jacobian
+    let t92 = t28 - t84;
+    let t93 = t29 - t85;
     let t94 = t0 * t93;
     let t95 = R::fused(t2, t92, -t94);
-    // right_lower_leg: Jacobian
-    let t96 = t28 - t86;
-    let t97 = t29 - t87;
+    // right_upper_leg: Jacobian
+    let t96 = t18 - t84;
+    let t97 = t19 - t85;
     let t98 = t0 * t97;
     let t99 = R::fused(t2, t96, -t98);
-    // right_upper_leg: Jacobian
-    let t100 = t18 - t86;
-    let t101 = t19 - t87;
-    let t102 = t0 * t101;
-    let t103 = R::fused(t2, t100, -t102);
     // right_hip_roll_link: Jacobian
-    let t104 = t4 - t86;
-    let t105 = t5 - t87;
-    let t106 = cos_q_right_hip_yaw * t105;
-    let t107 = R::fused(sin_q_right_hip_yaw, t104, t106);
+    let t100 = t4 - t84;
+    let t101 = t5 - t85;
+    let t102 = cos_q_right_hip_yaw * t101;
+    let t103 = R::fused(sin_q_right_hip_yaw, t100, t102);
     // other
-    let t108 = t33 * R::constant(0.09);
-    let t109 = t51 - t108;
-    let t110 = t53 + t109;
-    let t111 = t37 * R::constant(0.09);
-    let t112 = t56 - t111;
-    let t113 = t58 + t112;
-    let t114 = t48 - t110;
-    let t115 = t49 - t113;
-    // right_foot: Jacobian
-    let t116 = t48 - t114;
-    let t117 = t49 - t115;
-    let t118 = t33 * t117;
-    let t119 = R::fused(t37, t116, -t118);
+    let t104 = t33 * R::constant(0.09);
+    let t105 = t51 - t104;
+    let t106 = t53 + t105;
+    let t107 = t37 * R::constant(0.09);
+    let t108 = t56 - t107;
+    let t109 = t58 + t108;
+    let t110 = t48 - t106;
+    let t111 = t49 - t109;
+    let t112 = t33 * t109; // right_foot: Jacobian
+    let t113 = R::fused(t37, t106, -t112); // right_foot: Jacobian
     // right_ankle: Jacobian
-    let t120 = t38 - t114;
-    let t121 = t39 - t115;
-    let t122 = t0 * t121;
-    let t123 = R::fused(t2, t120, -t122);
+    let t114 = t38 - t110;
+    let t115 = t39 - t111;
+    let t116 = t0 * t115;
+    let t117 = R::fused(t2, t114, -t116);
     // right_lower_leg: Jacobian
-    let t124 = t28 - t114;
-    let t125 = t29 - t115;
-    let t126 = t0 * t125;
-    let t127 = R::fused(t2, t124, -t126);
+    let t118 = t28 - t110;
+    let t119 = t29 - t111;
+    let t120 = t0 * t119;
+    let t121 = R::fused(t2, t118, -t120);
     // right_upper_leg: Jacobian
-    let t128 = t18 - t114;
-    let t129 = t19 - t115;
-    let t130 = t0 * t129;
-    let t131 = R::fused(t2, t128, -t130);
+    let t122 = t18 - t110;
+    let t123 = t19 - t111;
+    let t124 = t0 * t123;
+    let t125 = R::fused(t2, t122, -t124);
     // right_hip_roll_link: Jacobian
-    let t132 = t4 - t114;
-    let t133 = t5 - t115;
-    let t134 = cos_q_right_hip_yaw * t133;
-    let t135 = R::fused(sin_q_right_hip_yaw, t132, t134);
+    let t126 = t4 - t110;
+    let t127 = t5 - t111;
+    let t128 = cos_q_right_hip_yaw * t127;
+    let t129 = R::fused(sin_q_right_hip_yaw, t126, t128);
     // other
-    let t136 = t51 + t108;
-    let t137 = t53 - t136;
-    let t138 = t56 + t111;
-    let t139 = t58 - t138;
-    let t140 = t48 - t137;
-    let t141 = t49 - t139;
-    // right_foot: Jacobian
-    let t142 = t48 - t140;
-    let t143 = t49 - t141;
-    let t144 = t33 * t143;
-    let t145 = R::fused(t37, t142, -t144);
+    let t130 = t51 + t104;
+    let t131 = t53 - t130;
+    let t132 = t56 + t107;
+    let t133 = t58 - t132;
+    let t134 = t48 - t131;
+    let t135 = t49 - t133;
+    let t136 = t33 * t133; // right_foot: Jacobian
+    let t137 = R::fused(t37, t131, -t136); // right_foot: Jacobian
     // right_ankle: Jacobian
-    let t146 = t38 - t140;
-    let t147 = t39 - t141;
+    let t138 = t38 - t134;
+    let t139 = t39 - t135;
+    let t140 = t0 * t139;
+    let t141 = R::fused(t2, t138, -t140);
+    // right_lower_leg: Jacobian
+    let t142 = t28 - t134;
+    let t143 = t29 - t135;
+    let t144 = t0 * t143;
+    let t145 = R::fused(t2, t142, -t144);
+    // right_upper_leg: Jacobian
+    let t146 = t18 - t134;
+    let t147 = t19 - t135;
     let t148 = t0 * t147;
     let t149 = R::fused(t2, t146, -t148);
-    // right_lower_leg: Jacobian
-    let t150 = t28 - t140;
-    let t151 = t29 - t141;
-    let t152 = t0 * t151;
-    let t153 = R::fused(t2, t150, -t152);
-    // right_upper_leg: Jacobian
-    let t154 = t18 - t140;
-    let t155 = t19 - t141;
-    let t156 = t0 * t155;
-    let t157 = R::fused(t2, t154, -t156);
     // right_hip_roll_link: Jacobian
-    let t158 = t4 - t140;
-    let t159 = t5 - t141;
-    let t160 = cos_q_right_hip_yaw * t159;
-    let t161 = R::fused(sin_q_right_hip_yaw, t158, t160);
+    let t150 = t4 - t134;
+    let t151 = t5 - t135;
+    let t152 = cos_q_right_hip_yaw * t151;
+    let t153 = R::fused(sin_q_right_hip_yaw, t150, t152);
     *out = [
-        [R::constant(0.0), t81, t77, t73, t69, t65], // right_foot/front_left/z
-        [R::constant(0.0), t107, t103, t99, t95, t91], // right_foot/front_right/z
-        [R::constant(0.0), t135, t131, t127, t123, t119], // right_foot/rear_left/z
-        [R::constant(0.0), t161, t157, t153, t149, t145], // right_foot/rear_right/z
+        [R::constant(0.0), t79, t75, t71, t67, t63], // right_foot/front_left/z
+        [R::constant(0.0), t103, t99, t95, t91, t87], // right_foot/front_right/z
+        [R::constant(0.0), t129, t125, t121, t117, t113], // right_foot/rear_left/z
+        [R::constant(0.0), t153, t149, t145, t141, t137], // right_foot/rear_right/z
     ];
 }
 }

@@ -10,7 +10,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; N, then N m.
 /// Columns: the rows of [`inertial_parameters`](fn@super::inertial_parameters).
 /// Source: (5.26)–(5.29).
-/// 1679 operations: 110 add, 431 mul, 569 fused, 6 sin_cos.
+/// 1671 operations: 104 add, 433 mul, 567 fused, 6 sin_cos.
 ///
 /// Most entries are always zero: [`ground_wrench_regressor_nonzeros`] computes the others alone.
 #[inline]
@@ -38,7 +38,7 @@ pub fn ground_wrench_regressor_into<R: Real>(
 /// The 226 of 360 entries of [`ground_wrench_regressor`] that are not always zero.
 ///
 /// Column after column, in each by row: [`GROUND_WRENCH_REGRESSOR_SPARSITY`] says where each one stands.
-/// 1679 operations: 110 add, 431 mul, 569 fused, 6 sin_cos.
+/// 1671 operations: 104 add, 433 mul, 567 fused, 6 sin_cos.
 #[inline]
 pub fn ground_wrench_regressor_nonzeros<R: Real>(
     q: &SVector<R, NQ>,
@@ -136,8 +136,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
         t0, t1, t2, t3, t4, t5, t6, t7, t9, t10, t12, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t26, t27,
         t28, t29, t30, t31, t32, t34, t36, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49, t50, t51, t52, t53, t54,
         t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72, t73, t74, t75, t76,
-        t77, t78, t79, t80, t81, t83, t84, t85, t86, t87, t88, t89, t90, t92, t94, t96, t97, t98, t99, t100, t101, t102,
-        t103, t104, t105, t106, t107, t109, t112, t113, t114, t115, t117, t120, t121, t122, t124, t125, t127, t129,
+        t77, t78, t79, t80, t81, t82, t83, t85, t86, t87, t88, t89, t90, t91, t92, t94, t96, t98, t99, t100, t101, t102,
+        t103, t104, t105, t106, t107, t108, t110, t113, t114, t115, t117, t120, t121, t122, t124, t125, t127, t129,
         t130, t131, t132, t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147,
         t148, t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165,
         t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183,
@@ -208,139 +208,140 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     // right_hip_roll_link: motion
     t40 = v_right_hip_yaw * sin_q_right_hip_roll;
     t41 = t40 * v_right_hip_roll;
-    t42 = R::fused(a_right_hip_yaw, cos_q_right_hip_roll, -t41);
-    t43 = t41 - t42;
-    t44 = cos_q_right_hip_yaw * t43; // right_hip_yaw_link: sums of what it carries
-    t45 = v_right_hip_yaw * cos_q_right_hip_roll;
-    t46 = t40 * t45;
-    t47 = a_right_hip_roll + t46;
-    t48 = sin_q_right_hip_roll * t47; // right_hip_roll_link: sums of what it carries
-    t49 = v_right_hip_roll * v_right_hip_roll;
-    t50 = t45 * t45;
-    t51 = t49 + t50;
-    t52 = R::fused(cos_q_right_hip_roll, t51, t48); // right_hip_roll_link: sums of what it carries
-    t53 = R::fused(sin_q_right_hip_yaw, t52, t44); // right_hip_yaw_link: sums of what it carries
-    set(28, t53);
-    set(70, t53);
-    set(112, t53);
-    set(154, t53);
-    t54 = sin_q_right_hip_yaw * t43; // right_hip_yaw_link: sums of what it carries
-    t55 = R::fused(-cos_q_right_hip_yaw, t52, t54); // right_hip_yaw_link: sums of what it carries
-    set(29, t55);
-    set(71, t55);
-    set(113, t55);
-    set(155, t55);
+    t42 = a_right_hip_yaw * cos_q_right_hip_roll;
+    t43 = t42 - t41;
+    t44 = t41 - t43;
+    t45 = cos_q_right_hip_yaw * t44; // right_hip_yaw_link: sums of what it carries
+    t46 = v_right_hip_yaw * cos_q_right_hip_roll;
+    t47 = t40 * t46;
+    t48 = a_right_hip_roll + t47;
+    t49 = sin_q_right_hip_roll * t48; // right_hip_roll_link: sums of what it carries
+    t50 = v_right_hip_roll * v_right_hip_roll;
+    t51 = t46 * t46;
+    t52 = t50 + t51;
+    t53 = R::fused(cos_q_right_hip_roll, t52, t49); // right_hip_roll_link: sums of what it carries
+    t54 = R::fused(sin_q_right_hip_yaw, t53, t45); // right_hip_yaw_link: sums of what it carries
+    set(28, t54);
+    set(70, t54);
+    set(112, t54);
+    set(154, t54);
+    t55 = sin_q_right_hip_yaw * t44; // right_hip_yaw_link: sums of what it carries
+    t56 = R::fused(-cos_q_right_hip_yaw, t53, t55); // right_hip_yaw_link: sums of what it carries
+    set(29, t56);
+    set(71, t56);
+    set(113, t56);
+    set(155, t56);
     // right_hip_roll_link: sums of what it carries
-    t56 = cos_q_right_hip_roll * t47;
-    t57 = R::fused(-sin_q_right_hip_roll, t51, t56);
-    set(30, t57);
-    set(72, t57);
-    set(114, t57);
-    set(156, t57);
-    t58 = R::constant(0.035) * t57;
-    t59 = R::fused(R::constant(-0.045), t52, -t58);
-    t60 = t21 - t59;
-    t61 = cos_q_right_hip_yaw * t60; // right_hip_yaw_link: sums of what it carries
-    t62 = t14 * sin_q_right_hip_roll;
-    t63 = R::fused(R::constant(-0.045), t43, t62);
+    t57 = cos_q_right_hip_roll * t48;
+    t58 = R::fused(-sin_q_right_hip_roll, t52, t57);
+    set(30, t58);
+    set(72, t58);
+    set(114, t58);
+    set(156, t58);
+    t59 = R::constant(0.035) * t58;
+    t60 = R::fused(R::constant(-0.045), t53, -t59);
+    t61 = t21 - t60;
+    t62 = cos_q_right_hip_yaw * t61; // right_hip_yaw_link: sums of what it carries
+    t63 = t14 * sin_q_right_hip_roll;
+    t64 = R::fused(R::constant(-0.045), t44, t63);
     // right_hip_yaw_link: sums of what it carries
-    t64 = R::fused(sin_q_right_hip_yaw, t63, t61);
-    t65 = R::fused(R::constant(-0.0764), t57, -t64);
-    set(31, t65);
-    t66 = sin_q_right_hip_yaw * t60;
-    t67 = R::fused(cos_q_right_hip_yaw, t63, -t66);
-    set(32, t67);
-    t68 = t14 * cos_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
-    t69 = R::fused(R::constant(-0.035), t43, t68); // right_hip_roll_link: sums of what it carries
-    t70 = R::fused(R::constant(0.0764), t53, -t69);
-    set(33, t70);
-    t71 = t45 * v_right_hip_roll; // right_hip_roll_link: motion
-    t72 = R::fused(a_right_hip_yaw, sin_q_right_hip_roll, t71); // right_hip_roll_link: motion
-    t73 = t71 + t72; // right_hip_roll_link: motion
-    t74 = cos_q_right_hip_yaw * t73;
-    t75 = a_right_hip_roll - t46; // right_hip_roll_link: motion
-    t76 = cos_q_right_hip_roll * t75; // right_hip_roll_link: sums of what it carries
-    t77 = t40 * t40; // right_hip_roll_link: motion
-    t78 = t49 + t77; // right_hip_roll_link: motion
-    t79 = R::fused(-sin_q_right_hip_roll, t78, t76); // right_hip_roll_link: sums of what it carries
-    t80 = R::fused(sin_q_right_hip_yaw, t79, t74);
-    set(34, t80);
-    t81 = sin_q_right_hip_yaw * t73;
-    set(35, R::fused(-cos_q_right_hip_yaw, t79, t81));
+    t65 = R::fused(sin_q_right_hip_yaw, t64, t62);
+    t66 = R::fused(R::constant(-0.0764), t58, -t65);
+    set(31, t66);
+    t67 = sin_q_right_hip_yaw * t61;
+    t68 = R::fused(cos_q_right_hip_yaw, t64, -t67);
+    set(32, t68);
+    t69 = t14 * cos_q_right_hip_roll; // right_hip_roll_link: sums of what it carries
+    t70 = R::fused(R::constant(-0.035), t44, t69); // right_hip_roll_link: sums of what it carries
+    t71 = R::fused(R::constant(0.0764), t54, -t70);
+    set(33, t71);
+    // right_hip_roll_link: motion
+    t72 = t46 * v_right_hip_roll;
+    t73 = a_right_hip_yaw * sin_q_right_hip_roll;
+    t74 = t73 + t72;
+    t75 = t72 + t74;
+    t76 = cos_q_right_hip_yaw * t75; // right_hip_yaw_link: sums of what it carries
+    t77 = a_right_hip_roll - t47;
+    t78 = cos_q_right_hip_roll * t77; // right_hip_roll_link: sums of what it carries
+    t79 = t40 * t40;
+    t80 = t50 + t79;
+    t81 = R::fused(-sin_q_right_hip_roll, t80, t78); // right_hip_roll_link: sums of what it carries
+    t82 = R::fused(sin_q_right_hip_yaw, t81, t76); // right_hip_yaw_link: sums of what it carries
+    set(34, t82);
+    t83 = sin_q_right_hip_yaw * t75; // right_hip_yaw_link: sums of what it carries
+    set(35, R::fused(-cos_q_right_hip_yaw, t81, t83)); // right_hip_yaw_link: sums of what it carries
     // right_hip_roll_link: sums of what it carries
-    t83 = sin_q_right_hip_roll * t75;
-    t84 = R::fused(-cos_q_right_hip_roll, t78, -t83);
-    set(36, t84);
-    t85 = R::constant(0.035) * t84;
-    t86 = R::fused(R::constant(-0.045), t79, -t85);
-    t87 = t18 - t86;
-    t88 = cos_q_right_hip_yaw * t87; // right_hip_yaw_link: sums of what it carries
-    t89 = R::fused(R::constant(-0.045), t73, t68);
+    t85 = sin_q_right_hip_roll * t77;
+    t86 = R::fused(-cos_q_right_hip_roll, t80, -t85);
+    set(36, t86);
+    t87 = R::constant(0.035) * t86;
+    t88 = R::fused(R::constant(-0.045), t81, -t87);
+    t89 = t18 - t88;
+    t90 = cos_q_right_hip_yaw * t89; // right_hip_yaw_link: sums of what it carries
+    t91 = R::fused(R::constant(-0.045), t75, t69);
     // right_hip_yaw_link: sums of what it carries
-    t90 = R::fused(sin_q_right_hip_yaw, t89, t88);
-    set(37, R::fused(R::constant(-0.0764), t84, -t90));
-    t92 = sin_q_right_hip_yaw * t87;
-    set(38, R::fused(cos_q_right_hip_yaw, t89, -t92));
-    t94 = R::fused(R::constant(0.035), t73, t62); // right_hip_roll_link: sums of what it carries
-    set(39, R::fused(R::constant(0.0764), t80, t94));
-    t96 = cos_q_right_hip_yaw * a_right_hip_roll;
-    t97 = cos_q_right_hip_roll * t71; // right_hip_roll_link: sums of what it carries
-    t98 = R::fused(sin_q_right_hip_roll, t41, t97); // right_hip_roll_link: sums of what it carries
-    t99 = R::fused(-sin_q_right_hip_yaw, t98, t96);
-    set(40, t99);
-    t100 = sin_q_right_hip_yaw * a_right_hip_roll;
-    t101 = R::fused(cos_q_right_hip_yaw, t98, t100);
-    set(41, t101);
-    t102 = sin_q_right_hip_roll * t71; // right_hip_roll_link: sums of what it carries
-    t103 = R::fused(-cos_q_right_hip_roll, t41, t102); // right_hip_roll_link: sums of what it carries
-    set(42, t103);
-    t104 = t71 - t72; // right_hip_roll_link: motion
-    t105 = cos_q_right_hip_yaw * t104;
-    t106 = t49 - t77; // right_hip_roll_link: wrench that its motion needs
-    t107 = R::fused(-sin_q_right_hip_roll, t106, t56); // right_hip_roll_link: sums of what it carries
-    set(43, R::fused(-sin_q_right_hip_yaw, t107, -t105));
-    t109 = sin_q_right_hip_yaw * t104;
-    set(44, R::fused(cos_q_right_hip_yaw, t107, -t109));
-    set(45, R::fused(cos_q_right_hip_roll, t106, t48)); // right_hip_roll_link: sums of what it carries
-    t112 = t41 + t42; // right_hip_roll_link: motion
-    t113 = cos_q_right_hip_yaw * t112;
-    t114 = t49 - t50; // right_hip_roll_link: wrench that its motion needs
-    t115 = R::fused(cos_q_right_hip_roll, t114, t83); // right_hip_roll_link: sums of what it carries
+    t92 = R::fused(sin_q_right_hip_yaw, t91, t90);
+    set(37, R::fused(R::constant(-0.0764), t86, -t92));
+    t94 = sin_q_right_hip_yaw * t89;
+    set(38, R::fused(cos_q_right_hip_yaw, t91, -t94));
+    t96 = R::fused(R::constant(0.035), t75, t63); // right_hip_roll_link: sums of what it carries
+    set(39, R::fused(R::constant(0.0764), t82, t96));
+    t98 = cos_q_right_hip_yaw * a_right_hip_roll;
+    t99 = cos_q_right_hip_roll * t72; // right_hip_roll_link: sums of what it carries
+    t100 = R::fused(sin_q_right_hip_roll, t41, t99); // right_hip_roll_link: sums of what it carries
+    t101 = R::fused(-sin_q_right_hip_yaw, t100, t98);
+    set(40, t101);
+    t102 = sin_q_right_hip_yaw * a_right_hip_roll;
+    t103 = R::fused(cos_q_right_hip_yaw, t100, t102);
+    set(41, t103);
+    t104 = sin_q_right_hip_roll * t72; // right_hip_roll_link: sums of what it carries
+    t105 = R::fused(-cos_q_right_hip_roll, t41, t104); // right_hip_roll_link: sums of what it carries
+    set(42, t105);
+    t106 = cos_q_right_hip_yaw * t73;
+    t107 = t50 - t79; // right_hip_roll_link: wrench that its motion needs
+    t108 = R::fused(-sin_q_right_hip_roll, t107, t57); // right_hip_roll_link: sums of what it carries
+    set(43, R::fused(-sin_q_right_hip_yaw, t108, t106));
+    t110 = sin_q_right_hip_yaw * t73;
+    set(44, R::fused(cos_q_right_hip_yaw, t108, t110));
+    set(45, R::fused(cos_q_right_hip_roll, t107, t49)); // right_hip_roll_link: sums of what it carries
+    t113 = cos_q_right_hip_yaw * t42;
+    t114 = t50 - t51; // right_hip_roll_link: wrench that its motion needs
+    t115 = R::fused(cos_q_right_hip_roll, t114, t85); // right_hip_roll_link: sums of what it carries
     set(46, R::fused(sin_q_right_hip_yaw, t115, t113));
-    t117 = sin_q_right_hip_yaw * t112;
+    t117 = sin_q_right_hip_yaw * t42;
     set(47, R::fused(-cos_q_right_hip_yaw, t115, t117));
-    set(48, R::fused(-sin_q_right_hip_roll, t114, t76)); // right_hip_roll_link: sums of what it carries
-    t120 = cos_q_right_hip_yaw * t46;
-    t121 = R::fused(sin_q_right_hip_roll, t42, t97); // right_hip_roll_link: sums of what it carries
+    set(48, R::fused(-sin_q_right_hip_roll, t114, t78)); // right_hip_roll_link: sums of what it carries
+    t120 = cos_q_right_hip_yaw * t47;
+    t121 = R::fused(sin_q_right_hip_roll, t43, t99); // right_hip_roll_link: sums of what it carries
     t122 = R::fused(sin_q_right_hip_yaw, t121, t120);
     set(55, t122);
     set(49, -t122);
-    t124 = sin_q_right_hip_yaw * t46;
+    t124 = sin_q_right_hip_yaw * t47;
     t125 = R::fused(-cos_q_right_hip_yaw, t121, t124);
     set(56, t125);
     set(50, -t125);
-    t127 = R::fused(cos_q_right_hip_roll, t42, -t102); // right_hip_roll_link: sums of what it carries
+    t127 = R::fused(cos_q_right_hip_roll, t43, -t104); // right_hip_roll_link: sums of what it carries
     set(57, t127);
     set(51, a_right_hip_yaw - t127); // right_hip_roll_link: columns that its parent has too
-    t129 = t77 - t50; // right_hip_roll_link: wrench that its motion needs
+    t129 = t79 - t51; // right_hip_roll_link: wrench that its motion needs
     t130 = cos_q_right_hip_yaw * t129;
-    t131 = cos_q_right_hip_roll * t43; // right_hip_roll_link: sums of what it carries
-    t132 = R::fused(sin_q_right_hip_roll, t73, t131); // right_hip_roll_link: sums of what it carries
+    t131 = cos_q_right_hip_roll * t44; // right_hip_roll_link: sums of what it carries
+    t132 = R::fused(sin_q_right_hip_roll, t75, t131); // right_hip_roll_link: sums of what it carries
     t133 = R::fused(sin_q_right_hip_yaw, t132, t130);
     set(52, t133);
     t134 = sin_q_right_hip_yaw * t129;
     t135 = R::fused(-cos_q_right_hip_yaw, t132, t134);
     set(53, t135);
-    t136 = sin_q_right_hip_roll * t43; // right_hip_roll_link: sums of what it carries
-    t137 = R::fused(cos_q_right_hip_roll, t73, -t136); // right_hip_roll_link: sums of what it carries
+    t136 = sin_q_right_hip_roll * t44; // right_hip_roll_link: sums of what it carries
+    t137 = R::fused(cos_q_right_hip_roll, t75, -t136); // right_hip_roll_link: sums of what it carries
     set(54, t137);
     // right_upper_leg: motion
-    t138 = t47 * R::constant(0.055);
-    t139 = R::fused(-t78, R::constant(0.04), t138);
+    t138 = t48 * R::constant(0.055);
+    t139 = R::fused(-t80, R::constant(0.04), t138);
     t140 = t21 + t139;
     t141 = t140 * cos_q_right_hip_pitch;
-    t142 = t43 * R::constant(0.055);
-    t143 = R::fused(t73, R::constant(0.04), t142);
+    t142 = t44 * R::constant(0.055);
+    t143 = R::fused(t75, R::constant(0.04), t142);
     t144 = t14 - t143;
     t145 = R::fused(-t144, sin_q_right_hip_pitch, t141);
     t146 = sin_q_right_hip_pitch * t145; // right_upper_leg: sums of what it carries
@@ -348,8 +349,8 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t148 = R::fused(t144, cos_q_right_hip_pitch, t147);
     t149 = R::fused(-cos_q_right_hip_pitch, t148, t146); // right_upper_leg: sums of what it carries
     t150 = cos_q_right_hip_yaw * t149; // right_hip_yaw_link: sums of what it carries
-    t151 = t51 * R::constant(0.055);
-    t152 = R::fused(t75, R::constant(0.04), t151);
+    t151 = t52 * R::constant(0.055);
+    t152 = R::fused(t77, R::constant(0.04), t151);
     t153 = t18 + t152;
     t154 = cos_q_right_hip_roll * t153; // right_hip_roll_link: sums of what it carries
     t155 = cos_q_right_hip_pitch * t145; // right_upper_leg: sums of what it carries
@@ -387,10 +388,10 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t181 = R::fused(R::constant(0.0764), t158, t180);
     set(63, t181);
     // right_upper_leg: motion
-    t182 = t72 + a_right_hip_pitch;
-    t183 = t45 * cos_q_right_hip_pitch;
+    t182 = t74 + a_right_hip_pitch;
+    t183 = t46 * cos_q_right_hip_pitch;
     t184 = R::fused(v_right_hip_roll, sin_q_right_hip_pitch, t183);
-    t185 = t45 * sin_q_right_hip_pitch;
+    t185 = t46 * sin_q_right_hip_pitch;
     t186 = R::fused(-v_right_hip_roll, cos_q_right_hip_pitch, t185);
     t187 = t184 * t186;
     t188 = t182 + t187;
@@ -401,7 +402,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t193 = t191 + t192;
     t194 = R::fused(cos_q_right_hip_pitch, t193, t189); // right_upper_leg: sums of what it carries
     t195 = cos_q_right_hip_yaw * t194; // right_hip_yaw_link: sums of what it carries
-    t196 = t42 * cos_q_right_hip_pitch;
+    t196 = t43 * cos_q_right_hip_pitch;
     t197 = R::fused(a_right_hip_roll, sin_q_right_hip_pitch, t196);
     t198 = R::fused(-t186, v_right_hip_pitch, t197);
     t199 = t186 * t190;
@@ -442,15 +443,15 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t230 = R::fused(R::constant(-0.035), t194, t229); // right_hip_roll_link: sums of what it carries
     set(69, R::fused(R::constant(0.0764), t205, t230));
     // right_upper_leg: columns that its parent has too
-    t232 = R::fused(t99, R::constant(0.11), -t65);
+    t232 = R::fused(t101, R::constant(0.11), -t66);
     t233 = R::fused(R::constant(-0.04), t133, t232);
     t234 = R::fused(-t122, R::constant(0.11), -t233);
     set(73, t234);
-    t235 = R::fused(t101, R::constant(0.11), -t67);
+    t235 = R::fused(t103, R::constant(0.11), -t68);
     t236 = R::fused(R::constant(-0.04), t135, t235);
     t237 = R::fused(-t125, R::constant(0.11), -t236);
     set(74, t237);
-    t238 = R::fused(t103, R::constant(0.11), -t70);
+    t238 = R::fused(t105, R::constant(0.11), -t71);
     t239 = R::fused(R::constant(-0.04), t137, t238);
     t240 = R::fused(-t127, R::constant(0.11), -t239);
     set(75, t240);
@@ -461,7 +462,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t245 = R::fused(sin_q_right_hip_pitch, t244, -t242); // right_upper_leg: sums of what it carries
     t246 = cos_q_right_hip_yaw * t245; // right_hip_yaw_link: sums of what it carries
     // right_upper_leg: motion
-    t247 = t42 * sin_q_right_hip_pitch;
+    t247 = t43 * sin_q_right_hip_pitch;
     t248 = R::fused(-a_right_hip_roll, cos_q_right_hip_pitch, t247);
     t249 = R::fused(t184, v_right_hip_pitch, t248);
     t250 = t184 * t190;
@@ -484,7 +485,7 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
         t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460, t461, t462, t463,
         t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478, t479, t480, t481,
         t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498, t499,
-        t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510,
+        t500, t501, t502, t503, t504, t505, t506, t507, t509, t511,
     );
     t256 = R::fused(-sin_q_right_hip_yaw, t255, -t246); // right_hip_yaw_link: sums of what it carries
     set(76, t256);
@@ -527,19 +528,19 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t287 = R::fused(-sin_q_right_hip_roll, t286, t284); // right_hip_roll_link: sums of what it carries
     t288 = R::fused(-sin_q_right_hip_yaw, t287, t283);
     set(97, t288);
-    t289 = t99 + t122; // right_upper_leg: columns that its parent has too
+    t289 = t101 + t122; // right_upper_leg: columns that its parent has too
     t290 = t289 - t288; // right_upper_leg: columns that its parent has too
     set(82, t290);
     t291 = sin_q_right_hip_yaw * t282;
     t292 = R::fused(cos_q_right_hip_yaw, t287, t291);
     set(98, t292);
-    t293 = t101 + t125; // right_upper_leg: columns that its parent has too
+    t293 = t103 + t125; // right_upper_leg: columns that its parent has too
     t294 = t293 - t292; // right_upper_leg: columns that its parent has too
     set(83, t294);
     t295 = sin_q_right_hip_roll * t187; // right_hip_roll_link: sums of what it carries
     t296 = R::fused(cos_q_right_hip_roll, t286, t295); // right_hip_roll_link: sums of what it carries
     set(99, t296);
-    t297 = t103 + t127; // right_upper_leg: columns that its parent has too
+    t297 = t105 + t127; // right_upper_leg: columns that its parent has too
     t298 = t297 - t296; // right_upper_leg: columns that its parent has too
     set(84, t298);
     t299 = t243 - t191; // right_upper_leg: wrench that its motion needs
@@ -765,739 +766,732 @@ pub(super) fn ground_wrench_regressor_nonzeros_program<R: Real>(q: &[R; NQ], v: 
     t488 = R::fused(-sin_q_right_hip_roll, t487, t485); // right_hip_roll_link: sums of what it carries
     t489 = R::fused(-sin_q_right_hip_yaw, t488, t484);
     set(139, t489);
-    t490 = t288 + t290; // right_lower_leg: columns that its parent has too
-    t491 = t490 - t489; // right_lower_leg: columns that its parent has too
-    set(124, t491);
-    t492 = sin_q_right_hip_yaw * t483;
-    t493 = R::fused(cos_q_right_hip_yaw, t488, t492);
-    set(140, t493);
-    t494 = t292 + t294; // right_lower_leg: columns that its parent has too
-    t495 = t494 - t493; // right_lower_leg: columns that its parent has too
-    set(125, t495);
-    t496 = sin_q_right_hip_roll * t363; // right_hip_roll_link: sums of what it carries
-    t497 = R::fused(cos_q_right_hip_roll, t487, t496); // right_hip_roll_link: sums of what it carries
-    set(141, t497);
-    t498 = t296 + t298; // right_lower_leg: columns that its parent has too
-    t499 = t498 - t497; // right_lower_leg: columns that its parent has too
-    set(126, t499);
-    t500 = t428 - t367; // right_lower_leg: wrench that its motion needs
-    t501 = R::fused(-cos_q_right_knee_pitch, t500, t372); // right_lower_leg: sums of what it carries
-    t502 = sin_q_right_hip_pitch * t501; // right_upper_leg: sums of what it carries
-    t503 = R::fused(sin_q_right_knee_pitch, t500, t365); // right_lower_leg: sums of what it carries
-    t504 = R::fused(-cos_q_right_hip_pitch, t503, t502); // right_upper_leg: sums of what it carries
-    t505 = cos_q_right_hip_yaw * t504;
-    t506 = t438 - t439; // right_lower_leg: motion
-    t507 = cos_q_right_hip_roll * t506; // right_hip_roll_link: sums of what it carries
-    t508 = cos_q_right_hip_pitch * t501; // right_upper_leg: sums of what it carries
-    t509 = R::fused(sin_q_right_hip_pitch, t503, t508); // right_upper_leg: sums of what it carries
-    t510 = R::fused(-sin_q_right_hip_roll, t509, t507); // right_hip_roll_link: sums of what it carries
-    set(127, R::fused(sin_q_right_hip_yaw, t510, -t505));
+    t490 = t289 - t489; // right_lower_leg: columns that its parent has too
+    set(124, t490);
+    t491 = sin_q_right_hip_yaw * t483;
+    t492 = R::fused(cos_q_right_hip_yaw, t488, t491);
+    set(140, t492);
+    t493 = t293 - t492; // right_lower_leg: columns that its parent has too
+    set(125, t493);
+    t494 = sin_q_right_hip_roll * t363; // right_hip_roll_link: sums of what it carries
+    t495 = R::fused(cos_q_right_hip_roll, t487, t494); // right_hip_roll_link: sums of what it carries
+    set(141, t495);
+    t496 = t297 - t495; // right_lower_leg: columns that its parent has too
+    set(126, t496);
+    t497 = t428 - t367; // right_lower_leg: wrench that its motion needs
+    t498 = R::fused(-cos_q_right_knee_pitch, t497, t372); // right_lower_leg: sums of what it carries
+    t499 = sin_q_right_hip_pitch * t498; // right_upper_leg: sums of what it carries
+    t500 = R::fused(sin_q_right_knee_pitch, t497, t365); // right_lower_leg: sums of what it carries
+    t501 = R::fused(-cos_q_right_hip_pitch, t500, t499); // right_upper_leg: sums of what it carries
+    t502 = cos_q_right_hip_yaw * t501;
+    t503 = t438 - t439; // right_lower_leg: motion
+    t504 = cos_q_right_hip_roll * t503; // right_hip_roll_link: sums of what it carries
+    t505 = cos_q_right_hip_pitch * t498; // right_upper_leg: sums of what it carries
+    t506 = R::fused(sin_q_right_hip_pitch, t500, t505); // right_upper_leg: sums of what it carries
+    t507 = R::fused(-sin_q_right_hip_roll, t506, t504); // right_hip_roll_link: sums of what it carries
+    set(127, R::fused(sin_q_right_hip_yaw, t507, -t502));
+    t509 = sin_q_right_hip_yaw * t501;
+    set(128, R::fused(-cos_q_right_hip_yaw, t507, -t509));
+    t511 = sin_q_right_hip_roll * t503; // right_hip_roll_link: sums of what it carries
     let (
-        t512, t514, t516, t517, t518, t519, t520, t521, t522, t523, t524, t525, t526, t527, t529, t531, t533, t534,
-        t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552,
-        t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570,
-        t571, t572, t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588,
-        t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606,
-        t607, t608, t609, t610, t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623, t624,
-        t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641, t642,
-        t643, t644, t645, t646, t647, t648, t649, t653, t654, t655, t656, t657, t658, t659, t660, t661, t662, t663,
-        t664, t665, t666, t667, t668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678, t679, t680, t681,
-        t682, t683, t684, t685, t686, t687, t688, t689, t690, t691, t692, t693, t694, t695, t696, t697, t698, t699,
-        t700, t701, t702, t703, t704, t705, t706, t707, t708, t709, t710, t711, t712, t713, t714, t715, t716, t717,
-        t718, t719, t720, t721, t722, t723, t724, t725, t726, t727, t728, t729, t730, t731, t732, t733, t734, t735,
-        t736, t737, t738, t739, t740, t741, t742, t743, t744, t745, t746, t747, t748, t749, t750, t751, t752, t753,
-        t754, t755, t757, t759, t761, t762, t763, t764, t765, t766, t767,
+        t513, t514, t515, t516, t517, t518, t519, t520, t521, t522, t523, t524, t526, t528, t530, t531, t532, t533,
+        t534, t535, t536, t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551,
+        t552, t553, t554, t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569,
+        t570, t571, t572, t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587,
+        t588, t589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605,
+        t606, t607, t608, t609, t610, t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623,
+        t624, t625, t626, t627, t628, t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641,
+        t642, t643, t644, t645, t646, t650, t651, t652, t653, t654, t655, t656, t657, t658, t659, t660, t661, t662,
+        t663, t664, t665, t666, t667, t668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678, t679, t680,
+        t681, t682, t683, t684, t685, t686, t687, t688, t689, t690, t691, t692, t693, t694, t695, t696, t697, t698,
+        t699, t700, t701, t702, t703, t704, t705, t706, t707, t708, t709, t710, t711, t712, t713, t714, t715, t716,
+        t717, t718, t719, t720, t721, t722, t723, t724, t725, t726, t727, t728, t729, t730, t731, t732, t733, t734,
+        t735, t736, t737, t738, t739, t740, t741, t742, t743, t744, t745, t746, t747, t748, t749, t751, t753, t755,
+        t756, t757, t758, t759, t760, t761, t762, t763, t764, t765, t766, t767,
     );
-    t512 = sin_q_right_hip_yaw * t504;
-    set(128, R::fused(-cos_q_right_hip_yaw, t510, -t512));
-    t514 = sin_q_right_hip_roll * t506; // right_hip_roll_link: sums of what it carries
-    set(129, R::fused(-cos_q_right_hip_roll, t509, -t514)); // right_hip_roll_link: sums of what it carries
-    t516 = cos_q_right_knee_pitch * t440; // right_lower_leg: sums of what it carries
-    t517 = R::fused(sin_q_right_knee_pitch, t380, t516); // right_lower_leg: sums of what it carries
-    t518 = sin_q_right_hip_pitch * t517; // right_upper_leg: sums of what it carries
-    t519 = sin_q_right_knee_pitch * t440; // right_lower_leg: sums of what it carries
-    t520 = R::fused(-cos_q_right_knee_pitch, t380, t519); // right_lower_leg: sums of what it carries
-    t521 = R::fused(cos_q_right_hip_pitch, t520, t518); // right_upper_leg: sums of what it carries
-    t522 = cos_q_right_hip_yaw * t521;
-    t523 = t428 - t368; // right_lower_leg: wrench that its motion needs
-    t524 = cos_q_right_hip_roll * t523; // right_hip_roll_link: sums of what it carries
-    t525 = cos_q_right_hip_pitch * t517; // right_upper_leg: sums of what it carries
-    t526 = R::fused(-sin_q_right_hip_pitch, t520, t525); // right_upper_leg: sums of what it carries
-    t527 = R::fused(-sin_q_right_hip_roll, t526, t524); // right_hip_roll_link: sums of what it carries
-    set(130, R::fused(sin_q_right_hip_yaw, t527, -t522));
-    t529 = sin_q_right_hip_yaw * t521;
-    set(131, R::fused(-cos_q_right_hip_yaw, t527, -t529));
-    t531 = sin_q_right_hip_roll * t523; // right_hip_roll_link: sums of what it carries
-    set(132, R::fused(-cos_q_right_hip_roll, t526, -t531)); // right_hip_roll_link: sums of what it carries
-    t533 = R::fused(cos_q_right_knee_pitch, t379, -t478); // right_lower_leg: sums of what it carries
-    t534 = sin_q_right_hip_pitch * t533; // right_upper_leg: sums of what it carries
-    t535 = R::fused(sin_q_right_knee_pitch, t379, t481); // right_lower_leg: sums of what it carries
-    t536 = R::fused(cos_q_right_hip_pitch, t535, t534); // right_upper_leg: sums of what it carries
-    t537 = cos_q_right_hip_yaw * t536;
-    t538 = cos_q_right_hip_roll * t358; // right_hip_roll_link: sums of what it carries
-    t539 = cos_q_right_hip_pitch * t533; // right_upper_leg: sums of what it carries
-    t540 = R::fused(-sin_q_right_hip_pitch, t535, t539); // right_upper_leg: sums of what it carries
-    t541 = R::fused(sin_q_right_hip_roll, t540, t538); // right_hip_roll_link: sums of what it carries
-    t542 = R::fused(-sin_q_right_hip_yaw, t541, -t537);
-    set(133, t542);
-    t543 = sin_q_right_hip_yaw * t536;
-    t544 = R::fused(cos_q_right_hip_yaw, t541, -t543);
-    set(134, t544);
-    t545 = sin_q_right_hip_roll * t358; // right_hip_roll_link: sums of what it carries
-    t546 = R::fused(-cos_q_right_hip_roll, t540, t545); // right_hip_roll_link: sums of what it carries
-    set(135, t546);
-    t547 = t367 - t368; // right_lower_leg: wrench that its motion needs
-    t548 = R::fused(-sin_q_right_knee_pitch, t547, t432); // right_lower_leg: sums of what it carries
-    t549 = sin_q_right_hip_pitch * t548; // right_upper_leg: sums of what it carries
-    t550 = R::fused(cos_q_right_knee_pitch, t547, t427); // right_lower_leg: sums of what it carries
-    t551 = R::fused(cos_q_right_hip_pitch, t550, t549); // right_upper_leg: sums of what it carries
-    t552 = cos_q_right_hip_yaw * t551;
-    t553 = t378 + t379; // right_lower_leg: motion
-    t554 = cos_q_right_hip_roll * t553; // right_hip_roll_link: sums of what it carries
-    t555 = cos_q_right_hip_pitch * t548; // right_upper_leg: sums of what it carries
-    t556 = R::fused(-sin_q_right_hip_pitch, t550, t555); // right_upper_leg: sums of what it carries
-    t557 = R::fused(-sin_q_right_hip_roll, t556, t554); // right_hip_roll_link: sums of what it carries
-    t558 = R::fused(-sin_q_right_hip_yaw, t557, t552);
-    set(136, t558);
-    t559 = sin_q_right_hip_yaw * t551;
-    t560 = R::fused(cos_q_right_hip_yaw, t557, t559);
-    set(137, t560);
-    t561 = sin_q_right_hip_roll * t553; // right_hip_roll_link: sums of what it carries
-    t562 = R::fused(cos_q_right_hip_roll, t556, t561); // right_hip_roll_link: sums of what it carries
-    set(138, t562);
+    set(129, R::fused(-cos_q_right_hip_roll, t506, -t511)); // right_hip_roll_link: sums of what it carries
+    t513 = cos_q_right_knee_pitch * t440; // right_lower_leg: sums of what it carries
+    t514 = R::fused(sin_q_right_knee_pitch, t380, t513); // right_lower_leg: sums of what it carries
+    t515 = sin_q_right_hip_pitch * t514; // right_upper_leg: sums of what it carries
+    t516 = sin_q_right_knee_pitch * t440; // right_lower_leg: sums of what it carries
+    t517 = R::fused(-cos_q_right_knee_pitch, t380, t516); // right_lower_leg: sums of what it carries
+    t518 = R::fused(cos_q_right_hip_pitch, t517, t515); // right_upper_leg: sums of what it carries
+    t519 = cos_q_right_hip_yaw * t518;
+    t520 = t428 - t368; // right_lower_leg: wrench that its motion needs
+    t521 = cos_q_right_hip_roll * t520; // right_hip_roll_link: sums of what it carries
+    t522 = cos_q_right_hip_pitch * t514; // right_upper_leg: sums of what it carries
+    t523 = R::fused(-sin_q_right_hip_pitch, t517, t522); // right_upper_leg: sums of what it carries
+    t524 = R::fused(-sin_q_right_hip_roll, t523, t521); // right_hip_roll_link: sums of what it carries
+    set(130, R::fused(sin_q_right_hip_yaw, t524, -t519));
+    t526 = sin_q_right_hip_yaw * t518;
+    set(131, R::fused(-cos_q_right_hip_yaw, t524, -t526));
+    t528 = sin_q_right_hip_roll * t520; // right_hip_roll_link: sums of what it carries
+    set(132, R::fused(-cos_q_right_hip_roll, t523, -t528)); // right_hip_roll_link: sums of what it carries
+    t530 = R::fused(cos_q_right_knee_pitch, t379, -t478); // right_lower_leg: sums of what it carries
+    t531 = sin_q_right_hip_pitch * t530; // right_upper_leg: sums of what it carries
+    t532 = R::fused(sin_q_right_knee_pitch, t379, t481); // right_lower_leg: sums of what it carries
+    t533 = R::fused(cos_q_right_hip_pitch, t532, t531); // right_upper_leg: sums of what it carries
+    t534 = cos_q_right_hip_yaw * t533;
+    t535 = cos_q_right_hip_roll * t358; // right_hip_roll_link: sums of what it carries
+    t536 = cos_q_right_hip_pitch * t530; // right_upper_leg: sums of what it carries
+    t537 = R::fused(-sin_q_right_hip_pitch, t532, t536); // right_upper_leg: sums of what it carries
+    t538 = R::fused(sin_q_right_hip_roll, t537, t535); // right_hip_roll_link: sums of what it carries
+    t539 = R::fused(-sin_q_right_hip_yaw, t538, -t534);
+    set(133, t539);
+    t540 = sin_q_right_hip_yaw * t533;
+    t541 = R::fused(cos_q_right_hip_yaw, t538, -t540);
+    set(134, t541);
+    t542 = sin_q_right_hip_roll * t358; // right_hip_roll_link: sums of what it carries
+    t543 = R::fused(-cos_q_right_hip_roll, t537, t542); // right_hip_roll_link: sums of what it carries
+    set(135, t543);
+    t544 = t367 - t368; // right_lower_leg: wrench that its motion needs
+    t545 = R::fused(-sin_q_right_knee_pitch, t544, t432); // right_lower_leg: sums of what it carries
+    t546 = sin_q_right_hip_pitch * t545; // right_upper_leg: sums of what it carries
+    t547 = R::fused(cos_q_right_knee_pitch, t544, t427); // right_lower_leg: sums of what it carries
+    t548 = R::fused(cos_q_right_hip_pitch, t547, t546); // right_upper_leg: sums of what it carries
+    t549 = cos_q_right_hip_yaw * t548;
+    t550 = t378 + t379; // right_lower_leg: motion
+    t551 = cos_q_right_hip_roll * t550; // right_hip_roll_link: sums of what it carries
+    t552 = cos_q_right_hip_pitch * t545; // right_upper_leg: sums of what it carries
+    t553 = R::fused(-sin_q_right_hip_pitch, t547, t552); // right_upper_leg: sums of what it carries
+    t554 = R::fused(-sin_q_right_hip_roll, t553, t551); // right_hip_roll_link: sums of what it carries
+    t555 = R::fused(-sin_q_right_hip_yaw, t554, t549);
+    set(136, t555);
+    t556 = sin_q_right_hip_yaw * t548;
+    t557 = R::fused(cos_q_right_hip_yaw, t554, t556);
+    set(137, t557);
+    t558 = sin_q_right_hip_roll * t550; // right_hip_roll_link: sums of what it carries
+    t559 = R::fused(cos_q_right_hip_roll, t553, t558); // right_hip_roll_link: sums of what it carries
+    set(138, t559);
     // right_ankle: columns that its parent has too
-    t563 = R::fused(R::constant(-0.273), t445, t346);
-    set(142, t563);
-    t564 = R::fused(R::constant(-0.273), t447, t347);
-    set(143, t564);
-    t565 = R::fused(R::constant(-0.273), t449, t348);
-    set(144, t565);
-    t566 = R::fused(R::constant(-0.273), t471, t351);
-    t567 = R::fused(t491, R::constant(0.074529), t566);
-    t568 = R::fused(t542, R::constant(0.074529), t567);
-    set(145, t568);
-    t569 = R::fused(R::constant(-0.273), t473, t354);
-    t570 = R::fused(t495, R::constant(0.074529), t569);
-    t571 = R::fused(t544, R::constant(0.074529), t570);
-    set(146, t571);
-    t572 = R::fused(R::constant(-0.273), t477, t357);
-    t573 = R::fused(t499, R::constant(0.074529), t572);
-    t574 = R::fused(t546, R::constant(0.074529), t573);
-    set(147, t574);
+    t560 = R::fused(R::constant(-0.273), t445, t346);
+    set(142, t560);
+    t561 = R::fused(R::constant(-0.273), t447, t347);
+    set(143, t561);
+    t562 = R::fused(R::constant(-0.273), t449, t348);
+    set(144, t562);
+    t563 = R::fused(R::constant(-0.273), t471, t351);
+    t564 = R::fused(t490, R::constant(0.074529), t563);
+    t565 = R::fused(t539, R::constant(0.074529), t564);
+    set(145, t565);
+    t566 = R::fused(R::constant(-0.273), t473, t354);
+    t567 = R::fused(t493, R::constant(0.074529), t566);
+    t568 = R::fused(t541, R::constant(0.074529), t567);
+    set(146, t568);
+    t569 = R::fused(R::constant(-0.273), t477, t357);
+    t570 = R::fused(t496, R::constant(0.074529), t569);
+    t571 = R::fused(t543, R::constant(0.074529), t570);
+    set(147, t571);
     // right_ankle: motion
-    t575 = t358 + a_right_ankle_pitch;
-    t576 = t360 * cos_q_right_ankle_pitch;
-    t577 = R::fused(-t362, sin_q_right_ankle_pitch, t576);
-    t578 = t360 * sin_q_right_ankle_pitch;
-    t579 = R::fused(t362, cos_q_right_ankle_pitch, t578);
-    t580 = t577 * t579;
-    t581 = t575 + t580;
-    t582 = cos_q_right_ankle_pitch * t581; // right_ankle: sums of what it carries
-    t583 = t366 + v_right_ankle_pitch;
-    t584 = t583 * t583;
-    t585 = t577 * t577;
-    t586 = t584 + t585;
-    t587 = R::fused(-sin_q_right_ankle_pitch, t586, t582); // right_ankle: sums of what it carries
-    t588 = cos_q_right_knee_pitch * t587; // right_lower_leg: sums of what it carries
-    t589 = sin_q_right_ankle_pitch * t581; // right_ankle: sums of what it carries
-    t590 = R::fused(cos_q_right_ankle_pitch, t586, t589); // right_ankle: sums of what it carries
-    t591 = R::fused(-sin_q_right_knee_pitch, t590, t588); // right_lower_leg: sums of what it carries
-    t592 = sin_q_right_hip_pitch * t591; // right_upper_leg: sums of what it carries
-    t593 = sin_q_right_knee_pitch * t587; // right_lower_leg: sums of what it carries
-    t594 = R::fused(cos_q_right_knee_pitch, t590, t593); // right_lower_leg: sums of what it carries
-    t595 = R::fused(cos_q_right_hip_pitch, t594, t592); // right_upper_leg: sums of what it carries
-    t596 = cos_q_right_hip_yaw * t595; // right_hip_yaw_link: sums of what it carries
-    t597 = t378 * cos_q_right_ankle_pitch;
-    t598 = R::fused(-t438, sin_q_right_ankle_pitch, t597);
-    t599 = R::fused(-t579, v_right_ankle_pitch, t598);
-    t600 = t579 * t583;
-    t601 = t599 - t600;
-    t602 = cos_q_right_hip_roll * t601; // right_hip_roll_link: sums of what it carries
-    t603 = cos_q_right_hip_pitch * t591; // right_upper_leg: sums of what it carries
-    t604 = R::fused(-sin_q_right_hip_pitch, t594, t603); // right_upper_leg: sums of what it carries
-    t605 = R::fused(sin_q_right_hip_roll, t604, t602); // right_hip_roll_link: sums of what it carries
-    t606 = R::fused(-sin_q_right_hip_yaw, t605, -t596); // right_hip_yaw_link: sums of what it carries
-    set(148, t606);
-    set(190, t606);
-    t607 = sin_q_right_hip_yaw * t595; // right_hip_yaw_link: sums of what it carries
-    t608 = R::fused(cos_q_right_hip_yaw, t605, -t607); // right_hip_yaw_link: sums of what it carries
-    set(149, t608);
-    set(191, t608);
-    t609 = sin_q_right_hip_roll * t601; // right_hip_roll_link: sums of what it carries
-    t610 = R::fused(-cos_q_right_hip_roll, t604, t609); // right_hip_roll_link: sums of what it carries
-    set(150, t610);
-    set(192, t610);
-    t611 = R::fused(-t440, R::constant(0.273), t390);
-    t612 = t611 * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    t613 = cos_q_right_knee_pitch * t612; // right_lower_leg: sums of what it carries
-    t614 = t611 * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    t615 = R::fused(R::constant(0.273), t601, t614); // right_ankle: sums of what it carries
-    t616 = R::fused(-sin_q_right_knee_pitch, t615, t613); // right_lower_leg: sums of what it carries
-    t617 = sin_q_right_hip_pitch * t616; // right_upper_leg: sums of what it carries
-    t618 = sin_q_right_knee_pitch * t612; // right_lower_leg: sums of what it carries
-    t619 = R::fused(cos_q_right_knee_pitch, t615, t618); // right_lower_leg: sums of what it carries
-    t620 = R::fused(R::constant(0.315), t601, t619); // right_lower_leg: sums of what it carries
+    t572 = t358 + a_right_ankle_pitch;
+    t573 = t360 * cos_q_right_ankle_pitch;
+    t574 = R::fused(-t362, sin_q_right_ankle_pitch, t573);
+    t575 = t360 * sin_q_right_ankle_pitch;
+    t576 = R::fused(t362, cos_q_right_ankle_pitch, t575);
+    t577 = t574 * t576;
+    t578 = t572 + t577;
+    t579 = cos_q_right_ankle_pitch * t578; // right_ankle: sums of what it carries
+    t580 = t366 + v_right_ankle_pitch;
+    t581 = t580 * t580;
+    t582 = t574 * t574;
+    t583 = t581 + t582;
+    t584 = R::fused(-sin_q_right_ankle_pitch, t583, t579); // right_ankle: sums of what it carries
+    t585 = cos_q_right_knee_pitch * t584; // right_lower_leg: sums of what it carries
+    t586 = sin_q_right_ankle_pitch * t578; // right_ankle: sums of what it carries
+    t587 = R::fused(cos_q_right_ankle_pitch, t583, t586); // right_ankle: sums of what it carries
+    t588 = R::fused(-sin_q_right_knee_pitch, t587, t585); // right_lower_leg: sums of what it carries
+    t589 = sin_q_right_hip_pitch * t588; // right_upper_leg: sums of what it carries
+    t590 = sin_q_right_knee_pitch * t584; // right_lower_leg: sums of what it carries
+    t591 = R::fused(cos_q_right_knee_pitch, t587, t590); // right_lower_leg: sums of what it carries
+    t592 = R::fused(cos_q_right_hip_pitch, t591, t589); // right_upper_leg: sums of what it carries
+    t593 = cos_q_right_hip_yaw * t592; // right_hip_yaw_link: sums of what it carries
+    t594 = t378 * cos_q_right_ankle_pitch;
+    t595 = R::fused(-t438, sin_q_right_ankle_pitch, t594);
+    t596 = R::fused(-t576, v_right_ankle_pitch, t595);
+    t597 = t576 * t580;
+    t598 = t596 - t597;
+    t599 = cos_q_right_hip_roll * t598; // right_hip_roll_link: sums of what it carries
+    t600 = cos_q_right_hip_pitch * t588; // right_upper_leg: sums of what it carries
+    t601 = R::fused(-sin_q_right_hip_pitch, t591, t600); // right_upper_leg: sums of what it carries
+    t602 = R::fused(sin_q_right_hip_roll, t601, t599); // right_hip_roll_link: sums of what it carries
+    t603 = R::fused(-sin_q_right_hip_yaw, t602, -t593); // right_hip_yaw_link: sums of what it carries
+    set(148, t603);
+    set(190, t603);
+    t604 = sin_q_right_hip_yaw * t592; // right_hip_yaw_link: sums of what it carries
+    t605 = R::fused(cos_q_right_hip_yaw, t602, -t604); // right_hip_yaw_link: sums of what it carries
+    set(149, t605);
+    set(191, t605);
+    t606 = sin_q_right_hip_roll * t598; // right_hip_roll_link: sums of what it carries
+    t607 = R::fused(-cos_q_right_hip_roll, t601, t606); // right_hip_roll_link: sums of what it carries
+    set(150, t607);
+    set(192, t607);
+    t608 = R::fused(-t440, R::constant(0.273), t390);
+    t609 = t608 * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
+    t610 = cos_q_right_knee_pitch * t609; // right_lower_leg: sums of what it carries
+    t611 = t608 * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
+    t612 = R::fused(R::constant(0.273), t598, t611); // right_ankle: sums of what it carries
+    t613 = R::fused(-sin_q_right_knee_pitch, t612, t610); // right_lower_leg: sums of what it carries
+    t614 = sin_q_right_hip_pitch * t613; // right_upper_leg: sums of what it carries
+    t615 = sin_q_right_knee_pitch * t609; // right_lower_leg: sums of what it carries
+    t616 = R::fused(cos_q_right_knee_pitch, t612, t615); // right_lower_leg: sums of what it carries
+    t617 = R::fused(R::constant(0.315), t598, t616); // right_lower_leg: sums of what it carries
     // right_upper_leg: sums of what it carries
-    t621 = R::fused(cos_q_right_hip_pitch, t620, t617);
-    t622 = R::constant(0.055) * t604;
-    t623 = R::fused(R::constant(0.04), t601, t622);
-    t624 = t621 + t623;
-    t625 = R::constant(0.035) * t610; // right_hip_roll_link: sums of what it carries
-    t626 = R::fused(R::constant(-0.045), t605, t625); // right_hip_roll_link: sums of what it carries
-    t627 = t624 - t626; // right_hip_roll_link: sums of what it carries
-    t628 = cos_q_right_hip_yaw * t627; // right_hip_yaw_link: sums of what it carries
+    t618 = R::fused(cos_q_right_hip_pitch, t617, t614);
+    t619 = R::constant(0.055) * t601;
+    t620 = R::fused(R::constant(0.04), t598, t619);
+    t621 = t618 + t620;
+    t622 = R::constant(0.035) * t607; // right_hip_roll_link: sums of what it carries
+    t623 = R::fused(R::constant(-0.045), t602, t622); // right_hip_roll_link: sums of what it carries
+    t624 = t621 - t623; // right_hip_roll_link: sums of what it carries
+    t625 = cos_q_right_hip_yaw * t624; // right_hip_yaw_link: sums of what it carries
     // right_ankle: motion
-    t629 = R::fused(-t429, R::constant(0.273), t406);
-    t630 = t629 * cos_q_right_ankle_pitch;
-    t631 = R::fused(-t426, R::constant(0.273), t461);
-    t632 = R::fused(-t631, sin_q_right_ankle_pitch, t630);
-    t633 = R::fused(R::constant(0.273), t590, t632); // right_ankle: sums of what it carries
-    t634 = R::fused(R::constant(0.315), t594, t633); // right_lower_leg: sums of what it carries
-    t635 = R::fused(R::constant(0.04), t595, t634); // right_upper_leg: sums of what it carries
-    t636 = cos_q_right_hip_roll * t635; // right_hip_roll_link: sums of what it carries
-    t637 = cos_q_right_hip_pitch * t616; // right_upper_leg: sums of what it carries
-    t638 = R::fused(-sin_q_right_hip_pitch, t620, t637); // right_upper_leg: sums of what it carries
-    t639 = R::fused(R::constant(-0.055), t595, t638); // right_upper_leg: sums of what it carries
-    t640 = R::fused(-sin_q_right_hip_roll, t639, t636); // right_hip_roll_link: sums of what it carries
-    t641 = R::fused(R::constant(0.045), t595, t640); // right_hip_roll_link: sums of what it carries
+    t626 = R::fused(-t429, R::constant(0.273), t406);
+    t627 = t626 * cos_q_right_ankle_pitch;
+    t628 = R::fused(-t426, R::constant(0.273), t461);
+    t629 = R::fused(-t628, sin_q_right_ankle_pitch, t627);
+    t630 = R::fused(R::constant(0.273), t587, t629); // right_ankle: sums of what it carries
+    t631 = R::fused(R::constant(0.315), t591, t630); // right_lower_leg: sums of what it carries
+    t632 = R::fused(R::constant(0.04), t592, t631); // right_upper_leg: sums of what it carries
+    t633 = cos_q_right_hip_roll * t632; // right_hip_roll_link: sums of what it carries
+    t634 = cos_q_right_hip_pitch * t613; // right_upper_leg: sums of what it carries
+    t635 = R::fused(-sin_q_right_hip_pitch, t617, t634); // right_upper_leg: sums of what it carries
+    t636 = R::fused(R::constant(-0.055), t592, t635); // right_upper_leg: sums of what it carries
+    t637 = R::fused(-sin_q_right_hip_roll, t636, t633); // right_hip_roll_link: sums of what it carries
+    t638 = R::fused(R::constant(0.045), t592, t637); // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
-    t642 = R::fused(-sin_q_right_hip_yaw, t641, t628);
-    t643 = R::fused(R::constant(-0.0764), t610, t642);
-    set(151, t643);
-    t644 = sin_q_right_hip_yaw * t627;
-    t645 = R::fused(cos_q_right_hip_yaw, t641, t644);
-    set(152, t645);
-    t646 = sin_q_right_hip_roll * t635; // right_hip_roll_link: sums of what it carries
-    t647 = R::fused(cos_q_right_hip_roll, t639, t646); // right_hip_roll_link: sums of what it carries
-    t648 = R::fused(R::constant(-0.035), t595, t647); // right_hip_roll_link: sums of what it carries
-    t649 = R::fused(R::constant(0.0764), t606, t648);
-    set(153, t649);
-    set(157, R::fused(R::constant(0.273), t558, t423)); // right_ankle: columns that its parent has too
-    set(158, R::fused(R::constant(0.273), t560, t424)); // right_ankle: columns that its parent has too
-    set(159, R::fused(R::constant(0.273), t562, t425)); // right_ankle: columns that its parent has too
-    t653 = t575 - t580; // right_ankle: motion
-    t654 = sin_q_right_ankle_pitch * t653; // right_ankle: sums of what it carries
-    t655 = t579 * t579; // right_ankle: motion
-    t656 = t655 + t584; // right_ankle: motion
-    t657 = R::fused(cos_q_right_ankle_pitch, t656, t654); // right_ankle: sums of what it carries
-    t658 = cos_q_right_knee_pitch * t657; // right_lower_leg: sums of what it carries
-    t659 = cos_q_right_ankle_pitch * t653; // right_ankle: sums of what it carries
-    t660 = R::fused(sin_q_right_ankle_pitch, t656, -t659); // right_ankle: sums of what it carries
-    t661 = R::fused(-sin_q_right_knee_pitch, t660, t658); // right_lower_leg: sums of what it carries
-    t662 = sin_q_right_hip_pitch * t661; // right_upper_leg: sums of what it carries
-    t663 = sin_q_right_knee_pitch * t657; // right_lower_leg: sums of what it carries
-    t664 = R::fused(cos_q_right_knee_pitch, t660, t663); // right_lower_leg: sums of what it carries
-    t665 = R::fused(cos_q_right_hip_pitch, t664, t662); // right_upper_leg: sums of what it carries
-    t666 = cos_q_right_hip_yaw * t665;
+    t639 = R::fused(-sin_q_right_hip_yaw, t638, t625);
+    t640 = R::fused(R::constant(-0.0764), t607, t639);
+    set(151, t640);
+    t641 = sin_q_right_hip_yaw * t624;
+    t642 = R::fused(cos_q_right_hip_yaw, t638, t641);
+    set(152, t642);
+    t643 = sin_q_right_hip_roll * t632; // right_hip_roll_link: sums of what it carries
+    t644 = R::fused(cos_q_right_hip_roll, t636, t643); // right_hip_roll_link: sums of what it carries
+    t645 = R::fused(R::constant(-0.035), t592, t644); // right_hip_roll_link: sums of what it carries
+    t646 = R::fused(R::constant(0.0764), t603, t645);
+    set(153, t646);
+    set(157, R::fused(R::constant(0.273), t555, t423)); // right_ankle: columns that its parent has too
+    set(158, R::fused(R::constant(0.273), t557, t424)); // right_ankle: columns that its parent has too
+    set(159, R::fused(R::constant(0.273), t559, t425)); // right_ankle: columns that its parent has too
+    t650 = t572 - t577; // right_ankle: motion
+    t651 = sin_q_right_ankle_pitch * t650; // right_ankle: sums of what it carries
+    t652 = t576 * t576; // right_ankle: motion
+    t653 = t652 + t581; // right_ankle: motion
+    t654 = R::fused(cos_q_right_ankle_pitch, t653, t651); // right_ankle: sums of what it carries
+    t655 = cos_q_right_knee_pitch * t654; // right_lower_leg: sums of what it carries
+    t656 = cos_q_right_ankle_pitch * t650; // right_ankle: sums of what it carries
+    t657 = R::fused(sin_q_right_ankle_pitch, t653, -t656); // right_ankle: sums of what it carries
+    t658 = R::fused(-sin_q_right_knee_pitch, t657, t655); // right_lower_leg: sums of what it carries
+    t659 = sin_q_right_hip_pitch * t658; // right_upper_leg: sums of what it carries
+    t660 = sin_q_right_knee_pitch * t654; // right_lower_leg: sums of what it carries
+    t661 = R::fused(cos_q_right_knee_pitch, t657, t660); // right_lower_leg: sums of what it carries
+    t662 = R::fused(cos_q_right_hip_pitch, t661, t659); // right_upper_leg: sums of what it carries
+    t663 = cos_q_right_hip_yaw * t662;
     // right_ankle: motion
-    t667 = t378 * sin_q_right_ankle_pitch;
-    t668 = R::fused(t438, cos_q_right_ankle_pitch, t667);
-    t669 = R::fused(t577, v_right_ankle_pitch, t668);
-    t670 = t577 * t583;
-    t671 = t669 + t670;
-    t672 = cos_q_right_hip_roll * t671; // right_hip_roll_link: sums of what it carries
-    t673 = cos_q_right_hip_pitch * t661; // right_upper_leg: sums of what it carries
-    t674 = R::fused(-sin_q_right_hip_pitch, t664, t673); // right_upper_leg: sums of what it carries
-    t675 = R::fused(sin_q_right_hip_roll, t674, t672); // right_hip_roll_link: sums of what it carries
-    t676 = R::fused(-sin_q_right_hip_yaw, t675, -t666); // right_hip_yaw_link: sums of what it carries
-    set(160, t676);
-    t677 = sin_q_right_hip_yaw * t665; // right_hip_yaw_link: sums of what it carries
-    t678 = R::fused(cos_q_right_hip_yaw, t675, -t677); // right_hip_yaw_link: sums of what it carries
-    set(161, t678);
-    t679 = sin_q_right_hip_roll * t671; // right_hip_roll_link: sums of what it carries
-    t680 = R::fused(-cos_q_right_hip_roll, t674, t679); // right_hip_roll_link: sums of what it carries
-    set(162, t680);
-    t681 = cos_q_right_knee_pitch * t614; // right_lower_leg: sums of what it carries
-    t682 = R::fused(R::constant(-0.273), t671, t612); // right_ankle: sums of what it carries
-    t683 = R::fused(sin_q_right_knee_pitch, t682, t681); // right_lower_leg: sums of what it carries
-    t684 = sin_q_right_hip_pitch * t683; // right_upper_leg: sums of what it carries
-    t685 = sin_q_right_knee_pitch * t614; // right_lower_leg: sums of what it carries
-    t686 = R::fused(-cos_q_right_knee_pitch, t682, t685); // right_lower_leg: sums of what it carries
-    t687 = R::fused(R::constant(0.315), t671, t686); // right_lower_leg: sums of what it carries
+    t664 = t378 * sin_q_right_ankle_pitch;
+    t665 = R::fused(t438, cos_q_right_ankle_pitch, t664);
+    t666 = R::fused(t574, v_right_ankle_pitch, t665);
+    t667 = t574 * t580;
+    t668 = t666 + t667;
+    t669 = cos_q_right_hip_roll * t668; // right_hip_roll_link: sums of what it carries
+    t670 = cos_q_right_hip_pitch * t658; // right_upper_leg: sums of what it carries
+    t671 = R::fused(-sin_q_right_hip_pitch, t661, t670); // right_upper_leg: sums of what it carries
+    t672 = R::fused(sin_q_right_hip_roll, t671, t669); // right_hip_roll_link: sums of what it carries
+    t673 = R::fused(-sin_q_right_hip_yaw, t672, -t663); // right_hip_yaw_link: sums of what it carries
+    set(160, t673);
+    t674 = sin_q_right_hip_yaw * t662; // right_hip_yaw_link: sums of what it carries
+    t675 = R::fused(cos_q_right_hip_yaw, t672, -t674); // right_hip_yaw_link: sums of what it carries
+    set(161, t675);
+    t676 = sin_q_right_hip_roll * t668; // right_hip_roll_link: sums of what it carries
+    t677 = R::fused(-cos_q_right_hip_roll, t671, t676); // right_hip_roll_link: sums of what it carries
+    set(162, t677);
+    t678 = cos_q_right_knee_pitch * t611; // right_lower_leg: sums of what it carries
+    t679 = R::fused(R::constant(-0.273), t668, t609); // right_ankle: sums of what it carries
+    t680 = R::fused(sin_q_right_knee_pitch, t679, t678); // right_lower_leg: sums of what it carries
+    t681 = sin_q_right_hip_pitch * t680; // right_upper_leg: sums of what it carries
+    t682 = sin_q_right_knee_pitch * t611; // right_lower_leg: sums of what it carries
+    t683 = R::fused(-cos_q_right_knee_pitch, t679, t682); // right_lower_leg: sums of what it carries
+    t684 = R::fused(R::constant(0.315), t668, t683); // right_lower_leg: sums of what it carries
     // right_upper_leg: sums of what it carries
-    t688 = R::fused(cos_q_right_hip_pitch, t687, t684);
-    t689 = R::constant(0.055) * t674;
-    t690 = R::fused(R::constant(0.04), t671, t689);
-    t691 = t688 + t690;
-    t692 = R::constant(0.035) * t680; // right_hip_roll_link: sums of what it carries
-    t693 = R::fused(R::constant(-0.045), t675, t692); // right_hip_roll_link: sums of what it carries
-    t694 = t691 - t693; // right_hip_roll_link: sums of what it carries
-    t695 = cos_q_right_hip_yaw * t694; // right_hip_yaw_link: sums of what it carries
-    t696 = t629 * sin_q_right_ankle_pitch; // right_ankle: motion
-    t697 = R::fused(t631, cos_q_right_ankle_pitch, t696); // right_ankle: motion
-    t698 = R::fused(R::constant(0.273), t660, t697); // right_ankle: sums of what it carries
-    t699 = R::fused(R::constant(0.315), t664, t698); // right_lower_leg: sums of what it carries
-    t700 = R::fused(R::constant(0.04), t665, t699);
-    t701 = cos_q_right_hip_roll * t700; // right_hip_roll_link: sums of what it carries
-    t702 = cos_q_right_hip_pitch * t683;
-    t703 = R::fused(-sin_q_right_hip_pitch, t687, t702);
-    t704 = R::fused(R::constant(-0.055), t665, t703);
-    t705 = R::fused(-sin_q_right_hip_roll, t704, t701); // right_hip_roll_link: sums of what it carries
-    t706 = R::fused(R::constant(0.045), t665, t705); // right_hip_roll_link: sums of what it carries
+    t685 = R::fused(cos_q_right_hip_pitch, t684, t681);
+    t686 = R::constant(0.055) * t671;
+    t687 = R::fused(R::constant(0.04), t668, t686);
+    t688 = t685 + t687;
+    t689 = R::constant(0.035) * t677; // right_hip_roll_link: sums of what it carries
+    t690 = R::fused(R::constant(-0.045), t672, t689); // right_hip_roll_link: sums of what it carries
+    t691 = t688 - t690; // right_hip_roll_link: sums of what it carries
+    t692 = cos_q_right_hip_yaw * t691; // right_hip_yaw_link: sums of what it carries
+    t693 = t626 * sin_q_right_ankle_pitch; // right_ankle: motion
+    t694 = R::fused(t628, cos_q_right_ankle_pitch, t693); // right_ankle: motion
+    t695 = R::fused(R::constant(0.273), t657, t694); // right_ankle: sums of what it carries
+    t696 = R::fused(R::constant(0.315), t661, t695); // right_lower_leg: sums of what it carries
+    t697 = R::fused(R::constant(0.04), t662, t696);
+    t698 = cos_q_right_hip_roll * t697; // right_hip_roll_link: sums of what it carries
+    t699 = cos_q_right_hip_pitch * t680;
+    t700 = R::fused(-sin_q_right_hip_pitch, t684, t699);
+    t701 = R::fused(R::constant(-0.055), t662, t700);
+    t702 = R::fused(-sin_q_right_hip_roll, t701, t698); // right_hip_roll_link: sums of what it carries
+    t703 = R::fused(R::constant(0.045), t662, t702); // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
-    t707 = R::fused(-sin_q_right_hip_yaw, t706, t695);
-    t708 = R::fused(R::constant(-0.0764), t680, t707);
-    set(163, t708);
-    t709 = sin_q_right_hip_yaw * t694;
-    t710 = R::fused(cos_q_right_hip_yaw, t706, t709);
-    set(164, t710);
-    t711 = sin_q_right_hip_roll * t700; // right_hip_roll_link: sums of what it carries
-    t712 = R::fused(cos_q_right_hip_roll, t704, t711); // right_hip_roll_link: sums of what it carries
-    t713 = R::fused(R::constant(-0.035), t665, t712); // right_hip_roll_link: sums of what it carries
-    t714 = R::fused(R::constant(0.0764), t676, t713);
-    set(165, t714);
-    t715 = sin_q_right_ankle_pitch * t670; // right_ankle: sums of what it carries
-    t716 = R::fused(cos_q_right_ankle_pitch, t599, -t715); // right_ankle: sums of what it carries
-    t717 = cos_q_right_knee_pitch * t716; // right_lower_leg: sums of what it carries
-    t718 = cos_q_right_ankle_pitch * t670; // right_ankle: sums of what it carries
-    t719 = R::fused(sin_q_right_ankle_pitch, t599, t718); // right_ankle: sums of what it carries
-    t720 = R::fused(-sin_q_right_knee_pitch, t719, t717); // right_lower_leg: sums of what it carries
-    t721 = sin_q_right_hip_pitch * t720; // right_upper_leg: sums of what it carries
-    t722 = sin_q_right_knee_pitch * t716; // right_lower_leg: sums of what it carries
-    t723 = R::fused(cos_q_right_knee_pitch, t719, t722); // right_lower_leg: sums of what it carries
-    t724 = R::fused(cos_q_right_hip_pitch, t723, t721); // right_upper_leg: sums of what it carries
-    t725 = cos_q_right_hip_yaw * t724;
-    t726 = cos_q_right_hip_roll * t580; // right_hip_roll_link: sums of what it carries
-    t727 = cos_q_right_hip_pitch * t720; // right_upper_leg: sums of what it carries
-    t728 = R::fused(-sin_q_right_hip_pitch, t723, t727); // right_upper_leg: sums of what it carries
-    t729 = R::fused(-sin_q_right_hip_roll, t728, t726); // right_hip_roll_link: sums of what it carries
-    t730 = R::fused(-sin_q_right_hip_yaw, t729, t725);
-    set(181, t730);
-    t731 = t489 + t491; // right_ankle: columns that its parent has too
-    t732 = t731 - t730; // right_ankle: columns that its parent has too
-    set(166, t732);
-    t733 = sin_q_right_hip_yaw * t724;
-    t734 = R::fused(cos_q_right_hip_yaw, t729, t733);
-    set(182, t734);
-    t735 = t493 + t495; // right_ankle: columns that its parent has too
-    t736 = t735 - t734; // right_ankle: columns that its parent has too
-    set(167, t736);
-    t737 = sin_q_right_hip_roll * t580; // right_hip_roll_link: sums of what it carries
-    t738 = R::fused(cos_q_right_hip_roll, t728, t737); // right_hip_roll_link: sums of what it carries
-    set(183, t738);
-    t739 = t497 + t499; // right_ankle: columns that its parent has too
-    t740 = t739 - t738; // right_ankle: columns that its parent has too
-    set(168, t740);
-    t741 = t655 - t584; // right_ankle: wrench that its motion needs
-    t742 = R::fused(-cos_q_right_ankle_pitch, t741, t589); // right_ankle: sums of what it carries
-    t743 = cos_q_right_knee_pitch * t742; // right_lower_leg: sums of what it carries
-    t744 = R::fused(sin_q_right_ankle_pitch, t741, t582); // right_ankle: sums of what it carries
-    t745 = R::fused(sin_q_right_knee_pitch, t744, t743); // right_lower_leg: sums of what it carries
-    t746 = sin_q_right_hip_pitch * t745; // right_upper_leg: sums of what it carries
-    t747 = sin_q_right_knee_pitch * t742; // right_lower_leg: sums of what it carries
-    t748 = R::fused(-cos_q_right_knee_pitch, t744, t747); // right_lower_leg: sums of what it carries
-    t749 = R::fused(cos_q_right_hip_pitch, t748, t746); // right_upper_leg: sums of what it carries
-    t750 = cos_q_right_hip_yaw * t749;
-    t751 = t669 - t670; // right_ankle: motion
-    t752 = cos_q_right_hip_roll * t751; // right_hip_roll_link: sums of what it carries
-    t753 = cos_q_right_hip_pitch * t745; // right_upper_leg: sums of what it carries
-    t754 = R::fused(-sin_q_right_hip_pitch, t748, t753); // right_upper_leg: sums of what it carries
-    t755 = R::fused(-sin_q_right_hip_roll, t754, t752); // right_hip_roll_link: sums of what it carries
-    set(169, R::fused(sin_q_right_hip_yaw, t755, -t750));
-    t757 = sin_q_right_hip_yaw * t749;
-    set(170, R::fused(-cos_q_right_hip_yaw, t755, -t757));
-    t759 = sin_q_right_hip_roll * t751; // right_hip_roll_link: sums of what it carries
-    set(171, R::fused(-cos_q_right_hip_roll, t754, -t759)); // right_hip_roll_link: sums of what it carries
-    t761 = cos_q_right_ankle_pitch * t671; // right_ankle: sums of what it carries
-    t762 = R::fused(sin_q_right_ankle_pitch, t601, t761); // right_ankle: sums of what it carries
-    t763 = cos_q_right_knee_pitch * t762; // right_lower_leg: sums of what it carries
-    t764 = sin_q_right_ankle_pitch * t671; // right_ankle: sums of what it carries
-    t765 = R::fused(-cos_q_right_ankle_pitch, t601, t764); // right_ankle: sums of what it carries
-    t766 = R::fused(-sin_q_right_knee_pitch, t765, t763); // right_lower_leg: sums of what it carries
-    t767 = sin_q_right_hip_pitch * t766; // right_upper_leg: sums of what it carries
+    t704 = R::fused(-sin_q_right_hip_yaw, t703, t692);
+    t705 = R::fused(R::constant(-0.0764), t677, t704);
+    set(163, t705);
+    t706 = sin_q_right_hip_yaw * t691;
+    t707 = R::fused(cos_q_right_hip_yaw, t703, t706);
+    set(164, t707);
+    t708 = sin_q_right_hip_roll * t697; // right_hip_roll_link: sums of what it carries
+    t709 = R::fused(cos_q_right_hip_roll, t701, t708); // right_hip_roll_link: sums of what it carries
+    t710 = R::fused(R::constant(-0.035), t662, t709); // right_hip_roll_link: sums of what it carries
+    t711 = R::fused(R::constant(0.0764), t673, t710);
+    set(165, t711);
+    t712 = sin_q_right_ankle_pitch * t667; // right_ankle: sums of what it carries
+    t713 = R::fused(cos_q_right_ankle_pitch, t596, -t712); // right_ankle: sums of what it carries
+    t714 = cos_q_right_knee_pitch * t713; // right_lower_leg: sums of what it carries
+    t715 = cos_q_right_ankle_pitch * t667; // right_ankle: sums of what it carries
+    t716 = R::fused(sin_q_right_ankle_pitch, t596, t715); // right_ankle: sums of what it carries
+    t717 = R::fused(-sin_q_right_knee_pitch, t716, t714); // right_lower_leg: sums of what it carries
+    t718 = sin_q_right_hip_pitch * t717; // right_upper_leg: sums of what it carries
+    t719 = sin_q_right_knee_pitch * t713; // right_lower_leg: sums of what it carries
+    t720 = R::fused(cos_q_right_knee_pitch, t716, t719); // right_lower_leg: sums of what it carries
+    t721 = R::fused(cos_q_right_hip_pitch, t720, t718); // right_upper_leg: sums of what it carries
+    t722 = cos_q_right_hip_yaw * t721;
+    t723 = cos_q_right_hip_roll * t577; // right_hip_roll_link: sums of what it carries
+    t724 = cos_q_right_hip_pitch * t717; // right_upper_leg: sums of what it carries
+    t725 = R::fused(-sin_q_right_hip_pitch, t720, t724); // right_upper_leg: sums of what it carries
+    t726 = R::fused(-sin_q_right_hip_roll, t725, t723); // right_hip_roll_link: sums of what it carries
+    t727 = R::fused(-sin_q_right_hip_yaw, t726, t722);
+    set(181, t727);
+    t728 = t289 - t727; // right_ankle: columns that its parent has too
+    set(166, t728);
+    t729 = sin_q_right_hip_yaw * t721;
+    t730 = R::fused(cos_q_right_hip_yaw, t726, t729);
+    set(182, t730);
+    t731 = t293 - t730; // right_ankle: columns that its parent has too
+    set(167, t731);
+    t732 = sin_q_right_hip_roll * t577; // right_hip_roll_link: sums of what it carries
+    t733 = R::fused(cos_q_right_hip_roll, t725, t732); // right_hip_roll_link: sums of what it carries
+    set(183, t733);
+    t734 = t297 - t733; // right_ankle: columns that its parent has too
+    set(168, t734);
+    t735 = t652 - t581; // right_ankle: wrench that its motion needs
+    t736 = R::fused(-cos_q_right_ankle_pitch, t735, t586); // right_ankle: sums of what it carries
+    t737 = cos_q_right_knee_pitch * t736; // right_lower_leg: sums of what it carries
+    t738 = R::fused(sin_q_right_ankle_pitch, t735, t579); // right_ankle: sums of what it carries
+    t739 = R::fused(sin_q_right_knee_pitch, t738, t737); // right_lower_leg: sums of what it carries
+    t740 = sin_q_right_hip_pitch * t739; // right_upper_leg: sums of what it carries
+    t741 = sin_q_right_knee_pitch * t736; // right_lower_leg: sums of what it carries
+    t742 = R::fused(-cos_q_right_knee_pitch, t738, t741); // right_lower_leg: sums of what it carries
+    t743 = R::fused(cos_q_right_hip_pitch, t742, t740); // right_upper_leg: sums of what it carries
+    t744 = cos_q_right_hip_yaw * t743;
+    t745 = t666 - t667; // right_ankle: motion
+    t746 = cos_q_right_hip_roll * t745; // right_hip_roll_link: sums of what it carries
+    t747 = cos_q_right_hip_pitch * t739; // right_upper_leg: sums of what it carries
+    t748 = R::fused(-sin_q_right_hip_pitch, t742, t747); // right_upper_leg: sums of what it carries
+    t749 = R::fused(-sin_q_right_hip_roll, t748, t746); // right_hip_roll_link: sums of what it carries
+    set(169, R::fused(sin_q_right_hip_yaw, t749, -t744));
+    t751 = sin_q_right_hip_yaw * t743;
+    set(170, R::fused(-cos_q_right_hip_yaw, t749, -t751));
+    t753 = sin_q_right_hip_roll * t745; // right_hip_roll_link: sums of what it carries
+    set(171, R::fused(-cos_q_right_hip_roll, t748, -t753)); // right_hip_roll_link: sums of what it carries
+    t755 = cos_q_right_ankle_pitch * t668; // right_ankle: sums of what it carries
+    t756 = R::fused(sin_q_right_ankle_pitch, t598, t755); // right_ankle: sums of what it carries
+    t757 = cos_q_right_knee_pitch * t756; // right_lower_leg: sums of what it carries
+    t758 = sin_q_right_ankle_pitch * t668; // right_ankle: sums of what it carries
+    t759 = R::fused(-cos_q_right_ankle_pitch, t598, t758); // right_ankle: sums of what it carries
+    t760 = R::fused(-sin_q_right_knee_pitch, t759, t757); // right_lower_leg: sums of what it carries
+    t761 = sin_q_right_hip_pitch * t760; // right_upper_leg: sums of what it carries
+    t762 = sin_q_right_knee_pitch * t756; // right_lower_leg: sums of what it carries
+    t763 = R::fused(cos_q_right_knee_pitch, t759, t762); // right_lower_leg: sums of what it carries
+    t764 = R::fused(cos_q_right_hip_pitch, t763, t761); // right_upper_leg: sums of what it carries
+    t765 = cos_q_right_hip_yaw * t764;
+    t766 = t652 - t582; // right_ankle: wrench that its motion needs
+    t767 = cos_q_right_hip_roll * t766; // right_hip_roll_link: sums of what it carries
     let (
         t768, t769, t770, t771, t772, t773, t774, t775, t776, t777, t778, t779, t780, t781, t782, t783, t784, t785,
         t786, t787, t788, t789, t790, t791, t792, t793, t794, t795, t796, t797, t798, t799, t800, t801, t802, t803,
-        t804, t805, t806, t807, t808, t809, t810, t811, t812, t813, t814, t816, t818, t823, t824, t826, t827, t829,
-        t830, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846, t847, t848, t849, t850, t851,
-        t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864, t865, t866, t867, t868, t869,
-        t870, t871, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882, t883, t884, t885, t886, t887, t888,
+        t804, t805, t806, t807, t808, t810, t812, t817, t818, t820, t821, t823, t824, t829, t830, t831, t832, t833,
+        t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846, t847, t848, t849, t850, t851,
+        t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864, t865, t867, t868, t869, t870,
+        t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882, t883, t884, t885, t886, t887, t888,
         t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900, t901, t902, t903, t904, t905, t906,
-        t907, t908, t909, t910, t911, t912, t914, t916, t917, t918, t920, t921, t922, t923, t924, t925, t926, t927,
-        t928, t929, t930, t931, t932, t933, t934, t935, t936, t937, t938, t939, t940, t941, t942, t943, t944, t945,
-        t946, t947, t948, t950, t951, t952, t953, t954, t955, t956, t957, t958, t959, t960, t961, t962, t963, t964,
-        t965, t966, t967, t968, t969, t970, t971, t972, t973, t974, t975, t976, t977, t978, t979, t980, t981, t982,
-        t983, t984, t986, t988, t989, t990, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003,
-        t1004, t1005, t1006, t1007, t1008, t1009, t1010, t1012, t1014, t1016, t1017, t1018, t1019, t1020, t1021, t1022,
+        t908, t910, t911, t912, t914, t915, t916, t917, t918, t919, t920, t921, t922, t923, t924, t925, t926, t927,
+        t928, t929, t930, t931, t932, t933, t934, t935, t936, t937, t938, t939, t940, t941, t942, t944, t945, t946,
+        t947, t948, t949, t950, t951, t952, t953, t954, t955, t956, t957, t958, t959, t960, t961, t962, t963, t964,
+        t965, t966, t967, t968, t969, t970, t971, t972, t973, t974, t975, t976, t977, t978, t980, t982, t983, t984,
+        t986, t987, t988, t989, t990, t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003,
+        t1004, t1006, t1008, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022,
         t1023,
     );
-    t768 = sin_q_right_knee_pitch * t762; // right_lower_leg: sums of what it carries
-    t769 = R::fused(cos_q_right_knee_pitch, t765, t768); // right_lower_leg: sums of what it carries
-    t770 = R::fused(cos_q_right_hip_pitch, t769, t767); // right_upper_leg: sums of what it carries
-    t771 = cos_q_right_hip_yaw * t770;
-    t772 = t655 - t585; // right_ankle: wrench that its motion needs
-    t773 = cos_q_right_hip_roll * t772; // right_hip_roll_link: sums of what it carries
-    t774 = cos_q_right_hip_pitch * t766; // right_upper_leg: sums of what it carries
-    t775 = R::fused(-sin_q_right_hip_pitch, t769, t774); // right_upper_leg: sums of what it carries
-    t776 = R::fused(-sin_q_right_hip_roll, t775, t773); // right_hip_roll_link: sums of what it carries
-    t777 = R::fused(sin_q_right_hip_yaw, t776, -t771);
-    set(172, t777);
-    t778 = sin_q_right_hip_yaw * t770;
-    t779 = R::fused(-cos_q_right_hip_yaw, t776, -t778);
-    set(173, t779);
-    t780 = sin_q_right_hip_roll * t772; // right_hip_roll_link: sums of what it carries
-    t781 = R::fused(-cos_q_right_hip_roll, t775, -t780); // right_hip_roll_link: sums of what it carries
-    set(174, t781);
-    t782 = R::fused(cos_q_right_ankle_pitch, t600, -t715); // right_ankle: sums of what it carries
-    t783 = cos_q_right_knee_pitch * t782; // right_lower_leg: sums of what it carries
-    t784 = R::fused(sin_q_right_ankle_pitch, t600, t718); // right_ankle: sums of what it carries
-    t785 = R::fused(-sin_q_right_knee_pitch, t784, t783); // right_lower_leg: sums of what it carries
-    t786 = sin_q_right_hip_pitch * t785; // right_upper_leg: sums of what it carries
-    t787 = sin_q_right_knee_pitch * t782; // right_lower_leg: sums of what it carries
-    t788 = R::fused(cos_q_right_knee_pitch, t784, t787); // right_lower_leg: sums of what it carries
-    t789 = R::fused(cos_q_right_hip_pitch, t788, t786); // right_upper_leg: sums of what it carries
-    t790 = cos_q_right_hip_yaw * t789;
-    t791 = cos_q_right_hip_roll * t575; // right_hip_roll_link: sums of what it carries
-    t792 = cos_q_right_hip_pitch * t785; // right_upper_leg: sums of what it carries
-    t793 = R::fused(-sin_q_right_hip_pitch, t788, t792); // right_upper_leg: sums of what it carries
-    t794 = R::fused(sin_q_right_hip_roll, t793, t791); // right_hip_roll_link: sums of what it carries
-    t795 = R::fused(-sin_q_right_hip_yaw, t794, -t790);
-    set(175, t795);
-    t796 = sin_q_right_hip_yaw * t789;
-    t797 = R::fused(cos_q_right_hip_yaw, t794, -t796);
-    set(176, t797);
-    t798 = sin_q_right_hip_roll * t575; // right_hip_roll_link: sums of what it carries
-    t799 = R::fused(-cos_q_right_hip_roll, t793, t798); // right_hip_roll_link: sums of what it carries
-    set(177, t799);
-    t800 = t584 - t585; // right_ankle: wrench that its motion needs
-    t801 = R::fused(-sin_q_right_ankle_pitch, t800, t659); // right_ankle: sums of what it carries
-    t802 = cos_q_right_knee_pitch * t801; // right_lower_leg: sums of what it carries
-    t803 = R::fused(cos_q_right_ankle_pitch, t800, t654); // right_ankle: sums of what it carries
-    t804 = R::fused(-sin_q_right_knee_pitch, t803, t802); // right_lower_leg: sums of what it carries
-    t805 = sin_q_right_hip_pitch * t804; // right_upper_leg: sums of what it carries
-    t806 = sin_q_right_knee_pitch * t801; // right_lower_leg: sums of what it carries
-    t807 = R::fused(cos_q_right_knee_pitch, t803, t806); // right_lower_leg: sums of what it carries
-    t808 = R::fused(cos_q_right_hip_pitch, t807, t805); // right_upper_leg: sums of what it carries
-    t809 = cos_q_right_hip_yaw * t808;
-    t810 = t599 + t600; // right_ankle: motion
-    t811 = cos_q_right_hip_roll * t810; // right_hip_roll_link: sums of what it carries
-    t812 = cos_q_right_hip_pitch * t804; // right_upper_leg: sums of what it carries
-    t813 = R::fused(-sin_q_right_hip_pitch, t807, t812); // right_upper_leg: sums of what it carries
-    t814 = R::fused(-sin_q_right_hip_roll, t813, t811); // right_hip_roll_link: sums of what it carries
-    set(178, R::fused(-sin_q_right_hip_yaw, t814, t809));
-    t816 = sin_q_right_hip_yaw * t808;
-    set(179, R::fused(cos_q_right_hip_yaw, t814, t816));
-    t818 = sin_q_right_hip_roll * t810; // right_hip_roll_link: sums of what it carries
-    set(180, R::fused(cos_q_right_hip_roll, t813, t818)); // right_hip_roll_link: sums of what it carries
+    t768 = cos_q_right_hip_pitch * t760; // right_upper_leg: sums of what it carries
+    t769 = R::fused(-sin_q_right_hip_pitch, t763, t768); // right_upper_leg: sums of what it carries
+    t770 = R::fused(-sin_q_right_hip_roll, t769, t767); // right_hip_roll_link: sums of what it carries
+    t771 = R::fused(sin_q_right_hip_yaw, t770, -t765);
+    set(172, t771);
+    t772 = sin_q_right_hip_yaw * t764;
+    t773 = R::fused(-cos_q_right_hip_yaw, t770, -t772);
+    set(173, t773);
+    t774 = sin_q_right_hip_roll * t766; // right_hip_roll_link: sums of what it carries
+    t775 = R::fused(-cos_q_right_hip_roll, t769, -t774); // right_hip_roll_link: sums of what it carries
+    set(174, t775);
+    t776 = R::fused(cos_q_right_ankle_pitch, t597, -t712); // right_ankle: sums of what it carries
+    t777 = cos_q_right_knee_pitch * t776; // right_lower_leg: sums of what it carries
+    t778 = R::fused(sin_q_right_ankle_pitch, t597, t715); // right_ankle: sums of what it carries
+    t779 = R::fused(-sin_q_right_knee_pitch, t778, t777); // right_lower_leg: sums of what it carries
+    t780 = sin_q_right_hip_pitch * t779; // right_upper_leg: sums of what it carries
+    t781 = sin_q_right_knee_pitch * t776; // right_lower_leg: sums of what it carries
+    t782 = R::fused(cos_q_right_knee_pitch, t778, t781); // right_lower_leg: sums of what it carries
+    t783 = R::fused(cos_q_right_hip_pitch, t782, t780); // right_upper_leg: sums of what it carries
+    t784 = cos_q_right_hip_yaw * t783;
+    t785 = cos_q_right_hip_roll * t572; // right_hip_roll_link: sums of what it carries
+    t786 = cos_q_right_hip_pitch * t779; // right_upper_leg: sums of what it carries
+    t787 = R::fused(-sin_q_right_hip_pitch, t782, t786); // right_upper_leg: sums of what it carries
+    t788 = R::fused(sin_q_right_hip_roll, t787, t785); // right_hip_roll_link: sums of what it carries
+    t789 = R::fused(-sin_q_right_hip_yaw, t788, -t784);
+    set(175, t789);
+    t790 = sin_q_right_hip_yaw * t783;
+    t791 = R::fused(cos_q_right_hip_yaw, t788, -t790);
+    set(176, t791);
+    t792 = sin_q_right_hip_roll * t572; // right_hip_roll_link: sums of what it carries
+    t793 = R::fused(-cos_q_right_hip_roll, t787, t792); // right_hip_roll_link: sums of what it carries
+    set(177, t793);
+    t794 = t581 - t582; // right_ankle: wrench that its motion needs
+    t795 = R::fused(-sin_q_right_ankle_pitch, t794, t656); // right_ankle: sums of what it carries
+    t796 = cos_q_right_knee_pitch * t795; // right_lower_leg: sums of what it carries
+    t797 = R::fused(cos_q_right_ankle_pitch, t794, t651); // right_ankle: sums of what it carries
+    t798 = R::fused(-sin_q_right_knee_pitch, t797, t796); // right_lower_leg: sums of what it carries
+    t799 = sin_q_right_hip_pitch * t798; // right_upper_leg: sums of what it carries
+    t800 = sin_q_right_knee_pitch * t795; // right_lower_leg: sums of what it carries
+    t801 = R::fused(cos_q_right_knee_pitch, t797, t800); // right_lower_leg: sums of what it carries
+    t802 = R::fused(cos_q_right_hip_pitch, t801, t799); // right_upper_leg: sums of what it carries
+    t803 = cos_q_right_hip_yaw * t802;
+    t804 = t596 + t597; // right_ankle: motion
+    t805 = cos_q_right_hip_roll * t804; // right_hip_roll_link: sums of what it carries
+    t806 = cos_q_right_hip_pitch * t798; // right_upper_leg: sums of what it carries
+    t807 = R::fused(-sin_q_right_hip_pitch, t801, t806); // right_upper_leg: sums of what it carries
+    t808 = R::fused(-sin_q_right_hip_roll, t807, t805); // right_hip_roll_link: sums of what it carries
+    set(178, R::fused(-sin_q_right_hip_yaw, t808, t803));
+    t810 = sin_q_right_hip_yaw * t802;
+    set(179, R::fused(cos_q_right_hip_yaw, t808, t810));
+    t812 = sin_q_right_hip_roll * t804; // right_hip_roll_link: sums of what it carries
+    set(180, R::fused(cos_q_right_hip_roll, t807, t812)); // right_hip_roll_link: sums of what it carries
     // right_foot: columns that its parent has too
-    set(184, R::fused(R::constant(-0.037), t676, t563));
-    set(185, R::fused(R::constant(-0.037), t678, t564));
-    set(186, R::fused(R::constant(-0.037), t680, t565));
-    t823 = R::fused(R::constant(-0.037), t708, t568);
-    t824 = R::fused(t732, R::constant(0.001369), t823);
-    set(187, R::fused(t795, R::constant(0.001369), t824));
-    t826 = R::fused(R::constant(-0.037), t710, t571);
-    t827 = R::fused(t736, R::constant(0.001369), t826);
-    set(188, R::fused(t797, R::constant(0.001369), t827));
-    t829 = R::fused(R::constant(-0.037), t714, t574);
-    t830 = R::fused(t740, R::constant(0.001369), t829);
-    set(189, R::fused(t799, R::constant(0.001369), t830));
-    set(193, R::fused(R::constant(0.037), t777, t643));
-    set(194, R::fused(R::constant(0.037), t779, t645));
-    set(195, R::fused(R::constant(0.037), t781, t649));
+    set(184, R::fused(R::constant(-0.037), t673, t560));
+    set(185, R::fused(R::constant(-0.037), t675, t561));
+    set(186, R::fused(R::constant(-0.037), t677, t562));
+    t817 = R::fused(R::constant(-0.037), t705, t565);
+    t818 = R::fused(t728, R::constant(0.001369), t817);
+    set(187, R::fused(t789, R::constant(0.001369), t818));
+    t820 = R::fused(R::constant(-0.037), t707, t568);
+    t821 = R::fused(t731, R::constant(0.001369), t820);
+    set(188, R::fused(t791, R::constant(0.001369), t821));
+    t823 = R::fused(R::constant(-0.037), t711, t571);
+    t824 = R::fused(t734, R::constant(0.001369), t823);
+    set(189, R::fused(t793, R::constant(0.001369), t824));
+    set(193, R::fused(R::constant(0.037), t771, t640));
+    set(194, R::fused(R::constant(0.037), t773, t642));
+    set(195, R::fused(R::constant(0.037), t775, t646));
     // right_foot: motion
-    t835 = t669 - a_right_ankle_roll;
-    t836 = t583 * cos_q_right_ankle_roll;
-    t837 = R::fused(t577, sin_q_right_ankle_roll, t836);
-    t838 = t583 * sin_q_right_ankle_roll;
-    t839 = R::fused(-t577, cos_q_right_ankle_roll, t838);
-    t840 = t837 * t839;
-    t841 = t835 + t840;
-    t842 = cos_q_right_ankle_roll * t841; // right_foot: sums of what it carries
-    t843 = t579 - v_right_ankle_roll;
-    t844 = t843 * t843;
-    t845 = t839 * t839;
-    t846 = t844 + t845;
-    t847 = R::fused(sin_q_right_ankle_roll, t846, t842); // right_foot: sums of what it carries
-    t848 = cos_q_right_ankle_pitch * t847; // right_ankle: sums of what it carries
-    t849 = t575 * sin_q_right_ankle_roll;
-    t850 = R::fused(-t599, cos_q_right_ankle_roll, t849);
-    t851 = R::fused(t837, v_right_ankle_roll, t850);
-    t852 = t837 * t843;
-    t853 = t851 - t852;
-    t854 = R::fused(sin_q_right_ankle_pitch, t853, t848); // right_ankle: sums of what it carries
-    t855 = cos_q_right_knee_pitch * t854; // right_lower_leg: sums of what it carries
-    t856 = sin_q_right_ankle_pitch * t847; // right_ankle: sums of what it carries
-    t857 = R::fused(-cos_q_right_ankle_pitch, t853, t856); // right_ankle: sums of what it carries
-    t858 = R::fused(-sin_q_right_knee_pitch, t857, t855); // right_lower_leg: sums of what it carries
-    t859 = sin_q_right_hip_pitch * t858; // right_upper_leg: sums of what it carries
-    t860 = sin_q_right_knee_pitch * t854; // right_lower_leg: sums of what it carries
-    t861 = R::fused(cos_q_right_knee_pitch, t857, t860); // right_lower_leg: sums of what it carries
-    t862 = R::fused(cos_q_right_hip_pitch, t861, t859); // right_upper_leg: sums of what it carries
-    t863 = cos_q_right_hip_yaw * t862; // right_hip_yaw_link: sums of what it carries
-    t864 = sin_q_right_ankle_roll * t841; // right_foot: sums of what it carries
-    t865 = R::fused(cos_q_right_ankle_roll, t846, -t864); // right_foot: sums of what it carries
-    t866 = cos_q_right_hip_roll * t865; // right_hip_roll_link: sums of what it carries
-    t867 = cos_q_right_hip_pitch * t858; // right_upper_leg: sums of what it carries
-    t868 = R::fused(-sin_q_right_hip_pitch, t861, t867); // right_upper_leg: sums of what it carries
-    t869 = R::fused(-sin_q_right_hip_roll, t868, t866); // right_hip_roll_link: sums of what it carries
-    t870 = R::fused(sin_q_right_hip_yaw, t869, -t863); // right_hip_yaw_link: sums of what it carries
-    set(196, t870);
-    t871 = sin_q_right_hip_yaw * t862; // right_hip_yaw_link: sums of what it carries
-    set(197, R::fused(-cos_q_right_hip_yaw, t869, -t871)); // right_hip_yaw_link: sums of what it carries
-    t873 = sin_q_right_hip_roll * t865; // right_hip_roll_link: sums of what it carries
-    t874 = R::fused(-cos_q_right_hip_roll, t868, -t873); // right_hip_roll_link: sums of what it carries
-    set(198, t874);
-    t875 = R::fused(-t653, R::constant(0.037), t697);
-    t876 = t875 * cos_q_right_ankle_roll; // right_foot: sums of what it carries
-    t877 = cos_q_right_ankle_pitch * t876; // right_ankle: sums of what it carries
-    t878 = R::fused(-t671, R::constant(0.037), t611);
-    t879 = t878 * sin_q_right_ankle_roll;
-    t880 = R::fused(-t656, R::constant(0.037), t632);
-    t881 = R::fused(t880, cos_q_right_ankle_roll, t879);
-    t882 = R::fused(R::constant(0.037), t865, t881); // right_foot: sums of what it carries
-    t883 = R::fused(-sin_q_right_ankle_pitch, t882, t877); // right_ankle: sums of what it carries
-    t884 = cos_q_right_knee_pitch * t883; // right_lower_leg: sums of what it carries
-    t885 = sin_q_right_ankle_pitch * t876; // right_ankle: sums of what it carries
-    t886 = R::fused(cos_q_right_ankle_pitch, t882, t885); // right_ankle: sums of what it carries
-    t887 = R::fused(R::constant(0.273), t865, t886); // right_ankle: sums of what it carries
-    t888 = R::fused(-sin_q_right_knee_pitch, t887, t884); // right_lower_leg: sums of what it carries
-    t889 = sin_q_right_hip_pitch * t888; // right_upper_leg: sums of what it carries
-    t890 = sin_q_right_knee_pitch * t883; // right_lower_leg: sums of what it carries
-    t891 = R::fused(cos_q_right_knee_pitch, t887, t890); // right_lower_leg: sums of what it carries
-    t892 = R::fused(R::constant(0.315), t865, t891); // right_lower_leg: sums of what it carries
+    t829 = t666 - a_right_ankle_roll;
+    t830 = t580 * cos_q_right_ankle_roll;
+    t831 = R::fused(t574, sin_q_right_ankle_roll, t830);
+    t832 = t580 * sin_q_right_ankle_roll;
+    t833 = R::fused(-t574, cos_q_right_ankle_roll, t832);
+    t834 = t831 * t833;
+    t835 = t829 + t834;
+    t836 = cos_q_right_ankle_roll * t835; // right_foot: sums of what it carries
+    t837 = t576 - v_right_ankle_roll;
+    t838 = t837 * t837;
+    t839 = t833 * t833;
+    t840 = t838 + t839;
+    t841 = R::fused(sin_q_right_ankle_roll, t840, t836); // right_foot: sums of what it carries
+    t842 = cos_q_right_ankle_pitch * t841; // right_ankle: sums of what it carries
+    t843 = t572 * sin_q_right_ankle_roll;
+    t844 = R::fused(-t596, cos_q_right_ankle_roll, t843);
+    t845 = R::fused(t831, v_right_ankle_roll, t844);
+    t846 = t831 * t837;
+    t847 = t845 - t846;
+    t848 = R::fused(sin_q_right_ankle_pitch, t847, t842); // right_ankle: sums of what it carries
+    t849 = cos_q_right_knee_pitch * t848; // right_lower_leg: sums of what it carries
+    t850 = sin_q_right_ankle_pitch * t841; // right_ankle: sums of what it carries
+    t851 = R::fused(-cos_q_right_ankle_pitch, t847, t850); // right_ankle: sums of what it carries
+    t852 = R::fused(-sin_q_right_knee_pitch, t851, t849); // right_lower_leg: sums of what it carries
+    t853 = sin_q_right_hip_pitch * t852; // right_upper_leg: sums of what it carries
+    t854 = sin_q_right_knee_pitch * t848; // right_lower_leg: sums of what it carries
+    t855 = R::fused(cos_q_right_knee_pitch, t851, t854); // right_lower_leg: sums of what it carries
+    t856 = R::fused(cos_q_right_hip_pitch, t855, t853); // right_upper_leg: sums of what it carries
+    t857 = cos_q_right_hip_yaw * t856; // right_hip_yaw_link: sums of what it carries
+    t858 = sin_q_right_ankle_roll * t835; // right_foot: sums of what it carries
+    t859 = R::fused(cos_q_right_ankle_roll, t840, -t858); // right_foot: sums of what it carries
+    t860 = cos_q_right_hip_roll * t859; // right_hip_roll_link: sums of what it carries
+    t861 = cos_q_right_hip_pitch * t852; // right_upper_leg: sums of what it carries
+    t862 = R::fused(-sin_q_right_hip_pitch, t855, t861); // right_upper_leg: sums of what it carries
+    t863 = R::fused(-sin_q_right_hip_roll, t862, t860); // right_hip_roll_link: sums of what it carries
+    t864 = R::fused(sin_q_right_hip_yaw, t863, -t857); // right_hip_yaw_link: sums of what it carries
+    set(196, t864);
+    t865 = sin_q_right_hip_yaw * t856; // right_hip_yaw_link: sums of what it carries
+    set(197, R::fused(-cos_q_right_hip_yaw, t863, -t865)); // right_hip_yaw_link: sums of what it carries
+    t867 = sin_q_right_hip_roll * t859; // right_hip_roll_link: sums of what it carries
+    t868 = R::fused(-cos_q_right_hip_roll, t862, -t867); // right_hip_roll_link: sums of what it carries
+    set(198, t868);
+    t869 = R::fused(-t650, R::constant(0.037), t694);
+    t870 = t869 * cos_q_right_ankle_roll; // right_foot: sums of what it carries
+    t871 = cos_q_right_ankle_pitch * t870; // right_ankle: sums of what it carries
+    t872 = R::fused(-t668, R::constant(0.037), t608);
+    t873 = t872 * sin_q_right_ankle_roll;
+    t874 = R::fused(-t653, R::constant(0.037), t629);
+    t875 = R::fused(t874, cos_q_right_ankle_roll, t873);
+    t876 = R::fused(R::constant(0.037), t859, t875); // right_foot: sums of what it carries
+    t877 = R::fused(-sin_q_right_ankle_pitch, t876, t871); // right_ankle: sums of what it carries
+    t878 = cos_q_right_knee_pitch * t877; // right_lower_leg: sums of what it carries
+    t879 = sin_q_right_ankle_pitch * t870; // right_ankle: sums of what it carries
+    t880 = R::fused(cos_q_right_ankle_pitch, t876, t879); // right_ankle: sums of what it carries
+    t881 = R::fused(R::constant(0.273), t859, t880); // right_ankle: sums of what it carries
+    t882 = R::fused(-sin_q_right_knee_pitch, t881, t878); // right_lower_leg: sums of what it carries
+    t883 = sin_q_right_hip_pitch * t882; // right_upper_leg: sums of what it carries
+    t884 = sin_q_right_knee_pitch * t877; // right_lower_leg: sums of what it carries
+    t885 = R::fused(cos_q_right_knee_pitch, t881, t884); // right_lower_leg: sums of what it carries
+    t886 = R::fused(R::constant(0.315), t859, t885); // right_lower_leg: sums of what it carries
     // right_upper_leg: sums of what it carries
-    t893 = R::fused(cos_q_right_hip_pitch, t892, t889);
-    t894 = R::constant(0.055) * t868;
-    t895 = R::fused(R::constant(-0.04), t865, t894);
-    t896 = t893 - t895;
-    t897 = R::constant(0.035) * t874; // right_hip_roll_link: sums of what it carries
-    t898 = R::fused(R::constant(-0.045), t869, -t897); // right_hip_roll_link: sums of what it carries
-    t899 = t896 - t898; // right_hip_roll_link: sums of what it carries
-    t900 = cos_q_right_hip_yaw * t899; // right_hip_yaw_link: sums of what it carries
-    t901 = t875 * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t902 = R::fused(R::constant(-0.037), t853, t901); // right_foot: sums of what it carries
-    t903 = R::fused(R::constant(0.273), t857, t902); // right_ankle: sums of what it carries
-    t904 = R::fused(R::constant(0.315), t861, t903); // right_lower_leg: sums of what it carries
-    t905 = R::fused(R::constant(0.04), t862, t904);
-    t906 = cos_q_right_hip_roll * t905; // right_hip_roll_link: sums of what it carries
-    t907 = cos_q_right_hip_pitch * t888;
-    t908 = R::fused(-sin_q_right_hip_pitch, t892, t907);
-    t909 = R::fused(R::constant(0.055), t862, t908);
-    t910 = R::fused(sin_q_right_hip_roll, t909, t906); // right_hip_roll_link: sums of what it carries
-    t911 = R::fused(R::constant(0.045), t862, t910); // right_hip_roll_link: sums of what it carries
+    t887 = R::fused(cos_q_right_hip_pitch, t886, t883);
+    t888 = R::constant(0.055) * t862;
+    t889 = R::fused(R::constant(-0.04), t859, t888);
+    t890 = t887 - t889;
+    t891 = R::constant(0.035) * t868; // right_hip_roll_link: sums of what it carries
+    t892 = R::fused(R::constant(-0.045), t863, -t891); // right_hip_roll_link: sums of what it carries
+    t893 = t890 - t892; // right_hip_roll_link: sums of what it carries
+    t894 = cos_q_right_hip_yaw * t893; // right_hip_yaw_link: sums of what it carries
+    t895 = t869 * sin_q_right_ankle_roll; // right_foot: sums of what it carries
+    t896 = R::fused(R::constant(-0.037), t847, t895); // right_foot: sums of what it carries
+    t897 = R::fused(R::constant(0.273), t851, t896); // right_ankle: sums of what it carries
+    t898 = R::fused(R::constant(0.315), t855, t897); // right_lower_leg: sums of what it carries
+    t899 = R::fused(R::constant(0.04), t856, t898);
+    t900 = cos_q_right_hip_roll * t899; // right_hip_roll_link: sums of what it carries
+    t901 = cos_q_right_hip_pitch * t882;
+    t902 = R::fused(-sin_q_right_hip_pitch, t886, t901);
+    t903 = R::fused(R::constant(0.055), t856, t902);
+    t904 = R::fused(sin_q_right_hip_roll, t903, t900); // right_hip_roll_link: sums of what it carries
+    t905 = R::fused(R::constant(0.045), t856, t904); // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
-    t912 = R::fused(sin_q_right_hip_yaw, t911, t900);
-    set(199, R::fused(R::constant(-0.0764), t874, -t912));
-    t914 = sin_q_right_hip_yaw * t899;
-    set(200, R::fused(cos_q_right_hip_yaw, t911, -t914));
-    t916 = sin_q_right_hip_roll * t905; // right_hip_roll_link: sums of what it carries
-    t917 = R::fused(-cos_q_right_hip_roll, t909, t916); // right_hip_roll_link: sums of what it carries
-    t918 = R::fused(R::constant(-0.035), t862, t917); // right_hip_roll_link: sums of what it carries
-    set(201, R::fused(R::constant(0.0764), t870, t918));
-    t920 = t835 - t840; // right_foot: motion
-    t921 = sin_q_right_ankle_roll * t920; // right_foot: sums of what it carries
-    t922 = t837 * t837; // right_foot: motion
-    t923 = t844 + t922; // right_foot: motion
-    t924 = R::fused(-cos_q_right_ankle_roll, t923, t921); // right_foot: sums of what it carries
-    t925 = cos_q_right_ankle_pitch * t924; // right_ankle: sums of what it carries
+    t906 = R::fused(sin_q_right_hip_yaw, t905, t894);
+    set(199, R::fused(R::constant(-0.0764), t868, -t906));
+    t908 = sin_q_right_hip_yaw * t893;
+    set(200, R::fused(cos_q_right_hip_yaw, t905, -t908));
+    t910 = sin_q_right_hip_roll * t899; // right_hip_roll_link: sums of what it carries
+    t911 = R::fused(-cos_q_right_hip_roll, t903, t910); // right_hip_roll_link: sums of what it carries
+    t912 = R::fused(R::constant(-0.035), t856, t911); // right_hip_roll_link: sums of what it carries
+    set(201, R::fused(R::constant(0.0764), t864, t912));
+    t914 = t829 - t834; // right_foot: motion
+    t915 = sin_q_right_ankle_roll * t914; // right_foot: sums of what it carries
+    t916 = t831 * t831; // right_foot: motion
+    t917 = t838 + t916; // right_foot: motion
+    t918 = R::fused(-cos_q_right_ankle_roll, t917, t915); // right_foot: sums of what it carries
+    t919 = cos_q_right_ankle_pitch * t918; // right_ankle: sums of what it carries
     // right_foot: motion
-    t926 = t575 * cos_q_right_ankle_roll;
-    t927 = R::fused(t599, sin_q_right_ankle_roll, t926);
-    t928 = R::fused(-t839, v_right_ankle_roll, t927);
-    t929 = t839 * t843;
-    t930 = t928 + t929;
-    t931 = R::fused(-sin_q_right_ankle_pitch, t930, t925); // right_ankle: sums of what it carries
-    t932 = cos_q_right_knee_pitch * t931; // right_lower_leg: sums of what it carries
-    t933 = sin_q_right_ankle_pitch * t924; // right_ankle: sums of what it carries
-    t934 = R::fused(cos_q_right_ankle_pitch, t930, t933); // right_ankle: sums of what it carries
-    t935 = R::fused(-sin_q_right_knee_pitch, t934, t932); // right_lower_leg: sums of what it carries
-    t936 = sin_q_right_hip_pitch * t935; // right_upper_leg: sums of what it carries
-    t937 = sin_q_right_knee_pitch * t931; // right_lower_leg: sums of what it carries
-    t938 = R::fused(cos_q_right_knee_pitch, t934, t937); // right_lower_leg: sums of what it carries
-    t939 = R::fused(cos_q_right_hip_pitch, t938, t936); // right_upper_leg: sums of what it carries
-    t940 = cos_q_right_hip_yaw * t939; // right_hip_yaw_link: sums of what it carries
-    t941 = cos_q_right_ankle_roll * t920; // right_foot: sums of what it carries
-    t942 = R::fused(sin_q_right_ankle_roll, t923, t941); // right_foot: sums of what it carries
-    t943 = cos_q_right_hip_roll * t942; // right_hip_roll_link: sums of what it carries
-    t944 = cos_q_right_hip_pitch * t935; // right_upper_leg: sums of what it carries
-    t945 = R::fused(-sin_q_right_hip_pitch, t938, t944); // right_upper_leg: sums of what it carries
-    t946 = R::fused(-sin_q_right_hip_roll, t945, t943); // right_hip_roll_link: sums of what it carries
-    t947 = R::fused(-sin_q_right_hip_yaw, t946, t940); // right_hip_yaw_link: sums of what it carries
-    set(202, t947);
-    t948 = sin_q_right_hip_yaw * t939; // right_hip_yaw_link: sums of what it carries
-    set(203, R::fused(cos_q_right_hip_yaw, t946, t948)); // right_hip_yaw_link: sums of what it carries
-    t950 = sin_q_right_hip_roll * t942; // right_hip_roll_link: sums of what it carries
-    t951 = R::fused(cos_q_right_hip_roll, t945, t950); // right_hip_roll_link: sums of what it carries
-    set(204, t951);
-    t952 = cos_q_right_ankle_pitch * t901; // right_ankle: sums of what it carries
-    t953 = t878 * cos_q_right_ankle_roll;
-    t954 = R::fused(-t880, sin_q_right_ankle_roll, t953);
-    t955 = R::fused(R::constant(-0.037), t942, t954); // right_foot: sums of what it carries
-    t956 = R::fused(sin_q_right_ankle_pitch, t955, t952); // right_ankle: sums of what it carries
-    t957 = cos_q_right_knee_pitch * t956; // right_lower_leg: sums of what it carries
-    t958 = sin_q_right_ankle_pitch * t901; // right_ankle: sums of what it carries
-    t959 = R::fused(-cos_q_right_ankle_pitch, t955, t958); // right_ankle: sums of what it carries
-    t960 = R::fused(R::constant(0.273), t942, t959); // right_ankle: sums of what it carries
-    t961 = R::fused(-sin_q_right_knee_pitch, t960, t957); // right_lower_leg: sums of what it carries
-    t962 = sin_q_right_hip_pitch * t961; // right_upper_leg: sums of what it carries
-    t963 = sin_q_right_knee_pitch * t956; // right_lower_leg: sums of what it carries
-    t964 = R::fused(cos_q_right_knee_pitch, t960, t963); // right_lower_leg: sums of what it carries
-    t965 = R::fused(R::constant(0.315), t942, t964); // right_lower_leg: sums of what it carries
+    t920 = t572 * cos_q_right_ankle_roll;
+    t921 = R::fused(t596, sin_q_right_ankle_roll, t920);
+    t922 = R::fused(-t833, v_right_ankle_roll, t921);
+    t923 = t833 * t837;
+    t924 = t922 + t923;
+    t925 = R::fused(-sin_q_right_ankle_pitch, t924, t919); // right_ankle: sums of what it carries
+    t926 = cos_q_right_knee_pitch * t925; // right_lower_leg: sums of what it carries
+    t927 = sin_q_right_ankle_pitch * t918; // right_ankle: sums of what it carries
+    t928 = R::fused(cos_q_right_ankle_pitch, t924, t927); // right_ankle: sums of what it carries
+    t929 = R::fused(-sin_q_right_knee_pitch, t928, t926); // right_lower_leg: sums of what it carries
+    t930 = sin_q_right_hip_pitch * t929; // right_upper_leg: sums of what it carries
+    t931 = sin_q_right_knee_pitch * t925; // right_lower_leg: sums of what it carries
+    t932 = R::fused(cos_q_right_knee_pitch, t928, t931); // right_lower_leg: sums of what it carries
+    t933 = R::fused(cos_q_right_hip_pitch, t932, t930); // right_upper_leg: sums of what it carries
+    t934 = cos_q_right_hip_yaw * t933; // right_hip_yaw_link: sums of what it carries
+    t935 = cos_q_right_ankle_roll * t914; // right_foot: sums of what it carries
+    t936 = R::fused(sin_q_right_ankle_roll, t917, t935); // right_foot: sums of what it carries
+    t937 = cos_q_right_hip_roll * t936; // right_hip_roll_link: sums of what it carries
+    t938 = cos_q_right_hip_pitch * t929; // right_upper_leg: sums of what it carries
+    t939 = R::fused(-sin_q_right_hip_pitch, t932, t938); // right_upper_leg: sums of what it carries
+    t940 = R::fused(-sin_q_right_hip_roll, t939, t937); // right_hip_roll_link: sums of what it carries
+    t941 = R::fused(-sin_q_right_hip_yaw, t940, t934); // right_hip_yaw_link: sums of what it carries
+    set(202, t941);
+    t942 = sin_q_right_hip_yaw * t933; // right_hip_yaw_link: sums of what it carries
+    set(203, R::fused(cos_q_right_hip_yaw, t940, t942)); // right_hip_yaw_link: sums of what it carries
+    t944 = sin_q_right_hip_roll * t936; // right_hip_roll_link: sums of what it carries
+    t945 = R::fused(cos_q_right_hip_roll, t939, t944); // right_hip_roll_link: sums of what it carries
+    set(204, t945);
+    t946 = cos_q_right_ankle_pitch * t895; // right_ankle: sums of what it carries
+    t947 = t872 * cos_q_right_ankle_roll;
+    t948 = R::fused(-t874, sin_q_right_ankle_roll, t947);
+    t949 = R::fused(R::constant(-0.037), t936, t948); // right_foot: sums of what it carries
+    t950 = R::fused(sin_q_right_ankle_pitch, t949, t946); // right_ankle: sums of what it carries
+    t951 = cos_q_right_knee_pitch * t950; // right_lower_leg: sums of what it carries
+    t952 = sin_q_right_ankle_pitch * t895; // right_ankle: sums of what it carries
+    t953 = R::fused(-cos_q_right_ankle_pitch, t949, t952); // right_ankle: sums of what it carries
+    t954 = R::fused(R::constant(0.273), t936, t953); // right_ankle: sums of what it carries
+    t955 = R::fused(-sin_q_right_knee_pitch, t954, t951); // right_lower_leg: sums of what it carries
+    t956 = sin_q_right_hip_pitch * t955; // right_upper_leg: sums of what it carries
+    t957 = sin_q_right_knee_pitch * t950; // right_lower_leg: sums of what it carries
+    t958 = R::fused(cos_q_right_knee_pitch, t954, t957); // right_lower_leg: sums of what it carries
+    t959 = R::fused(R::constant(0.315), t936, t958); // right_lower_leg: sums of what it carries
     // right_upper_leg: sums of what it carries
-    t966 = R::fused(cos_q_right_hip_pitch, t965, t962);
-    t967 = R::constant(0.055) * t945;
-    t968 = R::fused(R::constant(-0.04), t942, t967);
-    t969 = t966 - t968;
-    t970 = R::constant(0.035) * t951; // right_hip_roll_link: sums of what it carries
-    t971 = R::fused(R::constant(-0.045), t946, t970); // right_hip_roll_link: sums of what it carries
-    t972 = t969 - t971; // right_hip_roll_link: sums of what it carries
-    t973 = cos_q_right_hip_yaw * t972; // right_hip_yaw_link: sums of what it carries
-    t974 = R::fused(R::constant(-0.037), t930, t876); // right_foot: sums of what it carries
-    t975 = R::fused(R::constant(-0.273), t934, t974); // right_ankle: sums of what it carries
-    t976 = R::fused(R::constant(-0.315), t938, t975); // right_lower_leg: sums of what it carries
-    t977 = R::fused(R::constant(-0.04), t939, t976);
-    t978 = cos_q_right_hip_roll * t977; // right_hip_roll_link: sums of what it carries
-    t979 = cos_q_right_hip_pitch * t961;
-    t980 = R::fused(-sin_q_right_hip_pitch, t965, t979);
-    t981 = R::fused(R::constant(0.055), t939, t980);
-    t982 = R::fused(-sin_q_right_hip_roll, t981, t978); // right_hip_roll_link: sums of what it carries
-    t983 = R::fused(R::constant(-0.045), t939, t982); // right_hip_roll_link: sums of what it carries
+    t960 = R::fused(cos_q_right_hip_pitch, t959, t956);
+    t961 = R::constant(0.055) * t939;
+    t962 = R::fused(R::constant(-0.04), t936, t961);
+    t963 = t960 - t962;
+    t964 = R::constant(0.035) * t945; // right_hip_roll_link: sums of what it carries
+    t965 = R::fused(R::constant(-0.045), t940, t964); // right_hip_roll_link: sums of what it carries
+    t966 = t963 - t965; // right_hip_roll_link: sums of what it carries
+    t967 = cos_q_right_hip_yaw * t966; // right_hip_yaw_link: sums of what it carries
+    t968 = R::fused(R::constant(-0.037), t924, t870); // right_foot: sums of what it carries
+    t969 = R::fused(R::constant(-0.273), t928, t968); // right_ankle: sums of what it carries
+    t970 = R::fused(R::constant(-0.315), t932, t969); // right_lower_leg: sums of what it carries
+    t971 = R::fused(R::constant(-0.04), t933, t970);
+    t972 = cos_q_right_hip_roll * t971; // right_hip_roll_link: sums of what it carries
+    t973 = cos_q_right_hip_pitch * t955;
+    t974 = R::fused(-sin_q_right_hip_pitch, t959, t973);
+    t975 = R::fused(R::constant(0.055), t933, t974);
+    t976 = R::fused(-sin_q_right_hip_roll, t975, t972); // right_hip_roll_link: sums of what it carries
+    t977 = R::fused(R::constant(-0.045), t933, t976); // right_hip_roll_link: sums of what it carries
     // right_hip_yaw_link: sums of what it carries
-    t984 = R::fused(-sin_q_right_hip_yaw, t983, t973);
-    set(205, R::fused(R::constant(-0.0764), t951, t984));
-    t986 = sin_q_right_hip_yaw * t972;
-    set(206, R::fused(cos_q_right_hip_yaw, t983, t986));
-    t988 = sin_q_right_hip_roll * t977; // right_hip_roll_link: sums of what it carries
-    t989 = R::fused(cos_q_right_hip_roll, t981, t988); // right_hip_roll_link: sums of what it carries
-    t990 = R::fused(R::constant(0.035), t939, t989); // right_hip_roll_link: sums of what it carries
-    set(207, R::fused(R::constant(0.0764), t947, t990));
-    t992 = sin_q_right_ankle_roll * t929; // right_foot: sums of what it carries
-    t993 = R::fused(cos_q_right_ankle_roll, t852, t992); // right_foot: sums of what it carries
-    t994 = cos_q_right_ankle_pitch * t993; // right_ankle: sums of what it carries
-    t995 = R::fused(sin_q_right_ankle_pitch, t835, t994); // right_ankle: sums of what it carries
-    t996 = cos_q_right_knee_pitch * t995; // right_lower_leg: sums of what it carries
-    t997 = sin_q_right_ankle_pitch * t993; // right_ankle: sums of what it carries
-    t998 = R::fused(-cos_q_right_ankle_pitch, t835, t997); // right_ankle: sums of what it carries
-    t999 = R::fused(-sin_q_right_knee_pitch, t998, t996); // right_lower_leg: sums of what it carries
-    t1000 = sin_q_right_hip_pitch * t999; // right_upper_leg: sums of what it carries
-    t1001 = sin_q_right_knee_pitch * t995; // right_lower_leg: sums of what it carries
-    t1002 = R::fused(cos_q_right_knee_pitch, t998, t1001); // right_lower_leg: sums of what it carries
-    t1003 = R::fused(cos_q_right_hip_pitch, t1002, t1000); // right_upper_leg: sums of what it carries
-    t1004 = cos_q_right_hip_yaw * t1003;
-    t1005 = cos_q_right_ankle_roll * t929; // right_foot: sums of what it carries
-    t1006 = R::fused(-sin_q_right_ankle_roll, t852, t1005); // right_foot: sums of what it carries
-    t1007 = cos_q_right_hip_roll * t1006; // right_hip_roll_link: sums of what it carries
-    t1008 = cos_q_right_hip_pitch * t999; // right_upper_leg: sums of what it carries
-    t1009 = R::fused(-sin_q_right_hip_pitch, t1002, t1008); // right_upper_leg: sums of what it carries
-    t1010 = R::fused(-sin_q_right_hip_roll, t1009, t1007); // right_hip_roll_link: sums of what it carries
-    set(208, R::fused(-sin_q_right_hip_yaw, t1010, t1004));
-    t1012 = sin_q_right_hip_yaw * t1003;
-    set(209, R::fused(cos_q_right_hip_yaw, t1010, t1012));
-    t1014 = sin_q_right_hip_roll * t1006; // right_hip_roll_link: sums of what it carries
-    set(210, R::fused(cos_q_right_hip_roll, t1009, t1014)); // right_hip_roll_link: sums of what it carries
-    t1016 = t844 - t922; // right_foot: wrench that its motion needs
-    t1017 = R::fused(-cos_q_right_ankle_roll, t1016, t864); // right_foot: sums of what it carries
-    t1018 = cos_q_right_ankle_pitch * t1017; // right_ankle: sums of what it carries
-    t1019 = t928 - t929; // right_foot: motion
-    t1020 = R::fused(sin_q_right_ankle_pitch, t1019, t1018); // right_ankle: sums of what it carries
-    t1021 = cos_q_right_knee_pitch * t1020; // right_lower_leg: sums of what it carries
-    t1022 = sin_q_right_ankle_pitch * t1017; // right_ankle: sums of what it carries
-    t1023 = R::fused(-cos_q_right_ankle_pitch, t1019, t1022); // right_ankle: sums of what it carries
+    t978 = R::fused(-sin_q_right_hip_yaw, t977, t967);
+    set(205, R::fused(R::constant(-0.0764), t945, t978));
+    t980 = sin_q_right_hip_yaw * t966;
+    set(206, R::fused(cos_q_right_hip_yaw, t977, t980));
+    t982 = sin_q_right_hip_roll * t971; // right_hip_roll_link: sums of what it carries
+    t983 = R::fused(cos_q_right_hip_roll, t975, t982); // right_hip_roll_link: sums of what it carries
+    t984 = R::fused(R::constant(0.035), t933, t983); // right_hip_roll_link: sums of what it carries
+    set(207, R::fused(R::constant(0.0764), t941, t984));
+    t986 = sin_q_right_ankle_roll * t923; // right_foot: sums of what it carries
+    t987 = R::fused(cos_q_right_ankle_roll, t846, t986); // right_foot: sums of what it carries
+    t988 = cos_q_right_ankle_pitch * t987; // right_ankle: sums of what it carries
+    t989 = R::fused(sin_q_right_ankle_pitch, t829, t988); // right_ankle: sums of what it carries
+    t990 = cos_q_right_knee_pitch * t989; // right_lower_leg: sums of what it carries
+    t991 = sin_q_right_ankle_pitch * t987; // right_ankle: sums of what it carries
+    t992 = R::fused(-cos_q_right_ankle_pitch, t829, t991); // right_ankle: sums of what it carries
+    t993 = R::fused(-sin_q_right_knee_pitch, t992, t990); // right_lower_leg: sums of what it carries
+    t994 = sin_q_right_hip_pitch * t993; // right_upper_leg: sums of what it carries
+    t995 = sin_q_right_knee_pitch * t989; // right_lower_leg: sums of what it carries
+    t996 = R::fused(cos_q_right_knee_pitch, t992, t995); // right_lower_leg: sums of what it carries
+    t997 = R::fused(cos_q_right_hip_pitch, t996, t994); // right_upper_leg: sums of what it carries
+    t998 = cos_q_right_hip_yaw * t997;
+    t999 = cos_q_right_ankle_roll * t923; // right_foot: sums of what it carries
+    t1000 = R::fused(-sin_q_right_ankle_roll, t846, t999); // right_foot: sums of what it carries
+    t1001 = cos_q_right_hip_roll * t1000; // right_hip_roll_link: sums of what it carries
+    t1002 = cos_q_right_hip_pitch * t993; // right_upper_leg: sums of what it carries
+    t1003 = R::fused(-sin_q_right_hip_pitch, t996, t1002); // right_upper_leg: sums of what it carries
+    t1004 = R::fused(-sin_q_right_hip_roll, t1003, t1001); // right_hip_roll_link: sums of what it carries
+    set(208, R::fused(-sin_q_right_hip_yaw, t1004, t998));
+    t1006 = sin_q_right_hip_yaw * t997;
+    set(209, R::fused(cos_q_right_hip_yaw, t1004, t1006));
+    t1008 = sin_q_right_hip_roll * t1000; // right_hip_roll_link: sums of what it carries
+    set(210, R::fused(cos_q_right_hip_roll, t1003, t1008)); // right_hip_roll_link: sums of what it carries
+    t1010 = t838 - t916; // right_foot: wrench that its motion needs
+    t1011 = R::fused(-cos_q_right_ankle_roll, t1010, t858); // right_foot: sums of what it carries
+    t1012 = cos_q_right_ankle_pitch * t1011; // right_ankle: sums of what it carries
+    t1013 = t922 - t923; // right_foot: motion
+    t1014 = R::fused(sin_q_right_ankle_pitch, t1013, t1012); // right_ankle: sums of what it carries
+    t1015 = cos_q_right_knee_pitch * t1014; // right_lower_leg: sums of what it carries
+    t1016 = sin_q_right_ankle_pitch * t1011; // right_ankle: sums of what it carries
+    t1017 = R::fused(-cos_q_right_ankle_pitch, t1013, t1016); // right_ankle: sums of what it carries
+    t1018 = R::fused(-sin_q_right_knee_pitch, t1017, t1015); // right_lower_leg: sums of what it carries
+    t1019 = sin_q_right_hip_pitch * t1018; // right_upper_leg: sums of what it carries
+    t1020 = sin_q_right_knee_pitch * t1014; // right_lower_leg: sums of what it carries
+    t1021 = R::fused(cos_q_right_knee_pitch, t1017, t1020); // right_lower_leg: sums of what it carries
+    t1022 = R::fused(cos_q_right_hip_pitch, t1021, t1019); // right_upper_leg: sums of what it carries
+    t1023 = cos_q_right_hip_yaw * t1022;
     let (
-        t1024, t1025, t1026, t1027, t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1036, t1038, t1040, t1041, t1042,
-        t1043, t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058,
-        t1060, t1062, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077,
-        t1078, t1079, t1080, t1081, t1082, t1084, t1085, t1086, t1088, t1089, t1090, t1092, t1093, t1094, t1095, t1096,
-        t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110, t1111, t1113,
-        t1115,
+        t1024, t1025, t1026, t1027, t1028, t1030, t1032, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042,
+        t1043, t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1054, t1056, t1058, t1059, t1060, t1061,
+        t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1078,
+        t1079, t1080, t1082, t1083, t1084, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094, t1095, t1096,
+        t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1107, t1109,
     );
-    t1024 = R::fused(-sin_q_right_knee_pitch, t1023, t1021); // right_lower_leg: sums of what it carries
-    t1025 = sin_q_right_hip_pitch * t1024; // right_upper_leg: sums of what it carries
-    t1026 = sin_q_right_knee_pitch * t1020; // right_lower_leg: sums of what it carries
-    t1027 = R::fused(cos_q_right_knee_pitch, t1023, t1026); // right_lower_leg: sums of what it carries
-    t1028 = R::fused(cos_q_right_hip_pitch, t1027, t1025); // right_upper_leg: sums of what it carries
-    t1029 = cos_q_right_hip_yaw * t1028;
-    t1030 = R::fused(sin_q_right_ankle_roll, t1016, t842); // right_foot: sums of what it carries
-    t1031 = cos_q_right_hip_roll * t1030; // right_hip_roll_link: sums of what it carries
-    t1032 = cos_q_right_hip_pitch * t1024; // right_upper_leg: sums of what it carries
-    t1033 = R::fused(-sin_q_right_hip_pitch, t1027, t1032); // right_upper_leg: sums of what it carries
-    t1034 = R::fused(-sin_q_right_hip_roll, t1033, t1031); // right_hip_roll_link: sums of what it carries
-    set(211, R::fused(sin_q_right_hip_yaw, t1034, -t1029));
-    t1036 = sin_q_right_hip_yaw * t1028;
-    set(212, R::fused(-cos_q_right_hip_yaw, t1034, -t1036));
-    t1038 = sin_q_right_hip_roll * t1030; // right_hip_roll_link: sums of what it carries
-    set(213, R::fused(-cos_q_right_hip_roll, t1033, -t1038)); // right_hip_roll_link: sums of what it carries
-    t1040 = t844 - t845; // right_foot: wrench that its motion needs
-    t1041 = R::fused(sin_q_right_ankle_roll, t1040, t941); // right_foot: sums of what it carries
-    t1042 = cos_q_right_ankle_pitch * t1041; // right_ankle: sums of what it carries
-    t1043 = t851 + t852; // right_foot: motion
-    t1044 = R::fused(-sin_q_right_ankle_pitch, t1043, t1042); // right_ankle: sums of what it carries
-    t1045 = cos_q_right_knee_pitch * t1044; // right_lower_leg: sums of what it carries
-    t1046 = sin_q_right_ankle_pitch * t1041; // right_ankle: sums of what it carries
-    t1047 = R::fused(cos_q_right_ankle_pitch, t1043, t1046); // right_ankle: sums of what it carries
-    t1048 = R::fused(-sin_q_right_knee_pitch, t1047, t1045); // right_lower_leg: sums of what it carries
-    t1049 = sin_q_right_hip_pitch * t1048; // right_upper_leg: sums of what it carries
-    t1050 = sin_q_right_knee_pitch * t1044; // right_lower_leg: sums of what it carries
-    t1051 = R::fused(cos_q_right_knee_pitch, t1047, t1050); // right_lower_leg: sums of what it carries
-    t1052 = R::fused(cos_q_right_hip_pitch, t1051, t1049); // right_upper_leg: sums of what it carries
-    t1053 = cos_q_right_hip_yaw * t1052;
-    t1054 = R::fused(-cos_q_right_ankle_roll, t1040, t921); // right_foot: sums of what it carries
-    t1055 = cos_q_right_hip_roll * t1054; // right_hip_roll_link: sums of what it carries
-    t1056 = cos_q_right_hip_pitch * t1048; // right_upper_leg: sums of what it carries
-    t1057 = R::fused(-sin_q_right_hip_pitch, t1051, t1056); // right_upper_leg: sums of what it carries
-    t1058 = R::fused(sin_q_right_hip_roll, t1057, t1055); // right_hip_roll_link: sums of what it carries
-    set(214, R::fused(-sin_q_right_hip_yaw, t1058, -t1053));
-    t1060 = sin_q_right_hip_yaw * t1052;
-    set(215, R::fused(cos_q_right_hip_yaw, t1058, -t1060));
-    t1062 = sin_q_right_hip_roll * t1054; // right_hip_roll_link: sums of what it carries
-    set(216, R::fused(-cos_q_right_hip_roll, t1057, t1062)); // right_hip_roll_link: sums of what it carries
-    t1064 = R::fused(cos_q_right_ankle_roll, t851, t992); // right_foot: sums of what it carries
-    t1065 = cos_q_right_ankle_pitch * t1064; // right_ankle: sums of what it carries
-    t1066 = R::fused(-sin_q_right_ankle_pitch, t840, t1065); // right_ankle: sums of what it carries
-    t1067 = cos_q_right_knee_pitch * t1066; // right_lower_leg: sums of what it carries
-    t1068 = sin_q_right_ankle_pitch * t1064; // right_ankle: sums of what it carries
-    t1069 = R::fused(cos_q_right_ankle_pitch, t840, t1068); // right_ankle: sums of what it carries
-    t1070 = R::fused(-sin_q_right_knee_pitch, t1069, t1067); // right_lower_leg: sums of what it carries
-    t1071 = sin_q_right_hip_pitch * t1070; // right_upper_leg: sums of what it carries
-    t1072 = sin_q_right_knee_pitch * t1066; // right_lower_leg: sums of what it carries
-    t1073 = R::fused(cos_q_right_knee_pitch, t1069, t1072); // right_lower_leg: sums of what it carries
-    t1074 = R::fused(cos_q_right_hip_pitch, t1073, t1071); // right_upper_leg: sums of what it carries
-    t1075 = cos_q_right_hip_yaw * t1074;
-    t1076 = R::fused(-sin_q_right_ankle_roll, t851, t1005); // right_foot: sums of what it carries
-    t1077 = cos_q_right_hip_roll * t1076; // right_hip_roll_link: sums of what it carries
-    t1078 = cos_q_right_hip_pitch * t1070; // right_upper_leg: sums of what it carries
-    t1079 = R::fused(-sin_q_right_hip_pitch, t1073, t1078); // right_upper_leg: sums of what it carries
-    t1080 = R::fused(-sin_q_right_hip_roll, t1079, t1077); // right_hip_roll_link: sums of what it carries
-    t1081 = R::fused(sin_q_right_hip_yaw, t1080, -t1075);
-    set(223, t1081);
-    t1082 = t795 + t730; // right_foot: columns that its parent has too
-    set(217, t1082 - t1081); // right_foot: columns that its parent has too
-    t1084 = sin_q_right_hip_yaw * t1074;
-    t1085 = R::fused(-cos_q_right_hip_yaw, t1080, -t1084);
-    set(224, t1085);
-    t1086 = t797 + t734; // right_foot: columns that its parent has too
-    set(218, t1086 - t1085); // right_foot: columns that its parent has too
-    t1088 = sin_q_right_hip_roll * t1076; // right_hip_roll_link: sums of what it carries
-    t1089 = R::fused(-cos_q_right_hip_roll, t1079, -t1088); // right_hip_roll_link: sums of what it carries
-    set(225, t1089);
-    t1090 = t799 + t738; // right_foot: columns that its parent has too
-    set(219, t1090 - t1089); // right_foot: columns that its parent has too
-    t1092 = sin_q_right_ankle_roll * t853; // right_foot: sums of what it carries
-    t1093 = R::fused(-cos_q_right_ankle_roll, t930, t1092); // right_foot: sums of what it carries
-    t1094 = cos_q_right_ankle_pitch * t1093; // right_ankle: sums of what it carries
-    t1095 = t922 - t845; // right_foot: wrench that its motion needs
-    t1096 = R::fused(sin_q_right_ankle_pitch, t1095, t1094); // right_ankle: sums of what it carries
-    t1097 = cos_q_right_knee_pitch * t1096; // right_lower_leg: sums of what it carries
-    t1098 = sin_q_right_ankle_pitch * t1093; // right_ankle: sums of what it carries
-    t1099 = R::fused(-cos_q_right_ankle_pitch, t1095, t1098); // right_ankle: sums of what it carries
-    t1100 = R::fused(-sin_q_right_knee_pitch, t1099, t1097); // right_lower_leg: sums of what it carries
-    t1101 = sin_q_right_hip_pitch * t1100; // right_upper_leg: sums of what it carries
-    t1102 = sin_q_right_knee_pitch * t1096; // right_lower_leg: sums of what it carries
-    t1103 = R::fused(cos_q_right_knee_pitch, t1099, t1102); // right_lower_leg: sums of what it carries
-    t1104 = R::fused(cos_q_right_hip_pitch, t1103, t1101); // right_upper_leg: sums of what it carries
-    t1105 = cos_q_right_hip_yaw * t1104;
-    t1106 = cos_q_right_ankle_roll * t853; // right_foot: sums of what it carries
-    t1107 = R::fused(sin_q_right_ankle_roll, t930, t1106); // right_foot: sums of what it carries
-    t1108 = cos_q_right_hip_roll * t1107; // right_hip_roll_link: sums of what it carries
-    t1109 = cos_q_right_hip_pitch * t1100; // right_upper_leg: sums of what it carries
-    t1110 = R::fused(-sin_q_right_hip_pitch, t1103, t1109); // right_upper_leg: sums of what it carries
-    t1111 = R::fused(-sin_q_right_hip_roll, t1110, t1108); // right_hip_roll_link: sums of what it carries
-    set(220, R::fused(sin_q_right_hip_yaw, t1111, -t1105));
-    t1113 = sin_q_right_hip_yaw * t1104;
-    set(221, R::fused(-cos_q_right_hip_yaw, t1111, -t1113));
-    t1115 = sin_q_right_hip_roll * t1107; // right_hip_roll_link: sums of what it carries
-    set(222, R::fused(-cos_q_right_hip_roll, t1110, -t1115)); // right_hip_roll_link: sums of what it carries
+    t1024 = R::fused(sin_q_right_ankle_roll, t1010, t836); // right_foot: sums of what it carries
+    t1025 = cos_q_right_hip_roll * t1024; // right_hip_roll_link: sums of what it carries
+    t1026 = cos_q_right_hip_pitch * t1018; // right_upper_leg: sums of what it carries
+    t1027 = R::fused(-sin_q_right_hip_pitch, t1021, t1026); // right_upper_leg: sums of what it carries
+    t1028 = R::fused(-sin_q_right_hip_roll, t1027, t1025); // right_hip_roll_link: sums of what it carries
+    set(211, R::fused(sin_q_right_hip_yaw, t1028, -t1023));
+    t1030 = sin_q_right_hip_yaw * t1022;
+    set(212, R::fused(-cos_q_right_hip_yaw, t1028, -t1030));
+    t1032 = sin_q_right_hip_roll * t1024; // right_hip_roll_link: sums of what it carries
+    set(213, R::fused(-cos_q_right_hip_roll, t1027, -t1032)); // right_hip_roll_link: sums of what it carries
+    t1034 = t838 - t839; // right_foot: wrench that its motion needs
+    t1035 = R::fused(sin_q_right_ankle_roll, t1034, t935); // right_foot: sums of what it carries
+    t1036 = cos_q_right_ankle_pitch * t1035; // right_ankle: sums of what it carries
+    t1037 = t845 + t846; // right_foot: motion
+    t1038 = R::fused(-sin_q_right_ankle_pitch, t1037, t1036); // right_ankle: sums of what it carries
+    t1039 = cos_q_right_knee_pitch * t1038; // right_lower_leg: sums of what it carries
+    t1040 = sin_q_right_ankle_pitch * t1035; // right_ankle: sums of what it carries
+    t1041 = R::fused(cos_q_right_ankle_pitch, t1037, t1040); // right_ankle: sums of what it carries
+    t1042 = R::fused(-sin_q_right_knee_pitch, t1041, t1039); // right_lower_leg: sums of what it carries
+    t1043 = sin_q_right_hip_pitch * t1042; // right_upper_leg: sums of what it carries
+    t1044 = sin_q_right_knee_pitch * t1038; // right_lower_leg: sums of what it carries
+    t1045 = R::fused(cos_q_right_knee_pitch, t1041, t1044); // right_lower_leg: sums of what it carries
+    t1046 = R::fused(cos_q_right_hip_pitch, t1045, t1043); // right_upper_leg: sums of what it carries
+    t1047 = cos_q_right_hip_yaw * t1046;
+    t1048 = R::fused(-cos_q_right_ankle_roll, t1034, t915); // right_foot: sums of what it carries
+    t1049 = cos_q_right_hip_roll * t1048; // right_hip_roll_link: sums of what it carries
+    t1050 = cos_q_right_hip_pitch * t1042; // right_upper_leg: sums of what it carries
+    t1051 = R::fused(-sin_q_right_hip_pitch, t1045, t1050); // right_upper_leg: sums of what it carries
+    t1052 = R::fused(sin_q_right_hip_roll, t1051, t1049); // right_hip_roll_link: sums of what it carries
+    set(214, R::fused(-sin_q_right_hip_yaw, t1052, -t1047));
+    t1054 = sin_q_right_hip_yaw * t1046;
+    set(215, R::fused(cos_q_right_hip_yaw, t1052, -t1054));
+    t1056 = sin_q_right_hip_roll * t1048; // right_hip_roll_link: sums of what it carries
+    set(216, R::fused(-cos_q_right_hip_roll, t1051, t1056)); // right_hip_roll_link: sums of what it carries
+    t1058 = R::fused(cos_q_right_ankle_roll, t845, t986); // right_foot: sums of what it carries
+    t1059 = cos_q_right_ankle_pitch * t1058; // right_ankle: sums of what it carries
+    t1060 = R::fused(-sin_q_right_ankle_pitch, t834, t1059); // right_ankle: sums of what it carries
+    t1061 = cos_q_right_knee_pitch * t1060; // right_lower_leg: sums of what it carries
+    t1062 = sin_q_right_ankle_pitch * t1058; // right_ankle: sums of what it carries
+    t1063 = R::fused(cos_q_right_ankle_pitch, t834, t1062); // right_ankle: sums of what it carries
+    t1064 = R::fused(-sin_q_right_knee_pitch, t1063, t1061); // right_lower_leg: sums of what it carries
+    t1065 = sin_q_right_hip_pitch * t1064; // right_upper_leg: sums of what it carries
+    t1066 = sin_q_right_knee_pitch * t1060; // right_lower_leg: sums of what it carries
+    t1067 = R::fused(cos_q_right_knee_pitch, t1063, t1066); // right_lower_leg: sums of what it carries
+    t1068 = R::fused(cos_q_right_hip_pitch, t1067, t1065); // right_upper_leg: sums of what it carries
+    t1069 = cos_q_right_hip_yaw * t1068;
+    t1070 = R::fused(-sin_q_right_ankle_roll, t845, t999); // right_foot: sums of what it carries
+    t1071 = cos_q_right_hip_roll * t1070; // right_hip_roll_link: sums of what it carries
+    t1072 = cos_q_right_hip_pitch * t1064; // right_upper_leg: sums of what it carries
+    t1073 = R::fused(-sin_q_right_hip_pitch, t1067, t1072); // right_upper_leg: sums of what it carries
+    t1074 = R::fused(-sin_q_right_hip_roll, t1073, t1071); // right_hip_roll_link: sums of what it carries
+    t1075 = R::fused(sin_q_right_hip_yaw, t1074, -t1069);
+    set(223, t1075);
+    t1076 = t789 + t727; // right_foot: columns that its parent has too
+    set(217, t1076 - t1075); // right_foot: columns that its parent has too
+    t1078 = sin_q_right_hip_yaw * t1068;
+    t1079 = R::fused(-cos_q_right_hip_yaw, t1074, -t1078);
+    set(224, t1079);
+    t1080 = t791 + t730; // right_foot: columns that its parent has too
+    set(218, t1080 - t1079); // right_foot: columns that its parent has too
+    t1082 = sin_q_right_hip_roll * t1070; // right_hip_roll_link: sums of what it carries
+    t1083 = R::fused(-cos_q_right_hip_roll, t1073, -t1082); // right_hip_roll_link: sums of what it carries
+    set(225, t1083);
+    t1084 = t793 + t733; // right_foot: columns that its parent has too
+    set(219, t1084 - t1083); // right_foot: columns that its parent has too
+    t1086 = sin_q_right_ankle_roll * t847; // right_foot: sums of what it carries
+    t1087 = R::fused(-cos_q_right_ankle_roll, t924, t1086); // right_foot: sums of what it carries
+    t1088 = cos_q_right_ankle_pitch * t1087; // right_ankle: sums of what it carries
+    t1089 = t916 - t839; // right_foot: wrench that its motion needs
+    t1090 = R::fused(sin_q_right_ankle_pitch, t1089, t1088); // right_ankle: sums of what it carries
+    t1091 = cos_q_right_knee_pitch * t1090; // right_lower_leg: sums of what it carries
+    t1092 = sin_q_right_ankle_pitch * t1087; // right_ankle: sums of what it carries
+    t1093 = R::fused(-cos_q_right_ankle_pitch, t1089, t1092); // right_ankle: sums of what it carries
+    t1094 = R::fused(-sin_q_right_knee_pitch, t1093, t1091); // right_lower_leg: sums of what it carries
+    t1095 = sin_q_right_hip_pitch * t1094; // right_upper_leg: sums of what it carries
+    t1096 = sin_q_right_knee_pitch * t1090; // right_lower_leg: sums of what it carries
+    t1097 = R::fused(cos_q_right_knee_pitch, t1093, t1096); // right_lower_leg: sums of what it carries
+    t1098 = R::fused(cos_q_right_hip_pitch, t1097, t1095); // right_upper_leg: sums of what it carries
+    t1099 = cos_q_right_hip_yaw * t1098;
+    t1100 = cos_q_right_ankle_roll * t847; // right_foot: sums of what it carries
+    t1101 = R::fused(sin_q_right_ankle_roll, t924, t1100); // right_foot: sums of what it carries
+    t1102 = cos_q_right_hip_roll * t1101; // right_hip_roll_link: sums of what it carries
+    t1103 = cos_q_right_hip_pitch * t1094; // right_upper_leg: sums of what it carries
+    t1104 = R::fused(-sin_q_right_hip_pitch, t1097, t1103); // right_upper_leg: sums of what it carries
+    t1105 = R::fused(-sin_q_right_hip_roll, t1104, t1102); // right_hip_roll_link: sums of what it carries
+    set(220, R::fused(sin_q_right_hip_yaw, t1105, -t1099));
+    t1107 = sin_q_right_hip_yaw * t1098;
+    set(221, R::fused(-cos_q_right_hip_yaw, t1105, -t1107));
+    t1109 = sin_q_right_hip_roll * t1101; // right_hip_roll_link: sums of what it carries
+    set(222, R::fused(-cos_q_right_hip_roll, t1104, -t1109)); // right_hip_roll_link: sums of what it carries
     set(0, R::constant(9.81));
     set(1, R::constant(-0.749484));
     set(16, a_right_hip_yaw);

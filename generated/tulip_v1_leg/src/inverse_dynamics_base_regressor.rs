@@ -10,7 +10,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), `right_hip_yaw` to `right_ankle_roll`; N m.
 /// Columns: the rows of [`base_parameters`](fn@super::base_parameters).
 /// Source: (5.2).
-/// 737 operations: 101 add, 182 mul, 227 fused, 5 sin_cos.
+/// 731 operations: 97 add, 184 mul, 225 fused, 5 sin_cos.
 ///
 /// Most entries are always zero: [`inverse_dynamics_base_regressor_nonzeros`] computes the others alone.
 #[inline]
@@ -38,7 +38,7 @@ pub fn inverse_dynamics_base_regressor_into<R: Real>(
 /// The 141 of 216 entries of [`inverse_dynamics_base_regressor`] that are not always zero.
 ///
 /// Column after column, in each by row: [`INVERSE_DYNAMICS_BASE_REGRESSOR_SPARSITY`] says where each one stands.
-/// 737 operations: 101 add, 182 mul, 227 fused, 5 sin_cos.
+/// 731 operations: 97 add, 184 mul, 225 fused, 5 sin_cos.
 #[inline]
 pub fn inverse_dynamics_base_regressor_nonzeros<R: Real>(
     q: &SVector<R, NQ>,
@@ -136,80 +136,82 @@ pub(super) fn inverse_dynamics_base_regressor_nonzeros_program<R: Real>(
         q_right_hip_roll, q_right_hip_pitch, q_right_knee_pitch, q_right_ankle_pitch, q_right_ankle_roll,
     ]);
     let (
-        t0, t1, t2, t3, t4, t5, t7, t8, t9, t10, t11, t12, t13, t14, t15, t17, t18, t19, t20, t21, t22, t23, t24, t25,
-        t26, t29, t30, t31, t32, t35, t38, t41, t42, t43, t44, t45, t46, t47, t48, t49, t50, t51, t52, t53, t54, t55,
-        t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t73, t74, t75, t76, t77, t78,
-        t79, t80, t81, t82, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t96, t97, t98, t99, t100, t101, t102,
-        t103, t104, t106, t107, t108, t109, t110, t111, t112, t113, t114, t116, t117, t118, t119, t122, t123, t124,
+        t0, t1, t2, t3, t4, t5, t6, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t19, t20, t21, t22, t23, t24, t25,
+        t26, t27, t28, t30, t31, t32, t33, t35, t38, t41, t42, t43, t44, t45, t46, t47, t48, t49, t50, t51, t52, t53,
+        t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t73, t74, t75, t76,
+        t77, t78, t79, t80, t81, t82, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t96, t97, t98, t99, t100,
+        t101, t102, t103, t104, t106, t107, t108, t109, t110, t112, t113, t116, t117, t118, t119, t122, t123, t124,
         t125, t127, t129, t130, t133, t134, t135, t136, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148,
         t149, t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166,
         t167, t168, t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t180, t181, t182, t183, t185, t186,
         t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204,
-        t205, t206, t208, t209, t210, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224,
-        t225, t226, t229, t230, t231, t232, t234, t236, t237, t240, t241, t242, t243, t246, t247, t248, t249, t250,
-        t251, t252, t253, t254, t255,
+        t205, t206, t208, t209, t210, t212, t213, t214, t215, t217, t218, t220, t221, t222, t223, t224, t227, t228,
+        t229, t230, t232, t234, t235, t238, t239, t240, t241, t244, t245, t246, t247, t248, t249, t250, t251, t252,
+        t253, t254, t255,
     );
     t0 = a_right_hip_yaw * R::constant(0.035); // right_hip_roll_link: motion
     t1 = cos_q_right_hip_roll * t0; // right_hip_roll_link: wrench of a unit parameter
     // right_hip_roll_link: motion
     t2 = sin_q_right_hip_roll * v_right_hip_yaw;
     t3 = t2 * v_right_hip_roll;
-    t4 = R::fused(cos_q_right_hip_roll, a_right_hip_yaw, -t3);
-    t5 = t3 - t4;
-    set(1, R::fused(R::constant(0.035), t5, -t1)); // right_hip_roll_link: wrench of a unit parameter
-    t7 = v_right_hip_yaw * v_right_hip_yaw; // right_hip_yaw_link: motion
-    t8 = t7 * R::constant(0.035);
-    t9 = sin_q_right_hip_roll * t8;
-    t10 = R::fused(cos_q_right_hip_roll, R::constant(9.81), -t9);
-    set(2, t10);
-    t11 = sin_q_right_hip_roll * t0; // right_hip_roll_link: wrench of a unit parameter
-    t12 = cos_q_right_hip_roll * v_right_hip_yaw;
-    t13 = t12 * v_right_hip_roll;
-    t14 = R::fused(sin_q_right_hip_roll, a_right_hip_yaw, t13);
-    t15 = t13 + t14;
-    set(3, R::fused(R::constant(0.035), t15, t11)); // right_hip_roll_link: wrench of a unit parameter
-    t17 = cos_q_right_hip_roll * t8;
-    t18 = R::fused(-sin_q_right_hip_roll, R::constant(9.81), -t17);
-    set(4, t18);
-    t19 = sin_q_right_hip_roll * t13; // right_hip_roll_link: wrench of a unit parameter
-    t20 = R::fused(-cos_q_right_hip_roll, t3, t19); // right_hip_roll_link: wrench of a unit parameter
-    set(5, t20);
-    t21 = t2 * t12;
-    t22 = a_right_hip_roll + t21;
-    t23 = sin_q_right_hip_roll * t22; // right_hip_roll_link: wrench of a unit parameter
-    t24 = v_right_hip_roll * v_right_hip_roll;
-    t25 = t2 * t2;
-    t26 = t24 - t25; // right_hip_roll_link: wrench of a unit parameter
-    set(7, R::fused(cos_q_right_hip_roll, t26, t23)); // right_hip_roll_link: wrench of a unit parameter
-    set(8, t14 - t13);
-    t29 = a_right_hip_roll - t21;
-    t30 = cos_q_right_hip_roll * t29; // right_hip_roll_link: wrench of a unit parameter
-    t31 = t12 * t12;
-    t32 = t24 - t31; // right_hip_roll_link: wrench of a unit parameter
-    set(9, R::fused(-sin_q_right_hip_roll, t32, t30)); // right_hip_roll_link: wrench of a unit parameter
-    set(10, t3 + t4);
-    t35 = R::fused(-cos_q_right_hip_roll, t4, t19); // right_hip_roll_link: wrench of a unit parameter
+    t4 = cos_q_right_hip_roll * a_right_hip_yaw;
+    set(10, t4);
+    t5 = t4 - t3;
+    t6 = t3 - t5;
+    set(1, R::fused(R::constant(0.035), t6, -t1)); // right_hip_roll_link: wrench of a unit parameter
+    t8 = v_right_hip_yaw * v_right_hip_yaw; // right_hip_yaw_link: motion
+    t9 = t8 * R::constant(0.035);
+    t10 = sin_q_right_hip_roll * t9;
+    t11 = R::fused(cos_q_right_hip_roll, R::constant(9.81), -t10);
+    set(2, t11);
+    t12 = sin_q_right_hip_roll * t0; // right_hip_roll_link: wrench of a unit parameter
+    t13 = cos_q_right_hip_roll * v_right_hip_yaw;
+    t14 = t13 * v_right_hip_roll;
+    t15 = sin_q_right_hip_roll * a_right_hip_yaw;
+    set(8, t15);
+    t16 = t15 + t14;
+    t17 = t14 + t16;
+    set(3, R::fused(R::constant(0.035), t17, t12)); // right_hip_roll_link: wrench of a unit parameter
+    t19 = cos_q_right_hip_roll * t9;
+    t20 = R::fused(-sin_q_right_hip_roll, R::constant(9.81), -t19);
+    set(4, t20);
+    t21 = sin_q_right_hip_roll * t14; // right_hip_roll_link: wrench of a unit parameter
+    t22 = R::fused(-cos_q_right_hip_roll, t3, t21); // right_hip_roll_link: wrench of a unit parameter
+    set(5, t22);
+    t23 = t2 * t13;
+    t24 = a_right_hip_roll + t23;
+    t25 = sin_q_right_hip_roll * t24; // right_hip_roll_link: wrench of a unit parameter
+    t26 = v_right_hip_roll * v_right_hip_roll;
+    t27 = t2 * t2;
+    t28 = t26 - t27; // right_hip_roll_link: wrench of a unit parameter
+    set(7, R::fused(cos_q_right_hip_roll, t28, t25)); // right_hip_roll_link: wrench of a unit parameter
+    t30 = a_right_hip_roll - t23;
+    t31 = cos_q_right_hip_roll * t30; // right_hip_roll_link: wrench of a unit parameter
+    t32 = t13 * t13;
+    t33 = t26 - t32; // right_hip_roll_link: wrench of a unit parameter
+    set(9, R::fused(-sin_q_right_hip_roll, t33, t31)); // right_hip_roll_link: wrench of a unit parameter
+    t35 = R::fused(-cos_q_right_hip_roll, t5, t21); // right_hip_roll_link: wrench of a unit parameter
     set(11, a_right_hip_yaw + t35); // right_hip_roll_link: columns that its parent has too
-    set(12, -t21);
-    t38 = sin_q_right_hip_roll * t5; // right_hip_roll_link: wrench of a unit parameter
-    set(13, R::fused(cos_q_right_hip_roll, t15, -t38)); // right_hip_roll_link: wrench of a unit parameter
-    set(14, t25 - t31); // right_hip_roll_link: wrench of a unit parameter
-    t41 = t22 * R::constant(0.055); // right_upper_leg: motion
-    t42 = t24 + t25;
+    set(12, -t23);
+    t38 = sin_q_right_hip_roll * t6; // right_hip_roll_link: wrench of a unit parameter
+    set(13, R::fused(cos_q_right_hip_roll, t17, -t38)); // right_hip_roll_link: wrench of a unit parameter
+    set(14, t27 - t32); // right_hip_roll_link: wrench of a unit parameter
+    t41 = t24 * R::constant(0.055); // right_upper_leg: motion
+    t42 = t26 + t27;
     // right_upper_leg: motion
     t43 = R::fused(-t42, R::constant(0.04), t41);
-    t44 = t43 - t10;
+    t44 = t43 - t11;
     t45 = cos_q_right_hip_pitch * t44;
-    t46 = t5 * R::constant(0.055);
-    t47 = R::fused(t15, R::constant(0.04), t46);
+    t46 = t6 * R::constant(0.055);
+    t47 = R::fused(t17, R::constant(0.04), t46);
     t48 = t0 - t47;
     t49 = R::fused(-sin_q_right_hip_pitch, t48, t45);
     set(17, t49);
-    t50 = t14 + a_right_hip_pitch;
+    t50 = t16 + a_right_hip_pitch;
     set(32, t50);
-    t51 = cos_q_right_hip_pitch * t12;
+    t51 = cos_q_right_hip_pitch * t13;
     t52 = R::fused(sin_q_right_hip_pitch, v_right_hip_roll, t51);
-    t53 = sin_q_right_hip_pitch * t12;
+    t53 = sin_q_right_hip_pitch * t13;
     t54 = R::fused(-cos_q_right_hip_pitch, v_right_hip_roll, t53);
     t55 = t52 * t54;
     t56 = t50 + t55;
@@ -221,10 +223,10 @@ pub(super) fn inverse_dynamics_base_regressor_nonzeros_program<R: Real>(
     t62 = R::fused(cos_q_right_hip_pitch, t61, t57); // right_upper_leg: wrench of a unit parameter
     t63 = R::fused(R::constant(0.04), t62, t49); // right_upper_leg: wrench of a unit parameter
     t64 = sin_q_right_hip_roll * t63; // right_upper_leg: wrench of a unit parameter
-    t65 = t24 + t31; // right_hip_roll_link: motion
+    t65 = t26 + t32; // right_hip_roll_link: motion
     t66 = t65 * R::constant(0.055);
-    t67 = R::fused(t29, R::constant(0.04), t66);
-    t68 = t67 - t18;
+    t67 = R::fused(t30, R::constant(0.04), t66);
+    t68 = t67 - t20;
     // right_upper_leg: wrench of a unit parameter
     t69 = cos_q_right_hip_pitch * t68;
     t70 = R::fused(R::constant(-0.055), t62, t69);
@@ -235,7 +237,7 @@ pub(super) fn inverse_dynamics_base_regressor_nonzeros_program<R: Real>(
     t75 = R::fused(-sin_q_right_hip_pitch, t61, t74);
     t76 = R::constant(0.055) * t75;
     // right_upper_leg: motion
-    t77 = cos_q_right_hip_pitch * t4;
+    t77 = cos_q_right_hip_pitch * t5;
     t78 = R::fused(sin_q_right_hip_pitch, a_right_hip_roll, t77);
     t79 = R::fused(-t54, v_right_hip_pitch, t78);
     t80 = t54 * t58;
@@ -260,7 +262,7 @@ pub(super) fn inverse_dynamics_base_regressor_nonzeros_program<R: Real>(
     t97 = R::fused(cos_q_right_hip_pitch, t89, t96);
     t98 = R::constant(0.055) * t97;
     // right_upper_leg: motion
-    t99 = sin_q_right_hip_pitch * t4;
+    t99 = sin_q_right_hip_pitch * t5;
     t100 = R::fused(-cos_q_right_hip_pitch, a_right_hip_roll, t99);
     t101 = R::fused(t52, v_right_hip_pitch, t100);
     t102 = t52 * t58;
@@ -272,13 +274,11 @@ pub(super) fn inverse_dynamics_base_regressor_nonzeros_program<R: Real>(
     t107 = sin_q_right_hip_pitch * t102;
     t108 = R::fused(-cos_q_right_hip_pitch, t79, t107);
     t109 = R::fused(-cos_q_right_hip_roll, t108, t106);
-    t110 = t20 - t35; // right_upper_leg: columns that its parent has too
-    t111 = t110 - t109; // right_upper_leg: columns that its parent has too
-    set(21, t111);
+    t110 = t22 - t35; // right_upper_leg: columns that its parent has too
+    set(21, t110 - t109); // right_upper_leg: columns that its parent has too
     t112 = cos_q_right_hip_pitch * t102;
     t113 = R::fused(sin_q_right_hip_pitch, t79, t112);
-    t114 = t22 - t113; // right_upper_leg: columns that its parent has too
-    set(22, t114);
+    set(22, t24 - t113); // right_upper_leg: columns that its parent has too
     set(23, -t55); // right_upper_leg: motion
     t116 = t102 - t101; // right_upper_leg: motion
     set(26, t116);
@@ -395,392 +395,386 @@ pub(super) fn inverse_dynamics_base_regressor_nonzeros_program<R: Real>(
     t213 = t145 * t202;
     t214 = R::fused(-t155, t173, t213);
     t215 = R::fused(-cos_q_right_hip_roll, t214, t212);
-    t216 = t109 + t111; // right_lower_leg: columns that its parent has too
-    t217 = t216 - t215; // right_lower_leg: columns that its parent has too
-    set(44, t217);
-    t218 = t155 * t202;
-    t219 = R::fused(t145, t173, t218);
-    t220 = t113 + t114; // right_lower_leg: columns that its parent has too
-    t221 = t220 - t219; // right_lower_leg: columns that its parent has too
-    set(45, t221);
-    t222 = -t151; // right_lower_leg: motion
-    set(46, t222);
-    set(47, t222);
-    t223 = t202 - t201; // right_lower_leg: motion
-    set(50, t223);
-    set(51, t223);
-    t224 = sin_q_right_hip_roll * t223;
-    t225 = t189 - t157;
-    t226 = R::fused(-t155, t225, t153);
-    set(48, R::fused(-cos_q_right_hip_roll, t226, t224));
-    set(49, R::fused(t145, t225, t163));
-    t229 = t158 - t189;
-    set(54, t229);
-    set(55, t229);
-    t230 = sin_q_right_hip_roll * t229;
-    t231 = t155 * t203;
-    t232 = R::fused(t145, t175, t231);
-    set(52, R::fused(-cos_q_right_hip_roll, t232, t230));
-    t234 = t145 * t203;
-    set(53, R::fused(t155, t175, -t234));
-    t236 = sin_q_right_hip_roll * t146;
-    t237 = R::fused(t155, t174, -t213);
-    set(56, R::fused(-cos_q_right_hip_roll, t237, t236));
-    set(57, R::fused(-t145, t174, -t218));
-    t240 = t173 + t174; // right_lower_leg: motion
-    set(62, t240);
-    set(63, t240);
-    t241 = sin_q_right_hip_roll * t240;
-    t242 = t157 - t158;
-    t243 = R::fused(-t145, t242, t188);
-    set(60, R::fused(cos_q_right_hip_roll, t243, t241));
-    set(61, R::fused(t155, t242, t193));
+    set(44, t110 - t215); // right_lower_leg: columns that its parent has too
+    t217 = t155 * t202;
+    t218 = R::fused(t145, t173, t217);
+    set(45, t24 - t218); // right_lower_leg: columns that its parent has too
+    t220 = -t151; // right_lower_leg: motion
+    set(46, t220);
+    set(47, t220);
+    t221 = t202 - t201; // right_lower_leg: motion
+    set(50, t221);
+    set(51, t221);
+    t222 = sin_q_right_hip_roll * t221;
+    t223 = t189 - t157;
+    t224 = R::fused(-t155, t223, t153);
+    set(48, R::fused(-cos_q_right_hip_roll, t224, t222));
+    set(49, R::fused(t145, t223, t163));
+    t227 = t158 - t189;
+    set(54, t227);
+    set(55, t227);
+    t228 = sin_q_right_hip_roll * t227;
+    t229 = t155 * t203;
+    t230 = R::fused(t145, t175, t229);
+    set(52, R::fused(-cos_q_right_hip_roll, t230, t228));
+    t232 = t145 * t203;
+    set(53, R::fused(t155, t175, -t232));
+    t234 = sin_q_right_hip_roll * t146;
+    t235 = R::fused(t155, t174, -t213);
+    set(56, R::fused(-cos_q_right_hip_roll, t235, t234));
+    set(57, R::fused(-t145, t174, -t217));
+    t238 = t173 + t174; // right_lower_leg: motion
+    set(62, t238);
+    set(63, t238);
+    t239 = sin_q_right_hip_roll * t238;
+    t240 = t157 - t158;
+    t241 = R::fused(-t145, t240, t188);
+    set(60, R::fused(cos_q_right_hip_roll, t241, t239));
+    set(61, R::fused(t155, t240, t193));
     // right_ankle: motion
-    t246 = R::fused(-t190, R::constant(0.273), t142);
-    t247 = cos_q_right_ankle_pitch * t246;
-    t248 = R::fused(-t187, R::constant(0.273), t186);
-    t249 = R::fused(-sin_q_right_ankle_pitch, t248, t247);
-    set(68, t249);
-    t250 = t155 * R::constant(0.273); // right_ankle: wrench of a unit parameter
-    t251 = t145 * cos_q_right_ankle_pitch; // right_ankle: turn by parallel axes
-    t252 = R::fused(t155, sin_q_right_ankle_pitch, t251); // right_ankle: turn by parallel axes
-    t253 = t146 + a_right_ankle_pitch;
-    set(91, t253);
-    set(92, t253);
-    set(93, t253);
-    t254 = cos_q_right_ankle_pitch * t148;
-    t255 = R::fused(-sin_q_right_ankle_pitch, t150, t254);
+    t244 = R::fused(-t190, R::constant(0.273), t142);
+    t245 = cos_q_right_ankle_pitch * t244;
+    t246 = R::fused(-t187, R::constant(0.273), t186);
+    t247 = R::fused(-sin_q_right_ankle_pitch, t246, t245);
+    set(68, t247);
+    t248 = t155 * R::constant(0.273); // right_ankle: wrench of a unit parameter
+    t249 = t145 * cos_q_right_ankle_pitch; // right_ankle: turn by parallel axes
+    t250 = R::fused(t155, sin_q_right_ankle_pitch, t249); // right_ankle: turn by parallel axes
+    t251 = t146 + a_right_ankle_pitch;
+    set(91, t251);
+    set(92, t251);
+    set(93, t251);
+    t252 = cos_q_right_ankle_pitch * t148;
+    t253 = R::fused(-sin_q_right_ankle_pitch, t150, t252);
+    t254 = sin_q_right_ankle_pitch * t148;
+    t255 = R::fused(cos_q_right_ankle_pitch, t150, t254);
     let (
         t256, t257, t258, t259, t260, t261, t262, t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273,
-        t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t291, t292,
-        t293, t294, t295, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311,
-        t312, t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t324, t325, t326, t327, t329, t330, t331,
-        t332, t333, t335, t336, t337, t339, t340, t341, t342, t343, t346, t347, t348, t349, t351, t353, t354, t355,
-        t356, t357, t358, t359, t360, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375,
+        t274, t275, t276, t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t289, t290, t291, t292,
+        t293, t295, t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311,
+        t312, t313, t314, t315, t316, t317, t318, t319, t320, t322, t323, t324, t325, t327, t328, t329, t330, t332,
+        t333, t335, t336, t337, t338, t339, t342, t343, t344, t345, t347, t349, t350, t351, t352, t353, t354, t355,
+        t356, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372, t373, t374, t375,
         t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390, t391, t392, t393,
-        t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406, t407, t408, t409, t411, t412,
-        t413, t414, t415, t416, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431,
-        t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449,
-        t450, t451, t453, t454, t455, t456, t457, t458, t460, t461, t462, t463, t464, t465, t466, t468, t470, t471,
-        t472, t473, t474, t475, t476, t478, t480, t481, t482, t483, t484, t485, t486, t488, t491, t492, t493, t494,
-        t495, t496, t497, t499, t500, t501, t503, t504, t505, t506, t507, t508, t509, t510, t511,
+        t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t407, t408, t409, t410, t411, t412,
+        t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424, t425, t426, t427, t428, t429, t430, t431,
+        t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t449, t450,
+        t451, t452, t453, t454, t456, t457, t458, t459, t460, t461, t462, t464, t466, t467, t468, t469, t470, t471,
+        t472, t474, t476, t477, t478, t479, t480, t481, t482, t484, t487, t488, t489, t490, t491, t492, t493, t495,
+        t496, t497, t499, t500, t501, t502, t503, t504, t505, t506, t507, t509,
     );
-    t256 = sin_q_right_ankle_pitch * t148;
-    t257 = R::fused(cos_q_right_ankle_pitch, t150, t256);
-    t258 = t255 * t257;
-    t259 = t253 + t258;
-    t260 = t252 * t259; // right_ankle: wrench of a unit parameter
-    t261 = t155 * cos_q_right_ankle_pitch; // right_ankle: turn by parallel axes
-    t262 = R::fused(-t145, sin_q_right_ankle_pitch, t261); // right_ankle: turn by parallel axes
-    t263 = t156 + v_right_ankle_pitch;
-    t264 = t263 * t263;
-    t265 = t255 * t255;
-    t266 = t264 + t265;
+    t256 = t253 * t255;
+    t257 = t251 + t256;
+    t258 = t250 * t257; // right_ankle: wrench of a unit parameter
+    t259 = t155 * cos_q_right_ankle_pitch; // right_ankle: turn by parallel axes
+    t260 = R::fused(-t145, sin_q_right_ankle_pitch, t259); // right_ankle: turn by parallel axes
+    t261 = t156 + v_right_ankle_pitch;
+    t262 = t261 * t261;
+    t263 = t253 * t253;
+    t264 = t262 + t263;
     // right_ankle: wrench of a unit parameter
-    t267 = R::fused(t262, t266, t260);
-    t268 = t250 * t267;
-    t269 = t145 * R::constant(0.273);
-    t270 = t262 * t259;
-    t271 = R::fused(-t252, t266, t270);
-    t272 = R::fused(-t269, t271, t268);
-    t273 = t249 + t272;
-    set(67, t273);
-    t274 = t143 * t267;
-    t275 = R::fused(-t162, t271, t274);
-    t276 = t273 + t275;
-    set(66, t276);
-    t277 = R::fused(R::constant(0.04), t267, t276);
-    t278 = sin_q_right_hip_roll * t277;
-    t279 = R::fused(-t203, R::constant(0.273), t169); // right_ankle: motion
-    t280 = t262 * t279;
+    t265 = R::fused(t260, t264, t258);
+    t266 = t248 * t265;
+    t267 = t145 * R::constant(0.273);
+    t268 = t260 * t257;
+    t269 = R::fused(-t250, t264, t268);
+    t270 = R::fused(-t267, t269, t266);
+    t271 = t247 + t270;
+    set(67, t271);
+    t272 = t143 * t265;
+    t273 = R::fused(-t162, t269, t272);
+    t274 = t271 + t273;
+    set(66, t274);
+    t275 = R::fused(R::constant(0.04), t265, t274);
+    t276 = sin_q_right_hip_roll * t275;
+    t277 = R::fused(-t203, R::constant(0.273), t169); // right_ankle: motion
+    t278 = t260 * t277;
     // right_ankle: motion
-    t281 = cos_q_right_ankle_pitch * t173;
-    t282 = R::fused(-sin_q_right_ankle_pitch, t201, t281);
-    t283 = R::fused(-t257, v_right_ankle_pitch, t282);
-    t284 = t257 * t263;
-    t285 = t283 - t284;
+    t279 = cos_q_right_ankle_pitch * t173;
+    t280 = R::fused(-sin_q_right_ankle_pitch, t201, t279);
+    t281 = R::fused(-t255, v_right_ankle_pitch, t280);
+    t282 = t255 * t261;
+    t283 = t281 - t282;
     // right_ankle: wrench of a unit parameter
-    t286 = R::fused(-t285, t269, t280);
-    t287 = R::fused(-t162, t285, t286);
-    t288 = R::fused(R::constant(-0.055), t267, t287);
-    t289 = R::fused(cos_q_right_hip_roll, t288, t278);
-    set(64, R::fused(R::constant(-0.035), t267, t289));
-    t291 = t252 * t279;
-    t292 = R::fused(t285, t250, t291);
-    t293 = R::fused(t143, t285, t292);
-    t294 = R::constant(0.055) * t271;
-    t295 = R::fused(R::constant(0.04), t285, t294);
-    set(65, t293 + t295);
-    t297 = sin_q_right_ankle_pitch * t246; // right_ankle: motion
-    t298 = R::fused(cos_q_right_ankle_pitch, t248, t297); // right_ankle: motion
-    set(73, t298);
-    t299 = t253 - t258; // right_ankle: motion
-    t300 = t262 * t299;
-    t301 = t257 * t257; // right_ankle: motion
-    t302 = t301 + t264; // right_ankle: motion
-    t303 = R::fused(t252, t302, -t300);
-    t304 = t250 * t303;
-    t305 = t252 * t299;
-    t306 = R::fused(t262, t302, t305);
-    t307 = R::fused(-t269, t306, t304);
-    t308 = t298 + t307;
-    set(72, t308);
-    t309 = t143 * t303;
-    t310 = R::fused(-t162, t306, t309);
-    t311 = t308 + t310;
-    set(71, t311);
-    t312 = R::fused(R::constant(0.04), t303, t311);
-    t313 = sin_q_right_hip_roll * t312;
+    t284 = R::fused(-t283, t267, t278);
+    t285 = R::fused(-t162, t283, t284);
+    t286 = R::fused(R::constant(-0.055), t265, t285);
+    t287 = R::fused(cos_q_right_hip_roll, t286, t276);
+    set(64, R::fused(R::constant(-0.035), t265, t287));
+    t289 = t250 * t277;
+    t290 = R::fused(t283, t248, t289);
+    t291 = R::fused(t143, t283, t290);
+    t292 = R::constant(0.055) * t269;
+    t293 = R::fused(R::constant(0.04), t283, t292);
+    set(65, t291 + t293);
+    t295 = sin_q_right_ankle_pitch * t244; // right_ankle: motion
+    t296 = R::fused(cos_q_right_ankle_pitch, t246, t295); // right_ankle: motion
+    set(73, t296);
+    t297 = t251 - t256; // right_ankle: motion
+    t298 = t260 * t297;
+    t299 = t255 * t255; // right_ankle: motion
+    t300 = t299 + t262; // right_ankle: motion
+    t301 = R::fused(t250, t300, -t298);
+    t302 = t248 * t301;
+    t303 = t250 * t297;
+    t304 = R::fused(t260, t300, t303);
+    t305 = R::fused(-t267, t304, t302);
+    t306 = t296 + t305;
+    set(72, t306);
+    t307 = t143 * t301;
+    t308 = R::fused(-t162, t304, t307);
+    t309 = t306 + t308;
+    set(71, t309);
+    t310 = R::fused(R::constant(0.04), t301, t309);
+    t311 = sin_q_right_hip_roll * t310;
     // right_ankle: motion
-    t314 = sin_q_right_ankle_pitch * t173;
-    t315 = R::fused(cos_q_right_ankle_pitch, t201, t314);
-    t316 = R::fused(t255, v_right_ankle_pitch, t315);
-    t317 = t255 * t263;
-    t318 = t316 + t317;
+    t312 = sin_q_right_ankle_pitch * t173;
+    t313 = R::fused(cos_q_right_ankle_pitch, t201, t312);
+    t314 = R::fused(t253, v_right_ankle_pitch, t313);
+    t315 = t253 * t261;
+    t316 = t314 + t315;
     // right_ankle: wrench of a unit parameter
-    t319 = R::fused(-t318, t269, t291);
-    t320 = R::fused(-t162, t318, t319);
-    t321 = R::fused(R::constant(-0.055), t303, t320);
-    t322 = R::fused(cos_q_right_hip_roll, t321, t313);
-    set(69, R::fused(R::constant(-0.035), t303, t322));
-    t324 = R::fused(-t318, t250, t280);
-    t325 = R::fused(-t143, t318, t324);
-    t326 = R::constant(0.055) * t306;
-    t327 = R::fused(R::constant(0.04), t318, t326);
-    set(70, t327 - t325);
-    t329 = sin_q_right_hip_roll * t258;
-    t330 = t252 * t317;
-    t331 = R::fused(-t262, t283, t330);
-    t332 = R::fused(-cos_q_right_hip_roll, t331, t329);
-    t333 = t215 + t217; // right_ankle: columns that its parent has too
-    set(74, t333 - t332); // right_ankle: columns that its parent has too
-    t335 = t262 * t317;
-    t336 = R::fused(t252, t283, t335);
-    t337 = t219 + t221; // right_ankle: columns that its parent has too
-    set(75, t337 - t336); // right_ankle: columns that its parent has too
-    t339 = -t258; // right_ankle: motion
-    set(76, t339);
-    set(77, t339);
-    set(78, t339);
-    t340 = t317 - t316; // right_ankle: motion
-    set(81, t340);
-    set(82, t340);
-    set(83, t340);
-    t341 = sin_q_right_hip_roll * t340;
-    t342 = t301 - t264;
-    t343 = R::fused(-t262, t342, t260);
-    set(79, R::fused(-cos_q_right_hip_roll, t343, t341));
-    set(80, R::fused(t252, t342, t270));
-    t346 = t265 - t301;
-    set(86, t346);
-    set(87, t346);
-    set(88, t346);
-    t347 = sin_q_right_hip_roll * t346;
-    t348 = t262 * t318;
-    t349 = R::fused(t252, t285, t348);
-    set(84, R::fused(-cos_q_right_hip_roll, t349, t347));
-    t351 = t252 * t318;
-    set(85, R::fused(t262, t285, -t351));
-    t353 = sin_q_right_hip_roll * t253;
-    t354 = R::fused(t262, t284, -t330);
-    t355 = R::fused(-cos_q_right_hip_roll, t354, t353);
-    set(89, t355);
-    t356 = R::fused(-t252, t284, -t335);
-    set(90, t356);
-    t357 = t283 + t284; // right_ankle: motion
-    set(96, t357);
-    set(97, t357);
-    set(98, t357);
-    t358 = sin_q_right_hip_roll * t357;
-    t359 = t264 - t265;
-    t360 = R::fused(-t252, t359, t300);
-    set(94, R::fused(cos_q_right_hip_roll, t360, t358));
-    set(95, R::fused(t262, t359, t305));
-    t363 = R::fused(-t299, R::constant(0.037), t298); // right_foot: motion
-    t364 = sin_q_right_ankle_roll * t363; // right_foot: wrench of a unit parameter
+    t317 = R::fused(-t316, t267, t289);
+    t318 = R::fused(-t162, t316, t317);
+    t319 = R::fused(R::constant(-0.055), t301, t318);
+    t320 = R::fused(cos_q_right_hip_roll, t319, t311);
+    set(69, R::fused(R::constant(-0.035), t301, t320));
+    t322 = R::fused(-t316, t248, t278);
+    t323 = R::fused(-t143, t316, t322);
+    t324 = R::constant(0.055) * t304;
+    t325 = R::fused(R::constant(0.04), t316, t324);
+    set(70, t325 - t323);
+    t327 = sin_q_right_hip_roll * t256;
+    t328 = t250 * t315;
+    t329 = R::fused(-t260, t281, t328);
+    t330 = R::fused(-cos_q_right_hip_roll, t329, t327);
+    set(74, t110 - t330); // right_ankle: columns that its parent has too
+    t332 = t260 * t315;
+    t333 = R::fused(t250, t281, t332);
+    set(75, t24 - t333); // right_ankle: columns that its parent has too
+    t335 = -t256; // right_ankle: motion
+    set(76, t335);
+    set(77, t335);
+    set(78, t335);
+    t336 = t315 - t314; // right_ankle: motion
+    set(81, t336);
+    set(82, t336);
+    set(83, t336);
+    t337 = sin_q_right_hip_roll * t336;
+    t338 = t299 - t262;
+    t339 = R::fused(-t260, t338, t258);
+    set(79, R::fused(-cos_q_right_hip_roll, t339, t337));
+    set(80, R::fused(t250, t338, t268));
+    t342 = t263 - t299;
+    set(86, t342);
+    set(87, t342);
+    set(88, t342);
+    t343 = sin_q_right_hip_roll * t342;
+    t344 = t260 * t316;
+    t345 = R::fused(t250, t283, t344);
+    set(84, R::fused(-cos_q_right_hip_roll, t345, t343));
+    t347 = t250 * t316;
+    set(85, R::fused(t260, t283, -t347));
+    t349 = sin_q_right_hip_roll * t251;
+    t350 = R::fused(t260, t282, -t328);
+    t351 = R::fused(-cos_q_right_hip_roll, t350, t349);
+    set(89, t351);
+    t352 = R::fused(-t250, t282, -t332);
+    set(90, t352);
+    t353 = t281 + t282; // right_ankle: motion
+    set(96, t353);
+    set(97, t353);
+    set(98, t353);
+    t354 = sin_q_right_hip_roll * t353;
+    t355 = t262 - t263;
+    t356 = R::fused(-t250, t355, t298);
+    set(94, R::fused(cos_q_right_hip_roll, t356, t354));
+    set(95, R::fused(t260, t355, t303));
+    t359 = R::fused(-t297, R::constant(0.037), t296); // right_foot: motion
+    t360 = sin_q_right_ankle_roll * t359; // right_foot: wrench of a unit parameter
     // right_foot: motion
-    t365 = sin_q_right_ankle_roll * t253;
-    t366 = R::fused(-cos_q_right_ankle_roll, t283, t365);
-    t367 = cos_q_right_ankle_roll * t263;
-    t368 = R::fused(sin_q_right_ankle_roll, t255, t367);
-    t369 = R::fused(t368, v_right_ankle_roll, t366);
-    t370 = t257 - v_right_ankle_roll;
-    t371 = t368 * t370;
-    t372 = t369 - t371;
-    t373 = R::fused(R::constant(-0.037), t372, t364); // right_foot: wrench of a unit parameter
-    set(103, t373);
-    t374 = a_right_ankle_roll - t316;
-    set(116, t374);
-    t375 = sin_q_right_ankle_roll * t263;
-    t376 = R::fused(-cos_q_right_ankle_roll, t255, t375);
-    t377 = t368 * t376;
-    set(134, t377);
-    t378 = t377 - t374;
-    t379 = cos_q_right_ankle_roll * t378; // right_foot: wrench of a unit parameter
-    t380 = t370 * t370;
-    t381 = t376 * t376;
-    t382 = t380 + t381;
+    t361 = sin_q_right_ankle_roll * t251;
+    t362 = R::fused(-cos_q_right_ankle_roll, t281, t361);
+    t363 = cos_q_right_ankle_roll * t261;
+    t364 = R::fused(sin_q_right_ankle_roll, t253, t363);
+    t365 = R::fused(t364, v_right_ankle_roll, t362);
+    t366 = t255 - v_right_ankle_roll;
+    t367 = t364 * t366;
+    t368 = t365 - t367;
+    t369 = R::fused(R::constant(-0.037), t368, t360); // right_foot: wrench of a unit parameter
+    set(103, t369);
+    t370 = a_right_ankle_roll - t314;
+    set(116, t370);
+    t371 = sin_q_right_ankle_roll * t261;
+    t372 = R::fused(-cos_q_right_ankle_roll, t253, t371);
+    t373 = t364 * t372;
+    set(134, t373);
+    t374 = t373 - t370;
+    t375 = cos_q_right_ankle_roll * t374; // right_foot: wrench of a unit parameter
+    t376 = t366 * t366;
+    t377 = t372 * t372;
+    t378 = t376 + t377;
     // right_foot: wrench of a unit parameter
-    t383 = R::fused(sin_q_right_ankle_roll, t382, t379);
-    t384 = t252 * t383;
-    t385 = R::fused(-t262, t372, t384);
-    t386 = t250 * t385;
-    t387 = t262 * t383;
-    t388 = R::fused(t252, t372, t387);
-    t389 = R::fused(-t269, t388, t386);
-    t390 = t373 + t389;
-    set(102, t390);
-    t391 = t143 * t385;
-    t392 = R::fused(-t162, t388, t391);
-    t393 = t390 + t392;
-    set(101, t393);
-    t394 = R::fused(R::constant(0.04), t385, t393);
-    t395 = sin_q_right_hip_roll * t394;
-    t396 = cos_q_right_ankle_roll * t363;
-    t397 = t262 * t396;
+    t379 = R::fused(sin_q_right_ankle_roll, t378, t375);
+    t380 = t250 * t379;
+    t381 = R::fused(-t260, t368, t380);
+    t382 = t248 * t381;
+    t383 = t260 * t379;
+    t384 = R::fused(t250, t368, t383);
+    t385 = R::fused(-t267, t384, t382);
+    t386 = t369 + t385;
+    set(102, t386);
+    t387 = t143 * t381;
+    t388 = R::fused(-t162, t384, t387);
+    t389 = t386 + t388;
+    set(101, t389);
+    t390 = R::fused(R::constant(0.04), t381, t389);
+    t391 = sin_q_right_hip_roll * t390;
+    t392 = cos_q_right_ankle_roll * t359;
+    t393 = t260 * t392;
     // right_foot: motion
-    t398 = R::fused(-t318, R::constant(0.037), t279);
-    t399 = sin_q_right_ankle_roll * t398;
-    t400 = R::fused(-t302, R::constant(0.037), t249);
-    t401 = R::fused(-cos_q_right_ankle_roll, t400, -t399);
-    set(104, t401);
+    t394 = R::fused(-t316, R::constant(0.037), t277);
+    t395 = sin_q_right_ankle_roll * t394;
+    t396 = R::fused(-t300, R::constant(0.037), t247);
+    t397 = R::fused(-cos_q_right_ankle_roll, t396, -t395);
+    set(104, t397);
     // right_foot: wrench of a unit parameter
-    t402 = sin_q_right_ankle_roll * t378;
-    t403 = R::fused(cos_q_right_ankle_roll, t382, -t402);
-    t404 = R::fused(R::constant(0.037), t403, -t401);
-    t405 = R::fused(-t252, t404, t397);
-    t406 = R::fused(-t269, t403, t405);
-    t407 = R::fused(-t162, t403, t406);
-    t408 = R::fused(R::constant(0.055), t385, t407);
-    t409 = R::fused(-cos_q_right_hip_roll, t408, t395);
-    set(99, R::fused(R::constant(-0.035), t385, t409));
-    t411 = t252 * t396;
-    t412 = R::fused(t262, t404, t411);
-    t413 = R::fused(t250, t403, t412);
-    t414 = R::fused(t143, t403, t413);
-    t415 = R::constant(0.055) * t388;
-    t416 = R::fused(R::constant(-0.04), t403, t415);
-    set(100, t416 - t414);
+    t398 = sin_q_right_ankle_roll * t374;
+    t399 = R::fused(cos_q_right_ankle_roll, t378, -t398);
+    t400 = R::fused(R::constant(0.037), t399, -t397);
+    t401 = R::fused(-t250, t400, t393);
+    t402 = R::fused(-t267, t399, t401);
+    t403 = R::fused(-t162, t399, t402);
+    t404 = R::fused(R::constant(0.055), t381, t403);
+    t405 = R::fused(-cos_q_right_hip_roll, t404, t391);
+    set(99, R::fused(R::constant(-0.035), t381, t405));
+    t407 = t250 * t392;
+    t408 = R::fused(t260, t400, t407);
+    t409 = R::fused(t248, t399, t408);
+    t410 = R::fused(t143, t399, t409);
+    t411 = R::constant(0.055) * t384;
+    t412 = R::fused(R::constant(-0.04), t399, t411);
+    set(100, t412 - t410);
     // right_foot: motion
-    t418 = cos_q_right_ankle_roll * t253;
-    t419 = R::fused(sin_q_right_ankle_roll, t283, t418);
-    t420 = R::fused(-t376, v_right_ankle_roll, t419);
-    t421 = t376 * t370;
-    t422 = t420 + t421;
-    t423 = R::fused(R::constant(-0.037), t422, t396); // right_foot: wrench of a unit parameter
-    set(109, t423);
-    t424 = t374 + t377;
-    t425 = sin_q_right_ankle_roll * t424; // right_foot: wrench of a unit parameter
-    t426 = t368 * t368;
-    t427 = t380 + t426;
+    t414 = cos_q_right_ankle_roll * t251;
+    t415 = R::fused(sin_q_right_ankle_roll, t281, t414);
+    t416 = R::fused(-t372, v_right_ankle_roll, t415);
+    t417 = t372 * t366;
+    t418 = t416 + t417;
+    t419 = R::fused(R::constant(-0.037), t418, t392); // right_foot: wrench of a unit parameter
+    set(109, t419);
+    t420 = t370 + t373;
+    t421 = sin_q_right_ankle_roll * t420; // right_foot: wrench of a unit parameter
+    t422 = t364 * t364;
+    t423 = t376 + t422;
     // right_foot: wrench of a unit parameter
-    t428 = R::fused(-cos_q_right_ankle_roll, t427, -t425);
-    t429 = t252 * t428;
-    t430 = R::fused(t262, t422, t429);
-    t431 = t250 * t430;
-    t432 = t262 * t428;
-    t433 = R::fused(-t252, t422, t432);
-    t434 = R::fused(-t269, t433, t431);
-    t435 = t423 - t434;
-    set(108, t435);
-    t436 = t143 * t430;
-    t437 = R::fused(-t162, t433, t436);
-    t438 = t435 - t437;
-    set(107, t438);
-    t439 = R::fused(R::constant(-0.04), t430, t438);
-    t440 = sin_q_right_hip_roll * t439;
-    t441 = t262 * t364;
-    t442 = cos_q_right_ankle_roll * t398; // right_foot: motion
-    t443 = R::fused(sin_q_right_ankle_roll, t400, -t442); // right_foot: motion
-    set(110, t443);
-    t444 = cos_q_right_ankle_roll * t424;
-    t445 = R::fused(sin_q_right_ankle_roll, t427, -t444);
-    t446 = R::fused(R::constant(-0.037), t445, -t443);
-    t447 = R::fused(t252, t446, t441);
-    t448 = R::fused(-t269, t445, t447);
-    t449 = R::fused(-t162, t445, t448);
-    t450 = R::fused(R::constant(0.055), t430, t449);
-    t451 = R::fused(cos_q_right_hip_roll, t450, t440);
-    set(105, R::fused(R::constant(0.035), t430, t451));
-    t453 = t252 * t364;
-    t454 = R::fused(-t262, t446, t453);
-    t455 = R::fused(t250, t445, t454);
-    t456 = R::fused(t143, t445, t455);
-    t457 = R::constant(0.055) * t433;
-    t458 = R::fused(R::constant(-0.04), t445, t457);
-    set(106, t456 - t458);
-    t460 = cos_q_right_ankle_roll * t421;
-    t461 = R::fused(-sin_q_right_ankle_roll, t371, t460);
-    set(113, t461);
-    set(114, t461);
-    set(115, t461);
-    t462 = sin_q_right_hip_roll * t461;
-    t463 = sin_q_right_ankle_roll * t421;
-    t464 = R::fused(cos_q_right_ankle_roll, t371, t463);
-    t465 = t262 * t464;
-    t466 = R::fused(-t252, t374, t465);
-    set(111, R::fused(cos_q_right_hip_roll, t466, t462));
-    t468 = t252 * t464;
-    set(112, R::fused(t262, t374, t468));
-    t470 = t380 - t426;
-    t471 = R::fused(-sin_q_right_ankle_roll, t470, -t379);
-    set(119, t471);
-    set(120, t471);
-    set(121, t471);
-    t472 = sin_q_right_hip_roll * t471;
-    t473 = R::fused(-cos_q_right_ankle_roll, t470, t402);
-    t474 = t262 * t473;
-    t475 = t420 - t421; // right_foot: motion
-    set(122, t475);
-    t476 = R::fused(t252, t475, t474);
-    set(117, R::fused(-cos_q_right_hip_roll, t476, t472));
-    t478 = t252 * t473;
-    set(118, R::fused(t262, t475, -t478));
-    t480 = t380 - t381;
-    t481 = R::fused(-cos_q_right_ankle_roll, t480, -t425);
-    set(125, t481);
-    set(126, t481);
-    set(127, t481);
-    t482 = sin_q_right_hip_roll * t481;
-    t483 = R::fused(sin_q_right_ankle_roll, t480, -t444);
-    t484 = t262 * t483;
-    t485 = t369 + t371; // right_foot: motion
-    t486 = R::fused(-t252, t485, t484);
-    set(123, R::fused(-cos_q_right_hip_roll, t486, t482));
-    t488 = t252 * t483;
-    set(124, R::fused(-t262, t485, -t488));
-    set(128, -t485); // right_foot: motion
-    t491 = R::fused(-sin_q_right_ankle_roll, t369, t460);
-    t492 = sin_q_right_hip_roll * t491;
-    t493 = t252 * t377;
-    t494 = R::fused(cos_q_right_ankle_roll, t369, t463);
-    t495 = R::fused(-t262, t494, t493);
-    t496 = R::fused(-cos_q_right_hip_roll, t495, t492);
-    t497 = t355 + t332; // right_foot: columns that its parent has too
-    set(129, t496 + t497); // right_foot: columns that its parent has too
-    t499 = t262 * t377;
-    t500 = R::fused(t252, t494, t499);
-    t501 = t356 + t336; // right_foot: columns that its parent has too
-    set(130, t500 + t501); // right_foot: columns that its parent has too
-    t503 = t259 + t491; // right_foot: columns that its parent has too
-    set(131, t503);
-    set(132, t503);
-    set(133, t503);
-    t504 = cos_q_right_ankle_roll * t372;
-    t505 = R::fused(-sin_q_right_ankle_roll, t422, -t504);
-    set(137, t505);
-    set(138, t505);
-    set(139, t505);
-    t506 = sin_q_right_hip_roll * t505;
-    t507 = sin_q_right_ankle_roll * t372;
-    t508 = R::fused(-cos_q_right_ankle_roll, t422, t507);
-    t509 = t262 * t508;
-    t510 = t426 - t381;
-    set(140, t510);
-    t511 = R::fused(t252, t510, t509);
-    set(135, R::fused(-cos_q_right_hip_roll, t511, t506));
-    let t513 = t252 * t508;
-    set(136, R::fused(t262, t510, -t513));
+    t424 = R::fused(-cos_q_right_ankle_roll, t423, -t421);
+    t425 = t250 * t424;
+    t426 = R::fused(t260, t418, t425);
+    t427 = t248 * t426;
+    t428 = t260 * t424;
+    t429 = R::fused(-t250, t418, t428);
+    t430 = R::fused(-t267, t429, t427);
+    t431 = t419 - t430;
+    set(108, t431);
+    t432 = t143 * t426;
+    t433 = R::fused(-t162, t429, t432);
+    t434 = t431 - t433;
+    set(107, t434);
+    t435 = R::fused(R::constant(-0.04), t426, t434);
+    t436 = sin_q_right_hip_roll * t435;
+    t437 = t260 * t360;
+    t438 = cos_q_right_ankle_roll * t394; // right_foot: motion
+    t439 = R::fused(sin_q_right_ankle_roll, t396, -t438); // right_foot: motion
+    set(110, t439);
+    t440 = cos_q_right_ankle_roll * t420;
+    t441 = R::fused(sin_q_right_ankle_roll, t423, -t440);
+    t442 = R::fused(R::constant(-0.037), t441, -t439);
+    t443 = R::fused(t250, t442, t437);
+    t444 = R::fused(-t267, t441, t443);
+    t445 = R::fused(-t162, t441, t444);
+    t446 = R::fused(R::constant(0.055), t426, t445);
+    t447 = R::fused(cos_q_right_hip_roll, t446, t436);
+    set(105, R::fused(R::constant(0.035), t426, t447));
+    t449 = t250 * t360;
+    t450 = R::fused(-t260, t442, t449);
+    t451 = R::fused(t248, t441, t450);
+    t452 = R::fused(t143, t441, t451);
+    t453 = R::constant(0.055) * t429;
+    t454 = R::fused(R::constant(-0.04), t441, t453);
+    set(106, t452 - t454);
+    t456 = cos_q_right_ankle_roll * t417;
+    t457 = R::fused(-sin_q_right_ankle_roll, t367, t456);
+    set(113, t457);
+    set(114, t457);
+    set(115, t457);
+    t458 = sin_q_right_hip_roll * t457;
+    t459 = sin_q_right_ankle_roll * t417;
+    t460 = R::fused(cos_q_right_ankle_roll, t367, t459);
+    t461 = t260 * t460;
+    t462 = R::fused(-t250, t370, t461);
+    set(111, R::fused(cos_q_right_hip_roll, t462, t458));
+    t464 = t250 * t460;
+    set(112, R::fused(t260, t370, t464));
+    t466 = t376 - t422;
+    t467 = R::fused(-sin_q_right_ankle_roll, t466, -t375);
+    set(119, t467);
+    set(120, t467);
+    set(121, t467);
+    t468 = sin_q_right_hip_roll * t467;
+    t469 = R::fused(-cos_q_right_ankle_roll, t466, t398);
+    t470 = t260 * t469;
+    t471 = t416 - t417; // right_foot: motion
+    set(122, t471);
+    t472 = R::fused(t250, t471, t470);
+    set(117, R::fused(-cos_q_right_hip_roll, t472, t468));
+    t474 = t250 * t469;
+    set(118, R::fused(t260, t471, -t474));
+    t476 = t376 - t377;
+    t477 = R::fused(-cos_q_right_ankle_roll, t476, -t421);
+    set(125, t477);
+    set(126, t477);
+    set(127, t477);
+    t478 = sin_q_right_hip_roll * t477;
+    t479 = R::fused(sin_q_right_ankle_roll, t476, -t440);
+    t480 = t260 * t479;
+    t481 = t365 + t367; // right_foot: motion
+    t482 = R::fused(-t250, t481, t480);
+    set(123, R::fused(-cos_q_right_hip_roll, t482, t478));
+    t484 = t250 * t479;
+    set(124, R::fused(-t260, t481, -t484));
+    set(128, -t481); // right_foot: motion
+    t487 = R::fused(-sin_q_right_ankle_roll, t365, t456);
+    t488 = sin_q_right_hip_roll * t487;
+    t489 = t250 * t373;
+    t490 = R::fused(cos_q_right_ankle_roll, t365, t459);
+    t491 = R::fused(-t260, t490, t489);
+    t492 = R::fused(-cos_q_right_hip_roll, t491, t488);
+    t493 = t351 + t330; // right_foot: columns that its parent has too
+    set(129, t492 + t493); // right_foot: columns that its parent has too
+    t495 = t260 * t373;
+    t496 = R::fused(t250, t490, t495);
+    t497 = t352 + t333; // right_foot: columns that its parent has too
+    set(130, t496 + t497); // right_foot: columns that its parent has too
+    t499 = t257 + t487; // right_foot: columns that its parent has too
+    set(131, t499);
+    set(132, t499);
+    set(133, t499);
+    t500 = cos_q_right_ankle_roll * t368;
+    t501 = R::fused(-sin_q_right_ankle_roll, t418, -t500);
+    set(137, t501);
+    set(138, t501);
+    set(139, t501);
+    t502 = sin_q_right_hip_roll * t501;
+    t503 = sin_q_right_ankle_roll * t368;
+    t504 = R::fused(-cos_q_right_ankle_roll, t418, t503);
+    t505 = t260 * t504;
+    t506 = t422 - t377;
+    set(140, t506);
+    t507 = R::fused(t250, t506, t505);
+    set(135, R::fused(-cos_q_right_hip_roll, t507, t502));
+    t509 = t250 * t504;
+    set(136, R::fused(t260, t506, -t509));
     set(0, a_right_hip_yaw);
     set(6, a_right_hip_roll);
 }

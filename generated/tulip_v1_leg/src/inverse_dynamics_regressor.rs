@@ -10,7 +10,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: all the elements of [`v`](super::V_NAMES), `right_hip_yaw` to `right_ankle_roll`; N m.
 /// Columns: the rows of [`inertial_parameters`](fn@super::inertial_parameters).
 /// Source: (5.1).
-/// 848 operations: 113 add, 197 mul, 269 fused, 5 sin_cos.
+/// 842 operations: 109 add, 199 mul, 267 fused, 5 sin_cos.
 ///
 /// Most entries are always zero: [`inverse_dynamics_regressor_nonzeros`] computes the others alone.
 #[inline]
@@ -38,7 +38,7 @@ pub fn inverse_dynamics_regressor_into<R: Real>(
 /// The 190 of 360 entries of [`inverse_dynamics_regressor`] that are not always zero.
 ///
 /// Column after column, in each by row: [`INVERSE_DYNAMICS_REGRESSOR_SPARSITY`] says where each one stands.
-/// 848 operations: 113 add, 197 mul, 269 fused, 5 sin_cos.
+/// 842 operations: 109 add, 199 mul, 267 fused, 5 sin_cos.
 #[inline]
 pub fn inverse_dynamics_regressor_nonzeros<R: Real>(
     q: &SVector<R, NQ>,
@@ -135,19 +135,19 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
         q_right_hip_roll, q_right_hip_pitch, q_right_knee_pitch, q_right_ankle_pitch, q_right_ankle_roll,
     ]);
     let (
-        t1, t2, t3, t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t18, t19, t20, t21, t22, t23, t24, t25,
-        t26, t27, t30, t31, t32, t33, t36, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49, t50, t51, t52, t53,
-        t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72, t73, t74, t75,
-        t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t87, t88, t89, t90, t91, t92, t93, t94, t95, t96, t98, t99,
-        t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114, t115, t116, t117,
-        t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132, t134, t135, t136,
-        t137, t140, t141, t142, t143, t145, t147, t148, t149, t150, t151, t152, t153, t154, t155, t156, t157, t158,
-        t159, t160, t161, t162, t163, t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175, t176,
-        t177, t178, t179, t180, t181, t182, t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193, t194,
-        t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t207, t208, t209, t210, t212, t213, t214,
-        t215, t216, t217, t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231, t232,
-        t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249, t250,
-        t251, t252, t253, t254, t255,
+        t1, t2, t3, t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t20, t21, t22, t23, t24, t25,
+        t26, t27, t28, t29, t31, t32, t33, t34, t36, t39, t40, t41, t42, t43, t44, t45, t46, t47, t48, t49, t50, t51,
+        t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72, t73,
+        t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t87, t88, t89, t90, t91, t92, t93, t94, t95, t96,
+        t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114, t115, t116,
+        t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132, t134, t135,
+        t136, t137, t140, t141, t142, t143, t145, t147, t148, t149, t150, t151, t152, t153, t154, t155, t156, t157,
+        t158, t159, t160, t161, t162, t163, t164, t165, t166, t167, t168, t169, t170, t171, t172, t173, t174, t175,
+        t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186, t187, t188, t189, t190, t191, t192, t193,
+        t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t207, t208, t209, t210, t212, t213,
+        t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230, t231,
+        t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248, t249,
+        t250, t251, t252, t253, t254,
     );
     set(1, a_right_hip_yaw * R::constant(0.001225)); // right_hip_roll_link: wrench of a unit parameter
     t1 = a_right_hip_yaw * R::constant(0.035); // right_hip_roll_link: motion
@@ -155,59 +155,61 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     // right_hip_roll_link: motion
     t3 = sin_q_right_hip_roll * v_right_hip_yaw;
     t4 = t3 * v_right_hip_roll;
-    t5 = R::fused(cos_q_right_hip_roll, a_right_hip_yaw, -t4);
-    t6 = t4 - t5;
-    t7 = R::fused(R::constant(0.035), t6, -t2); // right_hip_roll_link: wrench of a unit parameter
-    set(2, t7);
-    t8 = v_right_hip_yaw * v_right_hip_yaw; // right_hip_yaw_link: motion
-    t9 = t8 * R::constant(0.035);
-    t10 = sin_q_right_hip_roll * t9;
-    t11 = R::fused(cos_q_right_hip_roll, R::constant(9.81), -t10);
-    set(3, t11);
-    t12 = sin_q_right_hip_roll * t1; // right_hip_roll_link: wrench of a unit parameter
-    t13 = cos_q_right_hip_roll * v_right_hip_yaw;
-    t14 = t13 * v_right_hip_roll;
-    t15 = R::fused(sin_q_right_hip_roll, a_right_hip_yaw, t14);
-    t16 = t14 + t15;
-    set(4, R::fused(R::constant(0.035), t16, t12)); // right_hip_roll_link: wrench of a unit parameter
-    t18 = cos_q_right_hip_roll * t9;
-    t19 = R::fused(-sin_q_right_hip_roll, R::constant(9.81), -t18);
-    set(5, t19);
-    t20 = sin_q_right_hip_roll * t14; // right_hip_roll_link: wrench of a unit parameter
-    t21 = R::fused(-cos_q_right_hip_roll, t4, t20); // right_hip_roll_link: wrench of a unit parameter
-    set(6, t21);
-    t22 = t3 * t13;
-    set(17, t22);
-    t23 = a_right_hip_roll + t22;
-    t24 = sin_q_right_hip_roll * t23; // right_hip_roll_link: wrench of a unit parameter
-    t25 = v_right_hip_roll * v_right_hip_roll;
-    t26 = t3 * t3;
-    t27 = t25 - t26; // right_hip_roll_link: wrench of a unit parameter
-    set(8, R::fused(cos_q_right_hip_roll, t27, t24)); // right_hip_roll_link: wrench of a unit parameter
-    set(9, t15 - t14);
-    t30 = a_right_hip_roll - t22;
-    t31 = cos_q_right_hip_roll * t30; // right_hip_roll_link: wrench of a unit parameter
-    t32 = t13 * t13;
-    t33 = t25 - t32; // right_hip_roll_link: wrench of a unit parameter
-    set(10, R::fused(-sin_q_right_hip_roll, t33, t31)); // right_hip_roll_link: wrench of a unit parameter
-    set(11, t4 + t5);
-    t36 = R::fused(cos_q_right_hip_roll, t5, -t20); // right_hip_roll_link: wrench of a unit parameter
+    t5 = cos_q_right_hip_roll * a_right_hip_yaw;
+    set(11, t5);
+    t6 = t5 - t4;
+    t7 = t4 - t6;
+    t8 = R::fused(R::constant(0.035), t7, -t2); // right_hip_roll_link: wrench of a unit parameter
+    set(2, t8);
+    t9 = v_right_hip_yaw * v_right_hip_yaw; // right_hip_yaw_link: motion
+    t10 = t9 * R::constant(0.035);
+    t11 = sin_q_right_hip_roll * t10;
+    t12 = R::fused(cos_q_right_hip_roll, R::constant(9.81), -t11);
+    set(3, t12);
+    t13 = sin_q_right_hip_roll * t1; // right_hip_roll_link: wrench of a unit parameter
+    t14 = cos_q_right_hip_roll * v_right_hip_yaw;
+    t15 = t14 * v_right_hip_roll;
+    t16 = sin_q_right_hip_roll * a_right_hip_yaw;
+    set(9, t16);
+    t17 = t16 + t15;
+    t18 = t15 + t17;
+    set(4, R::fused(R::constant(0.035), t18, t13)); // right_hip_roll_link: wrench of a unit parameter
+    t20 = cos_q_right_hip_roll * t10;
+    t21 = R::fused(-sin_q_right_hip_roll, R::constant(9.81), -t20);
+    set(5, t21);
+    t22 = sin_q_right_hip_roll * t15; // right_hip_roll_link: wrench of a unit parameter
+    t23 = R::fused(-cos_q_right_hip_roll, t4, t22); // right_hip_roll_link: wrench of a unit parameter
+    set(6, t23);
+    t24 = t3 * t14;
+    set(17, t24);
+    t25 = a_right_hip_roll + t24;
+    t26 = sin_q_right_hip_roll * t25; // right_hip_roll_link: wrench of a unit parameter
+    t27 = v_right_hip_roll * v_right_hip_roll;
+    t28 = t3 * t3;
+    t29 = t27 - t28; // right_hip_roll_link: wrench of a unit parameter
+    set(8, R::fused(cos_q_right_hip_roll, t29, t26)); // right_hip_roll_link: wrench of a unit parameter
+    t31 = a_right_hip_roll - t24;
+    t32 = cos_q_right_hip_roll * t31; // right_hip_roll_link: wrench of a unit parameter
+    t33 = t14 * t14;
+    t34 = t27 - t33; // right_hip_roll_link: wrench of a unit parameter
+    set(10, R::fused(-sin_q_right_hip_roll, t34, t32)); // right_hip_roll_link: wrench of a unit parameter
+    t36 = R::fused(cos_q_right_hip_roll, t6, -t22); // right_hip_roll_link: wrench of a unit parameter
     set(16, t36);
     set(12, a_right_hip_yaw - t36); // right_hip_roll_link: columns that its parent has too
-    set(13, -t22);
-    t39 = sin_q_right_hip_roll * t6; // right_hip_roll_link: wrench of a unit parameter
-    t40 = R::fused(cos_q_right_hip_roll, t16, -t39); // right_hip_roll_link: wrench of a unit parameter
+    set(13, -t24);
+    t39 = sin_q_right_hip_roll * t7; // right_hip_roll_link: wrench of a unit parameter
+    t40 = R::fused(cos_q_right_hip_roll, t18, -t39); // right_hip_roll_link: wrench of a unit parameter
     set(14, t40);
-    t41 = t26 - t32; // right_hip_roll_link: wrench of a unit parameter
+    t41 = t28 - t33; // right_hip_roll_link: wrench of a unit parameter
     set(15, t41);
-    t42 = t23 * R::constant(0.055); // right_upper_leg: motion
-    t43 = t25 + t26;
+    t42 = t25 * R::constant(0.055); // right_upper_leg: motion
+    t43 = t27 + t28;
     // right_upper_leg: motion
     t44 = R::fused(-t43, R::constant(0.04), t42);
-    t45 = t44 - t11;
+    t45 = t44 - t12;
     t46 = cos_q_right_hip_pitch * t45;
-    t47 = t6 * R::constant(0.055);
-    t48 = R::fused(t16, R::constant(0.04), t47);
+    t47 = t7 * R::constant(0.055);
+    t48 = R::fused(t18, R::constant(0.04), t47);
     t49 = t1 - t48;
     t50 = R::fused(-sin_q_right_hip_pitch, t49, t46);
     set(22, t50);
@@ -226,18 +228,18 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     t60 = cos_q_right_hip_pitch * t50;
     t61 = R::fused(sin_q_right_hip_pitch, t53, t60);
     t62 = R::constant(0.055) * t61;
-    t63 = t25 + t32; // right_hip_roll_link: motion
+    t63 = t27 + t33; // right_hip_roll_link: motion
     t64 = t63 * R::constant(0.055); // right_upper_leg: motion
-    t65 = R::fused(t30, R::constant(0.04), t64); // right_upper_leg: motion
-    t66 = t65 - t19; // right_upper_leg: motion
+    t65 = R::fused(t31, R::constant(0.04), t64); // right_upper_leg: motion
+    t66 = t65 - t21; // right_upper_leg: motion
     t67 = R::fused(R::constant(0.04), t66, t62);
     set(19, t67);
     // right_upper_leg: motion
-    t68 = t15 + a_right_hip_pitch;
+    t68 = t17 + a_right_hip_pitch;
     set(39, t68);
-    t69 = cos_q_right_hip_pitch * t13;
+    t69 = cos_q_right_hip_pitch * t14;
     t70 = R::fused(sin_q_right_hip_pitch, v_right_hip_roll, t69);
-    t71 = sin_q_right_hip_pitch * t13;
+    t71 = sin_q_right_hip_pitch * t14;
     t72 = R::fused(-cos_q_right_hip_pitch, v_right_hip_roll, t71);
     t73 = t70 * t72;
     set(45, t73);
@@ -260,7 +262,7 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     t89 = R::fused(-sin_q_right_hip_pitch, t79, t88);
     t90 = R::constant(0.055) * t89;
     // right_upper_leg: motion
-    t91 = cos_q_right_hip_pitch * t5;
+    t91 = cos_q_right_hip_pitch * t6;
     t92 = R::fused(sin_q_right_hip_pitch, a_right_hip_roll, t91);
     t93 = R::fused(-t72, v_right_hip_pitch, t92);
     t94 = t72 * t76;
@@ -268,13 +270,13 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     t96 = R::fused(R::constant(0.04), t95, t90); // right_upper_leg: wrench of a unit parameter
     set(21, t87 + t96); // right_upper_leg: wrench of a unit parameter
     // right_upper_leg: columns that its parent has too
-    t98 = R::fused(t21, R::constant(0.11), -t7);
+    t98 = R::fused(t23, R::constant(0.11), -t8);
     t99 = R::fused(-t40, R::constant(0.04), t98);
     t100 = R::fused(-t36, R::constant(0.11), -t99);
     set(23, t100);
-    t101 = R::fused(a_right_hip_roll, R::constant(0.11), -t11);
+    t101 = R::fused(a_right_hip_roll, R::constant(0.11), -t12);
     t102 = R::fused(-t41, R::constant(0.04), t101);
-    t103 = R::fused(-t22, R::constant(0.11), -t102);
+    t103 = R::fused(-t24, R::constant(0.11), -t102);
     set(24, t103);
     t104 = t68 - t73; // right_upper_leg: motion
     t105 = cos_q_right_hip_pitch * t104; // right_upper_leg: wrench of a unit parameter
@@ -292,7 +294,7 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     t115 = R::fused(cos_q_right_hip_pitch, t107, t114);
     t116 = R::constant(0.055) * t115;
     // right_upper_leg: motion
-    t117 = sin_q_right_hip_pitch * t5;
+    t117 = sin_q_right_hip_pitch * t6;
     t118 = R::fused(-cos_q_right_hip_pitch, a_right_hip_roll, t117);
     t119 = R::fused(t70, v_right_hip_pitch, t118);
     t120 = t70 * t76;
@@ -306,13 +308,13 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     t126 = R::fused(-cos_q_right_hip_pitch, t93, t125);
     t127 = R::fused(-cos_q_right_hip_roll, t126, t124);
     set(43, t127);
-    t128 = t21 + t36; // right_upper_leg: columns that its parent has too
+    t128 = t23 + t36; // right_upper_leg: columns that its parent has too
     t129 = t128 - t127; // right_upper_leg: columns that its parent has too
     set(28, t129);
     t130 = cos_q_right_hip_pitch * t120;
     t131 = R::fused(sin_q_right_hip_pitch, t93, t130);
     set(44, t131);
-    t132 = t23 - t131; // right_upper_leg: columns that its parent has too
+    t132 = t25 - t131; // right_upper_leg: columns that its parent has too
     set(29, t132);
     set(30, -t73); // right_upper_leg: motion
     t134 = t120 - t119; // right_upper_leg: motion
@@ -458,470 +460,466 @@ pub(super) fn inverse_dynamics_regressor_nonzeros_program<R: Real>(q: &[R; NQ], 
     t244 = R::fused(-t182, t200, t243);
     t245 = R::fused(-cos_q_right_hip_roll, t244, t242);
     set(80, t245);
-    t246 = t127 + t129; // right_lower_leg: columns that its parent has too
-    t247 = t246 - t245; // right_lower_leg: columns that its parent has too
-    set(60, t247);
-    t248 = t182 * t232;
-    t249 = R::fused(t172, t200, t248);
-    set(81, t249);
-    t250 = t131 + t132; // right_lower_leg: columns that its parent has too
-    t251 = t250 - t249; // right_lower_leg: columns that its parent has too
-    set(61, t251);
-    t252 = -t178; // right_lower_leg: motion
-    set(62, t252);
-    set(63, t252);
-    t253 = t232 - t231; // right_lower_leg: motion
-    set(66, t253);
-    set(67, t253);
-    t254 = sin_q_right_hip_roll * t253;
-    t255 = t219 - t184;
+    t246 = t128 - t245; // right_lower_leg: columns that its parent has too
+    set(60, t246);
+    t247 = t182 * t232;
+    t248 = R::fused(t172, t200, t247);
+    set(81, t248);
+    t249 = t25 - t248; // right_lower_leg: columns that its parent has too
+    set(61, t249);
+    t250 = -t178; // right_lower_leg: motion
+    set(62, t250);
+    set(63, t250);
+    t251 = t232 - t231; // right_lower_leg: motion
+    set(66, t251);
+    set(67, t251);
+    t252 = sin_q_right_hip_roll * t251;
+    t253 = t219 - t184;
+    t254 = R::fused(-t182, t253, t180);
+    set(64, R::fused(-cos_q_right_hip_roll, t254, t252));
     let (
-        t256, t259, t260, t261, t262, t264, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277,
-        t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295,
-        t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313,
-        t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331,
-        t332, t333, t334, t335, t336, t337, t338, t339, t342, t344, t345, t346, t347, t348, t349, t350, t351, t352,
-        t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370,
-        t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388,
-        t389, t390, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406, t407, t410,
-        t411, t413, t414, t416, t417, t418, t419, t421, t422, t424, t428, t432, t433, t434, t435, t436, t437, t438,
-        t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456,
-        t457, t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474,
-        t475, t476, t477, t478, t480, t481, t482, t483, t484, t485, t487, t488, t489, t490, t491, t492, t493, t494,
-        t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511,
+        t257, t258, t259, t260, t262, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276,
+        t277, t278, t279, t280, t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294,
+        t295, t296, t297, t298, t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312,
+        t313, t314, t315, t316, t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330,
+        t331, t332, t333, t334, t335, t336, t337, t340, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351,
+        t352, t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369,
+        t370, t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t389,
+        t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t406, t407, t409, t410,
+        t412, t413, t414, t415, t417, t418, t420, t424, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437,
+        t438, t439, t440, t441, t442, t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455,
+        t456, t457, t458, t459, t460, t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473,
+        t474, t476, t477, t478, t479, t480, t481, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493,
+        t494, t495, t496, t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511,
     );
-    t256 = R::fused(-t182, t255, t180);
-    set(64, R::fused(-cos_q_right_hip_roll, t256, t254));
-    set(65, R::fused(t172, t255, t190));
-    t259 = t185 - t219;
-    set(70, t259);
-    set(71, t259);
-    t260 = sin_q_right_hip_roll * t259;
-    t261 = t182 * t233;
-    t262 = R::fused(t172, t202, t261);
-    set(68, R::fused(-cos_q_right_hip_roll, t262, t260));
-    t264 = t172 * t233;
-    set(69, R::fused(t182, t202, -t264));
-    t266 = sin_q_right_hip_roll * t173;
-    t267 = R::fused(t182, t201, -t243);
-    t268 = R::fused(-cos_q_right_hip_roll, t267, t266);
-    set(72, t268);
-    t269 = R::fused(-t172, t201, -t248);
-    set(73, t269);
-    t270 = t200 + t201; // right_lower_leg: motion
-    set(78, t270);
-    set(79, t270);
-    t271 = sin_q_right_hip_roll * t270;
-    t272 = t184 - t185;
-    t273 = R::fused(-t172, t272, t218);
-    t274 = R::fused(cos_q_right_hip_roll, t273, t271);
-    set(76, t274);
-    t275 = R::fused(t182, t272, t223);
-    set(77, t275);
+    set(65, R::fused(t172, t253, t190));
+    t257 = t185 - t219;
+    set(70, t257);
+    set(71, t257);
+    t258 = sin_q_right_hip_roll * t257;
+    t259 = t182 * t233;
+    t260 = R::fused(t172, t202, t259);
+    set(68, R::fused(-cos_q_right_hip_roll, t260, t258));
+    t262 = t172 * t233;
+    set(69, R::fused(t182, t202, -t262));
+    t264 = sin_q_right_hip_roll * t173;
+    t265 = R::fused(t182, t201, -t243);
+    t266 = R::fused(-cos_q_right_hip_roll, t265, t264);
+    set(72, t266);
+    t267 = R::fused(-t172, t201, -t247);
+    set(73, t267);
+    t268 = t200 + t201; // right_lower_leg: motion
+    set(78, t268);
+    set(79, t268);
+    t269 = sin_q_right_hip_roll * t268;
+    t270 = t184 - t185;
+    t271 = R::fused(-t172, t270, t218);
+    t272 = R::fused(cos_q_right_hip_roll, t271, t269);
+    set(76, t272);
+    t273 = R::fused(t182, t270, t223);
+    set(77, t273);
     // right_ankle: columns that its parent has too
-    t276 = R::fused(-t237, R::constant(0.273), t159);
-    t277 = R::fused(t247, R::constant(0.074529), t276);
-    t278 = R::fused(t268, R::constant(0.074529), t277);
-    set(84, t278);
-    t279 = R::fused(-t241, R::constant(0.273), t162);
-    t280 = R::fused(t251, R::constant(0.074529), t279);
-    t281 = R::fused(t269, R::constant(0.074529), t280);
-    set(85, t281);
-    t282 = R::fused(t226, R::constant(0.273), -t165);
-    t283 = t178 * R::constant(0.074529);
-    t284 = t282 + t283;
-    t285 = t173 * R::constant(0.074529);
-    t286 = t285 - t284;
-    set(86, t286);
-    t287 = R::fused(t216, R::constant(0.273), t283);
-    t288 = t285 - t287;
-    set(87, t288);
+    t274 = R::fused(-t237, R::constant(0.273), t159);
+    t275 = R::fused(t246, R::constant(0.074529), t274);
+    t276 = R::fused(t266, R::constant(0.074529), t275);
+    set(84, t276);
+    t277 = R::fused(-t241, R::constant(0.273), t162);
+    t278 = R::fused(t249, R::constant(0.074529), t277);
+    t279 = R::fused(t267, R::constant(0.074529), t278);
+    set(85, t279);
+    t280 = R::fused(t226, R::constant(0.273), -t165);
+    t281 = t178 * R::constant(0.074529);
+    t282 = t280 + t281;
+    t283 = t173 * R::constant(0.074529);
+    t284 = t283 - t282;
+    set(86, t284);
+    t285 = R::fused(t216, R::constant(0.273), t281);
+    t286 = t283 - t285;
+    set(87, t286);
     // right_ankle: motion
-    t289 = R::fused(-t220, R::constant(0.273), t169);
-    t290 = cos_q_right_ankle_pitch * t289;
-    t291 = R::fused(-t217, R::constant(0.273), t216);
-    t292 = R::fused(-sin_q_right_ankle_pitch, t291, t290);
-    set(92, t292);
-    t293 = t182 * R::constant(0.273); // right_ankle: wrench of a unit parameter
-    t294 = t172 * cos_q_right_ankle_pitch; // right_ankle: turn by parallel axes
-    t295 = R::fused(t182, sin_q_right_ankle_pitch, t294); // right_ankle: turn by parallel axes
-    t296 = t173 + a_right_ankle_pitch;
-    set(119, t296);
-    set(120, t296);
-    set(121, t296);
-    t297 = cos_q_right_ankle_pitch * t175;
-    t298 = R::fused(-sin_q_right_ankle_pitch, t177, t297);
-    t299 = sin_q_right_ankle_pitch * t175;
-    t300 = R::fused(cos_q_right_ankle_pitch, t177, t299);
-    t301 = t298 * t300;
-    set(129, t301);
-    set(130, t301);
-    set(131, t301);
-    t302 = t296 + t301;
-    t303 = t295 * t302; // right_ankle: wrench of a unit parameter
-    t304 = t182 * cos_q_right_ankle_pitch; // right_ankle: turn by parallel axes
-    t305 = R::fused(-t172, sin_q_right_ankle_pitch, t304); // right_ankle: turn by parallel axes
-    t306 = t183 + v_right_ankle_pitch;
-    t307 = t306 * t306;
-    t308 = t298 * t298;
-    t309 = t307 + t308;
+    t287 = R::fused(-t220, R::constant(0.273), t169);
+    t288 = cos_q_right_ankle_pitch * t287;
+    t289 = R::fused(-t217, R::constant(0.273), t216);
+    t290 = R::fused(-sin_q_right_ankle_pitch, t289, t288);
+    set(92, t290);
+    t291 = t182 * R::constant(0.273); // right_ankle: wrench of a unit parameter
+    t292 = t172 * cos_q_right_ankle_pitch; // right_ankle: turn by parallel axes
+    t293 = R::fused(t182, sin_q_right_ankle_pitch, t292); // right_ankle: turn by parallel axes
+    t294 = t173 + a_right_ankle_pitch;
+    set(119, t294);
+    set(120, t294);
+    set(121, t294);
+    t295 = cos_q_right_ankle_pitch * t175;
+    t296 = R::fused(-sin_q_right_ankle_pitch, t177, t295);
+    t297 = sin_q_right_ankle_pitch * t175;
+    t298 = R::fused(cos_q_right_ankle_pitch, t177, t297);
+    t299 = t296 * t298;
+    set(129, t299);
+    set(130, t299);
+    set(131, t299);
+    t300 = t294 + t299;
+    t301 = t293 * t300; // right_ankle: wrench of a unit parameter
+    t302 = t182 * cos_q_right_ankle_pitch; // right_ankle: turn by parallel axes
+    t303 = R::fused(-t172, sin_q_right_ankle_pitch, t302); // right_ankle: turn by parallel axes
+    t304 = t183 + v_right_ankle_pitch;
+    t305 = t304 * t304;
+    t306 = t296 * t296;
+    t307 = t305 + t306;
     // right_ankle: wrench of a unit parameter
-    t310 = R::fused(t305, t309, t303);
-    t311 = t293 * t310;
-    t312 = t172 * R::constant(0.273);
-    t313 = t305 * t302;
-    t314 = R::fused(-t295, t309, t313);
-    t315 = R::fused(-t312, t314, t311);
-    t316 = t292 + t315;
-    set(91, t316);
-    t317 = t170 * t310;
-    t318 = R::fused(-t189, t314, t317);
-    t319 = t316 + t318;
-    set(90, t319);
-    t320 = R::fused(R::constant(0.04), t310, t319);
-    t321 = sin_q_right_hip_roll * t320;
-    t322 = R::fused(-t233, R::constant(0.273), t196); // right_ankle: motion
-    t323 = t305 * t322;
+    t308 = R::fused(t303, t307, t301);
+    t309 = t291 * t308;
+    t310 = t172 * R::constant(0.273);
+    t311 = t303 * t300;
+    t312 = R::fused(-t293, t307, t311);
+    t313 = R::fused(-t310, t312, t309);
+    t314 = t290 + t313;
+    set(91, t314);
+    t315 = t170 * t308;
+    t316 = R::fused(-t189, t312, t315);
+    t317 = t314 + t316;
+    set(90, t317);
+    t318 = R::fused(R::constant(0.04), t308, t317);
+    t319 = sin_q_right_hip_roll * t318;
+    t320 = R::fused(-t233, R::constant(0.273), t196); // right_ankle: motion
+    t321 = t303 * t320;
     // right_ankle: motion
-    t324 = cos_q_right_ankle_pitch * t200;
-    t325 = R::fused(-sin_q_right_ankle_pitch, t231, t324);
-    t326 = R::fused(-t300, v_right_ankle_pitch, t325);
-    t327 = t300 * t306;
-    t328 = t326 - t327;
+    t322 = cos_q_right_ankle_pitch * t200;
+    t323 = R::fused(-sin_q_right_ankle_pitch, t231, t322);
+    t324 = R::fused(-t298, v_right_ankle_pitch, t323);
+    t325 = t298 * t304;
+    t326 = t324 - t325;
     // right_ankle: wrench of a unit parameter
-    t329 = R::fused(-t328, t312, t323);
-    t330 = R::fused(-t189, t328, t329);
-    t331 = R::fused(R::constant(-0.055), t310, t330);
-    t332 = R::fused(cos_q_right_hip_roll, t331, t321);
-    t333 = R::fused(R::constant(-0.035), t310, t332);
-    set(88, t333);
-    t334 = t295 * t322;
-    t335 = R::fused(t328, t293, t334);
-    t336 = R::fused(t170, t328, t335);
-    t337 = R::constant(0.055) * t314;
-    t338 = R::fused(R::constant(0.04), t328, t337);
-    t339 = t336 + t338;
-    set(89, t339);
+    t327 = R::fused(-t326, t310, t321);
+    t328 = R::fused(-t189, t326, t327);
+    t329 = R::fused(R::constant(-0.055), t308, t328);
+    t330 = R::fused(cos_q_right_hip_roll, t329, t319);
+    t331 = R::fused(R::constant(-0.035), t308, t330);
+    set(88, t331);
+    t332 = t293 * t320;
+    t333 = R::fused(t326, t291, t332);
+    t334 = R::fused(t170, t326, t333);
+    t335 = R::constant(0.055) * t312;
+    t336 = R::fused(R::constant(0.04), t326, t335);
+    t337 = t334 + t336;
+    set(89, t337);
     // right_ankle: columns that its parent has too
-    set(93, R::fused(t274, R::constant(0.273), t212));
-    set(94, R::fused(t275, R::constant(0.273), t213));
-    t342 = t270 * R::constant(0.273);
-    set(96, t342);
-    set(95, t214 + t342);
-    t344 = sin_q_right_ankle_pitch * t289; // right_ankle: motion
-    t345 = R::fused(cos_q_right_ankle_pitch, t291, t344); // right_ankle: motion
-    set(101, t345);
-    t346 = t296 - t301; // right_ankle: motion
-    t347 = t305 * t346; // right_ankle: wrench of a unit parameter
-    t348 = t300 * t300; // right_ankle: motion
-    t349 = t348 + t307; // right_ankle: motion
+    set(93, R::fused(t272, R::constant(0.273), t212));
+    set(94, R::fused(t273, R::constant(0.273), t213));
+    t340 = t268 * R::constant(0.273);
+    set(96, t340);
+    set(95, t214 + t340);
+    t342 = sin_q_right_ankle_pitch * t287; // right_ankle: motion
+    t343 = R::fused(cos_q_right_ankle_pitch, t289, t342); // right_ankle: motion
+    set(101, t343);
+    t344 = t294 - t299; // right_ankle: motion
+    t345 = t303 * t344; // right_ankle: wrench of a unit parameter
+    t346 = t298 * t298; // right_ankle: motion
+    t347 = t346 + t305; // right_ankle: motion
     // right_ankle: wrench of a unit parameter
-    t350 = R::fused(t295, t349, -t347);
-    t351 = t293 * t350;
-    t352 = t295 * t346;
-    t353 = R::fused(t305, t349, t352);
-    t354 = R::fused(-t312, t353, t351);
-    t355 = t345 + t354;
-    set(100, t355);
-    t356 = t170 * t350;
-    t357 = R::fused(-t189, t353, t356);
-    t358 = t355 + t357;
-    set(99, t358);
-    t359 = R::fused(R::constant(0.04), t350, t358);
-    t360 = sin_q_right_hip_roll * t359;
+    t348 = R::fused(t293, t347, -t345);
+    t349 = t291 * t348;
+    t350 = t293 * t344;
+    t351 = R::fused(t303, t347, t350);
+    t352 = R::fused(-t310, t351, t349);
+    t353 = t343 + t352;
+    set(100, t353);
+    t354 = t170 * t348;
+    t355 = R::fused(-t189, t351, t354);
+    t356 = t353 + t355;
+    set(99, t356);
+    t357 = R::fused(R::constant(0.04), t348, t356);
+    t358 = sin_q_right_hip_roll * t357;
     // right_ankle: motion
-    t361 = sin_q_right_ankle_pitch * t200;
-    t362 = R::fused(cos_q_right_ankle_pitch, t231, t361);
-    t363 = R::fused(t298, v_right_ankle_pitch, t362);
-    t364 = t298 * t306;
-    t365 = t363 + t364;
+    t359 = sin_q_right_ankle_pitch * t200;
+    t360 = R::fused(cos_q_right_ankle_pitch, t231, t359);
+    t361 = R::fused(t296, v_right_ankle_pitch, t360);
+    t362 = t296 * t304;
+    t363 = t361 + t362;
     // right_ankle: wrench of a unit parameter
-    t366 = R::fused(-t365, t312, t334);
-    t367 = R::fused(-t189, t365, t366);
-    t368 = R::fused(R::constant(-0.055), t350, t367);
-    t369 = R::fused(cos_q_right_hip_roll, t368, t360);
-    t370 = R::fused(R::constant(-0.035), t350, t369);
-    set(97, t370);
-    t371 = R::fused(-t365, t293, t323);
-    t372 = R::fused(-t170, t365, t371);
-    t373 = R::constant(0.055) * t353;
-    t374 = R::fused(R::constant(0.04), t365, t373);
-    t375 = t374 - t372;
-    set(98, t375);
-    t376 = sin_q_right_hip_roll * t301;
-    t377 = t295 * t364;
-    t378 = R::fused(-t305, t326, t377);
-    t379 = R::fused(-cos_q_right_hip_roll, t378, t376);
-    set(127, t379);
-    t380 = t245 + t247; // right_ankle: columns that its parent has too
-    t381 = t380 - t379; // right_ankle: columns that its parent has too
-    set(102, t381);
-    t382 = t305 * t364;
-    t383 = R::fused(t295, t326, t382);
-    set(128, t383);
-    t384 = t249 + t251; // right_ankle: columns that its parent has too
-    t385 = t384 - t383; // right_ankle: columns that its parent has too
-    set(103, t385);
-    t386 = -t301; // right_ankle: motion
-    set(104, t386);
-    set(105, t386);
-    set(106, t386);
-    t387 = t364 - t363; // right_ankle: motion
-    set(109, t387);
-    set(110, t387);
-    set(111, t387);
-    t388 = sin_q_right_hip_roll * t387;
-    t389 = t348 - t307;
-    t390 = R::fused(-t305, t389, t303);
-    set(107, R::fused(-cos_q_right_hip_roll, t390, t388));
-    set(108, R::fused(t295, t389, t313));
-    t393 = t308 - t348;
-    set(114, t393);
-    set(115, t393);
-    set(116, t393);
-    t394 = sin_q_right_hip_roll * t393;
-    t395 = t305 * t365;
-    t396 = R::fused(t295, t328, t395);
-    t397 = R::fused(-cos_q_right_hip_roll, t396, t394);
-    set(112, t397);
-    t398 = t295 * t365;
-    t399 = R::fused(t305, t328, -t398);
-    set(113, t399);
-    t400 = sin_q_right_hip_roll * t296;
-    t401 = R::fused(t305, t327, -t377);
-    t402 = R::fused(-cos_q_right_hip_roll, t401, t400);
-    set(117, t402);
-    t403 = R::fused(-t295, t327, -t382);
-    set(118, t403);
-    t404 = t326 + t327; // right_ankle: motion
-    set(124, t404);
-    set(125, t404);
-    set(126, t404);
-    t405 = sin_q_right_hip_roll * t404;
-    t406 = t307 - t308;
-    t407 = R::fused(-t295, t406, t347);
-    set(122, R::fused(cos_q_right_hip_roll, t407, t405));
-    set(123, R::fused(t305, t406, t352));
+    t364 = R::fused(-t363, t310, t332);
+    t365 = R::fused(-t189, t363, t364);
+    t366 = R::fused(R::constant(-0.055), t348, t365);
+    t367 = R::fused(cos_q_right_hip_roll, t366, t358);
+    t368 = R::fused(R::constant(-0.035), t348, t367);
+    set(97, t368);
+    t369 = R::fused(-t363, t291, t321);
+    t370 = R::fused(-t170, t363, t369);
+    t371 = R::constant(0.055) * t351;
+    t372 = R::fused(R::constant(0.04), t363, t371);
+    t373 = t372 - t370;
+    set(98, t373);
+    t374 = sin_q_right_hip_roll * t299;
+    t375 = t293 * t362;
+    t376 = R::fused(-t303, t324, t375);
+    t377 = R::fused(-cos_q_right_hip_roll, t376, t374);
+    set(127, t377);
+    t378 = t128 - t377; // right_ankle: columns that its parent has too
+    set(102, t378);
+    t379 = t303 * t362;
+    t380 = R::fused(t293, t324, t379);
+    set(128, t380);
+    t381 = t25 - t380; // right_ankle: columns that its parent has too
+    set(103, t381);
+    t382 = -t299; // right_ankle: motion
+    set(104, t382);
+    set(105, t382);
+    set(106, t382);
+    t383 = t362 - t361; // right_ankle: motion
+    set(109, t383);
+    set(110, t383);
+    set(111, t383);
+    t384 = sin_q_right_hip_roll * t383;
+    t385 = t346 - t305;
+    t386 = R::fused(-t303, t385, t301);
+    set(107, R::fused(-cos_q_right_hip_roll, t386, t384));
+    set(108, R::fused(t293, t385, t311));
+    t389 = t306 - t346;
+    set(114, t389);
+    set(115, t389);
+    set(116, t389);
+    t390 = sin_q_right_hip_roll * t389;
+    t391 = t303 * t363;
+    t392 = R::fused(t293, t326, t391);
+    t393 = R::fused(-cos_q_right_hip_roll, t392, t390);
+    set(112, t393);
+    t394 = t293 * t363;
+    t395 = R::fused(t303, t326, -t394);
+    set(113, t395);
+    t396 = sin_q_right_hip_roll * t294;
+    t397 = R::fused(t303, t325, -t375);
+    t398 = R::fused(-cos_q_right_hip_roll, t397, t396);
+    set(117, t398);
+    t399 = R::fused(-t293, t325, -t379);
+    set(118, t399);
+    t400 = t324 + t325; // right_ankle: motion
+    set(124, t400);
+    set(125, t400);
+    set(126, t400);
+    t401 = sin_q_right_hip_roll * t400;
+    t402 = t305 - t306;
+    t403 = R::fused(-t293, t402, t345);
+    set(122, R::fused(cos_q_right_hip_roll, t403, t401));
+    set(123, R::fused(t303, t402, t350));
     // right_foot: columns that its parent has too
-    t410 = R::fused(-t370, R::constant(0.037), t278);
-    t411 = R::fused(t381, R::constant(0.001369), t410);
-    set(132, R::fused(t402, R::constant(0.001369), t411));
-    t413 = R::fused(-t375, R::constant(0.037), t281);
-    t414 = R::fused(t385, R::constant(0.001369), t413);
-    set(133, R::fused(t403, R::constant(0.001369), t414));
-    t416 = R::fused(t358, R::constant(0.037), -t286);
-    t417 = t301 * R::constant(0.001369);
-    t418 = t416 + t417;
-    t419 = t296 * R::constant(0.001369);
-    set(134, t419 - t418);
-    t421 = R::fused(-t355, R::constant(0.037), t288);
-    t422 = t417 - t421;
-    set(135, t419 - t422);
-    t424 = R::fused(t345, R::constant(0.037), t417);
-    set(136, t419 - t424);
-    set(137, R::fused(t397, R::constant(0.037), t333));
-    set(138, R::fused(t399, R::constant(0.037), t339));
-    t428 = t393 * R::constant(0.037);
-    set(139, t319 + t428);
-    set(140, t316 + t428);
-    set(141, t292 + t428);
-    t432 = R::fused(-t346, R::constant(0.037), t345); // right_foot: motion
-    t433 = sin_q_right_ankle_roll * t432; // right_foot: wrench of a unit parameter
+    t406 = R::fused(-t368, R::constant(0.037), t276);
+    t407 = R::fused(t378, R::constant(0.001369), t406);
+    set(132, R::fused(t398, R::constant(0.001369), t407));
+    t409 = R::fused(-t373, R::constant(0.037), t279);
+    t410 = R::fused(t381, R::constant(0.001369), t409);
+    set(133, R::fused(t399, R::constant(0.001369), t410));
+    t412 = R::fused(t356, R::constant(0.037), -t284);
+    t413 = t299 * R::constant(0.001369);
+    t414 = t412 + t413;
+    t415 = t294 * R::constant(0.001369);
+    set(134, t415 - t414);
+    t417 = R::fused(-t353, R::constant(0.037), t286);
+    t418 = t413 - t417;
+    set(135, t415 - t418);
+    t420 = R::fused(t343, R::constant(0.037), t413);
+    set(136, t415 - t420);
+    set(137, R::fused(t393, R::constant(0.037), t331));
+    set(138, R::fused(t395, R::constant(0.037), t337));
+    t424 = t389 * R::constant(0.037);
+    set(139, t317 + t424);
+    set(140, t314 + t424);
+    set(141, t290 + t424);
+    t428 = R::fused(-t344, R::constant(0.037), t343); // right_foot: motion
+    t429 = sin_q_right_ankle_roll * t428; // right_foot: wrench of a unit parameter
     // right_foot: motion
-    t434 = sin_q_right_ankle_roll * t296;
-    t435 = R::fused(-cos_q_right_ankle_roll, t326, t434);
-    t436 = cos_q_right_ankle_roll * t306;
-    t437 = R::fused(sin_q_right_ankle_roll, t298, t436);
-    t438 = R::fused(t437, v_right_ankle_roll, t435);
-    t439 = t300 - v_right_ankle_roll;
-    t440 = t437 * t439;
-    t441 = t438 - t440;
-    t442 = R::fused(R::constant(-0.037), t441, t433); // right_foot: wrench of a unit parameter
-    set(146, t442);
-    t443 = a_right_ankle_roll - t363;
-    set(159, t443);
-    t444 = sin_q_right_ankle_roll * t306;
-    t445 = R::fused(-cos_q_right_ankle_roll, t298, t444);
-    t446 = t437 * t445;
-    set(177, t446);
-    t447 = t446 - t443;
-    t448 = cos_q_right_ankle_roll * t447; // right_foot: wrench of a unit parameter
-    t449 = t439 * t439;
-    t450 = t445 * t445;
-    t451 = t449 + t450;
+    t430 = sin_q_right_ankle_roll * t294;
+    t431 = R::fused(-cos_q_right_ankle_roll, t324, t430);
+    t432 = cos_q_right_ankle_roll * t304;
+    t433 = R::fused(sin_q_right_ankle_roll, t296, t432);
+    t434 = R::fused(t433, v_right_ankle_roll, t431);
+    t435 = t298 - v_right_ankle_roll;
+    t436 = t433 * t435;
+    t437 = t434 - t436;
+    t438 = R::fused(R::constant(-0.037), t437, t429); // right_foot: wrench of a unit parameter
+    set(146, t438);
+    t439 = a_right_ankle_roll - t361;
+    set(159, t439);
+    t440 = sin_q_right_ankle_roll * t304;
+    t441 = R::fused(-cos_q_right_ankle_roll, t296, t440);
+    t442 = t433 * t441;
+    set(177, t442);
+    t443 = t442 - t439;
+    t444 = cos_q_right_ankle_roll * t443; // right_foot: wrench of a unit parameter
+    t445 = t435 * t435;
+    t446 = t441 * t441;
+    t447 = t445 + t446;
     // right_foot: wrench of a unit parameter
-    t452 = R::fused(sin_q_right_ankle_roll, t451, t448);
-    t453 = t295 * t452;
-    t454 = R::fused(-t305, t441, t453);
-    t455 = t293 * t454;
-    t456 = t305 * t452;
-    t457 = R::fused(t295, t441, t456);
-    t458 = R::fused(-t312, t457, t455);
-    t459 = t442 + t458;
-    set(145, t459);
-    t460 = t170 * t454;
-    t461 = R::fused(-t189, t457, t460);
-    t462 = t459 + t461;
-    set(144, t462);
-    t463 = R::fused(R::constant(0.04), t454, t462);
-    t464 = sin_q_right_hip_roll * t463;
-    t465 = cos_q_right_ankle_roll * t432;
-    t466 = t305 * t465;
+    t448 = R::fused(sin_q_right_ankle_roll, t447, t444);
+    t449 = t293 * t448;
+    t450 = R::fused(-t303, t437, t449);
+    t451 = t291 * t450;
+    t452 = t303 * t448;
+    t453 = R::fused(t293, t437, t452);
+    t454 = R::fused(-t310, t453, t451);
+    t455 = t438 + t454;
+    set(145, t455);
+    t456 = t170 * t450;
+    t457 = R::fused(-t189, t453, t456);
+    t458 = t455 + t457;
+    set(144, t458);
+    t459 = R::fused(R::constant(0.04), t450, t458);
+    t460 = sin_q_right_hip_roll * t459;
+    t461 = cos_q_right_ankle_roll * t428;
+    t462 = t303 * t461;
     // right_foot: motion
-    t467 = R::fused(-t365, R::constant(0.037), t322);
-    t468 = sin_q_right_ankle_roll * t467;
-    t469 = R::fused(-t349, R::constant(0.037), t292);
-    t470 = R::fused(-cos_q_right_ankle_roll, t469, -t468);
-    set(147, t470);
+    t463 = R::fused(-t363, R::constant(0.037), t320);
+    t464 = sin_q_right_ankle_roll * t463;
+    t465 = R::fused(-t347, R::constant(0.037), t290);
+    t466 = R::fused(-cos_q_right_ankle_roll, t465, -t464);
+    set(147, t466);
     // right_foot: wrench of a unit parameter
-    t471 = sin_q_right_ankle_roll * t447;
-    t472 = R::fused(cos_q_right_ankle_roll, t451, -t471);
-    t473 = R::fused(R::constant(0.037), t472, -t470);
-    t474 = R::fused(-t295, t473, t466);
-    t475 = R::fused(-t312, t472, t474);
-    t476 = R::fused(-t189, t472, t475);
-    t477 = R::fused(R::constant(0.055), t454, t476);
-    t478 = R::fused(-cos_q_right_hip_roll, t477, t464);
-    set(142, R::fused(R::constant(-0.035), t454, t478));
-    t480 = t295 * t465;
-    t481 = R::fused(t305, t473, t480);
-    t482 = R::fused(t293, t472, t481);
-    t483 = R::fused(t170, t472, t482);
-    t484 = R::constant(0.055) * t457;
-    t485 = R::fused(R::constant(-0.04), t472, t484);
-    set(143, t485 - t483);
+    t467 = sin_q_right_ankle_roll * t443;
+    t468 = R::fused(cos_q_right_ankle_roll, t447, -t467);
+    t469 = R::fused(R::constant(0.037), t468, -t466);
+    t470 = R::fused(-t293, t469, t462);
+    t471 = R::fused(-t310, t468, t470);
+    t472 = R::fused(-t189, t468, t471);
+    t473 = R::fused(R::constant(0.055), t450, t472);
+    t474 = R::fused(-cos_q_right_hip_roll, t473, t460);
+    set(142, R::fused(R::constant(-0.035), t450, t474));
+    t476 = t293 * t461;
+    t477 = R::fused(t303, t469, t476);
+    t478 = R::fused(t291, t468, t477);
+    t479 = R::fused(t170, t468, t478);
+    t480 = R::constant(0.055) * t453;
+    t481 = R::fused(R::constant(-0.04), t468, t480);
+    set(143, t481 - t479);
     // right_foot: motion
-    t487 = cos_q_right_ankle_roll * t296;
-    t488 = R::fused(sin_q_right_ankle_roll, t326, t487);
-    t489 = R::fused(-t445, v_right_ankle_roll, t488);
-    t490 = t445 * t439;
-    t491 = t489 + t490;
-    t492 = R::fused(R::constant(-0.037), t491, t465); // right_foot: wrench of a unit parameter
-    set(152, t492);
-    t493 = t443 + t446;
-    t494 = sin_q_right_ankle_roll * t493; // right_foot: wrench of a unit parameter
-    t495 = t437 * t437;
-    t496 = t449 + t495;
+    t483 = cos_q_right_ankle_roll * t294;
+    t484 = R::fused(sin_q_right_ankle_roll, t324, t483);
+    t485 = R::fused(-t441, v_right_ankle_roll, t484);
+    t486 = t441 * t435;
+    t487 = t485 + t486;
+    t488 = R::fused(R::constant(-0.037), t487, t461); // right_foot: wrench of a unit parameter
+    set(152, t488);
+    t489 = t439 + t442;
+    t490 = sin_q_right_ankle_roll * t489; // right_foot: wrench of a unit parameter
+    t491 = t433 * t433;
+    t492 = t445 + t491;
     // right_foot: wrench of a unit parameter
-    t497 = R::fused(-cos_q_right_ankle_roll, t496, -t494);
-    t498 = t295 * t497;
-    t499 = R::fused(t305, t491, t498);
-    t500 = t293 * t499;
-    t501 = t305 * t497;
-    t502 = R::fused(-t295, t491, t501);
-    t503 = R::fused(-t312, t502, t500);
-    t504 = t492 - t503;
-    set(151, t504);
-    t505 = t170 * t499;
-    t506 = R::fused(-t189, t502, t505);
-    t507 = t504 - t506;
-    set(150, t507);
-    t508 = R::fused(R::constant(-0.04), t499, t507);
-    t509 = sin_q_right_hip_roll * t508;
-    t510 = t305 * t433;
-    t511 = cos_q_right_ankle_roll * t467; // right_foot: motion
+    t493 = R::fused(-cos_q_right_ankle_roll, t492, -t490);
+    t494 = t293 * t493;
+    t495 = R::fused(t303, t487, t494);
+    t496 = t291 * t495;
+    t497 = t303 * t493;
+    t498 = R::fused(-t293, t487, t497);
+    t499 = R::fused(-t310, t498, t496);
+    t500 = t488 - t499;
+    set(151, t500);
+    t501 = t170 * t495;
+    t502 = R::fused(-t189, t498, t501);
+    t503 = t500 - t502;
+    set(150, t503);
+    t504 = R::fused(R::constant(-0.04), t495, t503);
+    t505 = sin_q_right_hip_roll * t504;
+    t506 = t303 * t429;
+    t507 = cos_q_right_ankle_roll * t463; // right_foot: motion
+    t508 = R::fused(sin_q_right_ankle_roll, t465, -t507); // right_foot: motion
+    set(153, t508);
+    t509 = cos_q_right_ankle_roll * t489;
+    t510 = R::fused(sin_q_right_ankle_roll, t492, -t509);
+    t511 = R::fused(R::constant(-0.037), t510, -t508);
     let (
-        t512, t513, t514, t515, t516, t517, t518, t519, t520, t522, t523, t524, t525, t526, t527, t529, t530, t531,
-        t532, t533, t534, t535, t537, t539, t540, t541, t542, t543, t544, t545, t547, t549, t550, t551, t552, t553,
-        t554, t555, t557, t560, t561, t562, t563, t564, t565, t566, t568, t569, t570, t572, t573, t574, t575, t576,
-        t577, t578, t579, t580, t582,
+        t512, t513, t514, t515, t516, t518, t519, t520, t521, t522, t523, t525, t526, t527, t528, t529, t530, t531,
+        t533, t535, t536, t537, t538, t539, t540, t541, t543, t545, t546, t547, t548, t549, t550, t551, t553, t556,
+        t557, t558, t559, t560, t561, t562, t564, t565, t566, t568, t569, t570, t571, t572, t573, t574, t575, t576,
+        t578,
     );
-    t512 = R::fused(sin_q_right_ankle_roll, t469, -t511); // right_foot: motion
-    set(153, t512);
-    t513 = cos_q_right_ankle_roll * t493;
-    t514 = R::fused(sin_q_right_ankle_roll, t496, -t513);
-    t515 = R::fused(R::constant(-0.037), t514, -t512);
-    t516 = R::fused(t295, t515, t510);
-    t517 = R::fused(-t312, t514, t516);
-    t518 = R::fused(-t189, t514, t517);
-    t519 = R::fused(R::constant(0.055), t499, t518);
-    t520 = R::fused(cos_q_right_hip_roll, t519, t509);
-    set(148, R::fused(R::constant(0.035), t499, t520));
-    t522 = t295 * t433;
-    t523 = R::fused(-t305, t515, t522);
-    t524 = R::fused(t293, t514, t523);
-    t525 = R::fused(t170, t514, t524);
-    t526 = R::constant(0.055) * t502;
-    t527 = R::fused(R::constant(-0.04), t514, t526);
-    set(149, t525 - t527);
-    t529 = cos_q_right_ankle_roll * t490;
-    t530 = R::fused(-sin_q_right_ankle_roll, t440, t529);
-    set(156, t530);
-    set(157, t530);
-    set(158, t530);
-    t531 = sin_q_right_hip_roll * t530;
-    t532 = sin_q_right_ankle_roll * t490;
-    t533 = R::fused(cos_q_right_ankle_roll, t440, t532);
-    t534 = t305 * t533;
-    t535 = R::fused(-t295, t443, t534);
-    set(154, R::fused(cos_q_right_hip_roll, t535, t531));
-    t537 = t295 * t533;
-    set(155, R::fused(t305, t443, t537));
-    t539 = t449 - t495;
-    t540 = R::fused(-sin_q_right_ankle_roll, t539, -t448);
-    set(162, t540);
-    set(163, t540);
-    set(164, t540);
-    t541 = sin_q_right_hip_roll * t540;
-    t542 = R::fused(-cos_q_right_ankle_roll, t539, t471);
-    t543 = t305 * t542;
-    t544 = t489 - t490; // right_foot: motion
-    set(165, t544);
-    t545 = R::fused(t295, t544, t543);
-    set(160, R::fused(-cos_q_right_hip_roll, t545, t541));
-    t547 = t295 * t542;
-    set(161, R::fused(t305, t544, -t547));
-    t549 = t449 - t450;
-    t550 = R::fused(-cos_q_right_ankle_roll, t549, -t494);
-    set(168, t550);
-    set(169, t550);
-    set(170, t550);
-    t551 = sin_q_right_hip_roll * t550;
-    t552 = R::fused(sin_q_right_ankle_roll, t549, -t513);
-    t553 = t305 * t552;
-    t554 = t438 + t440; // right_foot: motion
-    t555 = R::fused(-t295, t554, t553);
-    set(166, R::fused(-cos_q_right_hip_roll, t555, t551));
-    t557 = t295 * t552;
-    set(167, R::fused(-t305, t554, -t557));
-    set(171, -t554); // right_foot: motion
-    t560 = R::fused(sin_q_right_ankle_roll, t438, -t529);
-    set(186, t560);
-    set(187, t560);
-    set(188, t560);
-    t561 = sin_q_right_hip_roll * t560;
-    t562 = t295 * t446;
-    t563 = R::fused(cos_q_right_ankle_roll, t438, t532);
-    t564 = R::fused(-t305, t563, t562);
-    t565 = R::fused(cos_q_right_hip_roll, t564, t561);
-    set(184, t565);
-    t566 = t402 + t379; // right_foot: columns that its parent has too
-    set(172, t566 - t565); // right_foot: columns that its parent has too
-    t568 = t305 * t446;
-    t569 = R::fused(-t295, t563, -t568);
-    set(185, t569);
-    t570 = t403 + t383; // right_foot: columns that its parent has too
-    set(173, t570 - t569); // right_foot: columns that its parent has too
-    t572 = t302 - t560; // right_foot: columns that its parent has too
-    set(174, t572);
-    set(175, t572);
-    set(176, t572);
-    t573 = cos_q_right_ankle_roll * t441;
-    t574 = R::fused(-sin_q_right_ankle_roll, t491, -t573);
-    set(180, t574);
-    set(181, t574);
-    set(182, t574);
-    t575 = sin_q_right_hip_roll * t574;
-    t576 = sin_q_right_ankle_roll * t441;
-    t577 = R::fused(-cos_q_right_ankle_roll, t491, t576);
-    t578 = t305 * t577;
-    t579 = t495 - t450;
-    set(183, t579);
-    t580 = R::fused(t295, t579, t578);
-    set(178, R::fused(-cos_q_right_hip_roll, t580, t575));
-    t582 = t295 * t577;
-    set(179, R::fused(t305, t579, -t582));
-    set(189, -t446); // right_foot: motion
+    t512 = R::fused(t293, t511, t506);
+    t513 = R::fused(-t310, t510, t512);
+    t514 = R::fused(-t189, t510, t513);
+    t515 = R::fused(R::constant(0.055), t495, t514);
+    t516 = R::fused(cos_q_right_hip_roll, t515, t505);
+    set(148, R::fused(R::constant(0.035), t495, t516));
+    t518 = t293 * t429;
+    t519 = R::fused(-t303, t511, t518);
+    t520 = R::fused(t291, t510, t519);
+    t521 = R::fused(t170, t510, t520);
+    t522 = R::constant(0.055) * t498;
+    t523 = R::fused(R::constant(-0.04), t510, t522);
+    set(149, t521 - t523);
+    t525 = cos_q_right_ankle_roll * t486;
+    t526 = R::fused(-sin_q_right_ankle_roll, t436, t525);
+    set(156, t526);
+    set(157, t526);
+    set(158, t526);
+    t527 = sin_q_right_hip_roll * t526;
+    t528 = sin_q_right_ankle_roll * t486;
+    t529 = R::fused(cos_q_right_ankle_roll, t436, t528);
+    t530 = t303 * t529;
+    t531 = R::fused(-t293, t439, t530);
+    set(154, R::fused(cos_q_right_hip_roll, t531, t527));
+    t533 = t293 * t529;
+    set(155, R::fused(t303, t439, t533));
+    t535 = t445 - t491;
+    t536 = R::fused(-sin_q_right_ankle_roll, t535, -t444);
+    set(162, t536);
+    set(163, t536);
+    set(164, t536);
+    t537 = sin_q_right_hip_roll * t536;
+    t538 = R::fused(-cos_q_right_ankle_roll, t535, t467);
+    t539 = t303 * t538;
+    t540 = t485 - t486; // right_foot: motion
+    set(165, t540);
+    t541 = R::fused(t293, t540, t539);
+    set(160, R::fused(-cos_q_right_hip_roll, t541, t537));
+    t543 = t293 * t538;
+    set(161, R::fused(t303, t540, -t543));
+    t545 = t445 - t446;
+    t546 = R::fused(-cos_q_right_ankle_roll, t545, -t490);
+    set(168, t546);
+    set(169, t546);
+    set(170, t546);
+    t547 = sin_q_right_hip_roll * t546;
+    t548 = R::fused(sin_q_right_ankle_roll, t545, -t509);
+    t549 = t303 * t548;
+    t550 = t434 + t436; // right_foot: motion
+    t551 = R::fused(-t293, t550, t549);
+    set(166, R::fused(-cos_q_right_hip_roll, t551, t547));
+    t553 = t293 * t548;
+    set(167, R::fused(-t303, t550, -t553));
+    set(171, -t550); // right_foot: motion
+    t556 = R::fused(sin_q_right_ankle_roll, t434, -t525);
+    set(186, t556);
+    set(187, t556);
+    set(188, t556);
+    t557 = sin_q_right_hip_roll * t556;
+    t558 = t293 * t442;
+    t559 = R::fused(cos_q_right_ankle_roll, t434, t528);
+    t560 = R::fused(-t303, t559, t558);
+    t561 = R::fused(cos_q_right_hip_roll, t560, t557);
+    set(184, t561);
+    t562 = t398 + t377; // right_foot: columns that its parent has too
+    set(172, t562 - t561); // right_foot: columns that its parent has too
+    t564 = t303 * t442;
+    t565 = R::fused(-t293, t559, -t564);
+    set(185, t565);
+    t566 = t399 + t380; // right_foot: columns that its parent has too
+    set(173, t566 - t565); // right_foot: columns that its parent has too
+    t568 = t300 - t556; // right_foot: columns that its parent has too
+    set(174, t568);
+    set(175, t568);
+    set(176, t568);
+    t569 = cos_q_right_ankle_roll * t437;
+    t570 = R::fused(-sin_q_right_ankle_roll, t487, -t569);
+    set(180, t570);
+    set(181, t570);
+    set(182, t570);
+    t571 = sin_q_right_hip_roll * t570;
+    t572 = sin_q_right_ankle_roll * t437;
+    t573 = R::fused(-cos_q_right_ankle_roll, t487, t572);
+    t574 = t303 * t573;
+    t575 = t491 - t446;
+    set(183, t575);
+    t576 = R::fused(t293, t575, t574);
+    set(178, R::fused(-cos_q_right_hip_roll, t576, t571));
+    t578 = t293 * t573;
+    set(179, R::fused(t303, t575, -t578));
+    set(189, -t442); // right_foot: motion
     set(0, a_right_hip_yaw);
     set(7, a_right_hip_roll);
 }

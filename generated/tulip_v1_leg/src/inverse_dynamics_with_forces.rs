@@ -9,7 +9,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 ///
 /// Rows: all the elements of [`v`](super::V_NAMES), `right_hip_yaw` to `right_ankle_roll`; N m.
 /// Source: (4.25), (4.13).
-/// 640 operations: 93 add, 159 mul, 194 fused, 6 sin_cos.
+/// 638 operations: 93 add, 161 mul, 192 fused, 6 sin_cos.
 #[inline]
 pub fn inverse_dynamics_with_forces<R: Real>(
     q: &SVector<R, NQ>,
@@ -107,43 +107,43 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t1 = t0 * R::constant(0.035);
     t2 = v_right_hip_yaw * sin_q_right_hip_roll;
     t3 = v_right_hip_yaw * cos_q_right_hip_roll;
-    t4 = t1 * cos_q_right_hip_roll;
-    t5 = R::fused(R::constant(9.81), sin_q_right_hip_roll, t4);
-    t6 = t1 * sin_q_right_hip_roll;
-    t7 = R::fused(R::constant(-9.81), cos_q_right_hip_roll, t6);
-    t8 = t3 * v_right_hip_roll;
-    t9 = t2 * v_right_hip_roll;
-    t10 = R::fused(a_right_hip_yaw, sin_q_right_hip_roll, t8);
-    t11 = R::fused(a_right_hip_yaw, cos_q_right_hip_roll, -t9);
-    t12 = v_right_hip_roll * v_right_hip_roll;
-    t13 = t2 * t2;
-    t14 = t2 * t3;
-    t15 = t3 * t3;
-    t16 = t9 - t11;
-    t17 = t8 + t10;
-    t18 = t9 + t11;
-    t19 = t12 + t15;
-    t20 = a_right_hip_roll - t14;
-    t21 = t8 - t10;
-    t22 = a_right_hip_roll + t14;
-    t23 = t12 + t13;
+    t4 = a_right_hip_yaw * sin_q_right_hip_roll;
+    t5 = a_right_hip_yaw * cos_q_right_hip_roll;
+    t6 = t1 * cos_q_right_hip_roll;
+    t7 = R::fused(R::constant(9.81), sin_q_right_hip_roll, t6);
+    t8 = t1 * sin_q_right_hip_roll;
+    t9 = R::fused(R::constant(-9.81), cos_q_right_hip_roll, t8);
+    t10 = t3 * v_right_hip_roll;
+    t11 = t2 * v_right_hip_roll;
+    t12 = t4 + t10;
+    t13 = t5 - t11;
+    t14 = v_right_hip_roll * v_right_hip_roll;
+    t15 = t2 * t2;
+    t16 = t2 * t3;
+    t17 = t3 * t3;
+    t18 = t11 - t13;
+    t19 = t10 + t12;
+    t20 = t14 + t17;
+    t21 = a_right_hip_roll - t16;
+    t22 = a_right_hip_roll + t16;
+    t23 = t14 + t15;
     // right_upper_leg: motion
-    t24 = t16 * R::constant(0.055);
-    t25 = R::fused(t17, R::constant(0.04), t24);
-    t26 = t19 * R::constant(0.055);
-    t27 = R::fused(t20, R::constant(0.04), t26);
+    t24 = t18 * R::constant(0.055);
+    t25 = R::fused(t19, R::constant(0.04), t24);
+    t26 = t20 * R::constant(0.055);
+    t27 = R::fused(t21, R::constant(0.04), t26);
     t28 = t22 * R::constant(0.055);
     t29 = R::fused(-t23, R::constant(0.04), t28);
     t30 = R::fused(a_right_hip_yaw, R::constant(0.035), -t25);
-    t31 = t5 + t27;
-    t32 = t7 + t29;
+    t31 = t7 + t27;
+    t32 = t9 + t29;
     t33 = t3 * cos_q_right_hip_pitch;
     t34 = R::fused(v_right_hip_roll, sin_q_right_hip_pitch, t33);
     t35 = t3 * sin_q_right_hip_pitch;
     t36 = R::fused(-v_right_hip_roll, cos_q_right_hip_pitch, t35);
-    t37 = t11 * cos_q_right_hip_pitch;
+    t37 = t13 * cos_q_right_hip_pitch;
     t38 = R::fused(a_right_hip_roll, sin_q_right_hip_pitch, t37);
-    t39 = t11 * sin_q_right_hip_pitch;
+    t39 = t13 * sin_q_right_hip_pitch;
     t40 = R::fused(-a_right_hip_roll, cos_q_right_hip_pitch, t39);
     t41 = t32 * cos_q_right_hip_pitch;
     t42 = R::fused(-t30, sin_q_right_hip_pitch, t41);
@@ -151,7 +151,7 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t44 = R::fused(t30, cos_q_right_hip_pitch, t43);
     t45 = R::fused(t34, v_right_hip_pitch, t40);
     t46 = R::fused(-t36, v_right_hip_pitch, t38);
-    t47 = t10 + a_right_hip_pitch;
+    t47 = t12 + a_right_hip_pitch;
     t48 = t2 + v_right_hip_pitch;
     t49 = t36 * t36;
     t50 = t36 * t48;
@@ -256,27 +256,27 @@ pub(super) fn inverse_dynamics_with_forces_program<R: Real>(
     t146 = t138 - t143;
     t147 = R::fused(t127, t127, t140);
     // right_hip_roll_link: wrench that its motion needs
-    t148 = R::constant(0.2381) * t16;
-    t149 = R::fused(R::constant(0.1718), t17, t148);
+    t148 = R::constant(0.2381) * t18;
+    t149 = R::fused(R::constant(0.1718), t19, t148);
     t150 = R::constant(0.299670225) * a_right_hip_roll;
-    t151 = R::fused(R::constant(0.285913725), t14, t150);
-    t152 = R::fused(R::constant(0.000225), t21, t151);
-    t153 = R::fused(R::constant(-0.00015), t18, t152);
-    t154 = t13 - t15;
+    t151 = R::fused(R::constant(0.285913725), t16, t150);
+    t152 = R::fused(R::constant(-0.000225), t4, t151);
+    t153 = R::fused(R::constant(-0.00015), t5, t152);
+    t154 = t15 - t17;
     t155 = R::fused(R::constant(-0.009074), t154, t153);
-    t156 = R::constant(0.285913725) * t10;
-    t157 = R::fused(R::constant(-0.299670225), t8, t156);
-    t158 = R::fused(R::constant(-0.009074), t16, t157);
+    t156 = R::constant(0.285913725) * t12;
+    t157 = R::fused(R::constant(-0.299670225), t10, t156);
+    t158 = R::fused(R::constant(-0.009074), t18, t157);
     t159 = R::fused(R::constant(0.000225), t22, t158);
-    t160 = t12 - t15;
+    t160 = t14 - t17;
     t161 = R::fused(R::constant(-0.00015), t160, t159);
-    t162 = t9 * R::constant(0.58558395);
-    t163 = R::fused(R::constant(0.00015), t20, t162);
-    t164 = R::fused(R::constant(0.009074), t17, t163);
-    t165 = t12 - t13;
+    t162 = t11 * R::constant(0.58558395);
+    t163 = R::fused(R::constant(0.00015), t21, t162);
+    t164 = R::fused(R::constant(0.009074), t19, t163);
+    t165 = t14 - t15;
     t166 = R::fused(R::constant(0.000225), t165, t164);
-    t167 = R::constant(0.2381) * t7;
-    t168 = R::fused(R::constant(0.1718), t5, t167);
+    t167 = R::constant(0.2381) * t9;
+    t168 = R::fused(R::constant(0.1718), t7, t167);
     t169 = t155 + t168;
     t170 = R::fused(a_right_hip_yaw, R::constant(0.006013), t161);
     t171 = R::fused(-a_right_hip_yaw, R::constant(0.0083335), t166);

@@ -12,7 +12,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `right_hip_yaw` to `right_ankle_roll`.
 /// Source: forward kinematics.
-/// 132 operations: 16 add, 38 mul, 39 fused, 5 sin_cos.
+/// 129 operations: 16 add, 41 mul, 36 fused, 5 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -103,23 +103,24 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t52 = R::fused(-t26, R::constant(0.273), t37);
     let t53 = R::fused(-t30, R::constant(0.273), t38);
     let t54 = R::fused(t34, R::constant(0.273), t39);
-    let t55 = R::fused(-t41, R::constant(0.037), t52); // right_foot: pose in the world
-    let t56 = R::fused(-t45, R::constant(0.037), t53); // right_foot: pose in the world
-    let t57 = R::fused(t49, R::constant(0.037), t54); // right_foot: pose in the world
-    // right_ankle: Jacobian
+    // right_foot: pose in the world
+    let t55 = t41 * R::constant(0.037);
+    let t56 = t45 * R::constant(0.037);
+    let t57 = t49 * R::constant(0.037);
     let t58 = t52 - t55;
     let t59 = t53 - t56;
-    let t60 = t54 - t57;
-    let t61 = t2 * t60;
-    let t62 = R::fused(-sin_q_right_hip_roll, t59, t61);
-    let t63 = sin_q_right_hip_roll * t58;
-    let t64 = R::fused(t0, t60, -t63);
-    let t65 = t0 * t59;
-    let t66 = R::fused(t2, t58, -t65);
+    let t60 = t54 + t57;
+    // right_ankle: Jacobian
+    let t61 = t2 * t57;
+    let t62 = R::fused(-sin_q_right_hip_roll, t56, -t61);
+    let t63 = sin_q_right_hip_roll * t55;
+    let t64 = R::fused(-t0, t57, -t63);
+    let t65 = t0 * t56;
+    let t66 = R::fused(t2, t55, -t65);
     // right_lower_leg: Jacobian
-    let t67 = t37 - t55;
-    let t68 = t38 - t56;
-    let t69 = t39 - t57;
+    let t67 = t37 - t58;
+    let t68 = t38 - t59;
+    let t69 = t39 - t60;
     let t70 = t2 * t69;
     let t71 = R::fused(-sin_q_right_hip_roll, t68, t70);
     let t72 = sin_q_right_hip_roll * t67;
@@ -127,9 +128,9 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t74 = t0 * t68;
     let t75 = R::fused(t2, t67, -t74);
     // right_upper_leg: Jacobian
-    let t76 = t22 - t55;
-    let t77 = t23 - t56;
-    let t78 = t24 - t57;
+    let t76 = t22 - t58;
+    let t77 = t23 - t59;
+    let t78 = t24 - t60;
     let t79 = t2 * t78;
     let t80 = R::fused(-sin_q_right_hip_roll, t77, t79);
     let t81 = sin_q_right_hip_roll * t76;
@@ -137,18 +138,18 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
     let t83 = t0 * t77;
     let t84 = R::fused(t2, t76, -t83);
     // right_hip_roll_link: Jacobian
-    let t85 = t4 - t55;
-    let t86 = t5 - t56;
-    let t87 = R::constant(0.045) - t57;
+    let t85 = t4 - t58;
+    let t86 = t5 - t59;
+    let t87 = R::constant(0.045) - t60;
     let t88 = sin_q_right_hip_yaw * t87;
     let t89 = cos_q_right_hip_yaw * t87;
     let t90 = cos_q_right_hip_yaw * t86;
     let t91 = R::fused(sin_q_right_hip_yaw, t85, t90);
-    let t92 = t56 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
+    let t92 = t59 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
     let t93 = -t89;
     let t94 = -t0; // right_hip_roll_link: pose in the world
     *out = [
-        [t92, t55, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw
+        [t92, t58, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw
         [t88, t93, t91, cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_roll
         [t80, t82, t84, t94, t2, sin_q_right_hip_roll], // right_hip_pitch
         [t71, t73, t75, t94, t2, sin_q_right_hip_roll], // right_knee_pitch
@@ -165,7 +166,7 @@ pub(super) fn jacobian_of_right_foot_program<R: Real>(q: &[R; NQ], out: &mut [[R
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `right_hip_yaw` to `right_ankle_roll`.
 /// Source: forward kinematics.
-/// 180 operations: 22 add, 50 mul, 54 fused, 6 sin_cos.
+/// 177 operations: 19 add, 50 mul, 54 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_front_left<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -290,63 +291,60 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
     let t80 = t68 - t75;
     let t81 = t69 + t78;
     // right_foot: Jacobian
-    let t82 = t67 - t79;
-    let t83 = t68 - t80;
-    let t84 = t69 - t81;
-    let t85 = t47 * t84;
-    let t86 = R::fused(-t51, t83, t85);
-    let t87 = t51 * t82;
-    let t88 = R::fused(-t43, t84, -t87);
-    let t89 = t43 * t83;
-    let t90 = R::fused(t47, t82, t89);
+    let t82 = t47 * t78;
+    let t83 = R::fused(-t51, t75, -t82);
+    let t84 = t51 * t72;
+    let t85 = R::fused(t43, t78, -t84);
+    let t86 = t43 * t75;
+    let t87 = R::fused(t47, t72, t86);
     // right_ankle: Jacobian
-    let t91 = t52 - t79;
-    let t92 = t53 - t80;
-    let t93 = t54 - t81;
-    let t94 = t2 * t93;
-    let t95 = R::fused(-sin_q_right_hip_roll, t92, t94);
-    let t96 = sin_q_right_hip_roll * t91;
-    let t97 = R::fused(t0, t93, -t96);
-    let t98 = t0 * t92;
-    let t99 = R::fused(t2, t91, -t98);
+    let t88 = t52 - t79;
+    let t89 = t53 - t80;
+    let t90 = t54 - t81;
+    let t91 = t2 * t90;
+    let t92 = R::fused(-sin_q_right_hip_roll, t89, t91);
+    let t93 = sin_q_right_hip_roll * t88;
+    let t94 = R::fused(t0, t90, -t93);
+    let t95 = t0 * t89;
+    let t96 = R::fused(t2, t88, -t95);
     // right_lower_leg: Jacobian
-    let t100 = t37 - t79;
-    let t101 = t38 - t80;
-    let t102 = t39 - t81;
-    let t103 = t2 * t102;
-    let t104 = R::fused(-sin_q_right_hip_roll, t101, t103);
-    let t105 = sin_q_right_hip_roll * t100;
-    let t106 = R::fused(t0, t102, -t105);
-    let t107 = t0 * t101;
-    let t108 = R::fused(t2, t100, -t107);
+    let t97 = t37 - t79;
+    let t98 = t38 - t80;
+    let t99 = t39 - t81;
+    let t100 = t2 * t99;
+    let t101 = R::fused(-sin_q_right_hip_roll, t98, t100);
+    let t102 = sin_q_right_hip_roll * t97;
+    let t103 = R::fused(t0, t99, -t102);
+    let t104 = t0 * t98;
+    let t105 = R::fused(t2, t97, -t104);
     // right_upper_leg: Jacobian
-    let t109 = t22 - t79;
-    let t110 = t23 - t80;
-    let t111 = t24 - t81;
-    let t112 = t2 * t111;
-    let t113 = R::fused(-sin_q_right_hip_roll, t110, t112);
-    let t114 = sin_q_right_hip_roll * t109;
-    let t115 = R::fused(t0, t111, -t114);
-    let t116 = t0 * t110;
-    let t117 = R::fused(t2, t109, -t116);
+    let t106 = t22 - t79;
+    let t107 = t23 - t80;
+    let t108 = t24 - t81;
+    let t109 = t2 * t108;
+    let t110 = R::fused(-sin_q_right_hip_roll, t107, t109);
+    let t111 = sin_q_right_hip_roll * t106;
+    let t112 = R::fused(t0, t108, -t111);
+    let t113 = t0 * t107;
+    let t114 = R::fused(t2, t106, -t113);
     // right_hip_roll_link: Jacobian
-    let t118 = t4 - t79;
-    let t119 = t5 - t80;
-    let t120 = R::constant(0.045) - t81;
-    let t121 = sin_q_right_hip_yaw * t120;
-    let t122 = cos_q_right_hip_yaw * t120;
-    let t123 = cos_q_right_hip_yaw * t119;
-    let t124 = R::fused(sin_q_right_hip_yaw, t118, t123);
-    let t125 = t80 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
-    let t126 = -t122;
-    let t127 = -t0; // right_hip_roll_link: pose in the world
+    let t115 = t4 - t79;
+    let t116 = t5 - t80;
+    let t117 = R::constant(0.045) - t81;
+    let t118 = sin_q_right_hip_yaw * t117;
+    let t119 = cos_q_right_hip_yaw * t117;
+    let t120 = cos_q_right_hip_yaw * t116;
+    let t121 = R::fused(sin_q_right_hip_yaw, t115, t120);
+    let t122 = t80 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
+    let t123 = -t119;
+    let t124 = -t0; // right_hip_roll_link: pose in the world
     *out = [
-        [t125, t79, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw
-        [t121, t126, t124, cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_roll
-        [t113, t115, t117, t127, t2, sin_q_right_hip_roll], // right_hip_pitch
-        [t104, t106, t108, t127, t2, sin_q_right_hip_roll], // right_knee_pitch
-        [t95, t97, t99, t127, t2, sin_q_right_hip_roll], // right_ankle_pitch
-        [t86, t88, t90, t43, t47, t51], // right_ankle_roll
+        [t122, t79, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw
+        [t118, t123, t121, cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_roll
+        [t110, t112, t114, t124, t2, sin_q_right_hip_roll], // right_hip_pitch
+        [t101, t103, t105, t124, t2, sin_q_right_hip_roll], // right_knee_pitch
+        [t92, t94, t96, t124, t2, sin_q_right_hip_roll], // right_ankle_pitch
+        [t83, t85, t87, t43, t47, t51], // right_ankle_roll
     ];
 }
 }
@@ -358,7 +356,7 @@ pub(super) fn jacobian_of_right_foot_front_left_program<R: Real>(q: &[R; NQ], ou
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `right_hip_yaw` to `right_ankle_roll`.
 /// Source: forward kinematics.
-/// 180 operations: 22 add, 50 mul, 54 fused, 6 sin_cos.
+/// 177 operations: 19 add, 50 mul, 54 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_front_right<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -483,63 +481,60 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
     let t80 = t68 - t75;
     let t81 = t69 + t78;
     // right_foot: Jacobian
-    let t82 = t67 - t79;
-    let t83 = t68 - t80;
-    let t84 = t69 - t81;
-    let t85 = t47 * t84;
-    let t86 = R::fused(-t51, t83, t85);
-    let t87 = t51 * t82;
-    let t88 = R::fused(-t43, t84, -t87);
-    let t89 = t43 * t83;
-    let t90 = R::fused(t47, t82, t89);
+    let t82 = t47 * t78;
+    let t83 = R::fused(-t51, t75, -t82);
+    let t84 = t51 * t72;
+    let t85 = R::fused(t43, t78, -t84);
+    let t86 = t43 * t75;
+    let t87 = R::fused(t47, t72, t86);
     // right_ankle: Jacobian
-    let t91 = t52 - t79;
-    let t92 = t53 - t80;
-    let t93 = t54 - t81;
-    let t94 = t2 * t93;
-    let t95 = R::fused(-sin_q_right_hip_roll, t92, t94);
-    let t96 = sin_q_right_hip_roll * t91;
-    let t97 = R::fused(t0, t93, -t96);
-    let t98 = t0 * t92;
-    let t99 = R::fused(t2, t91, -t98);
+    let t88 = t52 - t79;
+    let t89 = t53 - t80;
+    let t90 = t54 - t81;
+    let t91 = t2 * t90;
+    let t92 = R::fused(-sin_q_right_hip_roll, t89, t91);
+    let t93 = sin_q_right_hip_roll * t88;
+    let t94 = R::fused(t0, t90, -t93);
+    let t95 = t0 * t89;
+    let t96 = R::fused(t2, t88, -t95);
     // right_lower_leg: Jacobian
-    let t100 = t37 - t79;
-    let t101 = t38 - t80;
-    let t102 = t39 - t81;
-    let t103 = t2 * t102;
-    let t104 = R::fused(-sin_q_right_hip_roll, t101, t103);
-    let t105 = sin_q_right_hip_roll * t100;
-    let t106 = R::fused(t0, t102, -t105);
-    let t107 = t0 * t101;
-    let t108 = R::fused(t2, t100, -t107);
+    let t97 = t37 - t79;
+    let t98 = t38 - t80;
+    let t99 = t39 - t81;
+    let t100 = t2 * t99;
+    let t101 = R::fused(-sin_q_right_hip_roll, t98, t100);
+    let t102 = sin_q_right_hip_roll * t97;
+    let t103 = R::fused(t0, t99, -t102);
+    let t104 = t0 * t98;
+    let t105 = R::fused(t2, t97, -t104);
     // right_upper_leg: Jacobian
-    let t109 = t22 - t79;
-    let t110 = t23 - t80;
-    let t111 = t24 - t81;
-    let t112 = t2 * t111;
-    let t113 = R::fused(-sin_q_right_hip_roll, t110, t112);
-    let t114 = sin_q_right_hip_roll * t109;
-    let t115 = R::fused(t0, t111, -t114);
-    let t116 = t0 * t110;
-    let t117 = R::fused(t2, t109, -t116);
+    let t106 = t22 - t79;
+    let t107 = t23 - t80;
+    let t108 = t24 - t81;
+    let t109 = t2 * t108;
+    let t110 = R::fused(-sin_q_right_hip_roll, t107, t109);
+    let t111 = sin_q_right_hip_roll * t106;
+    let t112 = R::fused(t0, t108, -t111);
+    let t113 = t0 * t107;
+    let t114 = R::fused(t2, t106, -t113);
     // right_hip_roll_link: Jacobian
-    let t118 = t4 - t79;
-    let t119 = t5 - t80;
-    let t120 = R::constant(0.045) - t81;
-    let t121 = sin_q_right_hip_yaw * t120;
-    let t122 = cos_q_right_hip_yaw * t120;
-    let t123 = cos_q_right_hip_yaw * t119;
-    let t124 = R::fused(sin_q_right_hip_yaw, t118, t123);
-    let t125 = t80 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
-    let t126 = -t122;
-    let t127 = -t0; // right_hip_roll_link: pose in the world
+    let t115 = t4 - t79;
+    let t116 = t5 - t80;
+    let t117 = R::constant(0.045) - t81;
+    let t118 = sin_q_right_hip_yaw * t117;
+    let t119 = cos_q_right_hip_yaw * t117;
+    let t120 = cos_q_right_hip_yaw * t116;
+    let t121 = R::fused(sin_q_right_hip_yaw, t115, t120);
+    let t122 = t80 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
+    let t123 = -t119;
+    let t124 = -t0; // right_hip_roll_link: pose in the world
     *out = [
-        [t125, t79, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw
-        [t121, t126, t124, cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_roll
-        [t113, t115, t117, t127, t2, sin_q_right_hip_roll], // right_hip_pitch
-        [t104, t106, t108, t127, t2, sin_q_right_hip_roll], // right_knee_pitch
-        [t95, t97, t99, t127, t2, sin_q_right_hip_roll], // right_ankle_pitch
-        [t86, t88, t90, t43, t47, t51], // right_ankle_roll
+        [t122, t79, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw
+        [t118, t123, t121, cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_roll
+        [t110, t112, t114, t124, t2, sin_q_right_hip_roll], // right_hip_pitch
+        [t101, t103, t105, t124, t2, sin_q_right_hip_roll], // right_knee_pitch
+        [t92, t94, t96, t124, t2, sin_q_right_hip_roll], // right_ankle_pitch
+        [t83, t85, t87, t43, t47, t51], // right_ankle_roll
     ];
 }
 }
@@ -551,7 +546,7 @@ pub(super) fn jacobian_of_right_foot_front_right_program<R: Real>(q: &[R; NQ], o
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `right_hip_yaw` to `right_ankle_roll`.
 /// Source: forward kinematics.
-/// 180 operations: 22 add, 50 mul, 54 fused, 6 sin_cos.
+/// 177 operations: 19 add, 50 mul, 54 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_rear_left<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -676,63 +671,60 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
     let t80 = t68 + t75;
     let t81 = t69 - t78;
     // right_foot: Jacobian
-    let t82 = t67 - t79;
-    let t83 = t68 - t80;
-    let t84 = t69 - t81;
-    let t85 = t47 * t84;
-    let t86 = R::fused(-t51, t83, t85);
-    let t87 = t51 * t82;
-    let t88 = R::fused(-t43, t84, -t87);
-    let t89 = t43 * t83;
-    let t90 = R::fused(t47, t82, t89);
+    let t82 = t47 * t78;
+    let t83 = R::fused(t51, t75, t82);
+    let t84 = t51 * t72;
+    let t85 = R::fused(-t43, t78, t84);
+    let t86 = t43 * t75;
+    let t87 = R::fused(-t47, t72, -t86);
     // right_ankle: Jacobian
-    let t91 = t52 - t79;
-    let t92 = t53 - t80;
-    let t93 = t54 - t81;
-    let t94 = t2 * t93;
-    let t95 = R::fused(-sin_q_right_hip_roll, t92, t94);
-    let t96 = sin_q_right_hip_roll * t91;
-    let t97 = R::fused(t0, t93, -t96);
-    let t98 = t0 * t92;
-    let t99 = R::fused(t2, t91, -t98);
+    let t88 = t52 - t79;
+    let t89 = t53 - t80;
+    let t90 = t54 - t81;
+    let t91 = t2 * t90;
+    let t92 = R::fused(-sin_q_right_hip_roll, t89, t91);
+    let t93 = sin_q_right_hip_roll * t88;
+    let t94 = R::fused(t0, t90, -t93);
+    let t95 = t0 * t89;
+    let t96 = R::fused(t2, t88, -t95);
     // right_lower_leg: Jacobian
-    let t100 = t37 - t79;
-    let t101 = t38 - t80;
-    let t102 = t39 - t81;
-    let t103 = t2 * t102;
-    let t104 = R::fused(-sin_q_right_hip_roll, t101, t103);
-    let t105 = sin_q_right_hip_roll * t100;
-    let t106 = R::fused(t0, t102, -t105);
-    let t107 = t0 * t101;
-    let t108 = R::fused(t2, t100, -t107);
+    let t97 = t37 - t79;
+    let t98 = t38 - t80;
+    let t99 = t39 - t81;
+    let t100 = t2 * t99;
+    let t101 = R::fused(-sin_q_right_hip_roll, t98, t100);
+    let t102 = sin_q_right_hip_roll * t97;
+    let t103 = R::fused(t0, t99, -t102);
+    let t104 = t0 * t98;
+    let t105 = R::fused(t2, t97, -t104);
     // right_upper_leg: Jacobian
-    let t109 = t22 - t79;
-    let t110 = t23 - t80;
-    let t111 = t24 - t81;
-    let t112 = t2 * t111;
-    let t113 = R::fused(-sin_q_right_hip_roll, t110, t112);
-    let t114 = sin_q_right_hip_roll * t109;
-    let t115 = R::fused(t0, t111, -t114);
-    let t116 = t0 * t110;
-    let t117 = R::fused(t2, t109, -t116);
+    let t106 = t22 - t79;
+    let t107 = t23 - t80;
+    let t108 = t24 - t81;
+    let t109 = t2 * t108;
+    let t110 = R::fused(-sin_q_right_hip_roll, t107, t109);
+    let t111 = sin_q_right_hip_roll * t106;
+    let t112 = R::fused(t0, t108, -t111);
+    let t113 = t0 * t107;
+    let t114 = R::fused(t2, t106, -t113);
     // right_hip_roll_link: Jacobian
-    let t118 = t4 - t79;
-    let t119 = t5 - t80;
-    let t120 = R::constant(0.045) - t81;
-    let t121 = sin_q_right_hip_yaw * t120;
-    let t122 = cos_q_right_hip_yaw * t120;
-    let t123 = cos_q_right_hip_yaw * t119;
-    let t124 = R::fused(sin_q_right_hip_yaw, t118, t123);
-    let t125 = t80 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
-    let t126 = -t122;
-    let t127 = -t0; // right_hip_roll_link: pose in the world
+    let t115 = t4 - t79;
+    let t116 = t5 - t80;
+    let t117 = R::constant(0.045) - t81;
+    let t118 = sin_q_right_hip_yaw * t117;
+    let t119 = cos_q_right_hip_yaw * t117;
+    let t120 = cos_q_right_hip_yaw * t116;
+    let t121 = R::fused(sin_q_right_hip_yaw, t115, t120);
+    let t122 = t80 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
+    let t123 = -t119;
+    let t124 = -t0; // right_hip_roll_link: pose in the world
     *out = [
-        [t125, t79, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw
-        [t121, t126, t124, cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_roll
-        [t113, t115, t117, t127, t2, sin_q_right_hip_roll], // right_hip_pitch
-        [t104, t106, t108, t127, t2, sin_q_right_hip_roll], // right_knee_pitch
-        [t95, t97, t99, t127, t2, sin_q_right_hip_roll], // right_ankle_pitch
-        [t86, t88, t90, t43, t47, t51], // right_ankle_roll
+        [t122, t79, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw
+        [t118, t123, t121, cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_roll
+        [t110, t112, t114, t124, t2, sin_q_right_hip_roll], // right_hip_pitch
+        [t101, t103, t105, t124, t2, sin_q_right_hip_roll], // right_knee_pitch
+        [t92, t94, t96, t124, t2, sin_q_right_hip_roll], // right_ankle_pitch
+        [t83, t85, t87, t43, t47, t51], // right_ankle_roll
     ];
 }
 }
@@ -744,7 +736,7 @@ pub(super) fn jacobian_of_right_foot_rear_left_program<R: Real>(q: &[R; NQ], out
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; m, 1, then 1.
 /// Columns: all the elements of [`v`](super::V_NAMES), `right_hip_yaw` to `right_ankle_roll`.
 /// Source: forward kinematics.
-/// 180 operations: 22 add, 50 mul, 54 fused, 6 sin_cos.
+/// 177 operations: 19 add, 50 mul, 54 fused, 6 sin_cos.
 #[inline]
 pub fn jacobian_of_right_foot_rear_right<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 6, NV> {
     let mut out = [[R::constant(0.0); 6]; NV];
@@ -869,63 +861,60 @@ pub(super) fn jacobian_of_right_foot_rear_right_program<R: Real>(q: &[R; NQ], ou
     let t80 = t68 + t75;
     let t81 = t69 - t78;
     // right_foot: Jacobian
-    let t82 = t67 - t79;
-    let t83 = t68 - t80;
-    let t84 = t69 - t81;
-    let t85 = t47 * t84;
-    let t86 = R::fused(-t51, t83, t85);
-    let t87 = t51 * t82;
-    let t88 = R::fused(-t43, t84, -t87);
-    let t89 = t43 * t83;
-    let t90 = R::fused(t47, t82, t89);
+    let t82 = t47 * t78;
+    let t83 = R::fused(t51, t75, t82);
+    let t84 = t51 * t72;
+    let t85 = R::fused(-t43, t78, t84);
+    let t86 = t43 * t75;
+    let t87 = R::fused(-t47, t72, -t86);
     // right_ankle: Jacobian
-    let t91 = t52 - t79;
-    let t92 = t53 - t80;
-    let t93 = t54 - t81;
-    let t94 = t2 * t93;
-    let t95 = R::fused(-sin_q_right_hip_roll, t92, t94);
-    let t96 = sin_q_right_hip_roll * t91;
-    let t97 = R::fused(t0, t93, -t96);
-    let t98 = t0 * t92;
-    let t99 = R::fused(t2, t91, -t98);
+    let t88 = t52 - t79;
+    let t89 = t53 - t80;
+    let t90 = t54 - t81;
+    let t91 = t2 * t90;
+    let t92 = R::fused(-sin_q_right_hip_roll, t89, t91);
+    let t93 = sin_q_right_hip_roll * t88;
+    let t94 = R::fused(t0, t90, -t93);
+    let t95 = t0 * t89;
+    let t96 = R::fused(t2, t88, -t95);
     // right_lower_leg: Jacobian
-    let t100 = t37 - t79;
-    let t101 = t38 - t80;
-    let t102 = t39 - t81;
-    let t103 = t2 * t102;
-    let t104 = R::fused(-sin_q_right_hip_roll, t101, t103);
-    let t105 = sin_q_right_hip_roll * t100;
-    let t106 = R::fused(t0, t102, -t105);
-    let t107 = t0 * t101;
-    let t108 = R::fused(t2, t100, -t107);
+    let t97 = t37 - t79;
+    let t98 = t38 - t80;
+    let t99 = t39 - t81;
+    let t100 = t2 * t99;
+    let t101 = R::fused(-sin_q_right_hip_roll, t98, t100);
+    let t102 = sin_q_right_hip_roll * t97;
+    let t103 = R::fused(t0, t99, -t102);
+    let t104 = t0 * t98;
+    let t105 = R::fused(t2, t97, -t104);
     // right_upper_leg: Jacobian
-    let t109 = t22 - t79;
-    let t110 = t23 - t80;
-    let t111 = t24 - t81;
-    let t112 = t2 * t111;
-    let t113 = R::fused(-sin_q_right_hip_roll, t110, t112);
-    let t114 = sin_q_right_hip_roll * t109;
-    let t115 = R::fused(t0, t111, -t114);
-    let t116 = t0 * t110;
-    let t117 = R::fused(t2, t109, -t116);
+    let t106 = t22 - t79;
+    let t107 = t23 - t80;
+    let t108 = t24 - t81;
+    let t109 = t2 * t108;
+    let t110 = R::fused(-sin_q_right_hip_roll, t107, t109);
+    let t111 = sin_q_right_hip_roll * t106;
+    let t112 = R::fused(t0, t108, -t111);
+    let t113 = t0 * t107;
+    let t114 = R::fused(t2, t106, -t113);
     // right_hip_roll_link: Jacobian
-    let t118 = t4 - t79;
-    let t119 = t5 - t80;
-    let t120 = R::constant(0.045) - t81;
-    let t121 = sin_q_right_hip_yaw * t120;
-    let t122 = cos_q_right_hip_yaw * t120;
-    let t123 = cos_q_right_hip_yaw * t119;
-    let t124 = R::fused(sin_q_right_hip_yaw, t118, t123);
-    let t125 = t80 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
-    let t126 = -t122;
-    let t127 = -t0; // right_hip_roll_link: pose in the world
+    let t115 = t4 - t79;
+    let t116 = t5 - t80;
+    let t117 = R::constant(0.045) - t81;
+    let t118 = sin_q_right_hip_yaw * t117;
+    let t119 = cos_q_right_hip_yaw * t117;
+    let t120 = cos_q_right_hip_yaw * t116;
+    let t121 = R::fused(sin_q_right_hip_yaw, t115, t120);
+    let t122 = t80 - R::constant(0.0764); // right_hip_yaw_link: Jacobian
+    let t123 = -t119;
+    let t124 = -t0; // right_hip_roll_link: pose in the world
     *out = [
-        [t125, t79, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw
-        [t121, t126, t124, cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_roll
-        [t113, t115, t117, t127, t2, sin_q_right_hip_roll], // right_hip_pitch
-        [t104, t106, t108, t127, t2, sin_q_right_hip_roll], // right_knee_pitch
-        [t95, t97, t99, t127, t2, sin_q_right_hip_roll], // right_ankle_pitch
-        [t86, t88, t90, t43, t47, t51], // right_ankle_roll
+        [t122, t79, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(1.0)], // right_hip_yaw
+        [t118, t123, t121, cos_q_right_hip_yaw, sin_q_right_hip_yaw, R::constant(0.0)], // right_hip_roll
+        [t110, t112, t114, t124, t2, sin_q_right_hip_roll], // right_hip_pitch
+        [t101, t103, t105, t124, t2, sin_q_right_hip_roll], // right_knee_pitch
+        [t92, t94, t96, t124, t2, sin_q_right_hip_roll], // right_ankle_pitch
+        [t83, t85, t87, t43, t47, t51], // right_ankle_roll
     ];
 }
 }

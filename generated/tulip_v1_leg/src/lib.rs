@@ -24,7 +24,7 @@
 //! and the quantity that an expression was derived for first; others may use it too.
 //!
 //! - [`inverse_dynamics()`]: 6 × 1, 444 operations. Generalised forces for an acceleration: `D a + H`.
-//! - [`inverse_dynamics_with_forces()`]: 6 × 1, 640 operations. Generalised forces for an acceleration under external
+//! - [`inverse_dynamics_with_forces()`]: 6 × 1, 638 operations. Generalised forces for an acceleration under external
 //!   forces at the contact points (world axes).
 //! - [`forward_dynamics()`]: 6 × 1, 775 operations. Accelerations under generalised forces: `D⁻¹ (tau − H)`.
 //! - [`forward_dynamics_with_forces()`]: 6 × 1, 1040 operations. Accelerations under generalised forces and external
@@ -47,44 +47,44 @@
 //! - [`center_of_mass_acceleration()`]: 3 × 1, 227 operations. Acceleration of the centre of mass, world axes.
 //! - [`momentum()`]: 6 × 1, 291 operations. Linear momentum ρ and angular momentum σ about the world's origin, world
 //!   axes.
-//! - [`momentum_rate()`]: 6 × 1, 499 operations. Rates of linear momentum ρ and of angular momentum σ about the world's
+//! - [`momentum_rate()`]: 6 × 1, 497 operations. Rates of linear momentum ρ and of angular momentum σ about the world's
 //!   origin, world axes.
 //! - [`centroidal_momentum()`]: 6 × 1, 349 operations. Linear momentum, and angular momentum about the centre of mass,
 //!   world axes.
-//! - [`centroidal_momentum_rate()`]: 6 × 1, 557 operations. Rate of the centroidal momentum, world axes; gravity is not
+//! - [`centroidal_momentum_rate()`]: 6 × 1, 555 operations. Rate of the centroidal momentum, world axes; gravity is not
 //!   subtracted.
-//! - [`zero_moment_point()`]: 2 × 1, 486 operations. Zero moment point on the ground plane z = 0.
-//! - [`ground_wrench()`]: 6 × 1, 506 operations. Force and moment about the world's origin that the ground has to
+//! - [`zero_moment_point()`]: 2 × 1, 484 operations. Zero moment point on the ground plane z = 0.
+//! - [`ground_wrench()`]: 6 × 1, 504 operations. Force and moment about the world's origin that the ground has to
 //!   provide, world axes.
 //! - [`inertial_parameters()`]: 60 × 1, 0 operations. Ten parameters per body, in the frame of its main link and about
 //!   its origin.
 //! - [`base_parameters()`]: 36 × 1, 0 operations. Base parameters of the equations of motion: all that the inverse
 //!   dynamics depends on.
-//! - [`inverse_dynamics_regressor()`]: 6 × 60, 848 operations. Regressor of the inverse dynamics: `regressor ·
+//! - [`inverse_dynamics_regressor()`]: 6 × 60, 842 operations. Regressor of the inverse dynamics: `regressor ·
 //!   inertial_parameters = tau`.
-//! - [`inverse_dynamics_base_regressor()`]: 6 × 36, 737 operations. Base regressor of the inverse dynamics: `regressor
+//! - [`inverse_dynamics_base_regressor()`]: 6 × 36, 731 operations. Base regressor of the inverse dynamics: `regressor
 //!   · base_parameters = tau`, of full column rank.
-//! - [`energy_regressor()`]: 2 × 60, 256 operations. Regressor of kinetic and potential energy.
+//! - [`energy_regressor()`]: 2 × 60, 254 operations. Regressor of kinetic and potential energy.
 //! - [`center_of_mass_regressor()`]: 3 × 60, 154 operations. Regressor of total mass times centre of mass, world axes.
-//! - [`ground_wrench_regressor()`]: 6 × 60, 1679 operations. Regressor of the ground's wrench about the world's origin,
+//! - [`ground_wrench_regressor()`]: 6 × 60, 1671 operations. Regressor of the ground's wrench about the world's origin,
 //!   whose ratios are the zero moment point.
 //! - [`contact_distances()`]: 4 × 1, 46 operations. Heights of the contact points above the ground z = 0.
 //! - [`contact_positions()`]: 8 × 1, 107 operations. Tangential positions of the contact points, world axes (planar: x
 //!   alone).
-//! - [`contact_normal_directions()`]: 6 × 4, 207 operations. `W_N`: `W_Nᵀ v` are the normal velocities of the contact
+//! - [`contact_normal_directions()`]: 6 × 4, 199 operations. `W_N`: `W_Nᵀ v` are the normal velocities of the contact
 //!   points, `W_N λ_N` their generalised force.
-//! - [`contact_tangential_directions()`]: 6 × 8, 313 operations. `W_T`: `W_Tᵀ v` are the tangential velocities of the
+//! - [`contact_tangential_directions()`]: 6 × 8, 301 operations. `W_T`: `W_Tᵀ v` are the tangential velocities of the
 //!   contact points, `W_T λ_T` their generalised force.
 //! - [`contact_normal_rate()`]: 4 × 1, 255 operations. Normal accelerations of the contact points when `a = 0`.
 //! - [`contact_tangential_rate()`]: 8 × 1, 307 operations. Tangential accelerations of the contact points when `a = 0`.
 //! - [`drive_regressor()`]: 5 × 8, 12 operations. Regressor of the motor torques less the rotors' share: viscous
 //!   frictions, then spring stiffnesses.
-//! - [`drive_inverse_dynamics()`]: 6 × 1, 460 operations. Generalised forces for an acceleration, with the rotor
+//! - [`drive_inverse_dynamics()`]: 6 × 1, 458 operations. Generalised forces for an acceleration, with the rotor
 //!   inertias of stiff drives reflected through their gears.
 //! - [`spring_torques()`]: 4 × 1, 15 operations. Torques on the joints by the springs of elastic drives, and by springs
 //!   and dampers of passive joints.
 //! - [`gear_torques()`]: 3 × 1, 12 operations. Torques of elastic drives at the gears' outputs.
-//! - [`motor_torques()`]: 5 × 1, 482 operations. Torques at the motor shafts; add the Coulomb friction times the sign
+//! - [`motor_torques()`]: 5 × 1, 480 operations. Torques at the motor shafts; add the Coulomb friction times the sign
 //!   of the motor's velocity.
 //! - [`position_of_right_foot()`], [`position_of_right_foot_front_left()`], [`position_of_right_foot_front_right()`],
 //!   [`position_of_right_foot_rear_left()`], [`position_of_right_foot_rear_right()`]: 3 × 1, 78 to 123 operations.
@@ -93,7 +93,7 @@
 //!   [`rotation_of_right_foot_rear_left()`], [`rotation_of_right_foot_rear_right()`]: 3 × 3, 72 operations. Rotation:
 //!   columns are the frame's axes in the world.
 //! - [`jacobian_of_right_foot()`], [`jacobian_of_right_foot_front_left()`], [`jacobian_of_right_foot_front_right()`],
-//!   [`jacobian_of_right_foot_rear_left()`], [`jacobian_of_right_foot_rear_right()`]: 6 × 6, 132 to 180 operations.
+//!   [`jacobian_of_right_foot_rear_left()`], [`jacobian_of_right_foot_rear_right()`]: 6 × 6, 129 to 177 operations.
 //!   Jacobian with respect to `v` at the frame's origin, world axes, linear rows first.
 //! - [`jacobian_rate_times_velocity_of_right_foot()`], [`jacobian_rate_times_velocity_of_right_foot_front_left()`],
 //!   [`jacobian_rate_times_velocity_of_right_foot_front_right()`],

@@ -1,5 +1,8 @@
 //! Levels of x86-64 in one program: generated functions of `f64` and `f32` take the fused multiply-adds and the registers of
-//! x86-64-v3 and v4 where the processor has them, though the crate is compiled for every x86-64.
+//! x86-64-v3 where the processor has them, though the crate is compiled for every x86-64.
+//!
+//! Not those of x86-64-v4: compilers then write registers of 512 bits, and while one of them is at work Intel's processors close
+//! one of the two ports of scalar arithmetic (on an Intel Xeon functions of one state took 1.1 to 2 times as long).
 //!
 //! With the feature `dispatch`, and only where the target itself is without fused multiply-add: compiled with `-C target-cpu=native`
 //! or `x86-64-v3`, or for another processor, there is nothing to choose. Results have then the bits of code that is
@@ -18,8 +21,6 @@ pub enum Level {
     Target,
     /// AVX2 and fused multiply-add.
     V3,
-    /// AVX-512 (F, DQ, VL): twice as many registers.
-    V4,
 }
 
 /// Whether generated functions of `f64` and `f32` round once in `a * b + c`: as the target does, or as the processor can.
@@ -83,22 +84,8 @@ macro_rules! dispatched {
                 statements::<R>($($argument,)* $($set)?);
             }
 
-            #[target_feature(enable = "avx2,fma,avx512f,avx512dq,avx512vl")]
-            fn at_v4<R: $crate::Real>(
-                $($argument: $type,)* $(mut $set: impl FnMut(usize, R))?
-            ) {
-                statements::<R>($($argument,)* $($set)?);
-            }
-
             match $crate::dispatch::level::<R>() {
                 // SAFETY: the processor has what the function is compiled for.
-                $crate::dispatch::Level::V4 => unsafe {
-                    at_v4::<R::Faster>(
-                        $($crate::dispatch::Recast::recast($argument),)*
-                        $(move |k, x| $set(k, $crate::dispatch::back(x)))?
-                    )
-                },
-                // SAFETY: as above.
                 $crate::dispatch::Level::V3 => unsafe {
                     at_v3::<R::Faster>(
                         $($crate::dispatch::Recast::recast($argument),)*

@@ -26,6 +26,16 @@ impl<'g> Articulated<'g> {
         Self { a, b: m.first.skew(), c: m.second.complement() }
     }
 
+    /// Element of the 6 × 6 matrix, forces and linear accelerations first.
+    fn entry(&self, r: usize, c: usize) -> Sym<'g> {
+        match (r < 3, c < 3) {
+            (true, true) => self.a[(r, c)],
+            (false, true) => self.b[(r - 3, c)],
+            (true, false) => self.b[(c - 3, r)],
+            (false, false) => self.c[(r - 3, c - 3)],
+        }
+    }
+
     fn plus(&self, other: &Self) -> Self {
         Self { a: self.a + other.a, b: self.b + other.b, c: self.c + other.c }
     }
@@ -115,6 +125,15 @@ fn add<'g>(sum: &mut Option<Freed<'g>>, (inertia, wrench): Freed<'g>) {
 
 /// Accelerations under generalised forces, in the order of `v`; `robot` without joint accelerations.
 pub(in crate::derive) fn solve<'g>(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sym<'g>]) -> Vec<Sym<'g>> {
+    solve_held(robot, forces, 0).0
+}
+
+/// The same while the first `held` of the base's rows keep their accelerations; and the forces that this takes there.
+pub(in crate::derive) fn solve_held<'g>(
+    robot: &Sensitivity<'_, 'g, '_>,
+    forces: &[Sym<'g>],
+    held: usize,
+) -> (Vec<Sym<'g>>, Vec<Sym<'g>>) {
     let model = robot.model;
     let bodies = &model.tree.bodies;
     // Sums of what the children add, in the own axes and in the joint axes.
@@ -136,18 +155,29 @@ pub(in crate::derive) fn solve<'g>(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sy
         if bodies[index].motion == JointMotion::Free {
             continue;
         }
-        let (released, pivot) = inertia.released(bodies[index].motion);
-        pivots[index] = Some(pivot);
         let row = bodies[index].v_index;
-        rests[row] = model.signed(index, rests[row]);
+        let (mut handed, mut wrench) = (inertia, wrench);
+        if row >= held {
+            let (released, pivot) = inertia.released(bodies[index].motion);
+            pivots[index] = Some(pivot);
+            rests[row] = model.signed(index, rests[row]);
+            let share = rests[row] * pivot.0;
+            (handed, wrench) = (released, (wrench.0 + pivot.1.scale(share), wrench.1 + pivot.2.scale(share)));
+        }
         let Some(parent) = bodies[index].parent else { continue };
-        let share = rests[row] * pivot.0;
-        let wrench = (wrench.0 + pivot.1.scale(share), wrench.1 + pivot.2.scale(share));
         let slot = if robot.axes[index].joined { &mut joined[parent] } else { &mut own[parent] };
-        add(slot, in_hub(robot, index, released, wrench));
+        add(slot, in_hub(robot, index, handed, wrench));
     }
     inertias.reverse();
-    accelerate(robot, &inertias, &pivots, &rests)
+    let accelerations = accelerate(robot, &inertias, &pivots, (&rests, held));
+    let reaction = |row: usize| match bodies[0].motion {
+        JointMotion::Free => {
+            (held..6).fold(-rests[row], |sum, c| sum + inertias[0].entry(row, c) * accelerations[c])
+        }
+        _ => -rests[row],
+    };
+    let reactions = (0..held).map(reaction).collect();
+    (accelerations, reactions)
 }
 
 /// A body with what it carries in its own axes, in its joint axes.
@@ -181,7 +211,7 @@ fn accelerate<'g>(
     robot: &Sensitivity<'_, 'g, '_>,
     inertias: &[Articulated<'g>],
     pivots: &[Option<Pivot<'g>>],
-    rests: &[Sym<'g>],
+    (rests, held): (&[Sym<'g>], usize),
 ) -> Vec<Sym<'g>> {
     let model = robot.model;
     let bodies = &model.tree.bodies;
@@ -189,19 +219,19 @@ fn accelerate<'g>(
     let mut motions: Vec<Wrench<'g>> = Vec::new();
     for (index, body) in bodies.iter().enumerate() {
         let _work = model.work(index, "acceleration");
-        let axes = robot.axes[index];
         let Some((inverse, force, moment)) = pivots[index] else {
-            motions.push(free_root(&inertias[index], body.v_index, &mut out));
+            motions.push(match body.motion {
+                JointMotion::Free => free_root(&inertias[index], (body.v_index, held), &mut out),
+                _ => {
+                    out[body.v_index] = model.constant(0.0);
+                    (model.zero3(), model.zero3())
+                }
+            });
             continue;
         };
         let (mut linear, mut angular) = match body.parent {
             None => (model.zero3(), model.zero3()),
-            Some(p) => {
-                let into = |x| if axes.joined { x } else { robot.axes[p].into_body(x) };
-                let (a, w) = (into(motions[p].0), into(motions[p].1));
-                let down = |x| if axes.joined { x } else { model.placed_back(&body.placement, x) };
-                (down(a + w.cross(robot.links[index].arm)), down(w))
-            }
+            Some(p) => robot.to_joint(index, p, motions[p]),
         };
         let x = (rests[body.v_index] - force.dot(linear) - moment.dot(angular)) * inverse;
         out[body.v_index] = model.signed(index, x);
@@ -215,21 +245,20 @@ fn accelerate<'g>(
     out
 }
 
-/// Solves the six equations of a free root.
-fn free_root<'g>(inertia: &Articulated<'g>, first: usize, rests: &mut [Sym<'g>]) -> Wrench<'g> {
-    let entry = |r: usize, c: usize| match (r < 3, c < 3) {
-        (true, true) => inertia.a[(r, c)],
-        (false, true) => inertia.b[(r - 3, c)],
-        (true, false) => inertia.b[(c - 3, r)],
-        (false, false) => inertia.c[(r - 3, c - 3)],
-    };
-    let mut h: Vec<Vec<Sym<'g>>> = (0..6).map(|r| (0..6).map(|c| entry(r, c)).collect()).collect();
+/// Solves the equations of a free root but for the first `held` ones, whose accelerations are 0.
+fn free_root<'g>(
+    inertia: &Articulated<'g>,
+    (first, held): (usize, usize),
+    rests: &mut [Sym<'g>],
+) -> Wrench<'g> {
+    let mut h: Vec<Vec<Sym<'g>>> = (0..6).map(|r| (0..6).map(|c| inertia.entry(r, c)).collect()).collect();
     let mut x: Vec<Sym<'g>> = rests[first..first + 6].to_vec();
-    let mut inverse = Vec::new();
-    for k in (0..6).rev() {
+    x[..held].fill(inertia.a[(0, 0)].zero());
+    let mut inverse = [x[5].zero(); 6];
+    for k in (held..6).rev() {
         let one = h[k][k].constant(1.0) / h[k][k];
-        inverse.push(one);
-        for i in (0..k).rev() {
+        inverse[k] = one;
+        for i in (held..k).rev() {
             let factor = h[k][i] * one;
             let pivot = h[k].clone();
             for (x, &y) in h[i].iter_mut().zip(&pivot).take(i + 1) {
@@ -238,9 +267,8 @@ fn free_root<'g>(inertia: &Articulated<'g>, first: usize, rests: &mut [Sym<'g>])
             x[i] = x[i] - factor * x[k];
         }
     }
-    inverse.reverse();
-    for k in 0..6 {
-        for i in 0..k {
+    for k in held..6 {
+        for i in held..k {
             x[k] = x[k] - h[k][i] * x[i];
         }
         x[k] = x[k] * inverse[k];

@@ -5,12 +5,12 @@ use crate::expression::{Sym, Vector3};
 use crate::tree::JointMotion;
 
 /// A turn about a coordinate axis: axis, sine, cosine.
-pub(super) type Turn<'g> = (usize, Sym<'g>, Sym<'g>);
+pub(in crate::derive) type Turn<'g> = (usize, Sym<'g>, Sym<'g>);
 
 /// Where a body's *joint axes* lie: the axes just before its own turn. Along a chain of parallel joints all
 /// bodies share the first one's, so that nothing is rotated between them.
 #[derive(Clone, Copy)]
-pub(super) struct Axes<'g> {
+pub(in crate::derive) struct Axes<'g> {
     /// The joint axes are the parent's joint axes (else: constant in the parent's body).
     pub joined: bool,
     /// Takes vectors from the body's own axes to the joint axes; `None` where both are the same.

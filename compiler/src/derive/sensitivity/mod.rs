@@ -8,7 +8,8 @@
 //! on the way to the root is carried by three vectors, all in the axes before each joint.
 mod absolute;
 pub(super) mod articulated;
-mod axes;
+pub(super) mod axes;
+mod carried;
 mod motion;
 mod second;
 mod subtree;
@@ -16,10 +17,11 @@ mod subtree;
 use super::RobotModel;
 use crate::expression::{Sym, Vector3};
 use crate::tree::JointMotion;
-use axes::Axes;
+pub(super) use axes::Axes;
 use bipedc_runtime::Argument;
 use motion::Link;
-use subtree::{Change, Moments, Subtree, Wrench};
+pub(super) use subtree::Wrench;
+use subtree::{Change, Moments, Subtree};
 
 /// Motions and subtree sums of one robot under given accelerations.
 pub(super) struct Sensitivity<'m, 'g, 't> {
@@ -37,10 +39,25 @@ pub(super) struct Sensitivity<'m, 'g, 't> {
     /// In joint axes.
     wrenches: Vec<Wrench<'g>>,
     factor: f64,
+    external: Option<External<'g>>,
+}
+
+/// A wrench that acts on a body from outside, about its origin.
+#[derive(Clone, Copy)]
+pub(super) struct External<'g> {
+    pub body: usize,
+    /// In its own axes.
+    pub own: Wrench<'g>,
+    /// In its joint axes.
+    pub joint: Wrench<'g>,
 }
 
 /// Sums over a subtree and the wrench that it needs.
 type Sums<'g> = (Subtree<'g>, Wrench<'g>);
+
+fn less<'g>(wrench: Wrench<'g>, other: Option<Wrench<'g>>) -> Wrench<'g> {
+    other.map_or(wrench, |other| (wrench.0 - other.0, wrench.1 - other.1))
+}
 
 /// What the children of a body add to its sums.
 #[derive(Clone, Default)]
@@ -75,13 +92,31 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     /// Prepares the sums. `factor` is 2 for derivatives (both velocities of a Coriolis term change) and 1 for
     /// [`Column::UnitRate`].
     pub fn new(model: &'m RobotModel<'g, 't>, accelerations: &[Sym<'g>], gravity: bool, factor: f64) -> Self {
+        Self::pushed(model, accelerations, gravity, factor, |_| None)
+    }
+
+    /// The same while a body is pushed from outside: [`Self::forces`] and wrenches are what is needed besides.
+    pub fn pushed(
+        model: &'m RobotModel<'g, 't>,
+        accelerations: &[Sym<'g>],
+        gravity: bool,
+        factor: f64,
+        push: impl Fn(&[Axes<'g>]) -> Option<External<'g>>,
+    ) -> Self {
         let axes = axes::choose(model);
         let links = motion::forward(model, &axes, accelerations, gravity);
         let moments = subtree::moments(model);
+        let external = push(&axes);
         let (single, cores, subtrees, wrenches) = Default::default();
-        let mut this = Self { model, axes, moments, links, single, cores, subtrees, wrenches, factor };
+        let mut this =
+            Self { model, axes, moments, links, single, cores, subtrees, wrenches, factor, external };
         this.sum();
         this
+    }
+
+    /// What pushes a body: in its own axes, and in its joint axes.
+    fn external(&self, body: usize) -> Option<&External<'g>> {
+        self.external.as_ref().filter(|external| external.body == body)
     }
 
     /// Sums from the leaves to the root. Bodies that carry something in their own axes are summed there
@@ -121,13 +156,14 @@ impl<'m, 'g, 't> Sensitivity<'m, 'g, 't> {
     fn body(&self, index: usize, carried: Option<&Sums<'g>>) -> (Wrench<'g>, Sums<'g>) {
         let (turned, link, moments) = (self.axes[index], &self.links[index], &self.moments[index]);
         if let Some((subtree, wrench)) = carried {
-            let single = subtree::rigid_wrench(moments, &link.own);
+            let single = less(subtree::rigid_wrench(moments, &link.own), self.external(index).map(|e| e.own));
             let sum = subtree.plus(&Subtree::rigid(*moments, link.own.w, self.factor));
             let wrench = (turned.out(single.0 + wrench.0), turned.out(single.1 + wrench.1));
             return (single, (sum.turned(turned.turn), wrench));
         }
         let moments = moments.turned(turned.turn);
-        let single = subtree::rigid_wrench(&moments, &link.joint);
+        let single =
+            less(subtree::rigid_wrench(&moments, &link.joint), self.external(index).map(|e| e.joint));
         (single, (Subtree::rigid(moments, link.joint.w, self.factor), single))
     }
 

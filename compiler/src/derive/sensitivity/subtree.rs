@@ -8,7 +8,7 @@ use crate::expression::{Graph, Matrix3, Sym, Vector3};
 use crate::tree::{JointMotion, Rotation};
 
 /// Force, and moment about a body's origin.
-pub(super) type Wrench<'g> = (Vector3<'g>, Vector3<'g>);
+pub(in crate::derive) type Wrench<'g> = (Vector3<'g>, Vector3<'g>);
 
 /// Change of the motion of a subtree, rigid but for the velocity v(r) that its points already have:
 /// δa(r) = `acceleration` + `angular` × r + factor · `spin` × v(r).

@@ -1,9 +1,9 @@
 //! L D Lᵀ of a sparse symmetric matrix without exchanges of pivots, in dense blocks (a multifrontal method): what a block leaves is handed to the block above it in
 //! the elimination tree, so that nearly all work is products of dense matrices.
-use super::symbolic::{Block, Structure};
+use super::symbolic::Structure;
 use clarabel::algebra::CscMatrix;
 use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettingsBuilder};
-use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
+use nalgebra::{DMatrixView, DMatrixViewMut, DVector, Dyn};
 
 /// A factor with the structure that it keeps from one matrix to the next.
 pub(super) struct Factor {
@@ -15,8 +15,8 @@ pub(super) struct Factor {
     /// Of each element of the matrix: its place in `values`.
     places: Vec<usize>,
     positive: usize,
-    /// What blocks leave to those above them.
-    left: Vec<Vec<f64>>,
+    /// What blocks leave to those above them, the last on top: children come right before their parent.
+    left: Vec<f64>,
     scratch: Vec<f64>,
 }
 
@@ -24,6 +24,8 @@ pub(super) struct Factor {
 const PANEL: usize = 24;
 /// Columns that are updated at once: only what is on and below the diagonal is wanted.
 const STRIP: usize = 48;
+/// Products of so few columns are summed one by one.
+const FEW: usize = 4;
 
 impl Factor {
     /// For matrices with this upper triangle (columns, rows), ordered by approximate minimum degree. None: it has no such ordering.
@@ -50,7 +52,7 @@ impl Factor {
                 places.push(begins[index] + (column - block.first) * height + local);
             }
         }
-        let left = structure.blocks.iter().map(|_| Vec::new()).collect();
+        let left = vec![0.0; most_left(&structure)];
         let values = vec![0.0; begins[begins.len() - 1]];
         Some(Self { structure, values, begins, places, positive: 0, left, scratch: Vec::new() })
     }
@@ -62,19 +64,31 @@ impl Factor {
             self.values[place] += value;
         }
         self.positive = 0;
+        // Where the top of what is left lies.
+        let mut top = 0;
         for index in 0..self.structure.blocks.len() {
             let block = &self.structure.blocks[index];
-            let below = block.below.len();
+            let (width, below) = (block.width, block.below.len());
             let own = &mut self.values[self.begins[index]..self.begins[index + 1]];
-            let mut left = vec![0.0; below * below];
-            for &child in &block.children {
-                let handed = std::mem::take(&mut self.left[child]);
-                take_in(block, (own, &mut left), &self.structure.blocks[child].place_above, &handed);
+            let children = || block.children.iter().map(|&child| &self.structure.blocks[child].place_above);
+            let begin = top - children().map(|places| places.len().pow(2)).sum::<usize>();
+            let (handed, free) = self.left.split_at_mut(top);
+            let mut rest = &handed[begin..];
+            for places in children() {
+                take_in(own, (width, below), places, rest);
+                rest = &rest[places.len().pow(2)..];
             }
-            let Some(positive) = eliminate(own, block.width, below, &mut self.scratch) else { return false };
+            let Some(positive) = eliminate(own, width, below, &mut self.scratch) else { return false };
             self.positive += positive;
-            leave(own, (block.width, below), &mut left, &mut self.scratch);
-            self.left[index] = left;
+            let left = &mut free[..below * below];
+            leave(own, (width, below), left, &mut self.scratch);
+            let mut rest = &handed[begin..];
+            for places in children() {
+                hand_on(left, (width, below), places, rest);
+                rest = &rest[places.len().pow(2)..];
+            }
+            self.left.copy_within(top..top + below * below, begin);
+            top = begin + below * below;
         }
         true
     }
@@ -86,35 +100,43 @@ impl Factor {
 
     /// Solves in place.
     pub fn solve(&self, right: &mut [f64]) {
-        let mut x: Vec<f64> = self.structure.order.iter().map(|&column| right[column]).collect();
+        let mut x = DVector::from_iterator(right.len(), self.structure.order.iter().map(|&k| right[k]));
+        let most = self.structure.blocks.iter().map(|block| block.below.len()).max().unwrap_or(0);
+        let mut room = DVector::zeros(most);
         for (index, block) in self.structure.blocks.iter().enumerate() {
-            let (own, height) = (&self.values[self.begins[index]..], block.width + block.below.len());
+            let own = self.columns(index);
+            let rows = own.rows(block.width, block.below.len());
             for k in 0..block.width {
-                let column = &own[k * height..(k + 1) * height];
-                let value = x[block.first + k];
-                for (i, l) in column[k + 1..block.width].iter().enumerate() {
-                    x[block.first + k + 1 + i] -= l * value;
-                }
-                for (&row, l) in block.below.iter().zip(&column[block.width..]) {
-                    x[row] -= l * value;
-                }
+                let (value, rest) = (x[block.first + k], block.width - k - 1);
+                x.rows_mut(block.first + k + 1, rest).axpy(-value, &own.column(k).rows(k + 1, rest), 1.0);
             }
+            let mut below = room.rows_mut(0, block.below.len());
+            below.gemv(1.0, &rows, &x.rows(block.first, block.width), 0.0);
+            block.below.iter().zip(below.iter()).for_each(|(&row, sum)| x[row] -= sum);
         }
         for (index, block) in self.structure.blocks.iter().enumerate().rev() {
-            let (own, height) = (&self.values[self.begins[index]..], block.width + block.below.len());
+            let own = self.columns(index);
+            let rows = own.rows(block.width, block.below.len());
+            let mut below = room.rows_mut(0, block.below.len());
+            below.iter_mut().zip(&block.below).for_each(|(to, &row)| *to = x[row]);
+            for k in 0..block.width {
+                x[block.first + k] /= own[(k, k)];
+            }
+            x.rows_mut(block.first, block.width).gemv_tr(-1.0, &rows, &below, 1.0);
             for k in (0..block.width).rev() {
-                let column = &own[k * height..(k + 1) * height];
-                let mut sum = x[block.first + k] / column[k];
-                for (i, l) in column[k + 1..block.width].iter().enumerate() {
-                    sum -= l * x[block.first + k + 1 + i];
-                }
-                for (&row, l) in block.below.iter().zip(&column[block.width..]) {
-                    sum -= l * x[row];
-                }
-                x[block.first + k] = sum;
+                let rest = block.width - k - 1;
+                let sum = own.column(k).rows(k + 1, rest).dot(&x.rows(block.first + k + 1, rest));
+                x[block.first + k] -= sum;
             }
         }
-        self.structure.order.iter().zip(&x).for_each(|(&column, &value)| right[column] = value);
+        self.structure.order.iter().zip(x.iter()).for_each(|(&column, &value)| right[column] = value);
+    }
+
+    /// Columns of a block: L with D on its diagonal.
+    fn columns(&self, index: usize) -> DMatrixView<'_, f64> {
+        let block = &self.structure.blocks[index];
+        let values = &self.values[self.begins[index]..self.begins[index + 1]];
+        DMatrixView::from_slice(values, block.width + block.below.len(), block.width)
     }
 }
 
@@ -126,25 +148,42 @@ fn ordering(columns: &[usize], rows: &[usize]) -> Option<Vec<usize>> {
     QDLDLFactorisation::new(&matrix, Some(settings)).ok().map(|found| found.perm)
 }
 
-/// Adds what a child leaves; only places on and below the diagonal.
-fn take_in(block: &Block, (own, left): (&mut [f64], &mut [f64]), places: &[usize], handed: &[f64]) {
-    let (width, below) = (block.width, block.below.len());
+/// Numbers that blocks leave at once, at most.
+fn most_left(structure: &Structure) -> usize {
+    let (mut top, mut most) = (0, 0);
+    for block in &structure.blocks {
+        let own = block.below.len().pow(2);
+        most = most.max(top + own);
+        let handed: usize =
+            block.children.iter().map(|&child| structure.blocks[child].below.len().pow(2)).sum();
+        top = top + own - handed;
+    }
+    most
+}
+
+/// Adds what a child leaves to the columns of a block itself; only places on and below the diagonal.
+fn take_in(own: &mut [f64], (width, below): (usize, usize), places: &[usize], handed: &[f64]) {
     let (height, size) = (width + below, places.len());
-    for (j, &column) in places.iter().enumerate() {
+    for (j, &column) in places.iter().enumerate().take_while(|(_, column)| **column < width) {
+        let to = &mut own[column * height..(column + 1) * height];
         let values = &handed[j * size + j..(j + 1) * size];
-        if column < width {
-            let to = &mut own[column * height..(column + 1) * height];
-            places[j..].iter().zip(values).for_each(|(&row, value)| to[row] += value);
-        } else {
-            let to = &mut left[(column - width) * below..(column - width + 1) * below];
-            places[j..].iter().zip(values).for_each(|(&row, value)| to[row - width] += value);
-        }
+        places[j..].iter().zip(values).for_each(|(&row, value)| to[row] += value);
     }
 }
 
-/// C −= A B: C from an offset with columns `stride` apart, A likewise, B column after column.
+/// Adds the rest of it to what the block leaves.
+fn hand_on(left: &mut [f64], (width, below): (usize, usize), places: &[usize], handed: &[f64]) {
+    let size = places.len();
+    for j in places.partition_point(|place| *place < width)..size {
+        let to = &mut left[(places[j] - width) * below..(places[j] - width + 1) * below];
+        let values = &handed[j * size + j..(j + 1) * size];
+        places[j..].iter().zip(values).for_each(|(&row, value)| to[row - width] += value);
+    }
+}
+
+/// C −= A B, or C = −A B: C from an offset with columns `stride` apart, A likewise, B column after column.
 fn subtract(
-    (c, stride): (&mut [f64], usize),
+    (c, stride, adds): (&mut [f64], usize, bool),
     (a, a_stride): (&[f64], usize),
     b: &[f64],
     [rows, inner, columns]: [usize; 3],
@@ -152,11 +191,25 @@ fn subtract(
     if rows == 0 || columns == 0 || inner == 0 {
         return;
     }
+    if inner <= FEW {
+        for (j, factors) in b.chunks_exact(inner).enumerate() {
+            // Nothing above the diagonal is wanted.
+            let c = &mut c[j * stride + j..j * stride + rows];
+            if !adds {
+                c.fill(0.0);
+            }
+            for (k, factor) in factors.iter().enumerate() {
+                let a = &a[k * a_stride + j..k * a_stride + rows];
+                c.iter_mut().zip(a).for_each(|(c, a)| *c -= factor * a);
+            }
+        }
+        return;
+    }
     let a = DMatrixView::from_slice_with_strides_generic(a, Dyn(rows), Dyn(inner), Dyn(1), Dyn(a_stride));
     let b = DMatrixView::from_slice_with_strides_generic(b, Dyn(inner), Dyn(columns), Dyn(1), Dyn(inner));
     let mut c =
         DMatrixViewMut::from_slice_with_strides_generic(c, Dyn(rows), Dyn(columns), Dyn(1), Dyn(stride));
-    c.gemm(-1.0, &a, &b, 1.0);
+    c.gemm(-1.0, &a, &b, f64::from(u8::from(adds)));
 }
 
 /// Columns of a block become L, its diagonal D. The number of positive pivots; none: one is zero or no number.
@@ -186,7 +239,12 @@ fn eliminate(own: &mut [f64], width: usize, below: usize, scratch: &mut Vec<f64>
             turned(own, (begin..end, height), first..first + columns, scratch);
             let (done, open) = own.split_at_mut(first * height);
             let shape = [height - first, end - begin, columns];
-            subtract((&mut open[first..], height), (&done[begin * height + first..], height), scratch, shape);
+            subtract(
+                (&mut open[first..], height, true),
+                (&done[begin * height + first..], height),
+                scratch,
+                shape,
+            );
         }
     }
     Some(positive)
@@ -205,7 +263,7 @@ fn turned(
     }
 }
 
-/// What the eliminated columns of a block leave to the rows below.
+/// What the eliminated columns of a block leave to the rows below, on and below the diagonal.
 fn leave(own: &[f64], (width, below): (usize, usize), left: &mut [f64], scratch: &mut Vec<f64>) {
     let height = width + below;
     for first in (0..below).step_by(STRIP) {
@@ -213,7 +271,7 @@ fn leave(own: &[f64], (width, below): (usize, usize), left: &mut [f64], scratch:
         turned(own, (0..width, height), width + first..width + first + columns, scratch);
         let shape = [below - first, width, columns];
         let to = &mut left[first * below + first..];
-        subtract((to, below), (&own[width + first..], height), scratch, shape);
+        subtract((to, below, false), (&own[width + first..], height), scratch, shape);
     }
 }
 

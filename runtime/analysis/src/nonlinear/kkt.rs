@@ -16,6 +16,9 @@ pub(super) struct Kkt {
     factor: Option<Factor>,
 }
 
+/// A relative residual with which a step is as good as an exact one.
+const ENOUGH: f64 = 1e-10;
+
 impl Kkt {
     /// Of n variables and m constraints.
     pub fn new(n: usize, m: usize, hessian: &[[usize; 2]], jacobian: &[[usize; 2]]) -> Self {
@@ -121,7 +124,7 @@ impl Kkt {
                 break;
             }
             best = (found, x.clone());
-            if found < 1e-13 {
+            if found < ENOUGH {
                 break;
             }
         }

@@ -25,8 +25,7 @@ pub(super) fn level() -> Level {
             found
         }
         1 => Level::Target,
-        2 => Level::V3,
-        _ => Level::V4,
+        _ => Level::V3,
     }
 }
 
@@ -34,13 +33,7 @@ pub(super) fn level() -> Level {
 #[cfg(feature = "std")]
 fn ask() -> Level {
     use std::arch::is_x86_feature_detected as has;
-    if !(has!("avx2") && has!("fma")) {
-        Level::Target
-    } else if has!("avx512f") && has!("avx512vl") && has!("avx512dq") {
-        Level::V4
-    } else {
-        Level::V3
-    }
+    if !(has!("avx2") && has!("fma")) { Level::Target } else { Level::V3 }
 }
 
 /// As the standard library does, which is not there: the processor's word, and that the system keeps wide registers.
@@ -51,11 +44,8 @@ fn ask() -> Level {
     /// FMA, OSXSAVE and AVX in leaf 1.
     const BASIC: u32 = 1 << 12 | 1 << 27 | 1 << 28;
     const AVX2: u32 = 1 << 5;
-    /// AVX-512 F, DQ and VL in leaf 7.
-    const AVX512: u32 = 1 << 16 | 1 << 17 | 1 << 31;
-    /// Registers of 128 and 256 bits; those of 512 bits and masks besides.
+    /// Registers of 128 and 256 bits.
     const WIDE: u64 = 0b110;
-    const WIDER: u64 = 0b1110_0110;
     #[target_feature(enable = "xsave")]
     fn kept() -> u64 {
         // SAFETY: the processor says (OSXSAVE) that the system has enabled the instruction.
@@ -75,13 +65,7 @@ fn ask() -> Level {
     }
     // SAFETY: OSXSAVE is among what was found.
     let kept = unsafe { kept() };
-    if kept & WIDE != WIDE {
-        Level::Target
-    } else if extended & AVX512 == AVX512 && kept & WIDER == WIDER {
-        Level::V4
-    } else {
-        Level::V3
-    }
+    if kept & WIDE != WIDE { Level::Target } else { Level::V3 }
 }
 
 /// What a generated function is given, as the faster function takes it.

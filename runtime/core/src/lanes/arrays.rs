@@ -1,4 +1,7 @@
-//! Arrays of angles in the widest lanes of the target.
+//! Arrays of angles in lanes of 256 bits.
+//!
+//! Not in wider ones: while a register of 512 bits is at work, Intel's processors close one of the two ports at which scalar
+//! products and sums are done, and the function behind the sines takes up to twice as long.
 
 use crate::math::kernel::{Kernel, any};
 
@@ -69,9 +72,9 @@ fn unpad<T: Copy, const N: usize>(block: &[T; N], values: &mut [T]) {
 }
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-packed!(all_f64, f64, F64x4 4, F64x8 8);
+packed!(all_f64, f64, F64x2 2, F64x4 4);
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-packed!(all_f32, f32, F32x8 8, F32x16 16);
+packed!(all_f32, f32, F32x4 4, F32x8 8);
 
 /// Scalars in loops that the compiler can vectorise, with one branch for all of them.
 #[cfg(any(
@@ -82,8 +85,8 @@ pub(crate) mod looped {
     use super::{Kernel, each};
     use crate::math::kernel::common;
 
-    /// As many as the widest registers hold; what is left is padded to half of that.
-    const BLOCK: usize = 8;
+    /// As many `f64` as 256 bits hold; what is left is padded to half of that.
+    const BLOCK: usize = 4;
     const HALF: usize = BLOCK / 2;
 
     /// Any angles.

@@ -36,11 +36,13 @@ pub struct Options {
     /// Effects that stand from the start: they are estimated with the rest, are not judged, and do not count among
     /// what was found. The experiment must not have them already.
     pub standing: Vec<Effect>,
+    /// What is not looked for, and where.
+    pub barred: Vec<(&'static Kind, Location)>,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Self { cad: CadError::default(), widening: 1.0, most: 12, standing: Vec::new() }
+        Self { cad: CadError::default(), widening: 1.0, most: 12, standing: Vec::new(), barred: Vec::new() }
     }
 }
 
@@ -56,6 +58,7 @@ pub fn diagnose(
     progress: &dyn Fn(f64),
 ) -> Diagnosis {
     let mut places = train.candidates();
+    places.retain(|place| !options.barred.contains(place));
     for (kind, place) in places_of(&options.standing) {
         if !places.iter().any(|(other, at)| *other == kind && *at == place) {
             places.push((kind, place));
