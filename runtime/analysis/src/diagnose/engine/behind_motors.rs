@@ -8,7 +8,7 @@ use super::amended::Amended;
 use super::estimates::{data, estimates, spread};
 use super::refinement::refine;
 use super::regression::Regression;
-use super::search::{Outcome, mistimes};
+use super::search::{Outcome, mistimes, shares};
 use super::significance::without_sticking;
 use crate::experiments::corners::landings_in_legs;
 use crate::experiments::{Channel, Experiment};
@@ -18,52 +18,129 @@ use bipedc_effects::effect::{Acts, Effect};
 /// met otherwise, a link is half a gap or more away from where it is taken to be.
 const FORGIVEN: f64 = 3.0;
 
+/// Effects that stand in line: those that a search found, and more that lie behind the motors of their joints.
+struct Line<'r, 'a> {
+    regression: &'r Regression<'a>,
+    corrected: bool,
+    teaches: &'r (dyn Fn(usize, usize) -> bool + Sync),
+    /// Candidates, those that stand from the start first, and where the estimate of each begins.
+    all: Vec<usize>,
+    starts: Vec<Effect>,
+    /// Samples where links meet their stops: how, no law tells, so that nothing is to stand for that.
+    jumps: Vec<bool>,
+}
+
 /// Leaves those effects in `outcome` that lower the exact held-out error by more than they cost, beginning with what lies behind a
-/// motor. Others are as they were.
+/// motor. Others are as they were. Where something is left at a joint whose motor alone is measured, springs and play that the search
+/// did not find there stand in line too: what they carry is another thing once a motor's inertia or friction is known.
 pub(super) fn stand_in_line(
     regression: &Regression<'_>,
     outcome: &mut Outcome,
     teaches: &(dyn Fn(usize, usize) -> bool + Sync),
 ) {
     let standing = regression.standing.len();
-    let found: Vec<usize> = (standing..outcome.active.len()).collect();
-    let hidden: Vec<usize> =
-        found.iter().copied().filter(|&k| is_behind_motor(regression, outcome.active[k])).collect();
-    if hidden.is_empty() || found.len() < 2 {
+    let found = outcome.active.len();
+    let more = not_found(regression, outcome);
+    let all: Vec<usize> = outcome.active.iter().copied().chain(more.iter().map(|(c, _)| *c)).collect();
+    let hidden: Vec<usize> = (standing..all.len()).filter(|&k| is_behind_motor(regression, all[k])).collect();
+    if hidden.is_empty() || all.len() < standing + 2 {
         return;
     }
-    let starts = estimates(regression, outcome);
-    let always: Vec<usize> = (0..standing).collect();
-    // How a link meets its stops no law tells: nothing is to stand for that.
+    let mut starts = estimates(regression, outcome);
+    starts.extend(more.into_iter().map(|(_, start)| start));
     let jumps = landings_in_legs(regression.judge, &starts);
-    let cost = |kept: &[usize]| exact_cost(regression, outcome, (&starts, kept), (teaches, &jumps));
-    let cheapest = |tried: &[usize], beside: &[usize]| {
-        let with = |k: usize| [beside, &[k]].concat();
-        let costs = tried.iter().map(|&k| (with(k), cost(&with(k))));
-        costs.min_by(|a, b| a.1.total_cmp(&b.1))
-    };
-    let Some((mut kept, mut least)) = cheapest(&hidden, &always) else { return };
-    let confused = |a: usize, b: usize| mistimes(regression, outcome.active[a], outcome.active[b]);
-    loop {
-        let may_stand = |k: &usize| !kept.contains(k) && !kept.iter().any(|&stands| confused(stands, *k));
-        let others: Vec<usize> = found.iter().copied().filter(may_stand).collect();
-        let Some((more, lower)) = cheapest(&others, &kept).filter(|(_, lower)| *lower < least) else { break };
-        (kept, least) = (more, lower);
-    }
-    kept.sort_unstable();
-    let active: Vec<usize> = kept.iter().map(|&k| outcome.active[k]).collect();
-    if active.len() == outcome.active.len() {
+    let line = Line { regression, corrected: outcome.corrected, teaches, all, starts, jumps };
+    let lines = hidden.into_iter().map(|first| line.behind(first));
+    let Some((kept, least)) = lines.min_by(|a, b| a.1.total_cmp(&b.1)) else { return };
+    let before: Vec<usize> = (0..found).collect();
+    if kept == before {
         return;
     }
     // As good as all of them, or the line was the wrong one.
-    let all: Vec<usize> = (0..outcome.active.len()).collect();
-    let is_confused = all.iter().any(|&a| all.iter().any(|&b| confused(a, b)));
-    if !is_confused && least >= cost(&all) {
+    let is_confused = before.iter().any(|&a| before.iter().any(|&b| line.confused(a, b)));
+    if !is_confused && least >= line.cost(&before) {
         return;
     }
+    let active: Vec<usize> = kept.iter().map(|&k| line.all[k]).collect();
     if let Some(scored) = regression.scored_fit(&active, outcome.corrected) {
         (outcome.active, outcome.scored) = (active, scored);
     }
+}
+
+impl Line<'_, '_> {
+    /// Exact held-out error of some of the effects, and what they cost.
+    fn cost(&self, kept: &[usize]) -> f64 {
+        let effects = kept.iter().map(|&k| self.starts[k].clone()).collect();
+        let active: Vec<usize> = kept.iter().map(|&k| self.all[k]).collect();
+        exact_deviance(self.regression, self.corrected, effects, (self.teaches, &self.jumps))
+            + self.regression.complexity_penalty(&active)
+    }
+
+    fn confused(&self, a: usize, b: usize) -> bool {
+        mistimes(self.regression, self.all[a], self.all[b])
+    }
+
+    /// Whether two have the same place and kind, or are taken for each other.
+    fn excludes(&self, a: usize, b: usize) -> bool {
+        self.confused(a, b) || self.confused(b, a) || shares(self.regression, self.all[a], self.all[b])
+    }
+
+    /// Those that stand with this one, in order, and their cost.
+    fn behind(&self, first: usize) -> (Vec<usize>, f64) {
+        let standing = self.regression.standing.len();
+        let mut kept: Vec<usize> = (0..standing).chain([first]).collect();
+        let mut least = self.cost(&kept);
+        loop {
+            let may_stand = |k: &usize| !kept.contains(k) && !kept.iter().any(|&o| self.excludes(o, *k));
+            let tried = (standing..self.all.len()).filter(may_stand).map(|k| {
+                let with = [kept.as_slice(), &[k]].concat();
+                let cost = self.cost(&with);
+                (with, cost)
+            });
+            let Some((with, lower)) =
+                tried.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, lower)| *lower < least)
+            else {
+                break;
+            };
+            (kept, least) = (with, lower);
+        }
+        kept.sort_unstable();
+        (kept, least)
+    }
+}
+
+/// Springs and play at joints whose motors alone are measured and at which a search found something else alone, where more is left than
+/// noise; with estimates to begin with.
+fn not_found(regression: &Regression<'_>, outcome: &Outcome) -> Vec<(usize, Effect)> {
+    let form = |c: usize| &regression.candidates[c].form;
+    let found = &outcome.active[regression.standing.len()..];
+    let is_at = |c: usize| found.iter().any(|&f| form(f).location == form(c).location);
+    let is_told = |c: usize| {
+        found.iter().any(|&f| form(f).location == form(c).location && is_behind_motor(regression, f))
+    };
+    let is_loud =
+        |c: usize| regression.candidates[c].rows.iter().any(|&row| regression.is_loud(row, &outcome.scored));
+    let open = (0..regression.candidates.len()).filter(|&c| is_behind_motor(regression, c));
+    let open = open.filter(|&c| is_at(c) && !is_told(c) && is_loud(c) && !regression.banned.contains(&c));
+    let mut best: Vec<(usize, Effect, f64)> = Vec::new();
+    for c in open {
+        let with = [outcome.active.as_slice(), &[c]].concat();
+        let Some(scored) = regression.scored_fit(&with, outcome.corrected) else { continue };
+        let coefficients = regression.coefficients(&with, &scored, outcome.active.len());
+        if form(c).impossible(coefficients).is_some() {
+            continue;
+        }
+        let start = form(c).effect(coefficients);
+        let known = best
+            .iter_mut()
+            .find(|(b, ..)| form(*b).kind == form(c).kind && form(*b).location == form(c).location);
+        match known {
+            Some(known) if known.2 > scored.cost => *known = (c, start, scored.cost),
+            Some(_) => (),
+            None => best.push((c, start, scored.cost)),
+        }
+    }
+    best.into_iter().map(|(c, start, _)| (c, start)).collect()
 }
 
 /// The square of an error, which grows with its size beyond a limit, as Huber's.
@@ -77,19 +154,6 @@ pub(super) fn is_behind_motor(regression: &Regression<'_>, c: usize) -> bool {
     let candidate = &regression.candidates[c];
     candidate.form.kind.law.acts() == Acts::Transmission
         && candidate.rows.iter().all(|&row| regression.train.rows()[row].channel != Channel::Transmission)
-}
-
-/// Weighted held-out squares of the `kept` ones of the effects, estimated exactly, and what they cost.
-fn exact_cost(
-    regression: &Regression<'_>,
-    outcome: &Outcome,
-    (starts, kept): (&[Effect], &[usize]),
-    (teaches, jumps): (&(dyn Fn(usize, usize) -> bool + Sync), &[bool]),
-) -> f64 {
-    let effects = kept.iter().map(|&k| starts[k].clone()).collect();
-    let active: Vec<usize> = kept.iter().map(|&k| outcome.active[k]).collect();
-    exact_deviance(regression, outcome.corrected, effects, (teaches, jumps))
-        + regression.complexity_penalty(&active)
 }
 
 /// Weighted held-out squares of effects that are estimated exactly, with the prior of what is corrected beside them; samples where links meet

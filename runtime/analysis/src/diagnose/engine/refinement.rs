@@ -92,7 +92,7 @@ pub(super) fn refine(
     let mut half_width = vec![Vec::new(); effects.len()];
     for (unknown, sigma) in unknowns.iter().zip(sigmas) {
         let effect = &effects[unknown.effect];
-        let limit = inexactness(data.experiment, effect, &corners) * effect.value(&unknown.name);
+        let limit = inexactness(data.experiment, effect, (&effects, &corners)) * effect.value(&unknown.name);
         let half = (T * sigma).hypot(limit);
         // So wide an interval tells nothing: its end is where the estimate ran away to.
         let known = half < RAN_AWAY * effect.value(&unknown.name).abs().max(unknown.step);

@@ -1,4 +1,5 @@
 //! Which candidates stand: forward search, pruning, and the best small set at every joint.
+use super::behind_motors::is_behind_motor;
 use super::corrected::is_corrected_likelier;
 use super::exchange::{best_set, exchange, pair};
 use super::parallel::parallel;
@@ -35,6 +36,8 @@ const TRACE: f64 = 1e-3;
 const MOST: usize = 24;
 /// Most entries, those included that did not last, for each effect that is looked for.
 const ROUNDS: usize = 2;
+/// Part of what an effect explains that another one explains nearly as well.
+const NEARLY: f64 = 0.8;
 /// Why a candidate does not stand that makes the equations singular.
 const INSEPARABLE: &str = "this data cannot tell it from what stands already";
 
@@ -91,19 +94,45 @@ fn run_steady(regression: &mut Regression<'_>, most: usize, entered: &dyn Fn(usi
     Some(outcome)
 }
 
+/// Runs the search, and once more without a link's effect that was taken first where one at a joint whose motor alone is measured explains
+/// nearly as much: the spring behind a motor shows only once what else the motor carries stands, and a payload makes up for both
+/// better than either does alone.
 fn run(
     regression: &mut Regression<'_>,
     most: usize,
     corrected: bool,
     entered: &dyn Fn(usize),
 ) -> Option<Outcome> {
+    let (first, doubtful) = run_without(regression, most, corrected, &[], entered)?;
+    if doubtful.is_empty() {
+        return Some(first);
+    }
+    let forms: Vec<_> = first.active.iter().map(|&c| (c, regression.remembered(c))).collect();
+    match run_without(regression, most, corrected, &doubtful, entered) {
+        Some((other, _)) if other.scored.cost < first.scored.cost => Some(other),
+        _ => {
+            forms.into_iter().for_each(|(c, form)| regression.recall(c, form));
+            Some(first)
+        }
+    }
+}
+
+/// The search without some candidates, and which of those that entered are to be left out when it is run once more.
+fn run_without(
+    regression: &mut Regression<'_>,
+    most: usize,
+    corrected: bool,
+    barred: &[usize],
+    entered: &dyn Fn(usize),
+) -> Option<(Outcome, Vec<usize>)> {
     regression.linearise(&[], corrected);
     let mut active: Vec<usize> = regression.standing.clone();
     let standing = active.len();
     let mut scored = regression.scored_fit(&active, corrected)?;
     regression.reference.clone_from(&scored.errors);
     let mut reasons = BTreeMap::new();
-    let mut banned: Vec<usize> = Vec::new();
+    let mut banned: Vec<usize> = barred.to_vec();
+    let mut doubtful = Vec::new();
     // What enters may drive out what entered before, and the other way round: there is an end to it.
     let most = most.min(MOST);
     for _ in 0..ROUNDS * most {
@@ -111,12 +140,21 @@ fn run(
             break;
         }
         let before = (active.clone(), scored.clone());
-        let found = best(regression, &active, &scored, corrected, &banned, &mut reasons);
+        let tried = tried(regression, &active, &scored, (corrected, &banned), &mut reasons);
+        let found = cheapest(&tried);
+        if let Some(&(link, ref better)) = found.filter(|_| barred.is_empty() && doubtful.is_empty()) {
+            doubtful = doubts(regression, &tried, (link, scored.cost - better.cost), scored.cost);
+        }
         let with = |c: usize| [active.as_slice(), &[c]].concat();
-        let alone = found.map(|(candidate, better)| (vec![candidate], with(candidate), better));
+        let alone = found.map(|(candidate, better)| (vec![*candidate], with(*candidate), better.clone()));
         let found = alone.or_else(|| pair(regression, &active, &scored, corrected, &banned));
         let Some((newcomers, set, better)) = found else { break };
         (active, scored) = (set, better);
+        // What lies behind a motor carries what else was found there: its form is another one once that stands.
+        if is_at_hidden_joint(regression, newcomers[0]) {
+            regression.linearise(&active, corrected);
+            scored = regression.scored_fit(&active, corrected).unwrap_or(scored);
+        }
         (active, scored) = best_set(regression, active, scored, newcomers[0], corrected);
         (active, scored) = prune(regression, active, scored, corrected);
         regression.linearise(&active, corrected);
@@ -133,13 +171,16 @@ fn run(
             banned.extend(newcomers);
             (active, scored) = before;
             regression.linearise(&active, corrected);
+        } else if active == before.0 {
+            // They would enter and be driven out for ever.
+            banned.extend(newcomers);
         }
         entered(active.len() - standing);
     }
     (active, scored) = exchange(regression, active, scored, corrected);
     (active, scored) = prune(regression, active, scored, corrected);
     (active, scored) = relinearised(regression, active, scored, corrected);
-    Some(Outcome { active, scored, corrected, reasons, rival: None })
+    Some((Outcome { active, scored, corrected, reasons, rival: None }, doubtful))
 }
 
 /// Drops effects that only made up for directions of a payload that were taken at another estimate.
@@ -172,19 +213,18 @@ fn relinearised(
     (active, scored)
 }
 
-/// The candidate whose entry lowers the cost most, if any may enter.
-fn best(
+/// Candidates that may enter, with the fit that each leads to.
+fn tried(
     regression: &Regression<'_>,
     active: &[usize],
     base: &ScoredFit,
-    corrected: bool,
-    banned: &[usize],
+    (corrected, banned): (bool, &[usize]),
     reasons: &mut BTreeMap<usize, String>,
-) -> Option<(usize, ScoredFit)> {
-    let rough = regression.scored_fit(active, false)?;
+) -> Vec<(usize, ScoredFit)> {
+    let Some(rough) = regression.scored_fit(active, false) else { return Vec::new() };
     let tried =
         parallel(regression.candidates.len(), |c| consider(regression, active, base, &rough, corrected, c));
-    let mut best: Option<(usize, ScoredFit)> = None;
+    let mut may_enter = Vec::new();
     for (c, result) in tried.into_iter().enumerate().filter(|(c, _)| !banned.contains(c)) {
         match result {
             Err(reason) => {
@@ -192,13 +232,42 @@ fn best(
             }
             Ok(scored) => {
                 reasons.insert(c, "another candidate lowers the held-out error more".to_owned());
-                if best.as_ref().is_none_or(|(_, b)| scored.cost < b.cost) {
-                    best = Some((c, scored));
-                }
+                may_enter.push((c, scored));
             }
         }
     }
-    best
+    may_enter
+}
+
+/// The candidate whose entry lowers the cost most, the first of equal ones.
+fn cheapest(tried: &[(usize, ScoredFit)]) -> Option<&(usize, ScoredFit)> {
+    tried.iter().min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
+}
+
+/// An effect on a link that lowers the cost by `fall`, in all its forms, if one at a joint whose motor alone is measured lowers it
+/// nearly as much.
+fn doubts(
+    regression: &Regression<'_>,
+    tried: &[(usize, ScoredFit)],
+    (link, fall): (usize, f64),
+    cost: f64,
+) -> Vec<usize> {
+    let place = |c: usize| &regression.candidates[c].form.location;
+    let rivals = tried.iter().filter(|(_, scored)| cost - scored.cost > NEARLY * fall);
+    if place(link).link.is_none() || !rivals.map(|(c, _)| *c).any(|c| is_at_hidden_joint(regression, c)) {
+        return Vec::new();
+    }
+    let kind = |c: usize| regression.candidates[c].form.kind;
+    let forms = 0..regression.candidates.len();
+    forms.filter(|&c| kind(c) == kind(link) && place(c) == place(link)).collect()
+}
+
+/// Whether a candidate is at a joint of which the motor's angle alone was measured, and something may lie behind it.
+fn is_at_hidden_joint(regression: &Regression<'_>, c: usize) -> bool {
+    let joint = |c: usize| &regression.candidates[c].form.location.joint;
+    let here = |o: &usize| joint(*o) == joint(c);
+    joint(c).is_some()
+        && (0..regression.candidates.len()).filter(here).any(|o| is_behind_motor(regression, o))
 }
 
 /// Why a candidate cannot stand beside these, whatever it lowers.
