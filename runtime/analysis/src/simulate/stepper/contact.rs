@@ -4,6 +4,7 @@ use crate::simulate::dense::{self, row_length};
 use crate::simulate::implicit::Relaxed;
 use crate::simulate::problem::{Block, Law};
 use crate::simulate::proximal::Solved;
+use std::ops::Range;
 
 /// Softness of friction at points that come down, as a part of their own: while a sole tilts its corners cannot all stick, and what would tell
 /// which of them slips are forces between them that the motion does not feel.
@@ -122,16 +123,13 @@ impl Stepper<'_> {
     fn soften(&mut self, motion: &MotionState, time: f64) {
         let (joints, length) = (self.joints.len(), row_length(self.problem.rows()));
         let (q, v) = (&motion.q[motion.q.len() - joints..], &motion.v[motion.v.len() - joints..]);
-        let normals = self.sources.iter().zip(&self.problem.blocks).filter(|(source, _)| source.is_normal());
-        let own = normals.map(|(_, block)| self.problem.delassus[block.first * (length + 1)]);
-        let least = own.filter(|own| *own > 0.0).fold(f64::INFINITY, f64::min);
+        let least = self.least_normal();
         for (block, source) in self.problem.blocks.iter_mut().zip(&self.sources) {
             let row = block.first;
             let relaxed = match *source {
                 RowSource::Point(point) | RowSource::Normal(point) => {
                     let drag = 1.0 + drag(self.gaps[point].min(self.near));
-                    let tangential = row + 1..row + block.size();
-                    tangential.for_each(|row| self.problem.delassus[row * (length + 1)] *= drag);
+                    give_way(&mut self.problem.delassus, length, row + 1..row + block.size(), drag);
                     let mut relaxed = self.ground.relaxed(self.gaps[point], time);
                     if self.near > 0.0 && relaxed.offset > 0.0 {
                         relaxed.softness = GIVE * least;
@@ -171,6 +169,14 @@ impl Stepper<'_> {
         }
     }
 
+    /// The least of what normals give way by themselves, 1/kg.
+    fn least_normal(&self) -> f64 {
+        let length = row_length(self.problem.rows());
+        let normals = self.sources.iter().zip(&self.problem.blocks).filter(|(source, _)| source.is_normal());
+        let own = normals.map(|(_, block)| self.problem.delassus[block.first * (length + 1)]);
+        own.filter(|own| *own > 0.0).fold(f64::INFINITY, f64::min)
+    }
+
     /// The impulses. Where points come down, friction gives way more if that is what it takes.
     pub(super) fn solve(&mut self) -> Solved {
         let mut solved = self.solver.solve(&mut self.problem, &self.tolerance);
@@ -194,11 +200,16 @@ impl Stepper<'_> {
             if matches!(*source, RowSource::Point(point) if self.near > 0.0 && self.gaps[point] > 0.0) {
                 any = true;
                 let tangential = block.first + 1..block.first + block.size();
-                tangential.for_each(|row| self.problem.delassus[row * (length + 1)] *= 1.0 + drag);
+                give_way(&mut self.problem.delassus, length, tangential, 1.0 + drag);
             }
         }
         any
     }
+}
+
+/// Makes rows softer by a factor.
+fn give_way(delassus: &mut [f64], length: usize, rows: Range<usize>, factor: f64) {
+    rows.for_each(|row| delassus[row * (length + 1)] *= factor);
 }
 
 /// What is added to the softness of friction at this height above the ground (m), as a part of it.
