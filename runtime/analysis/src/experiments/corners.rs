@@ -24,7 +24,7 @@ const UNSEEN: f64 = 6e-2;
 /// The same in a leg on the ground, where links chatter between their stops for a part of every step. In eleven walks of TUlip with 5 to 25 mrad
 /// of play in one joint it came out 4 % off (median), 13 % at most, and a fifth and a third too small in two ankles that roll.
 const UNSEEN_IN_A_LEG: f64 = 0.1;
-/// The same of a spring there: 0.5 to 3.7 % in eight walks, most of them too soft; of a motor's inertia before it 0.6 to 1.4 % too small. Neither the
+/// The same of a spring there: 0.5 to 3.7 % in twelve walks, all of them too soft; of a motor's inertia before it 0.6 to 1.4 % too small. Neither the
 /// simulation's step nor the sensors' noise is the cause: with true values 0.16 N m were left in an ankle of a log without noise. What is
 /// left where filtered forces multiply filtered angles at each step of the foot may be.
 const SPRING_IN_A_LEG: f64 = 6e-2;

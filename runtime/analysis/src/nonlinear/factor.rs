@@ -316,8 +316,16 @@ mod tests {
         let right: Vec<f64> = (0..n).map(|_| number()).collect();
         let mut x = right.clone();
         factor.solve(&mut x);
-        let residual = &whole * nalgebra::DVector::from_vec(x) - nalgebra::DVector::from_vec(right);
+        let [solved, wanted] = [&x, &right].map(|x| nalgebra::DVector::from_column_slice(x));
+        let residual = &whole * solved - wanted;
         assert!(residual.amax() < 1e-10, "{}", residual.amax());
         assert!(!factor.factorise(&vec![0.0; values.len()]));
+        // Nor does one that cannot be factorised, however far it came.
+        let mut broken = values.clone();
+        broken[values.len() / 2] = f64::NAN;
+        assert!(!factor.factorise(&broken) && factor.factorise(&values));
+        let mut again = right;
+        factor.solve(&mut again);
+        assert_eq!(again, x);
     }
 }

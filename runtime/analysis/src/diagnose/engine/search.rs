@@ -158,14 +158,8 @@ fn run_without(
         (active, scored) = best_set(regression, active, scored, newcomers[0], corrected);
         (active, scored) = prune(regression, active, scored, corrected);
         regression.linearise(&active, corrected);
-        // What is impossible once its nonlinear part is in, or cannot be told from the others then, was never possible.
-        let why = match regression.scored_fit(&active, corrected) {
-            Some(exact) => {
-                scored = exact;
-                regression.impossible(&active, &scored).map(|(_, why)| why)
-            }
-            None => Some(INSEPARABLE.to_owned()),
-        };
+        let why;
+        (scored, why) = exactly(regression, &active, scored, corrected);
         if let Some(why) = why {
             newcomers.iter().for_each(|&c| drop(reasons.insert(c, why.clone())));
             banned.extend(newcomers);
@@ -181,6 +175,23 @@ fn run_without(
     (active, scored) = prune(regression, active, scored, corrected);
     (active, scored) = relinearised(regression, active, scored, corrected);
     Some((Outcome { active, scored, corrected, reasons, rival: None }, doubtful))
+}
+
+/// The fit of effects with their nonlinear parts in, and why one is not possible: what is impossible then, or cannot be told from the
+/// others, was never possible.
+fn exactly(
+    regression: &Regression<'_>,
+    active: &[usize],
+    rough: ScoredFit,
+    corrected: bool,
+) -> (ScoredFit, Option<String>) {
+    match regression.scored_fit(active, corrected) {
+        Some(exact) => {
+            let why = regression.impossible(active, &exact).map(|(_, why)| why);
+            (exact, why)
+        }
+        None => (rough, Some(INSEPARABLE.to_owned())),
+    }
 }
 
 /// Drops effects that only made up for directions of a payload that were taken at another estimate.
