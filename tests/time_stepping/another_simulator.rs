@@ -83,20 +83,34 @@ impl<'a> Run<'a> {
     }
 }
 
+fn cases() -> Value {
+    serde_json::from_str(include_str!("../data/simulate/mujoco_tulip.json")).unwrap()
+}
+
 #[test]
 #[ignore = "takes long"]
 fn centre_of_mass_and_impulses_are_those_of_mujoco() {
-    let text = include_str!("../data/simulate/mujoco_tulip.json");
-    let data: Value = serde_json::from_str(text).unwrap();
-    for case in data["cases"].as_array().unwrap() {
-        let [soft, stiff] = [0, 1].map(|k: usize| Run::new(case).apart(&case["runs"][k]["rows"], 1e-4));
-        // Ours: points strike in the middle of a step and sink by up to half a step's way. MuJoCo's: contacts of 0.1 ms.
+    for case in cases()["cases"].as_array().unwrap() {
+        let [soft, stiff] = [0, 1].map(|k: usize| Run::new(case).apart(&case["runs"][k]["rows"], 1.25e-5));
+        // Ours: what comes down within a step is on the ground at its end. MuJoCo's: contacts of 0.1 ms.
         let name = &case["name"];
-        assert!(stiff[0] < 2e-4 && stiff[1] < 0.03, "{name}: {stiff:?}");
+        assert!(stiff[0] < 1.2e-4 && stiff[1] < 0.03, "{name}: {stiff:?}");
         // And the stiffer MuJoCo's contacts are, the nearer it comes.
         assert!(
             stiff[0] < 1.1 * soft[0] + 5e-6 && stiff[1] < 1.2 * soft[1] + 1e-4,
             "{name}: {soft:?} {stiff:?}"
         );
+    }
+}
+
+/// Rocking from sole to sole feels every impact before: being near at one step alone could be luck.
+#[test]
+#[ignore = "takes long"]
+fn rocking_comes_nearer_with_shorter_steps() {
+    let data = cases();
+    let case = data["cases"].as_array().unwrap().iter().find(|case| case["name"] == "rocking").unwrap();
+    let worst = [4e-4, 2e-4, 1e-4, 5e-5].map(|step| Run::new(case).apart(&case["runs"][1]["rows"], step));
+    for (longer, shorter) in worst.iter().zip(&worst[1..]) {
+        assert!(shorter[0] < 0.8 * longer[0] && shorter[1] < 0.9 * longer[1], "{worst:?}");
     }
 }
