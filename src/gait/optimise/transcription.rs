@@ -5,15 +5,16 @@ use super::demands::Demands;
 use super::layout::Layout;
 use super::similarity::Similarity;
 use super::variables::Variables;
-use bipedc_analysis::nonlinear::Program;
+use bipedc_analysis::nonlinear::{Program, side_by_side};
 use bipedc_compiler::compile::Collocation;
 use bipedc_compiler::program::LocalFunction;
 
 /// The program; its variables are scaled, so that all are near 1.
 pub(super) struct Transcription<'c> {
-    pub of: &'c Collocation,
     pub layout: Layout,
     pub rows: Rows,
+    /// All functions, in a fixed order.
+    parts: Vec<Part<'c>>,
     variables: Variables,
     cost: Cost<'c>,
     jacobian: Vec<[usize; 2]>,
@@ -21,10 +22,53 @@ pub(super) struct Transcription<'c> {
 }
 
 /// A function of the program with its variables and rows.
-struct Part<'a> {
-    function: &'a LocalFunction,
+struct Part<'c> {
+    function: &'c LocalFunction,
     variables: Vec<usize>,
-    rows: &'a [Option<usize>],
+    rows: Vec<Option<usize>>,
+    /// Elements of ∂r/∂x that belong to rows of the program.
+    asked: usize,
+}
+
+impl<'c> Part<'c> {
+    fn new(function: &'c LocalFunction, variables: Vec<usize>, rows: &[Option<usize>]) -> Self {
+        let asked = function.jacobian_structure().iter().filter(|[row, _]| rows[*row].is_some()).count();
+        Self { function, variables, rows: rows.to_vec(), asked }
+    }
+
+    fn local(&self, x: &[f64]) -> Vec<f64> {
+        self.variables.iter().map(|&k| x[k]).collect()
+    }
+
+    fn jacobian(&self, x: &[f64], out: &mut [f64]) {
+        let structure = self.function.jacobian_structure();
+        let mut found = vec![0.0; structure.len()];
+        self.function.jacobian(&self.local(x), &mut found);
+        let asked = structure.iter().zip(found).filter(|([row, _], _)| self.rows[*row].is_some());
+        out.iter_mut().zip(asked).for_each(|(out, (_, value))| *out = value);
+    }
+
+    fn hessian(&self, x: &[f64], multipliers: &[f64], out: &mut [f64]) {
+        let own: Vec<f64> = self.rows.iter().map(|row| row.map_or(0.0, |row| multipliers[row])).collect();
+        self.function.hessian(&self.local(x), &own, out);
+    }
+}
+
+/// Every function's part of the values with what it has to do, side by side; what is left of the values.
+fn in_parts<'v, 'c>(
+    parts: &[Part<'c>],
+    mut values: &'v mut [f64],
+    size: impl Fn(&Part<'c>) -> usize,
+    work: impl Fn(&Part<'c>, &mut [f64]) + Sync,
+) -> &'v mut [f64] {
+    let mut jobs = Vec::with_capacity(parts.len());
+    for part in parts {
+        let (own, rest) = values.split_at_mut(size(part));
+        values = rest;
+        jobs.push((part, own));
+    }
+    side_by_side(jobs, |(part, own)| work(part, own));
+    values
 }
 
 impl<'c> Transcription<'c> {
@@ -36,7 +80,7 @@ impl<'c> Transcription<'c> {
         guess: &[f64],
     ) -> Self {
         let mut found = Self {
-            of,
+            parts: parts(of, &layout, &rows),
             variables: Variables::new(of, &layout, similar, demands, guess),
             cost: Cost::new(of, similar),
             jacobian: Vec::new(),
@@ -55,24 +99,6 @@ impl<'c> Transcription<'c> {
     }
     pub fn scaled(&self, x: &[f64]) -> Vec<f64> {
         x.iter().zip(&self.variables.scale).map(|(x, scale)| x / scale).collect()
-    }
-
-    /// All functions, in a fixed order.
-    fn parts(&self) -> Vec<Part<'_>> {
-        let mut found = Vec::new();
-        for (p, nodes) in self.rows.nodes.iter().enumerate() {
-            found.extend(nodes.iter().enumerate().map(|(node, rows)| Part {
-                function: &self.of.phases[p].node,
-                variables: self.layout.node(p, node),
-                rows,
-            }));
-            found.push(Part {
-                function: &self.of.changes[p].function,
-                variables: self.layout.change(p),
-                rows: &self.rows.changes[p],
-            });
-        }
-        found
     }
 
     /// Equations between nodes: for each the row, then variable and factor of the linear part, and variable with factor of duration × it.
@@ -101,7 +127,7 @@ impl<'c> Transcription<'c> {
 
     fn structure_of_jacobian(&self) -> Vec<[usize; 2]> {
         let mut found = Vec::new();
-        for part in self.parts() {
+        for part in &self.parts {
             for &[row, variable] in part.function.jacobian_structure() {
                 if let Some(row) = part.rows[row] {
                     found.push([row, part.variables[variable]]);
@@ -120,7 +146,7 @@ impl<'c> Transcription<'c> {
 
     fn structure_of_hessian(&self) -> Vec<[usize; 2]> {
         let mut found = Vec::new();
-        for part in self.parts() {
+        for part in &self.parts {
             let pairs = part.function.hessian_structure().iter();
             found.extend(pairs.map(|&[i, j]| [part.variables[i], part.variables[j]]));
         }
@@ -130,6 +156,19 @@ impl<'c> Transcription<'c> {
         self.cost.each_second(&self.layout, &vec![1.0; self.layout.variables], |place, _| found.push(place));
         found
     }
+}
+
+/// The functions of nodes and changes.
+fn parts<'c>(of: &'c Collocation, layout: &Layout, rows: &Rows) -> Vec<Part<'c>> {
+    let mut found = Vec::new();
+    for (p, nodes) in rows.nodes.iter().enumerate() {
+        let node = |(node, rows): (usize, &Vec<Option<usize>>)| {
+            Part::new(&of.phases[p].node, layout.node(p, node), rows)
+        };
+        found.extend(nodes.iter().enumerate().map(node));
+        found.push(Part::new(&of.changes[p].function, layout.change(p), &rows.changes[p]));
+    }
+    found
 }
 
 impl Program for Transcription<'_> {
@@ -162,10 +201,9 @@ impl Program for Transcription<'_> {
 
     fn constraints(&self, x: &[f64], values: &mut [f64]) {
         let x = self.unscaled(x);
-        for part in self.parts() {
-            let local: Vec<f64> = part.variables.iter().map(|&k| x[k]).collect();
+        for part in &self.parts {
             let mut found = vec![0.0; part.function.rows()];
-            part.function.values(&local, &mut found);
+            part.function.values(&part.local(&x), &mut found);
             for (row, value) in part.rows.iter().zip(found) {
                 if let Some(row) = *row {
                     values[row] = value;
@@ -188,19 +226,9 @@ impl Program for Transcription<'_> {
 
     fn jacobian(&self, x: &[f64], values: &mut [f64]) {
         let x = self.unscaled(x);
-        let mut next = 0;
-        let mut put = |value: f64| {
-            values[next] = value;
-            next += 1;
-        };
-        for part in self.parts() {
-            let local: Vec<f64> = part.variables.iter().map(|&k| x[k]).collect();
-            let structure = part.function.jacobian_structure();
-            let mut found = vec![0.0; structure.len()];
-            part.function.jacobian(&local, &mut found);
-            let asked = structure.iter().zip(found).filter(|([row, _], _)| part.rows[*row].is_some());
-            asked.for_each(|(_, value)| put(value));
-        }
+        let rest = in_parts(&self.parts, values, |part| part.asked, |part, out| part.jacobian(&x, out));
+        let mut rest = rest.iter_mut();
+        let mut put = |value: f64| rest.next().into_iter().for_each(|place| *place = value);
         self.each_between(|_, duration, linear, slopes| {
             linear.iter().for_each(|&(_, factor)| put(factor));
             slopes.iter().for_each(|&(_, factor)| put(factor * x[duration]));
@@ -220,18 +248,10 @@ impl Program for Transcription<'_> {
         let x = self.unscaled(x);
         let multipliers: Vec<f64> =
             multipliers.iter().zip(&self.rows.scale).map(|(y, scale)| y / scale).collect();
-        let mut next = 0;
-        let mut put = |value: f64| {
-            values[next] = value;
-            next += 1;
-        };
-        for part in self.parts() {
-            let local: Vec<f64> = part.variables.iter().map(|&k| x[k]).collect();
-            let own: Vec<f64> = part.rows.iter().map(|row| row.map_or(0.0, |row| multipliers[row])).collect();
-            let mut found = vec![0.0; part.function.hessian_structure().len()];
-            part.function.hessian(&local, &own, &mut found);
-            found.into_iter().for_each(&mut put);
-        }
+        let size = |part: &Part<'_>| part.function.hessian_structure().len();
+        let rest = in_parts(&self.parts, values, size, |part, out| part.hessian(&x, &multipliers, out));
+        let mut rest = rest.iter_mut();
+        let mut put = |value: f64| rest.next().into_iter().for_each(|place| *place = value);
         self.each_between(|row, _, _, slopes| {
             slopes.iter().for_each(|&(_, factor)| put(factor * multipliers[row]));
         });

@@ -1,9 +1,12 @@
 //! L D Lᵀ of a sparse symmetric matrix without exchanges of pivots, in dense blocks (a multifrontal method): what a block leaves is handed to the block above it in
 //! the elimination tree, so that nearly all work is products of dense matrices.
-use super::symbolic::Structure;
+use super::side_by_side::side_by_side;
+use super::stack::Stack;
+use super::symbolic::{Block, Structure};
 use clarabel::algebra::CscMatrix;
 use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettingsBuilder};
-use nalgebra::{DMatrixView, DMatrixViewMut, DVector, Dyn};
+use nalgebra::{DMatrixView, DVector};
+use std::ops::Range;
 
 /// A factor with the structure that it keeps from one matrix to the next.
 pub(super) struct Factor {
@@ -15,18 +18,25 @@ pub(super) struct Factor {
     /// Of each element of the matrix: its place in `values`.
     places: Vec<usize>,
     positive: usize,
-    /// What blocks leave to those above them, the last on top: children come right before their parent.
-    left: Vec<f64>,
-    scratch: Vec<f64>,
+    /// Parts of the tree that are factorised side by side, in the order of their blocks.
+    branches: Vec<Branch>,
+    /// For the blocks above all branches.
+    stack: Stack,
 }
 
-/// Columns that are eliminated one by one before the others of their block are told.
-const PANEL: usize = 24;
-/// Columns that are updated at once: only what is on and below the diagonal is wanted.
-const STRIP: usize = 48;
-/// Products of so few columns are summed one by one.
-const FEW: usize = 4;
+/// A block of the tree with all blocks below it.
+#[derive(Debug, Clone)]
+struct Branch {
+    blocks: Range<usize>,
+    stack: Stack,
+    /// Positive pivots; none: one is zero or no number.
+    positive: Option<usize>,
+}
 
+/// No branch has more of the work than one of so many has in the mean.
+const BRANCHES: f64 = 8.0;
+/// Nor less than this part of that: it would not be worth the while.
+const LEAST: f64 = 0.02;
 impl Factor {
     /// For matrices with this upper triangle (columns, rows), ordered by approximate minimum degree. None: it has no such ordering.
     pub fn new(columns: &[usize], rows: &[usize]) -> Option<Self> {
@@ -52,9 +62,22 @@ impl Factor {
                 places.push(begins[index] + (column - block.first) * height + local);
             }
         }
-        let left = vec![0.0; most_left(&structure)];
-        let values = vec![0.0; begins[begins.len() - 1]];
-        Some(Self { structure, values, begins, places, positive: 0, left, scratch: Vec::new() })
+        let blocks = &structure.blocks;
+        let branch = |range: Range<usize>| Branch {
+            stack: Stack::new(blocks, range.clone()),
+            blocks: range,
+            positive: None,
+        };
+        let branches = branches(blocks);
+        Some(Self {
+            values: vec![0.0; begins[begins.len() - 1]],
+            branches: branches.into_iter().map(branch).collect(),
+            stack: Stack::new(blocks, 0..blocks.len()),
+            structure,
+            begins,
+            places,
+            positive: 0,
+        })
     }
 
     /// Factorises; false: a pivot is zero or no number.
@@ -63,34 +86,47 @@ impl Factor {
         for (&place, value) in self.places.iter().zip(matrix) {
             self.values[place] += value;
         }
-        self.positive = 0;
-        // Where the top of what is left lies.
-        let mut top = 0;
-        for index in 0..self.structure.blocks.len() {
-            let block = &self.structure.blocks[index];
-            let (width, below) = (block.width, block.below.len());
-            let own = &mut self.values[self.begins[index]..self.begins[index + 1]];
-            let children = || block.children.iter().map(|&child| &self.structure.blocks[child].place_above);
-            let begin = top - children().map(|places| places.len().pow(2)).sum::<usize>();
-            let (handed, free) = self.left.split_at_mut(top);
-            let mut rest = &handed[begin..];
-            for places in children() {
-                take_in(own, (width, below), places, rest);
-                rest = &rest[places.len().pow(2)..];
-            }
-            let Some(positive) = eliminate(own, width, below, &mut self.scratch) else { return false };
-            self.positive += positive;
-            let left = &mut free[..below * below];
-            leave(own, (width, below), left, &mut self.scratch);
-            let mut rest = &handed[begin..];
-            for places in children() {
-                hand_on(left, (width, below), places, rest);
-                rest = &rest[places.len().pow(2)..];
-            }
-            self.left.copy_within(top..top + below * below, begin);
-            top = begin + below * below;
+        self.factorise_branches();
+        match self.factorise_above() {
+            Some(positive) => self.positive = positive,
+            None => return false,
         }
         true
+    }
+
+    fn factorise_branches(&mut self) {
+        let (blocks, begins) = (&self.structure.blocks, &self.begins);
+        let (mut rest, mut first) = (&mut self.values[..], 0);
+        let mut jobs = Vec::with_capacity(self.branches.len());
+        for branch in &mut self.branches {
+            let [begin, end] = [begins[branch.blocks.start], begins[branch.blocks.end]];
+            let (own, behind) = std::mem::take(&mut rest)[begin - first..].split_at_mut(end - begin);
+            (rest, first) = (behind, end);
+            jobs.push((branch, own));
+        }
+        side_by_side(jobs, |(branch, own)| {
+            branch.stack.clear();
+            branch.positive = branch.stack.eliminate(blocks, branch.blocks.clone(), (begins, own));
+        });
+    }
+
+    /// What is above the branches, which hand on to it. The number of all positive pivots.
+    fn factorise_above(&mut self) -> Option<usize> {
+        let (blocks, begins) = (&self.structure.blocks, &self.begins);
+        self.stack.clear();
+        let (mut positive, mut next) = (0, 0);
+        let end = blocks.len()..blocks.len();
+        let ranges = self.branches.iter().map(|branch| (branch.blocks.clone(), Some(branch)));
+        for (range, branch) in ranges.chain([(end, None)]) {
+            let own = &mut self.values[begins[next]..begins[range.start]];
+            positive += self.stack.eliminate(blocks, next..range.start, (begins, own))?;
+            if let Some(branch) = branch {
+                positive += branch.positive?;
+                self.stack.push(branch.stack.left());
+            }
+            next = range.end;
+        }
+        Some(positive)
     }
 
     /// Number of positive pivots.
@@ -148,131 +184,30 @@ fn ordering(columns: &[usize], rows: &[usize]) -> Option<Vec<usize>> {
     QDLDLFactorisation::new(&matrix, Some(settings)).ok().map(|found| found.perm)
 }
 
-/// Numbers that blocks leave at once, at most.
-fn most_left(structure: &Structure) -> usize {
-    let (mut top, mut most) = (0, 0);
-    for block in &structure.blocks {
-        let own = block.below.len().pow(2);
-        most = most.max(top + own);
-        let handed: usize =
-            block.children.iter().map(|&child| structure.blocks[child].below.len().pow(2)).sum();
-        top = top + own - handed;
-    }
-    most
-}
-
-/// Adds what a child leaves to the columns of a block itself; only places on and below the diagonal.
-fn take_in(own: &mut [f64], (width, below): (usize, usize), places: &[usize], handed: &[f64]) {
-    let (height, size) = (width + below, places.len());
-    for (j, &column) in places.iter().enumerate().take_while(|(_, column)| **column < width) {
-        let to = &mut own[column * height..(column + 1) * height];
-        let values = &handed[j * size + j..(j + 1) * size];
-        places[j..].iter().zip(values).for_each(|(&row, value)| to[row] += value);
-    }
-}
-
-/// Adds the rest of it to what the block leaves.
-fn hand_on(left: &mut [f64], (width, below): (usize, usize), places: &[usize], handed: &[f64]) {
-    let size = places.len();
-    for j in places.partition_point(|place| *place < width)..size {
-        let to = &mut left[(places[j] - width) * below..(places[j] - width + 1) * below];
-        let values = &handed[j * size + j..(j + 1) * size];
-        places[j..].iter().zip(values).for_each(|(&row, value)| to[row - width] += value);
-    }
-}
-
-/// C −= A B, or C = −A B: C from an offset with columns `stride` apart, A likewise, B column after column.
-fn subtract(
-    (c, stride, adds): (&mut [f64], usize, bool),
-    (a, a_stride): (&[f64], usize),
-    b: &[f64],
-    [rows, inner, columns]: [usize; 3],
-) {
-    if rows == 0 || columns == 0 || inner == 0 {
-        return;
-    }
-    if inner <= FEW {
-        for (j, factors) in b.chunks_exact(inner).enumerate() {
-            // Nothing above the diagonal is wanted.
-            let c = &mut c[j * stride + j..j * stride + rows];
-            if !adds {
-                c.fill(0.0);
-            }
-            for (k, factor) in factors.iter().enumerate() {
-                let a = &a[k * a_stride + j..k * a_stride + rows];
-                c.iter_mut().zip(a).for_each(|(c, a)| *c -= factor * a);
-            }
-        }
-        return;
-    }
-    let a = DMatrixView::from_slice_with_strides_generic(a, Dyn(rows), Dyn(inner), Dyn(1), Dyn(a_stride));
-    let b = DMatrixView::from_slice_with_strides_generic(b, Dyn(inner), Dyn(columns), Dyn(1), Dyn(inner));
-    let mut c =
-        DMatrixViewMut::from_slice_with_strides_generic(c, Dyn(rows), Dyn(columns), Dyn(1), Dyn(stride));
-    c.gemm(-1.0, &a, &b, f64::from(u8::from(adds)));
-}
-
-/// Columns of a block become L, its diagonal D. The number of positive pivots; none: one is zero or no number.
-fn eliminate(own: &mut [f64], width: usize, below: usize, scratch: &mut Vec<f64>) -> Option<usize> {
-    let height = width + below;
-    let mut positive = 0;
-    for begin in (0..width).step_by(PANEL) {
-        let end = (begin + PANEL).min(width);
-        for k in begin..end {
-            let pivot = own[k * height + k];
-            if pivot == 0.0 || !pivot.is_finite() {
-                return None;
-            }
-            positive += usize::from(pivot > 0.0);
-            let (column, rest) = own[k * height..].split_at_mut(height);
-            for j in k + 1..end {
-                let factor = column[j] / pivot;
-                if factor != 0.0 {
-                    let to = &mut rest[(j - k - 1) * height + j..(j - k) * height];
-                    to.iter_mut().zip(&column[j..]).for_each(|(to, l)| *to -= factor * l);
-                }
-            }
-            column[k + 1..].iter_mut().for_each(|l| *l /= pivot);
-        }
-        for first in (end..width).step_by(STRIP) {
-            let columns = STRIP.min(width - first);
-            turned(own, (begin..end, height), first..first + columns, scratch);
-            let (done, open) = own.split_at_mut(first * height);
-            let shape = [height - first, end - begin, columns];
-            subtract(
-                (&mut open[first..], height, true),
-                (&done[begin * height + first..], height),
-                scratch,
-                shape,
-            );
+/// Blocks with all below them, by their ranges, that can be eliminated side by side.
+fn branches(blocks: &[Block]) -> Vec<Range<usize>> {
+    let mut work = vec![0.0; blocks.len()];
+    let mut begins: Vec<usize> = (0..blocks.len()).collect();
+    for (index, block) in blocks.iter().enumerate() {
+        let height = block.width + block.below.len();
+        work[index] = (block.width * height * height) as f64;
+        for &child in &block.children {
+            work[index] += work[child];
+            begins[index] = begins[index].min(begins[child]);
         }
     }
-    Some(positive)
-}
-
-/// D Lᵀ of these columns and rows, column after column.
-fn turned(
-    own: &[f64],
-    (columns, height): (std::ops::Range<usize>, usize),
-    rows: std::ops::Range<usize>,
-    out: &mut Vec<f64>,
-) {
-    out.clear();
-    for row in rows {
-        out.extend(columns.clone().map(|k| own[k * height + row] * own[k * height + k]));
+    let roots = || (0..blocks.len()).filter(|&k| blocks[k].below.is_empty());
+    let most = roots().map(|root| work[root]).sum::<f64>() / BRANCHES;
+    let (mut open, mut found): (Vec<usize>, _) = (roots().collect(), Vec::new());
+    while let Some(index) = open.pop() {
+        if work[index] > most {
+            open.extend(&blocks[index].children);
+        } else if work[index] >= LEAST * most {
+            found.push(begins[index]..index + 1);
+        }
     }
-}
-
-/// What the eliminated columns of a block leave to the rows below, on and below the diagonal.
-fn leave(own: &[f64], (width, below): (usize, usize), left: &mut [f64], scratch: &mut Vec<f64>) {
-    let height = width + below;
-    for first in (0..below).step_by(STRIP) {
-        let columns = STRIP.min(below - first);
-        turned(own, (0..width, height), width + first..width + first + columns, scratch);
-        let shape = [below - first, width, columns];
-        let to = &mut left[first * below + first..];
-        subtract((to, below, false), (&own[width + first..], height), scratch, shape);
-    }
+    found.sort_by_key(|range| range.start);
+    found
 }
 
 #[cfg(test)]

@@ -10,11 +10,14 @@ mod interior_point;
 mod iterate;
 mod kkt;
 mod scaling;
+mod side_by_side;
+mod stack;
 mod symbolic;
 #[cfg(test)]
 mod tests;
 
 pub use interior_point::InteriorPoint;
+pub use side_by_side::side_by_side;
 
 /// What is to be minimised. Rows and columns are counted from 0; structures may name an element twice: its values add up.
 pub trait Program {
