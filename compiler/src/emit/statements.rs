@@ -357,16 +357,17 @@ impl Reads {
 
     /// `let ([sin_q_left_knee, …], [cos_q_left_knee, …]) = R::sin_cos_all([q_left_knee, …]);`
     pub fn sines_and_cosines(&self, code: &Code<'_>, text: &mut Text) {
-        let count = code.program.angles.len() as u32;
-        if count == 0 {
+        let order = code.angles_by_twins();
+        if order.is_empty() {
             return;
         }
         let named = |read: &BTreeSet<u32>, name: fn(u32) -> Operand| -> Vec<String> {
-            let one = |k| if read.contains(&k) { code.operand(name(k)) } else { "_".to_owned() };
-            (0..count).map(one).collect()
+            let one = |&k| if read.contains(&k) { code.operand(name(k)) } else { "_".to_owned() };
+            order.iter().map(one).collect()
         };
         let (sines, cosines) = (named(&self.sines, Operand::Sin), named(&self.cosines, Operand::Cos));
-        let angles: Vec<String> = code.program.angles.iter().map(|&o| code.operand(o)).collect();
+        let angles: Vec<String> =
+            order.iter().map(|&k| code.operand(code.program.angles[k as usize])).collect();
         let (s, c, a) = (sines.join(", "), cosines.join(", "), angles.join(", "));
         let line = format!("let ([{s}], [{c}]) = R::sin_cos_all([{a}]);");
         if line.len() + 8 <= WIDTH {
