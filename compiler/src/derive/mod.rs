@@ -11,6 +11,7 @@ mod sensitivity;
 mod standing;
 
 pub mod articulated;
+pub mod base_rows;
 pub mod composite;
 pub mod constrained;
 pub mod constraint;

@@ -16,6 +16,7 @@ pub enum InertiaMode {
 }
 
 /// A tree, a graph and the inertias in it.
+#[derive(Clone)]
 pub struct RobotModel<'g, 't> {
     /// Where expressions live.
     pub graph: &'g Graph,
@@ -202,6 +203,17 @@ impl<'g, 't> RobotModel<'g, 't> {
     /// Total mass of all bodies, kg.
     pub fn total_mass(&self) -> Sym<'g> {
         self.inertias.iter().fold(self.constant(0.0), |sum, body| sum + body.mass)
+    }
+
+    /// The same robot with every inertia divided by its mass.
+    pub fn of_unit_mass(&self) -> Self {
+        let per_mass = self.constant(1.0) / self.total_mass();
+        let scaled = |body: &BodyInertia<'g>| BodyInertia {
+            mass: body.mass * per_mass,
+            first_moment: body.first_moment.scale(per_mass),
+            second_moment: Matrix3(body.second_moment.0.map(|row| row.map(|x| x * per_mass))),
+        };
+        Self { inertias: self.inertias.iter().map(scaled).collect(), ..self.clone() }
     }
 
     /// Gravitational acceleration in world axes.

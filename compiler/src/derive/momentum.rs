@@ -169,6 +169,19 @@ pub fn centroidal_momentum_matrix<'g>(model: &RobotModel<'g, '_>) -> Vec<Wrench<
     columns
 }
 
+/// Momentum from a matrix of its columns.
+pub fn momentum_from_matrix<'g>(model: &RobotModel<'g, '_>, columns: &[Wrench<'g>]) -> Wrench<'g> {
+    let _work = model.work_on_all("centroidal momentum");
+    let zero = Wrench { linear: model.zero3(), angular: model.zero3() };
+    columns.iter().enumerate().fold(zero, |sum, (k, column)| {
+        let rate = model.input(Argument::V, k);
+        Wrench {
+            linear: sum.linear + column.linear.scale(rate),
+            angular: sum.angular + column.angular.scale(rate),
+        }
+    })
+}
+
 /// Velocity of the centre of mass, m/s.
 pub fn center_of_mass_velocity<'g>(model: &RobotModel<'g, '_>) -> Vector3<'g> {
     momentum(model).linear.scale(model.constant(1.0) / model.total_mass())

@@ -5,13 +5,16 @@ pub mod drives;
 pub mod regressors;
 
 use super::quantity::Quantity;
+use crate::derive::base_rows::BaseRows;
 use crate::derive::effects::At;
 use crate::derive::frames::{frame_pose, jacobian as frame_jacobian, world_poses};
+use crate::derive::momentum::Wrench;
 use crate::derive::newton_euler::generalised_forces;
 use crate::derive::{
-    Motions, articulated, composite, coriolis, derivatives, effects, frames, joint_axes, momentum as whole,
+    Motions, RobotModel, articulated, composite, coriolis, derivatives, effects, frames, joint_axes,
+    momentum as whole,
 };
-use crate::expression::{Expr, Sym};
+use crate::expression::{Expr, Sym, Vector3};
 use crate::program::{Operations, Order, lower};
 use crate::tree::{Frame, Tree};
 use bipedc_runtime::Argument;
@@ -160,17 +163,45 @@ pub fn center_of_mass_motion<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
         motion.map(|mut q| q.columns.swap_remove(0)).to_vec(),
     )
 }
+/// The base's rows of the mass matrix, written in either axes.
+fn base_rows<'g>(model: &RobotModel<'g, '_>) -> Vec<BaseRows<'g>> {
+    if model.tree.trunk().is_none() {
+        return Vec::new();
+    }
+    let both = [composite::mass_matrix(model), joint_axes::mass_matrix(model)];
+    both.iter().filter_map(|d| BaseRows::new(model, d)).collect()
+}
+
+/// Centre of mass and the columns of its Jacobian, each as cheap as it can be had beside the other.
+fn com_and_jacobian<'g>(c: &Context<'g, '_>) -> (Vec<Sym<'g>>, Vec<Sym<'g>>) {
+    // Of a mass of one the momentum is the velocity of the centre of mass, and no entry is to be divided.
+    let unit = c.folded.of_unit_mass();
+    let mut ways = vec![(whole::center_of_mass(&c.folded), whole::center_of_mass_jacobian(&c.folded))];
+    for rows in base_rows(&unit) {
+        ways.push((rows.center_of_mass(&unit), rows.center_of_mass_jacobian(&unit)));
+    }
+    let flat = |(com, jacobian): (Vector3<'g>, Vec<Vector3<'g>>)| {
+        [com].into_iter().chain(jacobian).flat_map(|column| column.0).collect()
+    };
+    let mut com: Vec<Sym<'g>> = fewest(ways.into_iter().map(flat).collect());
+    let jacobian = com.split_off(3);
+    (com, jacobian)
+}
+
 pub fn center_of_mass_jacobian<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    let columns = whole::center_of_mass_jacobian(&c.folded).into_iter().map(|v| v.0.to_vec()).collect();
+    let (_, jacobian) = com_and_jacobian(c);
+    let columns = jacobian.chunks(3).map(<[Sym<'g>]>::to_vec).collect();
     let rows = ["x", "y", "z"].map(str::to_owned).to_vec();
     Quantity::matrix(rows, vec!["m".to_owned(); 3], c.folded.tree.row_names(), columns)
 }
 
 pub fn center_of_mass_with_jacobian<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    let mut both = center_of_mass_jacobian(c);
-    both.columns.insert(0, whole::center_of_mass(&c.folded).0.to_vec());
-    both.column_names.insert(0, "position".to_owned());
-    both
+    let (com, jacobian) = com_and_jacobian(c);
+    let mut columns = vec![com];
+    columns.extend(jacobian.chunks(3).map(<[Sym<'g>]>::to_vec));
+    let rows = ["x", "y", "z"].map(str::to_owned).to_vec();
+    let names = ["position".to_owned()].into_iter().chain(c.folded.tree.row_names()).collect();
+    Quantity::matrix(rows, vec!["m".to_owned(); 3], names, columns)
 }
 
 const MOMENTUM: [&str; 2] = ["kg m/s", "kg m²/s"];
@@ -182,22 +213,48 @@ pub fn momentum_rate<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let w = whole::momentum_rate(&c.folded, false);
     Quantity::pair(["N", "N m"], w.linear, w.angular)
 }
+fn six<'g>(w: Wrench<'g>) -> impl Iterator<Item = Sym<'g>> {
+    w.linear.0.into_iter().chain(w.angular.0)
+}
 pub fn centroidal_momentum<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    let w = whole::about_center_of_mass(&c.folded, whole::momentum(&c.folded));
-    Quantity::pair(MOMENTUM, w.linear, w.angular)
+    let model = &c.folded;
+    let mut ways = vec![whole::about_center_of_mass(model, whole::momentum(model))];
+    ways.extend(base_rows(model).iter().map(|rows| rows.centroidal_momentum(model)));
+    let values = fewest(ways.into_iter().map(|w| six(w).collect()).collect());
+    let (linear, angular) = values.split_at(3);
+    let vector = |x: &[Sym<'g>]| Vector3([x[0], x[1], x[2]]);
+    Quantity::pair(MOMENTUM, vector(linear), vector(angular))
+}
+/// The columns, behind the momentum where that is asked for: of the matrix, or by itself.
+fn momentum_columns<'g>(c: &Context<'g, '_>, with_momentum: bool) -> Vec<Vec<Sym<'g>>> {
+    let model = &c.folded;
+    let mut matrices = vec![whole::centroidal_momentum_matrix(model)];
+    matrices.extend(base_rows(model).iter().map(|rows| rows.centroidal_momentum_matrix(model)));
+    let mut ways: Vec<Vec<Sym<'g>>> = Vec::new();
+    for matrix in matrices {
+        let columns = || matrix.iter().flat_map(|&column| six(column));
+        if with_momentum {
+            let by_itself = whole::about_center_of_mass(model, whole::momentum(model));
+            for momentum in [by_itself, whole::momentum_from_matrix(model, &matrix)] {
+                ways.push(six(momentum).chain(columns()).collect());
+            }
+        } else {
+            ways.push(columns().collect());
+        }
+    }
+    fewest(ways).chunks(6).map(<[Sym<'g>]>::to_vec).collect()
 }
 pub fn centroidal_momentum_matrix<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    let columns = whole::centroidal_momentum_matrix(&c.folded);
-    let columns = columns.into_iter().map(|w| w.linear.0.into_iter().chain(w.angular.0).collect()).collect();
     let zero = c.folded.zero3();
     let names = Quantity::pair(["kg, kg m", "kg m, kg m²"], zero, zero);
+    let columns = momentum_columns(c, false);
     Quantity::matrix(names.row_names, names.row_units, c.folded.tree.row_names(), columns)
 }
 pub fn centroidal_momentum_with_matrix<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
-    let mut both = centroidal_momentum_matrix(c);
-    both.columns.insert(0, centroidal_momentum(c).columns.swap_remove(0));
-    both.column_names.insert(0, "momentum".to_owned());
-    both
+    let zero = c.folded.zero3();
+    let names = Quantity::pair(["kg, kg m", "kg m, kg m²"], zero, zero);
+    let of = ["momentum".to_owned()].into_iter().chain(c.folded.tree.row_names()).collect();
+    Quantity::matrix(names.row_names, names.row_units, of, momentum_columns(c, true))
 }
 pub fn centroidal_momentum_rate<'g>(c: &Context<'g, '_>) -> Quantity<'g> {
     let w = whole::about_center_of_mass(&c.folded, whole::momentum_rate(&c.folded, false));
