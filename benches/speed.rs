@@ -18,7 +18,7 @@ const LANES: usize = size_of::<F64Native>() / 8;
 #[biped(description = "benches/robots/lower12", functions = [
     "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
     "center_of_mass_with_jacobian", "center_of_mass_motion", "centroidal_momentum",
-    "centroidal_momentum_with_matrix", "zero_moment_point", "jacobian", "inverse_dynamics_regressor",
+    "centroidal_momentum_with_matrix", "zero_moment_point", "body_jacobian_of_left_foot", "inverse_dynamics_regressor",
     "inverse_dynamics_derivatives", "forward_dynamics_derivatives", "constrained_dynamics", "impact_map",
 ])]
 pub struct Lower12;
@@ -28,7 +28,7 @@ pub struct Lower12;
     "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
     "center_of_mass_with_jacobian", "center_of_mass_motion", "centroidal_momentum",
     "centroidal_momentum_with_matrix", "inverse_dynamics_regressor", "inverse_dynamics_derivatives",
-    "forward_dynamics_derivatives", "constrained_dynamics", "impact_map_of_right_support",
+    "forward_dynamics_derivatives", "constrained_dynamics", "impact_map_of_right_support", "body_jacobian_of_left_tibia",
 ])]
 pub struct Rabbit5;
 
@@ -37,7 +37,7 @@ pub struct Rabbit5;
     "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
     "center_of_mass_with_jacobian", "center_of_mass_motion", "centroidal_momentum",
     "centroidal_momentum_with_matrix", "inverse_dynamics_regressor", "inverse_dynamics_derivatives",
-    "forward_dynamics_derivatives", "constrained_dynamics", "impact_map_of_right_heel",
+    "forward_dynamics_derivatives", "constrained_dynamics", "impact_map_of_right_heel", "body_jacobian_of_left_foot",
 ])]
 pub struct Biped7;
 
@@ -47,7 +47,7 @@ pub struct Biped7;
 #[biped(description = "benches/robots/talos_reduced", functions = [
     "inverse_dynamics", "mass_matrix", "mass_matrix_upper", "bias", "gravity", "forward_dynamics",
     "center_of_mass_with_jacobian", "center_of_mass_motion", "centroidal_momentum",
-    "centroidal_momentum_with_matrix", "jacobian", "inverse_dynamics_regressor",
+    "centroidal_momentum_with_matrix", "body_jacobian_of_leg_left_6_link", "inverse_dynamics_regressor",
     "inverse_dynamics_derivatives", "forward_dynamics_derivatives", "constrained_dynamics", "impact_map",
 ])]
 pub struct TalosReduced;
@@ -106,9 +106,10 @@ macro_rules! common {
 
 /// One foot on one point; in the plane two of the three rows are there.
 macro_rules! on_a_point {
-    ($name:literal, $module:ident, $model:expr, $dynamics:ident, $impact:ident) => {
+    ($name:literal, $module:ident, $model:expr, $dynamics:ident, $impact:ident, $jacobian:ident) => {
         if let Some(bench) = Bench::new($name) {
             let (states, wide) = common!(bench, $module, $model);
+            time!(bench, states, "joint_jac", $module::$jacobian(q));
             time!(bench, states, wide, "contact3_fd", $module::$dynamics(q, v, tau));
             time!(bench, states, wide, "contact3_impulse", $module::$impact(q, v));
         }
@@ -119,7 +120,7 @@ fn lower12_functions() {
     let Some(bench) = Bench::new("lower12") else { return };
     let (states, wide) = common!(bench, lower12, Lower12);
     time!(bench, states, "zmp", lower12::zero_moment_point_into(q, v, a));
-    time!(bench, states, "joint_jac", lower12::jacobian_of_left_sole_into(q));
+    time!(bench, states, "joint_jac", lower12::body_jacobian_of_left_foot_nonzeros_into(q));
     time!(bench, states, wide, "contact3_fd", lower12::constrained_dynamics_of_right_point_into(q, v, tau));
     time!(bench, states, wide, "contact3_impulse", lower12::impact_map_of_right_point_into(q, v));
     time!(bench, states, "contact6_fd", lower12::constrained_dynamics_of_right_support_into(q, v, tau));
@@ -130,7 +131,7 @@ fn lower12_functions() {
 fn talos_reduced_functions() {
     let Some(bench) = Bench::new("talos_reduced") else { return };
     let (states, wide) = common!(bench, talos_reduced, TalosReduced);
-    time!(bench, states, "joint_jac", talos_reduced::jacobian_of_left_sole_link_into(q));
+    time!(bench, states, "joint_jac", talos_reduced::body_jacobian_of_leg_left_6_link_nonzeros_into(q));
     time!(
         bench,
         states,
@@ -152,13 +153,15 @@ fn main() {
         rabbit5,
         Rabbit5,
         constrained_dynamics_of_right_support_into,
-        impact_map_of_right_support_into
+        impact_map_of_right_support_into,
+        body_jacobian_of_left_tibia_nonzeros_into
     );
     on_a_point!(
         "biped7",
         biped7,
         Biped7,
         constrained_dynamics_of_right_heel_into,
-        impact_map_of_right_heel_into
+        impact_map_of_right_heel_into,
+        body_jacobian_of_left_foot_nonzeros_into
     );
 }

@@ -15,16 +15,21 @@ fn weight(tree: &Tree) -> [f64; 3] {
 
 #[test]
 fn jacobians_are_rates_of_positions_and_rotations() {
-    let families = ["position", "rotation", "jacobian", "jacobian_rate_times_velocity"];
+    let families = ["position", "rotation", "jacobian", "jacobian_rate_times_velocity", "body_jacobian"];
     in_random_states(&subjects(&families), |robot, values| {
         let still = vec![0.0; robot.nv()];
         for link in &robot.tree().links {
-            let [position, rotation, jacobian, rate] =
+            let [position, rotation, jacobian, rate, own] =
                 families.map(|family| format!("{family}_of_{}", identifier(&link.name)));
             let twist = times(&robot.call(&jacobian, values), values.of(V));
             let along = robot.time_derivative(&position, values, &still);
             robot.close(&position, &twist[..3], &along, 1e-12);
             let axes = robot.call(&rotation, values);
+            let along = |x: &[f64]| -> Vec<f64> {
+                axes.chunks(3).map(|axis| axis.iter().zip(x).map(|(a, x)| a * x).sum()).collect()
+            };
+            let in_own_axes: Vec<f64> = robot.call(&jacobian, values).chunks(3).flat_map(along).collect();
+            robot.close(&own, &robot.call(&own, values), &in_own_axes, 1e-12);
             let turned: Vec<f64> =
                 axes.chunks(3).flat_map(|axis| cross(three(&twist[3..]), three(axis))).collect();
             robot.close(&rotation, &turned, &robot.time_derivative(&rotation, values, &still), 1e-12);

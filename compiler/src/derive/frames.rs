@@ -90,6 +90,45 @@ pub fn jacobian<'g>(
     columns
 }
 
+/// The same of a frame at its origin, in its own axes: from the frame upward, without its pose in the world.
+pub fn body_jacobian<'g>(model: &RobotModel<'g, '_>, frame: &Frame) -> Vec<(Vector3<'g>, Vector3<'g>)> {
+    let (zero, unit) = (model.zero3(), |k: usize| model.along(k, model.constant(1.0)));
+    let mut columns = vec![(zero, zero); model.tree.nv];
+    let inverse = frame.placement.rotation.inverse();
+    // Columns: axes of the body at hand in the frame's.
+    let turned = [0, 1, 2].map(|k| super::model::rotate_constant(model.graph, &inverse, unit(k)));
+    let mut rotation = Matrix3([0, 1, 2].map(|r| turned.map(|axis| axis[r])));
+    // From the origin of the body at hand to the frame's, in the frame's axes.
+    let mut arm = rotation * Vector3::constant(model.graph, frame.placement.translation);
+    for index in frame.body.into_iter().flat_map(|b| model.tree.path_to_root(b)) {
+        let _work = model.work(index, "Jacobian");
+        let moved = &model.tree.bodies[index];
+        let turning = |k: usize| (rotation.column(k).cross(arm), rotation.column(k));
+        match moved.motion {
+            JointMotion::Free => {
+                for k in 0..3 {
+                    columns[moved.v_index + k] = (rotation.column(k), zero);
+                    columns[moved.v_index + 3 + k] = turning(k);
+                }
+            }
+            JointMotion::Revolute { axis, .. } => {
+                let (linear, angular) = turning(axis);
+                let sign = model.signed(index, model.constant(1.0));
+                columns[moved.v_index] = (linear.scale(sign), angular.scale(sign));
+            }
+            JointMotion::Prismatic { axis, .. } => {
+                let sign = model.signed(index, model.constant(1.0));
+                columns[moved.v_index] = (rotation.column(axis).scale(sign), zero);
+            }
+        }
+        if moved.motion != JointMotion::Free {
+            rotation = Matrix3(rotation.0.map(|row| model.up(index, Vector3(row)).0));
+            arm = arm + rotation * model.offset(index);
+        }
+    }
+    columns
+}
+
 /// Jacobian rate times velocity: acceleration of the point, and angular acceleration, with `a = 0`, in
 /// world axes.
 pub fn jacobian_rate_times_velocity<'g>(

@@ -346,6 +346,13 @@ pub(super) const CATALOGUE: &[Entry] = &[
         families::jacobian,
     ),
     Entry::frame(
+        "body_jacobian",
+        "Jacobian with respect to `v` at the frame's origin, in the frame's own axes, linear rows first.",
+        families::body_jacobian,
+    )
+    .on_demand()
+    .packed(),
+    Entry::frame(
         "jacobian_rate_times_velocity",
         "Rate of the Jacobian times `v`: the frame's acceleration when `a = 0`, world axes.",
         families::jacobian_rate_times_velocity,

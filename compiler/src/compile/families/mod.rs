@@ -277,14 +277,19 @@ pub fn rotation<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {
     let columns = (0..3).map(|k| r.column(k).0.to_vec()).collect();
     Quantity::matrix(axes.clone(), vec!["1".to_owned(); 3], axes, columns)
 }
-pub fn jacobian<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {
-    let poses = world_poses(&c.folded);
-    let position = frame_pose(&c.folded, &poses, frame).position;
-    let columns = frame_jacobian(&c.folded, &poses, frame.body, position);
+fn of_frame<'g>(c: &Context<'g, '_>, columns: Vec<(Vector3<'g>, Vector3<'g>)>) -> Quantity<'g> {
     let columns = columns.into_iter().map(|(v, w)| v.0.into_iter().chain(w.0).collect()).collect();
     let zero = c.folded.zero3();
     let names = Quantity::pair(["m, 1", "1"], zero, zero);
     Quantity::matrix(names.row_names, names.row_units, c.folded.tree.row_names(), columns)
+}
+pub fn jacobian<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {
+    let poses = world_poses(&c.folded);
+    let position = frame_pose(&c.folded, &poses, frame).position;
+    of_frame(c, frame_jacobian(&c.folded, &poses, frame.body, position))
+}
+pub fn body_jacobian<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {
+    of_frame(c, frames::body_jacobian(&c.folded, frame))
 }
 pub fn jacobian_rate_times_velocity<'g>(c: &Context<'g, '_>, frame: &Frame) -> Quantity<'g> {
     let six = frames::jacobian_rate_times_velocity(&c.folded, &world_poses(&c.folded), frame);
