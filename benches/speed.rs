@@ -87,7 +87,7 @@ macro_rules! common {
         let wide: Vec<State<F64Native, { $module::NQ }, { $module::NV }>> =
             lanes::<_, LANES, { $module::NQ }, { $module::NV }>(&states, F64Native::from_array);
         time!($bench, states, wide, "rnea", $module::inverse_dynamics_into(q, v, a));
-        time!($bench, states, wide, "crba", $module::mass_matrix_upper_into(q));
+        time!($bench, states, wide, "crba", $module::mass_matrix_upper_nonzeros_into(q));
         time!($bench, states, "crba_full", $module::mass_matrix_into(q));
         time!($bench, states, wide, "nle", $module::bias_into(q, v));
         time!($bench, states, wide, "gravity", $module::gravity_into(q));

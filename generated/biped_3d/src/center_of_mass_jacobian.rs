@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `x`, `y`, `z`; m.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: (4.35).
-/// 438 operations: 20 add, 168 mul, 125 fused, 12 sin_cos. For two limbs at once: 135 pairs of them.
+/// 363 operations: 20 add, 113 mul, 115 fused, 12 sin_cos. For two limbs at once: 101 pairs of them.
 #[inline]
 pub fn center_of_mass_jacobian<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 3, NV> {
     let mut out = [[R::constant(0.0); 3]; NV];
@@ -44,270 +44,226 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let q_left_knee_pitch = q[16];
     let q_left_ankle_pitch = q[17];
     let q_left_ankle_roll = q[18];
+    let t0_1 = two(q_right_knee_pitch, q_left_knee_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
+    let t2_3 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t0_1;
     let (
         [
-            sin_q_right_hip_yaw, sin_q_left_hip_yaw, sin_q_right_hip_roll, sin_q_left_hip_roll, sin_q_right_hip_pitch,
-            sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_q_right_ankle_pitch,
-            sin_q_left_ankle_pitch, sin_q_right_ankle_roll, sin_q_left_ankle_roll,
+            sin_q_left_ankle_roll, sin_q_right_ankle_roll, sin_q_right_hip_pitch, sin_q_left_hip_pitch,
+            sin_q_left_hip_roll, sin_q_right_hip_roll, sin_q_left_hip_yaw, sin_q_right_hip_yaw, sin_t0, sin_t1, sin_t2,
+            sin_t3,
         ],
         [
-            cos_q_right_hip_yaw, cos_q_left_hip_yaw, cos_q_right_hip_roll, cos_q_left_hip_roll, cos_q_right_hip_pitch,
-            cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_q_right_ankle_pitch,
-            cos_q_left_ankle_pitch, cos_q_right_ankle_roll, cos_q_left_ankle_roll,
+            cos_q_left_ankle_roll, cos_q_right_ankle_roll, cos_q_right_hip_pitch, cos_q_left_hip_pitch,
+            cos_q_left_hip_roll, cos_q_right_hip_roll, cos_q_left_hip_yaw, cos_q_right_hip_yaw, cos_t0, cos_t1, cos_t2,
+            cos_t3,
         ],
     ) = R::sin_cos_all([
-        q_right_hip_yaw, q_left_hip_yaw, q_right_hip_roll, q_left_hip_roll, q_right_hip_pitch, q_left_hip_pitch,
-        q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch, q_left_ankle_pitch, q_right_ankle_roll,
-        q_left_ankle_roll,
+        q_left_ankle_roll, q_right_ankle_roll, q_right_hip_pitch, q_left_hip_pitch, q_left_hip_roll, q_right_hip_roll,
+        q_left_hip_yaw, q_right_hip_yaw, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(),
     ]);
-    // torso: pose in the world
-    let t0 = q_base_qx * R::constant(2.0);
-    let t1 = q_base_qy * R::constant(2.0);
-    let t2 = q_base_qz * R::constant(2.0);
-    let t3 = q_base_qx * t0;
-    let t4 = q_base_qy * t1;
-    let t5 = q_base_qz * t2;
-    let t6 = q_base_qx * t1;
-    let t7 = q_base_qx * t2;
-    let t8 = q_base_qy * t2;
-    let t9 = q_base_qw * t0;
-    let t10 = q_base_qw * t1;
-    let t11 = q_base_qw * t2;
-    let t12 = t4 + t5;
-    let t13 = R::constant(1.0) - t12;
-    out[0][0] = t13;
-    let t14 = t6 - t11;
-    out[1][0] = t14;
-    let t15 = t7 + t10;
-    out[2][0] = t15;
-    let t16 = t6 + t11;
-    out[0][1] = t16;
-    let t17 = t3 + t5;
-    let t18 = R::constant(1.0) - t17;
-    out[1][1] = t18;
-    let t19 = t8 - t9;
-    out[2][1] = t19;
-    let t20 = t7 - t10;
-    out[0][2] = t20;
-    let t21 = t8 + t9;
-    out[1][2] = t21;
-    let t22 = t3 + t4;
-    let t23 = R::constant(1.0) - t22;
-    out[2][2] = t23;
-    // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    let t24_25 = both(t13) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    let t26_27 = R::Two::fused(both(t14), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t24_25);
-    let t28_29 = both(t13) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    let t30_31 = R::Two::fused(-both(t14), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t28_29);
-    let t32_33 = both(t16) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    let t34_35 = R::Two::fused(both(t18), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t32_33);
-    let t36_37 = both(t16) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    let t38_39 = R::Two::fused(-both(t18), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t36_37);
-    let t40_41 = both(t20) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    let t42_43 = R::Two::fused(both(t21), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t40_41);
-    let t44_45 = both(t20) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    let t46_47 = R::Two::fused(-both(t21), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t44_45);
-    // right_hip_roll_link, left_hip_roll_link: pose in the world
-    let t48_49 = t30_31 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    let t50_51 = R::Two::fused(-both(t15), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t48_49);
-    let t52_53 = t30_31 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    let t54_55 = R::Two::fused(both(t15), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t52_53);
-    let t56_57 = t38_39 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    let t58_59 = R::Two::fused(-both(t19), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t56_57);
-    let t60_61 = t38_39 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    let t62_63 = R::Two::fused(both(t19), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t60_61);
-    let t64_65 = t46_47 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    let t66_67 = R::Two::fused(-both(t23), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t64_65);
-    let t68_69 = t46_47 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    let t70_71 = R::Two::fused(both(t23), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t68_69);
-    // right_upper_leg, left_upper_leg: pose in the world
-    let t72_73 = t54_55 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t74_75 = R::Two::fused(t26_27, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t72_73);
-    let t76_77 = t54_55 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t78_79 = R::Two::fused(-t26_27, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t76_77);
-    let t80_81 = t62_63 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t82_83 = R::Two::fused(t34_35, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t80_81);
-    let t84_85 = t62_63 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t86_87 = R::Two::fused(-t34_35, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t84_85);
-    let t88_89 = t70_71 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t90_91 = R::Two::fused(t42_43, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t88_89);
-    let t92_93 = t70_71 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t94_95 = R::Two::fused(-t42_43, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t92_93);
-    // right_lower_leg, left_lower_leg: pose in the world
-    let t96_97 = t74_75 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t98_99 = R::Two::fused(-t78_79, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t96_97);
-    let t100_101 = t74_75 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t102_103 = R::Two::fused(t78_79, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t100_101);
-    let t104_105 = t82_83 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t106_107 = R::Two::fused(-t86_87, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t104_105);
-    let t108_109 = t82_83 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t110_111 = R::Two::fused(t86_87, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t108_109);
-    let t112_113 = t90_91 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t114_115 = R::Two::fused(-t94_95, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t112_113);
-    let t116_117 = t90_91 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t118_119 = R::Two::fused(t94_95, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t116_117);
-    // right_ankle, left_ankle: pose in the world
-    let t120_121 = t98_99 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t122_123 = R::Two::fused(-t102_103, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t120_121);
-    let t124_125 = t98_99 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t126_127 = R::Two::fused(t102_103, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t124_125);
-    let t128_129 = t106_107 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t130_131 = R::Two::fused(-t110_111, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t128_129);
-    let t132_133 = t106_107 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t134_135 = R::Two::fused(t110_111, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t132_133);
-    let t136_137 = t114_115 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t138_139 = R::Two::fused(-t118_119, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t136_137);
-    let t140_141 = t114_115 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t142_143 = R::Two::fused(t118_119, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t140_141);
-    // right_foot, left_foot: pose in the world
-    let t144_145 = t50_51 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    let t146_147 = R::Two::fused(-t122_123, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t144_145);
-    let t148_149 = t58_59 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    let t150_151 = R::Two::fused(-t130_131, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t148_149);
-    let t152_153 = t66_67 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    let t154_155 = R::Two::fused(-t138_139, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t152_153);
-    // right_foot, left_foot: sums of what it carries
-    let t156_157 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    let t158_159 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    // right_ankle, left_ankle: sums of what it carries
-    let t160_161 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t158_159;
-    let t162_163 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t160_161);
-    let t164_165 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t158_159;
-    let t166_167 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t164_165);
-    let t168_169 = both(R::constant(0.29034)) + t162_163;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    let t170_171 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t168_169;
-    let t172_173 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t166_167, t170_171);
-    let t174_175 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t168_169;
-    let t176_177 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t166_167, t174_175);
-    let t178_179 = both(R::constant(0.8932)) + t172_173;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    let t180_181 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t178_179;
-    let t182_183 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t176_177, t180_181);
-    let t184_185 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t178_179;
-    let t186_187 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t176_177, t184_185);
+    // torso: sums of what it carries
+    let t4 = q_base_qx * R::constant(2.0);
+    let t5 = q_base_qy * R::constant(2.0);
+    let t6 = q_base_qz * R::constant(2.0);
+    let t7 = q_base_qx * t4;
+    let t8 = q_base_qy * t5;
+    let t9 = q_base_qz * t6;
+    let t10 = q_base_qx * t5;
+    let t11 = q_base_qx * t6;
+    let t12 = q_base_qy * t6;
+    let t13 = q_base_qw * t4;
+    let t14 = q_base_qw * t5;
+    let t15 = q_base_qw * t6;
+    let t16 = t8 + t9;
+    let t17 = R::constant(1.0) - t16;
+    out[0][0] = t17;
+    let t18 = t10 - t15;
+    out[1][0] = t18;
+    let t19 = t11 + t14;
+    out[2][0] = t19;
+    let t20 = t10 + t15;
+    out[0][1] = t20;
+    let t21 = t7 + t9;
+    let t22 = R::constant(1.0) - t21;
+    out[1][1] = t22;
+    let t23 = t12 - t13;
+    out[2][1] = t23;
+    let t24 = t11 - t14;
+    out[0][2] = t24;
+    let t25 = t12 + t13;
+    out[1][2] = t25;
+    let t26 = t7 + t8;
+    let t27 = R::constant(1.0) - t26;
+    out[2][2] = t27;
+    let t28_29 = both(R::constant(0.0015)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
+    let t30_31 = both(R::constant(0.0015)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    let t188_189 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t156_157;
-    let t190_191 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t182_183, t188_189);
-    let t192_193 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t156_157;
-    let t194_195 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t182_183, t192_193);
+    let t32_33 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t28_29;
+    let t34_35 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t28_29;
+    // right_foot, left_foot: mass matrix
+    let t36_37 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t30_31;
+    let t38_39 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t30_31;
+    // right_ankle, left_ankle: sums of what it carries
+    let t40_41 = t30_31.swapped() * two(cos_t2, cos_t3);
+    let t42_43 = R::Two::fused(both(R::constant(0.0009)), two(sin_t2, sin_t3), t40_41);
+    let t44_45 = t30_31.swapped() * two(sin_t2, sin_t3);
+    let t46_47 = R::Two::fused(both(R::constant(-0.0009)), two(cos_t2, cos_t3), t44_45);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    let t48_49 = R::Two::fused(both(R::constant(0.015281052631578945)), two(sin_t0, sin_t1), t46_47);
+    let t50_51 = R::Two::fused(both(R::constant(0.015281052631578945)), two(cos_t0, cos_t1), t42_43);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    let t52_53 = R::Two::fused(both(R::constant(0.04701052631578947)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t48_49);
+    let t54_55 = R::Two::fused(both(R::constant(0.04701052631578947)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t50_51);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    let t56_57 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t54_55.swapped(), t32_33);
+    let t58_59 = R::Two::fused(-two(cos_q_left_hip_roll, cos_q_right_hip_roll), t54_55.swapped(), t34_35);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    let t196_197 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t186_187;
-    let t198_199 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t190_191, t196_197);
-    let t200_201 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t186_187;
-    let t202_203 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t190_191, t200_201);
-    let t204 = R::constant(2.444) + t194_195.second(); // left_hip_yaw_link: sums of what it carries
-    let t205 = t198_199.second() + t198_199.first(); // right_hip_yaw_link: sums of what it carries
-    let t206 = t202_203.second() + t202_203.first(); // right_hip_yaw_link: sums of what it carries
-    let t207 = t194_195.first() + t204; // right_hip_yaw_link: sums of what it carries
-    // torso: Jacobian of the centre of mass
-    let t208 = t207 * R::constant(0.05263157894736842);
-    let t209 = t206 * R::constant(0.05263157894736842);
-    let t210 = t14 * t208;
-    out[3][0] = R::fused(-t15, t209, -t210);
-    let t212 = t18 * t208;
-    out[3][1] = R::fused(-t19, t209, -t212);
-    let t214 = t21 * t208;
-    out[3][2] = R::fused(-t23, t209, -t214);
-    let t216 = t205 * R::constant(0.05263157894736842);
-    let t217 = t13 * t208;
-    out[4][0] = R::fused(t15, t216, t217);
-    let t219 = t16 * t208;
-    out[4][1] = R::fused(t19, t216, t219);
-    let t221 = t20 * t208;
-    out[4][2] = R::fused(t23, t216, t221);
-    let t223 = t13 * t209;
-    out[5][0] = R::fused(-t14, t216, t223);
-    let t225 = t16 * t209;
-    out[5][1] = R::fused(-t18, t216, t225);
-    let t227 = t20 * t209;
-    out[5][2] = R::fused(-t21, t216, t227);
-    // right_hip_yaw_link, left_hip_yaw_link: Jacobian of the centre of mass
-    let t229_230 = t190_191 * both(R::constant(0.05263157894736842));
-    let t231_232 = t186_187 * both(R::constant(0.05263157894736842));
-    let t233_234 = t26_27 * t229_230;
-    let t235_236 = R::Two::fused(t30_31, t231_232, -t233_234);
-    out[6][0] = t235_236.first();
-    out[12][0] = t235_236.second();
-    let t237_238 = t34_35 * t229_230;
-    let t239_240 = R::Two::fused(t38_39, t231_232, -t237_238);
-    out[6][1] = t239_240.first();
-    out[12][1] = t239_240.second();
-    let t241_242 = t42_43 * t229_230;
-    let t243_244 = R::Two::fused(t46_47, t231_232, -t241_242);
-    out[6][2] = t243_244.first();
-    out[12][2] = t243_244.second();
-    // right_hip_roll_link, left_hip_roll_link: Jacobian of the centre of mass
-    let t245_246 = t182_183 * both(R::constant(0.05263157894736842));
-    let t247_248 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.0015));
-    let t249_250 = t50_51 * t245_246;
-    let t251_252 = R::Two::fused(t54_55, t247_248, -t249_250);
-    out[7][0] = t251_252.first();
-    out[13][0] = t251_252.second();
-    let t253_254 = t58_59 * t245_246;
-    let t255_256 = R::Two::fused(t62_63, t247_248, -t253_254);
-    out[7][1] = t255_256.first();
-    out[13][1] = t255_256.second();
-    let t257_258 = t66_67 * t245_246;
-    let t259_260 = R::Two::fused(t70_71, t247_248, -t257_258);
-    out[7][2] = t259_260.first();
-    out[13][2] = t259_260.second();
-    // right_upper_leg, left_upper_leg: Jacobian of the centre of mass
-    let t261_262 = t178_179 * both(R::constant(0.05263157894736842));
-    let t263_264 = t176_177 * both(R::constant(0.05263157894736842));
-    let t265_266 = t78_79 * t261_262;
-    let t267_268 = R::Two::fused(t74_75, t263_264, t265_266);
-    out[8][0] = t267_268.first();
-    out[14][0] = t267_268.second();
-    let t269_270 = t86_87 * t261_262;
-    let t271_272 = R::Two::fused(t82_83, t263_264, t269_270);
-    out[8][1] = t271_272.first();
-    out[14][1] = t271_272.second();
-    let t273_274 = t94_95 * t261_262;
-    let t275_276 = R::Two::fused(t90_91, t263_264, t273_274);
-    out[8][2] = t275_276.first();
-    out[14][2] = t275_276.second();
-    // right_lower_leg, left_lower_leg: Jacobian of the centre of mass
-    let t277_278 = t168_169 * both(R::constant(0.05263157894736842));
-    let t279_280 = t166_167 * both(R::constant(0.05263157894736842));
-    let t281_282 = t102_103 * t277_278;
-    let t283_284 = R::Two::fused(t98_99, t279_280, t281_282);
-    out[9][0] = t283_284.first();
-    out[15][0] = t283_284.second();
-    let t285_286 = t110_111 * t277_278;
-    let t287_288 = R::Two::fused(t106_107, t279_280, t285_286);
-    out[9][1] = t287_288.first();
-    out[15][1] = t287_288.second();
-    let t289_290 = t118_119 * t277_278;
-    let t291_292 = R::Two::fused(t114_115, t279_280, t289_290);
-    out[9][2] = t291_292.first();
-    out[15][2] = t291_292.second();
-    // right_ankle, left_ankle: Jacobian of the centre of mass
-    let t293_294 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.0015));
-    let t295_296 = t126_127 * t293_294;
-    let t297_298 = R::Two::fused(t122_123, both(R::constant(-0.0009)), t295_296);
-    out[10][0] = t297_298.first();
-    out[16][0] = t297_298.second();
-    let t299_300 = t134_135 * t293_294;
-    let t301_302 = R::Two::fused(t130_131, both(R::constant(-0.0009)), t299_300);
-    out[10][1] = t301_302.first();
-    out[16][1] = t301_302.second();
-    let t303_304 = t142_143 * t293_294;
-    let t305_306 = R::Two::fused(t138_139, both(R::constant(-0.0009)), t303_304);
-    out[10][2] = t305_306.first();
-    out[16][2] = t305_306.second();
-    // right_foot, left_foot: Jacobian of the centre of mass
-    let t307_308 = t146_147 * both(R::constant(0.0015));
-    let t309_310 = t150_151 * both(R::constant(0.0015));
-    let t311_312 = t154_155 * both(R::constant(0.0015));
-    let t313_314 = -t307_308;
-    out[11][0] = t313_314.first();
-    out[17][0] = t313_314.second();
-    let t315_316 = -t309_310;
-    out[11][1] = t315_316.first();
-    out[17][1] = t315_316.second();
-    let t317_318 = -t311_312;
-    out[11][2] = t317_318.first();
-    out[17][2] = t317_318.second();
+    let t60_61 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t52_53;
+    let t62_63 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t56_57, t60_61.swapped());
+    let t64_65 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t52_53;
+    let t66_67 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t56_57, t64_65.swapped());
+    let t68 = t62_63.first() + t62_63.second(); // right_hip_yaw_link: sums of what it carries
+    let t69 = t66_67.first() + t66_67.second(); // right_hip_yaw_link: sums of what it carries
+    let t70 = t58_59.first() + t58_59.second(); // right_hip_yaw_link: sums of what it carries
+    let t71 = R::constant(0.1286315789473684) + t70; // torso: sums of what it carries
+    // right_hip_roll_link, left_hip_roll_link: mass matrix
+    let t72_73 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t58_59;
+    let t74_75 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t58_59;
+    // right_upper_leg, left_upper_leg: mass matrix
+    let t76_77 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t52_53;
+    let t78_79 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t52_53;
+    let t80_81 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t54_55;
+    let t82_83 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t76_77, t80_81);
+    let t84_85 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t54_55;
+    let t86_87 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t76_77, t84_85);
+    // right_lower_leg, left_lower_leg: mass matrix
+    let t88_89 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t48_49;
+    let t90_91 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t48_49;
+    let t92_93 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t50_51;
+    let t94_95 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t88_89, t92_93);
+    let t96_97 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t50_51;
+    let t98_99 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t88_89, t96_97);
+    // right_ankle, left_ankle: mass matrix
+    let t100_101 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t46_47;
+    let t102_103 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t46_47;
+    let t104_105 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t42_43;
+    let t106_107 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t100_101, t104_105);
+    let t108_109 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t42_43;
+    let t110_111 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t100_101, t108_109);
+    // right_foot, left_foot: mass matrix
+    let t112_113 = t28_29.swapped() * two(cos_t2, cos_t3);
+    let t114_115 = t28_29.swapped() * two(sin_t2, sin_t3);
+    let t116_117 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t112_113.swapped(), t36_37);
+    let t118_119 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t112_113.swapped(), t38_39);
+    let t120_121 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t114_115;
+    let t122_123 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t116_117, t120_121.swapped());
+    let t124_125 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t114_115;
+    let t126_127 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t116_117, t124_125.swapped());
+    // Jacobian of the centre of mass
+    let t128 = t18 * t71;
+    out[3][0] = R::fused(-t19, t69, -t128);
+    let t130 = t22 * t71;
+    out[3][1] = R::fused(-t23, t69, -t130);
+    let t132 = t25 * t71;
+    out[3][2] = R::fused(-t27, t69, -t132);
+    let t134 = t17 * t71;
+    out[4][0] = R::fused(t19, t68, t134);
+    let t136 = t20 * t71;
+    out[4][1] = R::fused(t23, t68, t136);
+    let t138 = t24 * t71;
+    out[4][2] = R::fused(t27, t68, t138);
+    let t140 = t17 * t69;
+    out[5][0] = R::fused(-t18, t68, t140);
+    let t142 = t20 * t69;
+    out[5][1] = R::fused(-t22, t68, t142);
+    let t144 = t24 * t69;
+    out[5][2] = R::fused(-t25, t68, t144);
+    let t146_147 = both(t17) * t66_67;
+    let t148_149 = R::Two::fused(-both(t18), t62_63, t146_147);
+    out[12][0] = t148_149.first();
+    out[6][0] = t148_149.second();
+    let t150_151 = both(t20) * t66_67;
+    let t152_153 = R::Two::fused(-both(t22), t62_63, t150_151);
+    out[12][1] = t152_153.first();
+    out[6][1] = t152_153.second();
+    let t154_155 = both(t24) * t66_67;
+    let t156_157 = R::Two::fused(-both(t25), t62_63, t154_155);
+    out[12][2] = t156_157.first();
+    out[6][2] = t156_157.second();
+    let t158_159 = both(t17) * t72_73;
+    let t160_161 = R::Two::fused(-both(t18), t74_75, t158_159);
+    let t162_163 = R::Two::fused(both(t19), t56_57, t160_161);
+    out[13][0] = t162_163.first();
+    out[7][0] = t162_163.second();
+    let t164_165 = both(t20) * t72_73;
+    let t166_167 = R::Two::fused(-both(t22), t74_75, t164_165);
+    let t168_169 = R::Two::fused(both(t23), t56_57, t166_167);
+    out[13][1] = t168_169.first();
+    out[7][1] = t168_169.second();
+    let t170_171 = both(t24) * t72_73;
+    let t172_173 = R::Two::fused(-both(t25), t74_75, t170_171);
+    let t174_175 = R::Two::fused(both(t27), t56_57, t172_173);
+    out[13][2] = t174_175.first();
+    out[7][2] = t174_175.second();
+    let t176_177 = both(t17) * t82_83;
+    let t178_179 = R::Two::fused(both(t18), t86_87, t176_177);
+    let t180_181 = R::Two::fused(both(t19), t78_79, -t178_179);
+    out[8][0] = t180_181.first();
+    out[14][0] = t180_181.second();
+    let t182_183 = both(t20) * t82_83;
+    let t184_185 = R::Two::fused(both(t22), t86_87, t182_183);
+    let t186_187 = R::Two::fused(both(t23), t78_79, -t184_185);
+    out[8][1] = t186_187.first();
+    out[14][1] = t186_187.second();
+    let t188_189 = both(t24) * t82_83;
+    let t190_191 = R::Two::fused(both(t25), t86_87, t188_189);
+    let t192_193 = R::Two::fused(both(t27), t78_79, -t190_191);
+    out[8][2] = t192_193.first();
+    out[14][2] = t192_193.second();
+    let t194_195 = both(t17) * t94_95;
+    let t196_197 = R::Two::fused(both(t18), t98_99, t194_195);
+    let t198_199 = R::Two::fused(both(t19), t90_91, -t196_197);
+    out[9][0] = t198_199.first();
+    out[15][0] = t198_199.second();
+    let t200_201 = both(t20) * t94_95;
+    let t202_203 = R::Two::fused(both(t22), t98_99, t200_201);
+    let t204_205 = R::Two::fused(both(t23), t90_91, -t202_203);
+    out[9][1] = t204_205.first();
+    out[15][1] = t204_205.second();
+    let t206_207 = both(t24) * t94_95;
+    let t208_209 = R::Two::fused(both(t25), t98_99, t206_207);
+    let t210_211 = R::Two::fused(both(t27), t90_91, -t208_209);
+    out[9][2] = t210_211.first();
+    out[15][2] = t210_211.second();
+    let t212_213 = both(t17) * t106_107;
+    let t214_215 = R::Two::fused(both(t18), t110_111, t212_213);
+    let t216_217 = R::Two::fused(both(t19), t102_103, -t214_215);
+    out[10][0] = t216_217.first();
+    out[16][0] = t216_217.second();
+    let t218_219 = both(t20) * t106_107;
+    let t220_221 = R::Two::fused(both(t22), t110_111, t218_219);
+    let t222_223 = R::Two::fused(both(t23), t102_103, -t220_221);
+    out[10][1] = t222_223.first();
+    out[16][1] = t222_223.second();
+    let t224_225 = both(t24) * t106_107;
+    let t226_227 = R::Two::fused(both(t25), t110_111, t224_225);
+    let t228_229 = R::Two::fused(both(t27), t102_103, -t226_227);
+    out[10][2] = t228_229.first();
+    out[16][2] = t228_229.second();
+    let t230_231 = both(t17) * t122_123;
+    let t232_233 = R::Two::fused(both(t18), t126_127, t230_231);
+    let t234_235 = R::Two::fused(both(t19), t118_119, t232_233);
+    out[17][0] = t234_235.first();
+    out[11][0] = t234_235.second();
+    let t236_237 = both(t20) * t122_123;
+    let t238_239 = R::Two::fused(both(t22), t126_127, t236_237);
+    let t240_241 = R::Two::fused(both(t23), t118_119, t238_239);
+    out[17][1] = t240_241.first();
+    out[11][1] = t240_241.second();
+    let t242_243 = both(t24) * t122_123;
+    let t244_245 = R::Two::fused(both(t25), t126_127, t242_243);
+    let t246_247 = R::Two::fused(both(t27), t118_119, t244_245);
+    out[17][2] = t246_247.first();
+    out[11][2] = t246_247.second();
 }
 }

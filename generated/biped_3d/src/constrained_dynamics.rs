@@ -104,17 +104,17 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t4 = q_left_ankle_pitch + t3;
     let (
         [
-            sin_q_right_hip_yaw, sin_q_right_hip_roll, sin_q_left_hip_roll, sin_q_right_hip_pitch, sin_q_left_hip_pitch,
+            sin_q_right_hip_roll, sin_q_left_hip_roll, sin_q_right_hip_yaw, sin_q_right_hip_pitch, sin_q_left_hip_pitch,
             sin_q_right_knee_pitch, sin_q_right_ankle_pitch, sin_q_right_ankle_roll, sin_q_left_ankle_roll, sin_t0,
             sin_t1, sin_t2, sin_t3, sin_t4,
         ],
         [
-            cos_q_right_hip_yaw, cos_q_right_hip_roll, cos_q_left_hip_roll, cos_q_right_hip_pitch, cos_q_left_hip_pitch,
+            cos_q_right_hip_roll, cos_q_left_hip_roll, cos_q_right_hip_yaw, cos_q_right_hip_pitch, cos_q_left_hip_pitch,
             cos_q_right_knee_pitch, cos_q_right_ankle_pitch, cos_q_right_ankle_roll, cos_q_left_ankle_roll, cos_t0,
             cos_t1, cos_t2, cos_t3, cos_t4,
         ],
     ) = R::sin_cos_all([
-        q_right_hip_yaw, q_right_hip_roll, q_left_hip_roll, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch,
+        q_right_hip_roll, q_left_hip_roll, q_right_hip_yaw, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch,
         q_right_ankle_pitch, q_right_ankle_roll, q_left_ankle_roll, t0, t1, t2, t3, t4,
     ]);
     let (

@@ -2,7 +2,7 @@
 // inputs: 2304cf75b545393d  refresh: bipedc generate robots/biped_3d
 
 use super::{NQ, NV};
-use ::bipedc_runtime::Real;
+use ::bipedc_runtime::{Real, Sparsity};
 use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
@@ -12,6 +12,8 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: (4.19a), by composite rigid bodies.
 /// 637 operations: 119 add, 198 mul, 160 fused, 12 sin_cos. For two limbs at once: 236 pairs of them.
+///
+/// Most entries are always zero: [`mass_matrix_upper_nonzeros`] computes the others alone.
 #[inline]
 pub fn mass_matrix_upper<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, NV> {
     let mut out = [[R::constant(0.0); NV]; NV];
@@ -25,9 +27,54 @@ pub fn mass_matrix_upper_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 
     mass_matrix_upper_program(&q.data.0[0], &mut out.data.0);
 }
 
-::bipedc_runtime::dispatched! {
+/// The 127 of 324 entries of [`mass_matrix_upper`] that are not always zero.
+///
+/// Column after column, in each by row: [`MASS_MATRIX_UPPER_SPARSITY`] says where each one stands.
+/// 637 operations: 119 add, 198 mul, 160 fused, 12 sin_cos.
+#[inline]
+pub fn mass_matrix_upper_nonzeros<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 127, 1> {
+    let mut out = [[R::constant(0.0); 127]; 1];
+    mass_matrix_upper_nonzeros_program(&q.data.0[0], |k, x| if let Some(entry) = out[0].get_mut(k) { *entry = x });
+    SMatrix::from_array_storage(ArrayStorage(out))
+}
+
+/// [`mass_matrix_upper_nonzeros`] in place: large results are costly to move.
+#[inline]
+pub fn mass_matrix_upper_nonzeros_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 127, 1>) {
+    mass_matrix_upper_nonzeros_program(
+        &q.data.0[0], |k, x| if let Some(entry) = out.data.0[0].get_mut(k) { *entry = x },
+    );
+}
+
+/// Where the entries of [`mass_matrix_upper_nonzeros`] stand.
+pub const MASS_MATRIX_UPPER_SPARSITY: Sparsity<'static> = Sparsity {
+    rows: NV,
+    columns: NV,
+    column_starts: &[0, 1, 2, 3, 6, 10, 15, 21, 29, 38, 48, 59, 71, 77, 85, 94, 104, 115, 127],
+    row_indices: &[
+        0, 1, 2, 1, 2, 3, 0, 2, 3, 4, 0, 1, 3, 4, 5, 0, 1, 3, 4, 5, 6, 0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7,
+        8, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 0, 1,
+        3, 4, 5, 12, 0, 1, 2, 3, 4, 5, 12, 13, 0, 1, 2, 3, 4, 5, 12, 13, 14, 0, 1, 2, 3, 4, 5, 12, 13, 14, 15, 0, 1, 2,
+        3, 4, 5, 12, 13, 14, 15, 16, 0, 1, 2, 3, 4, 5, 12, 13, 14, 15, 16, 17,
+    ],
+};
+
 #[inline]
 pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV]) {
+    const POSITIONS: [u16; 127] = MASS_MATRIX_UPPER_SPARSITY.positions();
+    let out = out.as_flattened_mut();
+    out.fill(R::constant(0.0));
+    let set = |k: usize, x: R| {
+        if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {
+            *entry = x;
+        }
+    };
+    mass_matrix_upper_nonzeros_program(q, set);
+}
+
+::bipedc_runtime::dispatched! {
+#[inline]
+pub(super) fn mass_matrix_upper_nonzeros_program<R: Real>(q: &[R; NQ]) storing set {
     let q_right_hip_yaw = q[7];
     let q_right_hip_roll = q[8];
     let q_right_hip_pitch = q[9];
@@ -96,8 +143,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t64_65 = t48_49.swapped() * t38_39;
     // right_ankle, left_ankle: sums of what it carries
     let t66_67 = both(R::constant(0.003259)) - t50_51;
-    out[16][16] = t66_67.first();
-    out[10][10] = t66_67.second();
+    set(114, t66_67.first());
+    set(58, t66_67.second());
     let t68_69 = t52_53 + t42_43;
     let t70_71 = t54_55.swapped() * t40_41; // right_lower_leg, left_lower_leg: sums of what it carries
     let t72_73 = t30_31.swapped() + t56_57;
@@ -112,8 +159,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t90_91 = t70_71 + t64_65; // right_lower_leg, left_lower_leg: mass matrix
     let t92_93 = both(R::constant(0.0004491666685)) + t62_63; // right_lower_leg, left_lower_leg
     let t94_95 = t66_67.swapped() + t74_75; // right_ankle, left_ankle: mass matrix
-    out[10][9] = t94_95.first();
-    out[16][15] = t94_95.second();
+    set(57, t94_95.first());
+    set(113, t94_95.second());
     let t96_97 = two(sin_q_left_ankle_roll, sin_q_right_ankle_roll) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t98_99 = t76_77 + t92_93;
@@ -121,8 +168,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t102_103 = t84_85 + t100_101;
     let t104_105 = both(R::constant(0.23740175003)) * t80_81; // right_upper_leg, left_upper_leg
     let t106_107 = both(R::constant(0.06634781167)) + t86_87;
-    out[9][9] = t106_107.first();
-    out[15][15] = t106_107.second();
+    set(47, t106_107.first());
+    set(103, t106_107.second());
     let t108_109 = both(R::constant(0.00092625)) * t96_97; // right_foot, left_foot: sums of what it carries
     let t110_111 = t88_89 + t78_79;
     let t112_113 = t102_103 + t78_79;
@@ -130,8 +177,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t116_117 = t106_107 + t110_111;
     let t118_119 = both(R::constant(0.001754999985)) + t104_105; // right_upper_leg, left_upper_leg
     let t120_121 = t106_107 + t90_91; // right_lower_leg, left_lower_leg: mass matrix
-    out[9][8] = t120_121.first();
-    out[15][14] = t120_121.second();
+    set(46, t120_121.first());
+    set(102, t120_121.second());
     let t122_123 = t108_109.swapped() * two(cos_t2, cos_t3); // right_ankle, left_ankle: sums of what it carries
     let t124_125 = both(R::constant(0.000855)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
     // right_upper_leg, left_upper_leg: sums of what it carries
@@ -140,19 +187,19 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t130_131 = t112_113 + t128_129.swapped();
     let t132_133 = both(R::constant(0.0285)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
     let t134_135 = both(R::constant(0.24091175)) + t116_117;
-    out[8][8] = t134_135.first();
-    out[14][14] = t134_135.second();
+    set(37, t134_135.first());
+    set(93, t134_135.second());
     let t136_137 = both(R::constant(0.0017266666835)) + t126_127; // right_hip_roll_link, left_hip_roll_link
     // right_ankle, left_ankle: sums of what it carries
     let t138_139 = R::Two::fused(t124_125.swapped(), two(sin_t2, sin_t3), t122_123);
     let t140_141 = t108_109.swapped() * two(sin_t2, sin_t3);
     let t142_143 = both(R::constant(0.000005)) + t134_135; // right_hip_roll_link, left_hip_roll_link
     let t144_145 = R::Two::fused(-t124_125.swapped(), two(cos_t2, cos_t3), t140_141);
-    out[10][7] = t144_145.first();
-    out[16][13] = t144_145.second();
+    set(55, t144_145.first());
+    set(111, t144_145.second());
     let t146_147 = both(R::constant(0.0017316666835)) + t130_131; // right_hip_roll_link, left_hip_roll_link
-    out[7][7] = t146_147.first();
-    out[13][13] = t146_147.second();
+    set(28, t146_147.first());
+    set(84, t146_147.second());
     let t148_149 = R::Two::fused(t132_133.swapped(), t10_11, t138_139);
     let t150_151 = t132_133 * two(sin_q_left_hip_roll, sin_q_right_hip_roll); // right_hip_roll_link, left_hip_roll_link
     let t152_153 = R::Two::fused(both(R::constant(0.8932)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39);
@@ -161,29 +208,29 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     let t158_159 = t132_133 * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     let t160_161 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t152_153.swapped(), t158_159);
-    out[13][2] = t160_161.first();
-    out[7][2] = t160_161.second();
+    set(79, t160_161.first());
+    set(23, t160_161.second());
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t162_163 = both(R::constant(0.000005)) + t146_147;
     let t164_165 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     let t166_167 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t156_157;
     let t168_169 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t160_161, t166_167.swapped());
-    out[12][0] = t168_169.first();
-    out[6][0] = t168_169.second();
+    set(71, t168_169.first());
+    set(15, t168_169.second());
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     let t170_171 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(sin_q_left_hip_roll, sin_q_right_hip_roll);
     let t172_173 = t142_143 - t136_137;
     let t174 = t154_155.first() + t154_155.second(); // right_hip_yaw_link: sums of what it carries
     let t175 = R::constant(2.444) + t174; // torso: sums of what it carries
-    out[4][0] = t175;
-    out[3][1] = -t175; // torso: sums of what it carries
+    set(6, t175);
+    set(3, -t175); // torso: sums of what it carries
     let t177_178 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     let t179_180 = R::Two::fused(t132_133, t48_49, t148_149.swapped()); // right_lower_leg, left_lower_leg
     let t181_182 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(cos_q_left_hip_yaw, cos_q_right_hip_yaw);
     let t183_184 = t170_171.swapped() * t172_173;
     let t185_186 = R::Two::fused(t132_133.swapped(), t12_13, t144_145); // right_ankle, left_ankle
-    out[9][7] = t185_186.first();
-    out[15][13] = t185_186.second();
+    set(45, t185_186.first());
+    set(101, t185_186.second());
     let t187_188 = both(R::constant(0.000855)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
     // right_ankle, left_ankle: sums of what it carries
     let t189_190 = t187_188.swapped() - t60_61;
@@ -200,15 +247,15 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t209_210 = both(R::constant(0.00001)) + t205_206; // right_hip_yaw_link, left_hip_yaw_link
     let t211_212 = t179_180 - t203_204;
     let t213_214 = both(R::constant(0.000015)) + t207_208; // right_hip_yaw_link, left_hip_yaw_link
-    out[6][6] = t213_214.first();
-    out[12][12] = t213_214.second();
+    set(20, t213_214.first());
+    set(76, t213_214.second());
     let t215 = t168_169.first() + t168_169.second(); // right_hip_yaw_link: sums of what it carries
-    out[5][0] = t215;
-    out[3][2] = -t215; // right_hip_yaw_link: sums of what it carries
+    set(10, t215);
+    set(4, -t215); // right_hip_yaw_link: sums of what it carries
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t217_218 = R::Two::fused(t132_133, t54_55, t185_186.swapped());
-    out[14][13] = t217_218.first();
-    out[8][7] = t217_218.second();
+    set(92, t217_218.first());
+    set(36, t217_218.second());
     let t219_220 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
     let t221_222 = R::Two::fused(both(R::constant(-0.065449478333)), t219_220, t195_196);
     let t223_224 = t54_55.swapped() * t38_39;
@@ -222,8 +269,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t235_236 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t231_232.swapped(), t233_234);
     let t237_238 = both(R::constant(0.15)) * t168_169; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t239_240 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t168_169.swapped(), t213_214);
-    out[6][5] = t239_240.first();
-    out[12][5] = t239_240.second();
+    set(19, t239_240.first());
+    set(75, t239_240.second());
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t241_242 = R::Two::fused(t237_238.swapped(), two(R::constant(1.0), R::constant(-1.0)), t213_214);
     let t243_244 = t162_163 - t209_210;
@@ -237,138 +284,138 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t259_260 = R::Two::fused(t237_238.swapped(), two(R::constant(1.0), R::constant(-1.0)), t255_256);
     let t261_262 = t235_236 - t253_254;
     let t263 = t241_242.second() + t241_242.first(); // right_hip_yaw_link: sums of what it carries
-    out[5][5] = R::constant(0.154455) + t263; // torso: sums of what it carries
+    set(14, R::constant(0.154455) + t263); // torso: sums of what it carries
     let t265_266 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t156_157;
     let t267_268 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t160_161, -t265_266.swapped());
-    out[12][1] = t267_268.first();
-    out[6][1] = t267_268.second();
+    set(72, t267_268.first());
+    set(16, t267_268.second());
     let t269_270 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t267_268, t261_262);
     let t271 = t267_268.first() + t267_268.second(); // right_hip_yaw_link: sums of what it carries
-    out[5][1] = t271;
-    out[4][2] = -t271; // right_hip_yaw_link: sums of what it carries
+    set(11, t271);
+    set(7, -t271); // right_hip_yaw_link: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     let t273_274 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t217_218;
     let t275_276 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t231_232.swapped(), t273_274);
-    out[13][12] = t275_276.first();
-    out[7][6] = t275_276.second();
+    set(83, t275_276.first());
+    set(27, t275_276.second());
     // right_hip_roll_link, left_hip_roll_link: mass matrix
     let t277_278 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t154_155;
-    out[13][0] = t277_278.first();
-    out[7][0] = t277_278.second();
+    set(77, t277_278.first());
+    set(21, t277_278.second());
     let t279_280 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t277_278, t275_276);
-    out[13][5] = t279_280.first();
-    out[7][5] = t279_280.second();
+    set(82, t279_280.first());
+    set(26, t279_280.second());
     let t281_282 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t154_155;
     let t283_284 = -t281_282;
-    out[13][1] = t283_284.first();
-    out[7][1] = t283_284.second();
+    set(78, t283_284.first());
+    set(22, t283_284.second());
     let t285 = t257_258.second() + t257_258.first(); // right_hip_yaw_link: sums of what it carries
     let t286 = t259_260.second() + t259_260.first(); // right_hip_yaw_link: sums of what it carries
-    out[4][3] = t269_270.first() + t269_270.second(); // right_hip_yaw_link: sums of what it carries
-    out[4][4] = R::constant(0.785816667) + t285; // torso: sums of what it carries
-    out[3][3] = R::constant(0.884111667) + t286; // torso: sums of what it carries
+    set(8, t269_270.first() + t269_270.second()); // right_hip_yaw_link: sums of what it carries
+    set(9, R::constant(0.785816667) + t285); // torso: sums of what it carries
+    set(5, R::constant(0.884111667) + t286); // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     let t290_291 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t275_276;
     let t292_293 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t211_212, t290_291);
-    out[12][3] = t292_293.first();
-    out[6][3] = t292_293.second();
+    set(73, t292_293.first());
+    set(17, t292_293.second());
     let t294_295 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t275_276;
     let t296_297 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t211_212, t294_295);
-    out[12][4] = t296_297.first();
-    out[6][4] = t296_297.second();
-    out[5][3] = t292_293.first() + t292_293.second(); // right_hip_yaw_link: sums of what it carries
+    set(74, t296_297.first());
+    set(18, t296_297.second());
+    set(12, t292_293.first() + t292_293.second()); // right_hip_yaw_link: sums of what it carries
     let t299_300 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t154_155, t296_297);
-    out[5][4] = t299_300.first() + t299_300.second(); // right_hip_yaw_link: sums of what it carries
+    set(13, t299_300.first() + t299_300.second()); // right_hip_yaw_link: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: mass matrix
     let t302_303 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t146_147;
     let t304_305 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t146_147;
     let t306_307 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t235_236, t302_303.swapped());
     let t308_309 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t235_236, t304_305.swapped());
-    out[13][4] = t308_309.first();
-    out[7][4] = t308_309.second();
+    set(81, t308_309.first());
+    set(25, t308_309.second());
     let t310_311 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t160_161, t306_307);
-    out[13][3] = t310_311.first();
-    out[7][3] = t310_311.second();
+    set(80, t310_311.first());
+    set(24, t310_311.second());
     // right_upper_leg, left_upper_leg: mass matrix
     let t312_313 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t152_153;
     let t314_315 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t152_153;
     let t316_317 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t156_157;
     let t318_319 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t156_157;
-    out[8][2] = t318_319.first();
-    out[14][2] = t318_319.second();
+    set(31, t318_319.first());
+    set(87, t318_319.second());
     let t320_321 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t316_317, -t312_313);
-    out[8][0] = t320_321.first();
-    out[14][0] = t320_321.second();
+    set(29, t320_321.first());
+    set(85, t320_321.second());
     let t322_323 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t316_317, -t314_315);
-    out[8][1] = t322_323.first();
-    out[14][1] = t322_323.second();
+    set(30, t322_323.first());
+    set(86, t322_323.second());
     let t324_325 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t217_218;
     let t326_327 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t217_218;
     let t328_329 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t134_135;
     let t330_331 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t134_135;
     let t332_333 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t179_180, t328_329.swapped());
     let t334_335 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t179_180, t330_331.swapped());
-    out[14][12] = t334_335.first();
-    out[8][6] = t334_335.second();
+    set(91, t334_335.first());
+    set(35, t334_335.second());
     let t336_337 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t320_321, t334_335.swapped());
-    out[8][5] = t336_337.first();
-    out[14][5] = t336_337.second();
+    set(34, t336_337.first());
+    set(90, t336_337.second());
     let t338_339 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t332_333, t324_325);
     let t340_341 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t332_333, t326_327);
-    out[14][4] = t340_341.first();
-    out[8][4] = t340_341.second();
+    set(89, t340_341.first());
+    set(33, t340_341.second());
     let t342_343 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t318_319, t338_339.swapped());
-    out[8][3] = t342_343.first();
-    out[14][3] = t342_343.second();
+    set(32, t342_343.first());
+    set(88, t342_343.second());
     // right_lower_leg, left_lower_leg: mass matrix
     let t344_345 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t38_39;
     let t346_347 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t38_39;
     let t348_349 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t40_41;
     let t350_351 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t40_41;
-    out[9][2] = t350_351.first();
-    out[15][2] = t350_351.second();
+    set(40, t350_351.first());
+    set(96, t350_351.second());
     let t352_353 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t348_349, -t344_345);
-    out[9][0] = t352_353.first();
-    out[15][0] = t352_353.second();
+    set(38, t352_353.first());
+    set(94, t352_353.second());
     let t354_355 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t348_349, -t346_347);
-    out[9][1] = t354_355.first();
-    out[15][1] = t354_355.second();
+    set(39, t354_355.first());
+    set(95, t354_355.second());
     let t356_357 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t185_186;
     let t358_359 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t185_186;
     let t360_361 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t120_121;
     let t362_363 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t120_121;
     let t364_365 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t148_149, t360_361);
     let t366_367 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t148_149, t362_363);
-    out[9][6] = t366_367.first();
-    out[15][12] = t366_367.second();
+    set(44, t366_367.first());
+    set(100, t366_367.second());
     let t368_369 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t352_353, t366_367);
-    out[9][5] = t368_369.first();
-    out[15][5] = t368_369.second();
+    set(43, t368_369.first());
+    set(99, t368_369.second());
     let t370_371 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t364_365, t356_357);
     let t372_373 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t364_365, t358_359);
-    out[9][4] = t372_373.first();
-    out[15][4] = t372_373.second();
+    set(42, t372_373.first());
+    set(98, t372_373.second());
     let t374_375 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t350_351, t370_371);
-    out[9][3] = t374_375.first();
-    out[15][3] = t374_375.second();
+    set(41, t374_375.first());
+    set(97, t374_375.second());
     // right_ankle, left_ankle: mass matrix
     let t376_377 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
     let t378_379 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t24_25;
     let t380_381 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t378_379, -t376_377);
-    out[10][0] = t380_381.first();
-    out[16][0] = t380_381.second();
+    set(48, t380_381.first());
+    set(104, t380_381.second());
     let t382_383 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t22_23;
     let t384_385 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t378_379, -t382_383);
-    out[10][1] = t384_385.first();
-    out[16][1] = t384_385.second();
+    set(49, t384_385.first());
+    set(105, t384_385.second());
     let t386_387 = t48_49.swapped() * t22_23;
     let t388_389 = R::Two::fused(t54_55.swapped(), t24_25, t386_387);
     let t390_391 = t94_95 + t388_389;
-    out[10][8] = t390_391.first();
-    out[16][14] = t390_391.second();
+    set(56, t390_391.first());
+    set(112, t390_391.second());
     let t392_393 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t24_25;
-    out[10][2] = t392_393.first();
-    out[16][2] = t392_393.second();
+    set(50, t392_393.first());
+    set(106, t392_393.second());
     let t394_395 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t144_145;
     let t396_397 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t144_145;
     // right_foot, left_foot: mass matrix
@@ -378,8 +425,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t404_405 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t400_401.swapped(), t402_403);
     let t406_407 = t6_7 * two(sin_q_left_hip_roll, sin_q_right_hip_roll);
     let t408_409 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t400_401.swapped(), t406_407);
-    out[17][2] = t408_409.first();
-    out[11][2] = t408_409.second();
+    set(117, t408_409.first());
+    set(61, t408_409.second());
     let t410_411 = t187_188.swapped() * two(sin_t2, sin_t3);
     let t412_413 = t187_188.swapped() * two(cos_t2, cos_t3);
     let t414_415 = R::Two::fused(both(R::constant(0.00207575)), two(cos_t2, cos_t3), t410_411);
@@ -390,266 +437,69 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t424_425 = R::Two::fused(-t6_7.swapped(), t12_13, t416_417);
     let t426_427 = t124_125.swapped() + t422_423;
     let t428_429 = -t124_125; // right_foot, left_foot: sums of what it carries
-    out[17][16] = t428_429.first();
-    out[11][10] = t428_429.second();
+    set(125, t428_429.first());
+    set(69, t428_429.second());
     let t430_431 = R::Two::fused(t6_7, t48_49, t418_419.swapped());
-    out[17][13] = t430_431.first();
-    out[11][7] = t430_431.second();
+    set(122, t430_431.first());
+    set(66, t430_431.second());
     let t432_433 = R::Two::fused(-t6_7, t54_55, t424_425.swapped());
     let t434_435 = t48_49.swapped() * t398_399;
     let t436_437 = R::Two::fused(-t54_55.swapped(), t400_401, t434_435);
     let t438_439 = t426_427 + t436_437;
     let t440_441 = -t426_427;
-    out[11][9] = t440_441.first();
-    out[17][15] = t440_441.second();
+    set(68, t440_441.first());
+    set(124, t440_441.second());
     // right_ankle, left_ankle: mass matrix
     let t442_443 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t390_391;
     let t444_445 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t390_391;
     let t446_447 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t138_139, t442_443);
     let t448_449 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t138_139, t444_445);
-    out[10][6] = t448_449.first();
-    out[16][12] = t448_449.second();
+    set(54, t448_449.first());
+    set(110, t448_449.second());
     let t450_451 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t380_381, t448_449);
-    out[10][5] = t450_451.first();
-    out[16][5] = t450_451.second();
+    set(53, t450_451.first());
+    set(109, t450_451.second());
     let t452_453 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t446_447, t394_395);
     let t454_455 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t446_447, t396_397);
-    out[10][4] = t454_455.first();
-    out[16][4] = t454_455.second();
+    set(52, t454_455.first());
+    set(108, t454_455.second());
     let t456_457 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t392_393, t452_453);
-    out[10][3] = t456_457.first();
-    out[16][3] = t456_457.second();
+    set(51, t456_457.first());
+    set(107, t456_457.second());
     // right_foot, left_foot: mass matrix
     let t458_459 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t398_399;
     let t460_461 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t398_399;
     let t462_463 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t404_405, t458_459.swapped());
-    out[17][0] = t462_463.first();
-    out[11][0] = t462_463.second();
+    set(115, t462_463.first());
+    set(59, t462_463.second());
     let t464_465 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t404_405, t460_461.swapped());
-    out[17][1] = t464_465.first();
-    out[11][1] = t464_465.second();
+    set(116, t464_465.first());
+    set(60, t464_465.second());
     let t466_467 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t430_431;
     let t468_469 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t430_431;
     let t470_471 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t438_439;
     let t472_473 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t432_433, t470_471.swapped());
     let t474_475 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t472_473, t466_467);
     let t476_477 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t472_473, t468_469);
-    out[17][4] = t476_477.first();
-    out[11][4] = t476_477.second();
+    set(119, t476_477.first());
+    set(63, t476_477.second());
     let t478_479 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t408_409, t474_475);
-    out[17][3] = t478_479.first();
-    out[11][3] = t478_479.second();
+    set(118, t478_479.first());
+    set(62, t478_479.second());
     let t480_481 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t438_439;
     let t482_483 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t432_433, -t480_481.swapped());
-    out[17][12] = t482_483.first();
-    out[11][6] = t482_483.second();
+    set(121, t482_483.first());
+    set(65, t482_483.second());
     let t484_485 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t462_463, t482_483);
-    out[17][5] = t484_485.first();
-    out[11][5] = t484_485.second();
+    set(120, t484_485.first());
+    set(64, t484_485.second());
     let t486_487 = -t438_439;
-    out[11][8] = t486_487.first();
-    out[17][14] = t486_487.second();
-    out[0][0] = R::constant(19.0);
-    out[0][1] = R::constant(0.0);
-    out[0][2] = R::constant(0.0);
-    out[0][3] = R::constant(0.0);
-    out[0][4] = R::constant(0.0);
-    out[0][5] = R::constant(0.0);
-    out[0][6] = R::constant(0.0);
-    out[0][7] = R::constant(0.0);
-    out[0][8] = R::constant(0.0);
-    out[0][9] = R::constant(0.0);
-    out[0][10] = R::constant(0.0);
-    out[0][11] = R::constant(0.0);
-    out[0][12] = R::constant(0.0);
-    out[0][13] = R::constant(0.0);
-    out[0][14] = R::constant(0.0);
-    out[0][15] = R::constant(0.0);
-    out[0][16] = R::constant(0.0);
-    out[0][17] = R::constant(0.0);
-    out[1][0] = R::constant(0.0);
-    out[1][1] = R::constant(19.0);
-    out[1][2] = R::constant(0.0);
-    out[1][3] = R::constant(0.0);
-    out[1][4] = R::constant(0.0);
-    out[1][5] = R::constant(0.0);
-    out[1][6] = R::constant(0.0);
-    out[1][7] = R::constant(0.0);
-    out[1][8] = R::constant(0.0);
-    out[1][9] = R::constant(0.0);
-    out[1][10] = R::constant(0.0);
-    out[1][11] = R::constant(0.0);
-    out[1][12] = R::constant(0.0);
-    out[1][13] = R::constant(0.0);
-    out[1][14] = R::constant(0.0);
-    out[1][15] = R::constant(0.0);
-    out[1][16] = R::constant(0.0);
-    out[1][17] = R::constant(0.0);
-    out[2][0] = R::constant(0.0);
-    out[2][1] = R::constant(0.0);
-    out[2][2] = R::constant(19.0);
-    out[2][3] = R::constant(0.0);
-    out[2][4] = R::constant(0.0);
-    out[2][5] = R::constant(0.0);
-    out[2][6] = R::constant(0.0);
-    out[2][7] = R::constant(0.0);
-    out[2][8] = R::constant(0.0);
-    out[2][9] = R::constant(0.0);
-    out[2][10] = R::constant(0.0);
-    out[2][11] = R::constant(0.0);
-    out[2][12] = R::constant(0.0);
-    out[2][13] = R::constant(0.0);
-    out[2][14] = R::constant(0.0);
-    out[2][15] = R::constant(0.0);
-    out[2][16] = R::constant(0.0);
-    out[2][17] = R::constant(0.0);
-    out[3][0] = R::constant(0.0);
-    out[3][4] = R::constant(0.0);
-    out[3][5] = R::constant(0.0);
-    out[3][6] = R::constant(0.0);
-    out[3][7] = R::constant(0.0);
-    out[3][8] = R::constant(0.0);
-    out[3][9] = R::constant(0.0);
-    out[3][10] = R::constant(0.0);
-    out[3][11] = R::constant(0.0);
-    out[3][12] = R::constant(0.0);
-    out[3][13] = R::constant(0.0);
-    out[3][14] = R::constant(0.0);
-    out[3][15] = R::constant(0.0);
-    out[3][16] = R::constant(0.0);
-    out[3][17] = R::constant(0.0);
-    out[4][1] = R::constant(0.0);
-    out[4][5] = R::constant(0.0);
-    out[4][6] = R::constant(0.0);
-    out[4][7] = R::constant(0.0);
-    out[4][8] = R::constant(0.0);
-    out[4][9] = R::constant(0.0);
-    out[4][10] = R::constant(0.0);
-    out[4][11] = R::constant(0.0);
-    out[4][12] = R::constant(0.0);
-    out[4][13] = R::constant(0.0);
-    out[4][14] = R::constant(0.0);
-    out[4][15] = R::constant(0.0);
-    out[4][16] = R::constant(0.0);
-    out[4][17] = R::constant(0.0);
-    out[5][2] = R::constant(0.0);
-    out[5][6] = R::constant(0.0);
-    out[5][7] = R::constant(0.0);
-    out[5][8] = R::constant(0.0);
-    out[5][9] = R::constant(0.0);
-    out[5][10] = R::constant(0.0);
-    out[5][11] = R::constant(0.0);
-    out[5][12] = R::constant(0.0);
-    out[5][13] = R::constant(0.0);
-    out[5][14] = R::constant(0.0);
-    out[5][15] = R::constant(0.0);
-    out[5][16] = R::constant(0.0);
-    out[5][17] = R::constant(0.0);
-    out[6][2] = R::constant(0.0);
-    out[6][7] = R::constant(0.0);
-    out[6][8] = R::constant(0.0);
-    out[6][9] = R::constant(0.0);
-    out[6][10] = R::constant(0.0);
-    out[6][11] = R::constant(0.0);
-    out[6][12] = R::constant(0.0);
-    out[6][13] = R::constant(0.0);
-    out[6][14] = R::constant(0.0);
-    out[6][15] = R::constant(0.0);
-    out[6][16] = R::constant(0.0);
-    out[6][17] = R::constant(0.0);
-    out[7][8] = R::constant(0.0);
-    out[7][9] = R::constant(0.0);
-    out[7][10] = R::constant(0.0);
-    out[7][11] = R::constant(0.0);
-    out[7][12] = R::constant(0.0);
-    out[7][13] = R::constant(0.0);
-    out[7][14] = R::constant(0.0);
-    out[7][15] = R::constant(0.0);
-    out[7][16] = R::constant(0.0);
-    out[7][17] = R::constant(0.0);
-    out[8][9] = R::constant(0.0);
-    out[8][10] = R::constant(0.0);
-    out[8][11] = R::constant(0.0);
-    out[8][12] = R::constant(0.0);
-    out[8][13] = R::constant(0.0);
-    out[8][14] = R::constant(0.0);
-    out[8][15] = R::constant(0.0);
-    out[8][16] = R::constant(0.0);
-    out[8][17] = R::constant(0.0);
-    out[9][10] = R::constant(0.0);
-    out[9][11] = R::constant(0.0);
-    out[9][12] = R::constant(0.0);
-    out[9][13] = R::constant(0.0);
-    out[9][14] = R::constant(0.0);
-    out[9][15] = R::constant(0.0);
-    out[9][16] = R::constant(0.0);
-    out[9][17] = R::constant(0.0);
-    out[10][11] = R::constant(0.0);
-    out[10][12] = R::constant(0.0);
-    out[10][13] = R::constant(0.0);
-    out[10][14] = R::constant(0.0);
-    out[10][15] = R::constant(0.0);
-    out[10][16] = R::constant(0.0);
-    out[10][17] = R::constant(0.0);
-    out[11][11] = R::constant(0.00207575);
-    out[11][12] = R::constant(0.0);
-    out[11][13] = R::constant(0.0);
-    out[11][14] = R::constant(0.0);
-    out[11][15] = R::constant(0.0);
-    out[11][16] = R::constant(0.0);
-    out[11][17] = R::constant(0.0);
-    out[12][2] = R::constant(0.0);
-    out[12][6] = R::constant(0.0);
-    out[12][7] = R::constant(0.0);
-    out[12][8] = R::constant(0.0);
-    out[12][9] = R::constant(0.0);
-    out[12][10] = R::constant(0.0);
-    out[12][11] = R::constant(0.0);
-    out[12][13] = R::constant(0.0);
-    out[12][14] = R::constant(0.0);
-    out[12][15] = R::constant(0.0);
-    out[12][16] = R::constant(0.0);
-    out[12][17] = R::constant(0.0);
-    out[13][6] = R::constant(0.0);
-    out[13][7] = R::constant(0.0);
-    out[13][8] = R::constant(0.0);
-    out[13][9] = R::constant(0.0);
-    out[13][10] = R::constant(0.0);
-    out[13][11] = R::constant(0.0);
-    out[13][14] = R::constant(0.0);
-    out[13][15] = R::constant(0.0);
-    out[13][16] = R::constant(0.0);
-    out[13][17] = R::constant(0.0);
-    out[14][6] = R::constant(0.0);
-    out[14][7] = R::constant(0.0);
-    out[14][8] = R::constant(0.0);
-    out[14][9] = R::constant(0.0);
-    out[14][10] = R::constant(0.0);
-    out[14][11] = R::constant(0.0);
-    out[14][15] = R::constant(0.0);
-    out[14][16] = R::constant(0.0);
-    out[14][17] = R::constant(0.0);
-    out[15][6] = R::constant(0.0);
-    out[15][7] = R::constant(0.0);
-    out[15][8] = R::constant(0.0);
-    out[15][9] = R::constant(0.0);
-    out[15][10] = R::constant(0.0);
-    out[15][11] = R::constant(0.0);
-    out[15][16] = R::constant(0.0);
-    out[15][17] = R::constant(0.0);
-    out[16][6] = R::constant(0.0);
-    out[16][7] = R::constant(0.0);
-    out[16][8] = R::constant(0.0);
-    out[16][9] = R::constant(0.0);
-    out[16][10] = R::constant(0.0);
-    out[16][11] = R::constant(0.0);
-    out[16][17] = R::constant(0.0);
-    out[17][6] = R::constant(0.0);
-    out[17][7] = R::constant(0.0);
-    out[17][8] = R::constant(0.0);
-    out[17][9] = R::constant(0.0);
-    out[17][10] = R::constant(0.0);
-    out[17][11] = R::constant(0.0);
-    out[17][17] = R::constant(0.00207575);
+    set(67, t486_487.first());
+    set(123, t486_487.second());
+    set(0, R::constant(19.0));
+    set(1, R::constant(19.0));
+    set(2, R::constant(19.0));
+    set(70, R::constant(0.00207575));
+    set(126, R::constant(0.00207575));
 }
 }

@@ -40,9 +40,9 @@ pub(super) fn bias_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; NV]
     let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1, sin_t2, sin_t3],
-        [cos_q_base_pitch, cos_t0, cos_t1, cos_t2, cos_t3],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second()]);
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), q_base_pitch]);
     let t4 = v_base_pitch * v_base_pitch; // torso: motion
     // right_femur, left_femur: motion
     let t5_6 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);

@@ -59,9 +59,9 @@ pub(super) fn center_of_mass_acceleration_program<R: Real>(
     let a_left_hip_pitch = a[5];
     let a_left_knee_pitch = a[6];
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch]);
+        [sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_q_base_pitch],
+        [cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_q_base_pitch],
+    ) = R::sin_cos_all([q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_base_pitch]);
     let t0 = v_base_pitch * v_base_pitch; // torso: motion
     // right_femur, left_femur: motion
     let t1_2 = both(a_base_pitch) + two(a_right_hip_pitch, a_left_hip_pitch);

@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `x`, `y`, `z`; m.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_knee_pitch`.
 /// Source: (4.35).
-/// 73 operations: 3 add, 30 mul, 20 fused, 5 sin_cos. For two limbs at once: 22 pairs of them.
+/// 22 operations: 6 add, 4 mul, 6 fused, 5 sin_cos. For two limbs at once: 7 pairs of them.
 #[inline]
 pub fn center_of_mass_jacobian<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 3, NV> {
     let mut out = [[R::constant(0.0); 3]; NV];
@@ -33,56 +33,31 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let q_right_knee_pitch = q[4];
     let q_left_hip_pitch = q[5];
     let q_left_knee_pitch = q[6];
+    let t0_1 = two(q_right_hip_pitch, q_left_hip_pitch) + both(q_base_pitch);
+    let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch]);
-    // right_femur, left_femur: pose in the world
-    let t0_1 = both(sin_q_base_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t2_3 = R::Two::fused(both(cos_q_base_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t0_1);
-    let t4_5 = both(sin_q_base_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t6_7 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t4_5);
-    // right_tibia, left_tibia: pose in the world
-    let t8_9 = t2_3 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t10_11 = R::Two::fused(-t6_7, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9);
-    let t12_13 = t2_3 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t14_15 = R::Two::fused(t6_7, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t12_13);
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), q_base_pitch]);
     // right_tibia, left_tibia: sums of what it carries
-    let t16_17 = both(R::constant(0.768)) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t18_19 = R::Two::fused(both(R::constant(0.768)), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(2.028)));
+    let t4_5 = both(R::constant(0.024)) * two(cos_t2, cos_t3);
+    let t6_7 = both(R::constant(0.024)) * two(sin_t2, sin_t3);
     // right_femur, left_femur: sums of what it carries
-    let t20_21 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t18_19;
-    let t22_23 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t16_17, t20_21);
-    let t24_25 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t18_19;
-    let t26_27 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t16_17, t24_25);
-    let t28 = R::constant(2.88) - t22_23.second(); // left_femur: sums of what it carries
-    let t29 = t26_27.second() + t26_27.first(); // right_femur: sums of what it carries
-    let t30 = t28 - t22_23.first(); // right_femur: sums of what it carries
-    // torso: Jacobian of the centre of mass
-    let t31 = t30 * R::constant(0.03125);
-    let t32 = t29 * R::constant(0.03125);
-    let t33 = cos_q_base_pitch * t31;
-    let t34 = R::fused(sin_q_base_pitch, t32, t33);
-    let t35 = sin_q_base_pitch * t31;
-    let t36 = R::fused(cos_q_base_pitch, t32, -t35);
-    // right_femur, left_femur: Jacobian of the centre of mass
-    let t37_38 = t18_19 * both(R::constant(0.03125));
-    let t39_40 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * both(R::constant(0.024));
-    let t41_42 = t6_7 * t37_38;
-    let t43_44 = R::Two::fused(t2_3, t39_40, t41_42);
-    let t45_46 = t2_3 * t37_38;
-    let t47_48 = R::Two::fused(-t6_7, t39_40, t45_46);
-    // right_tibia, left_tibia: Jacobian of the centre of mass
-    let t49_50 = t14_15 * both(R::constant(0.024));
-    let t51_52 = t10_11 * both(R::constant(0.024));
+    let t8_9 = R::Two::fused(both(R::constant(0.063375)), two(sin_t0, sin_t1), t6_7);
+    let t10_11 = R::Two::fused(both(R::constant(-0.063375)), two(cos_t0, cos_t1), -t4_5);
+    let t12 = t8_9.second() + t8_9.first(); // right_femur: sums of what it carries
+    let t13 = t10_11.second() + t10_11.first(); // right_femur: sums of what it carries
+    let t14 = R::fused(R::constant(-0.09), sin_q_base_pitch, t12); // torso: sums of what it carries
+    let t15 = R::fused(R::constant(0.09), cos_q_base_pitch, t13); // torso: sums of what it carries
+    let t16_17 = -t4_5; // right_tibia, left_tibia: sums of what it carries
     *out = [
         [R::constant(1.0), R::constant(0.0), R::constant(0.0)], // base/x
         [R::constant(0.0), R::constant(0.0), R::constant(1.0)], // base/z
-        [t34, R::constant(0.0), t36], // base/pitch
-        [t43_44.first(), R::constant(0.0), t47_48.first()], // right_hip_pitch
-        [t49_50.first(), R::constant(0.0), t51_52.first()], // right_knee_pitch
-        [t43_44.second(), R::constant(0.0), t47_48.second()], // left_hip_pitch
-        [t49_50.second(), R::constant(0.0), t51_52.second()], // left_knee_pitch
+        [t15, R::constant(0.0), t14], // base/pitch
+        [t10_11.first(), R::constant(0.0), t8_9.first()], // right_hip_pitch
+        [t16_17.first(), R::constant(0.0), t6_7.first()], // right_knee_pitch
+        [t10_11.second(), R::constant(0.0), t8_9.second()], // left_hip_pitch
+        [t16_17.second(), R::constant(0.0), t6_7.second()], // left_knee_pitch
     ];
 }
 }

@@ -10,7 +10,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 ///
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; kg m/s, then kg m²/s.
 /// Source: (4.38), (4.39).
-/// 132 operations: 14 add, 36 mul, 41 fused, 5 sin_cos. For two limbs at once: 29 pairs of them.
+/// 87 operations: 17 add, 20 mul, 25 fused, 5 sin_cos. For two limbs at once: 16 pairs of them.
 #[inline]
 pub fn centroidal_momentum<R: Real>(q: &SVector<R, NQ>, v: &SVector<R, NV>) -> SMatrix<R, 6, 1> {
     let mut out = [[R::constant(0.0); 6]; 1];
@@ -27,8 +27,6 @@ pub fn centroidal_momentum_into<R: Real>(q: &SVector<R, NQ>, v: &SVector<R, NV>,
 ::bipedc_runtime::dispatched! {
 #[inline]
 pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; 6]; 1]) {
-    let q_base_x = q[0];
-    let q_base_z = q[1];
     let q_base_pitch = q[2];
     let q_right_hip_pitch = q[3];
     let q_right_knee_pitch = q[4];
@@ -41,83 +39,61 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let v_right_knee_pitch = v[4];
     let v_left_hip_pitch = v[5];
     let v_left_knee_pitch = v[6];
+    let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
+    let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch]);
-    // torso: velocity
-    let t0 = v_base_z * cos_q_base_pitch;
-    let t1 = R::fused(v_base_x, sin_q_base_pitch, t0);
-    let t2 = v_base_z * sin_q_base_pitch;
-    let t3 = R::fused(-v_base_x, cos_q_base_pitch, t2);
-    // right_femur, left_femur: velocity
-    let t4_5 = both(t1) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t6_7 = R::Two::fused(-both(t3), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t4_5);
-    let t8_9 = both(t1) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t10_11 = R::Two::fused(both(t3), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t8_9);
-    let t12_13 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
-    // right_tibia, left_tibia: velocity
-    let t14_15 = R::Two::fused(t12_13, both(R::constant(0.4)), t10_11);
-    let t16_17 = t6_7 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t18_19 = R::Two::fused(t14_15, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t16_17);
-    let t20_21 = t12_13 + two(v_right_knee_pitch, v_left_knee_pitch);
-    let t22 = R::constant(2.88) * t3; // torso: momentum
-    let t23 = R::fused(R::constant(-2.0212), v_base_pitch, t22); // torso: momentum
-    // right_femur, left_femur: momentum
-    let t24_25 = both(R::constant(2.028)) * t10_11;
-    let t26_27 = R::Two::fused(both(R::constant(1.06428)), t12_13, t24_25);
-    // right_tibia, left_tibia: momentum
-    let t28_29 = both(R::constant(0.768)) * t20_21;
-    let t30_31 = both(R::constant(0.768)) * t18_19;
-    let t32_33 = R::Two::fused(both(R::constant(0.38432)), t20_21, t30_31);
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), q_base_pitch]);
+    let t4 = R::constant(32.0) * v_base_x; // base/z: momentum
+    let t5 = R::constant(32.0) * v_base_z; // base/z: momentum
+    // right_tibia, left_tibia: motion
+    let t6_7 = both(R::constant(0.4)) * two(cos_t0, cos_t1);
+    let t8_9 = both(R::constant(0.4)) * two(sin_t0, sin_t1);
     // right_tibia, left_tibia: sums of what it carries
-    let t34_35 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t28_29;
-    let t36_37 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t28_29;
-    let t38_39 = R::Two::fused(both(R::constant(2.028)), t12_13, t36_37);
-    let t40_41 = t26_27 + t32_33;
-    let t42_43 = R::Two::fused(both(R::constant(0.4)), t36_37, t40_41);
+    let t10_11 = both(R::constant(0.768)) * two(cos_t2, cos_t3);
+    let t12_13 = both(R::constant(0.768)) * two(sin_t2, sin_t3);
+    let t14_15 = t8_9 * t12_13;
+    let t16_17 = t6_7 * t10_11;
+    let t18_19 = both(R::constant(2.0)) * t14_15;
+    let t20_21 = R::Two::fused(both(R::constant(2.0)), t16_17, t18_19);
+    let t22_23 = both(R::constant(0.38432)) + t20_21;
     // right_femur, left_femur: sums of what it carries
-    let t44_45 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t34_35;
-    let t46_47 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t38_39, t44_45);
-    let t48_49 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t34_35;
-    let t50_51 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t38_39, t48_49);
-    let t52 = R::fused(R::constant(2.88), v_base_pitch, t50_51.second()); // left_femur: sums of what it carries
-    let t53 = t23 - t42_43.second(); // left_femur: sums of what it carries
-    let t54 = t52 + t50_51.first(); // right_femur: sums of what it carries
-    let t55 = t46_47.second() + t46_47.first(); // right_femur: sums of what it carries
-    let t56 = t42_43.first() - t53; // right_femur: sums of what it carries
-    // torso: sums of what it carries
-    let t57 = cos_q_base_pitch * t55;
-    let t58 = R::fused(-sin_q_base_pitch, t54, t57);
-    let t59 = sin_q_base_pitch * t55;
-    let t60 = R::fused(cos_q_base_pitch, t54, t59);
-    let t61 = R::fused(R::constant(32.0), v_base_x, t60);
-    let t62 = R::fused(R::constant(32.0), v_base_z, t58);
-    let t63 = R::fused(q_base_z, t61, t56); // base/z: sums of what it carries
-    let t64 = R::fused(-q_base_x, t62, t63); // base/x: sums of what it carries
-    // right_tibia, left_tibia: sums of what it carries
-    let t65_66 = both(R::constant(0.768)) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t67_68 = R::Two::fused(both(R::constant(0.768)), two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), both(R::constant(2.028)));
-    // right_femur, left_femur: sums of what it carries
-    let t69_70 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t67_68;
-    let t71_72 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t65_66, t69_70);
-    let t73_74 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t67_68;
-    let t75_76 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t65_66, t73_74);
-    let t77 = R::constant(2.88) - t71_72.second(); // left_femur: sums of what it carries
-    let t78 = t75_76.second() + t75_76.first(); // right_femur: sums of what it carries
-    let t79 = t77 - t71_72.first(); // right_femur: sums of what it carries
-    // torso: sums of what it carries
-    let t80 = cos_q_base_pitch * t79;
-    let t81 = R::fused(sin_q_base_pitch, t78, t80);
-    let t82 = sin_q_base_pitch * t79;
-    let t83 = R::fused(-cos_q_base_pitch, t78, t82);
-    let t84 = R::fused(R::constant(32.0), q_base_z, t81); // base/z: sums of what it carries
-    let t85 = R::fused(R::constant(32.0), q_base_x, t83); // base/x: sums of what it carries
-    let t86 = R::constant(0.03125) * t85; // centre of mass
-    let t87 = R::constant(0.03125) * t84; // centre of mass
-    let t88 = t61 * t87; // moment about the centre of mass
-    let t89 = R::fused(-t62, t86, t88); // moment about the centre of mass
-    let t90 = t64 - t89; // moment about the centre of mass
-    *out = [[t61, R::constant(0.0), t62, R::constant(0.0), t90, R::constant(0.0)]];
+    let t24_25 = R::Two::fused(both(R::constant(2.028)), two(sin_t0, sin_t1), t12_13);
+    let t26_27 = R::Two::fused(both(R::constant(2.028)), two(cos_t0, cos_t1), t10_11);
+    let t28_29 = both(R::constant(1.06428)) + t22_23;
+    let t30 = t24_25.second() + t24_25.first(); // right_femur: sums of what it carries
+    let t31 = t26_27.second() + t26_27.first(); // right_femur: sums of what it carries
+    let t32 = t28_29.second() + t28_29.first(); // right_femur: sums of what it carries
+    let t33 = R::fused(R::constant(-2.88), sin_q_base_pitch, t30); // torso: sums of what it carries
+    let t34 = R::fused(R::constant(-2.88), cos_q_base_pitch, t31); // torso: sums of what it carries
+    let t35 = R::constant(2.0212) + t32; // torso: sums of what it carries
+    // right_tibia, left_tibia: mass matrix
+    let t36_37 = t14_15 + t16_17;
+    let t38_39 = both(R::constant(0.38432)) + t36_37;
+    let t40 = R::constant(0.03125) * t34; // other
+    let t41 = R::constant(0.03125) * t33; // other
+    // centroidal momentum
+    let t42 = v_base_x * t34;
+    let t43 = R::fused(-v_base_z, t33, t42);
+    let t44 = R::fused(-v_base_pitch, t34, t4);
+    let t45 = R::fused(v_base_pitch, t33, t5);
+    let t46 = R::fused(-v_base_pitch, t35, t43);
+    let t47 = R::fused(-v_right_hip_pitch, t26_27.first(), t44);
+    let t48 = R::fused(v_right_hip_pitch, t24_25.first(), t45);
+    let t49 = R::fused(-v_right_hip_pitch, t28_29.first(), t46);
+    let t50 = R::fused(-v_right_knee_pitch, t10_11.first(), t47);
+    let t51 = R::fused(v_right_knee_pitch, t12_13.first(), t48);
+    let t52 = R::fused(-v_right_knee_pitch, t38_39.first(), t49);
+    let t53 = R::fused(-v_left_hip_pitch, t26_27.second(), t50);
+    let t54 = R::fused(v_left_hip_pitch, t24_25.second(), t51);
+    let t55 = R::fused(-v_left_hip_pitch, t28_29.second(), t52);
+    let t56 = R::fused(-v_left_knee_pitch, t10_11.second(), t53);
+    let t57 = R::fused(v_left_knee_pitch, t12_13.second(), t54);
+    let t58 = R::fused(-v_left_knee_pitch, t38_39.second(), t55);
+    let t59 = t40 * t56;
+    let t60 = R::fused(-t41, t57, t59);
+    let t61 = t60 - t58;
+    *out = [[t56, R::constant(0.0), t57, R::constant(0.0), t61, R::constant(0.0)]];
 }
 }

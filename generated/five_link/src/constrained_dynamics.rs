@@ -64,9 +64,9 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let (
-        [sin_q_base_pitch, sin_t0, sin_t2, sin_t1, sin_t3],
-        [cos_q_base_pitch, cos_t0, cos_t2, cos_t1, cos_t3],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t2_3.first(), t0_1.second(), t2_3.second()]);
+        [sin_t0, sin_t1, sin_q_base_pitch, sin_t2, sin_t3],
+        [cos_t0, cos_t1, cos_q_base_pitch, cos_t2, cos_t3],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), q_base_pitch, t2_3.first(), t2_3.second()]);
     let t4_5 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_femur, left_femur: motion
     // right_tibia, left_tibia: motion
     let t6_7 = t4_5 + two(v_right_knee_pitch, v_left_knee_pitch);

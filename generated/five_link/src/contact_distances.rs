@@ -34,9 +34,9 @@ pub(super) fn contact_distances_program<R: Real>(q: &[R; NQ], out: &mut [[R; 2];
     let q_left_hip_pitch = q[5];
     let q_left_knee_pitch = q[6];
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch]);
+        [sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_q_base_pitch],
+        [cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_q_base_pitch],
+    ) = R::sin_cos_all([q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_base_pitch]);
     // right_femur, left_femur: pose in the world
     let t0_1 = both(sin_q_base_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
     let t2_3 = R::Two::fused(both(cos_q_base_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t0_1);

@@ -62,9 +62,9 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let t2_3 = t0_1 + two(q_right_knee_pitch, q_left_knee_pitch);
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1, sin_t2, sin_t3],
-        [cos_q_base_pitch, cos_t0, cos_t1, cos_t2, cos_t3],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second()]);
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), q_base_pitch]);
     let (
         t4, t5_6, t7_8, t9_10, t11_12, t13_14, t15_16, t17_18, t19_20, t21_22, t23_24, t25_26, t27_28, t29_30, t31_32,
         t33_34, t35_36, t37_38, t39_40, t41_42, t43_44, t45_46, t47_48, t49_50, t51_52, t53_54, t55_56, t57_58, t59_60,

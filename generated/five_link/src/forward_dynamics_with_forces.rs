@@ -71,16 +71,16 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let (
         [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_t0, sin_t1, sin_t2, sin_t3,
+            sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_t0, sin_t1,
+            sin_t2, sin_t3, sin_q_base_pitch,
         ],
         [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_t0, cos_t1, cos_t2, cos_t3,
+            cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_t0, cos_t1,
+            cos_t2, cos_t3, cos_q_base_pitch,
         ],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, t0_1.first(),
-        t0_1.second(), t2_3.first(), t2_3.second(),
+        q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, t0_1.first(), t0_1.second(),
+        t2_3.first(), t2_3.second(), q_base_pitch,
     ]);
     let t4_5 = both(R::constant(0.768)) * two(cos_t2, cos_t3); // right_tibia, left_tibia: sums of what it carries
     // factors of the mass matrix

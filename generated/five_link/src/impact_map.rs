@@ -45,9 +45,9 @@ pub(super) fn impact_map_of_single_support_program<R: Real>(q: &[R; NQ], v: &[R;
     let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let (
-        [sin_q_base_pitch, sin_t1, sin_t3, sin_t0, sin_t2],
-        [cos_q_base_pitch, cos_t1, cos_t3, cos_t0, cos_t2],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.second(), t2_3.second(), t0_1.first(), t2_3.first()]);
+        [sin_t1, sin_t0, sin_q_base_pitch, sin_t3, sin_t2],
+        [cos_t1, cos_t0, cos_q_base_pitch, cos_t3, cos_t2],
+    ) = R::sin_cos_all([t0_1.second(), t0_1.first(), q_base_pitch, t2_3.second(), t2_3.first()]);
     let t4 = R::constant(0.4) * cos_t3; // right_femur: motion
     let t5 = v_base_pitch + v_left_hip_pitch; // left_femur: motion
     let t6 = t5 + v_left_knee_pitch; // left_tibia: motion

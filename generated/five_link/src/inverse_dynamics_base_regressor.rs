@@ -120,9 +120,9 @@ pub(super) fn inverse_dynamics_base_regressor_nonzeros_program<R: Real>(
     let a_left_hip_pitch = a[5];
     let a_left_knee_pitch = a[6];
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch]);
+        [sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_q_base_pitch],
+        [cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_q_base_pitch],
+    ) = R::sin_cos_all([q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_base_pitch]);
     let t0 = R::constant(9.81) + a_base_z; // base/z: motion
     let t1 = cos_q_base_pitch * t0; // torso: motion
     let t2 = R::fused(-sin_q_base_pitch, a_base_x, -t1); // torso: motion

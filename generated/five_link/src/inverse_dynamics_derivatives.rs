@@ -63,16 +63,16 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let t2_3 = t0_1 + two(q_right_knee_pitch, q_left_knee_pitch);
     let (
         [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_t0, sin_q_left_hip_pitch, sin_t1, sin_q_right_knee_pitch,
-            sin_t2, sin_q_left_knee_pitch, sin_t3,
+            sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_t0, sin_t1, sin_q_right_knee_pitch, sin_q_left_knee_pitch,
+            sin_t2, sin_t3, sin_q_base_pitch,
         ],
         [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_t0, cos_q_left_hip_pitch, cos_t1, cos_q_right_knee_pitch,
-            cos_t2, cos_q_left_knee_pitch, cos_t3,
+            cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_t0, cos_t1, cos_q_right_knee_pitch, cos_q_left_knee_pitch,
+            cos_t2, cos_t3, cos_q_base_pitch,
         ],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, t0_1.first(), q_left_hip_pitch, t0_1.second(), q_right_knee_pitch,
-        t2_3.first(), q_left_knee_pitch, t2_3.second(),
+        q_right_hip_pitch, q_left_hip_pitch, t0_1.first(), t0_1.second(), q_right_knee_pitch, q_left_knee_pitch,
+        t2_3.first(), t2_3.second(), q_base_pitch,
     ]);
     let t4_5 = both(a_base_pitch) + two(a_right_hip_pitch, a_left_hip_pitch); // right_femur, left_femur: motion
     let t6_7 = two(a_right_knee_pitch, a_left_knee_pitch) + t4_5; // right_tibia, left_tibia: motion

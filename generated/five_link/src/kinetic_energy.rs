@@ -40,9 +40,9 @@ pub(super) fn kinetic_energy_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mu
     let v_left_hip_pitch = v[5];
     let v_left_knee_pitch = v[6];
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch]);
+        [sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_q_base_pitch],
+        [cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_q_base_pitch],
+    ) = R::sin_cos_all([q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_base_pitch]);
     // torso: velocity
     let t0 = v_base_z * cos_q_base_pitch;
     let t1 = R::fused(v_base_x, sin_q_base_pitch, t0);

@@ -36,9 +36,9 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let t0_1 = two(q_right_hip_pitch, q_left_hip_pitch) + both(q_base_pitch);
     let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1, sin_t2, sin_t3],
-        [cos_q_base_pitch, cos_t0, cos_t1, cos_t2, cos_t3],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second()]);
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), q_base_pitch]);
     let t4_5 = both(R::constant(0.768)) * two(sin_t2, sin_t3); // right_tibia, left_tibia: sums of what it carries
     let t6_7 = both(R::constant(0.4)) * two(sin_t0, sin_t1); // right_tibia, left_tibia: motion
     let t8_9 = both(R::constant(0.768)) * two(cos_t2, cos_t3); // right_tibia, left_tibia: sums of what it carries

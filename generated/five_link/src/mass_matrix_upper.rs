@@ -2,7 +2,7 @@
 // inputs: 76d34e4ae03d8031  refresh: bipedc generate robots/five_link
 
 use super::{NQ, NV};
-use ::bipedc_runtime::Real;
+use ::bipedc_runtime::{Real, Sparsity};
 use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
@@ -12,6 +12,8 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_knee_pitch`.
 /// Source: (4.19a), by composite rigid bodies.
 /// 46 operations: 16 add, 14 mul, 8 fused, 5 sin_cos. For two limbs at once: 17 pairs of them.
+///
+/// Most entries are always zero: [`mass_matrix_upper_nonzeros`] computes the others alone.
 #[inline]
 pub fn mass_matrix_upper<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, NV> {
     let mut out = [[R::constant(0.0); NV]; NV];
@@ -25,9 +27,49 @@ pub fn mass_matrix_upper_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 
     mass_matrix_upper_program(&q.data.0[0], &mut out.data.0);
 }
 
-::bipedc_runtime::dispatched! {
+/// The 23 of 49 entries of [`mass_matrix_upper`] that are not always zero.
+///
+/// Column after column, in each by row: [`MASS_MATRIX_UPPER_SPARSITY`] says where each one stands.
+/// 46 operations: 16 add, 14 mul, 8 fused, 5 sin_cos.
+#[inline]
+pub fn mass_matrix_upper_nonzeros<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 23, 1> {
+    let mut out = [[R::constant(0.0); 23]; 1];
+    mass_matrix_upper_nonzeros_program(&q.data.0[0], |k, x| if let Some(entry) = out[0].get_mut(k) { *entry = x });
+    SMatrix::from_array_storage(ArrayStorage(out))
+}
+
+/// [`mass_matrix_upper_nonzeros`] in place: large results are costly to move.
+#[inline]
+pub fn mass_matrix_upper_nonzeros_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 23, 1>) {
+    mass_matrix_upper_nonzeros_program(
+        &q.data.0[0], |k, x| if let Some(entry) = out.data.0[0].get_mut(k) { *entry = x },
+    );
+}
+
+/// Where the entries of [`mass_matrix_upper_nonzeros`] stand.
+pub const MASS_MATRIX_UPPER_SPARSITY: Sparsity<'static> = Sparsity {
+    rows: NV,
+    columns: NV,
+    column_starts: &[0, 1, 2, 5, 9, 14, 18, 23],
+    row_indices: &[0, 1, 0, 1, 2, 0, 1, 2, 3, 0, 1, 2, 3, 4, 0, 1, 2, 5, 0, 1, 2, 5, 6],
+};
+
 #[inline]
 pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV]) {
+    const POSITIONS: [u16; 23] = MASS_MATRIX_UPPER_SPARSITY.positions();
+    let out = out.as_flattened_mut();
+    out.fill(R::constant(0.0));
+    let set = |k: usize, x: R| {
+        if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {
+            *entry = x;
+        }
+    };
+    mass_matrix_upper_nonzeros_program(q, set);
+}
+
+::bipedc_runtime::dispatched! {
+#[inline]
+pub(super) fn mass_matrix_upper_nonzeros_program<R: Real>(q: &[R; NQ]) storing set {
     let q_base_pitch = q[2];
     let q_right_hip_pitch = q[3];
     let q_right_knee_pitch = q[4];
@@ -36,63 +78,50 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t0_1 = two(q_right_hip_pitch, q_left_hip_pitch) + both(q_base_pitch);
     let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1, sin_t2, sin_t3],
-        [cos_q_base_pitch, cos_t0, cos_t1, cos_t2, cos_t3],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second()]);
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), q_base_pitch]);
     let t4_5 = both(R::constant(0.768)) * two(sin_t2, sin_t3); // right_tibia, left_tibia: sums of what it carries
+    set(10, t4_5.first());
+    set(19, t4_5.second());
     let t6_7 = both(R::constant(0.4)) * two(sin_t0, sin_t1); // right_tibia, left_tibia: motion
     let t8_9 = both(R::constant(0.768)) * two(cos_t2, cos_t3); // right_tibia, left_tibia: sums of what it carries
     let t10_11 = both(R::constant(0.4)) * two(cos_t0, cos_t1); // right_tibia, left_tibia: motion
     let t12_13 = R::Two::fused(both(R::constant(2.028)), two(sin_t0, sin_t1), t4_5); // right_femur, left_femur
+    set(6, t12_13.first());
+    set(15, t12_13.second());
     let t14_15 = t6_7 * t4_5; // right_tibia, left_tibia: sums of what it carries
     let t16_17 = R::Two::fused(both(R::constant(-2.028)), two(cos_t0, cos_t1), -t8_9); // right_femur, left_femur
+    set(5, t16_17.first());
+    set(14, t16_17.second());
     let t18_19 = t10_11 * t8_9; // right_tibia, left_tibia: sums of what it carries
     let t20 = t12_13.second() + t12_13.first(); // right_femur: sums of what it carries
     // right_tibia, left_tibia: sums of what it carries
     let t21_22 = -t8_9;
+    set(9, t21_22.first());
+    set(18, t21_22.second());
     let t23_24 = both(R::constant(2.0)) * t14_15;
     let t25 = t16_17.second() + t16_17.first(); // right_femur: sums of what it carries
     let t26_27 = t14_15 + t18_19; // right_tibia, left_tibia: mass matrix
-    let t28 = R::fused(R::constant(-2.88), sin_q_base_pitch, t20); // torso: sums of what it carries
+    set(3, R::fused(R::constant(-2.88), sin_q_base_pitch, t20)); // torso: sums of what it carries
     let t29_30 = R::Two::fused(both(R::constant(2.0)), t18_19, t23_24);
-    let t31 = R::fused(R::constant(2.88), cos_q_base_pitch, t25); // torso: sums of what it carries
+    set(2, R::fused(R::constant(2.88), cos_q_base_pitch, t25)); // torso: sums of what it carries
     let t32_33 = both(R::constant(0.38432)) + t26_27; // right_tibia, left_tibia: mass matrix
+    set(11, t32_33.first());
+    set(12, t32_33.first());
+    set(20, t32_33.second());
+    set(21, t32_33.second());
     let t34_35 = both(R::constant(0.38432)) + t29_30;
     let t36_37 = both(R::constant(1.06428)) + t34_35; // right_femur, left_femur: sums of what it carries
+    set(7, t36_37.first());
+    set(8, t36_37.first());
+    set(16, t36_37.second());
+    set(17, t36_37.second());
     let t38 = t36_37.second() + t36_37.first(); // right_femur: sums of what it carries
-    let t39 = R::constant(2.0212) + t38; // torso: sums of what it carries
-    *out = [
-        // base/x
-        [
-            R::constant(32.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0),
-        ],
-        // base/z
-        [
-            R::constant(0.0), R::constant(32.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0),
-        ],
-        [t31, t28, t39, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/pitch
-        // right_hip_pitch
-        [
-            t16_17.first(), t12_13.first(), t36_37.first(), t36_37.first(), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0),
-        ],
-        // right_knee_pitch
-        [
-            t21_22.first(), t4_5.first(), t32_33.first(), t32_33.first(), R::constant(0.38432), R::constant(0.0),
-            R::constant(0.0),
-        ],
-        // left_hip_pitch
-        [
-            t16_17.second(), t12_13.second(), t36_37.second(), R::constant(0.0), R::constant(0.0), t36_37.second(),
-            R::constant(0.0),
-        ],
-        // left_knee_pitch
-        [
-            t21_22.second(), t4_5.second(), t32_33.second(), R::constant(0.0), R::constant(0.0), t32_33.second(),
-            R::constant(0.38432),
-        ],
-    ];
+    set(4, R::constant(2.0212) + t38); // torso: sums of what it carries
+    set(0, R::constant(32.0));
+    set(1, R::constant(32.0));
+    set(13, R::constant(0.38432));
+    set(22, R::constant(0.38432));
 }
 }

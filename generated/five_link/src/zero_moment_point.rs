@@ -52,9 +52,9 @@ pub(super) fn zero_moment_point_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[
     let a_left_hip_pitch = a[5];
     let a_left_knee_pitch = a[6];
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch]);
+        [sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_q_base_pitch],
+        [cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_q_base_pitch],
+    ) = R::sin_cos_all([q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_base_pitch]);
     let t0 = R::constant(9.81) + a_base_z; // base/z: motion
     // torso: motion
     let t1 = t0 * cos_q_base_pitch;

@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `x`, `y`, `z`; m.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`.
 /// Source: (4.35).
-/// 136 operations: 12 add, 48 mul, 38 fused, 7 sin_cos. For two limbs at once: 44 pairs of them.
+/// 60 operations: 18 add, 14 mul, 14 fused, 7 sin_cos. For two limbs at once: 19 pairs of them.
 #[inline]
 pub fn center_of_mass_jacobian<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 3, NV> {
     let mut out = [[R::constant(0.0); 3]; NV];
@@ -35,93 +35,53 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let q_left_hip_pitch = q[6];
     let q_left_knee_pitch = q[7];
     let q_left_ankle_pitch = q[8];
+    let t0_1 = two(q_right_hip_pitch, q_left_hip_pitch) + both(q_base_pitch);
+    let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
+    let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
-        ],
-        [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
-        ],
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_t4, sin_t5, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_t4, cos_t5, cos_q_base_pitch],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(), q_base_pitch,
     ]);
-    // right_upper_leg, left_upper_leg: pose in the world
-    let t0_1 = both(sin_q_base_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t2_3 = R::Two::fused(both(cos_q_base_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t0_1);
-    let t4_5 = both(sin_q_base_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t6_7 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t4_5);
-    // right_lower_leg, left_lower_leg: pose in the world
-    let t8_9 = t2_3 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t10_11 = R::Two::fused(-t6_7, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9);
-    let t12_13 = t2_3 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t14_15 = R::Two::fused(t6_7, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t12_13);
-    // right_foot, left_foot: pose in the world
-    let t16_17 = t10_11 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t18_19 = R::Two::fused(-t14_15, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t16_17);
-    let t20_21 = t10_11 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t22_23 = R::Two::fused(t14_15, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t20_21);
     // right_foot, left_foot: sums of what it carries
-    let t24_25 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t26_27 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t24_25);
-    let t28_29 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t30_31 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t28_29);
-    let t32_33 = both(R::constant(0.008)) - t30_31;
-    let t34_35 = both(R::constant(0.3111)) + t26_27;
+    let t6_7 = both(R::constant(0.0021)) * two(cos_t4, cos_t5);
+    let t8_9 = R::Two::fused(both(R::constant(-0.0008105263157894737)), two(sin_t4, sin_t5), -t6_7);
+    let t10_11 = both(R::constant(0.0021)) * two(sin_t4, sin_t5);
+    let t12_13 = R::Two::fused(both(R::constant(-0.0008105263157894737)), two(cos_t4, cos_t5), t10_11);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t36_37 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t34_35;
-    let t38_39 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t32_33, t36_37);
-    let t40_41 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t34_35;
-    let t42_43 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t32_33, t40_41);
-    let t44_45 = both(R::constant(0.012)) - t42_43;
-    let t46_47 = both(R::constant(0.8355)) + t38_39;
+    let t14_15 = both(R::constant(0.016373684210526315)) * two(cos_t2, cos_t3);
+    let t16_17 = R::Two::fused(both(R::constant(0.00042105263157894734)), two(sin_t2, sin_t3), t14_15);
+    let t18_19 = both(R::constant(0.016373684210526315)) * two(sin_t2, sin_t3);
+    let t20_21 = R::Two::fused(both(R::constant(-0.00042105263157894734)), two(cos_t2, cos_t3), t18_19);
+    let t22_23 = t12_13 + t20_21;
+    let t24_25 = t8_9 - t16_17;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t48_49 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t46_47;
-    let t50_51 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t44_45, t48_49);
-    let t52_53 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t46_47;
-    let t54_55 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t44_45, t52_53);
-    let t56 = R::constant(0.22408000024) + t54_55.second(); // left_upper_leg: sums of what it carries
-    let t57 = R::constant(2.4915000028) - t50_51.second(); // left_upper_leg: sums of what it carries
-    let t58 = t56 + t54_55.first(); // right_upper_leg: sums of what it carries
-    let t59 = t57 - t50_51.first(); // right_upper_leg: sums of what it carries
-    // torso: Jacobian of the centre of mass
-    let t60 = t59 * R::constant(0.05263157894736842);
-    let t61 = t58 * R::constant(0.05263157894736842);
-    let t62 = cos_q_base_pitch * t60;
-    let t63 = R::fused(sin_q_base_pitch, t61, t62);
-    let t64 = sin_q_base_pitch * t60;
-    let t65 = R::fused(cos_q_base_pitch, t61, -t64);
-    // right_upper_leg, left_upper_leg: Jacobian of the centre of mass
-    let t66_67 = t46_47 * both(R::constant(0.05263157894736842));
-    let t68_69 = t44_45 * both(R::constant(0.05263157894736842));
-    let t70_71 = t6_7 * t66_67;
-    let t72_73 = R::Two::fused(-t2_3, t68_69, t70_71);
-    let t74_75 = t2_3 * t66_67;
-    let t76_77 = R::Two::fused(t6_7, t68_69, t74_75);
-    // right_lower_leg, left_lower_leg: Jacobian of the centre of mass
-    let t78_79 = t34_35 * both(R::constant(0.05263157894736842));
-    let t80_81 = t32_33 * both(R::constant(0.05263157894736842));
-    let t82_83 = t14_15 * t78_79;
-    let t84_85 = R::Two::fused(-t10_11, t80_81, t82_83);
-    let t86_87 = t10_11 * t78_79;
-    let t88_89 = R::Two::fused(t14_15, t80_81, t86_87);
-    // right_foot, left_foot: Jacobian of the centre of mass
-    let t90_91 = t22_23 * both(R::constant(0.0021));
-    let t92_93 = R::Two::fused(t18_19, both(R::constant(-0.0008105263157894737)), t90_91);
-    let t94_95 = t18_19 * both(R::constant(0.0021));
-    let t96_97 = R::Two::fused(t22_23, both(R::constant(0.0008105263157894737)), t94_95);
+    let t26_27 = both(R::constant(0.04397368421052632)) * two(cos_t0, cos_t1);
+    let t28_29 = R::Two::fused(both(R::constant(0.0006315789473684211)), two(sin_t0, sin_t1), t26_27);
+    let t30_31 = both(R::constant(0.04397368421052632)) * two(sin_t0, sin_t1);
+    let t32_33 = R::Two::fused(both(R::constant(-0.0006315789473684211)), two(cos_t0, cos_t1), t30_31);
+    let t34_35 = t22_23 + t32_33;
+    let t36_37 = t24_25 - t28_29;
+    let t38 = t34_35.second() + t34_35.first(); // right_upper_leg: sums of what it carries
+    let t39 = t36_37.second() + t36_37.first(); // right_upper_leg: sums of what it carries
+    // torso: sums of what it carries
+    let t40 = R::constant(0.13113157909473683) * cos_q_base_pitch;
+    let t41 = R::fused(R::constant(0.011793684223157894), sin_q_base_pitch, t40);
+    let t42 = R::constant(0.13113157909473683) * sin_q_base_pitch;
+    let t43 = R::fused(R::constant(-0.011793684223157894), cos_q_base_pitch, t42);
+    let t44 = t38 - t43;
+    let t45 = t39 + t41;
     *out = [
         [R::constant(1.0), R::constant(0.0), R::constant(0.0)], // base/x
         [R::constant(0.0), R::constant(0.0), R::constant(1.0)], // base/z
-        [t63, R::constant(0.0), t65], // base/pitch
-        [t72_73.first(), R::constant(0.0), t76_77.first()], // right_hip_pitch
-        [t84_85.first(), R::constant(0.0), t88_89.first()], // right_knee_pitch
-        [t92_93.first(), R::constant(0.0), t96_97.first()], // right_ankle_pitch
-        [t72_73.second(), R::constant(0.0), t76_77.second()], // left_hip_pitch
-        [t84_85.second(), R::constant(0.0), t88_89.second()], // left_knee_pitch
-        [t92_93.second(), R::constant(0.0), t96_97.second()], // left_ankle_pitch
+        [t45, R::constant(0.0), t44], // base/pitch
+        [t36_37.first(), R::constant(0.0), t34_35.first()], // right_hip_pitch
+        [t24_25.first(), R::constant(0.0), t22_23.first()], // right_knee_pitch
+        [t8_9.first(), R::constant(0.0), t12_13.first()], // right_ankle_pitch
+        [t36_37.second(), R::constant(0.0), t34_35.second()], // left_hip_pitch
+        [t24_25.second(), R::constant(0.0), t22_23.second()], // left_knee_pitch
+        [t8_9.second(), R::constant(0.0), t12_13.second()], // left_ankle_pitch
     ];
 }
 }

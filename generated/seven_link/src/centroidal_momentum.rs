@@ -10,7 +10,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 ///
 /// Rows: `linear/x`, `linear/y`, `linear/z`, `angular/x`, `angular/y`, `angular/z`; kg m/s, then kg m²/s.
 /// Source: (4.38), (4.39).
-/// 245 operations: 27 add, 56 mul, 81 fused, 7 sin_cos. For two limbs at once: 64 pairs of them.
+/// 167 operations: 39 add, 42 mul, 43 fused, 7 sin_cos. For two limbs at once: 42 pairs of them.
 #[inline]
 pub fn centroidal_momentum<R: Real>(q: &SVector<R, NQ>, v: &SVector<R, NV>) -> SMatrix<R, 6, 1> {
     let mut out = [[R::constant(0.0); 6]; 1];
@@ -27,8 +27,6 @@ pub fn centroidal_momentum_into<R: Real>(q: &SVector<R, NQ>, v: &SVector<R, NV>,
 ::bipedc_runtime::dispatched! {
 #[inline]
 pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R; 6]; 1]) {
-    let q_base_x = q[0];
-    let q_base_z = q[1];
     let q_base_pitch = q[2];
     let q_right_hip_pitch = q[3];
     let q_right_knee_pitch = q[4];
@@ -45,134 +43,103 @@ pub(super) fn centroidal_momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let v_left_hip_pitch = v[6];
     let v_left_knee_pitch = v[7];
     let v_left_ankle_pitch = v[8];
+    let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
+    let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
+    let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
-        ],
-        [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
-        ],
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_t4, sin_t5, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_t4, cos_t5, cos_q_base_pitch],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(), q_base_pitch,
     ]);
-    // torso: velocity
-    let t0 = v_base_z * cos_q_base_pitch;
-    let t1 = R::fused(v_base_x, sin_q_base_pitch, t0);
-    let t2 = v_base_z * sin_q_base_pitch;
-    let t3 = R::fused(-v_base_x, cos_q_base_pitch, t2);
-    // right_upper_leg, left_upper_leg: velocity
-    let t4_5 = both(t1) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t6_7 = R::Two::fused(-both(t3), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t4_5);
-    let t8_9 = both(t1) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t10_11 = R::Two::fused(both(t3), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t8_9);
-    let t12_13 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
-    // right_lower_leg, left_lower_leg: velocity
-    let t14_15 = R::Two::fused(t12_13, both(R::constant(0.315)), t10_11);
-    let t16_17 = t6_7 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t18_19 = R::Two::fused(-t14_15, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t16_17);
-    let t20_21 = t6_7 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t22_23 = R::Two::fused(t14_15, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t20_21);
-    let t24_25 = t12_13 + two(v_right_knee_pitch, v_left_knee_pitch);
-    // right_foot, left_foot: velocity
-    let t26_27 = R::Two::fused(t24_25, both(R::constant(0.273)), t22_23);
-    let t28_29 = t18_19 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t30_31 = R::Two::fused(-t26_27, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t28_29);
-    let t32_33 = t18_19 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t34_35 = R::Two::fused(t26_27, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t32_33);
-    let t36_37 = t24_25 + two(v_right_ankle_pitch, v_left_ankle_pitch);
-    let t38 = R::constant(2.4915000028) * t3; // torso: momentum
-    let t39 = R::fused(R::constant(-0.22408000024), t1, t38); // torso: momentum
-    let t40 = R::fused(R::constant(-0.8044641474534446), v_base_pitch, t39); // torso: momentum
-    // right_upper_leg, left_upper_leg: momentum
-    let t41_42 = both(R::constant(0.8355)) * t10_11;
-    let t43_44 = R::Two::fused(both(R::constant(-0.012)), t6_7, t41_42);
-    let t45_46 = R::Two::fused(both(R::constant(0.231642)), t12_13, t43_44);
-    // right_lower_leg, left_lower_leg: momentum
-    let t47_48 = both(R::constant(0.3111)) * t22_23;
-    let t49_50 = R::Two::fused(both(R::constant(-0.008)), t18_19, t47_48);
-    let t51_52 = R::Two::fused(both(R::constant(0.07325338333)), t24_25, t49_50);
-    // right_foot, left_foot: momentum
-    let t53_54 = both(R::constant(0.0399)) * t36_37;
-    let t55_56 = both(R::constant(0.0154)) * t36_37;
-    let t57_58 = both(R::constant(0.0399)) * t34_35;
-    let t59_60 = R::Two::fused(both(R::constant(-0.0154)), t30_31, t57_58);
-    let t61_62 = R::Two::fused(both(R::constant(0.0061831)), t36_37, t59_60);
+    let t6 = R::constant(19.0) * v_base_x; // base/z: momentum
+    let t7 = R::constant(19.0) * v_base_z; // base/z: momentum
+    // right_lower_leg, left_lower_leg: motion
+    let t8_9 = both(R::constant(0.315)) * two(cos_t0, cos_t1);
+    let t10_11 = both(R::constant(0.315)) * two(sin_t0, sin_t1);
+    // right_foot, left_foot: motion
+    let t12_13 = both(R::constant(0.273)) * two(cos_t2, cos_t3);
+    let t14_15 = both(R::constant(0.273)) * two(sin_t2, sin_t3);
     // right_foot, left_foot: sums of what it carries
-    let t63_64 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t55_56;
-    let t65_66 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t53_54, t63_64);
-    let t67_68 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t55_56;
-    let t69_70 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t53_54, t67_68);
-    let t71_72 = R::Two::fused(both(R::constant(0.3111)), t24_25, t69_70);
-    let t73_74 = R::Two::fused(both(R::constant(0.008)), t24_25, t65_66);
-    let t75_76 = t51_52 + t61_62;
-    let t77_78 = R::Two::fused(both(R::constant(0.273)), t69_70, t75_76);
+    let t16_17 = both(R::constant(0.0399)) * two(cos_t4, cos_t5);
+    let t18_19 = R::Two::fused(both(R::constant(0.0154)), two(sin_t4, sin_t5), t16_17);
+    let t20_21 = both(R::constant(0.0399)) * two(sin_t4, sin_t5);
+    let t22_23 = R::Two::fused(both(R::constant(-0.0154)), two(cos_t4, cos_t5), t20_21);
+    let t24_25 = t14_15 * t22_23;
+    let t26_27 = t12_13 * t18_19;
+    let t28_29 = both(R::constant(2.0)) * t24_25;
+    let t30_31 = R::Two::fused(both(R::constant(2.0)), t26_27, t28_29);
+    let t32_33 = both(R::constant(0.0061831)) + t30_31;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t79_80 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t73_74;
-    let t81_82 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t71_72, t79_80);
-    let t83_84 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t73_74;
-    let t85_86 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t71_72, t83_84);
-    let t87_88 = R::Two::fused(both(R::constant(0.8355)), t12_13, t85_86);
-    let t89_90 = R::Two::fused(both(R::constant(0.012)), t12_13, t81_82);
-    let t91_92 = t45_46 + t77_78;
-    let t93_94 = R::Two::fused(both(R::constant(0.315)), t85_86, t91_92);
+    let t34_35 = both(R::constant(0.3111)) * two(cos_t2, cos_t3);
+    let t36_37 = R::Two::fused(both(R::constant(0.008)), two(sin_t2, sin_t3), t34_35);
+    let t38_39 = both(R::constant(0.3111)) * two(sin_t2, sin_t3);
+    let t40_41 = R::Two::fused(both(R::constant(-0.008)), two(cos_t2, cos_t3), t38_39);
+    let t42_43 = t22_23 + t40_41;
+    let t44_45 = t18_19 + t36_37;
+    let t46_47 = both(R::constant(0.07325338333)) + t32_33;
+    let t48_49 = t10_11 * t42_43;
+    let t50_51 = t8_9 * t44_45;
+    let t52_53 = both(R::constant(2.0)) * t48_49;
+    let t54_55 = R::Two::fused(both(R::constant(2.0)), t50_51, t52_53);
+    let t56_57 = t46_47 + t54_55;
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t95_96 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t89_90;
-    let t97_98 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t87_88, t95_96);
-    let t99_100 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t89_90;
-    let t101_102 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t87_88, t99_100);
-    let t103 = R::fused(R::constant(2.4915000028), v_base_pitch, -t101_102.second()); // left_upper_leg
-    let t104 = R::fused(R::constant(0.22408000024), v_base_pitch, -t97_98.second()); // left_upper_leg
-    let t105 = t40 - t93_94.second(); // left_upper_leg: sums of what it carries
-    let t106 = t103 - t101_102.first(); // right_upper_leg: sums of what it carries
-    let t107 = t104 - t97_98.first(); // right_upper_leg: sums of what it carries
-    let t108 = t93_94.first() - t105; // right_upper_leg: sums of what it carries
+    let t58_59 = both(R::constant(0.8355)) * two(cos_t0, cos_t1);
+    let t60_61 = R::Two::fused(both(R::constant(0.012)), two(sin_t0, sin_t1), t58_59);
+    let t62_63 = both(R::constant(0.8355)) * two(sin_t0, sin_t1);
+    let t64_65 = R::Two::fused(both(R::constant(-0.012)), two(cos_t0, cos_t1), t62_63);
+    let t66_67 = t42_43 + t64_65;
+    let t68_69 = t44_45 + t60_61;
+    let t70_71 = both(R::constant(0.231642)) + t56_57;
+    let t72 = t66_67.second() + t66_67.first(); // right_upper_leg: sums of what it carries
+    let t73 = t68_69.second() + t68_69.first(); // right_upper_leg: sums of what it carries
+    let t74 = t70_71.second() + t70_71.first(); // right_upper_leg: sums of what it carries
     // torso: sums of what it carries
-    let t109 = cos_q_base_pitch * t107;
-    let t110 = R::fused(-sin_q_base_pitch, t106, t109);
-    let t111 = sin_q_base_pitch * t107;
-    let t112 = R::fused(cos_q_base_pitch, t106, t111);
-    let t113 = R::fused(R::constant(19.0), v_base_x, t112);
-    let t114 = R::fused(R::constant(19.0), v_base_z, t110);
-    let t115 = R::fused(q_base_z, t113, t108); // base/z: sums of what it carries
-    let t116 = R::fused(-q_base_x, t114, t115); // base/x: sums of what it carries
-    // right_foot, left_foot: sums of what it carries
-    let t117_118 = both(R::constant(0.0399)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t119_120 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t117_118);
-    let t121_122 = both(R::constant(0.0399)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t123_124 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t121_122);
-    let t125_126 = both(R::constant(0.008)) - t123_124;
-    let t127_128 = both(R::constant(0.3111)) + t119_120;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    let t129_130 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t127_128;
-    let t131_132 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t125_126, t129_130);
-    let t133_134 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t127_128;
-    let t135_136 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t125_126, t133_134);
-    let t137_138 = both(R::constant(0.012)) - t135_136;
-    let t139_140 = both(R::constant(0.8355)) + t131_132;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    let t141_142 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t139_140;
-    let t143_144 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t137_138, t141_142);
-    let t145_146 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t139_140;
-    let t147_148 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t137_138, t145_146);
-    let t149 = R::constant(0.22408000024) + t147_148.second(); // left_upper_leg: sums of what it carries
-    let t150 = R::constant(2.4915000028) - t143_144.second(); // left_upper_leg: sums of what it carries
-    let t151 = t149 + t147_148.first(); // right_upper_leg: sums of what it carries
-    let t152 = t150 - t143_144.first(); // right_upper_leg: sums of what it carries
-    // torso: sums of what it carries
-    let t153 = cos_q_base_pitch * t152;
-    let t154 = R::fused(sin_q_base_pitch, t151, t153);
-    let t155 = sin_q_base_pitch * t152;
-    let t156 = R::fused(-cos_q_base_pitch, t151, t155);
-    let t157 = R::fused(R::constant(19.0), q_base_z, t154); // base/z: sums of what it carries
-    let t158 = R::fused(R::constant(19.0), q_base_x, t156); // base/x: sums of what it carries
-    let t159 = R::constant(0.05263157894736842) * t158; // centre of mass
-    let t160 = R::constant(0.05263157894736842) * t157; // centre of mass
-    let t161 = t113 * t160; // moment about the centre of mass
-    let t162 = R::fused(-t114, t159, t161); // moment about the centre of mass
-    let t163 = t116 - t162; // moment about the centre of mass
-    *out = [[t113, R::constant(0.0), t114, R::constant(0.0), t163, R::constant(0.0)]];
+    let t75 = R::constant(2.4915000028) * cos_q_base_pitch;
+    let t76 = R::fused(R::constant(0.22408000024), sin_q_base_pitch, t75);
+    let t77 = R::constant(2.4915000028) * sin_q_base_pitch;
+    let t78 = R::fused(R::constant(-0.22408000024), cos_q_base_pitch, t77);
+    let t79 = t72 - t78;
+    let t80 = t73 - t76;
+    let t81 = R::constant(0.8044641474534446) + t74;
+    // right_lower_leg, left_lower_leg: mass matrix
+    let t82_83 = t48_49 + t50_51;
+    let t84_85 = t46_47 + t82_83;
+    // right_foot, left_foot: mass matrix
+    let t86_87 = t24_25 + t26_27;
+    let t88_89 = both(R::constant(0.0061831)) + t86_87;
+    let t90_91 = t8_9 * t18_19;
+    let t92_93 = R::Two::fused(t10_11, t22_23, t90_91);
+    let t94_95 = t88_89 + t92_93;
+    let t96 = R::constant(0.05263157894736842) * t80; // other
+    let t97 = R::constant(0.05263157894736842) * t79; // other
+    // centroidal momentum
+    let t98 = v_base_x * t80;
+    let t99 = R::fused(-v_base_z, t79, t98);
+    let t100 = R::fused(-v_base_pitch, t80, t6);
+    let t101 = R::fused(v_base_pitch, t79, t7);
+    let t102 = R::fused(-v_base_pitch, t81, t99);
+    let t103 = R::fused(-v_right_hip_pitch, t68_69.first(), t100);
+    let t104 = R::fused(v_right_hip_pitch, t66_67.first(), t101);
+    let t105 = R::fused(-v_right_hip_pitch, t70_71.first(), t102);
+    let t106 = R::fused(-v_right_knee_pitch, t44_45.first(), t103);
+    let t107 = R::fused(v_right_knee_pitch, t42_43.first(), t104);
+    let t108 = R::fused(-v_right_knee_pitch, t84_85.first(), t105);
+    let t109 = R::fused(-v_right_ankle_pitch, t18_19.first(), t106);
+    let t110 = R::fused(v_right_ankle_pitch, t22_23.first(), t107);
+    let t111 = R::fused(-v_right_ankle_pitch, t94_95.first(), t108);
+    let t112 = R::fused(-v_left_hip_pitch, t68_69.second(), t109);
+    let t113 = R::fused(v_left_hip_pitch, t66_67.second(), t110);
+    let t114 = R::fused(-v_left_hip_pitch, t70_71.second(), t111);
+    let t115 = R::fused(-v_left_knee_pitch, t44_45.second(), t112);
+    let t116 = R::fused(v_left_knee_pitch, t42_43.second(), t113);
+    let t117 = R::fused(-v_left_knee_pitch, t84_85.second(), t114);
+    let t118 = R::fused(-v_left_ankle_pitch, t18_19.second(), t115);
+    let t119 = R::fused(v_left_ankle_pitch, t22_23.second(), t116);
+    let t120 = R::fused(-v_left_ankle_pitch, t94_95.second(), t117);
+    let t121 = t96 * t118;
+    let t122 = R::fused(-t97, t119, t121);
+    let t123 = t122 - t120;
+    *out = [[t118, R::constant(0.0), t119, R::constant(0.0), t123, R::constant(0.0)]];
 }
 }

@@ -71,10 +71,10 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [sin_q_base_pitch, sin_t0, sin_t2, sin_t4, sin_t1, sin_t3, sin_t5],
-        [cos_q_base_pitch, cos_t0, cos_t2, cos_t4, cos_t1, cos_t3, cos_t5],
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_q_base_pitch, sin_t4, sin_t5],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_q_base_pitch, cos_t4, cos_t5],
     ) = R::sin_cos_all([
-        q_base_pitch, t0_1.first(), t2_3.first(), t4_5.first(), t0_1.second(), t2_3.second(), t4_5.second(),
+        t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), q_base_pitch, t4_5.first(), t4_5.second(),
     ]);
     let t6_7 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
     let t8_9 = t6_7 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
@@ -392,10 +392,10 @@ pub(super) fn constrained_dynamics_of_toe_support_program<R: Real>(
     let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [sin_q_base_pitch, sin_t0, sin_t2, sin_t4, sin_t1, sin_t3, sin_t5],
-        [cos_q_base_pitch, cos_t0, cos_t2, cos_t4, cos_t1, cos_t3, cos_t5],
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_q_base_pitch, sin_t4, sin_t5],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_q_base_pitch, cos_t4, cos_t5],
     ) = R::sin_cos_all([
-        q_base_pitch, t0_1.first(), t2_3.first(), t4_5.first(), t0_1.second(), t2_3.second(), t4_5.second(),
+        t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), q_base_pitch, t4_5.first(), t4_5.second(),
     ]);
     let (
         t6_7, t8_9, t10_11, t12_13, t14, t15, t16, t17_18, t19_20, t21, t22_23, t24_25, t26, t27, t28, t29, t30, t31,
@@ -766,16 +766,16 @@ pub(super) fn constrained_dynamics_of_touch_down_program<R: Real>(
     let tau_left_ankle_pitch = tau[8];
     let (
         [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
+            sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch,
+            sin_q_right_ankle_pitch, sin_q_left_ankle_pitch, sin_q_base_pitch,
         ],
         [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
+            cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch,
+            cos_q_right_ankle_pitch, cos_q_left_ankle_pitch, cos_q_base_pitch,
         ],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
+        q_left_ankle_pitch, q_base_pitch,
     ]);
     let (
         t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,
@@ -1328,16 +1328,16 @@ pub(super) fn constrained_dynamics_of_push_off_program<R: Real>(
     let tau_left_ankle_pitch = tau[8];
     let (
         [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
+            sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch,
+            sin_q_right_ankle_pitch, sin_q_left_ankle_pitch, sin_q_base_pitch,
         ],
         [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
+            cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch,
+            cos_q_right_ankle_pitch, cos_q_left_ankle_pitch, cos_q_base_pitch,
         ],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
+        q_left_ankle_pitch, q_base_pitch,
     ]);
     let (
         t0_1, t2_3, t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29,

@@ -40,7 +40,7 @@
 //! - [`kinetic_energy()`]: 1 × 1, 153 operations. Kinetic energy.
 //! - [`potential_energy()`]: 1 × 1, 54 operations. Potential energy, zero at the world's origin.
 //! - [`center_of_mass()`]: 3 × 1, 60 operations. Centre of mass in the world.
-//! - [`center_of_mass_jacobian()`]: 3 × 9, 136 operations. Jacobian of the centre of mass with respect to `v`, world
+//! - [`center_of_mass_jacobian()`]: 3 × 9, 60 operations. Jacobian of the centre of mass with respect to `v`, world
 //!   axes.
 //! - [`center_of_mass_velocity()`]: 3 × 1, 80 operations. Velocity of the centre of mass, world axes.
 //! - [`center_of_mass_acceleration()`]: 3 × 1, 121 operations. Acceleration of the centre of mass, world axes.
@@ -48,7 +48,7 @@
 //!   axes.
 //! - [`momentum_rate()`]: 6 × 1, 230 operations. Rates of linear momentum ρ and of angular momentum σ about the world's
 //!   origin, world axes.
-//! - [`centroidal_momentum()`]: 6 × 1, 245 operations. Linear momentum, and angular momentum about the centre of mass,
+//! - [`centroidal_momentum()`]: 6 × 1, 167 operations. Linear momentum, and angular momentum about the centre of mass,
 //!   world axes.
 //! - [`centroidal_momentum_rate()`]: 6 × 1, 294 operations. Rate of the centroidal momentum, world axes; gravity is not
 //!   subtracted.

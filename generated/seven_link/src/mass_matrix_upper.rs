@@ -2,7 +2,7 @@
 // inputs: 6208a91fa64d037f  refresh: bipedc generate robots/seven_link
 
 use super::{NQ, NV};
-use ::bipedc_runtime::Real;
+use ::bipedc_runtime::{Real, Sparsity};
 use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
@@ -12,6 +12,8 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`.
 /// Source: (4.19a), by composite rigid bodies.
 /// 114 operations: 38 add, 36 mul, 20 fused, 7 sin_cos. For two limbs at once: 42 pairs of them.
+///
+/// Most entries are always zero: [`mass_matrix_upper_nonzeros`] computes the others alone.
 #[inline]
 pub fn mass_matrix_upper<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, NV> {
     let mut out = [[R::constant(0.0); NV]; NV];
@@ -25,9 +27,51 @@ pub fn mass_matrix_upper_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 
     mass_matrix_upper_program(&q.data.0[0], &mut out.data.0);
 }
 
-::bipedc_runtime::dispatched! {
+/// The 35 of 81 entries of [`mass_matrix_upper`] that are not always zero.
+///
+/// Column after column, in each by row: [`MASS_MATRIX_UPPER_SPARSITY`] says where each one stands.
+/// 114 operations: 38 add, 36 mul, 20 fused, 7 sin_cos.
+#[inline]
+pub fn mass_matrix_upper_nonzeros<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 35, 1> {
+    let mut out = [[R::constant(0.0); 35]; 1];
+    mass_matrix_upper_nonzeros_program(&q.data.0[0], |k, x| if let Some(entry) = out[0].get_mut(k) { *entry = x });
+    SMatrix::from_array_storage(ArrayStorage(out))
+}
+
+/// [`mass_matrix_upper_nonzeros`] in place: large results are costly to move.
+#[inline]
+pub fn mass_matrix_upper_nonzeros_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 35, 1>) {
+    mass_matrix_upper_nonzeros_program(
+        &q.data.0[0], |k, x| if let Some(entry) = out.data.0[0].get_mut(k) { *entry = x },
+    );
+}
+
+/// Where the entries of [`mass_matrix_upper_nonzeros`] stand.
+pub const MASS_MATRIX_UPPER_SPARSITY: Sparsity<'static> = Sparsity {
+    rows: NV,
+    columns: NV,
+    column_starts: &[0, 1, 2, 5, 9, 14, 20, 24, 29, 35],
+    row_indices: &[
+        0, 1, 0, 1, 2, 0, 1, 2, 3, 0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 5, 0, 1, 2, 6, 0, 1, 2, 6, 7, 0, 1, 2, 6, 7, 8,
+    ],
+};
+
 #[inline]
 pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV]) {
+    const POSITIONS: [u16; 35] = MASS_MATRIX_UPPER_SPARSITY.positions();
+    let out = out.as_flattened_mut();
+    out.fill(R::constant(0.0));
+    let set = |k: usize, x: R| {
+        if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {
+            *entry = x;
+        }
+    };
+    mass_matrix_upper_nonzeros_program(q, set);
+}
+
+::bipedc_runtime::dispatched! {
+#[inline]
+pub(super) fn mass_matrix_upper_nonzeros_program<R: Real>(q: &[R; NQ]) storing set {
     let q_base_pitch = q[2];
     let q_right_hip_pitch = q[3];
     let q_right_knee_pitch = q[4];
@@ -39,10 +83,10 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1, sin_t2, sin_t3, sin_t4, sin_t5],
-        [cos_q_base_pitch, cos_t0, cos_t1, cos_t2, cos_t3, cos_t4, cos_t5],
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_t4, sin_t5, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_t4, cos_t5, cos_q_base_pitch],
     ) = R::sin_cos_all([
-        q_base_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(),
+        t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(), q_base_pitch,
     ]);
     // right_foot, left_foot: sums of what it carries
     let t6_7 = both(R::constant(0.0399)) * two(sin_t4, sin_t5);
@@ -50,7 +94,11 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t10_11 = both(R::constant(0.3111)) * two(sin_t2, sin_t3); // right_lower_leg, left_lower_leg
     let t12_13 = both(R::constant(0.273)) * two(sin_t2, sin_t3); // right_foot, left_foot: motion
     let t14_15 = R::Two::fused(both(R::constant(-0.0154)), two(cos_t4, cos_t5), t6_7);
+    set(15, t14_15.first());
+    set(30, t14_15.second());
     let t16_17 = R::Two::fused(both(R::constant(-0.0154)), two(sin_t4, sin_t5), -t8_9);
+    set(14, t16_17.first());
+    set(29, t16_17.second());
     // right_lower_leg, left_lower_leg: sums of what it carries
     let t18_19 = both(R::constant(0.3111)) * two(cos_t2, cos_t3);
     let t20_21 = R::Two::fused(both(R::constant(-0.008)), two(cos_t2, cos_t3), t10_11);
@@ -58,11 +106,15 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t24_25 = both(R::constant(0.273)) * two(cos_t2, cos_t3); // right_foot, left_foot: motion
     let t26_27 = R::Two::fused(both(R::constant(0.008)), two(sin_t2, sin_t3), t18_19);
     let t28_29 = t14_15 + t20_21;
+    set(10, t28_29.first());
+    set(25, t28_29.second());
     // right_foot, left_foot: sums of what it carries
     let t30_31 = both(R::constant(2.0)) * t22_23;
     let t32_33 = t24_25 * t16_17;
     let t34_35 = both(R::constant(0.315)) * two(sin_t0, sin_t1); // right_lower_leg, left_lower_leg: motion
     let t36_37 = t16_17 - t26_27; // right_lower_leg, left_lower_leg: sums of what it carries
+    set(9, t36_37.first());
+    set(24, t36_37.second());
     let t38_39 = R::Two::fused(both(R::constant(-2.0)), t32_33, t30_31);
     let t40_41 = both(R::constant(0.315)) * two(cos_t0, cos_t1); // right_lower_leg, left_lower_leg: motion
     let t42_43 = t34_35 * t28_29; // right_lower_leg, left_lower_leg: sums of what it carries
@@ -73,78 +125,55 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t50_51 = both(R::constant(2.0)) * t42_43;
     let t52_53 = both(R::constant(0.8355)) * two(sin_t0, sin_t1); // right_upper_leg, left_upper_leg
     let t54_55 = both(R::constant(0.07325338333)) + t46_47;
+    set(13, t54_55.first());
+    set(28, t54_55.second());
     let t56_57 = R::Two::fused(both(R::constant(0.012)), two(sin_t0, sin_t1), t44_45);
     let t58_59 = R::Two::fused(both(R::constant(-2.0)), t48_49, t50_51);
     // right_upper_leg, left_upper_leg: sums of what it carries
     let t60_61 = R::Two::fused(both(R::constant(-0.012)), two(cos_t0, cos_t1), t52_53);
     let t62_63 = t36_37 - t56_57;
+    set(5, t62_63.first());
+    set(20, t62_63.second());
     let t64 = R::constant(2.4915000028) * cos_q_base_pitch; // torso: sums of what it carries
     let t65_66 = t54_55 + t58_59; // right_lower_leg, left_lower_leg: sums of what it carries
     let t67 = R::constant(2.4915000028) * sin_q_base_pitch; // torso: sums of what it carries
     let t68_69 = t28_29 + t60_61;
+    set(6, t68_69.first());
+    set(21, t68_69.second());
     // right_foot, left_foot: mass matrix
     let t70_71 = t22_23 - t32_33;
     let t72_73 = t40_41 * t16_17;
     let t74_75 = both(R::constant(0.231642)) + t65_66; // right_upper_leg, left_upper_leg: sums of what it carries
+    set(7, t74_75.first());
+    set(8, t74_75.first());
+    set(22, t74_75.second());
+    set(23, t74_75.second());
     let t76 = t62_63.second() + t62_63.first(); // right_upper_leg: sums of what it carries
     let t77 = R::fused(R::constant(0.22408000024), sin_q_base_pitch, t64); // torso: sums of what it carries
     let t78 = t68_69.second() + t68_69.first(); // right_upper_leg: sums of what it carries
     let t79 = R::fused(R::constant(-0.22408000024), cos_q_base_pitch, t67); // torso: sums of what it carries
     let t80_81 = t42_43 - t48_49; // right_lower_leg, left_lower_leg: mass matrix
     let t82_83 = both(R::constant(0.0061831)) + t70_71;
+    set(18, t82_83.first());
+    set(33, t82_83.second());
     let t84 = t74_75.second() + t74_75.first(); // right_upper_leg: sums of what it carries
     let t85_86 = R::Two::fused(t34_35, t14_15, -t72_73);
-    let t87 = t76 + t77; // torso: sums of what it carries
-    let t88 = t78 - t79; // torso: sums of what it carries
+    set(2, t76 + t77); // torso: sums of what it carries
+    set(3, t78 - t79); // torso: sums of what it carries
     let t89_90 = t54_55 + t80_81; // right_lower_leg, left_lower_leg: mass matrix
-    let t91 = R::constant(0.8044641474534446) + t84; // torso: sums of what it carries
+    set(11, t89_90.first());
+    set(12, t89_90.first());
+    set(26, t89_90.second());
+    set(27, t89_90.second());
+    set(4, R::constant(0.8044641474534446) + t84); // torso: sums of what it carries
     let t92_93 = t82_83 + t85_86;
-    *out = [
-        // base/x
-        [
-            R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/z
-        [
-            R::constant(0.0), R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/pitch
-        [
-            t87, t88, t91, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0),
-        ],
-        // right_hip_pitch
-        [
-            t62_63.first(), t68_69.first(), t74_75.first(), t74_75.first(), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_knee_pitch
-        [
-            t36_37.first(), t28_29.first(), t89_90.first(), t89_90.first(), t54_55.first(), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_pitch
-        [
-            t16_17.first(), t14_15.first(), t92_93.first(), t92_93.first(), t82_83.first(), R::constant(0.0061831),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_hip_pitch
-        [
-            t62_63.second(), t68_69.second(), t74_75.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t74_75.second(), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_knee_pitch
-        [
-            t36_37.second(), t28_29.second(), t89_90.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t89_90.second(), t54_55.second(), R::constant(0.0),
-        ],
-        // left_ankle_pitch
-        [
-            t16_17.second(), t14_15.second(), t92_93.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t92_93.second(), t82_83.second(), R::constant(0.0061831),
-        ],
-    ];
+    set(16, t92_93.first());
+    set(17, t92_93.first());
+    set(31, t92_93.second());
+    set(32, t92_93.second());
+    set(0, R::constant(19.0));
+    set(1, R::constant(19.0));
+    set(19, R::constant(0.0061831));
+    set(34, R::constant(0.0061831));
 }
 }

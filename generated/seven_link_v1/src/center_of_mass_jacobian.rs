@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `x`, `y`, `z`; m.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`.
 /// Source: (4.35).
-/// 123 operations: 15 add, 48 mul, 30 fused, 7 sin_cos. For two limbs at once: 42 pairs of them.
+/// 36 operations: 12 add, 4 mul, 10 fused, 7 sin_cos. For two limbs at once: 12 pairs of them.
 #[inline]
 pub fn center_of_mass_jacobian<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 3, NV> {
     let mut out = [[R::constant(0.0); 3]; NV];
@@ -35,90 +35,41 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let q_left_hip_pitch = q[6];
     let q_left_knee_pitch = q[7];
     let q_left_ankle_pitch = q[8];
+    let t0_1 = two(q_right_hip_pitch, q_left_hip_pitch) + both(q_base_pitch);
+    let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
+    let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
-        ],
-        [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
-        ],
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_t4, sin_t5, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_t4, cos_t5, cos_q_base_pitch],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(), q_base_pitch,
     ]);
-    // right_upper_leg, left_upper_leg: pose in the world
-    let t0_1 = both(sin_q_base_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t2_3 = R::Two::fused(both(cos_q_base_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t0_1);
-    let t4_5 = both(sin_q_base_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t6_7 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t4_5);
-    // right_lower_leg, left_lower_leg: pose in the world
-    let t8_9 = t2_3 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t10_11 = R::Two::fused(-t6_7, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t8_9);
-    let t12_13 = t2_3 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t14_15 = R::Two::fused(t6_7, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t12_13);
-    // right_foot, left_foot: pose in the world
-    let t16_17 = t10_11 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t18_19 = R::Two::fused(-t14_15, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t16_17);
-    let t20_21 = t10_11 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t22_23 = R::Two::fused(t14_15, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t20_21);
     // right_foot, left_foot: sums of what it carries
-    let t24_25 = both(R::constant(0.018)) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t26_27 = both(R::constant(0.018)) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t28_29 = t24_25 + t26_27;
-    let t30_31 = t24_25 - t26_27;
-    let t32_33 = both(R::constant(0.362)) + t28_29;
+    let t6_7 = both(R::constant(0.0009473684210526314)) * two(cos_t4, cos_t5);
+    let t8_9 = both(R::constant(0.0009473684210526314)) * two(sin_t4, sin_t5);
+    let t10_11 = t6_7 + t8_9;
+    let t12_13 = t8_9 - t6_7;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    let t34_35 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t32_33;
-    let t36_37 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t30_31, t34_35);
-    let t38_39 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t32_33;
-    let t40_41 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t30_31, t38_39);
-    let t42_43 = both(R::constant(0.925)) + t36_37;
+    let t14_15 = R::Two::fused(both(R::constant(0.019052631578947366)), two(sin_t2, sin_t3), t12_13);
+    let t16_17 = R::Two::fused(both(R::constant(-0.019052631578947366)), two(cos_t2, cos_t3), -t10_11);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    let t44_45 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t42_43;
-    let t46_47 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t40_41, t44_45);
-    let t48_49 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t42_43;
-    let t50_51 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t40_41, t48_49);
-    let t52 = R::constant(2.2) - t46_47.second(); // left_upper_leg: sums of what it carries
-    let t53 = t50_51.second() + t50_51.first(); // right_upper_leg: sums of what it carries
-    let t54 = t52 - t46_47.first(); // right_upper_leg: sums of what it carries
-    // torso: Jacobian of the centre of mass
-    let t55 = t54 * R::constant(0.05263157894736842);
-    let t56 = t53 * R::constant(0.05263157894736842);
-    let t57 = cos_q_base_pitch * t55;
-    let t58 = R::fused(sin_q_base_pitch, t56, t57);
-    let t59 = sin_q_base_pitch * t55;
-    let t60 = R::fused(cos_q_base_pitch, t56, -t59);
-    // right_upper_leg, left_upper_leg: Jacobian of the centre of mass
-    let t61_62 = t42_43 * both(R::constant(0.05263157894736842));
-    let t63_64 = t40_41 * both(R::constant(0.05263157894736842));
-    let t65_66 = t6_7 * t61_62;
-    let t67_68 = R::Two::fused(t2_3, t63_64, t65_66);
-    let t69_70 = t2_3 * t61_62;
-    let t71_72 = R::Two::fused(-t6_7, t63_64, t69_70);
-    // right_lower_leg, left_lower_leg: Jacobian of the centre of mass
-    let t73_74 = t32_33 * both(R::constant(0.05263157894736842));
-    let t75_76 = t30_31 * both(R::constant(0.05263157894736842));
-    let t77_78 = t14_15 * t73_74;
-    let t79_80 = R::Two::fused(-t10_11, t75_76, t77_78);
-    let t81_82 = t10_11 * t73_74;
-    let t83_84 = R::Two::fused(t14_15, t75_76, t81_82);
-    // right_foot, left_foot: Jacobian of the centre of mass
-    let t85_86 = t22_23 * both(R::constant(0.0009473684210526314));
-    let t87_88 = t18_19 * both(R::constant(0.0009473684210526314));
-    let t89_90 = t85_86 - t87_88;
-    let t91_92 = t85_86 + t87_88;
+    let t18_19 = R::Two::fused(both(R::constant(0.04868421052631579)), two(sin_t0, sin_t1), t14_15);
+    let t20_21 = R::Two::fused(both(R::constant(-0.04868421052631579)), two(cos_t0, cos_t1), t16_17);
+    let t22 = t18_19.second() + t18_19.first(); // right_upper_leg: sums of what it carries
+    let t23 = t20_21.second() + t20_21.first(); // right_upper_leg: sums of what it carries
+    let t24 = R::fused(R::constant(-0.11578947368421053), sin_q_base_pitch, t22); // torso: sums of what it carries
+    let t25 = R::fused(R::constant(0.11578947368421053), cos_q_base_pitch, t23); // torso: sums of what it carries
+    let t26_27 = -t10_11; // right_foot, left_foot: sums of what it carries
     *out = [
         [R::constant(1.0), R::constant(0.0), R::constant(0.0)], // base/x
         [R::constant(0.0), R::constant(0.0), R::constant(1.0)], // base/z
-        [t58, R::constant(0.0), t60], // base/pitch
-        [t67_68.first(), R::constant(0.0), t71_72.first()], // right_hip_pitch
-        [t79_80.first(), R::constant(0.0), t83_84.first()], // right_knee_pitch
-        [t89_90.first(), R::constant(0.0), t91_92.first()], // right_ankle_pitch
-        [t67_68.second(), R::constant(0.0), t71_72.second()], // left_hip_pitch
-        [t79_80.second(), R::constant(0.0), t83_84.second()], // left_knee_pitch
-        [t89_90.second(), R::constant(0.0), t91_92.second()], // left_ankle_pitch
+        [t25, R::constant(0.0), t24], // base/pitch
+        [t20_21.first(), R::constant(0.0), t18_19.first()], // right_hip_pitch
+        [t16_17.first(), R::constant(0.0), t14_15.first()], // right_knee_pitch
+        [t26_27.first(), R::constant(0.0), t12_13.first()], // right_ankle_pitch
+        [t20_21.second(), R::constant(0.0), t18_19.second()], // left_hip_pitch
+        [t16_17.second(), R::constant(0.0), t14_15.second()], // left_knee_pitch
+        [t26_27.second(), R::constant(0.0), t12_13.second()], // left_ankle_pitch
     ];
 }
 }

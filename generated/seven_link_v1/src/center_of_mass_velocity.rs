@@ -45,16 +45,16 @@ pub(super) fn center_of_mass_velocity_program<R: Real>(q: &[R; NQ], v: &[R; NV],
     let v_left_ankle_pitch = v[8];
     let (
         [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
+            sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch,
+            sin_q_right_ankle_pitch, sin_q_left_ankle_pitch, sin_q_base_pitch,
         ],
         [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
+            cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch,
+            cos_q_right_ankle_pitch, cos_q_left_ankle_pitch, cos_q_base_pitch,
         ],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
+        q_left_ankle_pitch, q_base_pitch,
     ]);
     let t0_1 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch); // right_upper_leg, left_upper_leg
     let t2_3 = t0_1 + two(v_right_knee_pitch, v_left_knee_pitch); // right_lower_leg, left_lower_leg: velocity

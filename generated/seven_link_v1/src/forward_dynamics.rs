@@ -59,10 +59,10 @@ pub(super) fn forward_dynamics_program<R: Real>(q: &[R; NQ], v: &[R; NV], tau: &
     let t2_3 = t0_1 + two(q_right_knee_pitch, q_left_knee_pitch);
     let t4_5 = t2_3 + two(q_right_ankle_pitch, q_left_ankle_pitch);
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1, sin_t2, sin_t3, sin_t4, sin_t5],
-        [cos_q_base_pitch, cos_t0, cos_t1, cos_t2, cos_t3, cos_t4, cos_t5],
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_t4, sin_t5, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_t4, cos_t5, cos_q_base_pitch],
     ) = R::sin_cos_all([
-        q_base_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(),
+        t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(), q_base_pitch,
     ]);
     let t6 = v_base_pitch * v_base_pitch; // torso: motion
     // right_upper_leg, left_upper_leg: motion

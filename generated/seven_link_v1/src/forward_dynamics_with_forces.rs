@@ -82,18 +82,19 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
         [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch, sin_t0, sin_t1, sin_t2, sin_t3,
-            sin_t4, sin_t5,
+            sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch,
+            sin_q_right_ankle_pitch, sin_q_left_ankle_pitch, sin_t0, sin_t1, sin_t2, sin_t3, sin_t4, sin_t5,
+            sin_q_base_pitch,
         ],
         [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch, cos_t0, cos_t1, cos_t2, cos_t3,
-            cos_t4, cos_t5,
+            cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch,
+            cos_q_right_ankle_pitch, cos_q_left_ankle_pitch, cos_t0, cos_t1, cos_t2, cos_t3, cos_t4, cos_t5,
+            cos_q_base_pitch,
         ],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
+        q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
         q_left_ankle_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(),
+        q_base_pitch,
     ]);
     let (
         t6_7, t8_9, t10_11, t12_13, t14, t15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29, t30_31, t32_33,

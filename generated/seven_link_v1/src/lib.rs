@@ -40,7 +40,7 @@
 //! - [`kinetic_energy()`]: 1 × 1, 126 operations. Kinetic energy.
 //! - [`potential_energy()`]: 1 × 1, 45 operations. Potential energy, zero at the world's origin.
 //! - [`center_of_mass()`]: 3 × 1, 51 operations. Centre of mass in the world.
-//! - [`center_of_mass_jacobian()`]: 3 × 9, 123 operations. Jacobian of the centre of mass with respect to `v`, world
+//! - [`center_of_mass_jacobian()`]: 3 × 9, 36 operations. Jacobian of the centre of mass with respect to `v`, world
 //!   axes.
 //! - [`center_of_mass_velocity()`]: 3 × 1, 64 operations. Velocity of the centre of mass, world axes.
 //! - [`center_of_mass_acceleration()`]: 3 × 1, 97 operations. Acceleration of the centre of mass, world axes.
@@ -48,7 +48,7 @@
 //!   axes.
 //! - [`momentum_rate()`]: 6 × 1, 196 operations. Rates of linear momentum ρ and of angular momentum σ about the world's
 //!   origin, world axes.
-//! - [`centroidal_momentum()`]: 6 × 1, 210 operations. Linear momentum, and angular momentum about the centre of mass,
+//! - [`centroidal_momentum()`]: 6 × 1, 143 operations. Linear momentum, and angular momentum about the centre of mass,
 //!   world axes.
 //! - [`centroidal_momentum_rate()`]: 6 × 1, 251 operations. Rate of the centroidal momentum, world axes; gravity is not
 //!   subtracted.

@@ -2,7 +2,7 @@
 // inputs: 148b2ca29ccc2cac  refresh: bipedc generate robots/seven_link_v1
 
 use super::{NQ, NV};
-use ::bipedc_runtime::Real;
+use ::bipedc_runtime::{Real, Sparsity};
 use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
@@ -12,6 +12,8 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_ankle_pitch`.
 /// Source: (4.19a), by composite rigid bodies.
 /// 90 operations: 32 add, 26 mul, 16 fused, 7 sin_cos. For two limbs at once: 35 pairs of them.
+///
+/// Most entries are always zero: [`mass_matrix_upper_nonzeros`] computes the others alone.
 #[inline]
 pub fn mass_matrix_upper<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, NV> {
     let mut out = [[R::constant(0.0); NV]; NV];
@@ -25,9 +27,51 @@ pub fn mass_matrix_upper_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 
     mass_matrix_upper_program(&q.data.0[0], &mut out.data.0);
 }
 
-::bipedc_runtime::dispatched! {
+/// The 35 of 81 entries of [`mass_matrix_upper`] that are not always zero.
+///
+/// Column after column, in each by row: [`MASS_MATRIX_UPPER_SPARSITY`] says where each one stands.
+/// 90 operations: 32 add, 26 mul, 16 fused, 7 sin_cos.
+#[inline]
+pub fn mass_matrix_upper_nonzeros<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 35, 1> {
+    let mut out = [[R::constant(0.0); 35]; 1];
+    mass_matrix_upper_nonzeros_program(&q.data.0[0], |k, x| if let Some(entry) = out[0].get_mut(k) { *entry = x });
+    SMatrix::from_array_storage(ArrayStorage(out))
+}
+
+/// [`mass_matrix_upper_nonzeros`] in place: large results are costly to move.
+#[inline]
+pub fn mass_matrix_upper_nonzeros_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 35, 1>) {
+    mass_matrix_upper_nonzeros_program(
+        &q.data.0[0], |k, x| if let Some(entry) = out.data.0[0].get_mut(k) { *entry = x },
+    );
+}
+
+/// Where the entries of [`mass_matrix_upper_nonzeros`] stand.
+pub const MASS_MATRIX_UPPER_SPARSITY: Sparsity<'static> = Sparsity {
+    rows: NV,
+    columns: NV,
+    column_starts: &[0, 1, 2, 5, 9, 14, 20, 24, 29, 35],
+    row_indices: &[
+        0, 1, 0, 1, 2, 0, 1, 2, 3, 0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 5, 0, 1, 2, 6, 0, 1, 2, 6, 7, 0, 1, 2, 6, 7, 8,
+    ],
+};
+
 #[inline]
 pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV]) {
+    const POSITIONS: [u16; 35] = MASS_MATRIX_UPPER_SPARSITY.positions();
+    let out = out.as_flattened_mut();
+    out.fill(R::constant(0.0));
+    let set = |k: usize, x: R| {
+        if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {
+            *entry = x;
+        }
+    };
+    mass_matrix_upper_nonzeros_program(q, set);
+}
+
+::bipedc_runtime::dispatched! {
+#[inline]
+pub(super) fn mass_matrix_upper_nonzeros_program<R: Real>(q: &[R; NQ]) storing set {
     let q_base_pitch = q[2];
     let q_right_hip_pitch = q[3];
     let q_right_knee_pitch = q[4];
@@ -39,10 +83,10 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t2_3 = two(q_right_knee_pitch, q_left_knee_pitch) + t0_1;
     let t4_5 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t2_3;
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1, sin_t2, sin_t3, sin_t4, sin_t5],
-        [cos_q_base_pitch, cos_t0, cos_t1, cos_t2, cos_t3, cos_t4, cos_t5],
+        [sin_t0, sin_t1, sin_t2, sin_t3, sin_t4, sin_t5, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_t2, cos_t3, cos_t4, cos_t5, cos_q_base_pitch],
     ) = R::sin_cos_all([
-        q_base_pitch, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(),
+        t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(), t4_5.first(), t4_5.second(), q_base_pitch,
     ]);
     // right_foot, left_foot: sums of what it carries
     let t6_7 = both(R::constant(0.018)) * two(cos_t4, cos_t5);
@@ -52,21 +96,31 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t12_13 = both(R::constant(0.3)) * two(cos_t2, cos_t3);
     // right_foot, left_foot: sums of what it carries
     let t14_15 = t8_9 - t6_7;
+    set(15, t14_15.first());
+    set(30, t14_15.second());
     let t16_17 = t6_7 + t8_9;
     // right_lower_leg, left_lower_leg: motion
     let t18_19 = both(R::constant(0.3)) * two(sin_t0, sin_t1);
     let t20_21 = both(R::constant(0.3)) * two(cos_t0, cos_t1);
     let t22_23 = t10_11 * t14_15; // right_foot, left_foot: sums of what it carries
     let t24_25 = R::Two::fused(both(R::constant(0.362)), two(sin_t2, sin_t3), t14_15);
+    set(10, t24_25.first());
+    set(25, t24_25.second());
     let t26_27 = t12_13 * t16_17; // right_foot, left_foot: sums of what it carries
     let t28_29 = R::Two::fused(both(R::constant(-0.362)), two(cos_t2, cos_t3), -t16_17);
+    set(9, t28_29.first());
+    set(24, t28_29.second());
     let t30_31 = both(R::constant(2.0)) * t22_23; // right_foot, left_foot: sums of what it carries
     let t32_33 = t18_19 * t24_25; // right_lower_leg, left_lower_leg: sums of what it carries
     let t34_35 = R::Two::fused(both(R::constant(0.925)), two(sin_t0, sin_t1), t24_25);
+    set(6, t34_35.first());
+    set(21, t34_35.second());
     let t36_37 = t20_21 * t28_29; // right_lower_leg, left_lower_leg: sums of what it carries
     let t38_39 = R::Two::fused(both(R::constant(-2.0)), t26_27, -t30_31); // right_foot, left_foot
     let t40_41 = both(R::constant(2.0)) * t32_33; // right_lower_leg, left_lower_leg: sums of what it carries
     let t42_43 = R::Two::fused(both(R::constant(-0.925)), two(cos_t0, cos_t1), t28_29);
+    set(5, t42_43.first());
+    set(20, t42_43.second());
     // right_foot, left_foot: mass matrix
     let t44_45 = t22_23 + t26_27;
     let t46_47 = t20_21 * t16_17;
@@ -75,64 +129,39 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t52 = t42_43.second() + t42_43.first(); // right_upper_leg: sums of what it carries
     let t53 = t34_35.second() + t34_35.first(); // right_upper_leg: sums of what it carries
     let t54_55 = both(R::constant(0.08816)) + t48_49; // right_lower_leg, left_lower_leg: sums of what it carries
+    set(13, t54_55.first());
+    set(28, t54_55.second());
     let t56_57 = t36_37 - t32_33; // right_lower_leg, left_lower_leg: mass matrix
     let t58_59 = both(R::constant(0.00348)) + t44_45;
+    set(18, t58_59.first());
+    set(33, t58_59.second());
     let t60_61 = R::Two::fused(t18_19, t14_15, t46_47);
     let t62_63 = t54_55 - t50_51; // right_lower_leg, left_lower_leg: sums of what it carries
-    let t64 = R::fused(R::constant(2.2), cos_q_base_pitch, t52); // torso: sums of what it carries
-    let t65 = R::fused(R::constant(-2.2), sin_q_base_pitch, t53); // torso: sums of what it carries
+    set(2, R::fused(R::constant(2.2), cos_q_base_pitch, t52)); // torso: sums of what it carries
+    set(3, R::fused(R::constant(-2.2), sin_q_base_pitch, t53)); // torso: sums of what it carries
     let t66_67 = t54_55 - t56_57; // right_lower_leg, left_lower_leg: mass matrix
+    set(11, t66_67.first());
+    set(12, t66_67.first());
+    set(26, t66_67.second());
+    set(27, t66_67.second());
     let t68_69 = t58_59 + t60_61;
+    set(16, t68_69.first());
+    set(17, t68_69.first());
+    set(31, t68_69.second());
+    set(32, t68_69.second());
     let t70_71 = both(R::constant(0.241)) + t62_63; // right_upper_leg, left_upper_leg: sums of what it carries
+    set(7, t70_71.first());
+    set(8, t70_71.first());
+    set(22, t70_71.second());
+    set(23, t70_71.second());
     let t72_73 = -t16_17; // right_foot, left_foot: sums of what it carries
+    set(14, t72_73.first());
+    set(29, t72_73.second());
     let t74 = t70_71.second() + t70_71.first(); // right_upper_leg: sums of what it carries
-    let t75 = R::constant(0.734) + t74; // torso: sums of what it carries
-    *out = [
-        // base/x
-        [
-            R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/z
-        [
-            R::constant(0.0), R::constant(19.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // base/pitch
-        [
-            t64, t65, t75, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0),
-        ],
-        // right_hip_pitch
-        [
-            t42_43.first(), t34_35.first(), t70_71.first(), t70_71.first(), R::constant(0.0), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_knee_pitch
-        [
-            t28_29.first(), t24_25.first(), t66_67.first(), t66_67.first(), t54_55.first(), R::constant(0.0),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // right_ankle_pitch
-        [
-            t72_73.first(), t14_15.first(), t68_69.first(), t68_69.first(), t58_59.first(), R::constant(0.00348),
-            R::constant(0.0), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_hip_pitch
-        [
-            t42_43.second(), t34_35.second(), t70_71.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t70_71.second(), R::constant(0.0), R::constant(0.0),
-        ],
-        // left_knee_pitch
-        [
-            t28_29.second(), t24_25.second(), t66_67.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t66_67.second(), t54_55.second(), R::constant(0.0),
-        ],
-        // left_ankle_pitch
-        [
-            t72_73.second(), t14_15.second(), t68_69.second(), R::constant(0.0), R::constant(0.0), R::constant(0.0),
-            t68_69.second(), t58_59.second(), R::constant(0.00348),
-        ],
-    ];
+    set(4, R::constant(0.734) + t74); // torso: sums of what it carries
+    set(0, R::constant(19.0));
+    set(1, R::constant(19.0));
+    set(19, R::constant(0.00348));
+    set(34, R::constant(0.00348));
 }
 }

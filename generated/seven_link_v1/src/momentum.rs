@@ -47,16 +47,16 @@ pub(super) fn momentum_program<R: Real>(q: &[R; NQ], v: &[R; NV], out: &mut [[R;
     let v_left_ankle_pitch = v[8];
     let (
         [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
+            sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch,
+            sin_q_right_ankle_pitch, sin_q_left_ankle_pitch, sin_q_base_pitch,
         ],
         [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
+            cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch,
+            cos_q_right_ankle_pitch, cos_q_left_ankle_pitch, cos_q_base_pitch,
         ],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
+        q_left_ankle_pitch, q_base_pitch,
     ]);
     // torso: velocity
     let t0 = v_base_z * cos_q_base_pitch;

@@ -59,16 +59,16 @@ pub(super) fn zero_moment_point_program<R: Real>(q: &[R; NQ], v: &[R; NV], a: &[
     let a_left_ankle_pitch = a[8];
     let (
         [
-            sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_left_knee_pitch, sin_q_right_ankle_pitch, sin_q_left_ankle_pitch,
+            sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch,
+            sin_q_right_ankle_pitch, sin_q_left_ankle_pitch, sin_q_base_pitch,
         ],
         [
-            cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_left_knee_pitch, cos_q_right_ankle_pitch, cos_q_left_ankle_pitch,
+            cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch,
+            cos_q_right_ankle_pitch, cos_q_left_ankle_pitch, cos_q_base_pitch,
         ],
     ) = R::sin_cos_all([
-        q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
-        q_left_ankle_pitch,
+        q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch,
+        q_left_ankle_pitch, q_base_pitch,
     ]);
     let t0 = R::constant(9.81) + a_base_z; // base/z: motion
     // torso: motion

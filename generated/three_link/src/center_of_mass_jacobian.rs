@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `x`, `y`, `z`; m.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_hip_pitch`.
 /// Source: (4.35).
-/// 31 operations: 13 mul, 9 fused, 3 sin_cos. For two limbs at once: 6 pairs of them.
+/// 12 operations: 4 add, 4 mul, 2 fused, 3 sin_cos. For two limbs at once: 4 pairs of them.
 #[inline]
 pub fn center_of_mass_jacobian<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 3, NV> {
     let mut out = [[R::constant(0.0); 3]; NV];
@@ -31,35 +31,25 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let q_base_pitch = q[2];
     let q_right_hip_pitch = q[3];
     let q_left_hip_pitch = q[4];
+    let t0_1 = two(q_right_hip_pitch, q_left_hip_pitch) + both(q_base_pitch);
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch]);
-    // right_leg, left_leg: pose in the world
-    let t0_1 = both(sin_q_base_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t2_3 = R::Two::fused(both(cos_q_base_pitch), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t0_1);
-    let t4_5 = both(sin_q_base_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t6_7 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t4_5);
-    let t8 = R::constant(2.5) * sin_q_left_hip_pitch; // left_leg: sums of what it carries
-    let t9 = R::fused(R::constant(-2.5), cos_q_left_hip_pitch, R::constant(5.0)); // left_leg: sums of what it carries
-    let t10 = R::fused(R::constant(2.5), sin_q_right_hip_pitch, t8); // right_leg: sums of what it carries
-    let t11 = R::fused(R::constant(-2.5), cos_q_right_hip_pitch, t9); // right_leg: sums of what it carries
-    // torso: Jacobian of the centre of mass
-    let t12 = t11 * R::constant(0.02857142857142857);
-    let t13 = t10 * R::constant(0.02857142857142857);
-    let t14 = cos_q_base_pitch * t12;
-    let t15 = R::fused(sin_q_base_pitch, t13, t14);
-    let t16 = sin_q_base_pitch * t12;
-    let t17 = R::fused(cos_q_base_pitch, t13, -t16);
-    // right_leg, left_leg: Jacobian of the centre of mass
-    let t18_19 = t6_7 * both(R::constant(0.07142857142857142));
-    let t20_21 = t2_3 * both(R::constant(0.07142857142857142));
+        [sin_t0, sin_t1, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), q_base_pitch]);
+    // right_leg, left_leg: sums of what it carries
+    let t2_3 = both(R::constant(0.07142857142857142)) * two(cos_t0, cos_t1);
+    let t4_5 = both(R::constant(0.07142857142857142)) * two(sin_t0, sin_t1);
+    let t6 = t4_5.second() + t4_5.first(); // right_leg: sums of what it carries
+    let t7 = t2_3.second() + t2_3.first(); // right_leg: sums of what it carries
+    let t8 = R::fused(R::constant(-0.14285714285714285), sin_q_base_pitch, t6); // torso: sums of what it carries
+    let t9 = R::fused(R::constant(0.14285714285714285), cos_q_base_pitch, -t7); // torso: sums of what it carries
+    let t10_11 = -t2_3;
     *out = [
         [R::constant(1.0), R::constant(0.0), R::constant(0.0)], // base/x
         [R::constant(0.0), R::constant(0.0), R::constant(1.0)], // base/z
-        [t15, R::constant(0.0), t17], // base/pitch
-        [t18_19.first(), R::constant(0.0), t20_21.first()], // right_hip_pitch
-        [t18_19.second(), R::constant(0.0), t20_21.second()], // left_hip_pitch
+        [t9, R::constant(0.0), t8], // base/pitch
+        [t10_11.first(), R::constant(0.0), t4_5.first()], // right_hip_pitch
+        [t10_11.second(), R::constant(0.0), t4_5.second()], // left_hip_pitch
     ];
 }
 }

@@ -50,9 +50,9 @@ pub(super) fn centroidal_momentum_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV]
     let a_right_hip_pitch = a[3];
     let a_left_hip_pitch = a[4];
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch]);
+        [sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_base_pitch],
+        [cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_base_pitch],
+    ) = R::sin_cos_all([q_right_hip_pitch, q_left_hip_pitch, q_base_pitch]);
     // torso: motion
     let t0 = a_base_z * cos_q_base_pitch;
     let t1 = R::fused(a_base_x, sin_q_base_pitch, t0);

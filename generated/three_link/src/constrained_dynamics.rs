@@ -57,9 +57,9 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let tau_left_hip_pitch = tau[4];
     let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1],
-        [cos_q_base_pitch, cos_t0, cos_t1],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second()]);
+        [sin_t0, sin_t1, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), q_base_pitch]);
     // right_leg, left_leg: motion
     let t2_3 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);
     let t4_5 = t2_3 * t2_3;

@@ -34,9 +34,9 @@ pub(super) fn contact_normal_rate_program<R: Real>(q: &[R; NQ], v: &[R; NV], out
     let v_right_hip_pitch = v[3];
     let v_left_hip_pitch = v[4];
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch]);
+        [sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_q_base_pitch],
+        [cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_q_base_pitch],
+    ) = R::sin_cos_all([q_right_hip_pitch, q_left_hip_pitch, q_base_pitch]);
     // right_leg, left_leg: pose in the world
     let t0_1 = both(sin_q_base_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
     let t2_3 = R::Two::fused(-both(cos_q_base_pitch), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t0_1);

@@ -55,9 +55,9 @@ pub(super) fn forward_dynamics_derivatives_program<R: Real>(
     let tau_left_hip_pitch = tau[4];
     let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1],
-        [cos_q_base_pitch, cos_t0, cos_t1],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second()]);
+        [sin_t0, sin_t1, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), q_base_pitch]);
     let t2 = v_base_pitch * v_base_pitch; // torso: motion
     // right_leg, left_leg: motion
     let t3_4 = both(v_base_pitch) + two(v_right_hip_pitch, v_left_hip_pitch);

@@ -63,9 +63,9 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
     let f_left_foot_point_foot_z = forces[5];
     let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_t0, sin_t1],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_t0, cos_t1],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, q_left_hip_pitch, t0_1.first(), t0_1.second()]);
+        [sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_t0, sin_t1, sin_q_base_pitch],
+        [cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_t0, cos_t1, cos_q_base_pitch],
+    ) = R::sin_cos_all([q_right_hip_pitch, q_left_hip_pitch, t0_1.first(), t0_1.second(), q_base_pitch]);
     let t2_3 = both(R::constant(2.5)) * two(cos_t0, cos_t1); // right_leg, left_leg: sums of what it carries
     // factors of the mass matrix
     let t4_5 = two(cos_t0, cos_t1) * both(R::constant(1.999840012798976));

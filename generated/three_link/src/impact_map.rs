@@ -40,9 +40,9 @@ pub(super) fn impact_map_of_single_support_program<R: Real>(q: &[R; NQ], v: &[R;
     let v_left_hip_pitch = v[4];
     let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let (
-        [sin_q_base_pitch, sin_t1, sin_t0],
-        [cos_q_base_pitch, cos_t1, cos_t0],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.second(), t0_1.first()]);
+        [sin_t1, sin_t0, sin_q_base_pitch],
+        [cos_t1, cos_t0, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.second(), t0_1.first(), q_base_pitch]);
     let t2 = v_base_pitch + v_left_hip_pitch; // left_leg: motion
     let t3_4 = two(R::constant(32.5), R::constant(2.5)) * two(cos_t1, cos_t0); // torso, left_leg
     let t5 = cos_t1 * t3_4.second(); // left_leg: mass matrix

@@ -55,9 +55,9 @@ pub(super) fn inverse_dynamics_derivatives_program<R: Real>(
     let a_left_hip_pitch = a[4];
     let t0_1 = both(q_base_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
     let (
-        [sin_q_base_pitch, sin_q_right_hip_pitch, sin_t0, sin_q_left_hip_pitch, sin_t1],
-        [cos_q_base_pitch, cos_q_right_hip_pitch, cos_t0, cos_q_left_hip_pitch, cos_t1],
-    ) = R::sin_cos_all([q_base_pitch, q_right_hip_pitch, t0_1.first(), q_left_hip_pitch, t0_1.second()]);
+        [sin_q_right_hip_pitch, sin_q_left_hip_pitch, sin_t0, sin_t1, sin_q_base_pitch],
+        [cos_q_right_hip_pitch, cos_q_left_hip_pitch, cos_t0, cos_t1, cos_q_base_pitch],
+    ) = R::sin_cos_all([q_right_hip_pitch, q_left_hip_pitch, t0_1.first(), t0_1.second(), q_base_pitch]);
     let t2_3 = both(a_base_pitch) + two(a_right_hip_pitch, a_left_hip_pitch); // right_leg, left_leg: motion
     // right_leg, left_leg: sums of what it carries
     let t4_5 = both(R::constant(2.5)) * two(sin_t0, sin_t1);

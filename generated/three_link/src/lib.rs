@@ -38,7 +38,7 @@
 //! - [`kinetic_energy()`]: 1 × 1, 44 operations. Kinetic energy.
 //! - [`potential_energy()`]: 1 × 1, 13 operations. Potential energy, zero at the world's origin.
 //! - [`center_of_mass()`]: 3 × 1, 19 operations. Centre of mass in the world.
-//! - [`center_of_mass_jacobian()`]: 3 × 5, 31 operations. Jacobian of the centre of mass with respect to `v`, world
+//! - [`center_of_mass_jacobian()`]: 3 × 5, 12 operations. Jacobian of the centre of mass with respect to `v`, world
 //!   axes.
 //! - [`center_of_mass_velocity()`]: 3 × 1, 24 operations. Velocity of the centre of mass, world axes.
 //! - [`center_of_mass_acceleration()`]: 3 × 1, 41 operations. Acceleration of the centre of mass, world axes.
@@ -46,7 +46,7 @@
 //!   axes.
 //! - [`momentum_rate()`]: 6 × 1, 66 operations. Rates of linear momentum ρ and of angular momentum σ about the world's
 //!   origin, world axes.
-//! - [`centroidal_momentum()`]: 6 × 1, 72 operations. Linear momentum, and angular momentum about the centre of mass,
+//! - [`centroidal_momentum()`]: 6 × 1, 41 operations. Linear momentum, and angular momentum about the centre of mass,
 //!   world axes.
 //! - [`centroidal_momentum_rate()`]: 6 × 1, 89 operations. Rate of the centroidal momentum, world axes; gravity is not
 //!   subtracted.

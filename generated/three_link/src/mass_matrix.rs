@@ -33,9 +33,9 @@ pub(super) fn mass_matrix_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV])
     let q_left_hip_pitch = q[4];
     let t0_1 = two(q_right_hip_pitch, q_left_hip_pitch) + both(q_base_pitch);
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1],
-        [cos_q_base_pitch, cos_t0, cos_t1],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second()]);
+        [sin_t0, sin_t1, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), q_base_pitch]);
     // right_leg, left_leg: sums of what it carries
     let t2_3 = both(R::constant(2.5)) * two(cos_t0, cos_t1);
     let t4_5 = both(R::constant(2.5)) * two(sin_t0, sin_t1);

@@ -2,7 +2,7 @@
 // inputs: 288c813a73cd6d5b  refresh: bipedc generate robots/three_link
 
 use super::{NQ, NV};
-use ::bipedc_runtime::Real;
+use ::bipedc_runtime::{Real, Sparsity};
 use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
@@ -12,6 +12,8 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/x` to `left_hip_pitch`.
 /// Source: (4.19a), by composite rigid bodies.
 /// 12 operations: 4 add, 4 mul, 2 fused, 3 sin_cos. For two limbs at once: 4 pairs of them.
+///
+/// Most entries are always zero: [`mass_matrix_upper_nonzeros`] computes the others alone.
 #[inline]
 pub fn mass_matrix_upper<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, NV> {
     let mut out = [[R::constant(0.0); NV]; NV];
@@ -25,31 +27,75 @@ pub fn mass_matrix_upper_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 
     mass_matrix_upper_program(&q.data.0[0], &mut out.data.0);
 }
 
-::bipedc_runtime::dispatched! {
+/// The 13 of 25 entries of [`mass_matrix_upper`] that are not always zero.
+///
+/// Column after column, in each by row: [`MASS_MATRIX_UPPER_SPARSITY`] says where each one stands.
+/// 12 operations: 4 add, 4 mul, 2 fused, 3 sin_cos.
+#[inline]
+pub fn mass_matrix_upper_nonzeros<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 13, 1> {
+    let mut out = [[R::constant(0.0); 13]; 1];
+    mass_matrix_upper_nonzeros_program(&q.data.0[0], |k, x| if let Some(entry) = out[0].get_mut(k) { *entry = x });
+    SMatrix::from_array_storage(ArrayStorage(out))
+}
+
+/// [`mass_matrix_upper_nonzeros`] in place: large results are costly to move.
+#[inline]
+pub fn mass_matrix_upper_nonzeros_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 13, 1>) {
+    mass_matrix_upper_nonzeros_program(
+        &q.data.0[0], |k, x| if let Some(entry) = out.data.0[0].get_mut(k) { *entry = x },
+    );
+}
+
+/// Where the entries of [`mass_matrix_upper_nonzeros`] stand.
+pub const MASS_MATRIX_UPPER_SPARSITY: Sparsity<'static> = Sparsity {
+    rows: NV,
+    columns: NV,
+    column_starts: &[0, 1, 2, 5, 9, 13],
+    row_indices: &[0, 1, 0, 1, 2, 0, 1, 2, 3, 0, 1, 2, 4],
+};
+
 #[inline]
 pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV]) {
+    const POSITIONS: [u16; 13] = MASS_MATRIX_UPPER_SPARSITY.positions();
+    let out = out.as_flattened_mut();
+    out.fill(R::constant(0.0));
+    let set = |k: usize, x: R| {
+        if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {
+            *entry = x;
+        }
+    };
+    mass_matrix_upper_nonzeros_program(q, set);
+}
+
+::bipedc_runtime::dispatched! {
+#[inline]
+pub(super) fn mass_matrix_upper_nonzeros_program<R: Real>(q: &[R; NQ]) storing set {
     let q_base_pitch = q[2];
     let q_right_hip_pitch = q[3];
     let q_left_hip_pitch = q[4];
     let t0_1 = two(q_right_hip_pitch, q_left_hip_pitch) + both(q_base_pitch);
     let (
-        [sin_q_base_pitch, sin_t0, sin_t1],
-        [cos_q_base_pitch, cos_t0, cos_t1],
-    ) = R::sin_cos_all([q_base_pitch, t0_1.first(), t0_1.second()]);
+        [sin_t0, sin_t1, sin_q_base_pitch],
+        [cos_t0, cos_t1, cos_q_base_pitch],
+    ) = R::sin_cos_all([t0_1.first(), t0_1.second(), q_base_pitch]);
     // right_leg, left_leg: sums of what it carries
     let t2_3 = both(R::constant(2.5)) * two(cos_t0, cos_t1);
     let t4_5 = both(R::constant(2.5)) * two(sin_t0, sin_t1);
+    set(6, t4_5.first());
+    set(10, t4_5.second());
     let t6 = t2_3.second() + t2_3.first(); // right_leg: sums of what it carries
     let t7_8 = -t2_3;
+    set(5, t7_8.first());
+    set(9, t7_8.second());
     let t9 = t4_5.second() + t4_5.first(); // right_leg: sums of what it carries
-    let t10 = R::fused(R::constant(5.0), cos_q_base_pitch, -t6); // torso: sums of what it carries
-    let t11 = R::fused(R::constant(-5.0), sin_q_base_pitch, t9); // torso: sums of what it carries
-    *out = [
-        [R::constant(35.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/x
-        [R::constant(0.0), R::constant(35.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // base/z
-        [t10, t11, R::constant(5.0002), R::constant(0.0), R::constant(0.0)], // base/pitch
-        [t7_8.first(), t4_5.first(), R::constant(1.2501), R::constant(1.2501), R::constant(0.0)], // right_hip_pitch
-        [t7_8.second(), t4_5.second(), R::constant(1.2501), R::constant(0.0), R::constant(1.2501)], // left_hip_pitch
-    ];
+    set(2, R::fused(R::constant(5.0), cos_q_base_pitch, -t6)); // torso: sums of what it carries
+    set(3, R::fused(R::constant(-5.0), sin_q_base_pitch, t9)); // torso: sums of what it carries
+    set(0, R::constant(35.0));
+    set(1, R::constant(35.0));
+    set(4, R::constant(5.0002));
+    set(7, R::constant(1.2501));
+    set(8, R::constant(1.2501));
+    set(11, R::constant(1.2501));
+    set(12, R::constant(1.2501));
 }
 }

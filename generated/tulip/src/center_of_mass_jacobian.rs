@@ -11,7 +11,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Rows: `x`, `y`, `z`; m.
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: (4.35).
-/// 450 operations: 28 add, 164 mul, 129 fused, 12 sin_cos. For two limbs at once: 138 pairs of them.
+/// 387 operations: 36 add, 121 mul, 115 fused, 12 sin_cos. For two limbs at once: 112 pairs of them.
 #[inline]
 pub fn center_of_mass_jacobian<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 3, NV> {
     let mut out = [[R::constant(0.0); 3]; NV];
@@ -44,274 +44,240 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let q_left_knee_pitch = q[16];
     let q_left_ankle_pitch = q[17];
     let q_left_ankle_roll = q[18];
+    let t0_1 = two(q_right_knee_pitch, q_left_knee_pitch) + two(q_right_hip_pitch, q_left_hip_pitch);
+    let t2_3 = two(q_right_ankle_pitch, q_left_ankle_pitch) + t0_1;
     let (
         [
-            sin_q_right_hip_yaw, sin_q_left_hip_yaw, sin_q_right_hip_roll, sin_q_left_hip_roll, sin_q_right_hip_pitch,
-            sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_q_right_ankle_pitch,
-            sin_q_left_ankle_pitch, sin_q_right_ankle_roll, sin_q_left_ankle_roll,
+            sin_q_left_ankle_roll, sin_q_right_ankle_roll, sin_q_left_hip_pitch, sin_q_right_hip_pitch,
+            sin_q_left_hip_roll, sin_q_right_hip_roll, sin_q_left_hip_yaw, sin_q_right_hip_yaw, sin_t0, sin_t1, sin_t2,
+            sin_t3,
         ],
         [
-            cos_q_right_hip_yaw, cos_q_left_hip_yaw, cos_q_right_hip_roll, cos_q_left_hip_roll, cos_q_right_hip_pitch,
-            cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_q_right_ankle_pitch,
-            cos_q_left_ankle_pitch, cos_q_right_ankle_roll, cos_q_left_ankle_roll,
+            cos_q_left_ankle_roll, cos_q_right_ankle_roll, cos_q_left_hip_pitch, cos_q_right_hip_pitch,
+            cos_q_left_hip_roll, cos_q_right_hip_roll, cos_q_left_hip_yaw, cos_q_right_hip_yaw, cos_t0, cos_t1, cos_t2,
+            cos_t3,
         ],
     ) = R::sin_cos_all([
-        q_right_hip_yaw, q_left_hip_yaw, q_right_hip_roll, q_left_hip_roll, q_right_hip_pitch, q_left_hip_pitch,
-        q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch, q_left_ankle_pitch, q_right_ankle_roll,
-        q_left_ankle_roll,
+        q_left_ankle_roll, q_right_ankle_roll, q_left_hip_pitch, q_right_hip_pitch, q_left_hip_roll, q_right_hip_roll,
+        q_left_hip_yaw, q_right_hip_yaw, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(),
     ]);
-    // torso: pose in the world
-    let t0 = q_base_qx * R::constant(2.0);
-    let t1 = q_base_qy * R::constant(2.0);
-    let t2 = q_base_qz * R::constant(2.0);
-    let t3 = q_base_qx * t0;
-    let t4 = q_base_qy * t1;
-    let t5 = q_base_qz * t2;
-    let t6 = q_base_qx * t1;
-    let t7 = q_base_qx * t2;
-    let t8 = q_base_qy * t2;
-    let t9 = q_base_qw * t0;
-    let t10 = q_base_qw * t1;
-    let t11 = q_base_qw * t2;
-    let t12 = t4 + t5;
-    let t13 = R::constant(1.0) - t12;
-    out[0][0] = t13;
-    let t14 = t6 - t11;
-    out[1][0] = t14;
-    let t15 = t7 + t10;
-    out[2][0] = t15;
-    let t16 = t6 + t11;
-    out[0][1] = t16;
-    let t17 = t3 + t5;
-    let t18 = R::constant(1.0) - t17;
-    out[1][1] = t18;
-    let t19 = t8 - t9;
-    out[2][1] = t19;
-    let t20 = t7 - t10;
-    out[0][2] = t20;
-    let t21 = t8 + t9;
-    out[1][2] = t21;
-    let t22 = t3 + t4;
-    let t23 = R::constant(1.0) - t22;
-    out[2][2] = t23;
-    // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    let t24_25 = both(t13) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    let t26_27 = R::Two::fused(both(t14), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t24_25);
-    let t28_29 = both(t13) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    let t30_31 = R::Two::fused(-both(t14), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t28_29);
-    let t32_33 = both(t16) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    let t34_35 = R::Two::fused(both(t18), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t32_33);
-    let t36_37 = both(t16) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    let t38_39 = R::Two::fused(-both(t18), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t36_37);
-    let t40_41 = both(t20) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    let t42_43 = R::Two::fused(both(t21), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t40_41);
-    let t44_45 = both(t20) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    let t46_47 = R::Two::fused(-both(t21), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t44_45);
-    // right_hip_roll_link, left_hip_roll_link: pose in the world
-    let t48_49 = t30_31 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    let t50_51 = R::Two::fused(-both(t15), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t48_49);
-    let t52_53 = t30_31 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    let t54_55 = R::Two::fused(both(t15), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t52_53);
-    let t56_57 = t38_39 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    let t58_59 = R::Two::fused(-both(t19), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t56_57);
-    let t60_61 = t38_39 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    let t62_63 = R::Two::fused(both(t19), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t60_61);
-    let t64_65 = t46_47 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    let t66_67 = R::Two::fused(-both(t23), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t64_65);
-    let t68_69 = t46_47 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    let t70_71 = R::Two::fused(both(t23), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t68_69);
-    // right_upper_leg, left_upper_leg: pose in the world
-    let t72_73 = t54_55 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t74_75 = R::Two::fused(t26_27, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t72_73);
-    let t76_77 = t54_55 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t78_79 = R::Two::fused(-t26_27, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t76_77);
-    let t80_81 = t62_63 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t82_83 = R::Two::fused(t34_35, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t80_81);
-    let t84_85 = t62_63 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t86_87 = R::Two::fused(-t34_35, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t84_85);
-    let t88_89 = t70_71 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    let t90_91 = R::Two::fused(t42_43, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t88_89);
-    let t92_93 = t70_71 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    let t94_95 = R::Two::fused(-t42_43, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t92_93);
-    // right_lower_leg, left_lower_leg: pose in the world
-    let t96_97 = t74_75 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t98_99 = R::Two::fused(-t78_79, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t96_97);
-    let t100_101 = t74_75 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t102_103 = R::Two::fused(t78_79, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t100_101);
-    let t104_105 = t82_83 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t106_107 = R::Two::fused(-t86_87, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t104_105);
-    let t108_109 = t82_83 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t110_111 = R::Two::fused(t86_87, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t108_109);
-    let t112_113 = t90_91 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
-    let t114_115 = R::Two::fused(-t94_95, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t112_113);
-    let t116_117 = t90_91 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
-    let t118_119 = R::Two::fused(t94_95, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t116_117);
-    // right_ankle, left_ankle: pose in the world
-    let t120_121 = t98_99 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t122_123 = R::Two::fused(-t102_103, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t120_121);
-    let t124_125 = t98_99 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t126_127 = R::Two::fused(t102_103, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t124_125);
-    let t128_129 = t106_107 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t130_131 = R::Two::fused(-t110_111, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t128_129);
-    let t132_133 = t106_107 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t134_135 = R::Two::fused(t110_111, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t132_133);
-    let t136_137 = t114_115 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
-    let t138_139 = R::Two::fused(-t118_119, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t136_137);
-    let t140_141 = t114_115 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
-    let t142_143 = R::Two::fused(t118_119, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t140_141);
-    // right_foot, left_foot: pose in the world
-    let t144_145 = t50_51 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    let t146_147 = R::Two::fused(-t122_123, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t144_145);
-    let t148_149 = t58_59 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    let t150_151 = R::Two::fused(-t130_131, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t148_149);
-    let t152_153 = t66_67 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    let t154_155 = R::Two::fused(-t138_139, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t152_153);
-    let t156_157 = R::Two::fused(both(R::constant(0.0165)), two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.023125)));
-    // right_ankle, left_ankle: sums of what it carries
-    let t158_159 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t156_157;
-    let t160_161 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t158_159);
-    let t162_163 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t156_157;
-    let t164_165 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t162_163);
-    let t166_167 = both(R::constant(0.008)) - t164_165;
-    let t168_169 = both(R::constant(0.3111)) + t160_161;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    let t170_171 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t168_169;
-    let t172_173 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t166_167, t170_171);
-    let t174_175 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t168_169;
-    let t176_177 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t166_167, t174_175);
-    let t178_179 = both(R::constant(0.012)) - t176_177;
-    let t180_181 = both(R::constant(0.8355)) + t172_173;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    let t182_183 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t180_181;
-    let t184_185 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t178_179, t182_183);
-    let t186_187 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t180_181;
-    let t188_189 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t178_179, t186_187);
-    let t190_191 = R::Two::fused(two(R::constant(-0.0165), R::constant(0.0165)), two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.01)));
+    // torso: sums of what it carries
+    let t4 = q_base_qx * R::constant(2.0);
+    let t5 = q_base_qy * R::constant(2.0);
+    let t6 = q_base_qz * R::constant(2.0);
+    let t7 = q_base_qx * t4;
+    let t8 = q_base_qy * t5;
+    let t9 = q_base_qz * t6;
+    let t10 = q_base_qx * t5;
+    let t11 = q_base_qx * t6;
+    let t12 = q_base_qy * t6;
+    let t13 = q_base_qw * t4;
+    let t14 = q_base_qw * t5;
+    let t15 = q_base_qw * t6;
+    let t16 = t8 + t9;
+    let t17 = R::constant(1.0) - t16;
+    out[0][0] = t17;
+    let t18 = t10 - t15;
+    out[1][0] = t18;
+    let t19 = t11 + t14;
+    out[2][0] = t19;
+    let t20 = t10 + t15;
+    out[0][1] = t20;
+    let t21 = t7 + t9;
+    let t22 = R::constant(1.0) - t21;
+    out[1][1] = t22;
+    let t23 = t12 - t13;
+    out[2][1] = t23;
+    let t24 = t11 - t14;
+    out[0][2] = t24;
+    let t25 = t12 + t13;
+    out[1][2] = t25;
+    let t26 = t7 + t8;
+    let t27 = R::constant(1.0) - t26;
+    out[2][2] = t27;
+    // right_foot, left_foot: sums of what it carries
+    let t28_29 = both(R::constant(0.000868421052631579)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
+    let t30_31 = both(R::constant(0.000868421052631579)) * two(cos_q_left_ankle_roll, cos_q_right_ankle_roll);
+    let t32_33 = both(R::constant(0.0012171052631578946)) + t30_31;
+    let t34_35 = R::Two::fused(t28_29, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.0005263157894736842)));
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    let t192_193 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t190_191;
-    let t194_195 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t184_185, t192_193);
-    let t196_197 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t190_191;
-    let t198_199 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t184_185, t196_197);
-    let t200_201 = both(R::constant(0.008)) + t188_189;
+    let t36_37 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t34_35;
+    let t38_39 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t34_35;
+    // right_foot, left_foot: mass matrix
+    let t40_41 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t30_31;
+    let t42_43 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t30_31;
+    // right_ankle, left_ankle: sums of what it carries
+    let t44_45 = t32_33.swapped() * two(cos_t2, cos_t3);
+    let t46_47 = R::Two::fused(both(R::constant(0.0008105263157894737)), two(sin_t2, sin_t3), t44_45);
+    let t48_49 = t32_33.swapped() * two(sin_t2, sin_t3);
+    let t50_51 = R::Two::fused(both(R::constant(-0.0008105263157894737)), two(cos_t2, cos_t3), t48_49);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    let t52_53 = both(R::constant(0.016373684210526315)) * two(cos_t0, cos_t1);
+    let t54_55 = R::Two::fused(both(R::constant(0.00042105263157894734)), two(sin_t0, sin_t1), t52_53);
+    let t56_57 = both(R::constant(0.016373684210526315)) * two(sin_t0, sin_t1);
+    let t58_59 = R::Two::fused(both(R::constant(-0.00042105263157894734)), two(cos_t0, cos_t1), t56_57);
+    let t60_61 = t50_51 + t58_59;
+    let t62_63 = t46_47 + t54_55;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    let t64_65 = both(R::constant(0.04397368421052632)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
+    let t66_67 = R::Two::fused(both(R::constant(0.0006315789473684211)), two(sin_q_left_hip_pitch, sin_q_right_hip_pitch), t64_65);
+    let t68_69 = both(R::constant(0.04397368421052632)) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
+    let t70_71 = R::Two::fused(both(R::constant(-0.0006315789473684211)), two(cos_q_left_hip_pitch, cos_q_right_hip_pitch), t68_69);
+    let t72_73 = t60_61 + t70_71.swapped();
+    let t74_75 = t62_63 + t66_67.swapped();
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    let t76_77 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t74_75.swapped(), t36_37);
+    let t78_79 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t74_75.swapped(), t38_39);
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    let t202_203 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t200_201;
-    let t204_205 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t194_195, t202_203);
-    let t206_207 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t200_201;
-    let t208_209 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t194_195, t206_207);
-    let t210 = R::constant(0.20808) + t204_205.second(); // left_hip_yaw_link: sums of what it carries
-    let t211 = R::constant(0.0102) - t208_209.second(); // left_hip_yaw_link: sums of what it carries
-    let t212 = R::constant(2.4915) + t198_199.second(); // left_hip_yaw_link: sums of what it carries
-    let t213 = t210 + t204_205.first(); // right_hip_yaw_link: sums of what it carries
-    let t214 = t211 - t208_209.first(); // right_hip_yaw_link: sums of what it carries
-    let t215 = t198_199.first() - t212; // right_hip_yaw_link: sums of what it carries
-    // torso: Jacobian of the centre of mass
-    let t216 = t215 * R::constant(0.05263157894736842);
-    let t217 = t214 * R::constant(0.05263157894736842);
-    let t218 = t14 * t216;
-    out[3][0] = R::fused(t15, t217, t218);
-    let t220 = t18 * t216;
-    out[3][1] = R::fused(t19, t217, t220);
-    let t222 = t21 * t216;
-    out[3][2] = R::fused(t23, t217, t222);
-    let t224 = t213 * R::constant(0.05263157894736842);
-    let t225 = t13 * t216;
-    out[4][0] = R::fused(t15, t224, -t225);
-    let t227 = t16 * t216;
-    out[4][1] = R::fused(t19, t224, -t227);
-    let t229 = t20 * t216;
-    out[4][2] = R::fused(t23, t224, -t229);
-    let t231 = t13 * t217;
-    out[5][0] = R::fused(-t14, t224, -t231);
-    let t233 = t16 * t217;
-    out[5][1] = R::fused(-t18, t224, -t233);
-    let t235 = t20 * t217;
-    out[5][2] = R::fused(-t21, t224, -t235);
-    // right_hip_yaw_link, left_hip_yaw_link: Jacobian of the centre of mass
-    let t237_238 = t194_195 * both(R::constant(0.05263157894736842));
-    let t239_240 = t200_201 * both(R::constant(0.05263157894736842));
-    let t241_242 = t26_27 * t237_238;
-    let t243_244 = R::Two::fused(t30_31, t239_240, t241_242 * two(R::constant(1.0), R::constant(-1.0)));
-    out[6][0] = t243_244.first();
-    out[12][0] = t243_244.second();
-    let t245_246 = t34_35 * t237_238;
-    let t247_248 = R::Two::fused(t38_39, t239_240, t245_246 * two(R::constant(1.0), R::constant(-1.0)));
-    out[6][1] = t247_248.first();
-    out[12][1] = t247_248.second();
-    let t249_250 = t42_43 * t237_238;
-    let t251_252 = R::Two::fused(t46_47, t239_240, t249_250 * two(R::constant(1.0), R::constant(-1.0)));
-    out[6][2] = t251_252.first();
-    out[12][2] = t251_252.second();
-    // right_hip_roll_link, left_hip_roll_link: Jacobian of the centre of mass
-    let t253_254 = t184_185 * both(R::constant(0.05263157894736842));
-    let t255_256 = t190_191 * both(R::constant(0.05263157894736842));
-    let t257_258 = t50_51 * t253_254;
-    let t259_260 = R::Two::fused(t54_55 * two(R::constant(-1.0), R::constant(1.0)), t255_256, -t257_258);
-    out[7][0] = t259_260.first();
-    out[13][0] = t259_260.second();
-    let t261_262 = t58_59 * t253_254;
-    let t263_264 = R::Two::fused(t62_63 * two(R::constant(-1.0), R::constant(1.0)), t255_256, -t261_262);
-    out[7][1] = t263_264.first();
-    out[13][1] = t263_264.second();
-    let t265_266 = t66_67 * t253_254;
-    let t267_268 = R::Two::fused(t70_71 * two(R::constant(-1.0), R::constant(1.0)), t255_256, -t265_266);
-    out[7][2] = t267_268.first();
-    out[13][2] = t267_268.second();
-    // right_upper_leg, left_upper_leg: Jacobian of the centre of mass
-    let t269_270 = t180_181 * both(R::constant(0.05263157894736842));
-    let t271_272 = t178_179 * both(R::constant(0.05263157894736842));
-    let t273_274 = t78_79 * t269_270;
-    let t275_276 = R::Two::fused(-t74_75, t271_272, t273_274);
-    out[8][0] = t275_276.first();
-    out[14][0] = t275_276.second();
-    let t277_278 = t86_87 * t269_270;
-    let t279_280 = R::Two::fused(-t82_83, t271_272, t277_278);
-    out[8][1] = t279_280.first();
-    out[14][1] = t279_280.second();
-    let t281_282 = t94_95 * t269_270;
-    let t283_284 = R::Two::fused(-t90_91, t271_272, t281_282);
-    out[8][2] = t283_284.first();
-    out[14][2] = t283_284.second();
-    // right_lower_leg, left_lower_leg: Jacobian of the centre of mass
-    let t285_286 = t168_169 * both(R::constant(0.05263157894736842));
-    let t287_288 = t166_167 * both(R::constant(0.05263157894736842));
-    let t289_290 = t102_103 * t285_286;
-    let t291_292 = R::Two::fused(-t98_99, t287_288, t289_290);
-    out[9][0] = t291_292.first();
-    out[15][0] = t291_292.second();
-    let t293_294 = t110_111 * t285_286;
-    let t295_296 = R::Two::fused(-t106_107, t287_288, t293_294);
-    out[9][1] = t295_296.first();
-    out[15][1] = t295_296.second();
-    let t297_298 = t118_119 * t285_286;
-    let t299_300 = R::Two::fused(-t114_115, t287_288, t297_298);
-    out[9][2] = t299_300.first();
-    out[15][2] = t299_300.second();
-    // right_ankle, left_ankle: Jacobian of the centre of mass
-    let t301_302 = t156_157 * both(R::constant(0.05263157894736842));
-    let t303_304 = t126_127 * t301_302;
-    let t305_306 = R::Two::fused(t122_123, both(R::constant(-0.0008105263157894737)), t303_304);
-    out[10][0] = t305_306.first();
-    out[16][0] = t305_306.second();
-    let t307_308 = t134_135 * t301_302;
-    let t309_310 = R::Two::fused(t130_131, both(R::constant(-0.0008105263157894737)), t307_308);
-    out[10][1] = t309_310.first();
-    out[16][1] = t309_310.second();
-    let t311_312 = t142_143 * t301_302;
-    let t313_314 = R::Two::fused(t138_139, both(R::constant(-0.0008105263157894737)), t311_312);
-    out[10][2] = t313_314.first();
-    out[16][2] = t313_314.second();
-    // right_foot, left_foot: Jacobian of the centre of mass
-    let t315_316 = t146_147 * both(R::constant(0.000868421052631579));
-    let t317_318 = t150_151 * both(R::constant(0.000868421052631579));
-    let t319_320 = t154_155 * both(R::constant(0.000868421052631579));
-    let t321_322 = -t315_316;
-    out[11][0] = t321_322.first();
-    out[17][0] = t321_322.second();
-    let t323_324 = -t317_318;
-    out[11][1] = t323_324.first();
-    out[17][1] = t323_324.second();
-    let t325_326 = -t319_320;
-    out[11][2] = t325_326.first();
-    out[17][2] = t325_326.second();
+    let t80_81 = both(R::constant(0.00042105263157894734)) + t72_73;
+    let t82_83 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t80_81;
+    let t84_85 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t76_77, t82_83.swapped());
+    let t86_87 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t80_81;
+    let t88_89 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t76_77, t86_87.swapped());
+    let t90 = t84_85.first() + t84_85.second(); // right_hip_yaw_link: sums of what it carries
+    let t91 = t88_89.first() + t88_89.second(); // right_hip_yaw_link: sums of what it carries
+    let t92 = t78_79.first() - t78_79.second(); // right_hip_yaw_link: sums of what it carries
+    let t93 = R::constant(0.01095157894736842) + t90; // torso: sums of what it carries
+    let t94 = R::constant(0.0005368421052631579) - t91; // torso: sums of what it carries
+    let t95 = R::constant(0.1311315789473684) + t92; // torso: sums of what it carries
+    // right_hip_roll_link, left_hip_roll_link: mass matrix
+    let t96_97 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t78_79;
+    let t98_99 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t78_79;
+    // right_upper_leg, left_upper_leg: mass matrix
+    let t100_101 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t72_73;
+    let t102_103 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t72_73;
+    let t104_105 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t74_75;
+    let t106_107 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t100_101, t104_105);
+    let t108_109 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t74_75;
+    let t110_111 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t100_101, t108_109);
+    // right_lower_leg, left_lower_leg: mass matrix
+    let t112_113 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t60_61;
+    let t114_115 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t60_61;
+    let t116_117 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t62_63;
+    let t118_119 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t112_113, t116_117);
+    let t120_121 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t62_63;
+    let t122_123 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t112_113, t120_121);
+    // right_ankle, left_ankle: mass matrix
+    let t124_125 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t50_51;
+    let t126_127 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t50_51;
+    let t128_129 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t46_47;
+    let t130_131 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t124_125, t128_129);
+    let t132_133 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t46_47;
+    let t134_135 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t124_125, t132_133);
+    // right_foot, left_foot: mass matrix
+    let t136_137 = t28_29.swapped() * two(cos_t2, cos_t3);
+    let t138_139 = t28_29.swapped() * two(sin_t2, sin_t3);
+    let t140_141 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t136_137.swapped(), t40_41);
+    let t142_143 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t136_137.swapped(), t42_43);
+    let t144_145 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t138_139;
+    let t146_147 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t140_141, t144_145.swapped());
+    let t148_149 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t138_139;
+    let t150_151 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t140_141, t148_149.swapped());
+    // Jacobian of the centre of mass
+    let t152 = t18 * t95;
+    out[3][0] = R::fused(t19, t94, -t152);
+    let t154 = t22 * t95;
+    out[3][1] = R::fused(t23, t94, -t154);
+    let t156 = t25 * t95;
+    out[3][2] = R::fused(t27, t94, -t156);
+    let t158 = t17 * t95;
+    out[4][0] = R::fused(t19, t93, t158);
+    let t160 = t20 * t95;
+    out[4][1] = R::fused(t23, t93, t160);
+    let t162 = t24 * t95;
+    out[4][2] = R::fused(t27, t93, t162);
+    let t164 = t17 * t94;
+    out[5][0] = R::fused(-t18, t93, -t164);
+    let t166 = t20 * t94;
+    out[5][1] = R::fused(-t22, t93, -t166);
+    let t168 = t24 * t94;
+    out[5][2] = R::fused(-t25, t93, -t168);
+    let t170_171 = both(t17) * t88_89;
+    let t172_173 = R::Two::fused(-both(t18), t84_85, t170_171);
+    out[12][0] = t172_173.first();
+    out[6][0] = t172_173.second();
+    let t174_175 = both(t20) * t88_89;
+    let t176_177 = R::Two::fused(-both(t22), t84_85, t174_175);
+    out[12][1] = t176_177.first();
+    out[6][1] = t176_177.second();
+    let t178_179 = both(t24) * t88_89;
+    let t180_181 = R::Two::fused(-both(t25), t84_85, t178_179);
+    out[12][2] = t180_181.first();
+    out[6][2] = t180_181.second();
+    let t182_183 = both(t17) * t96_97;
+    let t184_185 = R::Two::fused(-both(t18), t98_99, t182_183);
+    let t186_187 = R::Two::fused(both(t19) * two(R::constant(1.0), R::constant(-1.0)), t76_77, t184_185 * two(R::constant(1.0), R::constant(-1.0)));
+    out[13][0] = t186_187.first();
+    out[7][0] = t186_187.second();
+    let t188_189 = both(t20) * t96_97;
+    let t190_191 = R::Two::fused(-both(t22), t98_99, t188_189);
+    let t192_193 = R::Two::fused(both(t23) * two(R::constant(1.0), R::constant(-1.0)), t76_77, t190_191 * two(R::constant(1.0), R::constant(-1.0)));
+    out[13][1] = t192_193.first();
+    out[7][1] = t192_193.second();
+    let t194_195 = both(t24) * t96_97;
+    let t196_197 = R::Two::fused(-both(t25), t98_99, t194_195);
+    let t198_199 = R::Two::fused(both(t27) * two(R::constant(1.0), R::constant(-1.0)), t76_77, t196_197 * two(R::constant(1.0), R::constant(-1.0)));
+    out[13][2] = t198_199.first();
+    out[7][2] = t198_199.second();
+    let t200_201 = both(t17) * t106_107;
+    let t202_203 = R::Two::fused(both(t18), t110_111, t200_201);
+    let t204_205 = R::Two::fused(both(t19), t102_103, -t202_203);
+    out[8][0] = t204_205.first();
+    out[14][0] = t204_205.second();
+    let t206_207 = both(t20) * t106_107;
+    let t208_209 = R::Two::fused(both(t22), t110_111, t206_207);
+    let t210_211 = R::Two::fused(both(t23), t102_103, -t208_209);
+    out[8][1] = t210_211.first();
+    out[14][1] = t210_211.second();
+    let t212_213 = both(t24) * t106_107;
+    let t214_215 = R::Two::fused(both(t25), t110_111, t212_213);
+    let t216_217 = R::Two::fused(both(t27), t102_103, -t214_215);
+    out[8][2] = t216_217.first();
+    out[14][2] = t216_217.second();
+    let t218_219 = both(t17) * t118_119;
+    let t220_221 = R::Two::fused(both(t18), t122_123, t218_219);
+    let t222_223 = R::Two::fused(both(t19), t114_115, -t220_221);
+    out[9][0] = t222_223.first();
+    out[15][0] = t222_223.second();
+    let t224_225 = both(t20) * t118_119;
+    let t226_227 = R::Two::fused(both(t22), t122_123, t224_225);
+    let t228_229 = R::Two::fused(both(t23), t114_115, -t226_227);
+    out[9][1] = t228_229.first();
+    out[15][1] = t228_229.second();
+    let t230_231 = both(t24) * t118_119;
+    let t232_233 = R::Two::fused(both(t25), t122_123, t230_231);
+    let t234_235 = R::Two::fused(both(t27), t114_115, -t232_233);
+    out[9][2] = t234_235.first();
+    out[15][2] = t234_235.second();
+    let t236_237 = both(t17) * t130_131;
+    let t238_239 = R::Two::fused(both(t18), t134_135, t236_237);
+    let t240_241 = R::Two::fused(both(t19), t126_127, -t238_239);
+    out[10][0] = t240_241.first();
+    out[16][0] = t240_241.second();
+    let t242_243 = both(t20) * t130_131;
+    let t244_245 = R::Two::fused(both(t22), t134_135, t242_243);
+    let t246_247 = R::Two::fused(both(t23), t126_127, -t244_245);
+    out[10][1] = t246_247.first();
+    out[16][1] = t246_247.second();
+    let t248_249 = both(t24) * t130_131;
+    let t250_251 = R::Two::fused(both(t25), t134_135, t248_249);
+    let t252_253 = R::Two::fused(both(t27), t126_127, -t250_251);
+    out[10][2] = t252_253.first();
+    out[16][2] = t252_253.second();
+    let t254_255 = both(t17) * t146_147;
+    let t256_257 = R::Two::fused(both(t18), t150_151, t254_255);
+    let t258_259 = R::Two::fused(both(t19), t142_143, t256_257);
+    out[17][0] = t258_259.first();
+    out[11][0] = t258_259.second();
+    let t260_261 = both(t20) * t146_147;
+    let t262_263 = R::Two::fused(both(t22), t150_151, t260_261);
+    let t264_265 = R::Two::fused(both(t23), t142_143, t262_263);
+    out[17][1] = t264_265.first();
+    out[11][1] = t264_265.second();
+    let t266_267 = both(t24) * t146_147;
+    let t268_269 = R::Two::fused(both(t25), t150_151, t266_267);
+    let t270_271 = R::Two::fused(both(t27), t142_143, t268_269);
+    out[17][2] = t270_271.first();
+    out[11][2] = t270_271.second();
 }
 }

@@ -48,7 +48,7 @@
 //! - [`kinetic_energy()`]: 1 × 1, 556 operations. Kinetic energy.
 //! - [`potential_energy()`]: 1 × 1, 105 operations. Potential energy, zero at the world's origin.
 //! - [`center_of_mass()`]: 3 × 1, 132 operations. Centre of mass in the world.
-//! - [`center_of_mass_jacobian()`]: 3 × 18, 450 operations. Jacobian of the centre of mass with respect to `v`, world
+//! - [`center_of_mass_jacobian()`]: 3 × 18, 387 operations. Jacobian of the centre of mass with respect to `v`, world
 //!   axes.
 //! - [`center_of_mass_velocity()`]: 3 × 1, 273 operations. Velocity of the centre of mass, world axes.
 //! - [`center_of_mass_acceleration()`]: 3 × 1, 590 operations. Acceleration of the centre of mass, world axes.

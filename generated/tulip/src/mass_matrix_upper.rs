@@ -2,7 +2,7 @@
 // inputs: 79e7478bcf132809  refresh: bipedc generate robots/tulip
 
 use super::{NQ, NV};
-use ::bipedc_runtime::Real;
+use ::bipedc_runtime::{Real, Sparsity};
 use ::bipedc_runtime::lanes::{Two, both, two};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
@@ -12,6 +12,8 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Columns: all the elements of [`v`](super::V_NAMES), `base/linear/x` to `left_ankle_roll`.
 /// Source: (4.19a), by composite rigid bodies.
 /// 734 operations: 162 add, 220 mul, 176 fused, 12 sin_cos. For two limbs at once: 273 pairs of them.
+///
+/// Most entries are always zero: [`mass_matrix_upper_nonzeros`] computes the others alone.
 #[inline]
 pub fn mass_matrix_upper<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, NV> {
     let mut out = [[R::constant(0.0); NV]; NV];
@@ -25,9 +27,54 @@ pub fn mass_matrix_upper_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 
     mass_matrix_upper_program(&q.data.0[0], &mut out.data.0);
 }
 
-::bipedc_runtime::dispatched! {
+/// The 127 of 324 entries of [`mass_matrix_upper`] that are not always zero.
+///
+/// Column after column, in each by row: [`MASS_MATRIX_UPPER_SPARSITY`] says where each one stands.
+/// 734 operations: 162 add, 220 mul, 176 fused, 12 sin_cos.
+#[inline]
+pub fn mass_matrix_upper_nonzeros<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 127, 1> {
+    let mut out = [[R::constant(0.0); 127]; 1];
+    mass_matrix_upper_nonzeros_program(&q.data.0[0], |k, x| if let Some(entry) = out[0].get_mut(k) { *entry = x });
+    SMatrix::from_array_storage(ArrayStorage(out))
+}
+
+/// [`mass_matrix_upper_nonzeros`] in place: large results are costly to move.
+#[inline]
+pub fn mass_matrix_upper_nonzeros_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 127, 1>) {
+    mass_matrix_upper_nonzeros_program(
+        &q.data.0[0], |k, x| if let Some(entry) = out.data.0[0].get_mut(k) { *entry = x },
+    );
+}
+
+/// Where the entries of [`mass_matrix_upper_nonzeros`] stand.
+pub const MASS_MATRIX_UPPER_SPARSITY: Sparsity<'static> = Sparsity {
+    rows: NV,
+    columns: NV,
+    column_starts: &[0, 1, 2, 3, 6, 10, 15, 21, 29, 38, 48, 59, 71, 77, 85, 94, 104, 115, 127],
+    row_indices: &[
+        0, 1, 2, 1, 2, 3, 0, 2, 3, 4, 0, 1, 3, 4, 5, 0, 1, 3, 4, 5, 6, 0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7,
+        8, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 0, 1,
+        3, 4, 5, 12, 0, 1, 2, 3, 4, 5, 12, 13, 0, 1, 2, 3, 4, 5, 12, 13, 14, 0, 1, 2, 3, 4, 5, 12, 13, 14, 15, 0, 1, 2,
+        3, 4, 5, 12, 13, 14, 15, 16, 0, 1, 2, 3, 4, 5, 12, 13, 14, 15, 16, 17,
+    ],
+};
+
 #[inline]
 pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV]) {
+    const POSITIONS: [u16; 127] = MASS_MATRIX_UPPER_SPARSITY.positions();
+    let out = out.as_flattened_mut();
+    out.fill(R::constant(0.0));
+    let set = |k: usize, x: R| {
+        if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {
+            *entry = x;
+        }
+    };
+    mass_matrix_upper_nonzeros_program(q, set);
+}
+
+::bipedc_runtime::dispatched! {
+#[inline]
+pub(super) fn mass_matrix_upper_nonzeros_program<R: Real>(q: &[R; NQ]) storing set {
     let q_right_hip_yaw = q[7];
     let q_right_hip_roll = q[8];
     let q_right_hip_pitch = q[9];
@@ -132,8 +179,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t86_87 = t28_29.swapped() + t72_73;
     t88_89 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1); // right_lower_leg, left_lower_leg: sums of what it carries
     t90_91 = both(R::constant(0.0039379874985)) + t66_67;
-    out[16][16] = t90_91.first();
-    out[10][10] = t90_91.second();
+    set(114, t90_91.first());
+    set(58, t90_91.second());
     t92_93 = both(R::constant(0.00009166667)) * t64_65; // right_foot, left_foot: sums of what it carries
     t94_95 = both(R::constant(0.00172)) * t58_59; // right_lower_leg, left_lower_leg: sums of what it carries
     t96_97 = both(R::constant(0.315)) * two(cos_q_left_hip_pitch, cos_q_right_hip_pitch);
@@ -150,14 +197,14 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t114_115 = R::Two::fused(two(sin_q_left_ankle_roll, sin_q_right_ankle_roll), both(R::constant(-0.0006105)), t92_93);
     t116_117 = t90_91.swapped() + t110_111;
     t118_119 = t90_91.swapped() + t102_103; // right_ankle, left_ankle: mass matrix
-    out[10][9] = t118_119.first();
-    out[16][15] = t118_119.second();
+    set(57, t118_119.first());
+    set(113, t118_119.second());
     // right_lower_leg, left_lower_leg: sums of what it carries
     t120_121 = t96_97.swapped() * t68_69;
     t122_123 = both(R::constant(0.00086)) - t108_109;
     t124_125 = both(R::constant(0.07325338333)) + t116_117;
-    out[9][9] = t124_125.first();
-    out[15][15] = t124_125.second();
+    set(47, t124_125.first());
+    set(103, t124_125.second());
     t126_127 = two(sin_q_left_hip_pitch, sin_q_right_hip_pitch) * two(sin_q_left_hip_pitch, sin_q_right_hip_pitch);
     t128_129 = t100_101.swapped() * t70_71;
     t130_131 = both(R::constant(0.0165)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll); // right_foot, left_foot
@@ -174,8 +221,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t148_149 = t138_139 * two(cos_q_left_hip_roll, cos_q_right_hip_roll);
     t150_151 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t136_137.swapped(), t146_147);
     t152_153 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t136_137.swapped(), t148_149 * two(R::constant(1.0), R::constant(-1.0)));
-    out[13][2] = t152_153.first();
-    out[7][2] = t152_153.second();
+    set(79, t152_153.first());
+    set(23, t152_153.second());
     // right_lower_leg, left_lower_leg: sums of what it carries
     t154_155 = both(R::constant(0.0727810499985)) - t106_107;
     t156_157 = t104_105 + t154_155;
@@ -185,19 +232,19 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t164_165 = t128_129 + t120_121; // right_lower_leg, left_lower_leg: mass matrix
     t166_167 = both(R::constant(2.0)) * t128_129;
     t168_169 = t124_125 + t164_165; // right_lower_leg, left_lower_leg: mass matrix
-    out[9][8] = t168_169.first();
-    out[15][14] = t168_169.second();
+    set(46, t168_169.first());
+    set(102, t168_169.second());
     t170_171 = t156_157 + t162_163;
     t172_173 = t166_167 + t162_163;
     t174_175 = t160_161 + t166_167;
     t176_177 = t124_125 + t172_173;
     t178_179 = both(R::constant(0.231642)) + t176_177; // right_upper_leg, left_upper_leg: sums of what it carries
-    out[8][8] = t178_179.first();
-    out[14][14] = t178_179.second();
+    set(37, t178_179.first());
+    set(93, t178_179.second());
     t180 = t150_151.first() - t150_151.second(); // right_hip_yaw_link: sums of what it carries
     t181 = R::constant(2.4915) + t180; // torso: sums of what it carries
-    out[4][0] = t181;
-    out[3][1] = -t181; // torso: sums of what it carries
+    set(6, t181);
+    set(3, -t181); // torso: sums of what it carries
     t183_184 = both(R::constant(0.008)) + t144_145; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     // right_upper_leg, left_upper_leg: sums of what it carries
     t185_186 = both(R::constant(0.22879800003)) * t126_127;
@@ -210,11 +257,11 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t197_198 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t183_184;
     t199_200 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t183_184;
     t201_202 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t152_153, t197_198.swapped());
-    out[12][0] = t201_202.first();
-    out[6][0] = t201_202.second();
+    set(71, t201_202.first());
+    set(15, t201_202.second());
     t203_204 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t152_153, -t199_200.swapped());
-    out[12][1] = t203_204.first();
-    out[6][1] = t203_204.second();
+    set(72, t203_204.first());
+    set(16, t203_204.second());
     t205_206 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * two(sin_q_left_hip_yaw, sin_q_right_hip_yaw);
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t207_208 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * two(sin_q_left_hip_roll, sin_q_right_hip_roll);
@@ -229,20 +276,20 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t221_222 = t174_175 + t219_220.swapped();
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t223_224 = both(R::constant(0.0016005833535)) + t217_218;
-    out[7][7] = t223_224.first();
-    out[13][13] = t223_224.second();
+    set(28, t223_224.first());
+    set(84, t223_224.second());
     t225_226 = both(R::constant(0.00151725002)) + t221_222;
     t227_228 = both(R::constant(0.0000833333335)) + t178_179;
     t229 = t201_202.first() + t201_202.second(); // right_hip_yaw_link: sums of what it carries
     t230 = R::constant(0.0102) - t229; // torso: sums of what it carries
-    out[3][2] = t230;
-    out[5][0] = -t230; // torso: sums of what it carries
+    set(4, t230);
+    set(10, -t230); // torso: sums of what it carries
     t232_233 = both(R::constant(0.000612)) * two(sin_q_left_ankle_roll, sin_q_right_ankle_roll);
     // right_ankle, left_ankle: sums of what it carries
     t234_235 = R::Two::fused(-t232_233.swapped(), two(sin_t2, sin_t3), t211_212);
     t236_237 = R::Two::fused(-t232_233.swapped(), two(cos_t2, cos_t3), -t213_214);
-    out[10][7] = t236_237.first();
-    out[16][13] = t236_237.second();
+    set(55, t236_237.first());
+    set(111, t236_237.second());
     // right_lower_leg, left_lower_leg: sums of what it carries
     t238_239 = both(R::constant(0.00024)) * two(cos_t0, cos_t1);
     t240_241 = R::Two::fused(both(R::constant(0.000016)), two(sin_t0, sin_t1), t238_239);
@@ -268,7 +315,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t272_273 = R::Two::fused(-t130_131.swapped(), t44_45, -t236_237);
     // right_lower_leg, left_lower_leg: sums of what it carries
     t274_275 = R::Two::fused(t272_273, two(R::constant(1.0), R::constant(-1.0)), t250_251);
-    out[15][13] = t274_275.second();
+    set(101, t274_275.second());
     t276_277 = t100_101.swapped() * t68_69;
     t278_279 = R::Two::fused(t96_97.swapped(), t70_71, t276_277);
     t280_281 = t262_263 - t278_279;
@@ -279,7 +326,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t290_291 = R::Two::fused(t244_245, two(R::constant(-1.0), R::constant(1.0)), t288_289);
     t292_293 = R::Two::fused(-t130_131, t100_101, t274_275.swapped() * two(R::constant(-1.0), R::constant(1.0)));
     t294_295 = R::Two::fused(t292_293, two(R::constant(-1.0), R::constant(1.0)), t254_255);
-    out[14][13] = t294_295.first();
+    set(92, t294_295.first());
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t296_297 = both(R::constant(2.0)) * t290_291;
     t298_299 = R::Two::fused(-t209_210, t296_297, t284_285.swapped());
@@ -290,11 +337,11 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t308_309 = both(R::constant(0.0005199999995)) + t304_305; // right_hip_yaw_link, left_hip_yaw_link
     t310_311 = t290_291 - t302_303;
     t312_313 = both(R::constant(0.0006099999995)) + t306_307; // right_hip_yaw_link, left_hip_yaw_link
-    out[6][6] = t312_313.first();
-    out[12][12] = t312_313.second();
+    set(20, t312_313.first());
+    set(76, t312_313.second());
     t314_315 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t201_202.swapped(), t312_313);
-    out[6][5] = t314_315.first();
-    out[12][5] = t314_315.second();
+    set(19, t314_315.first());
+    set(75, t314_315.second());
     t316_317 = R::Two::fused(t286_287.swapped(), two(R::constant(1.0), R::constant(-1.0)), t312_313);
     t318_319 = two(cos_q_left_hip_roll, cos_q_right_hip_roll) * t294_295;
     t320_321 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t282_283.swapped(), t318_319 * two(R::constant(-1.0), R::constant(1.0)));
@@ -312,20 +359,20 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t342_343 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t203_204, t340_341);
     t344 = t203_204.first() + t203_204.second(); // right_hip_yaw_link: sums of what it carries
     t345 = R::constant(0.20808) - t344; // torso: sums of what it carries
-    out[4][2] = t345;
-    out[5][1] = -t345; // torso: sums of what it carries
+    set(7, t345);
+    set(11, -t345); // torso: sums of what it carries
     t347 = t316_317.second() + t316_317.first(); // right_hip_yaw_link: sums of what it carries
-    out[5][5] = R::constant(0.15966028) + t347; // torso: sums of what it carries
+    set(14, R::constant(0.15966028) + t347); // torso: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
     t349_350 = two(sin_q_left_hip_roll, sin_q_right_hip_roll) * t294_295;
     t351_352 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t282_283.swapped(), t349_350 * two(R::constant(1.0), R::constant(-1.0)));
-    out[13][12] = t351_352.first();
-    out[7][6] = t351_352.second();
+    set(83, t351_352.first());
+    set(27, t351_352.second());
     // right_hip_roll_link, left_hip_roll_link: mass matrix
     t353_354 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t150_151;
-    out[13][0] = t353_354.first();
+    set(77, t353_354.first());
     t355_356 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t150_151;
-    out[7][1] = t355_356.second();
+    set(22, t355_356.second());
     t357_358 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t223_224;
     t359_360 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t223_224;
     // right_upper_leg, left_upper_leg: mass matrix
@@ -333,117 +380,117 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t363_364 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t136_137;
     t365_366 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t144_145;
     t367_368 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t144_145;
-    out[8][2] = t367_368.first();
-    out[14][2] = t367_368.second();
+    set(31, t367_368.first());
+    set(87, t367_368.second());
     t369_370 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t365_366, -t361_362);
-    out[8][0] = t369_370.first();
-    out[14][0] = t369_370.second();
+    set(29, t369_370.first());
+    set(85, t369_370.second());
     t371_372 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t365_366, -t363_364);
-    out[8][1] = t371_372.first();
-    out[14][1] = t371_372.second();
-    out[7][0] = -t353_354.second(); // right_hip_roll_link: mass matrix
+    set(30, t371_372.first());
+    set(86, t371_372.second());
+    set(21, -t353_354.second()); // right_hip_roll_link: mass matrix
     t374_375 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t178_179;
     t376_377 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t178_179;
     t378_379 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t290_291, t374_375.swapped());
     t380_381 = R::Two::fused(-two(cos_q_left_hip_roll, cos_q_right_hip_roll), t290_291, t376_377.swapped());
-    out[14][12] = t380_381.first();
-    out[8][6] = t380_381.second();
+    set(91, t380_381.first());
+    set(35, t380_381.second());
     t382_383 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t369_370, t380_381.swapped());
-    out[8][5] = t382_383.first();
-    out[14][5] = t382_383.second();
+    set(34, t382_383.first());
+    set(90, t382_383.second());
     // right_hip_roll_link, left_hip_roll_link: mass matrix
     t384_385 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t320_321, t357_358.swapped());
     t386_387 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t152_153, t384_385);
-    out[13][3] = t386_387.first();
-    out[7][3] = t386_387.second();
+    set(80, t386_387.first());
+    set(24, t386_387.second());
     t388_389 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t320_321, t359_360.swapped());
-    out[13][4] = t388_389.first();
-    out[7][4] = t388_389.second();
+    set(81, t388_389.first());
+    set(25, t388_389.second());
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
     t390_391 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t351_352;
     t392_393 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t310_311, t390_391);
-    out[12][3] = t392_393.first();
-    out[6][3] = t392_393.second();
+    set(73, t392_393.first());
+    set(17, t392_393.second());
     t394_395 = R::Two::fused(both(R::constant(-0.0764)), t353_354, t351_352); // right_hip_roll_link, left_hip_roll_link
-    out[13][5] = t394_395.first();
-    out[7][5] = t394_395.second();
+    set(82, t394_395.first());
+    set(26, t394_395.second());
     t396_397 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t351_352;
     t398_399 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t310_311, t396_397);
-    out[12][4] = t398_399.first();
-    out[6][4] = t398_399.second();
+    set(74, t398_399.first());
+    set(18, t398_399.second());
     t400_401 = R::Two::fused(both(R::constant(0.0764)), t150_151, -t398_399);
     // right_upper_leg, left_upper_leg: mass matrix
     t402_403 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t294_295;
     t404_405 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t378_379, t402_403 * two(R::constant(-1.0), R::constant(1.0)));
     t406_407 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t367_368, -t404_405.swapped());
-    out[8][3] = t406_407.first();
-    out[14][3] = t406_407.second();
+    set(32, t406_407.first());
+    set(88, t406_407.second());
     t408 = t342_343.first() + t342_343.second(); // right_hip_yaw_link: sums of what it carries
     t409 = t336_337.second() + t336_337.first(); // right_hip_yaw_link: sums of what it carries
     t410 = t338_339.second() + t338_339.first(); // right_hip_yaw_link: sums of what it carries
-    out[4][4] = R::constant(0.812133582) + t409; // torso: sums of what it carries
-    out[3][3] = R::constant(0.908224198) + t410; // torso: sums of what it carries
-    out[4][3] = R::constant(0.00220808) - t408; // torso: sums of what it carries
+    set(9, R::constant(0.812133582) + t409); // torso: sums of what it carries
+    set(5, R::constant(0.908224198) + t410); // torso: sums of what it carries
+    set(8, R::constant(0.00220808) - t408); // torso: sums of what it carries
     t414 = t392_393.first() + t392_393.second(); // right_hip_yaw_link: sums of what it carries
     t415 = t400_401.first() + t400_401.second(); // right_hip_yaw_link: sums of what it carries
-    out[5][3] = R::constant(0.0404594) + t414; // torso: sums of what it carries
+    set(12, R::constant(0.0404594) + t414); // torso: sums of what it carries
     t417 = R::constant(0.0014735) + t415; // torso: sums of what it carries
-    out[5][4] = -t417; // torso: sums of what it carries
+    set(13, -t417); // torso: sums of what it carries
     t419_420 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t294_295;
     t421_422 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t378_379, t419_420 * two(R::constant(1.0), R::constant(-1.0)));
-    out[14][4] = t421_422.first();
-    out[8][4] = t421_422.second();
-    out[8][7] = -t294_295.second(); // right_upper_leg: sums of what it carries
+    set(89, t421_422.first());
+    set(33, t421_422.second());
+    set(36, -t294_295.second()); // right_upper_leg: sums of what it carries
     // right_lower_leg, left_lower_leg: mass matrix
     t424_425 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t68_69;
     t426_427 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t68_69;
     t428_429 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t70_71;
     t430_431 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t70_71;
-    out[9][2] = t430_431.first();
-    out[15][2] = t430_431.second();
+    set(40, t430_431.first());
+    set(96, t430_431.second());
     t432_433 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t428_429, -t424_425);
-    out[9][0] = t432_433.first();
-    out[15][0] = t432_433.second();
+    set(38, t432_433.first());
+    set(94, t432_433.second());
     t434_435 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t428_429, -t426_427);
-    out[9][1] = t434_435.first();
-    out[15][1] = t434_435.second();
+    set(39, t434_435.first());
+    set(95, t434_435.second());
     t436_437 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t274_275;
     t438_439 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t168_169;
     t440_441 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t168_169;
     t442_443 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t270_271, t438_439);
     t444_445 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t270_271, t440_441);
-    out[9][6] = t444_445.first();
-    out[15][12] = t444_445.second();
+    set(44, t444_445.first());
+    set(100, t444_445.second());
     t446_447 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t432_433, t444_445);
-    out[9][5] = t446_447.first();
-    out[15][5] = t446_447.second();
+    set(43, t446_447.first());
+    set(99, t446_447.second());
     t448_449 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t442_443, t436_437 * two(R::constant(1.0), R::constant(-1.0)));
     t450_451 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t430_431, -t448_449);
-    out[9][3] = t450_451.first();
-    out[15][3] = t450_451.second();
+    set(41, t450_451.first());
+    set(97, t450_451.second());
     t452_453 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t274_275;
     t454_455 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t442_443, t452_453 * two(R::constant(-1.0), R::constant(1.0)));
-    out[9][4] = t454_455.first();
-    out[15][4] = t454_455.second();
-    out[9][7] = -t274_275.first(); // right_lower_leg: sums of what it carries
+    set(42, t454_455.first());
+    set(98, t454_455.second());
+    set(45, -t274_275.first()); // right_lower_leg: sums of what it carries
     // right_ankle, left_ankle: mass matrix
     t457_458 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t30_31;
     t459_460 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t32_33;
     t461_462 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t459_460, -t457_458);
-    out[10][0] = t461_462.first();
-    out[16][0] = t461_462.second();
+    set(48, t461_462.first());
+    set(104, t461_462.second());
     t463_464 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t30_31;
     t465_466 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t459_460, -t463_464);
-    out[10][1] = t465_466.first();
-    out[16][1] = t465_466.second();
+    set(49, t465_466.first());
+    set(105, t465_466.second());
     t467_468 = t96_97.swapped() * t30_31;
     t469_470 = R::Two::fused(t100_101.swapped(), t32_33, t467_468);
     t471_472 = t118_119 + t469_470;
-    out[10][8] = t471_472.first();
-    out[16][14] = t471_472.second();
+    set(56, t471_472.first());
+    set(112, t471_472.second());
     t473_474 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t32_33;
-    out[10][2] = t473_474.first();
-    out[16][2] = t473_474.second();
+    set(50, t473_474.first());
+    set(106, t473_474.second());
     t475_476 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t236_237;
     t477_478 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t236_237;
     // right_foot, left_foot: mass matrix
@@ -453,8 +500,8 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t485_486 = R::Two::fused(-two(sin_q_left_hip_roll, sin_q_right_hip_roll), t481_482.swapped(), t483_484);
     t487_488 = t6_7 * two(sin_q_left_hip_roll, sin_q_right_hip_roll);
     t489_490 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t481_482.swapped(), t487_488);
-    out[17][2] = t489_490.first();
-    out[11][2] = t489_490.second();
+    set(117, t489_490.first());
+    set(61, t489_490.second());
     let (
         t491_492, t493_494, t495_496, t497_498, t499_500, t501_502, t503_504, t505_506, t507_508, t509_510, t511_512,
         t513_514, t515_516, t517_518, t519_520, t521_522, t523_524, t525_526, t527_528, t529_530, t531_532, t533_534,
@@ -465,12 +512,12 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t493_494 = t10_11.swapped() * two(cos_t2, cos_t3);
     t495_496 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t479_480;
     t497_498 = R::Two::fused(-two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t485_486, t495_496.swapped());
-    out[17][0] = t497_498.first();
-    out[11][0] = t497_498.second();
+    set(115, t497_498.first());
+    set(59, t497_498.second());
     t499_500 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t479_480;
     t501_502 = R::Two::fused(two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t485_486, t499_500.swapped());
-    out[17][1] = t501_502.first();
-    out[11][1] = t501_502.second();
+    set(116, t501_502.first());
+    set(60, t501_502.second());
     t503_504 = R::Two::fused(two(cos_q_left_ankle_roll, cos_q_right_ankle_roll), both(R::constant(0.0006105)), both(R::constant(0.001228333333)));
     t505_506 = R::Two::fused(t503_504.swapped(), two(cos_t2, cos_t3), t491_492);
     t507_508 = R::Two::fused(-t503_504.swapped(), two(sin_t2, sin_t3), t493_494);
@@ -478,38 +525,38 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t511_512 = t42_43 * t479_480;
     t513_514 = t96_97.swapped() * t479_480;
     t515_516 = R::Two::fused(t6_7, t96_97, t509_510.swapped());
-    out[17][13] = t515_516.first();
-    out[11][7] = t515_516.second();
+    set(122, t515_516.first());
+    set(66, t515_516.second());
     t517_518 = R::Two::fused(-t44_45, t481_482, t511_512);
     t519_520 = R::Two::fused(-t100_101.swapped(), t481_482, t513_514);
     t521_522 = R::Two::fused(-t6_7.swapped(), t44_45, t507_508);
     t523_524 = R::Two::fused(-t6_7, t100_101, t521_522.swapped());
     t525_526 = t232_233.swapped() + t517_518;
     t527_528 = -t232_233; // right_foot, left_foot: sums of what it carries
-    out[17][16] = t527_528.first();
-    out[11][10] = t527_528.second();
+    set(125, t527_528.first());
+    set(69, t527_528.second());
     t529_530 = t525_526 + t519_520;
     t531_532 = -t525_526;
-    out[11][9] = t531_532.first();
-    out[17][15] = t531_532.second();
+    set(68, t531_532.first());
+    set(124, t531_532.second());
     // right_ankle, left_ankle: mass matrix
     t533_534 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t471_472;
     t535_536 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t471_472;
     t537_538 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t234_235, t533_534);
     t539_540 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t234_235, t535_536);
-    out[10][6] = t539_540.first();
-    out[16][12] = t539_540.second();
+    set(54, t539_540.first());
+    set(110, t539_540.second());
     t541_542 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t461_462, t539_540);
-    out[10][5] = t541_542.first();
-    out[16][5] = t541_542.second();
+    set(53, t541_542.first());
+    set(109, t541_542.second());
     t543_544 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t537_538, -t475_476);
     t545_546 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t537_538, t477_478);
-    out[10][4] = t545_546.first();
-    out[16][4] = t545_546.second();
+    set(52, t545_546.first());
+    set(108, t545_546.second());
     t547_548 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t473_474, -t543_544);
-    out[10][3] = t547_548.first();
-    out[16][3] = t547_548.second();
-    out[13][1] = -t355_356.first(); // left_hip_roll_link: mass matrix
+    set(51, t547_548.first());
+    set(107, t547_548.second());
+    set(78, -t355_356.first()); // left_hip_roll_link: mass matrix
     // right_foot, left_foot: mass matrix
     t550_551 = two(cos_q_left_hip_yaw, cos_q_right_hip_yaw) * t515_516;
     t552_553 = two(sin_q_left_hip_yaw, sin_q_right_hip_yaw) * t515_516;
@@ -517,222 +564,25 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     t556_557 = R::Two::fused(two(sin_q_left_hip_roll, sin_q_right_hip_roll), t523_524, t554_555.swapped());
     t558_559 = R::Two::fused(two(sin_q_left_hip_yaw, sin_q_right_hip_yaw), t556_557, t550_551);
     t560_561 = R::Two::fused(-two(cos_q_left_hip_yaw, cos_q_right_hip_yaw), t556_557, t552_553);
-    out[17][4] = t560_561.first();
-    out[11][4] = t560_561.second();
+    set(119, t560_561.first());
+    set(63, t560_561.second());
     t562_563 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t489_490, t558_559);
-    out[17][3] = t562_563.first();
-    out[11][3] = t562_563.second();
+    set(118, t562_563.first());
+    set(62, t562_563.second());
     t564_565 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t529_530;
     t566_567 = R::Two::fused(two(cos_q_left_hip_roll, cos_q_right_hip_roll), t523_524, -t564_565.swapped());
-    out[17][12] = t566_567.first();
-    out[11][6] = t566_567.second();
+    set(121, t566_567.first());
+    set(65, t566_567.second());
     t568_569 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t497_498, t566_567);
-    out[17][5] = t568_569.first();
-    out[11][5] = t568_569.second();
+    set(120, t568_569.first());
+    set(64, t568_569.second());
     t570_571 = -t529_530;
-    out[11][8] = t570_571.first();
-    out[17][14] = t570_571.second();
-    out[0][0] = R::constant(19.0);
-    out[0][1] = R::constant(0.0);
-    out[0][2] = R::constant(0.0);
-    out[0][3] = R::constant(0.0);
-    out[0][4] = R::constant(0.0);
-    out[0][5] = R::constant(0.0);
-    out[0][6] = R::constant(0.0);
-    out[0][7] = R::constant(0.0);
-    out[0][8] = R::constant(0.0);
-    out[0][9] = R::constant(0.0);
-    out[0][10] = R::constant(0.0);
-    out[0][11] = R::constant(0.0);
-    out[0][12] = R::constant(0.0);
-    out[0][13] = R::constant(0.0);
-    out[0][14] = R::constant(0.0);
-    out[0][15] = R::constant(0.0);
-    out[0][16] = R::constant(0.0);
-    out[0][17] = R::constant(0.0);
-    out[1][0] = R::constant(0.0);
-    out[1][1] = R::constant(19.0);
-    out[1][2] = R::constant(0.0);
-    out[1][3] = R::constant(0.0);
-    out[1][4] = R::constant(0.0);
-    out[1][5] = R::constant(0.0);
-    out[1][6] = R::constant(0.0);
-    out[1][7] = R::constant(0.0);
-    out[1][8] = R::constant(0.0);
-    out[1][9] = R::constant(0.0);
-    out[1][10] = R::constant(0.0);
-    out[1][11] = R::constant(0.0);
-    out[1][12] = R::constant(0.0);
-    out[1][13] = R::constant(0.0);
-    out[1][14] = R::constant(0.0);
-    out[1][15] = R::constant(0.0);
-    out[1][16] = R::constant(0.0);
-    out[1][17] = R::constant(0.0);
-    out[2][0] = R::constant(0.0);
-    out[2][1] = R::constant(0.0);
-    out[2][2] = R::constant(19.0);
-    out[2][3] = R::constant(0.0);
-    out[2][4] = R::constant(0.0);
-    out[2][5] = R::constant(0.0);
-    out[2][6] = R::constant(0.0);
-    out[2][7] = R::constant(0.0);
-    out[2][8] = R::constant(0.0);
-    out[2][9] = R::constant(0.0);
-    out[2][10] = R::constant(0.0);
-    out[2][11] = R::constant(0.0);
-    out[2][12] = R::constant(0.0);
-    out[2][13] = R::constant(0.0);
-    out[2][14] = R::constant(0.0);
-    out[2][15] = R::constant(0.0);
-    out[2][16] = R::constant(0.0);
-    out[2][17] = R::constant(0.0);
-    out[3][0] = R::constant(0.0);
-    out[3][4] = R::constant(0.0);
-    out[3][5] = R::constant(0.0);
-    out[3][6] = R::constant(0.0);
-    out[3][7] = R::constant(0.0);
-    out[3][8] = R::constant(0.0);
-    out[3][9] = R::constant(0.0);
-    out[3][10] = R::constant(0.0);
-    out[3][11] = R::constant(0.0);
-    out[3][12] = R::constant(0.0);
-    out[3][13] = R::constant(0.0);
-    out[3][14] = R::constant(0.0);
-    out[3][15] = R::constant(0.0);
-    out[3][16] = R::constant(0.0);
-    out[3][17] = R::constant(0.0);
-    out[4][1] = R::constant(0.0);
-    out[4][5] = R::constant(0.0);
-    out[4][6] = R::constant(0.0);
-    out[4][7] = R::constant(0.0);
-    out[4][8] = R::constant(0.0);
-    out[4][9] = R::constant(0.0);
-    out[4][10] = R::constant(0.0);
-    out[4][11] = R::constant(0.0);
-    out[4][12] = R::constant(0.0);
-    out[4][13] = R::constant(0.0);
-    out[4][14] = R::constant(0.0);
-    out[4][15] = R::constant(0.0);
-    out[4][16] = R::constant(0.0);
-    out[4][17] = R::constant(0.0);
-    out[5][2] = R::constant(0.0);
-    out[5][6] = R::constant(0.0);
-    out[5][7] = R::constant(0.0);
-    out[5][8] = R::constant(0.0);
-    out[5][9] = R::constant(0.0);
-    out[5][10] = R::constant(0.0);
-    out[5][11] = R::constant(0.0);
-    out[5][12] = R::constant(0.0);
-    out[5][13] = R::constant(0.0);
-    out[5][14] = R::constant(0.0);
-    out[5][15] = R::constant(0.0);
-    out[5][16] = R::constant(0.0);
-    out[5][17] = R::constant(0.0);
-    out[6][2] = R::constant(0.0);
-    out[6][7] = R::constant(0.0);
-    out[6][8] = R::constant(0.0);
-    out[6][9] = R::constant(0.0);
-    out[6][10] = R::constant(0.0);
-    out[6][11] = R::constant(0.0);
-    out[6][12] = R::constant(0.0);
-    out[6][13] = R::constant(0.0);
-    out[6][14] = R::constant(0.0);
-    out[6][15] = R::constant(0.0);
-    out[6][16] = R::constant(0.0);
-    out[6][17] = R::constant(0.0);
-    out[7][8] = R::constant(0.0);
-    out[7][9] = R::constant(0.0);
-    out[7][10] = R::constant(0.0);
-    out[7][11] = R::constant(0.0);
-    out[7][12] = R::constant(0.0);
-    out[7][13] = R::constant(0.0);
-    out[7][14] = R::constant(0.0);
-    out[7][15] = R::constant(0.0);
-    out[7][16] = R::constant(0.0);
-    out[7][17] = R::constant(0.0);
-    out[8][9] = R::constant(0.0);
-    out[8][10] = R::constant(0.0);
-    out[8][11] = R::constant(0.0);
-    out[8][12] = R::constant(0.0);
-    out[8][13] = R::constant(0.0);
-    out[8][14] = R::constant(0.0);
-    out[8][15] = R::constant(0.0);
-    out[8][16] = R::constant(0.0);
-    out[8][17] = R::constant(0.0);
-    out[9][10] = R::constant(0.0);
-    out[9][11] = R::constant(0.0);
-    out[9][12] = R::constant(0.0);
-    out[9][13] = R::constant(0.0);
-    out[9][14] = R::constant(0.0);
-    out[9][15] = R::constant(0.0);
-    out[9][16] = R::constant(0.0);
-    out[9][17] = R::constant(0.0);
-    out[10][11] = R::constant(0.0);
-    out[10][12] = R::constant(0.0);
-    out[10][13] = R::constant(0.0);
-    out[10][14] = R::constant(0.0);
-    out[10][15] = R::constant(0.0);
-    out[10][16] = R::constant(0.0);
-    out[10][17] = R::constant(0.0);
-    out[11][11] = R::constant(0.001228333333);
-    out[11][12] = R::constant(0.0);
-    out[11][13] = R::constant(0.0);
-    out[11][14] = R::constant(0.0);
-    out[11][15] = R::constant(0.0);
-    out[11][16] = R::constant(0.0);
-    out[11][17] = R::constant(0.0);
-    out[12][2] = R::constant(0.0);
-    out[12][6] = R::constant(0.0);
-    out[12][7] = R::constant(0.0);
-    out[12][8] = R::constant(0.0);
-    out[12][9] = R::constant(0.0);
-    out[12][10] = R::constant(0.0);
-    out[12][11] = R::constant(0.0);
-    out[12][13] = R::constant(0.0);
-    out[12][14] = R::constant(0.0);
-    out[12][15] = R::constant(0.0);
-    out[12][16] = R::constant(0.0);
-    out[12][17] = R::constant(0.0);
-    out[13][6] = R::constant(0.0);
-    out[13][7] = R::constant(0.0);
-    out[13][8] = R::constant(0.0);
-    out[13][9] = R::constant(0.0);
-    out[13][10] = R::constant(0.0);
-    out[13][11] = R::constant(0.0);
-    out[13][14] = R::constant(0.0);
-    out[13][15] = R::constant(0.0);
-    out[13][16] = R::constant(0.0);
-    out[13][17] = R::constant(0.0);
-    out[14][6] = R::constant(0.0);
-    out[14][7] = R::constant(0.0);
-    out[14][8] = R::constant(0.0);
-    out[14][9] = R::constant(0.0);
-    out[14][10] = R::constant(0.0);
-    out[14][11] = R::constant(0.0);
-    out[14][15] = R::constant(0.0);
-    out[14][16] = R::constant(0.0);
-    out[14][17] = R::constant(0.0);
-    out[15][6] = R::constant(0.0);
-    out[15][7] = R::constant(0.0);
-    out[15][8] = R::constant(0.0);
-    out[15][9] = R::constant(0.0);
-    out[15][10] = R::constant(0.0);
-    out[15][11] = R::constant(0.0);
-    out[15][16] = R::constant(0.0);
-    out[15][17] = R::constant(0.0);
-    out[16][6] = R::constant(0.0);
-    out[16][7] = R::constant(0.0);
-    out[16][8] = R::constant(0.0);
-    out[16][9] = R::constant(0.0);
-    out[16][10] = R::constant(0.0);
-    out[16][11] = R::constant(0.0);
-    out[16][17] = R::constant(0.0);
-    out[17][6] = R::constant(0.0);
-    out[17][7] = R::constant(0.0);
-    out[17][8] = R::constant(0.0);
-    out[17][9] = R::constant(0.0);
-    out[17][10] = R::constant(0.0);
-    out[17][11] = R::constant(0.0);
-    out[17][17] = R::constant(0.001228333333);
+    set(67, t570_571.first());
+    set(123, t570_571.second());
+    set(0, R::constant(19.0));
+    set(1, R::constant(19.0));
+    set(2, R::constant(19.0));
+    set(70, R::constant(0.001228333333));
+    set(126, R::constant(0.001228333333));
 }
 }

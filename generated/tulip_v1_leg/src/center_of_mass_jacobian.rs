@@ -35,139 +35,139 @@ pub(super) fn center_of_mass_jacobian_program<R: Real>(q: &[R; NQ], out: &mut [[
     let q_right_ankle_roll = q[5];
     let (
         [
-            sin_q_right_hip_yaw, sin_q_right_hip_roll, sin_q_right_hip_pitch, sin_q_right_knee_pitch,
-            sin_q_right_ankle_pitch, sin_q_right_ankle_roll,
+            sin_q_right_ankle_roll, sin_q_right_ankle_pitch, sin_q_right_knee_pitch, sin_q_right_hip_pitch,
+            sin_q_right_hip_roll, sin_q_right_hip_yaw,
         ],
         [
-            cos_q_right_hip_yaw, cos_q_right_hip_roll, cos_q_right_hip_pitch, cos_q_right_knee_pitch,
-            cos_q_right_ankle_pitch, cos_q_right_ankle_roll,
+            cos_q_right_ankle_roll, cos_q_right_ankle_pitch, cos_q_right_knee_pitch, cos_q_right_hip_pitch,
+            cos_q_right_hip_roll, cos_q_right_hip_yaw,
         ],
     ) = R::sin_cos_all([
-        q_right_hip_yaw, q_right_hip_roll, q_right_hip_pitch, q_right_knee_pitch, q_right_ankle_pitch,
-        q_right_ankle_roll,
+        q_right_ankle_roll, q_right_ankle_pitch, q_right_knee_pitch, q_right_hip_pitch, q_right_hip_roll,
+        q_right_hip_yaw,
     ]);
-    // right_hip_roll_link: pose in the world
-    let t0 = sin_q_right_hip_yaw * cos_q_right_hip_roll;
-    let t1 = sin_q_right_hip_yaw * sin_q_right_hip_roll;
-    let t2 = cos_q_right_hip_yaw * cos_q_right_hip_roll;
-    let t3 = cos_q_right_hip_yaw * sin_q_right_hip_roll;
-    // right_upper_leg: pose in the world
-    let t4 = t1 * cos_q_right_hip_pitch;
-    let t5 = R::fused(cos_q_right_hip_yaw, sin_q_right_hip_pitch, t4);
-    let t6 = t1 * sin_q_right_hip_pitch;
-    let t7 = R::fused(-cos_q_right_hip_yaw, cos_q_right_hip_pitch, t6);
-    let t8 = t3 * cos_q_right_hip_pitch;
-    let t9 = R::fused(-sin_q_right_hip_yaw, sin_q_right_hip_pitch, t8);
-    let t10 = t3 * sin_q_right_hip_pitch;
-    let t11 = R::fused(sin_q_right_hip_yaw, cos_q_right_hip_pitch, t10);
-    let t12 = cos_q_right_hip_roll * cos_q_right_hip_pitch;
-    let t13 = cos_q_right_hip_roll * sin_q_right_hip_pitch;
-    // right_lower_leg: pose in the world
-    let t14 = t5 * cos_q_right_knee_pitch;
-    let t15 = R::fused(-t7, sin_q_right_knee_pitch, t14);
-    let t16 = t5 * sin_q_right_knee_pitch;
-    let t17 = R::fused(t7, cos_q_right_knee_pitch, t16);
-    let t18 = t9 * cos_q_right_knee_pitch;
-    let t19 = R::fused(-t11, sin_q_right_knee_pitch, t18);
-    let t20 = t9 * sin_q_right_knee_pitch;
-    let t21 = R::fused(t11, cos_q_right_knee_pitch, t20);
-    let t22 = t12 * cos_q_right_knee_pitch;
-    let t23 = R::fused(-t13, sin_q_right_knee_pitch, t22);
-    let t24 = t12 * sin_q_right_knee_pitch;
-    let t25 = R::fused(t13, cos_q_right_knee_pitch, t24);
-    // right_ankle: pose in the world
-    let t26 = t15 * cos_q_right_ankle_pitch;
-    let t27 = R::fused(-t17, sin_q_right_ankle_pitch, t26);
-    let t28 = t15 * sin_q_right_ankle_pitch;
-    let t29 = R::fused(t17, cos_q_right_ankle_pitch, t28);
-    let t30 = t19 * cos_q_right_ankle_pitch;
-    let t31 = R::fused(-t21, sin_q_right_ankle_pitch, t30);
-    let t32 = t19 * sin_q_right_ankle_pitch;
-    let t33 = R::fused(t21, cos_q_right_ankle_pitch, t32);
-    let t34 = t23 * cos_q_right_ankle_pitch;
-    let t35 = R::fused(-t25, sin_q_right_ankle_pitch, t34);
-    let t36 = t23 * sin_q_right_ankle_pitch;
-    let t37 = R::fused(t25, cos_q_right_ankle_pitch, t36);
-    // right_foot: pose in the world
-    let t38 = t0 * cos_q_right_ankle_roll;
-    let t39 = R::fused(-t27, sin_q_right_ankle_roll, t38);
-    let t40 = t2 * cos_q_right_ankle_roll;
-    let t41 = R::fused(-t31, sin_q_right_ankle_roll, t40);
-    let t42 = sin_q_right_hip_roll * cos_q_right_ankle_roll;
-    let t43 = R::fused(t35, sin_q_right_ankle_roll, t42);
-    let t44 = R::fused(R::constant(0.015), cos_q_right_ankle_roll, R::constant(0.02072)); // right_foot
+    let t0 = R::fused(R::constant(0.015), cos_q_right_ankle_roll, R::constant(0.02072)); // right_foot
     // right_ankle: sums of what it carries
-    let t45 = cos_q_right_ankle_pitch * t44;
-    let t46 = R::fused(R::constant(0.0125), sin_q_right_ankle_pitch, t45);
-    let t47 = sin_q_right_ankle_pitch * t44;
-    let t48 = R::fused(R::constant(-0.0125), cos_q_right_ankle_pitch, t47);
-    let t49 = R::constant(0.0054) - t48;
-    let t50 = R::constant(0.28176) + t46;
+    let t1 = t0 * cos_q_right_ankle_pitch;
+    let t2 = R::fused(R::constant(0.0125), sin_q_right_ankle_pitch, t1);
+    let t3 = t0 * sin_q_right_ankle_pitch;
+    let t4 = R::fused(R::constant(-0.0125), cos_q_right_ankle_pitch, t3);
+    let t5 = R::constant(0.0054) - t4;
+    let t6 = R::constant(0.28176) + t2;
     // right_lower_leg: sums of what it carries
-    let t51 = cos_q_right_knee_pitch * t50;
-    let t52 = R::fused(sin_q_right_knee_pitch, t49, t51);
-    let t53 = sin_q_right_knee_pitch * t50;
-    let t54 = R::fused(-cos_q_right_knee_pitch, t49, t53);
-    let t55 = R::constant(0.012) - t54;
-    let t56 = R::constant(0.7908) + t52;
+    let t7 = t6 * cos_q_right_knee_pitch;
+    let t8 = R::fused(t5, sin_q_right_knee_pitch, t7);
+    let t9 = t6 * sin_q_right_knee_pitch;
+    let t10 = R::fused(-t5, cos_q_right_knee_pitch, t9);
+    let t11 = R::constant(0.012) - t10;
+    let t12 = R::constant(0.7908) + t8;
     // right_upper_leg: sums of what it carries
-    let t57 = cos_q_right_hip_pitch * t56;
-    let t58 = R::fused(sin_q_right_hip_pitch, t55, t57);
-    let t59 = sin_q_right_hip_pitch * t56;
-    let t60 = R::fused(-cos_q_right_hip_pitch, t55, t59);
-    let t61 = R::fused(R::constant(-0.015), sin_q_right_ankle_roll, R::constant(0.2381));
-    let t62 = R::constant(0.1718) + t58;
+    let t13 = t12 * cos_q_right_hip_pitch;
+    let t14 = R::fused(t11, sin_q_right_hip_pitch, t13);
+    let t15 = t12 * sin_q_right_hip_pitch;
+    let t16 = R::fused(-t11, cos_q_right_hip_pitch, t15);
+    let t17 = R::fused(R::constant(-0.015), sin_q_right_ankle_roll, R::constant(0.2381));
+    let t18 = R::constant(0.1718) + t14;
     // right_hip_roll_link: sums of what it carries
-    let t63 = cos_q_right_hip_roll * t61;
-    let t64 = R::fused(-sin_q_right_hip_roll, t62, t63);
-    let t65 = R::constant(0.0075) + t60;
-    let t66 = R::constant(0.17445) + t64;
+    let t19 = t17 * cos_q_right_hip_roll;
+    let t20 = R::fused(-t18, sin_q_right_hip_roll, t19);
+    let t21 = R::constant(0.0075) + t16;
+    let t22 = R::constant(0.17445) + t20;
+    // right_hip_roll_link: pose in the world
+    let t23 = cos_q_right_hip_roll * sin_q_right_hip_yaw;
+    let t24 = sin_q_right_hip_roll * sin_q_right_hip_yaw;
+    let t25 = cos_q_right_hip_roll * cos_q_right_hip_yaw;
+    let t26 = sin_q_right_hip_roll * cos_q_right_hip_yaw;
+    // right_upper_leg: pose in the world
+    let t27 = cos_q_right_hip_pitch * t24;
+    let t28 = R::fused(sin_q_right_hip_pitch, cos_q_right_hip_yaw, t27);
+    let t29 = sin_q_right_hip_pitch * t24;
+    let t30 = R::fused(-cos_q_right_hip_pitch, cos_q_right_hip_yaw, t29);
+    let t31 = cos_q_right_hip_pitch * t26;
+    let t32 = R::fused(-sin_q_right_hip_pitch, sin_q_right_hip_yaw, t31);
+    let t33 = sin_q_right_hip_pitch * t26;
+    let t34 = R::fused(cos_q_right_hip_pitch, sin_q_right_hip_yaw, t33);
+    let t35 = cos_q_right_hip_pitch * cos_q_right_hip_roll;
+    let t36 = sin_q_right_hip_pitch * cos_q_right_hip_roll;
+    // right_lower_leg: pose in the world
+    let t37 = cos_q_right_knee_pitch * t28;
+    let t38 = R::fused(-sin_q_right_knee_pitch, t30, t37);
+    let t39 = sin_q_right_knee_pitch * t28;
+    let t40 = R::fused(cos_q_right_knee_pitch, t30, t39);
+    let t41 = cos_q_right_knee_pitch * t32;
+    let t42 = R::fused(-sin_q_right_knee_pitch, t34, t41);
+    let t43 = sin_q_right_knee_pitch * t32;
+    let t44 = R::fused(cos_q_right_knee_pitch, t34, t43);
+    let t45 = cos_q_right_knee_pitch * t35;
+    let t46 = R::fused(-sin_q_right_knee_pitch, t36, t45);
+    let t47 = sin_q_right_knee_pitch * t35;
+    let t48 = R::fused(cos_q_right_knee_pitch, t36, t47);
+    // right_ankle: pose in the world
+    let t49 = cos_q_right_ankle_pitch * t38;
+    let t50 = R::fused(-sin_q_right_ankle_pitch, t40, t49);
+    let t51 = sin_q_right_ankle_pitch * t38;
+    let t52 = R::fused(cos_q_right_ankle_pitch, t40, t51);
+    let t53 = cos_q_right_ankle_pitch * t42;
+    let t54 = R::fused(-sin_q_right_ankle_pitch, t44, t53);
+    let t55 = sin_q_right_ankle_pitch * t42;
+    let t56 = R::fused(cos_q_right_ankle_pitch, t44, t55);
+    let t57 = cos_q_right_ankle_pitch * t46;
+    let t58 = R::fused(-sin_q_right_ankle_pitch, t48, t57);
+    let t59 = sin_q_right_ankle_pitch * t46;
+    let t60 = R::fused(cos_q_right_ankle_pitch, t48, t59);
+    // right_foot: pose in the world
+    let t61 = cos_q_right_ankle_roll * t23;
+    let t62 = R::fused(-sin_q_right_ankle_roll, t50, t61);
+    let t63 = cos_q_right_ankle_roll * t25;
+    let t64 = R::fused(-sin_q_right_ankle_roll, t54, t63);
+    let t65 = cos_q_right_ankle_roll * sin_q_right_hip_roll;
+    let t66 = R::fused(sin_q_right_ankle_roll, t58, t65);
     // right_hip_yaw_link: Jacobian of the centre of mass
-    let t67 = t66 * R::constant(0.19157088122605365);
-    let t68 = t65 * R::constant(0.19157088122605365);
+    let t67 = R::constant(0.19157088122605365) * t22;
+    let t68 = R::constant(0.19157088122605365) * t21;
     let t69 = cos_q_right_hip_yaw * t67;
     let t70 = R::fused(sin_q_right_hip_yaw, t68, t69);
     let t71 = sin_q_right_hip_yaw * t67;
     let t72 = R::fused(-cos_q_right_hip_yaw, t68, t71);
     // right_hip_roll_link: Jacobian of the centre of mass
-    let t73 = t62 * R::constant(0.19157088122605365);
-    let t74 = t61 * R::constant(0.19157088122605365);
-    let t75 = t0 * t73;
-    let t76 = R::fused(-t1, t74, -t75);
-    let t77 = t2 * t73;
-    let t78 = R::fused(t3, t74, t77);
+    let t73 = R::constant(0.19157088122605365) * t18;
+    let t74 = R::constant(0.19157088122605365) * t17;
+    let t75 = t23 * t73;
+    let t76 = R::fused(-t24, t74, -t75);
+    let t77 = t25 * t73;
+    let t78 = R::fused(t26, t74, t77);
     let t79 = sin_q_right_hip_roll * t73;
     let t80 = R::fused(-cos_q_right_hip_roll, t74, t79);
     // right_upper_leg: Jacobian of the centre of mass
-    let t81 = t56 * R::constant(0.19157088122605365);
-    let t82 = t55 * R::constant(0.19157088122605365);
-    let t83 = t7 * t81;
-    let t84 = R::fused(-t5, t82, t83);
-    let t85 = t11 * t81;
-    let t86 = R::fused(t9, t82, -t85);
-    let t87 = t13 * t81;
-    let t88 = R::fused(-t12, t82, t87);
+    let t81 = R::constant(0.19157088122605365) * t12;
+    let t82 = R::constant(0.19157088122605365) * t11;
+    let t83 = t30 * t81;
+    let t84 = R::fused(-t28, t82, t83);
+    let t85 = t34 * t81;
+    let t86 = R::fused(t32, t82, -t85);
+    let t87 = t36 * t81;
+    let t88 = R::fused(-t35, t82, t87);
     // right_lower_leg: Jacobian of the centre of mass
-    let t89 = t50 * R::constant(0.19157088122605365);
-    let t90 = t49 * R::constant(0.19157088122605365);
-    let t91 = t17 * t89;
-    let t92 = R::fused(-t15, t90, t91);
-    let t93 = t21 * t89;
-    let t94 = R::fused(t19, t90, -t93);
-    let t95 = t25 * t89;
-    let t96 = R::fused(-t23, t90, t95);
+    let t89 = R::constant(0.19157088122605365) * t6;
+    let t90 = R::constant(0.19157088122605365) * t5;
+    let t91 = t40 * t89;
+    let t92 = R::fused(-t38, t90, t91);
+    let t93 = t44 * t89;
+    let t94 = R::fused(t42, t90, -t93);
+    let t95 = t48 * t89;
+    let t96 = R::fused(-t46, t90, t95);
     // right_ankle: Jacobian of the centre of mass
-    let t97 = t44 * R::constant(0.19157088122605365);
-    let t98 = t29 * t97;
-    let t99 = R::fused(-t27, R::constant(0.0023946360153256708), t98);
-    let t100 = t33 * t97;
-    let t101 = R::fused(t31, R::constant(0.0023946360153256708), -t100);
-    let t102 = t37 * t97;
-    let t103 = R::fused(-t35, R::constant(0.0023946360153256708), t102);
+    let t97 = R::constant(0.19157088122605365) * t0;
+    let t98 = t52 * t97;
+    let t99 = R::fused(R::constant(-0.0023946360153256708), t50, t98);
+    let t100 = t56 * t97;
+    let t101 = R::fused(R::constant(0.0023946360153256708), t54, -t100);
+    let t102 = t60 * t97;
+    let t103 = R::fused(R::constant(-0.0023946360153256708), t58, t102);
     // right_foot: Jacobian of the centre of mass
-    let t104 = t39 * R::constant(0.0028735632183908046);
-    let t105 = t41 * R::constant(0.0028735632183908046);
-    let t106 = t43 * R::constant(0.0028735632183908046);
+    let t104 = R::constant(0.0028735632183908046) * t62;
+    let t105 = R::constant(0.0028735632183908046) * t64;
+    let t106 = R::constant(0.0028735632183908046) * t66;
     let t107 = -t104;
     *out = [
         [t70, t72, R::constant(0.0)], // right_hip_yaw

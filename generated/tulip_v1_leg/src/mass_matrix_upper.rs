@@ -2,7 +2,7 @@
 // inputs: e33d6ec02289b0c8  refresh: bipedc generate robots/tulip_v1_leg
 
 use super::{NQ, NV};
-use ::bipedc_runtime::Real;
+use ::bipedc_runtime::{Real, Sparsity};
 use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 
 /// Mass matrix `D`, upper triangle; zeros below the diagonal.
@@ -11,6 +11,8 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// Columns: all the elements of [`v`](super::V_NAMES), `right_hip_yaw` to `right_ankle_roll`.
 /// Source: (4.19a), by composite rigid bodies.
 /// 245 operations: 68 add, 65 mul, 56 fused, 5 sin_cos.
+///
+/// Most entries are always zero: [`mass_matrix_upper_nonzeros`] computes the others alone.
 #[inline]
 pub fn mass_matrix_upper<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, NV, NV> {
     let mut out = [[R::constant(0.0); NV]; NV];
@@ -24,9 +26,49 @@ pub fn mass_matrix_upper_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 
     mass_matrix_upper_program(&q.data.0[0], &mut out.data.0);
 }
 
-::bipedc_runtime::dispatched! {
+/// The 21 of 36 entries of [`mass_matrix_upper`] that are not always zero.
+///
+/// Column after column, in each by row: [`MASS_MATRIX_UPPER_SPARSITY`] says where each one stands.
+/// 245 operations: 68 add, 65 mul, 56 fused, 5 sin_cos.
+#[inline]
+pub fn mass_matrix_upper_nonzeros<R: Real>(q: &SVector<R, NQ>) -> SMatrix<R, 21, 1> {
+    let mut out = [[R::constant(0.0); 21]; 1];
+    mass_matrix_upper_nonzeros_program(&q.data.0[0], |k, x| if let Some(entry) = out[0].get_mut(k) { *entry = x });
+    SMatrix::from_array_storage(ArrayStorage(out))
+}
+
+/// [`mass_matrix_upper_nonzeros`] in place: large results are costly to move.
+#[inline]
+pub fn mass_matrix_upper_nonzeros_into<R: Real>(q: &SVector<R, NQ>, out: &mut SMatrix<R, 21, 1>) {
+    mass_matrix_upper_nonzeros_program(
+        &q.data.0[0], |k, x| if let Some(entry) = out.data.0[0].get_mut(k) { *entry = x },
+    );
+}
+
+/// Where the entries of [`mass_matrix_upper_nonzeros`] stand.
+pub const MASS_MATRIX_UPPER_SPARSITY: Sparsity<'static> = Sparsity {
+    rows: NV,
+    columns: NV,
+    column_starts: &[0, 1, 3, 6, 10, 15, 21],
+    row_indices: &[0, 0, 1, 0, 1, 2, 0, 1, 2, 3, 0, 1, 2, 3, 4, 0, 1, 2, 3, 4, 5],
+};
+
 #[inline]
 pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]; NV]) {
+    const POSITIONS: [u16; 21] = MASS_MATRIX_UPPER_SPARSITY.positions();
+    let out = out.as_flattened_mut();
+    out.fill(R::constant(0.0));
+    let set = |k: usize, x: R| {
+        if let Some(entry) = POSITIONS.get(k).and_then(|at| out.get_mut(usize::from(*at))) {
+            *entry = x;
+        }
+    };
+    mass_matrix_upper_nonzeros_program(q, set);
+}
+
+::bipedc_runtime::dispatched! {
+#[inline]
+pub(super) fn mass_matrix_upper_nonzeros_program<R: Real>(q: &[R; NQ]) storing set {
     let q_right_hip_roll = q[1];
     let q_right_hip_pitch = q[2];
     let q_right_knee_pitch = q[3];
@@ -80,6 +122,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t39 = t29 + t24; // right_lower_leg: sums of what it carries
     let t40 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
     let t41 = R::constant(0.0034880700015) + t31;
+    set(14, t41);
     let t42 = t34 * t6;
     let t43 = R::constant(0.00008333333) * t33; // right_foot: sums of what it carries
     let t44 = R::constant(2.0) * t36;
@@ -107,6 +150,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t66 = R::fused(t34, t15, t64);
     let t67 = t58 + t44;
     let t68 = R::constant(0.066260055) + t60; // right_lower_leg: sums of what it carries
+    set(9, t68);
     let t69 = R::constant(0.00206) + t59; // right_upper_leg: sums of what it carries
     let t70 = t39 + t61; // right_upper_leg: sums of what it carries
     let t71 = sin_q_right_ankle_roll * R::constant(0.00165); // right_upper_leg: sums of what it carries
@@ -124,6 +168,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t83 = R::constant(0.055) * t70; // right_upper_leg: sums of what it carries
     let t84 = R::fused(R::constant(0.065460255), t27, t75); // right_lower_leg: sums of what it carries
     let t85 = R::constant(0.213287) + t76; // right_upper_leg: sums of what it carries
+    set(5, t85);
     let t86 = t56 * sin_t1;
     let t87 = R::fused(t9, t28, t73);
     let t88 = R::fused(-t63, t32, t81); // right_lower_leg: sums of what it carries
@@ -149,11 +194,13 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t108 = t40 * R::constant(0.00312); // right_upper_leg: sums of what it carries
     let t109 = t32 * t29; // right_ankle: mass matrix
     let t110 = t68 + t93; // right_lower_leg: mass matrix
+    set(8, t110);
     let t111 = R::fused(-t7, t96, t94); // right_foot: mass matrix
     let t112 = t32 * t77; // right_foot: mass matrix
     let t113 = t95 + t104; // right_lower_leg: sums of what it carries
     let t114 = t5 * cos_t1; // right_foot: mass matrix
     let t115 = t41 + t97; // right_ankle: mass matrix
+    set(13, t115);
     let t116 = R::fused(cos_q_right_ankle_roll, R::constant(0.000555), R::constant(0.001116666667)); // right_foot
     let t117 = R::fused(R::constant(0.209167), t51, t108); // right_upper_leg: sums of what it carries
     // right_hip_roll_link: sums of what it carries
@@ -171,7 +218,7 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t129 = R::fused(-t30, t96, t112); // right_foot: mass matrix
     let t130 = R::fused(-t116, sin_t1, t114); // right_foot: mass matrix
     let t131 = sin_q_right_hip_roll * cos_q_right_hip_roll;
-    let t132 = R::fused(R::constant(-0.055), t28, -t101); // right_ankle: mass matrix
+    set(11, R::fused(R::constant(-0.055), t28, -t101)); // right_ankle: mass matrix
     let t133 = R::constant(2.0) * t121;
     let t134 = R::constant(0.2381) - t63; // right_upper_leg: sums of what it carries
     let t135 = R::fused(-t131, t133, t120);
@@ -180,12 +227,14 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t138 = R::constant(0.00156) - t117; // right_upper_leg: sums of what it carries
     let t139 = t89 + t126; // right_lower_leg: sums of what it carries
     let t140 = t115 + t127; // right_ankle: mass matrix
+    set(12, t140);
     let t141 = t128 + t129; // right_foot: mass matrix
     let t142 = R::fused(-t4, t7, t130); // right_foot: mass matrix
     let t143 = t5 * sin_t1; // right_foot: mass matrix
     let t144 = t134 * cos_q_right_hip_roll;
     let t145 = R::constant(0.1718) + t70;
     let t146 = R::fused(R::constant(-0.055), t137, -t136); // right_upper_leg: sums of what it carries
+    set(4, t146);
     let t147 = t125 + t138; // right_upper_leg: sums of what it carries
     let t148 = t139 + t55; // right_lower_leg: sums of what it carries
     let t149 = R::constant(0.211227) - t59; // right_upper_leg: sums of what it carries
@@ -220,26 +269,18 @@ pub(super) fn mass_matrix_upper_program<R: Real>(q: &[R; NQ], out: &mut [[R; NV]
     let t177 = R::fused(-cos_q_right_hip_roll, t167, t166);
     let t178 = R::fused(t4, t32, t168);
     let t179 = R::fused(R::constant(-0.055), t96, t169);
-    let t180 = R::constant(0.007011583333) + t170; // right_hip_yaw_link: sums of what it carries
-    let t181 = R::fused(-cos_q_right_hip_roll, t172, -t171); // right_hip_roll_link: sums of what it carries
-    let t182 = R::constant(0.0218325) + t173; // right_hip_roll_link: sums of what it carries
-    let t183 = R::fused(R::constant(-0.035), t70, t174); // right_upper_leg: mass matrix
-    let t184 = R::fused(R::constant(-0.035), t39, t175); // right_lower_leg: mass matrix
-    let t185 = R::fused(R::constant(-0.055), t38, -t122); // right_lower_leg: mass matrix
-    let t186 = R::fused(R::constant(-0.035), t29, t176); // right_ankle: mass matrix
-    let t187 = R::fused(R::constant(0.035), t77, -t177);
-    let t188 = t178 + t179;
-    let t189 = -t141;
-    let t190 = -t128;
-    let t191 = -t57; // right_foot: sums of what it carries
-    *out = [
-        // right_hip_yaw
-        [t180, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)],
-        [t181, t182, R::constant(0.0), R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_hip_roll
-        [t183, t146, t85, R::constant(0.0), R::constant(0.0), R::constant(0.0)], // right_hip_pitch
-        [t184, t185, t110, t68, R::constant(0.0), R::constant(0.0)], // right_knee_pitch
-        [t186, t132, t140, t115, t41, R::constant(0.0)], // right_ankle_pitch
-        [t187, t188, t189, t190, t191, R::constant(0.001116666667)], // right_ankle_roll
-    ];
+    set(0, R::constant(0.007011583333) + t170); // right_hip_yaw_link: sums of what it carries
+    set(1, R::fused(-cos_q_right_hip_roll, t172, -t171)); // right_hip_roll_link: sums of what it carries
+    set(2, R::constant(0.0218325) + t173); // right_hip_roll_link: sums of what it carries
+    set(3, R::fused(R::constant(-0.035), t70, t174)); // right_upper_leg: mass matrix
+    set(6, R::fused(R::constant(-0.035), t39, t175)); // right_lower_leg: mass matrix
+    set(7, R::fused(R::constant(-0.055), t38, -t122)); // right_lower_leg: mass matrix
+    set(10, R::fused(R::constant(-0.035), t29, t176)); // right_ankle: mass matrix
+    set(15, R::fused(R::constant(0.035), t77, -t177));
+    set(16, t178 + t179);
+    set(17, -t141);
+    set(18, -t128);
+    set(19, -t57); // right_foot: sums of what it carries
+    set(20, R::constant(0.001116666667));
 }
 }

@@ -42,7 +42,8 @@ pub(super) const CATALOGUE: &[Entry] = &[
         "Mass matrix `D`, upper triangle; zeros below the diagonal.",
         families::mass_matrix_upper,
     )
-    .ordered(Order::Balanced),
+    .ordered(Order::Balanced)
+    .packed(),
     Entry::robot(
         "coriolis_matrix",
         "(4.19a), Echeandia and Wensing 2021",
