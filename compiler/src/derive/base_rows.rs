@@ -2,7 +2,7 @@
 //! Where the mass matrix takes few operations, so do momentum and centre of mass by way of it (Orin, Goswami and Lee 2013, (20)).
 use super::frames::world_poses;
 use super::model::RobotModel;
-use super::momentum::Wrench;
+use super::momentum::{Wrench, center_of_mass, centroidal_momentum_matrix};
 use crate::expression::{Matrix3, Sym, Vector3};
 use crate::tree::{JointMotion, Trunk};
 use bipedc_runtime::Argument;
@@ -23,7 +23,8 @@ pub struct BaseRows<'g> {
 }
 
 impl<'g> BaseRows<'g> {
-    /// Of a mass matrix without rotors, whole or up to the base's rows; `None` for a base that is not free to move.
+    /// Of a mass matrix without rotors, whole or up to the base's rows; `None` for a base that is not free to move, or that moves in the plane and
+    /// carries what leaves it.
     pub fn new(model: &RobotModel<'g, '_>, d: &[Vec<Sym<'g>>]) -> Option<Self> {
         let zero = model.constant(0.0);
         let per_mass = model.constant(1.0) / model.total_mass();
@@ -48,6 +49,9 @@ impl<'g> BaseRows<'g> {
                 per_mass,
                 slides: vec![0, 1, 2],
             });
+        }
+        if !stays_in_the_plane(model) {
+            return None;
         }
         let row = |body: usize| model.tree.bodies[body].v_index;
         let along = |axis: usize| {
@@ -114,4 +118,10 @@ impl<'g> BaseRows<'g> {
         let _work = model.work_on_all("Jacobian of the centre of mass");
         self.columns.iter().map(|(linear, _)| self.in_world(linear.scale(self.per_mass))).collect()
     }
+}
+
+/// Whether nothing moves or lies out of the x–z plane, by the structure of the expressions: the base's three rows tell all then.
+fn stays_in_the_plane(model: &RobotModel<'_, '_>) -> bool {
+    let in_plane = |w: &Wrench<'_>| w.linear[1].is_zero() && w.angular[0].is_zero() && w.angular[2].is_zero();
+    center_of_mass(model)[1].is_zero() && centroidal_momentum_matrix(model).iter().all(in_plane)
 }
