@@ -1,7 +1,7 @@
 //! TUlip walks by itself, undisturbed and disturbed, and is pushed: how often it stays on its feet.
 //!
 //! `cargo run --release --example tulip_walks [TRIALS] [TABLE…]` prints Markdown tables, all or those of `walks`, `together`, `ground`, `payloads`,
-//! `pushes`; every number follows from the seeds, which count from 0. TRIALS are those of each push; of the others' rows `ground`, `payloads`
+//! `pushes`, `limits`; every number follows from the seeds, which count from 0. TRIALS are those of each push; of the others' rows `ground`, `payloads`
 //! and `together` have eight, `walks` one.
 use bipedc::simulation::{EstimateErrors, FootstepSummary, Options, wilson};
 use bipedc::{Diagnostics, Workbench};
@@ -38,12 +38,13 @@ fn main() {
     let trials = words.iter().find_map(|word| word.parse().ok()).unwrap_or(100);
     let chosen: Vec<&String> = words.iter().filter(|word| word.parse::<usize>().is_err()).collect();
     let pushes = || pushes(trials);
-    let tables: [(&str, &dyn Fn() -> Outcome); 5] = [
+    let tables: [(&str, &dyn Fn() -> Outcome); 6] = [
         ("walks", &walks),
         ("together", &together),
         ("ground", &ground),
         ("payloads", &payloads),
         ("pushes", &pushes),
+        ("limits", &limits),
     ];
     for (name, table) in tables {
         let wanted = chosen.is_empty() || chosen.iter().any(|word| *word == name);
@@ -202,6 +203,37 @@ fn ground() -> Result<(), Diagnostics> {
             found(|e| e.tilt, degrees),
             found(|e| e.heading, degrees)
         );
+    }
+    Ok(())
+}
+
+/// Rougher ground, faster walks and delays, none of which the controller knows of: where it ends.
+fn limits() -> Result<(), Diagnostics> {
+    let heights =
+        |kind: &str, height: f64| format!("[ground.heights]\nkind = \"{kind}\"\nheight = {height}\n");
+    let late = |seconds: f64| format!("delay = {seconds}\n");
+    let mut rows = Vec::new();
+    for kind in ["footholds", "tiles", "waves"] {
+        rows.push((format!("0.2 m/s, {kind} of ±10 mm"), 0.2, String::new(), heights(kind, 0.01)));
+    }
+    for (speed, millimetres) in [(0.3, 15), (0.3, 20), (0.4, 10)] {
+        let words = format!("{speed} m/s, footholds of ±{millimetres} mm");
+        rows.push((words, speed, String::new(), heights("footholds", 1e-3 * f64::from(millimetres))));
+    }
+    for milliseconds in [5, 12, 15, 20] {
+        let keys = late(1e-3 * f64::from(milliseconds));
+        rows.push((format!("0.3 m/s, delay of {milliseconds} ms"), 0.3, keys.clone(), String::new()));
+        rows.push(("the same, 1° of play in the ankles".to_owned(), 0.3, keys, play()));
+    }
+    println!("\n| 64 s forward | true state | measured state |\n|---|---|---|");
+    for (words, speed, keys, more) in rows {
+        let velocity = format!("forward = {speed}");
+        let cells = [("", ""), ("state = \"measured\"\n", SENSORS)].map(|(state, sensors)| {
+            let (keys, more) = (format!("{state}{keys}"), format!("{sensors}{more}"));
+            each(8, |seed| walk_with((64.0, seed), &velocity, &keys, &more)).map(|all| counted(&all))
+        });
+        let [exact, measured] = cells;
+        println!("| {words} | {} | {} |", exact?, measured?);
     }
     Ok(())
 }
