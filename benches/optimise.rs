@@ -1,4 +1,4 @@
-//! Gaits found from nothing, and libraries of speeds: `cargo bench --bench optimise`. One core; programs evaluated in process.
+//! Gaits found from nothing, and libraries of speeds: `cargo bench --bench optimise`. All processors; programs evaluated in process.
 use bipedc::Workbench;
 use bipedc::gait::optimise::Wishes;
 use bipedc::workbench::OptimiseOptions;
