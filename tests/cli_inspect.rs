@@ -9,6 +9,10 @@ fn all_functions_with_their_work() {
     for words in ["robot `five_link`: nq 7, nv 7", "total", "position_of_right_foot_point_foot", "kg m²"] {
         assert!(run.out.contains(words), "no `{words}` in {}", run.out);
     }
+    // What nobody is given unasked is listed with what it is.
+    let (table, more) = run.out.split_once("on demand").unwrap();
+    assert!(!table.contains("body_jacobian") && more.contains("body_jacobian "), "{}", run.out);
+    bipedc(&["inspect", "robots/five_link", "body_jacobian", "--link", "left_tibia"]).ok();
     let value = bipedc(&["inspect", "robots/five_link", "--json"]).ok().json();
     let functions = value["functions"].as_array().unwrap();
     let mass = functions.iter().find(|f| f["name"] == "mass_matrix").unwrap();

@@ -6,7 +6,7 @@ use crate::terminal::output;
 use crate::terminal::progress::spin;
 use bipedc::table::table;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::{Function, FunctionRequest, Readable, readable};
+use bipedc_compiler::compile::{Entry, Function, FunctionRequest, Readable, catalogue, readable};
 use bipedc_compiler::program::Operations;
 use clap::Args;
 use serde::Serialize;
@@ -141,10 +141,27 @@ fn all(robot: &Robot, as_json: bool) -> Outcome {
     };
     let table = table(&head, compiled.functions.iter().map(row).collect(), 3);
     output::print(&format!(
-        "robot `{}`: nq {}, nv {}\n\n{table}",
-        compiled.name, compiled.tree.nq, compiled.tree.nv
+        "robot `{}`: nq {}, nv {}\n\n{table}{}",
+        compiled.name,
+        compiled.tree.nq,
+        compiled.tree.nv,
+        on_demand(&compiled.functions)
     ))?;
     Ok(ExitCode::SUCCESS)
+}
+
+/// What is derived for whoever names it, beside these functions.
+fn on_demand(there: &[Function]) -> String {
+    let missing = |entry: &&Entry| entry.on_demand && there.iter().all(|f| f.family != entry.name);
+    let rows: Vec<Vec<String>> = catalogue()
+        .iter()
+        .filter(missing)
+        .map(|entry| vec![entry.name.to_owned(), entry.summary.to_owned()])
+        .collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    format!("\n{}", table(&["on demand: named here, or in `functions` of [generate]", ""], rows, 2))
 }
 
 /// Each unit of the rows once.
