@@ -162,6 +162,15 @@ fn a_spinning_foot_is_found_from_flat_impacts() {
     assert!(after < 1.1 * truth.oracle && truth.oracle < 0.2 * truth.nominal, "{after} {truth:?}");
 }
 
+/// Few of these feet slip, and little: of any two starts of the search one leaves half of it, the other twice as much or all.
+#[test]
+fn slip_of_few_feet_is_found() {
+    let (answer, truth) = diagnosed_of_seed("impacts_foot_slip-2", 611263);
+    is_found(&answer, &truth, "foot_slip", "friction");
+    let after = answer["rms_after"].as_f64().unwrap();
+    assert!(after < 1.1 * truth.oracle && truth.oracle < 0.05 * truth.nominal, "{after} {truth:?}");
+}
+
 /// The first look is behind 16 Hz, where the rise of friction towards rest is over before it shows: dry friction, and something left. Behind
 /// 25 Hz it is seen.
 #[test]

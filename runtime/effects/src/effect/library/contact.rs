@@ -103,9 +103,13 @@ pub static FOOT_SLIP: Kind = Kind {
     search: Search {
         sought: &[Evidence::Impacts],
         nonlinear: Some("friction"),
-        starts: Starts::At(&[0.08, 0.12, 0.16, 0.2, 0.25, 0.3, 0.4, 0.5, 0.65, 0.8]),
+        // Where few impacts slip, and little, two starts on either side of the truth miss it.
+        starts: Starts::At(&[
+            0.06, 0.08, 0.1, 0.12, 0.14, 0.16, 0.18, 0.2, 0.22, 0.25, 0.275, 0.3, 0.325, 0.35, 0.375, 0.4,
+            0.43, 0.46, 0.5, 0.55, 0.6, 0.65, 0.7, 0.75, 0.8, 0.9, 1.0,
+        ]),
         columns: only_start!("friction"),
-        refused: beyond_the_limit,
+        refused: far_beyond_the_limit,
     },
     relations: Relations::NONE,
     identified: None,
