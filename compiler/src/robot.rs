@@ -1,7 +1,7 @@
 //! The edges of the pipeline: reading a robot, compiling it, writing its crate.
 use crate::compile::{
-    CompiledGait, CompiledModel, CompiledPhases, FunctionRequest, Solvable, compile, compile_gait,
-    compile_phases, compile_what_there_is, inertia_help, no_inertia, requested_functions,
+    CompiledGait, CompiledModel, CompiledPhases, Entry, FunctionRequest, Solvable, catalogue, compile,
+    compile_gait, compile_phases, compile_what_there_is, inertia_help, no_inertia, requested_functions,
 };
 use crate::derive::effects::JointLaws;
 use crate::description::gait::{AnyGait, Gait, PhasedGait, gait_path, read_any_gait};
@@ -129,6 +129,22 @@ impl Robot {
     /// A base that names nothing of this robot.
     pub fn tree(&self) -> Result<Tree, Diagnostic> {
         Tree::new(&self.description, &self.description.base)
+    }
+
+    /// Functions that are derived for whoever names them, of those that this robot can have.
+    ///
+    /// # Errors
+    /// A base that names nothing of this robot, effects that have no value.
+    pub fn on_demand(&self) -> Result<Vec<&'static Entry>, Diagnostic> {
+        let tree = self.tree()?;
+        let laws = JointLaws::new(&tree, &self.description)?;
+        let solvable = Solvable::new(&self.description, &tree, &laws);
+        let possible = |entry: &&Entry| {
+            entry.on_demand
+                && laws.refusal(entry.name).is_none()
+                && solvable.refusal(entry.name, None).is_none()
+        };
+        Ok(catalogue().iter().filter(possible).collect())
     }
 
     /// Motions that nothing resists, each a warning at its joint in the URDF: inverse dynamics is as good as ever,

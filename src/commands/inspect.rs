@@ -6,8 +6,9 @@ use crate::terminal::output;
 use crate::terminal::progress::spin;
 use bipedc::table::table;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::{Entry, Function, FunctionRequest, Readable, catalogue, readable};
+use bipedc_compiler::compile::{Entry, Function, FunctionRequest, Readable, readable};
 use bipedc_compiler::program::Operations;
+use bipedc_effects::diagnostic::Diagnostic;
 use clap::Args;
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -145,23 +146,21 @@ fn all(robot: &Robot, as_json: bool) -> Outcome {
         compiled.name,
         compiled.tree.nq,
         compiled.tree.nv,
-        on_demand(&compiled.functions)
+        on_demand(robot, &compiled.functions)?
     ))?;
     Ok(ExitCode::SUCCESS)
 }
 
 /// What is derived for whoever names it, beside these functions.
-fn on_demand(there: &[Function]) -> String {
-    let missing = |entry: &&Entry| entry.on_demand && there.iter().all(|f| f.family != entry.name);
-    let rows: Vec<Vec<String>> = catalogue()
-        .iter()
-        .filter(missing)
-        .map(|entry| vec![entry.name.to_owned(), entry.summary.to_owned()])
-        .collect();
+fn on_demand(robot: &Robot, there: &[Function]) -> Result<String, Diagnostic> {
+    let entries = robot.on_demand()?;
+    let missing = |entry: &&&Entry| there.iter().all(|f| f.family != entry.name);
+    let words = |entry: &&Entry| vec![entry.name.to_owned(), entry.summary.to_owned()];
+    let rows: Vec<Vec<String>> = entries.iter().filter(missing).map(words).collect();
     if rows.is_empty() {
-        return String::new();
+        return Ok(String::new());
     }
-    format!("\n{}", table(&["on demand: named here, or in `functions` of [generate]", ""], rows, 2))
+    Ok(format!("\n{}", table(&["on demand: named here, or in `functions` of [generate]", ""], rows, 2)))
 }
 
 /// Each unit of the rows once.
