@@ -94,7 +94,10 @@ fn walk_with(
     fs::write(&file, text).expect("target/ can be written");
     let robot = Workbench::open("robots/tulip")?;
     match robot.simulate(&robot.scene(&file)?, log, &Options::default()) {
-        Ok(run) => Ok(Some(run.walk.unwrap_or_default())),
+        Ok(run) => {
+            let fell = run.fell();
+            Ok(Some(FootstepSummary { fell, ..run.walk.unwrap_or_default() }))
+        }
         Err(errors) => {
             eprintln!("{velocity}, seed {seed}: {errors}");
             Ok(None)

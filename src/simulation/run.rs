@@ -176,6 +176,17 @@ impl Simulated {
         }
     }
 
+    /// When a robot that walks by itself, or is stepped, fell, s: as its controller noticed, or as the simulation saw, whichever was first. A controller
+    /// that estimates where it is may not notice.
+    pub fn fell(&self) -> Option<f64> {
+        let noticed = self.walk.as_ref().and_then(|walk| walk.fell);
+        let seen = match &self.outcome {
+            Outcome::Stepped(summary) => summary.fall.as_ref().map(|fall| fall.time),
+            Outcome::Walked { .. } => None,
+        };
+        noticed.into_iter().chain(seen).reduce(f64::min)
+    }
+
     /// Wished and reached speeds, where parameters were chosen for each step.
     pub fn speeds(&self) -> Option<&WalkedSpeeds> {
         match &self.outcome {
