@@ -96,7 +96,7 @@ fn run(arguments: &Arguments) -> Result<(), Failure> {
     let root = PathBuf::from(env!("CARGO_MANIFEST_DIR"));
     if let Some(folder) = &arguments.generate {
         for plan in &plans {
-            let truth = generator::generate(plan, &root, &folder.join(&plan.name))?;
+            let (_, truth) = generator::drawn(plan, &root, &folder.join(&plan.name))?;
             println!("{:40} nominal {:.5}, true model {:.5}", plan.name, truth.nominal, truth.oracle);
         }
         return Ok(());

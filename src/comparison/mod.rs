@@ -190,6 +190,6 @@ fn without_sticking(robot: &Robot, log: &Log, reading: &measure::Options, compar
     let Ok(measured) = Measured::new(robot) else { return };
     if let Ok(experiment) = measured.efforts(log, reading, SAMPLES) {
         comparison.without_sticking(&experiment);
-        comparison.assumptions.extend(experiment.at_stops());
+        comparison.assumptions.extend(experiment.set_aside());
     }
 }

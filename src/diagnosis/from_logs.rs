@@ -141,9 +141,12 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
 
 /// Which joints stick or lie at a stop, and that their samples are left out there.
 fn sticking(experiment: &dyn Experiment) -> Option<String> {
+    let shaken = experiment.shaken();
     let share = |row: usize| {
         let sticks = experiment.sticks(row);
-        let part = sticks.iter().filter(|sticks| **sticks).count() as f64 / sticks.len().max(1) as f64;
+        let by_itself =
+            (0..sticks.len()).filter(|&i| sticks[i] && !shaken.get(i).is_some_and(|shaken| *shaken));
+        let part = by_itself.count() as f64 / sticks.len().max(1) as f64;
         (part > 0.0).then(|| format!("{} {:.0} %", experiment.rows()[row].name, 100.0 * part))
     };
     let joints: Vec<String> = (0..experiment.rows().len()).filter_map(share).collect();

@@ -256,7 +256,7 @@ impl Measured {
                 let (warnings, mut assumptions) = (recording.warnings.clone(), recording.assumptions.clone());
                 let not_seen = recording.missing.iter();
                 assumptions.extend(not_seen.map(|m| format!("`{}` is not compared: {}", m.name, m.reason)));
-                assumptions.extend(experiment.at_stops());
+                assumptions.extend(experiment.set_aside());
                 (Box::new(experiment), warnings, assumptions)
             }
             Content::Contacts => self.in_contact(log, options)?,

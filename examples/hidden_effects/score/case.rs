@@ -3,15 +3,12 @@ use super::answer::{Answer, ask};
 use super::judge::{Scored, judge};
 use super::{Context, logs};
 use crate::generator::model::{Rigid, read, with_effects};
-use crate::generator::{Experiment, Failure, Plan, Truth, failure, generate, oracle};
+use crate::generator::{Experiment, Failure, Plan, Truth, drawn, failure, oracle};
 use bipedc_effects::effect::Effect;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-
-/// Most further draws of a case.
-const DRAWS: usize = 3;
 
 /// Scores all cases, several at a time, in their order.
 ///
@@ -43,23 +40,10 @@ pub fn cases(context: &Context, plans: &[Plan], jobs: usize) -> Result<Vec<Score
     done.into_iter().map(|(_, score)| score).collect()
 }
 
-/// Draws again where what was drawn cannot be simulated: a joint so light that its friction makes the integration unstable.
-fn drawn(context: &Context, plan: &Plan, folder: &Path) -> Result<(Plan, Truth), Failure> {
-    let mut plan = plan.clone();
-    let mut found = generate(&plan, &context.root, folder);
-    for again in 1..=DRAWS {
-        let Err(error) = &found else { break };
-        eprintln!("{}: {error}; drawn again", plan.name);
-        plan.seed = format!("{} again {again}", plan.seed);
-        found = generate(&plan, &context.root, folder);
-    }
-    found.map(|truth| (plan, truth))
-}
-
 fn case(context: &Context, plan: &Plan) -> Result<Scored, Failure> {
     // The truth lies elsewhere than the logs that the diagnosis sees.
     let folder = context.folder.join(&plan.name);
-    let (plan, truth) = &drawn(context, plan, &folder)?;
+    let (plan, truth) = &drawn(plan, &context.root, &folder)?;
     let logs = folder.join("logs");
     std::fs::create_dir_all(&logs).map_err(|e| failure(e.to_string()))?;
     let moved = ["train.csv", "validation.csv"].map(|name| {

@@ -60,6 +60,9 @@ impl Experiment for Selected<'_> {
     fn sticks(&self, row: usize) -> &[bool] {
         self.inner.sticks(self.places[row])
     }
+    fn shaken(&self) -> Vec<bool> {
+        self.inner.shaken()
+    }
     fn described(&self) -> &[Effect] {
         self.inner.described()
     }

@@ -67,15 +67,19 @@ fn scale(experiment: &dyn Experiment, row: usize) -> Option<Scale> {
     let signal = |name: &str| signals.iter().find(|(n, _)| n == name).map(|(_, values)| values);
     let (velocity, load) = (signal("velocity")?, signal("load")?);
     let residual = experiment.residual(row);
-    if residual.len() < FEWEST || load.len() != residual.len() {
+    if load.len() != residual.len() {
         return None;
     }
-    let n = residual.len();
-    let measured = DVector::from_fn(n, |i, _| residual[i] + load[i]);
-    let columns = DMatrix::from_fn(n, 4, |i, column| match column {
-        0 => load[i],
-        1 => velocity[i],
-        2 => (velocity[i] / SMOOTHING).tanh(),
+    let told = told(experiment, row);
+    let n = told.len();
+    if n < FEWEST {
+        return None;
+    }
+    let measured = DVector::from_fn(n, |k, _| residual[told[k]] + load[told[k]]);
+    let columns = DMatrix::from_fn(n, 4, |k, column| match column {
+        0 => load[told[k]],
+        1 => velocity[told[k]],
+        2 => (velocity[told[k]] / SMOOTHING).tanh(),
         _ => 1.0,
     });
     let right = columns.tr_mul(&measured);
@@ -84,8 +88,14 @@ fn scale(experiment: &dyn Experiment, row: usize) -> Option<Scale> {
     Some(Scale {
         factor: coefficients[0],
         measured: rms(measured.norm_squared()),
-        modelled: rms(load.iter().map(|x| x * x).sum()),
+        modelled: rms(columns.column(0).norm_squared()),
     })
+}
+
+/// Samples at which a row's effort is told by the motion: no joint sticks and nothing shakes the robot.
+fn told(experiment: &dyn Experiment, row: usize) -> Vec<usize> {
+    let sticks = experiment.sticks(row);
+    (0..experiment.residual(row).len()).filter(|i| !sticks.get(*i).is_some_and(|sticks| *sticks)).collect()
 }
 
 /// Largest number of samples that [`kept`] looks at.
@@ -153,7 +163,8 @@ fn add_row(
     let residual = experiment.residual(row);
     let width = inertial.columns.len();
     let places: Vec<usize> = inertial.columns.iter().copied().chain(first..first + 3).collect();
-    for i in (0..residual.len()).step_by(residual.len().div_ceil(SAMPLES).max(1)) {
+    let told = told(experiment, row);
+    for &i in told.iter().step_by(told.len().div_ceil(SAMPLES).max(1)) {
         let rubbing = [velocity[i], (velocity[i] / SMOOTHING).tanh(), 1.0];
         let values: Vec<f64> =
             inertial.values[i * width..(i + 1) * width].iter().copied().chain(rubbing).collect();

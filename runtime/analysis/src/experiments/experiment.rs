@@ -99,6 +99,11 @@ pub trait Experiment: Sync {
     fn sticks(&self, _row: usize) -> &[bool] {
         &[]
     }
+    /// Samples at which something shakes the robot, so that no row tells anything ([`Experiment::sticks`] has them too): one flag each;
+    /// empty: nowhere.
+    fn shaken(&self) -> Vec<bool> {
+        Vec::new()
+    }
 
     /// Effects of the description in joints, which the model has already.
     fn described(&self) -> &[Effect] {

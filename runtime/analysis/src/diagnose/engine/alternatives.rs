@@ -10,6 +10,10 @@ use crate::experiments::form::Form;
 use bipedc_effects::effect::{Effect, Kind};
 use std::collections::BTreeMap;
 
+/// Most single effects, and most pairs, that are named in the place of one: who reads ten reads none.
+const SINGLES: usize = 4;
+const PAIRS: usize = 3;
+
 impl Conclusion<'_> {
     /// Candidates that would do as well in the place of an effect that stands, alone or with another kind in the place
     /// of a second one.
@@ -23,7 +27,9 @@ impl Conclusion<'_> {
         for (found, &k) in found.iter().zip(order) {
             let (alike, near) = self.alike(active, k);
             let mut group = vec![vec![found.clone()]];
-            group.extend(alike.iter().take(4).map(|&c| vec![self.alternative(active, k, c, found.share)]));
+            group.extend(
+                alike.iter().take(SINGLES).map(|&c| vec![self.alternative(active, k, c, found.share)]),
+            );
             let other_kind = near.iter().find(|&&c| self.form(c).kind != found.effect.kind);
             match other_kind {
                 // The search draws a straight line from one stiffness: others that do as well beside that need not beside the law itself.
@@ -63,12 +69,13 @@ impl Conclusion<'_> {
         &self.regression.candidates[c].form
     }
 
-    /// Alternatives that differ in two effects: `c` in the place of the `k`-th, and another kind, or another place, in
-    /// that of a second one; the best of each kind.
+    /// Alternatives that differ in two effects: `c` in the place of the `k`-th, and another kind, or another place, in that of a second one
+    /// with which the `k`-th shares a row; the best of each kind, and of these the best few.
     fn together(&self, k: usize, c: usize, share: f64) -> Vec<Vec<FoundEffect>> {
         let (regression, outcome) = (self.regression, self.outcome);
         let mut out = Vec::new();
-        for j in (regression.standing.len()..outcome.active.len()).filter(|j| *j != k) {
+        let met = |j: &usize| *j != k && regression.meet(outcome.active[*j], outcome.active[k]);
+        for j in (regression.standing.len()..outcome.active.len()).filter(met) {
             let mut bare = outcome.active.clone();
             bare.remove(k.max(j));
             bare.remove(k.min(j));
@@ -89,17 +96,18 @@ impl Conclusion<'_> {
             let mut alike: Vec<(f64, usize)> = tried.into_iter().flatten().collect();
             alike.sort_by(|a, b| a.0.total_cmp(&b.0));
             let mut kinds: Vec<&Kind> = Vec::new();
-            for (_, d) in alike {
+            for (more, d) in alike {
                 if !kinds.contains(&self.form(d).kind) && kinds.len() < 3 {
                     kinds.push(self.form(d).kind);
                     let mut set = outcome.active.clone();
                     (set[k], set[j]) = (c, d);
                     let first = self.alternative(&set, k, c, share);
-                    out.push(vec![first, self.alternative(&set, j, d, share)]);
+                    out.push((more, vec![first, self.alternative(&set, j, d, share)]));
                 }
             }
         }
-        out
+        out.sort_by(|a, b| a.0.total_cmp(&b.0));
+        out.into_iter().take(PAIRS).map(|(_, pair)| pair).collect()
     }
 
     /// Deviance of a set beyond that of the effects that stand.

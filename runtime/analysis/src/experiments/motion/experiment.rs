@@ -1,4 +1,5 @@
 //! Joint torques as an [`Experiment`].
+use super::jolts::{self, Jolts};
 use super::on_ground::OnGround;
 use super::places;
 use super::rigid::Rigid;
@@ -44,6 +45,8 @@ pub struct MotionExperiment<'a> {
     pub(super) at_stop: Vec<Vec<bool>>,
     /// Where the joint of a row sticks, see [`super::sticking`].
     sticks: Vec<Vec<bool>>,
+    /// Moments that nothing is estimated from, see [`super::jolts`]; on the ground none: feet strike it all the time.
+    jolts: Vec<Jolts>,
     /// By row, N m or N, see [`Experiment::motion_noise`].
     motion_noise: Vec<f64>,
 }
@@ -105,11 +108,15 @@ impl<'a> MotionExperiment<'a> {
             parameters: link_inertias.parameters(),
             residual: Vec::new(),
             sticks: Vec::new(),
+            jolts: Vec::new(),
             motion_noise: Vec::new(),
             resistance: (0..joints).map(|_| OnceLock::new()).collect(),
             recording,
         };
         this.list_rows();
+        if this.ground.is_empty() {
+            this.jolts = this.all_jolts();
+        }
         this.find_residuals(None);
         this.motion_noise = this.noise_of_motion();
         Ok(this)
@@ -123,7 +130,19 @@ impl<'a> MotionExperiment<'a> {
         // passed it too.
         let Recording { stops, time, cutoff_hz, .. } = &self.recording;
         let strikes = if self.ground.is_empty() { stops.strikes(time, *cutoff_hz) } else { Vec::new() };
-        self.sticks = all.iter().map(|row| self.sticking(*row, &strikes)).collect();
+        let shaken = either(strikes, &self.shaken());
+        self.sticks = all.iter().map(|row| self.sticking(*row, &shaken)).collect();
+    }
+
+    /// Jolts of the joints whose efforts were measured.
+    fn all_jolts(&self) -> Vec<Jolts> {
+        let Recording { time, cutoff_hz, trajectory, .. } = &self.recording;
+        let efforts = self.rows.iter().zip(&self.joint_of).filter(|(row, _)| row.channel == Channel::Effort);
+        let of_joint = |joint: usize| {
+            let accelerations: Vec<f64> = trajectory.of_joint(&trajectory.a, joint).collect();
+            Jolts::of(joint, &accelerations, time, *cutoff_hz)
+        };
+        efforts.filter_map(|(_, joint)| of_joint(*joint)).collect()
     }
 
     /// What the noise of accelerations makes of the efforts: through the mass matrix, and the rotors that the description has.
@@ -155,8 +174,9 @@ impl<'a> MotionExperiment<'a> {
         self.rows.iter().zip(&self.joint_of).map(of_row).collect()
     }
 
-    /// Where the joint of an effort sticks or lies at a stop, or one strikes its stop: the effort is a bound there.
-    fn sticking(&self, row: usize, strikes: &[bool]) -> Vec<bool> {
+    /// Where the joint of an effort sticks or lies at a stop, or one strikes its stop or is shaken: the effort is a bound there, or told by
+    /// what the filter does not see.
+    fn sticking(&self, row: usize, shaken: &[bool]) -> Vec<bool> {
         let joint = self.joint_of[row];
         if self.rows[row].channel != Channel::Effort {
             return Vec::new();
@@ -174,12 +194,14 @@ impl<'a> MotionExperiment<'a> {
             alone: self.layout.joints.len() == 1,
         };
         let sticks = super::sticking::sticking(&what, &present);
-        either(either(sticks, &self.at_stop[joint]), strikes)
+        either(either(sticks, &self.at_stop[joint]), shaken)
     }
 
-    /// Which joints lay at their stops, if any did: what is left there is taken for what these carry.
-    pub fn at_stops(&self) -> Option<String> {
-        self.recording.stops.words(self.layout)
+    /// Which joints lay at their stops, where what is left is taken for what these carry, and which were shaken: a sentence each.
+    pub fn set_aside(&self) -> Vec<String> {
+        let name = |jolts: &Jolts| &self.layout.joints[jolts.joint].name;
+        let shaken = self.jolts.iter().map(|jolts| jolts.words(name(jolts), &self.recording.time));
+        self.recording.stops.words(self.layout).into_iter().chain(shaken).collect()
     }
 
     /// What it was made from.
@@ -374,6 +396,9 @@ impl Experiment for MotionExperiment<'_> {
     }
     fn sticks(&self, row: usize) -> &[bool] {
         &self.sticks[row]
+    }
+    fn shaken(&self) -> Vec<bool> {
+        jolts::flags(&self.jolts, self.recording.time.len())
     }
     fn described(&self) -> &[Effect] {
         &self.present
