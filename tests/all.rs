@@ -64,6 +64,7 @@ mod real_data;
 mod report_page;
 #[path = "reproduced/main.rs"]
 mod reproduced;
+mod shaken;
 #[path = "simulated/main.rs"]
 mod simulated;
 #[path = "time_stepping/main.rs"]
