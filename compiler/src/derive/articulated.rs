@@ -3,7 +3,8 @@ use super::RobotModel;
 use super::sensitivity::Sensitivity;
 use super::solve::Factor;
 use crate::expression::{Expr, Sym};
-use crate::program::{Operations, Order, longest_chain, lower};
+use crate::program::{Operations, Order, Paired, longest_chain, lower};
+use crate::tree::Twins;
 use bipedc_runtime::Argument;
 
 /// Price of a division in multiplications.
@@ -23,12 +24,14 @@ pub(super) fn price(model: &RobotModel<'_, '_>, outputs: &[Sym<'_>]) -> usize {
     operations.total() + (DIVISION - 1) * operations.divisions
 }
 
-/// What `outputs` take on one state, in no unit: instructions and, because not all of them are in flight at a time, the longest chain
-/// of them. The weight is from contact dynamics and impacts of three robots, of which it orders the ways right within 7 %.
+/// What `outputs` take on one state, in no unit: instructions, those of both legs that are done as one counted once, and, because not all of
+/// them are in flight at a time, the longest chain of them. The weight is from contact dynamics and impacts of three robots, of which it
+/// orders the ways right within 7 %.
 pub(super) fn duration(model: &RobotModel<'_, '_>, outputs: &[Sym<'_>]) -> usize {
     let outputs: Vec<Expr> = outputs.iter().map(|x| x.expr).collect();
     let program = lower(model.graph, &outputs, Order::DepthFirst);
-    4 * Operations::of(&program).instructions() + 7 * longest_chain(&program)
+    let twins = Paired::new(&program, &Twins::of(model.tree)).pairs.into_iter().flatten().count();
+    4 * (Operations::of(&program).instructions() - twins) + 7 * longest_chain(&program)
 }
 
 /// `τ` as an argument.

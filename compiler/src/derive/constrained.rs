@@ -6,6 +6,7 @@ use super::effects::{Driven, JointLaws, Returned};
 use super::kinematics::Motions;
 use super::model::{InertiaMode, RobotModel};
 use super::newton_euler::generalised_forces;
+use super::pinned;
 use super::reduced::{self, flat_support};
 use super::solve::Factor;
 use super::standing::{self, Load, Solution};
@@ -56,22 +57,23 @@ fn under_forces<'g>(
     let bias = generalised_forces(model, Motions::NO_ACCELERATION, false);
     let free = less(tau, &bias);
     let eliminated = respond(model, constraints, rotors, &free, Demand::Rates);
-    let rooted = standing::respond(model, constraints, rotors, Load::Forces(tau));
-    let (acceleration, forces) = quicker(model, eliminated, rooted);
+    let (acceleration, forces) = quickest(model, constraints, rotors, Load::Forces(tau), eliminated);
     Constrained { acceleration, forces }
 }
 
-/// The solution that takes less time.
-pub(super) fn quicker<'g>(
+/// The solution that takes the least time: `eliminated`, or those of a robot on one foot.
+pub(super) fn quickest<'g>(
     model: &RobotModel<'g, '_>,
-    one: Solution<'g>,
-    other: Option<Solution<'g>>,
+    constraints: &Constraints<'g>,
+    rotors: &[Sym<'g>],
+    load: Load<'_, 'g>,
+    eliminated: Solution<'g>,
 ) -> Solution<'g> {
     let takes = |(motion, forces): &Solution<'g>| duration(model, &[motion.as_slice(), forces].concat());
-    match other {
-        Some(other) if takes(&other) < takes(&one) => other,
-        _ => one,
-    }
+    let rooted = standing::respond(model, constraints, rotors, load);
+    let pinned = pinned::respond(model, constraints, rotors, load);
+    let others = rooted.into_iter().chain(pinned);
+    others.fold(eliminated, |best, other| if takes(&other) < takes(&best) { other } else { best })
 }
 
 /// [`constrained_dynamics`] with the effects at joints; none of them may couple joints by their accelerations.
@@ -124,7 +126,7 @@ pub(super) fn respond<'g>(
 }
 
 /// All rows in axes of the feet.
-fn rows<'g>(_: &RobotModel<'g, '_>, constraints: &Constraints<'g>) -> Vec<Vec<Sym<'g>>> {
+pub(super) fn rows<'g>(_: &RobotModel<'g, '_>, constraints: &Constraints<'g>) -> Vec<Vec<Sym<'g>>> {
     constraints.blocks.iter().flat_map(|block| block.jacobian.clone()).collect()
 }
 

@@ -1,9 +1,9 @@
 //! Impacts (4.20)–(4.22): the velocity just after contacts close, and the impulses that do it.
-use super::constrained::{Demand, quicker, respond};
+use super::constrained::{Demand, quickest, respond};
 use super::constraint::Constraints;
 use super::effects::JointLaws;
 use super::model::RobotModel;
-use super::standing::{self, Load};
+use super::standing::Load;
 use crate::expression::Sym;
 use bipedc_runtime::Argument;
 
@@ -60,8 +60,7 @@ fn impact_map_of<'g>(
     // D (v⁺ − v⁻) = Jᵀ F and J (v⁺ − v⁻) = −J v⁻: a response to no load.
     let no_load = vec![model.constant(0.0); model.tree.nv];
     let eliminated = respond(model, constraints, rotors, &no_load, Demand::Velocity);
-    let rooted = standing::respond(model, constraints, rotors, Load::Impact);
-    let (jump, impulse) = quicker(model, eliminated, rooted);
+    let (jump, impulse) = quickest(model, constraints, rotors, Load::Impact, eliminated);
     let before = (0..model.tree.nv).map(|k| model.input(Argument::V, k));
     Impact { velocity: before.zip(jump).map(|(v, change)| v + change).collect(), impulse }
 }

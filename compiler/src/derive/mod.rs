@@ -6,6 +6,7 @@ mod gait_formulas;
 mod inertia;
 mod kinematics;
 mod model;
+mod pinned;
 mod reduced;
 mod sensitivity;
 mod standing;

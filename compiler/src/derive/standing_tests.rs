@@ -1,6 +1,7 @@
 //! Every way of the tree on the foot, against the constrained equations of the tree on the base.
 use super::super::constrained::{Demand, respond};
 use super::super::newton_euler::generalised_forces;
+use super::super::pinned;
 use super::*;
 use crate::Robot;
 use crate::expression::Graph;
@@ -79,8 +80,11 @@ fn every_way_finds_the_same_motion_and_forces() {
             let dynamics = respond(&model, &constraints, rotors, &free, Demand::Rates);
             let impact = respond(&model, &constraints, rotors, &nothing, Demand::Velocity);
             for (load, theirs) in [(Load::Forces(&tau), dynamics), (Load::Impact, impact)] {
-                let ways = by_every_way(&model, &constraints, rotors, load);
+                let mut ways = by_every_way(&model, &constraints, rotors, load);
                 assert!(!ways.is_empty(), "{folder} {}", phase.name);
+                let answered = pinned::respond(&model, &constraints, rotors, load);
+                assert_eq!(answered.is_some(), rotors.iter().all(|x| x.is_zero()), "{folder} {}", phase.name);
+                ways.extend(answered);
                 ways_seen += ways.len();
                 for (way, ours) in ways.iter().enumerate() {
                     for seed in [0.3, 1.7, 4.4] {
@@ -92,7 +96,7 @@ fn every_way_finds_the_same_motion_and_forces() {
             }
         }
     }
-    assert_eq!(ways_seen, ROBOTS.len() * 8);
+    assert_eq!(ways_seen, ROBOTS.len() * 10);
 }
 
 /// A right angle written with four digits is 3.7e-6 too large: the knee's axis leaves the plane, and its foot does not turn about y alone.

@@ -14,7 +14,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// `right_foot/force/z`, `right_foot/moment/x`, `right_foot/moment/y`, `right_foot/moment/z`; m/s², then rad/s², then
 /// N, then N m.
 /// Source: (4.23), Table 4.1, corrected.
-/// 3228 operations: 328 add, 651 mul, 1119 fused, 11 div, 14 sin_cos. For two limbs at once: 14 pairs of them.
+/// 3746 operations: 414 add, 739 mul, 1291 fused, 11 div, 12 sin_cos. For two limbs at once: 404 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_single_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -97,2373 +97,2402 @@ pub(super) fn constrained_dynamics_of_single_support_program<R: Real>(
     let tau_left_knee_pitch = tau[15];
     let tau_left_ankle_pitch = tau[16];
     let tau_left_ankle_roll = tau[17];
-    let t0 = q_right_knee_pitch + q_right_ankle_pitch;
-    let t1 = q_right_hip_pitch + t0;
-    let t2 = q_right_hip_yaw - q_left_hip_yaw;
-    let t3 = q_left_hip_pitch + q_left_knee_pitch;
-    let t4 = q_left_ankle_pitch + t3;
     let (
         [
-            sin_q_right_hip_roll, sin_q_left_hip_roll, sin_q_right_hip_yaw, sin_q_right_hip_pitch, sin_q_left_hip_pitch,
-            sin_q_right_knee_pitch, sin_q_right_ankle_pitch, sin_q_right_ankle_roll, sin_q_left_ankle_roll, sin_t0,
-            sin_t1, sin_t2, sin_t3, sin_t4,
+            sin_q_right_hip_yaw, sin_q_left_hip_yaw, sin_q_right_hip_roll, sin_q_left_hip_roll, sin_q_right_hip_pitch,
+            sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_q_right_ankle_pitch,
+            sin_q_left_ankle_pitch, sin_q_right_ankle_roll, sin_q_left_ankle_roll,
         ],
         [
-            cos_q_right_hip_roll, cos_q_left_hip_roll, cos_q_right_hip_yaw, cos_q_right_hip_pitch, cos_q_left_hip_pitch,
-            cos_q_right_knee_pitch, cos_q_right_ankle_pitch, cos_q_right_ankle_roll, cos_q_left_ankle_roll, cos_t0,
-            cos_t1, cos_t2, cos_t3, cos_t4,
+            cos_q_right_hip_yaw, cos_q_left_hip_yaw, cos_q_right_hip_roll, cos_q_left_hip_roll, cos_q_right_hip_pitch,
+            cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_q_right_ankle_pitch,
+            cos_q_left_ankle_pitch, cos_q_right_ankle_roll, cos_q_left_ankle_roll,
         ],
     ) = R::sin_cos_all([
-        q_right_hip_roll, q_left_hip_roll, q_right_hip_yaw, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch,
-        q_right_ankle_pitch, q_right_ankle_roll, q_left_ankle_roll, t0, t1, t2, t3, t4,
+        q_right_hip_yaw, q_left_hip_yaw, q_right_hip_roll, q_left_hip_roll, q_right_hip_pitch, q_left_hip_pitch,
+        q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch, q_left_ankle_pitch, q_right_ankle_roll,
+        q_left_ankle_roll,
     ]);
     let (
-        t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26, t27,
-        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40_41, t42, t43, t44, t45, t46, t47, t48, t49, t50,
-        t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64_65, t66, t67, t68, t69, t70, t71, t72, t73,
-        t74, t75, t76, t77, t78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t95,
-        t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114,
-        t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132,
-        t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150,
-        t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162_163, t164, t165, t166, t167, t168, t169,
-        t170, t171, t172, t173, t174, t175_176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186, t187, t188,
-        t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204, t205, t206,
-        t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224,
-        t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242,
-        t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260,
-        t261, t262, t263, t264,
+        t0, t1, t2, t3, t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22_23,
+        t24_25, t26, t27, t28, t29, t30, t31, t32, t33, t34, t35, t36, t37_38, t39_40, t41_42, t43, t44, t45, t46, t47,
+        t48, t49, t50, t51, t52, t53_54, t55_56, t57_58, t59_60, t61_62, t63_64, t65_66, t67_68, t69_70, t71_72, t73_74,
+        t75_76, t77_78, t79_80, t81_82, t83_84, t85_86, t87_88, t89_90, t91_92, t93_94, t95_96, t97_98, t99_100,
+        t101_102, t103_104, t105_106, t107_108, t109_110, t111_112, t113_114, t115_116, t117_118, t119_120, t121_122,
+        t123_124, t125_126, t127_128, t129_130, t131_132, t133_134, t135_136, t137_138, t139_140, t141_142, t143_144,
+        t145_146, t147_148, t149_150, t151_152, t153_154, t155_156, t157_158, t159_160, t161, t162_163, t164_165, t166,
+        t167, t168, t169_170, t171_172, t173_174, t175_176, t177_178, t179_180, t181_182, t183_184, t185_186, t187_188,
+        t189_190, t191_192, t193_194, t195_196, t197_198, t199_200, t201_202, t203_204, t205_206, t207_208, t209_210,
+        t211_212, t213_214, t215_216, t217_218, t219, t220, t221, t222, t223, t224, t225, t226, t227, t228, t229, t230,
+        t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247, t248,
+        t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260, t261, t262_263, t264_265, t266_267,
+        t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280_281, t282_283, t284_285, t286_287,
+        t288_289, t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308,
+        t309_310, t311_312, t313_314, t315_316, t317_318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328,
+        t329, t330, t331, t332, t333, t334, t335, t336, t337_338, t339, t340, t341, t342, t343, t344, t345, t346,
+        t347_348, t349_350, t351_352, t353_354, t355_356, t357_358, t359_360, t361_362, t363_364, t365_366, t367_368,
+        t369_370, t371_372, t373_374, t375_376, t377_378, t379_380, t381_382,
     );
-    t5 = v_base_angular_y * v_base_linear_z; // torso: motion
-    t6 = R::fused(-v_base_angular_z, v_base_linear_y, t5); // torso: motion
-    t7 = R::constant(0.273) * sin_q_right_ankle_pitch;
-    t8 = sin_q_left_ankle_roll * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t9 = R::constant(0.00092625) * t8; // left_foot: sums of what it carries
-    t10 = t9 - R::constant(0.001501); // left_foot: sums of what it carries
-    t11 = R::constant(0.003259) - t10; // right_foot: sums of what it carries
-    t12 = R::constant(0.273) * sin_t3; // right_foot: motion
-    t13 = R::constant(0.0285) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    // right_foot: sums of what it carries
-    t14 = t13 * sin_t4;
-    t15 = R::fused(R::constant(-0.0171), cos_t4, t14);
-    t16 = t12 * t15;
-    t17 = R::constant(2.0) * t16;
-    t18 = R::constant(0.273) * cos_t3; // right_foot: motion
-    t19 = t13 * cos_t4;
-    t20 = R::fused(R::constant(0.0171), sin_t4, t19);
-    t21 = t18 * t20;
-    t22 = R::constant(2.0) * t21;
-    t23 = t17 + t22;
-    t24 = t11 + t23;
-    t25 = R::constant(0.06634781167) + t24; // left_ankle: sums of what it carries
-    t26 = sin_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
-    // left_ankle: sums of what it carries
-    t27 = R::constant(0.29034) * sin_t3;
-    t28 = t15 + t27;
-    t29 = t26 * t28;
-    t30 = R::constant(2.0) * t29;
-    t31 = cos_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
-    t32 = R::constant(0.29034) * cos_t3;
-    t33 = t20 + t32;
-    t34 = t31 * t33;
-    t35 = R::constant(2.0) * t34;
+    // torso: motion
+    t0 = q_base_qz * R::constant(2.0);
+    t1 = q_base_qx * t0;
+    t2 = q_base_qy * R::constant(2.0);
+    t3 = q_base_qw * t2;
+    t4 = t1 - t3;
+    t5 = t4 * R::constant(9.81);
+    // other
+    t6 = sin_q_right_hip_yaw * sin_q_right_hip_roll;
+    t7 = cos_q_right_hip_pitch * t6;
+    t8 = R::fused(cos_q_right_hip_yaw, sin_q_right_hip_pitch, t7);
+    t9 = cos_q_right_knee_pitch * t8;
+    t10 = sin_q_right_hip_pitch * t6;
+    t11 = R::fused(-cos_q_right_hip_yaw, cos_q_right_hip_pitch, t10);
+    t12 = R::fused(-sin_q_right_knee_pitch, t11, t9);
+    t13 = sin_q_right_ankle_pitch * t12;
+    t14 = sin_q_right_knee_pitch * t8;
+    t15 = R::fused(cos_q_right_knee_pitch, t11, t14);
+    t16 = R::fused(cos_q_right_ankle_pitch, t15, t13);
+    t17 = v_base_angular_x * v_base_angular_y; // torso: motion
+    t18 = t17 * R::constant(0.075); // right_hip_yaw_link: motion
+    t19 = v_base_angular_y * v_base_linear_z; // torso: motion
+    t20 = R::fused(-v_base_angular_z, v_base_linear_y, t19); // torso: motion
+    t21 = t20 + t5; // torso: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t22_23 = R::Two::fused(both(t21), two(R::constant(-1.0), R::constant(1.0)), both(t18));
+    t24_25 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t22_23;
+    t26 = v_base_angular_x * v_base_angular_x; // torso: motion
+    t27 = R::fused(v_base_angular_z, v_base_angular_z, t26); // torso: motion
+    t28 = t27 * R::constant(0.075); // right_hip_yaw_link: motion
+    // torso: motion
+    t29 = v_base_angular_z * v_base_linear_x;
+    t30 = R::fused(-v_base_angular_x, v_base_linear_z, t29);
+    t31 = q_base_qy * t0;
+    t32 = q_base_qx * R::constant(2.0);
+    t33 = q_base_qw * t32;
+    t34 = t31 + t33;
+    t35 = t34 * R::constant(9.81);
     t36 = t30 + t35;
-    t37 = t25 + t36;
-    t38 = R::constant(0.24091175) + t37; // right_ankle: sums of what it carries
-    t39 = R::constant(0.000005) + t38; // left_lower_leg: sums of what it carries
-    t40_41 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t42 = t9 + R::constant(0.00057475); // left_foot: sums of what it carries
-    // right_foot: sums of what it carries
-    t43 = R::constant(0.003254) + t42;
-    t44 = R::constant(0.00208075) - t43;
-    t45 = sin_t4 * sin_t4;
-    t46 = t44 * t45;
-    t47 = cos_q_left_ankle_roll * R::constant(0.00171); // left_foot: sums of what it carries
-    t48 = sin_t4 * cos_t4;
-    t49 = R::fused(-t47, t48, t46);
-    t50 = t43 + t49;
-    t51 = t50 + t17;
-    // left_ankle: sums of what it carries
-    t52 = sin_t3 * sin_t3;
-    t53 = R::constant(0.065449478333) * t52;
-    t54 = R::constant(0.0004491666685) + t53;
-    t55 = t51 + t54;
-    t56 = t55 + t30;
-    t57 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
-    t58 = R::constant(0.23740175003) * t57; // right_ankle: sums of what it carries
-    t59 = R::constant(0.001754999985) + t58; // right_ankle: sums of what it carries
-    t60 = t56 + t59; // right_ankle: sums of what it carries
-    t61 = R::constant(0.0017266666835) + t60; // left_lower_leg: sums of what it carries
-    t62 = t39 - t61; // left_lower_leg: sums of what it carries
-    t63 = t40_41.second() * t62; // left_lower_leg: sums of what it carries
-    t64_65 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t66 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t67 = R::constant(0.00092625) * t66; // left_foot: sums of what it carries
-    t68 = t67 * cos_t4; // right_foot: sums of what it carries
-    t69 = R::constant(0.000855) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t70 = R::fused(t69, sin_t4, t68); // right_foot: sums of what it carries
-    t71 = R::constant(0.0285) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t72 = R::fused(t71, t18, t70); // right_foot: sums of what it carries
-    t73 = R::fused(t71, t31, t72);
-    t74 = R::constant(2.0) * t73; // left_lower_leg: sums of what it carries
-    t75 = R::fused(t64_65.second(), t74, t63); // left_lower_leg: sums of what it carries
-    t76 = t39 - t75; // left_lower_leg: sums of what it carries
-    t77 = R::constant(0.00001) + t76; // right_lower_leg: sums of what it carries
-    t78 = R::constant(0.00208075) - t49; // right_foot: sums of what it carries
-    t79 = t78 + t22; // right_foot: sums of what it carries
-    t80 = R::constant(0.0658986450015) - t53;
-    t81 = t79 + t80;
-    t82 = t81 + t35;
-    t83 = R::constant(0.239156750015) - t58; // right_ankle: sums of what it carries
-    t84 = t82 + t83; // right_ankle: sums of what it carries
-    t85 = R::constant(0.0017316666835) + t84; // left_lower_leg: sums of what it carries
-    // right_lower_leg: sums of what it carries
-    t86 = R::constant(0.000005) + t85;
-    t87 = t86 - t77;
-    t88 = sin_t2 * sin_t2;
-    t89 = t87 * t88;
-    t90 = sin_t2 * cos_t2;
-    t91 = t67 * sin_t4; // right_foot: sums of what it carries
-    t92 = R::fused(-t69, cos_t4, t91); // right_foot: sums of what it carries
-    t93 = R::fused(t71, t12, t92); // right_foot: sums of what it carries
-    t94 = R::fused(t71, t26, t93); // left_ankle: sums of what it carries
-    t95 = cos_q_left_hip_roll * t94; // left_lower_leg: sums of what it carries
-    t96 = R::constant(0.000855) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    // right_foot: sums of what it carries
-    t97 = t47 * t45;
-    t98 = R::fused(t44, t48, t97);
-    t99 = t96 - t98;
-    t100 = t12 * t20;
-    t101 = R::fused(t18, t15, t100);
-    t102 = t99 - t101;
-    // left_ankle: sums of what it carries
-    t103 = sin_t3 * cos_t3;
-    t104 = R::constant(0.065449478333) * t103;
-    t105 = t102 - t104;
-    t106 = t26 * t33;
-    t107 = R::fused(t31, t28, t106);
-    t108 = t105 - t107;
-    t109 = sin_q_left_hip_pitch * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
-    t110 = R::constant(0.23740175003) * t109; // right_ankle: sums of what it carries
-    t111 = t108 - t110; // right_ankle: sums of what it carries
-    t112 = R::fused(-sin_q_left_hip_roll, t111, t95); // left_lower_leg: sums of what it carries
-    t113 = R::constant(2.0) * t112; // right_lower_leg: sums of what it carries
-    t114 = R::fused(-t90, t113, t89); // right_lower_leg: sums of what it carries
-    t115 = t77 + t114; // right_lower_leg: sums of what it carries
-    t116 = sin_q_right_hip_yaw * R::constant(0.15); // right_lower_leg: motion
-    t117 = R::constant(0.8932) * sin_q_left_hip_pitch; // right_ankle: sums of what it carries
-    t118 = t28 + t117; // right_ankle: sums of what it carries
-    t119 = cos_t2 * t118; // right_lower_leg: sums of what it carries
-    t120 = cos_q_left_hip_roll * t71; // left_hip_roll_link: sums of what it carries
-    t121 = R::constant(0.8932) * cos_q_left_hip_pitch; // right_ankle: sums of what it carries
-    t122 = t33 + t121; // right_ankle: sums of what it carries
-    t123 = R::fused(sin_q_left_hip_roll, t122, t120); // left_lower_leg: sums of what it carries
-    // right_lower_leg: sums of what it carries
-    t124 = R::fused(-sin_t2, t123, t119);
-    t125 = t116 * t124;
-    t126 = R::constant(2.0) * t125;
-    t127 = t115 - t126;
-    t128 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    t129 = t128 * R::constant(0.20517); // left_upper_leg: sums of what it carries
-    t130 = R::constant(0.02808) + t129; // left_upper_leg: sums of what it carries
-    t131 = t127 + t130; // left_upper_leg: sums of what it carries
-    t132 = R::constant(0.757736667) + t131; // right_upper_leg: sums of what it carries
-    t133 = t61 + t75; // left_lower_leg: sums of what it carries
-    t134 = R::constant(0.000015) + t133;
-    t135 = cos_q_right_hip_yaw * R::constant(0.15); // right_lower_leg: motion
-    t136 = sin_t2 * t118;
-    t137 = R::fused(cos_t2, t123, t136);
-    t138 = t135 * t137;
-    t139 = R::constant(2.0) * t138;
-    t140 = t126 - t139;
-    t141 = t134 - t140;
-    t142 = R::constant(0.26133) + t141; // left_upper_leg: sums of what it carries
-    t143 = R::constant(0.000005) + t142; // right_upper_leg: sums of what it carries
-    t144 = t132 - t143; // right_upper_leg: sums of what it carries
-    t145 = t40_41.first() * t144; // right_upper_leg: sums of what it carries
-    t146 = sin_q_left_hip_roll * t94; // left_lower_leg: sums of what it carries
-    t147 = R::fused(cos_q_left_hip_roll, t111, t146); // left_lower_leg: sums of what it carries
-    t148 = sin_t2 * t147;
-    t149 = t40_41.second() * t74; // left_lower_leg: sums of what it carries
-    t150 = R::fused(-t64_65.second(), t62, t149); // left_lower_leg: sums of what it carries
-    t151 = t73 - t150; // left_lower_leg: sums of what it carries
-    t152 = R::fused(-cos_t2, t151, t148);
-    t153 = sin_q_left_hip_roll * t71; // left_hip_roll_link: sums of what it carries
-    t154 = R::fused(-cos_q_left_hip_roll, t122, t153); // left_lower_leg: sums of what it carries
-    t155 = R::fused(t135, t154, t152);
-    t156 = cos_q_right_hip_yaw * R::constant(0.1833); // left_upper_leg: sums of what it carries
-    t157 = t155 + t156; // left_upper_leg: sums of what it carries
-    t158 = R::constant(2.0) * t157; // right_upper_leg: sums of what it carries
-    t159 = R::fused(t64_65.first(), t158, t145); // right_upper_leg: sums of what it carries
-    t160 = t132 - t159; // right_upper_leg: sums of what it carries
-    t161 = R::constant(0.000015) + t160; // left_hip_roll_link: sums of what it carries
-    t162_163 = two(R::constant(5.0918), R::constant(0.315)) * both(cos_t0); // right_hip_roll_link, left_hip_roll_link
-    t164 = cos_q_right_hip_yaw * R::constant(1.425); // other
-    t165 = t164 + t137; // left_upper_leg: sums of what it carries
-    t166 = sin_q_right_hip_roll * t165; // right_upper_leg: sums of what it carries
-    t167 = R::constant(2.444) + t154; // right_upper_leg: sums of what it carries
-    t168 = R::fused(-cos_q_right_hip_roll, t167, t166); // right_upper_leg: sums of what it carries
-    t169 = cos_t1 * t168; // left_hip_roll_link: sums of what it carries
-    t170 = sin_q_right_hip_yaw * R::constant(1.425); // left_upper_leg: sums of what it carries
-    t171 = t124 - t170; // left_upper_leg: sums of what it carries
-    t172 = R::fused(sin_t1, t171, t169); // left_hip_roll_link: sums of what it carries
-    t173 = t162_163.second() * t172; // left_hip_roll_link: sums of what it carries
-    t174 = R::constant(2.0) * t173; // left_hip_roll_link: sums of what it carries
-    t175_176 = two(R::constant(5.0918), R::constant(0.315)) * both(sin_t0); // right_hip_roll_link, left_hip_roll_link
-    // left_hip_roll_link: sums of what it carries
-    t177 = sin_t1 * t168;
-    t178 = R::fused(-cos_t1, t171, t177);
-    t179 = t175_176.second() * t178;
-    t180 = R::fused(R::constant(2.0), t179, t174);
-    t181 = t161 - t180;
-    t182 = R::constant(1.56347075) + t181; // right_hip_roll_link: sums of what it carries
-    t183 = R::constant(0.273) * cos_q_right_ankle_pitch; // right_hip_roll_link: motion
-    // right_hip_roll_link: sums of what it carries
-    t184 = t172 - t162_163.first();
-    t185 = t183 * t184;
-    t186 = R::constant(2.0) * t185;
-    t187 = t178 - t175_176.first();
-    t188 = t7 * t187;
-    t189 = R::fused(R::constant(2.0), t188, t186);
-    t190 = t182 - t189;
-    t191 = R::constant(1.32387317167) + t190; // left_hip_yaw_link: sums of what it carries
-    // left_foot: mass matrix
-    t192 = t96 * sin_t4;
-    t193 = R::fused(R::constant(0.00207575), cos_t4, t192);
-    t194 = R::fused(t13, t18, t193);
-    t195 = R::fused(t13, t31, t194);
-    t196 = sin_t2 * t195;
-    t197 = t71 * sin_t4;
-    t198 = t18 * t197;
-    t199 = t71 * cos_t4;
-    t200 = R::fused(-t12, t199, t198);
-    t201 = t69 + t200;
-    t202 = t31 * t197;
-    t203 = R::fused(-t26, t199, t202);
-    t204 = t201 + t203;
-    t205 = cos_q_left_hip_roll * t204;
-    t206 = t96 * cos_t4;
-    t207 = R::fused(R::constant(-0.00207575), sin_t4, t206);
-    t208 = R::fused(-t13, t12, t207);
-    t209 = R::fused(-t13, t26, t208);
-    t210 = R::fused(sin_q_left_hip_roll, t209, t205);
-    t211 = R::fused(cos_t2, t210, t196);
-    t212 = sin_q_left_hip_roll * t13;
-    t213 = R::fused(cos_q_left_hip_roll, t199, t212);
-    t214 = R::fused(t116, t213, t211);
-    t215 = cos_q_right_hip_roll * t214;
-    t216 = sin_q_left_hip_roll * t204;
-    t217 = R::fused(-cos_q_left_hip_roll, t209, t216);
-    t218 = sin_t2 * t197;
-    t219 = cos_q_left_hip_roll * t13;
-    t220 = R::fused(-sin_q_left_hip_roll, t199, t219);
-    t221 = R::fused(-cos_t2, t220, t218);
-    t222 = t116 * t221;
-    t223 = cos_t2 * t197;
-    t224 = R::fused(sin_t2, t220, t223);
-    t225 = R::fused(t135, t224, t222);
-    t226 = t217 + t225;
-    t227 = R::fused(sin_q_right_hip_roll, t226, t215);
-    t228 = sin_q_right_hip_roll * t221;
-    t229 = R::fused(cos_q_right_hip_roll, t213, t228);
-    t230 = sin_t1 * t229;
-    t231 = R::fused(-cos_t1, t224, t230);
-    t232 = t162_163.second() * t231;
-    t233 = cos_t1 * t229;
-    t234 = R::fused(sin_t1, t224, t233);
-    t235 = R::fused(-t175_176.second(), t234, t232);
-    t236 = t227 + t235;
-    t237 = t183 * t231;
-    t238 = R::fused(-t7, t234, t237);
-    t239 = t236 + t238;
-    t240 = R::constant(481.7535830422739) * t239; // factors of the mass matrix
-    t241 = R::fused(-t239, t240, t191); // factors of the mass matrix
-    // right_foot: mass matrix
-    t242 = sin_t2 * t92;
-    t243 = t16 + t21;
-    t244 = t11 + t243;
-    t245 = t31 * t20;
-    t246 = R::fused(t26, t15, t245);
-    t247 = t244 + t246;
-    t248 = cos_q_left_hip_roll * t247;
-    t249 = R::fused(-sin_q_left_hip_roll, t70, t248);
-    t250 = R::fused(-cos_t2, t249, t242);
-    t251 = cos_q_left_hip_roll * t15;
-    t252 = R::fused(t116, t251, t250);
-    t253 = cos_q_right_hip_roll * t252;
-    t254 = sin_q_left_hip_roll * t247;
-    t255 = R::fused(cos_q_left_hip_roll, t70, t254);
-    t256 = sin_t2 * t20;
-    t257 = sin_q_left_hip_roll * t15;
-    t258 = R::fused(-cos_t2, t257, t256);
-    t259 = t116 * t258;
-    t260 = cos_t2 * t20;
-    t261 = R::fused(sin_t2, t257, t260);
-    t262 = R::fused(t135, t261, t259);
-    t263 = t255 + t262;
-    t264 = R::fused(-sin_q_right_hip_roll, t263, t253);
-    let (
-        t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280, t281, t282,
-        t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297, t298, t299, t300,
-        t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315, t316, t317, t318,
-        t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332, t333, t334, t335, t336,
-        t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352, t353, t354,
-        t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370, t371, t372,
-        t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388, t389, t390,
-        t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406, t407, t408,
-        t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424, t425, t426,
-        t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442, t443, t444,
-        t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460, t461, t462,
-        t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478, t479, t480,
-        t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496, t497, t498,
-        t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514, t515, t516,
-        t517, t518, t519, t520,
-    );
-    t265 = sin_q_right_hip_roll * t258;
-    t266 = R::fused(-cos_q_right_hip_roll, t251, t265);
-    t267 = sin_t1 * t266;
-    t268 = R::fused(-cos_t1, t261, t267);
-    t269 = t162_163.second() * t268;
-    t270 = cos_t1 * t266;
-    t271 = R::fused(sin_t1, t261, t270);
-    t272 = R::fused(-t175_176.second(), t271, t269);
-    t273 = t264 - t272;
-    t274 = t183 * t268;
-    t275 = R::fused(-t7, t271, t274);
-    t276 = t273 - t275;
-    // factors of the mass matrix
-    t277 = sin_q_left_ankle_roll * R::constant(0.41189931350114417);
-    t278 = R::fused(t277, t239, t276);
-    t279 = R::fused(t69, t277, -t11);
-    t280 = R::constant(1.0) / t279;
-    t281 = t278 * t280;
-    t282 = R::fused(t278, t281, t241);
-    // left_ankle: mass matrix
-    t283 = sin_t2 * t93;
-    t284 = t29 + t34;
-    t285 = t25 + t284;
-    t286 = cos_q_left_hip_roll * t285;
-    t287 = R::fused(-sin_q_left_hip_roll, t72, t286);
-    t288 = R::fused(-cos_t2, t287, t283);
-    t289 = cos_q_left_hip_roll * t28;
-    t290 = R::fused(t116, t289, t288);
-    t291 = cos_q_right_hip_roll * t290;
-    t292 = sin_q_left_hip_roll * t285;
-    t293 = R::fused(cos_q_left_hip_roll, t72, t292);
-    t294 = sin_t2 * t33;
-    t295 = sin_q_left_hip_roll * t28;
-    t296 = R::fused(-cos_t2, t295, t294);
-    t297 = t116 * t296;
-    t298 = cos_t2 * t33;
-    t299 = R::fused(sin_t2, t295, t298);
-    t300 = R::fused(t135, t299, t297);
-    t301 = t293 + t300;
-    t302 = R::fused(-sin_q_right_hip_roll, t301, t291);
-    t303 = sin_q_right_hip_roll * t296;
-    t304 = R::fused(-cos_q_right_hip_roll, t289, t303);
-    t305 = sin_t1 * t304;
-    t306 = R::fused(-cos_t1, t299, t305);
-    t307 = t162_163.second() * t306;
-    t308 = cos_t1 * t304;
-    t309 = R::fused(sin_t1, t299, t308);
-    t310 = R::fused(-t175_176.second(), t309, t307);
-    t311 = t302 - t310;
-    t312 = t183 * t306;
-    t313 = R::fused(-t7, t309, t312);
-    t314 = t311 - t313;
-    // factors of the mass matrix
-    t315 = R::constant(481.7535830422739) * t201;
-    t316 = R::fused(t239, t315, t314);
-    t317 = R::fused(-t277, t201, t244);
-    t318 = t317 * t280;
-    t319 = R::fused(t278, t318, t316);
-    t320 = R::fused(-t201, t315, t25);
-    t321 = R::fused(t317, t318, t320);
-    t322 = R::constant(1.0) / t321;
-    t323 = t319 * t322;
-    t324 = R::fused(-t319, t323, t282);
-    // right_ankle: mass matrix
-    t325 = sin_t2 * t94;
-    t326 = cos_q_left_hip_roll * t38;
-    t327 = R::fused(-sin_q_left_hip_roll, t73, t326);
-    t328 = R::fused(-cos_t2, t327, t325);
-    t329 = cos_q_left_hip_roll * t118;
-    t330 = R::fused(t116, t329, t328);
-    t331 = cos_q_right_hip_roll * t330;
-    t332 = sin_q_left_hip_roll * t38;
-    t333 = R::fused(cos_q_left_hip_roll, t73, t332);
-    t334 = sin_t2 * t122;
-    t335 = sin_q_left_hip_roll * t118;
-    t336 = R::fused(-cos_t2, t335, t334);
-    t337 = t116 * t336;
-    t338 = cos_t2 * t122;
-    t339 = R::fused(sin_t2, t335, t338);
-    t340 = R::fused(t135, t339, t337);
-    t341 = t333 + t340;
-    t342 = R::fused(-sin_q_right_hip_roll, t341, t331);
-    t343 = sin_q_right_hip_roll * t336;
-    t344 = R::fused(-cos_q_right_hip_roll, t329, t343);
-    t345 = sin_t1 * t344;
-    t346 = R::fused(-cos_t1, t339, t345);
-    t347 = t162_163.second() * t346;
-    t348 = cos_t1 * t344;
-    t349 = R::fused(sin_t1, t339, t348);
-    t350 = R::fused(-t175_176.second(), t349, t347);
-    t351 = t342 - t350;
-    t352 = t183 * t346;
-    t353 = R::fused(-t7, t349, t352);
-    t354 = t351 - t353;
-    // factors of the mass matrix
-    t355 = R::constant(481.7535830422739) * t204;
-    t356 = R::fused(t239, t355, t354);
-    t357 = R::fused(-t277, t204, t247);
-    t358 = t357 * t280;
-    t359 = R::fused(t278, t358, t356);
-    t360 = R::fused(-t204, t315, t285);
-    t361 = R::fused(t357, t318, t360);
-    t362 = t361 * t322;
-    t363 = R::fused(-t319, t362, t359);
-    t364 = R::fused(-t204, t355, t38);
-    t365 = R::fused(t357, t358, t364);
-    t366 = R::fused(-t361, t362, t365);
-    t367 = R::constant(1.0) / t366;
-    t368 = t363 * t367;
-    t369 = R::fused(-t363, t368, t324);
-    // left_lower_leg: mass matrix
-    t370 = sin_t2 * t85;
-    t371 = R::fused(-cos_t2, t112, t370);
-    t372 = R::fused(t116, t123, t371);
-    t373 = cos_q_right_hip_roll * t372;
-    t374 = cos_t2 * t154;
-    t375 = t116 * t374;
-    t376 = sin_t2 * t154;
-    t377 = R::fused(-t135, t376, t375);
-    t378 = t147 - t377;
-    t379 = R::fused(-sin_q_right_hip_roll, t378, t373);
-    t380 = sin_q_right_hip_roll * t374;
-    t381 = R::fused(cos_q_right_hip_roll, t123, t380);
-    t382 = sin_t1 * t381;
-    t383 = R::fused(cos_t1, t376, t382);
-    t384 = t162_163.second() * t383;
-    t385 = cos_t1 * t381;
-    t386 = R::fused(-sin_t1, t376, t385);
-    t387 = R::fused(-t175_176.second(), t386, t384);
-    t388 = t379 + t387;
-    t389 = t183 * t383;
-    t390 = R::fused(-t7, t386, t389);
-    t391 = t388 + t390;
-    // factors of the mass matrix
-    t392 = R::constant(481.7535830422739) * t195;
-    t393 = R::fused(-t239, t392, t391);
-    t394 = R::fused(t277, t195, t92);
-    t395 = t394 * t280;
-    t396 = R::fused(t278, t395, t393);
-    t397 = R::fused(t195, t315, t93);
-    t398 = R::fused(t394, t318, t397);
-    t399 = t398 * t322;
-    t400 = R::fused(-t319, t399, t396);
-    t401 = R::fused(t195, t355, t94);
-    t402 = R::fused(t394, t358, t401);
-    t403 = R::fused(-t398, t362, t402);
-    t404 = t403 * t367;
-    t405 = R::fused(-t363, t404, t400);
-    t406 = R::fused(-t195, t392, t85);
-    t407 = R::fused(t394, t395, t406);
-    t408 = R::fused(-t398, t399, t407);
-    t409 = R::fused(-t403, t404, t408);
-    t410 = R::constant(1.0) / t409;
-    t411 = t405 * t410;
-    t412 = R::fused(-t405, t411, t369);
-    // right_lower_leg: mass matrix
-    t413 = cos_q_right_hip_roll * t152;
-    t414 = t125 - t138;
-    t415 = t134 - t414;
-    t416 = R::fused(-sin_q_right_hip_roll, t415, t413);
-    t417 = sin_q_right_hip_roll * t124;
-    t418 = sin_t1 * t417;
-    t419 = R::fused(cos_t1, t137, t418);
-    t420 = t162_163.second() * t419;
-    t421 = cos_t1 * t417;
-    t422 = R::fused(-sin_t1, t137, t421);
-    t423 = R::fused(-t175_176.second(), t422, t420);
-    t424 = t416 + t423;
-    t425 = t183 * t419;
-    t426 = R::fused(-t7, t422, t425);
-    t427 = t424 + t426;
-    // factors of the mass matrix
-    t428 = R::constant(481.7535830422739) * t217;
-    t429 = R::fused(t239, t428, t427);
-    t430 = R::fused(-t277, t217, t255);
-    t431 = t430 * t280;
-    t432 = R::fused(t278, t431, t429);
-    t433 = R::fused(-t217, t315, t293);
-    t434 = R::fused(t430, t318, t433);
-    t435 = t434 * t322;
-    t436 = R::fused(-t319, t435, t432);
-    t437 = R::fused(-t217, t355, t333);
-    t438 = R::fused(t430, t358, t437);
-    t439 = R::fused(-t434, t362, t438);
-    t440 = t439 * t367;
-    t441 = R::fused(-t363, t440, t436);
-    t442 = R::fused(t217, t392, t147);
-    t443 = R::fused(t430, t395, t442);
-    t444 = R::fused(-t434, t399, t443);
-    t445 = R::fused(-t439, t404, t444);
-    t446 = t445 * t410;
-    t447 = R::fused(-t405, t446, t441);
-    t448 = R::fused(-t217, t428, t134);
-    t449 = R::fused(t430, t431, t448);
-    t450 = R::fused(-t434, t435, t449);
-    t451 = R::fused(-t439, t440, t450);
-    t452 = R::fused(-t445, t446, t451);
-    t453 = R::constant(1.0) / t452;
-    t454 = t447 * t453;
-    t455 = R::fused(-t447, t454, t412);
-    // left_upper_leg: mass matrix
-    t456 = cos_q_right_hip_roll * t157;
-    t457 = R::fused(-sin_q_right_hip_roll, t142, t456);
-    t458 = sin_q_right_hip_roll * t171;
-    t459 = sin_t1 * t458;
-    t460 = R::fused(cos_t1, t165, t459);
-    t461 = t162_163.second() * t460;
-    t462 = cos_t1 * t458;
-    t463 = R::fused(-sin_t1, t165, t462);
-    t464 = R::fused(-t175_176.second(), t463, t461);
-    t465 = t457 + t464;
-    t466 = t183 * t460;
-    t467 = R::fused(-t7, t463, t466);
-    t468 = t465 + t467;
-    // factors of the mass matrix
-    t469 = R::constant(481.7535830422739) * t226;
-    t470 = R::fused(t239, t469, t468);
-    t471 = R::fused(-t277, t226, t263);
-    t472 = t471 * t280;
-    t473 = R::fused(t278, t472, t470);
-    t474 = R::fused(-t226, t315, t301);
-    t475 = R::fused(t471, t318, t474);
-    t476 = t475 * t322;
-    t477 = R::fused(-t319, t476, t473);
-    t478 = R::fused(-t226, t355, t341);
-    t479 = R::fused(t471, t358, t478);
-    t480 = R::fused(-t475, t362, t479);
-    t481 = t480 * t367;
-    t482 = R::fused(-t363, t481, t477);
-    t483 = R::fused(t226, t392, t378);
-    t484 = R::fused(t471, t395, t483);
-    t485 = R::fused(-t475, t399, t484);
-    t486 = R::fused(-t480, t404, t485);
-    t487 = t486 * t410;
-    t488 = R::fused(-t405, t487, t482);
-    t489 = R::fused(-t226, t428, t415);
-    t490 = R::fused(t471, t431, t489);
-    t491 = R::fused(-t475, t435, t490);
-    t492 = R::fused(-t480, t440, t491);
-    t493 = R::fused(-t486, t446, t492);
-    t494 = t493 * t453;
-    t495 = R::fused(-t447, t494, t488);
-    t496 = R::fused(-t226, t469, t142);
-    t497 = R::fused(t471, t472, t496);
-    t498 = R::fused(-t475, t476, t497);
-    t499 = R::fused(-t480, t481, t498);
-    t500 = R::fused(-t486, t487, t499);
-    t501 = R::fused(-t493, t494, t500);
-    t502 = R::constant(1.0) / t501;
-    t503 = t495 * t502;
-    t504 = R::fused(-t495, t503, t455);
-    // right_lower_leg: sums of what it carries
-    t505 = t88 * t113;
-    t506 = R::fused(t87, t90, t505);
-    t507 = t112 - t506;
-    t508 = t116 * t137;
-    t509 = R::fused(-t135, t124, t508);
-    t510 = t507 - t509;
-    t511 = sin_q_right_hip_yaw * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    t512 = t511 * R::constant(0.20517); // left_upper_leg: sums of what it carries
-    t513 = t510 - t512; // left_upper_leg: sums of what it carries
-    t514 = cos_q_right_hip_roll * t513; // right_upper_leg: sums of what it carries
-    t515 = cos_t2 * t147;
-    t516 = R::fused(sin_t2, t151, t515);
-    t517 = R::fused(-t116, t154, t516);
-    t518 = sin_q_right_hip_yaw * R::constant(0.1833); // left_upper_leg: sums of what it carries
-    t519 = t517 - t518; // left_upper_leg: sums of what it carries
-    t520 = R::fused(sin_q_right_hip_roll, t519, t514); // right_upper_leg: sums of what it carries
-    let (
-        t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536, t537, t538,
-        t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554, t555, t556,
-        t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572, t573, t574,
-        t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590, t591, t592,
-        t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608, t609, t610,
-        t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623, t624, t625, t626, t627, t628,
-        t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641, t642, t643, t644, t645, t646,
-        t647, t648, t649, t650, t651, t652, t653, t654, t655, t656, t657, t658, t659, t660, t661, t662, t663, t664,
-        t665, t666, t667, t668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678, t679, t680, t681, t682,
-        t683, t684, t685, t686, t687, t688, t689, t690, t691, t692, t693, t694, t695, t696, t697, t698, t699, t700,
-        t701, t702, t703, t704, t705, t706, t707, t708, t709, t710, t711, t712, t713, t714, t715, t716, t717, t718,
-        t719, t720, t721, t722, t723, t724, t725, t726, t727, t728, t729, t730, t731, t732, t733, t734, t735, t736,
-        t737, t738, t739, t740, t741, t742, t743, t744, t745, t746, t747, t748, t749, t750, t751, t752, t753, t754,
-        t755, t756, t757, t758, t759, t760, t761, t762, t763, t764, t765, t766, t767, t768, t769, t770, t771, t772,
-        t773, t774, t775, t776,
-    );
-    t521 = cos_q_right_hip_roll * t165; // right_upper_leg: sums of what it carries
-    t522 = R::fused(sin_q_right_hip_roll, t167, t521); // right_upper_leg: sums of what it carries
-    // right_upper_leg: mass matrix
-    t523 = sin_t1 * t522;
-    t524 = t162_163.second() * t523;
-    t525 = cos_t1 * t522;
-    t526 = R::fused(-t175_176.second(), t525, t524);
-    t527 = t520 - t526;
-    t528 = t183 * t523;
-    t529 = R::fused(-t7, t525, t528);
-    t530 = t527 - t529;
-    t531 = cos_t2 * t195; // left_foot: mass matrix
-    t532 = R::fused(-sin_t2, t210, t531); // left_foot: mass matrix
-    t533 = R::fused(t135, t213, t532); // left_foot: mass matrix
-    t534 = R::constant(481.7535830422739) * t533; // factors of the mass matrix
-    t535 = R::fused(t239, t534, t530); // factors of the mass matrix
-    t536 = cos_t2 * t92; // right_foot: mass matrix
-    t537 = R::fused(sin_t2, t249, t536); // right_foot: mass matrix
-    t538 = R::fused(t135, t251, t537); // right_foot: mass matrix
-    t539 = R::fused(t277, t533, t538); // factors of the mass matrix
-    t540 = t539 * t280; // factors of the mass matrix
-    t541 = R::fused(-t278, t540, t535); // factors of the mass matrix
-    t542 = cos_t2 * t93; // left_ankle: mass matrix
-    t543 = R::fused(sin_t2, t287, t542); // left_ankle: mass matrix
-    t544 = R::fused(t135, t289, t543); // left_ankle: mass matrix
-    // factors of the mass matrix
-    t545 = R::fused(t533, t315, t544);
-    t546 = R::fused(t539, t318, t545);
-    t547 = t546 * t322;
-    t548 = R::fused(t319, t547, t541);
-    t549 = cos_t2 * t94; // right_ankle: mass matrix
-    t550 = R::fused(sin_t2, t327, t549); // right_ankle: mass matrix
-    t551 = R::fused(t135, t329, t550); // right_ankle: mass matrix
-    t552 = R::fused(t533, t355, t551);
-    t553 = R::fused(t539, t358, t552);
-    t554 = R::fused(-t546, t362, t553);
-    t555 = t554 * t367;
-    t556 = R::fused(t363, t555, t548);
-    t557 = cos_t2 * t85; // left_lower_leg: mass matrix
-    t558 = R::fused(sin_t2, t112, t557); // left_lower_leg: mass matrix
-    t559 = R::fused(t135, t123, t558); // left_lower_leg: mass matrix
-    t560 = R::fused(-t533, t392, t559);
-    t561 = R::fused(t539, t395, t560);
-    t562 = R::fused(-t546, t399, t561);
-    t563 = R::fused(-t554, t404, t562);
-    t564 = t563 * t410;
-    t565 = R::fused(t405, t564, t556);
-    t566 = R::fused(t533, t428, t516);
-    t567 = R::fused(t539, t431, t566);
-    t568 = R::fused(-t546, t435, t567);
-    t569 = R::fused(-t554, t440, t568);
-    t570 = R::fused(-t563, t446, t569);
-    t571 = t570 * t453;
-    t572 = R::fused(t447, t571, t565);
-    t573 = R::fused(t533, t469, t519);
-    t574 = R::fused(t539, t472, t573);
-    t575 = R::fused(-t546, t476, t574);
-    t576 = R::fused(-t554, t481, t575);
-    t577 = R::fused(-t563, t487, t576);
-    t578 = R::fused(-t570, t494, t577);
-    t579 = t578 * t502;
-    t580 = R::fused(t495, t579, t572);
-    t581 = t86 - t114; // right_lower_leg: sums of what it carries
-    t582 = t581 + t139; // right_lower_leg: sums of what it carries
-    t583 = R::constant(0.23325) - t129; // left_upper_leg: sums of what it carries
-    t584 = t582 + t583; // left_upper_leg: sums of what it carries
-    t585 = R::constant(0.757741667) + t584; // right_upper_leg: sums of what it carries
-    t586 = R::fused(-t533, t534, t585);
-    t587 = R::fused(t539, t540, t586);
-    t588 = R::fused(-t546, t547, t587);
-    t589 = R::fused(-t554, t555, t588);
-    t590 = R::fused(-t563, t564, t589);
-    t591 = R::fused(-t570, t571, t590);
-    t592 = R::fused(-t578, t579, t591);
-    t593 = R::constant(1.0) / t592;
-    t594 = t580 * t593;
-    t595 = R::fused(-t580, t594, t504);
-    // left_hip_roll_link: mass matrix
-    t596 = t179 + t173;
-    t597 = t161 - t596;
-    t598 = t183 * t172;
-    t599 = R::fused(t7, t178, t598);
-    t600 = t597 - t599;
-    // factors of the mass matrix
-    t601 = R::constant(481.7535830422739) * t227;
-    t602 = R::fused(-t239, t601, t600);
-    t603 = R::fused(t277, t227, t264);
-    t604 = t603 * t280;
-    t605 = R::fused(t278, t604, t602);
-    t606 = R::fused(t227, t315, t302);
-    t607 = R::fused(t603, t318, t606);
-    t608 = t607 * t322;
-    t609 = R::fused(-t319, t608, t605);
-    t610 = R::fused(t227, t355, t342);
-    t611 = R::fused(t603, t358, t610);
-    t612 = R::fused(-t607, t362, t611);
-    t613 = t612 * t367;
-    t614 = R::fused(-t363, t613, t609);
-    t615 = R::fused(-t227, t392, t379);
-    t616 = R::fused(t603, t395, t615);
-    t617 = R::fused(-t607, t399, t616);
-    t618 = R::fused(-t612, t404, t617);
-    t619 = t618 * t410;
-    t620 = R::fused(-t405, t619, t614);
-    t621 = R::fused(t227, t428, t416);
-    t622 = R::fused(t603, t431, t621);
-    t623 = R::fused(-t607, t435, t622);
-    t624 = R::fused(-t612, t440, t623);
-    t625 = R::fused(-t618, t446, t624);
-    t626 = t625 * t453;
-    t627 = R::fused(-t447, t626, t620);
-    t628 = R::fused(t227, t469, t457);
-    t629 = R::fused(t603, t472, t628);
-    t630 = R::fused(-t607, t476, t629);
-    t631 = R::fused(-t612, t481, t630);
-    t632 = R::fused(-t618, t487, t631);
-    t633 = R::fused(-t625, t494, t632);
-    t634 = t633 * t502;
-    t635 = R::fused(-t495, t634, t627);
-    t636 = R::fused(t227, t534, t520);
-    t637 = R::fused(-t603, t540, t636);
-    t638 = R::fused(t607, t547, t637);
-    t639 = R::fused(t612, t555, t638);
-    t640 = R::fused(t618, t564, t639);
-    t641 = R::fused(t625, t571, t640);
-    t642 = R::fused(t633, t579, t641);
-    t643 = t642 * t593;
-    t644 = R::fused(-t580, t643, t635);
-    t645 = R::fused(-t227, t601, t161);
-    t646 = R::fused(t603, t604, t645);
-    t647 = R::fused(-t607, t608, t646);
-    t648 = R::fused(-t612, t613, t647);
-    t649 = R::fused(-t618, t619, t648);
-    t650 = R::fused(-t625, t626, t649);
-    t651 = R::fused(-t633, t634, t650);
-    t652 = R::fused(-t642, t643, t651);
-    t653 = R::constant(1.0) / t652;
-    t654 = t644 * t653;
-    t655 = R::fused(-t644, t654, t595);
-    t656 = t188 + t185; // right_hip_roll_link: mass matrix
-    t657 = t182 - t656; // right_hip_roll_link: mass matrix
-    t658 = R::constant(481.7535830422739) * t236;
-    t659 = R::fused(-t239, t658, t657);
-    t660 = R::fused(t277, t236, t273);
-    t661 = t660 * t280;
-    t662 = R::fused(t278, t661, t659);
-    t663 = R::fused(t236, t315, t311);
-    t664 = R::fused(t660, t318, t663);
-    t665 = t664 * t322;
-    t666 = R::fused(-t319, t665, t662);
-    t667 = R::fused(t236, t355, t351);
-    t668 = R::fused(t660, t358, t667);
-    t669 = R::fused(-t664, t362, t668);
-    t670 = t669 * t367;
-    t671 = R::fused(-t363, t670, t666);
-    t672 = R::fused(-t236, t392, t388);
-    t673 = R::fused(t660, t395, t672);
-    t674 = R::fused(-t664, t399, t673);
-    t675 = R::fused(-t669, t404, t674);
-    t676 = t675 * t410;
-    t677 = R::fused(-t405, t676, t671);
-    t678 = R::fused(t236, t428, t424);
-    t679 = R::fused(t660, t431, t678);
-    t680 = R::fused(-t664, t435, t679);
-    t681 = R::fused(-t669, t440, t680);
-    t682 = R::fused(-t675, t446, t681);
-    t683 = t682 * t453;
-    t684 = R::fused(-t447, t683, t677);
-    t685 = R::fused(t236, t469, t465);
-    t686 = R::fused(t660, t472, t685);
-    t687 = R::fused(-t664, t476, t686);
-    t688 = R::fused(-t669, t481, t687);
-    t689 = R::fused(-t675, t487, t688);
-    t690 = R::fused(-t682, t494, t689);
-    t691 = t690 * t502;
-    t692 = R::fused(-t495, t691, t684);
-    t693 = R::fused(t236, t534, t527);
-    t694 = R::fused(-t660, t540, t693);
-    t695 = R::fused(t664, t547, t694);
-    t696 = R::fused(t669, t555, t695);
-    t697 = R::fused(t675, t564, t696);
-    t698 = R::fused(t682, t571, t697);
-    t699 = R::fused(t690, t579, t698);
-    t700 = t699 * t593;
-    t701 = R::fused(-t580, t700, t692);
-    t702 = R::fused(-t236, t601, t597);
-    t703 = R::fused(t660, t604, t702);
-    t704 = R::fused(-t664, t608, t703);
-    t705 = R::fused(-t669, t613, t704);
-    t706 = R::fused(-t675, t619, t705);
-    t707 = R::fused(-t682, t626, t706);
-    t708 = R::fused(-t690, t634, t707);
-    t709 = R::fused(-t699, t643, t708);
-    t710 = t709 * t653;
-    t711 = R::fused(-t644, t710, t701);
-    t712 = R::fused(-t236, t658, t182);
-    t713 = R::fused(t660, t661, t712);
-    t714 = R::fused(-t664, t665, t713);
-    t715 = R::fused(-t669, t670, t714);
-    t716 = R::fused(-t675, t676, t715);
-    t717 = R::fused(-t682, t683, t716);
-    t718 = R::fused(-t690, t691, t717);
-    t719 = R::fused(-t699, t700, t718);
-    t720 = R::fused(-t709, t710, t719);
-    t721 = R::constant(1.0) / t720;
-    t722 = t711 * t721;
-    t723 = R::fused(-t711, t722, t655);
-    t724 = R::constant(1.0) / t723;
-    t725 = v_base_angular_x * sin_q_right_hip_yaw; // right_hip_yaw_link: motion
-    t726 = R::fused(-v_base_angular_y, cos_q_right_hip_yaw, t725); // right_hip_yaw_link: motion
-    t727 = t726 * cos_q_right_hip_roll; // right_hip_roll_link: motion
-    t728 = v_base_angular_z + v_right_hip_yaw; // right_hip_yaw_link: motion
-    t729 = R::fused(-t728, sin_q_right_hip_roll, t727); // right_hip_roll_link: motion
-    t730 = t729 - v_right_hip_pitch; // right_upper_leg: motion
-    t731 = t730 - v_right_knee_pitch; // right_lower_leg: motion
-    t732 = t731 - v_right_ankle_pitch; // right_ankle: motion
-    t733 = t732 * sin_q_right_ankle_roll; // right_foot: motion
-    t734 = t726 * sin_q_right_hip_roll; // right_hip_roll_link: motion
-    t735 = R::fused(t728, cos_q_right_hip_roll, t734); // right_hip_roll_link: motion
-    t736 = t735 * cos_q_right_hip_pitch; // right_upper_leg: motion
-    t737 = v_base_angular_x * cos_q_right_hip_yaw; // right_hip_yaw_link: motion
-    t738 = R::fused(v_base_angular_y, sin_q_right_hip_yaw, t737); // right_hip_yaw_link: motion
-    t739 = t738 + v_right_hip_roll; // right_hip_roll_link: motion
-    t740 = R::fused(t739, sin_q_right_hip_pitch, t736); // right_upper_leg: motion
-    t741 = t740 * cos_q_right_knee_pitch; // right_lower_leg: motion
-    t742 = t735 * sin_q_right_hip_pitch; // right_upper_leg: motion
-    t743 = R::fused(-t739, cos_q_right_hip_pitch, t742); // right_upper_leg: motion
-    t744 = R::fused(-t743, sin_q_right_knee_pitch, t741); // right_lower_leg: motion
-    t745 = t744 * cos_q_right_ankle_pitch; // right_ankle: motion
-    t746 = t740 * sin_q_right_knee_pitch; // right_lower_leg: motion
-    t747 = R::fused(t743, cos_q_right_knee_pitch, t746); // right_lower_leg: motion
-    t748 = R::fused(-t747, sin_q_right_ankle_pitch, t745); // right_ankle: motion
-    t749 = R::fused(t748, cos_q_right_ankle_roll, t733); // right_foot: motion
-    t750 = t749 * v_right_ankle_roll; // right_foot: motion
-    t751 = sin_q_right_ankle_roll * t750; // right_hip_yaw_link: motion
-    t752 = t732 * cos_q_right_ankle_roll; // right_foot: motion
-    t753 = R::fused(-t748, sin_q_right_ankle_roll, t752); // right_foot: motion
-    t754 = t753 * v_right_ankle_roll; // right_foot: motion
-    t755 = R::fused(cos_q_right_ankle_roll, t754, t751); // right_hip_yaw_link: motion
-    t756 = t744 * sin_q_right_ankle_pitch; // right_ankle: motion
-    t757 = R::fused(t747, cos_q_right_ankle_pitch, t756); // right_ankle: motion
-    t758 = R::fused(t757, v_right_ankle_pitch, -t755); // left_hip_yaw_link: motion
-    t759 = R::fused(v_right_knee_pitch, t757, t758); // right_hip_roll_link: motion
-    t760 = R::fused(v_right_hip_pitch, t757, t759); // left_hip_roll_link: motion
-    t761 = sin_t1 * t760; // left_hip_roll_link: motion
-    t762 = sin_q_right_ankle_roll * t753; // right_hip_yaw_link: motion
-    t763 = R::fused(-cos_q_right_ankle_roll, t749, t762); // right_hip_yaw_link: motion
-    t764 = v_right_ankle_pitch * t763; // left_hip_yaw_link: motion
-    t765 = R::fused(v_right_knee_pitch, t763, t764); // right_hip_roll_link: motion
-    t766 = R::fused(v_right_hip_pitch, t763, t765); // left_hip_roll_link: motion
-    t767 = R::fused(-cos_t1, t766, t761); // left_hip_roll_link: motion
-    t768 = cos_q_right_ankle_roll * t753; // right_hip_yaw_link: motion
-    t769 = R::fused(sin_q_right_ankle_roll, t749, t768); // right_hip_yaw_link: motion
-    t770 = v_right_ankle_pitch + t769; // left_hip_yaw_link: motion
-    t771 = v_right_knee_pitch + t770; // right_hip_roll_link: motion
-    t772 = v_right_hip_pitch + t771; // left_hip_roll_link: motion
-    t773 = cos_q_right_hip_roll * t772; // right_upper_leg: motion
-    t774 = cos_t1 * t763; // left_hip_roll_link: motion
-    t775 = R::fused(-t757, sin_t1, t774); // left_hip_roll_link: motion
-    t776 = R::fused(-sin_q_right_hip_roll, t775, t773); // right_upper_leg: motion
-    let (
-        t777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789, t790, t791, t792, t793, t794,
-        t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807, t808, t809, t810, t811, t812,
-        t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825, t826, t827, t828, t829, t830,
-        t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846, t847, t848,
-        t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864, t865, t866,
-        t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882, t883, t884,
-        t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900, t901, t902,
-        t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t917, t918, t919, t920,
-        t921, t922, t923, t924, t925, t926, t927, t928_929, t930, t931, t932_933, t934, t935, t936, t937, t938, t939,
-        t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951, t952, t953, t954, t955, t956, t957,
-        t958, t959, t960, t961, t962, t963, t964, t965_966, t967_968, t969, t970, t971, t972, t973, t974, t975, t976,
-        t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987, t988_989, t990, t991_992, t993, t994, t995,
-        t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007, t1008, t1009, t1010, t1011,
-        t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023, t1024, t1025, t1026, t1027,
-        t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038,
-    );
-    t777 = R::fused(v_right_hip_yaw, t776, t767); // left_upper_leg: motion
-    t778 = R::fused(-v_left_hip_yaw, t776, t777); // right_lower_leg: motion
-    t779 = sin_t2 * t778; // right_lower_leg: motion
-    t780 = cos_q_right_ankle_roll * t750; // right_hip_yaw_link: motion
-    t781 = R::fused(-sin_q_right_ankle_roll, t754, t780); // right_hip_yaw_link: motion
-    t782 = R::fused(-v_right_hip_roll, t775, t781); // right_upper_leg: motion
-    t783 = cos_q_right_hip_roll * t782; // right_upper_leg: motion
-    t784 = cos_t1 * t760; // left_hip_roll_link: motion
-    t785 = R::fused(sin_t1, t766, t784); // left_hip_roll_link: motion
-    t786 = R::fused(-v_right_hip_roll, t772, t785); // right_upper_leg: motion
-    t787 = R::fused(sin_q_right_hip_roll, t786, t783); // right_upper_leg: motion
-    t788 = sin_t1 * t763; // left_hip_roll_link: motion
-    t789 = R::fused(t757, cos_t1, t788); // left_hip_roll_link: motion
-    t790 = v_right_hip_roll + t789; // right_upper_leg: motion
-    t791 = R::fused(v_right_hip_yaw, t790, t787); // left_upper_leg: motion
-    t792 = R::fused(-v_left_hip_yaw, t790, t791); // right_lower_leg: motion
-    t793 = R::fused(-cos_t2, t792, t779); // right_lower_leg: motion
-    t794 = sin_q_right_hip_roll * t772; // right_upper_leg: motion
-    t795 = R::fused(cos_q_right_hip_roll, t775, t794); // right_upper_leg: motion
-    t796 = v_right_hip_yaw + t795; // left_upper_leg: motion
-    t797 = v_left_hip_yaw - t796; // right_lower_leg: motion
-    t798 = R::fused(v_left_hip_roll, t797, t793); // left_lower_leg: motion
-    t799 = sin_q_left_hip_roll * t798; // left_lower_leg: motion
-    t800 = sin_q_right_hip_roll * t782; // right_upper_leg: motion
-    t801 = R::fused(-cos_q_right_hip_roll, t786, t800); // right_upper_leg: motion
-    t802 = sin_t2 * t790; // right_lower_leg: motion
-    t803 = R::fused(cos_t2, t776, t802); // right_lower_leg: motion
-    t804 = R::fused(-v_left_hip_roll, t803, t801); // left_lower_leg: motion
-    t805 = R::fused(cos_q_left_hip_roll, t804, t799); // left_lower_leg: motion
-    t806 = cos_t2 * t790; // right_lower_leg: motion
-    t807 = R::fused(-sin_t2, t776, t806); // right_lower_leg: motion
-    t808 = v_left_hip_roll - t807; // left_lower_leg: motion
-    t809 = R::fused(-v_left_hip_pitch, t808, t805); // right_ankle: motion
-    t810 = R::fused(-v_left_knee_pitch, t808, t809); // left_ankle: motion
-    t811 = R::fused(-v_left_ankle_pitch, t808, t810); // right_foot: motion
-    t812 = cos_t4 * t811; // right_foot: motion
-    t813 = cos_t2 * t778; // right_lower_leg: motion
-    t814 = R::fused(sin_t2, t792, t813); // right_lower_leg: motion
-    t815 = sin_q_left_hip_roll * t803; // left_lower_leg: motion
-    t816 = R::fused(cos_q_left_hip_roll, t797, t815); // left_lower_leg: motion
-    t817 = R::fused(-v_left_hip_pitch, t816, t814); // right_ankle: motion
-    t818 = R::fused(-v_left_knee_pitch, t816, t817); // left_ankle: motion
-    t819 = R::fused(-v_left_ankle_pitch, t816, t818); // right_foot: motion
-    t820 = R::fused(-sin_t4, t819, t812); // right_foot: motion
-    t821 = cos_q_left_hip_roll * t803; // left_lower_leg: motion
-    t822 = R::fused(-sin_q_left_hip_roll, t797, t821); // left_lower_leg: motion
-    t823 = v_left_hip_pitch - t822; // right_ankle: motion
-    t824 = v_left_knee_pitch + t823; // left_ankle: motion
-    t825 = v_left_ankle_pitch + t824; // right_foot: motion
-    t826 = R::fused(v_left_ankle_roll, t825, t820); // left_foot: motion
-    t827 = sin_t4 * t816; // right_foot: motion
-    t828 = R::fused(-cos_t4, t808, t827); // right_foot: motion
-    t829 = v_left_ankle_roll - t828; // left_foot: motion
-    t830 = t825 * t829; // left_foot: motion
-    t831 = t826 + t830; // left_foot: motion
-    t832 = t831 * t42; // left_foot: sums of what it carries
-    // right_foot: motion
-    t833 = sin_t4 * t811;
-    t834 = R::fused(cos_t4, t819, t833);
-    t835 = cos_t4 * t816;
-    t836 = R::fused(sin_t4, t808, t835);
-    t837 = t825 * t836;
-    t838 = t834 - t837;
-    t839 = R::fused(-t96, t838, t832); // left_foot: sums of what it carries
-    t840 = cos_q_left_hip_roll * t798; // left_lower_leg: motion
-    t841 = R::fused(-sin_q_left_hip_roll, t804, t840); // left_lower_leg: motion
-    t842 = R::fused(v_left_ankle_roll, t836, t841); // left_foot: motion
-    t843 = t836 * t829; // left_foot: motion
-    t844 = t842 + t843; // left_foot: motion
-    t845 = R::fused(-t67, t844, t839); // left_foot: sums of what it carries
-    t846 = t825 * t825;
-    t847 = t829 * t829; // left_foot: motion
-    t848 = t846 - t847; // left_foot: sums of what it carries
-    t849 = R::fused(-t69, t848, t845); // left_foot: sums of what it carries
-    t850 = t757 - v_right_ankle_roll;
-    t851 = t753 * t850;
-    t852 = t851 * R::constant(0.03); // right_hip_yaw_link: motion
-    t853 = t753 * t749;
-    t854 = R::fused(t853, R::constant(0.08), t852); // right_hip_yaw_link: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t37_38 = R::Two::fused(both(t36), two(R::constant(1.0), R::constant(-1.0)), both(t28));
+    t39_40 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t37_38, t24_25);
+    t41_42 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t39_40; // right_hip_roll_link, left_hip_roll_link: motion
+    t43 = v_base_angular_y * v_base_angular_z; // torso: motion
+    t44 = t43 * R::constant(0.075); // right_hip_yaw_link: motion
     // torso: motion
-    t855 = q_base_qz * R::constant(2.0);
-    t856 = q_base_qx * t855;
-    t857 = q_base_qy * R::constant(2.0);
-    t858 = q_base_qw * t857;
-    t859 = t856 - t858;
+    t45 = v_base_angular_x * v_base_linear_y;
+    t46 = R::fused(-v_base_angular_y, v_base_linear_x, t45);
+    t47 = q_base_qx * t32;
+    t48 = q_base_qy * t2;
+    t49 = t47 + t48;
+    t50 = R::constant(1.0) - t49;
+    t51 = t50 * R::constant(9.81);
+    t52 = t46 + t51;
+    t53_54 = R::Two::fused(both(t52), two(R::constant(-1.0), R::constant(1.0)), both(t44));
+    t55_56 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t53_54, t41_42);
+    t57_58 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t55_56; // right_upper_leg, left_upper_leg: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t59_60 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
+    t61_62 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t37_38, t59_60);
+    t63_64 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t61_62, t57_58);
+    t65_66 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t67_68 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t65_66);
+    t69_70 = t67_68 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
+    t71_72 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    t73_74 = R::Two::fused(t71_72, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t69_70);
+    t75_76 = t73_74 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t77_78 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t79_80 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t77_78);
+    t81_82 = t79_80 + two(v_right_hip_roll, v_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
+    // right_upper_leg, left_upper_leg: motion
+    t83_84 = R::Two::fused(-t81_82, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t75_76);
+    t85_86 = t83_84 * t83_84;
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t87_88 = t67_68 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t89_90 = R::Two::fused(-t71_72, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t87_88);
+    // right_upper_leg, left_upper_leg: motion
+    t91_92 = t89_90 - two(v_right_hip_pitch, v_left_hip_pitch);
+    t93_94 = R::Two::fused(t91_92, t91_92, t85_86);
+    // right_lower_leg, left_lower_leg: motion
+    t95_96 = R::Two::fused(t93_94, both(R::constant(0.315)), t63_64 * two(R::constant(-1.0), R::constant(1.0)));
+    t97_98 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t95_96;
+    // right_upper_leg, left_upper_leg: motion
+    t99_100 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t55_56;
+    t101_102 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t61_62, t99_100);
+    t103_104 = t79_80 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t105_106 = t103_104 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t107_108 = R::Two::fused(-t73_74, two(v_right_hip_roll, v_left_hip_roll), t105_106);
+    // right_upper_leg, left_upper_leg: motion
+    t109_110 = t73_74 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t111_112 = R::Two::fused(t81_82, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t109_110);
+    t113_114 = t111_112 * t83_84;
+    t115_116 = t107_108 + t113_114;
+    // right_lower_leg, left_lower_leg: motion
+    t117_118 = R::Two::fused(t115_116, both(R::constant(0.315)), t101_102 * two(R::constant(1.0), R::constant(-1.0)));
+    t119_120 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t117_118, t97_98);
+    t121_122 = t111_112 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t123_124 = R::Two::fused(t83_84, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t121_122);
+    t125_126 = t123_124 * t123_124;
+    t127_128 = t91_92 - two(v_right_knee_pitch, v_left_knee_pitch);
+    t129_130 = R::Two::fused(t127_128, t127_128, t125_126);
+    // right_ankle, left_ankle: motion
+    t131_132 = R::Two::fused(t129_130, both(R::constant(0.273)), t119_120);
+    t133_134 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t131_132;
+    // right_lower_leg, left_lower_leg: motion
+    t135_136 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t95_96;
+    t137_138 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t117_118, t135_136);
+    t139_140 = t111_112 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t141_142 = R::Two::fused(-t83_84, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t139_140);
+    t143_144 = t141_142 * t123_124;
+    t145_146 = t107_108 + t143_144;
+    // right_ankle, left_ankle: motion
+    t147_148 = R::Two::fused(t145_146, both(R::constant(0.273)), -t137_138);
+    t149_150 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t147_148, t133_134);
+    t151_152 = t127_128 - two(v_right_ankle_pitch, v_left_ankle_pitch);
+    t153_154 = t151_152 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot: motion
+    t155_156 = t141_142 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t157_158 = R::Two::fused(-t123_124, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t155_156);
+    t159_160 = R::Two::fused(-t157_158, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t153_154);
+    t161 = t159_160.first() * t159_160.first(); // right_foot: motion
+    // right_foot, left_foot: motion
+    t162_163 = t151_152 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t164_165 = R::Two::fused(t157_158, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t162_163);
+    t166 = t164_165.first() * t164_165.first(); // right_foot: motion
+    t167 = t161 + t166; // right_foot: motion
+    t168 = t167 * R::constant(0.03); // other
+    t169_170 = t107_108 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t171_172 = t103_104 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t173_174 = R::Two::fused(t89_90, two(v_right_hip_roll, v_left_hip_roll), t171_172);
+    t175_176 = t173_174 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t177_178 = t67_68 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
+    // right_upper_leg, left_upper_leg: motion
+    t179_180 = R::Two::fused(-t177_178, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t175_176);
+    t181_182 = R::Two::fused(-t83_84, two(v_right_hip_pitch, v_left_hip_pitch), t179_180);
+    t183_184 = t181_182 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t185_186 = t173_174 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t187_188 = R::Two::fused(t177_178, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t185_186);
+    t189_190 = R::Two::fused(t111_112, two(v_right_hip_pitch, v_left_hip_pitch), t187_188);
+    // right_lower_leg, left_lower_leg: motion
+    t191_192 = R::Two::fused(-t189_190, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t183_184);
+    t193_194 = R::Two::fused(-t123_124, two(v_right_knee_pitch, v_left_knee_pitch), t191_192);
+    t195_196 = t193_194 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch); // right_ankle, left_ankle: motion
+    t197_198 = t181_182 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t199_200 = R::Two::fused(t189_190, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t197_198);
+    t201_202 = R::Two::fused(t141_142, two(v_right_knee_pitch, v_left_knee_pitch), t199_200);
+    // right_ankle, left_ankle: motion
+    t203_204 = R::Two::fused(-t201_202, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t195_196);
+    t205_206 = t141_142 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t207_208 = R::Two::fused(t123_124, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t205_206);
+    t209_210 = R::Two::fused(-t207_208, two(v_right_ankle_pitch, v_left_ankle_pitch), t203_204);
+    // right_foot, left_foot: motion
+    t211_212 = R::Two::fused(-t209_210, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t169_170);
+    t213_214 = R::Two::fused(-t164_165, two(v_right_ankle_roll, v_left_ankle_roll), t211_212);
+    t215_216 = t207_208 - two(v_right_ankle_roll, v_left_ankle_roll);
+    t217_218 = t164_165 * t215_216;
+    t219 = t213_214.first() + t217_218.first(); // right_foot: motion
     // other
-    t860 = cos_q_right_ankle_pitch * sin_q_right_ankle_roll;
-    t861 = cos_q_right_knee_pitch * t860;
-    t862 = sin_q_right_ankle_pitch * sin_q_right_ankle_roll;
-    t863 = R::fused(-sin_q_right_knee_pitch, t862, t861);
-    t864 = sin_q_right_hip_pitch * t863;
-    t865 = sin_q_right_knee_pitch * t860;
-    t866 = R::fused(cos_q_right_knee_pitch, t862, t865);
-    t867 = R::fused(cos_q_right_hip_pitch, t866, t864);
-    t868 = cos_q_right_hip_yaw * t867;
-    t869 = cos_q_right_hip_roll * cos_q_right_ankle_roll;
-    t870 = cos_q_right_hip_pitch * t863;
-    t871 = R::fused(-sin_q_right_hip_pitch, t866, t870);
-    t872 = R::fused(-sin_q_right_hip_roll, t871, t869);
-    t873 = R::fused(-sin_q_right_hip_yaw, t872, t868);
-    t874 = t859 * t873;
-    // torso: motion
-    t875 = q_base_qy * t855;
-    t876 = q_base_qx * R::constant(2.0);
-    t877 = q_base_qw * t876;
-    t878 = t875 + t877;
-    t879 = sin_q_right_hip_yaw * t867; // other
-    t880 = R::fused(cos_q_right_hip_yaw, t872, t879); // other
-    t881 = R::fused(t878, t880, t874); // other
-    t882 = q_base_qx * t876;
-    t883 = q_base_qy * t857;
-    t884 = t882 + t883;
-    t885 = R::constant(1.0) - t884;
-    t886 = sin_q_right_hip_roll * cos_q_right_ankle_roll; // other
-    t887 = R::fused(cos_q_right_hip_roll, t871, t886); // other
-    t888 = R::fused(t885, t887, t881); // other
-    t889 = R::fused(R::constant(9.81), t888, -t854); // right_hip_yaw_link: motion
-    t890 = sin_q_right_ankle_roll * t889; // right_hip_yaw_link: motion
-    t891 = t850 * t850; // right_foot: motion
-    t892 = t753 * t753; // right_foot: motion
-    t893 = t891 + t892; // right_foot: motion
-    t894 = t893 * R::constant(0.08); // other
-    t895 = t749 * t850; // right_foot: motion
-    t896 = R::fused(-t895, R::constant(0.03), t894); // right_hip_yaw_link: motion
+    t220 = R::fused(-t219, R::constant(0.08), t168);
+    t221 = t149_150.first() + t220;
+    t222 = R::constant(0.315) * t8;
+    t223 = R::fused(R::constant(0.273), t12, t222);
+    t224 = sin_q_right_hip_yaw * cos_q_right_hip_roll;
+    t225 = sin_q_right_ankle_roll * t224;
+    t226 = cos_q_right_ankle_pitch * t12;
+    t227 = R::fused(-sin_q_right_ankle_pitch, t15, t226);
+    t228 = R::fused(cos_q_right_ankle_roll, t227, t225);
+    t229 = t223 * t228;
+    t230 = cos_q_right_hip_yaw * sin_q_right_hip_roll;
+    t231 = cos_q_right_hip_pitch * t230;
+    t232 = R::fused(-sin_q_right_hip_yaw, sin_q_right_hip_pitch, t231);
+    t233 = R::fused(R::constant(-0.315), t232, R::constant(0.075));
+    t234 = cos_q_right_knee_pitch * t232;
+    t235 = sin_q_right_hip_pitch * t230;
+    t236 = R::fused(sin_q_right_hip_yaw, cos_q_right_hip_pitch, t235);
+    t237 = R::fused(-sin_q_right_knee_pitch, t236, t234);
+    t238 = R::fused(R::constant(-0.273), t237, t233);
+    t239 = cos_q_right_hip_yaw * cos_q_right_hip_roll;
+    t240 = sin_q_right_ankle_roll * t239;
+    t241 = cos_q_right_ankle_pitch * t237;
+    t242 = sin_q_right_knee_pitch * t232;
+    t243 = R::fused(cos_q_right_knee_pitch, t236, t242);
+    t244 = R::fused(-sin_q_right_ankle_pitch, t243, t241);
+    t245 = R::fused(cos_q_right_ankle_roll, t244, t240);
+    t246 = R::fused(-t238, t245, t229);
+    t247 = cos_q_right_hip_roll * cos_q_right_hip_pitch;
+    t248 = R::constant(0.315) * t247;
+    t249 = cos_q_right_knee_pitch * t247;
+    t250 = cos_q_right_hip_roll * sin_q_right_hip_pitch;
+    t251 = R::fused(-sin_q_right_knee_pitch, t250, t249);
+    t252 = R::fused(R::constant(0.273), t251, t248);
+    t253 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
+    t254 = cos_q_right_ankle_pitch * t251;
+    t255 = sin_q_right_knee_pitch * t247;
+    t256 = R::fused(cos_q_right_knee_pitch, t250, t255);
+    t257 = R::fused(-sin_q_right_ankle_pitch, t256, t254);
+    t258 = R::fused(-cos_q_right_ankle_roll, t257, t253);
+    t259 = R::fused(-t252, t258, t246);
+    t260 = R::constant(0.08) + t259;
+    t261 = t213_214.first() * t260;
+    // right_foot, left_foot: motion
+    t262_263 = t107_108 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t264_265 = R::Two::fused(t209_210, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t262_263);
+    t266_267 = R::Two::fused(t159_160, two(v_right_ankle_roll, v_left_ankle_roll), t264_265);
     // other
-    t897 = cos_q_right_ankle_pitch * cos_q_right_ankle_roll;
-    t898 = cos_q_right_knee_pitch * t897;
-    t899 = sin_q_right_ankle_pitch * cos_q_right_ankle_roll;
-    t900 = R::fused(-sin_q_right_knee_pitch, t899, t898);
-    t901 = sin_q_right_hip_pitch * t900;
-    t902 = sin_q_right_knee_pitch * t897;
-    t903 = R::fused(cos_q_right_knee_pitch, t899, t902);
-    t904 = R::fused(cos_q_right_hip_pitch, t903, t901);
-    t905 = cos_q_right_hip_yaw * t904;
-    t906 = cos_q_right_hip_roll * sin_q_right_ankle_roll;
-    t907 = cos_q_right_hip_pitch * t900;
-    t908 = R::fused(-sin_q_right_hip_pitch, t903, t907);
-    t909 = R::fused(sin_q_right_hip_roll, t908, t906);
-    t910 = R::fused(sin_q_right_hip_yaw, t909, t905);
-    t911 = t859 * t910;
-    t912 = sin_q_right_hip_yaw * t904;
-    t913 = R::fused(-cos_q_right_hip_yaw, t909, t912);
-    t914 = R::fused(t878, t913, t911);
-    t915 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
-    t916 = R::fused(-cos_q_right_hip_roll, t908, t915);
-    t917 = R::fused(-t885, t916, t914);
-    // right_hip_yaw_link: motion
-    t918 = R::fused(R::constant(9.81), t917, -t896);
-    t919 = R::fused(cos_q_right_ankle_roll, t918, t890);
-    t920 = t757 * t763;
-    t921 = t781 + t920;
-    t922 = t7 * t921; // right_hip_roll_link: motion
-    t923 = t757 * t757; // right_ankle: motion
-    t924 = t770 * t770; // left_hip_yaw_link: motion
-    t925 = t923 + t924; // left_hip_yaw_link: motion
-    t926 = R::fused(t925, t183, t922); // right_hip_roll_link: motion
-    t927 = t919 - t926; // right_hip_roll_link: motion
-    t928_929 = both(t921) * t175_176; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t930 = t771 * t771; // right_hip_roll_link: motion
-    t931 = t923 + t930; // right_hip_roll_link: motion
-    t932_933 = R::Two::fused(both(t931), t162_163, t928_929); // right_hip_roll_link, left_hip_roll_link
-    t934 = t927 - t932_933.second(); // left_hip_roll_link: motion
-    t935 = sin_t1 * t934; // left_hip_roll_link: motion
-    t936 = t749 * t749; // right_foot: motion
-    t937 = t892 + t936; // right_foot: motion
-    t938 = t937 * R::constant(0.03); // other
-    t939 = R::fused(-t895, R::constant(0.08), t938);
+    t268 = cos_q_right_ankle_roll * t224;
+    t269 = R::fused(-sin_q_right_ankle_roll, t227, t268);
+    t270 = t223 * t269;
+    t271 = cos_q_right_ankle_roll * t239;
+    t272 = R::fused(-sin_q_right_ankle_roll, t244, t271);
+    t273 = R::fused(-t238, t272, t270);
+    t274 = sin_q_right_hip_roll * cos_q_right_ankle_roll;
+    t275 = R::fused(sin_q_right_ankle_roll, t257, t274);
+    t276 = R::fused(-t252, t275, t273);
+    t277 = R::fused(-t266_267.first(), t276, t261);
+    t278 = t221 + t277;
+    t279 = t16 * t278;
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t280_281 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t39_40;
+    t282_283 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t53_54, t280_281);
+    // right_upper_leg, left_upper_leg: motion
+    t284_285 = t111_112 * t91_92;
+    t286_287 = t189_190 - t284_285;
+    // right_lower_leg, left_lower_leg: motion
+    t288_289 = R::Two::fused(t286_287, both(R::constant(0.315)), t282_283 * two(R::constant(-1.0), R::constant(1.0)));
+    t290_291 = t141_142 * t127_128;
+    t292_293 = t201_202 - t290_291;
+    t294_295 = R::Two::fused(t292_293, both(R::constant(0.273)), t288_289); // right_ankle, left_ankle: motion
+    t296_297 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t294_295; // right_foot, left_foot: motion
+    // right_ankle, left_ankle: motion
+    t298_299 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t131_132;
+    t300_301 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t147_148, t298_299);
+    // right_foot, left_foot: motion
+    t302_303 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t300_301, t296_297);
+    t304_305 = t159_160 * t215_216;
+    t306_307 = t266_267 + t304_305;
+    t308 = t306_307.first() * R::constant(0.03); // other
+    // right_ankle, left_ankle: motion
+    t309_310 = t193_194 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t311_312 = R::Two::fused(t201_202, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t309_310);
+    t313_314 = R::Two::fused(t157_158, two(v_right_ankle_pitch, v_left_ankle_pitch), t311_312);
+    // right_foot, left_foot: motion
+    t315_316 = t159_160 * t164_165;
+    t317_318 = t313_314 - t315_316;
     // other
-    t940 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t941 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t940);
-    t942 = sin_q_right_hip_pitch * t941;
-    t943 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t944 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t943);
-    t945 = R::fused(cos_q_right_hip_pitch, t944, t942);
-    t946 = cos_q_right_hip_yaw * t945;
-    t947 = cos_q_right_hip_pitch * t941;
-    t948 = R::fused(-sin_q_right_hip_pitch, t944, t947);
-    t949 = sin_q_right_hip_roll * t948;
-    t950 = R::fused(sin_q_right_hip_yaw, t949, t946);
-    t951 = t859 * t950;
-    t952 = sin_q_right_hip_yaw * t945;
-    t953 = R::fused(-cos_q_right_hip_yaw, t949, t952);
-    t954 = R::fused(t878, t953, t951);
-    t955 = cos_q_right_hip_roll * t948;
-    t956 = R::fused(t885, t955, t954);
-    t957 = R::fused(R::constant(9.81), t956, -t939); // right_hip_yaw_link: motion
-    t958 = t763 * t763; // right_hip_yaw_link: motion
-    t959 = t958 + t924; // left_hip_yaw_link: motion
-    t960 = t7 * t959; // right_hip_roll_link: motion
-    t961 = t781 - t920; // right_hip_yaw_link: motion
-    t962 = R::fused(-t961, t183, t960); // right_hip_roll_link: motion
-    t963 = t957 - t962; // right_hip_roll_link: motion
-    t964 = t958 + t930; // right_hip_roll_link: motion
+    t319 = R::fused(-t317_318.first(), R::constant(0.08), t308);
+    t320 = t302_303.first() - t319;
+    t321 = t223 * t16;
+    t322 = sin_q_right_ankle_pitch * t237;
+    t323 = R::fused(cos_q_right_ankle_pitch, t243, t322);
+    t324 = R::fused(-t238, t323, t321);
+    t325 = sin_q_right_ankle_pitch * t251;
+    t326 = R::fused(cos_q_right_ankle_pitch, t256, t325);
+    t327 = R::fused(t252, t326, t324);
+    t328 = R::constant(0.03) + t327;
+    t329 = t266_267.first() * t328;
+    t330 = R::fused(-t313_314.first(), t260, t329);
+    t331 = t320 + t330;
+    t332 = R::fused(t269, t331, t279);
+    t333 = sin_q_right_ankle_roll * t294_295.first(); // right_foot: motion
+    t334 = R::fused(cos_q_right_ankle_roll, t300_301.first(), t333); // right_foot: motion
+    t335 = t213_214.first() - t217_218.first(); // right_foot: motion
+    t336 = t335 * R::constant(0.03);
+    t337_338 = t215_216 * t215_216; // right_foot, left_foot: motion
+    t339 = t337_338.first() + t161; // right_foot: motion
+    t340 = R::fused(t339, R::constant(0.08), t336);
+    t341 = t334 + t340;
+    t342 = t313_314.first() * t276;
+    t343 = R::fused(-t213_214.first(), t328, t342);
+    t344 = t341 + t343;
+    t345 = R::fused(t228, t344, t332);
+    t346 = t5 - t345;
+    // right_foot, left_foot: sums of what it carries
+    t347_348 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t349_350 = both(R::constant(0.00092625)) * t347_348;
+    t351_352 = both(R::constant(0.00382375)) + t349_350;
+    // right_ankle, left_ankle: sums of what it carries
+    t353_354 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t355_356 = both(R::constant(0.00207575)) - t351_352;
+    t357_358 = t353_354 * t355_356;
+    t359_360 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t361_362 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t363_364 = t359_360 * t361_362;
+    t365_366 = R::Two::fused(both(R::constant(-2.0)), t363_364, t357_358);
+    t367_368 = t351_352 + t365_366;
+    t369_370 = both(R::constant(0.065449478333)) - t367_368;
+    t371_372 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t373_374 = both(R::constant(0.00207575)) - t365_366;
+    t375_376 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
+    t377_378 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t375_376;
+    t379_380 = R::Two::fused(both(R::constant(0.0171)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t377_378);
+    t381_382 = both(R::constant(0.546)) * t379_380;
+    let (
+        t383_384, t385_386, t387_388, t389_390, t391_392, t393_394, t395_396, t397_398, t399_400, t401_402, t403_404,
+        t405_406, t407_408, t409_410, t411_412, t413_414, t415_416, t417_418, t419_420, t421_422, t423_424, t425_426,
+        t427_428, t429_430, t431_432, t433_434, t435_436, t437_438, t439_440, t441_442, t443_444, t445_446, t447_448,
+        t449_450, t451_452, t453_454, t455_456, t457_458, t459_460, t461_462, t463_464, t465_466, t467_468, t469_470,
+        t471_472, t473_474, t475_476, t477_478, t479_480, t481_482, t483_484, t485_486, t487_488, t489_490, t491_492,
+        t493_494, t495_496, t497_498, t499_500, t501_502, t503_504, t505_506, t507_508, t509_510, t511_512, t513_514,
+        t515_516, t517_518, t519_520, t521_522, t523_524, t525_526, t527_528, t529, t530, t531, t532, t533, t534, t535,
+        t536, t537, t538, t539, t540, t541, t542_543, t544_545, t546_547, t548_549, t550_551, t552_553, t554_555,
+        t556_557, t558_559, t560_561, t562_563, t564_565, t566_567, t568_569, t570, t571_572, t573_574, t575_576,
+        t577_578, t579_580, t581_582, t583_584, t585_586, t587_588, t589_590, t591_592, t593_594, t595_596, t597_598,
+        t599_600, t601_602, t603, t604, t605, t606, t607_608, t609_610, t611_612, t613_614, t615_616, t617_618,
+        t619_620, t621_622, t623_624, t625, t626_627, t628_629, t630_631, t632_633, t634_635, t636_637, t638_639,
+        t640_641, t642, t643, t644, t645, t646, t647, t648, t649, t650_651, t652_653, t654_655, t656_657, t658_659,
+        t660, t661_662, t663_664, t665_666, t667_668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678, t679,
+        t680, t681_682, t683_684, t685_686, t687, t688_689, t690_691, t692, t693, t694, t695, t696, t697, t698, t699,
+        t700, t701, t702, t703, t704, t705, t706, t707, t708, t709_710, t711_712, t713_714, t715, t716_717, t718_719,
+        t720_721, t722_723, t724_725, t726_727, t728_729, t730, t731, t732_733, t734_735, t736, t737, t738_739,
+        t740_741, t742, t743, t744, t745_746, t747, t748, t749, t750, t751, t752, t753, t754, t755, t756_757, t758_759,
+        t760, t761, t762, t763, t764, t765, t766, t767, t768, t769, t770, t771, t772, t773, t774, t775, t776, t777,
+        t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789,
+    );
+    t383_384 = t373_374 + t381_382;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t385_386 = t383_384 + t369_370;
+    t387_388 = t371_372 * t385_386;
+    // right_ankle, left_ankle: sums of what it carries
+    t389_390 = t359_360 * t353_354;
+    t391_392 = R::Two::fused(both(R::constant(-2.0)), t389_390, t359_360);
+    t393_394 = R::Two::fused(-t361_362, t355_356, t391_392);
+    t395_396 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t375_376;
+    t397_398 = R::Two::fused(both(R::constant(-0.0171)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t395_396);
+    t399_400 = R::Two::fused(both(R::constant(-0.273)), t397_398, t393_394);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t401_402 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t403_404 = t399_400 * t401_402;
+    t405_406 = R::Two::fused(both(R::constant(-2.0)), t403_404, t387_388);
+    t407_408 = t369_370 - t405_406;
+    t409_410 = both(R::constant(0.23740175003)) + t407_408;
+    t411_412 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t413_414 = t383_384 - t405_406;
+    t415_416 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t397_398;
+    t417_418 = both(R::constant(0.29034)) + t379_380; // right_ankle, left_ankle: sums of what it carries
+    t419_420 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t417_418, -t415_416);
+    t421_422 = both(R::constant(0.63)) * t419_420;
+    t423_424 = t413_414 + t421_422;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t425_426 = t423_424 + t409_410;
+    t427_428 = t411_412 * t425_426;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t429_430 = t399_400 * t371_372;
+    t431_432 = R::Two::fused(both(R::constant(-2.0)), t429_430, t399_400);
+    t433_434 = R::Two::fused(-t401_402, t385_386, t431_432);
+    t435_436 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t397_398;
+    t437_438 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t417_418, t435_436);
+    t439_440 = R::Two::fused(both(R::constant(-0.315)), t437_438, t433_434);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t441_442 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t443_444 = t439_440 * t441_442;
+    t445_446 = R::Two::fused(both(R::constant(-2.0)), t443_444, t427_428);
+    t447_448 = t409_410 - t445_446;
+    t449_450 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    // right_foot, left_foot: sums of what it carries
+    t451_452 = both(R::constant(0.00092625)) - t349_350;
+    t453_454 = both(R::constant(0.00383375)) + t451_452;
+    // right_ankle, left_ankle: sums of what it carries
+    t455_456 = t453_454 + t381_382;
+    t457_458 = both(R::constant(0.06634781167)) + t455_456;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t459_460 = t457_458 + t421_422;
+    t461_462 = both(R::constant(0.24091175)) + t459_460;
+    t463_464 = both(R::constant(0.3067820617)) - t461_462; // right_upper_leg, left_upper_leg: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t965_966 = both(t964) * t175_176;
-    t967_968 = R::Two::fused(-both(t961), t162_163, t965_966);
-    t969 = t963 - t967_968.second(); // left_hip_roll_link: motion
-    t970 = R::fused(-cos_t1, t969, t935); // left_hip_roll_link: motion
-    t971 = t776 * t776; // right_upper_leg: motion
-    t972 = t796 * t796; // left_upper_leg: motion
-    t973 = t971 + t972; // left_upper_leg: motion
-    t974 = t973 * t116; // right_lower_leg: motion
-    t975 = t790 * t776; // right_upper_leg: motion
-    t976 = t801 + t975; // right_upper_leg: motion
-    t977 = R::fused(-t976, t135, t974); // right_lower_leg: motion
-    t978 = t970 - t977; // right_lower_leg: motion
-    t979 = sin_t2 * t978; // right_lower_leg: motion
-    t980 = cos_q_right_ankle_roll * t889; // right_hip_yaw_link: motion
-    t981 = R::fused(-sin_q_right_ankle_roll, t918, t980); // right_hip_yaw_link: motion
-    t982 = R::fused(t757, t770, t758); // left_hip_yaw_link: motion
-    t983 = t7 * t982; // right_hip_roll_link: motion
-    t984 = R::fused(t763, t770, t764); // left_hip_yaw_link: motion
-    t985 = R::fused(-t984, t183, t983); // right_hip_roll_link: motion
-    t986 = t981 - t985; // right_hip_roll_link: motion
-    t987 = R::fused(t757, t771, t759); // right_hip_roll_link: motion
-    t988_989 = both(t987) * t175_176;
-    t990 = R::fused(t763, t771, t765); // right_hip_roll_link: motion
-    t991_992 = R::Two::fused(-both(t990), t162_163, t988_989);
-    t993 = t986 - t991_992.second(); // left_hip_roll_link: motion
-    t994 = cos_q_right_hip_roll * t993; // right_upper_leg: motion
-    t995 = cos_t1 * t934; // left_hip_roll_link: motion
-    t996 = R::fused(sin_t1, t969, t995); // left_hip_roll_link: motion
-    t997 = R::fused(-sin_q_right_hip_roll, t996, t994); // right_upper_leg: motion
-    t998 = t801 - t975; // right_upper_leg: motion
-    t999 = t998 * t116; // right_lower_leg: motion
-    t1000 = t790 * t790; // right_upper_leg: motion
-    t1001 = t1000 + t972; // left_upper_leg: motion
-    t1002 = R::fused(t1001, t135, t999); // right_lower_leg: motion
-    t1003 = t997 - t1002; // right_lower_leg: motion
-    t1004 = R::fused(cos_t2, t1003, t979); // right_lower_leg: motion
-    t1005 = sin_q_left_hip_roll * t1004; // left_lower_leg: motion
-    t1006 = sin_q_right_hip_roll * t993; // right_upper_leg: motion
-    t1007 = R::fused(cos_q_right_hip_roll, t996, t1006); // right_upper_leg: motion
-    t1008 = t790 * t796; // left_upper_leg: motion
-    t1009 = t791 + t1008; // left_upper_leg: motion
-    t1010 = t1009 * t116; // right_lower_leg: motion
-    t1011 = t776 * t796; // left_upper_leg: motion
-    t1012 = t777 + t1011; // left_upper_leg: motion
-    t1013 = R::fused(t1012, t135, t1010); // right_lower_leg: motion
-    t1014 = t1007 + t1013; // right_lower_leg: motion
-    t1015 = R::fused(-cos_q_left_hip_roll, t1014, t1005); // left_lower_leg: motion
-    t1016 = t808 * t816; // left_lower_leg: motion
-    t1017 = t841 - t1016; // left_lower_leg: motion
-    t1018 = t1017 * t26; // left_ankle: motion
-    t1019 = t808 * t808; // left_lower_leg: motion
-    t1020 = t823 * t823; // right_ankle: motion
-    t1021 = t1019 + t1020; // right_ankle: motion
-    t1022 = R::fused(t1021, t31, t1018); // left_ankle: motion
-    t1023 = t1015 - t1022; // left_ankle: motion
-    t1024 = t1017 * t12; // right_foot: motion
-    t1025 = t824 * t824; // left_ankle: motion
-    t1026 = t1019 + t1025; // left_ankle: motion
-    t1027 = R::fused(t1026, t18, t1024); // right_foot: motion
-    t1028 = t1023 - t1027; // right_foot: motion
-    t1029 = sin_t4 * t1028; // right_foot: motion
-    t1030 = cos_t2 * t978; // right_lower_leg: motion
-    t1031 = R::fused(-sin_t2, t1003, t1030); // right_lower_leg: motion
-    t1032 = t816 * t816; // left_lower_leg: motion
-    t1033 = t1032 + t1020; // right_ankle: motion
-    t1034 = t1033 * t26; // left_ankle: motion
-    t1035 = t841 + t1016; // left_lower_leg: motion
-    t1036 = R::fused(-t1035, t31, t1034); // left_ankle: motion
-    t1037 = t1031 + t1036; // left_ankle: motion
-    t1038 = t1032 + t1025; // left_ankle: motion
+    t465_466 = t447_448 - t463_464;
+    t467_468 = t449_450 * t465_466;
+    // right_foot, left_foot: sums of what it carries
+    t469_470 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t471_472 = both(R::constant(0.00092625)) * t469_470;
+    t473_474 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t471_472; // right_ankle, left_ankle
+    t475_476 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t477_478 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t475_476, t473_474);
+    t479_480 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t477_478; // right_lower_leg, left_lower_leg
+    // right_ankle, left_ankle: sums of what it carries
+    t481_482 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t471_472;
+    t483_484 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t475_476, t481_482);
+    t485_486 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0077805)), t483_484);
+    t487_488 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t485_486, t479_480);
+    t489_490 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t487_488; // right_upper_leg, left_upper_leg
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t491_492 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t477_478;
+    t493_494 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t485_486, -t491_492);
+    t495_496 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0089775)), t493_494);
+    t497_498 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t495_496, -t489_490);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t499_500 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t501_502 = t497_498 * t499_500;
+    t503_504 = R::Two::fused(both(R::constant(2.0)), t501_502, t467_468);
+    t505_506 = t447_448 - t503_504;
+    t507_508 = both(R::constant(0.3068020617)) - t505_506;
+    t509_510 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t437_438; // right_upper_leg, left_upper_leg
+    t511_512 = both(R::constant(0.8932)) + t419_420; // right_lower_leg, left_lower_leg: sums of what it carries
+    t513_514 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t511_512, t509_510);
+    t515_516 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t513_514; // right_hip_yaw_link, left_hip_yaw_link
+    t517_518 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
+    t519_520 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t517_518;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t521_522 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t437_438;
+    t523_524 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t511_512, -t521_522);
+    t525_526 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t523_524, t519_520);
+    t527_528 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t525_526, t515_516);
+    t529 = R::fused(R::constant(0.075), t527_528.first(), t507_508.first()); // right_hip_yaw_link: mass matrix
+    t530 = t527_528.second() * R::constant(0.15); // left_hip_yaw_link: sums of what it carries
+    t531 = t507_508.second() - t530; // left_hip_yaw_link: sums of what it carries
+    t532 = R::constant(0.154455) + t531; // left_hip_yaw_link: sums of what it carries
+    // right_hip_yaw_link: sums of what it carries
+    t533 = R::constant(0.15) * t527_528.first();
+    t534 = t507_508.first() + t533;
+    t535 = t532 + t534;
+    t536 = t527_528.second() + t527_528.first();
+    // other
+    t537 = R::fused(R::constant(-0.075), t536, t535);
+    t538 = t529 - t537;
+    t539 = t536 - R::constant(1.425);
+    t540 = t527_528.first() - t539;
+    t541 = R::fused(R::constant(-0.075), t540, t538);
+    // right_foot, left_foot: mass matrix
+    t542_543 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t517_518;
+    t544_545 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t542_543;
+    t546_547 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t517_518;
+    t548_549 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t546_547, t544_545);
+    t550_551 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t548_549;
+    t552_553 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t542_543;
+    t554_555 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t546_547, t552_553);
+    t556_557 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t554_555, t550_551);
+    t558_559 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t556_557;
+    t560_561 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t375_376;
+    t562_563 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t548_549;
+    t564_565 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t554_555, t562_563);
+    t566_567 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t564_565, t560_561);
+    t568_569 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t566_567, t558_559);
+    t570 = R::constant(0.075) * t568_569.second(); // left_foot: mass matrix
+    t571_572 = R::Two::fused(both(R::constant(0.273)), t546_547, t475_476);
+    t573_574 = R::Two::fused(both(R::constant(0.315)), t554_555, t571_572);
+    t575_576 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t573_574;
+    t577_578 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t359_360;
+    t579_580 = R::Two::fused(both(R::constant(-0.00207575)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t577_578);
+    t581_582 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t579_580;
+    t583_584 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t359_360;
+    t585_586 = R::Two::fused(both(R::constant(0.00207575)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t583_584);
+    t587_588 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0077805)), t585_586);
+    t589_590 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t587_588, t581_582);
+    t591_592 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t589_590;
+    t593_594 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t579_580;
+    t595_596 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t587_588, t593_594);
+    t597_598 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0089775)), t595_596);
+    t599_600 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t597_598, t591_592);
+    t601_602 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t599_600, t575_576);
+    t603 = t601_602.second() + t570; // left_foot: mass matrix
+    t604 = t570 + t603; // other
+    t605 = t604 * R::constant(481.7535830422739); // factors of the mass matrix
+    t606 = R::fused(t604, t605, t541); // factors of the mass matrix
+    // right_ankle, left_ankle: mass matrix
+    t607_608 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t379_380, t435_436);
+    t609_610 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t607_608;
+    t611_612 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t379_380, t415_416);
+    t613_614 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t611_612, t609_610);
+    t615_616 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t613_614;
+    t617_618 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t607_608;
+    t619_620 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t611_612, t617_618);
+    t621_622 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t619_620;
+    t623_624 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t621_622, t615_616);
+    t625 = R::constant(0.075) * t623_624.second(); // left_ankle: mass matrix
+    t626_627 = R::Two::fused(both(R::constant(0.273)), t379_380, t453_454);
+    t628_629 = R::Two::fused(both(R::constant(-0.315)), t611_612, t626_627);
+    t630_631 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t628_629;
+    t632_633 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t483_484, t491_492);
+    t634_635 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t632_633;
+    t636_637 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t483_484, t479_480);
+    t638_639 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t636_637, t634_635);
+    t640_641 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t638_639, t630_631);
+    t642 = t640_641.second() - t625; // left_ankle: mass matrix
+    t643 = t625 - t642; // other
+    // factors of the mass matrix
+    t644 = sin_q_left_ankle_roll * R::constant(0.41189931350114417);
+    t645 = R::fused(t604, t644, t643);
+    t646 = R::fused(-t475_476.second(), t644, t453_454.second());
+    t647 = R::constant(1.0) / t646;
+    t648 = t645 * t647;
+    t649 = R::fused(t645, t648, t606);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t650_651 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t419_420, t521_522);
+    t652_653 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t650_651;
+    t654_655 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t419_420, t509_510);
+    t656_657 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t654_655;
+    t658_659 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t656_657, t652_653);
+    t660 = R::constant(0.075) * t658_659.second(); // left_lower_leg: mass matrix
+    t661_662 = R::Two::fused(both(R::constant(0.315)), t419_420, t457_458);
+    t663_664 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t661_662;
+    t665_666 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t493_494, t489_490);
+    t667_668 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t665_666, t663_664);
+    t669 = t667_668.second() - t660; // left_lower_leg: mass matrix
+    t670 = t660 - t669; // other
+    // factors of the mass matrix
+    t671 = t571_572.second() * R::constant(481.7535830422739);
+    t672 = R::fused(t604, t671, t670);
+    t673 = R::fused(-t571_572.second(), t644, t626_627.second());
+    t674 = t673 * t647;
+    t675 = R::fused(-t645, t674, t672);
+    t676 = R::fused(-t571_572.second(), t671, t457_458.second());
+    t677 = R::fused(-t673, t674, t676);
+    t678 = R::constant(1.0) / t677;
+    t679 = t675 * t678;
+    t680 = R::fused(t675, t679, t649);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t681_682 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t523_524;
+    t683_684 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t513_514;
+    t685_686 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t683_684, t681_682);
+    t687 = R::constant(0.075) * t685_686.second(); // left_upper_leg: mass matrix
+    t688_689 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t461_462;
+    t690_691 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t497_498, t688_689);
+    t692 = t690_691.second() + t687; // left_upper_leg: mass matrix
+    t693 = t687 + t692; // other
+    // factors of the mass matrix
+    t694 = t573_574.second() * R::constant(481.7535830422739);
+    t695 = R::fused(-t604, t694, t693);
+    t696 = R::fused(-t573_574.second(), t644, t628_629.second());
+    t697 = t696 * t647;
+    t698 = R::fused(t645, t697, t695);
+    t699 = R::fused(-t573_574.second(), t671, t661_662.second());
+    t700 = R::fused(-t696, t674, t699);
+    t701 = t700 * t678;
+    t702 = R::fused(t675, t701, t698);
+    t703 = R::fused(-t573_574.second(), t694, t461_462.second());
+    t704 = R::fused(-t696, t697, t703);
+    t705 = R::fused(-t700, t701, t704);
+    t706 = R::constant(1.0) / t705;
+    t707 = t702 * t706;
+    t708 = R::fused(t702, t707, t680);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t709_710 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t517_518;
+    t711_712 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t523_524, t709_710);
+    t713_714 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t711_712; // right_hip_roll_link, left_hip_roll_link
+    t715 = R::constant(0.075) * t713_714.second(); // left_hip_roll_link: mass matrix
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t716_717 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t487_488;
+    t718_719 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t495_496, t716_717);
+    t720_721 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t718_719; // right_hip_roll_link, left_hip_roll_link
+    t722_723 = t439_440 * t411_412;
+    t724_725 = R::Two::fused(both(R::constant(-2.0)), t722_723, t439_440);
+    t726_727 = R::Two::fused(-t441_442, t425_426, t724_725);
+    t728_729 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t726_727, t720_721);
+    t730 = t728_729.second() - t715; // left_hip_roll_link: mass matrix
+    t731 = t715 - t730; // other
+    // right_foot, left_foot: mass matrix
+    t732_733 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t589_590;
+    t734_735 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t597_598, t732_733);
+    t736 = t734_735.second() * R::constant(481.7535830422739); // factors of the mass matrix
+    t737 = R::fused(-t604, t736, t731); // factors of the mass matrix
+    // right_ankle, left_ankle: mass matrix
+    t738_739 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t632_633;
+    t740_741 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t636_637, t738_739);
+    t742 = R::fused(-t734_735.second(), t644, t740_741.second()); // factors of the mass matrix
+    t743 = t742 * t647; // factors of the mass matrix
+    t744 = R::fused(t645, t743, t737); // factors of the mass matrix
+    t745_746 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t493_494, t716_717);
+    // factors of the mass matrix
+    t747 = R::fused(t734_735.second(), t671, t745_746.second());
+    t748 = R::fused(t742, t674, t747);
+    t749 = t748 * t678;
+    t750 = R::fused(-t675, t749, t744);
+    t751 = R::fused(t734_735.second(), t694, t718_719.second());
+    t752 = R::fused(t742, t697, t751);
+    t753 = R::fused(-t748, t701, t752);
+    t754 = t753 * t706;
+    t755 = R::fused(t702, t754, t750);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t756_757 = t423_424 - t445_446;
+    t758_759 = both(R::constant(0.3067920617)) + t756_757;
+    // factors of the mass matrix
+    t760 = R::fused(-t734_735.second(), t736, t758_759.second());
+    t761 = R::fused(-t742, t743, t760);
+    t762 = R::fused(-t748, t749, t761);
+    t763 = R::fused(-t753, t754, t762);
+    t764 = R::constant(1.0) / t763;
+    t765 = t755 * t764;
+    t766 = R::fused(t755, t765, t708);
+    t767 = R::constant(0.075) * t527_528.second(); // left_hip_yaw_link: sums of what it carries
+    t768 = t507_508.second() - t767; // left_hip_yaw_link: mass matrix
+    t769 = t767 - t768; // other
+    t770 = t601_602.second() * R::constant(481.7535830422739);
+    t771 = R::fused(t604, t770, t769);
+    t772 = R::fused(-t601_602.second(), t644, t640_641.second());
+    t773 = t772 * t647;
+    t774 = R::fused(-t645, t773, t771);
+    t775 = R::fused(-t601_602.second(), t671, t667_668.second());
+    t776 = R::fused(-t772, t674, t775);
+    t777 = t776 * t678;
+    t778 = R::fused(-t675, t777, t774);
+    t779 = R::fused(-t601_602.second(), t694, t690_691.second());
+    t780 = R::fused(-t772, t697, t779);
+    t781 = R::fused(-t776, t701, t780);
+    t782 = t781 * t706;
+    t783 = R::fused(t702, t782, t778);
+    t784 = R::fused(t601_602.second(), t736, t728_729.second());
+    t785 = R::fused(t772, t743, t784);
+    t786 = R::fused(-t776, t749, t785);
+    t787 = R::fused(-t781, t754, t786);
+    t788 = t787 * t764;
+    t789 = R::fused(-t755, t788, t783);
     let (
-        t1039, t1040, t1041, t1042, t1043, t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054,
-        t1055, t1056, t1057, t1058, t1059, t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069_1070,
-        t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078, t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086,
-        t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094, t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102,
-        t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110, t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118,
-        t1119, t1120, t1121, t1122, t1123, t1124, t1125, t1126, t1127, t1128, t1129, t1130_1131, t1132, t1133, t1134,
-        t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142, t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150,
-        t1151, t1152, t1153, t1154, t1155, t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166,
-        t1167, t1168, t1169, t1170, t1171, t1172, t1173, t1174, t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182,
-        t1183, t1184, t1185, t1186, t1187, t1188, t1189, t1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198,
-        t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211, t1212, t1213, t1214,
-        t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1222, t1223, t1224, t1225, t1226, t1227_1228, t1229, t1230,
-        t1231, t1232, t1233, t1234, t1235, t1236, t1237_1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246,
-        t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262,
-        t1263, t1264, t1265, t1266, t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278,
-        t1279, t1280, t1281, t1282, t1283, t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294,
-        t1295, t1296, t1297, t1298,
+        t790, t791, t792, t793, t794, t795, t796, t797, t798, t799_800, t801_802, t803_804, t805_806, t807_808,
+        t809_810, t811_812, t813_814, t815_816, t817_818, t819_820, t821_822, t823_824, t825_826, t827_828, t829, t830,
+        t831, t832, t833_834, t835_836, t837, t838, t839, t840_841, t842_843, t844, t845, t846_847, t848, t849,
+        t850_851, t852_853, t854_855, t856, t857, t858, t859, t860, t861, t862, t863, t864, t865, t866, t867, t868,
+        t869_870, t871_872, t873_874, t875_876, t877_878, t879_880, t881_882, t883_884, t885_886, t887_888, t889, t890,
+        t891, t892, t893_894, t895_896, t897_898, t899_900, t901_902, t903_904, t905, t906, t907, t908_909, t910_911,
+        t912, t913, t914, t915_916, t917, t918_919, t920, t921, t922, t923, t924, t925_926, t927_928, t929, t930, t931,
+        t932, t933, t934, t935_936, t937, t938, t939_940, t941, t942, t943_944, t945_946, t947, t948, t949, t950, t951,
+        t952, t953_954, t955_956, t957_958, t959_960, t961_962, t963, t964, t965, t966, t967, t968_969, t970_971,
+        t972_973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987, t988, t989, t990,
+        t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007,
+        t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023,
+        t1024, t1025, t1026, t1027, t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039,
+        t1040, t1041, t1042, t1043, t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055,
+        t1056, t1057, t1058, t1059, t1060, t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071,
+        t1072, t1073, t1074, t1075, t1076, t1077, t1078_1079, t1080, t1081_1082, t1083_1084, t1085, t1086_1087,
+        t1088_1089, t1090, t1091, t1092, t1093, t1094, t1095_1096, t1097_1098, t1099_1100, t1101_1102, t1103_1104,
+        t1105, t1106_1107, t1108_1109, t1110, t1111, t1112, t1113, t1114,
     );
-    // right_foot: motion
-    t1039 = t1038 * t12;
-    t1040 = R::fused(-t1035, t18, t1039);
-    t1041 = t1037 + t1040;
-    t1042 = R::fused(cos_t4, t1041, t1029);
-    t1043 = R::fused(t71, t1042, t849); // left_foot: sums of what it carries
-    t1044 = R::fused(t825, t828, t820);
-    t1045 = t1044 * R::constant(0.003254); // right_foot: sums of what it carries
-    t1046 = cos_q_left_hip_roll * t1004; // left_lower_leg: motion
-    t1047 = R::fused(sin_q_left_hip_roll, t1014, t1046); // left_lower_leg: motion
-    t1048 = R::fused(-t808, t823, t809); // right_ankle: motion
-    t1049 = t1048 * t26; // left_ankle: motion
-    t1050 = R::fused(-t816, t823, t817); // right_ankle: motion
-    t1051 = R::fused(t1050, t31, t1049); // left_ankle: motion
-    t1052 = t1047 + t1051; // left_ankle: motion
-    t1053 = R::fused(-t808, t824, t810); // left_ankle: motion
-    t1054 = t1053 * t12;
-    t1055 = R::fused(-t816, t824, t818); // left_ankle: motion
-    t1056 = R::fused(t1055, t18, t1054);
-    t1057 = t1052 + t1056;
-    t1058 = R::fused(R::constant(-0.0171), t1057, t1045); // right_foot: sums of what it carries
-    t1059 = t1043 + t1058; // right_foot: sums of what it carries
-    t1060 = sin_t4 * t1059; // right_foot: sums of what it carries
-    t1061 = R::constant(0.00207575) * t834; // left_foot: sums of what it carries
-    t1062 = t42 + t10; // left_foot: sums of what it carries
-    t1063 = R::fused(t837, t1062, t1061); // left_foot: sums of what it carries
-    t1064 = t842 - t843; // left_foot: motion
-    t1065 = R::fused(-t69, t1064, t1063); // left_foot: sums of what it carries
-    t1066 = t826 - t830; // left_foot: motion
-    t1067 = R::fused(-t96, t1066, t1065); // left_foot: sums of what it carries
-    t1068 = t836 * t836;
-    t1069_1070 = R::Two::fused(both(t1068), two(R::constant(1.0), R::constant(-1.0)), both(t846));
-    t1071 = R::fused(t67, t1069_1070.second(), t1067); // left_foot: sums of what it carries
-    t1072 = cos_t4 * t1028;
-    t1073 = R::fused(-sin_t4, t1041, t1072);
-    t1074 = t71 * t1073; // left_foot: sums of what it carries
-    t1075 = R::fused(-t13, t1057, t1074); // left_foot: sums of what it carries
-    t1076 = t1071 - t1075; // left_foot: sums of what it carries
-    t1077 = R::fused(t838, R::constant(0.000005), t1076); // right_foot: sums of what it carries
-    t1078 = R::fused(-cos_t4, t1077, t1060); // right_foot: sums of what it carries
-    t1079 = t1068 + t847; // left_foot: motion
-    t1080 = t71 * t1079; // left_foot: sums of what it carries
-    t1081 = R::fused(-t13, t838, t1080); // left_foot: sums of what it carries
-    t1082 = R::fused(R::constant(0.0171), t1044, t1081); // right_foot: sums of what it carries
-    t1083 = R::fused(t18, t1082, t1078); // right_foot: sums of what it carries
-    // left_ankle: sums of what it carries
-    t1084 = t1055 * t80;
-    t1085 = R::fused(t1053, t104, t1084);
-    t1086 = R::fused(t1052, t32, t1085);
-    t1087 = t1083 - t1086;
-    t1088 = t1053 * t27;
-    t1089 = R::fused(t1055, t32, t1088);
-    t1090 = t1082 - t1089;
-    t1091 = R::fused(t31, t1090, t1087);
-    // right_ankle: sums of what it carries
-    t1092 = t1050 * t83;
-    t1093 = R::fused(t1048, t110, t1092);
-    t1094 = R::fused(t1047, t121, t1093);
-    t1095 = t1091 - t1094;
-    t1096 = t814 * R::constant(0.0017316666835); // left_lower_leg: sums of what it carries
-    t1097 = t822 * t816; // left_lower_leg: motion
-    t1098 = R::fused(-t1097, R::constant(0.0017216666835), t1096); // left_lower_leg: sums of what it carries
-    t1099 = t1095 - t1098; // left_lower_leg: sums of what it carries
-    t1100 = R::fused(-t797, t803, t814); // right_lower_leg: motion
-    t1101 = R::fused(-t1100, R::constant(0.000005), t1099); // right_lower_leg: sums of what it carries
-    t1102 = sin_t2 * t1101; // right_lower_leg: sums of what it carries
-    t1103 = t844 * t10; // left_foot: sums of what it carries
-    t1104 = R::fused(t67, t831, t1103); // left_foot: sums of what it carries
-    t1105 = t834 + t837; // right_foot: motion
-    // left_foot: sums of what it carries
-    t1106 = R::fused(t69, t1105, t1104);
-    t1107 = t1068 - t847;
-    t1108 = R::fused(-t96, t1107, t1106);
-    t1109 = R::fused(t13, t1042, t1108);
-    t1110 = t841 * R::constant(0.003259); // right_foot: sums of what it carries
-    t1111 = t836 * t828; // right_foot: motion
-    t1112 = R::fused(t1111, R::constant(0.003249), t1110); // right_foot: sums of what it carries
-    t1113 = R::fused(R::constant(0.0171), t1073, t1112); // right_foot: sums of what it carries
-    t1114 = t1109 - t1113; // right_foot: sums of what it carries
-    t1115 = t71 * t1105;
-    t1116 = t846 + t847; // left_foot: motion
-    t1117 = R::fused(t13, t1116, t1115);
-    t1118 = t841 + t1111; // right_foot: motion
-    t1119 = R::fused(R::constant(-0.0171), t1118, t1117); // right_foot: sums of what it carries
-    t1120 = sin_t4 * t1119; // right_foot: sums of what it carries
-    t1121 = t71 * t831;
-    t1122 = R::fused(-t13, t844, t1121);
-    // right_foot: sums of what it carries
-    t1123 = R::fused(R::constant(-0.0171), t1069_1070.first(), t1122);
-    t1124 = R::fused(cos_t4, t1123, t1120);
-    t1125 = t18 * t1124;
-    t1126 = cos_t4 * t1119;
-    t1127 = R::fused(-sin_t4, t1123, t1126);
-    t1128 = R::fused(-t12, t1127, t1125);
-    t1129 = t1114 + t1128;
-    t1130_1131 = two(R::constant(0.24091175), R::constant(0.06634781167)) * both(t841); // right_ankle, left_ankle
-    // left_ankle: sums of what it carries
-    t1132 = t80 - t54;
-    t1133 = R::fused(t1016, t1132, t1130_1131.second());
-    t1134 = t1019 - t1032;
-    t1135 = R::fused(t104, t1134, t1133);
-    t1136 = t1037 * t32;
-    t1137 = R::fused(t1023, t27, t1136);
-    t1138 = t1135 - t1137;
-    t1139 = t1129 - t1138;
-    t1140 = t1038 * t27;
-    t1141 = R::fused(-t1035, t32, t1140);
-    t1142 = t1124 + t1141;
-    t1143 = t31 * t1142;
-    t1144 = t1017 * t27;
-    t1145 = R::fused(t1026, t32, t1144);
-    t1146 = t1127 + t1145;
-    t1147 = R::fused(-t26, t1146, t1143);
-    t1148 = t1139 + t1147;
-    // right_ankle: sums of what it carries
-    t1149 = t83 - t59;
-    t1150 = R::fused(t1016, t1149, t1130_1131.first());
-    t1151 = R::fused(t1134, t110, t1150);
-    t1152 = t1031 * t121;
-    t1153 = R::fused(t1015, t117, t1152);
-    t1154 = t1151 - t1153;
-    t1155 = t1148 - t1154;
-    t1156 = R::fused(-t1035, R::constant(0.000005), t1155); // left_lower_leg: sums of what it carries
-    t1157 = cos_q_left_hip_roll * t1156; // left_lower_leg: sums of what it carries
-    t1158 = cos_t4 * t1059; // right_foot: sums of what it carries
-    t1159 = R::fused(sin_t4, t1077, t1158); // right_foot: sums of what it carries
-    t1160 = R::fused(-t12, t1082, t1159); // right_foot: sums of what it carries
-    // left_ankle: sums of what it carries
-    t1161 = t1053 * t54;
-    t1162 = R::fused(t1055, t104, t1161);
-    t1163 = R::fused(t1052, t27, t1162);
-    t1164 = t1160 + t1163;
-    t1165 = R::fused(-t26, t1090, t1164);
-    // right_ankle: sums of what it carries
-    t1166 = t1048 * t59;
-    t1167 = R::fused(t1050, t110, t1166);
-    t1168 = R::fused(t1047, t117, t1167);
-    t1169 = t1165 + t1168;
-    t1170 = R::fused(-t808, t822, t805); // left_lower_leg: motion
-    t1171 = R::fused(t1170, R::constant(0.0017266666835), t1169); // left_lower_leg: sums of what it carries
-    t1172 = R::fused(-sin_q_left_hip_roll, t1171, t1157); // left_lower_leg: sums of what it carries
-    t1173 = R::fused(t797, t807, t793); // right_lower_leg: motion
-    t1174 = R::fused(R::constant(-0.00001), t1173, t1172); // right_lower_leg: sums of what it carries
-    t1175 = R::fused(-cos_t2, t1174, t1102); // right_lower_leg: sums of what it carries
-    t1176 = t1048 * t117;
-    t1177 = R::fused(t1050, t121, t1176);
-    t1178 = t1090 - t1177;
-    t1179 = sin_q_left_hip_roll * t1178; // left_lower_leg: sums of what it carries
-    t1180 = t1017 * t117;
-    t1181 = R::fused(t1021, t121, t1180);
-    t1182 = t1146 + t1181;
-    t1183 = R::fused(-cos_q_left_hip_roll, t1182, t1179); // left_lower_leg: sums of what it carries
-    t1184 = R::fused(t116, t1183, t1175); // right_lower_leg: sums of what it carries
-    t1185 = R::fused(R::constant(0.075), tau_base_linear_z, tau_base_angular_x); // other
-    t1186 = sin_q_right_hip_yaw * t1185; // other
-    t1187 = R::fused(-cos_q_right_hip_yaw, tau_base_angular_y, t1186); // other
-    // left_upper_leg: sums of what it carries
-    t1188 = t1009 * t130;
-    t1189 = R::fused(-t976, t156, t1188);
-    t1190 = R::fused(t1012, t512, t1189);
-    t1191 = t1000 - t972;
-    t1192 = R::fused(-t518, t1191, t1190);
-    t1193 = R::fused(t1007, t170, t1192);
-    t1194 = t1187 - t1193;
-    t1195 = t1184 + t1194;
-    t1196 = R::fused(-t790, t795, t787); // right_upper_leg: motion
-    // right_upper_leg: sums of what it carries
-    t1197 = t1196 * R::constant(0.757736667);
-    t1198 = R::fused(R::constant(-2.444), t970, t1197);
-    t1199 = t1195 - t1198;
-    t1200 = cos_q_right_hip_roll * t1199;
-    t1201 = sin_q_left_hip_roll * t1156; // left_lower_leg: sums of what it carries
-    t1202 = R::fused(cos_q_left_hip_roll, t1171, t1201); // left_lower_leg: sums of what it carries
-    t1203 = t801 * R::constant(0.000015); // right_lower_leg: sums of what it carries
-    t1204 = t807 * t803; // right_lower_leg: motion
-    t1205 = R::fused(-t1204, R::constant(0.000005), t1203); // right_lower_leg: sums of what it carries
-    t1206 = t1202 + t1205; // right_lower_leg: sums of what it carries
-    t1207 = t1033 * t117; // right_ankle: sums of what it carries
-    t1208 = R::fused(-t1035, t121, t1207); // right_ankle: sums of what it carries
-    t1209 = t1142 + t1208; // right_ankle: sums of what it carries
-    t1210 = sin_t2 * t1209; // right_lower_leg: sums of what it carries
-    t1211 = cos_q_left_hip_roll * t1178; // left_lower_leg: sums of what it carries
-    t1212 = R::fused(sin_q_left_hip_roll, t1182, t1211); // left_lower_leg: sums of what it carries
-    // right_lower_leg: sums of what it carries
-    t1213 = R::fused(cos_t2, t1212, t1210);
-    t1214 = t116 * t1213;
-    t1215 = cos_t2 * t1209;
-    t1216 = R::fused(-sin_t2, t1212, t1215);
-    t1217 = R::fused(t135, t1216, t1214);
-    t1218 = t1206 + t1217;
-    t1219 = R::fused(R::constant(-0.075), tau_base_linear_x, tau_base_angular_z); // other
-    t1220 = R::constant(0.26133) * t801; // left_upper_leg: sums of what it carries
-    t1221 = t130 - t583; // left_upper_leg: sums of what it carries
-    t1222 = R::fused(-t975, t1221, t1220); // left_upper_leg: sums of what it carries
-    t1223 = t777 - t1011; // left_upper_leg: motion
-    t1224 = R::fused(t1223, t518, t1222); // left_upper_leg: sums of what it carries
-    t1225 = t791 - t1008; // left_upper_leg: motion
-    t1226 = R::fused(-t1225, t156, t1224); // left_upper_leg: sums of what it carries
-    t1227_1228 = R::Two::fused(both(t971), two(R::constant(1.0), R::constant(-1.0)), both(t1000));
-    // left_upper_leg: sums of what it carries
-    t1229 = R::fused(t512, t1227_1228.second(), t1226);
-    t1230 = t997 * t170;
-    t1231 = R::fused(-t164, t970, t1230);
-    t1232 = t1229 - t1231;
-    t1233 = t1219 + t1232;
-    t1234 = t1218 + t1233;
-    t1235 = R::fused(t976, R::constant(0.000005), t1234); // right_upper_leg: sums of what it carries
-    t1236 = R::fused(-sin_q_right_hip_roll, t1235, t1200); // right_upper_leg: sums of what it carries
-    t1237_1238 = two(R::constant(1.56347075), R::constant(0.000015)) * both(t781);
-    t1239 = t775 * t789; // left_hip_roll_link: motion
-    t1240 = R::fused(t1239, R::constant(0.000005), t1237_1238.second()); // left_hip_roll_link: sums of what it carries
-    t1241 = t1236 - t1240; // left_hip_roll_link: sums of what it carries
-    t1242 = sin_q_right_hip_yaw * tau_base_linear_x; // other
-    t1243 = R::fused(-cos_q_right_hip_yaw, tau_base_linear_y, t1242); // other
-    t1244 = t998 * t170;
-    t1245 = R::fused(t164, t1001, t1244);
-    t1246 = t1243 - t1245;
-    t1247 = t1213 - t1246;
-    t1248 = t776 * t795; // right_upper_leg: motion
-    t1249 = t767 - t1248; // right_upper_leg: motion
-    t1250 = R::fused(R::constant(2.444), t1249, t1247); // right_upper_leg: sums of what it carries
-    t1251 = sin_q_right_hip_roll * t1250; // right_upper_leg: sums of what it carries
-    t1252 = t1009 * t170;
-    t1253 = R::fused(t164, t1012, t1252);
-    t1254 = tau_base_linear_z - t1253;
-    t1255 = t1183 + t1254;
-    t1256 = R::fused(R::constant(2.444), t1227_1228.first(), t1255); // right_upper_leg: sums of what it carries
-    t1257 = R::fused(-cos_q_right_hip_roll, t1256, t1251); // right_upper_leg: sums of what it carries
-    t1258 = sin_t1 * t1257; // left_hip_roll_link: sums of what it carries
-    t1259 = cos_q_right_hip_yaw * tau_base_linear_x; // other
-    t1260 = R::fused(sin_q_right_hip_yaw, tau_base_linear_y, t1259); // other
-    t1261 = t973 * t170;
-    t1262 = R::fused(-t164, t976, t1261);
-    t1263 = t1260 + t1262;
-    t1264 = t1216 - t1263;
-    t1265 = R::fused(R::constant(-2.444), t1196, t1264); // right_upper_leg: sums of what it carries
-    // left_hip_roll_link: sums of what it carries
-    t1266 = R::fused(-cos_t1, t1265, t1258);
-    t1267 = t162_163.second() * t1266;
-    t1268 = cos_t1 * t1257;
-    t1269 = R::fused(sin_t1, t1265, t1268);
-    t1270 = R::fused(-t175_176.second(), t1269, t1267);
-    t1271 = t1241 - t1270;
-    // right_hip_roll_link: sums of what it carries
-    t1272 = sin_t0 * sin_t0;
-    t1273 = R::constant(1.55996075003) * t1272;
-    t1274 = R::constant(1.561715750015) - t1273;
-    t1275 = R::constant(0.001754999985) + t1273;
-    t1276 = t1274 - t1275;
-    t1277 = R::fused(-t920, t1276, t1237_1238.first());
-    t1278 = sin_t0 * cos_t0;
-    t1279 = R::constant(1.55996075003) * t1278;
-    t1280 = t923 - t958;
-    t1281 = R::fused(t1279, t1280, t1277);
-    t1282 = t963 * t162_163.first();
-    t1283 = R::fused(-t927, t175_176.first(), t1282);
-    t1284 = t1281 + t1283;
-    t1285 = t1271 - t1284;
-    t1286 = t1266 - t967_968.first();
-    t1287 = t183 * t1286;
-    t1288 = t1269 - t932_933.first();
-    t1289 = R::fused(-t7, t1288, t1287);
-    t1290 = t1285 - t1289;
-    t1291 = R::constant(1.32387317167) * t781; // left_hip_yaw_link: sums of what it carries
-    t1292 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    // left_hip_yaw_link: sums of what it carries
-    t1293 = t1292 * R::constant(1.322974838333);
-    t1294 = R::constant(1.3234240050015) - t1293;
-    t1295 = R::constant(0.0004491666685) + t1293;
-    t1296 = t1294 - t1295;
-    t1297 = R::fused(-t920, t1296, t1291);
-    t1298 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
+    t790 = R::fused(-t601_602.second(), t770, t507_508.second());
+    t791 = R::fused(-t772, t773, t790);
+    t792 = R::fused(-t776, t777, t791);
+    t793 = R::fused(-t781, t782, t792);
+    t794 = R::fused(-t787, t788, t793);
+    t795 = R::constant(1.0) / t794;
+    t796 = t789 * t795;
+    t797 = R::fused(t789, t796, t766);
+    t798 = R::constant(1.0) / t797;
+    t799_800 = both(R::constant(0.3067820617)) * t107_108; // right_hip_roll_link, left_hip_roll_link
+    t801_802 = t73_74 * t81_82; // right_hip_roll_link, left_hip_roll_link: motion
+    t803_804 = R::Two::fused(both(R::constant(0.3067920617)), t801_802, t799_800);
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t805_806 = both(R::constant(0.24091175)) * t107_108;
+    t807_808 = R::Two::fused(both(R::constant(0.23740175003)), t113_114, t805_806);
+    t809_810 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t101_102, t807_808);
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t811_812 = both(R::constant(0.06634781167)) * t107_108;
+    t813_814 = R::Two::fused(both(R::constant(0.065449478333)), t143_144, t811_812);
+    t815_816 = R::Two::fused(both(R::constant(-0.29034)), t137_138, t813_814);
+    t817_818 = both(R::constant(0.00383375)) * t107_108; // right_ankle, left_ankle: wrench that its motion needs
+    t819_820 = t157_158 * t207_208; // right_ankle, left_ankle: motion
+    // right_ankle, left_ankle: wrench that its motion needs
+    t821_822 = R::Two::fused(both(R::constant(-0.00382375)), t819_820, t817_818);
+    t823_824 = R::Two::fused(both(R::constant(0.0171)), t300_301, t821_822);
+    // right_foot, left_foot: wrench that its motion needs
+    t825_826 = both(R::constant(0.00092625)) * t213_214;
+    t827_828 = R::Two::fused(both(R::constant(0.00207575)), t217_218, t825_826);
+    t829 = t337_338.first() - t166; // right_foot: wrench that its motion needs
+    t830 = R::fused(R::constant(0.000855), t829, t827_828.first()); // right_foot: wrench that its motion needs
+    t831 = R::fused(R::constant(-0.0285), t149_150.first(), t830); // right_foot: wrench that its motion needs
+    t832 = cos_q_right_ankle_roll * t831; // right_foot: wrench handed to its parent
+    t833_834 = t304_305 * both(R::constant(0.0011495));
+    t835_836 = R::Two::fused(both(R::constant(0.000855)), t317_318, t833_834);
+    t837 = R::fused(-sin_q_right_ankle_roll, t835_836.first(), t832); // right_foot: wrench handed to its parent
+    t838 = t823_824.first() + t837; // right_foot: wrench handed to its parent
+    t839 = t815_816.first() + t838; // right_ankle: wrench handed to its parent
+    t840_841 = both(R::constant(0.0285)) * t317_318;
+    t842_843 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t840_841; // right_foot, left_foot
+    t844 = R::constant(0.0285) * t339; // right_foot: wrench that its motion needs
+    t845 = R::fused(-cos_q_right_ankle_roll, t844, t842_843.first()); // right_foot: wrench handed to its parent
+    t846_847 = t107_108 - t819_820; // right_ankle, left_ankle: motion
+    t848 = R::fused(R::constant(0.0171), t846_847.first(), -t845); // right_foot: wrench handed to its parent
+    t849 = sin_q_right_ankle_pitch * t848; // right_ankle: wrench handed to its parent
+    // right_ankle, left_ankle: motion
+    t850_851 = t151_152 * t151_152;
+    t852_853 = R::Two::fused(t157_158, t157_158, t850_851);
+    t854_855 = both(R::constant(0.0171)) * t852_853; // right_ankle, left_ankle: wrench that its motion needs
+    t856 = R::fused(R::constant(-0.0285), t219, t854_855.first()); // right_foot: wrench handed to its parent
+    t857 = R::fused(-cos_q_right_ankle_pitch, t856, t849); // right_ankle: wrench handed to its parent
+    t858 = R::fused(R::constant(0.273), t857, t839); // right_ankle: wrench handed to its parent
+    t859 = t809_810.first() + t858; // right_lower_leg: wrench handed to its parent
+    t860 = cos_q_right_ankle_pitch * t848; // right_ankle: wrench handed to its parent
+    t861 = R::fused(sin_q_right_ankle_pitch, t856, t860); // right_ankle: wrench handed to its parent
+    t862 = R::fused(R::constant(0.29034), t129_130.first(), t861); // right_ankle: wrench handed to its parent
+    t863 = sin_q_right_knee_pitch * t862; // right_lower_leg: wrench handed to its parent
+    t864 = R::fused(R::constant(0.29034), t145_146.first(), t857); // right_ankle: wrench handed to its parent
+    t865 = R::fused(cos_q_right_knee_pitch, t864, t863); // right_lower_leg: wrench handed to its parent
+    t866 = R::fused(R::constant(0.315), t865, t859); // right_lower_leg: wrench handed to its parent
+    t867 = t803_804.first() - t866; // right_upper_leg: wrench handed to its parent
+    t868 = sin_q_right_hip_roll * t867; // right_hip_roll_link: wrench handed to its parent
+    t869_870 = both(R::constant(0.23740175003)) * t181_182; // right_upper_leg, left_upper_leg
+    t871_872 = t83_84 * t91_92; // right_upper_leg, left_upper_leg: motion
+    t873_874 = R::Two::fused(both(R::constant(-0.24091175)), t871_872, t869_870); // right_upper_leg, left_upper_leg
+    t875_876 = both(R::constant(0.065449478333)) * t193_194; // right_lower_leg, left_lower_leg
+    t877_878 = t123_124 * t127_128; // right_lower_leg, left_lower_leg: motion
+    t879_880 = R::Two::fused(both(R::constant(-0.06634781167)), t877_878, t875_876); // right_lower_leg, left_lower_leg
+    t881_882 = both(R::constant(0.00382375)) * t209_210; // right_ankle, left_ankle: wrench that its motion needs
+    t883_884 = t207_208 * t151_152;
+    // right_ankle, left_ankle: wrench that its motion needs
+    t885_886 = R::Two::fused(both(R::constant(0.00383375)), t883_884, t881_882);
+    t887_888 = R::Two::fused(both(R::constant(-0.0171)), t294_295, t885_886);
+    t889 = sin_q_right_ankle_roll * t831; // right_foot: wrench handed to its parent
+    t890 = R::fused(cos_q_right_ankle_roll, t835_836.first(), t889); // right_foot: wrench handed to its parent
+    t891 = t887_888.first() - t890; // right_foot: wrench handed to its parent
+    t892 = cos_q_right_ankle_pitch * t891; // right_ankle: wrench handed to its parent
+    // right_foot, left_foot: wrench that its motion needs
+    t893_894 = both(R::constant(0.00207575)) * t313_314;
+    t895_896 = R::Two::fused(both(R::constant(-0.00092625)), t315_316, t893_894);
+    t897_898 = R::Two::fused(both(R::constant(-0.000855)), t306_307, t895_896);
+    t899_900 = R::Two::fused(both(R::constant(0.0285)), t302_303, t897_898);
+    t901_902 = t157_158 * t151_152; // right_ankle, left_ankle: motion
+    t903_904 = R::Two::fused(t901_902, both(R::constant(0.00001)), -t899_900); // right_foot, left_foot
+    t905 = R::fused(-sin_q_right_ankle_pitch, t903_904.first(), t892); // right_ankle: wrench handed to its parent
+    t906 = t879_880.first() - t905; // right_ankle: wrench handed to its parent
+    t907 = cos_q_right_knee_pitch * t906; // right_lower_leg: wrench handed to its parent
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t908_909 = t290_291 * both(R::constant(0.131797290003));
+    t910_911 = R::Two::fused(both(R::constant(-0.29034)), t288_289, t908_909);
+    t912 = sin_q_right_ankle_pitch * t891; // right_ankle: wrench handed to its parent
+    t913 = R::fused(cos_q_right_ankle_pitch, t903_904.first(), t912); // right_ankle: wrench handed to its parent
+    t914 = t910_911.first() + t913; // right_ankle: wrench handed to its parent
+    t915_916 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t840_841; // right_foot, left_foot
+    t917 = R::fused(sin_q_right_ankle_roll, t844, t915_916.first()); // right_foot: wrench handed to its parent
+    t918_919 = t209_210 + t883_884; // right_ankle, left_ankle: motion
+    t920 = R::fused(R::constant(0.0171), t918_919.first(), -t917); // right_foot: wrench handed to its parent
+    t921 = R::fused(R::constant(0.273), t920, t914); // right_ankle: wrench handed to its parent
+    t922 = R::fused(sin_q_right_knee_pitch, t921, t907); // right_lower_leg: wrench handed to its parent
+    t923 = t873_874.first() + t922; // right_lower_leg: wrench handed to its parent
+    t924 = cos_q_right_hip_pitch * t923; // right_upper_leg: wrench handed to its parent
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t925_926 = t284_285 * both(R::constant(0.47831350003));
+    t927_928 = R::Two::fused(two(R::constant(0.8932), R::constant(-0.8932)), t282_283, t925_926);
+    t929 = sin_q_right_knee_pitch * t906; // right_lower_leg: wrench handed to its parent
+    t930 = R::fused(-cos_q_right_knee_pitch, t921, t929); // right_lower_leg: wrench handed to its parent
+    t931 = t927_928.first() - t930; // right_lower_leg: wrench handed to its parent
+    t932 = R::fused(R::constant(0.29034), t292_293.first(), -t920); // right_ankle: wrench handed to its parent
+    t933 = R::fused(R::constant(-0.315), t932, t931); // right_lower_leg: wrench handed to its parent
+    t934 = R::fused(sin_q_right_hip_pitch, t933, t924); // right_upper_leg: wrench handed to its parent
+    t935_936 = t89_90 * t81_82; // right_hip_roll_link, left_hip_roll_link: motion
+    t937 = R::fused(t935_936.first(), R::constant(0.6135741234), -t934); // right_upper_leg: wrench handed to its parent
+    t938 = R::fused(cos_q_right_hip_roll, t937, t868); // right_hip_roll_link: wrench handed to its parent
+    t939_940 = t79_80 * t67_68; // right_hip_yaw_link, left_hip_yaw_link: motion
+    t941 = R::fused(R::constant(0.3067920617), t939_940.first(), -t938); // right_hip_roll_link
+    t942 = tau_right_hip_yaw + t941; // other
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t943_944 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t513_514;
+    t945_946 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t525_526, t943_944);
+    // other
+    t947 = t323 * t278;
+    t948 = R::fused(t272, t331, t947);
+    t949 = R::fused(t245, t344, t948);
+    t950 = t35 + t949;
+    t951 = t945_946.second() * t950;
+    t952 = R::fused(t540, t346, t951);
+    t953_954 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t728_729; // right_hip_yaw_link, left_hip_yaw_link
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t955_956 = t497_498 * t449_450;
+    t957_958 = R::Two::fused(both(R::constant(-2.0)), t955_956, t497_498);
+    t959_960 = R::Two::fused(t499_500, t465_466, t957_958);
+    t961_962 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t959_960, t953_954);
+    // other
+    t963 = t313_314.first() * t16;
+    t964 = R::fused(t213_214.first(), t269, t963);
+    t965 = R::fused(t266_267.first(), t228, t964);
+    t966 = t961_962.second() * t965;
+    t967 = t952 + t966;
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t968_969 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t728_729;
+    t970_971 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t959_960, t968_969);
+    t972_973 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t711_712, t970_971);
+    t974 = t972_973.second() + t972_973.first(); // right_hip_yaw_link: sums of what it carries
+    t975 = R::constant(2.444) + t711_712.second(); // left_hip_yaw_link: sums of what it carries
+    t976 = t711_712.first() + t975; // right_hip_yaw_link: sums of what it carries
+    // other
+    t977 = R::fused(R::constant(-0.075), t976, t974);
+    t978 = t970_971.first() - t977;
+    t979 = t313_314.first() * t323;
+    t980 = R::fused(t213_214.first(), t272, t979);
+    t981 = R::fused(t266_267.first(), t245, t980);
+    t982 = R::fused(t978, t981, t967);
+    t983 = t313_314.first() * t326;
+    t984 = R::fused(-t213_214.first(), t275, t983);
+    t985 = R::fused(-t266_267.first(), t258, t984);
+    t986 = R::fused(-t538, t985, t982);
+    t987 = t942 - t986;
+    t988 = R::fused(-t164_165.second(), t164_165.second(), t337_338.second()); // left_foot
+    t989 = R::fused(R::constant(0.000855), t988, t827_828.second()); // left_foot: wrench that its motion needs
+    t990 = R::fused(R::constant(-0.0285), t149_150.second(), t989); // left_foot: wrench that its motion needs
+    t991 = cos_q_left_ankle_roll * t990; // left_foot: wrench handed to its parent
+    t992 = R::fused(-sin_q_left_ankle_roll, t835_836.second(), t991); // left_foot: wrench handed to its parent
+    t993 = t823_824.second() + t992; // left_foot: wrench handed to its parent
+    t994 = t815_816.second() + t993; // left_ankle: wrench handed to its parent
+    t995 = R::fused(t159_160.second(), t159_160.second(), t337_338.second()); // left_foot: motion
+    t996 = R::constant(0.0285) * t995; // left_foot: wrench that its motion needs
+    t997 = R::fused(-cos_q_left_ankle_roll, t996, t842_843.second()); // left_foot: wrench handed to its parent
+    t998 = R::fused(R::constant(0.0171), t846_847.second(), -t997); // left_foot: wrench handed to its parent
+    t999 = sin_q_left_ankle_pitch * t998; // left_ankle: wrench handed to its parent
+    t1000 = t213_214.second() + t217_218.second(); // left_foot: motion
+    t1001 = R::fused(R::constant(-0.0285), t1000, t854_855.second()); // left_foot: wrench handed to its parent
+    t1002 = R::fused(-cos_q_left_ankle_pitch, t1001, t999); // left_ankle: wrench handed to its parent
+    t1003 = R::fused(R::constant(0.273), t1002, t994); // left_ankle: wrench handed to its parent
+    t1004 = t809_810.second() + t1003; // left_lower_leg: wrench handed to its parent
+    t1005 = cos_q_left_ankle_pitch * t998; // left_ankle: wrench handed to its parent
+    t1006 = R::fused(sin_q_left_ankle_pitch, t1001, t1005); // left_ankle: wrench handed to its parent
+    t1007 = R::fused(R::constant(0.29034), t129_130.second(), t1006); // left_ankle: wrench handed to its parent
+    t1008 = sin_q_left_knee_pitch * t1007; // left_lower_leg: wrench handed to its parent
+    t1009 = R::fused(R::constant(0.29034), t145_146.second(), t1002); // left_ankle: wrench handed to its parent
+    t1010 = R::fused(cos_q_left_knee_pitch, t1009, t1008); // left_lower_leg: wrench handed to its parent
+    t1011 = R::fused(R::constant(0.315), t1010, t1004); // left_lower_leg: wrench handed to its parent
+    t1012 = t803_804.second() - t1011; // left_upper_leg: wrench handed to its parent
+    t1013 = sin_q_left_hip_roll * t1012; // left_hip_roll_link: wrench handed to its parent
+    t1014 = sin_q_left_ankle_roll * t990; // left_foot: wrench handed to its parent
+    t1015 = R::fused(cos_q_left_ankle_roll, t835_836.second(), t1014); // left_foot: wrench handed to its parent
+    t1016 = t887_888.second() - t1015; // left_foot: wrench handed to its parent
+    t1017 = cos_q_left_ankle_pitch * t1016; // left_ankle: wrench handed to its parent
+    t1018 = R::fused(-sin_q_left_ankle_pitch, t903_904.second(), t1017); // left_ankle: wrench handed to its parent
+    t1019 = t879_880.second() - t1018; // left_ankle: wrench handed to its parent
+    t1020 = cos_q_left_knee_pitch * t1019; // left_lower_leg: wrench handed to its parent
+    t1021 = sin_q_left_ankle_pitch * t1016; // left_ankle: wrench handed to its parent
+    t1022 = R::fused(cos_q_left_ankle_pitch, t903_904.second(), t1021); // left_ankle: wrench handed to its parent
+    t1023 = t910_911.second() + t1022; // left_ankle: wrench handed to its parent
+    t1024 = R::fused(sin_q_left_ankle_roll, t996, t915_916.second()); // left_foot: wrench handed to its parent
+    t1025 = R::fused(R::constant(0.0171), t918_919.second(), -t1024); // left_foot: wrench handed to its parent
+    t1026 = R::fused(R::constant(0.273), t1025, t1023); // left_ankle: wrench handed to its parent
+    t1027 = R::fused(sin_q_left_knee_pitch, t1026, t1020); // left_lower_leg: wrench handed to its parent
+    t1028 = t873_874.second() + t1027; // left_lower_leg: wrench handed to its parent
+    t1029 = cos_q_left_hip_pitch * t1028; // left_upper_leg: wrench handed to its parent
+    t1030 = sin_q_left_knee_pitch * t1019; // left_lower_leg: wrench handed to its parent
+    t1031 = R::fused(-cos_q_left_knee_pitch, t1026, t1030); // left_lower_leg: wrench handed to its parent
+    t1032 = t927_928.second() - t1031; // left_lower_leg: wrench handed to its parent
+    t1033 = R::fused(R::constant(0.29034), t292_293.second(), -t1025); // left_ankle: wrench handed to its parent
+    t1034 = R::fused(R::constant(-0.315), t1033, t1032); // left_lower_leg: wrench handed to its parent
+    t1035 = R::fused(sin_q_left_hip_pitch, t1034, t1029); // left_upper_leg: wrench handed to its parent
+    t1036 = R::fused(t935_936.second(), R::constant(0.6135741234), -t1035); // left_upper_leg
+    t1037 = R::fused(cos_q_left_hip_roll, t1036, t1013); // left_hip_roll_link: wrench handed to its parent
+    t1038 = R::fused(R::constant(0.3067920617), t939_940.second(), -t1037); // left_hip_roll_link
+    t1039 = R::fused(t17, R::constant(0.098295), t1038); // left_hip_yaw_link: wrench handed to its parent
+    t1040 = cos_q_left_knee_pitch * t1007; // left_lower_leg: wrench handed to its parent
+    t1041 = R::fused(-sin_q_left_knee_pitch, t1009, t1040); // left_lower_leg: wrench handed to its parent
+    t1042 = R::fused(R::constant(0.8932), t93_94.second(), t1041); // left_lower_leg: wrench handed to its parent
+    t1043 = sin_q_left_hip_pitch * t1042; // left_upper_leg: wrench handed to its parent
+    t1044 = R::fused(R::constant(0.8932), t115_116.second(), t1010); // left_lower_leg: wrench handed to its parent
+    t1045 = R::fused(cos_q_left_hip_pitch, t1044, t1043); // left_upper_leg: wrench handed to its parent
+    t1046 = cos_q_left_hip_yaw * t1045; // left_hip_yaw_link: wrench handed to its parent
+    t1047 = R::fused(R::constant(0.8932), t286_287.second(), t1033); // left_lower_leg: wrench handed to its parent
+    t1048 = cos_q_left_hip_roll * t1047; // left_hip_roll_link: wrench handed to its parent
+    t1049 = cos_q_left_hip_pitch * t1042; // left_upper_leg: wrench handed to its parent
+    t1050 = R::fused(-sin_q_left_hip_pitch, t1044, t1049); // left_upper_leg: wrench handed to its parent
+    t1051 = R::fused(sin_q_left_hip_roll, t1050, t1048); // left_hip_roll_link: wrench handed to its parent
+    t1052 = R::fused(sin_q_left_hip_yaw, t1051, t1046); // left_hip_yaw_link: wrench handed to its parent
+    t1053 = R::fused(R::constant(0.075), t1052, t1039); // left_hip_yaw_link: wrench handed to its parent
+    t1054 = t941 + t1053; // right_hip_yaw_link: wrench handed to its parent
+    t1055 = cos_q_right_knee_pitch * t862; // right_lower_leg: wrench handed to its parent
+    t1056 = R::fused(-sin_q_right_knee_pitch, t864, t1055); // right_lower_leg: wrench handed to its parent
+    t1057 = R::fused(R::constant(0.8932), t93_94.first(), t1056); // right_lower_leg: wrench handed to its parent
+    t1058 = sin_q_right_hip_pitch * t1057; // right_upper_leg: wrench handed to its parent
+    t1059 = R::fused(R::constant(0.8932), t115_116.first(), t865); // right_lower_leg: wrench handed to its parent
+    t1060 = R::fused(cos_q_right_hip_pitch, t1059, t1058); // right_upper_leg: wrench handed to its parent
+    t1061 = cos_q_right_hip_yaw * t1060; // right_hip_yaw_link: wrench handed to its parent
+    t1062 = R::fused(R::constant(0.8932), t286_287.first(), t932); // right_lower_leg: wrench handed to its parent
+    t1063 = cos_q_right_hip_roll * t1062; // right_hip_roll_link: wrench handed to its parent
+    t1064 = cos_q_right_hip_pitch * t1057; // right_upper_leg: wrench handed to its parent
+    t1065 = R::fused(-sin_q_right_hip_pitch, t1059, t1064); // right_upper_leg: wrench handed to its parent
+    t1066 = R::fused(sin_q_right_hip_roll, t1065, t1063); // right_hip_roll_link: wrench handed to its parent
+    t1067 = R::fused(sin_q_right_hip_yaw, t1066, t1061); // right_hip_yaw_link: wrench handed to its parent
+    t1068 = R::fused(R::constant(-0.075), t1067, t1054); // right_hip_yaw_link: wrench handed to its parent
+    t1069 = tau_base_angular_z + t1068;
+    t1070 = v_base_angular_x * v_base_angular_z; // torso: motion
+    t1071 = R::constant(2.444) * t1070; // torso: wrench that its motion needs
+    t1072 = R::fused(R::constant(19.0), t21, t1071); // torso: wrench that its motion needs
+    t1073 = t1072 + t1052; // left_hip_yaw_link: wrench handed to its parent
+    t1074 = t1073 + t1067; // right_hip_yaw_link: wrench handed to its parent
+    t1075 = tau_base_linear_x - t1074;
+    t1076 = R::fused(R::constant(-0.075), t1075, t1069);
+    t1077 = t987 - t1076;
+    t1078_1079 = two(tau_right_ankle_roll, tau_left_ankle_roll) + t899_900;
+    t1080 = t568_569.second() * t346;
+    // right_foot, left_foot: mass matrix
+    t1081_1082 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t556_557;
+    t1083_1084 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t566_567, t1081_1082);
+    t1085 = R::fused(t1083_1084.second(), t950, t1080); // other
+    t1086_1087 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t375_376;
+    t1088_1089 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t564_565, t1086_1087);
+    // other
+    t1090 = t326 * t278;
+    t1091 = R::fused(-t275, t331, t1090);
+    t1092 = R::fused(-t258, t344, t1091);
+    t1093 = t51 - t1092;
+    t1094 = R::fused(t1088_1089.second(), t1093, t1085);
+    // right_foot, left_foot: mass matrix
+    t1095_1096 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t734_735;
+    t1097_1098 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t573_574;
+    t1099_1100 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t599_600, t1097_1098);
+    t1101_1102 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1099_1100, t1095_1096);
+    t1103_1104 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1088_1089, t1101_1102);
+    t1105 = R::fused(-t1103_1104.second(), t965, t1094); // other
+    t1106_1107 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t734_735;
+    t1108_1109 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1099_1100, t1106_1107);
+    t1110 = R::fused(t1108_1109.second(), t981, t1105); // other
+    t1111 = R::fused(t603, t985, t1110); // other
+    t1112 = t1078_1079.second() - t1111; // other
+    t1113 = R::fused(-t605, t1112, t1077); // solved by the factors
+    t1114 = tau_left_ankle_pitch + t993; // other
     let (
+        t1115, t1116_1117, t1118_1119, t1120, t1121_1122, t1123, t1124_1125, t1126_1127, t1128_1129, t1130_1131,
+        t1132_1133, t1134, t1135_1136, t1137_1138, t1139, t1140, t1141, t1142, t1143, t1144, t1145, t1146_1147,
+        t1148_1149, t1150, t1151_1152, t1153, t1154_1155, t1156_1157, t1158_1159, t1160_1161, t1162_1163, t1164,
+        t1165_1166, t1167_1168, t1169, t1170, t1171, t1172, t1173, t1174, t1175, t1176, t1177_1178, t1179_1180, t1181,
+        t1182_1183, t1184, t1185_1186, t1187_1188, t1189_1190, t1191_1192, t1193_1194, t1195, t1196_1197, t1198_1199,
+        t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207_1208, t1209_1210, t1211_1212, t1213, t1214, t1215, t1216,
+        t1217, t1218_1219, t1220, t1221, t1222_1223, t1224_1225, t1226_1227, t1228_1229, t1230_1231, t1232, t1233_1234,
+        t1235_1236, t1237, t1238, t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250,
+        t1251, t1252, t1253, t1254, t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266,
+        t1267, t1268, t1269, t1270, t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282,
+        t1283, t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298,
         t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314,
         t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330,
-        t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346,
-        t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362,
-        t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378,
-        t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394,
-        t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410,
-        t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426,
-        t1427, t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442,
-        t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458,
-        t1459, t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474,
-        t1475, t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490,
-        t1491, t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506,
-        t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522,
-        t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538,
-        t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554,
+        t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344_1345,
+        t1346_1347, t1348_1349, t1350_1351, t1352_1353, t1354_1355, t1356_1357, t1358_1359, t1360, t1361, t1362, t1363,
+        t1364, t1365_1366, t1367_1368, t1369_1370, t1371_1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380,
+        t1381, t1382_1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395, t1396,
+        t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412,
+        t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424,
     );
-    t1299 = t1298 * R::constant(1.322974838333);
-    t1300 = R::fused(t1280, t1299, t1297);
-    t1301 = cos_q_right_ankle_pitch * R::constant(4.89666);
-    t1302 = t957 * t1301;
-    t1303 = sin_q_right_ankle_pitch * R::constant(4.89666);
-    t1304 = R::fused(-t919, t1303, t1302);
-    t1305 = t1300 + t1304;
-    t1306 = t1290 - t1305;
-    t1307 = tau_right_ankle_pitch + t1306; // other
-    t1308 = tau_left_ankle_roll - t1076; // other
-    t1309 = R::fused(-t1308, t240, t1307); // solved by the factors
-    t1310 = tau_left_ankle_pitch + t1114; // other
-    t1311 = R::fused(t277, t1308, t1310); // solved by the factors
-    t1312 = R::fused(t281, t1311, t1309); // solved by the factors
-    t1313 = tau_left_knee_pitch + t1139; // other
-    t1314 = R::fused(t1308, t315, t1313); // solved by the factors
-    t1315 = R::fused(t318, t1311, t1314); // solved by the factors
-    t1316 = R::fused(-t323, t1315, t1312); // solved by the factors
-    t1317 = tau_left_hip_pitch + t1155; // other
+    t1115 = t623_624.second() * t346; // other
+    // right_ankle, left_ankle: mass matrix
+    t1116_1117 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t613_614;
+    t1118_1119 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t621_622, t1116_1117);
+    t1120 = R::fused(t1118_1119.second(), t950, t1115); // other
+    t1121_1122 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t619_620;
+    t1123 = R::fused(t1121_1122.second(), t1093, t1120); // other
+    t1124_1125 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t740_741;
+    t1126_1127 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t628_629;
+    t1128_1129 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t638_639, t1126_1127);
+    t1130_1131 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1128_1129, t1124_1125);
+    t1132_1133 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1121_1122, t1130_1131);
+    t1134 = R::fused(t1132_1133.second(), t965, t1123); // other
+    t1135_1136 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t740_741;
+    t1137_1138 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1128_1129, t1135_1136);
+    t1139 = R::fused(-t1137_1138.second(), t981, t1134); // other
+    t1140 = R::fused(-t642, t985, t1139); // other
+    t1141 = t1114 - t1140; // other
+    t1142 = R::fused(t644, t1112, t1141); // solved by the factors
+    t1143 = R::fused(-t648, t1142, t1113); // solved by the factors
+    t1144 = tau_left_knee_pitch + t1003; // other
+    t1145 = t658_659.second() * t346; // other
+    // right_lower_leg, left_lower_leg: mass matrix
+    t1146_1147 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t650_651;
+    t1148_1149 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t656_657, t1146_1147);
+    t1150 = R::fused(t1148_1149.second(), t950, t1145); // other
+    t1151_1152 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t654_655;
+    t1153 = R::fused(t1151_1152.second(), t1093, t1150); // other
+    t1154_1155 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t745_746;
+    t1156_1157 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t661_662;
+    t1158_1159 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t665_666, t1156_1157);
+    t1160_1161 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1158_1159, t1154_1155);
+    t1162_1163 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1151_1152, t1160_1161);
+    t1164 = R::fused(-t1162_1163.second(), t965, t1153); // other
+    t1165_1166 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t745_746;
+    t1167_1168 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1158_1159, t1165_1166);
+    t1169 = R::fused(t1167_1168.second(), t981, t1164); // other
+    t1170 = R::fused(-t669, t985, t1169); // other
+    t1171 = t1144 - t1170; // other
+    t1172 = R::fused(t671, t1112, t1171); // solved by the factors
+    t1173 = R::fused(-t674, t1142, t1172); // solved by the factors
+    t1174 = R::fused(-t679, t1173, t1143); // solved by the factors
+    t1175 = tau_left_hip_pitch + t1011; // other
+    t1176 = t685_686.second() * t346; // other
+    // right_upper_leg, left_upper_leg: mass matrix
+    t1177_1178 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t523_524;
+    t1179_1180 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t683_684, t1177_1178);
+    t1181 = R::fused(t1179_1180.second(), t950, t1176); // other
+    t1182_1183 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t513_514;
+    t1184 = R::fused(-t1182_1183.second(), t1093, t1181); // other
+    t1185_1186 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t718_719;
+    t1187_1188 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t461_462;
+    t1189_1190 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t497_498, t1187_1188);
+    t1191_1192 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1189_1190, t1185_1186);
+    t1193_1194 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1182_1183, t1191_1192);
+    t1195 = R::fused(t1193_1194.second(), t965, t1184); // other
+    t1196_1197 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t718_719;
+    t1198_1199 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1189_1190, t1196_1197);
+    t1200 = R::fused(-t1198_1199.second(), t981, t1195); // other
+    t1201 = R::fused(t692, t985, t1200); // other
+    t1202 = t1175 + t1201; // other
     // solved by the factors
-    t1318 = R::fused(t1308, t355, t1317);
-    t1319 = R::fused(t358, t1311, t1318);
-    t1320 = R::fused(-t362, t1315, t1319);
-    t1321 = R::fused(-t368, t1320, t1316);
-    t1322 = tau_left_hip_roll + t1099; // other
-    t1323 = R::fused(-t1308, t392, t1322);
-    t1324 = R::fused(t395, t1311, t1323);
-    t1325 = R::fused(-t399, t1315, t1324);
-    t1326 = R::fused(-t404, t1320, t1325);
-    t1327 = R::fused(-t411, t1326, t1321);
-    t1328 = tau_left_hip_yaw + t1206; // other
-    t1329 = R::fused(t1308, t428, t1328);
-    t1330 = R::fused(t431, t1311, t1329);
-    t1331 = R::fused(-t435, t1315, t1330);
-    t1332 = R::fused(-t440, t1320, t1331);
-    t1333 = R::fused(-t446, t1326, t1332);
-    t1334 = R::fused(-t454, t1333, t1327);
-    t1335 = tau_right_hip_yaw - t1234; // other
-    t1336 = R::fused(-t1308, t469, t1335);
-    t1337 = R::fused(-t472, t1311, t1336);
-    t1338 = R::fused(t476, t1315, t1337);
-    t1339 = R::fused(t481, t1320, t1338);
-    t1340 = R::fused(t487, t1326, t1339);
-    t1341 = R::fused(t494, t1333, t1340);
-    t1342 = R::fused(t503, t1341, t1334);
-    t1343 = cos_t2 * t1101; // right_lower_leg: sums of what it carries
-    t1344 = R::fused(sin_t2, t1174, t1343); // right_lower_leg: sums of what it carries
-    t1345 = R::fused(t135, t1183, t1344); // right_lower_leg: sums of what it carries
-    t1346 = cos_q_right_hip_yaw * t1185; // other
-    t1347 = R::fused(sin_q_right_hip_yaw, tau_base_angular_y, t1346); // other
-    // left_upper_leg: sums of what it carries
-    t1348 = t1012 * t583;
-    t1349 = R::fused(t1009, t512, t1348);
-    t1350 = R::fused(t998, t518, t1349);
-    t1351 = t971 - t972;
-    t1352 = R::fused(-t156, t1351, t1350);
-    t1353 = R::fused(t164, t1007, t1352);
-    t1354 = t1347 - t1353;
-    t1355 = t1345 + t1354;
-    // right_upper_leg: sums of what it carries
-    t1356 = t767 * R::constant(0.757741667);
-    t1357 = R::fused(-t1248, R::constant(0.757731667), t1356);
-    t1358 = R::fused(R::constant(-2.444), t997, t1357);
-    t1359 = t1355 - t1358;
-    t1360 = tau_right_hip_roll - t1359; // other
+    t1203 = R::fused(t694, t1112, t1202);
+    t1204 = R::fused(-t697, t1142, t1203);
+    t1205 = R::fused(-t701, t1173, t1204);
+    t1206 = R::fused(t707, t1205, t1174);
+    t1207_1208 = both(R::constant(0.3067920617)) * t177_178; // right_hip_yaw_link, left_hip_yaw_link
+    t1209_1210 = t89_90 * t73_74; // right_hip_roll_link, left_hip_roll_link: motion
+    t1211_1212 = R::Two::fused(both(R::constant(0.3067820617)), t1209_1210, t1207_1208);
+    t1213 = sin_q_left_hip_pitch * t1028; // left_upper_leg: wrench handed to its parent
+    t1214 = R::fused(-cos_q_left_hip_pitch, t1034, t1213); // left_upper_leg: wrench handed to its parent
+    t1215 = t1211_1212.second() + t1214; // left_upper_leg: wrench handed to its parent
+    t1216 = tau_left_hip_roll + t1215; // other
+    t1217 = t713_714.second() * t346; // other
+    t1218_1219 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t711_712; // right_hip_roll_link, left_hip_roll_link
+    t1220 = R::fused(-t1218_1219.second(), t950, t1217); // other
+    t1221 = R::fused(t525_526.second(), t1093, t1220); // other
+    t1222_1223 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t758_759; // right_hip_roll_link, left_hip_roll_link
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t1224_1225 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t718_719;
+    t1226_1227 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t726_727, t1224_1225);
+    // right_hip_roll_link, left_hip_roll_link: mass matrix
+    t1228_1229 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1226_1227, t1222_1223);
+    t1230_1231 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t525_526, t1228_1229);
+    t1232 = R::fused(-t1230_1231.second(), t965, t1221); // other
+    t1233_1234 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t758_759;
+    t1235_1236 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1226_1227, t1233_1234);
+    t1237 = R::fused(t1235_1236.second(), t981, t1232); // other
+    t1238 = R::fused(-t730, t985, t1237); // other
+    t1239 = t1216 - t1238; // other
     // solved by the factors
-    t1361 = R::fused(t1308, t534, t1360);
-    t1362 = R::fused(-t540, t1311, t1361);
-    t1363 = R::fused(t547, t1315, t1362);
-    t1364 = R::fused(t555, t1320, t1363);
-    t1365 = R::fused(t564, t1326, t1364);
-    t1366 = R::fused(t571, t1333, t1365);
-    t1367 = R::fused(-t579, t1341, t1366);
-    t1368 = R::fused(-t594, t1367, t1342);
-    t1369 = tau_right_hip_pitch + t1241; // other
-    t1370 = R::fused(-t1308, t601, t1369);
-    t1371 = R::fused(t604, t1311, t1370);
-    t1372 = R::fused(-t608, t1315, t1371);
-    t1373 = R::fused(-t613, t1320, t1372);
-    t1374 = R::fused(-t619, t1326, t1373);
-    t1375 = R::fused(-t626, t1333, t1374);
-    t1376 = R::fused(t634, t1341, t1375);
-    t1377 = R::fused(-t643, t1367, t1376);
-    t1378 = R::fused(-t654, t1377, t1368);
-    t1379 = tau_right_knee_pitch + t1285; // other
-    t1380 = R::fused(-t1308, t658, t1379);
-    t1381 = R::fused(t661, t1311, t1380);
-    t1382 = R::fused(-t665, t1315, t1381);
-    t1383 = R::fused(-t670, t1320, t1382);
-    t1384 = R::fused(-t676, t1326, t1383);
-    t1385 = R::fused(-t683, t1333, t1384);
-    t1386 = R::fused(t691, t1341, t1385);
-    t1387 = R::fused(-t700, t1367, t1386);
-    t1388 = R::fused(-t710, t1377, t1387);
-    t1389 = R::fused(-t722, t1388, t1378);
-    t1390 = t724 * t1389; // other
-    t1391 = t40_41.first() * t158; // right_upper_leg: sums of what it carries
-    t1392 = R::fused(-t64_65.first(), t144, t1391); // right_upper_leg: sums of what it carries
-    t1393 = t157 - t1392; // right_upper_leg: sums of what it carries
-    t1394 = sin_t1 * t1393; // left_hip_roll_link: sums of what it carries
-    t1395 = R::fused(cos_t1, t520, t1394); // left_hip_roll_link: sums of what it carries
-    t1396 = R::fused(t175_176.second(), t522, t1395); // left_hip_roll_link: sums of what it carries
-    t1397 = R::fused(t7, t522, t1396); // right_hip_roll_link: sums of what it carries
-    // left_foot: mass matrix
-    t1398 = sin_q_right_hip_roll * t214;
-    t1399 = R::fused(-cos_q_right_hip_roll, t226, t1398);
-    t1400 = sin_t1 * t1399;
-    t1401 = R::fused(-cos_t1, t533, t1400);
-    t1402 = cos_q_right_hip_roll * t221;
-    t1403 = R::fused(-sin_q_right_hip_roll, t213, t1402);
-    t1404 = R::fused(-t162_163.second(), t1403, t1401);
-    t1405 = R::fused(-t183, t1403, t1404);
-    t1406 = R::fused(-t1405, t240, t1397); // factors of the mass matrix
-    // right_foot: mass matrix
-    t1407 = sin_q_right_hip_roll * t252;
-    t1408 = R::fused(cos_q_right_hip_roll, t263, t1407);
-    t1409 = sin_t1 * t1408;
-    t1410 = R::fused(-cos_t1, t538, t1409);
-    t1411 = cos_q_right_hip_roll * t258;
-    t1412 = R::fused(sin_q_right_hip_roll, t251, t1411);
-    t1413 = R::fused(t162_163.second(), t1412, t1410);
-    t1414 = R::fused(t183, t1412, t1413);
-    t1415 = R::fused(t277, t1405, t1414); // factors of the mass matrix
-    t1416 = R::fused(t1415, t281, t1406); // factors of the mass matrix
-    // left_ankle: mass matrix
-    t1417 = sin_q_right_hip_roll * t290;
-    t1418 = R::fused(cos_q_right_hip_roll, t301, t1417);
-    t1419 = sin_t1 * t1418;
-    t1420 = R::fused(-cos_t1, t544, t1419);
-    t1421 = cos_q_right_hip_roll * t296;
-    t1422 = R::fused(sin_q_right_hip_roll, t289, t1421);
-    t1423 = R::fused(t162_163.second(), t1422, t1420);
-    t1424 = R::fused(t183, t1422, t1423);
-    t1425 = R::fused(t1405, t315, t1424); // factors of the mass matrix
-    t1426 = R::fused(t1415, t318, t1425); // factors of the mass matrix
-    t1427 = R::fused(-t1426, t323, t1416); // factors of the mass matrix
-    // right_ankle: mass matrix
-    t1428 = sin_q_right_hip_roll * t330;
-    t1429 = R::fused(cos_q_right_hip_roll, t341, t1428);
-    t1430 = sin_t1 * t1429;
-    t1431 = R::fused(-cos_t1, t551, t1430);
-    t1432 = cos_q_right_hip_roll * t336;
-    t1433 = R::fused(sin_q_right_hip_roll, t329, t1432);
-    t1434 = R::fused(t162_163.second(), t1433, t1431);
-    t1435 = R::fused(t183, t1433, t1434);
+    t1240 = R::fused(-t736, t1112, t1239);
+    t1241 = R::fused(t743, t1142, t1240);
+    t1242 = R::fused(-t749, t1173, t1241);
+    t1243 = R::fused(-t754, t1205, t1242);
+    t1244 = R::fused(-t765, t1243, t1206);
+    // other
+    t1245 = tau_left_hip_yaw + t1038;
+    t1246 = R::fused(-t527_528.second(), t346, t951);
+    t1247 = t966 + t1246;
+    t1248 = R::fused(-t970_971.second(), t981, t1247);
+    t1249 = R::fused(t768, t985, t1248);
+    t1250 = t1245 + t1249;
+    // solved by the factors
+    t1251 = R::fused(t770, t1112, t1250);
+    t1252 = R::fused(-t773, t1142, t1251);
+    t1253 = R::fused(-t777, t1173, t1252);
+    t1254 = R::fused(-t782, t1205, t1253);
+    t1255 = R::fused(-t788, t1243, t1254);
+    t1256 = R::fused(-t796, t1255, t1244);
+    // other
+    t1257 = t798 * t1256;
+    t1258 = t252 * t16;
+    t1259 = R::fused(-t223, t326, t1258);
+    t1260 = t945_946.second() * t1259;
+    t1261 = t238 * t326;
+    t1262 = R::fused(t252, t323, t1261);
+    t1263 = R::fused(t1262, t540, t1260);
+    t1264 = t961_962.second() * t16;
+    t1265 = t1263 + t1264;
+    t1266 = R::fused(t323, t978, t1265);
+    t1267 = R::fused(-t326, t538, t1266);
+    t1268 = t568_569.second() * t1262;
+    t1269 = R::fused(t1083_1084.second(), t1259, t1268);
+    t1270 = t223 * t323;
+    t1271 = R::fused(t238, t16, t1270);
+    t1272 = R::fused(-t1088_1089.second(), t1271, t1269);
+    t1273 = R::fused(-t1103_1104.second(), t16, t1272);
+    t1274 = R::fused(t1108_1109.second(), t323, t1273);
+    t1275 = R::fused(t603, t326, t1274);
+    t1276 = R::fused(-t1275, t605, t1267); // factors of the mass matrix
+    t1277 = t623_624.second() * t1262;
+    t1278 = R::fused(t1118_1119.second(), t1259, t1277);
+    t1279 = R::fused(-t1121_1122.second(), t1271, t1278);
+    t1280 = R::fused(t1132_1133.second(), t16, t1279);
+    t1281 = R::fused(-t1137_1138.second(), t323, t1280);
+    t1282 = R::fused(-t642, t326, t1281);
+    t1283 = R::fused(t1275, t644, t1282); // factors of the mass matrix
+    t1284 = R::fused(-t1283, t648, t1276); // factors of the mass matrix
+    t1285 = t658_659.second() * t1262;
+    t1286 = R::fused(t1148_1149.second(), t1259, t1285);
+    t1287 = R::fused(-t1151_1152.second(), t1271, t1286);
+    t1288 = R::fused(-t1162_1163.second(), t16, t1287);
+    t1289 = R::fused(t1167_1168.second(), t323, t1288);
+    t1290 = R::fused(-t669, t326, t1289);
+    t1291 = R::fused(t1275, t671, t1290); // factors of the mass matrix
+    t1292 = R::fused(-t1283, t674, t1291); // factors of the mass matrix
+    t1293 = R::fused(-t1292, t679, t1284); // factors of the mass matrix
+    t1294 = t685_686.second() * t1262;
+    t1295 = R::fused(t1179_1180.second(), t1259, t1294);
+    t1296 = R::fused(t1182_1183.second(), t1271, t1295);
+    t1297 = R::fused(t1193_1194.second(), t16, t1296);
+    t1298 = R::fused(-t1198_1199.second(), t323, t1297);
+    t1299 = R::fused(t692, t326, t1298);
     // factors of the mass matrix
-    t1436 = R::fused(t1405, t355, t1435);
-    t1437 = R::fused(t1415, t358, t1436);
-    t1438 = R::fused(-t1426, t362, t1437);
-    t1439 = R::fused(-t1438, t368, t1427);
-    // left_lower_leg: mass matrix
-    t1440 = sin_q_right_hip_roll * t372;
-    t1441 = R::fused(cos_q_right_hip_roll, t378, t1440);
-    t1442 = sin_t1 * t1441;
-    t1443 = R::fused(-cos_t1, t559, t1442);
-    t1444 = cos_q_right_hip_roll * t374;
-    t1445 = R::fused(-sin_q_right_hip_roll, t123, t1444);
-    t1446 = R::fused(-t162_163.second(), t1445, t1443);
-    t1447 = R::fused(-t183, t1445, t1446);
+    t1300 = R::fused(-t1275, t694, t1299);
+    t1301 = R::fused(t1283, t697, t1300);
+    t1302 = R::fused(t1292, t701, t1301);
+    t1303 = R::fused(-t1302, t707, t1293);
+    // other
+    t1304 = t713_714.second() * t1262;
+    t1305 = R::fused(-t1218_1219.second(), t1259, t1304);
+    t1306 = R::fused(-t525_526.second(), t1271, t1305);
+    t1307 = R::fused(-t1230_1231.second(), t16, t1306);
+    t1308 = R::fused(t1235_1236.second(), t323, t1307);
+    t1309 = R::fused(-t730, t326, t1308);
     // factors of the mass matrix
-    t1448 = R::fused(-t1405, t392, t1447);
-    t1449 = R::fused(t1415, t395, t1448);
-    t1450 = R::fused(-t1426, t399, t1449);
-    t1451 = R::fused(-t1438, t404, t1450);
-    t1452 = R::fused(-t1451, t411, t1439);
-    // right_lower_leg: mass matrix
-    t1453 = sin_q_right_hip_roll * t152;
-    t1454 = R::fused(cos_q_right_hip_roll, t415, t1453);
-    t1455 = sin_t1 * t1454;
-    t1456 = R::fused(-cos_t1, t516, t1455);
-    t1457 = cos_q_right_hip_roll * t124;
-    t1458 = R::fused(-t162_163.second(), t1457, t1456);
-    t1459 = R::fused(-t183, t1457, t1458);
+    t1310 = R::fused(-t1275, t736, t1309);
+    t1311 = R::fused(t1283, t743, t1310);
+    t1312 = R::fused(-t1292, t749, t1311);
+    t1313 = R::fused(t1302, t754, t1312);
+    t1314 = R::fused(-t1313, t765, t1303);
+    // other
+    t1315 = R::fused(-t527_528.second(), t1262, t1260);
+    t1316 = t1264 + t1315;
+    t1317 = R::fused(-t970_971.second(), t323, t1316);
+    t1318 = R::fused(t768, t326, t1317);
     // factors of the mass matrix
-    t1460 = R::fused(t1405, t428, t1459);
-    t1461 = R::fused(t1415, t431, t1460);
-    t1462 = R::fused(-t1426, t435, t1461);
-    t1463 = R::fused(-t1438, t440, t1462);
-    t1464 = R::fused(-t1451, t446, t1463);
-    t1465 = R::fused(-t1464, t454, t1452);
-    // left_upper_leg: mass matrix
-    t1466 = sin_q_right_hip_roll * t157;
-    t1467 = R::fused(cos_q_right_hip_roll, t142, t1466);
-    t1468 = sin_t1 * t1467;
-    t1469 = R::fused(-cos_t1, t519, t1468);
-    t1470 = cos_q_right_hip_roll * t171;
-    t1471 = R::fused(-t162_163.second(), t1470, t1469);
-    t1472 = R::fused(-t183, t1470, t1471);
+    t1319 = R::fused(-t1275, t770, t1318);
+    t1320 = R::fused(t1283, t773, t1319);
+    t1321 = R::fused(t1292, t777, t1320);
+    t1322 = R::fused(-t1302, t782, t1321);
+    t1323 = R::fused(t1313, t788, t1322);
+    t1324 = R::fused(t1323, t796, t1314);
+    t1325 = t1324 * t798;
+    // other
+    t1326 = R::constant(19.0) * t1262;
+    t1327 = R::fused(t976, t323, t1326);
+    t1328 = R::fused(-t536, t326, t1327);
+    t1329 = t568_569.first() - t1328;
+    t1330 = t1262 * t1329;
+    t1331 = R::constant(19.0) * t1259;
+    t1332 = R::fused(t976, t16, t1331);
+    t1333 = t945_946.second() + t945_946.first(); // right_hip_yaw_link: sums of what it carries
+    t1334 = R::fused(t1333, t326, t1332);
+    t1335 = t1083_1084.first() - t1334;
+    t1336 = R::fused(t1259, t1335, t1330);
+    t1337 = R::constant(19.0) * t1271;
+    t1338 = R::fused(-t536, t16, t1337);
+    t1339 = R::fused(-t1333, t323, t1338);
+    t1340 = t1088_1089.first() + t1339;
+    t1341 = R::fused(-t1271, t1340, t1336);
+    t1342 = t976 * t1259;
+    t1343 = R::fused(-t536, t1271, t1342);
+    t1344_1345 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t1346_1347 = t463_464 + t503_504; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1348_1349 = t756_757 + t1346_1347;
+    t1350_1351 = t1344_1345 * t1348_1349;
+    t1352_1353 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t1354_1355 = t1226_1227 * t1352_1353;
+    t1356_1357 = R::Two::fused(both(R::constant(2.0)), t1354_1355, t1350_1351);
+    t1358_1359 = t756_757 - t1356_1357;
+    t1360 = t1358_1359.second() - t530; // left_hip_yaw_link: sums of what it carries
+    t1361 = R::constant(1.4977057904) + t1360; // left_hip_yaw_link: sums of what it carries
+    t1362 = t1358_1359.first() + t533; // right_hip_yaw_link: sums of what it carries
+    t1363 = t1361 + t1362; // right_hip_yaw_link: sums of what it carries
+    t1364 = R::fused(t1363, t16, t1343); // other
+    t1365_1366 = t1226_1227 * t1344_1345;
+    t1367_1368 = R::Two::fused(both(R::constant(-2.0)), t1365_1366, t1226_1227);
+    t1369_1370 = R::Two::fused(t1352_1353, t1348_1349, t1367_1368);
+    t1371_1372 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t945_946, t1369_1370);
+    t1373 = t1371_1372.second() + t1371_1372.first(); // right_hip_yaw_link: sums of what it carries
+    t1374 = R::fused(-t1373, t323, t1364); // other
+    t1375 = t961_962.second() + t961_962.first(); // right_hip_yaw_link: sums of what it carries
+    // other
+    t1376 = R::fused(t1375, t326, t1374);
+    t1377 = t1103_1104.first() + t1376;
+    t1378 = R::fused(-t16, t1377, t1341);
+    t1379 = t976 * t1262;
+    t1380 = R::fused(-t1333, t1271, t1379);
+    t1381 = R::fused(-t1373, t16, t1380);
+    t1382_1383 = t1346_1347 - t1356_1357; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1384 = R::constant(1.3994107904) - t1382_1383.second(); // left_hip_yaw_link: sums of what it carries
+    t1385 = t1384 - t1382_1383.first(); // right_hip_yaw_link: sums of what it carries
+    t1386 = R::fused(t1385, t323, t1381);
+    t1387 = R::fused(-t974, t326, t1386);
+    t1388 = t1108_1109.first() - t1387;
+    t1389 = R::fused(t323, t1388, t1378);
+    t1390 = R::fused(R::constant(-0.075), t568_569.first(), t601_602.first()); // right_foot: mass matrix
+    t1391 = t536 * t1262;
+    t1392 = R::fused(-t1333, t1259, t1391);
+    t1393 = R::fused(-t1375, t16, t1392);
+    t1394 = R::fused(t974, t323, t1393);
+    t1395 = R::fused(-t535, t326, t1394);
+    t1396 = t1390 + t1395;
+    t1397 = R::fused(t326, t1396, t1389);
     // factors of the mass matrix
-    t1473 = R::fused(t1405, t469, t1472);
-    t1474 = R::fused(t1415, t472, t1473);
-    t1475 = R::fused(-t1426, t476, t1474);
-    t1476 = R::fused(-t1438, t481, t1475);
-    t1477 = R::fused(-t1451, t487, t1476);
-    t1478 = R::fused(-t1464, t494, t1477);
-    t1479 = R::fused(-t1478, t503, t1465);
-    t1480 = sin_q_right_hip_roll * t513; // right_upper_leg: sums of what it carries
-    t1481 = R::fused(-cos_q_right_hip_roll, t519, t1480); // right_upper_leg: sums of what it carries
-    // right_upper_leg: mass matrix
-    t1482 = sin_t1 * t1481;
-    t1483 = R::fused(cos_t1, t585, t1482);
-    t1484 = R::fused(-t162_163.second(), t168, t1483);
-    t1485 = R::fused(-t183, t168, t1484);
-    // factors of the mass matrix
-    t1486 = R::fused(t1405, t534, t1485);
-    t1487 = R::fused(-t1415, t540, t1486);
-    t1488 = R::fused(t1426, t547, t1487);
-    t1489 = R::fused(t1438, t555, t1488);
-    t1490 = R::fused(t1451, t564, t1489);
-    t1491 = R::fused(t1464, t571, t1490);
-    t1492 = R::fused(t1478, t579, t1491);
-    t1493 = R::fused(-t1492, t594, t1479);
-    t1494 = R::fused(-t1405, t601, t1395);
-    t1495 = R::fused(t1415, t604, t1494);
-    t1496 = R::fused(-t1426, t608, t1495);
-    t1497 = R::fused(-t1438, t613, t1496);
-    t1498 = R::fused(-t1451, t619, t1497);
-    t1499 = R::fused(-t1464, t626, t1498);
-    t1500 = R::fused(-t1478, t634, t1499);
-    t1501 = R::fused(-t1492, t643, t1500);
-    t1502 = R::fused(-t1501, t654, t1493);
-    t1503 = R::fused(-t1405, t658, t1396);
-    t1504 = R::fused(t1415, t661, t1503);
-    t1505 = R::fused(-t1426, t665, t1504);
-    t1506 = R::fused(-t1438, t670, t1505);
-    t1507 = R::fused(-t1451, t676, t1506);
-    t1508 = R::fused(-t1464, t683, t1507);
-    t1509 = R::fused(-t1478, t691, t1508);
-    t1510 = R::fused(-t1492, t700, t1509);
-    t1511 = R::fused(-t1501, t710, t1510);
-    t1512 = R::fused(-t1511, t722, t1502);
-    t1513 = t1512 * t724;
-    t1514 = R::constant(0.000005) + t585; // left_hip_roll_link: sums of what it carries
-    t1515 = t143 + t159; // right_upper_leg: sums of what it carries
-    // left_hip_roll_link: sums of what it carries
-    t1516 = R::constant(0.00001) + t1515;
-    t1517 = t1514 - t1516;
-    t1518 = sin_t1 * sin_t1;
-    t1519 = t1517 * t1518;
-    t1520 = sin_t1 * cos_t1;
-    t1521 = R::constant(2.0) * t1481;
-    t1522 = R::fused(-t1520, t1521, t1519);
-    t1523 = t1514 - t1522;
-    t1524 = t1523 - t174;
-    t1525 = t1524 + t1274; // right_hip_roll_link: sums of what it carries
-    t1526 = t1525 - t186; // right_hip_roll_link: sums of what it carries
-    t1527 = t1526 + t1294; // left_hip_yaw_link: sums of what it carries
-    t1528 = R::constant(0.0017316666835) + t1527; // right_hip_yaw_link: sums of what it carries
-    // factors of the mass matrix
-    t1529 = R::constant(481.7535830422739) * t1405;
-    t1530 = R::fused(-t1405, t1529, t1528);
-    t1531 = t1415 * t280;
-    t1532 = R::fused(t1415, t1531, t1530);
-    t1533 = t1426 * t322;
-    t1534 = R::fused(-t1426, t1533, t1532);
-    t1535 = t1438 * t367;
-    t1536 = R::fused(-t1438, t1535, t1534);
-    t1537 = t1451 * t410;
-    t1538 = R::fused(-t1451, t1537, t1536);
-    t1539 = t1464 * t453;
-    t1540 = R::fused(-t1464, t1539, t1538);
-    t1541 = t1478 * t502;
-    t1542 = R::fused(-t1478, t1541, t1540);
-    t1543 = t1492 * t593;
-    t1544 = R::fused(-t1492, t1543, t1542);
-    t1545 = t1501 * t653;
-    t1546 = R::fused(-t1501, t1545, t1544);
-    t1547 = t1511 * t721;
-    t1548 = R::fused(-t1511, t1547, t1546);
-    t1549 = R::fused(-t1512, t1513, t1548);
-    t1550 = R::constant(1.0) / t1549;
-    t1551 = sin_q_right_hip_roll * t1199; // right_upper_leg: sums of what it carries
-    t1552 = R::fused(cos_q_right_hip_roll, t1235, t1551); // right_upper_leg: sums of what it carries
-    t1553 = R::fused(t772, t789, t785); // left_hip_roll_link: motion
-    t1554 = R::fused(R::constant(-0.00001), t1553, t1552); // left_hip_roll_link: sums of what it carries
+    t1398 = t1275 * R::constant(481.7535830422739);
+    t1399 = R::fused(t1275, t1398, t1397);
+    t1400 = t1283 * t647;
+    t1401 = R::fused(t1283, t1400, t1399);
+    t1402 = t1292 * t678;
+    t1403 = R::fused(t1292, t1402, t1401);
+    t1404 = t1302 * t706;
+    t1405 = R::fused(t1302, t1404, t1403);
+    t1406 = t1313 * t764;
+    t1407 = R::fused(t1313, t1406, t1405);
+    t1408 = t1323 * t795;
+    t1409 = R::fused(t1323, t1408, t1407);
+    t1410 = R::fused(-t1324, t1325, t1409);
+    // other
+    t1411 = R::fused(-sin_q_right_hip_yaw, t976, t713_714.first());
+    t1412 = t1262 * t1411;
+    t1413 = R::fused(-cos_q_right_hip_yaw, t976, t1218_1219.first());
+    t1414 = R::fused(-t1259, t1413, t1412);
+    t1415 = cos_q_right_hip_yaw * R::constant(1.425);
+    t1416 = R::fused(-cos_q_right_hip_yaw, t536, t1415);
+    t1417 = R::fused(sin_q_right_hip_yaw, t1333, t1416);
+    t1418 = t525_526.first() - t1417;
+    t1419 = R::fused(-t1271, t1418, t1414);
+    t1420 = R::constant(0.075) * cos_q_right_hip_yaw;
+    t1421 = t536 * t1420;
+    t1422 = R::fused(-cos_q_right_hip_yaw, t1363, t1421);
+    t1423 = R::fused(-sin_q_right_hip_yaw, t1373, t1422);
+    t1424 = t1230_1231.first() + t1423;
     let (
-        t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570,
-        t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586,
-        t1587, t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602,
-        t1603, t1604, t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618,
-        t1619, t1620, t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634,
-        t1635, t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650,
-        t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666,
-        t1667, t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682,
-        t1683, t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698,
-        t1699, t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714,
-        t1715, t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730,
-        t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746,
-        t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762,
-        t1763, t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778,
-        t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794,
-        t1795, t1796, t1797, t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810,
+        t1425, t1426, t1427, t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440,
+        t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456,
+        t1457, t1458, t1459, t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472,
+        t1473, t1474, t1475, t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488,
+        t1489, t1490, t1491, t1492, t1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504,
+        t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520,
+        t1521, t1522, t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536,
+        t1537, t1538, t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552,
+        t1553, t1554, t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568,
+        t1569, t1570, t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584,
+        t1585, t1586, t1587, t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600,
+        t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616,
+        t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632,
+        t1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648,
+        t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664,
+        t1665, t1666, t1667, t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677, t1678, t1679, t1680,
     );
-    t1555 = sin_t1 * t1554; // left_hip_roll_link: sums of what it carries
-    t1556 = R::fused(-t772, t775, t767); // left_hip_roll_link: motion
-    t1557 = R::fused(-t1556, R::constant(0.000005), t1359); // left_hip_roll_link: sums of what it carries
-    t1558 = R::fused(-cos_t1, t1557, t1555); // left_hip_roll_link: sums of what it carries
-    t1559 = cos_q_right_hip_roll * t1250; // right_upper_leg: sums of what it carries
-    t1560 = R::fused(sin_q_right_hip_roll, t1256, t1559); // right_upper_leg: sums of what it carries
-    t1561 = R::fused(t162_163.second(), t1560, t1558); // left_hip_roll_link: sums of what it carries
-    // right_hip_roll_link: sums of what it carries
-    t1562 = t990 * t1274;
-    t1563 = R::fused(-t987, t1279, t1562);
-    t1564 = R::fused(t986, t162_163.first(), t1563);
-    t1565 = t1561 - t1564;
-    t1566 = t1560 + t991_992.first();
-    t1567 = R::fused(t183, t1566, t1565);
-    // left_hip_yaw_link: sums of what it carries
-    t1568 = t984 * t1294;
-    t1569 = R::fused(-t982, t1299, t1568);
-    t1570 = R::fused(t981, t1301, t1569);
-    t1571 = t1567 - t1570;
-    t1572 = t769 * t763; // right_hip_yaw_link: motion
-    t1573 = R::fused(t1572, R::constant(0.0017216666835), t1571); // right_hip_yaw_link: sums of what it carries
-    t1574 = tau_right_ankle_roll + t1573; // other
-    // solved by the factors
-    t1575 = R::fused(-t1308, t1529, t1574);
-    t1576 = R::fused(t1531, t1311, t1575);
-    t1577 = R::fused(-t1533, t1315, t1576);
-    t1578 = R::fused(-t1535, t1320, t1577);
-    t1579 = R::fused(-t1537, t1326, t1578);
-    t1580 = R::fused(-t1539, t1333, t1579);
-    t1581 = R::fused(t1541, t1341, t1580);
-    t1582 = R::fused(-t1543, t1367, t1581);
-    t1583 = R::fused(-t1545, t1377, t1582);
-    t1584 = R::fused(-t1547, t1388, t1583);
-    t1585 = R::fused(-t1513, t1389, t1584);
-    t1586 = t1550 * t1585; // other
-    t1587 = R::fused(-t1513, t1586, t1390);
-    t1588 = t7 * t1587; // other
-    t1589 = t721 * t1388; // other
-    t1590 = R::fused(-t1547, t1586, t1589);
-    t1591 = R::fused(-t722, t1587, t1590);
+    t1425 = R::fused(-t16, t1424, t1419);
+    t1426 = t1333 * t1420;
+    t1427 = R::fused(cos_q_right_hip_yaw, t1373, t1426);
+    t1428 = R::fused(sin_q_right_hip_yaw, t1385, t1427);
+    t1429 = t1235_1236.first() - t1428;
+    t1430 = R::fused(t323, t1429, t1425);
+    t1431 = R::fused(R::constant(0.075), t713_714.first(), t728_729.first()); // right_hip_roll_link: mass matrix
+    t1432 = cos_q_right_hip_yaw * t1375;
+    t1433 = R::fused(sin_q_right_hip_yaw, t974, t1432);
+    t1434 = t1431 - t1433;
+    t1435 = R::fused(-t326, t1434, t1430);
+    t1436 = t1088_1089.second() * t1420;
+    t1437 = R::fused(cos_q_right_hip_yaw, t1103_1104.second(), t1436);
+    t1438 = R::fused(sin_q_right_hip_yaw, t1108_1109.second(), t1437);
+    t1439 = t1438 * R::constant(481.7535830422739); // factors of the mass matrix
+    t1440 = R::fused(t1275, t1439, t1435); // factors of the mass matrix
+    t1441 = t1121_1122.second() * t1420;
+    t1442 = R::fused(-cos_q_right_hip_yaw, t1132_1133.second(), t1441);
+    t1443 = R::fused(-sin_q_right_hip_yaw, t1137_1138.second(), t1442);
+    t1444 = R::fused(t1438, t644, t1443); // factors of the mass matrix
+    t1445 = t1444 * t647; // factors of the mass matrix
+    t1446 = R::fused(t1283, t1445, t1440); // factors of the mass matrix
+    t1447 = t1151_1152.second() * t1420;
+    t1448 = R::fused(cos_q_right_hip_yaw, t1162_1163.second(), t1447);
+    t1449 = R::fused(sin_q_right_hip_yaw, t1167_1168.second(), t1448);
+    // factors of the mass matrix
+    t1450 = R::fused(t1438, t671, t1449);
+    t1451 = R::fused(-t1444, t674, t1450);
+    t1452 = t1451 * t678;
+    t1453 = R::fused(t1292, t1452, t1446);
+    t1454 = t1182_1183.second() * t1420; // other
+    t1455 = R::fused(cos_q_right_hip_yaw, t1193_1194.second(), t1454); // other
+    t1456 = R::fused(sin_q_right_hip_yaw, t1198_1199.second(), t1455); // other
+    t1457 = R::fused(t1438, t694, t1456);
+    t1458 = R::fused(-t1444, t697, t1457);
+    t1459 = R::fused(-t1451, t701, t1458);
+    t1460 = t1459 * t706;
+    t1461 = R::fused(-t1302, t1460, t1453);
+    t1462 = t525_526.second() * t1420; // other
+    t1463 = R::fused(cos_q_right_hip_yaw, t1230_1231.second(), t1462); // other
+    t1464 = R::fused(sin_q_right_hip_yaw, t1235_1236.second(), t1463); // other
+    t1465 = R::fused(-t1438, t736, t1464);
+    t1466 = R::fused(t1444, t743, t1465);
+    t1467 = R::fused(-t1451, t749, t1466);
+    t1468 = R::fused(-t1459, t754, t1467);
+    t1469 = t1468 * t764;
+    t1470 = R::fused(t1313, t1469, t1461);
+    t1471 = cos_q_right_hip_yaw * t961_962.second(); // other
+    t1472 = R::fused(sin_q_right_hip_yaw, t970_971.second(), t1471); // other
+    t1473 = R::fused(t1438, t770, t1472);
+    t1474 = R::fused(-t1444, t773, t1473);
+    t1475 = R::fused(-t1451, t777, t1474);
+    t1476 = R::fused(-t1459, t782, t1475);
+    t1477 = R::fused(-t1468, t788, t1476);
+    t1478 = t1477 * t795;
+    t1479 = R::fused(-t1323, t1478, t1470);
+    t1480 = R::fused(-sin_q_right_hip_yaw, t978, t1471); // other
+    t1481 = R::fused(t1438, t605, t1480);
+    t1482 = R::fused(t1444, t648, t1481);
+    t1483 = R::fused(t1451, t679, t1482);
+    t1484 = R::fused(-t1459, t707, t1483);
+    t1485 = R::fused(t1468, t765, t1484);
+    t1486 = R::fused(t1477, t796, t1485);
+    t1487 = t1486 * t798;
+    t1488 = R::fused(t1324, t1487, t1479);
+    t1489 = t1420 * t1418; // other
+    t1490 = R::fused(cos_q_right_hip_yaw, t1424, t1489); // other
+    t1491 = R::fused(sin_q_right_hip_yaw, t1429, t1490); // other
+    t1492 = R::fused(t1438, t1439, t1491);
+    t1493 = R::fused(t1444, t1445, t1492);
+    t1494 = R::fused(t1451, t1452, t1493);
+    t1495 = R::fused(t1459, t1460, t1494);
+    t1496 = R::fused(t1468, t1469, t1495);
+    t1497 = R::fused(t1477, t1478, t1496);
+    t1498 = R::fused(-t1486, t1487, t1497);
+    t1499 = R::constant(1.0) / t1498;
+    t1500 = t1488 * t1499;
+    t1501 = R::fused(-t1488, t1500, t1410);
     // other
-    t1592 = t1587 + t1591;
-    t1593 = R::fused(t175_176.second(), t1592, t1588);
-    t1594 = sin_t1 * t1593;
-    t1595 = t183 * t1587;
-    t1596 = R::fused(t162_163.second(), t1592, t1595);
-    t1597 = R::fused(cos_t1, t1596, t1594);
-    t1598 = cos_q_right_hip_yaw * t1597;
-    t1599 = t183 * t1586;
-    t1600 = R::fused(t162_163.second(), t1586, t1599);
-    t1601 = cos_q_right_hip_roll * t1600;
-    t1602 = cos_t1 * t1593;
-    t1603 = R::fused(-sin_t1, t1596, t1602);
-    t1604 = R::fused(sin_q_right_hip_roll, t1603, t1601);
-    t1605 = R::fused(sin_q_right_hip_yaw, t1604, t1598);
-    // left_upper_leg: motion
-    t1606 = cos_q_right_hip_yaw * t970;
-    t1607 = R::fused(-sin_q_right_hip_yaw, t997, t1606);
-    t1608 = cos_q_right_hip_yaw * t790;
-    t1609 = R::fused(-sin_q_right_hip_yaw, t776, t1608);
-    t1610 = sin_q_right_hip_yaw * t790;
-    t1611 = R::fused(cos_q_right_hip_yaw, t776, t1610);
-    t1612 = R::fused(t1609, t1611, t801);
-    t1613 = R::fused(R::constant(0.075), t1612, t1607); // other
-    t1614 = t1605 - t1613; // other
-    t1615 = t502 * t1341; // other
-    t1616 = R::fused(t1541, t1586, t1615); // solved by the factors
-    t1617 = R::fused(t503, t1587, t1616); // solved by the factors
-    t1618 = R::fused(t691, t1591, t1617); // solved by the factors
-    t1619 = t653 * t1377; // other
-    // solved by the factors
-    t1620 = R::fused(-t1545, t1586, t1619);
-    t1621 = R::fused(-t654, t1587, t1620);
-    t1622 = R::fused(-t710, t1591, t1621);
-    t1623 = R::fused(t634, t1622, t1618);
-    t1624 = t593 * t1367; // other
-    t1625 = R::fused(-t1543, t1586, t1624);
-    t1626 = R::fused(-t594, t1587, t1625);
-    t1627 = R::fused(-t700, t1591, t1626);
-    t1628 = R::fused(-t643, t1622, t1627);
-    t1629 = R::fused(-t579, t1628, t1623);
+    t1502 = t976 * t239;
+    t1503 = R::fused(sin_q_right_hip_roll, R::constant(1.425), -t1502);
+    t1504 = sin_q_right_hip_roll * t536;
+    t1505 = t1503 - t1504;
+    t1506 = t685_686.first() - t1505;
+    t1507 = t1262 * t1506;
+    t1508 = t976 * t224;
+    t1509 = sin_q_right_hip_roll * t1333;
+    t1510 = t1508 - t1509;
+    t1511 = t1179_1180.first() + t1510;
+    t1512 = R::fused(t1259, t1511, t1507);
+    t1513 = t536 * t224;
+    t1514 = R::fused(t224, R::constant(1.425), -t1513);
+    t1515 = t1333 * t239;
+    t1516 = t1514 - t1515;
+    t1517 = t1182_1183.first() + t1516;
+    t1518 = R::fused(t1271, t1517, t1512);
+    t1519 = t1363 * t224;
+    t1520 = R::constant(0.075) * t224;
+    t1521 = R::fused(t536, t1520, -t1519);
+    t1522 = t1373 * t239;
+    t1523 = t1521 + t1522;
+    t1524 = sin_q_right_hip_roll * t1375;
+    t1525 = t1523 + t1524;
+    t1526 = t1193_1194.first() - t1525;
+    t1527 = R::fused(t16, t1526, t1518);
+    t1528 = R::constant(0.075) * sin_q_right_hip_roll;
+    t1529 = t976 * t1528;
+    t1530 = R::fused(t1333, t1520, t1529);
+    t1531 = t1373 * t224;
+    t1532 = t1530 + t1531;
+    t1533 = t1385 * t239;
+    t1534 = t1532 - t1533;
+    t1535 = sin_q_right_hip_roll * t974;
+    t1536 = t1534 - t1535;
+    t1537 = t1198_1199.first() + t1536;
+    t1538 = R::fused(-t323, t1537, t1527);
+    t1539 = R::fused(R::constant(-0.075), t685_686.first(), t690_691.first()); // right_upper_leg: mass matrix
+    t1540 = t1375 * t224;
+    t1541 = R::fused(t536, t1528, t1540);
+    t1542 = t974 * t239;
+    t1543 = t1541 - t1542;
+    t1544 = sin_q_right_hip_roll * t535;
+    t1545 = t1543 - t1544;
+    t1546 = t1539 + t1545;
+    t1547 = R::fused(t326, t1546, t1538);
+    t1548 = t568_569.second() * t1528;
+    t1549 = R::fused(t1088_1089.second(), t1520, t1548);
+    t1550 = t1103_1104.second() * t224;
+    t1551 = t1549 + t1550;
+    t1552 = t1108_1109.second() * t239;
+    t1553 = t1551 - t1552;
+    t1554 = sin_q_right_hip_roll * t603;
+    t1555 = t1553 + t1554;
+    t1556 = t1555 * R::constant(481.7535830422739); // factors of the mass matrix
+    t1557 = R::fused(t1275, t1556, t1547); // factors of the mass matrix
+    t1558 = t623_624.second() * t1528;
+    t1559 = R::fused(t1121_1122.second(), t1520, t1558);
+    t1560 = t1132_1133.second() * t224;
+    t1561 = t1559 - t1560;
+    t1562 = t1137_1138.second() * t239;
+    t1563 = t1561 + t1562;
+    t1564 = sin_q_right_hip_roll * t642;
+    t1565 = t1563 - t1564;
+    t1566 = R::fused(t1555, t644, t1565); // factors of the mass matrix
+    t1567 = t1566 * t647; // factors of the mass matrix
+    t1568 = R::fused(t1283, t1567, t1557); // factors of the mass matrix
+    t1569 = t658_659.second() * t1528;
+    t1570 = R::fused(t1151_1152.second(), t1520, t1569);
+    t1571 = t1162_1163.second() * t224;
+    t1572 = t1570 + t1571;
+    t1573 = t1167_1168.second() * t239;
+    t1574 = t1572 - t1573;
+    t1575 = sin_q_right_hip_roll * t669;
+    t1576 = t1574 - t1575;
+    // factors of the mass matrix
+    t1577 = R::fused(t1555, t671, t1576);
+    t1578 = R::fused(-t1566, t674, t1577);
+    t1579 = t1578 * t678;
+    t1580 = R::fused(t1292, t1579, t1568);
     // other
-    t1630 = t1622 + t1592;
-    t1631 = sin_q_right_hip_roll * t1630;
-    t1632 = sin_t1 * t1586;
-    t1633 = R::fused(-cos_q_right_hip_roll, t1632, t1631);
-    t1634 = t1629 + t1633;
-    t1635 = R::fused(R::constant(-0.075), t1634, t1614);
-    t1636 = R::fused(t859, R::constant(9.81), t1635);
-    t1637 = t6 + t1636;
-    t1638 = -t1637;
-    t1639 = v_base_angular_z * v_base_linear_x; // torso: motion
-    t1640 = R::fused(-v_base_angular_x, v_base_linear_z, t1639); // torso: motion
-    t1641 = sin_q_right_hip_yaw * t1597;
-    t1642 = R::fused(-cos_q_right_hip_yaw, t1604, t1641);
-    t1643 = sin_q_right_hip_yaw * t970; // left_upper_leg: motion
-    t1644 = R::fused(cos_q_right_hip_yaw, t997, t1643); // left_upper_leg: motion
-    t1645 = R::fused(t1609, t1609, t972); // left_upper_leg: motion
-    t1646 = R::fused(R::constant(-0.075), t1645, t1644);
-    t1647 = t1642 - t1646;
-    t1648 = R::fused(t878, R::constant(9.81), t1647);
-    t1649 = t1640 + t1648;
-    t1650 = -t1649;
-    t1651 = v_base_angular_x * v_base_linear_y; // torso: motion
-    t1652 = R::fused(-v_base_angular_y, v_base_linear_x, t1651); // torso: motion
-    t1653 = sin_q_right_hip_roll * t1600;
-    t1654 = R::fused(-cos_q_right_hip_roll, t1603, t1653);
-    t1655 = cos_q_right_hip_yaw * t777; // left_upper_leg: motion
-    t1656 = R::fused(sin_q_right_hip_yaw, t791, t1655); // left_upper_leg: motion
-    t1657 = R::fused(t796, t1611, t1656); // left_upper_leg: motion
-    t1658 = R::fused(R::constant(0.075), t1657, t1007);
-    t1659 = t1654 + t1658;
-    t1660 = R::fused(cos_t1, t1586, t1628);
-    t1661 = cos_q_right_hip_yaw * t1660;
-    t1662 = cos_q_right_hip_roll * t1630;
-    t1663 = R::fused(sin_q_right_hip_roll, t1632, t1662);
-    t1664 = R::fused(-sin_q_right_hip_yaw, t1663, t1661);
-    t1665 = R::fused(R::constant(-0.075), t1664, t1659);
-    t1666 = R::fused(t885, R::constant(9.81), -t1665);
-    t1667 = t1652 + t1666;
-    t1668 = -t1667;
-    t1669 = t1656 - t1664;
-    t1670 = sin_q_right_hip_yaw * t777; // left_upper_leg: motion
-    t1671 = R::fused(-cos_q_right_hip_yaw, t791, t1670); // left_upper_leg: motion
-    t1672 = sin_q_right_hip_yaw * t1660;
-    t1673 = R::fused(cos_q_right_hip_yaw, t1663, t1672);
-    t1674 = t1671 - t1673;
-    t1675 = t801 + t1634;
-    t1676 = -t1675;
-    t1677 = t453 * t1333;
-    // solved by the factors
-    t1678 = R::fused(-t1539, t1586, t1677);
-    t1679 = R::fused(-t454, t1587, t1678);
-    t1680 = R::fused(-t683, t1591, t1679);
-    t1681 = R::fused(-t626, t1622, t1680);
-    t1682 = R::fused(t571, t1628, t1681);
-    t1683 = R::fused(t494, t1629, t1682);
-    t1684 = t410 * t1326; // other
-    t1685 = R::fused(-t1537, t1586, t1684);
-    t1686 = R::fused(-t411, t1587, t1685);
-    t1687 = R::fused(-t676, t1591, t1686);
-    t1688 = R::fused(-t619, t1622, t1687);
-    t1689 = R::fused(t564, t1628, t1688);
-    t1690 = R::fused(t487, t1629, t1689);
-    t1691 = R::fused(-t446, t1683, t1690);
-    t1692 = t367 * t1320; // other
-    t1693 = R::fused(-t1535, t1586, t1692);
-    t1694 = R::fused(-t368, t1587, t1693);
-    t1695 = R::fused(-t670, t1591, t1694);
-    t1696 = R::fused(-t613, t1622, t1695);
-    t1697 = R::fused(t555, t1628, t1696);
-    t1698 = R::fused(t481, t1629, t1697);
-    t1699 = R::fused(-t440, t1683, t1698);
-    t1700 = R::fused(-t404, t1691, t1699);
-    t1701 = t322 * t1315; // other
-    t1702 = R::fused(-t1533, t1586, t1701);
-    t1703 = R::fused(-t323, t1587, t1702);
-    t1704 = R::fused(-t665, t1591, t1703);
-    t1705 = R::fused(-t608, t1622, t1704);
-    t1706 = R::fused(t547, t1628, t1705);
-    t1707 = R::fused(t476, t1629, t1706);
-    t1708 = R::fused(-t435, t1683, t1707);
-    t1709 = R::fused(-t399, t1691, t1708);
-    t1710 = R::fused(-t362, t1700, t1709);
-    t1711 = t280 * t1311; // other
-    t1712 = R::fused(-t1531, t1586, t1711);
-    t1713 = R::fused(-t281, t1587, t1712);
-    t1714 = R::fused(-t661, t1591, t1713);
-    t1715 = R::fused(-t604, t1622, t1714);
-    t1716 = R::fused(t540, t1628, t1715);
-    t1717 = R::fused(t472, t1629, t1716);
-    t1718 = R::fused(-t431, t1683, t1717);
-    t1719 = R::fused(-t395, t1691, t1718);
-    t1720 = R::fused(-t358, t1700, t1719);
-    t1721 = R::fused(t318, t1710, -t1720);
-    t1722 = R::constant(481.7535830422739) * t1308; // other
-    t1723 = R::fused(-t1529, t1586, t1722);
-    t1724 = R::fused(-t240, t1587, t1723);
-    t1725 = R::fused(-t658, t1591, t1724);
-    t1726 = R::fused(-t601, t1622, t1725);
-    t1727 = R::fused(t534, t1628, t1726);
-    t1728 = R::fused(-t469, t1629, t1727);
-    t1729 = R::fused(t428, t1683, t1728);
-    t1730 = R::fused(-t392, t1691, t1729);
-    t1731 = R::fused(t355, t1700, t1730);
-    t1732 = R::fused(t315, t1710, t1731);
-    t1733 = R::fused(t277, t1721, t1732);
-    t1734 = q_base_qz * t855; // torso: motion
-    t1735 = t883 + t1734; // torso: motion
-    t1736 = R::constant(1.0) - t1735; // torso: motion
-    t1737 = t1736 * t950; // other
-    t1738 = q_base_qx * t857; // torso: motion
-    t1739 = q_base_qw * t855; // torso: motion
-    t1740 = t1738 - t1739; // torso: motion
-    t1741 = R::fused(t1740, t953, t1737); // other
-    t1742 = t856 + t858; // torso: motion
-    t1743 = R::fused(t1742, t955, t1741); // other
-    t1744 = t959 * t1303; // left_hip_yaw_link: sums of what it carries
-    t1745 = R::fused(-t961, t1301, t1744); // left_hip_yaw_link: sums of what it carries
-    t1746 = t1286 - t1745; // left_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t1747 = t937 * R::constant(0.5529);
-    t1748 = R::fused(-t895, R::constant(1.4915), t1747);
-    t1749 = R::fused(-t956, R::constant(186.39), t1748);
-    t1750 = t1746 - t1749;
-    t1751 = t184 - t1301; // left_hip_yaw_link: sums of what it carries
+    t1581 = t685_686.second() * t1528;
+    t1582 = R::fused(-t1182_1183.second(), t1520, t1581);
+    t1583 = t1193_1194.second() * t224;
+    t1584 = t1582 - t1583;
+    t1585 = t1198_1199.second() * t239;
+    t1586 = t1584 + t1585;
+    t1587 = sin_q_right_hip_roll * t692;
+    t1588 = t1586 + t1587;
+    // factors of the mass matrix
+    t1589 = R::fused(-t1555, t694, t1588);
+    t1590 = R::fused(t1566, t697, t1589);
+    t1591 = R::fused(t1578, t701, t1590);
+    t1592 = t1591 * t706;
+    t1593 = R::fused(t1302, t1592, t1580);
     // other
-    t1752 = R::fused(-t1751, t1587, t1750);
-    t1753 = R::fused(-t184, t1591, t1752);
-    t1754 = R::fused(-t172, t1622, t1753);
-    t1755 = R::fused(-t523, t1628, t1754);
-    t1756 = R::fused(-t460, t1629, t1755);
-    t1757 = R::fused(t419, t1683, t1756);
-    t1758 = R::fused(t383, t1691, t1757);
-    t1759 = R::fused(-t346, t1700, t1758);
-    t1760 = R::fused(-t306, t1710, t1759);
-    t1761 = R::fused(-t268, t1721, t1760);
-    t1762 = R::fused(t231, t1733, t1761);
-    t1763 = t1743 * t1762;
-    t1764 = t1736 * t873;
-    t1765 = R::fused(t1740, t880, t1764);
-    t1766 = R::fused(t1742, t887, t1765);
-    t1767 = t982 * t1303; // left_hip_yaw_link: sums of what it carries
-    t1768 = R::fused(-t984, t1301, t1767); // left_hip_yaw_link: sums of what it carries
-    t1769 = t1566 + t1768; // left_hip_yaw_link: sums of what it carries
-    t1770 = cos_q_right_ankle_roll * t1769; // right_hip_yaw_link: sums of what it carries
-    t1771 = t921 * t1303; // left_hip_yaw_link: sums of what it carries
-    t1772 = R::fused(t925, t1301, t1771); // left_hip_yaw_link: sums of what it carries
-    t1773 = t1288 - t1772; // left_hip_yaw_link: sums of what it carries
-    t1774 = R::fused(-sin_q_right_ankle_roll, t1773, t1770); // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t1775 = t851 * R::constant(0.5529);
-    t1776 = R::fused(t853, R::constant(1.4915), t1775);
-    t1777 = R::fused(-t888, R::constant(186.39), t1776);
-    t1778 = t1774 + t1777;
-    t1779 = sin_q_right_ankle_roll * t522; // right_hip_yaw_link: sums of what it carries
-    t1780 = R::fused(cos_q_right_ankle_roll, t1751, t1779); // right_hip_yaw_link: sums of what it carries
-    t1781 = R::fused(t1780, t1586, t1778); // other
-    t1782 = t187 - t1303; // left_hip_yaw_link: sums of what it carries
-    t1783 = sin_q_right_ankle_roll * t1782; // left_hip_yaw_link: mass matrix
-    t1784 = R::fused(-t1783, t1587, t1781); // other
-    t1785 = sin_q_right_ankle_roll * t187; // right_hip_roll_link: mass matrix
-    t1786 = R::fused(-t1785, t1591, t1784); // other
-    t1787 = sin_q_right_ankle_roll * t178; // left_hip_roll_link: mass matrix
-    t1788 = R::fused(-t1787, t1622, t1786); // other
-    t1789 = cos_q_right_ankle_roll * t168; // right_upper_leg: mass matrix
-    t1790 = R::fused(sin_q_right_ankle_roll, t525, t1789); // right_upper_leg: mass matrix
-    t1791 = R::fused(t1790, t1628, t1788); // other
-    t1792 = cos_q_right_ankle_roll * t1470; // left_upper_leg: mass matrix
-    t1793 = R::fused(-sin_q_right_ankle_roll, t463, t1792); // left_upper_leg: mass matrix
-    t1794 = R::fused(-t1793, t1629, t1791); // other
-    t1795 = cos_q_right_ankle_roll * t1457; // right_lower_leg: mass matrix
-    t1796 = R::fused(-sin_q_right_ankle_roll, t422, t1795); // right_lower_leg: mass matrix
-    t1797 = R::fused(t1796, t1683, t1794); // other
-    t1798 = cos_q_right_ankle_roll * t1445; // left_lower_leg: mass matrix
-    t1799 = R::fused(-sin_q_right_ankle_roll, t386, t1798); // left_lower_leg: mass matrix
-    t1800 = R::fused(t1799, t1691, t1797); // other
-    t1801 = cos_q_right_ankle_roll * t1433; // right_ankle: mass matrix
-    t1802 = R::fused(-sin_q_right_ankle_roll, t349, t1801); // right_ankle: mass matrix
-    t1803 = R::fused(-t1802, t1700, t1800); // other
-    t1804 = cos_q_right_ankle_roll * t1422; // left_ankle: mass matrix
-    t1805 = R::fused(-sin_q_right_ankle_roll, t309, t1804); // left_ankle: mass matrix
-    t1806 = R::fused(-t1805, t1710, t1803); // other
-    t1807 = cos_q_right_ankle_roll * t1412; // right_foot: mass matrix
-    t1808 = R::fused(-sin_q_right_ankle_roll, t271, t1807); // right_foot: mass matrix
-    t1809 = R::fused(-t1808, t1721, t1806); // other
-    t1810 = cos_q_right_ankle_roll * t1403; // left_foot: mass matrix
+    t1594 = t713_714.second() * t1528;
+    t1595 = R::fused(t525_526.second(), t1520, t1594);
+    t1596 = t1230_1231.second() * t224;
+    t1597 = t1595 + t1596;
+    t1598 = t1235_1236.second() * t239;
+    t1599 = t1597 - t1598;
+    t1600 = sin_q_right_hip_roll * t730;
+    t1601 = t1599 - t1600;
+    // factors of the mass matrix
+    t1602 = R::fused(-t1555, t736, t1601);
+    t1603 = R::fused(t1566, t743, t1602);
+    t1604 = R::fused(-t1578, t749, t1603);
+    t1605 = R::fused(t1591, t754, t1604);
+    t1606 = t1605 * t764;
+    t1607 = R::fused(t1313, t1606, t1593);
+    // other
+    t1608 = t961_962.second() * t224;
+    t1609 = R::fused(t527_528.second(), t1528, t1608);
+    t1610 = t970_971.second() * t239;
+    t1611 = t1609 - t1610;
+    t1612 = sin_q_right_hip_roll * t768;
+    t1613 = t1611 - t1612;
+    // factors of the mass matrix
+    t1614 = R::fused(t1555, t770, t1613);
+    t1615 = R::fused(-t1566, t773, t1614);
+    t1616 = R::fused(-t1578, t777, t1615);
+    t1617 = R::fused(t1591, t782, t1616);
+    t1618 = R::fused(-t1605, t788, t1617);
+    t1619 = t1618 * t795;
+    t1620 = R::fused(-t1323, t1619, t1607);
+    // other
+    t1621 = R::fused(t1528, t540, -t1608);
+    t1622 = t239 * t978;
+    t1623 = t1621 - t1622;
+    t1624 = sin_q_right_hip_roll * t538;
+    t1625 = t1623 - t1624;
+    // factors of the mass matrix
+    t1626 = R::fused(-t1555, t605, t1625);
+    t1627 = R::fused(-t1566, t648, t1626);
+    t1628 = R::fused(-t1578, t679, t1627);
+    t1629 = R::fused(-t1591, t707, t1628);
+    t1630 = R::fused(-t1605, t765, t1629);
+    t1631 = R::fused(-t1618, t796, t1630);
+    t1632 = t1631 * t798;
+    t1633 = R::fused(-t1324, t1632, t1620);
+    // other
+    t1634 = t1528 * t1411;
+    t1635 = R::fused(t1520, t1418, t1634);
+    t1636 = t224 * t1424;
+    t1637 = t1635 + t1636;
+    t1638 = t239 * t1429;
+    t1639 = t1637 - t1638;
+    t1640 = sin_q_right_hip_roll * t1434;
+    t1641 = t1639 - t1640;
+    // factors of the mass matrix
+    t1642 = R::fused(t1555, t1439, t1641);
+    t1643 = R::fused(t1566, t1445, t1642);
+    t1644 = R::fused(t1578, t1452, t1643);
+    t1645 = R::fused(-t1591, t1460, t1644);
+    t1646 = R::fused(t1605, t1469, t1645);
+    t1647 = R::fused(t1618, t1478, t1646);
+    t1648 = R::fused(t1631, t1487, t1647);
+    t1649 = t1648 * t1499;
+    t1650 = R::fused(-t1488, t1649, t1633);
+    // other
+    t1651 = t1528 * t1506;
+    t1652 = R::fused(-t1520, t1517, t1651);
+    t1653 = t224 * t1526;
+    t1654 = t1652 - t1653;
+    t1655 = t239 * t1537;
+    t1656 = t1654 + t1655;
+    t1657 = sin_q_right_hip_roll * t1546;
+    t1658 = t1656 + t1657;
+    // factors of the mass matrix
+    t1659 = R::fused(t1555, t1556, t1658);
+    t1660 = R::fused(t1566, t1567, t1659);
+    t1661 = R::fused(t1578, t1579, t1660);
+    t1662 = R::fused(t1591, t1592, t1661);
+    t1663 = R::fused(t1605, t1606, t1662);
+    t1664 = R::fused(t1618, t1619, t1663);
+    t1665 = R::fused(-t1631, t1632, t1664);
+    t1666 = R::fused(-t1648, t1649, t1665);
+    t1667 = R::constant(1.0) / t1666;
+    t1668 = t1650 * t1667;
+    t1669 = R::fused(-t1650, t1668, t1501);
+    // other
+    t1670 = sin_q_right_hip_roll * t233;
+    t1671 = R::fused(-t239, t248, t1670);
+    t1672 = R::fused(R::constant(-19.0), t1671, t1502);
+    t1673 = t1504 + t1672;
+    t1674 = t658_659.first() - t1673;
+    t1675 = t1262 * t1674;
+    t1676 = t224 * t248;
+    t1677 = R::fused(sin_q_right_hip_roll, t222, t1676);
+    t1678 = R::fused(R::constant(19.0), t1677, t1508);
+    t1679 = t1509 - t1678;
+    t1680 = t1148_1149.first() + t1679;
     let (
-        t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826,
-        t1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842,
-        t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858,
-        t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874,
-        t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890,
-        t1891, t1892, t1893, t1894, t1895, t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906,
-        t1907, t1908, t1909, t1910, t1911, t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922,
-        t1923, t1924, t1925, t1926, t1927, t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938,
-        t1939, t1940, t1941, t1942, t1943, t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954,
-        t1955, t1956, t1957, t1958, t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970,
-        t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986,
-        t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002,
-        t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018,
-        t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034,
-        t2035, t2036, t2037, t2038, t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050,
-        t2051, t2052, t2053, t2054, t2055, t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066,
+        t1681, t1682, t1683, t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693, t1694, t1695, t1696,
+        t1697, t1698, t1699, t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709, t1710, t1711, t1712,
+        t1713, t1714, t1715, t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728,
+        t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744,
+        t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760,
+        t1761, t1762, t1763, t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776,
+        t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792,
+        t1793, t1794, t1795, t1796, t1797, t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808,
+        t1809, t1810, t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824,
+        t1825, t1826, t1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840,
+        t1841, t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856,
+        t1857, t1858, t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872,
+        t1873, t1874, t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888,
+        t1889, t1890, t1891, t1892, t1893, t1894, t1895, t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904,
+        t1905, t1906, t1907, t1908, t1909, t1910, t1911, t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920,
+        t1921, t1922, t1923, t1924, t1925, t1926, t1927, t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936,
     );
-    t1811 = R::fused(-sin_q_right_ankle_roll, t234, t1810); // left_foot: mass matrix
+    t1681 = R::fused(t1259, t1680, t1675);
+    t1682 = t239 * t222;
+    t1683 = R::fused(t224, t233, t1682);
+    t1684 = R::fused(R::constant(-19.0), t1683, t1513);
+    t1685 = t1515 + t1684;
+    t1686 = t1151_1152.first() - t1685;
+    t1687 = R::fused(-t1271, t1686, t1681);
+    t1688 = t976 * t1677;
+    t1689 = R::fused(-t536, t1683, t1688);
+    t1690 = t1519 + t1689;
+    t1691 = t1522 - t1690;
+    t1692 = t1524 + t1691;
+    t1693 = t1162_1163.first() - t1692;
+    t1694 = R::fused(-t16, t1693, t1687);
+    t1695 = t976 * t1671;
+    t1696 = R::fused(t1333, t1683, t1695);
+    t1697 = t1531 + t1696;
+    t1698 = t1533 - t1697;
+    t1699 = t1535 + t1698;
+    t1700 = t1167_1168.first() - t1699;
+    t1701 = R::fused(t323, t1700, t1694);
+    t1702 = R::fused(R::constant(0.075), t658_659.first(), t667_668.first()); // right_lower_leg: mass matrix
+    t1703 = t536 * t1671;
+    t1704 = R::fused(t1333, t1677, t1703);
+    t1705 = t1540 + t1704;
+    t1706 = t1542 - t1705;
+    t1707 = t1544 + t1706;
+    t1708 = t1702 - t1707;
+    t1709 = R::fused(-t326, t1708, t1701);
+    t1710 = t568_569.second() * t1671;
+    t1711 = R::fused(-t1083_1084.second(), t1677, t1710);
+    t1712 = R::fused(t1088_1089.second(), t1683, t1711);
+    t1713 = t1550 + t1712;
+    t1714 = t1552 - t1713;
+    t1715 = t1554 - t1714;
+    t1716 = t1715 * R::constant(481.7535830422739); // factors of the mass matrix
+    t1717 = R::fused(-t1275, t1716, t1709); // factors of the mass matrix
+    t1718 = t623_624.second() * t1671;
+    t1719 = R::fused(-t1118_1119.second(), t1677, t1718);
+    t1720 = R::fused(t1121_1122.second(), t1683, t1719);
+    t1721 = t1560 - t1720;
+    t1722 = t1562 - t1721;
+    t1723 = t1564 - t1722;
+    t1724 = R::fused(-t1715, t644, t1723); // factors of the mass matrix
+    t1725 = t1724 * t647; // factors of the mass matrix
+    t1726 = R::fused(t1283, t1725, t1717); // factors of the mass matrix
+    t1727 = t658_659.second() * t1671;
+    t1728 = R::fused(-t1148_1149.second(), t1677, t1727);
+    t1729 = R::fused(t1151_1152.second(), t1683, t1728);
+    t1730 = t1571 + t1729;
+    t1731 = t1573 - t1730;
+    t1732 = t1575 + t1731;
+    // factors of the mass matrix
+    t1733 = R::fused(-t1715, t671, t1732);
+    t1734 = R::fused(-t1724, t674, t1733);
+    t1735 = t1734 * t678;
+    t1736 = R::fused(t1292, t1735, t1726);
     // other
-    t1812 = R::fused(t1811, t1733, t1809);
-    t1813 = R::fused(-t1766, t1812, t1763);
-    t1814 = t1736 * t910;
-    t1815 = R::fused(t1740, t913, t1814);
-    t1816 = R::fused(-t1742, t916, t1815);
-    t1817 = sin_q_right_ankle_roll * t1769; // right_hip_yaw_link: sums of what it carries
-    t1818 = R::fused(cos_q_right_ankle_roll, t1773, t1817); // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t1819 = t895 * R::constant(0.5529);
-    t1820 = R::fused(-t893, R::constant(1.4915), t1819);
-    t1821 = R::fused(t917, R::constant(186.39), t1820);
-    t1822 = t1818 + t1821;
-    t1823 = cos_q_right_ankle_roll * t522; // right_hip_yaw_link: sums of what it carries
-    t1824 = R::fused(-sin_q_right_ankle_roll, t1751, t1823); // right_hip_yaw_link: sums of what it carries
-    t1825 = R::fused(-t1824, t1586, t1822); // other
-    t1826 = cos_q_right_ankle_roll * t1782; // left_hip_yaw_link: mass matrix
-    t1827 = R::fused(t1826, t1587, t1825); // other
-    t1828 = cos_q_right_ankle_roll * t187; // right_hip_roll_link: mass matrix
-    t1829 = R::fused(t1828, t1591, t1827); // other
-    t1830 = cos_q_right_ankle_roll * t178; // left_hip_roll_link: mass matrix
-    t1831 = R::fused(t1830, t1622, t1829); // other
-    t1832 = sin_q_right_ankle_roll * t168; // right_upper_leg: mass matrix
-    t1833 = R::fused(-cos_q_right_ankle_roll, t525, t1832); // right_upper_leg: mass matrix
-    t1834 = R::fused(t1833, t1628, t1831); // other
-    t1835 = sin_q_right_ankle_roll * t1470; // left_upper_leg: mass matrix
-    t1836 = R::fused(cos_q_right_ankle_roll, t463, t1835); // left_upper_leg: mass matrix
-    t1837 = R::fused(-t1836, t1629, t1834); // other
-    t1838 = sin_q_right_ankle_roll * t1457; // right_lower_leg: mass matrix
-    t1839 = R::fused(cos_q_right_ankle_roll, t422, t1838); // right_lower_leg: mass matrix
-    t1840 = R::fused(t1839, t1683, t1837); // other
-    t1841 = sin_q_right_ankle_roll * t1445; // left_lower_leg: mass matrix
-    t1842 = R::fused(cos_q_right_ankle_roll, t386, t1841); // left_lower_leg: mass matrix
-    t1843 = R::fused(t1842, t1691, t1840); // other
-    t1844 = sin_q_right_ankle_roll * t1433; // right_ankle: mass matrix
-    t1845 = R::fused(cos_q_right_ankle_roll, t349, t1844); // right_ankle: mass matrix
-    t1846 = R::fused(-t1845, t1700, t1843); // other
-    t1847 = sin_q_right_ankle_roll * t1422; // left_ankle: mass matrix
-    t1848 = R::fused(cos_q_right_ankle_roll, t309, t1847); // left_ankle: mass matrix
-    t1849 = R::fused(-t1848, t1710, t1846); // other
-    t1850 = sin_q_right_ankle_roll * t1412; // right_foot: mass matrix
-    t1851 = R::fused(cos_q_right_ankle_roll, t271, t1850); // right_foot: mass matrix
-    t1852 = R::fused(-t1851, t1721, t1849); // other
-    t1853 = sin_q_right_ankle_roll * t1403; // left_foot: mass matrix
-    t1854 = R::fused(cos_q_right_ankle_roll, t234, t1853); // left_foot: mass matrix
-    t1855 = R::fused(t1854, t1733, t1852); // other
-    t1856 = R::fused(t1816, t1855, t1813); // other
-    t1857 = t1738 + t1739; // torso: motion
-    t1858 = t1857 * t950; // other
-    t1859 = t882 + t1734; // torso: motion
-    t1860 = R::constant(1.0) - t1859; // torso: motion
-    t1861 = R::fused(t1860, t953, t1858); // other
-    t1862 = t875 - t877; // torso: motion
+    t1737 = t685_686.second() * t1671;
+    t1738 = R::fused(-t1179_1180.second(), t1677, t1737);
+    t1739 = R::fused(-t1182_1183.second(), t1683, t1738);
+    t1740 = t1583 - t1739;
+    t1741 = t1585 - t1740;
+    t1742 = t1587 + t1741;
+    // factors of the mass matrix
+    t1743 = R::fused(-t1715, t694, t1742);
+    t1744 = R::fused(-t1724, t697, t1743);
+    t1745 = R::fused(-t1734, t701, t1744);
+    t1746 = t1745 * t706;
+    t1747 = R::fused(-t1302, t1746, t1736);
     // other
-    t1863 = R::fused(t1862, t955, t1861);
-    t1864 = t1863 * t1762;
-    t1865 = t1857 * t873;
-    t1866 = R::fused(t1860, t880, t1865);
-    t1867 = R::fused(t1862, t887, t1866);
-    t1868 = R::fused(-t1867, t1812, t1864);
-    t1869 = t1857 * t910;
-    t1870 = R::fused(t1860, t913, t1869);
-    t1871 = R::fused(-t1862, t916, t1870);
-    t1872 = R::fused(t1871, t1855, t1868);
-    t1873 = t956 * t1762;
-    t1874 = R::fused(-t888, t1812, t1873);
-    t1875 = R::fused(t917, t1855, t1874);
-    t1876 = R::fused(R::constant(0.08), t1774, t1573); // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t1877 = t853 * R::constant(0.11796625);
-    t1878 = R::fused(t851, R::constant(0.044232), t1877);
-    t1879 = R::fused(-t888, R::constant(14.631615), t1878);
-    t1880 = t1876 + t1879;
-    t1881 = R::fused(R::constant(-0.08), t1780, t1528); // right_hip_yaw_link: mass matrix
-    t1882 = R::fused(-t1881, t1586, t1880); // other
-    t1883 = R::fused(R::constant(0.08), t1783, t1397); // left_hip_yaw_link: mass matrix
-    t1884 = R::fused(-t1883, t1587, t1882); // other
-    t1885 = R::fused(R::constant(0.08), t1785, t1396); // right_hip_roll_link: mass matrix
-    t1886 = R::fused(-t1885, t1591, t1884); // other
-    t1887 = R::fused(R::constant(0.08), t1787, t1395); // left_hip_roll_link: mass matrix
-    t1888 = R::fused(-t1887, t1622, t1886); // other
-    t1889 = R::fused(R::constant(-0.08), t1790, t1485); // right_upper_leg: mass matrix
-    t1890 = R::fused(-t1889, t1628, t1888); // other
-    t1891 = R::fused(R::constant(-0.08), t1793, t1472); // left_upper_leg: mass matrix
-    t1892 = R::fused(t1891, t1629, t1890); // other
-    t1893 = R::fused(R::constant(-0.08), t1796, t1459); // right_lower_leg: mass matrix
-    t1894 = R::fused(-t1893, t1683, t1892); // other
-    t1895 = R::fused(R::constant(-0.08), t1799, t1447); // left_lower_leg: mass matrix
-    t1896 = R::fused(-t1895, t1691, t1894); // other
-    t1897 = R::fused(R::constant(0.08), t1802, t1435); // right_ankle: mass matrix
-    t1898 = R::fused(-t1897, t1700, t1896); // other
-    t1899 = R::fused(R::constant(0.08), t1805, t1424); // left_ankle: mass matrix
-    t1900 = R::fused(-t1899, t1710, t1898); // other
-    t1901 = R::fused(R::constant(0.08), t1808, t1414); // right_foot: mass matrix
-    t1902 = R::fused(-t1901, t1721, t1900); // other
-    t1903 = R::fused(R::constant(-0.08), t1811, t1405); // left_foot: mass matrix
-    t1904 = R::fused(-t1903, t1733, t1902); // other
-    t1905 = t1743 * t1904; // other
-    t1906 = R::fused(-t961, R::constant(0.000005), t1306); // right_hip_yaw_link: sums of what it carries
-    t1907 = cos_q_right_ankle_roll * t1906; // right_hip_yaw_link: sums of what it carries
-    t1908 = cos_t1 * t1554; // left_hip_roll_link: sums of what it carries
-    t1909 = R::fused(sin_t1, t1557, t1908); // left_hip_roll_link: sums of what it carries
-    t1910 = R::fused(-t175_176.second(), t1560, t1909); // left_hip_roll_link: sums of what it carries
-    // right_hip_roll_link: sums of what it carries
-    t1911 = t987 * t1275;
-    t1912 = R::fused(-t990, t1279, t1911);
-    t1913 = R::fused(-t986, t175_176.first(), t1912);
-    t1914 = t1910 - t1913;
-    t1915 = R::fused(-t7, t1566, t1914);
-    // left_hip_yaw_link: sums of what it carries
-    t1916 = t982 * t1295;
-    t1917 = R::fused(-t984, t1299, t1916);
-    t1918 = R::fused(-t981, t1303, t1917);
-    t1919 = t1915 - t1918;
-    t1920 = R::fused(t757, t769, t755); // right_hip_yaw_link: motion
-    // right_hip_yaw_link: sums of what it carries
-    t1921 = R::fused(t1920, R::constant(0.0017266666835), t1919);
-    t1922 = R::fused(-sin_q_right_ankle_roll, t1921, t1907);
-    t1923 = R::constant(0.08) * t1746;
-    t1924 = R::fused(R::constant(-0.03), t1818, t1923);
-    t1925 = t1922 - t1924;
-    t1926 = t895 * R::constant(0.099213); // torso: sums of what it carries
-    t1927 = t891 - t936; // right_foot: wrench that its motion needs
-    // torso: sums of what it carries
-    t1928 = R::fused(t1927, R::constant(0.044232), t1926);
-    t1929 = t956 * R::constant(14.631615);
-    t1930 = R::fused(-t917, R::constant(5.423949), t1929);
-    t1931 = t1928 + t1930;
-    t1932 = t1925 - t1931;
-    t1933 = cos_q_right_ankle_roll * t1397; // right_hip_yaw_link: sums of what it carries
-    // left_hip_roll_link: sums of what it carries
-    t1934 = t1518 * t1521;
-    t1935 = R::fused(t1517, t1520, t1934);
-    t1936 = t1481 - t1935;
-    t1937 = t175_176.second() * t172;
-    t1938 = R::fused(t162_163.second(), t178, t1937);
-    t1939 = t1936 + t1938;
-    // right_hip_roll_link: sums of what it carries
-    t1940 = t1939 - t1279;
-    t1941 = t7 * t184;
-    t1942 = R::fused(t183, t187, t1941);
-    t1943 = t1940 + t1942;
-    t1944 = t1943 - t1299; // left_hip_yaw_link: sums of what it carries
-    t1945 = R::fused(-sin_q_right_ankle_roll, t1944, t1933); // right_hip_yaw_link: sums of what it carries
-    t1946 = R::fused(R::constant(0.03), t1824, t1945); // right_hip_yaw_link: sums of what it carries
-    t1947 = R::fused(-t1946, t1586, t1932); // other
-    t1948 = cos_q_right_ankle_roll * t191; // left_hip_yaw_link: mass matrix
-    t1949 = cos_t1 * t1393; // left_hip_roll_link: sums of what it carries
-    t1950 = R::fused(-sin_t1, t520, t1949); // left_hip_roll_link: sums of what it carries
-    t1951 = R::fused(t162_163.second(), t522, t1950); // left_hip_roll_link: sums of what it carries
-    t1952 = R::fused(t183, t522, t1951);
-    // left_hip_yaw_link: mass matrix
-    t1953 = R::fused(-sin_q_right_ankle_roll, t1952, t1948);
-    t1954 = R::constant(0.08) * t1751;
-    t1955 = R::fused(R::constant(0.03), t1826, t1954);
-    t1956 = t1953 - t1955;
-    t1957 = R::fused(-t1956, t1587, t1947); // other
-    // right_hip_roll_link: mass matrix
-    t1958 = cos_q_right_ankle_roll * t657;
-    t1959 = R::fused(-sin_q_right_ankle_roll, t1951, t1958);
-    t1960 = R::constant(0.08) * t184;
-    t1961 = R::fused(R::constant(0.03), t1828, t1960);
-    t1962 = t1959 - t1961;
-    t1963 = R::fused(-t1962, t1591, t1957); // other
-    // left_hip_roll_link: mass matrix
-    t1964 = cos_q_right_ankle_roll * t600;
-    t1965 = R::fused(-sin_q_right_ankle_roll, t1950, t1964);
-    t1966 = R::constant(0.08) * t172;
-    t1967 = R::fused(R::constant(0.03), t1830, t1966);
-    t1968 = t1965 - t1967;
-    t1969 = R::fused(-t1968, t1622, t1963); // other
-    // right_upper_leg: mass matrix
-    t1970 = cos_q_right_ankle_roll * t530;
-    t1971 = cos_t1 * t1481;
-    t1972 = R::fused(-sin_t1, t585, t1971);
-    t1973 = R::fused(t175_176.second(), t168, t1972);
-    t1974 = R::fused(t7, t168, t1973);
-    t1975 = R::fused(-sin_q_right_ankle_roll, t1974, t1970);
-    t1976 = R::constant(0.08) * t523;
-    t1977 = R::fused(R::constant(0.03), t1833, t1976);
-    t1978 = t1975 - t1977;
-    t1979 = R::fused(-t1978, t1628, t1969); // other
-    // left_upper_leg: mass matrix
-    t1980 = cos_q_right_ankle_roll * t468;
-    t1981 = cos_t1 * t1467;
-    t1982 = R::fused(sin_t1, t519, t1981);
-    t1983 = R::fused(t175_176.second(), t1470, t1982);
-    t1984 = R::fused(t7, t1470, t1983);
-    t1985 = R::fused(-sin_q_right_ankle_roll, t1984, t1980);
-    t1986 = R::constant(0.08) * t460;
-    t1987 = R::fused(R::constant(-0.03), t1836, t1986);
-    t1988 = t1985 + t1987;
-    t1989 = R::fused(t1988, t1629, t1979); // other
-    // right_lower_leg: mass matrix
-    t1990 = cos_q_right_ankle_roll * t427;
-    t1991 = cos_t1 * t1454;
-    t1992 = R::fused(sin_t1, t516, t1991);
-    t1993 = R::fused(t175_176.second(), t1457, t1992);
-    t1994 = R::fused(t7, t1457, t1993);
-    t1995 = R::fused(-sin_q_right_ankle_roll, t1994, t1990);
-    t1996 = R::constant(0.08) * t419;
-    t1997 = R::fused(R::constant(-0.03), t1839, t1996);
-    t1998 = t1995 + t1997;
-    t1999 = R::fused(-t1998, t1683, t1989); // other
-    // left_lower_leg: mass matrix
-    t2000 = cos_q_right_ankle_roll * t391;
-    t2001 = cos_t1 * t1441;
-    t2002 = R::fused(sin_t1, t559, t2001);
-    t2003 = R::fused(t175_176.second(), t1445, t2002);
-    t2004 = R::fused(t7, t1445, t2003);
-    t2005 = R::fused(-sin_q_right_ankle_roll, t2004, t2000);
-    t2006 = R::constant(0.08) * t383;
-    t2007 = R::fused(R::constant(-0.03), t1842, t2006);
-    t2008 = t2005 + t2007;
-    t2009 = R::fused(-t2008, t1691, t1999); // other
-    // right_ankle: mass matrix
-    t2010 = cos_q_right_ankle_roll * t354;
-    t2011 = cos_t1 * t1429;
-    t2012 = R::fused(sin_t1, t551, t2011);
-    t2013 = R::fused(-t175_176.second(), t1433, t2012);
-    t2014 = R::fused(-t7, t1433, t2013);
-    t2015 = R::fused(-sin_q_right_ankle_roll, t2014, t2010);
-    t2016 = R::constant(0.08) * t346;
-    t2017 = R::fused(R::constant(-0.03), t1845, t2016);
-    t2018 = t2015 - t2017;
-    t2019 = R::fused(-t2018, t1700, t2009); // other
-    // left_ankle: mass matrix
-    t2020 = cos_q_right_ankle_roll * t314;
-    t2021 = cos_t1 * t1418;
-    t2022 = R::fused(sin_t1, t544, t2021);
-    t2023 = R::fused(-t175_176.second(), t1422, t2022);
-    t2024 = R::fused(-t7, t1422, t2023);
-    t2025 = R::fused(-sin_q_right_ankle_roll, t2024, t2020);
-    t2026 = R::constant(0.08) * t306;
-    t2027 = R::fused(R::constant(-0.03), t1848, t2026);
-    t2028 = t2025 - t2027;
-    t2029 = R::fused(-t2028, t1710, t2019); // other
-    // right_foot: mass matrix
-    t2030 = cos_q_right_ankle_roll * t276;
-    t2031 = cos_t1 * t1408;
-    t2032 = R::fused(sin_t1, t538, t2031);
-    t2033 = R::fused(-t175_176.second(), t1412, t2032);
-    t2034 = R::fused(-t7, t1412, t2033);
-    t2035 = R::fused(-sin_q_right_ankle_roll, t2034, t2030);
-    t2036 = R::constant(0.08) * t268;
-    t2037 = R::fused(R::constant(-0.03), t1851, t2036);
-    t2038 = t2035 - t2037;
-    t2039 = R::fused(-t2038, t1721, t2029); // other
-    // left_foot: mass matrix
-    t2040 = cos_q_right_ankle_roll * t239;
-    t2041 = cos_t1 * t1399;
-    t2042 = R::fused(sin_t1, t533, t2041);
-    t2043 = R::fused(t175_176.second(), t1403, t2042);
-    t2044 = R::fused(t7, t1403, t2043);
-    t2045 = R::fused(-sin_q_right_ankle_roll, t2044, t2040);
-    t2046 = R::constant(0.08) * t231;
-    t2047 = R::fused(R::constant(-0.03), t1854, t2046);
-    t2048 = t2045 + t2047;
-    t2049 = R::fused(-t2048, t1733, t2039); // other
-    t2050 = R::fused(-t1766, t2049, t1905); // other
-    t2051 = sin_q_right_ankle_roll * t1906; // right_hip_yaw_link: sums of what it carries
-    t2052 = R::fused(cos_q_right_ankle_roll, t1921, t2051); // right_hip_yaw_link: sums of what it carries
-    t2053 = R::fused(R::constant(-0.03), t1774, t2052); // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t2054 = t851 * R::constant(0.01875325);
-    t2055 = R::fused(t853, R::constant(0.044232), t2054);
-    t2056 = R::fused(-t888, R::constant(5.423949), t2055);
-    t2057 = t2053 - t2056;
-    t2058 = sin_q_right_ankle_roll * t1397; // right_hip_yaw_link: sums of what it carries
-    t2059 = R::fused(cos_q_right_ankle_roll, t1944, t2058); // right_hip_yaw_link: sums of what it carries
-    t2060 = R::fused(R::constant(0.03), t1780, t2059); // right_hip_yaw_link: mass matrix
-    t2061 = R::fused(-t2060, t1586, t2057); // other
-    t2062 = sin_q_right_ankle_roll * t191; // left_hip_yaw_link: mass matrix
-    t2063 = R::fused(cos_q_right_ankle_roll, t1952, t2062); // left_hip_yaw_link: mass matrix
-    t2064 = R::fused(R::constant(-0.03), t1783, t2063); // left_hip_yaw_link: mass matrix
-    t2065 = R::fused(-t2064, t1587, t2061); // other
-    t2066 = sin_q_right_ankle_roll * t657; // right_hip_roll_link: mass matrix
+    t1748 = t713_714.second() * t1671;
+    t1749 = R::fused(t1218_1219.second(), t1677, t1748);
+    t1750 = R::fused(t525_526.second(), t1683, t1749);
+    t1751 = t1596 + t1750;
+    t1752 = t1598 - t1751;
+    t1753 = t1600 + t1752;
+    // factors of the mass matrix
+    t1754 = R::fused(t1715, t736, t1753);
+    t1755 = R::fused(t1724, t743, t1754);
+    t1756 = R::fused(-t1734, t749, t1755);
+    t1757 = R::fused(-t1745, t754, t1756);
+    t1758 = t1757 * t764;
+    t1759 = R::fused(t1313, t1758, t1747);
+    // other
+    t1760 = t945_946.second() * t1677;
+    t1761 = R::fused(t527_528.second(), t1671, t1760);
+    t1762 = t1608 + t1761;
+    t1763 = t1610 - t1762;
+    t1764 = t1612 + t1763;
+    // factors of the mass matrix
+    t1765 = R::fused(-t1715, t770, t1764);
+    t1766 = R::fused(-t1724, t773, t1765);
+    t1767 = R::fused(-t1734, t777, t1766);
+    t1768 = R::fused(-t1745, t782, t1767);
+    t1769 = R::fused(-t1757, t788, t1768);
+    t1770 = t1769 * t795;
+    t1771 = R::fused(-t1323, t1770, t1759);
+    // other
+    t1772 = R::fused(t1671, t540, -t1760);
+    t1773 = t1608 - t1772;
+    t1774 = t1622 + t1773;
+    t1775 = t1624 + t1774;
+    // factors of the mass matrix
+    t1776 = R::fused(t1715, t605, t1775);
+    t1777 = R::fused(-t1724, t648, t1776);
+    t1778 = R::fused(-t1734, t679, t1777);
+    t1779 = R::fused(t1745, t707, t1778);
+    t1780 = R::fused(-t1757, t765, t1779);
+    t1781 = R::fused(-t1769, t796, t1780);
+    t1782 = t1781 * t798;
+    t1783 = R::fused(-t1324, t1782, t1771);
+    // other
+    t1784 = t1671 * t1411;
+    t1785 = R::fused(t1677, t1413, t1784);
+    t1786 = R::fused(t1683, t1418, t1785);
+    t1787 = t1636 + t1786;
+    t1788 = t1638 - t1787;
+    t1789 = t1640 + t1788;
+    // factors of the mass matrix
+    t1790 = R::fused(-t1715, t1439, t1789);
+    t1791 = R::fused(t1724, t1445, t1790);
+    t1792 = R::fused(t1734, t1452, t1791);
+    t1793 = R::fused(t1745, t1460, t1792);
+    t1794 = R::fused(t1757, t1469, t1793);
+    t1795 = R::fused(t1769, t1478, t1794);
+    t1796 = R::fused(t1781, t1487, t1795);
+    t1797 = t1796 * t1499;
+    t1798 = R::fused(-t1488, t1797, t1783);
+    // other
+    t1799 = t1671 * t1506;
+    t1800 = R::fused(-t1677, t1511, t1799);
+    t1801 = R::fused(-t1683, t1517, t1800);
+    t1802 = t1653 - t1801;
+    t1803 = t1655 - t1802;
+    t1804 = t1657 + t1803;
+    // factors of the mass matrix
+    t1805 = R::fused(t1715, t1556, t1804);
+    t1806 = R::fused(-t1724, t1567, t1805);
+    t1807 = R::fused(-t1734, t1579, t1806);
+    t1808 = R::fused(t1745, t1592, t1807);
+    t1809 = R::fused(-t1757, t1606, t1808);
+    t1810 = R::fused(-t1769, t1619, t1809);
+    t1811 = R::fused(t1781, t1632, t1810);
+    t1812 = R::fused(t1796, t1649, t1811);
+    t1813 = t1812 * t1667;
+    t1814 = R::fused(t1650, t1813, t1798);
+    // other
+    t1815 = t1671 * t1674;
+    t1816 = R::fused(-t1677, t1680, t1815);
+    t1817 = R::fused(t1683, t1686, t1816);
+    t1818 = t224 * t1693;
+    t1819 = t1817 + t1818;
+    t1820 = t239 * t1700;
+    t1821 = t1819 - t1820;
+    t1822 = sin_q_right_hip_roll * t1708;
+    t1823 = t1821 - t1822;
+    // factors of the mass matrix
+    t1824 = R::fused(-t1715, t1716, t1823);
+    t1825 = R::fused(-t1724, t1725, t1824);
+    t1826 = R::fused(-t1734, t1735, t1825);
+    t1827 = R::fused(-t1745, t1746, t1826);
+    t1828 = R::fused(-t1757, t1758, t1827);
+    t1829 = R::fused(-t1769, t1770, t1828);
+    t1830 = R::fused(t1781, t1782, t1829);
+    t1831 = R::fused(t1796, t1797, t1830);
+    t1832 = R::fused(t1812, t1813, t1831);
+    t1833 = R::constant(1.0) / t1832;
+    t1834 = t1814 * t1833;
+    t1835 = R::fused(t1814, t1834, t1669);
+    // other
+    t1836 = sin_q_right_hip_roll * t238;
+    t1837 = R::fused(-t239, t252, t1836);
+    t1838 = R::fused(R::constant(-19.0), t1837, t1502);
+    t1839 = t1504 + t1838;
+    t1840 = t623_624.first() - t1839;
+    t1841 = t1262 * t1840;
+    t1842 = t224 * t252;
+    t1843 = R::fused(sin_q_right_hip_roll, t223, t1842);
+    t1844 = R::fused(R::constant(19.0), t1843, t1508);
+    t1845 = t1509 - t1844;
+    t1846 = t1118_1119.first() + t1845;
+    t1847 = R::fused(t1259, t1846, t1841);
+    t1848 = t239 * t223;
+    t1849 = R::fused(t224, t238, t1848);
+    t1850 = R::fused(R::constant(-19.0), t1849, t1513);
+    t1851 = t1515 + t1850;
+    t1852 = t1121_1122.first() - t1851;
+    t1853 = R::fused(-t1271, t1852, t1847);
+    t1854 = t976 * t1843;
+    t1855 = R::fused(-t536, t1849, t1854);
+    t1856 = t1519 + t1855;
+    t1857 = t1522 - t1856;
+    t1858 = t1524 + t1857;
+    t1859 = t1132_1133.first() + t1858;
+    t1860 = R::fused(t16, t1859, t1853);
+    t1861 = t976 * t1837;
+    t1862 = R::fused(t1333, t1849, t1861);
+    t1863 = t1531 + t1862;
+    t1864 = t1533 - t1863;
+    t1865 = t1535 + t1864;
+    t1866 = t1137_1138.first() + t1865;
+    t1867 = R::fused(-t323, t1866, t1860);
+    t1868 = R::fused(R::constant(0.075), t623_624.first(), t640_641.first()); // right_ankle: mass matrix
+    t1869 = t536 * t1837;
+    t1870 = R::fused(t1333, t1843, t1869);
+    t1871 = t1540 + t1870;
+    t1872 = t1542 - t1871;
+    t1873 = t1544 + t1872;
+    t1874 = t1868 - t1873;
+    t1875 = R::fused(-t326, t1874, t1867);
+    t1876 = t568_569.second() * t1837;
+    t1877 = R::fused(-t1083_1084.second(), t1843, t1876);
+    t1878 = R::fused(t1088_1089.second(), t1849, t1877);
+    t1879 = t1550 + t1878;
+    t1880 = t1552 - t1879;
+    t1881 = t1554 - t1880;
+    t1882 = t1881 * R::constant(481.7535830422739); // factors of the mass matrix
+    t1883 = R::fused(-t1275, t1882, t1875); // factors of the mass matrix
+    t1884 = t623_624.second() * t1837;
+    t1885 = R::fused(-t1118_1119.second(), t1843, t1884);
+    t1886 = R::fused(t1121_1122.second(), t1849, t1885);
+    t1887 = t1560 - t1886;
+    t1888 = t1562 - t1887;
+    t1889 = t1564 - t1888;
+    t1890 = R::fused(-t1881, t644, t1889); // factors of the mass matrix
+    t1891 = t1890 * t647; // factors of the mass matrix
+    t1892 = R::fused(t1283, t1891, t1883); // factors of the mass matrix
+    t1893 = t658_659.second() * t1837;
+    t1894 = R::fused(-t1148_1149.second(), t1843, t1893);
+    t1895 = R::fused(t1151_1152.second(), t1849, t1894);
+    t1896 = t1571 + t1895;
+    t1897 = t1573 - t1896;
+    t1898 = t1575 + t1897;
+    // factors of the mass matrix
+    t1899 = R::fused(-t1881, t671, t1898);
+    t1900 = R::fused(-t1890, t674, t1899);
+    t1901 = t1900 * t678;
+    t1902 = R::fused(t1292, t1901, t1892);
+    // other
+    t1903 = t685_686.second() * t1837;
+    t1904 = R::fused(-t1179_1180.second(), t1843, t1903);
+    t1905 = R::fused(-t1182_1183.second(), t1849, t1904);
+    t1906 = t1583 - t1905;
+    t1907 = t1585 - t1906;
+    t1908 = t1587 + t1907;
+    // factors of the mass matrix
+    t1909 = R::fused(-t1881, t694, t1908);
+    t1910 = R::fused(-t1890, t697, t1909);
+    t1911 = R::fused(-t1900, t701, t1910);
+    t1912 = t1911 * t706;
+    t1913 = R::fused(-t1302, t1912, t1902);
+    // other
+    t1914 = t713_714.second() * t1837;
+    t1915 = R::fused(t1218_1219.second(), t1843, t1914);
+    t1916 = R::fused(t525_526.second(), t1849, t1915);
+    t1917 = t1596 + t1916;
+    t1918 = t1598 - t1917;
+    t1919 = t1600 + t1918;
+    // factors of the mass matrix
+    t1920 = R::fused(t1881, t736, t1919);
+    t1921 = R::fused(t1890, t743, t1920);
+    t1922 = R::fused(-t1900, t749, t1921);
+    t1923 = R::fused(-t1911, t754, t1922);
+    t1924 = t1923 * t764;
+    t1925 = R::fused(t1313, t1924, t1913);
+    // other
+    t1926 = t945_946.second() * t1843;
+    t1927 = R::fused(t527_528.second(), t1837, t1926);
+    t1928 = t1608 + t1927;
+    t1929 = t1610 - t1928;
+    t1930 = t1612 + t1929;
+    // factors of the mass matrix
+    t1931 = R::fused(-t1881, t770, t1930);
+    t1932 = R::fused(-t1890, t773, t1931);
+    t1933 = R::fused(-t1900, t777, t1932);
+    t1934 = R::fused(-t1911, t782, t1933);
+    t1935 = R::fused(-t1923, t788, t1934);
+    t1936 = t1935 * t795;
     let (
-        t2067, t2068, t2069, t2070, t2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082,
-        t2083, t2084, t2085, t2086, t2087, t2088, t2089, t2090, t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098,
-        t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112,
+        t1937, t1938, t1939, t1940, t1941, t1942, t1943, t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952,
+        t1953, t1954, t1955, t1956, t1957, t1958, t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968,
+        t1969, t1970, t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984,
+        t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000,
+        t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016,
+        t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032,
+        t2033, t2034, t2035, t2036, t2037, t2038, t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048,
+        t2049_2050, t2051_2052, t2053, t2054, t2055, t2056, t2057_2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065,
+        t2066, t2067, t2068, t2069, t2070, t2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081,
+        t2082, t2083, t2084, t2085, t2086, t2087, t2088, t2089, t2090, t2091, t2092, t2093, t2094, t2095, t2096, t2097,
+        t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112, t2113,
+        t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122, t2123, t2124, t2125, t2126, t2127, t2128, t2129,
+        t2130, t2131, t2132, t2133, t2134, t2135, t2136, t2137, t2138, t2139, t2140, t2141, t2142, t2143, t2144, t2145,
+        t2146, t2147, t2148, t2149, t2150, t2151, t2152, t2153, t2154, t2155, t2156, t2157, t2158, t2159, t2160, t2161,
+        t2162, t2163, t2164, t2165, t2166, t2167, t2168, t2169, t2170, t2171, t2172, t2173, t2174, t2175, t2176, t2177,
+        t2178, t2179, t2180, t2181, t2182, t2183, t2184, t2185, t2186, t2187, t2188, t2189, t2190, t2191, t2192, t2193,
+        t2194, t2195,
     );
-    t2067 = R::fused(cos_q_right_ankle_roll, t1951, t2066); // right_hip_roll_link: mass matrix
-    t2068 = R::fused(R::constant(-0.03), t1785, t2067); // right_hip_roll_link: mass matrix
-    t2069 = R::fused(-t2068, t1591, t2065); // other
-    t2070 = sin_q_right_ankle_roll * t600; // left_hip_roll_link: mass matrix
-    t2071 = R::fused(cos_q_right_ankle_roll, t1950, t2070); // left_hip_roll_link: mass matrix
-    t2072 = R::fused(R::constant(-0.03), t1787, t2071); // left_hip_roll_link: mass matrix
-    t2073 = R::fused(-t2072, t1622, t2069); // other
-    t2074 = sin_q_right_ankle_roll * t530; // right_upper_leg: mass matrix
-    t2075 = R::fused(cos_q_right_ankle_roll, t1974, t2074); // right_upper_leg: mass matrix
-    t2076 = R::fused(R::constant(0.03), t1790, t2075); // right_upper_leg: mass matrix
-    t2077 = R::fused(-t2076, t1628, t2073); // other
-    t2078 = sin_q_right_ankle_roll * t468; // left_upper_leg: mass matrix
-    t2079 = R::fused(cos_q_right_ankle_roll, t1984, t2078); // left_upper_leg: mass matrix
-    t2080 = R::fused(R::constant(0.03), t1793, t2079); // left_upper_leg: mass matrix
-    t2081 = R::fused(t2080, t1629, t2077); // other
-    t2082 = sin_q_right_ankle_roll * t427; // right_lower_leg: mass matrix
-    t2083 = R::fused(cos_q_right_ankle_roll, t1994, t2082); // right_lower_leg: mass matrix
-    t2084 = R::fused(R::constant(0.03), t1796, t2083); // right_lower_leg: mass matrix
-    t2085 = R::fused(-t2084, t1683, t2081); // other
-    t2086 = sin_q_right_ankle_roll * t391; // left_lower_leg: mass matrix
-    t2087 = R::fused(cos_q_right_ankle_roll, t2004, t2086); // left_lower_leg: mass matrix
-    t2088 = R::fused(R::constant(0.03), t1799, t2087); // left_lower_leg: mass matrix
-    t2089 = R::fused(-t2088, t1691, t2085); // other
-    t2090 = sin_q_right_ankle_roll * t354; // right_ankle: mass matrix
-    t2091 = R::fused(cos_q_right_ankle_roll, t2014, t2090); // right_ankle: mass matrix
-    t2092 = R::fused(R::constant(-0.03), t1802, t2091); // right_ankle: mass matrix
-    t2093 = R::fused(-t2092, t1700, t2089); // other
-    t2094 = sin_q_right_ankle_roll * t314; // left_ankle: mass matrix
-    t2095 = R::fused(cos_q_right_ankle_roll, t2024, t2094); // left_ankle: mass matrix
-    t2096 = R::fused(R::constant(-0.03), t1805, t2095); // left_ankle: mass matrix
-    t2097 = R::fused(-t2096, t1710, t2093); // other
-    t2098 = sin_q_right_ankle_roll * t276; // right_foot: mass matrix
-    t2099 = R::fused(cos_q_right_ankle_roll, t2034, t2098); // right_foot: mass matrix
-    t2100 = R::fused(R::constant(-0.03), t1808, t2099); // right_foot: mass matrix
-    t2101 = R::fused(-t2100, t1721, t2097); // other
-    t2102 = sin_q_right_ankle_roll * t239; // left_foot: mass matrix
-    t2103 = R::fused(cos_q_right_ankle_roll, t2044, t2102); // left_foot: mass matrix
-    t2104 = R::fused(R::constant(0.03), t1811, t2103); // left_foot: mass matrix
+    t1937 = R::fused(-t1323, t1936, t1925);
     // other
-    t2105 = R::fused(-t2104, t1733, t2101);
-    t2106 = R::fused(-t1816, t2105, -t2050);
-    t2107 = t1863 * t1904;
-    t2108 = R::fused(-t1867, t2049, t2107);
-    t2109 = R::fused(-t1871, t2105, -t2108);
-    t2110 = t956 * t1904;
-    t2111 = R::fused(-t888, t2049, t2110);
-    t2112 = R::fused(-t917, t2105, -t2111);
+    t1938 = R::fused(t1837, t540, -t1926);
+    t1939 = t1608 - t1938;
+    t1940 = t1622 + t1939;
+    t1941 = t1624 + t1940;
+    // factors of the mass matrix
+    t1942 = R::fused(t1881, t605, t1941);
+    t1943 = R::fused(-t1890, t648, t1942);
+    t1944 = R::fused(-t1900, t679, t1943);
+    t1945 = R::fused(t1911, t707, t1944);
+    t1946 = R::fused(-t1923, t765, t1945);
+    t1947 = R::fused(-t1935, t796, t1946);
+    t1948 = t1947 * t798;
+    t1949 = R::fused(-t1324, t1948, t1937);
+    // other
+    t1950 = t1837 * t1411;
+    t1951 = R::fused(t1843, t1413, t1950);
+    t1952 = R::fused(t1849, t1418, t1951);
+    t1953 = t1636 + t1952;
+    t1954 = t1638 - t1953;
+    t1955 = t1640 + t1954;
+    // factors of the mass matrix
+    t1956 = R::fused(-t1881, t1439, t1955);
+    t1957 = R::fused(t1890, t1445, t1956);
+    t1958 = R::fused(t1900, t1452, t1957);
+    t1959 = R::fused(t1911, t1460, t1958);
+    t1960 = R::fused(t1923, t1469, t1959);
+    t1961 = R::fused(t1935, t1478, t1960);
+    t1962 = R::fused(t1947, t1487, t1961);
+    t1963 = t1962 * t1499;
+    t1964 = R::fused(-t1488, t1963, t1949);
+    // other
+    t1965 = t1837 * t1506;
+    t1966 = R::fused(-t1843, t1511, t1965);
+    t1967 = R::fused(-t1849, t1517, t1966);
+    t1968 = t1653 - t1967;
+    t1969 = t1655 - t1968;
+    t1970 = t1657 + t1969;
+    // factors of the mass matrix
+    t1971 = R::fused(t1881, t1556, t1970);
+    t1972 = R::fused(-t1890, t1567, t1971);
+    t1973 = R::fused(-t1900, t1579, t1972);
+    t1974 = R::fused(t1911, t1592, t1973);
+    t1975 = R::fused(-t1923, t1606, t1974);
+    t1976 = R::fused(-t1935, t1619, t1975);
+    t1977 = R::fused(t1947, t1632, t1976);
+    t1978 = R::fused(t1962, t1649, t1977);
+    t1979 = t1978 * t1667;
+    t1980 = R::fused(t1650, t1979, t1964);
+    // other
+    t1981 = t1837 * t1674;
+    t1982 = R::fused(-t1843, t1680, t1981);
+    t1983 = R::fused(t1849, t1686, t1982);
+    t1984 = t1818 + t1983;
+    t1985 = t1820 - t1984;
+    t1986 = t1822 + t1985;
+    // factors of the mass matrix
+    t1987 = R::fused(t1881, t1716, t1986);
+    t1988 = R::fused(t1890, t1725, t1987);
+    t1989 = R::fused(t1900, t1735, t1988);
+    t1990 = R::fused(t1911, t1746, t1989);
+    t1991 = R::fused(t1923, t1758, t1990);
+    t1992 = R::fused(t1935, t1770, t1991);
+    t1993 = R::fused(-t1947, t1782, t1992);
+    t1994 = R::fused(-t1962, t1797, t1993);
+    t1995 = R::fused(-t1978, t1813, t1994);
+    t1996 = t1995 * t1833;
+    t1997 = R::fused(t1814, t1996, t1980);
+    // other
+    t1998 = t1837 * t1840;
+    t1999 = R::fused(-t1843, t1846, t1998);
+    t2000 = R::fused(t1849, t1852, t1999);
+    t2001 = R::fused(-t224, t1859, t2000);
+    t2002 = R::fused(t239, t1866, t2001);
+    t2003 = R::fused(-sin_q_right_hip_roll, t1874, t2002);
+    // factors of the mass matrix
+    t2004 = R::fused(-t1881, t1882, t2003);
+    t2005 = R::fused(-t1890, t1891, t2004);
+    t2006 = R::fused(-t1900, t1901, t2005);
+    t2007 = R::fused(-t1911, t1912, t2006);
+    t2008 = R::fused(-t1923, t1924, t2007);
+    t2009 = R::fused(-t1935, t1936, t2008);
+    t2010 = R::fused(t1947, t1948, t2009);
+    t2011 = R::fused(t1962, t1963, t2010);
+    t2012 = R::fused(t1978, t1979, t2011);
+    t2013 = R::fused(-t1995, t1996, t2012);
+    t2014 = R::constant(1.0) / t2013;
+    t2015 = t1997 * t2014;
+    t2016 = R::fused(t1997, t2015, t1835);
+    t2017 = R::constant(1.0) / t2016;
+    // other
+    t2018 = t1329 * t346;
+    t2019 = R::fused(t1335, t950, t2018);
+    t2020 = R::fused(t1340, t1093, t2019);
+    t2021 = R::fused(-t1377, t965, t2020);
+    t2022 = R::fused(t1388, t981, t2021);
+    t2023 = R::fused(t1396, t985, t2022);
+    t2024 = t1078_1079.first() - t2023;
+    t2025 = t1075 * t1262;
+    t2026 = R::constant(2.444) * t43; // torso: wrench that its motion needs
+    t2027 = R::fused(R::constant(19.0), t36, t2026); // torso: wrench that its motion needs
+    t2028 = sin_q_left_hip_yaw * t1045; // left_hip_yaw_link: wrench handed to its parent
+    t2029 = R::fused(-cos_q_left_hip_yaw, t1051, t2028); // left_hip_yaw_link: wrench handed to its parent
+    t2030 = t2027 + t2029; // left_hip_yaw_link: wrench handed to its parent
+    t2031 = sin_q_right_hip_yaw * t1060; // right_hip_yaw_link: wrench handed to its parent
+    t2032 = R::fused(-cos_q_right_hip_yaw, t1066, t2031); // right_hip_yaw_link: wrench handed to its parent
+    t2033 = t2030 + t2032; // right_hip_yaw_link: wrench handed to its parent
+    t2034 = tau_base_linear_y - t2033;
+    t2035 = R::fused(t2034, t1259, t2025);
+    t2036 = sin_q_right_hip_roll * t1062; // right_hip_roll_link: wrench handed to its parent
+    t2037 = R::fused(-cos_q_right_hip_roll, t1065, t2036); // right_hip_roll_link: wrench handed to its parent
+    t2038 = R::fused(v_base_angular_y, v_base_angular_y, t26); // torso: motion
+    t2039 = R::constant(2.444) * t2038; // torso: wrench that its motion needs
+    t2040 = R::fused(R::constant(-19.0), t52, t2039); // torso: wrench that its motion needs
+    t2041 = sin_q_left_hip_roll * t1047; // left_hip_roll_link: wrench handed to its parent
+    t2042 = R::fused(-cos_q_left_hip_roll, t1050, t2041); // left_hip_roll_link: wrench handed to its parent
+    t2043 = t2040 + t2042; // left_hip_yaw_link: wrench handed to its parent
+    t2044 = t2037 + t2043; // right_hip_yaw_link: wrench handed to its parent
+    t2045 = tau_base_linear_z + t2044;
+    t2046 = R::fused(-t2045, t1271, t2035);
+    t2047 = t43 * R::constant(1.2449557904); // torso: wrench that its motion needs
+    t2048 = R::fused(R::constant(2.444), t36, t2047); // torso: wrench that its motion needs
+    t2049_2050 = t67_68 * t71_72; // right_hip_yaw_link, left_hip_yaw_link: motion
+    t2051_2052 = R::Two::fused(both(R::constant(-0.3068020617)), t2049_2050, t1207_1208);
+    t2053 = t2051_2052.second() - t1215; // left_hip_roll_link: wrench handed to its parent
+    t2054 = cos_q_left_hip_yaw * t2053; // left_hip_yaw_link: wrench handed to its parent
+    t2055 = cos_q_left_hip_roll * t1012; // left_hip_roll_link: wrench handed to its parent
+    t2056 = R::fused(-sin_q_left_hip_roll, t1036, t2055); // left_hip_roll_link: wrench handed to its parent
+    t2057_2058 = t79_80 * t71_72; // right_hip_yaw_link, left_hip_yaw_link: motion
+    t2059 = R::fused(t2057_2058.second(), R::constant(0.6135941234), -t2056); // left_hip_roll_link
+    t2060 = R::fused(sin_q_left_hip_yaw, t2059, t2054); // left_hip_yaw_link: wrench handed to its parent
+    t2061 = t2048 - t2060; // left_hip_yaw_link: wrench handed to its parent
+    t2062 = R::fused(R::constant(0.075), t2042, t2061); // left_hip_yaw_link: wrench handed to its parent
+    t2063 = sin_q_right_hip_pitch * t923; // right_upper_leg: wrench handed to its parent
+    t2064 = R::fused(-cos_q_right_hip_pitch, t933, t2063); // right_upper_leg: wrench handed to its parent
+    t2065 = t1211_1212.first() + t2064; // right_upper_leg: wrench handed to its parent
+    t2066 = t2051_2052.first() - t2065; // right_hip_roll_link: wrench handed to its parent
+    t2067 = cos_q_right_hip_yaw * t2066; // right_hip_yaw_link: wrench handed to its parent
+    t2068 = cos_q_right_hip_roll * t867; // right_hip_roll_link: wrench handed to its parent
+    t2069 = R::fused(-sin_q_right_hip_roll, t937, t2068); // right_hip_roll_link: wrench handed to its parent
+    t2070 = R::fused(t2057_2058.first(), R::constant(0.6135941234), -t2069); // right_hip_roll_link
+    t2071 = R::fused(sin_q_right_hip_yaw, t2070, t2067); // right_hip_yaw_link: wrench handed to its parent
+    t2072 = t2062 - t2071; // right_hip_yaw_link: wrench handed to its parent
+    t2073 = R::fused(R::constant(-0.075), t2037, t2072); // right_hip_yaw_link: wrench handed to its parent
+    t2074 = tau_base_angular_x + t2073;
+    t2075 = R::fused(-t2074, t16, t2046);
+    t2076 = t1070 * R::constant(1.3432507904); // torso: wrench that its motion needs
+    t2077 = R::fused(R::constant(2.444), t21, t2076); // torso: wrench that its motion needs
+    t2078 = sin_q_left_hip_yaw * t2053; // left_hip_yaw_link: wrench handed to its parent
+    t2079 = R::fused(-cos_q_left_hip_yaw, t2059, t2078); // left_hip_yaw_link: wrench handed to its parent
+    t2080 = t2077 + t2079; // left_hip_yaw_link: wrench handed to its parent
+    t2081 = sin_q_right_hip_yaw * t2066; // right_hip_yaw_link: wrench handed to its parent
+    t2082 = R::fused(-cos_q_right_hip_yaw, t2070, t2081); // right_hip_yaw_link: wrench handed to its parent
+    t2083 = t2080 + t2082; // right_hip_yaw_link: wrench handed to its parent
+    t2084 = tau_base_angular_y - t2083;
+    t2085 = R::fused(t2084, t323, t2075);
+    t2086 = R::fused(-t1069, t326, t2085);
+    t2087 = t2024 - t2086;
+    // solved by the factors
+    t2088 = R::fused(t1398, t1112, t2087);
+    t2089 = R::fused(t1400, t1142, t2088);
+    t2090 = R::fused(t1402, t1173, t2089);
+    t2091 = R::fused(-t1404, t1205, t2090);
+    t2092 = R::fused(t1406, t1243, t2091);
+    t2093 = R::fused(-t1408, t1255, t2092);
+    t2094 = R::fused(-t1325, t1256, t2093);
+    // other
+    t2095 = tau_right_hip_roll + t2065;
+    t2096 = t1411 * t346;
+    t2097 = R::fused(-t1413, t950, t2096);
+    t2098 = R::fused(t1418, t1093, t2097);
+    t2099 = R::fused(-t1424, t965, t2098);
+    t2100 = R::fused(t1429, t981, t2099);
+    t2101 = R::fused(-t1434, t985, t2100);
+    t2102 = t2095 - t2101;
+    t2103 = t2045 * t1420;
+    t2104 = R::fused(cos_q_right_hip_yaw, t2074, t2103);
+    t2105 = R::fused(sin_q_right_hip_yaw, t2084, t2104);
+    t2106 = t2102 - t2105;
+    // solved by the factors
+    t2107 = R::fused(t1439, t1112, t2106);
+    t2108 = R::fused(t1445, t1142, t2107);
+    t2109 = R::fused(t1452, t1173, t2108);
+    t2110 = R::fused(t1460, t1205, t2109);
+    t2111 = R::fused(t1469, t1243, t2110);
+    t2112 = R::fused(t1478, t1255, t2111);
+    t2113 = R::fused(t1487, t1256, t2112);
+    t2114 = R::fused(-t1500, t2113, t2094);
+    // other
+    t2115 = tau_right_hip_pitch + t866;
+    t2116 = t1506 * t346;
+    t2117 = R::fused(t1511, t950, t2116);
+    t2118 = R::fused(-t1517, t1093, t2117);
+    t2119 = R::fused(t1526, t965, t2118);
+    t2120 = R::fused(-t1537, t981, t2119);
+    t2121 = R::fused(t1546, t985, t2120);
+    t2122 = t2115 + t2121;
+    t2123 = t1075 * t1528;
+    t2124 = R::fused(t2045, t1520, t2123);
+    t2125 = t2074 * t224;
+    t2126 = t2124 + t2125;
+    t2127 = t2084 * t239;
+    t2128 = t2126 - t2127;
+    t2129 = sin_q_right_hip_roll * t1069;
+    t2130 = t2128 - t2129;
+    t2131 = t2122 + t2130;
+    // solved by the factors
+    t2132 = R::fused(-t1556, t1112, t2131);
+    t2133 = R::fused(-t1567, t1142, t2132);
+    t2134 = R::fused(-t1579, t1173, t2133);
+    t2135 = R::fused(t1592, t1205, t2134);
+    t2136 = R::fused(-t1606, t1243, t2135);
+    t2137 = R::fused(-t1619, t1255, t2136);
+    t2138 = R::fused(t1632, t1256, t2137);
+    t2139 = R::fused(t1649, t2113, t2138);
+    t2140 = R::fused(t1668, t2139, t2114);
+    // other
+    t2141 = tau_right_knee_pitch + t858;
+    t2142 = t1674 * t346;
+    t2143 = R::fused(t1680, t950, t2142);
+    t2144 = R::fused(t1686, t1093, t2143);
+    t2145 = R::fused(-t1693, t965, t2144);
+    t2146 = R::fused(t1700, t981, t2145);
+    t2147 = R::fused(-t1708, t985, t2146);
+    t2148 = t2141 - t2147;
+    t2149 = t1075 * t1671;
+    t2150 = R::fused(-t2034, t1677, t2149);
+    t2151 = R::fused(t2045, t1683, t2150);
+    t2152 = t2125 + t2151;
+    t2153 = t2127 - t2152;
+    t2154 = t2129 + t2153;
+    t2155 = t2148 - t2154;
+    // solved by the factors
+    t2156 = R::fused(-t1716, t1112, t2155);
+    t2157 = R::fused(t1725, t1142, t2156);
+    t2158 = R::fused(t1735, t1173, t2157);
+    t2159 = R::fused(t1746, t1205, t2158);
+    t2160 = R::fused(t1758, t1243, t2159);
+    t2161 = R::fused(t1770, t1255, t2160);
+    t2162 = R::fused(-t1782, t1256, t2161);
+    t2163 = R::fused(-t1797, t2113, t2162);
+    t2164 = R::fused(-t1813, t2139, t2163);
+    t2165 = R::fused(t1834, t2164, t2140);
+    // other
+    t2166 = tau_right_ankle_pitch + t838;
+    t2167 = t1840 * t346;
+    t2168 = R::fused(t1846, t950, t2167);
+    t2169 = R::fused(t1852, t1093, t2168);
+    t2170 = R::fused(t1859, t965, t2169);
+    t2171 = R::fused(-t1866, t981, t2170);
+    t2172 = R::fused(-t1874, t985, t2171);
+    t2173 = t2166 - t2172;
+    t2174 = t1075 * t1837;
+    t2175 = R::fused(-t2034, t1843, t2174);
+    t2176 = R::fused(t2045, t1849, t2175);
+    t2177 = t2125 + t2176;
+    t2178 = t2127 - t2177;
+    t2179 = t2129 + t2178;
+    t2180 = t2173 - t2179;
+    // solved by the factors
+    t2181 = R::fused(-t1882, t1112, t2180);
+    t2182 = R::fused(t1891, t1142, t2181);
+    t2183 = R::fused(t1901, t1173, t2182);
+    t2184 = R::fused(t1912, t1205, t2183);
+    t2185 = R::fused(t1924, t1243, t2184);
+    t2186 = R::fused(t1936, t1255, t2185);
+    t2187 = R::fused(-t1948, t1256, t2186);
+    t2188 = R::fused(-t1963, t2113, t2187);
+    t2189 = R::fused(-t1979, t2139, t2188);
+    t2190 = R::fused(t1996, t2164, t2189);
+    t2191 = R::fused(t2015, t2190, t2165);
+    t2192 = t2017 * t2191; // other
+    t2193 = R::fused(-t1325, t2192, t1257);
+    t2194 = t2014 * t2190; // other
+    t2195 = R::fused(-t2015, t2192, t2194);
+    let (
+        t2196, t2197, t2198, t2199, t2200, t2201, t2202, t2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211,
+        t2212, t2213, t2214, t2215, t2216, t2217, t2218, t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227,
+        t2228, t2229, t2230, t2231, t2232, t2233, t2234, t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243,
+        t2244, t2245, t2246, t2247, t2248, t2249, t2250, t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259,
+        t2260, t2261, t2262, t2263, t2264, t2265, t2266, t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275,
+        t2276, t2277, t2278, t2279, t2280, t2281, t2282, t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291,
+        t2292, t2293, t2294, t2295, t2296, t2297, t2298, t2299, t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307,
+        t2308, t2309, t2310, t2311, t2312, t2313, t2314, t2315, t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323,
+        t2324, t2325, t2326, t2327, t2328, t2329, t2330, t2331, t2332, t2333, t2334, t2335, t2336, t2337, t2338, t2339,
+        t2340, t2341, t2342, t2343, t2344, t2345, t2346, t2347, t2348, t2349, t2350, t2351, t2352, t2353, t2354, t2355,
+        t2356, t2357, t2358, t2359, t2360, t2361, t2362, t2363, t2364, t2365, t2366, t2367, t2368, t2369, t2370, t2371,
+        t2372, t2373, t2374, t2375, t2376, t2377, t2378, t2379, t2380, t2381, t2382, t2383, t2384, t2385, t2386, t2387,
+        t2388, t2389, t2390, t2391, t2392, t2393, t2394, t2395, t2396, t2397, t2398, t2399, t2400, t2401, t2402, t2403,
+        t2404, t2405, t2406, t2407, t2408, t2409, t2410, t2411, t2412, t2413, t2414, t2415, t2416, t2417, t2418, t2419,
+        t2420, t2421, t2422, t2423, t2424, t2425, t2426, t2427, t2428, t2429, t2430, t2431, t2432, t2433, t2434, t2435,
+        t2436, t2437, t2438, t2439, t2440, t2441, t2442, t2443, t2444, t2445, t2446, t2447, t2448, t2449, t2450, t2451,
+    );
+    t2196 = R::fused(t1948, t2195, t2193);
+    t2197 = t1833 * t2164; // other
+    t2198 = R::fused(-t1834, t2192, t2197);
+    t2199 = R::fused(t1996, t2195, t2198);
+    t2200 = R::fused(t1782, t2199, t2196);
+    t2201 = t1667 * t2139; // other
+    t2202 = R::fused(t1668, t2192, t2201);
+    t2203 = R::fused(t1979, t2195, t2202);
+    t2204 = R::fused(-t1813, t2199, -t2203);
+    t2205 = R::fused(-t1632, t2204, t2200);
+    t2206 = t1499 * t2113; // other
+    t2207 = R::fused(-t1500, t2192, t2206);
+    t2208 = R::fused(t1963, t2195, t2207);
+    t2209 = R::fused(t1797, t2199, t2208);
+    t2210 = R::fused(t1649, t2204, -t2209);
+    t2211 = R::fused(t1487, t2210, -t2205);
+    // other
+    t2212 = R::constant(0.075) * t2211;
+    t2213 = R::fused(-t1528, t2204, -t2212);
+    t2214 = R::fused(-t1671, t2199, t2213);
+    t2215 = R::fused(-t1837, t2195, t2214);
+    t2216 = R::fused(-t1262, t2192, t2215);
+    t2217 = t346 - t2216;
+    t2218 = t1677 * t2199;
+    t2219 = R::fused(t1843, t2195, t2218);
+    t2220 = R::fused(-t1259, t2192, t2219);
+    t2221 = t950 - t2220;
+    t2222 = t1420 * t2210;
+    t2223 = R::fused(t1520, t2204, -t2222);
+    t2224 = R::fused(t1683, t2199, t2223);
+    t2225 = R::fused(t1849, t2195, t2224);
+    t2226 = R::fused(-t1271, t2192, t2225);
+    t2227 = t1093 + t2226;
+    t2228 = cos_q_right_hip_yaw * t2210;
+    t2229 = R::fused(t224, t2204, -t2228);
+    t2230 = R::fused(t224, t2199, t2229);
+    t2231 = R::fused(t224, t2195, t2230);
+    t2232 = R::fused(-t16, t2192, t2231);
+    t2233 = t2232 - t965;
+    t2234 = sin_q_right_hip_yaw * t2210;
+    t2235 = R::fused(-t239, t2204, -t2234);
+    t2236 = R::fused(-t239, t2199, t2235);
+    t2237 = R::fused(-t239, t2195, t2236);
+    t2238 = R::fused(t323, t2192, t2237);
+    t2239 = t981 + t2238;
+    t2240 = R::fused(-sin_q_right_hip_roll, t2204, -t2211);
+    t2241 = R::fused(-sin_q_right_hip_roll, t2199, t2240);
+    t2242 = R::fused(-sin_q_right_hip_roll, t2195, t2241);
+    t2243 = R::fused(-t326, t2192, t2242);
+    t2244 = t2243 - t985;
+    t2245 = -t2192;
+    t2246 = t795 * t1255;
+    // solved by the factors
+    t2247 = R::fused(t1408, t2192, t2246);
+    t2248 = R::fused(t1936, t2195, t2247);
+    t2249 = R::fused(t1770, t2199, t2248);
+    t2250 = R::fused(-t1619, t2204, t2249);
+    t2251 = R::fused(t1478, t2210, t2250);
+    t2252 = R::fused(-t796, t2211, t2251);
+    t2253 = t764 * t1243; // other
+    t2254 = R::fused(-t1406, t2192, t2253);
+    t2255 = R::fused(t1924, t2195, t2254);
+    t2256 = R::fused(t1758, t2199, t2255);
+    t2257 = R::fused(-t1606, t2204, t2256);
+    t2258 = R::fused(t1469, t2210, t2257);
+    t2259 = R::fused(-t765, t2211, t2258);
+    t2260 = R::fused(-t788, t2252, t2259);
+    t2261 = t706 * t1205; // other
+    t2262 = R::fused(t1404, t2192, t2261);
+    t2263 = R::fused(t1912, t2195, t2262);
+    t2264 = R::fused(t1746, t2199, t2263);
+    t2265 = R::fused(t1592, t2204, t2264);
+    t2266 = R::fused(t1460, t2210, t2265);
+    t2267 = R::fused(t707, t2211, t2266);
+    t2268 = R::fused(-t782, t2252, t2267);
+    t2269 = R::fused(-t754, t2260, t2268);
+    t2270 = t678 * t1173; // other
+    t2271 = R::fused(-t1402, t2192, t2270);
+    t2272 = R::fused(t1901, t2195, t2271);
+    t2273 = R::fused(t1735, t2199, t2272);
+    t2274 = R::fused(-t1579, t2204, t2273);
+    t2275 = R::fused(t1452, t2210, t2274);
+    t2276 = R::fused(-t679, t2211, t2275);
+    t2277 = R::fused(-t777, t2252, t2276);
+    t2278 = R::fused(-t749, t2260, t2277);
+    t2279 = R::fused(-t701, t2269, t2278);
+    t2280 = t647 * t1142; // other
+    t2281 = R::fused(-t1400, t2192, t2280);
+    t2282 = R::fused(t1891, t2195, t2281);
+    t2283 = R::fused(t1725, t2199, t2282);
+    t2284 = R::fused(-t1567, t2204, t2283);
+    t2285 = R::fused(t1445, t2210, t2284);
+    t2286 = R::fused(-t648, t2211, t2285);
+    t2287 = R::fused(-t773, t2252, t2286);
+    t2288 = R::fused(t743, t2260, t2287);
+    t2289 = R::fused(-t697, t2269, t2288);
+    t2290 = R::fused(-t674, t2279, t2289);
+    t2291 = R::constant(481.7535830422739) * t1112; // other
+    t2292 = R::fused(-t1398, t2192, t2291);
+    t2293 = R::fused(-t1882, t2195, t2292);
+    t2294 = R::fused(-t1716, t2199, t2293);
+    t2295 = R::fused(-t1556, t2204, t2294);
+    t2296 = R::fused(t1439, t2210, t2295);
+    t2297 = R::fused(-t605, t2211, t2296);
+    t2298 = R::fused(t770, t2252, t2297);
+    t2299 = R::fused(-t736, t2260, t2298);
+    t2300 = R::fused(t694, t2269, t2299);
+    t2301 = R::fused(t671, t2279, t2300);
+    t2302 = R::fused(t644, t2290, t2301);
+    t2303 = q_base_qz * t0; // torso: motion
+    t2304 = t48 + t2303; // torso: motion
+    t2305 = R::constant(1.0) - t2304; // torso: motion
+    // other
+    t2306 = t540 * t2211;
+    t2307 = R::fused(-t1411, t2210, -t2306);
+    t2308 = R::fused(t1506, t2204, t2307);
+    t2309 = R::fused(-t1674, t2199, t2308);
+    t2310 = R::fused(-t1840, t2195, t2309);
+    t2311 = R::fused(t1329, t2192, t2310);
+    t2312 = R::fused(-t527_528.second(), t2252, t2311);
+    t2313 = R::fused(-t713_714.second(), t2260, t2312);
+    t2314 = R::fused(t685_686.second(), t2269, t2313);
+    t2315 = R::fused(-t658_659.second(), t2279, t2314);
+    t2316 = R::fused(-t623_624.second(), t2290, t2315);
+    t2317 = R::fused(-t568_569.second(), t2302, t2316);
+    t2318 = R::constant(19.0) * t346;
+    t2319 = R::fused(t976, t981, t2318);
+    t2320 = R::fused(-t536, t985, t2319);
+    t2321 = t1075 - t2320;
+    t2322 = t2317 + t2321;
+    t2323 = t2305 * t2322;
+    t2324 = q_base_qx * t2; // torso: motion
+    t2325 = q_base_qw * t0; // torso: motion
+    t2326 = t2324 - t2325; // torso: motion
+    t2327 = t945_946.second() * t2211;
+    t2328 = R::fused(t1413, t2210, -t2327);
+    t2329 = R::fused(t1511, t2204, t2328);
+    t2330 = R::fused(-t1680, t2199, t2329);
+    t2331 = R::fused(-t1846, t2195, t2330);
+    t2332 = R::fused(t1335, t2192, t2331);
+    t2333 = R::fused(t945_946.second(), t2252, t2332);
+    t2334 = R::fused(t1218_1219.second(), t2260, t2333);
+    t2335 = R::fused(t1179_1180.second(), t2269, t2334);
+    t2336 = R::fused(-t1148_1149.second(), t2279, t2335);
+    t2337 = R::fused(-t1118_1119.second(), t2290, t2336);
+    t2338 = R::fused(-t1083_1084.second(), t2302, t2337);
+    t2339 = R::constant(19.0) * t950;
+    t2340 = R::fused(t976, t965, t2339);
+    t2341 = R::fused(t1333, t985, t2340);
+    t2342 = t2034 - t2341;
+    t2343 = t2338 + t2342;
+    t2344 = R::fused(t2326, t2343, t2323);
+    t2345 = t1 + t3; // torso: motion
+    t2346 = t1418 * t2210;
+    t2347 = R::fused(-t1517, t2204, -t2346);
+    t2348 = R::fused(-t1686, t2199, t2347);
+    t2349 = R::fused(-t1852, t2195, t2348);
+    t2350 = R::fused(t1340, t2192, t2349);
+    t2351 = R::fused(-t525_526.second(), t2260, t2350);
+    t2352 = R::fused(-t1182_1183.second(), t2269, t2351);
+    t2353 = R::fused(-t1151_1152.second(), t2279, t2352);
+    t2354 = R::fused(-t1121_1122.second(), t2290, t2353);
+    t2355 = R::fused(-t1088_1089.second(), t2302, t2354);
+    t2356 = R::constant(19.0) * t1093;
+    t2357 = R::fused(t536, t965, t2356);
+    t2358 = R::fused(t1333, t981, t2357);
+    t2359 = t2045 - t2358;
+    t2360 = t2355 + t2359;
+    t2361 = R::fused(-t2345, t2360, -t2344);
+    t2362 = t2324 + t2325; // torso: motion
+    t2363 = t2362 * t2322;
+    t2364 = t47 + t2303; // torso: motion
+    t2365 = R::constant(1.0) - t2364; // torso: motion
+    t2366 = R::fused(t2365, t2343, t2363);
+    t2367 = t31 - t33; // torso: motion
+    t2368 = R::fused(-t2367, t2360, -t2366);
+    t2369 = t4 * t2322;
+    t2370 = R::fused(t34, t2343, t2369);
+    t2371 = R::fused(-t50, t2360, -t2370);
+    t2372 = t961_962.second() * t2211;
+    t2373 = R::fused(t1424, t2210, -t2372);
+    t2374 = R::fused(t1526, t2204, t2373);
+    t2375 = R::fused(t1693, t2199, t2374);
+    t2376 = R::fused(-t1859, t2195, t2375);
+    t2377 = R::fused(-t1377, t2192, t2376);
+    t2378 = R::fused(t961_962.second(), t2252, t2377);
+    t2379 = R::fused(t1230_1231.second(), t2260, t2378);
+    t2380 = R::fused(t1193_1194.second(), t2269, t2379);
+    t2381 = R::fused(t1162_1163.second(), t2279, t2380);
+    t2382 = R::fused(-t1132_1133.second(), t2290, t2381);
+    t2383 = R::fused(t1103_1104.second(), t2302, t2382);
+    t2384 = t976 * t950;
+    t2385 = R::fused(t536, t1093, t2384);
+    t2386 = R::fused(t1363, t965, t2385);
+    t2387 = R::fused(-t1373, t981, t2386);
+    t2388 = R::fused(t1375, t985, t2387);
+    t2389 = t2074 + t2388;
+    t2390 = t2383 - t2389;
+    t2391 = R::constant(0.03) * t323;
+    t2392 = R::fused(R::constant(0.08), t245, t2391);
+    t2393 = t238 - t2392;
+    t2394 = t2360 * t2393;
+    t2395 = R::constant(0.03) * t326;
+    t2396 = R::fused(R::constant(-0.08), t258, t2395);
+    t2397 = t252 + t2396;
+    t2398 = R::fused(-t2343, t2397, t2394);
+    t2399 = t2390 - t2398;
+    t2400 = t2305 * t2399;
+    t2401 = t978 * t2211;
+    t2402 = R::fused(-t1429, t2210, -t2401);
+    t2403 = R::fused(-t1537, t2204, t2402);
+    t2404 = R::fused(-t1700, t2199, t2403);
+    t2405 = R::fused(t1866, t2195, t2404);
+    t2406 = R::fused(t1388, t2192, t2405);
+    t2407 = R::fused(-t970_971.second(), t2252, t2406);
+    t2408 = R::fused(-t1235_1236.second(), t2260, t2407);
+    t2409 = R::fused(-t1198_1199.second(), t2269, t2408);
+    t2410 = R::fused(-t1167_1168.second(), t2279, t2409);
+    t2411 = R::fused(t1137_1138.second(), t2290, t2410);
+    t2412 = R::fused(-t1108_1109.second(), t2302, t2411);
+    t2413 = t976 * t346;
+    t2414 = R::fused(t1333, t1093, t2413);
+    t2415 = R::fused(-t1373, t965, t2414);
+    t2416 = R::fused(t1385, t981, t2415);
+    t2417 = R::fused(-t974, t985, t2416);
+    t2418 = t2084 - t2417;
+    t2419 = t2412 + t2418;
+    t2420 = t2322 * t2397;
+    t2421 = R::constant(0.03) * t16;
+    t2422 = R::fused(R::constant(0.08), t228, t2421);
+    t2423 = t223 + t2422;
+    t2424 = R::fused(-t2360, t2423, t2420);
+    t2425 = t2419 + t2424;
+    t2426 = R::fused(-t2326, t2425, t2400);
+    t2427 = t538 * t2211;
+    t2428 = R::fused(-t1434, t2210, -t2427);
+    t2429 = R::fused(-t1546, t2204, t2428);
+    t2430 = R::fused(-t1708, t2199, t2429);
+    t2431 = R::fused(-t1874, t2195, t2430);
+    t2432 = R::fused(-t1396, t2192, t2431);
+    t2433 = R::fused(-t768, t2252, t2432);
+    t2434 = R::fused(-t730, t2260, t2433);
+    t2435 = R::fused(-t692, t2269, t2434);
+    t2436 = R::fused(-t669, t2279, t2435);
+    t2437 = R::fused(-t642, t2290, t2436);
+    t2438 = R::fused(t603, t2302, t2437);
+    t2439 = t536 * t346;
+    t2440 = R::fused(-t1333, t950, t2439);
+    t2441 = R::fused(-t1375, t965, t2440);
+    t2442 = R::fused(t974, t981, t2441);
+    t2443 = R::fused(-t535, t985, t2442);
+    t2444 = t1069 - t2443;
+    t2445 = t2438 + t2444;
+    t2446 = t2343 * t2423;
+    t2447 = R::fused(-t2322, t2393, t2446);
+    t2448 = t2445 + t2447;
+    t2449 = R::fused(-t2345, t2448, t2426);
+    t2450 = t2362 * t2399;
+    t2451 = R::fused(-t2365, t2425, t2450);
+    let (t2452, t2453, t2454, t2455);
+    t2452 = R::fused(-t2367, t2448, t2451);
+    t2453 = t4 * t2399;
+    t2454 = R::fused(-t34, t2425, t2453);
+    t2455 = R::fused(-t50, t2448, t2454);
     *out = [[
-        t1638, t1650, t1668, t1669, t1674, t1676, t1629, t1628, t1622, t1591, t1587, t1586, t1683, t1691, t1700, t1710,
-        t1721, t1733, t1856, t1872, t1875, t2106, t2109, t2112,
+        t2217, t2221, t2227, t2233, t2239, t2244, t2211, t2210, t2204, t2199, t2195, t2245, t2252, t2260, t2269, t2279,
+        t2290, t2302, t2361, t2368, t2371, t2449, t2452, t2455,
     ]];
 }
 }

@@ -141,1542 +141,1551 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         q_left_ankle_roll, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(),
     ]);
     let (
-        t4, t5, t6, t7, t8, t9, t10_11, t12, t13, t14, t15_16, t17_18, t19, t20, t21, t22_23, t24_25, t26_27, t28_29,
-        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56,
-        t57, t58_59, t60, t61, t62, t63, t64_65, t66_67, t68, t69, t70, t71_72, t73_74, t75_76, t77_78, t79_80, t81_82,
-        t83_84, t85_86, t87_88, t89_90, t91_92, t93_94, t95_96, t97_98, t99_100, t101_102, t103_104, t105, t106,
-        t107_108, t109, t110_111, t112_113, t114, t115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127,
-        t128_129, t130_131, t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147, t148_149,
-        t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164_165, t166_167, t168,
-        t169_170, t171_172, t173, t174_175, t176_177, t178, t179, t180, t181, t182, t183, t184, t185, t186, t187, t188,
-        t189, t190, t191, t192, t193_194, t195_196, t197, t198_199, t200_201, t202, t203_204, t205_206, t207, t208,
-        t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224, t225, t226,
-        t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244,
-        t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260, t261, t262,
-        t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280,
-        t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297, t298,
-        t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310_311, t312_313, t314_315, t316_317,
-        t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337, t338_339,
-        t340_341, t342_343, t344_345, t346_347, t348_349, t350_351, t352_353,
-    );
-    // torso: motion
-    t4 = q_base_qy * R::constant(2.0);
-    t5 = q_base_qy * t4;
-    t6 = q_base_qz * R::constant(2.0);
-    t7 = q_base_qz * t6;
-    t8 = t5 + t7;
-    t9 = R::constant(1.0) - t8;
-    t10_11 = both(t9) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
-    t12 = q_base_qx * t4;
-    t13 = q_base_qw * t6;
-    t14 = t12 - t13;
-    t15_16 = R::Two::fused(-both(t14), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t10_11);
-    t17_18 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t15_16; // right_hip_roll_link, left_hip_roll_link
-    t19 = q_base_qx * t6;
-    t20 = q_base_qw * t4;
-    t21 = t19 + t20;
-    t22_23 = R::Two::fused(-both(t21), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t17_18);
-    t24_25 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t22_23; // right_foot, left_foot: pose in the world
-    // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t26_27 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t15_16;
-    t28_29 = R::Two::fused(both(t21), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t26_27);
-    t30_31 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t28_29; // right_upper_leg, left_upper_leg
-    // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t32_33 = both(t9) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t34_35 = R::Two::fused(both(t14), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t32_33);
-    t36_37 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t34_35, t30_31);
-    t38_39 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t36_37; // right_lower_leg, left_lower_leg
-    // right_upper_leg, left_upper_leg: pose in the world
-    t40_41 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t28_29;
-    t42_43 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t34_35, t40_41);
-    t44_45 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t42_43, t38_39);
-    t46_47 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t44_45; // right_ankle, left_ankle
-    // right_lower_leg, left_lower_leg: pose in the world
-    t48_49 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t36_37;
-    t50_51 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t42_43, t48_49);
-    t52_53 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t50_51, t46_47);
-    t54_55 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t52_53, t24_25);
-    t56 = t54_55.second() * f_left_foot_front_left_x; // left_foot: external forces
-    t57 = t12 + t13; // torso: motion
-    t58_59 = both(t57) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
-    // torso: motion
-    t60 = q_base_qx * R::constant(2.0);
-    t61 = q_base_qx * t60;
-    t62 = t61 + t7;
-    t63 = R::constant(1.0) - t62;
-    t64_65 = R::Two::fused(-both(t63), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t58_59);
-    t66_67 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t64_65; // right_hip_roll_link, left_hip_roll_link
-    t68 = q_base_qy * t6;
-    t69 = q_base_qw * t60;
-    t70 = t68 - t69;
-    t71_72 = R::Two::fused(-both(t70), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t66_67);
-    t73_74 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t71_72; // right_foot, left_foot: pose in the world
-    // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t75_76 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t64_65;
-    t77_78 = R::Two::fused(both(t70), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t75_76);
-    t79_80 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t77_78; // right_upper_leg, left_upper_leg
-    // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t81_82 = both(t57) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t83_84 = R::Two::fused(both(t63), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t81_82);
-    t85_86 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t83_84, t79_80);
-    t87_88 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t85_86; // right_lower_leg, left_lower_leg
-    // right_upper_leg, left_upper_leg: pose in the world
-    t89_90 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t77_78;
-    t91_92 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t83_84, t89_90);
-    t93_94 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t91_92, t87_88);
-    t95_96 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t93_94; // right_ankle, left_ankle
-    // right_lower_leg, left_lower_leg: pose in the world
-    t97_98 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t85_86;
-    t99_100 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t91_92, t97_98);
-    t101_102 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t99_100, t95_96);
-    t103_104 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t101_102, t73_74);
-    t105 = R::fused(t103_104.second(), f_left_foot_front_left_y, t56); // left_foot: external forces
-    t106 = t19 - t20; // torso: motion
-    t107_108 = both(t106) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
-    t109 = t68 + t69; // torso: motion
-    t110_111 = R::Two::fused(-both(t109), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t107_108);
-    t112_113 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t110_111; // right_hip_roll_link, left_hip_roll_link
-    t114 = t61 + t5; // torso: motion
-    t115 = R::constant(1.0) - t114; // torso: motion
-    t116_117 = R::Two::fused(-both(t115), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t112_113);
-    t118_119 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t116_117; // right_foot, left_foot
-    // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t120_121 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t110_111;
-    t122_123 = R::Two::fused(both(t115), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t120_121);
-    t124_125 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t122_123; // right_upper_leg, left_upper_leg
-    // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t126_127 = both(t106) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t128_129 = R::Two::fused(both(t109), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t126_127);
-    t130_131 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t128_129, t124_125);
-    t132_133 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t130_131; // right_lower_leg, left_lower_leg
-    // right_upper_leg, left_upper_leg: pose in the world
-    t134_135 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t122_123;
-    t136_137 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t128_129, t134_135);
-    t138_139 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t136_137, t132_133);
-    t140_141 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t138_139; // right_ankle, left_ankle
-    // right_lower_leg, left_lower_leg: pose in the world
-    t142_143 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t130_131;
-    t144_145 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t136_137, t142_143);
-    t146_147 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t144_145, t140_141);
-    t148_149 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t146_147, t118_119);
-    // left_foot: external forces
-    t150 = R::fused(t148_149.second(), f_left_foot_front_left_z, t105);
-    t151 = t54_55.second() * f_left_foot_front_right_x;
-    t152 = R::fused(t103_104.second(), f_left_foot_front_right_y, t151);
-    t153 = R::fused(t148_149.second(), f_left_foot_front_right_z, t152);
-    t154 = t150 + t153;
-    t155 = t54_55.second() * f_left_foot_rear_left_x;
-    t156 = R::fused(t103_104.second(), f_left_foot_rear_left_y, t155);
-    t157 = R::fused(t148_149.second(), f_left_foot_rear_left_z, t156);
-    t158 = t154 + t157;
-    t159 = t54_55.second() * f_left_foot_rear_right_x;
-    t160 = R::fused(t103_104.second(), f_left_foot_rear_right_y, t159);
-    t161 = R::fused(t148_149.second(), f_left_foot_rear_right_z, t160);
-    t162 = t158 + t161;
-    t163 = sin_q_left_ankle_roll * t162; // left_foot: wrench handed to its parent
-    // right_foot, left_foot: pose in the world
-    t164_165 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t22_23;
-    t166_167 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t52_53, t164_165);
-    t168 = t166_167.second() * f_left_foot_front_left_x; // left_foot: external forces
-    t169_170 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t71_72;
-    t171_172 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t101_102, t169_170);
-    t173 = R::fused(t171_172.second(), f_left_foot_front_left_y, t168); // left_foot: external forces
-    t174_175 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t116_117;
-    t176_177 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t146_147, t174_175);
-    // left_foot: external forces
-    t178 = R::fused(t176_177.second(), f_left_foot_front_left_z, t173);
-    t179 = t166_167.second() * f_left_foot_front_right_x;
-    t180 = R::fused(t171_172.second(), f_left_foot_front_right_y, t179);
-    t181 = R::fused(t176_177.second(), f_left_foot_front_right_z, t180);
-    t182 = t178 + t181;
-    t183 = t166_167.second() * f_left_foot_rear_left_x;
-    t184 = R::fused(t171_172.second(), f_left_foot_rear_left_y, t183);
-    t185 = R::fused(t176_177.second(), f_left_foot_rear_left_z, t184);
-    t186 = t182 + t185;
-    t187 = t166_167.second() * f_left_foot_rear_right_x;
-    t188 = R::fused(t171_172.second(), f_left_foot_rear_right_y, t187);
-    t189 = R::fused(t176_177.second(), f_left_foot_rear_right_z, t188);
-    t190 = t186 + t189;
-    t191 = R::fused(-cos_q_left_ankle_roll, t190, t163); // left_foot: wrench handed to its parent
-    t192 = cos_q_left_ankle_pitch * t191; // left_ankle: wrench handed to its parent
-    // right_ankle, left_ankle: pose in the world
-    t193_194 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t44_45;
-    t195_196 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t50_51, t193_194);
-    t197 = t195_196.second() * f_left_foot_front_left_x; // left_foot: external forces
-    t198_199 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t93_94;
-    t200_201 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t99_100, t198_199);
-    t202 = R::fused(t200_201.second(), f_left_foot_front_left_y, t197); // left_foot: external forces
-    t203_204 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t138_139;
-    t205_206 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t144_145, t203_204);
-    // left_foot: external forces
-    t207 = R::fused(t205_206.second(), f_left_foot_front_left_z, t202);
-    t208 = t195_196.second() * f_left_foot_front_right_x;
-    t209 = R::fused(t200_201.second(), f_left_foot_front_right_y, t208);
-    t210 = R::fused(t205_206.second(), f_left_foot_front_right_z, t209);
-    t211 = t207 + t210;
-    t212 = t195_196.second() * f_left_foot_rear_left_x;
-    t213 = R::fused(t200_201.second(), f_left_foot_rear_left_y, t212);
-    t214 = R::fused(t205_206.second(), f_left_foot_rear_left_z, t213);
-    t215 = t211 + t214;
-    t216 = t195_196.second() * f_left_foot_rear_right_x;
-    t217 = R::fused(t200_201.second(), f_left_foot_rear_right_y, t216);
-    t218 = R::fused(t205_206.second(), f_left_foot_rear_right_z, t217);
-    t219 = t215 + t218;
-    t220 = R::fused(-sin_q_left_ankle_pitch, t219, t192); // left_ankle: wrench handed to its parent
-    t221 = cos_q_left_knee_pitch * t220; // left_lower_leg: wrench handed to its parent
-    t222 = sin_q_left_ankle_pitch * t191; // left_ankle: wrench handed to its parent
-    t223 = R::fused(cos_q_left_ankle_pitch, t219, t222); // left_ankle: wrench handed to its parent
-    t224 = R::fused(-sin_q_left_knee_pitch, t223, t221); // left_lower_leg: wrench handed to its parent
-    t225 = sin_q_left_hip_pitch * t224; // left_upper_leg: wrench handed to its parent
-    t226 = sin_q_left_knee_pitch * t220; // left_lower_leg: wrench handed to its parent
-    t227 = R::fused(cos_q_left_knee_pitch, t223, t226); // left_lower_leg: wrench handed to its parent
-    t228 = R::fused(cos_q_left_hip_pitch, t227, t225); // left_upper_leg: wrench handed to its parent
-    t229 = cos_q_left_hip_yaw * t228; // left_hip_yaw_link: wrench handed to its parent
-    t230 = cos_q_left_ankle_roll * t162; // left_foot: wrench handed to its parent
-    t231 = R::fused(sin_q_left_ankle_roll, t190, t230); // left_foot: wrench handed to its parent
-    t232 = cos_q_left_hip_roll * t231; // left_hip_roll_link: wrench handed to its parent
-    t233 = cos_q_left_hip_pitch * t224; // left_upper_leg: wrench handed to its parent
-    t234 = R::fused(-sin_q_left_hip_pitch, t227, t233); // left_upper_leg: wrench handed to its parent
-    t235 = R::fused(-sin_q_left_hip_roll, t234, t232); // left_hip_roll_link: wrench handed to its parent
-    t236 = R::fused(-sin_q_left_hip_yaw, t235, t229); // left_hip_yaw_link: wrench handed to its parent
-    // right_foot: external forces
-    t237 = t54_55.first() * f_right_foot_front_left_x;
-    t238 = R::fused(t103_104.first(), f_right_foot_front_left_y, t237);
-    t239 = R::fused(t148_149.first(), f_right_foot_front_left_z, t238);
-    t240 = t54_55.first() * f_right_foot_front_right_x;
-    t241 = R::fused(t103_104.first(), f_right_foot_front_right_y, t240);
-    t242 = R::fused(t148_149.first(), f_right_foot_front_right_z, t241);
-    t243 = t239 + t242;
-    t244 = t54_55.first() * f_right_foot_rear_left_x;
-    t245 = R::fused(t103_104.first(), f_right_foot_rear_left_y, t244);
-    t246 = R::fused(t148_149.first(), f_right_foot_rear_left_z, t245);
-    t247 = t243 + t246;
-    t248 = t54_55.first() * f_right_foot_rear_right_x;
-    t249 = R::fused(t103_104.first(), f_right_foot_rear_right_y, t248);
-    t250 = R::fused(t148_149.first(), f_right_foot_rear_right_z, t249);
-    t251 = t247 + t250;
-    t252 = sin_q_right_ankle_roll * t251; // right_foot: wrench handed to its parent
-    t253 = t166_167.first() * f_right_foot_front_left_x;
-    t254 = R::fused(t171_172.first(), f_right_foot_front_left_y, t253);
-    t255 = R::fused(t176_177.first(), f_right_foot_front_left_z, t254);
-    t256 = t166_167.first() * f_right_foot_front_right_x;
-    t257 = R::fused(t171_172.first(), f_right_foot_front_right_y, t256);
-    t258 = R::fused(t176_177.first(), f_right_foot_front_right_z, t257);
-    t259 = t255 + t258;
-    t260 = t166_167.first() * f_right_foot_rear_left_x;
-    t261 = R::fused(t171_172.first(), f_right_foot_rear_left_y, t260);
-    t262 = R::fused(t176_177.first(), f_right_foot_rear_left_z, t261);
-    t263 = t259 + t262;
-    t264 = t166_167.first() * f_right_foot_rear_right_x;
-    t265 = R::fused(t171_172.first(), f_right_foot_rear_right_y, t264);
-    t266 = R::fused(t176_177.first(), f_right_foot_rear_right_z, t265);
-    t267 = t263 + t266;
-    t268 = R::fused(-cos_q_right_ankle_roll, t267, t252); // right_foot: wrench handed to its parent
-    t269 = cos_q_right_ankle_pitch * t268; // right_ankle: wrench handed to its parent
-    t270 = t195_196.first() * f_right_foot_front_left_x;
-    t271 = R::fused(t200_201.first(), f_right_foot_front_left_y, t270);
-    t272 = R::fused(t205_206.first(), f_right_foot_front_left_z, t271);
-    t273 = t195_196.first() * f_right_foot_front_right_x;
-    t274 = R::fused(t200_201.first(), f_right_foot_front_right_y, t273);
-    t275 = R::fused(t205_206.first(), f_right_foot_front_right_z, t274);
-    t276 = t272 + t275;
-    t277 = t195_196.first() * f_right_foot_rear_left_x;
-    t278 = R::fused(t200_201.first(), f_right_foot_rear_left_y, t277);
-    t279 = R::fused(t205_206.first(), f_right_foot_rear_left_z, t278);
-    t280 = t276 + t279;
-    t281 = t195_196.first() * f_right_foot_rear_right_x;
-    t282 = R::fused(t200_201.first(), f_right_foot_rear_right_y, t281);
-    t283 = R::fused(t205_206.first(), f_right_foot_rear_right_z, t282);
-    t284 = t280 + t283;
-    t285 = R::fused(-sin_q_right_ankle_pitch, t284, t269); // right_ankle: wrench handed to its parent
-    t286 = cos_q_right_knee_pitch * t285; // right_lower_leg: wrench handed to its parent
-    t287 = sin_q_right_ankle_pitch * t268; // right_ankle: wrench handed to its parent
-    t288 = R::fused(cos_q_right_ankle_pitch, t284, t287); // right_ankle: wrench handed to its parent
-    t289 = R::fused(-sin_q_right_knee_pitch, t288, t286); // right_lower_leg: wrench handed to its parent
-    t290 = sin_q_right_hip_pitch * t289; // right_upper_leg: wrench handed to its parent
-    t291 = sin_q_right_knee_pitch * t285; // right_lower_leg: wrench handed to its parent
-    t292 = R::fused(cos_q_right_knee_pitch, t288, t291); // right_lower_leg: wrench handed to its parent
-    t293 = R::fused(cos_q_right_hip_pitch, t292, t290); // right_upper_leg: wrench handed to its parent
-    t294 = cos_q_right_hip_yaw * t293; // right_hip_yaw_link: wrench handed to its parent
-    t295 = cos_q_right_ankle_roll * t251; // right_foot: wrench handed to its parent
-    t296 = R::fused(sin_q_right_ankle_roll, t267, t295); // right_foot: wrench handed to its parent
-    t297 = cos_q_right_hip_roll * t296; // right_hip_roll_link: wrench handed to its parent
-    t298 = cos_q_right_hip_pitch * t289; // right_upper_leg: wrench handed to its parent
-    t299 = R::fused(-sin_q_right_hip_pitch, t292, t298); // right_upper_leg: wrench handed to its parent
-    t300 = R::fused(-sin_q_right_hip_roll, t299, t297); // right_hip_roll_link: wrench handed to its parent
-    t301 = R::fused(-sin_q_right_hip_yaw, t300, t294); // right_hip_yaw_link: wrench handed to its parent
-    t302 = t236 + t301; // right_hip_yaw_link: wrench handed to its parent
-    t303 = tau_base_linear_x - t302; // other
-    t304 = v_base_angular_x * v_base_angular_z; // torso: motion
-    t305 = R::constant(2.444) * t304; // torso: sums of what it carries
-    t306 = v_base_linear_z * v_base_angular_y; // torso: motion
-    t307 = R::fused(-v_base_linear_y, v_base_angular_z, t306); // torso: motion
-    t308 = R::fused(t106, R::constant(9.81), t307); // torso: motion
-    t309 = R::fused(R::constant(19.0), t308, t305); // torso: sums of what it carries
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t310_311 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(v_base_angular_x);
-    t312_313 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t310_311);
-    t314_315 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t312_313; // right_hip_roll_link, left_hip_roll_link
-    t316_317 = two(v_right_hip_yaw, v_left_hip_yaw) + both(v_base_angular_z);
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t318_319 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t316_317, t314_315);
-    t320_321 = t318_319 * t318_319;
-    t322_323 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t312_313;
-    t324_325 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t316_317, t322_323);
-    // right_upper_leg, left_upper_leg: motion
-    t326_327 = two(v_right_hip_pitch, v_left_hip_pitch) - t324_325;
-    t328_329 = t326_327 * t326_327;
-    t330_331 = t320_321 + t328_329;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t332_333 = both(R::constant(0.8932)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t334_335 = t330_331 * t332_333;
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t336_337 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_y);
-    t338_339 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t336_337;
-    t340_341 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_x);
-    t342_343 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t340_341, t338_339);
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t344_345 = R::Two::fused(-two(v_right_hip_roll, v_left_hip_roll), t316_317, t342_343);
-    t346_347 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t344_345;
-    t348_349 = two(v_right_hip_roll, v_left_hip_roll) * t312_313;
-    t350_351 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t348_349, t346_347);
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t352_353 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(v_base_angular_x);
-    let (
+        t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29, t30_31,
+        t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57, t58_59,
+        t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81, t82_83, t84_85, t86_87,
+        t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107, t108_109, t110_111,
+        t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127, t128_129, t130_131, t132_133,
+        t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147, t148_149, t150_151, t152_153, t154_155,
+        t156_157, t158_159, t160_161, t162_163, t164_165, t166_167, t168_169, t170_171, t172_173, t174_175, t176_177,
+        t178_179, t180_181, t182_183, t184_185, t186_187, t188_189, t190_191, t192_193, t194_195, t196_197, t198_199,
+        t200_201, t202_203, t204_205, t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221,
+        t222_223, t224_225, t226_227, t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243,
+        t244_245, t246_247, t248_249, t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265,
+        t266_267, t268_269, t270_271, t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287,
+        t288_289, t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309,
+        t310_311, t312_313, t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331,
+        t332_333, t334_335, t336_337, t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350_351, t352_353,
         t354_355, t356_357, t358_359, t360_361, t362_363, t364_365, t366_367, t368_369, t370_371, t372_373, t374_375,
         t376_377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391, t392_393, t394_395, t396_397,
         t398_399, t400_401, t402_403, t404_405, t406_407, t408_409, t410_411, t412_413, t414_415, t416_417, t418_419,
         t420_421, t422_423, t424_425, t426_427, t428_429, t430_431, t432_433, t434_435, t436_437, t438_439, t440_441,
-        t442_443, t444_445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459, t460_461, t462, t463,
-        t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474_475, t476_477, t478_479, t480_481, t482_483,
-        t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500_501, t502_503, t504_505,
-        t506_507, t508, t509, t510_511, t512_513, t514, t515, t516, t517, t518, t519, t520_521, t522_523, t524_525,
-        t526, t527, t528, t529, t530, t531_532, t533_534, t535_536, t537_538, t539_540, t541_542, t543_544, t545_546,
-        t547_548, t549_550, t551_552, t553_554, t555_556, t557_558, t559_560, t561_562, t563_564, t565_566, t567_568,
-        t569_570, t571_572, t573_574, t575_576, t577_578, t579_580, t581_582, t583_584, t585_586, t587_588, t589_590,
-        t591_592, t593_594, t595_596, t597_598, t599_600, t601_602, t603_604, t605_606, t607_608, t609_610, t611_612,
-        t613, t614, t615, t616_617, t618_619, t620, t621, t622_623, t624_625, t626_627, t628_629, t630, t631, t632,
-        t633, t634, t635, t636, t637, t638, t639, t640, t641, t642, t643, t644, t645, t646, t647, t648, t649, t650,
-        t651, t652, t653, t654, t655_656, t657_658, t659_660, t661_662, t663_664, t665_666, t667_668, t669_670,
-        t671_672, t673_674, t675_676, t677, t678, t679, t680_681, t682_683, t684_685, t686_687, t688, t689, t690,
-        t691_692, t693_694, t695_696, t697_698, t699_700, t701_702, t703_704, t705_706, t707_708, t709_710, t711_712,
-        t713_714, t715_716, t717, t718, t719_720, t721_722, t723_724, t725_726, t727_728, t729_730, t731_732, t733_734,
-        t735_736, t737_738, t739_740, t741_742, t743_744, t745_746, t747, t748, t749_750, t751, t752, t753, t754, t755,
-        t756, t757_758, t759_760, t761_762, t763_764, t765_766, t767_768, t769_770, t771_772, t773_774, t775, t776,
-        t777, t778_779, t780_781, t782_783, t784_785, t786_787, t788_789, t790_791,
+        t442_443, t444_445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459, t460_461, t462_463,
+        t464_465, t466_467, t468_469, t470_471, t472_473, t474_475, t476_477, t478_479, t480_481, t482_483, t484_485,
+        t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498, t499, t500, t501, t502, t503, t504, t505,
+        t506,
     );
-    t354_355 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(v_base_angular_y), t352_353);
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t356_357 = two(v_right_hip_roll, v_left_hip_roll) + t354_355;
-    t358_359 = t356_357 * t318_319;
-    t360_361 = t350_351 - t358_359;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t362_363 = both(R::constant(0.8932)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t364_365 = R::Two::fused(t360_361, t362_363, t334_335);
-    // right_lower_leg, left_lower_leg: motion
-    t366_367 = two(v_right_knee_pitch, v_left_knee_pitch) + t326_327;
-    t368_369 = t366_367 * t366_367;
-    t370_371 = t320_321 + t368_369;
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t372_373 = both(R::constant(0.29034)) * two(sin_t0, sin_t1);
-    t374_375 = t370_371 * t372_373;
-    t376_377 = both(R::constant(0.29034)) * two(cos_t0, cos_t1);
-    t378_379 = R::Two::fused(t360_361, t376_377, t374_375);
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t380_381 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t344_345;
-    t382_383 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t348_349, t380_381);
-    t384_385 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t356_357, t382_383);
-    t386_387 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t356_357, t384_385);
-    // right_ankle, left_ankle: motion
-    t388_389 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), t356_357, t386_387);
-    t390_391 = two(cos_t2, cos_t3) * t388_389;
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t392_393 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t336_337;
-    t394_395 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t340_341, t392_393);
-    t396_397 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t318_319, t394_395);
-    t398_399 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t318_319, t396_397);
-    // right_ankle, left_ankle: motion
-    t400_401 = R::Two::fused(-two(v_right_ankle_pitch, v_left_ankle_pitch), t318_319, t398_399);
-    t402_403 = R::Two::fused(two(sin_t2, sin_t3), t400_401, t390_391);
-    t404_405 = two(v_right_ankle_pitch, v_left_ankle_pitch) + t366_367;
-    t406_407 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t404_405, t402_403); // right_foot, left_foot
-    t408_409 = two(sin_t2, sin_t3) * t318_319;
-    t410_411 = R::Two::fused(-two(cos_t2, cos_t3), t356_357, t408_409);
-    // right_foot, left_foot: motion
-    t412_413 = two(v_right_ankle_roll, v_left_ankle_roll) - t410_411;
-    t414_415 = t404_405 * t412_413;
-    t416_417 = t406_407 - t414_415;
-    // right_foot, left_foot: sums of what it carries
-    t418_419 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t420_421 = t416_417 * t418_419;
-    // right_ankle, left_ankle: motion
-    t422_423 = two(cos_t2, cos_t3) * t318_319;
-    t424_425 = R::Two::fused(two(sin_t2, sin_t3), t356_357, t422_423);
-    // right_foot, left_foot: motion
-    t426_427 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t424_425, t350_351);
-    t428_429 = t424_425 * t412_413;
-    t430_431 = t426_427 - t428_429;
-    // right_foot, left_foot: sums of what it carries
-    t432_433 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t434_435 = R::Two::fused(-t430_431, t432_433, t420_421);
-    // right_ankle, left_ankle: motion
-    t436_437 = t404_405 * t404_405;
-    t438_439 = t424_425 * t424_425;
-    t440_441 = t436_437 + t438_439;
-    // right_ankle, left_ankle: sums of what it carries
-    t442_443 = R::Two::fused(both(R::constant(0.0171)), t440_441, t434_435);
-    t444_445 = two(cos_t2, cos_t3) * t442_443;
-    // right_ankle, left_ankle: motion
-    t446_447 = two(sin_t2, sin_t3) * t388_389;
-    t448_449 = R::Two::fused(-two(cos_t2, cos_t3), t400_401, t446_447);
-    t450_451 = t404_405 * t424_425;
-    t452_453 = t448_449 - t450_451;
-    t454_455 = t452_453 * t418_419; // right_foot, left_foot: sums of what it carries
-    // right_foot, left_foot: motion
-    t456_457 = t412_413 * t412_413;
-    t458_459 = t436_437 + t456_457;
-    t460_461 = R::Two::fused(-t458_459, t432_433, t454_455); // right_foot, left_foot: sums of what it carries
-    // left_foot: external forces
-    t462 = R::constant(0.055) * t178;
-    t463 = R::fused(R::constant(-0.08), t150, t462);
-    t464 = R::constant(0.055) * t181;
-    t465 = R::fused(R::constant(0.08), t153, t464);
-    t466 = t463 - t465;
-    t467 = R::constant(0.055) * t185;
-    t468 = R::fused(R::constant(-0.08), t157, t467);
-    t469 = t466 + t468;
-    t470 = R::constant(0.055) * t189;
-    t471 = R::fused(R::constant(0.08), t161, t470);
-    t472 = t469 - t471;
-    t473 = tau_left_ankle_roll + t472; // other
-    // right_foot, left_foot: sums of what it carries
-    t474_475 = both(R::constant(0.00207575)) * t448_449;
-    t476_477 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t478_479 = both(R::constant(0.00092625)) * t476_477;
-    t480_481 = both(R::constant(0.00057475)) + t478_479;
-    t482_483 = both(R::constant(0.001501)) - t478_479;
-    t484_485 = t480_481 - t482_483;
-    t486_487 = R::Two::fused(-t450_451, t484_485, t474_475);
-    t488_489 = t426_427 + t428_429; // right_foot, left_foot: motion
-    t490_491 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t492_493 = R::Two::fused(-t488_489, t490_491, t486_487);
-    t494_495 = t406_407 + t414_415; // right_foot, left_foot: motion
-    t496_497 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t498_499 = R::Two::fused(-t494_495, t496_497, t492_493);
-    t500_501 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t502_503 = both(R::constant(0.00092625)) * t500_501;
-    t504_505 = t436_437 - t438_439;
-    t506_507 = R::Two::fused(-t502_503, t504_505, t498_499);
-    t508 = v_base_angular_x * v_base_angular_y; // torso: motion
-    t509 = R::constant(0.075) * t508; // right_hip_yaw_link: motion
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t510_511 = R::Two::fused(both(t509), two(R::constant(-1.0), R::constant(1.0)), both(t308));
-    t512_513 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t510_511;
-    // torso: motion
-    t514 = v_base_linear_x * v_base_angular_z;
-    t515 = R::fused(-v_base_linear_z, v_base_angular_x, t514);
-    t516 = R::fused(t109, R::constant(9.81), t515);
-    t517 = v_base_angular_x * v_base_angular_x;
-    t518 = R::fused(v_base_angular_z, v_base_angular_z, t517);
-    t519 = R::constant(0.075) * t518; // right_hip_yaw_link: motion
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t520_521 = R::Two::fused(both(t519), two(R::constant(1.0), R::constant(-1.0)), both(t516));
-    t522_523 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t520_521, t512_513);
-    t524_525 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t522_523; // right_hip_roll_link, left_hip_roll_link
-    // torso: motion
-    t526 = v_base_linear_y * v_base_angular_x;
-    t527 = R::fused(-v_base_linear_x, v_base_angular_y, t526);
-    t528 = R::fused(t115, R::constant(9.81), t527);
-    t529 = v_base_angular_y * v_base_angular_z;
-    t530 = R::constant(0.075) * t529; // right_hip_yaw_link: motion
-    t531_532 = R::Two::fused(both(t530), two(R::constant(-1.0), R::constant(1.0)), both(t528));
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t533_534 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t531_532, t524_525);
-    t535_536 = t350_351 + t358_359;
-    // right_lower_leg, left_lower_leg: motion
-    t537_538 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
-    t539_540 = t535_536 * t537_538;
-    t541_542 = t356_357 * t356_357; // right_hip_roll_link, left_hip_roll_link: motion
-    t543_544 = t541_542 + t328_329; // right_upper_leg, left_upper_leg: motion
-    t545_546 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(R::constant(0.315));
-    t547_548 = R::Two::fused(-t543_544, t545_546, t539_540);
-    t549_550 = t533_534 - t547_548;
-    // right_ankle, left_ankle: motion
-    t551_552 = both(R::constant(0.273)) * two(sin_t0, sin_t1);
-    t553_554 = t535_536 * t551_552;
-    t555_556 = t541_542 + t368_369; // right_lower_leg, left_lower_leg: motion
-    t557_558 = both(R::constant(0.273)) * two(cos_t0, cos_t1);
-    t559_560 = R::Two::fused(-t555_556, t557_558, t553_554);
-    t561_562 = t549_550 - t559_560;
-    t563_564 = two(cos_t2, cos_t3) * t561_562;
-    // right_hip_yaw_link, left_hip_yaw_link: motion
-    t565_566 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t510_511;
-    t567_568 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t520_521, t565_566);
-    // right_lower_leg, left_lower_leg: motion
-    t569_570 = t330_331 * t537_538;
-    t571_572 = R::Two::fused(t360_361, t545_546, t569_570);
-    t573_574 = t567_568 + t571_572;
-    // right_ankle, left_ankle: motion
-    t575_576 = t370_371 * t551_552;
-    t577_578 = R::Two::fused(t360_361, t557_558, t575_576);
-    t579_580 = t573_574 + t577_578;
-    t581_582 = R::Two::fused(two(sin_t2, sin_t3), t579_580, t563_564);
-    t583_584 = t581_582 * t418_419; // right_foot, left_foot: sums of what it carries
-    // right_hip_roll_link, left_hip_roll_link: motion
-    t585_586 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t522_523;
-    t587_588 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t531_532, t585_586);
-    t589_590 = R::Two::fused(t356_357, t326_327, t384_385); // right_upper_leg, left_upper_leg: motion
-    t591_592 = t589_590 * t537_538; // right_lower_leg, left_lower_leg: motion
-    t593_594 = R::Two::fused(-t318_319, t326_327, t396_397); // right_upper_leg, left_upper_leg: motion
-    // right_lower_leg, left_lower_leg: motion
-    t595_596 = R::Two::fused(-t593_594, t545_546, t591_592);
-    t597_598 = t587_588 + t595_596;
-    t599_600 = R::Two::fused(t356_357, t366_367, t386_387);
-    t601_602 = t599_600 * t551_552; // right_ankle, left_ankle: motion
-    t603_604 = R::Two::fused(-t318_319, t366_367, t398_399);
-    // right_ankle, left_ankle: motion
-    t605_606 = R::Two::fused(-t603_604, t557_558, t601_602);
-    t607_608 = t597_598 + t605_606;
-    // right_foot, left_foot: sums of what it carries
-    t609_610 = R::Two::fused(-t607_608, t432_433, t583_584);
-    t611_612 = t506_507 - t609_610;
-    t613 = t473 + t611_612.second(); // other
-    t614 = t613 * R::constant(481.7535830422739); // other
-    t615 = R::fused(-t418_419.second(), t614, t460_461.second()); // left_foot: articulated inertia
-    // right_ankle, left_ankle: motion
-    t616_617 = t424_425 * t410_411;
-    t618_619 = t350_351 - t616_617;
-    t620 = R::fused(R::constant(0.0171), t618_619.second(), -t615); // left_ankle: articulated inertia
-    t621 = R::fused(-sin_t3, t620, t444_445.second()); // left_ankle: articulated inertia
-    t622_623 = two(cos_t2, cos_t3) * t432_433; // right_ankle, left_ankle: sums of what it carries
-    t624_625 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.729977116704806));
-    // right_ankle, left_ankle: articulated inertia
-    t626_627 = R::Two::fused(-t490_491, t624_625, both(R::constant(0.0171)));
-    t628_629 = R::Two::fused(two(sin_t2, sin_t3), t626_627, t622_623);
-    // left_foot: external forces
-    t630 = R::constant(0.08) * t207;
-    t631 = R::fused(R::constant(-0.15), t178, t630);
-    t632 = R::constant(0.08) * t210;
-    t633 = R::fused(R::constant(-0.15), t181, t632);
-    t634 = t631 + t633;
-    t635 = R::constant(0.08) * t214;
-    t636 = R::fused(R::constant(0.09), t185, t635);
-    t637 = t634 + t636;
-    t638 = R::constant(0.08) * t218;
-    t639 = R::fused(R::constant(0.09), t189, t638);
-    t640 = t637 + t639;
-    t641 = cos_q_left_ankle_roll * t640; // left_foot: wrench handed to its parent
-    t642 = R::constant(0.15) * t150;
-    t643 = R::fused(R::constant(-0.055), t207, t642);
-    t644 = R::constant(0.15) * t153;
-    t645 = R::fused(R::constant(0.055), t210, t644);
-    t646 = t643 + t645;
-    t647 = R::constant(0.09) * t157;
-    t648 = R::fused(R::constant(0.055), t214, t647);
-    t649 = t646 - t648;
-    t650 = R::constant(0.09) * t161;
-    t651 = R::fused(R::constant(-0.055), t218, t650);
-    t652 = t649 - t651;
-    t653 = R::fused(sin_q_left_ankle_roll, t652, t641); // left_foot: wrench handed to its parent
-    t654 = tau_left_ankle_pitch + t653; // other
-    // right_ankle, left_ankle: sums of what it carries
-    t655_656 = t350_351 * both(R::constant(0.003259));
-    t657_658 = R::Two::fused(t616_617, both(R::constant(-0.003249)), t655_656);
-    t659_660 = R::Two::fused(both(R::constant(0.0171)), t581_582, t657_658);
-    // right_foot, left_foot: sums of what it carries
-    t661_662 = t430_431 * t482_483;
-    t663_664 = R::Two::fused(-t416_417, t502_503, t661_662);
-    t665_666 = R::Two::fused(-t452_453, t490_491, t663_664);
-    t667_668 = t438_439 - t456_457;
-    t669_670 = R::Two::fused(-t496_497, t667_668, t665_666);
-    // right_ankle, left_ankle: motion
-    t671_672 = two(sin_t2, sin_t3) * t561_562;
-    t673_674 = R::Two::fused(-two(cos_t2, cos_t3), t579_580, t671_672);
-    t675_676 = R::Two::fused(-t673_674, t432_433, t669_670); // right_foot, left_foot: sums of what it carries
-    t677 = R::fused(t490_491.second(), t614, t675_676.second()); // left_foot: articulated inertia
-    t678 = t659_660.second() + t677; // left_ankle: articulated inertia
-    t679 = t654 + t678; // left_ankle: articulated inertia
-    t680_681 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
-    t682_683 = R::Two::fused(-t490_491, t680_681, t482_483); // right_foot, left_foot: articulated inertia
-    // right_ankle, left_ankle: articulated inertia
-    t684_685 = both(R::constant(0.003259)) + t682_683;
-    t686_687 = both(R::constant(1.0)) / t684_685;
-    t688 = t679 * t686_687.second(); // left_ankle: articulated inertia
-    t689 = R::fused(t628_629.second(), t688, t621); // left_ankle: articulated inertia
-    t690 = t378_379.second() - t689; // left_lower_leg: articulated inertia
-    t691_692 = two(sin_t2, sin_t3) * two(sin_t2, sin_t3); // right_ankle, left_ankle: sums of what it carries
-    t693_694 = t418_419 * t624_625; // right_foot, left_foot: articulated inertia
-    t695_696 = t691_692 * t693_694;
-    t697_698 = t628_629 * t686_687;
-    t699_700 = R::Two::fused(t628_629, t697_698, t695_696);
-    t701_702 = t557_558 * t699_700;
-    t703_704 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3); // right_ankle, left_ankle: sums of what it carries
-    t705_706 = t703_704 * t693_694;
-    t707_708 = two(sin_t2, sin_t3) * t432_433; // right_ankle, left_ankle: sums of what it carries
-    t709_710 = R::Two::fused(-two(cos_t2, cos_t3), t626_627, t707_708);
-    t711_712 = R::Two::fused(-t709_710, t697_698, t705_706);
-    t713_714 = R::Two::fused(-t551_552, t711_712, t701_702);
-    t715_716 = t376_377 - t713_714; // right_lower_leg, left_lower_leg: articulated inertia
-    t717 = R::fused(R::constant(0.273), t223, t653); // left_ankle: wrench handed to its parent
-    t718 = tau_left_knee_pitch + t717; // other
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t719_720 = both(R::constant(0.06634781167)) * t350_351;
-    t721_722 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
-    t723_724 = both(R::constant(0.065449478333)) * t721_722;
-    t725_726 = both(R::constant(0.0658986450015)) - t723_724;
-    t727_728 = both(R::constant(0.0004491666685)) + t723_724;
-    t729_730 = t725_726 - t727_728;
-    t731_732 = R::Two::fused(-t358_359, t729_730, t719_720);
-    t733_734 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
-    t735_736 = both(R::constant(0.065449478333)) * t733_734;
-    t737_738 = t541_542 - t320_321;
-    t739_740 = R::Two::fused(-t735_736, t737_738, t731_732);
-    t741_742 = t573_574 * t376_377;
-    t743_744 = R::Two::fused(-t549_550, t372_373, t741_742);
-    t745_746 = t739_740 + t743_744;
-    t747 = R::fused(-t684_685.second(), t688, t678); // left_ankle: articulated inertia
-    t748 = t557_558.second() * t689; // left_ankle: articulated inertia
-    t749_750 = two(sin_t2, sin_t3) * t442_443; // right_ankle, left_ankle: sums of what it carries
-    // left_ankle: articulated inertia
-    t751 = R::fused(cos_t3, t620, t749_750.second());
-    t752 = R::fused(t709_710.second(), t688, t751);
-    t753 = R::fused(t551_552.second(), t752, t748);
-    t754 = t747 - t753;
-    t755 = t745_746.second() + t754; // left_lower_leg: articulated inertia
-    t756 = t718 + t755; // left_lower_leg: articulated inertia
-    // right_ankle, left_ankle: articulated inertia
-    t757_758 = t557_558 * t713_714;
-    t759_760 = t557_558 * t711_712;
-    t761_762 = t693_694 - t695_696;
-    t763_764 = t709_710 * t686_687;
-    t765_766 = R::Two::fused(t709_710, t763_764, t761_762);
-    t767_768 = R::Two::fused(-t551_552, t765_766, t759_760);
-    t769_770 = R::Two::fused(-t551_552, t767_768, t757_758);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t771_772 = both(R::constant(0.06634781167)) - t769_770;
-    t773_774 = both(R::constant(1.0)) / t771_772;
-    t775 = t756 * t773_774.second(); // left_lower_leg: articulated inertia
-    t776 = R::fused(-t715_716.second(), t775, t690); // left_lower_leg: articulated inertia
-    t777 = t364_365.second() + t776; // left_upper_leg: articulated inertia
-    t778_779 = t715_716 * t773_774;
-    t780_781 = R::Two::fused(t715_716, t778_779, t699_700);
-    t782_783 = t545_546 * t780_781;
-    t784_785 = t372_373 + t767_768;
-    t786_787 = R::Two::fused(-t784_785, t778_779, t711_712);
-    t788_789 = R::Two::fused(-t537_538, t786_787, t782_783);
-    t790_791 = t362_363 - t788_789; // right_upper_leg, left_upper_leg: articulated inertia
-    let (
-        t792, t793, t794_795, t796_797, t798_799, t800_801, t802_803, t804_805, t806_807, t808_809, t810_811, t812_813,
-        t814_815, t816_817, t818_819, t820, t821, t822_823, t824_825, t826, t827, t828, t829, t830, t831, t832_833,
-        t834_835, t836_837, t838_839, t840_841, t842_843, t844_845, t846_847, t848, t849, t850_851, t852_853, t854_855,
-        t856_857, t858_859, t860_861, t862_863, t864_865, t866_867, t868_869, t870_871, t872_873, t874_875, t876_877,
-        t878_879, t880_881, t882_883, t884_885, t886_887, t888_889, t890_891, t892_893, t894_895, t896_897, t898_899,
-        t900_901, t902_903, t904_905, t906_907, t908_909, t910_911, t912_913, t914_915, t916_917, t918_919, t920_921,
-        t922_923, t924_925, t926_927, t928, t929, t930, t931, t932, t933, t934, t935, t936, t937, t938, t939, t940,
-        t941, t942, t943_944, t945_946, t947_948, t949_950, t951_952, t953_954, t955_956, t957_958, t959_960, t961_962,
-        t963_964, t965_966, t967_968, t969_970, t971_972, t973_974, t975_976, t977_978, t979_980, t981, t982, t983,
-        t984, t985, t986, t987_988, t989_990, t991_992, t993, t994, t995, t996, t997, t998, t999_1000, t1001_1002,
-        t1003, t1004, t1005, t1006, t1007, t1008, t1009, t1010_1011, t1012_1013, t1014_1015, t1016_1017, t1018_1019,
-        t1020_1021, t1022_1023, t1024_1025, t1026_1027, t1028_1029, t1030_1031, t1032_1033, t1034_1035, t1036_1037,
-        t1038_1039, t1040_1041, t1042_1043, t1044_1045, t1046_1047, t1048_1049, t1050_1051, t1052_1053, t1054_1055,
-        t1056_1057, t1058_1059, t1060_1061, t1062_1063, t1064_1065, t1066_1067, t1068_1069, t1070, t1071, t1072,
-        t1073_1074, t1075_1076, t1077, t1078, t1079, t1080_1081, t1082_1083, t1084, t1085_1086, t1087, t1088,
-        t1089_1090, t1091_1092, t1093_1094, t1095_1096, t1097_1098, t1099_1100, t1101_1102, t1103_1104, t1105, t1106,
-        t1107_1108, t1109_1110, t1111_1112, t1113_1114, t1115_1116, t1117_1118, t1119_1120, t1121_1122, t1123_1124,
-        t1125_1126, t1127_1128, t1129_1130, t1131_1132, t1133_1134, t1135_1136, t1137_1138, t1139_1140, t1141_1142,
-        t1143_1144, t1145_1146, t1147_1148, t1149_1150, t1151_1152, t1153_1154, t1155_1156, t1157_1158, t1159_1160,
-        t1161_1162, t1163_1164, t1165_1166, t1167_1168, t1169_1170, t1171_1172, t1173_1174, t1175_1176, t1177_1178,
-        t1179_1180, t1181_1182, t1183_1184, t1185_1186, t1187_1188, t1189_1190, t1191_1192, t1193_1194, t1195_1196,
-        t1197_1198, t1199_1200, t1201_1202, t1203, t1204, t1205, t1206, t1207, t1208, t1209, t1210, t1211_1212,
-        t1213_1214, t1215_1216, t1217_1218, t1219_1220, t1221_1222, t1223, t1224, t1225, t1226, t1227, t1228, t1229,
-        t1230,
-    );
-    t792 = R::fused(R::constant(0.315), t227, t717); // left_lower_leg: wrench handed to its parent
-    t793 = tau_left_hip_pitch + t792; // other
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t794_795 = both(R::constant(0.24091175)) * t350_351;
-    t796_797 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t798_799 = both(R::constant(0.23740175003)) * t796_797;
-    t800_801 = both(R::constant(0.239156750015)) - t798_799;
-    t802_803 = both(R::constant(0.001754999985)) + t798_799;
-    t804_805 = t800_801 - t802_803;
-    t806_807 = R::Two::fused(-t358_359, t804_805, t794_795);
-    t808_809 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t810_811 = both(R::constant(0.23740175003)) * t808_809;
-    t812_813 = R::Two::fused(-t737_738, t810_811, t806_807);
-    t814_815 = t567_568 * t362_363;
-    t816_817 = R::Two::fused(-t533_534, t332_333, t814_815);
-    t818_819 = t812_813 + t816_817;
-    t820 = R::fused(-t771_772.second(), t775, t755); // left_lower_leg: articulated inertia
-    t821 = t545_546.second() * t776; // left_lower_leg: articulated inertia
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t822_823 = t535_536 * t372_373;
-    t824_825 = R::Two::fused(-t555_556, t376_377, t822_823);
-    // left_lower_leg: articulated inertia
-    t826 = t824_825.second() - t752;
-    t827 = R::fused(-t784_785.second(), t775, t826);
-    t828 = R::fused(t537_538.second(), t827, t821);
-    t829 = t820 + t828;
-    t830 = t818_819.second() + t829; // left_upper_leg: articulated inertia
-    t831 = t793 + t830; // left_upper_leg: articulated inertia
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t832_833 = t545_546 * t788_789;
-    t834_835 = t545_546 * t786_787;
-    t836_837 = t784_785 * t773_774;
-    t838_839 = R::Two::fused(t784_785, t836_837, t765_766);
-    t840_841 = R::Two::fused(-t537_538, t838_839, t834_835);
-    t842_843 = R::Two::fused(-t537_538, t840_841, t832_833);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t844_845 = both(R::constant(0.24091175)) - t842_843;
-    t846_847 = both(R::constant(1.0)) / t844_845;
-    t848 = t831 * t846_847.second(); // left_upper_leg: articulated inertia
-    t849 = R::fused(-t790_791.second(), t848, t777); // left_upper_leg: articulated inertia
-    t850_851 = t496_497 * t624_625; // right_foot, left_foot: articulated inertia
-    // right_ankle, left_ankle: articulated inertia
-    t852_853 = t691_692 * t850_851;
-    t854_855 = R::Two::fused(t418_419, t703_704, t852_853);
-    t856_857 = R::Two::fused(t496_497, t680_681, t502_503); // right_foot, left_foot: articulated inertia
-    t858_859 = two(sin_t2, sin_t3) * t856_857;
-    t860_861 = R::Two::fused(-t858_859, t697_698, t854_855);
+    t4_5 = two(sin_t2, sin_t3) * two(sin_t2, sin_t3); // right_ankle, left_ankle: sums of what it carries
+    t6_7 = both(R::constant(0.0285)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
     // right_foot, left_foot: articulated inertia
-    t862_863 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.729977116704806));
-    t864_865 = t418_419 * t862_863;
-    t866_867 = two(sin_t2, sin_t3) * t864_865; // right_ankle, left_ankle: articulated inertia
-    t868_869 = t490_491 * t862_863;
+    t8_9 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.729977116704806));
+    t10_11 = t6_7 * t8_9;
+    t12_13 = t4_5 * t10_11; // right_ankle, left_ankle: articulated inertia
+    t14_15 = both(R::constant(0.0285)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
+    t16_17 = two(cos_t2, cos_t3) * t14_15; // right_ankle, left_ankle: sums of what it carries
+    t18_19 = both(R::constant(0.000855)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
     // right_ankle, left_ankle: articulated inertia
-    t870_871 = R::Two::fused(-t868_869, t697_698, t866_867);
-    t872_873 = t557_558 * t870_871;
-    t874_875 = t860_861 + t872_873;
-    t876_877 = t557_558 * t860_861;
-    t878_879 = t418_419 * t691_692;
-    t880_881 = R::Two::fused(-t703_704, t850_851, t878_879);
-    t882_883 = R::Two::fused(-t858_859, t763_764, t880_881);
-    t884_885 = R::Two::fused(t551_552, t882_883, t876_877);
-    t886_887 = two(cos_t2, cos_t3) * t864_865;
-    t888_889 = t868_869 * t686_687;
-    t890_891 = R::Two::fused(t709_710, t888_889, t886_887);
-    t892_893 = t551_552 * t890_891;
-    t894_895 = t872_873 - t892_893;
-    t896_897 = R::Two::fused(t557_558, t894_895, t884_885);
+    t20_21 = R::Two::fused(-t18_19, t8_9, both(R::constant(0.0171)));
+    t22_23 = R::Two::fused(two(sin_t2, sin_t3), t20_21, t16_17);
+    // right_foot, left_foot: sums of what it carries
+    t24_25 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t26_27 = both(R::constant(0.00092625)) * t24_25;
+    t28_29 = both(R::constant(0.001501)) - t26_27;
+    t30_31 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
+    t32_33 = R::Two::fused(-t18_19, t30_31, t28_29); // right_foot, left_foot: articulated inertia
+    // right_ankle, left_ankle: articulated inertia
+    t34_35 = both(R::constant(0.003259)) + t32_33;
+    t36_37 = both(R::constant(1.0)) / t34_35;
+    t38_39 = t22_23 * t36_37;
+    t40_41 = R::Two::fused(t22_23, t38_39, t12_13);
+    t42_43 = both(R::constant(0.29034)) * two(cos_t0, cos_t1); // right_lower_leg, left_lower_leg
+    t44_45 = both(R::constant(0.273)) * two(cos_t0, cos_t1); // right_ankle, left_ankle: motion
+    t46_47 = t44_45 * t40_41;
+    t48_49 = both(R::constant(0.273)) * two(sin_t0, sin_t1); // right_ankle, left_ankle: motion
+    t50_51 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3); // right_ankle, left_ankle: sums of what it carries
+    t52_53 = t50_51 * t10_11;
+    t54_55 = two(sin_t2, sin_t3) * t14_15; // right_ankle, left_ankle: sums of what it carries
+    t56_57 = R::Two::fused(-two(cos_t2, cos_t3), t20_21, t54_55);
+    t58_59 = R::Two::fused(-t56_57, t38_39, t52_53);
+    t60_61 = R::Two::fused(-t48_49, t58_59, t46_47);
+    t62_63 = t42_43 - t60_61; // right_lower_leg, left_lower_leg: articulated inertia
+    t64_65 = t44_45 * t60_61;
+    t66_67 = t44_45 * t58_59;
+    t68_69 = t10_11 - t12_13;
+    t70_71 = t56_57 * t36_37;
+    t72_73 = R::Two::fused(t56_57, t70_71, t68_69);
+    t74_75 = R::Two::fused(-t48_49, t72_73, t66_67);
+    t76_77 = R::Two::fused(-t48_49, t74_75, t64_65);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t898_899 = R::Two::fused(-t896_897, t778_779, t874_875);
-    t900_901 = R::Two::fused(-t894_895, t778_779, t870_871);
-    t902_903 = t545_546 * t900_901;
-    t904_905 = t898_899 + t902_903;
-    t906_907 = t545_546 * t898_899;
-    t908_909 = R::Two::fused(-t557_558, t890_891, t882_883); // right_ankle, left_ankle: articulated inertia
-    t910_911 = R::Two::fused(-t896_897, t836_837, t908_909);
-    t912_913 = R::Two::fused(t537_538, t910_911, t906_907);
-    t914_915 = t894_895 * t773_774;
-    t916_917 = R::Two::fused(t784_785, t914_915, t890_891);
-    t918_919 = t537_538 * t916_917;
-    t920_921 = t902_903 - t918_919;
-    t922_923 = R::Two::fused(t545_546, t920_921, t912_913);
+    t78_79 = both(R::constant(0.06634781167)) - t76_77;
+    t80_81 = both(R::constant(1.0)) / t78_79;
+    t82_83 = t62_63 * t80_81;
+    t84_85 = R::Two::fused(t62_63, t82_83, t40_41);
+    t86_87 = both(R::constant(0.8932)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t88_89 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(R::constant(0.315));
+    t90_91 = t88_89 * t84_85;
+    t92_93 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
+    t94_95 = both(R::constant(0.29034)) * two(sin_t0, sin_t1); // right_lower_leg, left_lower_leg
+    t96_97 = t94_95 + t74_75;
+    t98_99 = R::Two::fused(-t96_97, t82_83, t58_59);
+    t100_101 = R::Two::fused(-t92_93, t98_99, t90_91);
+    t102_103 = t86_87 - t100_101; // right_upper_leg, left_upper_leg: articulated inertia
+    t104_105 = t88_89 * t100_101;
+    t106_107 = t88_89 * t98_99;
+    t108_109 = t96_97 * t80_81;
+    t110_111 = R::Two::fused(t96_97, t108_109, t72_73);
+    t112_113 = R::Two::fused(-t92_93, t110_111, t106_107);
+    t114_115 = R::Two::fused(-t92_93, t112_113, t104_105);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t924_925 = t790_791 * t846_847;
-    t926_927 = R::Two::fused(-t922_923, t924_925, t904_905);
-    t928 = sin_q_left_ankle_roll * t640; // left_foot: wrench handed to its parent
-    t929 = R::fused(-cos_q_left_ankle_roll, t652, t928); // left_foot: wrench handed to its parent
-    t930 = cos_q_left_ankle_pitch * t929; // left_ankle: wrench handed to its parent
-    t931 = R::fused(-sin_q_left_ankle_pitch, t472, t930); // left_ankle: wrench handed to its parent
-    t932 = cos_q_left_knee_pitch * t931; // left_lower_leg: wrench handed to its parent
-    t933 = sin_q_left_ankle_pitch * t929; // left_ankle: wrench handed to its parent
-    t934 = R::fused(cos_q_left_ankle_pitch, t472, t933); // left_ankle: wrench handed to its parent
-    t935 = R::fused(R::constant(-0.273), t231, t934); // left_ankle: wrench handed to its parent
-    t936 = R::fused(-sin_q_left_knee_pitch, t935, t932); // left_lower_leg: wrench handed to its parent
-    t937 = sin_q_left_hip_pitch * t936; // left_upper_leg: wrench handed to its parent
-    t938 = sin_q_left_knee_pitch * t931; // left_lower_leg: wrench handed to its parent
-    t939 = R::fused(cos_q_left_knee_pitch, t935, t938); // left_lower_leg: wrench handed to its parent
-    t940 = R::fused(R::constant(-0.315), t231, t939); // left_lower_leg: wrench handed to its parent
-    t941 = R::fused(cos_q_left_hip_pitch, t940, t937); // left_upper_leg: wrench handed to its parent
-    t942 = tau_left_hip_roll + t941; // other
-    t943_944 = t394_395 * both(R::constant(0.0017316666835)); // right_hip_roll_link, left_hip_roll_link
-    t945_946 = t324_325 * t318_319; // right_hip_roll_link, left_hip_roll_link: motion
-    t947_948 = R::Two::fused(t945_946, both(R::constant(-0.0017216666835)), t943_944);
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t949_950 = t593_594 * t800_801;
-    t951_952 = R::Two::fused(-t589_590, t810_811, t949_950);
-    t953_954 = R::Two::fused(-t587_588, t362_363, t951_952);
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t955_956 = t603_604 * t725_726;
-    t957_958 = R::Two::fused(-t599_600, t735_736, t955_956);
-    t959_960 = R::Two::fused(-t597_598, t376_377, t957_958);
-    t961_962 = R::Two::fused(-t404_405, t410_411, t402_403); // right_ankle, left_ankle: motion
-    // right_ankle, left_ankle: sums of what it carries
-    t963_964 = t961_962 * both(R::constant(0.003254));
-    t965_966 = R::Two::fused(both(R::constant(-0.0171)), t607_608, t963_964);
-    t967_968 = t416_417 * t480_481; // right_foot, left_foot: sums of what it carries
-    t969_970 = t448_449 + t450_451; // right_ankle, left_ankle: motion
+    t116_117 = both(R::constant(0.24091175)) - t114_115;
+    t118_119 = both(R::constant(1.0)) / t116_117;
+    t120_121 = t102_103 * t118_119;
+    t122_123 = R::Two::fused(t102_103, t120_121, t84_85);
+    t124_125 = both(R::constant(0.000855)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t126_127 = t124_125 * t8_9; // right_foot, left_foot: articulated inertia
+    // right_ankle, left_ankle: articulated inertia
+    t128_129 = t4_5 * t126_127;
+    t130_131 = R::Two::fused(t6_7, t50_51, t128_129);
     // right_foot, left_foot: sums of what it carries
-    t971_972 = R::Two::fused(-t969_970, t496_497, t967_968);
-    t973_974 = R::Two::fused(-t430_431, t502_503, t971_972);
-    t975_976 = t436_437 - t456_457;
-    t977_978 = R::Two::fused(t490_491, t975_976, t973_974);
-    t979_980 = R::Two::fused(t673_674, t418_419, t977_978);
-    t981 = R::fused(t496_497.second(), t614, t979_980.second()); // left_foot: articulated inertia
-    // left_ankle: articulated inertia
-    t982 = t965_966.second() + t981;
-    t983 = sin_t3 * t982;
-    t984 = R::fused(-t969_970.second(), R::constant(0.000005), t473);
-    t985 = R::fused(cos_t3, t984, t983);
-    t986 = R::fused(t858_859.second(), t688, t985);
-    t987_988 = t438_439 + t456_457; // right_foot, left_foot: motion
-    // right_foot, left_foot: sums of what it carries
-    t989_990 = t987_988 * t418_419;
-    t991_992 = R::Two::fused(t969_970, t432_433, t989_990);
-    t993 = R::fused(-t432_433.second(), t614, t991_992.second()); // left_foot: articulated inertia
-    t994 = R::fused(R::constant(0.0171), t961_962.second(), -t993); // left_ankle: articulated inertia
-    t995 = R::fused(t868_869.second(), t688, t994); // left_ankle: articulated inertia
-    t996 = R::fused(t557_558.second(), t995, t986); // left_ankle: articulated inertia
-    t997 = t959_960.second() + t996; // left_lower_leg: articulated inertia
-    t998 = R::fused(t896_897.second(), t775, t997); // left_lower_leg: articulated inertia
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t999_1000 = t599_600 * t372_373;
-    t1001_1002 = R::Two::fused(-t603_604, t376_377, t999_1000);
-    t1003 = t1001_1002.second() - t995; // left_lower_leg: articulated inertia
-    t1004 = R::fused(-t894_895.second(), t775, t1003); // left_lower_leg: articulated inertia
-    t1005 = R::fused(-t545_546.second(), t1004, t998); // left_lower_leg: articulated inertia
-    t1006 = t953_954.second() + t1005; // left_upper_leg: articulated inertia
-    t1007 = R::fused(t922_923.second(), t848, t1006); // left_upper_leg: articulated inertia
-    t1008 = t947_948.second() + t1007; // left_hip_roll_link: articulated inertia
-    t1009 = t942 - t1008; // left_hip_roll_link: articulated inertia
+    t132_133 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t134_135 = both(R::constant(0.00092625)) * t132_133;
+    t136_137 = R::Two::fused(t124_125, t30_31, t134_135); // right_foot, left_foot: articulated inertia
+    // right_ankle, left_ankle: articulated inertia
+    t138_139 = two(sin_t2, sin_t3) * t136_137;
+    t140_141 = R::Two::fused(-t138_139, t38_39, t130_131);
     // right_foot, left_foot: articulated inertia
-    t1010_1011 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
-    t1012_1013 = R::Two::fused(-t496_497, t1010_1011, t480_481);
+    t142_143 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.729977116704806));
+    t144_145 = t6_7 * t142_143;
+    t146_147 = two(sin_t2, sin_t3) * t144_145; // right_ankle, left_ankle: articulated inertia
+    t148_149 = t18_19 * t142_143;
     // right_ankle, left_ankle: articulated inertia
-    t1014_1015 = both(R::constant(0.003254)) + t1012_1013;
-    t1016_1017 = both(R::constant(0.000005)) - t1014_1015;
-    t1018_1019 = t691_692 * t1016_1017;
-    t1020_1021 = both(R::constant(0.000005)) - t1018_1019;
-    t1022_1023 = t858_859 * t686_687;
-    t1024_1025 = R::Two::fused(-t858_859, t1022_1023, t1020_1021);
-    t1026_1027 = R::Two::fused(-t496_497, t862_863, both(R::constant(0.0171)));
-    t1028_1029 = two(sin_t2, sin_t3) * t1026_1027;
-    t1030_1031 = R::Two::fused(-t858_859, t888_889, t1028_1029);
-    t1032_1033 = R::Two::fused(t557_558, t1030_1031, t1024_1025);
-    t1034_1035 = t432_433 * t862_863; // right_foot, left_foot: articulated inertia
-    t1036_1037 = R::Two::fused(t868_869, t888_889, t1034_1035);
-    t1038_1039 = R::Two::fused(-t557_558, t1036_1037, t1030_1031);
-    t1040_1041 = R::Two::fused(t557_558, t1038_1039, t1032_1033);
+    t150_151 = R::Two::fused(-t148_149, t38_39, t146_147);
+    t152_153 = t44_45 * t150_151;
+    t154_155 = t140_141 + t152_153;
+    t156_157 = t44_45 * t140_141;
+    t158_159 = t6_7 * t4_5;
+    t160_161 = R::Two::fused(-t50_51, t126_127, t158_159);
+    t162_163 = R::Two::fused(-t138_139, t70_71, t160_161);
+    t164_165 = R::Two::fused(t48_49, t162_163, t156_157);
+    t166_167 = two(cos_t2, cos_t3) * t144_145;
+    t168_169 = t148_149 * t36_37;
+    t170_171 = R::Two::fused(t56_57, t168_169, t166_167);
+    t172_173 = t48_49 * t170_171;
+    t174_175 = t152_153 - t172_173;
+    t176_177 = R::Two::fused(t44_45, t174_175, t164_165);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t1042_1043 = t725_726 + t1040_1041;
-    t1044_1045 = t896_897 * t773_774;
-    t1046_1047 = R::Two::fused(-t896_897, t1044_1045, t1042_1043);
-    t1048_1049 = t376_377 + t1038_1039;
-    t1050_1051 = R::Two::fused(-t896_897, t914_915, t1048_1049);
-    t1052_1053 = R::Two::fused(t545_546, t1050_1051, t1046_1047);
-    t1054_1055 = R::Two::fused(t894_895, t914_915, t1036_1037);
-    t1056_1057 = R::Two::fused(-t545_546, t1054_1055, t1050_1051);
-    t1058_1059 = R::Two::fused(t545_546, t1056_1057, t1052_1053);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1060_1061 = t800_801 + t1058_1059;
-    t1062_1063 = t922_923 * t846_847;
-    t1064_1065 = R::Two::fused(-t922_923, t1062_1063, t1060_1061);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1066_1067 = both(R::constant(0.0017316666835)) + t1064_1065;
-    t1068_1069 = both(R::constant(1.0)) / t1066_1067;
-    t1070 = t1009 * t1068_1069.second(); // left_hip_roll_link: articulated inertia
-    t1071 = R::fused(-t926_927.second(), t1070, t849); // left_hip_roll_link: articulated inertia
-    t1072 = cos_q_left_hip_yaw * t1071; // left_hip_yaw_link: articulated inertia
+    t178_179 = R::Two::fused(-t176_177, t82_83, t154_155);
+    t180_181 = R::Two::fused(-t174_175, t82_83, t150_151);
+    t182_183 = t88_89 * t180_181;
+    t184_185 = t178_179 + t182_183;
+    t186_187 = t88_89 * t178_179;
+    t188_189 = R::Two::fused(-t44_45, t170_171, t162_163); // right_ankle, left_ankle: articulated inertia
+    t190_191 = R::Two::fused(-t176_177, t108_109, t188_189);
+    t192_193 = R::Two::fused(t92_93, t190_191, t186_187);
+    t194_195 = t174_175 * t80_81;
+    t196_197 = R::Two::fused(t96_97, t194_195, t170_171);
+    t198_199 = t92_93 * t196_197;
+    t200_201 = t182_183 - t198_199;
+    t202_203 = R::Two::fused(t88_89, t200_201, t192_193);
+    t204_205 = R::Two::fused(-t202_203, t120_121, t184_185); // right_upper_leg, left_upper_leg: articulated inertia
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t1073_1074 = t589_590 * t332_333;
-    t1075_1076 = R::Two::fused(-t593_594, t362_363, t1073_1074);
-    t1077 = t1075_1076.second() + t1004; // left_upper_leg: articulated inertia
-    t1078 = R::fused(-t920_921.second(), t848, t1077); // left_upper_leg: articulated inertia
-    t1079 = cos_q_left_hip_roll * t1078; // left_hip_roll_link: articulated inertia
-    t1080_1081 = t535_536 * t332_333;
-    t1082_1083 = R::Two::fused(-t543_544, t362_363, t1080_1081);
-    t1084 = t1082_1083.second() + t827; // left_upper_leg: articulated inertia
-    t1085_1086 = t332_333 + t840_841; // right_upper_leg, left_upper_leg: articulated inertia
-    t1087 = R::fused(-t1085_1086.second(), t848, t1084); // left_upper_leg: articulated inertia
-    t1088 = R::fused(-sin_q_left_hip_roll, t1087, t1079); // left_hip_roll_link: articulated inertia
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1089_1090 = t362_363 + t1056_1057;
-    t1091_1092 = t920_921 * t846_847;
-    t1093_1094 = R::Two::fused(-t922_923, t1091_1092, t1089_1090);
-    t1095_1096 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1093_1094; // right_hip_roll_link, left_hip_roll_link
-    t1097_1098 = R::Two::fused(-t545_546, t916_917, t910_911); // right_lower_leg, left_lower_leg: articulated inertia
-    t1099_1100 = t1085_1086 * t846_847;
-    t1101_1102 = R::Two::fused(-t922_923, t1099_1100, t1097_1098);
-    t1103_1104 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1101_1102, t1095_1096);
-    t1105 = R::fused(-t1103_1104.second(), t1070, t1088); // left_hip_roll_link: articulated inertia
-    t1106 = R::fused(sin_q_left_hip_yaw, t1105, t1072); // left_hip_yaw_link: articulated inertia
-    // right_ankle, left_ankle: articulated inertia
-    t1107_1108 = t418_419 - t880_881;
-    t1109_1110 = two(cos_t2, cos_t3) * t856_857;
-    t1111_1112 = R::Two::fused(-t1109_1110, t697_698, t1107_1108);
-    t1113_1114 = R::Two::fused(-t551_552, t870_871, t1111_1112);
-    t1115_1116 = t557_558 * t1113_1114;
-    t1117_1118 = t850_851 - t854_855;
-    t1119_1120 = R::Two::fused(t1109_1110, t763_764, t1117_1118);
-    t1121_1122 = t1119_1120 - t892_893;
-    t1123_1124 = R::Two::fused(-t551_552, t1121_1122, t1115_1116);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t1125_1126 = R::Two::fused(-t1123_1124, t778_779, t1113_1114);
-    t1127_1128 = R::Two::fused(-t537_538, t900_901, t1125_1126);
-    t1129_1130 = t545_546 * t1127_1128;
-    t1131_1132 = R::Two::fused(t1123_1124, t836_837, t1121_1122);
-    t1133_1134 = t1131_1132 - t918_919;
-    t1135_1136 = R::Two::fused(-t537_538, t1133_1134, t1129_1130);
-    t1137_1138 = R::Two::fused(-t1135_1136, t924_925, t1127_1128); // right_upper_leg, left_upper_leg
-    t1139_1140 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1137_1138; // right_hip_roll_link, left_hip_roll_link
-    // right_ankle, left_ankle: articulated inertia
-    t1141_1142 = t703_704 * t1016_1017;
-    t1143_1144 = R::Two::fused(t1109_1110, t1022_1023, t1141_1142);
-    t1145_1146 = R::Two::fused(t551_552, t1030_1031, t1143_1144);
-    t1147_1148 = two(cos_t2, cos_t3) * t1026_1027;
-    t1149_1150 = R::Two::fused(-t1109_1110, t888_889, t1147_1148);
-    t1151_1152 = R::Two::fused(t551_552, t1036_1037, t1149_1150);
-    t1153_1154 = R::Two::fused(-t557_558, t1151_1152, t1145_1146);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t1155_1156 = t735_736 + t1153_1154;
-    t1157_1158 = R::Two::fused(t1123_1124, t1044_1045, t1155_1156);
-    t1159_1160 = R::Two::fused(t537_538, t1050_1051, t1157_1158);
-    t1161_1162 = t372_373 - t1151_1152;
-    t1163_1164 = R::Two::fused(t1123_1124, t914_915, t1161_1162);
-    t1165_1166 = R::Two::fused(-t537_538, t1054_1055, t1163_1164);
-    t1167_1168 = R::Two::fused(t545_546, t1165_1166, t1159_1160);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1169_1170 = t810_811 + t1167_1168;
-    t1171_1172 = R::Two::fused(t1135_1136, t1062_1063, t1169_1170);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1173_1174 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1171_1172;
-    t1175_1176 = t926_927 * t1068_1069;
-    t1177_1178 = R::Two::fused(t1173_1174, t1175_1176, t1139_1140);
-    t1179_1180 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1177_1178; // right_hip_yaw_link, left_hip_yaw_link
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1181_1182 = t332_333 + t1165_1166;
-    t1183_1184 = R::Two::fused(t1135_1136, t1091_1092, t1181_1182);
-    t1185_1186 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t1187_1188 = t1185_1186 * t1183_1184; // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1189_1190 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t1191_1192 = R::Two::fused(t1135_1136, t1099_1100, t1133_1134);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1193_1194 = R::Two::fused(t1189_1190, t1191_1192, t1187_1188);
-    t1195_1196 = t1183_1184 - t1193_1194;
-    t1197_1198 = t1103_1104 * t1068_1069;
-    t1199_1200 = R::Two::fused(-t1173_1174, t1197_1198, t1195_1196);
-    t1201_1202 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1199_1200, t1179_1180);
-    t1203 = sin_q_left_hip_roll * t792; // left_hip_roll_link: wrench handed to its parent
-    t1204 = cos_q_left_hip_pitch * t936; // left_upper_leg: wrench handed to its parent
-    t1205 = R::fused(-sin_q_left_hip_pitch, t940, t1204); // left_upper_leg: wrench handed to its parent
-    t1206 = R::fused(cos_q_left_hip_roll, t1205, t1203); // left_hip_roll_link: wrench handed to its parent
-    t1207 = tau_left_hip_yaw + t1206; // other
-    t1208 = R::fused(-t844_845.second(), t848, t830); // left_upper_leg: articulated inertia
-    t1209 = R::fused(t360_361.second(), R::constant(0.000005), t1208); // left_hip_roll_link: articulated inertia
-    t1210 = sin_q_left_hip_roll * t1209; // left_hip_roll_link: articulated inertia
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t1211_1212 = t589_590 * t802_803;
-    t1213_1214 = R::Two::fused(-t593_594, t810_811, t1211_1212);
-    t1215_1216 = R::Two::fused(t587_588, t332_333, t1213_1214);
+    t206_207 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t208_209 = both(R::constant(0.23740175003)) * t206_207;
+    t210_211 = both(R::constant(0.239156750015)) - t208_209;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t1217_1218 = t599_600 * t727_728;
-    t1219_1220 = R::Two::fused(-t603_604, t735_736, t1217_1218);
-    t1221_1222 = R::Two::fused(t597_598, t372_373, t1219_1220);
-    // left_ankle: articulated inertia
-    t1223 = cos_t3 * t982;
-    t1224 = R::fused(-sin_t3, t984, t1223);
-    t1225 = R::fused(t1109_1110.second(), t688, t1224);
-    t1226 = R::fused(-t551_552.second(), t995, t1225);
-    t1227 = t1221_1222.second() + t1226; // left_lower_leg: articulated inertia
-    t1228 = R::fused(t1123_1124.second(), t775, t1227); // left_lower_leg: articulated inertia
-    t1229 = R::fused(t537_538.second(), t1004, t1228); // left_lower_leg: articulated inertia
-    t1230 = t1215_1216.second() + t1229; // left_upper_leg: articulated inertia
-    let (
-        t1231, t1232_1233, t1234, t1235, t1236, t1237_1238, t1239, t1240, t1241_1242, t1243_1244, t1245_1246,
-        t1247_1248, t1249_1250, t1251_1252, t1253_1254, t1255_1256, t1257_1258, t1259_1260, t1261_1262, t1263_1264,
-        t1265_1266, t1267_1268, t1269_1270, t1271_1272, t1273_1274, t1275_1276, t1277_1278, t1279_1280, t1281_1282,
-        t1283, t1284, t1285, t1286, t1287, t1288, t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298,
-        t1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314,
-        t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330,
-        t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346,
-        t1347, t1348, t1349, t1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362,
-        t1363, t1364, t1365, t1366, t1367, t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378,
-        t1379, t1380, t1381, t1382, t1383, t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394,
-        t1395, t1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410,
-        t1411, t1412, t1413, t1414, t1415, t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426,
-        t1427, t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441_1442,
-        t1443_1444, t1445_1446, t1447_1448, t1449_1450, t1451_1452, t1453_1454, t1455_1456, t1457_1458, t1459_1460,
-        t1461_1462, t1463_1464, t1465_1466, t1467_1468, t1469_1470, t1471_1472, t1473_1474, t1475_1476, t1477_1478,
-        t1479_1480, t1481_1482, t1483_1484, t1485_1486, t1487_1488, t1489_1490, t1491, t1492, t1493, t1494, t1495,
-        t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511,
-        t1512_1513, t1514, t1515, t1516, t1517, t1518_1519, t1520, t1521_1522, t1523, t1524, t1525_1526, t1527_1528,
-        t1529_1530, t1531_1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541,
-    );
-    t1231 = R::fused(t1135_1136.second(), t848, t1230); // left_upper_leg: articulated inertia
-    t1232_1233 = R::Two::fused(t356_357, t324_325, t382_383); // right_hip_roll_link, left_hip_roll_link: motion
-    t1234 = R::fused(t1232_1233.second(), R::constant(0.0017266666835), t1231); // left_hip_roll_link
-    t1235 = R::fused(-cos_q_left_hip_roll, t1234, t1210); // left_hip_roll_link: articulated inertia
-    t1236 = R::fused(t1173_1174.second(), t1070, t1235); // left_hip_roll_link: articulated inertia
-    t1237_1238 = t354_355 * t312_313; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1239 = R::fused(t1237_1238.second(), R::constant(0.000005), t1236); // left_hip_yaw_link: articulated inertia
-    t1240 = t1207 + t1239; // left_hip_yaw_link: articulated inertia
+    t212_213 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
+    t214_215 = both(R::constant(0.065449478333)) * t212_213;
+    t216_217 = both(R::constant(0.0658986450015)) - t214_215;
+    t218_219 = both(R::constant(0.00057475)) + t26_27; // right_foot, left_foot: sums of what it carries
+    // right_foot, left_foot: articulated inertia
+    t220_221 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.41189931350114417));
+    t222_223 = R::Two::fused(-t124_125, t220_221, t218_219);
     // right_ankle, left_ankle: articulated inertia
-    t1241_1242 = t1014_1015 + t1018_1019;
-    t1243_1244 = t1109_1110 * t686_687;
-    t1245_1246 = R::Two::fused(-t1109_1110, t1243_1244, t1241_1242);
-    t1247_1248 = R::Two::fused(-t551_552, t1149_1150, t1245_1246);
-    t1249_1250 = R::Two::fused(-t551_552, t1151_1152, t1247_1248);
+    t224_225 = both(R::constant(0.003254)) + t222_223;
+    t226_227 = both(R::constant(0.000005)) - t224_225;
+    t228_229 = t4_5 * t226_227;
+    t230_231 = both(R::constant(0.000005)) - t228_229;
+    t232_233 = t138_139 * t36_37;
+    t234_235 = R::Two::fused(-t138_139, t232_233, t230_231);
+    t236_237 = R::Two::fused(-t124_125, t142_143, both(R::constant(0.0171)));
+    t238_239 = two(sin_t2, sin_t3) * t236_237;
+    t240_241 = R::Two::fused(-t138_139, t168_169, t238_239);
+    t242_243 = R::Two::fused(t44_45, t240_241, t234_235);
+    t244_245 = t14_15 * t142_143; // right_foot, left_foot: articulated inertia
+    t246_247 = R::Two::fused(t148_149, t168_169, t244_245);
+    t248_249 = R::Two::fused(-t44_45, t246_247, t240_241);
+    t250_251 = R::Two::fused(t44_45, t248_249, t242_243);
     // right_lower_leg, left_lower_leg: articulated inertia
-    t1251_1252 = t727_728 + t1249_1250;
-    t1253_1254 = t1123_1124 * t773_774;
-    t1255_1256 = R::Two::fused(-t1123_1124, t1253_1254, t1251_1252);
-    t1257_1258 = R::Two::fused(t537_538, t1163_1164, t1255_1256);
-    t1259_1260 = R::Two::fused(t537_538, t1165_1166, t1257_1258);
+    t252_253 = t216_217 + t250_251;
+    t254_255 = t176_177 * t80_81;
+    t256_257 = R::Two::fused(-t176_177, t254_255, t252_253);
+    t258_259 = t42_43 + t248_249;
+    t260_261 = R::Two::fused(-t176_177, t194_195, t258_259);
+    t262_263 = R::Two::fused(t88_89, t260_261, t256_257);
+    t264_265 = R::Two::fused(t174_175, t194_195, t246_247);
+    t266_267 = R::Two::fused(-t88_89, t264_265, t260_261);
+    t268_269 = R::Two::fused(t88_89, t266_267, t262_263);
     // right_upper_leg, left_upper_leg: articulated inertia
-    t1261_1262 = t802_803 + t1259_1260;
-    t1263_1264 = t1135_1136 * t846_847;
-    t1265_1266 = R::Two::fused(-t1135_1136, t1263_1264, t1261_1262);
+    t270_271 = t210_211 + t268_269;
+    t272_273 = t202_203 * t118_119;
+    t274_275 = R::Two::fused(-t202_203, t272_273, t270_271);
     // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1267_1268 = both(R::constant(0.0017266666835)) + t1265_1266;
-    t1269_1270 = both(R::constant(0.000005)) - t1267_1268;
-    t1271_1272 = t1185_1186 * t1269_1270;
-    t1273_1274 = t1267_1268 + t1271_1272;
-    t1275_1276 = t1173_1174 * t1068_1069;
-    t1277_1278 = R::Two::fused(-t1173_1174, t1275_1276, t1273_1274);
+    t276_277 = both(R::constant(0.0017316666835)) + t274_275;
+    t278_279 = both(R::constant(1.0)) / t276_277;
+    t280_281 = t204_205 * t278_279;
+    t282_283 = R::Two::fused(t204_205, t280_281, t122_123);
+    t284_285 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t286_287 = t200_201 * t118_119;
+    t288_289 = R::Two::fused(t200_201, t286_287, t264_265);
+    t290_291 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t292_293 = both(R::constant(0.8932)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t294_295 = t292_293 + t112_113;
+    t296_297 = t294_295 * t118_119;
+    t298_299 = R::Two::fused(t294_295, t296_297, t110_111);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t300_301 = t288_289 - t298_299;
+    t302_303 = t290_291 * t300_301;
+    t304_305 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t306_307 = R::Two::fused(t294_295, t286_287, t196_197); // right_upper_leg, left_upper_leg: articulated inertia
+    t308_309 = both(R::constant(2.0)) * t306_307;
+    t310_311 = R::Two::fused(t304_305, t308_309, t302_303);
+    t312_313 = t288_289 - t310_311;
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t314_315 = t86_87 + t266_267;
+    t316_317 = R::Two::fused(-t202_203, t286_287, t314_315);
+    t318_319 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t316_317; // right_hip_roll_link, left_hip_roll_link
+    t320_321 = R::Two::fused(-t88_89, t196_197, t190_191); // right_lower_leg, left_lower_leg: articulated inertia
+    t322_323 = R::Two::fused(-t202_203, t296_297, t320_321);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t324_325 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t322_323, t318_319);
+    t326_327 = t324_325 * t278_279;
+    t328_329 = R::Two::fused(t324_325, t326_327, t312_313);
     // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1279_1280 = both(R::constant(0.000015)) + t1277_1278;
-    t1281_1282 = both(R::constant(1.0)) / t1279_1280;
-    t1283 = t1240 * t1281_1282.second(); // left_hip_yaw_link: articulated inertia
-    t1284 = R::fused(-t1201_1202.second(), t1283, t1106); // left_hip_yaw_link: articulated inertia
+    t330_331 = t282_283 - t328_329;
+    t332_333 = t284_285 * t330_331;
+    t334_335 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t336_337 = R::Two::fused(-t200_201, t120_121, t180_181); // right_upper_leg, left_upper_leg: articulated inertia
+    t338_339 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t336_337; // right_hip_roll_link, left_hip_roll_link
+    t340_341 = R::Two::fused(-t294_295, t120_121, t98_99); // right_upper_leg, left_upper_leg: articulated inertia
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t342_343 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t340_341, t338_339);
+    t344_345 = R::Two::fused(-t324_325, t280_281, t342_343);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t346_347 = both(R::constant(2.0)) * t344_345;
+    t348_349 = R::Two::fused(t334_335, t346_347, t332_333);
+    t350_351 = t282_283 - t348_349;
+    // right_ankle, left_ankle: articulated inertia
+    t352_353 = t6_7 - t160_161;
+    t354_355 = two(cos_t2, cos_t3) * t136_137;
+    t356_357 = R::Two::fused(-t354_355, t38_39, t352_353);
+    t358_359 = R::Two::fused(-t48_49, t150_151, t356_357);
+    t360_361 = t44_45 * t358_359;
+    t362_363 = t126_127 - t130_131;
+    t364_365 = R::Two::fused(t354_355, t70_71, t362_363);
+    t366_367 = t364_365 - t172_173;
+    t368_369 = R::Two::fused(-t48_49, t366_367, t360_361);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t370_371 = R::Two::fused(-t368_369, t82_83, t358_359);
+    t372_373 = R::Two::fused(-t92_93, t180_181, t370_371);
+    t374_375 = t88_89 * t372_373;
+    t376_377 = R::Two::fused(t368_369, t108_109, t366_367);
+    t378_379 = t376_377 - t198_199;
+    t380_381 = R::Two::fused(-t92_93, t378_379, t374_375);
+    t382_383 = R::Two::fused(-t380_381, t120_121, t372_373); // right_upper_leg, left_upper_leg: articulated inertia
+    t384_385 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t382_383; // right_hip_roll_link, left_hip_roll_link
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t386_387 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t388_389 = both(R::constant(0.23740175003)) * t386_387;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t390_391 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
+    t392_393 = both(R::constant(0.065449478333)) * t390_391;
+    // right_ankle, left_ankle: articulated inertia
+    t394_395 = t50_51 * t226_227;
+    t396_397 = R::Two::fused(t354_355, t232_233, t394_395);
+    t398_399 = R::Two::fused(t48_49, t240_241, t396_397);
+    t400_401 = two(cos_t2, cos_t3) * t236_237;
+    t402_403 = R::Two::fused(-t354_355, t168_169, t400_401);
+    t404_405 = R::Two::fused(t48_49, t246_247, t402_403);
+    t406_407 = R::Two::fused(-t44_45, t404_405, t398_399);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t408_409 = t392_393 + t406_407;
+    t410_411 = R::Two::fused(t368_369, t254_255, t408_409);
+    t412_413 = R::Two::fused(t92_93, t260_261, t410_411);
+    t414_415 = t94_95 - t404_405;
+    t416_417 = R::Two::fused(t368_369, t194_195, t414_415);
+    t418_419 = R::Two::fused(-t92_93, t264_265, t416_417);
+    t420_421 = R::Two::fused(t88_89, t418_419, t412_413);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t422_423 = t388_389 + t420_421;
+    t424_425 = R::Two::fused(t380_381, t272_273, t422_423);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t426_427 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t424_425;
+    t428_429 = R::Two::fused(t426_427, t280_281, t384_385);
+    t430_431 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t428_429; // right_hip_yaw_link, left_hip_yaw_link
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t432_433 = t292_293 + t418_419;
+    t434_435 = R::Two::fused(t380_381, t286_287, t432_433);
+    t436_437 = t290_291 * t434_435; // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t438_439 = R::Two::fused(t380_381, t296_297, t378_379);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t440_441 = R::Two::fused(t304_305, t438_439, t436_437);
+    t442_443 = t434_435 - t440_441;
+    t444_445 = R::Two::fused(-t426_427, t326_327, t442_443);
+    t446_447 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t444_445, t430_431);
+    t448_449 = both(R::constant(0.001754999985)) + t208_209; // right_upper_leg, left_upper_leg: sums of what it carries
+    t450_451 = both(R::constant(0.0004491666685)) + t214_215; // right_lower_leg, left_lower_leg
+    // right_ankle, left_ankle: articulated inertia
+    t452_453 = t224_225 + t228_229;
+    t454_455 = t354_355 * t36_37;
+    t456_457 = R::Two::fused(-t354_355, t454_455, t452_453);
+    t458_459 = R::Two::fused(-t48_49, t402_403, t456_457);
+    t460_461 = R::Two::fused(-t48_49, t404_405, t458_459);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t462_463 = t450_451 + t460_461;
+    t464_465 = t368_369 * t80_81;
+    t466_467 = R::Two::fused(-t368_369, t464_465, t462_463);
+    t468_469 = R::Two::fused(t92_93, t416_417, t466_467);
+    t470_471 = R::Two::fused(t92_93, t418_419, t468_469);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t472_473 = t448_449 + t470_471;
+    t474_475 = t380_381 * t118_119;
+    t476_477 = R::Two::fused(-t380_381, t474_475, t472_473);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t478_479 = both(R::constant(0.0017266666835)) + t476_477;
+    t480_481 = both(R::constant(0.000005)) - t478_479;
+    t482_483 = t290_291 * t480_481;
+    t484_485 = t478_479 + t482_483;
+    t486_487 = t426_427 * t278_279;
+    t488_489 = R::Two::fused(-t426_427, t486_487, t484_485);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t490_491 = both(R::constant(0.000015)) + t488_489;
+    t492_493 = both(R::constant(1.0)) / t490_491;
+    t494_495 = t446_447 * t492_493;
+    t496_497 = R::Two::fused(t446_447, t494_495, t350_351);
+    t498 = t496_497.second() + t496_497.first(); // right_hip_yaw_link: articulated inertia
+    t499 = R::constant(19.0) - t498; // torso: articulated inertia
+    t500 = R::constant(0.075) * t496_497.second(); // left_hip_yaw_link: articulated inertia
+    t501 = R::fused(R::constant(-0.075), t496_497.first(), t500); // right_hip_yaw_link: articulated inertia
+    t502 = t496_497.second() * R::constant(0.005625); // left_hip_yaw_link: articulated inertia
+    t503 = R::fused(R::constant(0.005625), t496_497.first(), t502); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t504 = R::constant(0.154455) - t503;
+    t505 = R::constant(1.0) / t504;
+    t506 = t501 * t505;
+    let (
+        t507, t508_509, t510_511, t512_513, t514_515, t516_517, t518_519, t520_521, t522_523, t524_525, t526_527,
+        t528_529, t530_531, t532_533, t534_535, t536, t537, t538, t539, t540, t541, t542_543, t544_545, t546_547,
+        t548_549, t550_551, t552_553, t554_555, t556_557, t558, t559, t560, t561, t562, t563, t564_565, t566_567,
+        t568_569, t570_571, t572_573, t574_575, t576_577, t578_579, t580_581, t582_583, t584_585, t586_587, t588_589,
+        t590_591, t592_593, t594_595, t596_597, t598_599, t600_601, t602_603, t604_605, t606, t607_608, t609_610, t611,
+        t612, t613, t614_615, t616_617, t618_619, t620_621, t622_623, t624_625, t626_627, t628_629, t630, t631, t632,
+        t633, t634_635, t636_637, t638_639, t640_641, t642_643, t644_645, t646_647, t648_649, t650_651, t652_653, t654,
+        t655, t656, t657, t658, t659, t660, t661, t662, t663, t664, t665, t666, t667, t668, t669, t670, t671, t672,
+        t673, t674, t675, t676, t677, t678, t679, t680, t681, t682_683, t684_685, t686_687, t688_689, t690_691,
+        t692_693, t694, t695, t696, t697, t698, t699_700, t701_702, t703_704, t705, t706, t707, t708, t709_710,
+        t711_712, t713_714, t715_716, t717_718, t719, t720, t721, t722, t723, t724, t725, t726, t727, t728, t729, t730,
+        t731_732, t733_734, t735, t736, t737, t738, t739, t740, t741, t742, t743, t744, t745, t746, t747, t748, t749,
+        t750, t751_752, t753, t754, t755, t756_757, t758_759, t760, t761, t762, t763_764, t765_766, t767_768, t769_770,
+        t771_772, t773_774, t775_776, t777_778, t779_780, t781_782, t783_784, t785_786, t787_788, t789_790, t791_792,
+        t793_794, t795_796, t797, t798, t799_800, t801, t802, t803, t804, t805_806, t807_808, t809, t810, t811,
+        t812_813, t814_815, t816_817, t818_819, t820_821, t822_823, t824_825, t826_827, t828_829, t830_831, t832_833,
+        t834_835, t836_837, t838_839, t840_841, t842_843, t844_845, t846, t847, t848_849, t850, t851_852, t853_854,
+        t855, t856, t857_858, t859_860, t861_862, t863_864, t865_866, t867_868, t869_870, t871_872, t873_874, t875_876,
+        t877_878, t879_880, t881_882, t883_884, t885_886, t887_888, t889_890, t891, t892, t893, t894, t895, t896, t897,
+        t898, t899, t900, t901,
+    );
+    t507 = R::fused(-t501, t506, t499);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t508_509 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t382_383;
+    t510_511 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t424_425;
+    t512_513 = R::Two::fused(t510_511, t280_281, t508_509);
+    t514_515 = t284_285 * t512_513; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t516_517 = t290_291 * t438_439;
+    t518_519 = R::Two::fused(-t304_305, t434_435, t516_517);
+    t520_521 = R::Two::fused(t510_511, t326_327, t518_519);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t522_523 = R::Two::fused(-t334_335, t520_521, t514_515);
+    t524_525 = t512_513 - t522_523;
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t526_527 = t304_305 * t480_481;
+    t528_529 = t510_511 * t278_279;
+    t530_531 = R::Two::fused(t426_427, t528_529, t526_527);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t532_533 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t530_531;
+    t534_535 = R::Two::fused(t532_533, t494_495, t524_525);
+    t536 = t534_535.second() + t534_535.first(); // right_hip_yaw_link: articulated inertia
+    t537 = R::constant(2.444) + t536; // torso: articulated inertia
+    t538 = R::constant(0.075) * t534_535.second(); // left_hip_yaw_link: articulated inertia
+    t539 = R::fused(R::constant(-0.075), t534_535.first(), t538); // right_hip_yaw_link: articulated inertia
+    t540 = t539 * t505; // torso: articulated inertia
+    t541 = R::fused(t501, t540, t537); // torso: articulated inertia
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t542_543 = both(R::constant(0.000005)) - t482_483;
+    t544_545 = R::Two::fused(-t510_511, t528_529, t542_543);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t546_547 = both(R::constant(0.00001)) + t544_545;
+    t548_549 = both(R::constant(0.000005)) - t546_547;
+    t550_551 = t284_285 * t548_549;
+    t552_553 = t546_547 + t550_551;
+    t554_555 = t532_533 * t492_493;
+    t556_557 = R::Two::fused(-t532_533, t554_555, t552_553);
+    t558 = t556_557.second() + t556_557.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t559 = R::constant(0.785816667) + t558;
+    t560 = R::fused(-t539, t540, t559);
+    t561 = R::constant(1.0) / t560;
+    t562 = t541 * t561;
+    t563 = R::fused(-t541, t562, t507);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t564_565 = t284_285 * t520_521;
+    t566_567 = R::Two::fused(t334_335, t512_513, t564_565);
+    t568_569 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t530_531;
+    t570_571 = R::Two::fused(t568_569, t494_495, t566_567);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t572_573 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t336_337;
+    t574_575 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t340_341, t572_573);
+    t576_577 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t316_317;
+    t578_579 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t322_323, t576_577);
+    t580_581 = R::Two::fused(-t578_579, t280_281, t574_575);
+    t582_583 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t580_581; // right_hip_yaw_link, left_hip_yaw_link
+    t584_585 = t290_291 * t308_309;
+    t586_587 = R::Two::fused(-t304_305, t300_301, t584_585);
+    t588_589 = t306_307 - t586_587;
+    t590_591 = R::Two::fused(t578_579, t326_327, t588_589);
+    t592_593 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t590_591, t582_583);
+    t594_595 = t438_439 - t518_519;
+    t596_597 = t578_579 * t278_279;
+    t598_599 = R::Two::fused(-t426_427, t596_597, t594_595);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t600_601 = R::Two::fused(t598_599, t494_495, t592_593);
+    t602_603 = both(R::constant(0.075)) * t600_601;
+    t604_605 = R::Two::fused(t602_603, two(R::constant(-1.0), R::constant(1.0)), t570_571);
+    t606 = t604_605.second() + t604_605.first(); // right_hip_yaw_link: articulated inertia
+    t607_608 = both(R::constant(0.075)) * t570_571;
+    t609_610 = R::Two::fused(two(R::constant(-0.005625), R::constant(0.005625)), t600_601, t607_608);
+    t611 = t609_610.second() - t609_610.first(); // right_hip_yaw_link: articulated inertia
+    t612 = t611 * t505; // torso: articulated inertia
+    t613 = R::fused(t501, t612, t606); // torso: articulated inertia
+    t614_615 = t334_335 * t548_549;
+    t616_617 = t568_569 * t492_493;
+    t618_619 = R::Two::fused(t532_533, t616_617, t614_615);
+    t620_621 = R::Two::fused(-t510_511, t596_597, t440_441); // right_hip_roll_link, left_hip_roll_link
+    t622_623 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t620_621;
+    t624_625 = t598_599 * t492_493;
+    t626_627 = R::Two::fused(t532_533, t624_625, t622_623);
+    t628_629 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t626_627, t618_619);
+    t630 = t628_629.second() + t628_629.first(); // right_hip_yaw_link: articulated inertia
+    t631 = R::fused(t611, t540, t630); // torso: articulated inertia
+    t632 = t631 * t561; // torso: articulated inertia
+    t633 = R::fused(t541, t632, t613); // torso: articulated inertia
+    t634_635 = both(R::constant(0.000005)) - t550_551;
+    t636_637 = R::Two::fused(-t568_569, t616_617, t634_635);
+    t638_639 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t620_621;
+    t640_641 = R::Two::fused(t568_569, t624_625, t638_639);
+    t642_643 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t640_641, t636_637);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t644_645 = t298_299 + t310_311;
+    t646_647 = R::Two::fused(t578_579, t596_597, t644_645);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t648_649 = R::Two::fused(t598_599, t624_625, t646_647);
+    t650_651 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t648_649, t640_641);
+    t652_653 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t650_651, t642_643);
+    t654 = t652_653.second() + t652_653.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t655 = R::constant(0.884111667) + t654;
+    t656 = R::fused(-t611, t612, t655);
+    t657 = R::fused(-t631, t632, t656);
+    t658 = R::constant(1.0) / t657;
+    t659 = t633 * t658;
+    t660 = R::fused(-t633, t659, t563);
+    t661 = t600_601.second() + t600_601.first(); // right_hip_yaw_link: articulated inertia
+    t662 = t602_603.second() - t602_603.first(); // right_hip_yaw_link: articulated inertia
+    t663 = t662 * t505;
+    t664 = R::fused(t501, t663, t661);
+    t665 = t626_627.second() + t626_627.first(); // right_hip_yaw_link: articulated inertia
+    t666 = R::fused(t662, t540, t665);
+    t667 = t666 * t561;
+    t668 = R::fused(t541, t667, t664);
+    t669 = t650_651.second() + t650_651.first(); // right_hip_yaw_link: articulated inertia
+    t670 = R::fused(t662, t612, t669);
+    t671 = R::fused(t666, t632, t670);
+    t672 = t671 * t658;
+    t673 = R::fused(t633, t672, t668);
+    t674 = t648_649.second() + t648_649.first(); // right_hip_yaw_link: articulated inertia
+    t675 = R::constant(19.0) - t674;
+    t676 = R::fused(-t662, t663, t675);
+    t677 = R::fused(-t666, t667, t676);
+    t678 = R::fused(-t671, t672, t677);
+    t679 = R::constant(1.0) / t678;
+    t680 = t673 * t679;
+    t681 = R::fused(-t673, t680, t660);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t682_683 = t284_285 * t346_347;
+    t684_685 = R::Two::fused(-t334_335, t330_331, t682_683);
+    t686_687 = t344_345 - t684_685;
+    t688_689 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t428_429;
+    t690_691 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t444_445, t688_689);
+    t692_693 = R::Two::fused(t690_691, t494_495, t686_687);
+    t694 = t692_693.second() + t692_693.first(); // right_hip_yaw_link: articulated inertia
+    t695 = R::constant(0.075) * t692_693.second(); // left_hip_yaw_link: articulated inertia
+    t696 = R::fused(R::constant(-0.075), t692_693.first(), t695); // right_hip_yaw_link: articulated inertia
+    t697 = t696 * t505; // torso: articulated inertia
+    t698 = R::fused(t501, t697, t694); // torso: articulated inertia
+    t699_700 = t520_521 - t566_567;
+    t701_702 = t690_691 * t492_493;
+    t703_704 = R::Two::fused(-t532_533, t701_702, t699_700);
+    t705 = t703_704.second() + t703_704.first(); // right_hip_yaw_link: articulated inertia
+    t706 = R::fused(-t696, t540, t705); // torso: articulated inertia
+    t707 = t706 * t561; // torso: articulated inertia
+    t708 = R::fused(-t541, t707, t698); // torso: articulated inertia
+    t709_710 = R::Two::fused(t568_569, t701_702, t522_523);
+    t711_712 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t580_581;
+    t713_714 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t590_591, t711_712);
+    t715_716 = R::Two::fused(t598_599, t701_702, t713_714);
+    t717_718 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t715_716, t709_710);
+    t719 = t717_718.second() + t717_718.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t720 = R::constant(2.444) + t719;
+    t721 = R::fused(t696, t612, t720);
+    t722 = R::fused(-t706, t632, t721);
+    t723 = t722 * t658;
+    t724 = R::fused(t633, t723, t708);
+    t725 = t715_716.second() + t715_716.first(); // right_hip_yaw_link: articulated inertia
+    t726 = R::fused(t696, t663, t725);
+    t727 = R::fused(-t706, t667, t726);
+    t728 = R::fused(t722, t672, t727);
+    t729 = t728 * t679;
+    t730 = R::fused(t673, t729, t724);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t731_732 = t328_329 + t348_349;
+    t733_734 = R::Two::fused(t690_691, t701_702, t731_732);
+    t735 = t733_734.second() + t733_734.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t736 = R::constant(19.0) - t735;
+    t737 = R::fused(-t696, t697, t736);
+    t738 = R::fused(-t706, t707, t737);
+    t739 = R::fused(-t722, t723, t738);
+    t740 = R::fused(-t728, t729, t739);
+    t741 = R::constant(1.0) / t740;
+    t742 = t730 * t741;
+    t743 = R::fused(-t730, t742, t681);
+    t744 = R::constant(1.0) / t743;
+    // torso: motion
+    t745 = q_base_qy * R::constant(2.0);
+    t746 = q_base_qy * t745;
+    t747 = q_base_qz * R::constant(2.0);
+    t748 = q_base_qz * t747;
+    t749 = t746 + t748;
+    t750 = R::constant(1.0) - t749;
+    t751_752 = both(t750) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t753 = q_base_qx * t745;
+    t754 = q_base_qw * t747;
+    t755 = t753 - t754;
+    t756_757 = R::Two::fused(-both(t755), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t751_752);
+    t758_759 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t756_757; // right_hip_roll_link, left_hip_roll_link
+    t760 = q_base_qx * t747;
+    t761 = q_base_qw * t745;
+    t762 = t760 + t761;
+    t763_764 = R::Two::fused(-both(t762), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t758_759);
+    t765_766 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t763_764; // right_foot, left_foot
+    // right_hip_roll_link, left_hip_roll_link: pose in the world
+    t767_768 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t756_757;
+    t769_770 = R::Two::fused(both(t762), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t767_768);
+    t771_772 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t769_770; // right_upper_leg, left_upper_leg
+    // right_hip_yaw_link, left_hip_yaw_link: pose in the world
+    t773_774 = both(t750) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t775_776 = R::Two::fused(both(t755), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t773_774);
+    t777_778 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t775_776, t771_772);
+    t779_780 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t777_778; // right_lower_leg, left_lower_leg
+    // right_upper_leg, left_upper_leg: pose in the world
+    t781_782 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t769_770;
+    t783_784 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t775_776, t781_782);
+    t785_786 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t783_784, t779_780);
+    t787_788 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t785_786; // right_ankle, left_ankle
+    // right_lower_leg, left_lower_leg: pose in the world
+    t789_790 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t777_778;
+    t791_792 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t783_784, t789_790);
+    t793_794 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t791_792, t787_788);
+    t795_796 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t793_794, t765_766);
+    t797 = t795_796.second() * f_left_foot_front_left_x; // left_foot: external forces
+    t798 = t753 + t754; // torso: motion
+    t799_800 = both(t798) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    // torso: motion
+    t801 = q_base_qx * R::constant(2.0);
+    t802 = q_base_qx * t801;
+    t803 = t802 + t748;
+    t804 = R::constant(1.0) - t803;
+    t805_806 = R::Two::fused(-both(t804), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t799_800);
+    t807_808 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t805_806; // right_hip_roll_link, left_hip_roll_link
+    t809 = q_base_qy * t747;
+    t810 = q_base_qw * t801;
+    t811 = t809 - t810;
+    t812_813 = R::Two::fused(-both(t811), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t807_808);
+    t814_815 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t812_813; // right_foot, left_foot
+    // right_hip_roll_link, left_hip_roll_link: pose in the world
+    t816_817 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t805_806;
+    t818_819 = R::Two::fused(both(t811), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t816_817);
+    t820_821 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t818_819; // right_upper_leg, left_upper_leg
+    // right_hip_yaw_link, left_hip_yaw_link: pose in the world
+    t822_823 = both(t798) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t824_825 = R::Two::fused(both(t804), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t822_823);
+    t826_827 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t824_825, t820_821);
+    t828_829 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t826_827; // right_lower_leg, left_lower_leg
+    // right_upper_leg, left_upper_leg: pose in the world
+    t830_831 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t818_819;
+    t832_833 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t824_825, t830_831);
+    t834_835 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t832_833, t828_829);
+    t836_837 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t834_835; // right_ankle, left_ankle
+    // right_lower_leg, left_lower_leg: pose in the world
+    t838_839 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t826_827;
+    t840_841 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t832_833, t838_839);
+    t842_843 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t840_841, t836_837);
+    t844_845 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t842_843, t814_815);
+    t846 = R::fused(t844_845.second(), f_left_foot_front_left_y, t797); // left_foot: external forces
+    t847 = t760 - t761; // torso: motion
+    t848_849 = both(t847) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t850 = t809 + t810; // torso: motion
+    t851_852 = R::Two::fused(-both(t850), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t848_849);
+    t853_854 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t851_852; // right_hip_roll_link, left_hip_roll_link
+    t855 = t802 + t746; // torso: motion
+    t856 = R::constant(1.0) - t855; // torso: motion
+    t857_858 = R::Two::fused(-both(t856), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t853_854);
+    t859_860 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t857_858; // right_foot, left_foot
+    // right_hip_roll_link, left_hip_roll_link: pose in the world
+    t861_862 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t851_852;
+    t863_864 = R::Two::fused(both(t856), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t861_862);
+    t865_866 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t863_864; // right_upper_leg, left_upper_leg
+    // right_hip_yaw_link, left_hip_yaw_link: pose in the world
+    t867_868 = both(t847) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t869_870 = R::Two::fused(both(t850), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t867_868);
+    t871_872 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t869_870, t865_866);
+    t873_874 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t871_872; // right_lower_leg, left_lower_leg
+    // right_upper_leg, left_upper_leg: pose in the world
+    t875_876 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t863_864;
+    t877_878 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t869_870, t875_876);
+    t879_880 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t877_878, t873_874);
+    t881_882 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t879_880; // right_ankle, left_ankle
+    // right_lower_leg, left_lower_leg: pose in the world
+    t883_884 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t871_872;
+    t885_886 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t877_878, t883_884);
+    t887_888 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t885_886, t881_882);
+    t889_890 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t887_888, t859_860);
+    // left_foot: external forces
+    t891 = R::fused(t889_890.second(), f_left_foot_front_left_z, t846);
+    t892 = t795_796.second() * f_left_foot_front_right_x;
+    t893 = R::fused(t844_845.second(), f_left_foot_front_right_y, t892);
+    t894 = R::fused(t889_890.second(), f_left_foot_front_right_z, t893);
+    t895 = t891 + t894;
+    t896 = t795_796.second() * f_left_foot_rear_left_x;
+    t897 = R::fused(t844_845.second(), f_left_foot_rear_left_y, t896);
+    t898 = R::fused(t889_890.second(), f_left_foot_rear_left_z, t897);
+    t899 = t895 + t898;
+    t900 = t795_796.second() * f_left_foot_rear_right_x;
+    t901 = R::fused(t844_845.second(), f_left_foot_rear_right_y, t900);
+    let (
+        t902, t903, t904, t905_906, t907_908, t909, t910_911, t912_913, t914, t915_916, t917_918, t919, t920, t921,
+        t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933, t934_935, t936_937, t938, t939_940,
+        t941_942, t943, t944_945, t946_947, t948, t949, t950, t951, t952, t953, t954, t955, t956, t957, t958, t959,
+        t960, t961, t962, t963, t964, t965, t966, t967, t968, t969, t970, t971, t972, t973, t974, t975, t976, t977,
+        t978, t979, t980, t981, t982, t983, t984, t985, t986, t987, t988, t989, t990, t991, t992, t993, t994, t995,
+        t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007, t1008, t1009, t1010, t1011,
+        t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023, t1024, t1025, t1026, t1027,
+        t1028, t1029, t1030, t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042, t1043,
+        t1044, t1045, t1046, t1047, t1048, t1049, t1050, t1051_1052, t1053_1054, t1055_1056, t1057_1058, t1059_1060,
+        t1061_1062, t1063_1064, t1065_1066, t1067_1068, t1069_1070, t1071_1072, t1073_1074, t1075_1076, t1077_1078,
+        t1079_1080, t1081_1082, t1083_1084, t1085_1086, t1087_1088, t1089_1090, t1091_1092, t1093_1094, t1095_1096,
+        t1097_1098, t1099_1100, t1101_1102, t1103_1104, t1105_1106, t1107_1108, t1109_1110, t1111_1112, t1113_1114,
+        t1115_1116, t1117_1118, t1119_1120, t1121_1122, t1123_1124, t1125_1126, t1127_1128, t1129_1130, t1131_1132,
+        t1133_1134, t1135_1136, t1137_1138, t1139_1140, t1141_1142, t1143_1144, t1145_1146, t1147_1148, t1149_1150,
+        t1151_1152, t1153_1154, t1155_1156, t1157_1158, t1159_1160, t1161_1162, t1163_1164, t1165_1166, t1167_1168,
+        t1169_1170, t1171_1172, t1173_1174, t1175_1176, t1177_1178, t1179_1180, t1181_1182, t1183_1184, t1185_1186,
+        t1187_1188, t1189_1190, t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202,
+        t1203_1204, t1205_1206, t1207_1208, t1209_1210, t1211_1212, t1213_1214, t1215_1216, t1217_1218, t1219_1220,
+        t1221, t1222, t1223_1224, t1225_1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233_1234, t1235_1236,
+        t1237_1238, t1239, t1240, t1241, t1242, t1243, t1244_1245, t1246_1247, t1248_1249, t1250_1251, t1252_1253,
+        t1254_1255, t1256_1257, t1258_1259, t1260_1261, t1262_1263,
+    );
+    t902 = R::fused(t889_890.second(), f_left_foot_rear_right_z, t901);
+    t903 = t899 + t902;
+    t904 = sin_q_left_ankle_roll * t903; // left_foot: wrench handed to its parent
+    // right_foot, left_foot: pose in the world
+    t905_906 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t763_764;
+    t907_908 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t793_794, t905_906);
+    t909 = t907_908.second() * f_left_foot_front_left_x; // left_foot: external forces
+    t910_911 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t812_813;
+    t912_913 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t842_843, t910_911);
+    t914 = R::fused(t912_913.second(), f_left_foot_front_left_y, t909); // left_foot: external forces
+    t915_916 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t857_858;
+    t917_918 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t887_888, t915_916);
+    // left_foot: external forces
+    t919 = R::fused(t917_918.second(), f_left_foot_front_left_z, t914);
+    t920 = t907_908.second() * f_left_foot_front_right_x;
+    t921 = R::fused(t912_913.second(), f_left_foot_front_right_y, t920);
+    t922 = R::fused(t917_918.second(), f_left_foot_front_right_z, t921);
+    t923 = t919 + t922;
+    t924 = t907_908.second() * f_left_foot_rear_left_x;
+    t925 = R::fused(t912_913.second(), f_left_foot_rear_left_y, t924);
+    t926 = R::fused(t917_918.second(), f_left_foot_rear_left_z, t925);
+    t927 = t923 + t926;
+    t928 = t907_908.second() * f_left_foot_rear_right_x;
+    t929 = R::fused(t912_913.second(), f_left_foot_rear_right_y, t928);
+    t930 = R::fused(t917_918.second(), f_left_foot_rear_right_z, t929);
+    t931 = t927 + t930;
+    t932 = R::fused(-cos_q_left_ankle_roll, t931, t904); // left_foot: wrench handed to its parent
+    t933 = cos_q_left_ankle_pitch * t932; // left_ankle: wrench handed to its parent
+    // right_ankle, left_ankle: pose in the world
+    t934_935 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t785_786;
+    t936_937 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t791_792, t934_935);
+    t938 = t936_937.second() * f_left_foot_front_left_x; // left_foot: external forces
+    t939_940 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t834_835;
+    t941_942 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t840_841, t939_940);
+    t943 = R::fused(t941_942.second(), f_left_foot_front_left_y, t938); // left_foot: external forces
+    t944_945 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t879_880;
+    t946_947 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t885_886, t944_945);
+    // left_foot: external forces
+    t948 = R::fused(t946_947.second(), f_left_foot_front_left_z, t943);
+    t949 = t936_937.second() * f_left_foot_front_right_x;
+    t950 = R::fused(t941_942.second(), f_left_foot_front_right_y, t949);
+    t951 = R::fused(t946_947.second(), f_left_foot_front_right_z, t950);
+    t952 = t948 + t951;
+    t953 = t936_937.second() * f_left_foot_rear_left_x;
+    t954 = R::fused(t941_942.second(), f_left_foot_rear_left_y, t953);
+    t955 = R::fused(t946_947.second(), f_left_foot_rear_left_z, t954);
+    t956 = t952 + t955;
+    t957 = t936_937.second() * f_left_foot_rear_right_x;
+    t958 = R::fused(t941_942.second(), f_left_foot_rear_right_y, t957);
+    t959 = R::fused(t946_947.second(), f_left_foot_rear_right_z, t958);
+    t960 = t956 + t959;
+    t961 = R::fused(-sin_q_left_ankle_pitch, t960, t933); // left_ankle: wrench handed to its parent
+    t962 = cos_q_left_knee_pitch * t961; // left_lower_leg: wrench handed to its parent
+    t963 = sin_q_left_ankle_pitch * t932; // left_ankle: wrench handed to its parent
+    t964 = R::fused(cos_q_left_ankle_pitch, t960, t963); // left_ankle: wrench handed to its parent
+    t965 = R::fused(-sin_q_left_knee_pitch, t964, t962); // left_lower_leg: wrench handed to its parent
+    t966 = sin_q_left_hip_pitch * t965; // left_upper_leg: wrench handed to its parent
+    t967 = sin_q_left_knee_pitch * t961; // left_lower_leg: wrench handed to its parent
+    t968 = R::fused(cos_q_left_knee_pitch, t964, t967); // left_lower_leg: wrench handed to its parent
+    t969 = R::fused(cos_q_left_hip_pitch, t968, t966); // left_upper_leg: wrench handed to its parent
+    t970 = cos_q_left_hip_yaw * t969; // left_hip_yaw_link: wrench handed to its parent
+    t971 = cos_q_left_ankle_roll * t903; // left_foot: wrench handed to its parent
+    t972 = R::fused(sin_q_left_ankle_roll, t931, t971); // left_foot: wrench handed to its parent
+    t973 = cos_q_left_hip_roll * t972; // left_hip_roll_link: wrench handed to its parent
+    t974 = cos_q_left_hip_pitch * t965; // left_upper_leg: wrench handed to its parent
+    t975 = R::fused(-sin_q_left_hip_pitch, t968, t974); // left_upper_leg: wrench handed to its parent
+    t976 = R::fused(-sin_q_left_hip_roll, t975, t973); // left_hip_roll_link: wrench handed to its parent
+    t977 = R::fused(-sin_q_left_hip_yaw, t976, t970); // left_hip_yaw_link: wrench handed to its parent
     // right_foot: external forces
-    t1285 = t255 * R::constant(0.055);
-    t1286 = R::fused(-t239, R::constant(0.08), t1285);
-    t1287 = R::constant(0.055) * t258;
-    t1288 = R::fused(R::constant(0.08), t242, t1287);
-    t1289 = t1286 - t1288;
-    t1290 = R::constant(0.055) * t262;
-    t1291 = R::fused(R::constant(-0.08), t246, t1290);
-    t1292 = t1289 + t1291;
-    t1293 = R::constant(0.055) * t266;
-    t1294 = R::fused(R::constant(0.08), t250, t1293);
-    t1295 = t1292 - t1294;
-    t1296 = tau_right_ankle_roll + t1295; // other
-    t1297 = t1296 + t611_612.first(); // other
-    t1298 = t1297 * R::constant(481.7535830422739); // other
-    t1299 = R::fused(-t418_419.first(), t1298, t460_461.first()); // right_foot: articulated inertia
-    t1300 = R::fused(R::constant(0.0171), t618_619.first(), -t1299); // right_ankle: articulated inertia
-    t1301 = R::fused(-sin_t2, t1300, t444_445.first()); // right_ankle: articulated inertia
-    t1302 = t272 * R::constant(0.08);
-    t1303 = R::fused(-t255, R::constant(0.15), t1302);
-    t1304 = R::constant(0.08) * t275;
-    t1305 = R::fused(R::constant(-0.15), t258, t1304);
-    t1306 = t1303 + t1305;
-    t1307 = R::constant(0.08) * t279;
-    t1308 = R::fused(t262, R::constant(0.09), t1307);
-    t1309 = t1306 + t1308;
-    t1310 = R::constant(0.08) * t283;
-    t1311 = R::fused(R::constant(0.09), t266, t1310);
-    t1312 = t1309 + t1311;
-    t1313 = cos_q_right_ankle_roll * t1312; // right_foot: wrench handed to its parent
-    t1314 = t239 * R::constant(0.15);
-    t1315 = R::fused(-t272, R::constant(0.055), t1314);
-    t1316 = R::constant(0.15) * t242;
-    t1317 = R::fused(R::constant(0.055), t275, t1316);
-    t1318 = t1315 + t1317;
-    t1319 = t246 * R::constant(0.09);
-    t1320 = R::fused(R::constant(0.055), t279, t1319);
-    t1321 = t1318 - t1320;
-    t1322 = R::constant(0.09) * t250;
-    t1323 = R::fused(R::constant(-0.055), t283, t1322);
-    t1324 = t1321 - t1323;
-    t1325 = R::fused(sin_q_right_ankle_roll, t1324, t1313); // right_foot: wrench handed to its parent
-    t1326 = tau_right_ankle_pitch + t1325; // other
-    t1327 = R::fused(t490_491.first(), t1298, t675_676.first()); // right_foot: articulated inertia
-    // right_ankle: articulated inertia
-    t1328 = t659_660.first() + t1327;
-    t1329 = t1326 + t1328;
-    t1330 = t1329 * t686_687.first();
-    t1331 = R::fused(t628_629.first(), t1330, t1301);
-    t1332 = t378_379.first() - t1331; // right_lower_leg: articulated inertia
-    t1333 = R::fused(R::constant(0.273), t288, t1325); // right_ankle: wrench handed to its parent
-    t1334 = tau_right_knee_pitch + t1333; // other
-    t1335 = R::fused(-t684_685.first(), t1330, t1328);
-    t1336 = t557_558.first() * t1331;
-    t1337 = R::fused(cos_t2, t1300, t749_750.first());
-    t1338 = R::fused(t709_710.first(), t1330, t1337);
-    t1339 = R::fused(t551_552.first(), t1338, t1336);
-    t1340 = t1335 - t1339;
-    // right_lower_leg: articulated inertia
-    t1341 = t745_746.first() + t1340;
-    t1342 = t1334 + t1341;
-    t1343 = t1342 * t773_774.first();
-    t1344 = R::fused(-t715_716.first(), t1343, t1332);
-    t1345 = t364_365.first() + t1344; // right_upper_leg: articulated inertia
-    t1346 = R::fused(R::constant(0.315), t292, t1333); // right_lower_leg: wrench handed to its parent
-    t1347 = tau_right_hip_pitch + t1346; // other
-    t1348 = R::fused(-t771_772.first(), t1343, t1341);
-    t1349 = t545_546.first() * t1344;
-    t1350 = t824_825.first() - t1338;
-    t1351 = R::fused(-t784_785.first(), t1343, t1350);
-    t1352 = R::fused(t537_538.first(), t1351, t1349);
-    t1353 = t1348 + t1352;
-    // right_upper_leg: articulated inertia
-    t1354 = t818_819.first() + t1353;
-    t1355 = t1347 + t1354;
-    t1356 = t1355 * t846_847.first();
-    t1357 = R::fused(-t790_791.first(), t1356, t1345);
-    t1358 = sin_q_right_ankle_roll * t1312; // right_foot: wrench handed to its parent
-    t1359 = R::fused(-cos_q_right_ankle_roll, t1324, t1358); // right_foot: wrench handed to its parent
-    t1360 = cos_q_right_ankle_pitch * t1359; // right_ankle: wrench handed to its parent
-    t1361 = R::fused(-sin_q_right_ankle_pitch, t1295, t1360); // right_ankle: wrench handed to its parent
-    t1362 = cos_q_right_knee_pitch * t1361; // right_lower_leg: wrench handed to its parent
-    t1363 = sin_q_right_ankle_pitch * t1359; // right_ankle: wrench handed to its parent
-    t1364 = R::fused(cos_q_right_ankle_pitch, t1295, t1363); // right_ankle: wrench handed to its parent
-    t1365 = R::fused(R::constant(-0.273), t296, t1364); // right_ankle: wrench handed to its parent
-    t1366 = R::fused(-sin_q_right_knee_pitch, t1365, t1362); // right_lower_leg: wrench handed to its parent
-    t1367 = sin_q_right_hip_pitch * t1366; // right_upper_leg: wrench handed to its parent
-    t1368 = sin_q_right_knee_pitch * t1361; // right_lower_leg: wrench handed to its parent
-    t1369 = R::fused(cos_q_right_knee_pitch, t1365, t1368); // right_lower_leg: wrench handed to its parent
-    t1370 = R::fused(R::constant(-0.315), t296, t1369); // right_lower_leg: wrench handed to its parent
-    t1371 = R::fused(cos_q_right_hip_pitch, t1370, t1367); // right_upper_leg: wrench handed to its parent
-    t1372 = tau_right_hip_roll + t1371; // other
-    t1373 = R::fused(t496_497.first(), t1298, t979_980.first()); // right_foot: articulated inertia
-    // right_ankle: articulated inertia
-    t1374 = t965_966.first() + t1373;
-    t1375 = sin_t2 * t1374;
-    t1376 = R::fused(-t969_970.first(), R::constant(0.000005), t1296);
-    t1377 = R::fused(cos_t2, t1376, t1375);
-    t1378 = R::fused(t858_859.first(), t1330, t1377);
-    t1379 = R::fused(-t432_433.first(), t1298, t991_992.first()); // right_foot: articulated inertia
-    t1380 = R::fused(R::constant(0.0171), t961_962.first(), -t1379);
-    t1381 = R::fused(t868_869.first(), t1330, t1380);
-    t1382 = R::fused(t557_558.first(), t1381, t1378);
-    // right_lower_leg: articulated inertia
-    t1383 = t959_960.first() + t1382;
-    t1384 = R::fused(t896_897.first(), t1343, t1383);
-    t1385 = t1001_1002.first() - t1381;
-    t1386 = R::fused(-t894_895.first(), t1343, t1385);
-    t1387 = R::fused(-t545_546.first(), t1386, t1384);
-    t1388 = t953_954.first() + t1387; // right_upper_leg: articulated inertia
-    t1389 = R::fused(t922_923.first(), t1356, t1388); // right_upper_leg: articulated inertia
-    // right_hip_roll_link: articulated inertia
-    t1390 = t947_948.first() + t1389;
-    t1391 = t1372 - t1390;
-    t1392 = t1391 * t1068_1069.first();
-    t1393 = R::fused(-t926_927.first(), t1392, t1357);
-    t1394 = cos_q_right_hip_yaw * t1393; // right_hip_yaw_link: articulated inertia
-    t1395 = t1075_1076.first() + t1386; // right_upper_leg: articulated inertia
-    t1396 = R::fused(-t920_921.first(), t1356, t1395); // right_upper_leg: articulated inertia
-    t1397 = cos_q_right_hip_roll * t1396;
-    t1398 = t1082_1083.first() + t1351; // right_upper_leg: articulated inertia
-    t1399 = R::fused(-t1085_1086.first(), t1356, t1398); // right_upper_leg: articulated inertia
-    t1400 = R::fused(-sin_q_right_hip_roll, t1399, t1397);
-    t1401 = R::fused(-t1103_1104.first(), t1392, t1400);
-    t1402 = R::fused(sin_q_right_hip_yaw, t1401, t1394); // right_hip_yaw_link: articulated inertia
-    t1403 = sin_q_right_hip_roll * t1346; // right_hip_roll_link: wrench handed to its parent
-    t1404 = cos_q_right_hip_pitch * t1366; // right_upper_leg: wrench handed to its parent
-    t1405 = R::fused(-sin_q_right_hip_pitch, t1370, t1404); // right_upper_leg: wrench handed to its parent
-    t1406 = R::fused(cos_q_right_hip_roll, t1405, t1403); // right_hip_roll_link: wrench handed to its parent
-    t1407 = tau_right_hip_yaw + t1406; // other
-    t1408 = R::fused(-t844_845.first(), t1356, t1354); // right_upper_leg: articulated inertia
-    t1409 = R::fused(t360_361.first(), R::constant(0.000005), t1408);
-    t1410 = sin_q_right_hip_roll * t1409;
-    // right_ankle: articulated inertia
-    t1411 = cos_t2 * t1374;
-    t1412 = R::fused(-sin_t2, t1376, t1411);
-    t1413 = R::fused(t1109_1110.first(), t1330, t1412);
-    t1414 = R::fused(-t551_552.first(), t1381, t1413);
-    t1415 = t1221_1222.first() + t1414; // right_lower_leg: articulated inertia
-    t1416 = R::fused(t1123_1124.first(), t1343, t1415); // right_lower_leg: articulated inertia
-    t1417 = R::fused(t537_538.first(), t1386, t1416); // right_lower_leg: articulated inertia
-    t1418 = t1215_1216.first() + t1417; // right_upper_leg: articulated inertia
-    t1419 = R::fused(t1135_1136.first(), t1356, t1418); // right_upper_leg: articulated inertia
-    t1420 = R::fused(t1232_1233.first(), R::constant(0.0017266666835), t1419); // right_hip_roll_link
-    t1421 = R::fused(-cos_q_right_hip_roll, t1420, t1410); // right_hip_roll_link: articulated inertia
-    t1422 = R::fused(t1173_1174.first(), t1392, t1421); // right_hip_roll_link: articulated inertia
-    // right_hip_yaw_link: articulated inertia
-    t1423 = R::fused(t1237_1238.first(), R::constant(0.000005), t1422);
-    t1424 = t1407 + t1423;
-    t1425 = t1424 * t1281_1282.first();
-    t1426 = R::fused(-t1201_1202.first(), t1425, t1402);
-    t1427 = t1284 + t1426;
-    t1428 = t309 + t1427; // torso: articulated inertia
-    t1429 = t303 - t1428; // torso: articulated inertia
-    t1430 = R::fused(R::constant(0.075), t236, t1206); // left_hip_yaw_link: wrench handed to its parent
-    t1431 = t1406 + t1430; // right_hip_yaw_link: wrench handed to its parent
-    t1432 = R::fused(R::constant(-0.075), t301, t1431); // right_hip_yaw_link: wrench handed to its parent
-    t1433 = tau_base_angular_z + t1432; // other
-    t1434 = R::fused(-t1279_1280.second(), t1283, t1239); // left_hip_yaw_link: articulated inertia
-    t1435 = R::fused(R::constant(0.075), t1284, t1434); // left_hip_yaw_link: articulated inertia
-    t1436 = R::fused(-t1279_1280.first(), t1425, t1423);
-    t1437 = R::fused(R::constant(-0.075), t1426, t1436);
-    t1438 = t1435 + t1437;
-    t1439 = R::fused(R::constant(0.098295), t508, t1438); // torso: articulated inertia
-    t1440 = t1433 + t1439; // torso: articulated inertia
-    t1441_1442 = R::Two::fused(t790_791, t924_925, t780_781); // right_upper_leg, left_upper_leg: articulated inertia
-    t1443_1444 = R::Two::fused(t926_927, t1175_1176, t1441_1442); // right_hip_roll_link, left_hip_roll_link
-    t1445_1446 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1447_1448 = R::Two::fused(t920_921, t1091_1092, t1054_1055);
-    t1449_1450 = R::Two::fused(t1085_1086, t1099_1100, t838_839);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1451_1452 = t1447_1448 - t1449_1450;
-    t1453_1454 = t1185_1186 * t1451_1452;
-    t1455_1456 = R::Two::fused(t1085_1086, t1091_1092, t916_917); // right_upper_leg, left_upper_leg
-    t1457_1458 = both(R::constant(2.0)) * t1455_1456;
-    t1459_1460 = R::Two::fused(t1189_1190, t1457_1458, t1453_1454);
-    t1461_1462 = t1447_1448 - t1459_1460;
-    t1463_1464 = R::Two::fused(t1103_1104, t1197_1198, t1461_1462);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1465_1466 = t1443_1444 - t1463_1464;
-    t1467_1468 = t1445_1446 * t1465_1466;
-    t1469_1470 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t1471_1472 = R::Two::fused(-t920_921, t924_925, t900_901); // right_upper_leg, left_upper_leg: articulated inertia
-    t1473_1474 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1471_1472; // right_hip_roll_link, left_hip_roll_link
-    t1475_1476 = R::Two::fused(-t1085_1086, t924_925, t786_787); // right_upper_leg, left_upper_leg: articulated inertia
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1477_1478 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1475_1476, t1473_1474);
-    t1479_1480 = R::Two::fused(-t1103_1104, t1175_1176, t1477_1478);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1481_1482 = both(R::constant(2.0)) * t1479_1480;
-    t1483_1484 = R::Two::fused(t1469_1470, t1481_1482, t1467_1468);
-    t1485_1486 = t1443_1444 - t1483_1484;
-    t1487_1488 = t1201_1202 * t1281_1282;
-    t1489_1490 = R::Two::fused(t1201_1202, t1487_1488, t1485_1486);
-    t1491 = R::constant(0.075) * t1489_1490.second(); // left_hip_yaw_link: articulated inertia
-    t1492 = R::fused(R::constant(-0.075), t1489_1490.first(), t1491); // right_hip_yaw_link: articulated inertia
-    t1493 = t1489_1490.second() * R::constant(0.005625); // left_hip_yaw_link: articulated inertia
-    t1494 = R::fused(R::constant(0.005625), t1489_1490.first(), t1493); // right_hip_yaw_link: articulated inertia
-    t1495 = R::constant(0.154455) - t1494; // torso: articulated inertia
-    t1496 = R::constant(1.0) / t1495; // torso: acceleration
-    t1497 = t1492 * t1496; // torso: acceleration
-    t1498 = R::fused(-t1440, t1497, t1429); // torso: acceleration
-    t1499 = sin_q_left_hip_yaw * t941; // left_hip_yaw_link: wrench handed to its parent
-    t1500 = cos_q_left_hip_roll * t792; // left_hip_roll_link: wrench handed to its parent
-    t1501 = R::fused(-sin_q_left_hip_roll, t1205, t1500); // left_hip_roll_link: wrench handed to its parent
-    t1502 = R::fused(cos_q_left_hip_yaw, t1501, t1499); // left_hip_yaw_link: wrench handed to its parent
-    t1503 = sin_q_right_hip_yaw * t1371; // right_hip_yaw_link: wrench handed to its parent
-    t1504 = cos_q_right_hip_roll * t1346; // right_hip_roll_link: wrench handed to its parent
-    t1505 = R::fused(-sin_q_right_hip_roll, t1405, t1504); // right_hip_roll_link: wrench handed to its parent
-    t1506 = R::fused(cos_q_right_hip_yaw, t1505, t1503); // right_hip_yaw_link: wrench handed to its parent
-    t1507 = t1502 + t1506; // right_hip_yaw_link: wrench handed to its parent
-    t1508 = tau_base_angular_y + t1507; // other
-    t1509 = t304 * R::constant(0.729656667); // torso: sums of what it carries
-    t1510 = R::fused(R::constant(2.444), t308, t1509); // torso: sums of what it carries
-    t1511 = R::fused(t1066_1067.second(), t1070, t1008); // left_hip_roll_link: articulated inertia
-    t1512_1513 = R::Two::fused(-t316_317, t312_313, t394_395); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1514 = R::fused(t1512_1513.second(), R::constant(0.000005), t1511); // left_hip_yaw_link: articulated inertia
-    t1515 = sin_q_left_hip_yaw * t1514; // left_hip_yaw_link: articulated inertia
-    t1516 = cos_q_left_hip_roll * t1209; // left_hip_roll_link: articulated inertia
-    t1517 = R::fused(sin_q_left_hip_roll, t1234, t1516); // left_hip_roll_link: articulated inertia
-    t1518_1519 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1171_1172; // right_hip_roll_link, left_hip_roll_link
-    t1520 = R::fused(-t1518_1519.second(), t1070, t1517); // left_hip_roll_link: articulated inertia
-    t1521_1522 = R::Two::fused(t316_317, t354_355, t342_343); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1523 = R::fused(R::constant(0.00001), t1521_1522.second(), t1520); // left_hip_yaw_link: articulated inertia
-    t1524 = R::fused(-cos_q_left_hip_yaw, t1523, t1515); // left_hip_yaw_link: articulated inertia
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1525_1526 = t1189_1190 * t1269_1270;
-    t1527_1528 = t1518_1519 * t1068_1069;
-    t1529_1530 = R::Two::fused(t1173_1174, t1527_1528, t1525_1526);
-    t1531_1532 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1529_1530; // right_hip_yaw_link, left_hip_yaw_link
-    t1533 = R::fused(t1531_1532.second(), t1283, t1524); // left_hip_yaw_link: articulated inertia
-    t1534 = R::fused(t1066_1067.first(), t1392, t1390); // right_hip_roll_link: articulated inertia
-    t1535 = R::fused(t1512_1513.first(), R::constant(0.000005), t1534); // right_hip_yaw_link: articulated inertia
-    t1536 = sin_q_right_hip_yaw * t1535; // right_hip_yaw_link: articulated inertia
-    t1537 = cos_q_right_hip_roll * t1409; // right_hip_roll_link: articulated inertia
-    t1538 = R::fused(sin_q_right_hip_roll, t1420, t1537); // right_hip_roll_link: articulated inertia
-    t1539 = R::fused(-t1518_1519.first(), t1392, t1538); // right_hip_roll_link: articulated inertia
-    // right_hip_yaw_link: articulated inertia
-    t1540 = R::fused(R::constant(0.00001), t1521_1522.first(), t1539);
-    t1541 = R::fused(-cos_q_right_hip_yaw, t1540, t1536);
+    t978 = t795_796.first() * f_right_foot_front_left_x;
+    t979 = R::fused(t844_845.first(), f_right_foot_front_left_y, t978);
+    t980 = R::fused(t889_890.first(), f_right_foot_front_left_z, t979);
+    t981 = t795_796.first() * f_right_foot_front_right_x;
+    t982 = R::fused(t844_845.first(), f_right_foot_front_right_y, t981);
+    t983 = R::fused(t889_890.first(), f_right_foot_front_right_z, t982);
+    t984 = t980 + t983;
+    t985 = t795_796.first() * f_right_foot_rear_left_x;
+    t986 = R::fused(t844_845.first(), f_right_foot_rear_left_y, t985);
+    t987 = R::fused(t889_890.first(), f_right_foot_rear_left_z, t986);
+    t988 = t984 + t987;
+    t989 = t795_796.first() * f_right_foot_rear_right_x;
+    t990 = R::fused(t844_845.first(), f_right_foot_rear_right_y, t989);
+    t991 = R::fused(t889_890.first(), f_right_foot_rear_right_z, t990);
+    t992 = t988 + t991;
+    t993 = sin_q_right_ankle_roll * t992; // right_foot: wrench handed to its parent
+    t994 = t907_908.first() * f_right_foot_front_left_x;
+    t995 = R::fused(t912_913.first(), f_right_foot_front_left_y, t994);
+    t996 = R::fused(t917_918.first(), f_right_foot_front_left_z, t995);
+    t997 = t907_908.first() * f_right_foot_front_right_x;
+    t998 = R::fused(t912_913.first(), f_right_foot_front_right_y, t997);
+    t999 = R::fused(t917_918.first(), f_right_foot_front_right_z, t998);
+    t1000 = t996 + t999;
+    t1001 = t907_908.first() * f_right_foot_rear_left_x;
+    t1002 = R::fused(t912_913.first(), f_right_foot_rear_left_y, t1001);
+    t1003 = R::fused(t917_918.first(), f_right_foot_rear_left_z, t1002);
+    t1004 = t1000 + t1003;
+    t1005 = t907_908.first() * f_right_foot_rear_right_x;
+    t1006 = R::fused(t912_913.first(), f_right_foot_rear_right_y, t1005);
+    t1007 = R::fused(t917_918.first(), f_right_foot_rear_right_z, t1006);
+    t1008 = t1004 + t1007;
+    t1009 = R::fused(-cos_q_right_ankle_roll, t1008, t993); // right_foot: wrench handed to its parent
+    t1010 = cos_q_right_ankle_pitch * t1009; // right_ankle: wrench handed to its parent
+    t1011 = t936_937.first() * f_right_foot_front_left_x;
+    t1012 = R::fused(t941_942.first(), f_right_foot_front_left_y, t1011);
+    t1013 = R::fused(t946_947.first(), f_right_foot_front_left_z, t1012);
+    t1014 = t936_937.first() * f_right_foot_front_right_x;
+    t1015 = R::fused(t941_942.first(), f_right_foot_front_right_y, t1014);
+    t1016 = R::fused(t946_947.first(), f_right_foot_front_right_z, t1015);
+    t1017 = t1013 + t1016;
+    t1018 = t936_937.first() * f_right_foot_rear_left_x;
+    t1019 = R::fused(t941_942.first(), f_right_foot_rear_left_y, t1018);
+    t1020 = R::fused(t946_947.first(), f_right_foot_rear_left_z, t1019);
+    t1021 = t1017 + t1020;
+    t1022 = t936_937.first() * f_right_foot_rear_right_x;
+    t1023 = R::fused(t941_942.first(), f_right_foot_rear_right_y, t1022);
+    t1024 = R::fused(t946_947.first(), f_right_foot_rear_right_z, t1023);
+    t1025 = t1021 + t1024;
+    t1026 = R::fused(-sin_q_right_ankle_pitch, t1025, t1010); // right_ankle: wrench handed to its parent
+    t1027 = cos_q_right_knee_pitch * t1026; // right_lower_leg: wrench handed to its parent
+    t1028 = sin_q_right_ankle_pitch * t1009; // right_ankle: wrench handed to its parent
+    t1029 = R::fused(cos_q_right_ankle_pitch, t1025, t1028); // right_ankle: wrench handed to its parent
+    t1030 = R::fused(-sin_q_right_knee_pitch, t1029, t1027); // right_lower_leg: wrench handed to its parent
+    t1031 = sin_q_right_hip_pitch * t1030; // right_upper_leg: wrench handed to its parent
+    t1032 = sin_q_right_knee_pitch * t1026; // right_lower_leg: wrench handed to its parent
+    t1033 = R::fused(cos_q_right_knee_pitch, t1029, t1032); // right_lower_leg: wrench handed to its parent
+    t1034 = R::fused(cos_q_right_hip_pitch, t1033, t1031); // right_upper_leg: wrench handed to its parent
+    t1035 = cos_q_right_hip_yaw * t1034; // right_hip_yaw_link: wrench handed to its parent
+    t1036 = cos_q_right_ankle_roll * t992; // right_foot: wrench handed to its parent
+    t1037 = R::fused(sin_q_right_ankle_roll, t1008, t1036); // right_foot: wrench handed to its parent
+    t1038 = cos_q_right_hip_roll * t1037; // right_hip_roll_link: wrench handed to its parent
+    t1039 = cos_q_right_hip_pitch * t1030; // right_upper_leg: wrench handed to its parent
+    t1040 = R::fused(-sin_q_right_hip_pitch, t1033, t1039); // right_upper_leg: wrench handed to its parent
+    t1041 = R::fused(-sin_q_right_hip_roll, t1040, t1038); // right_hip_roll_link: wrench handed to its parent
+    t1042 = R::fused(-sin_q_right_hip_yaw, t1041, t1035); // right_hip_yaw_link: wrench handed to its parent
+    t1043 = t977 + t1042; // right_hip_yaw_link: wrench handed to its parent
+    t1044 = tau_base_linear_x - t1043; // other
+    t1045 = v_base_angular_x * v_base_angular_z; // torso: motion
+    t1046 = R::constant(2.444) * t1045; // torso: sums of what it carries
+    t1047 = v_base_linear_z * v_base_angular_y; // torso: motion
+    t1048 = R::fused(-v_base_linear_y, v_base_angular_z, t1047); // torso: motion
+    t1049 = R::fused(t847, R::constant(9.81), t1048); // torso: motion
+    t1050 = R::fused(R::constant(19.0), t1049, t1046); // torso: sums of what it carries
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1051_1052 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(v_base_angular_x);
+    t1053_1054 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t1051_1052);
+    t1055_1056 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1053_1054; // right_hip_roll_link, left_hip_roll_link
+    t1057_1058 = two(v_right_hip_yaw, v_left_hip_yaw) + both(v_base_angular_z);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1059_1060 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1057_1058, t1055_1056);
+    t1061_1062 = t1059_1060 * t1059_1060;
+    t1063_1064 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1053_1054;
+    t1065_1066 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1057_1058, t1063_1064);
+    // right_upper_leg, left_upper_leg: motion
+    t1067_1068 = two(v_right_hip_pitch, v_left_hip_pitch) - t1065_1066;
+    t1069_1070 = t1067_1068 * t1067_1068;
+    t1071_1072 = t1061_1062 + t1069_1070;
+    t1073_1074 = t1071_1072 * t292_293; // right_upper_leg, left_upper_leg: sums of what it carries
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1075_1076 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_y);
+    t1077_1078 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1075_1076;
+    t1079_1080 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_x);
+    t1081_1082 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1079_1080, t1077_1078);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1083_1084 = R::Two::fused(-two(v_right_hip_roll, v_left_hip_roll), t1057_1058, t1081_1082);
+    t1085_1086 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1083_1084;
+    t1087_1088 = two(v_right_hip_roll, v_left_hip_roll) * t1053_1054;
+    t1089_1090 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1087_1088, t1085_1086);
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1091_1092 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(v_base_angular_x);
+    t1093_1094 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(v_base_angular_y), t1091_1092);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1095_1096 = two(v_right_hip_roll, v_left_hip_roll) + t1093_1094;
+    t1097_1098 = t1095_1096 * t1059_1060;
+    t1099_1100 = t1089_1090 - t1097_1098;
+    t1101_1102 = R::Two::fused(t1099_1100, t86_87, t1073_1074); // right_upper_leg, left_upper_leg
+    // right_lower_leg, left_lower_leg: motion
+    t1103_1104 = two(v_right_knee_pitch, v_left_knee_pitch) + t1067_1068;
+    t1105_1106 = t1103_1104 * t1103_1104;
+    t1107_1108 = t1061_1062 + t1105_1106;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t1109_1110 = t1107_1108 * t94_95;
+    t1111_1112 = R::Two::fused(t1099_1100, t42_43, t1109_1110);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1113_1114 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1083_1084;
+    t1115_1116 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1087_1088, t1113_1114);
+    t1117_1118 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t1095_1096, t1115_1116);
+    t1119_1120 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t1095_1096, t1117_1118);
+    // right_ankle, left_ankle: motion
+    t1121_1122 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), t1095_1096, t1119_1120);
+    t1123_1124 = two(cos_t2, cos_t3) * t1121_1122;
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1125_1126 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1075_1076;
+    t1127_1128 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1079_1080, t1125_1126);
+    t1129_1130 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t1059_1060, t1127_1128);
+    t1131_1132 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t1059_1060, t1129_1130);
+    // right_ankle, left_ankle: motion
+    t1133_1134 = R::Two::fused(-two(v_right_ankle_pitch, v_left_ankle_pitch), t1059_1060, t1131_1132);
+    t1135_1136 = R::Two::fused(two(sin_t2, sin_t3), t1133_1134, t1123_1124);
+    t1137_1138 = two(v_right_ankle_pitch, v_left_ankle_pitch) + t1103_1104;
+    t1139_1140 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t1137_1138, t1135_1136);
+    t1141_1142 = two(sin_t2, sin_t3) * t1059_1060;
+    t1143_1144 = R::Two::fused(-two(cos_t2, cos_t3), t1095_1096, t1141_1142);
+    // right_foot, left_foot: motion
+    t1145_1146 = two(v_right_ankle_roll, v_left_ankle_roll) - t1143_1144;
+    t1147_1148 = t1137_1138 * t1145_1146;
+    t1149_1150 = t1139_1140 - t1147_1148;
+    t1151_1152 = t1149_1150 * t6_7; // right_foot, left_foot: sums of what it carries
+    // right_ankle, left_ankle: motion
+    t1153_1154 = two(cos_t2, cos_t3) * t1059_1060;
+    t1155_1156 = R::Two::fused(two(sin_t2, sin_t3), t1095_1096, t1153_1154);
+    // right_foot, left_foot: motion
+    t1157_1158 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t1155_1156, t1089_1090);
+    t1159_1160 = t1155_1156 * t1145_1146;
+    t1161_1162 = t1157_1158 - t1159_1160;
+    t1163_1164 = R::Two::fused(-t1161_1162, t14_15, t1151_1152); // right_foot, left_foot: sums of what it carries
+    // right_ankle, left_ankle: motion
+    t1165_1166 = t1137_1138 * t1137_1138;
+    t1167_1168 = t1155_1156 * t1155_1156;
+    t1169_1170 = t1165_1166 + t1167_1168;
+    // right_ankle, left_ankle: sums of what it carries
+    t1171_1172 = R::Two::fused(both(R::constant(0.0171)), t1169_1170, t1163_1164);
+    t1173_1174 = two(cos_t2, cos_t3) * t1171_1172;
+    // right_ankle, left_ankle: motion
+    t1175_1176 = two(sin_t2, sin_t3) * t1121_1122;
+    t1177_1178 = R::Two::fused(-two(cos_t2, cos_t3), t1133_1134, t1175_1176);
+    t1179_1180 = t1137_1138 * t1155_1156;
+    t1181_1182 = t1177_1178 - t1179_1180;
+    t1183_1184 = t1181_1182 * t6_7; // right_foot, left_foot: sums of what it carries
+    // right_foot, left_foot: motion
+    t1185_1186 = t1145_1146 * t1145_1146;
+    t1187_1188 = t1165_1166 + t1185_1186;
+    t1189_1190 = R::Two::fused(-t1187_1188, t14_15, t1183_1184); // right_foot, left_foot: sums of what it carries
+    // left_foot: external forces
+    t1191 = R::constant(0.055) * t919;
+    t1192 = R::fused(R::constant(-0.08), t891, t1191);
+    t1193 = R::constant(0.055) * t922;
+    t1194 = R::fused(R::constant(0.08), t894, t1193);
+    t1195 = t1192 - t1194;
+    t1196 = R::constant(0.055) * t926;
+    t1197 = R::fused(R::constant(-0.08), t898, t1196);
+    t1198 = t1195 + t1197;
+    t1199 = R::constant(0.055) * t930;
+    t1200 = R::fused(R::constant(0.08), t902, t1199);
+    t1201 = t1198 - t1200;
+    t1202 = tau_left_ankle_roll + t1201; // other
+    // right_foot, left_foot: sums of what it carries
+    t1203_1204 = both(R::constant(0.00207575)) * t1177_1178;
+    t1205_1206 = t218_219 - t28_29;
+    t1207_1208 = R::Two::fused(-t1179_1180, t1205_1206, t1203_1204);
+    t1209_1210 = t1157_1158 + t1159_1160; // right_foot, left_foot: motion
+    t1211_1212 = R::Two::fused(-t1209_1210, t18_19, t1207_1208);
+    t1213_1214 = t1139_1140 + t1147_1148; // right_foot, left_foot: motion
+    t1215_1216 = R::Two::fused(-t1213_1214, t124_125, t1211_1212);
+    t1217_1218 = t1165_1166 - t1167_1168;
+    t1219_1220 = R::Two::fused(-t134_135, t1217_1218, t1215_1216);
+    t1221 = v_base_angular_x * v_base_angular_y; // torso: motion
+    t1222 = R::constant(0.075) * t1221; // right_hip_yaw_link: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1223_1224 = R::Two::fused(both(t1222), two(R::constant(-1.0), R::constant(1.0)), both(t1049));
+    t1225_1226 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1223_1224;
+    // torso: motion
+    t1227 = v_base_linear_x * v_base_angular_z;
+    t1228 = R::fused(-v_base_linear_z, v_base_angular_x, t1227);
+    t1229 = R::fused(t850, R::constant(9.81), t1228);
+    t1230 = v_base_angular_x * v_base_angular_x;
+    t1231 = R::fused(v_base_angular_z, v_base_angular_z, t1230);
+    t1232 = R::constant(0.075) * t1231; // right_hip_yaw_link: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1233_1234 = R::Two::fused(both(t1232), two(R::constant(1.0), R::constant(-1.0)), both(t1229));
+    t1235_1236 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1233_1234, t1225_1226);
+    t1237_1238 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1235_1236; // right_hip_roll_link, left_hip_roll_link
+    // torso: motion
+    t1239 = v_base_linear_y * v_base_angular_x;
+    t1240 = R::fused(-v_base_linear_x, v_base_angular_y, t1239);
+    t1241 = R::fused(t856, R::constant(9.81), t1240);
+    t1242 = v_base_angular_y * v_base_angular_z;
+    t1243 = R::constant(0.075) * t1242; // right_hip_yaw_link: motion
+    t1244_1245 = R::Two::fused(both(t1243), two(R::constant(-1.0), R::constant(1.0)), both(t1241));
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1246_1247 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1244_1245, t1237_1238);
+    t1248_1249 = t1089_1090 + t1097_1098;
+    t1250_1251 = t1248_1249 * t92_93; // right_lower_leg, left_lower_leg: motion
+    t1252_1253 = t1095_1096 * t1095_1096;
+    t1254_1255 = t1252_1253 + t1069_1070; // right_upper_leg, left_upper_leg: motion
+    // right_lower_leg, left_lower_leg: motion
+    t1256_1257 = R::Two::fused(-t1254_1255, t88_89, t1250_1251);
+    t1258_1259 = t1246_1247 - t1256_1257;
+    t1260_1261 = t1248_1249 * t48_49; // right_ankle, left_ankle: motion
+    t1262_1263 = t1252_1253 + t1105_1106;
     let (
-        t1542, t1543, t1544, t1545, t1546_1547, t1548_1549, t1550_1551, t1552_1553, t1554_1555, t1556_1557, t1558_1559,
-        t1560_1561, t1562_1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571_1572, t1573_1574, t1575_1576,
-        t1577_1578, t1579_1580, t1581_1582, t1583_1584, t1585_1586, t1587, t1588, t1589, t1590, t1591, t1592, t1593,
-        t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608,
-        t1609_1610, t1611, t1612, t1613, t1614_1615, t1616_1617, t1618, t1619_1620, t1621_1622, t1623_1624, t1625,
-        t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638_1639, t1640_1641,
-        t1642_1643, t1644_1645, t1646_1647, t1648_1649, t1650_1651, t1652_1653, t1654_1655, t1656_1657, t1658_1659,
-        t1660_1661, t1662_1663, t1664_1665, t1666_1667, t1668, t1669, t1670, t1671_1672, t1673_1674, t1675_1676,
-        t1677_1678, t1679_1680, t1681_1682, t1683_1684, t1685_1686, t1687, t1688, t1689, t1690, t1691_1692, t1693_1694,
-        t1695, t1696, t1697, t1698_1699, t1700_1701, t1702_1703, t1704_1705, t1706_1707, t1708_1709, t1710_1711,
-        t1712_1713, t1714_1715, t1716_1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725, t1726, t1727, t1728,
-        t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741, t1742, t1743, t1744,
-        t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755, t1756, t1757, t1758, t1759, t1760,
-        t1761, t1762, t1763, t1764, t1765, t1766, t1767_1768, t1769_1770, t1771, t1772, t1773, t1774, t1775, t1776,
-        t1777, t1778_1779, t1780_1781, t1782_1783, t1784_1785, t1786, t1787, t1788, t1789, t1790_1791, t1792_1793,
-        t1794_1795, t1796, t1797, t1798, t1799, t1800_1801, t1802_1803, t1804_1805, t1806_1807, t1808_1809, t1810,
-        t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826,
-        t1827_1828, t1829_1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842,
-        t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858,
-        t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870_1871, t1872_1873,
+        t1264_1265, t1266_1267, t1268_1269, t1270_1271, t1272_1273, t1274_1275, t1276_1277, t1278_1279, t1280_1281,
+        t1282_1283, t1284_1285, t1286_1287, t1288_1289, t1290_1291, t1292_1293, t1294_1295, t1296_1297, t1298_1299,
+        t1300_1301, t1302_1303, t1304_1305, t1306_1307, t1308_1309, t1310_1311, t1312_1313, t1314_1315, t1316_1317,
+        t1318, t1319, t1320, t1321_1322, t1323_1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333,
+        t1334, t1335, t1336, t1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346, t1347, t1348, t1349,
+        t1350, t1351, t1352_1353, t1354_1355, t1356_1357, t1358_1359, t1360_1361, t1362_1363, t1364_1365, t1366_1367,
+        t1368_1369, t1370_1371, t1372_1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382_1383,
+        t1384_1385, t1386_1387, t1388_1389, t1390_1391, t1392_1393, t1394_1395, t1396_1397, t1398, t1399, t1400_1401,
+        t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413_1414, t1415_1416, t1417_1418,
+        t1419_1420, t1421_1422, t1423_1424, t1425_1426, t1427, t1428, t1429_1430, t1431_1432, t1433, t1434, t1435,
+        t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451,
+        t1452, t1453, t1454, t1455, t1456_1457, t1458_1459, t1460_1461, t1462_1463, t1464_1465, t1466_1467, t1468_1469,
+        t1470_1471, t1472_1473, t1474_1475, t1476_1477, t1478_1479, t1480_1481, t1482_1483, t1484_1485, t1486_1487,
+        t1488_1489, t1490_1491, t1492_1493, t1494, t1495, t1496, t1497, t1498, t1499, t1500_1501, t1502_1503,
+        t1504_1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512_1513, t1514_1515, t1516, t1517, t1518, t1519, t1520,
+        t1521, t1522, t1523, t1524, t1525, t1526_1527, t1528_1529, t1530, t1531, t1532, t1533_1534, t1535_1536, t1537,
+        t1538, t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550_1551, t1552_1553,
+        t1554_1555, t1556_1557, t1558_1559, t1560_1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570,
+        t1571_1572, t1573, t1574, t1575, t1576_1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586,
+        t1587, t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602,
+        t1603, t1604, t1605, t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613,
     );
-    t1542 = R::fused(t1531_1532.first(), t1425, t1541);
-    t1543 = t1533 + t1542;
-    t1544 = t1510 + t1543; // torso: articulated inertia
-    t1545 = t1508 - t1544; // torso: articulated inertia
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1546_1547 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1137_1138;
-    t1548_1549 = R::Two::fused(t1518_1519, t1175_1176, t1546_1547);
-    t1550_1551 = t1445_1446 * t1548_1549; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1552_1553 = t1185_1186 * t1191_1192;
-    t1554_1555 = R::Two::fused(-t1189_1190, t1183_1184, t1552_1553);
-    t1556_1557 = R::Two::fused(t1518_1519, t1197_1198, t1554_1555);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1558_1559 = R::Two::fused(-t1469_1470, t1556_1557, t1550_1551);
-    t1560_1561 = t1548_1549 - t1558_1559;
-    t1562_1563 = R::Two::fused(t1531_1532, t1487_1488, t1560_1561);
-    t1564 = R::constant(0.075) * t1562_1563.second(); // left_hip_yaw_link: articulated inertia
-    t1565 = R::fused(R::constant(-0.075), t1562_1563.first(), t1564); // right_hip_yaw_link: articulated inertia
-    t1566 = t1565 * t1496; // torso: acceleration
-    t1567 = R::fused(t1440, t1566, t1545); // torso: acceleration
-    t1568 = t1562_1563.second() + t1562_1563.first(); // right_hip_yaw_link: articulated inertia
-    t1569 = R::constant(2.444) + t1568; // torso: articulated inertia
-    t1570 = R::fused(t1492, t1566, t1569); // torso: acceleration
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1571_1572 = both(R::constant(0.000005)) - t1271_1272;
-    t1573_1574 = R::Two::fused(-t1518_1519, t1527_1528, t1571_1572);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1575_1576 = both(R::constant(0.00001)) + t1573_1574;
-    t1577_1578 = both(R::constant(0.000005)) - t1575_1576;
-    t1579_1580 = t1445_1446 * t1577_1578;
-    t1581_1582 = t1575_1576 + t1579_1580;
-    t1583_1584 = t1531_1532 * t1281_1282;
-    t1585_1586 = R::Two::fused(-t1531_1532, t1583_1584, t1581_1582);
-    t1587 = t1585_1586.second() + t1585_1586.first(); // right_hip_yaw_link: articulated inertia
-    t1588 = R::constant(0.785816667) + t1587; // torso: articulated inertia
-    // torso: acceleration
-    t1589 = R::fused(-t1565, t1566, t1588);
-    t1590 = R::constant(1.0) / t1589;
-    t1591 = t1570 * t1590;
-    t1592 = R::fused(-t1567, t1591, t1498);
-    t1593 = cos_q_left_hip_yaw * t941; // left_hip_yaw_link: wrench handed to its parent
-    t1594 = R::fused(-sin_q_left_hip_yaw, t1501, t1593); // left_hip_yaw_link: wrench handed to its parent
-    t1595 = sin_q_left_hip_roll * t231; // left_hip_roll_link: wrench handed to its parent
-    t1596 = R::fused(cos_q_left_hip_roll, t234, t1595); // left_hip_roll_link: wrench handed to its parent
-    t1597 = R::fused(R::constant(-0.075), t1596, t1594); // left_hip_yaw_link: wrench handed to its parent
-    t1598 = cos_q_right_hip_yaw * t1371; // right_hip_yaw_link: wrench handed to its parent
-    t1599 = R::fused(-sin_q_right_hip_yaw, t1505, t1598); // right_hip_yaw_link: wrench handed to its parent
-    t1600 = t1597 + t1599; // right_hip_yaw_link: wrench handed to its parent
-    t1601 = sin_q_right_hip_roll * t296; // right_hip_roll_link: wrench handed to its parent
-    t1602 = R::fused(cos_q_right_hip_roll, t299, t1601); // right_hip_roll_link: wrench handed to its parent
-    t1603 = R::fused(R::constant(0.075), t1602, t1600); // right_hip_yaw_link: wrench handed to its parent
-    t1604 = tau_base_angular_x + t1603; // other
-    t1605 = t529 * R::constant(0.631361667); // torso: sums of what it carries
-    t1606 = R::fused(R::constant(2.444), t516, t1605); // torso: sums of what it carries
-    t1607 = cos_q_left_hip_yaw * t1514; // left_hip_yaw_link: articulated inertia
-    t1608 = R::fused(sin_q_left_hip_yaw, t1523, t1607); // left_hip_yaw_link: articulated inertia
-    t1609_1610 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1529_1530; // right_hip_yaw_link, left_hip_yaw_link
-    t1611 = R::fused(-t1609_1610.second(), t1283, t1608); // left_hip_yaw_link: articulated inertia
-    t1612 = sin_q_left_hip_roll * t1078; // left_hip_roll_link: articulated inertia
-    t1613 = R::fused(cos_q_left_hip_roll, t1087, t1612); // left_hip_roll_link: articulated inertia
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1614_1615 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1093_1094;
-    t1616_1617 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1101_1102, t1614_1615);
-    t1618 = R::fused(-t1616_1617.second(), t1070, t1613); // left_hip_roll_link: articulated inertia
-    t1619_1620 = t1191_1192 - t1554_1555;
-    t1621_1622 = t1616_1617 * t1068_1069;
-    t1623_1624 = R::Two::fused(-t1173_1174, t1621_1622, t1619_1620);
-    t1625 = R::fused(t1623_1624.second(), t1283, t1618); // left_hip_yaw_link: articulated inertia
-    t1626 = R::fused(R::constant(-0.075), t1625, t1611); // left_hip_yaw_link: articulated inertia
-    t1627 = cos_q_right_hip_yaw * t1535; // right_hip_yaw_link: articulated inertia
-    t1628 = R::fused(sin_q_right_hip_yaw, t1540, t1627); // right_hip_yaw_link: articulated inertia
-    t1629 = R::fused(-t1609_1610.first(), t1425, t1628); // right_hip_yaw_link: articulated inertia
-    t1630 = sin_q_right_hip_roll * t1396; // right_hip_roll_link: articulated inertia
-    t1631 = R::fused(cos_q_right_hip_roll, t1399, t1630); // right_hip_roll_link: articulated inertia
-    t1632 = R::fused(-t1616_1617.first(), t1392, t1631); // right_hip_roll_link: articulated inertia
-    t1633 = R::fused(t1623_1624.first(), t1425, t1632); // right_hip_yaw_link: articulated inertia
-    t1634 = R::fused(R::constant(0.075), t1633, t1629); // right_hip_yaw_link: articulated inertia
-    t1635 = t1626 + t1634; // right_hip_yaw_link: articulated inertia
-    t1636 = t1606 - t1635; // torso: articulated inertia
-    t1637 = t1604 + t1636; // torso: articulated inertia
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1638_1639 = t1445_1446 * t1556_1557;
-    t1640_1641 = R::Two::fused(t1469_1470, t1548_1549, t1638_1639);
-    t1642_1643 = R::Two::fused(t1609_1610, t1487_1488, t1640_1641);
-    t1644_1645 = both(R::constant(0.075)) * t1642_1643;
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1646_1647 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1471_1472;
-    t1648_1649 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1475_1476, t1646_1647);
-    t1650_1651 = R::Two::fused(-t1616_1617, t1175_1176, t1648_1649);
-    t1652_1653 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1650_1651; // right_hip_yaw_link, left_hip_yaw_link
-    t1654_1655 = t1185_1186 * t1457_1458;
-    t1656_1657 = R::Two::fused(-t1189_1190, t1451_1452, t1654_1655);
-    t1658_1659 = t1455_1456 - t1656_1657;
-    t1660_1661 = R::Two::fused(t1616_1617, t1197_1198, t1658_1659);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1662_1663 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1660_1661, t1652_1653);
-    t1664_1665 = R::Two::fused(t1623_1624, t1487_1488, t1662_1663);
-    t1666_1667 = R::Two::fused(two(R::constant(-0.005625), R::constant(0.005625)), t1664_1665, t1644_1645);
-    t1668 = t1666_1667.second() - t1666_1667.first(); // right_hip_yaw_link: articulated inertia
-    t1669 = t1668 * t1496; // torso: acceleration
-    t1670 = R::fused(-t1440, t1669, t1637); // torso: acceleration
-    t1671_1672 = t1469_1470 * t1577_1578;
-    t1673_1674 = t1609_1610 * t1281_1282;
-    t1675_1676 = R::Two::fused(t1531_1532, t1673_1674, t1671_1672);
-    t1677_1678 = R::Two::fused(-t1518_1519, t1621_1622, t1193_1194); // right_hip_roll_link, left_hip_roll_link
-    t1679_1680 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1677_1678;
-    t1681_1682 = t1623_1624 * t1281_1282;
-    t1683_1684 = R::Two::fused(t1531_1532, t1681_1682, t1679_1680);
-    t1685_1686 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1683_1684, t1675_1676);
-    t1687 = t1685_1686.second() + t1685_1686.first(); // right_hip_yaw_link: articulated inertia
-    t1688 = R::fused(t1668, t1566, t1687); // torso: acceleration
-    t1689 = t1688 * t1590; // torso: acceleration
-    t1690 = R::fused(-t1567, t1689, t1670); // torso: acceleration
-    t1691_1692 = both(R::constant(0.075)) * t1664_1665;
-    t1693_1694 = R::Two::fused(t1691_1692, two(R::constant(-1.0), R::constant(1.0)), t1642_1643);
-    t1695 = t1693_1694.second() + t1693_1694.first(); // right_hip_yaw_link: articulated inertia
-    t1696 = R::fused(t1492, t1669, t1695); // torso: acceleration
-    t1697 = R::fused(t1570, t1689, t1696); // torso: acceleration
-    t1698_1699 = both(R::constant(0.000005)) - t1579_1580;
-    t1700_1701 = R::Two::fused(-t1609_1610, t1673_1674, t1698_1699);
-    t1702_1703 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1677_1678;
-    t1704_1705 = R::Two::fused(t1609_1610, t1681_1682, t1702_1703);
-    t1706_1707 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1704_1705, t1700_1701);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1708_1709 = t1449_1450 + t1459_1460;
-    t1710_1711 = R::Two::fused(t1616_1617, t1621_1622, t1708_1709);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1712_1713 = R::Two::fused(t1623_1624, t1681_1682, t1710_1711);
-    t1714_1715 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1712_1713, t1704_1705);
-    t1716_1717 = R::Two::fused(two(R::constant(0.075), R::constant(-0.075)), t1714_1715, t1706_1707);
-    t1718 = t1716_1717.second() + t1716_1717.first(); // right_hip_yaw_link: articulated inertia
-    t1719 = R::constant(0.884111667) + t1718; // torso: articulated inertia
-    // torso: acceleration
-    t1720 = R::fused(-t1668, t1669, t1719);
-    t1721 = R::fused(-t1688, t1689, t1720);
-    t1722 = R::constant(1.0) / t1721;
-    t1723 = t1697 * t1722;
-    t1724 = R::fused(t1690, t1723, t1592);
-    t1725 = t1596 + t1602; // right_hip_yaw_link: wrench handed to its parent
-    t1726 = tau_base_linear_z - t1725; // other
-    t1727 = R::fused(v_base_angular_y, v_base_angular_y, t517); // torso: motion
-    t1728 = R::constant(2.444) * t1727; // torso: sums of what it carries
-    t1729 = R::fused(R::constant(-19.0), t528, t1728); // torso: sums of what it carries
-    t1730 = t1625 + t1633; // right_hip_yaw_link: articulated inertia
-    t1731 = t1729 + t1730; // torso: articulated inertia
-    t1732 = t1726 + t1731; // torso: articulated inertia
-    t1733 = t1691_1692.second() - t1691_1692.first(); // right_hip_yaw_link: articulated inertia
-    t1734 = t1733 * t1496;
-    t1735 = R::fused(-t1440, t1734, t1732);
-    t1736 = t1683_1684.second() + t1683_1684.first(); // right_hip_yaw_link: articulated inertia
-    t1737 = R::fused(t1733, t1566, t1736);
-    t1738 = t1737 * t1590;
-    t1739 = R::fused(-t1567, t1738, t1735);
-    t1740 = t1714_1715.second() + t1714_1715.first(); // right_hip_yaw_link: articulated inertia
-    t1741 = R::fused(t1733, t1669, t1740);
-    t1742 = R::fused(t1737, t1689, t1741);
-    t1743 = t1742 * t1722;
-    t1744 = R::fused(t1690, t1743, t1739);
-    t1745 = t1664_1665.second() + t1664_1665.first(); // right_hip_yaw_link: articulated inertia
-    t1746 = R::fused(t1492, t1734, t1745);
-    t1747 = R::fused(t1570, t1738, t1746);
-    t1748 = R::fused(t1697, t1743, t1747);
-    t1749 = t1712_1713.second() + t1712_1713.first(); // right_hip_yaw_link: articulated inertia
-    t1750 = R::constant(19.0) - t1749; // torso: articulated inertia
-    t1751 = R::fused(-t1733, t1734, t1750);
-    t1752 = R::fused(-t1737, t1738, t1751);
-    t1753 = R::fused(-t1742, t1743, t1752);
-    t1754 = R::constant(1.0) / t1753;
-    t1755 = t1748 * t1754;
-    t1756 = R::fused(t1744, t1755, t1724);
-    t1757 = sin_q_left_hip_yaw * t228; // left_hip_yaw_link: wrench handed to its parent
-    t1758 = R::fused(cos_q_left_hip_yaw, t235, t1757); // left_hip_yaw_link: wrench handed to its parent
-    t1759 = sin_q_right_hip_yaw * t293; // right_hip_yaw_link: wrench handed to its parent
-    t1760 = R::fused(cos_q_right_hip_yaw, t300, t1759); // right_hip_yaw_link: wrench handed to its parent
-    t1761 = t1758 + t1760; // right_hip_yaw_link: wrench handed to its parent
-    t1762 = tau_base_linear_y - t1761; // other
-    t1763 = R::constant(2.444) * t529; // torso: sums of what it carries
-    t1764 = R::fused(R::constant(19.0), t516, t1763); // torso: sums of what it carries
-    t1765 = sin_q_left_hip_yaw * t1071; // left_hip_yaw_link: articulated inertia
-    t1766 = R::fused(-cos_q_left_hip_yaw, t1105, t1765); // left_hip_yaw_link: articulated inertia
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1767_1768 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1177_1178;
-    t1769_1770 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1199_1200, t1767_1768);
-    t1771 = R::fused(-t1769_1770.second(), t1283, t1766); // left_hip_yaw_link: articulated inertia
+    // right_ankle, left_ankle: motion
+    t1264_1265 = R::Two::fused(-t1262_1263, t44_45, t1260_1261);
+    t1266_1267 = t1258_1259 - t1264_1265;
+    t1268_1269 = two(cos_t2, cos_t3) * t1266_1267;
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1270_1271 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1223_1224;
+    t1272_1273 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1233_1234, t1270_1271);
+    // right_lower_leg, left_lower_leg: motion
+    t1274_1275 = t1071_1072 * t92_93;
+    t1276_1277 = R::Two::fused(t1099_1100, t88_89, t1274_1275);
+    t1278_1279 = t1272_1273 + t1276_1277;
+    // right_ankle, left_ankle: motion
+    t1280_1281 = t1107_1108 * t48_49;
+    t1282_1283 = R::Two::fused(t1099_1100, t44_45, t1280_1281);
+    t1284_1285 = t1278_1279 + t1282_1283;
+    t1286_1287 = R::Two::fused(two(sin_t2, sin_t3), t1284_1285, t1268_1269);
+    t1288_1289 = t1286_1287 * t6_7; // right_foot, left_foot: sums of what it carries
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1290_1291 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1235_1236;
+    t1292_1293 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1244_1245, t1290_1291);
+    t1294_1295 = R::Two::fused(t1095_1096, t1067_1068, t1117_1118); // right_upper_leg, left_upper_leg: motion
+    t1296_1297 = t1294_1295 * t92_93; // right_lower_leg, left_lower_leg: motion
+    t1298_1299 = R::Two::fused(-t1059_1060, t1067_1068, t1129_1130); // right_upper_leg, left_upper_leg: motion
+    // right_lower_leg, left_lower_leg: motion
+    t1300_1301 = R::Two::fused(-t1298_1299, t88_89, t1296_1297);
+    t1302_1303 = t1292_1293 + t1300_1301;
+    t1304_1305 = R::Two::fused(t1095_1096, t1103_1104, t1119_1120);
+    t1306_1307 = t1304_1305 * t48_49; // right_ankle, left_ankle: motion
+    t1308_1309 = R::Two::fused(-t1059_1060, t1103_1104, t1131_1132);
+    // right_ankle, left_ankle: motion
+    t1310_1311 = R::Two::fused(-t1308_1309, t44_45, t1306_1307);
+    t1312_1313 = t1302_1303 + t1310_1311;
+    // right_foot, left_foot: sums of what it carries
+    t1314_1315 = R::Two::fused(-t1312_1313, t14_15, t1288_1289);
+    t1316_1317 = t1219_1220 - t1314_1315;
+    t1318 = t1202 + t1316_1317.second(); // other
+    t1319 = t1318 * R::constant(481.7535830422739); // other
+    t1320 = R::fused(-t6_7.second(), t1319, t1189_1190.second()); // left_foot: articulated inertia
+    // right_ankle, left_ankle: motion
+    t1321_1322 = t1155_1156 * t1143_1144;
+    t1323_1324 = t1089_1090 - t1321_1322;
+    t1325 = R::fused(R::constant(0.0171), t1323_1324.second(), -t1320); // left_ankle: articulated inertia
+    t1326 = R::fused(-sin_t3, t1325, t1173_1174.second()); // left_ankle: articulated inertia
+    // left_foot: external forces
+    t1327 = R::constant(0.08) * t948;
+    t1328 = R::fused(R::constant(-0.15), t919, t1327);
+    t1329 = R::constant(0.08) * t951;
+    t1330 = R::fused(R::constant(-0.15), t922, t1329);
+    t1331 = t1328 + t1330;
+    t1332 = R::constant(0.08) * t955;
+    t1333 = R::fused(R::constant(0.09), t926, t1332);
+    t1334 = t1331 + t1333;
+    t1335 = R::constant(0.08) * t959;
+    t1336 = R::fused(R::constant(0.09), t930, t1335);
+    t1337 = t1334 + t1336;
+    t1338 = cos_q_left_ankle_roll * t1337; // left_foot: wrench handed to its parent
+    t1339 = R::constant(0.15) * t891;
+    t1340 = R::fused(R::constant(-0.055), t948, t1339);
+    t1341 = R::constant(0.15) * t894;
+    t1342 = R::fused(R::constant(0.055), t951, t1341);
+    t1343 = t1340 + t1342;
+    t1344 = R::constant(0.09) * t898;
+    t1345 = R::fused(R::constant(0.055), t955, t1344);
+    t1346 = t1343 - t1345;
+    t1347 = R::constant(0.09) * t902;
+    t1348 = R::fused(R::constant(-0.055), t959, t1347);
+    t1349 = t1346 - t1348;
+    t1350 = R::fused(sin_q_left_ankle_roll, t1349, t1338); // left_foot: wrench handed to its parent
+    t1351 = tau_left_ankle_pitch + t1350; // other
+    // right_ankle, left_ankle: sums of what it carries
+    t1352_1353 = t1089_1090 * both(R::constant(0.003259));
+    t1354_1355 = R::Two::fused(t1321_1322, both(R::constant(-0.003249)), t1352_1353);
+    t1356_1357 = R::Two::fused(both(R::constant(0.0171)), t1286_1287, t1354_1355);
+    // right_foot, left_foot: sums of what it carries
+    t1358_1359 = t1161_1162 * t28_29;
+    t1360_1361 = R::Two::fused(-t1149_1150, t134_135, t1358_1359);
+    t1362_1363 = R::Two::fused(-t1181_1182, t18_19, t1360_1361);
+    t1364_1365 = t1167_1168 - t1185_1186;
+    t1366_1367 = R::Two::fused(-t124_125, t1364_1365, t1362_1363);
+    // right_ankle, left_ankle: motion
+    t1368_1369 = two(sin_t2, sin_t3) * t1266_1267;
+    t1370_1371 = R::Two::fused(-two(cos_t2, cos_t3), t1284_1285, t1368_1369);
+    t1372_1373 = R::Two::fused(-t1370_1371, t14_15, t1366_1367); // right_foot, left_foot: sums of what it carries
+    t1374 = R::fused(t18_19.second(), t1319, t1372_1373.second()); // left_foot: articulated inertia
+    // left_ankle: articulated inertia
+    t1375 = t1356_1357.second() + t1374;
+    t1376 = t1351 + t1375;
+    t1377 = t1376 * t36_37.second();
+    t1378 = R::fused(t22_23.second(), t1377, t1326);
+    t1379 = t1111_1112.second() - t1378; // left_lower_leg: articulated inertia
+    t1380 = R::fused(R::constant(0.273), t964, t1350); // left_ankle: wrench handed to its parent
+    t1381 = tau_left_knee_pitch + t1380; // other
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t1382_1383 = both(R::constant(0.06634781167)) * t1089_1090;
+    t1384_1385 = t216_217 - t450_451;
+    t1386_1387 = R::Two::fused(-t1097_1098, t1384_1385, t1382_1383);
+    t1388_1389 = t1252_1253 - t1061_1062;
+    t1390_1391 = R::Two::fused(-t392_393, t1388_1389, t1386_1387);
+    t1392_1393 = t1278_1279 * t42_43;
+    t1394_1395 = R::Two::fused(-t1258_1259, t94_95, t1392_1393);
+    t1396_1397 = t1390_1391 + t1394_1395;
+    t1398 = R::fused(-t34_35.second(), t1377, t1375); // left_ankle: articulated inertia
+    t1399 = t44_45.second() * t1378; // left_ankle: articulated inertia
+    t1400_1401 = two(sin_t2, sin_t3) * t1171_1172; // right_ankle, left_ankle: sums of what it carries
+    // left_ankle: articulated inertia
+    t1402 = R::fused(cos_t3, t1325, t1400_1401.second());
+    t1403 = R::fused(t56_57.second(), t1377, t1402);
+    t1404 = R::fused(t48_49.second(), t1403, t1399);
+    t1405 = t1398 - t1404;
+    // left_lower_leg: articulated inertia
+    t1406 = t1396_1397.second() + t1405;
+    t1407 = t1381 + t1406;
+    t1408 = t1407 * t80_81.second();
+    t1409 = R::fused(-t62_63.second(), t1408, t1379);
+    t1410 = t1101_1102.second() + t1409; // left_upper_leg: articulated inertia
+    t1411 = R::fused(R::constant(0.315), t968, t1380); // left_lower_leg: wrench handed to its parent
+    t1412 = tau_left_hip_pitch + t1411; // other
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t1413_1414 = both(R::constant(0.24091175)) * t1089_1090;
+    t1415_1416 = t210_211 - t448_449;
+    t1417_1418 = R::Two::fused(-t1097_1098, t1415_1416, t1413_1414);
+    t1419_1420 = R::Two::fused(-t1388_1389, t388_389, t1417_1418);
+    t1421_1422 = t1272_1273 * t86_87;
+    t1423_1424 = R::Two::fused(-t1246_1247, t292_293, t1421_1422);
+    t1425_1426 = t1419_1420 + t1423_1424;
+    t1427 = R::fused(-t78_79.second(), t1408, t1406); // left_lower_leg: articulated inertia
+    t1428 = t88_89.second() * t1409; // left_lower_leg: articulated inertia
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t1429_1430 = t1248_1249 * t94_95;
+    t1431_1432 = R::Two::fused(-t1262_1263, t42_43, t1429_1430);
+    // left_lower_leg: articulated inertia
+    t1433 = t1431_1432.second() - t1403;
+    t1434 = R::fused(-t96_97.second(), t1408, t1433);
+    t1435 = R::fused(t92_93.second(), t1434, t1428);
+    t1436 = t1427 + t1435;
+    // left_upper_leg: articulated inertia
+    t1437 = t1425_1426.second() + t1436;
+    t1438 = t1412 + t1437;
+    t1439 = t1438 * t118_119.second();
+    t1440 = R::fused(-t102_103.second(), t1439, t1410);
+    t1441 = sin_q_left_ankle_roll * t1337; // left_foot: wrench handed to its parent
+    t1442 = R::fused(-cos_q_left_ankle_roll, t1349, t1441); // left_foot: wrench handed to its parent
+    t1443 = cos_q_left_ankle_pitch * t1442; // left_ankle: wrench handed to its parent
+    t1444 = R::fused(-sin_q_left_ankle_pitch, t1201, t1443); // left_ankle: wrench handed to its parent
+    t1445 = cos_q_left_knee_pitch * t1444; // left_lower_leg: wrench handed to its parent
+    t1446 = sin_q_left_ankle_pitch * t1442; // left_ankle: wrench handed to its parent
+    t1447 = R::fused(cos_q_left_ankle_pitch, t1201, t1446); // left_ankle: wrench handed to its parent
+    t1448 = R::fused(R::constant(-0.273), t972, t1447); // left_ankle: wrench handed to its parent
+    t1449 = R::fused(-sin_q_left_knee_pitch, t1448, t1445); // left_lower_leg: wrench handed to its parent
+    t1450 = sin_q_left_hip_pitch * t1449; // left_upper_leg: wrench handed to its parent
+    t1451 = sin_q_left_knee_pitch * t1444; // left_lower_leg: wrench handed to its parent
+    t1452 = R::fused(cos_q_left_knee_pitch, t1448, t1451); // left_lower_leg: wrench handed to its parent
+    t1453 = R::fused(R::constant(-0.315), t972, t1452); // left_lower_leg: wrench handed to its parent
+    t1454 = R::fused(cos_q_left_hip_pitch, t1453, t1450); // left_upper_leg: wrench handed to its parent
+    t1455 = tau_left_hip_roll + t1454; // other
+    t1456_1457 = t1127_1128 * both(R::constant(0.0017316666835)); // right_hip_roll_link, left_hip_roll_link
+    t1458_1459 = t1065_1066 * t1059_1060; // right_hip_roll_link, left_hip_roll_link: motion
+    t1460_1461 = R::Two::fused(t1458_1459, both(R::constant(-0.0017216666835)), t1456_1457);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t1462_1463 = t1298_1299 * t210_211;
+    t1464_1465 = R::Two::fused(-t1294_1295, t388_389, t1462_1463);
+    t1466_1467 = R::Two::fused(-t1292_1293, t86_87, t1464_1465);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t1468_1469 = t1308_1309 * t216_217;
+    t1470_1471 = R::Two::fused(-t1304_1305, t392_393, t1468_1469);
+    t1472_1473 = R::Two::fused(-t1302_1303, t42_43, t1470_1471);
+    t1474_1475 = R::Two::fused(-t1137_1138, t1143_1144, t1135_1136); // right_ankle, left_ankle: motion
+    // right_ankle, left_ankle: sums of what it carries
+    t1476_1477 = t1474_1475 * both(R::constant(0.003254));
+    t1478_1479 = R::Two::fused(both(R::constant(-0.0171)), t1312_1313, t1476_1477);
+    t1480_1481 = t1149_1150 * t218_219; // right_foot, left_foot: sums of what it carries
+    t1482_1483 = t1177_1178 + t1179_1180; // right_ankle, left_ankle: motion
+    // right_foot, left_foot: sums of what it carries
+    t1484_1485 = R::Two::fused(-t1482_1483, t124_125, t1480_1481);
+    t1486_1487 = R::Two::fused(-t1161_1162, t134_135, t1484_1485);
+    t1488_1489 = t1165_1166 - t1185_1186;
+    t1490_1491 = R::Two::fused(t18_19, t1488_1489, t1486_1487);
+    t1492_1493 = R::Two::fused(t1370_1371, t6_7, t1490_1491);
+    t1494 = R::fused(t124_125.second(), t1319, t1492_1493.second()); // left_foot: articulated inertia
+    // left_ankle: articulated inertia
+    t1495 = t1478_1479.second() + t1494;
+    t1496 = sin_t3 * t1495;
+    t1497 = R::fused(-t1482_1483.second(), R::constant(0.000005), t1202);
+    t1498 = R::fused(cos_t3, t1497, t1496);
+    t1499 = R::fused(t138_139.second(), t1377, t1498);
+    t1500_1501 = t1167_1168 + t1185_1186; // right_foot, left_foot: motion
+    // right_foot, left_foot: sums of what it carries
+    t1502_1503 = t1500_1501 * t6_7;
+    t1504_1505 = R::Two::fused(t1482_1483, t14_15, t1502_1503);
+    t1506 = R::fused(-t14_15.second(), t1319, t1504_1505.second()); // left_foot: articulated inertia
+    t1507 = R::fused(R::constant(0.0171), t1474_1475.second(), -t1506); // left_ankle: articulated inertia
+    t1508 = R::fused(t148_149.second(), t1377, t1507); // left_ankle: articulated inertia
+    t1509 = R::fused(t44_45.second(), t1508, t1499); // left_ankle: articulated inertia
+    t1510 = t1472_1473.second() + t1509; // left_lower_leg: articulated inertia
+    t1511 = R::fused(t176_177.second(), t1408, t1510); // left_lower_leg: articulated inertia
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t1512_1513 = t1304_1305 * t94_95;
+    t1514_1515 = R::Two::fused(-t1308_1309, t42_43, t1512_1513);
+    t1516 = t1514_1515.second() - t1508; // left_lower_leg: articulated inertia
+    t1517 = R::fused(-t174_175.second(), t1408, t1516); // left_lower_leg: articulated inertia
+    t1518 = R::fused(-t88_89.second(), t1517, t1511); // left_lower_leg: articulated inertia
+    t1519 = t1466_1467.second() + t1518; // left_upper_leg: articulated inertia
+    t1520 = R::fused(t202_203.second(), t1439, t1519); // left_upper_leg: articulated inertia
+    // left_hip_roll_link: articulated inertia
+    t1521 = t1460_1461.second() + t1520;
+    t1522 = t1455 - t1521;
+    t1523 = t1522 * t278_279.second();
+    t1524 = R::fused(-t204_205.second(), t1523, t1440);
+    t1525 = cos_q_left_hip_yaw * t1524; // left_hip_yaw_link: articulated inertia
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t1526_1527 = t1294_1295 * t292_293;
+    t1528_1529 = R::Two::fused(-t1298_1299, t86_87, t1526_1527);
+    t1530 = t1528_1529.second() + t1517; // left_upper_leg: articulated inertia
+    t1531 = R::fused(-t200_201.second(), t1439, t1530); // left_upper_leg: articulated inertia
+    t1532 = cos_q_left_hip_roll * t1531; // left_hip_roll_link: articulated inertia
+    t1533_1534 = t1248_1249 * t292_293;
+    t1535_1536 = R::Two::fused(-t1254_1255, t86_87, t1533_1534);
+    t1537 = t1535_1536.second() + t1434; // left_upper_leg: articulated inertia
+    t1538 = R::fused(-t294_295.second(), t1439, t1537); // left_upper_leg: articulated inertia
+    t1539 = R::fused(-sin_q_left_hip_roll, t1538, t1532); // left_hip_roll_link: articulated inertia
+    t1540 = R::fused(-t324_325.second(), t1523, t1539); // left_hip_roll_link: articulated inertia
+    t1541 = R::fused(sin_q_left_hip_yaw, t1540, t1525); // left_hip_yaw_link: articulated inertia
+    t1542 = sin_q_left_hip_roll * t1411; // left_hip_roll_link: wrench handed to its parent
+    t1543 = cos_q_left_hip_pitch * t1449; // left_upper_leg: wrench handed to its parent
+    t1544 = R::fused(-sin_q_left_hip_pitch, t1453, t1543); // left_upper_leg: wrench handed to its parent
+    t1545 = R::fused(cos_q_left_hip_roll, t1544, t1542); // left_hip_roll_link: wrench handed to its parent
+    t1546 = tau_left_hip_yaw + t1545; // other
+    t1547 = R::fused(-t116_117.second(), t1439, t1437); // left_upper_leg: articulated inertia
+    t1548 = R::fused(t1099_1100.second(), R::constant(0.000005), t1547); // left_hip_roll_link: articulated inertia
+    t1549 = sin_q_left_hip_roll * t1548; // left_hip_roll_link: articulated inertia
+    t1550_1551 = t1294_1295 * t448_449;
+    t1552_1553 = R::Two::fused(-t1298_1299, t388_389, t1550_1551);
+    t1554_1555 = R::Two::fused(t1292_1293, t292_293, t1552_1553);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t1556_1557 = t1304_1305 * t450_451;
+    t1558_1559 = R::Two::fused(-t1308_1309, t392_393, t1556_1557);
+    t1560_1561 = R::Two::fused(t1302_1303, t94_95, t1558_1559);
+    // left_ankle: articulated inertia
+    t1562 = cos_t3 * t1495;
+    t1563 = R::fused(-sin_t3, t1497, t1562);
+    t1564 = R::fused(t354_355.second(), t1377, t1563);
+    t1565 = R::fused(-t48_49.second(), t1508, t1564);
+    t1566 = t1560_1561.second() + t1565; // left_lower_leg: articulated inertia
+    t1567 = R::fused(t368_369.second(), t1408, t1566); // left_lower_leg: articulated inertia
+    t1568 = R::fused(t92_93.second(), t1517, t1567); // left_lower_leg: articulated inertia
+    t1569 = t1554_1555.second() + t1568; // left_upper_leg: articulated inertia
+    t1570 = R::fused(t380_381.second(), t1439, t1569); // left_upper_leg: articulated inertia
+    t1571_1572 = R::Two::fused(t1095_1096, t1065_1066, t1115_1116); // right_hip_roll_link, left_hip_roll_link: motion
+    t1573 = R::fused(t1571_1572.second(), R::constant(0.0017266666835), t1570); // left_hip_roll_link
+    t1574 = R::fused(-cos_q_left_hip_roll, t1573, t1549); // left_hip_roll_link: articulated inertia
+    t1575 = R::fused(t426_427.second(), t1523, t1574); // left_hip_roll_link: articulated inertia
+    t1576_1577 = t1093_1094 * t1053_1054; // right_hip_yaw_link, left_hip_yaw_link: motion
+    // left_hip_yaw_link: articulated inertia
+    t1578 = R::fused(t1576_1577.second(), R::constant(0.000005), t1575);
+    t1579 = t1546 + t1578;
+    t1580 = t1579 * t492_493.second();
+    t1581 = R::fused(-t446_447.second(), t1580, t1541);
+    // right_foot: external forces
+    t1582 = t996 * R::constant(0.055);
+    t1583 = R::fused(-t980, R::constant(0.08), t1582);
+    t1584 = R::constant(0.055) * t999;
+    t1585 = R::fused(R::constant(0.08), t983, t1584);
+    t1586 = t1583 - t1585;
+    t1587 = R::constant(0.055) * t1003;
+    t1588 = R::fused(R::constant(-0.08), t987, t1587);
+    t1589 = t1586 + t1588;
+    t1590 = R::constant(0.055) * t1007;
+    t1591 = R::fused(R::constant(0.08), t991, t1590);
+    t1592 = t1589 - t1591;
+    t1593 = tau_right_ankle_roll + t1592; // other
+    t1594 = t1593 + t1316_1317.first(); // other
+    t1595 = t1594 * R::constant(481.7535830422739); // other
+    t1596 = R::fused(-t6_7.first(), t1595, t1189_1190.first()); // right_foot: articulated inertia
+    t1597 = R::fused(R::constant(0.0171), t1323_1324.first(), -t1596); // right_ankle: articulated inertia
+    t1598 = R::fused(-sin_t2, t1597, t1173_1174.first()); // right_ankle: articulated inertia
+    t1599 = t1013 * R::constant(0.08);
+    t1600 = R::fused(-t996, R::constant(0.15), t1599);
+    t1601 = R::constant(0.08) * t1016;
+    t1602 = R::fused(R::constant(-0.15), t999, t1601);
+    t1603 = t1600 + t1602;
+    t1604 = R::constant(0.08) * t1020;
+    t1605 = R::fused(t1003, R::constant(0.09), t1604);
+    t1606 = t1603 + t1605;
+    t1607 = R::constant(0.08) * t1024;
+    t1608 = R::fused(R::constant(0.09), t1007, t1607);
+    t1609 = t1606 + t1608;
+    t1610 = cos_q_right_ankle_roll * t1609; // right_foot: wrench handed to its parent
+    t1611 = t980 * R::constant(0.15);
+    t1612 = R::fused(-t1013, R::constant(0.055), t1611);
+    t1613 = R::constant(0.15) * t983;
+    let (
+        t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1624, t1625, t1626, t1627, t1628, t1629,
+        t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643, t1644, t1645,
+        t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659, t1660, t1661,
+        t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675, t1676, t1677,
+        t1678, t1679, t1680, t1681, t1682, t1683, t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691, t1692, t1693,
+        t1694, t1695, t1696, t1697, t1698, t1699, t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707, t1708, t1709,
+        t1710, t1711, t1712, t1713, t1714, t1715, t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723, t1724, t1725,
+        t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740, t1741,
+        t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752_1753, t1754, t1755, t1756, t1757,
+        t1758, t1759_1760, t1761, t1762, t1763, t1764, t1765, t1766, t1767, t1768, t1769, t1770, t1771, t1772, t1773,
+        t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786, t1787, t1788, t1789,
+        t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797, t1798, t1799, t1800, t1801, t1802, t1803, t1804, t1805,
+        t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818, t1819, t1820, t1821,
+        t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837,
+        t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853,
+        t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866, t1867, t1868, t1869,
+        t1870_1871, t1872_1873,
+    );
+    t1614 = R::fused(R::constant(0.055), t1016, t1613);
+    t1615 = t1612 + t1614;
+    t1616 = t987 * R::constant(0.09);
+    t1617 = R::fused(R::constant(0.055), t1020, t1616);
+    t1618 = t1615 - t1617;
+    t1619 = R::constant(0.09) * t991;
+    t1620 = R::fused(R::constant(-0.055), t1024, t1619);
+    t1621 = t1618 - t1620;
+    t1622 = R::fused(sin_q_right_ankle_roll, t1621, t1610); // right_foot: wrench handed to its parent
+    t1623 = tau_right_ankle_pitch + t1622; // other
+    t1624 = R::fused(t18_19.first(), t1595, t1372_1373.first()); // right_foot: articulated inertia
+    // right_ankle: articulated inertia
+    t1625 = t1356_1357.first() + t1624;
+    t1626 = t1623 + t1625;
+    t1627 = t1626 * t36_37.first();
+    t1628 = R::fused(t22_23.first(), t1627, t1598);
+    t1629 = t1111_1112.first() - t1628; // right_lower_leg: articulated inertia
+    t1630 = R::fused(R::constant(0.273), t1029, t1622); // right_ankle: wrench handed to its parent
+    t1631 = tau_right_knee_pitch + t1630; // other
+    t1632 = R::fused(-t34_35.first(), t1627, t1625);
+    t1633 = t44_45.first() * t1628;
+    t1634 = R::fused(cos_t2, t1597, t1400_1401.first());
+    t1635 = R::fused(t56_57.first(), t1627, t1634);
+    t1636 = R::fused(t48_49.first(), t1635, t1633);
+    t1637 = t1632 - t1636;
+    // right_lower_leg: articulated inertia
+    t1638 = t1396_1397.first() + t1637;
+    t1639 = t1631 + t1638;
+    t1640 = t1639 * t80_81.first();
+    t1641 = R::fused(-t62_63.first(), t1640, t1629);
+    t1642 = t1101_1102.first() + t1641; // right_upper_leg: articulated inertia
+    t1643 = R::fused(R::constant(0.315), t1033, t1630); // right_lower_leg: wrench handed to its parent
+    t1644 = tau_right_hip_pitch + t1643; // other
+    t1645 = R::fused(-t78_79.first(), t1640, t1638);
+    t1646 = t88_89.first() * t1641;
+    t1647 = t1431_1432.first() - t1635;
+    t1648 = R::fused(-t96_97.first(), t1640, t1647);
+    t1649 = R::fused(t92_93.first(), t1648, t1646);
+    t1650 = t1645 + t1649;
+    // right_upper_leg: articulated inertia
+    t1651 = t1425_1426.first() + t1650;
+    t1652 = t1644 + t1651;
+    t1653 = t1652 * t118_119.first();
+    t1654 = R::fused(-t102_103.first(), t1653, t1642);
+    t1655 = sin_q_right_ankle_roll * t1609; // right_foot: wrench handed to its parent
+    t1656 = R::fused(-cos_q_right_ankle_roll, t1621, t1655); // right_foot: wrench handed to its parent
+    t1657 = cos_q_right_ankle_pitch * t1656; // right_ankle: wrench handed to its parent
+    t1658 = R::fused(-sin_q_right_ankle_pitch, t1592, t1657); // right_ankle: wrench handed to its parent
+    t1659 = cos_q_right_knee_pitch * t1658; // right_lower_leg: wrench handed to its parent
+    t1660 = sin_q_right_ankle_pitch * t1656; // right_ankle: wrench handed to its parent
+    t1661 = R::fused(cos_q_right_ankle_pitch, t1592, t1660); // right_ankle: wrench handed to its parent
+    t1662 = R::fused(R::constant(-0.273), t1037, t1661); // right_ankle: wrench handed to its parent
+    t1663 = R::fused(-sin_q_right_knee_pitch, t1662, t1659); // right_lower_leg: wrench handed to its parent
+    t1664 = sin_q_right_hip_pitch * t1663; // right_upper_leg: wrench handed to its parent
+    t1665 = sin_q_right_knee_pitch * t1658; // right_lower_leg: wrench handed to its parent
+    t1666 = R::fused(cos_q_right_knee_pitch, t1662, t1665); // right_lower_leg: wrench handed to its parent
+    t1667 = R::fused(R::constant(-0.315), t1037, t1666); // right_lower_leg: wrench handed to its parent
+    t1668 = R::fused(cos_q_right_hip_pitch, t1667, t1664); // right_upper_leg: wrench handed to its parent
+    t1669 = tau_right_hip_roll + t1668; // other
+    t1670 = R::fused(t124_125.first(), t1595, t1492_1493.first()); // right_foot: articulated inertia
+    // right_ankle: articulated inertia
+    t1671 = t1478_1479.first() + t1670;
+    t1672 = sin_t2 * t1671;
+    t1673 = R::fused(-t1482_1483.first(), R::constant(0.000005), t1593);
+    t1674 = R::fused(cos_t2, t1673, t1672);
+    t1675 = R::fused(t138_139.first(), t1627, t1674);
+    t1676 = R::fused(-t14_15.first(), t1595, t1504_1505.first()); // right_foot: articulated inertia
+    t1677 = R::fused(R::constant(0.0171), t1474_1475.first(), -t1676);
+    t1678 = R::fused(t148_149.first(), t1627, t1677);
+    t1679 = R::fused(t44_45.first(), t1678, t1675);
+    // right_lower_leg: articulated inertia
+    t1680 = t1472_1473.first() + t1679;
+    t1681 = R::fused(t176_177.first(), t1640, t1680);
+    t1682 = t1514_1515.first() - t1678;
+    t1683 = R::fused(-t174_175.first(), t1640, t1682);
+    t1684 = R::fused(-t88_89.first(), t1683, t1681);
+    t1685 = t1466_1467.first() + t1684; // right_upper_leg: articulated inertia
+    t1686 = R::fused(t202_203.first(), t1653, t1685); // right_upper_leg: articulated inertia
+    // right_hip_roll_link: articulated inertia
+    t1687 = t1460_1461.first() + t1686;
+    t1688 = t1669 - t1687;
+    t1689 = t1688 * t278_279.first();
+    t1690 = R::fused(-t204_205.first(), t1689, t1654);
+    t1691 = cos_q_right_hip_yaw * t1690; // right_hip_yaw_link: articulated inertia
+    t1692 = t1528_1529.first() + t1683; // right_upper_leg: articulated inertia
+    t1693 = R::fused(-t200_201.first(), t1653, t1692); // right_upper_leg: articulated inertia
+    t1694 = cos_q_right_hip_roll * t1693;
+    t1695 = t1535_1536.first() + t1648; // right_upper_leg: articulated inertia
+    t1696 = R::fused(-t294_295.first(), t1653, t1695); // right_upper_leg: articulated inertia
+    t1697 = R::fused(-sin_q_right_hip_roll, t1696, t1694);
+    t1698 = R::fused(-t324_325.first(), t1689, t1697);
+    t1699 = R::fused(sin_q_right_hip_yaw, t1698, t1691); // right_hip_yaw_link: articulated inertia
+    t1700 = sin_q_right_hip_roll * t1643; // right_hip_roll_link: wrench handed to its parent
+    t1701 = cos_q_right_hip_pitch * t1663; // right_upper_leg: wrench handed to its parent
+    t1702 = R::fused(-sin_q_right_hip_pitch, t1667, t1701); // right_upper_leg: wrench handed to its parent
+    t1703 = R::fused(cos_q_right_hip_roll, t1702, t1700); // right_hip_roll_link: wrench handed to its parent
+    t1704 = tau_right_hip_yaw + t1703; // other
+    t1705 = R::fused(-t116_117.first(), t1653, t1651); // right_upper_leg: articulated inertia
+    t1706 = R::fused(t1099_1100.first(), R::constant(0.000005), t1705);
+    t1707 = sin_q_right_hip_roll * t1706;
+    // right_ankle: articulated inertia
+    t1708 = cos_t2 * t1671;
+    t1709 = R::fused(-sin_t2, t1673, t1708);
+    t1710 = R::fused(t354_355.first(), t1627, t1709);
+    t1711 = R::fused(-t48_49.first(), t1678, t1710);
+    t1712 = t1560_1561.first() + t1711; // right_lower_leg: articulated inertia
+    t1713 = R::fused(t368_369.first(), t1640, t1712); // right_lower_leg: articulated inertia
+    t1714 = R::fused(t92_93.first(), t1683, t1713); // right_lower_leg: articulated inertia
+    t1715 = t1554_1555.first() + t1714; // right_upper_leg: articulated inertia
+    t1716 = R::fused(t380_381.first(), t1653, t1715); // right_upper_leg: articulated inertia
+    t1717 = R::fused(t1571_1572.first(), R::constant(0.0017266666835), t1716); // right_hip_roll_link
+    t1718 = R::fused(-cos_q_right_hip_roll, t1717, t1707); // right_hip_roll_link: articulated inertia
+    t1719 = R::fused(t426_427.first(), t1689, t1718); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1772 = sin_q_right_hip_yaw * t1393;
-    t1773 = R::fused(-cos_q_right_hip_yaw, t1401, t1772);
-    t1774 = R::fused(-t1769_1770.first(), t1425, t1773);
-    t1775 = t1771 + t1774;
-    t1776 = t1764 + t1775; // torso: articulated inertia
-    t1777 = t1762 - t1776; // torso: articulated inertia
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1778_1779 = t1445_1446 * t1481_1482;
-    t1780_1781 = R::Two::fused(-t1469_1470, t1465_1466, t1778_1779);
-    t1782_1783 = t1479_1480 - t1780_1781;
-    t1784_1785 = R::Two::fused(t1769_1770, t1487_1488, t1782_1783);
-    t1786 = R::constant(0.075) * t1784_1785.second(); // left_hip_yaw_link: articulated inertia
-    t1787 = R::fused(R::constant(-0.075), t1784_1785.first(), t1786); // right_hip_yaw_link: articulated inertia
-    t1788 = t1787 * t1496; // torso: acceleration
-    t1789 = R::fused(-t1440, t1788, t1777); // torso: acceleration
-    t1790_1791 = t1556_1557 - t1640_1641;
-    t1792_1793 = t1769_1770 * t1281_1282;
-    t1794_1795 = R::Two::fused(-t1531_1532, t1792_1793, t1790_1791);
-    t1796 = t1794_1795.second() + t1794_1795.first(); // right_hip_yaw_link: articulated inertia
-    t1797 = R::fused(-t1787, t1566, t1796); // torso: acceleration
-    t1798 = t1797 * t1590; // torso: acceleration
-    t1799 = R::fused(t1567, t1798, t1789); // torso: acceleration
-    t1800_1801 = R::Two::fused(t1609_1610, t1792_1793, t1558_1559);
-    t1802_1803 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1650_1651;
-    t1804_1805 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1660_1661, t1802_1803);
-    t1806_1807 = R::Two::fused(t1623_1624, t1792_1793, t1804_1805);
-    t1808_1809 = R::Two::fused(two(R::constant(-0.075), R::constant(0.075)), t1806_1807, t1800_1801);
-    t1810 = t1808_1809.second() + t1808_1809.first(); // right_hip_yaw_link: articulated inertia
-    t1811 = R::constant(2.444) + t1810; // torso: articulated inertia
+    t1720 = R::fused(t1576_1577.first(), R::constant(0.000005), t1719);
+    t1721 = t1704 + t1720;
+    t1722 = t1721 * t492_493.first();
+    t1723 = R::fused(-t446_447.first(), t1722, t1699);
+    t1724 = t1581 + t1723;
+    t1725 = t1050 + t1724; // torso: articulated inertia
+    t1726 = t1044 - t1725; // torso: articulated inertia
+    t1727 = R::fused(R::constant(0.075), t977, t1545); // left_hip_yaw_link: wrench handed to its parent
+    t1728 = t1703 + t1727; // right_hip_yaw_link: wrench handed to its parent
+    t1729 = R::fused(R::constant(-0.075), t1042, t1728); // right_hip_yaw_link: wrench handed to its parent
+    t1730 = tau_base_angular_z + t1729; // other
+    t1731 = R::fused(-t490_491.second(), t1580, t1578); // left_hip_yaw_link: articulated inertia
+    t1732 = R::fused(R::constant(0.075), t1581, t1731); // left_hip_yaw_link: articulated inertia
+    t1733 = R::fused(-t490_491.first(), t1722, t1720);
+    t1734 = R::fused(R::constant(-0.075), t1723, t1733);
+    t1735 = t1732 + t1734;
+    t1736 = R::fused(R::constant(0.098295), t1221, t1735); // torso: articulated inertia
+    t1737 = t1730 + t1736; // torso: articulated inertia
+    t1738 = R::fused(-t1737, t506, t1726); // torso: articulated inertia
+    t1739 = sin_q_left_hip_yaw * t1454; // left_hip_yaw_link: wrench handed to its parent
+    t1740 = cos_q_left_hip_roll * t1411; // left_hip_roll_link: wrench handed to its parent
+    t1741 = R::fused(-sin_q_left_hip_roll, t1544, t1740); // left_hip_roll_link: wrench handed to its parent
+    t1742 = R::fused(cos_q_left_hip_yaw, t1741, t1739); // left_hip_yaw_link: wrench handed to its parent
+    t1743 = sin_q_right_hip_yaw * t1668; // right_hip_yaw_link: wrench handed to its parent
+    t1744 = cos_q_right_hip_roll * t1643; // right_hip_roll_link: wrench handed to its parent
+    t1745 = R::fused(-sin_q_right_hip_roll, t1702, t1744); // right_hip_roll_link: wrench handed to its parent
+    t1746 = R::fused(cos_q_right_hip_yaw, t1745, t1743); // right_hip_yaw_link: wrench handed to its parent
+    t1747 = t1742 + t1746; // right_hip_yaw_link: wrench handed to its parent
+    t1748 = tau_base_angular_y + t1747; // other
+    t1749 = t1045 * R::constant(0.729656667); // torso: sums of what it carries
+    t1750 = R::fused(R::constant(2.444), t1049, t1749); // torso: sums of what it carries
+    t1751 = R::fused(t276_277.second(), t1523, t1521); // left_hip_roll_link: articulated inertia
+    t1752_1753 = R::Two::fused(-t1057_1058, t1053_1054, t1127_1128); // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1754 = R::fused(t1752_1753.second(), R::constant(0.000005), t1751); // left_hip_yaw_link: articulated inertia
+    t1755 = sin_q_left_hip_yaw * t1754; // left_hip_yaw_link: articulated inertia
+    t1756 = cos_q_left_hip_roll * t1548; // left_hip_roll_link: articulated inertia
+    t1757 = R::fused(sin_q_left_hip_roll, t1573, t1756); // left_hip_roll_link: articulated inertia
+    t1758 = R::fused(-t510_511.second(), t1523, t1757); // left_hip_roll_link: articulated inertia
+    t1759_1760 = R::Two::fused(t1057_1058, t1093_1094, t1081_1082); // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1761 = R::fused(R::constant(0.00001), t1759_1760.second(), t1758); // left_hip_yaw_link: articulated inertia
+    t1762 = R::fused(-cos_q_left_hip_yaw, t1761, t1755); // left_hip_yaw_link: articulated inertia
+    t1763 = R::fused(t532_533.second(), t1580, t1762); // left_hip_yaw_link: articulated inertia
+    t1764 = R::fused(t276_277.first(), t1689, t1687); // right_hip_roll_link: articulated inertia
+    t1765 = R::fused(t1752_1753.first(), R::constant(0.000005), t1764);
+    t1766 = sin_q_right_hip_yaw * t1765;
+    t1767 = cos_q_right_hip_roll * t1706; // right_hip_roll_link: articulated inertia
+    t1768 = R::fused(sin_q_right_hip_roll, t1717, t1767); // right_hip_roll_link: articulated inertia
+    t1769 = R::fused(-t510_511.first(), t1689, t1768); // right_hip_roll_link: articulated inertia
+    t1770 = R::fused(R::constant(0.00001), t1759_1760.first(), t1769);
+    t1771 = R::fused(-cos_q_right_hip_yaw, t1770, t1766);
+    t1772 = R::fused(t532_533.first(), t1722, t1771);
+    t1773 = t1763 + t1772;
+    // torso: articulated inertia
+    t1774 = t1750 + t1773;
+    t1775 = t1748 - t1774;
+    t1776 = R::fused(t1737, t540, t1775);
+    t1777 = R::fused(-t562, t1776, t1738);
+    t1778 = cos_q_left_hip_yaw * t1454; // left_hip_yaw_link: wrench handed to its parent
+    t1779 = R::fused(-sin_q_left_hip_yaw, t1741, t1778); // left_hip_yaw_link: wrench handed to its parent
+    t1780 = sin_q_left_hip_roll * t972; // left_hip_roll_link: wrench handed to its parent
+    t1781 = R::fused(cos_q_left_hip_roll, t975, t1780); // left_hip_roll_link: wrench handed to its parent
+    t1782 = R::fused(R::constant(-0.075), t1781, t1779); // left_hip_yaw_link: wrench handed to its parent
+    t1783 = cos_q_right_hip_yaw * t1668; // right_hip_yaw_link: wrench handed to its parent
+    t1784 = R::fused(-sin_q_right_hip_yaw, t1745, t1783); // right_hip_yaw_link: wrench handed to its parent
+    t1785 = t1782 + t1784; // right_hip_yaw_link: wrench handed to its parent
+    t1786 = sin_q_right_hip_roll * t1037; // right_hip_roll_link: wrench handed to its parent
+    t1787 = R::fused(cos_q_right_hip_roll, t1040, t1786); // right_hip_roll_link: wrench handed to its parent
+    t1788 = R::fused(R::constant(0.075), t1787, t1785); // right_hip_yaw_link: wrench handed to its parent
+    t1789 = tau_base_angular_x + t1788; // other
+    t1790 = t1242 * R::constant(0.631361667); // torso: sums of what it carries
+    t1791 = R::fused(R::constant(2.444), t1229, t1790); // torso: sums of what it carries
+    t1792 = cos_q_left_hip_yaw * t1754; // left_hip_yaw_link: articulated inertia
+    t1793 = R::fused(sin_q_left_hip_yaw, t1761, t1792); // left_hip_yaw_link: articulated inertia
+    t1794 = R::fused(-t568_569.second(), t1580, t1793); // left_hip_yaw_link: articulated inertia
+    t1795 = sin_q_left_hip_roll * t1531; // left_hip_roll_link: articulated inertia
+    t1796 = R::fused(cos_q_left_hip_roll, t1538, t1795); // left_hip_roll_link: articulated inertia
+    t1797 = R::fused(-t578_579.second(), t1523, t1796); // left_hip_roll_link: articulated inertia
+    t1798 = R::fused(t598_599.second(), t1580, t1797); // left_hip_yaw_link: articulated inertia
+    t1799 = R::fused(R::constant(-0.075), t1798, t1794); // left_hip_yaw_link: articulated inertia
+    t1800 = cos_q_right_hip_yaw * t1765; // right_hip_yaw_link: articulated inertia
+    t1801 = R::fused(sin_q_right_hip_yaw, t1770, t1800); // right_hip_yaw_link: articulated inertia
+    t1802 = R::fused(-t568_569.first(), t1722, t1801); // right_hip_yaw_link: articulated inertia
+    t1803 = sin_q_right_hip_roll * t1693; // right_hip_roll_link: articulated inertia
+    t1804 = R::fused(cos_q_right_hip_roll, t1696, t1803); // right_hip_roll_link: articulated inertia
+    t1805 = R::fused(-t578_579.first(), t1689, t1804); // right_hip_roll_link: articulated inertia
+    t1806 = R::fused(t598_599.first(), t1722, t1805); // right_hip_yaw_link: articulated inertia
+    t1807 = R::fused(R::constant(0.075), t1806, t1802); // right_hip_yaw_link: articulated inertia
+    t1808 = t1799 + t1807; // right_hip_yaw_link: articulated inertia
+    t1809 = t1791 - t1808;
+    t1810 = t1789 + t1809;
+    t1811 = R::fused(-t1737, t612, t1810);
+    t1812 = R::fused(-t632, t1776, t1811);
+    t1813 = R::fused(t659, t1812, t1777);
+    t1814 = t1781 + t1787; // right_hip_yaw_link: wrench handed to its parent
+    t1815 = tau_base_linear_z - t1814; // other
+    t1816 = R::fused(v_base_angular_y, v_base_angular_y, t1230); // torso: motion
+    t1817 = R::constant(2.444) * t1816; // torso: sums of what it carries
+    t1818 = R::fused(R::constant(-19.0), t1241, t1817); // torso: sums of what it carries
+    t1819 = t1798 + t1806; // right_hip_yaw_link: articulated inertia
+    t1820 = t1818 + t1819;
+    t1821 = t1815 + t1820;
+    t1822 = R::fused(-t1737, t663, t1821);
+    t1823 = R::fused(-t667, t1776, t1822);
+    t1824 = R::fused(t672, t1812, t1823);
+    t1825 = R::fused(t680, t1824, t1813);
+    t1826 = sin_q_left_hip_yaw * t969; // left_hip_yaw_link: wrench handed to its parent
+    t1827 = R::fused(cos_q_left_hip_yaw, t976, t1826); // left_hip_yaw_link: wrench handed to its parent
+    t1828 = sin_q_right_hip_yaw * t1034; // right_hip_yaw_link: wrench handed to its parent
+    t1829 = R::fused(cos_q_right_hip_yaw, t1041, t1828); // right_hip_yaw_link: wrench handed to its parent
+    t1830 = t1827 + t1829; // right_hip_yaw_link: wrench handed to its parent
+    t1831 = tau_base_linear_y - t1830; // other
+    t1832 = R::constant(2.444) * t1242; // torso: sums of what it carries
+    t1833 = R::fused(R::constant(19.0), t1229, t1832); // torso: sums of what it carries
+    t1834 = sin_q_left_hip_yaw * t1524; // left_hip_yaw_link: articulated inertia
+    t1835 = R::fused(-cos_q_left_hip_yaw, t1540, t1834); // left_hip_yaw_link: articulated inertia
+    t1836 = R::fused(-t690_691.second(), t1580, t1835); // left_hip_yaw_link: articulated inertia
+    // right_hip_yaw_link: articulated inertia
+    t1837 = sin_q_right_hip_yaw * t1690;
+    t1838 = R::fused(-cos_q_right_hip_yaw, t1698, t1837);
+    t1839 = R::fused(-t690_691.first(), t1722, t1838);
+    t1840 = t1836 + t1839;
+    // torso: articulated inertia
+    t1841 = t1833 + t1840;
+    t1842 = t1831 - t1841;
+    t1843 = R::fused(-t1737, t697, t1842);
+    t1844 = R::fused(t707, t1776, t1843);
+    t1845 = R::fused(t723, t1812, t1844);
+    t1846 = R::fused(t729, t1824, t1845);
+    t1847 = R::fused(t742, t1846, t1825);
     // torso: acceleration
-    t1812 = R::fused(t1787, t1669, t1811);
-    t1813 = R::fused(-t1797, t1689, t1812);
-    t1814 = t1813 * t1722;
-    t1815 = R::fused(t1690, t1814, t1799);
-    t1816 = t1806_1807.second() + t1806_1807.first(); // right_hip_yaw_link: articulated inertia
-    t1817 = R::fused(t1787, t1734, t1816);
-    t1818 = R::fused(-t1797, t1738, t1817);
-    t1819 = R::fused(t1813, t1743, t1818);
-    t1820 = t1819 * t1754;
-    t1821 = R::fused(t1744, t1820, t1815);
-    t1822 = t1784_1785.second() + t1784_1785.first(); // right_hip_yaw_link: articulated inertia
-    t1823 = R::fused(t1492, t1788, t1822);
-    t1824 = R::fused(-t1570, t1798, t1823);
-    t1825 = R::fused(t1697, t1814, t1824);
-    t1826 = R::fused(t1748, t1820, t1825);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1827_1828 = t1463_1464 + t1483_1484;
-    t1829_1830 = R::Two::fused(t1769_1770, t1792_1793, t1827_1828);
-    t1831 = t1829_1830.second() + t1829_1830.first(); // right_hip_yaw_link: articulated inertia
-    t1832 = R::constant(19.0) - t1831; // torso: articulated inertia
-    // torso: acceleration
-    t1833 = R::fused(-t1787, t1788, t1832);
-    t1834 = R::fused(-t1797, t1798, t1833);
-    t1835 = R::fused(-t1813, t1814, t1834);
-    t1836 = R::fused(-t1819, t1820, t1835);
-    t1837 = R::constant(1.0) / t1836;
-    t1838 = t1826 * t1837;
-    t1839 = R::fused(t1821, t1838, t1756);
-    t1840 = t1489_1490.second() + t1489_1490.first(); // right_hip_yaw_link: articulated inertia
-    t1841 = R::constant(19.0) - t1840; // torso: articulated inertia
-    t1842 = R::fused(-t1492, t1497, t1841);
-    t1843 = R::fused(-t1570, t1591, t1842);
-    t1844 = R::fused(-t1697, t1723, t1843);
-    t1845 = R::fused(-t1748, t1755, t1844);
-    t1846 = R::fused(-t1826, t1838, t1845);
-    t1847 = R::constant(1.0) / t1846;
-    t1848 = t1839 * t1847;
-    t1849 = R::fused(t1826, t1848, t1821);
-    t1850 = t1837 * t1849;
-    t1851 = R::fused(t1748, t1848, t1744);
-    t1852 = R::fused(t1819, t1850, t1851);
-    t1853 = t1754 * t1852;
-    t1854 = R::fused(t1697, t1848, t1690);
-    t1855 = R::fused(t1813, t1850, t1854);
-    t1856 = R::fused(t1742, t1853, t1855);
-    t1857 = t1722 * t1856;
-    t1858 = R::fused(-t1570, t1848, t1567);
-    t1859 = R::fused(t1797, t1850, t1858);
-    t1860 = R::fused(-t1737, t1853, t1859);
-    t1861 = R::fused(-t1688, t1857, t1860);
-    t1862 = t1590 * t1861;
-    t1863 = R::fused(-t1492, t1848, t1440);
-    t1864 = R::fused(-t1787, t1850, t1863);
-    t1865 = R::fused(-t1733, t1853, t1864);
-    t1866 = R::fused(-t1668, t1857, t1865);
-    t1867 = R::fused(t1565, t1862, t1866);
-    t1868 = t1496 * t1867;
+    t1848 = t744 * t1847;
+    t1849 = R::fused(t730, t1848, t1846);
+    t1850 = t741 * t1849;
+    t1851 = R::fused(t673, t1848, t1824);
+    t1852 = R::fused(t728, t1850, t1851);
+    t1853 = t679 * t1852;
+    t1854 = R::fused(t633, t1848, t1812);
+    t1855 = R::fused(t722, t1850, t1854);
+    t1856 = R::fused(t671, t1853, t1855);
+    t1857 = t658 * t1856;
+    t1858 = R::fused(-t541, t1848, t1776);
+    t1859 = R::fused(t706, t1850, t1858);
+    t1860 = R::fused(-t666, t1853, t1859);
+    t1861 = R::fused(-t631, t1857, t1860);
+    t1862 = t561 * t1861;
+    t1863 = R::fused(-t501, t1848, t1737);
+    t1864 = R::fused(-t696, t1850, t1863);
+    t1865 = R::fused(-t662, t1853, t1864);
+    t1866 = R::fused(-t611, t1857, t1865);
+    t1867 = R::fused(t539, t1862, t1866);
+    t1868 = t505 * t1867;
     t1869 = R::constant(0.075) * t1868; // right_hip_yaw_link: acceleration
     // right_hip_yaw_link, left_hip_yaw_link: acceleration
     t1870_1871 = R::Two::fused(both(t1869), two(R::constant(1.0), R::constant(-1.0)), both(t1848));
-    t1872_1873 = t1201_1202 * t1870_1871;
+    t1872_1873 = t446_447 * t1870_1871;
     let (
         t1874_1875, t1876, t1877_1878, t1879_1880, t1881, t1882_1883, t1884_1885, t1886_1887, t1888, t1889, t1890_1891,
         t1892_1893, t1894_1895, t1896_1897, t1898_1899, t1900_1901, t1902_1903, t1904, t1905_1906, t1907_1908,
@@ -1690,167 +1699,167 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038, t2039,
         t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052, t2053, t2054,
     );
-    t1874_1875 = R::Two::fused(t1769_1770, both(t1850), t1872_1873);
+    t1874_1875 = R::Two::fused(t690_691, both(t1850), t1872_1873);
     t1876 = R::constant(0.075) * t1857; // right_hip_yaw_link: acceleration
     t1877_1878 = R::Two::fused(both(t1876), two(R::constant(-1.0), R::constant(1.0)), both(t1853));
-    t1879_1880 = R::Two::fused(t1623_1624, t1877_1878, t1874_1875);
-    t1881 = t1424 + t1879_1880.first(); // right_hip_yaw_link: acceleration
-    t1882_1883 = t1609_1610 * both(t1857);
-    t1884_1885 = R::Two::fused(-t1531_1532, both(t1862), t1882_1883);
-    t1886_1887 = R::Two::fused(-t1279_1280, both(t1868), t1884_1885);
+    t1879_1880 = R::Two::fused(t598_599, t1877_1878, t1874_1875);
+    t1881 = t1721 + t1879_1880.first(); // right_hip_yaw_link: acceleration
+    t1882_1883 = t568_569 * both(t1857);
+    t1884_1885 = R::Two::fused(-t532_533, both(t1862), t1882_1883);
+    t1886_1887 = R::Two::fused(-t490_491, both(t1868), t1884_1885);
     t1888 = t1881 + t1886_1887.first(); // right_hip_yaw_link: acceleration
-    t1889 = t1281_1282.first() * t1888; // right_hip_yaw_link: acceleration
+    t1889 = t492_493.first() * t1888; // right_hip_yaw_link: acceleration
     // right_hip_roll_link, left_hip_roll_link: acceleration
     t1890_1891 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1870_1871;
     t1892_1893 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1850), t1890_1891);
-    t1894_1895 = t926_927 * t1892_1893;
+    t1894_1895 = t204_205 * t1892_1893;
     t1896_1897 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1870_1871;
     t1898_1899 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1850), t1896_1897);
-    t1900_1901 = R::Two::fused(t1103_1104, t1898_1899, t1894_1895);
-    t1902_1903 = R::Two::fused(-t1616_1617, t1877_1878, t1900_1901);
-    t1904 = t1391 + t1902_1903.first(); // right_hip_roll_link: acceleration
+    t1900_1901 = R::Two::fused(t324_325, t1898_1899, t1894_1895);
+    t1902_1903 = R::Two::fused(-t578_579, t1877_1878, t1900_1901);
+    t1904 = t1688 + t1902_1903.first(); // right_hip_roll_link: acceleration
     t1905_1906 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t1857);
     t1907_1908 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t1862), t1905_1906);
-    t1909_1910 = t1066_1067 * t1907_1908;
+    t1909_1910 = t276_277 * t1907_1908;
     t1911_1912 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t1857);
     t1913_1914 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t1862), t1911_1912);
-    t1915_1916 = R::Two::fused(-t1518_1519, t1913_1914, t1909_1910);
+    t1915_1916 = R::Two::fused(-t510_511, t1913_1914, t1909_1910);
     t1917 = t1868 + t1889; // right_hip_yaw_link: acceleration
-    t1918 = R::fused(-t1173_1174.first(), t1917, t1915_1916.first()); // right_hip_roll_link: acceleration
+    t1918 = R::fused(-t426_427.first(), t1917, t1915_1916.first()); // right_hip_roll_link: acceleration
     t1919 = t1904 - t1918; // right_hip_roll_link: acceleration
-    t1920 = t1068_1069.first() * t1919; // right_hip_roll_link: acceleration
+    t1920 = t278_279.first() * t1919; // right_hip_roll_link: acceleration
     // right_upper_leg, left_upper_leg: acceleration
-    t1921_1922 = t790_791 * t1892_1893;
+    t1921_1922 = t102_103 * t1892_1893;
     t1923_1924 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1898_1899;
     t1925_1926 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1877_1878, t1923_1924);
-    t1927_1928 = R::Two::fused(t920_921, t1925_1926, t1921_1922);
+    t1927_1928 = R::Two::fused(t200_201, t1925_1926, t1921_1922);
     t1929_1930 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1898_1899;
     t1931_1932 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1877_1878, t1929_1930);
-    t1933_1934 = R::Two::fused(-t1085_1086, t1931_1932, t1927_1928);
-    t1935 = t1355 + t1933_1934.first(); // right_upper_leg: acceleration
+    t1933_1934 = R::Two::fused(-t294_295, t1931_1932, t1927_1928);
+    t1935 = t1652 + t1933_1934.first(); // right_upper_leg: acceleration
     t1936 = t1907_1908.first() + t1920; // right_hip_roll_link: acceleration
-    t1937 = t922_923.first() * t1936; // right_upper_leg: acceleration
+    t1937 = t202_203.first() * t1936; // right_upper_leg: acceleration
     t1938_1939 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1913_1914;
     t1940 = R::fused(-sin_q_right_hip_roll, t1917, t1938_1939.first()); // right_upper_leg: acceleration
-    t1941 = R::fused(-t844_845.first(), t1940, t1937); // right_upper_leg: acceleration
+    t1941 = R::fused(-t116_117.first(), t1940, t1937); // right_upper_leg: acceleration
     t1942_1943 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1913_1914;
     // right_upper_leg: acceleration
     t1944 = R::fused(cos_q_right_hip_roll, t1917, t1942_1943.first());
-    t1945 = R::fused(t1135_1136.first(), t1944, t1941);
+    t1945 = R::fused(t380_381.first(), t1944, t1941);
     t1946 = t1935 - t1945;
-    t1947 = t846_847.first() * t1946;
+    t1947 = t118_119.first() * t1946;
     t1948 = t1940 - t1947;
     // right_lower_leg: acceleration
-    t1949 = R::fused(t545_546.first(), t1948, t1892_1893.first());
-    t1950 = t715_716.first() * t1949;
-    t1951 = t537_538.first() * t1944;
-    t1952 = R::fused(-t545_546.first(), t1936, t1951);
+    t1949 = R::fused(t88_89.first(), t1948, t1892_1893.first());
+    t1950 = t62_63.first() * t1949;
+    t1951 = t92_93.first() * t1944;
+    t1952 = R::fused(-t88_89.first(), t1936, t1951);
     t1953 = t1925_1926.first() + t1952;
-    t1954 = R::fused(t894_895.first(), t1953, t1950);
-    t1955 = R::fused(-t537_538.first(), t1948, t1931_1932.first());
-    t1956 = R::fused(-t784_785.first(), t1955, t1954);
-    t1957 = t1342 + t1956;
-    t1958 = t896_897.first() * t1936;
-    t1959 = R::fused(-t771_772.first(), t1948, t1958);
-    t1960 = R::fused(t1123_1124.first(), t1944, t1959);
+    t1954 = R::fused(t174_175.first(), t1953, t1950);
+    t1955 = R::fused(-t92_93.first(), t1948, t1931_1932.first());
+    t1956 = R::fused(-t96_97.first(), t1955, t1954);
+    t1957 = t1639 + t1956;
+    t1958 = t176_177.first() * t1936;
+    t1959 = R::fused(-t78_79.first(), t1948, t1958);
+    t1960 = R::fused(t368_369.first(), t1944, t1959);
     t1961 = t1957 - t1960;
-    t1962 = t773_774.first() * t1961;
+    t1962 = t80_81.first() * t1961;
     t1963 = t1948 - t1962;
     // right_ankle: acceleration
-    t1964 = R::fused(t557_558.first(), t1963, t1949);
-    t1965 = t628_629.first() * t1964;
-    t1966 = t551_552.first() * t1944;
-    t1967 = R::fused(-t557_558.first(), t1936, t1966);
+    t1964 = R::fused(t44_45.first(), t1963, t1949);
+    t1965 = t22_23.first() * t1964;
+    t1966 = t48_49.first() * t1944;
+    t1967 = R::fused(-t44_45.first(), t1936, t1966);
     t1968 = t1953 + t1967;
-    t1969 = R::fused(t868_869.first(), t1968, t1965);
-    t1970 = R::fused(-t551_552.first(), t1963, t1955);
-    t1971 = R::fused(-t709_710.first(), t1970, t1969);
-    t1972 = t1329 + t1971;
-    t1973 = t858_859.first() * t1936;
-    t1974 = R::fused(-t684_685.first(), t1963, t1973);
-    t1975 = R::fused(t1109_1110.first(), t1944, t1974);
+    t1969 = R::fused(t148_149.first(), t1968, t1965);
+    t1970 = R::fused(-t48_49.first(), t1963, t1955);
+    t1971 = R::fused(-t56_57.first(), t1970, t1969);
+    t1972 = t1626 + t1971;
+    t1973 = t138_139.first() * t1936;
+    t1974 = R::fused(-t34_35.first(), t1963, t1973);
+    t1975 = R::fused(t354_355.first(), t1944, t1974);
     t1976 = t1972 - t1975;
-    t1977 = t686_687.first() * t1976;
+    t1977 = t36_37.first() * t1976;
     // right_foot: acceleration
-    t1978 = t432_433.first() * t1968;
+    t1978 = t14_15.first() * t1968;
     t1979 = cos_t2 * t1970;
     t1980 = R::fused(sin_t2, t1964, t1979);
-    t1981 = R::fused(-t418_419.first(), t1980, t1978);
-    t1982 = t1297 + t1981;
+    t1981 = R::fused(-t6_7.first(), t1980, t1978);
+    t1982 = t1594 + t1981;
     t1983 = sin_t2 * t1944;
     t1984 = R::fused(-cos_t2, t1936, t1983);
     t1985 = R::constant(0.00207575) * t1984;
     t1986 = t1963 - t1977; // right_ankle: acceleration
-    t1987 = R::fused(-t490_491.first(), t1986, t1985);
+    t1987 = R::fused(-t18_19.first(), t1986, t1985);
     t1988 = cos_t2 * t1944;
     t1989 = R::fused(sin_t2, t1936, t1988);
-    t1990 = R::fused(-t496_497.first(), t1989, t1987);
+    t1990 = R::fused(-t124_125.first(), t1989, t1987);
     t1991 = t1982 + t1990;
     t1992 = R::constant(481.7535830422739) * t1991;
-    t1993 = t1240 + t1879_1880.second(); // left_hip_yaw_link: acceleration
+    t1993 = t1579 + t1879_1880.second(); // left_hip_yaw_link: acceleration
     t1994 = t1993 + t1886_1887.second(); // left_hip_yaw_link: acceleration
-    t1995 = t1281_1282.second() * t1994; // left_hip_yaw_link: acceleration
-    t1996 = t1009 + t1902_1903.second(); // left_hip_roll_link: acceleration
+    t1995 = t492_493.second() * t1994; // left_hip_yaw_link: acceleration
+    t1996 = t1522 + t1902_1903.second(); // left_hip_roll_link: acceleration
     t1997 = t1868 + t1995; // left_hip_yaw_link: acceleration
-    t1998 = R::fused(-t1173_1174.second(), t1997, t1915_1916.second()); // left_hip_roll_link: acceleration
+    t1998 = R::fused(-t426_427.second(), t1997, t1915_1916.second()); // left_hip_roll_link: acceleration
     t1999 = t1996 - t1998; // left_hip_roll_link: acceleration
-    t2000 = t1068_1069.second() * t1999; // left_hip_roll_link: acceleration
-    t2001 = t831 + t1933_1934.second(); // left_upper_leg: acceleration
+    t2000 = t278_279.second() * t1999; // left_hip_roll_link: acceleration
+    t2001 = t1438 + t1933_1934.second(); // left_upper_leg: acceleration
     t2002 = t1907_1908.second() + t2000; // left_hip_roll_link: acceleration
     // left_upper_leg: acceleration
-    t2003 = t922_923.second() * t2002;
+    t2003 = t202_203.second() * t2002;
     t2004 = R::fused(-sin_q_left_hip_roll, t1997, t1938_1939.second());
-    t2005 = R::fused(-t844_845.second(), t2004, t2003);
+    t2005 = R::fused(-t116_117.second(), t2004, t2003);
     t2006 = R::fused(cos_q_left_hip_roll, t1997, t1942_1943.second());
-    t2007 = R::fused(t1135_1136.second(), t2006, t2005);
+    t2007 = R::fused(t380_381.second(), t2006, t2005);
     t2008 = t2001 - t2007;
-    t2009 = t846_847.second() * t2008;
+    t2009 = t118_119.second() * t2008;
     t2010 = t2004 - t2009;
     // left_lower_leg: acceleration
-    t2011 = R::fused(t545_546.second(), t2010, t1892_1893.second());
-    t2012 = t715_716.second() * t2011;
-    t2013 = t537_538.second() * t2006;
-    t2014 = R::fused(-t545_546.second(), t2002, t2013);
+    t2011 = R::fused(t88_89.second(), t2010, t1892_1893.second());
+    t2012 = t62_63.second() * t2011;
+    t2013 = t92_93.second() * t2006;
+    t2014 = R::fused(-t88_89.second(), t2002, t2013);
     t2015 = t1925_1926.second() + t2014;
-    t2016 = R::fused(t894_895.second(), t2015, t2012);
-    t2017 = R::fused(-t537_538.second(), t2010, t1931_1932.second());
-    t2018 = R::fused(-t784_785.second(), t2017, t2016);
-    t2019 = t756 + t2018;
-    t2020 = t896_897.second() * t2002;
-    t2021 = R::fused(-t771_772.second(), t2010, t2020);
-    t2022 = R::fused(t1123_1124.second(), t2006, t2021);
+    t2016 = R::fused(t174_175.second(), t2015, t2012);
+    t2017 = R::fused(-t92_93.second(), t2010, t1931_1932.second());
+    t2018 = R::fused(-t96_97.second(), t2017, t2016);
+    t2019 = t1407 + t2018;
+    t2020 = t176_177.second() * t2002;
+    t2021 = R::fused(-t78_79.second(), t2010, t2020);
+    t2022 = R::fused(t368_369.second(), t2006, t2021);
     t2023 = t2019 - t2022;
-    t2024 = t773_774.second() * t2023;
+    t2024 = t80_81.second() * t2023;
     t2025 = t2010 - t2024;
     // left_ankle: acceleration
-    t2026 = R::fused(t557_558.second(), t2025, t2011);
-    t2027 = t628_629.second() * t2026;
-    t2028 = t551_552.second() * t2006;
-    t2029 = R::fused(-t557_558.second(), t2002, t2028);
+    t2026 = R::fused(t44_45.second(), t2025, t2011);
+    t2027 = t22_23.second() * t2026;
+    t2028 = t48_49.second() * t2006;
+    t2029 = R::fused(-t44_45.second(), t2002, t2028);
     t2030 = t2015 + t2029;
-    t2031 = R::fused(t868_869.second(), t2030, t2027);
-    t2032 = R::fused(-t551_552.second(), t2025, t2017);
-    t2033 = R::fused(-t709_710.second(), t2032, t2031);
-    t2034 = t679 + t2033;
-    t2035 = t858_859.second() * t2002;
-    t2036 = R::fused(-t684_685.second(), t2025, t2035);
-    t2037 = R::fused(t1109_1110.second(), t2006, t2036);
+    t2031 = R::fused(t148_149.second(), t2030, t2027);
+    t2032 = R::fused(-t48_49.second(), t2025, t2017);
+    t2033 = R::fused(-t56_57.second(), t2032, t2031);
+    t2034 = t1376 + t2033;
+    t2035 = t138_139.second() * t2002;
+    t2036 = R::fused(-t34_35.second(), t2025, t2035);
+    t2037 = R::fused(t354_355.second(), t2006, t2036);
     t2038 = t2034 - t2037;
-    t2039 = t686_687.second() * t2038;
+    t2039 = t36_37.second() * t2038;
     // left_foot: acceleration
-    t2040 = t432_433.second() * t2030;
+    t2040 = t14_15.second() * t2030;
     t2041 = cos_t3 * t2032;
     t2042 = R::fused(sin_t3, t2026, t2041);
-    t2043 = R::fused(-t418_419.second(), t2042, t2040);
-    t2044 = t613 + t2043;
+    t2043 = R::fused(-t6_7.second(), t2042, t2040);
+    t2044 = t1318 + t2043;
     t2045 = sin_t3 * t2006;
     t2046 = R::fused(-cos_t3, t2002, t2045);
     t2047 = R::constant(0.00207575) * t2046;
     t2048 = t2025 - t2039; // left_ankle: acceleration
-    t2049 = R::fused(-t490_491.second(), t2048, t2047);
+    t2049 = R::fused(-t18_19.second(), t2048, t2047);
     t2050 = cos_t3 * t2006;
     t2051 = R::fused(sin_t3, t2002, t2050);
-    t2052 = R::fused(-t496_497.second(), t2051, t2049);
+    t2052 = R::fused(-t124_125.second(), t2051, t2049);
     t2053 = t2044 + t2052;
     t2054 = R::constant(481.7535830422739) * t2053;
     *out = [[

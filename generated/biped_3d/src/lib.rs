@@ -86,7 +86,7 @@
 //! - [`contact_tangential_rate()`]: 16 × 1, 697 operations. Tangential accelerations of the contact points when `a =
 //!   0`.
 //! - [`constrained_dynamics_of_single_support()`], [`constrained_dynamics_of_toe_support()`],
-//!   [`constrained_dynamics_of_touch_down()`], [`constrained_dynamics_of_push_off()`]: 3228 to 6890 operations.
+//!   [`constrained_dynamics_of_touch_down()`], [`constrained_dynamics_of_push_off()`]: 3746 to 6890 operations.
 //!   Accelerations of a phase under its contacts, then the contact forces λ: `D a + H = tau + W λ`, `Wᵀ a + w = 0`.
 //! - [`impact_map_of_toe_support()`], [`impact_map_of_touch_down()`]: 4700 to 5754 operations. Velocity just after the
 //!   impact that ends a phase, then the impulses; legs keep their names.

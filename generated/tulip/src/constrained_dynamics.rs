@@ -14,7 +14,7 @@ use ::bipedc_runtime::nalgebra::{ArrayStorage, SMatrix, SVector};
 /// `right_foot/force/z`, `right_foot/moment/x`, `right_foot/moment/y`, `right_foot/moment/z`; m/s², then rad/s², then
 /// N, then N m.
 /// Source: (4.23), Table 4.1, corrected.
-/// 3542 operations: 400 add, 687 mul, 1222 fused, 11 div, 14 sin_cos. For two limbs at once: 6 pairs of them.
+/// 4133 operations: 537 add, 815 mul, 1385 fused, 11 div, 12 sin_cos. For two limbs at once: 495 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_right_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -97,2621 +97,2651 @@ pub(super) fn constrained_dynamics_of_right_support_program<R: Real>(
     let tau_left_knee_pitch = tau[15];
     let tau_left_ankle_pitch = tau[16];
     let tau_left_ankle_roll = tau[17];
-    let t0 = q_right_knee_pitch + q_right_ankle_pitch;
-    let t1 = q_right_hip_pitch + t0;
-    let t2 = q_right_hip_yaw - q_left_hip_yaw;
-    let t3 = q_left_hip_pitch + q_left_knee_pitch;
-    let t4 = q_left_ankle_pitch + t3;
     let (
         [
-            sin_q_right_hip_roll, sin_q_left_hip_roll, sin_q_right_hip_yaw, sin_q_right_hip_pitch, sin_q_left_hip_pitch,
-            sin_q_right_knee_pitch, sin_q_right_ankle_pitch, sin_q_right_ankle_roll, sin_q_left_ankle_roll, sin_t0,
-            sin_t1, sin_t2, sin_t3, sin_t4,
+            sin_q_right_hip_yaw, sin_q_left_hip_yaw, sin_q_right_hip_roll, sin_q_left_hip_roll, sin_q_right_hip_pitch,
+            sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_q_right_ankle_pitch,
+            sin_q_left_ankle_pitch, sin_q_right_ankle_roll, sin_q_left_ankle_roll,
         ],
         [
-            cos_q_right_hip_roll, cos_q_left_hip_roll, cos_q_right_hip_yaw, cos_q_right_hip_pitch, cos_q_left_hip_pitch,
-            cos_q_right_knee_pitch, cos_q_right_ankle_pitch, cos_q_right_ankle_roll, cos_q_left_ankle_roll, cos_t0,
-            cos_t1, cos_t2, cos_t3, cos_t4,
+            cos_q_right_hip_yaw, cos_q_left_hip_yaw, cos_q_right_hip_roll, cos_q_left_hip_roll, cos_q_right_hip_pitch,
+            cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_q_right_ankle_pitch,
+            cos_q_left_ankle_pitch, cos_q_right_ankle_roll, cos_q_left_ankle_roll,
         ],
     ) = R::sin_cos_all([
-        q_right_hip_roll, q_left_hip_roll, q_right_hip_yaw, q_right_hip_pitch, q_left_hip_pitch, q_right_knee_pitch,
-        q_right_ankle_pitch, q_right_ankle_roll, q_left_ankle_roll, t0, t1, t2, t3, t4,
+        q_right_hip_yaw, q_left_hip_yaw, q_right_hip_roll, q_left_hip_roll, q_right_hip_pitch, q_left_hip_pitch,
+        q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch, q_left_ankle_pitch, q_right_ankle_roll,
+        q_left_ankle_roll,
     ]);
     let (
-        t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26, t27,
-        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45_46, t47, t48, t49, t50,
-        t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72,
-        t73, t74, t75, t76, t77_78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t95,
-        t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114,
-        t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132,
-        t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150,
-        t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167, t168,
-        t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
-        t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204,
-        t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222,
-        t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240,
-        t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258,
-        t259, t260, t261, t262,
+        t0, t1, t2, t3, t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22_23,
+        t24_25, t26, t27, t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38_39, t40_41, t42_43, t44, t45, t46, t47,
+        t48, t49, t50, t51, t52, t53, t54_55, t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73,
+        t74_75, t76_77, t78_79, t80_81, t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99,
+        t100_101, t102_103, t104_105, t106_107, t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121,
+        t122_123, t124_125, t126_127, t128_129, t130_131, t132_133, t134_135, t136_137, t138_139, t140_141, t142_143,
+        t144_145, t146_147, t148_149, t150_151, t152_153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165,
+        t166_167, t168_169, t170_171, t172_173, t174_175, t176, t177_178, t179_180, t181, t182, t183, t184_185,
+        t186_187, t188_189, t190_191, t192_193, t194_195, t196_197, t198_199, t200_201, t202_203, t204_205, t206_207,
+        t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229,
+        t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247,
+        t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260, t261, t262, t263, t264, t265,
+        t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276_277, t278_279, t280_281, t282, t283, t284,
+        t285, t286, t287, t288, t289, t290, t291, t292, t293, t294_295, t296_297, t298_299, t300_301, t302, t303_304,
+        t305_306, t307, t308_309, t310_311, t312_313, t314_315, t316_317, t318, t319, t320_321, t322_323, t324_325,
+        t326_327, t328_329, t330_331, t332, t333_334, t335_336, t337, t338_339, t340_341, t342, t343, t344, t345, t346,
+        t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360_361, t362, t363, t364, t365,
+        t366, t367, t368, t369, t370_371, t372_373,
     );
-    t5 = v_base_angular_y * v_base_linear_z; // torso: motion
-    t6 = R::fused(-v_base_angular_z, v_base_linear_y, t5); // torso: motion
-    t7 = R::constant(0.273) * sin_q_right_ankle_pitch;
-    // left_foot: sums of what it carries
-    t8 = cos_q_left_ankle_roll * R::constant(0.001221);
-    t9 = sin_q_left_ankle_roll * sin_q_left_ankle_roll;
-    t10 = R::constant(0.00009166667) * t9;
-    t11 = t10 + R::constant(0.0005683333315);
-    t12 = t8 + t11;
-    t13 = R::constant(0.0039379874985) + t12; // right_foot: sums of what it carries
-    t14 = R::constant(0.273) * sin_t3; // right_foot: motion
-    t15 = R::constant(0.0165) * cos_q_left_ankle_roll;
-    t16 = R::constant(0.023125) + t15;
-    // right_foot: sums of what it carries
-    t17 = t16 * sin_t4;
-    t18 = R::fused(R::constant(-0.0154), cos_t4, t17);
-    t19 = t14 * t18;
-    t20 = R::constant(2.0) * t19;
-    t21 = R::constant(0.273) * cos_t3; // right_foot: motion
-    t22 = t16 * cos_t4;
-    t23 = R::fused(R::constant(0.0154), sin_t4, t22);
-    t24 = t21 * t23;
-    t25 = R::constant(2.0) * t24;
-    t26 = t20 + t25;
-    t27 = t13 + t26;
-    t28 = R::constant(0.07325338333) + t27; // left_ankle: sums of what it carries
-    t29 = sin_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
-    // left_ankle: sums of what it carries
-    t30 = R::constant(0.3111) * sin_t3;
-    t31 = R::fused(R::constant(-0.008), cos_t3, t30);
-    t32 = t18 + t31;
-    t33 = t29 * t32;
-    t34 = R::constant(2.0) * t33;
-    t35 = cos_q_left_hip_pitch * R::constant(0.315); // left_ankle: motion
-    t36 = R::constant(0.3111) * cos_t3;
-    t37 = R::fused(R::constant(0.008), sin_t3, t36);
-    t38 = t23 + t37;
-    t39 = t35 * t38;
-    t40 = R::constant(2.0) * t39;
-    t41 = t34 + t40;
-    t42 = t28 + t41;
-    t43 = R::constant(0.231642) + t42; // right_ankle: sums of what it carries
-    t44 = R::constant(0.0000833333335) + t43; // left_lower_leg: sums of what it carries
-    t45_46 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t47 = t10 - R::constant(0.0006600000015); // left_foot: sums of what it carries
-    t48 = R::constant(0.0031024499985) - t47; // right_foot: sums of what it carries
-    t49 = R::constant(0.001228333333) + t8; // left_foot: sums of what it carries
-    // right_foot: sums of what it carries
-    t50 = t49 + R::constant(0.0008355375);
-    t51 = t50 - t48;
-    t52 = sin_t4 * sin_t4;
-    t53 = t51 * t52;
-    t54 = sin_t4 * cos_t4;
-    t55 = R::constant(0.000612) * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t56 = R::constant(0.0005698) + t55; // left_foot: sums of what it carries
-    t57 = R::constant(2.0) * t56;
-    t58 = R::fused(-t54, t57, t53);
-    t59 = t48 + t58;
-    t60 = t59 + t20;
-    // left_ankle: sums of what it carries
-    t61 = sin_t3 * sin_t3;
-    t62 = R::constant(0.072308716667) * t61;
-    t63 = sin_t3 * cos_t3;
-    t64 = R::fused(-t63, R::constant(0.00172), t62);
-    t65 = R::constant(0.0004723333315) + t64;
-    t66 = t60 + t65;
-    t67 = t66 + t34;
-    t68 = sin_q_left_hip_pitch * sin_q_left_hip_pitch; // left_upper_leg: sums of what it carries
-    t69 = R::constant(0.22879800003) * t68; // right_ankle: sums of what it carries
-    t70 = sin_q_left_hip_pitch * cos_q_left_hip_pitch; // left_upper_leg: sums of what it carries
-    t71 = R::fused(-t70, R::constant(0.004), t69); // right_ankle: sums of what it carries
-    t72 = R::constant(0.001421999985) + t71; // right_ankle: sums of what it carries
-    t73 = t67 + t72; // right_ankle: sums of what it carries
-    t74 = R::constant(0.00151725002) + t73; // left_lower_leg: sums of what it carries
-    t75 = t44 - t74; // left_lower_leg: sums of what it carries
-    t76 = t45_46.second() * t75; // left_lower_leg: sums of what it carries
-    t77_78 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t79 = sin_q_left_ankle_roll * cos_q_left_ankle_roll; // left_foot: sums of what it carries
-    t80 = R::constant(0.00009166667) * t79; // left_foot: sums of what it carries
-    t81 = R::fused(-sin_q_left_ankle_roll, R::constant(0.0006105), t80); // left_foot: sums of what it carries
-    t82 = t81 * cos_t4; // right_foot: sums of what it carries
-    t83 = R::constant(0.000612) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t84 = R::fused(-t83, sin_t4, t82); // right_foot: sums of what it carries
-    t85 = R::constant(0.0165) * sin_q_left_ankle_roll; // left_foot: sums of what it carries
-    t86 = R::fused(-t85, t21, t84); // right_foot: sums of what it carries
-    t87 = R::constant(0.00024) * cos_t3;
-    t88 = R::fused(R::constant(0.000016), sin_t3, t87);
-    t89 = t86 - t88;
-    t90 = R::fused(-t85, t35, t89);
-    t91 = R::constant(0.00193) * cos_q_left_hip_pitch; // right_ankle: sums of what it carries
-    t92 = R::fused(R::constant(0.000048), sin_q_left_hip_pitch, t91); // right_ankle: sums of what it carries
-    t93 = t90 - t92; // right_ankle: sums of what it carries
-    t94 = R::constant(2.0) * t93; // left_lower_leg: sums of what it carries
-    t95 = R::fused(-t77_78.second(), t94, t76); // left_lower_leg: sums of what it carries
-    t96 = t44 - t95; // left_lower_leg: sums of what it carries
-    t97 = R::constant(0.0005199999995) + t96; // right_lower_leg: sums of what it carries
-    t98 = t50 - t58; // right_foot: sums of what it carries
-    t99 = t98 + t25; // right_foot: sums of what it carries
-    t100 = R::constant(0.0727810499985) - t64;
-    t101 = t99 + t100;
-    t102 = t101 + t40;
-    t103 = R::constant(0.230220000015) - t71; // right_ankle: sums of what it carries
-    t104 = t102 + t103; // right_ankle: sums of what it carries
-    t105 = R::constant(0.0016005833535) + t104; // left_lower_leg: sums of what it carries
-    // right_lower_leg: sums of what it carries
-    t106 = R::constant(0.00009) + t105;
-    t107 = t106 - t97;
-    t108 = sin_t2 * sin_t2;
-    t109 = t107 * t108;
-    t110 = sin_t2 * cos_t2;
-    t111 = t81 * sin_t4; // right_foot: sums of what it carries
-    t112 = R::fused(t83, cos_t4, t111); // right_foot: sums of what it carries
-    t113 = R::fused(-t85, t14, t112); // right_foot: sums of what it carries
-    // left_ankle: sums of what it carries
-    t114 = R::constant(0.00024) * sin_t3;
-    t115 = R::fused(R::constant(-0.000016), cos_t3, t114);
-    t116 = t113 - t115;
-    t117 = R::fused(-t85, t29, t116);
-    t118 = R::constant(0.00193) * sin_q_left_hip_pitch; // right_ankle: sums of what it carries
-    t119 = R::fused(R::constant(-0.000048), cos_q_left_hip_pitch, t118); // right_ankle: sums of what it carries
-    t120 = t117 - t119; // right_ankle: sums of what it carries
-    t121 = cos_q_left_hip_roll * t120; // left_lower_leg: sums of what it carries
-    // right_foot: sums of what it carries
-    t122 = t52 * t57;
-    t123 = R::fused(t51, t54, t122);
-    t124 = t56 - t123;
-    t125 = t14 * t23;
-    t126 = R::fused(t21, t18, t125);
-    t127 = t124 - t126;
-    // left_ankle: sums of what it carries
-    t128 = t61 * R::constant(0.00172);
-    t129 = R::fused(R::constant(0.072308716667), t63, t128);
-    t130 = R::constant(0.00086) - t129;
-    t131 = t127 + t130;
-    t132 = t29 * t38;
-    t133 = R::fused(t35, t32, t132);
-    t134 = t131 - t133;
-    // right_ankle: sums of what it carries
-    t135 = t68 * R::constant(0.004);
-    t136 = R::fused(R::constant(0.22879800003), t70, t135);
-    t137 = R::constant(0.002) - t136;
-    t138 = t134 + t137;
-    t139 = R::fused(sin_q_left_hip_roll, t138, t121); // left_lower_leg: sums of what it carries
-    t140 = R::constant(2.0) * t139; // right_lower_leg: sums of what it carries
-    t141 = R::fused(t110, t140, t109); // right_lower_leg: sums of what it carries
-    t142 = t97 + t141; // right_lower_leg: sums of what it carries
-    t143 = sin_q_right_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
-    t144 = R::constant(0.8355) * sin_q_left_hip_pitch;
-    t145 = R::fused(R::constant(-0.012), cos_q_left_hip_pitch, t144);
-    t146 = t32 + t145;
-    t147 = R::constant(0.008) + t146; // right_lower_leg: sums of what it carries
-    t148 = cos_t2 * t147; // right_lower_leg: sums of what it carries
-    t149 = R::constant(0.01) + t85; // left_upper_leg: sums of what it carries
-    t150 = cos_q_left_hip_roll * t149; // left_hip_roll_link: sums of what it carries
-    t151 = R::constant(0.8355) * cos_q_left_hip_pitch;
-    t152 = R::fused(R::constant(0.012), sin_q_left_hip_pitch, t151);
-    t153 = t38 + t152;
-    t154 = R::fused(sin_q_left_hip_roll, t153, t150); // left_lower_leg: sums of what it carries
-    // right_lower_leg: sums of what it carries
-    t155 = R::fused(-sin_t2, t154, t148);
-    t156 = t143 * t155;
-    t157 = R::constant(2.0) * t156;
-    t158 = t142 - t157;
-    t159 = sin_q_right_hip_yaw * sin_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    t160 = t159 * R::constant(0.208551416); // left_upper_leg: sums of what it carries
-    t161 = sin_q_right_hip_yaw * cos_q_right_hip_yaw; // right_hip_yaw_link: sums of what it carries
-    t162 = R::fused(-t161, R::constant(0.036210784), t160); // left_upper_leg: sums of what it carries
-    t163 = R::constant(0.031784832) + t162; // left_upper_leg: sums of what it carries
-    t164 = t158 + t163; // left_upper_leg: sums of what it carries
-    t165 = R::constant(0.78034875) + t164; // right_upper_leg: sums of what it carries
-    t166 = t74 + t95; // left_lower_leg: sums of what it carries
-    t167 = R::constant(0.0006099999995) + t166;
-    t168 = cos_q_right_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
-    t169 = sin_t2 * t147;
-    t170 = R::fused(cos_t2, t154, t169);
-    t171 = t168 * t170;
-    t172 = R::constant(2.0) * t171;
-    t173 = t157 - t172;
-    t174 = t167 - t173;
-    t175 = R::constant(0.27212108) + t174; // left_upper_leg: sums of what it carries
-    t176 = R::constant(0.00009) + t175; // right_upper_leg: sums of what it carries
-    t177 = t165 - t176; // right_upper_leg: sums of what it carries
-    t178 = t45_46.first() * t177; // right_upper_leg: sums of what it carries
-    t179 = sin_q_left_hip_roll * t120; // left_lower_leg: sums of what it carries
-    t180 = R::fused(-cos_q_left_hip_roll, t138, t179); // left_lower_leg: sums of what it carries
-    t181 = sin_t2 * t180;
-    t182 = t45_46.second() * t94; // left_lower_leg: sums of what it carries
-    t183 = R::fused(t77_78.second(), t75, t182); // left_lower_leg: sums of what it carries
-    t184 = t93 - t183; // left_lower_leg: sums of what it carries
-    t185 = R::fused(-cos_t2, t184, t181);
-    t186 = sin_q_left_hip_roll * t149; // left_hip_roll_link: sums of what it carries
-    t187 = R::fused(-cos_q_left_hip_roll, t153, t186); // left_lower_leg: sums of what it carries
-    t188 = R::fused(-t168, t187, t185);
-    t189 = R::constant(0.0404594) * sin_q_right_hip_yaw; // left_upper_leg: sums of what it carries
-    t190 = R::fused(cos_q_right_hip_yaw, R::constant(0.1918241), t189); // left_upper_leg: sums of what it carries
-    t191 = t188 - t190; // left_upper_leg: sums of what it carries
-    t192 = R::constant(2.0) * t191; // right_upper_leg: sums of what it carries
-    t193 = R::fused(-t77_78.first(), t192, t178); // right_upper_leg: sums of what it carries
-    t194 = t165 - t193; // right_upper_leg: sums of what it carries
-    t195 = R::constant(0.000603333333) + t194; // left_hip_roll_link: sums of what it carries
-    t196 = R::constant(0.315) * cos_t0; // left_hip_roll_link: motion
-    t197 = R::constant(0.20808) * sin_q_right_hip_yaw; // left_upper_leg: sums of what it carries
-    t198 = R::fused(cos_q_right_hip_yaw, R::constant(1.4618), t197); // left_upper_leg: sums of what it carries
-    t199 = t170 + t198; // left_upper_leg: sums of what it carries
-    t200 = sin_q_right_hip_roll * t199; // right_upper_leg: sums of what it carries
-    t201 = R::constant(2.4915) + t187; // right_upper_leg: sums of what it carries
-    t202 = R::fused(-cos_q_right_hip_roll, t201, t200); // right_upper_leg: sums of what it carries
-    t203 = cos_t1 * t202; // left_hip_roll_link: sums of what it carries
-    t204 = R::constant(0.20808) * cos_q_right_hip_yaw; // left_upper_leg: sums of what it carries
-    t205 = R::fused(-sin_q_right_hip_yaw, R::constant(1.4618), t204); // left_upper_leg: sums of what it carries
-    t206 = t155 + t205; // left_upper_leg: sums of what it carries
-    // left_hip_roll_link: sums of what it carries
-    t207 = R::constant(0.008) + t206;
-    t208 = R::fused(sin_t1, t207, t203);
-    t209 = t196 * t208;
-    t210 = R::constant(2.0) * t209;
-    t211 = R::constant(0.315) * sin_t0; // left_hip_roll_link: motion
-    t212 = sin_t1 * t202;
-    t213 = R::fused(-cos_t1, t207, t212);
-    t214 = t211 * t213;
-    t215 = R::fused(R::constant(2.0), t214, t210);
-    t216 = t195 - t215;
-    t217 = R::constant(1.590552) + t216; // right_hip_roll_link: sums of what it carries
-    t218 = R::constant(0.273) * cos_q_right_ankle_pitch; // right_hip_roll_link: motion
-    // right_hip_roll_link: sums of what it carries
-    t219 = R::constant(5.1495) * cos_t0;
-    t220 = R::fused(R::constant(0.012), sin_t0, t219);
-    t221 = t208 - t220;
-    t222 = t218 * t221;
-    t223 = R::constant(2.0) * t222;
-    t224 = R::constant(5.1495) * sin_t0;
-    t225 = R::fused(R::constant(-0.012), cos_t0, t224);
-    t226 = t213 - t225;
-    t227 = t7 * t226;
-    t228 = R::fused(R::constant(2.0), t227, t223);
-    t229 = t217 - t228;
-    t230 = R::constant(1.31944378333) + t229; // left_hip_yaw_link: sums of what it carries
-    // left_foot: mass matrix
-    t231 = t55 * sin_t4;
-    t232 = R::fused(cos_q_left_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333));
-    t233 = R::fused(t232, cos_t4, t231);
-    t234 = R::fused(t15, t21, t233);
-    t235 = R::fused(t15, t35, t234);
-    t236 = sin_t2 * t235;
-    t237 = t85 * sin_t4;
-    t238 = t21 * t237;
-    t239 = t85 * cos_t4;
-    t240 = R::fused(-t14, t239, t238);
-    t241 = t83 + t240;
-    t242 = t35 * t237;
-    t243 = R::fused(-t29, t239, t242);
-    t244 = t241 + t243;
-    t245 = cos_q_left_hip_roll * t244;
-    t246 = t55 * cos_t4;
-    t247 = R::fused(-t232, sin_t4, t246);
-    t248 = R::fused(-t15, t14, t247);
-    t249 = R::fused(-t15, t29, t248);
-    t250 = R::fused(sin_q_left_hip_roll, t249, t245);
-    t251 = R::fused(cos_t2, t250, t236);
-    t252 = sin_q_left_hip_roll * t15;
-    t253 = R::fused(cos_q_left_hip_roll, t239, t252);
-    t254 = R::fused(t143, t253, t251);
-    t255 = cos_q_right_hip_roll * t254;
-    t256 = sin_q_left_hip_roll * t244;
-    t257 = R::fused(-cos_q_left_hip_roll, t249, t256);
-    t258 = sin_t2 * t237;
-    t259 = cos_q_left_hip_roll * t15;
-    t260 = R::fused(-sin_q_left_hip_roll, t239, t259);
-    t261 = R::fused(-cos_t2, t260, t258);
-    t262 = t143 * t261;
-    let (
-        t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280,
-        t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297, t298,
-        t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315, t316,
-        t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332, t333, t334,
-        t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352,
-        t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370,
-        t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388,
-        t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406,
-        t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424,
-        t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442,
-        t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460,
-        t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478,
-        t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496,
-        t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514,
-        t515, t516, t517, t518,
-    );
-    t263 = cos_t2 * t237;
-    t264 = R::fused(sin_t2, t260, t263);
-    t265 = R::fused(t168, t264, t262);
-    t266 = t257 + t265;
-    t267 = R::fused(sin_q_right_hip_roll, t266, t255);
-    t268 = sin_q_right_hip_roll * t261;
-    t269 = R::fused(cos_q_right_hip_roll, t253, t268);
-    t270 = sin_t1 * t269;
-    t271 = R::fused(-cos_t1, t264, t270);
-    t272 = t196 * t271;
-    t273 = cos_t1 * t269;
-    t274 = R::fused(sin_t1, t264, t273);
-    t275 = R::fused(-t211, t274, t272);
-    t276 = t267 + t275;
-    t277 = t218 * t271;
-    t278 = R::fused(-t7, t274, t277);
-    t279 = t276 + t278;
-    t280 = R::constant(814.1112620933816) * t279; // factors of the mass matrix
-    t281 = R::fused(-t279, t280, t230); // factors of the mass matrix
-    // right_foot: mass matrix
-    t282 = sin_t2 * t112;
-    t283 = t19 + t24;
-    t284 = t13 + t283;
-    t285 = t35 * t23;
-    t286 = R::fused(t29, t18, t285);
-    t287 = t284 + t286;
-    t288 = cos_q_left_hip_roll * t287;
-    t289 = R::fused(sin_q_left_hip_roll, t84, t288);
-    t290 = R::fused(cos_t2, t289, t282);
-    t291 = cos_q_left_hip_roll * t18;
-    t292 = R::fused(-t143, t291, t290);
-    t293 = cos_q_right_hip_roll * t292;
-    t294 = sin_q_left_hip_roll * t287;
-    t295 = R::fused(-cos_q_left_hip_roll, t84, t294);
-    t296 = sin_t2 * t23;
-    t297 = sin_q_left_hip_roll * t18;
-    t298 = R::fused(-cos_t2, t297, t296);
-    t299 = t143 * t298;
-    t300 = cos_t2 * t23;
-    t301 = R::fused(sin_t2, t297, t300);
-    t302 = R::fused(t168, t301, t299);
-    t303 = t295 + t302;
-    t304 = R::fused(sin_q_right_hip_roll, t303, t293);
-    t305 = sin_q_right_hip_roll * t298;
-    t306 = R::fused(-cos_q_right_hip_roll, t291, t305);
-    t307 = sin_t1 * t306;
-    t308 = R::fused(-cos_t1, t301, t307);
-    t309 = t196 * t308;
-    t310 = cos_t1 * t306;
-    t311 = R::fused(sin_t1, t301, t310);
-    t312 = R::fused(-t211, t311, t309);
-    t313 = t304 + t312;
-    t314 = t218 * t308;
-    t315 = R::fused(-t7, t311, t314);
-    t316 = t313 + t315;
-    // factors of the mass matrix
-    t317 = sin_q_left_ankle_roll * R::constant(0.4982360924011495);
-    t318 = R::fused(-t317, t279, t316);
-    t319 = R::fused(t83, t317, -t13);
-    t320 = R::constant(1.0) / t319;
-    t321 = t318 * t320;
-    t322 = R::fused(t318, t321, t281);
-    // left_ankle: mass matrix
-    t323 = sin_t2 * t116;
-    t324 = t33 + t39;
-    t325 = t28 + t324;
-    t326 = cos_q_left_hip_roll * t325;
-    t327 = R::fused(sin_q_left_hip_roll, t89, t326);
-    t328 = R::fused(cos_t2, t327, t323);
-    t329 = cos_q_left_hip_roll * t32;
-    t330 = R::fused(-t143, t329, t328);
-    t331 = cos_q_right_hip_roll * t330;
-    t332 = sin_q_left_hip_roll * t325;
-    t333 = R::fused(-cos_q_left_hip_roll, t89, t332);
-    t334 = sin_t2 * t38;
-    t335 = sin_q_left_hip_roll * t32;
-    t336 = R::fused(-cos_t2, t335, t334);
-    t337 = t143 * t336;
-    t338 = cos_t2 * t38;
-    t339 = R::fused(sin_t2, t335, t338);
-    t340 = R::fused(t168, t339, t337);
-    t341 = t333 + t340;
-    t342 = R::fused(sin_q_right_hip_roll, t341, t331);
-    t343 = sin_q_right_hip_roll * t336;
-    t344 = R::fused(-cos_q_right_hip_roll, t329, t343);
-    t345 = sin_t1 * t344;
-    t346 = R::fused(-cos_t1, t339, t345);
-    t347 = t196 * t346;
-    t348 = cos_t1 * t344;
-    t349 = R::fused(sin_t1, t339, t348);
-    t350 = R::fused(-t211, t349, t347);
-    t351 = t342 + t350;
-    t352 = t218 * t346;
-    t353 = R::fused(-t7, t349, t352);
-    t354 = t351 + t353;
-    // factors of the mass matrix
-    t355 = R::constant(814.1112620933816) * t241;
-    t356 = R::fused(-t279, t355, t354);
-    t357 = R::fused(-t317, t241, t284);
-    t358 = t357 * t320;
-    t359 = R::fused(t318, t358, t356);
-    t360 = R::fused(-t241, t355, t28);
-    t361 = R::fused(t357, t358, t360);
-    t362 = R::constant(1.0) / t361;
-    t363 = t359 * t362;
-    t364 = R::fused(-t359, t363, t322);
-    // right_ankle: mass matrix
-    t365 = sin_t2 * t120;
-    t366 = cos_q_left_hip_roll * t43;
-    t367 = R::fused(sin_q_left_hip_roll, t93, t366);
-    t368 = R::fused(cos_t2, t367, t365);
-    t369 = cos_q_left_hip_roll * t146;
-    t370 = R::fused(-t143, t369, t368);
-    t371 = cos_q_right_hip_roll * t370;
-    t372 = sin_q_left_hip_roll * t43;
-    t373 = R::fused(-cos_q_left_hip_roll, t93, t372);
-    t374 = sin_t2 * t153;
-    t375 = sin_q_left_hip_roll * t146;
-    t376 = R::fused(-cos_t2, t375, t374);
-    t377 = t143 * t376;
-    t378 = cos_t2 * t153;
-    t379 = R::fused(sin_t2, t375, t378);
-    t380 = R::fused(t168, t379, t377);
-    t381 = t373 + t380;
-    t382 = R::fused(sin_q_right_hip_roll, t381, t371);
-    t383 = sin_q_right_hip_roll * t376;
-    t384 = R::fused(-cos_q_right_hip_roll, t369, t383);
-    t385 = sin_t1 * t384;
-    t386 = R::fused(-cos_t1, t379, t385);
-    t387 = t196 * t386;
-    t388 = cos_t1 * t384;
-    t389 = R::fused(sin_t1, t379, t388);
-    t390 = R::fused(-t211, t389, t387);
-    t391 = t382 + t390;
-    t392 = t218 * t386;
-    t393 = R::fused(-t7, t389, t392);
-    t394 = t391 + t393;
-    // factors of the mass matrix
-    t395 = R::constant(814.1112620933816) * t244;
-    t396 = R::fused(-t279, t395, t394);
-    t397 = R::fused(-t317, t244, t287);
-    t398 = t397 * t320;
-    t399 = R::fused(t318, t398, t396);
-    t400 = R::fused(-t244, t355, t325);
-    t401 = R::fused(t397, t358, t400);
-    t402 = t401 * t362;
-    t403 = R::fused(-t359, t402, t399);
-    t404 = R::fused(-t244, t395, t43);
-    t405 = R::fused(t397, t398, t404);
-    t406 = R::fused(-t401, t402, t405);
-    t407 = R::constant(1.0) / t406;
-    t408 = t403 * t407;
-    t409 = R::fused(-t403, t408, t364);
-    // left_lower_leg: mass matrix
-    t410 = sin_t2 * t105;
-    t411 = R::fused(cos_t2, t139, t410);
-    t412 = R::fused(t143, t154, t411);
-    t413 = cos_q_right_hip_roll * t412;
-    t414 = cos_t2 * t187;
-    t415 = t143 * t414;
-    t416 = sin_t2 * t187;
-    t417 = R::fused(-t168, t416, t415);
-    t418 = t180 + t417;
-    t419 = R::fused(sin_q_right_hip_roll, t418, t413);
-    t420 = sin_q_right_hip_roll * t414;
-    t421 = R::fused(cos_q_right_hip_roll, t154, t420);
-    t422 = sin_t1 * t421;
-    t423 = R::fused(cos_t1, t416, t422);
-    t424 = t196 * t423;
-    t425 = cos_t1 * t421;
-    t426 = R::fused(-sin_t1, t416, t425);
-    t427 = R::fused(-t211, t426, t424);
-    t428 = t419 + t427;
-    t429 = t218 * t423;
-    t430 = R::fused(-t7, t426, t429);
-    t431 = t428 + t430;
-    // factors of the mass matrix
-    t432 = R::constant(814.1112620933816) * t235;
-    t433 = R::fused(-t279, t432, t431);
-    t434 = R::fused(-t317, t235, t112);
-    t435 = t434 * t320;
-    t436 = R::fused(t318, t435, t433);
-    t437 = R::fused(-t235, t355, t116);
-    t438 = R::fused(t434, t358, t437);
-    t439 = t438 * t362;
-    t440 = R::fused(-t359, t439, t436);
-    t441 = R::fused(-t235, t395, t120);
-    t442 = R::fused(t434, t398, t441);
-    t443 = R::fused(-t438, t402, t442);
-    t444 = t443 * t407;
-    t445 = R::fused(-t403, t444, t440);
-    t446 = R::fused(-t235, t432, t105);
-    t447 = R::fused(t434, t435, t446);
-    t448 = R::fused(-t438, t439, t447);
-    t449 = R::fused(-t443, t444, t448);
-    t450 = R::constant(1.0) / t449;
-    t451 = t445 * t450;
-    t452 = R::fused(-t445, t451, t409);
-    // right_lower_leg: mass matrix
-    t453 = cos_q_right_hip_roll * t185;
-    t454 = t156 - t171;
-    t455 = t167 - t454;
-    t456 = R::fused(sin_q_right_hip_roll, t455, t453);
-    t457 = sin_q_right_hip_roll * t155;
-    t458 = sin_t1 * t457;
-    t459 = R::fused(cos_t1, t170, t458);
-    t460 = t196 * t459;
-    t461 = cos_t1 * t457;
-    t462 = R::fused(-sin_t1, t170, t461);
-    t463 = R::fused(-t211, t462, t460);
-    t464 = t456 - t463;
-    t465 = t218 * t459;
-    t466 = R::fused(-t7, t462, t465);
-    t467 = t464 - t466;
-    // factors of the mass matrix
-    t468 = R::constant(814.1112620933816) * t257;
-    t469 = R::fused(-t279, t468, t467);
-    t470 = R::fused(-t317, t257, t295);
-    t471 = t470 * t320;
-    t472 = R::fused(t318, t471, t469);
-    t473 = R::fused(-t257, t355, t333);
-    t474 = R::fused(t470, t358, t473);
-    t475 = t474 * t362;
-    t476 = R::fused(-t359, t475, t472);
-    t477 = R::fused(-t257, t395, t373);
-    t478 = R::fused(t470, t398, t477);
-    t479 = R::fused(-t474, t402, t478);
-    t480 = t479 * t407;
-    t481 = R::fused(-t403, t480, t476);
-    t482 = R::fused(-t257, t432, t180);
-    t483 = R::fused(t470, t435, t482);
-    t484 = R::fused(-t474, t439, t483);
-    t485 = R::fused(-t479, t444, t484);
-    t486 = t485 * t450;
-    t487 = R::fused(-t445, t486, t481);
-    t488 = R::fused(-t257, t468, t167);
-    t489 = R::fused(t470, t471, t488);
-    t490 = R::fused(-t474, t475, t489);
-    t491 = R::fused(-t479, t480, t490);
-    t492 = R::fused(-t485, t486, t491);
-    t493 = R::constant(1.0) / t492;
-    t494 = t487 * t493;
-    t495 = R::fused(-t487, t494, t452);
-    // left_upper_leg: mass matrix
-    t496 = cos_q_right_hip_roll * t191;
-    t497 = R::fused(sin_q_right_hip_roll, t175, t496);
-    t498 = sin_q_right_hip_roll * t206;
-    t499 = sin_t1 * t498;
-    t500 = R::fused(cos_t1, t199, t499);
-    t501 = t196 * t500;
-    t502 = cos_t1 * t498;
-    t503 = R::fused(-sin_t1, t199, t502);
-    t504 = R::fused(-t211, t503, t501);
-    t505 = t497 - t504;
-    t506 = t218 * t500;
-    t507 = R::fused(-t7, t503, t506);
-    t508 = t505 - t507;
-    // factors of the mass matrix
-    t509 = R::constant(814.1112620933816) * t266;
-    t510 = R::fused(-t279, t509, t508);
-    t511 = R::fused(-t317, t266, t303);
-    t512 = t511 * t320;
-    t513 = R::fused(t318, t512, t510);
-    t514 = R::fused(-t266, t355, t341);
-    t515 = R::fused(t511, t358, t514);
-    t516 = t515 * t362;
-    t517 = R::fused(-t359, t516, t513);
-    t518 = R::fused(-t266, t395, t381);
-    let (
-        t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536,
-        t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554,
-        t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572,
-        t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590,
-        t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608,
-        t609, t610, t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623, t624, t625, t626,
-        t627, t628, t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641, t642, t643, t644,
-        t645, t646, t647, t648, t649, t650, t651, t652, t653, t654, t655, t656, t657, t658, t659, t660, t661, t662,
-        t663, t664, t665, t666, t667, t668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678, t679, t680,
-        t681, t682, t683, t684, t685, t686, t687, t688, t689, t690, t691, t692, t693, t694, t695, t696, t697, t698,
-        t699, t700, t701, t702, t703, t704, t705, t706, t707, t708, t709, t710, t711, t712, t713, t714, t715, t716,
-        t717, t718, t719, t720, t721, t722, t723, t724, t725, t726, t727, t728, t729, t730, t731, t732, t733, t734,
-        t735, t736, t737, t738, t739, t740, t741, t742, t743, t744, t745, t746, t747, t748, t749, t750, t751, t752,
-        t753, t754, t755, t756, t757, t758, t759, t760, t761, t762, t763, t764, t765, t766, t767, t768, t769, t770,
-        t771, t772, t773, t774,
-    );
-    t519 = R::fused(t511, t398, t518);
-    t520 = R::fused(-t515, t402, t519);
-    t521 = t520 * t407;
-    t522 = R::fused(-t403, t521, t517);
-    t523 = R::fused(-t266, t432, t418);
-    t524 = R::fused(t511, t435, t523);
-    t525 = R::fused(-t515, t439, t524);
-    t526 = R::fused(-t520, t444, t525);
-    t527 = t526 * t450;
-    t528 = R::fused(-t445, t527, t522);
-    t529 = R::fused(-t266, t468, t455);
-    t530 = R::fused(t511, t471, t529);
-    t531 = R::fused(-t515, t475, t530);
-    t532 = R::fused(-t520, t480, t531);
-    t533 = R::fused(-t526, t486, t532);
-    t534 = t533 * t493;
-    t535 = R::fused(-t487, t534, t528);
-    t536 = R::fused(-t266, t509, t175);
-    t537 = R::fused(t511, t512, t536);
-    t538 = R::fused(-t515, t516, t537);
-    t539 = R::fused(-t520, t521, t538);
-    t540 = R::fused(-t526, t527, t539);
-    t541 = R::fused(-t533, t534, t540);
-    t542 = R::constant(1.0) / t541;
-    t543 = t535 * t542;
-    t544 = R::fused(-t535, t543, t495);
-    // right_lower_leg: sums of what it carries
-    t545 = t108 * t140;
-    t546 = R::fused(-t107, t110, t545);
-    t547 = t139 - t546;
-    t548 = t143 * t170;
-    t549 = R::fused(-t168, t155, t548);
-    t550 = t547 + t549;
-    // left_upper_leg: sums of what it carries
-    t551 = t159 * R::constant(0.036210784);
-    t552 = R::fused(t161, R::constant(0.208551416), t551);
-    t553 = R::constant(0.018105392) - t552;
-    t554 = t550 - t553;
-    t555 = cos_q_right_hip_roll * t554; // right_upper_leg: sums of what it carries
-    t556 = cos_t2 * t180; // right_lower_leg: sums of what it carries
-    t557 = R::fused(sin_t2, t184, t556); // right_lower_leg: sums of what it carries
-    t558 = R::fused(t143, t187, t557); // right_lower_leg: sums of what it carries
-    t559 = R::constant(0.0404594) * cos_q_right_hip_yaw;
-    t560 = R::fused(-sin_q_right_hip_yaw, R::constant(0.1918241), t559);
-    t561 = t558 - t560;
-    t562 = R::fused(sin_q_right_hip_roll, t561, t555); // right_upper_leg: sums of what it carries
-    t563 = cos_q_right_hip_roll * t199; // right_upper_leg: sums of what it carries
-    t564 = R::fused(sin_q_right_hip_roll, t201, t563); // right_upper_leg: sums of what it carries
-    // right_upper_leg: mass matrix
-    t565 = sin_t1 * t564;
-    t566 = t196 * t565;
-    t567 = cos_t1 * t564;
-    t568 = R::fused(-t211, t567, t566);
-    t569 = t562 + t568;
-    t570 = t218 * t565;
-    t571 = R::fused(-t7, t567, t570);
-    t572 = t569 + t571;
-    t573 = cos_t2 * t235; // left_foot: mass matrix
-    t574 = R::fused(-sin_t2, t250, t573); // left_foot: mass matrix
-    t575 = R::fused(t168, t253, t574); // left_foot: mass matrix
-    t576 = R::constant(814.1112620933816) * t575; // factors of the mass matrix
-    t577 = R::fused(-t279, t576, t572); // factors of the mass matrix
-    t578 = cos_t2 * t112; // right_foot: mass matrix
-    t579 = R::fused(-sin_t2, t289, t578); // right_foot: mass matrix
-    t580 = R::fused(-t168, t291, t579); // right_foot: mass matrix
-    t581 = R::fused(-t317, t575, t580); // factors of the mass matrix
-    t582 = t581 * t320; // factors of the mass matrix
-    t583 = R::fused(t318, t582, t577); // factors of the mass matrix
-    t584 = cos_t2 * t116; // left_ankle: mass matrix
-    t585 = R::fused(-sin_t2, t327, t584); // left_ankle: mass matrix
-    t586 = R::fused(-t168, t329, t585); // left_ankle: mass matrix
-    // factors of the mass matrix
-    t587 = R::fused(-t575, t355, t586);
-    t588 = R::fused(t581, t358, t587);
-    t589 = t588 * t362;
-    t590 = R::fused(-t359, t589, t583);
-    t591 = cos_t2 * t120; // right_ankle: mass matrix
-    t592 = R::fused(-sin_t2, t367, t591); // right_ankle: mass matrix
-    t593 = R::fused(-t168, t369, t592); // right_ankle: mass matrix
-    t594 = R::fused(-t575, t395, t593);
-    t595 = R::fused(t581, t398, t594);
-    t596 = R::fused(-t588, t402, t595);
-    t597 = t596 * t407;
-    t598 = R::fused(-t403, t597, t590);
-    t599 = cos_t2 * t105; // left_lower_leg: mass matrix
-    t600 = R::fused(-sin_t2, t139, t599); // left_lower_leg: mass matrix
-    t601 = R::fused(t168, t154, t600); // left_lower_leg: mass matrix
-    t602 = R::fused(-t575, t432, t601);
-    t603 = R::fused(t581, t435, t602);
-    t604 = R::fused(-t588, t439, t603);
-    t605 = R::fused(-t596, t444, t604);
-    t606 = t605 * t450;
-    t607 = R::fused(-t445, t606, t598);
-    t608 = R::fused(-t575, t468, t557);
-    t609 = R::fused(t581, t471, t608);
-    t610 = R::fused(-t588, t475, t609);
-    t611 = R::fused(-t596, t480, t610);
-    t612 = R::fused(-t605, t486, t611);
-    t613 = t612 * t493;
-    t614 = R::fused(-t487, t613, t607);
-    t615 = R::fused(-t575, t509, t561);
-    t616 = R::fused(t581, t512, t615);
-    t617 = R::fused(-t588, t516, t616);
-    t618 = R::fused(-t596, t521, t617);
-    t619 = R::fused(-t605, t527, t618);
-    t620 = R::fused(-t612, t534, t619);
-    t621 = t620 * t542;
-    t622 = R::fused(-t535, t621, t614);
-    t623 = t106 - t141; // right_lower_leg: sums of what it carries
-    t624 = t623 + t172; // right_lower_leg: sums of what it carries
-    t625 = R::constant(0.240336248) - t162; // left_upper_leg: sums of what it carries
-    t626 = t624 + t625; // left_upper_leg: sums of what it carries
-    t627 = R::constant(0.78043875) + t626; // right_upper_leg: sums of what it carries
-    t628 = R::fused(-t575, t576, t627);
-    t629 = R::fused(t581, t582, t628);
-    t630 = R::fused(-t588, t589, t629);
-    t631 = R::fused(-t596, t597, t630);
-    t632 = R::fused(-t605, t606, t631);
-    t633 = R::fused(-t612, t613, t632);
-    t634 = R::fused(-t620, t621, t633);
-    t635 = R::constant(1.0) / t634;
-    t636 = t622 * t635;
-    t637 = R::fused(-t622, t636, t544);
-    // left_hip_roll_link: mass matrix
-    t638 = t214 + t209;
-    t639 = t195 - t638;
-    t640 = t218 * t208;
-    t641 = R::fused(t7, t213, t640);
-    t642 = t639 - t641;
-    // factors of the mass matrix
-    t643 = R::constant(814.1112620933816) * t267;
-    t644 = R::fused(-t279, t643, t642);
-    t645 = R::fused(-t317, t267, t304);
-    t646 = t645 * t320;
-    t647 = R::fused(t318, t646, t644);
-    t648 = R::fused(-t267, t355, t342);
-    t649 = R::fused(t645, t358, t648);
-    t650 = t649 * t362;
-    t651 = R::fused(-t359, t650, t647);
-    t652 = R::fused(-t267, t395, t382);
-    t653 = R::fused(t645, t398, t652);
-    t654 = R::fused(-t649, t402, t653);
-    t655 = t654 * t407;
-    t656 = R::fused(-t403, t655, t651);
-    t657 = R::fused(-t267, t432, t419);
-    t658 = R::fused(t645, t435, t657);
-    t659 = R::fused(-t649, t439, t658);
-    t660 = R::fused(-t654, t444, t659);
-    t661 = t660 * t450;
-    t662 = R::fused(-t445, t661, t656);
-    t663 = R::fused(-t267, t468, t456);
-    t664 = R::fused(t645, t471, t663);
-    t665 = R::fused(-t649, t475, t664);
-    t666 = R::fused(-t654, t480, t665);
-    t667 = R::fused(-t660, t486, t666);
-    t668 = t667 * t493;
-    t669 = R::fused(-t487, t668, t662);
-    t670 = R::fused(-t267, t509, t497);
-    t671 = R::fused(t645, t512, t670);
-    t672 = R::fused(-t649, t516, t671);
-    t673 = R::fused(-t654, t521, t672);
-    t674 = R::fused(-t660, t527, t673);
-    t675 = R::fused(-t667, t534, t674);
-    t676 = t675 * t542;
-    t677 = R::fused(-t535, t676, t669);
-    t678 = R::fused(-t267, t576, t562);
-    t679 = R::fused(t645, t582, t678);
-    t680 = R::fused(-t649, t589, t679);
-    t681 = R::fused(-t654, t597, t680);
-    t682 = R::fused(-t660, t606, t681);
-    t683 = R::fused(-t667, t613, t682);
-    t684 = R::fused(-t675, t621, t683);
-    t685 = t684 * t635;
-    t686 = R::fused(-t622, t685, t677);
-    t687 = R::fused(-t267, t643, t195);
-    t688 = R::fused(t645, t646, t687);
-    t689 = R::fused(-t649, t650, t688);
-    t690 = R::fused(-t654, t655, t689);
-    t691 = R::fused(-t660, t661, t690);
-    t692 = R::fused(-t667, t668, t691);
-    t693 = R::fused(-t675, t676, t692);
-    t694 = R::fused(-t684, t685, t693);
-    t695 = R::constant(1.0) / t694;
-    t696 = t686 * t695;
-    t697 = R::fused(-t686, t696, t637);
-    t698 = t227 + t222; // right_hip_roll_link: mass matrix
-    t699 = t217 - t698; // right_hip_roll_link: mass matrix
-    t700 = R::constant(814.1112620933816) * t276;
-    t701 = R::fused(-t279, t700, t699);
-    t702 = R::fused(-t317, t276, t313);
-    t703 = t702 * t320;
-    t704 = R::fused(t318, t703, t701);
-    t705 = R::fused(-t276, t355, t351);
-    t706 = R::fused(t702, t358, t705);
-    t707 = t706 * t362;
-    t708 = R::fused(-t359, t707, t704);
-    t709 = R::fused(-t276, t395, t391);
-    t710 = R::fused(t702, t398, t709);
-    t711 = R::fused(-t706, t402, t710);
-    t712 = t711 * t407;
-    t713 = R::fused(-t403, t712, t708);
-    t714 = R::fused(-t276, t432, t428);
-    t715 = R::fused(t702, t435, t714);
-    t716 = R::fused(-t706, t439, t715);
-    t717 = R::fused(-t711, t444, t716);
-    t718 = t717 * t450;
-    t719 = R::fused(-t445, t718, t713);
-    t720 = R::fused(-t276, t468, t464);
-    t721 = R::fused(t702, t471, t720);
-    t722 = R::fused(-t706, t475, t721);
-    t723 = R::fused(-t711, t480, t722);
-    t724 = R::fused(-t717, t486, t723);
-    t725 = t724 * t493;
-    t726 = R::fused(-t487, t725, t719);
-    t727 = R::fused(-t276, t509, t505);
-    t728 = R::fused(t702, t512, t727);
-    t729 = R::fused(-t706, t516, t728);
-    t730 = R::fused(-t711, t521, t729);
-    t731 = R::fused(-t717, t527, t730);
-    t732 = R::fused(-t724, t534, t731);
-    t733 = t732 * t542;
-    t734 = R::fused(-t535, t733, t726);
-    t735 = R::fused(-t276, t576, t569);
-    t736 = R::fused(t702, t582, t735);
-    t737 = R::fused(-t706, t589, t736);
-    t738 = R::fused(-t711, t597, t737);
-    t739 = R::fused(-t717, t606, t738);
-    t740 = R::fused(-t724, t613, t739);
-    t741 = R::fused(-t732, t621, t740);
-    t742 = t741 * t635;
-    t743 = R::fused(-t622, t742, t734);
-    t744 = R::fused(-t276, t643, t639);
-    t745 = R::fused(t702, t646, t744);
-    t746 = R::fused(-t706, t650, t745);
-    t747 = R::fused(-t711, t655, t746);
-    t748 = R::fused(-t717, t661, t747);
-    t749 = R::fused(-t724, t668, t748);
-    t750 = R::fused(-t732, t676, t749);
-    t751 = R::fused(-t741, t685, t750);
-    t752 = t751 * t695;
-    t753 = R::fused(-t686, t752, t743);
-    t754 = R::fused(-t276, t700, t217);
-    t755 = R::fused(t702, t703, t754);
-    t756 = R::fused(-t706, t707, t755);
-    t757 = R::fused(-t711, t712, t756);
-    t758 = R::fused(-t717, t718, t757);
-    t759 = R::fused(-t724, t725, t758);
-    t760 = R::fused(-t732, t733, t759);
-    t761 = R::fused(-t741, t742, t760);
-    t762 = R::fused(-t751, t752, t761);
-    t763 = R::constant(1.0) / t762;
-    t764 = t753 * t763;
-    t765 = R::fused(-t753, t764, t697);
-    t766 = R::constant(1.0) / t765;
-    t767 = v_base_angular_x * sin_q_right_hip_yaw; // right_hip_yaw_link: motion
-    t768 = R::fused(-v_base_angular_y, cos_q_right_hip_yaw, t767); // right_hip_yaw_link: motion
-    t769 = t768 * cos_q_right_hip_roll; // right_hip_roll_link: motion
-    t770 = v_base_angular_z + v_right_hip_yaw; // right_hip_yaw_link: motion
-    t771 = R::fused(-t770, sin_q_right_hip_roll, t769); // right_hip_roll_link: motion
-    t772 = t771 - v_right_hip_pitch; // right_upper_leg: motion
-    t773 = t772 - v_right_knee_pitch; // right_lower_leg: motion
-    t774 = t773 - v_right_ankle_pitch; // right_ankle: motion
-    let (
-        t775, t776, t777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789, t790, t791, t792,
-        t793, t794, t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807, t808, t809, t810,
-        t811, t812, t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825, t826, t827, t828,
-        t829, t830, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846,
-        t847, t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864,
-        t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882,
-        t883, t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900,
-        t901, t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t917, t918,
-        t919, t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933, t934, t935, t936,
-        t937, t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951, t952, t953, t954,
-        t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969, t970, t971, t972,
-        t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987, t988, t989, t990,
-        t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007,
-        t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023,
-        t1024, t1025, t1026, t1027, t1028, t1029, t1030,
-    );
-    t775 = t774 * sin_q_right_ankle_roll; // right_foot: motion
-    t776 = t768 * sin_q_right_hip_roll; // right_hip_roll_link: motion
-    t777 = R::fused(t770, cos_q_right_hip_roll, t776); // right_hip_roll_link: motion
-    t778 = t777 * cos_q_right_hip_pitch; // right_upper_leg: motion
-    t779 = v_base_angular_x * cos_q_right_hip_yaw; // right_hip_yaw_link: motion
-    t780 = R::fused(v_base_angular_y, sin_q_right_hip_yaw, t779); // right_hip_yaw_link: motion
-    t781 = t780 + v_right_hip_roll; // right_hip_roll_link: motion
-    t782 = R::fused(t781, sin_q_right_hip_pitch, t778); // right_upper_leg: motion
-    t783 = t782 * cos_q_right_knee_pitch; // right_lower_leg: motion
-    t784 = t777 * sin_q_right_hip_pitch; // right_upper_leg: motion
-    t785 = R::fused(-t781, cos_q_right_hip_pitch, t784); // right_upper_leg: motion
-    t786 = R::fused(-t785, sin_q_right_knee_pitch, t783); // right_lower_leg: motion
-    t787 = t786 * cos_q_right_ankle_pitch; // right_ankle: motion
-    t788 = t782 * sin_q_right_knee_pitch; // right_lower_leg: motion
-    t789 = R::fused(t785, cos_q_right_knee_pitch, t788); // right_lower_leg: motion
-    t790 = R::fused(-t789, sin_q_right_ankle_pitch, t787); // right_ankle: motion
-    t791 = R::fused(t790, cos_q_right_ankle_roll, t775); // right_foot: motion
-    t792 = t791 * v_right_ankle_roll; // right_foot: motion
-    t793 = sin_q_right_ankle_roll * t792; // right_hip_yaw_link: motion
-    t794 = t774 * cos_q_right_ankle_roll; // right_foot: motion
-    t795 = R::fused(-t790, sin_q_right_ankle_roll, t794); // right_foot: motion
-    t796 = t795 * v_right_ankle_roll; // right_foot: motion
-    t797 = R::fused(cos_q_right_ankle_roll, t796, t793); // right_hip_yaw_link: motion
-    t798 = t786 * sin_q_right_ankle_pitch; // right_ankle: motion
-    t799 = R::fused(t789, cos_q_right_ankle_pitch, t798); // right_ankle: motion
-    t800 = R::fused(t799, v_right_ankle_pitch, -t797); // left_hip_yaw_link: motion
-    t801 = R::fused(v_right_knee_pitch, t799, t800); // right_hip_roll_link: motion
-    t802 = R::fused(v_right_hip_pitch, t799, t801); // left_hip_roll_link: motion
-    t803 = sin_t1 * t802; // left_hip_roll_link: motion
-    t804 = sin_q_right_ankle_roll * t795; // right_hip_yaw_link: motion
-    t805 = R::fused(-cos_q_right_ankle_roll, t791, t804); // right_hip_yaw_link: motion
-    t806 = v_right_ankle_pitch * t805; // left_hip_yaw_link: motion
-    t807 = R::fused(v_right_knee_pitch, t805, t806); // right_hip_roll_link: motion
-    t808 = R::fused(v_right_hip_pitch, t805, t807); // left_hip_roll_link: motion
-    t809 = R::fused(-cos_t1, t808, t803); // left_hip_roll_link: motion
-    t810 = cos_q_right_ankle_roll * t795; // right_hip_yaw_link: motion
-    t811 = R::fused(sin_q_right_ankle_roll, t791, t810); // right_hip_yaw_link: motion
-    t812 = v_right_ankle_pitch + t811; // left_hip_yaw_link: motion
-    t813 = v_right_knee_pitch + t812; // right_hip_roll_link: motion
-    t814 = v_right_hip_pitch + t813; // left_hip_roll_link: motion
-    t815 = cos_q_right_hip_roll * t814; // right_upper_leg: motion
-    t816 = cos_t1 * t805; // left_hip_roll_link: motion
-    t817 = R::fused(-t799, sin_t1, t816); // left_hip_roll_link: motion
-    t818 = R::fused(-sin_q_right_hip_roll, t817, t815); // right_upper_leg: motion
-    t819 = R::fused(v_right_hip_yaw, t818, t809); // left_upper_leg: motion
-    t820 = R::fused(-v_left_hip_yaw, t818, t819); // right_lower_leg: motion
-    t821 = sin_t2 * t820; // right_lower_leg: motion
-    t822 = cos_q_right_ankle_roll * t792; // right_hip_yaw_link: motion
-    t823 = R::fused(-sin_q_right_ankle_roll, t796, t822); // right_hip_yaw_link: motion
-    t824 = R::fused(-v_right_hip_roll, t817, t823); // right_upper_leg: motion
-    t825 = cos_q_right_hip_roll * t824; // right_upper_leg: motion
-    t826 = cos_t1 * t802; // left_hip_roll_link: motion
-    t827 = R::fused(sin_t1, t808, t826); // left_hip_roll_link: motion
-    t828 = R::fused(-v_right_hip_roll, t814, t827); // right_upper_leg: motion
-    t829 = R::fused(sin_q_right_hip_roll, t828, t825); // right_upper_leg: motion
-    t830 = sin_t1 * t805; // left_hip_roll_link: motion
-    t831 = R::fused(t799, cos_t1, t830); // left_hip_roll_link: motion
-    t832 = v_right_hip_roll + t831; // right_upper_leg: motion
-    t833 = R::fused(v_right_hip_yaw, t832, t829); // left_upper_leg: motion
-    t834 = R::fused(-v_left_hip_yaw, t832, t833); // right_lower_leg: motion
-    t835 = R::fused(-cos_t2, t834, t821); // right_lower_leg: motion
-    t836 = sin_q_right_hip_roll * t814; // right_upper_leg: motion
-    t837 = R::fused(cos_q_right_hip_roll, t817, t836); // right_upper_leg: motion
-    t838 = v_right_hip_yaw + t837; // left_upper_leg: motion
-    t839 = v_left_hip_yaw - t838; // right_lower_leg: motion
-    t840 = R::fused(v_left_hip_roll, t839, t835); // left_lower_leg: motion
-    t841 = sin_q_left_hip_roll * t840; // left_lower_leg: motion
-    t842 = sin_q_right_hip_roll * t824; // right_upper_leg: motion
-    t843 = R::fused(-cos_q_right_hip_roll, t828, t842); // right_upper_leg: motion
-    t844 = sin_t2 * t832; // right_lower_leg: motion
-    t845 = R::fused(cos_t2, t818, t844); // right_lower_leg: motion
-    t846 = R::fused(-v_left_hip_roll, t845, t843); // left_lower_leg: motion
-    t847 = R::fused(cos_q_left_hip_roll, t846, t841); // left_lower_leg: motion
-    t848 = cos_t2 * t832; // right_lower_leg: motion
-    t849 = R::fused(-sin_t2, t818, t848); // right_lower_leg: motion
-    t850 = v_left_hip_roll - t849; // left_lower_leg: motion
-    t851 = R::fused(-v_left_hip_pitch, t850, t847); // right_ankle: motion
-    t852 = R::fused(-v_left_knee_pitch, t850, t851); // left_ankle: motion
-    t853 = R::fused(-v_left_ankle_pitch, t850, t852); // right_foot: motion
-    t854 = cos_t4 * t853; // right_foot: motion
-    t855 = cos_t2 * t820; // right_lower_leg: motion
-    t856 = R::fused(sin_t2, t834, t855); // right_lower_leg: motion
-    t857 = sin_q_left_hip_roll * t845; // left_lower_leg: motion
-    t858 = R::fused(cos_q_left_hip_roll, t839, t857); // left_lower_leg: motion
-    t859 = R::fused(-v_left_hip_pitch, t858, t856); // right_ankle: motion
-    t860 = R::fused(-v_left_knee_pitch, t858, t859); // left_ankle: motion
-    t861 = R::fused(-v_left_ankle_pitch, t858, t860); // right_foot: motion
-    t862 = R::fused(-sin_t4, t861, t854); // right_foot: motion
-    t863 = cos_q_left_hip_roll * t845; // left_lower_leg: motion
-    t864 = R::fused(-sin_q_left_hip_roll, t839, t863); // left_lower_leg: motion
-    t865 = v_left_hip_pitch - t864; // right_ankle: motion
-    t866 = v_left_knee_pitch + t865; // left_ankle: motion
-    t867 = v_left_ankle_pitch + t866; // right_foot: motion
-    t868 = R::fused(v_left_ankle_roll, t867, t862); // left_foot: motion
-    t869 = sin_t4 * t858; // right_foot: motion
-    t870 = R::fused(-cos_t4, t850, t869); // right_foot: motion
-    t871 = v_left_ankle_roll - t870; // left_foot: motion
-    t872 = t867 * t871; // left_foot: motion
-    t873 = t868 + t872; // left_foot: motion
-    t874 = t873 * t47; // left_foot: sums of what it carries
-    // right_foot: motion
-    t875 = sin_t4 * t853;
-    t876 = R::fused(cos_t4, t861, t875);
-    t877 = cos_t4 * t858;
-    t878 = R::fused(sin_t4, t850, t877);
-    t879 = t867 * t878;
-    t880 = t876 - t879;
-    t881 = R::fused(t55, t880, t874); // left_foot: sums of what it carries
-    t882 = cos_q_left_hip_roll * t840; // left_lower_leg: motion
-    t883 = R::fused(-sin_q_left_hip_roll, t846, t882); // left_lower_leg: motion
-    t884 = R::fused(v_left_ankle_roll, t878, t883); // left_foot: motion
-    t885 = t878 * t871; // left_foot: motion
-    t886 = t884 + t885; // left_foot: motion
-    t887 = R::fused(-t80, t886, t881); // left_foot: sums of what it carries
-    t888 = t867 * t867;
-    t889 = t871 * t871; // left_foot: motion
-    t890 = t888 - t889; // left_foot: sums of what it carries
-    t891 = R::fused(t83, t890, t887); // left_foot: sums of what it carries
-    t892 = t799 - v_right_ankle_roll;
-    t893 = t795 * t892;
-    t894 = t893 * R::constant(0.03); // right_hip_yaw_link: motion
-    t895 = t795 * t791;
-    t896 = R::fused(t895, R::constant(0.055), t894); // right_hip_yaw_link: motion
     // torso: motion
-    t897 = q_base_qz * R::constant(2.0);
-    t898 = q_base_qx * t897;
-    t899 = q_base_qy * R::constant(2.0);
-    t900 = q_base_qw * t899;
-    t901 = t898 - t900;
+    t0 = q_base_qz * R::constant(2.0);
+    t1 = q_base_qx * t0;
+    t2 = q_base_qy * R::constant(2.0);
+    t3 = q_base_qw * t2;
+    t4 = t1 - t3;
+    t5 = t4 * R::constant(9.81);
     // other
-    t902 = cos_q_right_ankle_pitch * sin_q_right_ankle_roll;
-    t903 = cos_q_right_knee_pitch * t902;
-    t904 = sin_q_right_ankle_pitch * sin_q_right_ankle_roll;
-    t905 = R::fused(-sin_q_right_knee_pitch, t904, t903);
-    t906 = sin_q_right_hip_pitch * t905;
-    t907 = sin_q_right_knee_pitch * t902;
-    t908 = R::fused(cos_q_right_knee_pitch, t904, t907);
-    t909 = R::fused(cos_q_right_hip_pitch, t908, t906);
-    t910 = cos_q_right_hip_yaw * t909;
-    t911 = cos_q_right_hip_roll * cos_q_right_ankle_roll;
-    t912 = cos_q_right_hip_pitch * t905;
-    t913 = R::fused(-sin_q_right_hip_pitch, t908, t912);
-    t914 = R::fused(-sin_q_right_hip_roll, t913, t911);
-    t915 = R::fused(-sin_q_right_hip_yaw, t914, t910);
-    t916 = t901 * t915;
+    t6 = sin_q_right_hip_yaw * sin_q_right_hip_roll;
+    t7 = cos_q_right_hip_pitch * t6;
+    t8 = R::fused(cos_q_right_hip_yaw, sin_q_right_hip_pitch, t7);
+    t9 = cos_q_right_knee_pitch * t8;
+    t10 = sin_q_right_hip_pitch * t6;
+    t11 = R::fused(-cos_q_right_hip_yaw, cos_q_right_hip_pitch, t10);
+    t12 = R::fused(-sin_q_right_knee_pitch, t11, t9);
+    t13 = sin_q_right_ankle_pitch * t12;
+    t14 = sin_q_right_knee_pitch * t8;
+    t15 = R::fused(cos_q_right_knee_pitch, t11, t14);
+    t16 = R::fused(cos_q_right_ankle_pitch, t15, t13);
+    t17 = v_base_angular_x * v_base_angular_y; // torso: motion
+    t18 = t17 * R::constant(0.0764); // right_hip_yaw_link: motion
+    t19 = v_base_angular_y * v_base_linear_z; // torso: motion
+    t20 = R::fused(-v_base_angular_z, v_base_linear_y, t19); // torso: motion
+    t21 = t20 + t5; // torso: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t22_23 = R::Two::fused(both(t21), two(R::constant(-1.0), R::constant(1.0)), both(t18));
+    t24_25 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t22_23;
+    t26 = v_base_angular_x * v_base_angular_x; // torso: motion
+    t27 = v_base_angular_z * v_base_angular_z; // torso: motion
+    t28 = t26 + t27; // torso: motion
+    t29 = t28 * R::constant(0.0764); // right_hip_yaw_link: motion
     // torso: motion
-    t917 = q_base_qy * t897;
-    t918 = q_base_qx * R::constant(2.0);
-    t919 = q_base_qw * t918;
-    t920 = t917 + t919;
-    t921 = sin_q_right_hip_yaw * t909; // other
-    t922 = R::fused(cos_q_right_hip_yaw, t914, t921); // other
-    t923 = R::fused(t920, t922, t916); // other
-    t924 = q_base_qx * t918;
-    t925 = q_base_qy * t899;
-    t926 = t924 + t925;
-    t927 = R::constant(1.0) - t926;
-    t928 = sin_q_right_hip_roll * cos_q_right_ankle_roll; // other
-    t929 = R::fused(cos_q_right_hip_roll, t913, t928); // other
-    t930 = R::fused(t927, t929, t923); // other
-    t931 = R::fused(R::constant(9.81), t930, -t896); // right_hip_yaw_link: motion
-    t932 = sin_q_right_ankle_roll * t931; // right_hip_yaw_link: motion
-    t933 = t892 * t892; // right_foot: motion
-    t934 = t795 * t795; // right_foot: motion
-    t935 = t933 + t934; // right_foot: motion
-    t936 = t935 * R::constant(0.055); // other
-    t937 = t791 * t892; // right_foot: motion
-    t938 = R::fused(-t937, R::constant(0.03), t936); // right_hip_yaw_link: motion
+    t30 = v_base_angular_z * v_base_linear_x;
+    t31 = R::fused(-v_base_angular_x, v_base_linear_z, t30);
+    t32 = q_base_qy * t0;
+    t33 = q_base_qx * R::constant(2.0);
+    t34 = q_base_qw * t33;
+    t35 = t32 + t34;
+    t36 = t35 * R::constant(9.81);
+    t37 = t31 + t36;
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t38_39 = R::Two::fused(both(t37), two(R::constant(1.0), R::constant(-1.0)), both(t29));
+    t40_41 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t38_39, t24_25);
+    t42_43 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t40_41; // right_hip_roll_link, left_hip_roll_link: motion
+    t44 = v_base_angular_y * v_base_angular_z; // torso: motion
+    t45 = t44 * R::constant(0.0764); // right_hip_yaw_link: motion
+    // torso: motion
+    t46 = v_base_angular_x * v_base_linear_y;
+    t47 = R::fused(-v_base_angular_y, v_base_linear_x, t46);
+    t48 = q_base_qx * t33;
+    t49 = q_base_qy * t2;
+    t50 = t48 + t49;
+    t51 = R::constant(1.0) - t50;
+    t52 = t51 * R::constant(9.81);
+    t53 = t47 + t52;
+    t54_55 = R::Two::fused(both(t53), two(R::constant(-1.0), R::constant(1.0)), both(t45));
+    t56_57 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t54_55, t42_43);
+    t58_59 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t56_57; // right_upper_leg, left_upper_leg: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t60_61 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
+    t62_63 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t38_39, t60_61);
+    t64_65 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t58_59);
+    t66_67 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t68_69 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t66_67);
+    t70_71 = t68_69 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
+    t72_73 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    t74_75 = R::Two::fused(t72_73, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t70_71);
+    t76_77 = t74_75 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t78_79 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t80_81 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t78_79);
+    t82_83 = t80_81 + two(v_right_hip_roll, v_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
+    // right_upper_leg, left_upper_leg: motion
+    t84_85 = R::Two::fused(-t82_83, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t76_77);
+    t86_87 = t84_85 * t84_85;
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t88_89 = t68_69 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t90_91 = R::Two::fused(-t72_73, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t88_89);
+    // right_upper_leg, left_upper_leg: motion
+    t92_93 = t90_91 - two(v_right_hip_pitch, v_left_hip_pitch);
+    t94_95 = t92_93 * t92_93;
+    t96_97 = t86_87 + t94_95;
+    // right_lower_leg, left_lower_leg: motion
+    t98_99 = R::Two::fused(t96_97, both(R::constant(0.315)), t64_65 * two(R::constant(-1.0), R::constant(1.0)));
+    t100_101 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t98_99;
+    // right_upper_leg, left_upper_leg: motion
+    t102_103 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t56_57;
+    t104_105 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t62_63, t102_103);
+    t106_107 = t80_81 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t108_109 = t106_107 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t110_111 = R::Two::fused(-t74_75, two(v_right_hip_roll, v_left_hip_roll), t108_109);
+    // right_upper_leg, left_upper_leg: motion
+    t112_113 = t74_75 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t114_115 = R::Two::fused(t82_83, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t112_113);
+    t116_117 = t114_115 * t84_85;
+    t118_119 = t110_111 + t116_117;
+    // right_lower_leg, left_lower_leg: motion
+    t120_121 = R::Two::fused(t118_119, both(R::constant(0.315)), t104_105 * two(R::constant(1.0), R::constant(-1.0)));
+    t122_123 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t120_121, t100_101);
+    t124_125 = t114_115 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t126_127 = R::Two::fused(t84_85, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t124_125);
+    t128_129 = t126_127 * t126_127;
+    t130_131 = t92_93 - two(v_right_knee_pitch, v_left_knee_pitch);
+    t132_133 = t130_131 * t130_131;
+    t134_135 = t128_129 + t132_133;
+    // right_ankle, left_ankle: motion
+    t136_137 = R::Two::fused(t134_135, both(R::constant(0.273)), t122_123);
+    t138_139 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t136_137;
+    // right_lower_leg, left_lower_leg: motion
+    t140_141 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t98_99;
+    t142_143 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t120_121, t140_141);
+    t144_145 = t114_115 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t146_147 = R::Two::fused(-t84_85, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t144_145);
+    t148_149 = t146_147 * t126_127;
+    t150_151 = t110_111 + t148_149;
+    // right_ankle, left_ankle: motion
+    t152_153 = R::Two::fused(t150_151, both(R::constant(0.273)), -t142_143);
+    t154_155 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t152_153, t138_139);
+    t156_157 = t146_147 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t158_159 = R::Two::fused(-t126_127, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t156_157);
+    t160_161 = t146_147 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t162_163 = R::Two::fused(t126_127, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t160_161);
+    t164_165 = t158_159 * t162_163;
+    t166_167 = t110_111 + t164_165;
+    t168_169 = R::Two::fused(t166_167, both(R::constant(0.037)), -t154_155); // right_foot, left_foot: motion
+    t170_171 = t130_131 - two(v_right_ankle_pitch, v_left_ankle_pitch);
+    // right_foot, left_foot: motion
+    t172_173 = t170_171 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t174_175 = R::Two::fused(-t158_159, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t172_173);
+    t176 = t174_175.first() * t174_175.first(); // right_foot: motion
+    t177_178 = t170_171 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t179_180 = R::Two::fused(t158_159, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t177_178);
+    t181 = t179_180.first() * t179_180.first(); // right_foot: motion
+    t182 = t176 + t181; // right_foot: motion
+    t183 = t182 * R::constant(0.03); // other
+    t184_185 = t110_111 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t186_187 = t106_107 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t188_189 = R::Two::fused(t90_91, two(v_right_hip_roll, v_left_hip_roll), t186_187);
+    t190_191 = t188_189 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t192_193 = t68_69 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
+    // right_upper_leg, left_upper_leg: motion
+    t194_195 = R::Two::fused(-t192_193, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t190_191);
+    t196_197 = R::Two::fused(-t84_85, two(v_right_hip_pitch, v_left_hip_pitch), t194_195);
+    t198_199 = t196_197 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t200_201 = t188_189 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t202_203 = R::Two::fused(t192_193, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t200_201);
+    t204_205 = R::Two::fused(t114_115, two(v_right_hip_pitch, v_left_hip_pitch), t202_203);
+    // right_lower_leg, left_lower_leg: motion
+    t206_207 = R::Two::fused(-t204_205, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t198_199);
+    t208_209 = R::Two::fused(-t126_127, two(v_right_knee_pitch, v_left_knee_pitch), t206_207);
+    t210_211 = t208_209 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch); // right_ankle, left_ankle: motion
+    t212_213 = t196_197 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t214_215 = R::Two::fused(t204_205, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t212_213);
+    t216_217 = R::Two::fused(t146_147, two(v_right_knee_pitch, v_left_knee_pitch), t214_215);
+    // right_ankle, left_ankle: motion
+    t218_219 = R::Two::fused(-t216_217, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t210_211);
+    t220_221 = R::Two::fused(-t162_163, two(v_right_ankle_pitch, v_left_ankle_pitch), t218_219);
+    // right_foot, left_foot: motion
+    t222_223 = R::Two::fused(-t220_221, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t184_185);
+    t224_225 = R::Two::fused(-t179_180, two(v_right_ankle_roll, v_left_ankle_roll), t222_223);
+    t226_227 = t162_163 - two(v_right_ankle_roll, v_left_ankle_roll);
+    t228_229 = t179_180 * t226_227;
+    t230 = t224_225.first() + t228_229.first(); // right_foot: motion
     // other
-    t939 = cos_q_right_ankle_pitch * cos_q_right_ankle_roll;
-    t940 = cos_q_right_knee_pitch * t939;
-    t941 = sin_q_right_ankle_pitch * cos_q_right_ankle_roll;
-    t942 = R::fused(-sin_q_right_knee_pitch, t941, t940);
-    t943 = sin_q_right_hip_pitch * t942;
-    t944 = sin_q_right_knee_pitch * t939;
-    t945 = R::fused(cos_q_right_knee_pitch, t941, t944);
-    t946 = R::fused(cos_q_right_hip_pitch, t945, t943);
-    t947 = cos_q_right_hip_yaw * t946;
-    t948 = cos_q_right_hip_roll * sin_q_right_ankle_roll;
-    t949 = cos_q_right_hip_pitch * t942;
-    t950 = R::fused(-sin_q_right_hip_pitch, t945, t949);
-    t951 = R::fused(sin_q_right_hip_roll, t950, t948);
-    t952 = R::fused(sin_q_right_hip_yaw, t951, t947);
-    t953 = t901 * t952;
-    t954 = sin_q_right_hip_yaw * t946;
-    t955 = R::fused(-cos_q_right_hip_yaw, t951, t954);
-    t956 = R::fused(t920, t955, t953);
-    t957 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
-    t958 = R::fused(-cos_q_right_hip_roll, t950, t957);
-    t959 = R::fused(-t927, t958, t956);
-    t960 = R::fused(R::constant(9.81), t959, -t938); // right_hip_yaw_link: motion
-    t961 = R::fused(cos_q_right_ankle_roll, t960, t932); // right_hip_yaw_link: motion
-    t962 = t799 * t799; // right_ankle: motion
-    t963 = t811 * t811; // right_hip_yaw_link: motion
-    t964 = t962 + t963; // right_hip_yaw_link: motion
-    t965 = R::fused(R::constant(-0.037), t964, t961); // left_hip_yaw_link: motion
-    t966 = t799 * t805; // right_hip_yaw_link: motion
-    t967 = t823 + t966; // right_hip_yaw_link: motion
-    t968 = t7 * t967; // right_hip_roll_link: motion
-    t969 = t812 * t812; // left_hip_yaw_link: motion
-    t970 = t962 + t969; // left_hip_yaw_link: motion
-    t971 = R::fused(t970, t218, t968); // right_hip_roll_link: motion
-    t972 = t965 - t971; // right_hip_roll_link: motion
-    t973 = t967 * t211; // left_hip_roll_link: motion
-    t974 = t813 * t813; // right_hip_roll_link: motion
-    t975 = t962 + t974; // right_hip_roll_link: motion
-    t976 = R::fused(t975, t196, t973); // left_hip_roll_link: motion
-    t977 = t972 - t976; // left_hip_roll_link: motion
-    t978 = sin_t1 * t977; // left_hip_roll_link: motion
-    t979 = t791 * t791; // right_foot: motion
-    t980 = t934 + t979; // right_foot: motion
-    t981 = t980 * R::constant(0.03);
-    t982 = R::fused(-t937, R::constant(0.055), t981); // right_hip_yaw_link: motion
-    t983 = cos_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t984 = R::fused(sin_q_right_knee_pitch, cos_q_right_ankle_pitch, t983);
-    t985 = sin_q_right_hip_pitch * t984;
-    t986 = sin_q_right_knee_pitch * sin_q_right_ankle_pitch;
-    t987 = R::fused(-cos_q_right_knee_pitch, cos_q_right_ankle_pitch, t986);
-    t988 = R::fused(cos_q_right_hip_pitch, t987, t985);
-    t989 = cos_q_right_hip_yaw * t988;
-    t990 = cos_q_right_hip_pitch * t984;
-    t991 = R::fused(-sin_q_right_hip_pitch, t987, t990);
-    t992 = sin_q_right_hip_roll * t991;
-    t993 = R::fused(sin_q_right_hip_yaw, t992, t989);
-    t994 = t901 * t993;
-    t995 = sin_q_right_hip_yaw * t988;
-    t996 = R::fused(-cos_q_right_hip_yaw, t992, t995);
-    t997 = R::fused(t920, t996, t994);
-    t998 = cos_q_right_hip_roll * t991;
-    t999 = R::fused(t927, t998, t997);
-    t1000 = R::fused(R::constant(9.81), t999, -t982); // right_hip_yaw_link: motion
-    t1001 = t823 - t966; // right_hip_yaw_link: motion
-    t1002 = R::fused(R::constant(0.037), t1001, t1000); // left_hip_yaw_link: motion
-    t1003 = t805 * t805; // right_hip_yaw_link: motion
-    t1004 = t1003 + t969; // left_hip_yaw_link: motion
-    // right_hip_roll_link: motion
-    t1005 = t7 * t1004;
-    t1006 = R::fused(-t1001, t218, t1005);
-    t1007 = t1002 - t1006;
-    t1008 = t1003 + t974;
-    // left_hip_roll_link: motion
-    t1009 = t1008 * t211;
-    t1010 = R::fused(-t1001, t196, t1009);
-    t1011 = t1007 - t1010;
-    t1012 = R::fused(-cos_t1, t1011, t978);
-    t1013 = t818 * t818; // right_upper_leg: motion
-    t1014 = t838 * t838; // left_upper_leg: motion
-    t1015 = t1013 + t1014; // left_upper_leg: motion
-    t1016 = t1015 * t143; // right_lower_leg: motion
-    t1017 = t832 * t818; // right_upper_leg: motion
-    t1018 = t843 + t1017; // right_upper_leg: motion
-    t1019 = R::fused(-t1018, t168, t1016); // right_lower_leg: motion
-    t1020 = t1012 - t1019; // right_lower_leg: motion
-    t1021 = sin_t2 * t1020; // right_lower_leg: motion
-    t1022 = cos_q_right_ankle_roll * t931; // right_hip_yaw_link: motion
-    t1023 = R::fused(-sin_q_right_ankle_roll, t960, t1022); // right_hip_yaw_link: motion
-    t1024 = t811 * t805; // right_hip_yaw_link: motion
-    t1025 = R::fused(R::constant(0.037), t1024, t1023); // left_hip_yaw_link: motion
-    t1026 = t799 * t812; // left_hip_yaw_link: motion
-    t1027 = t800 + t1026; // left_hip_yaw_link: motion
-    t1028 = t7 * t1027; // right_hip_roll_link: motion
-    t1029 = t805 * t812; // left_hip_yaw_link: motion
-    t1030 = t806 + t1029; // left_hip_yaw_link: motion
+    t231 = R::fused(-t230, R::constant(0.055), t183);
+    t232 = t168_169.first() - t231;
+    t233 = R::constant(0.315) * t8;
+    t234 = R::fused(R::constant(0.273), t12, t233);
+    t235 = cos_q_right_ankle_pitch * t12;
+    t236 = R::fused(-sin_q_right_ankle_pitch, t15, t235);
+    t237 = R::fused(R::constant(0.037), t236, t234);
+    t238 = sin_q_right_hip_yaw * cos_q_right_hip_roll;
+    t239 = sin_q_right_ankle_roll * t238;
+    t240 = R::fused(cos_q_right_ankle_roll, t236, t239);
+    t241 = t237 * t240;
+    t242 = cos_q_right_hip_yaw * sin_q_right_hip_roll;
+    t243 = cos_q_right_hip_pitch * t242;
+    t244 = R::fused(-sin_q_right_hip_yaw, sin_q_right_hip_pitch, t243);
+    t245 = R::fused(R::constant(-0.315), t244, R::constant(0.0764));
+    t246 = cos_q_right_knee_pitch * t244;
+    t247 = sin_q_right_hip_pitch * t242;
+    t248 = R::fused(sin_q_right_hip_yaw, cos_q_right_hip_pitch, t247);
+    t249 = R::fused(-sin_q_right_knee_pitch, t248, t246);
+    t250 = R::fused(R::constant(-0.273), t249, t245);
+    t251 = cos_q_right_ankle_pitch * t249;
+    t252 = sin_q_right_knee_pitch * t244;
+    t253 = R::fused(cos_q_right_knee_pitch, t248, t252);
+    t254 = R::fused(-sin_q_right_ankle_pitch, t253, t251);
+    t255 = R::fused(R::constant(-0.037), t254, t250);
+    t256 = cos_q_right_hip_yaw * cos_q_right_hip_roll;
+    t257 = sin_q_right_ankle_roll * t256;
+    t258 = R::fused(cos_q_right_ankle_roll, t254, t257);
+    t259 = R::fused(-t255, t258, t241);
+    t260 = cos_q_right_hip_roll * cos_q_right_hip_pitch;
+    t261 = R::constant(0.315) * t260;
+    t262 = cos_q_right_knee_pitch * t260;
+    t263 = cos_q_right_hip_roll * sin_q_right_hip_pitch;
+    t264 = R::fused(-sin_q_right_knee_pitch, t263, t262);
+    t265 = R::fused(R::constant(0.273), t264, t261);
+    t266 = cos_q_right_ankle_pitch * t264;
+    t267 = sin_q_right_knee_pitch * t260;
+    t268 = R::fused(cos_q_right_knee_pitch, t263, t267);
+    t269 = R::fused(-sin_q_right_ankle_pitch, t268, t266);
+    t270 = R::fused(R::constant(0.037), t269, t265);
+    t271 = sin_q_right_hip_roll * sin_q_right_ankle_roll;
+    t272 = R::fused(-cos_q_right_ankle_roll, t269, t271);
+    t273 = R::fused(-t270, t272, t259);
+    t274 = R::constant(0.055) + t273;
+    t275 = t224_225.first() * t274;
+    // right_foot, left_foot: motion
+    t276_277 = t110_111 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t278_279 = R::Two::fused(t220_221, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t276_277);
+    t280_281 = R::Two::fused(t174_175, two(v_right_ankle_roll, v_left_ankle_roll), t278_279);
+    // other
+    t282 = cos_q_right_ankle_roll * t238;
+    t283 = R::fused(-sin_q_right_ankle_roll, t236, t282);
+    t284 = t237 * t283;
+    t285 = cos_q_right_ankle_roll * t256;
+    t286 = R::fused(-sin_q_right_ankle_roll, t254, t285);
+    t287 = R::fused(-t255, t286, t284);
+    t288 = sin_q_right_hip_roll * cos_q_right_ankle_roll;
+    t289 = R::fused(sin_q_right_ankle_roll, t269, t288);
+    t290 = R::fused(-t270, t289, t287);
+    t291 = R::fused(-t280_281.first(), t290, t275);
+    t292 = t232 - t291;
+    t293 = t16 * t292;
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t294_295 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t40_41;
+    t296_297 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t54_55, t294_295);
+    // right_upper_leg, left_upper_leg: motion
+    t298_299 = t114_115 * t92_93;
+    t300_301 = R::Two::fused(t298_299, two(R::constant(-1.0), R::constant(1.0)), t204_205);
+    t302 = R::fused(t300_301.first(), R::constant(0.315), -t296_297.first()); // right_lower_leg: motion
+    // right_lower_leg, left_lower_leg: motion
+    t303_304 = t146_147 * t130_131;
+    t305_306 = R::Two::fused(t303_304, two(R::constant(-1.0), R::constant(1.0)), t216_217);
+    t307 = R::fused(t305_306.first(), R::constant(0.273), t302); // right_ankle: motion
+    // right_ankle, left_ankle: motion
+    t308_309 = t208_209 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t310_311 = R::Two::fused(t216_217, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t308_309);
+    t312_313 = R::Two::fused(t158_159, two(v_right_ankle_pitch, v_left_ankle_pitch), t310_311);
+    t314_315 = t158_159 * t170_171;
+    t316_317 = t312_313 - t314_315;
+    t318 = R::fused(t316_317.first(), R::constant(0.037), t307); // right_foot: motion
+    t319 = cos_q_right_ankle_roll * t318; // right_foot: motion
+    t320_321 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t136_137;
+    t322_323 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t152_153, t320_321);
+    t324_325 = t162_163 * t162_163;
+    t326_327 = t170_171 * t170_171;
+    t328_329 = t324_325 + t326_327;
+    t330_331 = R::Two::fused(t328_329, both(R::constant(0.037)), t322_323); // right_foot, left_foot: motion
+    t332 = R::fused(-sin_q_right_ankle_roll, t330_331.first(), t319); // right_foot: motion
+    // right_foot, left_foot: motion
+    t333_334 = t174_175 * t226_227;
+    t335_336 = t280_281 + t333_334;
+    t337 = t335_336.first() * R::constant(0.03); // other
+    t338_339 = t174_175 * t179_180;
+    t340_341 = t312_313 - t338_339;
+    // other
+    t342 = R::fused(-t340_341.first(), R::constant(0.055), t337);
+    t343 = t332 - t342;
+    t344 = t16 * t237;
+    t345 = sin_q_right_ankle_pitch * t249;
+    t346 = R::fused(cos_q_right_ankle_pitch, t253, t345);
+    t347 = R::fused(-t346, t255, t344);
+    t348 = sin_q_right_ankle_pitch * t264;
+    t349 = R::fused(cos_q_right_ankle_pitch, t268, t348);
+    t350 = R::fused(t349, t270, t347);
+    t351 = R::constant(0.03) + t350;
+    t352 = t280_281.first() * t351;
+    t353 = R::fused(-t312_313.first(), t274, t352);
+    t354 = t343 + t353;
+    t355 = R::fused(-t283, t354, t293);
+    t356 = sin_q_right_ankle_roll * t318; // right_foot: motion
+    t357 = R::fused(cos_q_right_ankle_roll, t330_331.first(), t356); // right_foot: motion
+    t358 = t224_225.first() - t228_229.first(); // right_foot: motion
+    t359 = t358 * R::constant(0.03);
+    t360_361 = t226_227 * t226_227; // right_foot, left_foot: motion
+    t362 = t360_361.first() + t176; // right_foot: motion
+    t363 = R::fused(t362, R::constant(0.055), t359);
+    t364 = t357 + t363;
+    t365 = t312_313.first() * t290;
+    t366 = R::fused(-t224_225.first(), t351, t365);
+    t367 = t364 + t366;
+    t368 = R::fused(-t240, t367, t355);
+    t369 = t5 + t368;
+    // right_foot, left_foot: sums of what it carries
+    t370_371 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t372_373 = both(R::constant(0.00009166667)) * t370_371;
     let (
-        t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042, t1043, t1044, t1045, t1046,
-        t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060, t1061, t1062,
-        t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078,
-        t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094,
-        t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110,
-        t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123_1124, t1125, t1126,
-        t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142,
-        t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157, t1158,
-        t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1173, t1174,
-        t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187, t1188, t1189, t1190,
-        t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206,
-        t1207, t1208, t1209_1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1222,
-        t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235, t1236, t1237, t1238,
-        t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254,
-        t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267, t1268, t1269, t1270,
-        t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282, t1283, t1284, t1285, t1286,
-        t1287, t1288,
+        t374_375, t376_377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391, t392_393, t394_395,
+        t396_397, t398_399, t400_401, t402_403, t404_405, t406_407, t408_409, t410_411, t412_413, t414_415, t416_417,
+        t418_419, t420_421, t422_423, t424_425, t426_427, t428_429, t430_431, t432_433, t434_435, t436_437, t438_439,
+        t440_441, t442_443, t444_445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459, t460_461,
+        t462_463, t464_465, t466_467, t468_469, t470_471, t472_473, t474_475, t476_477, t478_479, t480_481, t482_483,
+        t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500_501, t502_503, t504_505,
+        t506_507, t508_509, t510_511, t512_513, t514_515, t516_517, t518_519, t520_521, t522_523, t524_525, t526_527,
+        t528_529, t530_531, t532_533, t534_535, t536_537, t538_539, t540_541, t542_543, t544_545, t546_547, t548_549,
+        t550_551, t552_553, t554_555, t556_557, t558_559, t560_561, t562_563, t564_565, t566_567, t568_569, t570_571,
+        t572_573, t574_575, t576_577, t578_579, t580_581, t582_583, t584, t585, t586, t587, t588, t589, t590, t591,
+        t592, t593, t594, t595, t596, t597, t598_599, t600_601, t602_603, t604_605, t606_607, t608_609, t610_611,
+        t612_613, t614_615, t616_617, t618_619, t620_621, t622_623, t624_625, t626, t627_628, t629_630, t631_632,
+        t633_634, t635_636, t637_638, t639_640, t641_642, t643_644, t645_646, t647_648, t649_650, t651_652, t653_654,
+        t655_656, t657_658, t659_660, t661, t662, t663, t664, t665_666, t667_668, t669_670, t671_672, t673_674,
+        t675_676, t677_678, t679_680, t681_682, t683_684, t685_686, t687, t688_689, t690_691, t692_693, t694_695,
+        t696_697, t698_699, t700_701, t702_703, t704_705, t706_707, t708, t709, t710, t711, t712, t713, t714, t715,
+        t716_717, t718_719, t720_721, t722_723, t724_725, t726_727, t728_729, t730, t731_732, t733_734, t735_736,
+        t737_738, t739_740, t741, t742, t743, t744, t745, t746, t747, t748, t749, t750, t751, t752, t753_754, t755_756,
+        t757_758, t759, t760_761, t762_763, t764, t765, t766, t767, t768, t769, t770, t771, t772, t773, t774, t775,
+        t776, t777, t778, t779, t780, t781_782, t783_784, t785_786, t787, t788_789, t790_791, t792_793, t794_795,
+        t796_797, t798_799, t800_801, t802, t803, t804_805, t806_807, t808, t809, t810_811, t812_813, t814, t815, t816,
+        t817_818,
     );
-    // right_hip_roll_link: motion
-    t1031 = R::fused(-t1030, t218, t1028);
-    t1032 = t1025 - t1031;
-    t1033 = t799 * t813;
-    t1034 = t801 + t1033;
-    t1035 = t1034 * t211; // left_hip_roll_link: motion
-    t1036 = t805 * t813;
-    t1037 = t807 + t1036;
-    t1038 = R::fused(-t1037, t196, t1035); // left_hip_roll_link: motion
-    t1039 = t1032 - t1038; // left_hip_roll_link: motion
-    t1040 = cos_q_right_hip_roll * t1039; // right_upper_leg: motion
-    t1041 = cos_t1 * t977; // left_hip_roll_link: motion
-    t1042 = R::fused(sin_t1, t1011, t1041); // left_hip_roll_link: motion
-    t1043 = R::fused(-sin_q_right_hip_roll, t1042, t1040); // right_upper_leg: motion
-    t1044 = t843 - t1017; // right_upper_leg: motion
-    t1045 = t1044 * t143; // right_lower_leg: motion
-    t1046 = t832 * t832; // right_upper_leg: motion
-    t1047 = t1046 + t1014; // left_upper_leg: motion
-    t1048 = R::fused(t1047, t168, t1045); // right_lower_leg: motion
-    t1049 = t1043 - t1048; // right_lower_leg: motion
-    t1050 = R::fused(cos_t2, t1049, t1021); // right_lower_leg: motion
-    t1051 = sin_q_left_hip_roll * t1050; // left_lower_leg: motion
-    t1052 = sin_q_right_hip_roll * t1039; // right_upper_leg: motion
-    t1053 = R::fused(cos_q_right_hip_roll, t1042, t1052); // right_upper_leg: motion
-    t1054 = t832 * t838; // left_upper_leg: motion
-    t1055 = t833 + t1054; // left_upper_leg: motion
-    t1056 = t1055 * t143; // right_lower_leg: motion
-    t1057 = t818 * t838; // left_upper_leg: motion
-    t1058 = t819 + t1057; // left_upper_leg: motion
-    t1059 = R::fused(t1058, t168, t1056); // right_lower_leg: motion
-    t1060 = t1053 + t1059; // right_lower_leg: motion
-    t1061 = R::fused(-cos_q_left_hip_roll, t1060, t1051); // left_lower_leg: motion
-    t1062 = t850 * t858; // left_lower_leg: motion
-    t1063 = t883 - t1062; // left_lower_leg: motion
-    t1064 = t1063 * t29; // left_ankle: motion
-    t1065 = t850 * t850; // left_lower_leg: motion
-    t1066 = t865 * t865; // right_ankle: motion
-    t1067 = t1065 + t1066; // right_ankle: motion
-    t1068 = R::fused(t1067, t35, t1064); // left_ankle: motion
-    t1069 = t1061 - t1068; // left_ankle: motion
-    t1070 = t1063 * t14; // right_foot: motion
-    t1071 = t866 * t866; // left_ankle: motion
-    t1072 = t1065 + t1071; // left_ankle: motion
-    t1073 = R::fused(t1072, t21, t1070); // right_foot: motion
-    t1074 = t1069 - t1073; // right_foot: motion
-    t1075 = sin_t4 * t1074; // right_foot: motion
-    t1076 = cos_t2 * t1020; // right_lower_leg: motion
-    t1077 = R::fused(-sin_t2, t1049, t1076); // right_lower_leg: motion
-    t1078 = t858 * t858; // left_lower_leg: motion
-    t1079 = t1078 + t1066; // right_ankle: motion
-    t1080 = t1079 * t29; // left_ankle: motion
-    t1081 = t883 + t1062; // left_lower_leg: motion
-    t1082 = R::fused(-t1081, t35, t1080); // left_ankle: motion
-    t1083 = t1077 + t1082; // left_ankle: motion
-    t1084 = t1078 + t1071; // left_ankle: motion
-    // right_foot: motion
-    t1085 = t1084 * t14;
-    t1086 = R::fused(-t1081, t21, t1085);
-    t1087 = t1083 + t1086;
-    t1088 = R::fused(cos_t4, t1087, t1075);
-    t1089 = t878 * t870;
-    t1090 = t883 - t1089;
-    t1091 = R::fused(R::constant(-0.037), t1090, t1088); // left_foot: motion
-    t1092 = R::fused(-t85, t1091, t891); // left_foot: sums of what it carries
-    t1093 = R::fused(t867, t870, t862);
-    t1094 = t1093 * R::constant(0.0031024499985); // right_foot: sums of what it carries
-    t1095 = R::fused(R::constant(-0.0005698), t880, t1094); // right_foot: sums of what it carries
-    t1096 = cos_q_left_hip_roll * t1050; // left_lower_leg: motion
-    t1097 = R::fused(sin_q_left_hip_roll, t1060, t1096); // left_lower_leg: motion
-    t1098 = t850 * t865; // right_ankle: motion
-    t1099 = t851 - t1098; // right_ankle: motion
-    t1100 = t1099 * t29; // left_ankle: motion
-    t1101 = t858 * t865; // right_ankle: motion
-    t1102 = t859 - t1101; // right_ankle: motion
-    // left_ankle: motion
-    t1103 = R::fused(t1102, t35, t1100);
-    t1104 = t1097 + t1103;
-    t1105 = t850 * t866;
-    t1106 = t852 - t1105;
-    t1107 = t1106 * t14; // right_foot: motion
-    t1108 = t858 * t866;
-    t1109 = t860 - t1108;
-    t1110 = R::fused(t1109, t21, t1107); // right_foot: motion
-    t1111 = t1104 + t1110; // right_foot: motion
-    t1112 = R::fused(R::constant(-0.0154), t1111, t1095); // right_foot: sums of what it carries
-    t1113 = t1092 - t1112; // right_foot: sums of what it carries
-    t1114 = sin_t4 * t1113; // right_foot: sums of what it carries
-    t1115 = R::constant(0.001228333333) * t876; // left_foot: sums of what it carries
-    t1116 = t47 + t11; // left_foot: sums of what it carries
-    t1117 = R::fused(-t879, t1116, t1115); // left_foot: sums of what it carries
-    t1118 = t884 - t885; // left_foot: motion
-    t1119 = R::fused(-t83, t1118, t1117); // left_foot: sums of what it carries
-    t1120 = t868 - t872; // left_foot: motion
-    t1121 = R::fused(-t55, t1120, t1119); // left_foot: sums of what it carries
-    t1122 = t878 * t878; // right_foot: motion
-    t1123_1124 = R::Two::fused(both(t1122), two(R::constant(1.0), R::constant(-1.0)), both(t888));
-    t1125 = R::fused(-t80, t1123_1124.second(), t1121); // left_foot: sums of what it carries
-    // right_foot: motion
-    t1126 = cos_t4 * t1074;
-    t1127 = R::fused(-sin_t4, t1087, t1126);
-    t1128 = t870 * t870;
-    t1129 = t888 + t1128;
-    t1130 = R::fused(R::constant(-0.037), t1129, t1127); // left_foot: motion
-    t1131 = t85 * t1130; // left_foot: sums of what it carries
-    t1132 = R::fused(R::constant(0.037), t880, t1111); // left_foot: motion
-    t1133 = R::fused(-t15, t1132, t1131); // left_foot: sums of what it carries
-    t1134 = t1125 - t1133; // left_foot: sums of what it carries
-    t1135 = t1122 + t889; // left_foot: motion
-    t1136 = t85 * t1135; // left_foot: sums of what it carries
-    t1137 = R::fused(-t15, t880, t1136); // left_foot: sums of what it carries
-    t1138 = R::fused(R::constant(-0.037), t1137, t1134); // left_foot: sums of what it carries
-    // right_foot: sums of what it carries
-    t1139 = t880 * R::constant(0.0008355375);
-    t1140 = R::fused(R::constant(-0.0005698), t1093, t1139);
-    t1141 = R::fused(R::constant(0.023125), t1111, t1140);
-    t1142 = t1138 + t1141;
-    t1143 = R::fused(cos_t4, t1142, t1114);
-    t1144 = R::constant(0.0154) * t1093;
-    t1145 = R::fused(R::constant(-0.023125), t880, t1144);
-    t1146 = t1137 + t1145;
-    t1147 = R::fused(-t21, t1146, t1143);
-    // left_ankle: sums of what it carries
-    t1148 = t1109 * t100;
-    t1149 = R::fused(t1063, t115, t1148);
-    t1150 = R::fused(-t1106, t130, t1149);
-    t1151 = t1078 - t1071;
-    t1152 = R::fused(-t88, t1151, t1150);
-    t1153 = R::fused(t1104, t37, t1152);
-    t1154 = t1147 + t1153;
-    t1155 = t1106 * t31;
-    t1156 = R::fused(t1109, t37, t1155);
-    t1157 = t1146 - t1156;
-    t1158 = R::fused(-t35, t1157, t1154);
-    // right_ankle: sums of what it carries
-    t1159 = t1102 * t103;
-    t1160 = R::fused(t1063, t119, t1159);
-    t1161 = R::fused(-t1099, t137, t1160);
-    t1162 = t1078 - t1066;
-    t1163 = R::fused(-t92, t1162, t1161);
-    t1164 = R::fused(t1097, t152, t1163);
-    t1165 = t1158 + t1164;
-    t1166 = t856 * R::constant(0.0016005833535); // left_lower_leg: sums of what it carries
-    t1167 = t864 * t858; // left_lower_leg: motion
-    t1168 = R::fused(-t1167, R::constant(0.0014339166865), t1166); // left_lower_leg: sums of what it carries
-    t1169 = R::fused(R::constant(-0.01), t1061, t1168); // left_lower_leg: sums of what it carries
-    t1170 = t1165 + t1169; // left_lower_leg: sums of what it carries
-    t1171 = R::fused(-t839, t845, t856); // right_lower_leg: motion
-    t1172 = R::fused(t1171, R::constant(0.00009), t1170); // right_lower_leg: sums of what it carries
-    t1173 = sin_t2 * t1172; // right_lower_leg: sums of what it carries
-    t1174 = t886 * t11; // left_foot: sums of what it carries
-    t1175 = R::fused(t80, t873, t1174); // left_foot: sums of what it carries
-    t1176 = t876 + t879; // right_foot: motion
-    // left_foot: sums of what it carries
-    t1177 = R::fused(-t83, t1176, t1175);
-    t1178 = t1122 - t889;
-    t1179 = R::fused(t55, t1178, t1177);
-    t1180 = R::fused(-t15, t1091, t1179);
-    t1181 = t85 * t873;
-    t1182 = R::fused(-t15, t886, t1181);
-    t1183 = R::fused(R::constant(-0.037), t1182, t1180);
-    // right_foot: sums of what it carries
-    t1184 = t883 * R::constant(0.0039379874985);
-    t1185 = R::fused(t1089, R::constant(0.0022669124985), t1184);
-    t1186 = t1122 - t1128;
-    t1187 = R::fused(R::constant(0.0005698), t1186, t1185);
-    t1188 = R::constant(0.023125) * t1088;
-    t1189 = R::fused(R::constant(-0.0154), t1127, t1188);
-    t1190 = t1187 - t1189;
-    t1191 = t1183 + t1190;
-    t1192 = t85 * t1176; // left_foot: sums of what it carries
-    t1193 = t888 + t889; // left_foot: motion
-    t1194 = R::fused(t15, t1193, t1192); // left_foot: sums of what it carries
-    t1195 = t883 + t1089; // right_foot: motion
-    t1196 = R::constant(0.0154) * t1195;
-    t1197 = R::fused(R::constant(-0.023125), t1129, t1196);
-    t1198 = t1194 - t1197;
-    t1199 = sin_t4 * t1198;
-    t1200 = R::constant(0.0154) * t1123_1124.first();
-    t1201 = R::fused(R::constant(0.023125), t1090, t1200);
-    t1202 = t1182 - t1201;
-    t1203 = R::fused(cos_t4, t1202, t1199);
-    t1204 = t21 * t1203;
-    t1205 = cos_t4 * t1198;
-    t1206 = R::fused(-sin_t4, t1202, t1205);
-    t1207 = R::fused(-t14, t1206, t1204);
-    t1208 = t1191 - t1207;
-    t1209_1210 = two(R::constant(0.231642), R::constant(0.07325338333)) * both(t883); // right_ankle, left_ankle
-    t1211 = t100 - t65; // left_ankle: sums of what it carries
-    t1212 = R::fused(t1062, t1211, t1209_1210.second()); // left_ankle: sums of what it carries
-    t1213 = t852 + t1105; // left_ankle: motion
-    t1214 = R::fused(-t1213, t88, t1212); // left_ankle: sums of what it carries
-    t1215 = t860 + t1108; // left_ankle: motion
-    // left_ankle: sums of what it carries
-    t1216 = R::fused(t1215, t115, t1214);
-    t1217 = t1065 - t1078;
-    t1218 = R::fused(-t130, t1217, t1216);
-    t1219 = t1083 * t37;
-    t1220 = R::fused(t1069, t31, t1219);
-    t1221 = t1218 - t1220;
-    t1222 = t1208 + t1221;
-    t1223 = t1084 * t31;
-    t1224 = R::fused(-t1081, t37, t1223);
-    t1225 = t1203 + t1224;
-    t1226 = t35 * t1225;
-    t1227 = t1063 * t31;
-    t1228 = R::fused(t1072, t37, t1227);
-    t1229 = t1206 + t1228;
-    t1230 = R::fused(-t29, t1229, t1226);
-    t1231 = t1222 - t1230;
-    t1232 = t103 - t72; // right_ankle: sums of what it carries
-    t1233 = R::fused(t1062, t1232, t1209_1210.first()); // right_ankle: sums of what it carries
-    t1234 = t851 + t1098; // right_ankle: motion
-    t1235 = R::fused(-t1234, t92, t1233); // right_ankle: sums of what it carries
-    t1236 = t859 + t1101; // right_ankle: motion
-    // right_ankle: sums of what it carries
-    t1237 = R::fused(t1236, t119, t1235);
-    t1238 = R::fused(-t1217, t137, t1237);
-    t1239 = t1077 * t152;
-    t1240 = R::fused(t1061, t145, t1239);
-    t1241 = t1238 - t1240;
-    t1242 = t1231 + t1241;
-    t1243 = R::fused(t1081, R::constant(0.0000833333335), t1242); // left_lower_leg: sums of what it carries
-    t1244 = cos_q_left_hip_roll * t1243; // left_lower_leg: sums of what it carries
-    t1245 = cos_t4 * t1113; // right_foot: sums of what it carries
-    t1246 = R::fused(-sin_t4, t1142, t1245); // right_foot: sums of what it carries
-    t1247 = R::fused(t14, t1146, t1246); // right_foot: sums of what it carries
-    // left_ankle: sums of what it carries
-    t1248 = t1106 * t65;
-    t1249 = R::fused(-t1109, t130, t1248);
-    t1250 = R::fused(-t1081, t88, t1249);
-    t1251 = t1065 - t1071;
-    t1252 = R::fused(-t115, t1251, t1250);
-    t1253 = R::fused(t1104, t31, t1252);
-    t1254 = t1247 - t1253;
-    t1255 = R::fused(t29, t1157, t1254);
-    // right_ankle: sums of what it carries
-    t1256 = t1099 * t72;
-    t1257 = R::fused(-t1102, t137, t1256);
-    t1258 = R::fused(-t1081, t92, t1257);
-    t1259 = t1065 - t1066;
-    t1260 = R::fused(-t119, t1259, t1258);
-    t1261 = R::fused(t1097, t145, t1260);
-    t1262 = t1255 - t1261;
-    t1263 = R::fused(-t850, t864, t847); // left_lower_leg: motion
-    // left_lower_leg: sums of what it carries
-    t1264 = t1263 * R::constant(0.00151725002);
-    t1265 = R::fused(R::constant(0.01), t1077, t1264);
-    t1266 = t1262 - t1265;
-    t1267 = R::fused(-sin_q_left_hip_roll, t1266, t1244);
-    t1268 = R::fused(t839, t849, t835); // right_lower_leg: motion
-    // right_lower_leg: sums of what it carries
-    t1269 = t1268 * R::constant(0.0005199999995);
-    t1270 = R::fused(R::constant(0.008), t1060, t1269);
-    t1271 = t1267 + t1270;
-    t1272 = R::fused(-cos_t2, t1271, t1173);
-    t1273 = t1099 * t145; // right_ankle: sums of what it carries
-    t1274 = R::fused(t1102, t152, t1273); // right_ankle: sums of what it carries
-    t1275 = t1157 - t1274; // right_ankle: sums of what it carries
-    t1276 = t1065 + t1078; // left_lower_leg: motion
-    t1277 = R::fused(R::constant(0.01), t1276, t1275); // left_lower_leg: sums of what it carries
-    t1278 = sin_q_left_hip_roll * t1277; // left_lower_leg: sums of what it carries
-    t1279 = t1063 * t145; // right_ankle: sums of what it carries
-    t1280 = R::fused(t1067, t152, t1279); // right_ankle: sums of what it carries
-    t1281 = t1229 + t1280; // right_ankle: sums of what it carries
-    t1282 = t856 - t1167; // left_lower_leg: motion
-    t1283 = R::fused(R::constant(0.01), t1282, t1281); // left_lower_leg: sums of what it carries
-    t1284 = R::fused(-cos_q_left_hip_roll, t1283, t1278); // left_lower_leg: sums of what it carries
-    t1285 = R::fused(R::constant(-0.008), t1268, t1284);
-    t1286 = R::fused(-t143, t1285, t1272);
-    t1287 = R::fused(R::constant(0.0764), tau_base_linear_z, tau_base_angular_x); // other
-    t1288 = sin_q_right_hip_yaw * t1287; // other
+    t374_375 = both(R::constant(0.0029269125)) - t372_373;
+    t376_377 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t378_379 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.001221));
+    t380_381 = both(R::constant(0.001228333333)) + t378_379;
+    // right_ankle, left_ankle: sums of what it carries
+    t382_383 = t380_381 - t374_375;
+    t384_385 = t376_377 * t382_383;
+    // right_foot, left_foot: sums of what it carries
+    t386_387 = both(R::constant(0.000612)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t388_389 = both(R::constant(0.0005698)) + t386_387;
+    // right_ankle, left_ankle: sums of what it carries
+    t390_391 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t392_393 = t388_389 * t390_391;
+    t394_395 = R::Two::fused(both(R::constant(-2.0)), t392_393, t384_385);
+    t396_397 = t374_375 + t394_395;
+    t398_399 = both(R::constant(0.072308716667)) - t396_397;
+    t400_401 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t402_403 = t380_381 - t394_395;
+    // right_foot, left_foot: sums of what it carries
+    t404_405 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t406_407 = both(R::constant(0.023125)) + t404_405;
+    // right_ankle, left_ankle: sums of what it carries
+    t408_409 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t406_407;
+    t410_411 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t408_409);
+    t412_413 = both(R::constant(0.546)) * t410_411;
+    t414_415 = t402_403 + t412_413;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t416_417 = t414_415 + t398_399;
+    t418_419 = t400_401 * t416_417;
+    // right_ankle, left_ankle: sums of what it carries
+    t420_421 = t388_389 * t376_377;
+    t422_423 = R::Two::fused(both(R::constant(-2.0)), t420_421, t388_389);
+    t424_425 = R::Two::fused(-t390_391, t382_383, t422_423);
+    t426_427 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t406_407;
+    t428_429 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t426_427);
+    t430_431 = R::Two::fused(both(R::constant(-0.273)), t428_429, t424_425);
+    t432_433 = both(R::constant(0.00086)) + t430_431;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t434_435 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t436_437 = t432_433 * t434_435;
+    t438_439 = R::Two::fused(both(R::constant(-2.0)), t436_437, t418_419);
+    t440_441 = t398_399 - t438_439;
+    t442_443 = both(R::constant(0.22879800003)) + t440_441;
+    t444_445 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t446_447 = t414_415 - t438_439;
+    t448_449 = both(R::constant(0.3111)) + t410_411; // right_ankle, left_ankle: sums of what it carries
+    t450_451 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t448_449;
+    t452_453 = both(R::constant(0.008)) - t428_429; // right_ankle, left_ankle: sums of what it carries
+    t454_455 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t452_453, t450_451);
+    t456_457 = both(R::constant(0.63)) * t454_455;
+    t458_459 = t446_447 + t456_457;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t460_461 = t458_459 + t442_443;
+    t462_463 = t444_445 * t460_461;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t464_465 = t432_433 * t400_401;
+    t466_467 = R::Two::fused(both(R::constant(-2.0)), t464_465, t432_433);
+    t468_469 = R::Two::fused(-t434_435, t416_417, t466_467);
+    t470_471 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t448_449;
+    t472_473 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t452_453, t470_471);
+    t474_475 = R::Two::fused(both(R::constant(-0.315)), t472_473, t468_469);
+    t476_477 = both(R::constant(0.002)) + t474_475;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t478_479 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t480_481 = t476_477 * t478_479;
+    t482_483 = R::Two::fused(both(R::constant(-2.0)), t480_481, t462_463);
+    t484_485 = t442_443 - t482_483;
+    t486_487 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    // right_foot, left_foot: sums of what it carries
+    t488_489 = both(R::constant(0.00009166667)) - t372_373;
+    t490_491 = t488_489 - t378_379;
+    t492_493 = both(R::constant(0.0045979875)) - t490_491;
+    // right_ankle, left_ankle: sums of what it carries
+    t494_495 = t492_493 + t412_413;
+    t496_497 = both(R::constant(0.07325338333)) + t494_495;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t498_499 = t496_497 + t456_457;
+    t500_501 = both(R::constant(0.231642)) + t498_499;
+    t502_503 = both(R::constant(0.3052705042)) - t500_501; // right_upper_leg, left_upper_leg: sums of what it carries
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t504_505 = t484_485 - t502_503;
+    t506_507 = t486_487 * t504_505;
+    // right_foot, left_foot: sums of what it carries
+    t508_509 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t510_511 = both(R::constant(0.00009166667)) * t508_509;
+    t512_513 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(-0.0006105)), t510_511);
+    t514_515 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t512_513; // right_ankle, left_ankle
+    t516_517 = both(R::constant(0.000612)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    // right_ankle, left_ankle: sums of what it carries
+    t518_519 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t516_517, t514_515);
+    t520_521 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(-0.0045045)), t518_519);
+    t522_523 = R::Two::fused(t520_521, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.00024)));
+    t524_525 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t522_523; // right_lower_leg, left_lower_leg
+    t526_527 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t512_513;
+    t528_529 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t516_517, t526_527);
+    t530_531 = R::Two::fused(t528_529, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.000016)));
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t532_533 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t530_531, t524_525);
+    t534_535 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), two(R::constant(-0.0051975), R::constant(0.0051975)), t532_533);
+    t536_537 = both(R::constant(0.00193)) + t534_535;
+    t538_539 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t536_537; // right_upper_leg, left_upper_leg
+    t540_541 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t522_523;
+    t542_543 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t530_531, t540_541);
+    t544_545 = both(R::constant(0.000048)) - t542_543;
+    t546_547 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t544_545, t538_539);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t548_549 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t550_551 = t546_547 * t548_549;
+    t552_553 = R::Two::fused(two(R::constant(-2.0), R::constant(2.0)), t550_551, t506_507);
+    t554_555 = t484_485 - t552_553;
+    t556_557 = both(R::constant(0.305963837533)) - t554_555;
+    t558_559 = both(R::constant(0.8355)) + t454_455; // right_lower_leg, left_lower_leg: sums of what it carries
+    t560_561 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t558_559; // right_upper_leg, left_upper_leg
+    t562_563 = both(R::constant(0.012)) - t472_473; // right_lower_leg, left_lower_leg: sums of what it carries
+    t564_565 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t562_563, t560_561);
+    t566_567 = both(R::constant(0.008)) + t564_565;
+    t568_569 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t566_567; // right_hip_yaw_link, left_hip_yaw_link
+    t570_571 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
+    t572_573 = R::Two::fused(t570_571, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
+    t574_575 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t572_573;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t576_577 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t558_559;
+    t578_579 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t562_563, t576_577);
+    t580_581 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t578_579, t574_575);
+    t582_583 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t580_581, t568_569);
+    t584 = R::fused(R::constant(0.0764), t582_583.first(), t556_557.first()); // right_hip_yaw_link: mass matrix
+    t585 = t582_583.second() * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
+    t586 = t556_557.second() - t585; // left_hip_yaw_link: sums of what it carries
+    t587 = R::constant(0.15966028) + t586; // left_hip_yaw_link: sums of what it carries
+    t588 = R::constant(0.1528) * t582_583.first(); // right_hip_yaw_link: sums of what it carries
+    t589 = t556_557.first() + t588; // right_hip_yaw_link: sums of what it carries
+    t590 = t587 + t589; // right_hip_yaw_link: sums of what it carries
+    t591 = R::constant(0.0102) - t582_583.second(); // left_hip_yaw_link: sums of what it carries
+    t592 = t591 - t582_583.first(); // right_hip_yaw_link: sums of what it carries
+    // other
+    t593 = R::fused(R::constant(0.0764), t592, t590);
+    t594 = t584 - t593;
+    t595 = t592 + R::constant(1.4516);
+    t596 = t582_583.first() + t595;
+    t597 = R::fused(R::constant(-0.0764), t596, t594);
+    // right_foot, left_foot: mass matrix
+    t598_599 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t570_571;
+    t600_601 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t598_599;
+    t602_603 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t570_571;
+    t604_605 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t602_603, t600_601);
+    t606_607 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t604_605;
+    t608_609 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t598_599;
+    t610_611 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t602_603, t608_609);
+    t612_613 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t610_611, t606_607);
+    t614_615 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t612_613;
+    t616_617 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t404_405;
+    t618_619 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t604_605;
+    t620_621 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t610_611, t618_619);
+    t622_623 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t620_621, t616_617);
+    t624_625 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t622_623, t614_615);
+    t626 = R::constant(0.0764) * t624_625.second(); // left_foot: mass matrix
+    t627_628 = R::Two::fused(both(R::constant(0.273)), t602_603, t516_517);
+    t629_630 = R::Two::fused(both(R::constant(0.315)), t610_611, t627_628);
+    t631_632 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t629_630;
+    t633_634 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t386_387;
+    t635_636 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0006105)), both(R::constant(0.001228333333)));
+    t637_638 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t635_636, t633_634);
+    t639_640 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t637_638;
+    t641_642 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t386_387;
+    t643_644 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t635_636, t641_642);
+    t645_646 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0045045)), t643_644);
+    t647_648 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t645_646, t639_640);
+    t649_650 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t647_648;
+    t651_652 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t637_638;
+    t653_654 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t645_646, t651_652);
+    t655_656 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0051975)), t653_654);
+    t657_658 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t655_656, t649_650);
+    t659_660 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t657_658, t631_632);
+    t661 = t659_660.second() + t626; // left_foot: mass matrix
+    t662 = t626 + t661; // other
+    t663 = t662 * R::constant(814.1112620933816); // factors of the mass matrix
+    t664 = R::fused(t662, t663, t597); // factors of the mass matrix
+    // right_ankle, left_ankle: mass matrix
+    t665_666 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t428_429;
+    t667_668 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t410_411, t665_666);
+    t669_670 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t667_668;
+    t671_672 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t428_429;
+    t673_674 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t410_411, t671_672);
+    t675_676 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t673_674, t669_670);
+    t677_678 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t675_676;
+    t679_680 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t667_668;
+    t681_682 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t673_674, t679_680);
+    t683_684 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t681_682;
+    t685_686 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t683_684, t677_678);
+    t687 = R::constant(0.0764) * t685_686.second(); // left_ankle: mass matrix
+    t688_689 = R::Two::fused(both(R::constant(0.273)), t410_411, t492_493);
+    t690_691 = R::Two::fused(both(R::constant(-0.315)), t673_674, t688_689);
+    t692_693 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t690_691;
+    t694_695 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t518_519;
+    t696_697 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t528_529, t694_695);
+    t698_699 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t696_697;
+    t700_701 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t518_519;
+    t702_703 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t528_529, t700_701);
+    t704_705 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t702_703, t698_699);
+    t706_707 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t704_705, t692_693);
+    t708 = t706_707.second() - t687; // left_ankle: mass matrix
+    t709 = t687 - t708; // other
+    // factors of the mass matrix
+    t710 = sin_q_left_ankle_roll * R::constant(0.4982360924011495);
+    t711 = R::fused(t662, t710, t709);
+    t712 = R::fused(-t516_517.second(), t710, t492_493.second());
+    t713 = R::constant(1.0) / t712;
+    t714 = t711 * t713;
+    t715 = R::fused(t711, t714, t664);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t716_717 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t472_473;
+    t718_719 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t454_455, t716_717);
+    t720_721 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t718_719;
+    t722_723 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t472_473;
+    t724_725 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t454_455, t722_723);
+    t726_727 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t724_725;
+    t728_729 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t726_727, t720_721);
+    t730 = R::constant(0.0764) * t728_729.second(); // left_lower_leg: mass matrix
+    t731_732 = R::Two::fused(both(R::constant(0.315)), t454_455, t496_497);
+    t733_734 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t731_732;
+    t735_736 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t532_533;
+    t737_738 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t542_543, t735_736);
+    t739_740 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t737_738, t733_734);
+    t741 = t739_740.second() - t730; // left_lower_leg: mass matrix
+    t742 = t730 - t741; // other
+    // factors of the mass matrix
+    t743 = t627_628.second() * R::constant(814.1112620933816);
+    t744 = R::fused(t662, t743, t742);
+    t745 = R::fused(-t627_628.second(), t710, t688_689.second());
+    t746 = t745 * t713;
+    t747 = R::fused(-t711, t746, t744);
+    t748 = R::fused(-t627_628.second(), t743, t496_497.second());
+    t749 = R::fused(-t745, t746, t748);
+    t750 = R::constant(1.0) / t749;
+    t751 = t747 * t750;
+    t752 = R::fused(t747, t751, t715);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t753_754 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t578_579;
+    t755_756 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t564_565;
+    t757_758 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t755_756, t753_754);
+    t759 = R::constant(0.0764) * t757_758.second(); // left_upper_leg: mass matrix
+    t760_761 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t500_501;
+    t762_763 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t546_547, t760_761);
+    t764 = t762_763.second() + t759; // left_upper_leg: mass matrix
+    t765 = t759 + t764; // other
+    // factors of the mass matrix
+    t766 = t629_630.second() * R::constant(814.1112620933816);
+    t767 = R::fused(-t662, t766, t765);
+    t768 = R::fused(-t629_630.second(), t710, t690_691.second());
+    t769 = t768 * t713;
+    t770 = R::fused(t711, t769, t767);
+    t771 = R::fused(-t629_630.second(), t743, t731_732.second());
+    t772 = R::fused(-t768, t746, t771);
+    t773 = t772 * t750;
+    t774 = R::fused(t747, t773, t770);
+    t775 = R::fused(-t629_630.second(), t766, t500_501.second());
+    t776 = R::fused(-t768, t769, t775);
+    t777 = R::fused(-t772, t773, t776);
+    t778 = R::constant(1.0) / t777;
+    t779 = t774 * t778;
+    t780 = R::fused(t774, t779, t752);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t781_782 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t572_573;
+    t783_784 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t578_579, t781_782);
+    t785_786 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t783_784; // right_hip_roll_link, left_hip_roll_link
+    t787 = R::constant(0.0764) * t785_786.second(); // left_hip_roll_link: mass matrix
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t788_789 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t536_537;
+    t790_791 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t544_545, t788_789);
+    t792_793 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t790_791; // right_hip_roll_link, left_hip_roll_link
+    t794_795 = t476_477 * t444_445;
+    t796_797 = R::Two::fused(both(R::constant(-2.0)), t794_795, t476_477);
+    t798_799 = R::Two::fused(-t478_479, t460_461, t796_797);
+    t800_801 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t798_799, t792_793);
+    t802 = t800_801.second() - t787; // left_hip_roll_link: mass matrix
+    t803 = t787 - t802; // other
+    // right_foot, left_foot: mass matrix
+    t804_805 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t647_648;
+    t806_807 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t655_656, t804_805);
+    t808 = t806_807.second() * R::constant(814.1112620933816); // factors of the mass matrix
+    t809 = R::fused(-t662, t808, t803); // factors of the mass matrix
+    // right_ankle, left_ankle: mass matrix
+    t810_811 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t696_697;
+    t812_813 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t702_703, t810_811);
+    t814 = R::fused(-t806_807.second(), t710, t812_813.second()); // factors of the mass matrix
+    t815 = t814 * t713; // factors of the mass matrix
+    t816 = R::fused(t711, t815, t809); // factors of the mass matrix
+    // right_lower_leg, left_lower_leg: mass matrix
+    t817_818 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t532_533;
     let (
-        t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299, t1300, t1301, t1302, t1303, t1304,
-        t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315, t1316, t1317, t1318, t1319, t1320,
-        t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335,
-        t1336_1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346_1347, t1348, t1349, t1350, t1351,
-        t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367,
-        t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383,
-        t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399,
-        t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415,
-        t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427, t1428, t1429, t1430, t1431,
-        t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447,
-        t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463,
-        t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475, t1476, t1477, t1478, t1479,
-        t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1495,
-        t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511,
-        t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527,
-        t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541, t1542, t1543,
-        t1544, t1545, t1546,
+        t819_820, t821, t822, t823, t824, t825, t826, t827, t828, t829, t830_831, t832_833, t834, t835, t836, t837,
+        t838, t839, t840, t841, t842, t843, t844, t845, t846, t847, t848, t849, t850, t851, t852, t853, t854, t855,
+        t856, t857, t858, t859, t860, t861, t862, t863, t864, t865, t866, t867, t868, t869, t870, t871, t872, t873_874,
+        t875_876, t877_878, t879_880, t881_882, t883_884, t885_886, t887_888, t889_890, t891_892, t893_894, t895_896,
+        t897, t898_899, t900_901, t902, t903_904, t905_906, t907, t908_909, t910_911, t912_913, t914_915, t916_917,
+        t918_919, t920, t921_922, t923_924, t925, t926_927, t928_929, t930, t931_932, t933_934, t935_936, t937_938,
+        t939_940, t941_942, t943_944, t945_946, t947_948, t949_950, t951, t952, t953, t954, t955_956, t957_958, t959,
+        t960, t961, t962, t963_964, t965_966, t967_968, t969_970, t971_972, t973, t974, t975, t976, t977_978, t979_980,
+        t981_982, t983, t984, t985, t986, t987_988, t989_990, t991_992, t993, t994, t995, t996, t997_998, t999_1000,
+        t1001_1002, t1003, t1004, t1005, t1006, t1007, t1008_1009, t1010_1011, t1012_1013, t1014_1015, t1016_1017,
+        t1018, t1019, t1020_1021, t1022, t1023, t1024_1025, t1026_1027, t1028, t1029, t1030_1031, t1032, t1033,
+        t1034_1035, t1036_1037, t1038_1039, t1040_1041, t1042, t1043, t1044, t1045, t1046, t1047_1048, t1049_1050,
+        t1051_1052, t1053, t1054_1055, t1056_1057, t1058_1059, t1060, t1061, t1062_1063, t1064, t1065, t1066, t1067,
+        t1068, t1069_1070, t1071_1072, t1073_1074, t1075_1076, t1077_1078, t1079_1080, t1081, t1082, t1083, t1084,
+        t1085_1086, t1087_1088, t1089, t1090, t1091, t1092, t1093, t1094_1095, t1096_1097, t1098_1099, t1100_1101,
+        t1102_1103, t1104_1105, t1106_1107, t1108_1109, t1110, t1111, t1112, t1113_1114, t1115, t1116, t1117, t1118,
+        t1119, t1120, t1121, t1122, t1123, t1124_1125, t1126_1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134_1135,
+        t1136_1137, t1138_1139, t1140_1141, t1142_1143, t1144, t1145, t1146, t1147, t1148, t1149_1150, t1151_1152,
+        t1153_1154, t1155, t1156, t1157, t1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168,
+        t1169, t1170, t1171, t1172, t1173, t1174, t1175, t1176,
     );
-    t1289 = R::fused(-cos_q_right_hip_yaw, tau_base_angular_y, t1288); // other
-    // left_upper_leg: sums of what it carries
-    t1290 = t1055 * t163;
-    t1291 = R::fused(-t1018, t190, t1290);
-    t1292 = R::fused(-t1058, t553, t1291);
-    t1293 = t1046 - t1014;
-    t1294 = R::fused(t560, t1293, t1292);
-    t1295 = R::fused(-t1053, t205, t1294);
-    t1296 = t1289 - t1295;
-    t1297 = t1286 - t1296;
-    t1298 = R::fused(-t832, t837, t829); // right_upper_leg: motion
-    // right_upper_leg: sums of what it carries
-    t1299 = t1298 * R::constant(0.78034875);
-    t1300 = R::fused(R::constant(-2.4915), t1012, t1299);
-    t1301 = t1297 + t1300;
-    t1302 = cos_q_right_hip_roll * t1301;
-    t1303 = sin_q_left_hip_roll * t1243; // left_lower_leg: sums of what it carries
-    t1304 = R::fused(cos_q_left_hip_roll, t1266, t1303); // left_lower_leg: sums of what it carries
-    t1305 = t843 * R::constant(0.0006099999995); // right_lower_leg: sums of what it carries
-    t1306 = t849 * t845; // right_lower_leg: motion
-    t1307 = R::fused(-t1306, R::constant(0.0004299999995), t1305); // right_lower_leg: sums of what it carries
-    t1308 = R::fused(R::constant(0.008), t1050, t1307); // right_lower_leg: sums of what it carries
-    t1309 = t1304 - t1308; // right_lower_leg: sums of what it carries
-    t1310 = t1079 * t145; // right_ankle: sums of what it carries
-    t1311 = R::fused(-t1081, t152, t1310); // right_ankle: sums of what it carries
-    t1312 = t1225 + t1311; // right_ankle: sums of what it carries
-    t1313 = R::fused(R::constant(0.01), t1263, t1312); // left_lower_leg: sums of what it carries
-    t1314 = t839 * t839; // right_lower_leg: motion
-    t1315 = R::fused(t845, t845, t1314); // right_lower_leg: motion
-    t1316 = R::fused(R::constant(0.008), t1315, t1313); // right_lower_leg: sums of what it carries
-    t1317 = sin_t2 * t1316; // right_lower_leg: sums of what it carries
-    t1318 = cos_q_left_hip_roll * t1277; // left_lower_leg: sums of what it carries
-    t1319 = R::fused(sin_q_left_hip_roll, t1283, t1318); // left_lower_leg: sums of what it carries
-    t1320 = t843 - t1306; // right_lower_leg: motion
-    // right_lower_leg: sums of what it carries
-    t1321 = R::fused(R::constant(-0.008), t1320, t1319);
-    t1322 = R::fused(cos_t2, t1321, t1317);
-    t1323 = t143 * t1322;
-    t1324 = cos_t2 * t1316;
-    t1325 = R::fused(-sin_t2, t1321, t1324);
-    t1326 = R::fused(t168, t1325, t1323);
-    t1327 = t1309 - t1326;
-    t1328 = R::fused(R::constant(-0.0764), tau_base_linear_x, tau_base_angular_z); // other
-    t1329 = R::constant(0.27212108) * t843; // left_upper_leg: sums of what it carries
-    t1330 = t163 - t625; // left_upper_leg: sums of what it carries
-    t1331 = R::fused(-t1017, t1330, t1329); // left_upper_leg: sums of what it carries
-    t1332 = t819 - t1057; // left_upper_leg: motion
-    t1333 = R::fused(-t1332, t560, t1331); // left_upper_leg: sums of what it carries
-    t1334 = t833 - t1054; // left_upper_leg: motion
-    t1335 = R::fused(-t1334, t190, t1333); // left_upper_leg: sums of what it carries
-    t1336_1337 = R::Two::fused(both(t1013), two(R::constant(1.0), R::constant(-1.0)), both(t1046));
-    // left_upper_leg: sums of what it carries
-    t1338 = R::fused(-t553, t1336_1337.second(), t1335);
-    t1339 = t1043 * t205;
-    t1340 = R::fused(t1012, t198, t1339);
-    t1341 = t1338 + t1340;
-    t1342 = t1328 + t1341;
-    t1343 = t1327 - t1342;
-    t1344 = R::fused(-t1018, R::constant(0.00009), t1343); // right_upper_leg: sums of what it carries
-    t1345 = R::fused(-sin_q_right_hip_roll, t1344, t1302); // right_upper_leg: sums of what it carries
-    t1346_1347 = two(R::constant(1.590552), R::constant(0.000603333333)) * both(t823);
-    t1348 = t817 * t831; // left_hip_roll_link: motion
-    t1349 = R::fused(t1348, R::constant(0.000436666666), t1346_1347.second()); // left_hip_roll_link
-    t1350 = R::fused(R::constant(-0.008), t1042, t1349); // left_hip_roll_link: sums of what it carries
-    t1351 = t1345 + t1350; // left_hip_roll_link: sums of what it carries
-    t1352 = sin_q_right_hip_yaw * tau_base_linear_x; // other
-    t1353 = R::fused(-cos_q_right_hip_yaw, tau_base_linear_y, t1352); // other
-    t1354 = t1044 * t205;
-    t1355 = R::fused(-t1047, t198, t1354);
-    t1356 = t1353 + t1355;
-    t1357 = t1322 - t1356;
-    t1358 = t818 * t837; // right_upper_leg: motion
-    t1359 = t809 - t1358; // right_upper_leg: motion
-    t1360 = R::fused(R::constant(2.4915), t1359, t1357); // right_upper_leg: sums of what it carries
-    t1361 = sin_q_right_hip_roll * t1360; // right_upper_leg: sums of what it carries
-    t1362 = t1055 * t205;
-    t1363 = R::fused(-t1058, t198, t1362);
-    t1364 = tau_base_linear_z + t1363;
-    t1365 = t1285 + t1364;
-    t1366 = R::fused(R::constant(2.4915), t1336_1337.first(), t1365); // right_upper_leg: sums of what it carries
-    t1367 = R::fused(-cos_q_right_hip_roll, t1366, t1361); // right_upper_leg: sums of what it carries
-    t1368 = t823 + t1348; // left_hip_roll_link: motion
-    t1369 = R::fused(R::constant(-0.008), t1368, t1367); // left_hip_roll_link: sums of what it carries
-    t1370 = sin_t1 * t1369; // left_hip_roll_link: sums of what it carries
-    t1371 = cos_q_right_hip_yaw * tau_base_linear_x; // other
-    t1372 = R::fused(sin_q_right_hip_yaw, tau_base_linear_y, t1371); // other
-    t1373 = t1015 * t205;
-    t1374 = R::fused(t1018, t198, t1373);
-    t1375 = t1372 - t1374;
-    t1376 = t1325 - t1375;
-    t1377 = R::fused(R::constant(-2.4915), t1298, t1376); // right_upper_leg: sums of what it carries
-    t1378 = t814 * t814; // left_hip_roll_link: motion
-    t1379 = R::fused(t817, t817, t1378); // left_hip_roll_link: motion
-    // left_hip_roll_link: sums of what it carries
-    t1380 = R::fused(R::constant(0.008), t1379, t1377);
-    t1381 = R::fused(-cos_t1, t1380, t1370);
-    t1382 = t196 * t1381;
-    t1383 = cos_t1 * t1369;
-    t1384 = R::fused(sin_t1, t1380, t1383);
-    t1385 = R::fused(-t211, t1384, t1382);
-    t1386 = t1351 + t1385;
-    // right_hip_roll_link: sums of what it carries
-    t1387 = sin_t0 * sin_t0;
-    t1388 = R::constant(1.58770800003) * t1387;
-    t1389 = sin_t0 * cos_t0;
-    t1390 = R::fused(-t1389, R::constant(0.00356), t1388);
-    t1391 = R::constant(1.589130000015) - t1390;
-    t1392 = R::constant(0.001421999985) + t1390;
-    t1393 = t1391 - t1392;
-    t1394 = R::fused(-t966, t1393, t1346_1347.first());
-    t1395 = t801 - t1033; // right_hip_roll_link: motion
-    t1396 = R::constant(0.00122) * cos_t0;
-    t1397 = R::fused(R::constant(0.000048), sin_t0, t1396);
-    t1398 = R::fused(-t1395, t1397, t1394);
-    t1399 = t807 - t1036; // right_hip_roll_link: motion
-    t1400 = R::constant(0.00122) * sin_t0;
-    t1401 = R::fused(R::constant(-0.000048), cos_t0, t1400);
-    t1402 = R::fused(-t1399, t1401, t1398);
-    t1403 = t1387 * R::constant(0.00356);
-    t1404 = R::fused(R::constant(1.58770800003), t1389, t1403);
-    t1405 = R::constant(0.00178) - t1404;
-    t1406 = t962 - t1003;
-    t1407 = R::fused(-t1405, t1406, t1402);
-    t1408 = t1007 * t220;
-    t1409 = R::fused(-t972, t225, t1408);
-    t1410 = t1407 + t1409;
-    t1411 = t1386 + t1410;
-    t1412 = t1008 * t225;
-    t1413 = R::fused(-t1001, t220, t1412);
-    t1414 = t1381 - t1413;
-    t1415 = t218 * t1414;
-    t1416 = t967 * t225;
-    t1417 = R::fused(t975, t220, t1416);
-    t1418 = t1384 - t1417;
-    t1419 = R::fused(-t7, t1418, t1415);
-    t1420 = t1411 + t1419;
-    t1421 = R::constant(1.31944378333) * t823; // left_hip_yaw_link: sums of what it carries
-    t1422 = sin_q_right_ankle_pitch * sin_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    t1423 = t1422 * R::constant(1.318499116667); // left_hip_yaw_link: sums of what it carries
-    t1424 = sin_q_right_ankle_pitch * cos_q_right_ankle_pitch; // right_ankle: sums of what it carries
-    // left_hip_yaw_link: sums of what it carries
-    t1425 = R::fused(-t1424, R::constant(0.002648), t1423);
-    t1426 = R::constant(1.3189714499985) - t1425;
-    t1427 = R::constant(0.0004723333315) + t1425;
-    t1428 = t1426 - t1427;
-    t1429 = R::fused(-t966, t1428, t1421);
-    t1430 = t800 - t1026; // left_hip_yaw_link: motion
-    t1431 = cos_q_right_ankle_pitch * R::constant(0.00249);
-    t1432 = R::fused(R::constant(0.000016), sin_q_right_ankle_pitch, t1431);
-    t1433 = R::fused(-t1430, t1432, t1429);
-    t1434 = t806 - t1029; // left_hip_yaw_link: motion
-    t1435 = sin_q_right_ankle_pitch * R::constant(0.00249);
-    t1436 = R::fused(R::constant(-0.000016), cos_q_right_ankle_pitch, t1435);
-    t1437 = R::fused(-t1434, t1436, t1433);
-    t1438 = t1422 * R::constant(0.002648);
-    t1439 = R::fused(t1424, R::constant(1.318499116667), t1438);
-    t1440 = R::constant(0.001324) - t1439;
-    t1441 = R::fused(-t1406, t1440, t1437);
-    t1442 = cos_q_right_ankle_pitch * R::constant(4.8759);
-    t1443 = R::fused(R::constant(0.008), sin_q_right_ankle_pitch, t1442);
-    t1444 = t1002 * t1443;
-    t1445 = sin_q_right_ankle_pitch * R::constant(4.8759);
-    t1446 = R::fused(R::constant(-0.008), cos_q_right_ankle_pitch, t1445);
-    t1447 = R::fused(-t965, t1446, t1444);
-    t1448 = t1441 + t1447;
-    t1449 = t1420 + t1448;
-    t1450 = tau_right_ankle_pitch - t1449; // other
-    t1451 = tau_left_ankle_roll - t1134; // other
-    t1452 = R::fused(-t1451, t280, t1450); // solved by the factors
-    t1453 = tau_left_ankle_pitch - t1191; // other
-    t1454 = R::fused(t317, t1451, t1453); // solved by the factors
-    t1455 = R::fused(-t321, t1454, t1452); // solved by the factors
-    t1456 = tau_left_knee_pitch - t1222; // other
-    t1457 = R::fused(t1451, t355, t1456); // solved by the factors
-    t1458 = R::fused(t358, t1454, t1457); // solved by the factors
-    t1459 = R::fused(t363, t1458, t1455); // solved by the factors
-    t1460 = tau_left_hip_pitch - t1242; // other
-    // solved by the factors
-    t1461 = R::fused(t1451, t395, t1460);
-    t1462 = R::fused(t398, t1454, t1461);
-    t1463 = R::fused(-t402, t1458, t1462);
-    t1464 = R::fused(t408, t1463, t1459);
-    t1465 = tau_left_hip_roll - t1170; // other
-    t1466 = R::fused(-t1451, t432, t1465);
-    t1467 = R::fused(-t435, t1454, t1466);
-    t1468 = R::fused(t439, t1458, t1467);
-    t1469 = R::fused(t444, t1463, t1468);
-    t1470 = R::fused(-t451, t1469, t1464);
-    t1471 = tau_left_hip_yaw - t1309; // other
-    t1472 = R::fused(t1451, t468, t1471);
-    t1473 = R::fused(t471, t1454, t1472);
-    t1474 = R::fused(-t475, t1458, t1473);
-    t1475 = R::fused(-t480, t1463, t1474);
-    t1476 = R::fused(t486, t1469, t1475);
-    t1477 = R::fused(t494, t1476, t1470);
-    t1478 = tau_right_hip_yaw + t1343; // other
-    t1479 = R::fused(-t1451, t509, t1478);
-    t1480 = R::fused(-t512, t1454, t1479);
-    t1481 = R::fused(t516, t1458, t1480);
-    t1482 = R::fused(t521, t1463, t1481);
-    t1483 = R::fused(-t527, t1469, t1482);
-    t1484 = R::fused(t534, t1476, t1483);
-    t1485 = R::fused(-t543, t1484, t1477);
-    t1486 = cos_t2 * t1172; // right_lower_leg: sums of what it carries
-    t1487 = R::fused(sin_t2, t1271, t1486); // right_lower_leg: sums of what it carries
-    t1488 = R::fused(-t168, t1285, t1487); // right_lower_leg: sums of what it carries
-    t1489 = cos_q_right_hip_yaw * t1287; // other
-    t1490 = R::fused(sin_q_right_hip_yaw, tau_base_angular_y, t1489); // other
-    // left_upper_leg: sums of what it carries
-    t1491 = t1058 * t625;
-    t1492 = R::fused(-t1055, t553, t1491);
-    t1493 = R::fused(-t1044, t560, t1492);
-    t1494 = t1013 - t1014;
-    t1495 = R::fused(-t190, t1494, t1493);
-    t1496 = R::fused(t1053, t198, t1495);
-    t1497 = t1490 - t1496;
-    t1498 = t1488 - t1497;
-    // right_upper_leg: sums of what it carries
-    t1499 = t809 * R::constant(0.78043875);
-    t1500 = R::fused(-t1358, R::constant(0.78025875), t1499);
-    t1501 = R::fused(R::constant(-2.4915), t1043, t1500);
-    t1502 = t1498 + t1501;
-    t1503 = tau_right_hip_roll + t1502; // other
-    // solved by the factors
-    t1504 = R::fused(t1451, t576, t1503);
-    t1505 = R::fused(t582, t1454, t1504);
-    t1506 = R::fused(-t589, t1458, t1505);
-    t1507 = R::fused(-t597, t1463, t1506);
-    t1508 = R::fused(t606, t1469, t1507);
-    t1509 = R::fused(-t613, t1476, t1508);
-    t1510 = R::fused(t621, t1484, t1509);
-    t1511 = R::fused(t636, t1510, t1485);
-    t1512 = tau_right_hip_pitch - t1351; // other
-    t1513 = R::fused(-t1451, t643, t1512);
-    t1514 = R::fused(-t646, t1454, t1513);
-    t1515 = R::fused(t650, t1458, t1514);
-    t1516 = R::fused(t655, t1463, t1515);
-    t1517 = R::fused(-t661, t1469, t1516);
-    t1518 = R::fused(t668, t1476, t1517);
-    t1519 = R::fused(-t676, t1484, t1518);
-    t1520 = R::fused(t685, t1510, t1519);
-    t1521 = R::fused(-t696, t1520, t1511);
-    t1522 = tau_right_knee_pitch - t1411; // other
-    t1523 = R::fused(-t1451, t700, t1522);
-    t1524 = R::fused(-t703, t1454, t1523);
-    t1525 = R::fused(t707, t1458, t1524);
-    t1526 = R::fused(t712, t1463, t1525);
-    t1527 = R::fused(-t718, t1469, t1526);
-    t1528 = R::fused(t725, t1476, t1527);
-    t1529 = R::fused(-t733, t1484, t1528);
-    t1530 = R::fused(t742, t1510, t1529);
-    t1531 = R::fused(-t752, t1520, t1530);
-    t1532 = R::fused(-t764, t1531, t1521);
-    t1533 = t766 * t1532; // other
-    t1534 = t45_46.first() * t192; // right_upper_leg: sums of what it carries
-    t1535 = R::fused(t77_78.first(), t177, t1534); // right_upper_leg: sums of what it carries
-    t1536 = t191 - t1535; // right_upper_leg: sums of what it carries
-    t1537 = sin_t1 * t1536; // left_hip_roll_link: sums of what it carries
-    t1538 = R::fused(cos_t1, t562, t1537); // left_hip_roll_link: sums of what it carries
-    t1539 = R::fused(-t211, t564, t1538); // left_hip_roll_link: sums of what it carries
-    t1540 = t1539 + t1401; // right_hip_roll_link: sums of what it carries
-    t1541 = R::fused(-t7, t564, t1540); // right_hip_roll_link: sums of what it carries
-    t1542 = t1541 + t1436; // left_hip_yaw_link: sums of what it carries
-    // left_foot: mass matrix
-    t1543 = sin_q_right_hip_roll * t254;
-    t1544 = R::fused(-cos_q_right_hip_roll, t266, t1543);
-    t1545 = sin_t1 * t1544;
-    t1546 = R::fused(-cos_t1, t575, t1545);
+    t819_820 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t542_543, t817_818);
+    // factors of the mass matrix
+    t821 = R::fused(t806_807.second(), t743, t819_820.second());
+    t822 = R::fused(t814, t746, t821);
+    t823 = t822 * t750;
+    t824 = R::fused(-t747, t823, t816);
+    t825 = R::fused(t806_807.second(), t766, t790_791.second());
+    t826 = R::fused(t814, t769, t825);
+    t827 = R::fused(-t822, t773, t826);
+    t828 = t827 * t778;
+    t829 = R::fused(t774, t828, t824);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t830_831 = t458_459 - t482_483;
+    t832_833 = both(R::constant(0.305437170867)) + t830_831;
+    // factors of the mass matrix
+    t834 = R::fused(-t806_807.second(), t808, t832_833.second());
+    t835 = R::fused(-t814, t815, t834);
+    t836 = R::fused(-t822, t823, t835);
+    t837 = R::fused(-t827, t828, t836);
+    t838 = R::constant(1.0) / t837;
+    t839 = t829 * t838;
+    t840 = R::fused(t829, t839, t780);
+    t841 = R::constant(0.0764) * t582_583.second(); // left_hip_yaw_link: sums of what it carries
+    t842 = t556_557.second() - t841; // left_hip_yaw_link: mass matrix
+    t843 = t841 - t842; // other
+    t844 = t659_660.second() * R::constant(814.1112620933816);
+    t845 = R::fused(t662, t844, t843);
+    t846 = R::fused(-t659_660.second(), t710, t706_707.second());
+    t847 = t846 * t713;
+    t848 = R::fused(-t711, t847, t845);
+    t849 = R::fused(-t659_660.second(), t743, t739_740.second());
+    t850 = R::fused(-t846, t746, t849);
+    t851 = t850 * t750;
+    t852 = R::fused(-t747, t851, t848);
+    t853 = R::fused(-t659_660.second(), t766, t762_763.second());
+    t854 = R::fused(-t846, t769, t853);
+    t855 = R::fused(-t850, t773, t854);
+    t856 = t855 * t778;
+    t857 = R::fused(t774, t856, t852);
+    t858 = R::fused(t659_660.second(), t808, t800_801.second());
+    t859 = R::fused(t846, t815, t858);
+    t860 = R::fused(-t850, t823, t859);
+    t861 = R::fused(-t855, t828, t860);
+    t862 = t861 * t838;
+    t863 = R::fused(-t829, t862, t857);
+    t864 = R::fused(-t659_660.second(), t844, t556_557.second());
+    t865 = R::fused(-t846, t847, t864);
+    t866 = R::fused(-t850, t851, t865);
+    t867 = R::fused(-t855, t856, t866);
+    t868 = R::fused(-t861, t862, t867);
+    t869 = R::constant(1.0) / t868;
+    t870 = t863 * t869;
+    t871 = R::fused(t863, t870, t840);
+    t872 = R::constant(1.0) / t871;
+    t873_874 = t80_81 * t68_69; // right_hip_yaw_link, left_hip_yaw_link: motion
+    // right_hip_yaw_link, left_hip_yaw_link: wrench that its motion needs
+    t875_876 = both(R::constant(0.305783837533)) * t873_874;
+    t877_878 = R::Two::fused(two(R::constant(0.008), R::constant(-0.008)), t40_41, t875_876);
+    t879_880 = both(R::constant(0.3052705042)) * t110_111; // right_hip_roll_link, left_hip_roll_link
+    t881_882 = t74_75 * t82_83; // right_hip_roll_link, left_hip_roll_link: motion
+    t883_884 = R::Two::fused(both(R::constant(0.305437170867)), t881_882, t879_880);
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t885_886 = both(R::constant(0.231642)) * t110_111;
+    t887_888 = R::Two::fused(both(R::constant(0.22879800003)), t116_117, t885_886);
+    // right_upper_leg, left_upper_leg: motion
+    t889_890 = t84_85 * t92_93;
+    t891_892 = t196_197 - t889_890;
+    t893_894 = R::Two::fused(two(R::constant(0.00193), R::constant(-0.00193)), t891_892, t887_888);
+    t895_896 = R::Two::fused(t298_299, two(R::constant(1.0), R::constant(-1.0)), t204_205);
+    t897 = R::fused(R::constant(0.000048), t895_896.first(), t893_894.first()); // right_upper_leg
+    t898_899 = t114_115 * t114_115;
+    t900_901 = t86_87 - t898_899; // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t902 = R::fused(R::constant(0.002), t900_901.first(), t897); // right_upper_leg: wrench that its motion needs
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t903_904 = both(R::constant(0.8355)) * t104_105;
+    t905_906 = R::Two::fused(both(R::constant(-0.012)), t64_65, t903_904);
+    t907 = t902 + t905_906.first(); // right_upper_leg: wrench that its motion needs
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t908_909 = both(R::constant(0.07325338333)) * t110_111;
+    t910_911 = R::Two::fused(both(R::constant(0.072308716667)), t148_149, t908_909);
+    // right_lower_leg, left_lower_leg: motion
+    t912_913 = t126_127 * t130_131;
+    t914_915 = t208_209 - t912_913;
+    t916_917 = R::Two::fused(two(R::constant(0.00024), R::constant(-0.00024)), t914_915, t910_911);
+    t918_919 = R::Two::fused(t303_304, two(R::constant(1.0), R::constant(-1.0)), t216_217);
+    t920 = R::fused(R::constant(0.000016), t918_919.first(), t916_917.first()); // right_lower_leg
+    t921_922 = t146_147 * t146_147;
+    t923_924 = t128_129 - t921_922; // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t925 = R::fused(R::constant(0.00086), t923_924.first(), t920); // right_lower_leg: wrench that its motion needs
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t926_927 = both(R::constant(0.3111)) * t142_143;
+    t928_929 = R::Two::fused(both(R::constant(-0.008)), t122_123, t926_927);
+    t930 = t925 - t928_929.first(); // right_lower_leg: wrench that its motion needs
+    // right_ankle, left_ankle: wrench that its motion needs
+    t931_932 = both(R::constant(0.0045979875)) * t110_111;
+    t933_934 = R::Two::fused(both(R::constant(-0.0029269125)), t164_165, t931_932);
+    t935_936 = t158_159 * t158_159; // right_ankle, left_ankle: motion
+    t937_938 = t324_325 - t935_936;
+    t939_940 = R::Two::fused(both(R::constant(0.0005698)), t937_938, t933_934);
+    t941_942 = both(R::constant(0.023125)) * t154_155;
+    t943_944 = R::Two::fused(both(R::constant(-0.0154)), t322_323, t941_942);
+    t945_946 = t939_940 - t943_944;
+    // right_foot, left_foot: wrench that its motion needs
+    t947_948 = both(R::constant(0.00009166667)) * t224_225;
+    t949_950 = R::Two::fused(both(R::constant(-0.001228333333)), t228_229, t947_948);
+    t951 = t360_361.first() - t181; // right_foot: wrench that its motion needs
+    t952 = R::fused(R::constant(-0.000612), t951, t949_950.first()); // right_foot: wrench that its motion needs
+    t953 = R::fused(R::constant(-0.0165), t168_169.first(), t952); // right_foot: wrench that its motion needs
+    t954 = cos_q_right_ankle_roll * t953; // right_foot: wrench handed to its parent
+    t955_956 = t333_334 * both(R::constant(0.001320000003));
+    t957_958 = R::Two::fused(both(R::constant(0.000612)), t340_341, t955_956);
+    t959 = R::fused(sin_q_right_ankle_roll, t957_958.first(), t954); // right_foot: wrench handed to its parent
+    t960 = t945_946.first() - t959; // right_foot: wrench handed to its parent
+    t961 = R::fused(t230, R::constant(0.0006105), t960); // right_foot: wrench handed to its parent
+    t962 = t930 + t961; // right_ankle: wrench handed to its parent
+    t963_964 = t110_111 - t164_165; // right_ankle, left_ankle: motion
+    // right_ankle, left_ankle: wrench that its motion needs
+    t965_966 = both(R::constant(0.0154)) * t963_964;
+    t967_968 = R::Two::fused(both(R::constant(0.023125)), t328_329, t965_966);
+    t969_970 = both(R::constant(0.0165)) * t340_341; // right_foot, left_foot: wrench that its motion needs
+    t971_972 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t969_970; // right_foot, left_foot
+    t973 = R::constant(0.0165) * t362; // right_foot: wrench that its motion needs
+    t974 = R::fused(-cos_q_right_ankle_roll, t973, t971_972.first()); // right_foot: wrench handed to its parent
+    t975 = t967_968.first() - t974; // right_foot: wrench handed to its parent
+    t976 = sin_q_right_ankle_pitch * t975; // right_ankle: wrench handed to its parent
+    t977_978 = t326_327 + t935_936; // right_ankle, left_ankle: motion
+    t979_980 = both(R::constant(0.0154)) * t977_978;
+    t981_982 = R::Two::fused(both(R::constant(-0.023125)), t166_167, t979_980);
+    t983 = R::fused(R::constant(-0.0165), t230, t981_982.first()); // right_foot: wrench handed to its parent
+    t984 = R::fused(-cos_q_right_ankle_pitch, t983, t976); // right_ankle: wrench handed to its parent
+    t985 = R::fused(R::constant(0.273), t984, t962); // right_ankle: wrench handed to its parent
+    t986 = t907 + t985; // right_lower_leg: wrench handed to its parent
+    t987_988 = t110_111 - t148_149; // right_lower_leg, left_lower_leg: motion
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t989_990 = both(R::constant(0.008)) * t987_988;
+    t991_992 = R::Two::fused(both(R::constant(0.3111)), t134_135, t989_990);
+    t993 = cos_q_right_ankle_pitch * t975; // right_ankle: wrench handed to its parent
+    t994 = R::fused(sin_q_right_ankle_pitch, t983, t993); // right_ankle: wrench handed to its parent
+    t995 = t991_992.first() + t994; // right_ankle: wrench handed to its parent
+    t996 = sin_q_right_knee_pitch * t995; // right_lower_leg: wrench handed to its parent
+    t997_998 = t132_133 + t921_922; // right_lower_leg, left_lower_leg: motion
+    t999_1000 = both(R::constant(0.008)) * t997_998;
+    t1001_1002 = R::Two::fused(both(R::constant(-0.3111)), t150_151, t999_1000);
+    t1003 = t1001_1002.first() - t984; // right_ankle: wrench handed to its parent
+    t1004 = R::fused(-cos_q_right_knee_pitch, t1003, t996); // right_lower_leg: wrench handed to its parent
+    t1005 = R::fused(R::constant(0.315), t1004, t986); // right_lower_leg: wrench handed to its parent
+    t1006 = t883_884.first() - t1005; // right_upper_leg: wrench handed to its parent
+    t1007 = sin_q_right_hip_roll * t1006; // right_hip_roll_link: wrench handed to its parent
+    t1008_1009 = t90_91 * t82_83; // right_hip_roll_link, left_hip_roll_link: motion
+    // right_hip_roll_link, left_hip_roll_link: wrench that its motion needs
+    t1010_1011 = t1008_1009 * both(R::constant(0.610707675067));
+    t1012_1013 = R::Two::fused(both(R::constant(-0.01)), t62_63, t1010_1011);
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t1014_1015 = both(R::constant(0.22879800003)) * t196_197;
+    t1016_1017 = R::Two::fused(both(R::constant(-0.231642)), t889_890, t1014_1015);
+    t1018 = R::fused(R::constant(0.002), t300_301.first(), t1016_1017.first()); // right_upper_leg
+    t1019 = R::fused(R::constant(-0.00193), t118_119.first(), t1018); // right_upper_leg: wrench that its motion needs
+    t1020_1021 = t86_87 - t94_95;
+    t1022 = R::fused(R::constant(-0.000048), t1020_1021.first(), t1019); // right_upper_leg
+    t1023 = R::fused(R::constant(-0.012), t296_297.first(), t1022); // right_upper_leg: wrench that its motion needs
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t1024_1025 = both(R::constant(0.072308716667)) * t208_209;
+    t1026_1027 = R::Two::fused(both(R::constant(-0.07325338333)), t912_913, t1024_1025);
+    t1028 = R::fused(R::constant(0.00086), t305_306.first(), t1026_1027.first()); // right_lower_leg
+    t1029 = R::fused(R::constant(-0.00024), t150_151.first(), t1028); // right_lower_leg: wrench that its motion needs
+    t1030_1031 = t128_129 - t132_133;
+    t1032 = R::fused(R::constant(-0.000016), t1030_1031.first(), t1029); // right_lower_leg
+    t1033 = R::fused(R::constant(0.008), t302, t1032); // right_lower_leg: wrench that its motion needs
+    t1034_1035 = both(R::constant(0.0029269125)) * t220_221; // right_ankle, left_ankle: wrench that its motion needs
+    t1036_1037 = t162_163 * t170_171; // right_ankle, left_ankle: motion
+    // right_ankle, left_ankle: wrench that its motion needs
+    t1038_1039 = R::Two::fused(both(R::constant(0.0045979875)), t1036_1037, t1034_1035);
+    t1040_1041 = R::Two::fused(both(R::constant(-0.0005698)), t316_317, t1038_1039);
+    t1042 = R::fused(R::constant(-0.0154), t307, t1040_1041.first()); // right_ankle: wrench that its motion needs
+    t1043 = sin_q_right_ankle_roll * t953; // right_foot: wrench handed to its parent
+    t1044 = R::fused(-cos_q_right_ankle_roll, t957_958.first(), t1043); // right_foot: wrench handed to its parent
+    t1045 = t1042 + t1044; // right_foot: wrench handed to its parent
+    t1046 = cos_q_right_ankle_pitch * t1045; // right_ankle: wrench handed to its parent
+    t1047_1048 = t314_315 * both(R::constant(0.001671075));
+    t1049_1050 = t220_221 + t1036_1037; // right_ankle, left_ankle: motion
+    t1051_1052 = R::Two::fused(both(R::constant(0.0005698)), t1049_1050, t1047_1048);
+    t1053 = R::fused(R::constant(-0.023125), t307, t1051_1052.first()); // right_ankle: wrench that its motion needs
+    // right_foot, left_foot: wrench that its motion needs
+    t1054_1055 = both(R::constant(0.001228333333)) * t312_313;
+    t1056_1057 = R::Two::fused(both(R::constant(0.00009166667)), t338_339, t1054_1055);
+    t1058_1059 = R::Two::fused(both(R::constant(-0.000612)), t335_336, t1056_1057);
+    t1060 = R::fused(R::constant(0.0165), t332, t1058_1059.first()); // right_foot: wrench that its motion needs
+    t1061 = t1053 - t1060; // right_foot: wrench handed to its parent
+    t1062_1063 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t969_970; // right_foot, left_foot
+    t1064 = R::fused(sin_q_right_ankle_roll, t973, t1062_1063.first()); // right_foot: wrench handed to its parent
+    t1065 = R::fused(R::constant(-0.037), t1064, t1061); // right_foot: wrench handed to its parent
+    t1066 = R::fused(-sin_q_right_ankle_pitch, t1065, t1046); // right_ankle: wrench handed to its parent
+    t1067 = t1033 - t1066; // right_ankle: wrench handed to its parent
+    t1068 = cos_q_right_knee_pitch * t1067; // right_lower_leg: wrench handed to its parent
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t1069_1070 = t303_304 * both(R::constant(0.145562099997));
+    t1071_1072 = R::Two::fused(two(R::constant(-0.000016), R::constant(0.000016)), t987_988, t1069_1070);
+    t1073_1074 = t208_209 + t912_913; // right_lower_leg, left_lower_leg: motion
+    t1075_1076 = R::Two::fused(both(R::constant(0.00086)), t1073_1074, t1071_1072);
+    t1077_1078 = t132_133 - t921_922;
+    t1079_1080 = R::Two::fused(two(R::constant(-0.00024), R::constant(0.00024)), t1077_1078, t1075_1076);
+    t1081 = R::fused(R::constant(-0.3111), t302, t1079_1080.first()); // right_lower_leg: wrench that its motion needs
+    t1082 = sin_q_right_ankle_pitch * t1045; // right_ankle: wrench handed to its parent
+    t1083 = R::fused(cos_q_right_ankle_pitch, t1065, t1082); // right_ankle: wrench handed to its parent
+    t1084 = t1081 + t1083; // right_ankle: wrench handed to its parent
+    // right_ankle, left_ankle: wrench that its motion needs
+    t1085_1086 = both(R::constant(0.0154)) * t1049_1050;
+    t1087_1088 = R::Two::fused(both(R::constant(-0.023125)), t316_317, t1085_1086);
+    t1089 = t1087_1088.first() - t1064; // right_foot: wrench handed to its parent
+    t1090 = R::fused(R::constant(0.273), t1089, t1084); // right_ankle: wrench handed to its parent
+    t1091 = R::fused(sin_q_right_knee_pitch, t1090, t1068); // right_lower_leg: wrench handed to its parent
+    t1092 = t1023 + t1091; // right_lower_leg: wrench handed to its parent
+    t1093 = cos_q_right_hip_pitch * t1092; // right_upper_leg: wrench handed to its parent
+    t1094_1095 = t298_299 * both(R::constant(0.46044000003)); // right_upper_leg, left_upper_leg
+    t1096_1097 = t110_111 - t116_117; // right_upper_leg, left_upper_leg: motion
+    t1098_1099 = R::Two::fused(two(R::constant(-0.000048), R::constant(0.000048)), t1096_1097, t1094_1095);
+    t1100_1101 = t196_197 + t889_890; // right_upper_leg, left_upper_leg: motion
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t1102_1103 = R::Two::fused(both(R::constant(0.002)), t1100_1101, t1098_1099);
+    t1104_1105 = t94_95 - t898_899;
+    t1106_1107 = R::Two::fused(two(R::constant(-0.00193), R::constant(0.00193)), t1104_1105, t1102_1103);
+    t1108_1109 = R::Two::fused(two(R::constant(0.8355), R::constant(-0.8355)), t296_297, t1106_1107);
+    t1110 = sin_q_right_knee_pitch * t1067; // right_lower_leg: wrench handed to its parent
+    t1111 = R::fused(-cos_q_right_knee_pitch, t1090, t1110); // right_lower_leg: wrench handed to its parent
+    t1112 = t1108_1109.first() - t1111; // right_lower_leg: wrench handed to its parent
+    t1113_1114 = both(R::constant(0.008)) * t1073_1074; // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t1115 = R::fused(R::constant(-0.3111), t305_306.first(), t1113_1114.first()); // right_lower_leg
+    t1116 = t1115 + t1089; // right_ankle: wrench handed to its parent
+    t1117 = R::fused(R::constant(0.315), t1116, t1112); // right_lower_leg: wrench handed to its parent
+    t1118 = R::fused(sin_q_right_hip_pitch, t1117, t1093); // right_upper_leg: wrench handed to its parent
+    t1119 = t1012_1013.first() - t1118; // right_upper_leg: wrench handed to its parent
+    t1120 = R::fused(cos_q_right_hip_roll, t1119, t1007); // right_hip_roll_link: wrench handed to its parent
+    t1121 = t877_878.first() - t1120; // right_hip_roll_link: wrench handed to its parent
+    t1122 = tau_right_hip_yaw + t1121; // other
+    t1123 = t596 * t369; // other
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1124_1125 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t566_567;
+    t1126_1127 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t580_581, t1124_1125);
+    t1128 = R::constant(0.20808) + t1126_1127.second(); // left_hip_yaw_link: sums of what it carries
+    // other
+    t1129 = t346 * t292;
+    t1130 = R::fused(-t286, t354, t1129);
+    t1131 = R::fused(-t258, t367, t1130);
+    t1132 = t36 - t1131;
+    t1133 = R::fused(t1128, t1132, t1123);
+    t1134_1135 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t800_801; // right_hip_yaw_link, left_hip_yaw_link
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t1136_1137 = t546_547 * t486_487;
+    t1138_1139 = R::Two::fused(both(R::constant(-2.0)), t1136_1137, t546_547);
+    t1140_1141 = R::Two::fused(t548_549 * two(R::constant(-1.0), R::constant(1.0)), t504_505, t1138_1139);
+    t1142_1143 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1140_1141, t1134_1135);
+    t1144 = R::constant(0.0404594) + t1142_1143.second(); // left_hip_yaw_link: sums of what it carries
+    // other
+    t1145 = t312_313.first() * t16;
+    t1146 = R::fused(t224_225.first(), t283, t1145);
+    t1147 = R::fused(t280_281.first(), t240, t1146);
+    t1148 = R::fused(t1144, t1147, t1133);
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1149_1150 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t800_801;
+    t1151_1152 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1140_1141, t1149_1150);
+    t1153_1154 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t783_784, t1151_1152);
+    t1155 = R::constant(0.0014735) - t1153_1154.second(); // left_hip_yaw_link: sums of what it carries
+    t1156 = t1155 + t1153_1154.first(); // right_hip_yaw_link: sums of what it carries
+    t1157 = R::constant(2.4915) + t783_784.second(); // left_hip_yaw_link: sums of what it carries
+    t1158 = t783_784.first() - t1157; // right_hip_yaw_link: sums of what it carries
+    // other
+    t1159 = R::fused(R::constant(-0.0764), t1158, t1156);
+    t1160 = t1151_1152.first() - t1159;
+    t1161 = t312_313.first() * t346;
+    t1162 = R::fused(t224_225.first(), t286, t1161);
+    t1163 = R::fused(t280_281.first(), t258, t1162);
+    t1164 = R::fused(-t1160, t1163, t1148);
+    t1165 = t312_313.first() * t349;
+    t1166 = R::fused(-t224_225.first(), t289, t1165);
+    t1167 = R::fused(-t280_281.first(), t272, t1166);
+    t1168 = R::fused(-t594, t1167, t1164);
+    t1169 = t1122 - t1168;
+    t1170 = t17 * R::constant(0.096090616); // torso: wrench that its motion needs
+    t1171 = R::fused(R::constant(0.0404594), t44, t1170); // torso: wrench that its motion needs
+    t1172 = v_base_angular_x * v_base_angular_z; // torso: motion
+    t1173 = R::fused(R::constant(0.0014735), t1172, t1171); // torso: wrench that its motion needs
+    t1174 = v_base_angular_y * v_base_angular_y; // torso: motion
+    // torso: wrench that its motion needs
+    t1175 = t26 - t1174;
+    t1176 = R::fused(R::constant(-0.00220808), t1175, t1173);
     let (
-        t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562,
-        t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578,
-        t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587, t1588, t1589, t1590, t1591, t1592, t1593, t1594,
-        t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608, t1609, t1610,
-        t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1624, t1625, t1626,
-        t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640, t1641, t1642,
-        t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658,
-        t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670, t1671, t1672, t1673, t1674,
-        t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683, t1684, t1685, t1686, t1687, t1688, t1689, t1690,
-        t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699, t1700, t1701, t1702, t1703, t1704, t1705, t1706,
-        t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715, t1716, t1717, t1718, t1719, t1720, t1721, t1722,
-        t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738,
-        t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754,
-        t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765, t1766, t1767, t1768, t1769, t1770,
-        t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786,
-        t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797, t1798, t1799, t1800, t1801, t1802,
+        t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187, t1188, t1189, t1190, t1191, t1192,
+        t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207, t1208,
+        t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1222, t1223, t1224,
+        t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235, t1236, t1237, t1238, t1239, t1240,
+        t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1255, t1256,
+        t1257, t1258, t1259_1260, t1261_1262, t1263, t1264, t1265, t1266, t1267_1268, t1269_1270, t1271_1272, t1273,
+        t1274, t1275_1276, t1277, t1278_1279, t1280_1281, t1282, t1283, t1284_1285, t1286, t1287, t1288_1289,
+        t1290_1291, t1292, t1293, t1294, t1295, t1296_1297, t1298_1299, t1300, t1301, t1302, t1303, t1304, t1305, t1306,
+        t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322,
+        t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338,
+        t1339_1340, t1341_1342, t1343, t1344_1345, t1346_1347, t1348, t1349, t1350, t1351, t1352, t1353_1354,
+        t1355_1356, t1357_1358, t1359_1360, t1361_1362, t1363, t1364_1365, t1366_1367, t1368, t1369, t1370, t1371,
+        t1372, t1373, t1374_1375, t1376_1377, t1378, t1379_1380, t1381, t1382_1383, t1384_1385, t1386_1387, t1388_1389,
+        t1390_1391, t1392, t1393_1394, t1395_1396, t1397, t1398, t1399, t1400, t1401, t1402, t1403, t1404_1405,
+        t1406_1407, t1408, t1409_1410, t1411, t1412_1413, t1414_1415, t1416_1417, t1418_1419, t1420_1421, t1422,
+        t1423_1424, t1425_1426, t1427, t1428, t1429, t1430, t1431, t1432, t1433, t1434, t1435_1436, t1437_1438, t1439,
+        t1440_1441, t1442, t1443_1444, t1445_1446, t1447_1448, t1449_1450, t1451_1452, t1453, t1454_1455, t1456_1457,
+        t1458, t1459, t1460, t1461, t1462, t1463, t1464, t1465_1466, t1467_1468, t1469_1470, t1471, t1472, t1473, t1474,
+        t1475, t1476_1477, t1478, t1479, t1480_1481, t1482_1483, t1484_1485, t1486_1487, t1488_1489, t1490, t1491_1492,
+        t1493_1494, t1495, t1496, t1497,
     );
-    t1547 = cos_q_right_hip_roll * t261;
-    t1548 = R::fused(-sin_q_right_hip_roll, t253, t1547);
-    t1549 = R::fused(-t196, t1548, t1546);
-    t1550 = R::fused(-t218, t1548, t1549);
-    t1551 = R::fused(R::constant(-0.037), t1548, t1550);
-    t1552 = R::fused(t1551, t280, t1542); // factors of the mass matrix
-    // right_foot: mass matrix
-    t1553 = sin_q_right_hip_roll * t292;
-    t1554 = R::fused(-cos_q_right_hip_roll, t303, t1553);
-    t1555 = sin_t1 * t1554;
-    t1556 = R::fused(-cos_t1, t580, t1555);
-    t1557 = cos_q_right_hip_roll * t298;
-    t1558 = R::fused(sin_q_right_hip_roll, t291, t1557);
-    t1559 = R::fused(-t196, t1558, t1556);
-    t1560 = R::fused(-t218, t1558, t1559);
-    t1561 = R::fused(R::constant(-0.037), t1558, t1560);
-    t1562 = R::fused(-t317, t1551, t1561); // factors of the mass matrix
-    t1563 = R::fused(-t1562, t321, t1552); // factors of the mass matrix
-    // left_ankle: mass matrix
-    t1564 = sin_q_right_hip_roll * t330;
-    t1565 = R::fused(-cos_q_right_hip_roll, t341, t1564);
-    t1566 = sin_t1 * t1565;
-    t1567 = R::fused(-cos_t1, t586, t1566);
-    t1568 = cos_q_right_hip_roll * t336;
-    t1569 = R::fused(sin_q_right_hip_roll, t329, t1568);
-    t1570 = R::fused(-t196, t1569, t1567);
-    t1571 = R::fused(-t218, t1569, t1570);
-    t1572 = R::fused(R::constant(-0.037), t1569, t1571);
-    t1573 = R::fused(-t1551, t355, t1572); // factors of the mass matrix
-    t1574 = R::fused(t1562, t358, t1573); // factors of the mass matrix
-    t1575 = R::fused(t1574, t363, t1563); // factors of the mass matrix
-    // right_ankle: mass matrix
-    t1576 = sin_q_right_hip_roll * t370;
-    t1577 = R::fused(-cos_q_right_hip_roll, t381, t1576);
-    t1578 = sin_t1 * t1577;
-    t1579 = R::fused(-cos_t1, t593, t1578);
-    t1580 = cos_q_right_hip_roll * t376;
-    t1581 = R::fused(sin_q_right_hip_roll, t369, t1580);
-    t1582 = R::fused(-t196, t1581, t1579);
-    t1583 = R::fused(-t218, t1581, t1582);
-    t1584 = R::fused(R::constant(-0.037), t1581, t1583);
-    // factors of the mass matrix
-    t1585 = R::fused(-t1551, t395, t1584);
-    t1586 = R::fused(t1562, t398, t1585);
-    t1587 = R::fused(-t1574, t402, t1586);
-    t1588 = R::fused(t1587, t408, t1575);
-    // left_lower_leg: mass matrix
-    t1589 = sin_q_right_hip_roll * t412;
-    t1590 = R::fused(-cos_q_right_hip_roll, t418, t1589);
-    t1591 = sin_t1 * t1590;
-    t1592 = R::fused(-cos_t1, t601, t1591);
-    t1593 = cos_q_right_hip_roll * t414;
-    t1594 = R::fused(-sin_q_right_hip_roll, t154, t1593);
-    t1595 = R::fused(-t196, t1594, t1592);
-    t1596 = R::fused(-t218, t1594, t1595);
-    t1597 = R::fused(R::constant(-0.037), t1594, t1596);
-    // factors of the mass matrix
-    t1598 = R::fused(-t1551, t432, t1597);
-    t1599 = R::fused(t1562, t435, t1598);
-    t1600 = R::fused(-t1574, t439, t1599);
-    t1601 = R::fused(-t1587, t444, t1600);
-    t1602 = R::fused(t1601, t451, t1588);
-    // right_lower_leg: mass matrix
-    t1603 = sin_q_right_hip_roll * t185;
-    t1604 = R::fused(-cos_q_right_hip_roll, t455, t1603);
-    t1605 = sin_t1 * t1604;
-    t1606 = R::fused(-cos_t1, t557, t1605);
-    t1607 = cos_q_right_hip_roll * t155;
-    t1608 = R::fused(t196, t1607, t1606);
-    t1609 = R::fused(t218, t1607, t1608);
-    t1610 = R::fused(R::constant(0.037), t1607, t1609);
-    // factors of the mass matrix
-    t1611 = R::fused(-t1551, t468, t1610);
-    t1612 = R::fused(t1562, t471, t1611);
-    t1613 = R::fused(-t1574, t475, t1612);
-    t1614 = R::fused(-t1587, t480, t1613);
-    t1615 = R::fused(-t1601, t486, t1614);
-    t1616 = R::fused(t1615, t494, t1602);
-    // left_upper_leg: mass matrix
-    t1617 = sin_q_right_hip_roll * t191;
-    t1618 = R::fused(-cos_q_right_hip_roll, t175, t1617);
-    t1619 = sin_t1 * t1618;
-    t1620 = R::fused(-cos_t1, t561, t1619);
-    t1621 = cos_q_right_hip_roll * t206;
-    t1622 = R::fused(t196, t1621, t1620);
-    t1623 = R::fused(t218, t1621, t1622);
-    t1624 = R::fused(R::constant(0.037), t1621, t1623);
-    // factors of the mass matrix
-    t1625 = R::fused(-t1551, t509, t1624);
-    t1626 = R::fused(t1562, t512, t1625);
-    t1627 = R::fused(-t1574, t516, t1626);
-    t1628 = R::fused(-t1587, t521, t1627);
-    t1629 = R::fused(-t1601, t527, t1628);
-    t1630 = R::fused(-t1615, t534, t1629);
-    t1631 = R::fused(t1630, t543, t1616);
-    t1632 = sin_q_right_hip_roll * t554; // right_upper_leg: sums of what it carries
-    t1633 = R::fused(-cos_q_right_hip_roll, t561, t1632); // right_upper_leg: sums of what it carries
-    // right_upper_leg: mass matrix
-    t1634 = sin_t1 * t1633;
-    t1635 = R::fused(-cos_t1, t627, t1634);
-    t1636 = R::fused(t196, t202, t1635);
-    t1637 = R::fused(t218, t202, t1636);
-    t1638 = R::fused(R::constant(0.037), t202, t1637);
-    // factors of the mass matrix
-    t1639 = R::fused(-t1551, t576, t1638);
-    t1640 = R::fused(t1562, t582, t1639);
-    t1641 = R::fused(-t1574, t589, t1640);
-    t1642 = R::fused(-t1587, t597, t1641);
-    t1643 = R::fused(-t1601, t606, t1642);
-    t1644 = R::fused(-t1615, t613, t1643);
-    t1645 = R::fused(-t1630, t621, t1644);
-    t1646 = R::fused(t1645, t636, t1631);
-    t1647 = R::fused(t1551, t643, t1538);
-    t1648 = R::fused(-t1562, t646, t1647);
-    t1649 = R::fused(t1574, t650, t1648);
-    t1650 = R::fused(t1587, t655, t1649);
-    t1651 = R::fused(t1601, t661, t1650);
-    t1652 = R::fused(t1615, t668, t1651);
-    t1653 = R::fused(t1630, t676, t1652);
-    t1654 = R::fused(t1645, t685, t1653);
-    t1655 = R::fused(-t1654, t696, t1646);
-    t1656 = R::fused(t1551, t700, t1540);
-    t1657 = R::fused(-t1562, t703, t1656);
-    t1658 = R::fused(t1574, t707, t1657);
-    t1659 = R::fused(t1587, t712, t1658);
-    t1660 = R::fused(t1601, t718, t1659);
-    t1661 = R::fused(t1615, t725, t1660);
-    t1662 = R::fused(t1630, t733, t1661);
-    t1663 = R::fused(t1645, t742, t1662);
-    t1664 = R::fused(-t1654, t752, t1663);
-    t1665 = R::fused(-t1664, t764, t1655);
-    t1666 = t1665 * t766;
-    t1667 = R::constant(0.0000833333335) + t627; // left_hip_roll_link: sums of what it carries
-    t1668 = t176 + t193; // right_upper_leg: sums of what it carries
-    // left_hip_roll_link: sums of what it carries
-    t1669 = R::constant(0.0005199999995) + t1668;
-    t1670 = t1667 - t1669;
-    t1671 = sin_t1 * sin_t1;
-    t1672 = t1670 * t1671;
-    t1673 = sin_t1 * cos_t1;
-    t1674 = R::constant(2.0) * t1633;
-    t1675 = R::fused(t1673, t1674, t1672);
-    t1676 = t1667 - t1675;
-    t1677 = t1676 - t210;
-    t1678 = t1677 + t1391; // right_hip_roll_link: sums of what it carries
-    t1679 = t1678 - t223; // right_hip_roll_link: sums of what it carries
-    t1680 = t1679 + t1426; // left_hip_yaw_link: sums of what it carries
-    t1681 = t221 - t1443; // left_hip_yaw_link: sums of what it carries
-    t1682 = R::fused(R::constant(-0.074), t1681, t1680); // left_hip_yaw_link: sums of what it carries
-    t1683 = R::constant(0.02665253752) + t1682; // right_hip_yaw_link: sums of what it carries
-    // factors of the mass matrix
-    t1684 = R::constant(814.1112620933816) * t1551;
-    t1685 = R::fused(-t1551, t1684, t1683);
-    t1686 = t1562 * t320;
-    t1687 = R::fused(t1562, t1686, t1685);
-    t1688 = t1574 * t362;
-    t1689 = R::fused(-t1574, t1688, t1687);
-    t1690 = t1587 * t407;
-    t1691 = R::fused(-t1587, t1690, t1689);
-    t1692 = t1601 * t450;
-    t1693 = R::fused(-t1601, t1692, t1691);
-    t1694 = t1615 * t493;
-    t1695 = R::fused(-t1615, t1694, t1693);
-    t1696 = t1630 * t542;
-    t1697 = R::fused(-t1630, t1696, t1695);
-    t1698 = t1645 * t635;
-    t1699 = R::fused(-t1645, t1698, t1697);
-    t1700 = t1654 * t695;
-    t1701 = R::fused(-t1654, t1700, t1699);
-    t1702 = t1664 * t763;
-    t1703 = R::fused(-t1664, t1702, t1701);
-    t1704 = R::fused(-t1665, t1666, t1703);
-    t1705 = R::constant(1.0) / t1704;
-    t1706 = sin_q_right_hip_roll * t1301; // right_upper_leg: sums of what it carries
-    t1707 = R::fused(cos_q_right_hip_roll, t1344, t1706); // right_upper_leg: sums of what it carries
-    t1708 = R::fused(t814, t831, t827); // left_hip_roll_link: motion
-    // left_hip_roll_link: sums of what it carries
-    t1709 = t1708 * R::constant(0.0005199999995);
-    t1710 = R::fused(R::constant(-0.008), t1039, t1709);
-    t1711 = t1707 + t1710;
-    t1712 = sin_t1 * t1711;
-    t1713 = R::fused(-t814, t817, t809); // left_hip_roll_link: motion
-    t1714 = R::fused(t1713, R::constant(0.0000833333335), t1502);
-    t1715 = R::fused(-cos_t1, t1714, t1712);
-    t1716 = cos_q_right_hip_roll * t1360; // right_upper_leg: sums of what it carries
-    t1717 = R::fused(sin_q_right_hip_roll, t1366, t1716); // right_upper_leg: sums of what it carries
-    t1718 = R::fused(R::constant(0.008), t1708, t1717);
-    t1719 = R::fused(-t196, t1718, t1715);
-    // right_hip_roll_link: sums of what it carries
-    t1720 = t1037 * t1391;
-    t1721 = R::fused(-t967, t1401, t1720);
-    t1722 = R::fused(t1034, t1405, t1721);
-    t1723 = t1003 - t974;
-    t1724 = R::fused(t1397, t1723, t1722);
-    t1725 = R::fused(t1032, t220, t1724);
-    t1726 = t1719 + t1725;
-    t1727 = t1034 * t225;
-    t1728 = R::fused(-t1037, t220, t1727);
-    t1729 = t1718 + t1728;
-    t1730 = R::fused(-t218, t1729, t1726);
-    // left_hip_yaw_link: sums of what it carries
-    t1731 = t1030 * t1426;
-    t1732 = R::fused(-t967, t1436, t1731);
-    t1733 = R::fused(t1027, t1440, t1732);
-    t1734 = t1003 - t969;
-    t1735 = R::fused(t1432, t1734, t1733);
-    t1736 = R::fused(t1025, t1443, t1735);
-    t1737 = t1730 + t1736;
-    t1738 = t1027 * t1446;
-    t1739 = R::fused(-t1030, t1443, t1738);
-    t1740 = t1729 + t1739;
-    t1741 = R::fused(R::constant(-0.037), t1740, t1737);
-    // right_hip_yaw_link: sums of what it carries
-    t1742 = t1024 * R::constant(0.02361803748);
-    t1743 = t963 - t1003;
-    t1744 = R::fused(R::constant(-0.00037), t1743, t1742);
-    t1745 = R::constant(0.01) * t961;
-    t1746 = R::fused(R::constant(0.679875), t1023, t1745);
-    t1747 = t1744 + t1746;
-    t1748 = t1741 + t1747;
-    t1749 = tau_right_ankle_roll - t1748; // other
-    // solved by the factors
-    t1750 = R::fused(-t1451, t1684, t1749);
-    t1751 = R::fused(-t1686, t1454, t1750);
-    t1752 = R::fused(t1688, t1458, t1751);
-    t1753 = R::fused(t1690, t1463, t1752);
-    t1754 = R::fused(-t1692, t1469, t1753);
-    t1755 = R::fused(t1694, t1476, t1754);
-    t1756 = R::fused(-t1696, t1484, t1755);
-    t1757 = R::fused(t1698, t1510, t1756);
-    t1758 = R::fused(t1700, t1520, t1757);
-    t1759 = R::fused(t1702, t1531, t1758);
-    t1760 = R::fused(t1666, t1532, t1759);
-    t1761 = t1705 * t1760; // other
-    t1762 = R::fused(t1666, t1761, t1533);
-    t1763 = t7 * t1762; // other
-    t1764 = t763 * t1531; // other
-    t1765 = R::fused(t1702, t1761, t1764);
-    t1766 = R::fused(-t764, t1762, t1765);
+    t1177 = R::constant(0.20808) * t37;
+    t1178 = R::fused(R::constant(0.0102), t21, t1177);
+    t1179 = t1176 + t1178;
+    t1180 = R::fused(R::constant(-0.000048), t300_301.second(), t893_894.second()); // left_upper_leg
+    t1181 = R::fused(R::constant(0.002), t900_901.second(), t1180); // left_upper_leg: wrench that its motion needs
+    t1182 = t1181 - t905_906.second(); // left_upper_leg: wrench that its motion needs
+    t1183 = R::fused(R::constant(-0.000016), t305_306.second(), t916_917.second()); // left_lower_leg
+    t1184 = R::fused(R::constant(0.00086), t923_924.second(), t1183); // left_lower_leg: wrench that its motion needs
+    t1185 = t1184 - t928_929.second(); // left_lower_leg: wrench that its motion needs
+    t1186 = R::fused(-t179_180.second(), t179_180.second(), t360_361.second()); // left_foot
+    t1187 = R::fused(R::constant(-0.000612), t1186, t949_950.second()); // left_foot: wrench that its motion needs
+    t1188 = R::fused(R::constant(-0.0165), t168_169.second(), t1187); // left_foot: wrench that its motion needs
+    t1189 = cos_q_left_ankle_roll * t1188; // left_foot: wrench handed to its parent
+    t1190 = R::fused(sin_q_left_ankle_roll, t957_958.second(), t1189); // left_foot: wrench handed to its parent
+    t1191 = t945_946.second() - t1190; // left_foot: wrench handed to its parent
+    t1192 = t224_225.second() + t228_229.second(); // left_foot: motion
+    t1193 = R::fused(t1192, R::constant(0.0006105), t1191); // left_foot: wrench handed to its parent
+    t1194 = t1185 + t1193; // left_ankle: wrench handed to its parent
+    t1195 = R::fused(t174_175.second(), t174_175.second(), t360_361.second()); // left_foot: motion
+    t1196 = R::constant(0.0165) * t1195; // left_foot: wrench that its motion needs
+    t1197 = R::fused(-cos_q_left_ankle_roll, t1196, t971_972.second()); // left_foot: wrench handed to its parent
+    t1198 = t967_968.second() - t1197; // left_foot: wrench handed to its parent
+    t1199 = sin_q_left_ankle_pitch * t1198; // left_ankle: wrench handed to its parent
+    t1200 = R::fused(R::constant(-0.0165), t1192, t981_982.second()); // left_foot: wrench handed to its parent
+    t1201 = R::fused(-cos_q_left_ankle_pitch, t1200, t1199); // left_ankle: wrench handed to its parent
+    t1202 = R::fused(R::constant(0.273), t1201, t1194); // left_ankle: wrench handed to its parent
+    t1203 = t1182 + t1202; // left_lower_leg: wrench handed to its parent
+    t1204 = cos_q_left_ankle_pitch * t1198; // left_ankle: wrench handed to its parent
+    t1205 = R::fused(sin_q_left_ankle_pitch, t1200, t1204); // left_ankle: wrench handed to its parent
+    t1206 = t991_992.second() + t1205; // left_ankle: wrench handed to its parent
+    t1207 = sin_q_left_knee_pitch * t1206; // left_lower_leg: wrench handed to its parent
+    t1208 = t1001_1002.second() - t1201; // left_ankle: wrench handed to its parent
+    t1209 = R::fused(-cos_q_left_knee_pitch, t1208, t1207); // left_lower_leg: wrench handed to its parent
+    t1210 = R::fused(R::constant(0.315), t1209, t1203); // left_lower_leg: wrench handed to its parent
+    t1211 = t883_884.second() - t1210; // left_upper_leg: wrench handed to its parent
+    t1212 = sin_q_left_hip_roll * t1211; // left_hip_roll_link: wrench handed to its parent
+    // left_upper_leg: wrench that its motion needs
+    t1213 = R::fused(R::constant(0.002), t895_896.second(), t1016_1017.second());
+    t1214 = R::fused(R::constant(0.00193), t118_119.second(), t1213);
+    t1215 = R::fused(R::constant(0.000048), t1020_1021.second(), t1214);
+    t1216 = R::fused(R::constant(0.012), t296_297.second(), t1215);
+    t1217 = R::fused(R::constant(0.00086), t918_919.second(), t1026_1027.second()); // left_lower_leg
+    t1218 = R::fused(R::constant(0.00024), t150_151.second(), t1217); // left_lower_leg: wrench that its motion needs
+    t1219 = R::fused(R::constant(0.000016), t1030_1031.second(), t1218); // left_lower_leg: wrench that its motion needs
+    t1220 = R::fused(t895_896.second(), R::constant(0.315), t296_297.second()); // left_lower_leg: motion
+    t1221 = R::fused(R::constant(0.008), t1220, t1219); // left_lower_leg: wrench that its motion needs
+    t1222 = R::fused(t918_919.second(), R::constant(0.273), t1220); // left_ankle: motion
+    t1223 = R::fused(R::constant(-0.0154), t1222, t1040_1041.second()); // left_ankle: wrench that its motion needs
+    t1224 = sin_q_left_ankle_roll * t1188; // left_foot: wrench handed to its parent
+    t1225 = R::fused(-cos_q_left_ankle_roll, t957_958.second(), t1224); // left_foot: wrench handed to its parent
+    t1226 = t1223 + t1225; // left_foot: wrench handed to its parent
+    t1227 = cos_q_left_ankle_pitch * t1226; // left_ankle: wrench handed to its parent
+    t1228 = R::fused(R::constant(-0.023125), t1222, t1051_1052.second()); // left_ankle: wrench that its motion needs
+    t1229 = R::fused(t316_317.second(), R::constant(0.037), t1222); // left_foot: motion
+    t1230 = cos_q_left_ankle_roll * t1229; // left_foot: motion
+    t1231 = R::fused(-sin_q_left_ankle_roll, t330_331.second(), t1230); // left_foot: motion
+    t1232 = R::fused(R::constant(0.0165), t1231, t1058_1059.second()); // left_foot: wrench that its motion needs
+    t1233 = t1228 - t1232; // left_foot: wrench handed to its parent
+    t1234 = R::fused(sin_q_left_ankle_roll, t1196, t1062_1063.second()); // left_foot: wrench handed to its parent
+    t1235 = R::fused(R::constant(-0.037), t1234, t1233); // left_foot: wrench handed to its parent
+    t1236 = R::fused(-sin_q_left_ankle_pitch, t1235, t1227); // left_ankle: wrench handed to its parent
+    t1237 = t1221 - t1236; // left_ankle: wrench handed to its parent
+    t1238 = cos_q_left_knee_pitch * t1237; // left_lower_leg: wrench handed to its parent
+    t1239 = R::fused(R::constant(-0.3111), t1220, t1079_1080.second()); // left_lower_leg: wrench that its motion needs
+    t1240 = sin_q_left_ankle_pitch * t1226; // left_ankle: wrench handed to its parent
+    t1241 = R::fused(cos_q_left_ankle_pitch, t1235, t1240); // left_ankle: wrench handed to its parent
+    t1242 = t1239 + t1241; // left_ankle: wrench handed to its parent
+    t1243 = t1087_1088.second() - t1234; // left_foot: wrench handed to its parent
+    t1244 = R::fused(R::constant(0.273), t1243, t1242); // left_ankle: wrench handed to its parent
+    t1245 = R::fused(sin_q_left_knee_pitch, t1244, t1238); // left_lower_leg: wrench handed to its parent
+    t1246 = t1216 + t1245; // left_lower_leg: wrench handed to its parent
+    t1247 = cos_q_left_hip_pitch * t1246; // left_upper_leg: wrench handed to its parent
+    t1248 = sin_q_left_knee_pitch * t1237; // left_lower_leg: wrench handed to its parent
+    t1249 = R::fused(-cos_q_left_knee_pitch, t1244, t1248); // left_lower_leg: wrench handed to its parent
+    t1250 = t1108_1109.second() - t1249; // left_lower_leg: wrench handed to its parent
+    t1251 = R::fused(R::constant(-0.3111), t918_919.second(), t1113_1114.second()); // left_lower_leg
+    t1252 = t1251 + t1243; // left_ankle: wrench handed to its parent
+    t1253 = R::fused(R::constant(0.315), t1252, t1250); // left_lower_leg: wrench handed to its parent
+    t1254 = R::fused(sin_q_left_hip_pitch, t1253, t1247); // left_upper_leg: wrench handed to its parent
+    t1255 = t1012_1013.second() - t1254; // left_upper_leg: wrench handed to its parent
+    t1256 = R::fused(cos_q_left_hip_roll, t1255, t1212); // left_hip_roll_link: wrench handed to its parent
+    t1257 = t877_878.second() - t1256; // left_hip_roll_link: wrench handed to its parent
+    t1258 = t1179 + t1257; // left_hip_yaw_link: wrench handed to its parent
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t1259_1260 = both(R::constant(0.012)) * t1096_1097;
+    t1261_1262 = R::Two::fused(both(R::constant(0.8355)), t96_97, t1259_1260);
+    t1263 = cos_q_left_knee_pitch * t1206; // left_lower_leg: wrench handed to its parent
+    t1264 = R::fused(sin_q_left_knee_pitch, t1208, t1263); // left_lower_leg: wrench handed to its parent
+    t1265 = t1261_1262.second() + t1264; // left_lower_leg: wrench handed to its parent
+    t1266 = sin_q_left_hip_pitch * t1265; // left_upper_leg: wrench handed to its parent
+    t1267_1268 = t94_95 + t898_899; // right_upper_leg, left_upper_leg: motion
+    t1269_1270 = both(R::constant(0.012)) * t1267_1268;
+    t1271_1272 = R::Two::fused(both(R::constant(-0.8355)), t118_119, t1269_1270);
+    t1273 = t1271_1272.second() - t1209; // left_lower_leg: wrench handed to its parent
+    t1274 = R::fused(-cos_q_left_hip_pitch, t1273, t1266); // left_upper_leg: wrench handed to its parent
+    t1275_1276 = t188_189 + t1008_1009; // right_hip_roll_link, left_hip_roll_link: motion
+    t1277 = R::fused(R::constant(0.01), t1275_1276.second(), -t1274); // left_upper_leg: wrench handed to its parent
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1278_1279 = t68_69 * t68_69;
+    t1280_1281 = R::Two::fused(t72_73, t72_73, t1278_1279);
+    t1282 = R::fused(R::constant(0.008), t1280_1281.second(), -t1277); // left_hip_roll_link
+    t1283 = cos_q_left_hip_yaw * t1282; // left_hip_yaw_link: wrench handed to its parent
+    t1284_1285 = both(R::constant(0.012)) * t1100_1101; // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t1286 = R::fused(R::constant(-0.8355), t895_896.second(), t1284_1285.second()); // left_upper_leg
+    t1287 = t1286 + t1252; // left_lower_leg: wrench handed to its parent
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1288_1289 = t82_83 * t82_83;
+    t1290_1291 = R::Two::fused(t74_75, t74_75, t1288_1289);
+    t1292 = R::fused(R::constant(0.01), t1290_1291.second(), -t1287); // left_upper_leg: wrench handed to its parent
+    t1293 = cos_q_left_hip_roll * t1292; // left_hip_roll_link: wrench handed to its parent
+    t1294 = cos_q_left_hip_pitch * t1265; // left_upper_leg: wrench handed to its parent
+    t1295 = R::fused(sin_q_left_hip_pitch, t1273, t1294); // left_upper_leg: wrench handed to its parent
+    t1296_1297 = t90_91 * t74_75;
+    t1298_1299 = t192_193 + t1296_1297;
+    t1300 = R::fused(R::constant(0.01), t1298_1299.second(), -t1295); // left_upper_leg: wrench handed to its parent
+    t1301 = R::fused(-sin_q_left_hip_roll, t1300, t1293); // left_hip_roll_link: wrench handed to its parent
+    t1302 = R::fused(R::constant(0.008), t873_874.second(), -t1301); // left_hip_roll_link: wrench handed to its parent
+    t1303 = R::fused(-sin_q_left_hip_yaw, t1302, t1283); // left_hip_yaw_link: wrench handed to its parent
+    t1304 = R::fused(R::constant(0.0764), t1303, t1258); // left_hip_yaw_link: wrench handed to its parent
+    t1305 = t1121 + t1304; // right_hip_yaw_link: wrench handed to its parent
+    t1306 = cos_q_right_knee_pitch * t995; // right_lower_leg: wrench handed to its parent
+    t1307 = R::fused(sin_q_right_knee_pitch, t1003, t1306); // right_lower_leg: wrench handed to its parent
+    t1308 = t1261_1262.first() + t1307; // right_lower_leg: wrench handed to its parent
+    t1309 = sin_q_right_hip_pitch * t1308; // right_upper_leg: wrench handed to its parent
+    t1310 = t1271_1272.first() - t1004; // right_lower_leg: wrench handed to its parent
+    t1311 = R::fused(-cos_q_right_hip_pitch, t1310, t1309); // right_upper_leg: wrench handed to its parent
+    t1312 = R::fused(R::constant(0.01), t1275_1276.first(), t1311); // right_upper_leg: wrench handed to its parent
+    t1313 = R::fused(R::constant(0.008), t1280_1281.first(), t1312); // right_hip_roll_link: wrench handed to its parent
+    t1314 = cos_q_right_hip_yaw * t1313; // right_hip_yaw_link: wrench handed to its parent
+    t1315 = R::fused(R::constant(-0.8355), t300_301.first(), t1284_1285.first()); // right_upper_leg
+    t1316 = t1315 + t1116; // right_lower_leg: wrench handed to its parent
+    t1317 = R::fused(R::constant(0.01), t1290_1291.first(), t1316); // right_upper_leg: wrench handed to its parent
+    t1318 = cos_q_right_hip_roll * t1317; // right_hip_roll_link: wrench handed to its parent
+    t1319 = cos_q_right_hip_pitch * t1308; // right_upper_leg: wrench handed to its parent
+    t1320 = R::fused(sin_q_right_hip_pitch, t1310, t1319); // right_upper_leg: wrench handed to its parent
+    t1321 = R::fused(R::constant(0.01), t1298_1299.first(), t1320); // right_upper_leg: wrench handed to its parent
+    t1322 = R::fused(-sin_q_right_hip_roll, t1321, t1318); // right_hip_roll_link: wrench handed to its parent
+    t1323 = R::fused(R::constant(0.008), t873_874.first(), t1322); // right_hip_roll_link: wrench handed to its parent
+    t1324 = R::fused(-sin_q_right_hip_yaw, t1323, t1314); // right_hip_yaw_link: wrench handed to its parent
+    t1325 = R::fused(R::constant(-0.0764), t1324, t1305); // right_hip_yaw_link: wrench handed to its parent
+    t1326 = tau_base_angular_z + t1325; // other
+    t1327 = t1174 + t27; // torso: motion
+    // torso: wrench that its motion needs
+    t1328 = R::constant(0.20808) * t1327;
+    t1329 = R::fused(R::constant(0.0102), t17, t1328);
+    t1330 = R::fused(R::constant(2.4915), t1172, t1329);
+    t1331 = R::fused(R::constant(19.0), t21, t1330);
+    t1332 = t1331 + t1303; // left_hip_yaw_link: wrench handed to its parent
+    t1333 = t1332 + t1324; // right_hip_yaw_link: wrench handed to its parent
     // other
-    t1767 = t1762 + t1766;
-    t1768 = R::fused(t211, t1767, t1763);
-    t1769 = sin_t1 * t1768;
-    t1770 = t218 * t1762;
-    t1771 = R::fused(t196, t1767, t1770);
-    t1772 = R::fused(cos_t1, t1771, t1769);
-    t1773 = cos_q_right_hip_yaw * t1772;
-    t1774 = R::constant(0.037) * t1761;
-    t1775 = R::fused(t218, t1761, t1774);
-    t1776 = R::fused(t196, t1761, t1775);
-    t1777 = cos_q_right_hip_roll * t1776;
-    t1778 = cos_t1 * t1768;
-    t1779 = R::fused(-sin_t1, t1771, t1778);
-    t1780 = R::fused(sin_q_right_hip_roll, t1779, t1777);
-    t1781 = R::fused(sin_q_right_hip_yaw, t1780, t1773);
-    // left_upper_leg: motion
-    t1782 = cos_q_right_hip_yaw * t1012;
-    t1783 = R::fused(-sin_q_right_hip_yaw, t1043, t1782);
-    t1784 = cos_q_right_hip_yaw * t832;
-    t1785 = R::fused(-sin_q_right_hip_yaw, t818, t1784);
-    t1786 = sin_q_right_hip_yaw * t832;
-    t1787 = R::fused(cos_q_right_hip_yaw, t818, t1786);
-    t1788 = R::fused(t1785, t1787, t843);
-    t1789 = R::fused(R::constant(0.0764), t1788, t1783); // other
-    t1790 = t1781 - t1789; // other
-    t1791 = t542 * t1484; // other
-    t1792 = R::fused(-t1696, t1761, t1791); // solved by the factors
-    t1793 = R::fused(-t543, t1762, t1792); // solved by the factors
-    t1794 = R::fused(-t733, t1766, t1793); // solved by the factors
-    t1795 = t695 * t1520; // other
+    t1334 = tau_base_linear_x - t1333;
+    t1335 = R::fused(R::constant(-0.0764), t1334, t1326);
+    t1336 = t1169 - t1335;
+    t1337 = tau_left_ankle_roll + t1232;
+    t1338 = t624_625.second() * t369;
+    // right_foot, left_foot: mass matrix
+    t1339_1340 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t612_613;
+    t1341_1342 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t622_623, t1339_1340);
+    t1343 = R::fused(t1341_1342.second(), t1132, t1338); // other
+    t1344_1345 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t404_405;
+    t1346_1347 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t620_621, t1344_1345);
+    // other
+    t1348 = t349 * t292;
+    t1349 = R::fused(t289, t354, t1348);
+    t1350 = R::fused(t272, t367, t1349);
+    t1351 = t52 + t1350;
+    t1352 = R::fused(t1346_1347.second(), t1351, t1343);
+    // right_foot, left_foot: mass matrix
+    t1353_1354 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t806_807;
+    t1355_1356 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t629_630;
+    t1357_1358 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t657_658, t1355_1356);
+    t1359_1360 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1357_1358, t1353_1354);
+    t1361_1362 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1346_1347, t1359_1360);
+    t1363 = R::fused(-t1361_1362.second(), t1147, t1352); // other
+    t1364_1365 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t806_807;
+    t1366_1367 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1357_1358, t1364_1365);
+    t1368 = R::fused(t1366_1367.second(), t1163, t1363); // other
+    t1369 = R::fused(t661, t1167, t1368); // other
+    t1370 = t1337 - t1369; // other
+    t1371 = R::fused(-t663, t1370, t1336); // solved by the factors
+    t1372 = tau_left_ankle_pitch + t1193; // other
+    t1373 = t685_686.second() * t369; // other
+    // right_ankle, left_ankle: mass matrix
+    t1374_1375 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t675_676;
+    t1376_1377 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t683_684, t1374_1375);
+    t1378 = R::fused(t1376_1377.second(), t1132, t1373); // other
+    t1379_1380 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t681_682;
+    t1381 = R::fused(t1379_1380.second(), t1351, t1378); // other
+    t1382_1383 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t812_813;
+    t1384_1385 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t690_691;
+    t1386_1387 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t704_705, t1384_1385);
+    t1388_1389 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1386_1387, t1382_1383);
+    t1390_1391 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1379_1380, t1388_1389);
+    t1392 = R::fused(t1390_1391.second(), t1147, t1381); // other
+    t1393_1394 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t812_813;
+    t1395_1396 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1386_1387, t1393_1394);
+    t1397 = R::fused(-t1395_1396.second(), t1163, t1392); // other
+    t1398 = R::fused(-t708, t1167, t1397); // other
+    t1399 = t1372 - t1398; // other
+    t1400 = R::fused(t710, t1370, t1399); // solved by the factors
+    t1401 = R::fused(-t714, t1400, t1371); // solved by the factors
+    t1402 = tau_left_knee_pitch + t1202; // other
+    t1403 = t728_729.second() * t369; // other
+    // right_lower_leg, left_lower_leg: mass matrix
+    t1404_1405 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t718_719;
+    t1406_1407 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t726_727, t1404_1405);
+    t1408 = R::fused(t1406_1407.second(), t1132, t1403); // other
+    t1409_1410 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t724_725;
+    t1411 = R::fused(t1409_1410.second(), t1351, t1408); // other
+    t1412_1413 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t819_820;
+    t1414_1415 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t731_732;
+    t1416_1417 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t737_738, t1414_1415);
+    t1418_1419 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1416_1417, t1412_1413);
+    t1420_1421 = R::Two::fused(both(R::constant(0.0764)), t1409_1410, t1418_1419);
+    t1422 = R::fused(-t1420_1421.second(), t1147, t1411); // other
+    t1423_1424 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t819_820;
+    t1425_1426 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1416_1417, t1423_1424);
+    t1427 = R::fused(t1425_1426.second(), t1163, t1422); // other
+    t1428 = R::fused(-t741, t1167, t1427); // other
+    t1429 = t1402 - t1428; // other
+    t1430 = R::fused(t743, t1370, t1429); // solved by the factors
+    t1431 = R::fused(-t746, t1400, t1430); // solved by the factors
+    t1432 = R::fused(-t751, t1431, t1401); // solved by the factors
+    t1433 = tau_left_hip_pitch + t1210; // other
+    t1434 = t757_758.second() * t369; // other
+    // right_upper_leg, left_upper_leg: mass matrix
+    t1435_1436 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t578_579;
+    t1437_1438 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t755_756, t1435_1436);
+    t1439 = R::fused(t1437_1438.second(), t1132, t1434); // other
+    t1440_1441 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t564_565;
+    t1442 = R::fused(-t1440_1441.second(), t1351, t1439); // other
+    t1443_1444 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t790_791;
+    t1445_1446 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t500_501;
+    t1447_1448 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t546_547, t1445_1446);
+    t1449_1450 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1447_1448, t1443_1444);
+    t1451_1452 = R::Two::fused(both(R::constant(0.0764)), t1440_1441, t1449_1450);
+    t1453 = R::fused(t1451_1452.second(), t1147, t1442); // other
+    t1454_1455 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t790_791;
+    t1456_1457 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1447_1448, t1454_1455);
+    t1458 = R::fused(-t1456_1457.second(), t1163, t1453); // other
+    t1459 = R::fused(t764, t1167, t1458); // other
+    t1460 = t1433 + t1459; // other
     // solved by the factors
-    t1796 = R::fused(t1700, t1761, t1795);
-    t1797 = R::fused(-t696, t1762, t1796);
-    t1798 = R::fused(-t752, t1766, t1797);
-    t1799 = R::fused(-t676, t1798, t1794);
-    t1800 = t635 * t1510; // other
-    t1801 = R::fused(t1698, t1761, t1800);
-    t1802 = R::fused(t636, t1762, t1801);
+    t1461 = R::fused(t766, t1370, t1460);
+    t1462 = R::fused(-t769, t1400, t1461);
+    t1463 = R::fused(-t773, t1431, t1462);
+    t1464 = R::fused(t779, t1463, t1432);
+    // right_hip_roll_link, left_hip_roll_link: wrench that its motion needs
+    t1465_1466 = both(R::constant(0.305437170867)) * t192_193;
+    t1467_1468 = R::Two::fused(both(R::constant(0.3052705042)), t1296_1297, t1465_1466);
+    t1469_1470 = R::Two::fused(both(R::constant(-0.01)), t56_57, t1467_1468);
+    t1471 = sin_q_left_hip_pitch * t1246; // left_upper_leg: wrench handed to its parent
+    t1472 = R::fused(-cos_q_left_hip_pitch, t1253, t1471); // left_upper_leg: wrench handed to its parent
+    t1473 = t1469_1470.second() + t1472; // left_upper_leg: wrench handed to its parent
+    t1474 = tau_left_hip_roll + t1473; // other
+    t1475 = t785_786.second() * t369; // other
+    t1476_1477 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t783_784; // right_hip_roll_link, left_hip_roll_link
+    t1478 = R::fused(-t1476_1477.second(), t1132, t1475); // other
+    t1479 = R::fused(t580_581.second(), t1351, t1478); // other
+    t1480_1481 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t832_833; // right_hip_roll_link, left_hip_roll_link
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t1482_1483 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t790_791;
+    t1484_1485 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t798_799, t1482_1483);
+    // right_hip_roll_link, left_hip_roll_link: mass matrix
+    t1486_1487 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1484_1485, t1480_1481);
+    t1488_1489 = R::Two::fused(both(R::constant(0.0764)), t580_581, t1486_1487);
+    t1490 = R::fused(-t1488_1489.second(), t1147, t1479); // other
+    t1491_1492 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t832_833;
+    t1493_1494 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1484_1485, t1491_1492);
+    t1495 = R::fused(t1493_1494.second(), t1163, t1490); // other
+    t1496 = R::fused(-t802, t1167, t1495); // other
+    t1497 = t1474 - t1496; // other
     let (
-        t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818,
-        t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834,
-        t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850,
-        t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866,
-        t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882,
-        t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892, t1893, t1894, t1895, t1896, t1897, t1898,
-        t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908, t1909, t1910, t1911, t1912, t1913, t1914,
-        t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924, t1925, t1926, t1927, t1928, t1929, t1930,
-        t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940, t1941, t1942, t1943, t1944, t1945, t1946,
-        t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958, t1959, t1960, t1961, t1962,
-        t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978,
-        t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994,
-        t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010,
-        t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026,
-        t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038, t2039, t2040, t2041, t2042,
-        t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052, t2053, t2054, t2055, t2056, t2057, t2058,
+        t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512, t1513,
+        t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527, t1528, t1529,
+        t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541, t1542, t1543, t1544, t1545,
+        t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556, t1557, t1558, t1559, t1560, t1561,
+        t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572, t1573, t1574, t1575, t1576, t1577,
+        t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587, t1588, t1589, t1590, t1591, t1592, t1593,
+        t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603_1604, t1605_1606, t1607_1608, t1609_1610,
+        t1611_1612, t1613_1614, t1615_1616, t1617_1618, t1619_1620, t1621, t1622, t1623, t1624, t1625, t1626_1627,
+        t1628_1629, t1630_1631, t1632_1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640, t1641, t1642, t1643,
+        t1644_1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658, t1659,
+        t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670, t1671, t1672, t1673, t1674, t1675,
+        t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683, t1684, t1685, t1686, t1687, t1688, t1689, t1690, t1691,
+        t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699, t1700, t1701, t1702, t1703, t1704, t1705, t1706, t1707,
+        t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715, t1716, t1717, t1718, t1719, t1720, t1721, t1722, t1723,
+        t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739,
+        t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754, t1755,
+        t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765, t1766, t1767,
     );
-    t1803 = R::fused(t742, t1766, t1802);
-    t1804 = R::fused(t685, t1798, t1803);
-    t1805 = R::fused(t621, t1804, t1799);
-    // other
-    t1806 = t1798 + t1767;
-    t1807 = sin_q_right_hip_roll * t1806;
-    t1808 = sin_t1 * t1761;
-    t1809 = R::fused(-cos_q_right_hip_roll, t1808, t1807);
-    t1810 = t1805 + t1809;
-    t1811 = R::fused(R::constant(-0.0764), t1810, t1790);
-    t1812 = R::fused(t901, R::constant(9.81), t1811);
-    t1813 = t6 + t1812;
-    t1814 = -t1813;
-    t1815 = v_base_angular_z * v_base_linear_x; // torso: motion
-    t1816 = R::fused(-v_base_angular_x, v_base_linear_z, t1815); // torso: motion
-    t1817 = sin_q_right_hip_yaw * t1772;
-    t1818 = R::fused(-cos_q_right_hip_yaw, t1780, t1817);
-    t1819 = sin_q_right_hip_yaw * t1012; // left_upper_leg: motion
-    t1820 = R::fused(cos_q_right_hip_yaw, t1043, t1819); // left_upper_leg: motion
-    t1821 = R::fused(t1785, t1785, t1014); // left_upper_leg: motion
-    t1822 = R::fused(R::constant(-0.0764), t1821, t1820);
-    t1823 = t1818 - t1822;
-    t1824 = R::fused(t920, R::constant(9.81), t1823);
-    t1825 = t1816 + t1824;
-    t1826 = -t1825;
-    t1827 = v_base_angular_x * v_base_linear_y; // torso: motion
-    t1828 = R::fused(-v_base_angular_y, v_base_linear_x, t1827); // torso: motion
-    t1829 = sin_q_right_hip_roll * t1776;
-    t1830 = R::fused(-cos_q_right_hip_roll, t1779, t1829);
-    t1831 = cos_q_right_hip_yaw * t819; // left_upper_leg: motion
-    t1832 = R::fused(sin_q_right_hip_yaw, t833, t1831); // left_upper_leg: motion
-    t1833 = R::fused(t838, t1787, t1832); // left_upper_leg: motion
-    t1834 = R::fused(R::constant(0.0764), t1833, t1053);
-    t1835 = t1830 + t1834;
-    t1836 = R::fused(cos_t1, t1761, t1804);
-    t1837 = cos_q_right_hip_yaw * t1836;
-    t1838 = cos_q_right_hip_roll * t1806;
-    t1839 = R::fused(sin_q_right_hip_roll, t1808, t1838);
-    t1840 = R::fused(-sin_q_right_hip_yaw, t1839, t1837);
-    t1841 = R::fused(R::constant(-0.0764), t1840, t1835);
-    t1842 = R::fused(t927, R::constant(9.81), -t1841);
-    t1843 = t1828 + t1842;
-    t1844 = -t1843;
-    t1845 = t1832 - t1840;
-    t1846 = sin_q_right_hip_yaw * t819; // left_upper_leg: motion
-    t1847 = R::fused(-cos_q_right_hip_yaw, t833, t1846); // left_upper_leg: motion
-    t1848 = sin_q_right_hip_yaw * t1836;
-    t1849 = R::fused(cos_q_right_hip_yaw, t1839, t1848);
-    t1850 = t1847 - t1849;
-    t1851 = t843 + t1810;
-    t1852 = -t1851;
-    t1853 = t493 * t1476;
     // solved by the factors
-    t1854 = R::fused(t1694, t1761, t1853);
-    t1855 = R::fused(t494, t1762, t1854);
-    t1856 = R::fused(t725, t1766, t1855);
-    t1857 = R::fused(t668, t1798, t1856);
-    t1858 = R::fused(-t613, t1804, t1857);
-    t1859 = R::fused(t534, t1805, t1858);
-    t1860 = t450 * t1469; // other
-    t1861 = R::fused(-t1692, t1761, t1860);
-    t1862 = R::fused(-t451, t1762, t1861);
-    t1863 = R::fused(-t718, t1766, t1862);
-    t1864 = R::fused(-t661, t1798, t1863);
-    t1865 = R::fused(t606, t1804, t1864);
-    t1866 = R::fused(-t527, t1805, t1865);
-    t1867 = R::fused(t486, t1859, t1866);
-    t1868 = t407 * t1463; // other
-    t1869 = R::fused(t1690, t1761, t1868);
-    t1870 = R::fused(t408, t1762, t1869);
-    t1871 = R::fused(t712, t1766, t1870);
-    t1872 = R::fused(t655, t1798, t1871);
-    t1873 = R::fused(-t597, t1804, t1872);
-    t1874 = R::fused(t521, t1805, t1873);
-    t1875 = R::fused(-t480, t1859, t1874);
-    t1876 = R::fused(t444, t1867, t1875);
-    t1877 = t362 * t1458; // other
-    t1878 = R::fused(t1688, t1761, t1877);
-    t1879 = R::fused(t363, t1762, t1878);
-    t1880 = R::fused(t707, t1766, t1879);
-    t1881 = R::fused(t650, t1798, t1880);
-    t1882 = R::fused(-t589, t1804, t1881);
-    t1883 = R::fused(t516, t1805, t1882);
-    t1884 = R::fused(-t475, t1859, t1883);
-    t1885 = R::fused(t439, t1867, t1884);
-    t1886 = R::fused(-t402, t1876, t1885);
-    t1887 = t320 * t1454; // other
-    t1888 = R::fused(t1686, t1761, t1887);
-    t1889 = R::fused(t321, t1762, t1888);
-    t1890 = R::fused(t703, t1766, t1889);
-    t1891 = R::fused(t646, t1798, t1890);
-    t1892 = R::fused(-t582, t1804, t1891);
-    t1893 = R::fused(t512, t1805, t1892);
-    t1894 = R::fused(-t471, t1859, t1893);
-    t1895 = R::fused(t435, t1867, t1894);
-    t1896 = R::fused(-t398, t1876, t1895);
-    t1897 = R::fused(t358, t1886, -t1896);
-    t1898 = R::constant(814.1112620933816) * t1451; // other
-    t1899 = R::fused(-t1684, t1761, t1898);
-    t1900 = R::fused(-t280, t1762, t1899);
-    t1901 = R::fused(-t700, t1766, t1900);
-    t1902 = R::fused(-t643, t1798, t1901);
-    t1903 = R::fused(t576, t1804, t1902);
-    t1904 = R::fused(-t509, t1805, t1903);
-    t1905 = R::fused(t468, t1859, t1904);
-    t1906 = R::fused(-t432, t1867, t1905);
-    t1907 = R::fused(t395, t1876, t1906);
-    t1908 = R::fused(t355, t1886, t1907);
-    t1909 = R::fused(t317, t1897, t1908);
-    t1910 = q_base_qz * t897; // torso: motion
-    t1911 = t925 + t1910; // torso: motion
-    t1912 = R::constant(1.0) - t1911; // torso: motion
-    t1913 = t1912 * t993; // other
-    t1914 = q_base_qx * t899; // torso: motion
-    t1915 = q_base_qw * t897; // torso: motion
-    t1916 = t1914 - t1915; // torso: motion
-    t1917 = R::fused(t1916, t996, t1913); // other
-    t1918 = t898 + t900; // torso: motion
-    t1919 = R::fused(t1918, t998, t1917); // other
-    t1920 = t1004 * t1446; // left_hip_yaw_link: sums of what it carries
-    t1921 = R::fused(-t1001, t1443, t1920); // left_hip_yaw_link: sums of what it carries
-    t1922 = t1414 - t1921; // left_hip_yaw_link: sums of what it carries
-    t1923 = R::fused(t799, t811, t797); // right_hip_yaw_link: motion
-    t1924 = R::constant(0.01) * t1923; // right_hip_yaw_link: sums of what it carries
-    t1925 = R::fused(R::constant(0.679875), t1001, t1924); // right_hip_yaw_link: sums of what it carries
-    t1926 = t1922 + t1925; // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t1927 = t980 * R::constant(0.5546);
-    t1928 = R::fused(-t937, R::constant(1.0285), t1927);
-    t1929 = R::fused(-t999, R::constant(186.39), t1928);
-    t1930 = t1926 - t1929;
+    t1498 = R::fused(-t808, t1370, t1497);
+    t1499 = R::fused(t815, t1400, t1498);
+    t1500 = R::fused(-t823, t1431, t1499);
+    t1501 = R::fused(-t828, t1463, t1500);
+    t1502 = R::fused(-t839, t1501, t1464);
     // other
-    t1931 = R::fused(-t1681, t1762, t1930);
-    t1932 = R::fused(-t221, t1766, t1931);
-    t1933 = R::fused(-t208, t1798, t1932);
-    t1934 = R::fused(-t565, t1804, t1933);
-    t1935 = R::fused(-t500, t1805, t1934);
-    t1936 = R::fused(t459, t1859, t1935);
-    t1937 = R::fused(t423, t1867, t1936);
-    t1938 = R::fused(-t386, t1876, t1937);
-    t1939 = R::fused(-t346, t1886, t1938);
-    t1940 = R::fused(-t308, t1897, t1939);
-    t1941 = R::fused(t271, t1909, t1940);
-    t1942 = t1919 * t1941;
-    t1943 = t1912 * t915;
-    t1944 = R::fused(t1916, t922, t1943);
-    t1945 = R::fused(t1918, t929, t1944);
-    t1946 = t962 + t1003; // right_hip_yaw_link: motion
-    // right_hip_yaw_link: sums of what it carries
-    t1947 = R::constant(0.01) * t1946;
-    t1948 = R::fused(R::constant(0.679875), t1024, t1947);
-    t1949 = t1740 - t1948;
-    t1950 = cos_q_right_ankle_roll * t1949;
-    t1951 = t967 * t1446; // left_hip_yaw_link: sums of what it carries
-    t1952 = R::fused(t970, t1443, t1951); // left_hip_yaw_link: sums of what it carries
-    t1953 = t1418 - t1952; // left_hip_yaw_link: sums of what it carries
-    t1954 = R::constant(0.01) * t1024;
-    t1955 = R::fused(R::constant(0.679875), t964, t1954);
-    t1956 = t1953 - t1955;
-    t1957 = R::fused(-sin_q_right_ankle_roll, t1956, t1950);
-    // torso: sums of what it carries
-    t1958 = t893 * R::constant(0.5546);
-    t1959 = R::fused(t895, R::constant(1.0285), t1958);
-    t1960 = R::fused(-t930, R::constant(186.39), t1959);
-    t1961 = t1957 + t1960;
-    // right_hip_yaw_link: sums of what it carries
-    t1962 = R::constant(0.01) - t564;
-    t1963 = sin_q_right_ankle_roll * t1962;
-    t1964 = R::constant(0.679875) - t1681;
-    t1965 = R::fused(cos_q_right_ankle_roll, t1964, t1963);
-    t1966 = R::fused(-t1965, t1761, t1961); // other
-    t1967 = t226 - t1446; // left_hip_yaw_link: sums of what it carries
-    t1968 = sin_q_right_ankle_roll * t1967; // left_hip_yaw_link: mass matrix
-    t1969 = R::fused(-t1968, t1762, t1966); // other
-    t1970 = sin_q_right_ankle_roll * t226; // right_hip_roll_link: mass matrix
-    t1971 = R::fused(-t1970, t1766, t1969); // other
-    t1972 = sin_q_right_ankle_roll * t213; // left_hip_roll_link: mass matrix
-    t1973 = R::fused(-t1972, t1798, t1971); // other
-    t1974 = cos_q_right_ankle_roll * t202; // right_upper_leg: mass matrix
-    t1975 = R::fused(sin_q_right_ankle_roll, t567, t1974); // right_upper_leg: mass matrix
-    t1976 = R::fused(t1975, t1804, t1973); // other
-    t1977 = cos_q_right_ankle_roll * t1621; // left_upper_leg: mass matrix
-    t1978 = R::fused(-sin_q_right_ankle_roll, t503, t1977); // left_upper_leg: mass matrix
-    t1979 = R::fused(-t1978, t1805, t1976); // other
-    t1980 = cos_q_right_ankle_roll * t1607; // right_lower_leg: mass matrix
-    t1981 = R::fused(-sin_q_right_ankle_roll, t462, t1980); // right_lower_leg: mass matrix
-    t1982 = R::fused(t1981, t1859, t1979); // other
-    t1983 = cos_q_right_ankle_roll * t1594; // left_lower_leg: mass matrix
-    t1984 = R::fused(-sin_q_right_ankle_roll, t426, t1983); // left_lower_leg: mass matrix
-    t1985 = R::fused(t1984, t1867, t1982); // other
-    t1986 = cos_q_right_ankle_roll * t1581; // right_ankle: mass matrix
-    t1987 = R::fused(-sin_q_right_ankle_roll, t389, t1986); // right_ankle: mass matrix
-    t1988 = R::fused(-t1987, t1876, t1985); // other
-    t1989 = cos_q_right_ankle_roll * t1569; // left_ankle: mass matrix
-    t1990 = R::fused(-sin_q_right_ankle_roll, t349, t1989); // left_ankle: mass matrix
-    t1991 = R::fused(-t1990, t1886, t1988); // other
-    t1992 = cos_q_right_ankle_roll * t1558; // right_foot: mass matrix
-    t1993 = R::fused(-sin_q_right_ankle_roll, t311, t1992); // right_foot: mass matrix
-    t1994 = R::fused(-t1993, t1897, t1991); // other
-    t1995 = cos_q_right_ankle_roll * t1548; // left_foot: mass matrix
-    t1996 = R::fused(-sin_q_right_ankle_roll, t274, t1995); // left_foot: mass matrix
+    t1503 = tau_left_hip_yaw + t1257;
+    t1504 = t582_583.second() * t369;
+    t1505 = R::fused(-t1126_1127.second(), t1132, t1504);
+    t1506 = R::fused(-t1142_1143.second(), t1147, t1505);
+    t1507 = R::fused(t1151_1152.second(), t1163, t1506);
+    t1508 = R::fused(-t842, t1167, t1507);
+    t1509 = t1503 - t1508;
+    // solved by the factors
+    t1510 = R::fused(t844, t1370, t1509);
+    t1511 = R::fused(-t847, t1400, t1510);
+    t1512 = R::fused(-t851, t1431, t1511);
+    t1513 = R::fused(-t856, t1463, t1512);
+    t1514 = R::fused(-t862, t1501, t1513);
+    t1515 = R::fused(-t870, t1514, t1502);
     // other
-    t1997 = R::fused(t1996, t1909, t1994);
-    t1998 = R::fused(-t1945, t1997, t1942);
-    t1999 = t1912 * t952;
-    t2000 = R::fused(t1916, t955, t1999);
-    t2001 = R::fused(-t1918, t958, t2000);
-    t2002 = sin_q_right_ankle_roll * t1949; // right_hip_yaw_link: sums of what it carries
-    t2003 = R::fused(cos_q_right_ankle_roll, t1956, t2002); // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t2004 = t937 * R::constant(0.5546);
-    t2005 = R::fused(-t935, R::constant(1.0285), t2004);
-    t2006 = R::fused(t959, R::constant(186.39), t2005);
-    t2007 = t2003 + t2006;
-    t2008 = cos_q_right_ankle_roll * t1962; // right_hip_yaw_link: sums of what it carries
-    t2009 = R::fused(-sin_q_right_ankle_roll, t1964, t2008); // right_hip_yaw_link: sums of what it carries
-    t2010 = R::fused(t2009, t1761, t2007); // other
-    t2011 = cos_q_right_ankle_roll * t1967; // left_hip_yaw_link: mass matrix
-    t2012 = R::fused(t2011, t1762, t2010); // other
-    t2013 = cos_q_right_ankle_roll * t226; // right_hip_roll_link: mass matrix
-    t2014 = R::fused(t2013, t1766, t2012); // other
-    t2015 = cos_q_right_ankle_roll * t213; // left_hip_roll_link: mass matrix
-    t2016 = R::fused(t2015, t1798, t2014); // other
-    t2017 = sin_q_right_ankle_roll * t202; // right_upper_leg: mass matrix
-    t2018 = R::fused(-cos_q_right_ankle_roll, t567, t2017); // right_upper_leg: mass matrix
-    t2019 = R::fused(t2018, t1804, t2016); // other
-    t2020 = sin_q_right_ankle_roll * t1621; // left_upper_leg: mass matrix
-    t2021 = R::fused(cos_q_right_ankle_roll, t503, t2020); // left_upper_leg: mass matrix
-    t2022 = R::fused(-t2021, t1805, t2019); // other
-    t2023 = sin_q_right_ankle_roll * t1607; // right_lower_leg: mass matrix
-    t2024 = R::fused(cos_q_right_ankle_roll, t462, t2023); // right_lower_leg: mass matrix
-    t2025 = R::fused(t2024, t1859, t2022); // other
-    t2026 = sin_q_right_ankle_roll * t1594; // left_lower_leg: mass matrix
-    t2027 = R::fused(cos_q_right_ankle_roll, t426, t2026); // left_lower_leg: mass matrix
-    t2028 = R::fused(t2027, t1867, t2025); // other
-    t2029 = sin_q_right_ankle_roll * t1581; // right_ankle: mass matrix
-    t2030 = R::fused(cos_q_right_ankle_roll, t389, t2029); // right_ankle: mass matrix
-    t2031 = R::fused(-t2030, t1876, t2028); // other
-    t2032 = sin_q_right_ankle_roll * t1569; // left_ankle: mass matrix
-    t2033 = R::fused(cos_q_right_ankle_roll, t349, t2032); // left_ankle: mass matrix
-    t2034 = R::fused(-t2033, t1886, t2031); // other
-    t2035 = sin_q_right_ankle_roll * t1558; // right_foot: mass matrix
-    t2036 = R::fused(cos_q_right_ankle_roll, t311, t2035); // right_foot: mass matrix
-    t2037 = R::fused(-t2036, t1897, t2034); // other
-    t2038 = sin_q_right_ankle_roll * t1548; // left_foot: mass matrix
-    t2039 = R::fused(cos_q_right_ankle_roll, t274, t2038); // left_foot: mass matrix
-    t2040 = R::fused(t2039, t1909, t2037); // other
-    t2041 = R::fused(t2001, t2040, t1998); // other
-    t2042 = t1914 + t1915; // torso: motion
-    t2043 = t2042 * t993; // other
-    t2044 = t924 + t1910; // torso: motion
-    t2045 = R::constant(1.0) - t2044; // torso: motion
-    t2046 = R::fused(t2045, t996, t2043); // other
-    t2047 = t917 - t919; // torso: motion
+    t1516 = t872 * t1515;
+    t1517 = t349 * t255;
+    t1518 = R::fused(t346, t270, t1517);
+    t1519 = t1518 * t596;
+    t1520 = t16 * t270;
+    t1521 = R::fused(-t349, t237, t1520);
+    t1522 = R::fused(t1128, t1521, t1519);
+    t1523 = R::fused(t1144, t16, t1522);
+    t1524 = R::fused(-t346, t1160, t1523);
+    t1525 = R::fused(-t349, t594, t1524);
+    t1526 = t624_625.second() * t1518;
+    t1527 = R::fused(t1341_1342.second(), t1521, t1526);
+    t1528 = t346 * t237;
+    t1529 = R::fused(t16, t255, t1528);
+    t1530 = R::fused(-t1346_1347.second(), t1529, t1527);
+    t1531 = R::fused(-t1361_1362.second(), t16, t1530);
+    t1532 = R::fused(t1366_1367.second(), t346, t1531);
+    t1533 = R::fused(t661, t349, t1532);
+    t1534 = R::fused(-t1533, t663, t1525); // factors of the mass matrix
+    t1535 = t685_686.second() * t1518;
+    t1536 = R::fused(t1376_1377.second(), t1521, t1535);
+    t1537 = R::fused(-t1379_1380.second(), t1529, t1536);
+    t1538 = R::fused(t1390_1391.second(), t16, t1537);
+    t1539 = R::fused(-t1395_1396.second(), t346, t1538);
+    t1540 = R::fused(-t708, t349, t1539);
+    t1541 = R::fused(t1533, t710, t1540); // factors of the mass matrix
+    t1542 = R::fused(-t1541, t714, t1534); // factors of the mass matrix
+    t1543 = t728_729.second() * t1518;
+    t1544 = R::fused(t1406_1407.second(), t1521, t1543);
+    t1545 = R::fused(-t1409_1410.second(), t1529, t1544);
+    t1546 = R::fused(-t1420_1421.second(), t16, t1545);
+    t1547 = R::fused(t1425_1426.second(), t346, t1546);
+    t1548 = R::fused(-t741, t349, t1547);
+    t1549 = R::fused(t1533, t743, t1548); // factors of the mass matrix
+    t1550 = R::fused(-t1541, t746, t1549); // factors of the mass matrix
+    t1551 = R::fused(-t1550, t751, t1542); // factors of the mass matrix
+    t1552 = t757_758.second() * t1518;
+    t1553 = R::fused(t1437_1438.second(), t1521, t1552);
+    t1554 = R::fused(t1440_1441.second(), t1529, t1553);
+    t1555 = R::fused(t1451_1452.second(), t16, t1554);
+    t1556 = R::fused(-t1456_1457.second(), t346, t1555);
+    t1557 = R::fused(t764, t349, t1556);
+    // factors of the mass matrix
+    t1558 = R::fused(-t1533, t766, t1557);
+    t1559 = R::fused(t1541, t769, t1558);
+    t1560 = R::fused(t1550, t773, t1559);
+    t1561 = R::fused(-t1560, t779, t1551);
     // other
-    t2048 = R::fused(t2047, t998, t2046);
-    t2049 = t2048 * t1941;
-    t2050 = t2042 * t915;
-    t2051 = R::fused(t2045, t922, t2050);
-    t2052 = R::fused(t2047, t929, t2051);
-    t2053 = R::fused(-t2052, t1997, t2049);
-    t2054 = t2042 * t952;
-    t2055 = R::fused(t2045, t955, t2054);
-    t2056 = R::fused(-t2047, t958, t2055);
-    t2057 = R::fused(t2056, t2040, t2053);
-    t2058 = t999 * t1941;
+    t1562 = t785_786.second() * t1518;
+    t1563 = R::fused(-t1476_1477.second(), t1521, t1562);
+    t1564 = R::fused(-t580_581.second(), t1529, t1563);
+    t1565 = R::fused(-t1488_1489.second(), t16, t1564);
+    t1566 = R::fused(t1493_1494.second(), t346, t1565);
+    t1567 = R::fused(-t802, t349, t1566);
+    // factors of the mass matrix
+    t1568 = R::fused(-t1533, t808, t1567);
+    t1569 = R::fused(t1541, t815, t1568);
+    t1570 = R::fused(-t1550, t823, t1569);
+    t1571 = R::fused(t1560, t828, t1570);
+    t1572 = R::fused(-t1571, t839, t1561);
+    // other
+    t1573 = t582_583.second() * t1518;
+    t1574 = R::fused(-t1126_1127.second(), t1521, t1573);
+    t1575 = R::fused(-t1142_1143.second(), t16, t1574);
+    t1576 = R::fused(t1151_1152.second(), t346, t1575);
+    t1577 = R::fused(-t842, t349, t1576);
+    // factors of the mass matrix
+    t1578 = R::fused(t1533, t844, t1577);
+    t1579 = R::fused(-t1541, t847, t1578);
+    t1580 = R::fused(-t1550, t851, t1579);
+    t1581 = R::fused(t1560, t856, t1580);
+    t1582 = R::fused(-t1571, t862, t1581);
+    t1583 = R::fused(-t1582, t870, t1572);
+    t1584 = t1583 * t872;
+    // other
+    t1585 = R::constant(19.0) * t1518;
+    t1586 = R::fused(-t1158, t346, t1585);
+    t1587 = R::fused(t592, t349, t1586);
+    t1588 = t624_625.first() - t1587;
+    t1589 = t1518 * t1588;
+    t1590 = R::constant(19.0) * t1521;
+    t1591 = R::fused(-t1158, t16, t1590);
+    t1592 = t1128 + t1126_1127.first(); // right_hip_yaw_link: sums of what it carries
+    t1593 = R::fused(t1592, t349, t1591);
+    t1594 = t1341_1342.first() - t1593;
+    t1595 = R::fused(t1521, t1594, t1589);
+    t1596 = R::constant(19.0) * t1529;
+    t1597 = R::fused(t592, t16, t1596);
+    t1598 = R::fused(-t1592, t346, t1597);
+    t1599 = t1346_1347.first() + t1598;
+    t1600 = R::fused(-t1529, t1599, t1595);
+    t1601 = t1158 * t1521;
+    t1602 = R::fused(-t592, t1529, t1601);
+    t1603_1604 = both(R::constant(0.305783837533)) - t832_833; // right_hip_roll_link, left_hip_roll_link
+    t1605_1606 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t1607_1608 = t502_503 + t552_553; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1609_1610 = t1607_1608 - t1603_1604;
+    t1611_1612 = t1605_1606 * t1609_1610;
+    t1613_1614 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t1615_1616 = t1484_1485 * t1613_1614;
+    t1617_1618 = R::Two::fused(two(R::constant(-2.0), R::constant(2.0)), t1615_1616, t1611_1612);
+    t1619_1620 = t1603_1604 + t1617_1618;
+    t1621 = t1619_1620.second() + t585; // left_hip_yaw_link: sums of what it carries
+    t1622 = R::constant(1.519971873066) - t1621; // left_hip_yaw_link: sums of what it carries
+    t1623 = t1619_1620.first() - t588; // right_hip_yaw_link: sums of what it carries
+    t1624 = t1622 - t1623; // right_hip_yaw_link: sums of what it carries
+    t1625 = R::fused(-t1624, t16, t1602); // other
+    t1626_1627 = t1484_1485 * t1605_1606;
+    t1628_1629 = R::Two::fused(both(R::constant(-2.0)), t1626_1627, t1484_1485);
+    t1630_1631 = R::Two::fused(t1613_1614 * two(R::constant(-1.0), R::constant(1.0)), t1609_1610, t1628_1629);
+    t1632_1633 = R::Two::fused(both(R::constant(0.0764)), t1126_1127, t1630_1631);
+    t1634 = R::constant(0.00220808) + t1632_1633.second(); // left_hip_yaw_link: sums of what it carries
+    t1635 = t1634 - t1632_1633.first(); // right_hip_yaw_link: sums of what it carries
+    t1636 = R::fused(t1635, t346, t1625); // other
+    t1637 = t1144 - t1142_1143.first(); // right_hip_yaw_link: sums of what it carries
+    // other
+    t1638 = R::fused(-t1637, t349, t1636);
+    t1639 = t1361_1362.first() - t1638;
+    t1640 = R::fused(-t16, t1639, t1600);
+    t1641 = t1158 * t1518;
+    t1642 = R::fused(t1592, t1529, t1641);
+    t1643 = R::fused(t1635, t16, t1642);
+    t1644_1645 = t1607_1608 - t1617_1618; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1646 = R::constant(1.423881257066) - t1644_1645.second(); // left_hip_yaw_link: sums of what it carries
+    t1647 = t1646 - t1644_1645.first(); // right_hip_yaw_link: sums of what it carries
+    t1648 = R::fused(-t1647, t346, t1643);
+    t1649 = R::fused(-t1156, t349, t1648);
+    t1650 = t1366_1367.first() + t1649;
+    t1651 = R::fused(t346, t1650, t1640);
+    t1652 = R::fused(R::constant(-0.0764), t624_625.first(), t659_660.first()); // right_foot: mass matrix
+    t1653 = t592 * t1518;
+    t1654 = R::fused(t1592, t1521, t1653);
+    t1655 = R::fused(t1637, t16, t1654);
+    t1656 = R::fused(t1156, t346, t1655);
+    t1657 = R::fused(t590, t349, t1656);
+    t1658 = t1652 - t1657;
+    t1659 = R::fused(t349, t1658, t1651);
+    // factors of the mass matrix
+    t1660 = t1533 * R::constant(814.1112620933816);
+    t1661 = R::fused(t1533, t1660, t1659);
+    t1662 = t1541 * t713;
+    t1663 = R::fused(t1541, t1662, t1661);
+    t1664 = t1550 * t750;
+    t1665 = R::fused(t1550, t1664, t1663);
+    t1666 = t1560 * t778;
+    t1667 = R::fused(t1560, t1666, t1665);
+    t1668 = t1571 * t838;
+    t1669 = R::fused(t1571, t1668, t1667);
+    t1670 = t1582 * t869;
+    t1671 = R::fused(t1582, t1670, t1669);
+    t1672 = R::fused(-t1583, t1584, t1671);
+    // other
+    t1673 = R::fused(-sin_q_right_hip_yaw, t1158, t785_786.first());
+    t1674 = t1518 * t1673;
+    t1675 = R::fused(-cos_q_right_hip_yaw, t1158, t1476_1477.first());
+    t1676 = R::fused(-t1521, t1675, t1674);
+    t1677 = cos_q_right_hip_yaw * R::constant(1.4516);
+    t1678 = R::fused(cos_q_right_hip_yaw, t592, t1677);
+    t1679 = R::fused(sin_q_right_hip_yaw, t1592, t1678);
+    t1680 = t580_581.first() + t1679;
+    t1681 = R::fused(-t1529, t1680, t1676);
+    t1682 = R::constant(0.0764) * cos_q_right_hip_yaw;
+    t1683 = t592 * t1682;
+    t1684 = R::fused(cos_q_right_hip_yaw, t1624, t1683);
+    t1685 = R::fused(sin_q_right_hip_yaw, t1635, t1684);
+    t1686 = t1488_1489.first() - t1685;
+    t1687 = R::fused(t16, t1686, t1681);
+    t1688 = t1592 * t1682;
+    t1689 = R::fused(cos_q_right_hip_yaw, t1635, t1688);
+    t1690 = R::fused(sin_q_right_hip_yaw, t1647, t1689);
+    t1691 = t1493_1494.first() - t1690;
+    t1692 = R::fused(-t346, t1691, t1687);
+    t1693 = R::fused(R::constant(0.0764), t785_786.first(), t800_801.first()); // right_hip_roll_link: mass matrix
+    t1694 = cos_q_right_hip_yaw * t1637;
+    t1695 = R::fused(-sin_q_right_hip_yaw, t1156, t1694);
+    t1696 = t1693 + t1695;
+    t1697 = R::fused(-t349, t1696, t1692);
+    t1698 = t1346_1347.second() * t1682;
+    t1699 = R::fused(cos_q_right_hip_yaw, t1361_1362.second(), t1698);
+    t1700 = R::fused(sin_q_right_hip_yaw, t1366_1367.second(), t1699);
+    t1701 = t1700 * R::constant(814.1112620933816); // factors of the mass matrix
+    t1702 = R::fused(-t1533, t1701, t1697); // factors of the mass matrix
+    t1703 = t1379_1380.second() * t1682;
+    t1704 = R::fused(-cos_q_right_hip_yaw, t1390_1391.second(), t1703);
+    t1705 = R::fused(-sin_q_right_hip_yaw, t1395_1396.second(), t1704);
+    t1706 = R::fused(t1700, t710, t1705); // factors of the mass matrix
+    t1707 = t1706 * t713; // factors of the mass matrix
+    t1708 = R::fused(-t1541, t1707, t1702); // factors of the mass matrix
+    t1709 = t1409_1410.second() * t1682;
+    t1710 = R::fused(cos_q_right_hip_yaw, t1420_1421.second(), t1709);
+    t1711 = R::fused(sin_q_right_hip_yaw, t1425_1426.second(), t1710);
+    // factors of the mass matrix
+    t1712 = R::fused(t1700, t743, t1711);
+    t1713 = R::fused(-t1706, t746, t1712);
+    t1714 = t1713 * t750;
+    t1715 = R::fused(-t1550, t1714, t1708);
+    t1716 = t1440_1441.second() * t1682; // other
+    t1717 = R::fused(cos_q_right_hip_yaw, t1451_1452.second(), t1716); // other
+    t1718 = R::fused(sin_q_right_hip_yaw, t1456_1457.second(), t1717); // other
+    t1719 = R::fused(t1700, t766, t1718);
+    t1720 = R::fused(-t1706, t769, t1719);
+    t1721 = R::fused(-t1713, t773, t1720);
+    t1722 = t1721 * t778;
+    t1723 = R::fused(t1560, t1722, t1715);
+    t1724 = t580_581.second() * t1682; // other
+    t1725 = R::fused(cos_q_right_hip_yaw, t1488_1489.second(), t1724); // other
+    t1726 = R::fused(sin_q_right_hip_yaw, t1493_1494.second(), t1725); // other
+    t1727 = R::fused(-t1700, t808, t1726);
+    t1728 = R::fused(t1706, t815, t1727);
+    t1729 = R::fused(-t1713, t823, t1728);
+    t1730 = R::fused(-t1721, t828, t1729);
+    t1731 = t1730 * t838;
+    t1732 = R::fused(-t1571, t1731, t1723);
+    t1733 = cos_q_right_hip_yaw * t1142_1143.second(); // other
+    t1734 = R::fused(sin_q_right_hip_yaw, t1151_1152.second(), t1733); // other
+    t1735 = R::fused(t1700, t844, t1734);
+    t1736 = R::fused(-t1706, t847, t1735);
+    t1737 = R::fused(-t1713, t851, t1736);
+    t1738 = R::fused(-t1721, t856, t1737);
+    t1739 = R::fused(-t1730, t862, t1738);
+    t1740 = t1739 * t869;
+    t1741 = R::fused(-t1582, t1740, t1732);
+    t1742 = cos_q_right_hip_yaw * t1144; // other
+    t1743 = R::fused(sin_q_right_hip_yaw, t1160, t1742); // other
+    t1744 = R::fused(t1700, t663, t1743);
+    t1745 = R::fused(t1706, t714, t1744);
+    t1746 = R::fused(t1713, t751, t1745);
+    t1747 = R::fused(-t1721, t779, t1746);
+    t1748 = R::fused(t1730, t839, t1747);
+    t1749 = R::fused(t1739, t870, t1748);
+    t1750 = t1749 * t872;
+    t1751 = R::fused(-t1583, t1750, t1741);
+    t1752 = t1682 * t1680; // other
+    t1753 = R::fused(-cos_q_right_hip_yaw, t1686, t1752); // other
+    t1754 = R::fused(-sin_q_right_hip_yaw, t1691, t1753); // other
+    t1755 = R::fused(-t1700, t1701, t1754);
+    t1756 = R::fused(-t1706, t1707, t1755);
+    t1757 = R::fused(-t1713, t1714, t1756);
+    t1758 = R::fused(-t1721, t1722, t1757);
+    t1759 = R::fused(-t1730, t1731, t1758);
+    t1760 = R::fused(-t1739, t1740, t1759);
+    t1761 = R::fused(t1749, t1750, t1760);
+    t1762 = R::constant(1.0) / t1761;
+    t1763 = t1751 * t1762;
+    t1764 = R::fused(t1751, t1763, t1672);
+    // other
+    t1765 = t1158 * t256;
+    t1766 = R::fused(sin_q_right_hip_roll, R::constant(1.4516), t1765);
+    t1767 = sin_q_right_hip_roll * t592;
     let (
-        t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067, t2068, t2069, t2070, t2071, t2072, t2073, t2074,
-        t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083, t2084, t2085, t2086, t2087, t2088, t2089, t2090,
-        t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106,
-        t2107, t2108, t2109, t2110, t2111, t2112, t2113, t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122,
-        t2123, t2124, t2125, t2126, t2127, t2128, t2129, t2130, t2131, t2132, t2133, t2134, t2135, t2136, t2137, t2138,
-        t2139, t2140, t2141, t2142, t2143, t2144, t2145, t2146, t2147, t2148, t2149, t2150, t2151, t2152, t2153, t2154,
-        t2155, t2156, t2157, t2158, t2159, t2160, t2161, t2162, t2163, t2164, t2165, t2166, t2167, t2168, t2169, t2170,
-        t2171, t2172, t2173, t2174, t2175, t2176, t2177, t2178, t2179, t2180, t2181, t2182, t2183, t2184, t2185, t2186,
-        t2187, t2188, t2189, t2190, t2191, t2192, t2193, t2194, t2195, t2196, t2197, t2198, t2199, t2200, t2201, t2202,
-        t2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213, t2214, t2215, t2216, t2217, t2218,
-        t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229, t2230, t2231, t2232, t2233, t2234,
-        t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245, t2246, t2247, t2248, t2249, t2250,
-        t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259, t2260, t2261, t2262, t2263, t2264, t2265, t2266,
-        t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275, t2276, t2277, t2278, t2279, t2280, t2281, t2282,
-        t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291, t2292, t2293, t2294, t2295, t2296, t2297, t2298,
-        t2299, t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307, t2308, t2309, t2310, t2311, t2312, t2313, t2314,
+        t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783,
+        t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797, t1798, t1799,
+        t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813, t1814, t1815,
+        t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829, t1830, t1831,
+        t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846, t1847,
+        t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862, t1863,
+        t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876, t1877, t1878, t1879,
+        t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892, t1893, t1894, t1895,
+        t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908, t1909, t1910, t1911,
+        t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924, t1925, t1926, t1927,
+        t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940, t1941, t1942, t1943,
+        t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958, t1959,
+        t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973, t1974, t1975,
+        t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991,
+        t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007,
+        t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023,
     );
-    t2059 = R::fused(-t930, t1997, t2058);
-    t2060 = R::fused(t959, t2040, t2059);
-    t2061 = R::fused(R::constant(-0.055), t1957, t1748); // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t2062 = t895 * R::constant(0.05556833333);
-    t2063 = R::fused(t893, R::constant(0.03062), t2062);
-    t2064 = R::fused(-t930, R::constant(10.089585), t2063);
-    t2065 = t2061 - t2064;
-    t2066 = R::fused(R::constant(0.055), t1965, t1683); // right_hip_yaw_link: mass matrix
-    t2067 = R::fused(t2066, t1761, t2065); // other
-    t2068 = R::fused(R::constant(-0.055), t1968, t1542); // left_hip_yaw_link: mass matrix
-    t2069 = R::fused(-t2068, t1762, t2067); // other
-    t2070 = R::fused(R::constant(-0.055), t1970, t1540); // right_hip_roll_link: mass matrix
-    t2071 = R::fused(-t2070, t1766, t2069); // other
-    t2072 = R::fused(R::constant(-0.055), t1972, t1538); // left_hip_roll_link: mass matrix
-    t2073 = R::fused(-t2072, t1798, t2071); // other
-    t2074 = R::fused(R::constant(0.055), t1975, t1638); // right_upper_leg: mass matrix
-    t2075 = R::fused(-t2074, t1804, t2073); // other
-    t2076 = R::fused(R::constant(0.055), t1978, t1624); // left_upper_leg: mass matrix
-    t2077 = R::fused(t2076, t1805, t2075); // other
-    t2078 = R::fused(R::constant(0.055), t1981, t1610); // right_lower_leg: mass matrix
-    t2079 = R::fused(-t2078, t1859, t2077); // other
-    t2080 = R::fused(R::constant(-0.055), t1984, t1597); // left_lower_leg: mass matrix
-    t2081 = R::fused(t2080, t1867, t2079); // other
-    t2082 = R::fused(R::constant(-0.055), t1987, t1584); // right_ankle: mass matrix
-    t2083 = R::fused(-t2082, t1876, t2081); // other
-    t2084 = R::fused(R::constant(-0.055), t1990, t1572); // left_ankle: mass matrix
-    t2085 = R::fused(-t2084, t1886, t2083); // other
-    t2086 = R::fused(R::constant(-0.055), t1993, t1561); // right_foot: mass matrix
-    t2087 = R::fused(-t2086, t1897, t2085); // other
-    t2088 = R::fused(R::constant(-0.055), t1996, t1551); // left_foot: mass matrix
-    t2089 = R::fused(t2088, t1909, t2087); // other
-    t2090 = t1919 * t2089; // other
-    t2091 = R::fused(R::constant(0.037), t1922, t1449); // left_hip_yaw_link: sums of what it carries
-    // right_hip_yaw_link: sums of what it carries
-    t2092 = t1001 * R::constant(0.0251352875);
-    t2093 = R::fused(R::constant(0.00037), t1923, t2092);
-    t2094 = R::fused(R::constant(0.679875), t1000, t2093);
-    t2095 = t2091 + t2094;
-    t2096 = cos_q_right_ankle_roll * t2095;
-    t2097 = cos_t1 * t1711; // left_hip_roll_link: sums of what it carries
-    t2098 = R::fused(sin_t1, t1714, t2097); // left_hip_roll_link: sums of what it carries
-    t2099 = R::fused(t211, t1718, t2098); // left_hip_roll_link: sums of what it carries
-    // right_hip_roll_link: sums of what it carries
-    t2100 = t1034 * t1392;
-    t2101 = R::fused(t1037, t1405, t2100);
-    t2102 = R::fused(-t1001, t1397, t2101);
-    t2103 = t962 - t974;
-    t2104 = R::fused(-t1401, t2103, t2102);
-    t2105 = R::fused(-t1032, t225, t2104);
-    t2106 = t2099 + t2105;
-    t2107 = R::fused(t7, t1729, t2106);
-    // left_hip_yaw_link: sums of what it carries
-    t2108 = t1027 * t1427;
-    t2109 = R::fused(t1030, t1440, t2108);
-    t2110 = R::fused(-t1001, t1432, t2109);
-    t2111 = t962 - t969;
-    t2112 = R::fused(-t1436, t2111, t2110);
-    t2113 = R::fused(-t1025, t1446, t2112);
-    t2114 = t2107 + t2113;
-    // right_hip_yaw_link: sums of what it carries
-    t2115 = t1923 * R::constant(0.00151725002);
-    t2116 = R::fused(R::constant(0.00037), t1001, t2115);
-    t2117 = R::fused(R::constant(0.01), t1000, t2116);
-    t2118 = t2114 - t2117;
-    t2119 = R::fused(-sin_q_right_ankle_roll, t2118, t2096);
-    t2120 = R::constant(0.055) * t1926;
-    t2121 = R::fused(R::constant(-0.03), t2003, t2120);
-    t2122 = t2119 + t2121;
-    t2123 = t937 * R::constant(0.036949883333); // torso: sums of what it carries
-    t2124 = t933 - t979; // right_foot: wrench that its motion needs
-    // torso: sums of what it carries
-    t2125 = R::fused(t2124, R::constant(0.03062), t2123);
-    t2126 = t999 * R::constant(10.089585);
-    t2127 = R::fused(-t959, R::constant(5.440626), t2126);
-    t2128 = t2125 + t2127;
-    t2129 = t2122 + t2128;
-    t2130 = cos_q_right_ankle_roll * t1542; // right_hip_yaw_link: sums of what it carries
-    // left_hip_roll_link: sums of what it carries
-    t2131 = t1671 * t1674;
-    t2132 = R::fused(-t1670, t1673, t2131);
-    t2133 = t1633 - t2132;
-    t2134 = t211 * t208;
-    t2135 = R::fused(t196, t213, t2134);
-    t2136 = t2133 - t2135;
-    // right_hip_roll_link: sums of what it carries
-    t2137 = t2136 - t1405;
-    t2138 = t7 * t221;
-    t2139 = R::fused(t218, t226, t2138);
-    t2140 = t2137 - t2139;
-    t2141 = t2140 - t1440; // left_hip_yaw_link: sums of what it carries
-    t2142 = R::fused(R::constant(-0.037), t1967, t2141); // left_hip_yaw_link: sums of what it carries
-    t2143 = R::fused(-sin_q_right_ankle_roll, t2142, t2130); // right_hip_yaw_link: sums of what it carries
-    t2144 = R::fused(R::constant(0.03), t2009, t2143); // right_hip_yaw_link: sums of what it carries
-    t2145 = R::fused(-t2144, t1761, t2129); // other
-    t2146 = R::fused(R::constant(-0.037), t1681, t230); // left_hip_yaw_link: mass matrix
-    t2147 = cos_q_right_ankle_roll * t2146; // left_hip_yaw_link: mass matrix
-    t2148 = cos_t1 * t1536; // left_hip_roll_link: sums of what it carries
-    t2149 = R::fused(-sin_t1, t562, t2148); // left_hip_roll_link: sums of what it carries
-    t2150 = R::fused(-t196, t564, t2149); // left_hip_roll_link: sums of what it carries
-    t2151 = t2150 + t1397;
-    t2152 = R::fused(-t218, t564, t2151);
-    t2153 = t2152 + t1432; // left_hip_yaw_link: sums of what it carries
-    // left_hip_yaw_link: mass matrix
-    t2154 = R::fused(sin_q_right_ankle_roll, t2153, t2147);
-    t2155 = R::constant(0.055) * t1681;
-    t2156 = R::fused(R::constant(0.03), t2011, t2155);
-    t2157 = t2154 - t2156;
-    t2158 = R::fused(t2157, t1762, t2145); // other
-    // right_hip_roll_link: mass matrix
-    t2159 = R::fused(R::constant(-0.037), t221, t699);
-    t2160 = cos_q_right_ankle_roll * t2159;
-    t2161 = R::fused(sin_q_right_ankle_roll, t2151, t2160);
-    t2162 = R::constant(0.055) * t221;
-    t2163 = R::fused(R::constant(0.03), t2013, t2162);
-    t2164 = t2161 - t2163;
-    t2165 = R::fused(t2164, t1766, t2158); // other
-    // left_hip_roll_link: mass matrix
-    t2166 = R::fused(R::constant(-0.037), t208, t642);
-    t2167 = cos_q_right_ankle_roll * t2166;
-    t2168 = R::fused(sin_q_right_ankle_roll, t2149, t2167);
-    t2169 = R::constant(0.055) * t208;
-    t2170 = R::fused(R::constant(0.03), t2015, t2169);
-    t2171 = t2168 - t2170;
-    t2172 = R::fused(t2171, t1798, t2165); // other
-    // right_upper_leg: mass matrix
-    t2173 = R::fused(R::constant(0.037), t565, t572);
-    t2174 = cos_q_right_ankle_roll * t2173;
-    t2175 = cos_t1 * t1633;
-    t2176 = R::fused(sin_t1, t627, t2175);
-    t2177 = R::fused(-t211, t202, t2176);
-    t2178 = R::fused(-t7, t202, t2177);
-    t2179 = R::fused(-sin_q_right_ankle_roll, t2178, t2174);
-    t2180 = R::constant(0.055) * t565;
-    t2181 = R::fused(R::constant(0.03), t2018, t2180);
-    t2182 = t2179 + t2181;
-    t2183 = R::fused(-t2182, t1804, t2172); // other
-    // left_upper_leg: mass matrix
-    t2184 = R::fused(R::constant(-0.037), t500, t508);
-    t2185 = cos_q_right_ankle_roll * t2184;
-    t2186 = cos_t1 * t1618;
-    t2187 = R::fused(sin_t1, t561, t2186);
-    t2188 = R::fused(-t211, t1621, t2187);
-    t2189 = R::fused(-t7, t1621, t2188);
-    t2190 = R::fused(-sin_q_right_ankle_roll, t2189, t2185);
-    t2191 = R::constant(0.055) * t500;
-    t2192 = R::fused(R::constant(-0.03), t2021, t2191);
-    t2193 = t2190 - t2192;
-    t2194 = R::fused(t2193, t1805, t2183); // other
-    // right_lower_leg: mass matrix
-    t2195 = R::fused(R::constant(-0.037), t459, t467);
-    t2196 = cos_q_right_ankle_roll * t2195;
-    t2197 = cos_t1 * t1604;
-    t2198 = R::fused(sin_t1, t557, t2197);
-    t2199 = R::fused(-t211, t1607, t2198);
-    t2200 = R::fused(-t7, t1607, t2199);
-    t2201 = R::fused(-sin_q_right_ankle_roll, t2200, t2196);
-    t2202 = R::constant(0.055) * t459;
-    t2203 = R::fused(R::constant(-0.03), t2024, t2202);
-    t2204 = t2201 - t2203;
-    t2205 = R::fused(-t2204, t1859, t2194); // other
-    // left_lower_leg: mass matrix
-    t2206 = R::fused(R::constant(0.037), t423, t431);
-    t2207 = cos_q_right_ankle_roll * t2206;
-    t2208 = cos_t1 * t1590;
-    t2209 = R::fused(sin_t1, t601, t2208);
-    t2210 = R::fused(t211, t1594, t2209);
-    t2211 = R::fused(t7, t1594, t2210);
-    t2212 = R::fused(-sin_q_right_ankle_roll, t2211, t2207);
-    t2213 = R::constant(0.055) * t423;
-    t2214 = R::fused(R::constant(-0.03), t2027, t2213);
-    t2215 = t2212 + t2214;
-    t2216 = R::fused(t2215, t1867, t2205); // other
-    // right_ankle: mass matrix
-    t2217 = R::fused(R::constant(0.037), t386, t394);
-    t2218 = cos_q_right_ankle_roll * t2217;
-    t2219 = cos_t1 * t1577;
-    t2220 = R::fused(sin_t1, t593, t2219);
-    t2221 = R::fused(t211, t1581, t2220);
-    t2222 = R::fused(t7, t1581, t2221);
-    t2223 = R::fused(-sin_q_right_ankle_roll, t2222, t2218);
-    t2224 = R::constant(0.055) * t386;
-    t2225 = R::fused(R::constant(-0.03), t2030, t2224);
-    t2226 = t2223 + t2225;
-    t2227 = R::fused(-t2226, t1876, t2216); // other
-    // left_ankle: mass matrix
-    t2228 = R::fused(R::constant(0.037), t346, t354);
-    t2229 = cos_q_right_ankle_roll * t2228;
-    t2230 = cos_t1 * t1565;
-    t2231 = R::fused(sin_t1, t586, t2230);
-    t2232 = R::fused(t211, t1569, t2231);
-    t2233 = R::fused(t7, t1569, t2232);
-    t2234 = R::fused(-sin_q_right_ankle_roll, t2233, t2229);
-    t2235 = R::constant(0.055) * t346;
-    t2236 = R::fused(R::constant(-0.03), t2033, t2235);
-    t2237 = t2234 + t2236;
-    t2238 = R::fused(-t2237, t1886, t2227); // other
-    // right_foot: mass matrix
-    t2239 = R::fused(R::constant(0.037), t308, t316);
-    t2240 = cos_q_right_ankle_roll * t2239;
-    t2241 = cos_t1 * t1554;
-    t2242 = R::fused(sin_t1, t580, t2241);
-    t2243 = R::fused(t211, t1558, t2242);
-    t2244 = R::fused(t7, t1558, t2243);
-    t2245 = R::fused(-sin_q_right_ankle_roll, t2244, t2240);
-    t2246 = R::constant(0.055) * t308;
-    t2247 = R::fused(R::constant(-0.03), t2036, t2246);
-    t2248 = t2245 + t2247;
-    t2249 = R::fused(-t2248, t1897, t2238); // other
-    // left_foot: mass matrix
-    t2250 = R::fused(R::constant(0.037), t271, t279);
-    t2251 = cos_q_right_ankle_roll * t2250;
-    t2252 = cos_t1 * t1544;
-    t2253 = R::fused(sin_t1, t575, t2252);
-    t2254 = R::fused(t211, t1548, t2253);
-    t2255 = R::fused(t7, t1548, t2254);
-    t2256 = R::fused(-sin_q_right_ankle_roll, t2255, t2251);
-    t2257 = R::constant(0.055) * t271;
-    t2258 = R::fused(R::constant(-0.03), t2039, t2257);
-    t2259 = t2256 + t2258;
-    t2260 = R::fused(t2259, t1909, t2249); // other
-    t2261 = R::fused(-t1945, t2260, t2090); // other
-    t2262 = sin_q_right_ankle_roll * t2095; // right_hip_yaw_link: sums of what it carries
-    t2263 = R::fused(cos_q_right_ankle_roll, t2118, t2262); // right_hip_yaw_link: sums of what it carries
-    t2264 = R::fused(R::constant(0.03), t1957, t2263); // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t2265 = t893 * R::constant(0.018618449997);
-    t2266 = R::fused(t895, R::constant(0.03062), t2265);
-    t2267 = R::fused(-t930, R::constant(5.440626), t2266);
-    t2268 = t2264 + t2267;
-    t2269 = sin_q_right_ankle_roll * t1542; // right_hip_yaw_link: sums of what it carries
-    t2270 = R::fused(cos_q_right_ankle_roll, t2142, t2269); // right_hip_yaw_link: sums of what it carries
-    t2271 = R::fused(R::constant(0.03), t1965, t2270); // right_hip_yaw_link: mass matrix
-    t2272 = R::fused(-t2271, t1761, t2268); // other
-    t2273 = sin_q_right_ankle_roll * t2146; // left_hip_yaw_link: mass matrix
-    t2274 = R::fused(-cos_q_right_ankle_roll, t2153, t2273); // left_hip_yaw_link: mass matrix
-    t2275 = R::fused(R::constant(-0.03), t1968, t2274); // left_hip_yaw_link: mass matrix
-    t2276 = R::fused(t2275, t1762, t2272); // other
-    t2277 = sin_q_right_ankle_roll * t2159; // right_hip_roll_link: mass matrix
-    t2278 = R::fused(-cos_q_right_ankle_roll, t2151, t2277); // right_hip_roll_link: mass matrix
-    t2279 = R::fused(R::constant(-0.03), t1970, t2278); // right_hip_roll_link: mass matrix
-    t2280 = R::fused(t2279, t1766, t2276); // other
-    t2281 = sin_q_right_ankle_roll * t2166; // left_hip_roll_link: mass matrix
-    t2282 = R::fused(-cos_q_right_ankle_roll, t2149, t2281); // left_hip_roll_link: mass matrix
-    t2283 = R::fused(R::constant(-0.03), t1972, t2282); // left_hip_roll_link: mass matrix
-    t2284 = R::fused(t2283, t1798, t2280); // other
-    t2285 = sin_q_right_ankle_roll * t2173; // right_upper_leg: mass matrix
-    t2286 = R::fused(cos_q_right_ankle_roll, t2178, t2285); // right_upper_leg: mass matrix
-    t2287 = R::fused(R::constant(-0.03), t1975, t2286); // right_upper_leg: mass matrix
-    t2288 = R::fused(-t2287, t1804, t2284); // other
-    t2289 = sin_q_right_ankle_roll * t2184; // left_upper_leg: mass matrix
-    t2290 = R::fused(cos_q_right_ankle_roll, t2189, t2289); // left_upper_leg: mass matrix
-    t2291 = R::fused(R::constant(-0.03), t1978, t2290); // left_upper_leg: mass matrix
-    t2292 = R::fused(t2291, t1805, t2288); // other
-    t2293 = sin_q_right_ankle_roll * t2195; // right_lower_leg: mass matrix
-    t2294 = R::fused(cos_q_right_ankle_roll, t2200, t2293); // right_lower_leg: mass matrix
-    t2295 = R::fused(R::constant(-0.03), t1981, t2294); // right_lower_leg: mass matrix
-    t2296 = R::fused(-t2295, t1859, t2292); // other
-    t2297 = sin_q_right_ankle_roll * t2206; // left_lower_leg: mass matrix
-    t2298 = R::fused(cos_q_right_ankle_roll, t2211, t2297); // left_lower_leg: mass matrix
-    t2299 = R::fused(R::constant(0.03), t1984, t2298); // left_lower_leg: mass matrix
-    t2300 = R::fused(t2299, t1867, t2296); // other
-    t2301 = sin_q_right_ankle_roll * t2217; // right_ankle: mass matrix
-    t2302 = R::fused(cos_q_right_ankle_roll, t2222, t2301); // right_ankle: mass matrix
-    t2303 = R::fused(R::constant(0.03), t1987, t2302); // right_ankle: mass matrix
-    t2304 = R::fused(-t2303, t1876, t2300); // other
-    t2305 = sin_q_right_ankle_roll * t2228; // left_ankle: mass matrix
-    t2306 = R::fused(cos_q_right_ankle_roll, t2233, t2305); // left_ankle: mass matrix
-    t2307 = R::fused(R::constant(0.03), t1990, t2306); // left_ankle: mass matrix
-    t2308 = R::fused(-t2307, t1886, t2304); // other
-    t2309 = sin_q_right_ankle_roll * t2239; // right_foot: mass matrix
-    t2310 = R::fused(cos_q_right_ankle_roll, t2244, t2309); // right_foot: mass matrix
-    t2311 = R::fused(R::constant(0.03), t1993, t2310); // right_foot: mass matrix
-    t2312 = R::fused(-t2311, t1897, t2308); // other
-    t2313 = sin_q_right_ankle_roll * t2250; // left_foot: mass matrix
-    t2314 = R::fused(cos_q_right_ankle_roll, t2255, t2313); // left_foot: mass matrix
-    let (t2315, t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323);
-    t2315 = R::fused(R::constant(0.03), t1996, t2314); // left_foot: mass matrix
+    t1768 = t1766 + t1767;
+    t1769 = t757_758.first() - t1768;
+    t1770 = t1518 * t1769;
+    t1771 = t1158 * t238;
+    t1772 = sin_q_right_hip_roll * t1592;
+    t1773 = t1771 + t1772;
+    t1774 = t1437_1438.first() - t1773;
+    t1775 = R::fused(t1521, t1774, t1770);
+    t1776 = t592 * t238;
+    t1777 = R::fused(t238, R::constant(1.4516), t1776);
+    t1778 = t1592 * t256;
+    t1779 = t1777 - t1778;
+    t1780 = t1440_1441.first() + t1779;
+    t1781 = R::fused(t1529, t1780, t1775);
+    t1782 = t1624 * t238;
+    t1783 = R::constant(0.0764) * t238;
+    t1784 = R::fused(t592, t1783, t1782);
+    t1785 = t1635 * t256;
+    t1786 = t1784 - t1785;
+    t1787 = sin_q_right_hip_roll * t1637;
+    t1788 = t1786 - t1787;
+    t1789 = t1451_1452.first() - t1788;
+    t1790 = R::fused(-t16, t1789, t1781);
+    t1791 = R::constant(0.0764) * sin_q_right_hip_roll;
+    t1792 = t1158 * t1791;
+    t1793 = R::fused(-t1592, t1783, t1792);
+    t1794 = t1635 * t238;
+    t1795 = t1793 - t1794;
+    t1796 = t1647 * t256;
+    t1797 = t1795 + t1796;
+    t1798 = sin_q_right_hip_roll * t1156;
+    t1799 = t1797 - t1798;
+    t1800 = t1456_1457.first() + t1799;
+    t1801 = R::fused(t346, t1800, t1790);
+    t1802 = R::fused(R::constant(-0.0764), t757_758.first(), t762_763.first()); // right_upper_leg: mass matrix
+    t1803 = t1637 * t238;
+    t1804 = R::fused(t592, t1791, -t1803);
+    t1805 = t1156 * t256;
+    t1806 = t1804 - t1805;
+    t1807 = sin_q_right_hip_roll * t590;
+    t1808 = t1806 + t1807;
+    t1809 = t1802 - t1808;
+    t1810 = R::fused(t349, t1809, t1801);
+    t1811 = t624_625.second() * t1791;
+    t1812 = R::fused(t1346_1347.second(), t1783, t1811);
+    t1813 = t1361_1362.second() * t238;
+    t1814 = t1812 + t1813;
+    t1815 = t1366_1367.second() * t256;
+    t1816 = t1814 - t1815;
+    t1817 = sin_q_right_hip_roll * t661;
+    t1818 = t1816 + t1817;
+    t1819 = t1818 * R::constant(814.1112620933816); // factors of the mass matrix
+    t1820 = R::fused(t1533, t1819, t1810); // factors of the mass matrix
+    t1821 = t685_686.second() * t1791;
+    t1822 = R::fused(t1379_1380.second(), t1783, t1821);
+    t1823 = t1390_1391.second() * t238;
+    t1824 = t1822 - t1823;
+    t1825 = t1395_1396.second() * t256;
+    t1826 = t1824 + t1825;
+    t1827 = sin_q_right_hip_roll * t708;
+    t1828 = t1826 - t1827;
+    t1829 = R::fused(t1818, t710, t1828); // factors of the mass matrix
+    t1830 = t1829 * t713; // factors of the mass matrix
+    t1831 = R::fused(t1541, t1830, t1820); // factors of the mass matrix
+    t1832 = t728_729.second() * t1791;
+    t1833 = R::fused(t1409_1410.second(), t1783, t1832);
+    t1834 = t1420_1421.second() * t238;
+    t1835 = t1833 + t1834;
+    t1836 = t1425_1426.second() * t256;
+    t1837 = t1835 - t1836;
+    t1838 = sin_q_right_hip_roll * t741;
+    t1839 = t1837 - t1838;
+    // factors of the mass matrix
+    t1840 = R::fused(t1818, t743, t1839);
+    t1841 = R::fused(-t1829, t746, t1840);
+    t1842 = t1841 * t750;
+    t1843 = R::fused(t1550, t1842, t1831);
     // other
-    t2316 = R::fused(t2315, t1909, t2312);
-    t2317 = R::fused(t2001, t2316, t2261);
-    t2318 = t2048 * t2089;
-    t2319 = R::fused(-t2052, t2260, t2318);
-    t2320 = R::fused(t2056, t2316, t2319);
-    t2321 = t999 * t2089;
-    t2322 = R::fused(-t930, t2260, t2321);
-    t2323 = R::fused(t959, t2316, t2322);
+    t1844 = t757_758.second() * t1791;
+    t1845 = R::fused(-t1440_1441.second(), t1783, t1844);
+    t1846 = t1451_1452.second() * t238;
+    t1847 = t1845 - t1846;
+    t1848 = t1456_1457.second() * t256;
+    t1849 = t1847 + t1848;
+    t1850 = sin_q_right_hip_roll * t764;
+    t1851 = t1849 + t1850;
+    // factors of the mass matrix
+    t1852 = R::fused(-t1818, t766, t1851);
+    t1853 = R::fused(t1829, t769, t1852);
+    t1854 = R::fused(t1841, t773, t1853);
+    t1855 = t1854 * t778;
+    t1856 = R::fused(t1560, t1855, t1843);
+    // other
+    t1857 = t785_786.second() * t1791;
+    t1858 = R::fused(t580_581.second(), t1783, t1857);
+    t1859 = t1488_1489.second() * t238;
+    t1860 = t1858 + t1859;
+    t1861 = t1493_1494.second() * t256;
+    t1862 = t1860 - t1861;
+    t1863 = sin_q_right_hip_roll * t802;
+    t1864 = t1862 - t1863;
+    // factors of the mass matrix
+    t1865 = R::fused(-t1818, t808, t1864);
+    t1866 = R::fused(t1829, t815, t1865);
+    t1867 = R::fused(-t1841, t823, t1866);
+    t1868 = R::fused(t1854, t828, t1867);
+    t1869 = t1868 * t838;
+    t1870 = R::fused(t1571, t1869, t1856);
+    // other
+    t1871 = t1142_1143.second() * t238;
+    t1872 = R::fused(t582_583.second(), t1791, t1871);
+    t1873 = t1151_1152.second() * t256;
+    t1874 = t1872 - t1873;
+    t1875 = sin_q_right_hip_roll * t842;
+    t1876 = t1874 - t1875;
+    // factors of the mass matrix
+    t1877 = R::fused(t1818, t844, t1876);
+    t1878 = R::fused(-t1829, t847, t1877);
+    t1879 = R::fused(-t1841, t851, t1878);
+    t1880 = R::fused(t1854, t856, t1879);
+    t1881 = R::fused(-t1868, t862, t1880);
+    t1882 = t1881 * t869;
+    t1883 = R::fused(t1582, t1882, t1870);
+    // other
+    t1884 = t1144 * t238;
+    t1885 = R::fused(t1791, t596, -t1884);
+    t1886 = t256 * t1160;
+    t1887 = t1885 + t1886;
+    t1888 = sin_q_right_hip_roll * t594;
+    t1889 = t1887 - t1888;
+    // factors of the mass matrix
+    t1890 = R::fused(-t1818, t663, t1889);
+    t1891 = R::fused(-t1829, t714, t1890);
+    t1892 = R::fused(-t1841, t751, t1891);
+    t1893 = R::fused(-t1854, t779, t1892);
+    t1894 = R::fused(-t1868, t839, t1893);
+    t1895 = R::fused(-t1881, t870, t1894);
+    t1896 = t1895 * t872;
+    t1897 = R::fused(-t1583, t1896, t1883);
+    // other
+    t1898 = t1791 * t1673;
+    t1899 = R::fused(t1783, t1680, t1898);
+    t1900 = t238 * t1686;
+    t1901 = t1899 - t1900;
+    t1902 = t256 * t1691;
+    t1903 = t1901 + t1902;
+    t1904 = sin_q_right_hip_roll * t1696;
+    t1905 = t1903 - t1904;
+    // factors of the mass matrix
+    t1906 = R::fused(-t1818, t1701, t1905);
+    t1907 = R::fused(-t1829, t1707, t1906);
+    t1908 = R::fused(-t1841, t1714, t1907);
+    t1909 = R::fused(t1854, t1722, t1908);
+    t1910 = R::fused(-t1868, t1731, t1909);
+    t1911 = R::fused(-t1881, t1740, t1910);
+    t1912 = R::fused(-t1895, t1750, t1911);
+    t1913 = t1912 * t1762;
+    t1914 = R::fused(t1751, t1913, t1897);
+    // other
+    t1915 = t1791 * t1769;
+    t1916 = R::fused(-t1783, t1780, t1915);
+    t1917 = t238 * t1789;
+    t1918 = t1916 + t1917;
+    t1919 = t256 * t1800;
+    t1920 = t1918 - t1919;
+    t1921 = sin_q_right_hip_roll * t1809;
+    t1922 = t1920 + t1921;
+    // factors of the mass matrix
+    t1923 = R::fused(t1818, t1819, t1922);
+    t1924 = R::fused(t1829, t1830, t1923);
+    t1925 = R::fused(t1841, t1842, t1924);
+    t1926 = R::fused(t1854, t1855, t1925);
+    t1927 = R::fused(t1868, t1869, t1926);
+    t1928 = R::fused(t1881, t1882, t1927);
+    t1929 = R::fused(-t1895, t1896, t1928);
+    t1930 = R::fused(t1912, t1913, t1929);
+    t1931 = R::constant(1.0) / t1930;
+    t1932 = t1914 * t1931;
+    t1933 = R::fused(-t1914, t1932, t1764);
+    // other
+    t1934 = sin_q_right_hip_roll * t245;
+    t1935 = R::fused(-t256, t261, t1934);
+    t1936 = R::fused(R::constant(19.0), t1935, t1765);
+    t1937 = t1767 + t1936;
+    t1938 = t728_729.first() + t1937;
+    t1939 = t1518 * t1938;
+    t1940 = t238 * t261;
+    t1941 = R::fused(sin_q_right_hip_roll, t233, t1940);
+    t1942 = R::fused(R::constant(-19.0), t1941, t1771);
+    t1943 = t1772 + t1942;
+    t1944 = t1406_1407.first() + t1943;
+    t1945 = R::fused(t1521, t1944, t1939);
+    t1946 = t256 * t233;
+    t1947 = R::fused(t238, t245, t1946);
+    t1948 = R::fused(R::constant(19.0), t1947, t1776);
+    t1949 = t1778 - t1948;
+    t1950 = t1409_1410.first() - t1949;
+    t1951 = R::fused(-t1529, t1950, t1945);
+    t1952 = t1158 * t1941;
+    t1953 = R::fused(-t592, t1947, t1952);
+    t1954 = t1782 - t1953;
+    t1955 = t1785 - t1954;
+    t1956 = t1787 + t1955;
+    t1957 = t1420_1421.first() + t1956;
+    t1958 = R::fused(t16, t1957, t1951);
+    t1959 = t1158 * t1935;
+    t1960 = R::fused(-t1592, t1947, t1959);
+    t1961 = t1794 - t1960;
+    t1962 = t1796 - t1961;
+    t1963 = t1798 - t1962;
+    t1964 = t1425_1426.first() - t1963;
+    t1965 = R::fused(-t346, t1964, t1958);
+    t1966 = R::fused(R::constant(0.0764), t728_729.first(), t739_740.first()); // right_lower_leg: mass matrix
+    t1967 = t592 * t1935;
+    t1968 = R::fused(-t1592, t1941, t1967);
+    t1969 = t1803 - t1968;
+    t1970 = t1805 + t1969;
+    t1971 = t1807 - t1970;
+    t1972 = t1966 - t1971;
+    t1973 = R::fused(-t349, t1972, t1965);
+    t1974 = t624_625.second() * t1935;
+    t1975 = R::fused(-t1341_1342.second(), t1941, t1974);
+    t1976 = R::fused(t1346_1347.second(), t1947, t1975);
+    t1977 = t1813 + t1976;
+    t1978 = t1815 - t1977;
+    t1979 = t1817 - t1978;
+    t1980 = t1979 * R::constant(814.1112620933816); // factors of the mass matrix
+    t1981 = R::fused(-t1533, t1980, t1973); // factors of the mass matrix
+    t1982 = t685_686.second() * t1935;
+    t1983 = R::fused(-t1376_1377.second(), t1941, t1982);
+    t1984 = R::fused(t1379_1380.second(), t1947, t1983);
+    t1985 = t1823 - t1984;
+    t1986 = t1825 - t1985;
+    t1987 = t1827 - t1986;
+    t1988 = R::fused(-t1979, t710, t1987); // factors of the mass matrix
+    t1989 = t1988 * t713; // factors of the mass matrix
+    t1990 = R::fused(t1541, t1989, t1981); // factors of the mass matrix
+    t1991 = t728_729.second() * t1935;
+    t1992 = R::fused(-t1406_1407.second(), t1941, t1991);
+    t1993 = R::fused(t1409_1410.second(), t1947, t1992);
+    t1994 = t1834 + t1993;
+    t1995 = t1836 - t1994;
+    t1996 = t1838 + t1995;
+    // factors of the mass matrix
+    t1997 = R::fused(-t1979, t743, t1996);
+    t1998 = R::fused(-t1988, t746, t1997);
+    t1999 = t1998 * t750;
+    t2000 = R::fused(t1550, t1999, t1990);
+    // other
+    t2001 = t757_758.second() * t1935;
+    t2002 = R::fused(-t1437_1438.second(), t1941, t2001);
+    t2003 = R::fused(-t1440_1441.second(), t1947, t2002);
+    t2004 = t1846 - t2003;
+    t2005 = t1848 - t2004;
+    t2006 = t1850 + t2005;
+    // factors of the mass matrix
+    t2007 = R::fused(-t1979, t766, t2006);
+    t2008 = R::fused(-t1988, t769, t2007);
+    t2009 = R::fused(-t1998, t773, t2008);
+    t2010 = t2009 * t778;
+    t2011 = R::fused(-t1560, t2010, t2000);
+    // other
+    t2012 = t785_786.second() * t1935;
+    t2013 = R::fused(t1476_1477.second(), t1941, t2012);
+    t2014 = R::fused(t580_581.second(), t1947, t2013);
+    t2015 = t1859 + t2014;
+    t2016 = t1861 - t2015;
+    t2017 = t1863 + t2016;
+    // factors of the mass matrix
+    t2018 = R::fused(t1979, t808, t2017);
+    t2019 = R::fused(t1988, t815, t2018);
+    t2020 = R::fused(-t1998, t823, t2019);
+    t2021 = R::fused(-t2009, t828, t2020);
+    t2022 = t2021 * t838;
+    t2023 = R::fused(t1571, t2022, t2011);
+    let (
+        t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038, t2039,
+        t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052, t2053, t2054, t2055,
+        t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067, t2068, t2069, t2070, t2071,
+        t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083, t2084, t2085, t2086, t2087,
+        t2088, t2089, t2090, t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098, t2099, t2100, t2101, t2102, t2103,
+        t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112, t2113, t2114, t2115, t2116, t2117, t2118, t2119,
+        t2120, t2121, t2122, t2123, t2124, t2125, t2126, t2127, t2128, t2129, t2130, t2131, t2132, t2133, t2134, t2135,
+        t2136, t2137, t2138, t2139, t2140, t2141, t2142, t2143, t2144, t2145, t2146, t2147, t2148, t2149, t2150, t2151,
+        t2152, t2153, t2154, t2155, t2156, t2157, t2158, t2159, t2160, t2161, t2162, t2163, t2164, t2165, t2166, t2167,
+        t2168, t2169, t2170, t2171, t2172, t2173, t2174, t2175, t2176, t2177, t2178, t2179, t2180, t2181, t2182, t2183,
+        t2184, t2185, t2186, t2187, t2188, t2189, t2190, t2191, t2192, t2193, t2194, t2195, t2196, t2197, t2198, t2199,
+        t2200, t2201, t2202, t2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213, t2214, t2215,
+        t2216, t2217, t2218, t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229, t2230, t2231,
+        t2232, t2233, t2234, t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245, t2246, t2247,
+        t2248, t2249, t2250, t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259, t2260, t2261, t2262, t2263,
+        t2264, t2265, t2266, t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275, t2276, t2277, t2278, t2279,
+    );
+    // other
+    t2024 = t582_583.second() * t1935;
+    t2025 = R::fused(t1126_1127.second(), t1941, t2024);
+    t2026 = t1871 + t2025;
+    t2027 = t1873 - t2026;
+    t2028 = t1875 + t2027;
+    // factors of the mass matrix
+    t2029 = R::fused(-t1979, t844, t2028);
+    t2030 = R::fused(-t1988, t847, t2029);
+    t2031 = R::fused(-t1998, t851, t2030);
+    t2032 = R::fused(-t2009, t856, t2031);
+    t2033 = R::fused(-t2021, t862, t2032);
+    t2034 = t2033 * t869;
+    t2035 = R::fused(t1582, t2034, t2023);
+    // other
+    t2036 = t1935 * t596;
+    t2037 = R::fused(-t1128, t1941, t2036);
+    t2038 = t1884 - t2037;
+    t2039 = t1886 - t2038;
+    t2040 = t1888 - t2039;
+    // factors of the mass matrix
+    t2041 = R::fused(t1979, t663, t2040);
+    t2042 = R::fused(-t1988, t714, t2041);
+    t2043 = R::fused(-t1998, t751, t2042);
+    t2044 = R::fused(t2009, t779, t2043);
+    t2045 = R::fused(-t2021, t839, t2044);
+    t2046 = R::fused(-t2033, t870, t2045);
+    t2047 = t2046 * t872;
+    t2048 = R::fused(-t1583, t2047, t2035);
+    // other
+    t2049 = t1935 * t1673;
+    t2050 = R::fused(t1941, t1675, t2049);
+    t2051 = R::fused(t1947, t1680, t2050);
+    t2052 = t1900 - t2051;
+    t2053 = t1902 - t2052;
+    t2054 = t1904 - t2053;
+    // factors of the mass matrix
+    t2055 = R::fused(t1979, t1701, t2054);
+    t2056 = R::fused(-t1988, t1707, t2055);
+    t2057 = R::fused(-t1998, t1714, t2056);
+    t2058 = R::fused(-t2009, t1722, t2057);
+    t2059 = R::fused(-t2021, t1731, t2058);
+    t2060 = R::fused(-t2033, t1740, t2059);
+    t2061 = R::fused(-t2046, t1750, t2060);
+    t2062 = t2061 * t1762;
+    t2063 = R::fused(t1751, t2062, t2048);
+    // other
+    t2064 = t1935 * t1769;
+    t2065 = R::fused(-t1941, t1774, t2064);
+    t2066 = R::fused(-t1947, t1780, t2065);
+    t2067 = t1917 + t2066;
+    t2068 = t1919 - t2067;
+    t2069 = t1921 - t2068;
+    // factors of the mass matrix
+    t2070 = R::fused(t1979, t1819, t2069);
+    t2071 = R::fused(-t1988, t1830, t2070);
+    t2072 = R::fused(-t1998, t1842, t2071);
+    t2073 = R::fused(t2009, t1855, t2072);
+    t2074 = R::fused(-t2021, t1869, t2073);
+    t2075 = R::fused(-t2033, t1882, t2074);
+    t2076 = R::fused(t2046, t1896, t2075);
+    t2077 = R::fused(-t2061, t1913, t2076);
+    t2078 = t2077 * t1931;
+    t2079 = R::fused(t1914, t2078, t2063);
+    // other
+    t2080 = t1935 * t1938;
+    t2081 = R::fused(-t1941, t1944, t2080);
+    t2082 = R::fused(t1947, t1950, t2081);
+    t2083 = t238 * t1957;
+    t2084 = t2082 - t2083;
+    t2085 = t256 * t1964;
+    t2086 = t2084 + t2085;
+    t2087 = sin_q_right_hip_roll * t1972;
+    t2088 = t2086 - t2087;
+    // factors of the mass matrix
+    t2089 = R::fused(-t1979, t1980, t2088);
+    t2090 = R::fused(-t1988, t1989, t2089);
+    t2091 = R::fused(-t1998, t1999, t2090);
+    t2092 = R::fused(-t2009, t2010, t2091);
+    t2093 = R::fused(-t2021, t2022, t2092);
+    t2094 = R::fused(-t2033, t2034, t2093);
+    t2095 = R::fused(t2046, t2047, t2094);
+    t2096 = R::fused(-t2061, t2062, t2095);
+    t2097 = R::fused(t2077, t2078, t2096);
+    t2098 = R::constant(1.0) / t2097;
+    t2099 = t2079 * t2098;
+    t2100 = R::fused(t2079, t2099, t1933);
+    // other
+    t2101 = sin_q_right_hip_roll * t250;
+    t2102 = R::fused(-t256, t265, t2101);
+    t2103 = R::fused(R::constant(19.0), t2102, t1765);
+    t2104 = t1767 + t2103;
+    t2105 = t685_686.first() + t2104;
+    t2106 = t1518 * t2105;
+    t2107 = t238 * t265;
+    t2108 = R::fused(sin_q_right_hip_roll, t234, t2107);
+    t2109 = R::fused(R::constant(-19.0), t2108, t1771);
+    t2110 = t1772 + t2109;
+    t2111 = t1376_1377.first() + t2110;
+    t2112 = R::fused(t1521, t2111, t2106);
+    t2113 = t256 * t234;
+    t2114 = R::fused(t238, t250, t2113);
+    t2115 = R::fused(R::constant(19.0), t2114, t1776);
+    t2116 = t1778 - t2115;
+    t2117 = t1379_1380.first() - t2116;
+    t2118 = R::fused(-t1529, t2117, t2112);
+    t2119 = t1158 * t2108;
+    t2120 = R::fused(-t592, t2114, t2119);
+    t2121 = t1782 - t2120;
+    t2122 = t1785 - t2121;
+    t2123 = t1787 + t2122;
+    t2124 = t1390_1391.first() + t2123;
+    t2125 = R::fused(t16, t2124, t2118);
+    t2126 = t1158 * t2102;
+    t2127 = R::fused(-t1592, t2114, t2126);
+    t2128 = t1794 - t2127;
+    t2129 = t1796 - t2128;
+    t2130 = t1798 - t2129;
+    t2131 = t1395_1396.first() - t2130;
+    t2132 = R::fused(-t346, t2131, t2125);
+    t2133 = R::fused(R::constant(0.0764), t685_686.first(), t706_707.first()); // right_ankle: mass matrix
+    t2134 = t592 * t2102;
+    t2135 = R::fused(-t1592, t2108, t2134);
+    t2136 = t1803 - t2135;
+    t2137 = t1805 + t2136;
+    t2138 = t1807 - t2137;
+    t2139 = t2133 - t2138;
+    t2140 = R::fused(-t349, t2139, t2132);
+    t2141 = t624_625.second() * t2102;
+    t2142 = R::fused(-t1341_1342.second(), t2108, t2141);
+    t2143 = R::fused(t1346_1347.second(), t2114, t2142);
+    t2144 = t1813 + t2143;
+    t2145 = t1815 - t2144;
+    t2146 = t1817 - t2145;
+    t2147 = t2146 * R::constant(814.1112620933816); // factors of the mass matrix
+    t2148 = R::fused(-t1533, t2147, t2140); // factors of the mass matrix
+    t2149 = t685_686.second() * t2102;
+    t2150 = R::fused(-t1376_1377.second(), t2108, t2149);
+    t2151 = R::fused(t1379_1380.second(), t2114, t2150);
+    t2152 = t1823 - t2151;
+    t2153 = t1825 - t2152;
+    t2154 = t1827 - t2153;
+    t2155 = R::fused(-t2146, t710, t2154); // factors of the mass matrix
+    t2156 = t2155 * t713; // factors of the mass matrix
+    t2157 = R::fused(t1541, t2156, t2148); // factors of the mass matrix
+    t2158 = t728_729.second() * t2102;
+    t2159 = R::fused(-t1406_1407.second(), t2108, t2158);
+    t2160 = R::fused(t1409_1410.second(), t2114, t2159);
+    t2161 = t1834 + t2160;
+    t2162 = t1836 - t2161;
+    t2163 = t1838 + t2162;
+    // factors of the mass matrix
+    t2164 = R::fused(-t2146, t743, t2163);
+    t2165 = R::fused(-t2155, t746, t2164);
+    t2166 = t2165 * t750;
+    t2167 = R::fused(t1550, t2166, t2157);
+    // other
+    t2168 = t757_758.second() * t2102;
+    t2169 = R::fused(-t1437_1438.second(), t2108, t2168);
+    t2170 = R::fused(-t1440_1441.second(), t2114, t2169);
+    t2171 = t1846 - t2170;
+    t2172 = t1848 - t2171;
+    t2173 = t1850 + t2172;
+    // factors of the mass matrix
+    t2174 = R::fused(-t2146, t766, t2173);
+    t2175 = R::fused(-t2155, t769, t2174);
+    t2176 = R::fused(-t2165, t773, t2175);
+    t2177 = t2176 * t778;
+    t2178 = R::fused(-t1560, t2177, t2167);
+    // other
+    t2179 = t785_786.second() * t2102;
+    t2180 = R::fused(t1476_1477.second(), t2108, t2179);
+    t2181 = R::fused(t580_581.second(), t2114, t2180);
+    t2182 = t1859 + t2181;
+    t2183 = t1861 - t2182;
+    t2184 = t1863 + t2183;
+    // factors of the mass matrix
+    t2185 = R::fused(t2146, t808, t2184);
+    t2186 = R::fused(t2155, t815, t2185);
+    t2187 = R::fused(-t2165, t823, t2186);
+    t2188 = R::fused(-t2176, t828, t2187);
+    t2189 = t2188 * t838;
+    t2190 = R::fused(t1571, t2189, t2178);
+    // other
+    t2191 = t582_583.second() * t2102;
+    t2192 = R::fused(t1126_1127.second(), t2108, t2191);
+    t2193 = t1871 + t2192;
+    t2194 = t1873 - t2193;
+    t2195 = t1875 + t2194;
+    // factors of the mass matrix
+    t2196 = R::fused(-t2146, t844, t2195);
+    t2197 = R::fused(-t2155, t847, t2196);
+    t2198 = R::fused(-t2165, t851, t2197);
+    t2199 = R::fused(-t2176, t856, t2198);
+    t2200 = R::fused(-t2188, t862, t2199);
+    t2201 = t2200 * t869;
+    t2202 = R::fused(t1582, t2201, t2190);
+    // other
+    t2203 = t2102 * t596;
+    t2204 = R::fused(-t1128, t2108, t2203);
+    t2205 = t1884 - t2204;
+    t2206 = t1886 - t2205;
+    t2207 = t1888 - t2206;
+    // factors of the mass matrix
+    t2208 = R::fused(t2146, t663, t2207);
+    t2209 = R::fused(-t2155, t714, t2208);
+    t2210 = R::fused(-t2165, t751, t2209);
+    t2211 = R::fused(t2176, t779, t2210);
+    t2212 = R::fused(-t2188, t839, t2211);
+    t2213 = R::fused(-t2200, t870, t2212);
+    t2214 = t2213 * t872;
+    t2215 = R::fused(-t1583, t2214, t2202);
+    // other
+    t2216 = t2102 * t1673;
+    t2217 = R::fused(t2108, t1675, t2216);
+    t2218 = R::fused(t2114, t1680, t2217);
+    t2219 = t1900 - t2218;
+    t2220 = t1902 - t2219;
+    t2221 = t1904 - t2220;
+    // factors of the mass matrix
+    t2222 = R::fused(t2146, t1701, t2221);
+    t2223 = R::fused(-t2155, t1707, t2222);
+    t2224 = R::fused(-t2165, t1714, t2223);
+    t2225 = R::fused(-t2176, t1722, t2224);
+    t2226 = R::fused(-t2188, t1731, t2225);
+    t2227 = R::fused(-t2200, t1740, t2226);
+    t2228 = R::fused(-t2213, t1750, t2227);
+    t2229 = t2228 * t1762;
+    t2230 = R::fused(t1751, t2229, t2215);
+    // other
+    t2231 = t2102 * t1769;
+    t2232 = R::fused(-t2108, t1774, t2231);
+    t2233 = R::fused(-t2114, t1780, t2232);
+    t2234 = t1917 + t2233;
+    t2235 = t1919 - t2234;
+    t2236 = t1921 - t2235;
+    // factors of the mass matrix
+    t2237 = R::fused(t2146, t1819, t2236);
+    t2238 = R::fused(-t2155, t1830, t2237);
+    t2239 = R::fused(-t2165, t1842, t2238);
+    t2240 = R::fused(t2176, t1855, t2239);
+    t2241 = R::fused(-t2188, t1869, t2240);
+    t2242 = R::fused(-t2200, t1882, t2241);
+    t2243 = R::fused(t2213, t1896, t2242);
+    t2244 = R::fused(-t2228, t1913, t2243);
+    t2245 = t2244 * t1931;
+    t2246 = R::fused(t1914, t2245, t2230);
+    // other
+    t2247 = t2102 * t1938;
+    t2248 = R::fused(-t2108, t1944, t2247);
+    t2249 = R::fused(t2114, t1950, t2248);
+    t2250 = t2083 - t2249;
+    t2251 = t2085 - t2250;
+    t2252 = t2087 - t2251;
+    // factors of the mass matrix
+    t2253 = R::fused(t2146, t1980, t2252);
+    t2254 = R::fused(t2155, t1989, t2253);
+    t2255 = R::fused(t2165, t1999, t2254);
+    t2256 = R::fused(t2176, t2010, t2255);
+    t2257 = R::fused(t2188, t2022, t2256);
+    t2258 = R::fused(t2200, t2034, t2257);
+    t2259 = R::fused(-t2213, t2047, t2258);
+    t2260 = R::fused(t2228, t2062, t2259);
+    t2261 = R::fused(-t2244, t2078, t2260);
+    t2262 = t2261 * t2098;
+    t2263 = R::fused(t2079, t2262, t2246);
+    // other
+    t2264 = t2102 * t2105;
+    t2265 = R::fused(-t2108, t2111, t2264);
+    t2266 = R::fused(t2114, t2117, t2265);
+    t2267 = R::fused(-t238, t2124, t2266);
+    t2268 = R::fused(t256, t2131, t2267);
+    t2269 = R::fused(-sin_q_right_hip_roll, t2139, t2268);
+    // factors of the mass matrix
+    t2270 = R::fused(-t2146, t2147, t2269);
+    t2271 = R::fused(-t2155, t2156, t2270);
+    t2272 = R::fused(-t2165, t2166, t2271);
+    t2273 = R::fused(-t2176, t2177, t2272);
+    t2274 = R::fused(-t2188, t2189, t2273);
+    t2275 = R::fused(-t2200, t2201, t2274);
+    t2276 = R::fused(t2213, t2214, t2275);
+    t2277 = R::fused(-t2228, t2229, t2276);
+    t2278 = R::fused(t2244, t2245, t2277);
+    t2279 = R::fused(-t2261, t2262, t2278);
+    let (
+        t2280, t2281, t2282, t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291, t2292, t2293, t2294, t2295,
+        t2296, t2297, t2298, t2299, t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307_2308, t2309_2310, t2311,
+        t2312, t2313, t2314, t2315, t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323, t2324, t2325, t2326, t2327,
+        t2328, t2329, t2330, t2331, t2332_2333, t2334_2335, t2336_2337, t2338, t2339, t2340_2341, t2342_2343, t2344,
+        t2345, t2346, t2347, t2348, t2349, t2350, t2351, t2352, t2353, t2354, t2355, t2356, t2357, t2358, t2359, t2360,
+        t2361, t2362, t2363, t2364, t2365, t2366, t2367, t2368, t2369, t2370, t2371, t2372, t2373, t2374, t2375, t2376,
+        t2377, t2378, t2379, t2380, t2381, t2382, t2383, t2384, t2385, t2386, t2387, t2388, t2389, t2390, t2391, t2392,
+        t2393, t2394, t2395, t2396, t2397, t2398, t2399, t2400, t2401, t2402, t2403, t2404, t2405, t2406, t2407, t2408,
+        t2409, t2410, t2411, t2412, t2413, t2414, t2415, t2416, t2417, t2418, t2419, t2420, t2421, t2422, t2423, t2424,
+        t2425, t2426, t2427, t2428, t2429, t2430, t2431, t2432, t2433, t2434, t2435, t2436, t2437, t2438, t2439, t2440,
+        t2441, t2442, t2443, t2444, t2445, t2446, t2447, t2448, t2449, t2450, t2451, t2452, t2453, t2454, t2455, t2456,
+        t2457, t2458, t2459, t2460, t2461, t2462, t2463, t2464, t2465, t2466, t2467, t2468, t2469, t2470, t2471, t2472,
+        t2473, t2474, t2475, t2476, t2477, t2478, t2479, t2480, t2481, t2482, t2483, t2484, t2485, t2486, t2487, t2488,
+        t2489, t2490, t2491, t2492, t2493, t2494, t2495, t2496, t2497, t2498, t2499, t2500, t2501, t2502, t2503, t2504,
+        t2505, t2506, t2507, t2508, t2509, t2510, t2511, t2512, t2513, t2514, t2515, t2516, t2517, t2518, t2519, t2520,
+        t2521, t2522, t2523, t2524, t2525, t2526, t2527, t2528, t2529, t2530, t2531, t2532, t2533, t2534, t2535, t2536,
+        t2537, t2538, t2539, t2540, t2541, t2542,
+    );
+    t2280 = R::constant(1.0) / t2279;
+    t2281 = t2263 * t2280;
+    t2282 = R::fused(t2263, t2281, t2100);
+    t2283 = R::constant(1.0) / t2282;
+    // other
+    t2284 = tau_right_ankle_roll + t1060;
+    t2285 = t1588 * t369;
+    t2286 = R::fused(t1594, t1132, t2285);
+    t2287 = R::fused(t1599, t1351, t2286);
+    t2288 = R::fused(-t1639, t1147, t2287);
+    t2289 = R::fused(t1650, t1163, t2288);
+    t2290 = R::fused(t1658, t1167, t2289);
+    t2291 = t2284 - t2290;
+    t2292 = t1334 * t1518;
+    // torso: wrench that its motion needs
+    t2293 = R::constant(0.20808) * t17;
+    t2294 = R::fused(R::constant(0.0102), t28, t2293);
+    t2295 = R::fused(R::constant(-2.4915), t44, t2294);
+    t2296 = R::fused(R::constant(-19.0), t37, t2295);
+    t2297 = sin_q_left_hip_yaw * t1282; // left_hip_yaw_link: wrench handed to its parent
+    t2298 = R::fused(cos_q_left_hip_yaw, t1302, t2297); // left_hip_yaw_link: wrench handed to its parent
+    t2299 = t2296 - t2298; // left_hip_yaw_link: wrench handed to its parent
+    t2300 = sin_q_right_hip_yaw * t1313; // right_hip_yaw_link: wrench handed to its parent
+    t2301 = R::fused(cos_q_right_hip_yaw, t1323, t2300); // right_hip_yaw_link: wrench handed to its parent
+    t2302 = t2299 - t2301; // right_hip_yaw_link: wrench handed to its parent
+    t2303 = tau_base_linear_y + t2302; // other
+    t2304 = R::fused(t2303, t1521, t2292); // other
+    t2305 = sin_q_right_hip_roll * t1317; // right_hip_roll_link: wrench handed to its parent
+    t2306 = R::fused(cos_q_right_hip_roll, t1321, t2305); // right_hip_roll_link: wrench handed to its parent
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t2307_2308 = t80_81 * t72_73;
+    t2309_2310 = t106_107 + t2307_2308;
+    t2311 = R::fused(R::constant(0.008), t2309_2310.first(), -t2306); // right_hip_roll_link
+    t2312 = R::constant(0.20808) * t1172; // torso: wrench that its motion needs
+    t2313 = R::fused(R::constant(-0.0102), t44, t2312); // torso: wrench that its motion needs
+    t2314 = t26 + t1174; // torso: motion
+    t2315 = R::fused(R::constant(2.4915), t2314, t2313); // torso: wrench that its motion needs
+    t2316 = R::fused(R::constant(-19.0), t53, t2315); // torso: wrench that its motion needs
+    t2317 = sin_q_left_hip_roll * t1292; // left_hip_roll_link: wrench handed to its parent
+    t2318 = R::fused(cos_q_left_hip_roll, t1300, t2317); // left_hip_roll_link: wrench handed to its parent
+    t2319 = R::fused(R::constant(0.008), t2309_2310.second(), t2318); // left_hip_roll_link: wrench handed to its parent
+    t2320 = t2316 + t2319; // left_hip_yaw_link: wrench handed to its parent
+    t2321 = t2311 + t2320; // right_hip_yaw_link: wrench handed to its parent
+    t2322 = tau_base_linear_z + t2321; // other
+    t2323 = R::fused(-t2322, t1529, t2304); // other
+    // torso: wrench that its motion needs
+    t2324 = t44 * R::constant(1.264220977066);
+    t2325 = R::fused(R::constant(0.00220808), t1172, t2324);
+    t2326 = R::fused(R::constant(-0.0404594), t17, t2325);
+    t2327 = t1174 - t27;
+    t2328 = R::fused(R::constant(0.0014735), t2327, t2326);
+    t2329 = R::constant(0.0102) * t53;
+    t2330 = R::fused(R::constant(-2.4915), t37, t2329);
+    t2331 = t2328 - t2330;
+    t2332_2333 = both(R::constant(0.305783837533)) * t192_193; // right_hip_yaw_link, left_hip_yaw_link
+    t2334_2335 = t68_69 * t72_73; // right_hip_yaw_link, left_hip_yaw_link: motion
+    t2336_2337 = R::Two::fused(both(R::constant(-0.305963837533)), t2334_2335, t2332_2333);
+    t2338 = t2336_2337.second() - t1473; // left_hip_roll_link: wrench handed to its parent
+    t2339 = cos_q_left_hip_yaw * t2338; // left_hip_yaw_link: wrench handed to its parent
+    // right_hip_yaw_link, left_hip_yaw_link: wrench that its motion needs
+    t2340_2341 = t2307_2308 * both(R::constant(0.611747675066));
+    t2342_2343 = R::Two::fused(two(R::constant(0.008), R::constant(-0.008)), t54_55, t2340_2341);
+    t2344 = cos_q_left_hip_roll * t1211; // left_hip_roll_link: wrench handed to its parent
+    t2345 = R::fused(-sin_q_left_hip_roll, t1255, t2344); // left_hip_roll_link: wrench handed to its parent
+    t2346 = t2342_2343.second() - t2345; // left_hip_roll_link: wrench handed to its parent
+    t2347 = R::fused(sin_q_left_hip_yaw, t2346, t2339); // left_hip_yaw_link: wrench handed to its parent
+    t2348 = t2331 - t2347; // left_hip_yaw_link: wrench handed to its parent
+    t2349 = R::fused(R::constant(0.0764), t2319, t2348); // left_hip_yaw_link: wrench handed to its parent
+    t2350 = sin_q_right_hip_pitch * t1092; // right_upper_leg: wrench handed to its parent
+    t2351 = R::fused(-cos_q_right_hip_pitch, t1117, t2350); // right_upper_leg: wrench handed to its parent
+    t2352 = t1469_1470.first() + t2351; // right_upper_leg: wrench handed to its parent
+    t2353 = t2336_2337.first() - t2352; // right_hip_roll_link: wrench handed to its parent
+    t2354 = cos_q_right_hip_yaw * t2353; // right_hip_yaw_link: wrench handed to its parent
+    t2355 = cos_q_right_hip_roll * t1006; // right_hip_roll_link: wrench handed to its parent
+    t2356 = R::fused(-sin_q_right_hip_roll, t1119, t2355); // right_hip_roll_link: wrench handed to its parent
+    t2357 = t2342_2343.first() - t2356; // right_hip_roll_link: wrench handed to its parent
+    t2358 = R::fused(sin_q_right_hip_yaw, t2357, t2354); // right_hip_yaw_link: wrench handed to its parent
+    t2359 = t2349 - t2358; // right_hip_yaw_link: wrench handed to its parent
+    t2360 = R::fused(R::constant(-0.0764), t2311, t2359); // right_hip_yaw_link: wrench handed to its parent
+    t2361 = tau_base_angular_x + t2360; // other
+    t2362 = R::fused(-t2361, t16, t2323); // other
+    // torso: wrench that its motion needs
+    t2363 = t1172 * R::constant(1.360311593066);
+    t2364 = R::fused(R::constant(0.0014735), t17, t2363);
+    t2365 = R::fused(R::constant(0.00220808), t44, t2364);
+    t2366 = t26 - t27;
+    t2367 = R::fused(R::constant(-0.0404594), t2366, t2365);
+    t2368 = R::constant(2.4915) * t21;
+    t2369 = R::fused(R::constant(0.20808), t53, t2368);
+    t2370 = t2367 + t2369;
+    t2371 = sin_q_left_hip_yaw * t2338; // left_hip_yaw_link: wrench handed to its parent
+    t2372 = R::fused(-cos_q_left_hip_yaw, t2346, t2371); // left_hip_yaw_link: wrench handed to its parent
+    t2373 = t2370 + t2372; // left_hip_yaw_link: wrench handed to its parent
+    t2374 = sin_q_right_hip_yaw * t2353; // right_hip_yaw_link: wrench handed to its parent
+    t2375 = R::fused(-cos_q_right_hip_yaw, t2357, t2374); // right_hip_yaw_link: wrench handed to its parent
+    t2376 = t2373 + t2375; // right_hip_yaw_link: wrench handed to its parent
+    // other
+    t2377 = tau_base_angular_y - t2376;
+    t2378 = R::fused(t2377, t346, t2362);
+    t2379 = R::fused(-t1326, t349, t2378);
+    t2380 = t2291 - t2379;
+    // solved by the factors
+    t2381 = R::fused(t1660, t1370, t2380);
+    t2382 = R::fused(t1662, t1400, t2381);
+    t2383 = R::fused(t1664, t1431, t2382);
+    t2384 = R::fused(-t1666, t1463, t2383);
+    t2385 = R::fused(t1668, t1501, t2384);
+    t2386 = R::fused(t1670, t1514, t2385);
+    t2387 = R::fused(-t1584, t1515, t2386);
+    // other
+    t2388 = tau_right_hip_roll + t2352;
+    t2389 = t1673 * t369;
+    t2390 = R::fused(-t1675, t1132, t2389);
+    t2391 = R::fused(t1680, t1351, t2390);
+    t2392 = R::fused(t1686, t1147, t2391);
+    t2393 = R::fused(-t1691, t1163, t2392);
+    t2394 = R::fused(-t1696, t1167, t2393);
+    t2395 = t2388 + t2394;
+    t2396 = t2322 * t1682;
+    t2397 = R::fused(cos_q_right_hip_yaw, t2361, t2396);
+    t2398 = R::fused(sin_q_right_hip_yaw, t2377, t2397);
+    t2399 = t2395 - t2398;
+    // solved by the factors
+    t2400 = R::fused(t1701, t1370, t2399);
+    t2401 = R::fused(t1707, t1400, t2400);
+    t2402 = R::fused(t1714, t1431, t2401);
+    t2403 = R::fused(t1722, t1463, t2402);
+    t2404 = R::fused(t1731, t1501, t2403);
+    t2405 = R::fused(t1740, t1514, t2404);
+    t2406 = R::fused(t1750, t1515, t2405);
+    t2407 = R::fused(-t1763, t2406, t2387);
+    // other
+    t2408 = tau_right_hip_pitch + t1005;
+    t2409 = t1769 * t369;
+    t2410 = R::fused(t1774, t1132, t2409);
+    t2411 = R::fused(-t1780, t1351, t2410);
+    t2412 = R::fused(-t1789, t1147, t2411);
+    t2413 = R::fused(t1800, t1163, t2412);
+    t2414 = R::fused(t1809, t1167, t2413);
+    t2415 = t2408 + t2414;
+    t2416 = t1334 * t1791;
+    t2417 = R::fused(t2322, t1783, t2416);
+    t2418 = t2361 * t238;
+    t2419 = t2417 + t2418;
+    t2420 = t2377 * t256;
+    t2421 = t2419 - t2420;
+    t2422 = sin_q_right_hip_roll * t1326;
+    t2423 = t2421 - t2422;
+    t2424 = t2415 + t2423;
+    // solved by the factors
+    t2425 = R::fused(-t1819, t1370, t2424);
+    t2426 = R::fused(-t1830, t1400, t2425);
+    t2427 = R::fused(-t1842, t1431, t2426);
+    t2428 = R::fused(t1855, t1463, t2427);
+    t2429 = R::fused(-t1869, t1501, t2428);
+    t2430 = R::fused(-t1882, t1514, t2429);
+    t2431 = R::fused(t1896, t1515, t2430);
+    t2432 = R::fused(t1913, t2406, t2431);
+    t2433 = R::fused(t1932, t2432, t2407);
+    // other
+    t2434 = tau_right_knee_pitch + t985;
+    t2435 = t1938 * t369;
+    t2436 = R::fused(t1944, t1132, t2435);
+    t2437 = R::fused(t1950, t1351, t2436);
+    t2438 = R::fused(t1957, t1147, t2437);
+    t2439 = R::fused(-t1964, t1163, t2438);
+    t2440 = R::fused(-t1972, t1167, t2439);
+    t2441 = t2434 - t2440;
+    t2442 = t1334 * t1935;
+    t2443 = R::fused(-t2303, t1941, t2442);
+    t2444 = R::fused(t2322, t1947, t2443);
+    t2445 = t2418 + t2444;
+    t2446 = t2420 - t2445;
+    t2447 = t2422 + t2446;
+    t2448 = t2441 - t2447;
+    // solved by the factors
+    t2449 = R::fused(-t1980, t1370, t2448);
+    t2450 = R::fused(t1989, t1400, t2449);
+    t2451 = R::fused(t1999, t1431, t2450);
+    t2452 = R::fused(t2010, t1463, t2451);
+    t2453 = R::fused(t2022, t1501, t2452);
+    t2454 = R::fused(t2034, t1514, t2453);
+    t2455 = R::fused(-t2047, t1515, t2454);
+    t2456 = R::fused(-t2062, t2406, t2455);
+    t2457 = R::fused(-t2078, t2432, t2456);
+    t2458 = R::fused(t2099, t2457, t2433);
+    // other
+    t2459 = tau_right_ankle_pitch + t961;
+    t2460 = t2105 * t369;
+    t2461 = R::fused(t2111, t1132, t2460);
+    t2462 = R::fused(t2117, t1351, t2461);
+    t2463 = R::fused(t2124, t1147, t2462);
+    t2464 = R::fused(-t2131, t1163, t2463);
+    t2465 = R::fused(-t2139, t1167, t2464);
+    t2466 = t2459 - t2465;
+    t2467 = t1334 * t2102;
+    t2468 = R::fused(-t2303, t2108, t2467);
+    t2469 = R::fused(t2322, t2114, t2468);
+    t2470 = t2418 + t2469;
+    t2471 = t2420 - t2470;
+    t2472 = t2422 + t2471;
+    t2473 = t2466 - t2472;
+    // solved by the factors
+    t2474 = R::fused(-t2147, t1370, t2473);
+    t2475 = R::fused(t2156, t1400, t2474);
+    t2476 = R::fused(t2166, t1431, t2475);
+    t2477 = R::fused(t2177, t1463, t2476);
+    t2478 = R::fused(t2189, t1501, t2477);
+    t2479 = R::fused(t2201, t1514, t2478);
+    t2480 = R::fused(-t2214, t1515, t2479);
+    t2481 = R::fused(-t2229, t2406, t2480);
+    t2482 = R::fused(-t2245, t2432, t2481);
+    t2483 = R::fused(t2262, t2457, t2482);
+    t2484 = R::fused(t2281, t2483, t2458);
+    t2485 = t2283 * t2484; // other
+    t2486 = R::fused(-t1584, t2485, t1516);
+    t2487 = t2280 * t2483; // other
+    t2488 = R::fused(-t2281, t2485, t2487);
+    t2489 = R::fused(t2214, t2488, t2486);
+    t2490 = t2098 * t2457; // other
+    t2491 = R::fused(-t2099, t2485, t2490);
+    t2492 = R::fused(t2262, t2488, t2491);
+    t2493 = R::fused(t2047, t2492, t2489);
+    t2494 = t1931 * t2432; // other
+    t2495 = R::fused(t1932, t2485, t2494);
+    t2496 = R::fused(t2245, t2488, t2495);
+    t2497 = R::fused(-t2078, t2492, -t2496);
+    t2498 = R::fused(-t1896, t2497, t2493);
+    t2499 = t1762 * t2406; // other
+    t2500 = R::fused(t1763, t2485, t2499);
+    t2501 = R::fused(-t2229, t2488, t2500);
+    t2502 = R::fused(-t2062, t2492, t2501);
+    t2503 = R::fused(t1913, t2497, t2502);
+    t2504 = R::fused(t1750, t2503, -t2498);
+    // other
+    t2505 = R::constant(0.0764) * t2504;
+    t2506 = R::fused(-t1791, t2497, -t2505);
+    t2507 = R::fused(-t1935, t2492, t2506);
+    t2508 = R::fused(-t2102, t2488, t2507);
+    t2509 = R::fused(-t1518, t2485, t2508);
+    t2510 = t369 - t2509;
+    t2511 = t1941 * t2492;
+    t2512 = R::fused(t2108, t2488, t2511);
+    t2513 = R::fused(-t1521, t2485, t2512);
+    t2514 = t1132 - t2513;
+    t2515 = t1682 * t2503;
+    t2516 = R::fused(-t1783, t2497, t2515);
+    t2517 = R::fused(-t1947, t2492, t2516);
+    t2518 = R::fused(-t2114, t2488, t2517);
+    t2519 = R::fused(t1529, t2485, t2518);
+    t2520 = t1351 - t2519;
+    t2521 = cos_q_right_hip_yaw * t2503;
+    t2522 = R::fused(-t238, t2497, t2521);
+    t2523 = R::fused(-t238, t2492, t2522);
+    t2524 = R::fused(-t238, t2488, t2523);
+    t2525 = R::fused(t16, t2485, t2524);
+    t2526 = t1147 + t2525;
+    t2527 = -t2526;
+    t2528 = sin_q_right_hip_yaw * t2503;
+    t2529 = R::fused(t256, t2497, t2528);
+    t2530 = R::fused(t256, t2492, t2529);
+    t2531 = R::fused(t256, t2488, t2530);
+    t2532 = R::fused(-t346, t2485, t2531);
+    t2533 = t1163 - t2532;
+    t2534 = R::fused(-sin_q_right_hip_roll, t2497, -t2504);
+    t2535 = R::fused(-sin_q_right_hip_roll, t2492, t2534);
+    t2536 = R::fused(-sin_q_right_hip_roll, t2488, t2535);
+    t2537 = R::fused(-t349, t2485, t2536);
+    t2538 = t2537 - t1167;
+    t2539 = -t2485;
+    t2540 = t869 * t1514;
+    // solved by the factors
+    t2541 = R::fused(-t1670, t2485, t2540);
+    t2542 = R::fused(t2201, t2488, t2541);
+    let (
+        t2543, t2544, t2545, t2546, t2547, t2548, t2549, t2550, t2551, t2552, t2553, t2554, t2555, t2556, t2557, t2558,
+        t2559, t2560, t2561, t2562, t2563, t2564, t2565, t2566, t2567, t2568, t2569, t2570, t2571, t2572, t2573, t2574,
+        t2575, t2576, t2577, t2578, t2579, t2580, t2581, t2582, t2583, t2584, t2585, t2586, t2587, t2588, t2589, t2590,
+        t2591, t2592, t2593, t2594, t2595, t2596, t2597, t2598, t2599, t2600, t2601, t2602, t2603, t2604, t2605, t2606,
+        t2607, t2608, t2609, t2610, t2611, t2612, t2613, t2614, t2615, t2616, t2617, t2618, t2619, t2620, t2621, t2622,
+        t2623, t2624, t2625, t2626, t2627, t2628, t2629, t2630, t2631, t2632, t2633, t2634, t2635, t2636, t2637, t2638,
+        t2639, t2640, t2641, t2642, t2643, t2644, t2645, t2646, t2647, t2648, t2649, t2650, t2651, t2652, t2653, t2654,
+        t2655, t2656, t2657, t2658, t2659, t2660, t2661, t2662, t2663, t2664, t2665, t2666, t2667, t2668, t2669, t2670,
+        t2671, t2672, t2673, t2674, t2675, t2676, t2677, t2678, t2679, t2680, t2681, t2682, t2683, t2684, t2685, t2686,
+        t2687, t2688, t2689, t2690, t2691, t2692, t2693, t2694, t2695, t2696, t2697, t2698, t2699, t2700, t2701, t2702,
+        t2703, t2704, t2705, t2706, t2707, t2708, t2709, t2710, t2711, t2712, t2713, t2714, t2715, t2716, t2717, t2718,
+        t2719, t2720, t2721, t2722, t2723, t2724, t2725, t2726, t2727, t2728, t2729, t2730, t2731, t2732, t2733, t2734,
+        t2735, t2736, t2737, t2738, t2739, t2740, t2741, t2742, t2743, t2744, t2745, t2746, t2747, t2748, t2749,
+    );
+    t2543 = R::fused(t2034, t2492, t2542);
+    t2544 = R::fused(-t1882, t2497, t2543);
+    t2545 = R::fused(t1740, t2503, t2544);
+    t2546 = R::fused(-t870, t2504, t2545);
+    t2547 = t838 * t1501; // other
+    t2548 = R::fused(-t1668, t2485, t2547);
+    t2549 = R::fused(t2189, t2488, t2548);
+    t2550 = R::fused(t2022, t2492, t2549);
+    t2551 = R::fused(-t1869, t2497, t2550);
+    t2552 = R::fused(t1731, t2503, t2551);
+    t2553 = R::fused(-t839, t2504, t2552);
+    t2554 = R::fused(-t862, t2546, t2553);
+    t2555 = t778 * t1463; // other
+    t2556 = R::fused(t1666, t2485, t2555);
+    t2557 = R::fused(t2177, t2488, t2556);
+    t2558 = R::fused(t2010, t2492, t2557);
+    t2559 = R::fused(t1855, t2497, t2558);
+    t2560 = R::fused(t1722, t2503, t2559);
+    t2561 = R::fused(t779, t2504, t2560);
+    t2562 = R::fused(-t856, t2546, t2561);
+    t2563 = R::fused(-t828, t2554, t2562);
+    t2564 = t750 * t1431; // other
+    t2565 = R::fused(-t1664, t2485, t2564);
+    t2566 = R::fused(t2166, t2488, t2565);
+    t2567 = R::fused(t1999, t2492, t2566);
+    t2568 = R::fused(-t1842, t2497, t2567);
+    t2569 = R::fused(t1714, t2503, t2568);
+    t2570 = R::fused(-t751, t2504, t2569);
+    t2571 = R::fused(-t851, t2546, t2570);
+    t2572 = R::fused(-t823, t2554, t2571);
+    t2573 = R::fused(-t773, t2563, t2572);
+    t2574 = t713 * t1400; // other
+    t2575 = R::fused(-t1662, t2485, t2574);
+    t2576 = R::fused(t2156, t2488, t2575);
+    t2577 = R::fused(t1989, t2492, t2576);
+    t2578 = R::fused(-t1830, t2497, t2577);
+    t2579 = R::fused(t1707, t2503, t2578);
+    t2580 = R::fused(-t714, t2504, t2579);
+    t2581 = R::fused(-t847, t2546, t2580);
+    t2582 = R::fused(t815, t2554, t2581);
+    t2583 = R::fused(-t769, t2563, t2582);
+    t2584 = R::fused(-t746, t2573, t2583);
+    t2585 = R::constant(814.1112620933816) * t1370; // other
+    t2586 = R::fused(-t1660, t2485, t2585);
+    t2587 = R::fused(-t2147, t2488, t2586);
+    t2588 = R::fused(-t1980, t2492, t2587);
+    t2589 = R::fused(-t1819, t2497, t2588);
+    t2590 = R::fused(t1701, t2503, t2589);
+    t2591 = R::fused(-t663, t2504, t2590);
+    t2592 = R::fused(t844, t2546, t2591);
+    t2593 = R::fused(-t808, t2554, t2592);
+    t2594 = R::fused(t766, t2563, t2593);
+    t2595 = R::fused(t743, t2573, t2594);
+    t2596 = R::fused(t710, t2584, t2595);
+    t2597 = q_base_qz * t0; // torso: motion
+    t2598 = t49 + t2597; // torso: motion
+    t2599 = R::constant(1.0) - t2598; // torso: motion
+    // other
+    t2600 = t596 * t2504;
+    t2601 = R::fused(t1673, t2503, -t2600);
+    t2602 = R::fused(t1769, t2497, t2601);
+    t2603 = R::fused(-t1938, t2492, t2602);
+    t2604 = R::fused(-t2105, t2488, t2603);
+    t2605 = R::fused(t1588, t2485, t2604);
+    t2606 = R::fused(-t582_583.second(), t2546, t2605);
+    t2607 = R::fused(-t785_786.second(), t2554, t2606);
+    t2608 = R::fused(t757_758.second(), t2563, t2607);
+    t2609 = R::fused(-t728_729.second(), t2573, t2608);
+    t2610 = R::fused(-t685_686.second(), t2584, t2609);
+    t2611 = R::fused(-t624_625.second(), t2596, t2610);
+    t2612 = R::constant(19.0) * t369;
+    t2613 = R::fused(-t1158, t1163, t2612);
+    t2614 = R::fused(t592, t1167, t2613);
+    t2615 = t1334 - t2614;
+    t2616 = t2611 + t2615;
+    t2617 = t2599 * t2616;
+    t2618 = q_base_qx * t2; // torso: motion
+    t2619 = q_base_qw * t0; // torso: motion
+    t2620 = t2618 - t2619; // torso: motion
+    t2621 = t1128 * t2504;
+    t2622 = R::fused(-t1675, t2503, -t2621);
+    t2623 = R::fused(t1774, t2497, t2622);
+    t2624 = R::fused(-t1944, t2492, t2623);
+    t2625 = R::fused(-t2111, t2488, t2624);
+    t2626 = R::fused(t1594, t2485, t2625);
+    t2627 = R::fused(t1126_1127.second(), t2546, t2626);
+    t2628 = R::fused(t1476_1477.second(), t2554, t2627);
+    t2629 = R::fused(t1437_1438.second(), t2563, t2628);
+    t2630 = R::fused(-t1406_1407.second(), t2573, t2629);
+    t2631 = R::fused(-t1376_1377.second(), t2584, t2630);
+    t2632 = R::fused(-t1341_1342.second(), t2596, t2631);
+    t2633 = R::constant(19.0) * t1132;
+    t2634 = R::fused(-t1158, t1147, t2633);
+    t2635 = R::fused(t1592, t1167, t2634);
+    t2636 = t2303 - t2635;
+    t2637 = t2632 + t2636;
+    t2638 = R::fused(t2620, t2637, t2617);
+    t2639 = t1 + t3; // torso: motion
+    t2640 = t1680 * t2503;
+    t2641 = R::fused(-t1780, t2497, t2640);
+    t2642 = R::fused(-t1950, t2492, t2641);
+    t2643 = R::fused(-t2117, t2488, t2642);
+    t2644 = R::fused(t1599, t2485, t2643);
+    t2645 = R::fused(-t580_581.second(), t2554, t2644);
+    t2646 = R::fused(-t1440_1441.second(), t2563, t2645);
+    t2647 = R::fused(-t1409_1410.second(), t2573, t2646);
+    t2648 = R::fused(-t1379_1380.second(), t2584, t2647);
+    t2649 = R::fused(-t1346_1347.second(), t2596, t2648);
+    t2650 = R::constant(19.0) * t1351;
+    t2651 = R::fused(-t592, t1147, t2650);
+    t2652 = R::fused(t1592, t1163, t2651);
+    t2653 = t2322 - t2652;
+    t2654 = t2649 + t2653;
+    t2655 = R::fused(-t2639, t2654, -t2638);
+    t2656 = t2618 + t2619; // torso: motion
+    t2657 = t2656 * t2616;
+    t2658 = t48 + t2597; // torso: motion
+    t2659 = R::constant(1.0) - t2658; // torso: motion
+    t2660 = R::fused(t2659, t2637, t2657);
+    t2661 = t32 - t34; // torso: motion
+    t2662 = R::fused(-t2661, t2654, -t2660);
+    t2663 = t4 * t2616;
+    t2664 = R::fused(t35, t2637, t2663);
+    t2665 = R::fused(-t51, t2654, -t2664);
+    t2666 = t1144 * t2504;
+    t2667 = R::fused(t1686, t2503, -t2666);
+    t2668 = R::fused(-t1789, t2497, t2667);
+    t2669 = R::fused(-t1957, t2492, t2668);
+    t2670 = R::fused(-t2124, t2488, t2669);
+    t2671 = R::fused(-t1639, t2485, t2670);
+    t2672 = R::fused(t1142_1143.second(), t2546, t2671);
+    t2673 = R::fused(t1488_1489.second(), t2554, t2672);
+    t2674 = R::fused(t1451_1452.second(), t2563, t2673);
+    t2675 = R::fused(t1420_1421.second(), t2573, t2674);
+    t2676 = R::fused(-t1390_1391.second(), t2584, t2675);
+    t2677 = R::fused(t1361_1362.second(), t2596, t2676);
+    t2678 = t1158 * t1132;
+    t2679 = R::fused(t592, t1351, t2678);
+    t2680 = R::fused(-t1624, t1147, t2679);
+    t2681 = R::fused(t1635, t1163, t2680);
+    t2682 = R::fused(-t1637, t1167, t2681);
+    t2683 = t2361 - t2682;
+    t2684 = t2677 - t2683;
+    t2685 = R::constant(0.03) * t346;
+    t2686 = R::fused(R::constant(0.055), t258, t2685);
+    t2687 = t255 - t2686;
+    t2688 = t2654 * t2687;
+    t2689 = R::constant(0.03) * t349;
+    t2690 = R::fused(R::constant(-0.055), t272, t2689);
+    t2691 = t270 + t2690;
+    t2692 = R::fused(-t2637, t2691, t2688);
+    t2693 = t2684 - t2692;
+    t2694 = t2599 * t2693;
+    t2695 = t1160 * t2504;
+    t2696 = R::fused(t1691, t2503, -t2695);
+    t2697 = R::fused(-t1800, t2497, t2696);
+    t2698 = R::fused(-t1964, t2492, t2697);
+    t2699 = R::fused(-t2131, t2488, t2698);
+    t2700 = R::fused(-t1650, t2485, t2699);
+    t2701 = R::fused(t1151_1152.second(), t2546, t2700);
+    t2702 = R::fused(t1493_1494.second(), t2554, t2701);
+    t2703 = R::fused(t1456_1457.second(), t2563, t2702);
+    t2704 = R::fused(t1425_1426.second(), t2573, t2703);
+    t2705 = R::fused(-t1395_1396.second(), t2584, t2704);
+    t2706 = R::fused(t1366_1367.second(), t2596, t2705);
+    t2707 = t1158 * t369;
+    t2708 = R::fused(-t1592, t1351, t2707);
+    t2709 = R::fused(t1635, t1147, t2708);
+    t2710 = R::fused(-t1647, t1163, t2709);
+    t2711 = R::fused(-t1156, t1167, t2710);
+    t2712 = t2377 + t2711;
+    t2713 = t2706 - t2712;
+    t2714 = t2616 * t2691;
+    t2715 = R::constant(0.03) * t16;
+    t2716 = R::fused(R::constant(0.055), t240, t2715);
+    t2717 = t237 + t2716;
+    t2718 = R::fused(-t2654, t2717, t2714);
+    t2719 = t2713 - t2718;
+    t2720 = R::fused(t2620, t2719, t2694);
+    t2721 = t594 * t2504;
+    t2722 = R::fused(t1696, t2503, -t2721);
+    t2723 = R::fused(-t1809, t2497, t2722);
+    t2724 = R::fused(-t1972, t2492, t2723);
+    t2725 = R::fused(-t2139, t2488, t2724);
+    t2726 = R::fused(-t1658, t2485, t2725);
+    t2727 = R::fused(-t842, t2546, t2726);
+    t2728 = R::fused(-t802, t2554, t2727);
+    t2729 = R::fused(-t764, t2563, t2728);
+    t2730 = R::fused(-t741, t2573, t2729);
+    t2731 = R::fused(-t708, t2584, t2730);
+    t2732 = R::fused(t661, t2596, t2731);
+    t2733 = t592 * t369;
+    t2734 = R::fused(t1592, t1132, t2733);
+    t2735 = R::fused(t1637, t1147, t2734);
+    t2736 = R::fused(t1156, t1163, t2735);
+    t2737 = R::fused(t590, t1167, t2736);
+    t2738 = t1326 + t2737;
+    t2739 = t2732 + t2738;
+    t2740 = t2637 * t2717;
+    t2741 = R::fused(-t2616, t2687, t2740);
+    t2742 = t2739 + t2741;
+    t2743 = R::fused(-t2639, t2742, t2720);
+    t2744 = t2656 * t2693;
+    t2745 = R::fused(t2659, t2719, t2744);
+    t2746 = R::fused(-t2661, t2742, t2745);
+    t2747 = t4 * t2693;
+    t2748 = R::fused(t35, t2719, t2747);
+    t2749 = R::fused(-t51, t2742, t2748);
     *out = [[
-        t1814, t1826, t1844, t1845, t1850, t1852, t1805, t1804, t1798, t1766, t1762, t1761, t1859, t1867, t1876, t1886,
-        t1897, t1909, t2041, t2057, t2060, t2317, t2320, t2323,
+        t2510, t2514, t2520, t2527, t2533, t2538, t2504, t2503, t2497, t2492, t2488, t2539, t2546, t2554, t2563, t2573,
+        t2584, t2596, t2655, t2662, t2665, t2743, t2746, t2749,
     ]];
 }
 }
@@ -6785,7 +6815,7 @@ pub(super) fn constrained_dynamics_of_double_support_left_program<R: Real>(
 /// Rows: all the elements of [`v`](super::V_NAMES), then `left_foot/force/x`, `left_foot/force/y`, `left_foot/force/z`,
 /// `left_foot/moment/x`, `left_foot/moment/y`, `left_foot/moment/z`; m/s², then rad/s², then N, then N m.
 /// Source: (4.23), Table 4.1, corrected.
-/// 3542 operations: 400 add, 687 mul, 1222 fused, 11 div, 14 sin_cos. For two limbs at once: 6 pairs of them.
+/// 4135 operations: 539 add, 815 mul, 1385 fused, 11 div, 12 sin_cos. For two limbs at once: 495 pairs of them.
 #[inline]
 pub fn constrained_dynamics_of_left_support<R: Real>(
     q: &SVector<R, NQ>,
@@ -6868,2622 +6898,2652 @@ pub(super) fn constrained_dynamics_of_left_support_program<R: Real>(
     let tau_left_knee_pitch = tau[15];
     let tau_left_ankle_pitch = tau[16];
     let tau_left_ankle_roll = tau[17];
-    let t0 = q_left_knee_pitch + q_left_ankle_pitch;
-    let t1 = q_left_hip_pitch + t0;
-    let t2 = q_right_hip_yaw - q_left_hip_yaw;
-    let t3 = q_right_hip_pitch + q_right_knee_pitch;
-    let t4 = q_right_ankle_pitch + t3;
     let (
         [
-            sin_q_right_hip_roll, sin_q_left_hip_roll, sin_q_left_hip_yaw, sin_q_right_hip_pitch, sin_q_left_hip_pitch,
-            sin_q_left_knee_pitch, sin_q_left_ankle_pitch, sin_q_right_ankle_roll, sin_q_left_ankle_roll, sin_t0,
-            sin_t1, sin_t2, sin_t3, sin_t4,
+            sin_q_right_hip_yaw, sin_q_left_hip_yaw, sin_q_right_hip_roll, sin_q_left_hip_roll, sin_q_right_hip_pitch,
+            sin_q_left_hip_pitch, sin_q_right_knee_pitch, sin_q_left_knee_pitch, sin_q_right_ankle_pitch,
+            sin_q_left_ankle_pitch, sin_q_right_ankle_roll, sin_q_left_ankle_roll,
         ],
         [
-            cos_q_right_hip_roll, cos_q_left_hip_roll, cos_q_left_hip_yaw, cos_q_right_hip_pitch, cos_q_left_hip_pitch,
-            cos_q_left_knee_pitch, cos_q_left_ankle_pitch, cos_q_right_ankle_roll, cos_q_left_ankle_roll, cos_t0,
-            cos_t1, cos_t2, cos_t3, cos_t4,
+            cos_q_right_hip_yaw, cos_q_left_hip_yaw, cos_q_right_hip_roll, cos_q_left_hip_roll, cos_q_right_hip_pitch,
+            cos_q_left_hip_pitch, cos_q_right_knee_pitch, cos_q_left_knee_pitch, cos_q_right_ankle_pitch,
+            cos_q_left_ankle_pitch, cos_q_right_ankle_roll, cos_q_left_ankle_roll,
         ],
     ) = R::sin_cos_all([
-        q_right_hip_roll, q_left_hip_roll, q_left_hip_yaw, q_right_hip_pitch, q_left_hip_pitch, q_left_knee_pitch,
-        q_left_ankle_pitch, q_right_ankle_roll, q_left_ankle_roll, t0, t1, t2, t3, t4,
+        q_right_hip_yaw, q_left_hip_yaw, q_right_hip_roll, q_left_hip_roll, q_right_hip_pitch, q_left_hip_pitch,
+        q_right_knee_pitch, q_left_knee_pitch, q_right_ankle_pitch, q_left_ankle_pitch, q_right_ankle_roll,
+        q_left_ankle_roll,
     ]);
     let (
-        t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22, t23, t24, t25, t26, t27,
-        t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38, t39, t40, t41, t42, t43, t44, t45_46, t47, t48, t49, t50,
-        t51, t52, t53, t54, t55, t56, t57, t58, t59, t60, t61, t62, t63, t64, t65, t66, t67, t68, t69, t70, t71, t72,
-        t73, t74, t75, t76, t77_78, t79, t80, t81, t82, t83, t84, t85, t86, t87, t88, t89, t90, t91, t92, t93, t94, t95,
-        t96, t97, t98, t99, t100, t101, t102, t103, t104, t105, t106, t107, t108, t109, t110, t111, t112, t113, t114,
-        t115, t116, t117, t118, t119, t120, t121, t122, t123, t124, t125, t126, t127, t128, t129, t130, t131, t132,
-        t133, t134, t135, t136, t137, t138, t139, t140, t141, t142, t143, t144, t145, t146, t147, t148, t149, t150,
-        t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164, t165, t166, t167, t168,
-        t169, t170, t171, t172, t173, t174, t175, t176, t177, t178, t179, t180, t181, t182, t183, t184, t185, t186,
-        t187, t188, t189, t190, t191, t192, t193, t194, t195, t196, t197, t198, t199, t200, t201, t202, t203, t204,
-        t205, t206, t207, t208, t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222,
-        t223, t224, t225, t226, t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240,
-        t241, t242, t243, t244, t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258,
-        t259, t260, t261, t262,
+        t0, t1, t2, t3, t4, t5, t6, t7, t8, t9, t10, t11, t12, t13, t14, t15, t16, t17, t18, t19, t20, t21, t22_23,
+        t24_25, t26, t27, t28, t29, t30, t31, t32, t33, t34, t35, t36, t37, t38_39, t40_41, t42_43, t44, t45, t46, t47,
+        t48, t49, t50, t51, t52, t53, t54_55, t56_57, t58_59, t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73,
+        t74_75, t76_77, t78_79, t80_81, t82_83, t84_85, t86_87, t88_89, t90_91, t92_93, t94_95, t96_97, t98_99,
+        t100_101, t102_103, t104_105, t106_107, t108_109, t110_111, t112_113, t114_115, t116_117, t118_119, t120_121,
+        t122_123, t124_125, t126_127, t128_129, t130_131, t132_133, t134_135, t136_137, t138_139, t140_141, t142_143,
+        t144_145, t146_147, t148_149, t150_151, t152_153, t154_155, t156_157, t158_159, t160_161, t162_163, t164_165,
+        t166_167, t168_169, t170_171, t172_173, t174_175, t176, t177_178, t179_180, t181, t182, t183, t184_185,
+        t186_187, t188_189, t190_191, t192_193, t194_195, t196_197, t198_199, t200_201, t202_203, t204_205, t206_207,
+        t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221, t222_223, t224_225, t226_227, t228_229,
+        t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244, t245, t246, t247,
+        t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260, t261, t262, t263, t264, t265,
+        t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276_277, t278_279, t280_281, t282, t283, t284,
+        t285, t286, t287, t288, t289, t290, t291, t292, t293, t294_295, t296_297, t298_299, t300_301, t302, t303_304,
+        t305_306, t307, t308_309, t310_311, t312_313, t314_315, t316_317, t318, t319, t320_321, t322_323, t324_325,
+        t326_327, t328_329, t330_331, t332, t333_334, t335_336, t337, t338_339, t340_341, t342, t343, t344, t345, t346,
+        t347, t348, t349, t350, t351, t352, t353, t354, t355, t356, t357, t358, t359, t360_361, t362, t363, t364, t365,
+        t366, t367, t368, t369, t370_371, t372_373,
     );
-    t5 = v_base_angular_y * v_base_linear_z; // torso: motion
-    t6 = R::fused(-v_base_angular_z, v_base_linear_y, t5); // torso: motion
-    t7 = R::constant(0.273) * sin_q_left_ankle_pitch;
-    t8 = cos_q_right_ankle_roll * R::constant(0.001221); // right_foot: sums of what it carries
-    t9 = sin_q_right_ankle_roll * sin_q_right_ankle_roll; // right_foot: sums of what it carries
-    t10 = R::constant(0.00009166667) * t9; // right_foot: sums of what it carries
-    t11 = t10 + R::constant(0.0005683333315); // left_foot: sums of what it carries
-    t12 = t8 + t11; // left_foot: sums of what it carries
-    t13 = R::constant(0.0039379874985) + t12; // right_foot: sums of what it carries
-    t14 = R::constant(0.273) * sin_t3; // right_foot: motion
-    // right_foot: sums of what it carries
-    t15 = R::constant(0.0165) * cos_q_right_ankle_roll;
-    t16 = R::constant(0.023125) + t15;
-    t17 = t16 * sin_t4;
-    t18 = R::fused(R::constant(-0.0154), cos_t4, t17);
-    t19 = t14 * t18;
-    t20 = R::constant(2.0) * t19;
-    t21 = R::constant(0.273) * cos_t3; // right_foot: motion
-    t22 = t16 * cos_t4;
-    t23 = R::fused(R::constant(0.0154), sin_t4, t22);
-    t24 = t21 * t23;
-    t25 = R::constant(2.0) * t24;
-    t26 = t20 + t25;
-    t27 = t13 + t26;
-    t28 = R::constant(0.07325338333) + t27; // left_ankle: sums of what it carries
-    t29 = sin_q_right_hip_pitch * R::constant(0.315); // left_ankle: motion
-    // left_ankle: sums of what it carries
-    t30 = R::constant(0.3111) * sin_t3;
-    t31 = R::fused(R::constant(-0.008), cos_t3, t30);
-    t32 = t18 + t31;
-    t33 = t29 * t32;
-    t34 = R::constant(2.0) * t33;
-    t35 = cos_q_right_hip_pitch * R::constant(0.315); // left_ankle: motion
-    t36 = R::constant(0.3111) * cos_t3;
-    t37 = R::fused(R::constant(0.008), sin_t3, t36);
-    t38 = t23 + t37;
-    t39 = t35 * t38;
-    t40 = R::constant(2.0) * t39;
-    t41 = t34 + t40;
-    t42 = t28 + t41;
-    t43 = R::constant(0.231642) + t42; // right_ankle: sums of what it carries
-    t44 = R::constant(0.0000833333335) + t43; // left_lower_leg: sums of what it carries
-    t45_46 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t47 = t10 - R::constant(0.0006600000015); // left_foot: sums of what it carries
-    // right_foot: sums of what it carries
-    t48 = R::constant(0.0031024499985) - t47;
-    t49 = R::constant(0.001228333333) + t8;
-    t50 = t49 + R::constant(0.0008355375);
-    t51 = t50 - t48;
-    t52 = sin_t4 * sin_t4;
-    t53 = t51 * t52;
-    t54 = sin_t4 * cos_t4;
-    t55 = R::constant(0.000612) * cos_q_right_ankle_roll;
-    t56 = R::constant(0.0005698) + t55;
-    t57 = R::constant(2.0) * t56;
-    t58 = R::fused(-t54, t57, t53);
-    t59 = t48 + t58;
-    t60 = t59 + t20;
-    // left_ankle: sums of what it carries
-    t61 = sin_t3 * sin_t3;
-    t62 = R::constant(0.072308716667) * t61;
-    t63 = sin_t3 * cos_t3;
-    t64 = R::fused(-t63, R::constant(0.00172), t62);
-    t65 = R::constant(0.0004723333315) + t64;
-    t66 = t60 + t65;
-    t67 = t66 + t34;
-    t68 = sin_q_right_hip_pitch * sin_q_right_hip_pitch; // right_upper_leg: sums of what it carries
-    t69 = R::constant(0.22879800003) * t68; // right_ankle: sums of what it carries
-    t70 = sin_q_right_hip_pitch * cos_q_right_hip_pitch; // right_upper_leg: sums of what it carries
-    t71 = R::fused(-t70, R::constant(0.004), t69); // right_ankle: sums of what it carries
-    t72 = R::constant(0.001421999985) + t71; // right_ankle: sums of what it carries
-    t73 = t67 + t72; // right_ankle: sums of what it carries
-    t74 = R::constant(0.00151725002) + t73; // left_lower_leg: sums of what it carries
-    t75 = t44 - t74; // left_lower_leg: sums of what it carries
-    t76 = t45_46.first() * t75; // left_lower_leg: sums of what it carries
-    t77_78 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    // right_foot: sums of what it carries
-    t79 = sin_q_right_ankle_roll * cos_q_right_ankle_roll;
-    t80 = R::constant(0.00009166667) * t79;
-    t81 = R::fused(-sin_q_right_ankle_roll, R::constant(0.0006105), t80);
-    t82 = t81 * cos_t4;
-    t83 = R::constant(0.000612) * sin_q_right_ankle_roll;
-    t84 = R::fused(-t83, sin_t4, t82);
-    t85 = R::constant(0.0165) * sin_q_right_ankle_roll;
-    t86 = R::fused(-t85, t21, t84);
-    // left_ankle: sums of what it carries
-    t87 = R::constant(0.00024) * cos_t3;
-    t88 = R::fused(R::constant(0.000016), sin_t3, t87);
-    t89 = t86 + t88;
-    t90 = R::fused(-t85, t35, t89);
-    t91 = R::constant(0.00193) * cos_q_right_hip_pitch; // right_ankle: sums of what it carries
-    t92 = R::fused(R::constant(0.000048), sin_q_right_hip_pitch, t91); // right_ankle: sums of what it carries
-    t93 = t90 + t92; // right_ankle: sums of what it carries
-    t94 = R::constant(2.0) * t93; // left_lower_leg: sums of what it carries
-    t95 = R::fused(-t77_78.first(), t94, t76); // left_lower_leg: sums of what it carries
-    t96 = t44 - t95; // left_lower_leg: sums of what it carries
-    t97 = R::constant(0.0005199999995) + t96; // right_lower_leg: sums of what it carries
-    t98 = t50 - t58; // right_foot: sums of what it carries
-    t99 = t98 + t25; // right_foot: sums of what it carries
-    t100 = R::constant(0.0727810499985) - t64;
-    t101 = t99 + t100;
-    t102 = t101 + t40;
-    t103 = R::constant(0.230220000015) - t71; // right_ankle: sums of what it carries
-    t104 = t102 + t103; // right_ankle: sums of what it carries
-    t105 = R::constant(0.0016005833535) + t104; // left_lower_leg: sums of what it carries
-    // right_lower_leg: sums of what it carries
-    t106 = R::constant(0.00009) + t105;
-    t107 = t106 - t97;
-    t108 = sin_t2 * sin_t2;
-    t109 = t107 * t108;
-    t110 = sin_t2 * cos_t2;
-    t111 = t81 * sin_t4; // right_foot: sums of what it carries
-    t112 = R::fused(t83, cos_t4, t111); // right_foot: sums of what it carries
-    t113 = R::fused(-t85, t14, t112); // right_foot: sums of what it carries
-    // left_ankle: sums of what it carries
-    t114 = R::constant(0.00024) * sin_t3;
-    t115 = R::fused(R::constant(-0.000016), cos_t3, t114);
-    t116 = t113 + t115;
-    t117 = R::fused(-t85, t29, t116);
-    t118 = R::constant(0.00193) * sin_q_right_hip_pitch; // right_ankle: sums of what it carries
-    t119 = R::fused(R::constant(-0.000048), cos_q_right_hip_pitch, t118); // right_ankle: sums of what it carries
-    t120 = t117 + t119; // right_ankle: sums of what it carries
-    t121 = cos_q_right_hip_roll * t120; // left_lower_leg: sums of what it carries
-    // right_foot: sums of what it carries
-    t122 = t52 * t57;
-    t123 = R::fused(t51, t54, t122);
-    t124 = t56 - t123;
-    t125 = t14 * t23;
-    t126 = R::fused(t21, t18, t125);
-    t127 = t124 - t126;
-    // left_ankle: sums of what it carries
-    t128 = t61 * R::constant(0.00172);
-    t129 = R::fused(R::constant(0.072308716667), t63, t128);
-    t130 = R::constant(0.00086) - t129;
-    t131 = t127 + t130;
-    t132 = t29 * t38;
-    t133 = R::fused(t35, t32, t132);
-    t134 = t131 - t133;
-    // right_ankle: sums of what it carries
-    t135 = t68 * R::constant(0.004);
-    t136 = R::fused(R::constant(0.22879800003), t70, t135);
-    t137 = R::constant(0.002) - t136;
-    t138 = t134 + t137;
-    t139 = R::fused(sin_q_right_hip_roll, t138, t121); // left_lower_leg: sums of what it carries
-    t140 = R::constant(2.0) * t139; // right_lower_leg: sums of what it carries
-    t141 = R::fused(-t110, t140, t109); // right_lower_leg: sums of what it carries
-    t142 = t97 + t141; // right_lower_leg: sums of what it carries
-    t143 = sin_q_left_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
-    t144 = R::constant(0.8355) * sin_q_right_hip_pitch;
-    t145 = R::fused(R::constant(-0.012), cos_q_right_hip_pitch, t144);
-    t146 = t32 + t145;
-    t147 = R::constant(0.008) + t146; // right_lower_leg: sums of what it carries
-    t148 = cos_t2 * t147; // right_lower_leg: sums of what it carries
-    t149 = R::constant(0.01) - t85; // right_upper_leg: sums of what it carries
-    t150 = cos_q_right_hip_roll * t149; // right_hip_roll_link: sums of what it carries
-    t151 = R::constant(0.8355) * cos_q_right_hip_pitch;
-    t152 = R::fused(R::constant(0.012), sin_q_right_hip_pitch, t151);
-    t153 = t38 + t152;
-    t154 = R::fused(-sin_q_right_hip_roll, t153, t150); // left_lower_leg: sums of what it carries
-    // right_lower_leg: sums of what it carries
-    t155 = R::fused(-sin_t2, t154, t148);
-    t156 = t143 * t155;
-    t157 = R::constant(2.0) * t156;
-    t158 = t142 + t157;
-    t159 = sin_q_left_hip_yaw * sin_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
-    t160 = t159 * R::constant(0.205434296); // left_upper_leg: sums of what it carries
-    t161 = sin_q_left_hip_yaw * cos_q_left_hip_yaw; // left_hip_yaw_link: sums of what it carries
-    t162 = R::fused(t161, R::constant(0.027378464), t160); // left_upper_leg: sums of what it carries
-    t163 = R::constant(0.031784832) + t162; // left_upper_leg: sums of what it carries
-    t164 = t158 + t163; // left_upper_leg: sums of what it carries
-    t165 = R::constant(0.78034875) + t164; // right_upper_leg: sums of what it carries
-    t166 = t74 + t95; // left_lower_leg: sums of what it carries
-    t167 = R::constant(0.0006099999995) + t166;
-    t168 = cos_q_left_hip_yaw * R::constant(0.1528); // right_lower_leg: motion
-    t169 = sin_t2 * t147;
-    t170 = R::fused(cos_t2, t154, t169);
-    t171 = t168 * t170;
-    t172 = R::constant(2.0) * t171;
-    t173 = t157 + t172;
-    t174 = t167 + t173;
-    t175 = R::constant(0.26900396) + t174; // left_upper_leg: sums of what it carries
-    t176 = R::constant(0.00009) + t175; // right_upper_leg: sums of what it carries
-    t177 = t165 - t176; // right_upper_leg: sums of what it carries
-    t178 = t45_46.second() * t177; // right_upper_leg: sums of what it carries
-    t179 = sin_q_right_hip_roll * t120; // left_lower_leg: sums of what it carries
-    t180 = R::fused(-cos_q_right_hip_roll, t138, t179); // left_lower_leg: sums of what it carries
-    t181 = sin_t2 * t180;
-    t182 = t45_46.first() * t94; // left_lower_leg: sums of what it carries
-    t183 = R::fused(t77_78.first(), t75, t182); // left_lower_leg: sums of what it carries
-    t184 = t93 - t183; // left_lower_leg: sums of what it carries
-    t185 = R::fused(cos_t2, t184, t181);
-    t186 = sin_q_right_hip_roll * t149; // right_hip_roll_link: sums of what it carries
-    t187 = R::fused(cos_q_right_hip_roll, t153, t186); // left_lower_leg: sums of what it carries
-    t188 = R::fused(t168, t187, t185);
-    t189 = R::constant(0.0404594) * sin_q_left_hip_yaw; // left_upper_leg: sums of what it carries
-    t190 = R::fused(-cos_q_left_hip_yaw, R::constant(0.1888771), t189); // left_upper_leg: sums of what it carries
-    t191 = t188 + t190; // left_upper_leg: sums of what it carries
-    t192 = R::constant(2.0) * t191; // right_upper_leg: sums of what it carries
-    t193 = R::fused(t77_78.second(), t192, t178); // right_upper_leg: sums of what it carries
-    t194 = t165 - t193; // right_upper_leg: sums of what it carries
-    t195 = R::constant(0.000603333333) + t194; // left_hip_roll_link: sums of what it carries
-    t196 = R::constant(0.315) * cos_t0; // left_hip_roll_link: motion
-    t197 = R::constant(0.20808) * sin_q_left_hip_yaw; // left_upper_leg: sums of what it carries
-    t198 = R::fused(-cos_q_left_hip_yaw, R::constant(1.4414), t197); // left_upper_leg: sums of what it carries
-    t199 = t170 - t198; // left_upper_leg: sums of what it carries
-    t200 = sin_q_left_hip_roll * t199; // right_upper_leg: sums of what it carries
-    t201 = R::constant(2.4915) - t187; // right_upper_leg: sums of what it carries
-    t202 = R::fused(cos_q_left_hip_roll, t201, t200); // right_upper_leg: sums of what it carries
-    t203 = cos_t1 * t202; // left_hip_roll_link: sums of what it carries
-    t204 = R::constant(0.20808) * cos_q_left_hip_yaw; // left_upper_leg: sums of what it carries
-    t205 = R::fused(sin_q_left_hip_yaw, R::constant(1.4414), t204); // left_upper_leg: sums of what it carries
-    t206 = t155 + t205; // left_upper_leg: sums of what it carries
-    // left_hip_roll_link: sums of what it carries
-    t207 = R::constant(0.008) + t206;
-    t208 = R::fused(-sin_t1, t207, t203);
-    t209 = t196 * t208;
-    t210 = R::constant(2.0) * t209;
-    t211 = R::constant(0.315) * sin_t0; // left_hip_roll_link: motion
-    t212 = sin_t1 * t202;
-    t213 = R::fused(cos_t1, t207, t212);
-    t214 = t211 * t213;
-    t215 = R::fused(R::constant(2.0), t214, t210);
-    t216 = t195 + t215;
-    t217 = R::constant(1.590552) + t216; // right_hip_roll_link: sums of what it carries
-    t218 = R::constant(0.273) * cos_q_left_ankle_pitch; // right_hip_roll_link: motion
-    // right_hip_roll_link: sums of what it carries
-    t219 = R::constant(5.1495) * cos_t0;
-    t220 = R::fused(R::constant(0.012), sin_t0, t219);
-    t221 = t208 + t220;
-    t222 = t218 * t221;
-    t223 = R::constant(2.0) * t222;
-    t224 = R::constant(5.1495) * sin_t0;
-    t225 = R::fused(R::constant(-0.012), cos_t0, t224);
-    t226 = t213 + t225;
-    t227 = t7 * t226;
-    t228 = R::fused(R::constant(2.0), t227, t223);
-    t229 = t217 + t228;
-    t230 = R::constant(1.31944378333) + t229; // left_hip_yaw_link: sums of what it carries
-    t231 = t55 * sin_t4; // left_foot: mass matrix
-    t232 = R::fused(cos_q_right_ankle_roll, R::constant(0.0006105), R::constant(0.001228333333)); // right_foot
-    // left_foot: mass matrix
-    t233 = R::fused(t232, cos_t4, t231);
-    t234 = R::fused(t15, t21, t233);
-    t235 = R::fused(t15, t35, t234);
-    t236 = sin_t2 * t235;
-    t237 = t85 * sin_t4;
-    t238 = t21 * t237;
-    t239 = t85 * cos_t4;
-    t240 = R::fused(-t14, t239, t238);
-    t241 = t83 + t240;
-    t242 = t35 * t237;
-    t243 = R::fused(-t29, t239, t242);
-    t244 = t241 + t243;
-    t245 = cos_q_right_hip_roll * t244;
-    t246 = t55 * cos_t4;
-    t247 = R::fused(-t232, sin_t4, t246);
-    t248 = R::fused(-t15, t14, t247);
-    t249 = R::fused(-t15, t29, t248);
-    t250 = R::fused(sin_q_right_hip_roll, t249, t245);
-    t251 = R::fused(-cos_t2, t250, t236);
-    t252 = sin_q_right_hip_roll * t15; // right_foot: mass matrix
-    t253 = R::fused(cos_q_right_hip_roll, t239, t252);
-    t254 = R::fused(t143, t253, t251);
-    t255 = cos_q_left_hip_roll * t254;
-    t256 = sin_q_right_hip_roll * t244;
-    t257 = R::fused(-cos_q_right_hip_roll, t249, t256);
-    t258 = sin_t2 * t237;
-    t259 = cos_q_right_hip_roll * t15; // right_foot: mass matrix
-    t260 = R::fused(-sin_q_right_hip_roll, t239, t259);
-    t261 = R::fused(cos_t2, t260, t258);
-    t262 = t143 * t261;
-    let (
-        t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280,
-        t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297, t298,
-        t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315, t316,
-        t317, t318, t319, t320, t321, t322, t323, t324, t325, t326, t327, t328, t329, t330, t331, t332, t333, t334,
-        t335, t336, t337, t338, t339, t340, t341, t342, t343, t344, t345, t346, t347, t348, t349, t350, t351, t352,
-        t353, t354, t355, t356, t357, t358, t359, t360, t361, t362, t363, t364, t365, t366, t367, t368, t369, t370,
-        t371, t372, t373, t374, t375, t376, t377, t378, t379, t380, t381, t382, t383, t384, t385, t386, t387, t388,
-        t389, t390, t391, t392, t393, t394, t395, t396, t397, t398, t399, t400, t401, t402, t403, t404, t405, t406,
-        t407, t408, t409, t410, t411, t412, t413, t414, t415, t416, t417, t418, t419, t420, t421, t422, t423, t424,
-        t425, t426, t427, t428, t429, t430, t431, t432, t433, t434, t435, t436, t437, t438, t439, t440, t441, t442,
-        t443, t444, t445, t446, t447, t448, t449, t450, t451, t452, t453, t454, t455, t456, t457, t458, t459, t460,
-        t461, t462, t463, t464, t465, t466, t467, t468, t469, t470, t471, t472, t473, t474, t475, t476, t477, t478,
-        t479, t480, t481, t482, t483, t484, t485, t486, t487, t488, t489, t490, t491, t492, t493, t494, t495, t496,
-        t497, t498, t499, t500, t501, t502, t503, t504, t505, t506, t507, t508, t509, t510, t511, t512, t513, t514,
-        t515, t516, t517, t518,
-    );
-    t263 = cos_t2 * t237;
-    t264 = R::fused(-sin_t2, t260, t263);
-    t265 = R::fused(-t168, t264, t262);
-    t266 = t257 + t265;
-    t267 = R::fused(-sin_q_left_hip_roll, t266, t255);
-    t268 = sin_q_left_hip_roll * t261;
-    t269 = R::fused(-cos_q_left_hip_roll, t253, t268);
-    t270 = sin_t1 * t269;
-    t271 = R::fused(cos_t1, t264, t270);
-    t272 = t196 * t271;
-    t273 = cos_t1 * t269;
-    t274 = R::fused(-sin_t1, t264, t273);
-    t275 = R::fused(-t211, t274, t272);
-    t276 = t267 + t275;
-    t277 = t218 * t271;
-    t278 = R::fused(-t7, t274, t277);
-    t279 = t276 + t278;
-    t280 = R::constant(814.1112620933816) * t279; // factors of the mass matrix
-    t281 = R::fused(-t279, t280, t230); // factors of the mass matrix
-    // right_foot: mass matrix
-    t282 = sin_t2 * t112;
-    t283 = t19 + t24;
-    t284 = t13 + t283;
-    t285 = t35 * t23;
-    t286 = R::fused(t29, t18, t285);
-    t287 = t284 + t286;
-    t288 = cos_q_right_hip_roll * t287;
-    t289 = R::fused(sin_q_right_hip_roll, t84, t288);
-    t290 = R::fused(-cos_t2, t289, t282);
-    t291 = cos_q_right_hip_roll * t18;
-    t292 = R::fused(-t143, t291, t290);
-    t293 = cos_q_left_hip_roll * t292;
-    t294 = sin_q_right_hip_roll * t287;
-    t295 = R::fused(-cos_q_right_hip_roll, t84, t294);
-    t296 = sin_t2 * t23;
-    t297 = sin_q_right_hip_roll * t18;
-    t298 = R::fused(cos_t2, t297, t296);
-    t299 = t143 * t298;
-    t300 = cos_t2 * t23;
-    t301 = R::fused(-sin_t2, t297, t300);
-    t302 = R::fused(-t168, t301, t299);
-    t303 = t295 + t302;
-    t304 = R::fused(-sin_q_left_hip_roll, t303, t293);
-    t305 = sin_q_left_hip_roll * t298;
-    t306 = R::fused(cos_q_left_hip_roll, t291, t305);
-    t307 = sin_t1 * t306;
-    t308 = R::fused(cos_t1, t301, t307);
-    t309 = t196 * t308;
-    t310 = cos_t1 * t306;
-    t311 = R::fused(-sin_t1, t301, t310);
-    t312 = R::fused(-t211, t311, t309);
-    t313 = t304 + t312;
-    t314 = t218 * t308;
-    t315 = R::fused(-t7, t311, t314);
-    t316 = t313 + t315;
-    // factors of the mass matrix
-    t317 = sin_q_right_ankle_roll * R::constant(0.4982360924011495);
-    t318 = R::fused(-t317, t279, t316);
-    t319 = R::fused(t83, t317, -t13);
-    t320 = R::constant(1.0) / t319;
-    t321 = t318 * t320;
-    t322 = R::fused(t318, t321, t281);
-    // left_ankle: mass matrix
-    t323 = sin_t2 * t116;
-    t324 = t33 + t39;
-    t325 = t28 + t324;
-    t326 = cos_q_right_hip_roll * t325;
-    t327 = R::fused(sin_q_right_hip_roll, t89, t326);
-    t328 = R::fused(-cos_t2, t327, t323);
-    t329 = cos_q_right_hip_roll * t32;
-    t330 = R::fused(-t143, t329, t328);
-    t331 = cos_q_left_hip_roll * t330;
-    t332 = sin_q_right_hip_roll * t325;
-    t333 = R::fused(-cos_q_right_hip_roll, t89, t332);
-    t334 = sin_t2 * t38;
-    t335 = sin_q_right_hip_roll * t32;
-    t336 = R::fused(cos_t2, t335, t334);
-    t337 = t143 * t336;
-    t338 = cos_t2 * t38;
-    t339 = R::fused(-sin_t2, t335, t338);
-    t340 = R::fused(-t168, t339, t337);
-    t341 = t333 + t340;
-    t342 = R::fused(-sin_q_left_hip_roll, t341, t331);
-    t343 = sin_q_left_hip_roll * t336;
-    t344 = R::fused(cos_q_left_hip_roll, t329, t343);
-    t345 = sin_t1 * t344;
-    t346 = R::fused(cos_t1, t339, t345);
-    t347 = t196 * t346;
-    t348 = cos_t1 * t344;
-    t349 = R::fused(-sin_t1, t339, t348);
-    t350 = R::fused(-t211, t349, t347);
-    t351 = t342 + t350;
-    t352 = t218 * t346;
-    t353 = R::fused(-t7, t349, t352);
-    t354 = t351 + t353;
-    // factors of the mass matrix
-    t355 = R::constant(814.1112620933816) * t241;
-    t356 = R::fused(-t279, t355, t354);
-    t357 = R::fused(-t317, t241, t284);
-    t358 = t357 * t320;
-    t359 = R::fused(t318, t358, t356);
-    t360 = R::fused(-t241, t355, t28);
-    t361 = R::fused(t357, t358, t360);
-    t362 = R::constant(1.0) / t361;
-    t363 = t359 * t362;
-    t364 = R::fused(-t359, t363, t322);
-    // right_ankle: mass matrix
-    t365 = sin_t2 * t120;
-    t366 = cos_q_right_hip_roll * t43;
-    t367 = R::fused(sin_q_right_hip_roll, t93, t366);
-    t368 = R::fused(-cos_t2, t367, t365);
-    t369 = cos_q_right_hip_roll * t146;
-    t370 = R::fused(-t143, t369, t368);
-    t371 = cos_q_left_hip_roll * t370;
-    t372 = sin_q_right_hip_roll * t43;
-    t373 = R::fused(-cos_q_right_hip_roll, t93, t372);
-    t374 = sin_t2 * t153;
-    t375 = sin_q_right_hip_roll * t146;
-    t376 = R::fused(cos_t2, t375, t374);
-    t377 = t143 * t376;
-    t378 = cos_t2 * t153;
-    t379 = R::fused(-sin_t2, t375, t378);
-    t380 = R::fused(-t168, t379, t377);
-    t381 = t373 + t380;
-    t382 = R::fused(-sin_q_left_hip_roll, t381, t371);
-    t383 = sin_q_left_hip_roll * t376;
-    t384 = R::fused(cos_q_left_hip_roll, t369, t383);
-    t385 = sin_t1 * t384;
-    t386 = R::fused(cos_t1, t379, t385);
-    t387 = t196 * t386;
-    t388 = cos_t1 * t384;
-    t389 = R::fused(-sin_t1, t379, t388);
-    t390 = R::fused(-t211, t389, t387);
-    t391 = t382 + t390;
-    t392 = t218 * t386;
-    t393 = R::fused(-t7, t389, t392);
-    t394 = t391 + t393;
-    // factors of the mass matrix
-    t395 = R::constant(814.1112620933816) * t244;
-    t396 = R::fused(-t279, t395, t394);
-    t397 = R::fused(-t317, t244, t287);
-    t398 = t397 * t320;
-    t399 = R::fused(t318, t398, t396);
-    t400 = R::fused(-t244, t355, t325);
-    t401 = R::fused(t397, t358, t400);
-    t402 = t401 * t362;
-    t403 = R::fused(-t359, t402, t399);
-    t404 = R::fused(-t244, t395, t43);
-    t405 = R::fused(t397, t398, t404);
-    t406 = R::fused(-t401, t402, t405);
-    t407 = R::constant(1.0) / t406;
-    t408 = t403 * t407;
-    t409 = R::fused(-t403, t408, t364);
-    // left_lower_leg: mass matrix
-    t410 = sin_t2 * t105;
-    t411 = R::fused(-cos_t2, t139, t410);
-    t412 = R::fused(-t143, t154, t411);
-    t413 = cos_q_left_hip_roll * t412;
-    t414 = cos_t2 * t187;
-    t415 = t143 * t414;
-    t416 = sin_t2 * t187;
-    t417 = R::fused(t168, t416, t415);
-    t418 = t180 + t417;
-    t419 = R::fused(-sin_q_left_hip_roll, t418, t413);
-    t420 = sin_q_left_hip_roll * t414;
-    t421 = R::fused(cos_q_left_hip_roll, t154, t420);
-    t422 = sin_t1 * t421;
-    t423 = R::fused(-cos_t1, t416, t422);
-    t424 = t196 * t423;
-    t425 = cos_t1 * t421;
-    t426 = R::fused(sin_t1, t416, t425);
-    t427 = R::fused(-t211, t426, t424);
-    t428 = t419 + t427;
-    t429 = t218 * t423;
-    t430 = R::fused(-t7, t426, t429);
-    t431 = t428 + t430;
-    // factors of the mass matrix
-    t432 = R::constant(814.1112620933816) * t235;
-    t433 = R::fused(-t279, t432, t431);
-    t434 = R::fused(-t317, t235, t112);
-    t435 = t434 * t320;
-    t436 = R::fused(t318, t435, t433);
-    t437 = R::fused(-t235, t355, t116);
-    t438 = R::fused(t434, t358, t437);
-    t439 = t438 * t362;
-    t440 = R::fused(-t359, t439, t436);
-    t441 = R::fused(-t235, t395, t120);
-    t442 = R::fused(t434, t398, t441);
-    t443 = R::fused(-t438, t402, t442);
-    t444 = t443 * t407;
-    t445 = R::fused(-t403, t444, t440);
-    t446 = R::fused(-t235, t432, t105);
-    t447 = R::fused(t434, t435, t446);
-    t448 = R::fused(-t438, t439, t447);
-    t449 = R::fused(-t443, t444, t448);
-    t450 = R::constant(1.0) / t449;
-    t451 = t445 * t450;
-    t452 = R::fused(-t445, t451, t409);
-    // right_lower_leg: mass matrix
-    t453 = cos_q_left_hip_roll * t185;
-    t454 = t156 + t171;
-    t455 = t167 + t454;
-    t456 = R::fused(-sin_q_left_hip_roll, t455, t453);
-    t457 = sin_q_left_hip_roll * t155;
-    t458 = sin_t1 * t457;
-    t459 = R::fused(-cos_t1, t170, t458);
-    t460 = t196 * t459;
-    t461 = cos_t1 * t457;
-    t462 = R::fused(sin_t1, t170, t461);
-    t463 = R::fused(-t211, t462, t460);
-    t464 = t456 + t463;
-    t465 = t218 * t459;
-    t466 = R::fused(-t7, t462, t465);
-    t467 = t464 + t466;
-    // factors of the mass matrix
-    t468 = R::constant(814.1112620933816) * t257;
-    t469 = R::fused(-t279, t468, t467);
-    t470 = R::fused(-t317, t257, t295);
-    t471 = t470 * t320;
-    t472 = R::fused(t318, t471, t469);
-    t473 = R::fused(-t257, t355, t333);
-    t474 = R::fused(t470, t358, t473);
-    t475 = t474 * t362;
-    t476 = R::fused(-t359, t475, t472);
-    t477 = R::fused(-t257, t395, t373);
-    t478 = R::fused(t470, t398, t477);
-    t479 = R::fused(-t474, t402, t478);
-    t480 = t479 * t407;
-    t481 = R::fused(-t403, t480, t476);
-    t482 = R::fused(-t257, t432, t180);
-    t483 = R::fused(t470, t435, t482);
-    t484 = R::fused(-t474, t439, t483);
-    t485 = R::fused(-t479, t444, t484);
-    t486 = t485 * t450;
-    t487 = R::fused(-t445, t486, t481);
-    t488 = R::fused(-t257, t468, t167);
-    t489 = R::fused(t470, t471, t488);
-    t490 = R::fused(-t474, t475, t489);
-    t491 = R::fused(-t479, t480, t490);
-    t492 = R::fused(-t485, t486, t491);
-    t493 = R::constant(1.0) / t492;
-    t494 = t487 * t493;
-    t495 = R::fused(-t487, t494, t452);
-    // left_upper_leg: mass matrix
-    t496 = cos_q_left_hip_roll * t191;
-    t497 = R::fused(-sin_q_left_hip_roll, t175, t496);
-    t498 = sin_q_left_hip_roll * t206;
-    t499 = sin_t1 * t498;
-    t500 = R::fused(-cos_t1, t199, t499);
-    t501 = t196 * t500;
-    t502 = cos_t1 * t498;
-    t503 = R::fused(sin_t1, t199, t502);
-    t504 = R::fused(-t211, t503, t501);
-    t505 = t497 + t504;
-    t506 = t218 * t500;
-    t507 = R::fused(-t7, t503, t506);
-    t508 = t505 + t507;
-    // factors of the mass matrix
-    t509 = R::constant(814.1112620933816) * t266;
-    t510 = R::fused(-t279, t509, t508);
-    t511 = R::fused(-t317, t266, t303);
-    t512 = t511 * t320;
-    t513 = R::fused(t318, t512, t510);
-    t514 = R::fused(-t266, t355, t341);
-    t515 = R::fused(t511, t358, t514);
-    t516 = t515 * t362;
-    t517 = R::fused(-t359, t516, t513);
-    t518 = R::fused(-t266, t395, t381);
-    let (
-        t519, t520, t521, t522, t523, t524, t525, t526, t527, t528, t529, t530, t531, t532, t533, t534, t535, t536,
-        t537, t538, t539, t540, t541, t542, t543, t544, t545, t546, t547, t548, t549, t550, t551, t552, t553, t554,
-        t555, t556, t557, t558, t559, t560, t561, t562, t563, t564, t565, t566, t567, t568, t569, t570, t571, t572,
-        t573, t574, t575, t576, t577, t578, t579, t580, t581, t582, t583, t584, t585, t586, t587, t588, t589, t590,
-        t591, t592, t593, t594, t595, t596, t597, t598, t599, t600, t601, t602, t603, t604, t605, t606, t607, t608,
-        t609, t610, t611, t612, t613, t614, t615, t616, t617, t618, t619, t620, t621, t622, t623, t624, t625, t626,
-        t627, t628, t629, t630, t631, t632, t633, t634, t635, t636, t637, t638, t639, t640, t641, t642, t643, t644,
-        t645, t646, t647, t648, t649, t650, t651, t652, t653, t654, t655, t656, t657, t658, t659, t660, t661, t662,
-        t663, t664, t665, t666, t667, t668, t669, t670, t671, t672, t673, t674, t675, t676, t677, t678, t679, t680,
-        t681, t682, t683, t684, t685, t686, t687, t688, t689, t690, t691, t692, t693, t694, t695, t696, t697, t698,
-        t699, t700, t701, t702, t703, t704, t705, t706, t707, t708, t709, t710, t711, t712, t713, t714, t715, t716,
-        t717, t718, t719, t720, t721, t722, t723, t724, t725, t726, t727, t728, t729, t730, t731, t732, t733, t734,
-        t735, t736, t737, t738, t739, t740, t741, t742, t743, t744, t745, t746, t747, t748, t749, t750, t751, t752,
-        t753, t754, t755, t756, t757, t758, t759, t760, t761, t762, t763, t764, t765, t766, t767, t768, t769, t770,
-        t771, t772, t773, t774,
-    );
-    t519 = R::fused(t511, t398, t518);
-    t520 = R::fused(-t515, t402, t519);
-    t521 = t520 * t407;
-    t522 = R::fused(-t403, t521, t517);
-    t523 = R::fused(-t266, t432, t418);
-    t524 = R::fused(t511, t435, t523);
-    t525 = R::fused(-t515, t439, t524);
-    t526 = R::fused(-t520, t444, t525);
-    t527 = t526 * t450;
-    t528 = R::fused(-t445, t527, t522);
-    t529 = R::fused(-t266, t468, t455);
-    t530 = R::fused(t511, t471, t529);
-    t531 = R::fused(-t515, t475, t530);
-    t532 = R::fused(-t520, t480, t531);
-    t533 = R::fused(-t526, t486, t532);
-    t534 = t533 * t493;
-    t535 = R::fused(-t487, t534, t528);
-    t536 = R::fused(-t266, t509, t175);
-    t537 = R::fused(t511, t512, t536);
-    t538 = R::fused(-t515, t516, t537);
-    t539 = R::fused(-t520, t521, t538);
-    t540 = R::fused(-t526, t527, t539);
-    t541 = R::fused(-t533, t534, t540);
-    t542 = R::constant(1.0) / t541;
-    t543 = t535 * t542;
-    t544 = R::fused(-t535, t543, t495);
-    // right_lower_leg: sums of what it carries
-    t545 = t108 * t140;
-    t546 = R::fused(t107, t110, t545);
-    t547 = t139 - t546;
-    t548 = t143 * t170;
-    t549 = R::fused(t168, t155, t548);
-    t550 = t547 + t549;
-    // left_upper_leg: sums of what it carries
-    t551 = t159 * R::constant(0.027378464);
-    t552 = R::fused(-t161, R::constant(0.205434296), t551);
-    t553 = R::constant(0.013689232) - t552;
-    t554 = t550 + t553;
-    t555 = cos_q_left_hip_roll * t554; // right_upper_leg: sums of what it carries
-    t556 = cos_t2 * t180; // right_lower_leg: sums of what it carries
-    t557 = R::fused(-sin_t2, t184, t556); // right_lower_leg: sums of what it carries
-    t558 = R::fused(t143, t187, t557); // right_lower_leg: sums of what it carries
-    t559 = R::constant(0.0404594) * cos_q_left_hip_yaw;
-    t560 = R::fused(sin_q_left_hip_yaw, R::constant(0.1888771), t559);
-    t561 = t558 - t560;
-    t562 = R::fused(sin_q_left_hip_roll, t561, t555); // right_upper_leg: sums of what it carries
-    t563 = cos_q_left_hip_roll * t199; // right_upper_leg: sums of what it carries
-    t564 = R::fused(-sin_q_left_hip_roll, t201, t563); // right_upper_leg: sums of what it carries
-    // right_upper_leg: mass matrix
-    t565 = sin_t1 * t564;
-    t566 = t196 * t565;
-    t567 = cos_t1 * t564;
-    t568 = R::fused(-t211, t567, t566);
-    t569 = t562 - t568;
-    t570 = t218 * t565;
-    t571 = R::fused(-t7, t567, t570);
-    t572 = t569 - t571;
-    t573 = cos_t2 * t235; // left_foot: mass matrix
-    t574 = R::fused(sin_t2, t250, t573); // left_foot: mass matrix
-    t575 = R::fused(-t168, t253, t574); // left_foot: mass matrix
-    t576 = R::constant(814.1112620933816) * t575; // factors of the mass matrix
-    t577 = R::fused(t279, t576, t572); // factors of the mass matrix
-    t578 = cos_t2 * t112; // right_foot: mass matrix
-    t579 = R::fused(sin_t2, t289, t578); // right_foot: mass matrix
-    t580 = R::fused(t168, t291, t579); // right_foot: mass matrix
-    t581 = R::fused(-t317, t575, t580); // factors of the mass matrix
-    t582 = t581 * t320; // factors of the mass matrix
-    t583 = R::fused(-t318, t582, t577); // factors of the mass matrix
-    t584 = cos_t2 * t116; // left_ankle: mass matrix
-    t585 = R::fused(sin_t2, t327, t584); // left_ankle: mass matrix
-    t586 = R::fused(t168, t329, t585); // left_ankle: mass matrix
-    // factors of the mass matrix
-    t587 = R::fused(-t575, t355, t586);
-    t588 = R::fused(t581, t358, t587);
-    t589 = t588 * t362;
-    t590 = R::fused(t359, t589, t583);
-    t591 = cos_t2 * t120; // right_ankle: mass matrix
-    t592 = R::fused(sin_t2, t367, t591); // right_ankle: mass matrix
-    t593 = R::fused(t168, t369, t592); // right_ankle: mass matrix
-    t594 = R::fused(-t575, t395, t593);
-    t595 = R::fused(t581, t398, t594);
-    t596 = R::fused(-t588, t402, t595);
-    t597 = t596 * t407;
-    t598 = R::fused(t403, t597, t590);
-    t599 = cos_t2 * t105; // left_lower_leg: mass matrix
-    t600 = R::fused(sin_t2, t139, t599); // left_lower_leg: mass matrix
-    t601 = R::fused(t168, t154, t600); // left_lower_leg: mass matrix
-    t602 = R::fused(-t575, t432, t601);
-    t603 = R::fused(t581, t435, t602);
-    t604 = R::fused(-t588, t439, t603);
-    t605 = R::fused(-t596, t444, t604);
-    t606 = t605 * t450;
-    t607 = R::fused(t445, t606, t598);
-    t608 = R::fused(-t575, t468, t557);
-    t609 = R::fused(t581, t471, t608);
-    t610 = R::fused(-t588, t475, t609);
-    t611 = R::fused(-t596, t480, t610);
-    t612 = R::fused(-t605, t486, t611);
-    t613 = t612 * t493;
-    t614 = R::fused(t487, t613, t607);
-    t615 = R::fused(-t575, t509, t561);
-    t616 = R::fused(t581, t512, t615);
-    t617 = R::fused(-t588, t516, t616);
-    t618 = R::fused(-t596, t521, t617);
-    t619 = R::fused(-t605, t527, t618);
-    t620 = R::fused(-t612, t534, t619);
-    t621 = t620 * t542;
-    t622 = R::fused(t535, t621, t614);
-    t623 = t106 - t141; // right_lower_leg: sums of what it carries
-    t624 = t623 + t172; // right_lower_leg: sums of what it carries
-    t625 = R::constant(0.237219128) - t162; // left_upper_leg: sums of what it carries
-    t626 = t624 + t625; // left_upper_leg: sums of what it carries
-    t627 = R::constant(0.78043875) + t626; // right_upper_leg: sums of what it carries
-    t628 = R::fused(-t575, t576, t627);
-    t629 = R::fused(t581, t582, t628);
-    t630 = R::fused(-t588, t589, t629);
-    t631 = R::fused(-t596, t597, t630);
-    t632 = R::fused(-t605, t606, t631);
-    t633 = R::fused(-t612, t613, t632);
-    t634 = R::fused(-t620, t621, t633);
-    t635 = R::constant(1.0) / t634;
-    t636 = t622 * t635;
-    t637 = R::fused(-t622, t636, t544);
-    // left_hip_roll_link: mass matrix
-    t638 = t214 + t209;
-    t639 = t195 + t638;
-    t640 = t218 * t208;
-    t641 = R::fused(t7, t213, t640);
-    t642 = t639 + t641;
-    // factors of the mass matrix
-    t643 = R::constant(814.1112620933816) * t267;
-    t644 = R::fused(-t279, t643, t642);
-    t645 = R::fused(-t317, t267, t304);
-    t646 = t645 * t320;
-    t647 = R::fused(t318, t646, t644);
-    t648 = R::fused(-t267, t355, t342);
-    t649 = R::fused(t645, t358, t648);
-    t650 = t649 * t362;
-    t651 = R::fused(-t359, t650, t647);
-    t652 = R::fused(-t267, t395, t382);
-    t653 = R::fused(t645, t398, t652);
-    t654 = R::fused(-t649, t402, t653);
-    t655 = t654 * t407;
-    t656 = R::fused(-t403, t655, t651);
-    t657 = R::fused(-t267, t432, t419);
-    t658 = R::fused(t645, t435, t657);
-    t659 = R::fused(-t649, t439, t658);
-    t660 = R::fused(-t654, t444, t659);
-    t661 = t660 * t450;
-    t662 = R::fused(-t445, t661, t656);
-    t663 = R::fused(-t267, t468, t456);
-    t664 = R::fused(t645, t471, t663);
-    t665 = R::fused(-t649, t475, t664);
-    t666 = R::fused(-t654, t480, t665);
-    t667 = R::fused(-t660, t486, t666);
-    t668 = t667 * t493;
-    t669 = R::fused(-t487, t668, t662);
-    t670 = R::fused(-t267, t509, t497);
-    t671 = R::fused(t645, t512, t670);
-    t672 = R::fused(-t649, t516, t671);
-    t673 = R::fused(-t654, t521, t672);
-    t674 = R::fused(-t660, t527, t673);
-    t675 = R::fused(-t667, t534, t674);
-    t676 = t675 * t542;
-    t677 = R::fused(-t535, t676, t669);
-    t678 = R::fused(t267, t576, t562);
-    t679 = R::fused(-t645, t582, t678);
-    t680 = R::fused(t649, t589, t679);
-    t681 = R::fused(t654, t597, t680);
-    t682 = R::fused(t660, t606, t681);
-    t683 = R::fused(t667, t613, t682);
-    t684 = R::fused(t675, t621, t683);
-    t685 = t684 * t635;
-    t686 = R::fused(-t622, t685, t677);
-    t687 = R::fused(-t267, t643, t195);
-    t688 = R::fused(t645, t646, t687);
-    t689 = R::fused(-t649, t650, t688);
-    t690 = R::fused(-t654, t655, t689);
-    t691 = R::fused(-t660, t661, t690);
-    t692 = R::fused(-t667, t668, t691);
-    t693 = R::fused(-t675, t676, t692);
-    t694 = R::fused(-t684, t685, t693);
-    t695 = R::constant(1.0) / t694;
-    t696 = t686 * t695;
-    t697 = R::fused(-t686, t696, t637);
-    t698 = t227 + t222; // right_hip_roll_link: mass matrix
-    t699 = t217 + t698; // right_hip_roll_link: mass matrix
-    t700 = R::constant(814.1112620933816) * t276;
-    t701 = R::fused(-t279, t700, t699);
-    t702 = R::fused(-t317, t276, t313);
-    t703 = t702 * t320;
-    t704 = R::fused(t318, t703, t701);
-    t705 = R::fused(-t276, t355, t351);
-    t706 = R::fused(t702, t358, t705);
-    t707 = t706 * t362;
-    t708 = R::fused(-t359, t707, t704);
-    t709 = R::fused(-t276, t395, t391);
-    t710 = R::fused(t702, t398, t709);
-    t711 = R::fused(-t706, t402, t710);
-    t712 = t711 * t407;
-    t713 = R::fused(-t403, t712, t708);
-    t714 = R::fused(-t276, t432, t428);
-    t715 = R::fused(t702, t435, t714);
-    t716 = R::fused(-t706, t439, t715);
-    t717 = R::fused(-t711, t444, t716);
-    t718 = t717 * t450;
-    t719 = R::fused(-t445, t718, t713);
-    t720 = R::fused(-t276, t468, t464);
-    t721 = R::fused(t702, t471, t720);
-    t722 = R::fused(-t706, t475, t721);
-    t723 = R::fused(-t711, t480, t722);
-    t724 = R::fused(-t717, t486, t723);
-    t725 = t724 * t493;
-    t726 = R::fused(-t487, t725, t719);
-    t727 = R::fused(-t276, t509, t505);
-    t728 = R::fused(t702, t512, t727);
-    t729 = R::fused(-t706, t516, t728);
-    t730 = R::fused(-t711, t521, t729);
-    t731 = R::fused(-t717, t527, t730);
-    t732 = R::fused(-t724, t534, t731);
-    t733 = t732 * t542;
-    t734 = R::fused(-t535, t733, t726);
-    t735 = R::fused(t276, t576, t569);
-    t736 = R::fused(-t702, t582, t735);
-    t737 = R::fused(t706, t589, t736);
-    t738 = R::fused(t711, t597, t737);
-    t739 = R::fused(t717, t606, t738);
-    t740 = R::fused(t724, t613, t739);
-    t741 = R::fused(t732, t621, t740);
-    t742 = t741 * t635;
-    t743 = R::fused(-t622, t742, t734);
-    t744 = R::fused(-t276, t643, t639);
-    t745 = R::fused(t702, t646, t744);
-    t746 = R::fused(-t706, t650, t745);
-    t747 = R::fused(-t711, t655, t746);
-    t748 = R::fused(-t717, t661, t747);
-    t749 = R::fused(-t724, t668, t748);
-    t750 = R::fused(-t732, t676, t749);
-    t751 = R::fused(-t741, t685, t750);
-    t752 = t751 * t695;
-    t753 = R::fused(-t686, t752, t743);
-    t754 = R::fused(-t276, t700, t217);
-    t755 = R::fused(t702, t703, t754);
-    t756 = R::fused(-t706, t707, t755);
-    t757 = R::fused(-t711, t712, t756);
-    t758 = R::fused(-t717, t718, t757);
-    t759 = R::fused(-t724, t725, t758);
-    t760 = R::fused(-t732, t733, t759);
-    t761 = R::fused(-t741, t742, t760);
-    t762 = R::fused(-t751, t752, t761);
-    t763 = R::constant(1.0) / t762;
-    t764 = t753 * t763;
-    t765 = R::fused(-t753, t764, t697);
-    t766 = R::constant(1.0) / t765;
-    t767 = v_base_angular_x * sin_q_left_hip_yaw; // left_hip_yaw_link: motion
-    t768 = R::fused(-v_base_angular_y, cos_q_left_hip_yaw, t767); // left_hip_yaw_link: motion
-    t769 = t768 * cos_q_left_hip_roll; // left_hip_roll_link: motion
-    t770 = v_base_angular_z + v_left_hip_yaw; // left_hip_yaw_link: motion
-    t771 = R::fused(-t770, sin_q_left_hip_roll, t769); // left_hip_roll_link: motion
-    t772 = t771 - v_left_hip_pitch; // left_upper_leg: motion
-    t773 = t772 - v_left_knee_pitch; // left_lower_leg: motion
-    t774 = t773 - v_left_ankle_pitch; // left_ankle: motion
-    let (
-        t775, t776, t777, t778, t779, t780, t781, t782, t783, t784, t785, t786, t787, t788, t789, t790, t791, t792,
-        t793, t794, t795, t796, t797, t798, t799, t800, t801, t802, t803, t804, t805, t806, t807, t808, t809, t810,
-        t811, t812, t813, t814, t815, t816, t817, t818, t819, t820, t821, t822, t823, t824, t825, t826, t827, t828,
-        t829, t830, t831, t832, t833, t834, t835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845, t846,
-        t847, t848, t849, t850, t851, t852, t853, t854, t855, t856, t857, t858, t859, t860, t861, t862, t863, t864,
-        t865, t866, t867, t868, t869, t870, t871, t872, t873, t874, t875, t876, t877, t878, t879, t880, t881, t882,
-        t883, t884, t885, t886, t887, t888, t889, t890, t891, t892, t893, t894, t895, t896, t897, t898, t899, t900,
-        t901, t902, t903, t904, t905, t906, t907, t908, t909, t910, t911, t912, t913, t914, t915, t916, t917, t918,
-        t919, t920, t921, t922, t923, t924, t925, t926, t927, t928, t929, t930, t931, t932, t933, t934, t935, t936,
-        t937, t938, t939, t940, t941, t942, t943, t944, t945, t946, t947, t948, t949, t950, t951, t952, t953, t954,
-        t955, t956, t957, t958, t959, t960, t961, t962, t963, t964, t965, t966, t967, t968, t969, t970, t971, t972,
-        t973, t974, t975, t976, t977, t978, t979, t980, t981, t982, t983, t984, t985, t986, t987, t988, t989, t990,
-        t991, t992, t993, t994, t995, t996, t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006, t1007,
-        t1008, t1009, t1010, t1011, t1012, t1013, t1014, t1015, t1016, t1017, t1018, t1019, t1020, t1021, t1022, t1023,
-        t1024, t1025, t1026, t1027, t1028, t1029, t1030,
-    );
-    t775 = t774 * sin_q_left_ankle_roll; // left_foot: motion
-    t776 = t768 * sin_q_left_hip_roll; // left_hip_roll_link: motion
-    t777 = R::fused(t770, cos_q_left_hip_roll, t776); // left_hip_roll_link: motion
-    t778 = t777 * cos_q_left_hip_pitch; // left_upper_leg: motion
-    t779 = v_base_angular_x * cos_q_left_hip_yaw; // left_hip_yaw_link: motion
-    t780 = R::fused(v_base_angular_y, sin_q_left_hip_yaw, t779); // left_hip_yaw_link: motion
-    t781 = t780 + v_left_hip_roll; // left_hip_roll_link: motion
-    t782 = R::fused(t781, sin_q_left_hip_pitch, t778); // left_upper_leg: motion
-    t783 = t782 * cos_q_left_knee_pitch; // left_lower_leg: motion
-    t784 = t777 * sin_q_left_hip_pitch; // left_upper_leg: motion
-    t785 = R::fused(-t781, cos_q_left_hip_pitch, t784); // left_upper_leg: motion
-    t786 = R::fused(-t785, sin_q_left_knee_pitch, t783); // left_lower_leg: motion
-    t787 = t786 * cos_q_left_ankle_pitch; // left_ankle: motion
-    t788 = t782 * sin_q_left_knee_pitch; // left_lower_leg: motion
-    t789 = R::fused(t785, cos_q_left_knee_pitch, t788); // left_lower_leg: motion
-    t790 = R::fused(-t789, sin_q_left_ankle_pitch, t787); // left_ankle: motion
-    t791 = R::fused(t790, cos_q_left_ankle_roll, t775); // left_foot: motion
-    t792 = t791 * v_left_ankle_roll; // left_foot: motion
-    t793 = sin_q_left_ankle_roll * t792; // right_hip_yaw_link: motion
-    t794 = t774 * cos_q_left_ankle_roll; // left_foot: motion
-    t795 = R::fused(-t790, sin_q_left_ankle_roll, t794); // left_foot: motion
-    t796 = t795 * v_left_ankle_roll; // left_foot: motion
-    t797 = R::fused(cos_q_left_ankle_roll, t796, t793); // right_hip_yaw_link: motion
-    t798 = t786 * sin_q_left_ankle_pitch; // left_ankle: motion
-    t799 = R::fused(t789, cos_q_left_ankle_pitch, t798); // left_ankle: motion
-    t800 = R::fused(t799, v_left_ankle_pitch, -t797); // left_hip_yaw_link: motion
-    t801 = R::fused(v_left_knee_pitch, t799, t800); // right_hip_roll_link: motion
-    t802 = R::fused(v_left_hip_pitch, t799, t801); // left_hip_roll_link: motion
-    t803 = sin_t1 * t802; // left_hip_roll_link: motion
-    t804 = sin_q_left_ankle_roll * t795; // right_hip_yaw_link: motion
-    t805 = R::fused(-cos_q_left_ankle_roll, t791, t804); // right_hip_yaw_link: motion
-    t806 = v_left_ankle_pitch * t805; // left_hip_yaw_link: motion
-    t807 = R::fused(v_left_knee_pitch, t805, t806); // right_hip_roll_link: motion
-    t808 = R::fused(v_left_hip_pitch, t805, t807); // left_hip_roll_link: motion
-    t809 = R::fused(-cos_t1, t808, t803); // left_hip_roll_link: motion
-    t810 = cos_q_left_ankle_roll * t795; // right_hip_yaw_link: motion
-    t811 = R::fused(sin_q_left_ankle_roll, t791, t810); // right_hip_yaw_link: motion
-    t812 = v_left_ankle_pitch + t811; // left_hip_yaw_link: motion
-    t813 = v_left_knee_pitch + t812; // right_hip_roll_link: motion
-    t814 = v_left_hip_pitch + t813; // left_hip_roll_link: motion
-    t815 = cos_q_left_hip_roll * t814; // right_upper_leg: motion
-    t816 = cos_t1 * t805; // left_hip_roll_link: motion
-    t817 = R::fused(-t799, sin_t1, t816); // left_hip_roll_link: motion
-    t818 = R::fused(-sin_q_left_hip_roll, t817, t815); // right_upper_leg: motion
-    t819 = R::fused(v_left_hip_yaw, t818, t809); // left_upper_leg: motion
-    t820 = R::fused(-v_right_hip_yaw, t818, t819); // right_lower_leg: motion
-    t821 = sin_t2 * t820; // right_lower_leg: motion
-    t822 = cos_q_left_ankle_roll * t792; // right_hip_yaw_link: motion
-    t823 = R::fused(-sin_q_left_ankle_roll, t796, t822); // right_hip_yaw_link: motion
-    t824 = R::fused(-v_left_hip_roll, t817, t823); // right_upper_leg: motion
-    t825 = cos_q_left_hip_roll * t824; // right_upper_leg: motion
-    t826 = cos_t1 * t802; // left_hip_roll_link: motion
-    t827 = R::fused(sin_t1, t808, t826); // left_hip_roll_link: motion
-    t828 = R::fused(-v_left_hip_roll, t814, t827); // right_upper_leg: motion
-    t829 = R::fused(sin_q_left_hip_roll, t828, t825); // right_upper_leg: motion
-    t830 = sin_t1 * t805; // left_hip_roll_link: motion
-    t831 = R::fused(t799, cos_t1, t830); // left_hip_roll_link: motion
-    t832 = v_left_hip_roll + t831; // right_upper_leg: motion
-    t833 = R::fused(v_left_hip_yaw, t832, t829); // left_upper_leg: motion
-    t834 = R::fused(-v_right_hip_yaw, t832, t833); // right_lower_leg: motion
-    t835 = R::fused(cos_t2, t834, t821); // right_lower_leg: motion
-    t836 = sin_q_left_hip_roll * t814; // right_upper_leg: motion
-    t837 = R::fused(cos_q_left_hip_roll, t817, t836); // right_upper_leg: motion
-    t838 = v_left_hip_yaw + t837; // left_upper_leg: motion
-    t839 = v_right_hip_yaw - t838; // right_lower_leg: motion
-    t840 = R::fused(-v_right_hip_roll, t839, t835); // left_lower_leg: motion
-    t841 = sin_q_right_hip_roll * t840; // left_lower_leg: motion
-    t842 = sin_q_left_hip_roll * t824; // right_upper_leg: motion
-    t843 = R::fused(-cos_q_left_hip_roll, t828, t842); // right_upper_leg: motion
-    t844 = sin_t2 * t832; // right_lower_leg: motion
-    t845 = R::fused(-cos_t2, t818, t844); // right_lower_leg: motion
-    t846 = R::fused(v_right_hip_roll, t845, t843); // left_lower_leg: motion
-    t847 = R::fused(-cos_q_right_hip_roll, t846, t841); // left_lower_leg: motion
-    t848 = cos_t2 * t832; // right_lower_leg: motion
-    t849 = R::fused(sin_t2, t818, t848); // right_lower_leg: motion
-    t850 = v_right_hip_roll - t849; // left_lower_leg: motion
-    t851 = R::fused(v_right_hip_pitch, t850, t847); // right_ankle: motion
-    t852 = R::fused(v_right_knee_pitch, t850, t851); // left_ankle: motion
-    t853 = R::fused(v_right_ankle_pitch, t850, t852); // right_foot: motion
-    t854 = cos_t4 * t853; // right_foot: motion
-    t855 = cos_t2 * t820; // right_lower_leg: motion
-    t856 = R::fused(-sin_t2, t834, t855); // right_lower_leg: motion
-    t857 = sin_q_right_hip_roll * t845; // left_lower_leg: motion
-    t858 = R::fused(-cos_q_right_hip_roll, t839, t857); // left_lower_leg: motion
-    t859 = R::fused(v_right_hip_pitch, t858, t856); // right_ankle: motion
-    t860 = R::fused(v_right_knee_pitch, t858, t859); // left_ankle: motion
-    t861 = R::fused(v_right_ankle_pitch, t858, t860); // right_foot: motion
-    t862 = R::fused(sin_t4, t861, t854); // right_foot: motion
-    t863 = cos_q_right_hip_roll * t845; // left_lower_leg: motion
-    t864 = R::fused(sin_q_right_hip_roll, t839, t863); // left_lower_leg: motion
-    t865 = v_right_hip_pitch + t864; // right_ankle: motion
-    t866 = v_right_knee_pitch + t865; // left_ankle: motion
-    t867 = v_right_ankle_pitch + t866; // right_foot: motion
-    t868 = R::fused(-v_right_ankle_roll, t867, t862); // left_foot: motion
-    t869 = sin_t4 * t858; // right_foot: motion
-    t870 = R::fused(cos_t4, t850, t869); // right_foot: motion
-    t871 = v_right_ankle_roll + t870; // left_foot: motion
-    t872 = t867 * t871; // left_foot: motion
-    t873 = t868 - t872; // left_foot: motion
-    t874 = t873 * t47; // left_foot: sums of what it carries
-    // right_foot: motion
-    t875 = sin_t4 * t853;
-    t876 = R::fused(-cos_t4, t861, t875);
-    t877 = cos_t4 * t858;
-    t878 = R::fused(-sin_t4, t850, t877);
-    t879 = t867 * t878;
-    t880 = t876 - t879;
-    t881 = R::fused(t55, t880, t874); // left_foot: sums of what it carries
-    t882 = cos_q_right_hip_roll * t840; // left_lower_leg: motion
-    t883 = R::fused(sin_q_right_hip_roll, t846, t882); // left_lower_leg: motion
-    t884 = R::fused(v_right_ankle_roll, t878, t883); // left_foot: motion
-    t885 = t878 * t871; // left_foot: motion
-    t886 = t884 + t885; // left_foot: motion
-    t887 = R::fused(-t80, t886, t881); // left_foot: sums of what it carries
-    t888 = t867 * t867;
-    t889 = t871 * t871; // left_foot: motion
-    t890 = t888 - t889; // left_foot: sums of what it carries
-    t891 = R::fused(-t83, t890, t887); // left_foot: sums of what it carries
-    t892 = t799 - v_left_ankle_roll; // left_foot: motion
-    t893 = t795 * t892; // left_foot: motion
-    t894 = t893 * R::constant(0.03); // right_hip_yaw_link: motion
-    t895 = t795 * t791; // left_foot: motion
-    t896 = R::fused(t895, R::constant(0.055), t894); // right_hip_yaw_link: motion
     // torso: motion
-    t897 = q_base_qz * R::constant(2.0);
-    t898 = q_base_qx * t897;
-    t899 = q_base_qy * R::constant(2.0);
-    t900 = q_base_qw * t899;
-    t901 = t898 - t900;
+    t0 = q_base_qz * R::constant(2.0);
+    t1 = q_base_qx * t0;
+    t2 = q_base_qy * R::constant(2.0);
+    t3 = q_base_qw * t2;
+    t4 = t1 - t3;
+    t5 = t4 * R::constant(9.81);
     // other
-    t902 = cos_q_left_ankle_pitch * sin_q_left_ankle_roll;
-    t903 = cos_q_left_knee_pitch * t902;
-    t904 = sin_q_left_ankle_pitch * sin_q_left_ankle_roll;
-    t905 = R::fused(-sin_q_left_knee_pitch, t904, t903);
-    t906 = sin_q_left_hip_pitch * t905;
-    t907 = sin_q_left_knee_pitch * t902;
-    t908 = R::fused(cos_q_left_knee_pitch, t904, t907);
-    t909 = R::fused(cos_q_left_hip_pitch, t908, t906);
-    t910 = cos_q_left_hip_yaw * t909;
-    t911 = cos_q_left_hip_roll * cos_q_left_ankle_roll;
-    t912 = cos_q_left_hip_pitch * t905;
-    t913 = R::fused(-sin_q_left_hip_pitch, t908, t912);
-    t914 = R::fused(-sin_q_left_hip_roll, t913, t911);
-    t915 = R::fused(-sin_q_left_hip_yaw, t914, t910);
-    t916 = t901 * t915;
+    t6 = sin_q_left_hip_yaw * sin_q_left_hip_roll;
+    t7 = cos_q_left_hip_pitch * t6;
+    t8 = R::fused(cos_q_left_hip_yaw, sin_q_left_hip_pitch, t7);
+    t9 = cos_q_left_knee_pitch * t8;
+    t10 = sin_q_left_hip_pitch * t6;
+    t11 = R::fused(-cos_q_left_hip_yaw, cos_q_left_hip_pitch, t10);
+    t12 = R::fused(-sin_q_left_knee_pitch, t11, t9);
+    t13 = sin_q_left_ankle_pitch * t12;
+    t14 = sin_q_left_knee_pitch * t8;
+    t15 = R::fused(cos_q_left_knee_pitch, t11, t14);
+    t16 = R::fused(cos_q_left_ankle_pitch, t15, t13);
+    t17 = v_base_angular_x * v_base_angular_y; // torso: motion
+    t18 = t17 * R::constant(0.0764); // right_hip_yaw_link: motion
+    t19 = v_base_angular_y * v_base_linear_z; // torso: motion
+    t20 = R::fused(-v_base_angular_z, v_base_linear_y, t19); // torso: motion
+    t21 = t20 + t5; // torso: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t22_23 = R::Two::fused(both(t21), two(R::constant(-1.0), R::constant(1.0)), both(t18));
+    t24_25 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t22_23;
+    t26 = v_base_angular_x * v_base_angular_x; // torso: motion
+    t27 = v_base_angular_z * v_base_angular_z; // torso: motion
+    t28 = t26 + t27; // torso: motion
+    t29 = t28 * R::constant(0.0764); // right_hip_yaw_link: motion
     // torso: motion
-    t917 = q_base_qy * t897;
-    t918 = q_base_qx * R::constant(2.0);
-    t919 = q_base_qw * t918;
-    t920 = t917 + t919;
-    t921 = sin_q_left_hip_yaw * t909; // other
-    t922 = R::fused(cos_q_left_hip_yaw, t914, t921); // other
-    t923 = R::fused(t920, t922, t916); // other
-    t924 = q_base_qx * t918;
-    t925 = q_base_qy * t899;
-    t926 = t924 + t925;
-    t927 = R::constant(1.0) - t926;
-    t928 = sin_q_left_hip_roll * cos_q_left_ankle_roll; // other
-    t929 = R::fused(cos_q_left_hip_roll, t913, t928); // other
-    t930 = R::fused(t927, t929, t923); // other
-    t931 = R::fused(R::constant(9.81), t930, -t896); // right_hip_yaw_link: motion
-    t932 = sin_q_left_ankle_roll * t931; // right_hip_yaw_link: motion
-    t933 = t892 * t892; // left_foot: motion
-    t934 = t795 * t795; // left_foot: motion
-    t935 = t933 + t934; // left_foot: motion
-    t936 = t935 * R::constant(0.055); // other
-    t937 = t791 * t892; // left_foot: motion
-    t938 = R::fused(-t937, R::constant(0.03), t936); // right_hip_yaw_link: motion
+    t30 = v_base_angular_z * v_base_linear_x;
+    t31 = R::fused(-v_base_angular_x, v_base_linear_z, t30);
+    t32 = q_base_qy * t0;
+    t33 = q_base_qx * R::constant(2.0);
+    t34 = q_base_qw * t33;
+    t35 = t32 + t34;
+    t36 = t35 * R::constant(9.81);
+    t37 = t31 + t36;
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t38_39 = R::Two::fused(both(t37), two(R::constant(1.0), R::constant(-1.0)), both(t29));
+    t40_41 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t38_39, t24_25);
+    t42_43 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t40_41; // right_hip_roll_link, left_hip_roll_link: motion
+    t44 = v_base_angular_y * v_base_angular_z; // torso: motion
+    t45 = t44 * R::constant(0.0764); // right_hip_yaw_link: motion
+    // torso: motion
+    t46 = v_base_angular_x * v_base_linear_y;
+    t47 = R::fused(-v_base_angular_y, v_base_linear_x, t46);
+    t48 = q_base_qx * t33;
+    t49 = q_base_qy * t2;
+    t50 = t48 + t49;
+    t51 = R::constant(1.0) - t50;
+    t52 = t51 * R::constant(9.81);
+    t53 = t47 + t52;
+    t54_55 = R::Two::fused(both(t53), two(R::constant(-1.0), R::constant(1.0)), both(t45));
+    t56_57 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t54_55, t42_43);
+    t58_59 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t56_57; // right_upper_leg, left_upper_leg: motion
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t60_61 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t22_23;
+    t62_63 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t38_39, t60_61);
+    t64_65 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t62_63, t58_59);
+    t66_67 = both(v_base_angular_x) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t68_69 = R::Two::fused(-both(v_base_angular_y), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t66_67);
+    t70_71 = t68_69 * two(sin_q_right_hip_roll, sin_q_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
+    t72_73 = both(v_base_angular_z) + two(v_right_hip_yaw, v_left_hip_yaw);
+    t74_75 = R::Two::fused(t72_73, two(cos_q_right_hip_roll, cos_q_left_hip_roll), t70_71);
+    t76_77 = t74_75 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t78_79 = both(v_base_angular_x) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t80_81 = R::Two::fused(both(v_base_angular_y), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t78_79);
+    t82_83 = t80_81 + two(v_right_hip_roll, v_left_hip_roll); // right_hip_roll_link, left_hip_roll_link: motion
+    // right_upper_leg, left_upper_leg: motion
+    t84_85 = R::Two::fused(-t82_83, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t76_77);
+    t86_87 = t84_85 * t84_85;
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t88_89 = t68_69 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t90_91 = R::Two::fused(-t72_73, two(sin_q_right_hip_roll, sin_q_left_hip_roll), t88_89);
+    // right_upper_leg, left_upper_leg: motion
+    t92_93 = t90_91 - two(v_right_hip_pitch, v_left_hip_pitch);
+    t94_95 = t92_93 * t92_93;
+    t96_97 = t86_87 + t94_95;
+    // right_lower_leg, left_lower_leg: motion
+    t98_99 = R::Two::fused(t96_97, both(R::constant(0.315)), t64_65 * two(R::constant(-1.0), R::constant(1.0)));
+    t100_101 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t98_99;
+    // right_upper_leg, left_upper_leg: motion
+    t102_103 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t56_57;
+    t104_105 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t62_63, t102_103);
+    t106_107 = t80_81 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t108_109 = t106_107 * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t110_111 = R::Two::fused(-t74_75, two(v_right_hip_roll, v_left_hip_roll), t108_109);
+    // right_upper_leg, left_upper_leg: motion
+    t112_113 = t74_75 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t114_115 = R::Two::fused(t82_83, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t112_113);
+    t116_117 = t114_115 * t84_85;
+    t118_119 = t110_111 + t116_117;
+    // right_lower_leg, left_lower_leg: motion
+    t120_121 = R::Two::fused(t118_119, both(R::constant(0.315)), t104_105 * two(R::constant(1.0), R::constant(-1.0)));
+    t122_123 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t120_121, t100_101);
+    t124_125 = t114_115 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t126_127 = R::Two::fused(t84_85, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t124_125);
+    t128_129 = t126_127 * t126_127;
+    t130_131 = t92_93 - two(v_right_knee_pitch, v_left_knee_pitch);
+    t132_133 = t130_131 * t130_131;
+    t134_135 = t128_129 + t132_133;
+    // right_ankle, left_ankle: motion
+    t136_137 = R::Two::fused(t134_135, both(R::constant(0.273)), t122_123);
+    t138_139 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t136_137;
+    // right_lower_leg, left_lower_leg: motion
+    t140_141 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t98_99;
+    t142_143 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t120_121, t140_141);
+    t144_145 = t114_115 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t146_147 = R::Two::fused(-t84_85, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t144_145);
+    t148_149 = t146_147 * t126_127;
+    t150_151 = t110_111 + t148_149;
+    // right_ankle, left_ankle: motion
+    t152_153 = R::Two::fused(t150_151, both(R::constant(0.273)), -t142_143);
+    t154_155 = R::Two::fused(-two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t152_153, t138_139);
+    t156_157 = t146_147 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t158_159 = R::Two::fused(-t126_127, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t156_157);
+    t160_161 = t146_147 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t162_163 = R::Two::fused(t126_127, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t160_161);
+    t164_165 = t158_159 * t162_163;
+    t166_167 = t110_111 + t164_165;
+    t168_169 = R::Two::fused(t166_167, both(R::constant(0.037)), -t154_155); // right_foot, left_foot: motion
+    t170_171 = t130_131 - two(v_right_ankle_pitch, v_left_ankle_pitch);
+    // right_foot, left_foot: motion
+    t172_173 = t170_171 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t174_175 = R::Two::fused(-t158_159, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t172_173);
+    t176 = t174_175.second() * t174_175.second(); // left_foot: motion
+    t177_178 = t170_171 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t179_180 = R::Two::fused(t158_159, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t177_178);
+    t181 = t179_180.second() * t179_180.second(); // left_foot: motion
+    t182 = t176 + t181; // left_foot: motion
+    t183 = t182 * R::constant(0.03); // other
+    t184_185 = t110_111 * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t186_187 = t106_107 * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    t188_189 = R::Two::fused(t90_91, two(v_right_hip_roll, v_left_hip_roll), t186_187);
+    t190_191 = t188_189 * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch); // right_upper_leg, left_upper_leg: motion
+    t192_193 = t68_69 * two(v_right_hip_yaw, v_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link: motion
+    // right_upper_leg, left_upper_leg: motion
+    t194_195 = R::Two::fused(-t192_193, two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t190_191);
+    t196_197 = R::Two::fused(-t84_85, two(v_right_hip_pitch, v_left_hip_pitch), t194_195);
+    t198_199 = t196_197 * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch); // right_lower_leg, left_lower_leg: motion
+    t200_201 = t188_189 * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t202_203 = R::Two::fused(t192_193, two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t200_201);
+    t204_205 = R::Two::fused(t114_115, two(v_right_hip_pitch, v_left_hip_pitch), t202_203);
+    // right_lower_leg, left_lower_leg: motion
+    t206_207 = R::Two::fused(-t204_205, two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t198_199);
+    t208_209 = R::Two::fused(-t126_127, two(v_right_knee_pitch, v_left_knee_pitch), t206_207);
+    t210_211 = t208_209 * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch); // right_ankle, left_ankle: motion
+    t212_213 = t196_197 * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t214_215 = R::Two::fused(t204_205, two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t212_213);
+    t216_217 = R::Two::fused(t146_147, two(v_right_knee_pitch, v_left_knee_pitch), t214_215);
+    // right_ankle, left_ankle: motion
+    t218_219 = R::Two::fused(-t216_217, two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t210_211);
+    t220_221 = R::Two::fused(-t162_163, two(v_right_ankle_pitch, v_left_ankle_pitch), t218_219);
+    // right_foot, left_foot: motion
+    t222_223 = R::Two::fused(-t220_221, two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t184_185);
+    t224_225 = R::Two::fused(-t179_180, two(v_right_ankle_roll, v_left_ankle_roll), t222_223);
+    t226_227 = t162_163 - two(v_right_ankle_roll, v_left_ankle_roll);
+    t228_229 = t179_180 * t226_227;
+    t230 = t224_225.second() + t228_229.second(); // left_foot: motion
     // other
-    t939 = cos_q_left_ankle_pitch * cos_q_left_ankle_roll;
-    t940 = cos_q_left_knee_pitch * t939;
-    t941 = sin_q_left_ankle_pitch * cos_q_left_ankle_roll;
-    t942 = R::fused(-sin_q_left_knee_pitch, t941, t940);
-    t943 = sin_q_left_hip_pitch * t942;
-    t944 = sin_q_left_knee_pitch * t939;
-    t945 = R::fused(cos_q_left_knee_pitch, t941, t944);
-    t946 = R::fused(cos_q_left_hip_pitch, t945, t943);
-    t947 = cos_q_left_hip_yaw * t946;
-    t948 = cos_q_left_hip_roll * sin_q_left_ankle_roll;
-    t949 = cos_q_left_hip_pitch * t942;
-    t950 = R::fused(-sin_q_left_hip_pitch, t945, t949);
-    t951 = R::fused(sin_q_left_hip_roll, t950, t948);
-    t952 = R::fused(sin_q_left_hip_yaw, t951, t947);
-    t953 = t901 * t952;
-    t954 = sin_q_left_hip_yaw * t946;
-    t955 = R::fused(-cos_q_left_hip_yaw, t951, t954);
-    t956 = R::fused(t920, t955, t953);
-    t957 = sin_q_left_hip_roll * sin_q_left_ankle_roll;
-    t958 = R::fused(-cos_q_left_hip_roll, t950, t957);
-    t959 = R::fused(-t927, t958, t956);
-    t960 = R::fused(R::constant(9.81), t959, -t938); // right_hip_yaw_link: motion
-    t961 = R::fused(cos_q_left_ankle_roll, t960, t932); // right_hip_yaw_link: motion
-    t962 = t799 * t799; // left_ankle: motion
-    t963 = t811 * t811; // right_hip_yaw_link: motion
-    t964 = t962 + t963; // right_hip_yaw_link: motion
-    t965 = R::fused(R::constant(-0.037), t964, t961); // left_hip_yaw_link: motion
-    t966 = t799 * t805; // right_hip_yaw_link: motion
-    t967 = t823 + t966; // right_hip_yaw_link: motion
-    t968 = t7 * t967; // right_hip_roll_link: motion
-    t969 = t812 * t812; // left_hip_yaw_link: motion
-    t970 = t962 + t969; // left_hip_yaw_link: motion
-    t971 = R::fused(t970, t218, t968); // right_hip_roll_link: motion
-    t972 = t965 - t971; // right_hip_roll_link: motion
-    t973 = t967 * t211; // left_hip_roll_link: motion
-    t974 = t813 * t813; // right_hip_roll_link: motion
-    t975 = t962 + t974; // right_hip_roll_link: motion
-    t976 = R::fused(t975, t196, t973); // left_hip_roll_link: motion
-    t977 = t972 - t976; // left_hip_roll_link: motion
-    t978 = sin_t1 * t977; // left_hip_roll_link: motion
-    t979 = t791 * t791; // left_foot: motion
-    t980 = t934 + t979; // left_foot: motion
-    t981 = t980 * R::constant(0.03);
-    t982 = R::fused(-t937, R::constant(0.055), t981); // right_hip_yaw_link: motion
-    t983 = cos_q_left_knee_pitch * sin_q_left_ankle_pitch;
-    t984 = R::fused(sin_q_left_knee_pitch, cos_q_left_ankle_pitch, t983);
-    t985 = sin_q_left_hip_pitch * t984;
-    t986 = sin_q_left_knee_pitch * sin_q_left_ankle_pitch;
-    t987 = R::fused(-cos_q_left_knee_pitch, cos_q_left_ankle_pitch, t986);
-    t988 = R::fused(cos_q_left_hip_pitch, t987, t985);
-    t989 = cos_q_left_hip_yaw * t988;
-    t990 = cos_q_left_hip_pitch * t984;
-    t991 = R::fused(-sin_q_left_hip_pitch, t987, t990);
-    t992 = sin_q_left_hip_roll * t991;
-    t993 = R::fused(sin_q_left_hip_yaw, t992, t989);
-    t994 = t901 * t993;
-    t995 = sin_q_left_hip_yaw * t988;
-    t996 = R::fused(-cos_q_left_hip_yaw, t992, t995);
-    t997 = R::fused(t920, t996, t994);
-    t998 = cos_q_left_hip_roll * t991;
-    t999 = R::fused(t927, t998, t997);
-    t1000 = R::fused(R::constant(9.81), t999, -t982); // right_hip_yaw_link: motion
-    t1001 = t823 - t966; // right_hip_yaw_link: motion
-    t1002 = R::fused(R::constant(0.037), t1001, t1000); // left_hip_yaw_link: motion
-    t1003 = t805 * t805; // right_hip_yaw_link: motion
-    t1004 = t1003 + t969; // left_hip_yaw_link: motion
-    // right_hip_roll_link: motion
-    t1005 = t7 * t1004;
-    t1006 = R::fused(-t1001, t218, t1005);
-    t1007 = t1002 - t1006;
-    t1008 = t1003 + t974;
-    // left_hip_roll_link: motion
-    t1009 = t1008 * t211;
-    t1010 = R::fused(-t1001, t196, t1009);
-    t1011 = t1007 - t1010;
-    t1012 = R::fused(-cos_t1, t1011, t978);
-    t1013 = t818 * t818; // right_upper_leg: motion
-    t1014 = t838 * t838; // left_upper_leg: motion
-    t1015 = t1013 + t1014; // left_upper_leg: motion
-    t1016 = t1015 * t143; // right_lower_leg: motion
-    t1017 = t832 * t818; // right_upper_leg: motion
-    t1018 = t843 + t1017; // right_upper_leg: motion
-    t1019 = R::fused(-t1018, t168, t1016); // right_lower_leg: motion
-    t1020 = t1012 + t1019; // right_lower_leg: motion
-    t1021 = sin_t2 * t1020; // right_lower_leg: motion
-    t1022 = cos_q_left_ankle_roll * t931; // right_hip_yaw_link: motion
-    t1023 = R::fused(-sin_q_left_ankle_roll, t960, t1022); // right_hip_yaw_link: motion
-    t1024 = t811 * t805; // right_hip_yaw_link: motion
-    t1025 = R::fused(R::constant(0.037), t1024, t1023); // left_hip_yaw_link: motion
-    t1026 = t799 * t812; // left_hip_yaw_link: motion
-    t1027 = t800 + t1026; // left_hip_yaw_link: motion
-    t1028 = t7 * t1027; // right_hip_roll_link: motion
-    t1029 = t805 * t812; // left_hip_yaw_link: motion
-    t1030 = t806 + t1029; // left_hip_yaw_link: motion
+    t231 = R::fused(-t230, R::constant(0.055), t183);
+    t232 = t168_169.second() - t231;
+    t233 = R::constant(0.315) * t8;
+    t234 = R::fused(R::constant(0.273), t12, t233);
+    t235 = cos_q_left_ankle_pitch * t12;
+    t236 = R::fused(-sin_q_left_ankle_pitch, t15, t235);
+    t237 = R::fused(R::constant(0.037), t236, t234);
+    t238 = sin_q_left_hip_yaw * cos_q_left_hip_roll;
+    t239 = sin_q_left_ankle_roll * t238;
+    t240 = R::fused(cos_q_left_ankle_roll, t236, t239);
+    t241 = t237 * t240;
+    t242 = cos_q_left_hip_yaw * sin_q_left_hip_roll;
+    t243 = cos_q_left_hip_pitch * t242;
+    t244 = R::fused(-sin_q_left_hip_yaw, sin_q_left_hip_pitch, t243);
+    t245 = R::fused(R::constant(0.315), t244, R::constant(0.0764));
+    t246 = cos_q_left_knee_pitch * t244;
+    t247 = sin_q_left_hip_pitch * t242;
+    t248 = R::fused(sin_q_left_hip_yaw, cos_q_left_hip_pitch, t247);
+    t249 = R::fused(-sin_q_left_knee_pitch, t248, t246);
+    t250 = R::fused(R::constant(0.273), t249, t245);
+    t251 = cos_q_left_ankle_pitch * t249;
+    t252 = sin_q_left_knee_pitch * t244;
+    t253 = R::fused(cos_q_left_knee_pitch, t248, t252);
+    t254 = R::fused(-sin_q_left_ankle_pitch, t253, t251);
+    t255 = R::fused(R::constant(0.037), t254, t250);
+    t256 = cos_q_left_hip_yaw * cos_q_left_hip_roll;
+    t257 = sin_q_left_ankle_roll * t256;
+    t258 = R::fused(cos_q_left_ankle_roll, t254, t257);
+    t259 = R::fused(t255, t258, t241);
+    t260 = cos_q_left_hip_roll * cos_q_left_hip_pitch;
+    t261 = R::constant(0.315) * t260;
+    t262 = cos_q_left_knee_pitch * t260;
+    t263 = cos_q_left_hip_roll * sin_q_left_hip_pitch;
+    t264 = R::fused(-sin_q_left_knee_pitch, t263, t262);
+    t265 = R::fused(R::constant(0.273), t264, t261);
+    t266 = cos_q_left_ankle_pitch * t264;
+    t267 = sin_q_left_knee_pitch * t260;
+    t268 = R::fused(cos_q_left_knee_pitch, t263, t267);
+    t269 = R::fused(-sin_q_left_ankle_pitch, t268, t266);
+    t270 = R::fused(R::constant(0.037), t269, t265);
+    t271 = sin_q_left_hip_roll * sin_q_left_ankle_roll;
+    t272 = R::fused(-cos_q_left_ankle_roll, t269, t271);
+    t273 = R::fused(-t270, t272, t259);
+    t274 = R::constant(0.055) + t273;
+    t275 = t224_225.second() * t274;
+    // right_foot, left_foot: motion
+    t276_277 = t110_111 * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t278_279 = R::Two::fused(t220_221, two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t276_277);
+    t280_281 = R::Two::fused(t174_175, two(v_right_ankle_roll, v_left_ankle_roll), t278_279);
+    // other
+    t282 = cos_q_left_ankle_roll * t238;
+    t283 = R::fused(-sin_q_left_ankle_roll, t236, t282);
+    t284 = t237 * t283;
+    t285 = cos_q_left_ankle_roll * t256;
+    t286 = R::fused(-sin_q_left_ankle_roll, t254, t285);
+    t287 = R::fused(t255, t286, t284);
+    t288 = sin_q_left_hip_roll * cos_q_left_ankle_roll;
+    t289 = R::fused(sin_q_left_ankle_roll, t269, t288);
+    t290 = R::fused(-t270, t289, t287);
+    t291 = R::fused(-t280_281.second(), t290, t275);
+    t292 = t232 - t291;
+    t293 = t16 * t292;
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t294_295 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t40_41;
+    t296_297 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t54_55, t294_295);
+    // right_upper_leg, left_upper_leg: motion
+    t298_299 = t114_115 * t92_93;
+    t300_301 = R::Two::fused(t298_299, two(R::constant(1.0), R::constant(-1.0)), t204_205);
+    t302 = R::fused(t300_301.second(), R::constant(0.315), t296_297.second()); // left_lower_leg: motion
+    // right_lower_leg, left_lower_leg: motion
+    t303_304 = t146_147 * t130_131;
+    t305_306 = R::Two::fused(t303_304, two(R::constant(1.0), R::constant(-1.0)), t216_217);
+    t307 = R::fused(t305_306.second(), R::constant(0.273), t302); // left_ankle: motion
+    // right_ankle, left_ankle: motion
+    t308_309 = t208_209 * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t310_311 = R::Two::fused(t216_217, two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t308_309);
+    t312_313 = R::Two::fused(t158_159, two(v_right_ankle_pitch, v_left_ankle_pitch), t310_311);
+    t314_315 = t158_159 * t170_171;
+    t316_317 = t312_313 - t314_315;
+    t318 = R::fused(t316_317.second(), R::constant(0.037), t307); // left_foot: motion
+    t319 = cos_q_left_ankle_roll * t318; // left_foot: motion
+    t320_321 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t136_137;
+    t322_323 = R::Two::fused(two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t152_153, t320_321);
+    t324_325 = t162_163 * t162_163;
+    t326_327 = t170_171 * t170_171;
+    t328_329 = t324_325 + t326_327;
+    t330_331 = R::Two::fused(t328_329, both(R::constant(0.037)), t322_323); // right_foot, left_foot: motion
+    t332 = R::fused(-sin_q_left_ankle_roll, t330_331.second(), t319); // left_foot: motion
+    // right_foot, left_foot: motion
+    t333_334 = t174_175 * t226_227;
+    t335_336 = t280_281 + t333_334;
+    t337 = t335_336.second() * R::constant(0.03); // other
+    t338_339 = t174_175 * t179_180;
+    t340_341 = t312_313 - t338_339;
+    // other
+    t342 = R::fused(-t340_341.second(), R::constant(0.055), t337);
+    t343 = t332 - t342;
+    t344 = t16 * t237;
+    t345 = sin_q_left_ankle_pitch * t249;
+    t346 = R::fused(cos_q_left_ankle_pitch, t253, t345);
+    t347 = R::fused(t346, t255, t344);
+    t348 = sin_q_left_ankle_pitch * t264;
+    t349 = R::fused(cos_q_left_ankle_pitch, t268, t348);
+    t350 = R::fused(t349, t270, t347);
+    t351 = R::constant(0.03) + t350;
+    t352 = t280_281.second() * t351;
+    t353 = R::fused(-t312_313.second(), t274, t352);
+    t354 = t343 + t353;
+    t355 = R::fused(-t283, t354, t293);
+    t356 = sin_q_left_ankle_roll * t318; // left_foot: motion
+    t357 = R::fused(cos_q_left_ankle_roll, t330_331.second(), t356); // left_foot: motion
+    t358 = t224_225.second() - t228_229.second(); // left_foot: motion
+    t359 = t358 * R::constant(0.03);
+    t360_361 = t226_227 * t226_227; // right_foot, left_foot: motion
+    t362 = t360_361.second() + t176; // left_foot: motion
+    t363 = R::fused(t362, R::constant(0.055), t359);
+    t364 = t357 + t363;
+    t365 = t312_313.second() * t290;
+    t366 = R::fused(-t224_225.second(), t351, t365);
+    t367 = t364 + t366;
+    t368 = R::fused(-t240, t367, t355);
+    t369 = t5 + t368;
+    // right_foot, left_foot: sums of what it carries
+    t370_371 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t372_373 = both(R::constant(0.00009166667)) * t370_371;
     let (
-        t1031, t1032, t1033, t1034, t1035, t1036, t1037, t1038, t1039, t1040, t1041, t1042, t1043, t1044, t1045, t1046,
-        t1047, t1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060, t1061, t1062,
-        t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078,
-        t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094,
-        t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110,
-        t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123_1124, t1125, t1126,
-        t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142,
-        t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157, t1158,
-        t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168, t1169, t1170, t1171, t1172, t1173, t1174,
-        t1175, t1176, t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187, t1188, t1189, t1190,
-        t1191, t1192, t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206,
-        t1207, t1208, t1209_1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1222,
-        t1223, t1224, t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235, t1236, t1237, t1238,
-        t1239, t1240, t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254,
-        t1255, t1256, t1257, t1258, t1259, t1260, t1261, t1262, t1263, t1264, t1265, t1266, t1267, t1268, t1269, t1270,
-        t1271, t1272, t1273, t1274, t1275, t1276, t1277, t1278, t1279, t1280, t1281, t1282, t1283, t1284, t1285, t1286,
-        t1287, t1288,
+        t374_375, t376_377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391, t392_393, t394_395,
+        t396_397, t398_399, t400_401, t402_403, t404_405, t406_407, t408_409, t410_411, t412_413, t414_415, t416_417,
+        t418_419, t420_421, t422_423, t424_425, t426_427, t428_429, t430_431, t432_433, t434_435, t436_437, t438_439,
+        t440_441, t442_443, t444_445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459, t460_461,
+        t462_463, t464_465, t466_467, t468_469, t470_471, t472_473, t474_475, t476_477, t478_479, t480_481, t482_483,
+        t484_485, t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500_501, t502_503, t504_505,
+        t506_507, t508_509, t510_511, t512_513, t514_515, t516_517, t518_519, t520_521, t522_523, t524_525, t526_527,
+        t528_529, t530_531, t532_533, t534_535, t536_537, t538_539, t540_541, t542_543, t544_545, t546_547, t548_549,
+        t550_551, t552_553, t554_555, t556_557, t558_559, t560_561, t562_563, t564_565, t566_567, t568_569, t570_571,
+        t572_573, t574_575, t576_577, t578_579, t580_581, t582_583, t584, t585, t586, t587, t588, t589, t590, t591,
+        t592, t593, t594, t595, t596, t597, t598_599, t600_601, t602_603, t604_605, t606_607, t608_609, t610_611,
+        t612_613, t614_615, t616_617, t618_619, t620_621, t622_623, t624_625, t626, t627_628, t629_630, t631_632,
+        t633_634, t635_636, t637_638, t639_640, t641_642, t643_644, t645_646, t647_648, t649_650, t651_652, t653_654,
+        t655_656, t657_658, t659_660, t661, t662, t663, t664, t665_666, t667_668, t669_670, t671_672, t673_674,
+        t675_676, t677_678, t679_680, t681_682, t683_684, t685_686, t687, t688_689, t690_691, t692_693, t694_695,
+        t696_697, t698_699, t700_701, t702_703, t704_705, t706_707, t708, t709, t710, t711, t712, t713, t714, t715,
+        t716_717, t718_719, t720_721, t722_723, t724_725, t726_727, t728_729, t730, t731_732, t733_734, t735_736,
+        t737_738, t739_740, t741, t742, t743, t744, t745, t746, t747, t748, t749, t750, t751, t752, t753_754, t755_756,
+        t757_758, t759, t760_761, t762_763, t764, t765, t766, t767, t768, t769, t770, t771, t772, t773, t774, t775,
+        t776, t777, t778, t779, t780, t781_782, t783_784, t785_786, t787, t788_789, t790_791, t792_793, t794_795,
+        t796_797, t798_799, t800_801, t802, t803, t804_805, t806_807, t808, t809, t810_811, t812_813, t814, t815, t816,
+        t817_818,
     );
-    // right_hip_roll_link: motion
-    t1031 = R::fused(-t1030, t218, t1028);
-    t1032 = t1025 - t1031;
-    t1033 = t799 * t813;
-    t1034 = t801 + t1033;
-    t1035 = t1034 * t211; // left_hip_roll_link: motion
-    t1036 = t805 * t813;
-    t1037 = t807 + t1036;
-    t1038 = R::fused(-t1037, t196, t1035); // left_hip_roll_link: motion
-    t1039 = t1032 - t1038; // left_hip_roll_link: motion
-    t1040 = cos_q_left_hip_roll * t1039; // right_upper_leg: motion
-    t1041 = cos_t1 * t977; // left_hip_roll_link: motion
-    t1042 = R::fused(sin_t1, t1011, t1041); // left_hip_roll_link: motion
-    t1043 = R::fused(-sin_q_left_hip_roll, t1042, t1040); // right_upper_leg: motion
-    t1044 = t843 - t1017; // right_upper_leg: motion
-    t1045 = t1044 * t143; // right_lower_leg: motion
-    t1046 = t832 * t832; // right_upper_leg: motion
-    t1047 = t1046 + t1014; // left_upper_leg: motion
-    t1048 = R::fused(t1047, t168, t1045); // right_lower_leg: motion
-    t1049 = t1043 + t1048; // right_lower_leg: motion
-    t1050 = R::fused(-cos_t2, t1049, t1021); // right_lower_leg: motion
-    t1051 = sin_q_right_hip_roll * t1050; // left_lower_leg: motion
-    t1052 = sin_q_left_hip_roll * t1039; // right_upper_leg: motion
-    t1053 = R::fused(cos_q_left_hip_roll, t1042, t1052); // right_upper_leg: motion
-    t1054 = t832 * t838; // left_upper_leg: motion
-    t1055 = t833 + t1054; // left_upper_leg: motion
-    t1056 = t1055 * t143; // right_lower_leg: motion
-    t1057 = t818 * t838; // left_upper_leg: motion
-    t1058 = t819 + t1057; // left_upper_leg: motion
-    t1059 = R::fused(t1058, t168, t1056); // right_lower_leg: motion
-    t1060 = t1053 - t1059; // right_lower_leg: motion
-    t1061 = R::fused(cos_q_right_hip_roll, t1060, t1051); // left_lower_leg: motion
-    t1062 = t850 * t858; // left_lower_leg: motion
-    t1063 = t883 - t1062; // left_lower_leg: motion
-    t1064 = t1063 * t29; // left_ankle: motion
-    t1065 = t850 * t850; // left_lower_leg: motion
-    t1066 = t865 * t865; // right_ankle: motion
-    t1067 = t1065 + t1066; // right_ankle: motion
-    t1068 = R::fused(-t1067, t35, t1064); // left_ankle: motion
-    t1069 = t1061 - t1068; // left_ankle: motion
-    t1070 = t1063 * t14; // right_foot: motion
-    t1071 = t866 * t866; // left_ankle: motion
-    t1072 = t1065 + t1071; // left_ankle: motion
-    t1073 = R::fused(-t1072, t21, t1070); // right_foot: motion
-    t1074 = t1069 - t1073; // right_foot: motion
-    t1075 = sin_t4 * t1074; // right_foot: motion
-    t1076 = cos_t2 * t1020; // right_lower_leg: motion
-    t1077 = R::fused(sin_t2, t1049, t1076); // right_lower_leg: motion
-    t1078 = t858 * t858; // left_lower_leg: motion
-    t1079 = t1078 + t1066; // right_ankle: motion
-    t1080 = t1079 * t29; // left_ankle: motion
-    t1081 = t883 + t1062; // left_lower_leg: motion
-    t1082 = R::fused(t1081, t35, t1080); // left_ankle: motion
-    t1083 = t1077 + t1082; // left_ankle: motion
-    t1084 = t1078 + t1071; // left_ankle: motion
-    // right_foot: motion
-    t1085 = t1084 * t14;
-    t1086 = R::fused(t1081, t21, t1085);
-    t1087 = t1083 + t1086;
-    t1088 = R::fused(-cos_t4, t1087, t1075);
-    t1089 = t878 * t870;
-    t1090 = t883 + t1089;
-    t1091 = R::fused(R::constant(-0.037), t1090, t1088); // left_foot: motion
-    t1092 = R::fused(-t85, t1091, t891); // left_foot: sums of what it carries
-    t1093 = R::fused(t867, t870, t862);
-    t1094 = t1093 * R::constant(0.0031024499985); // right_foot: sums of what it carries
-    t1095 = R::fused(R::constant(-0.0005698), t880, t1094); // right_foot: sums of what it carries
-    t1096 = cos_q_right_hip_roll * t1050; // left_lower_leg: motion
-    t1097 = R::fused(-sin_q_right_hip_roll, t1060, t1096); // left_lower_leg: motion
-    t1098 = t850 * t865; // right_ankle: motion
-    t1099 = t851 + t1098; // right_ankle: motion
-    t1100 = t1099 * t29; // left_ankle: motion
-    t1101 = t858 * t865; // right_ankle: motion
-    t1102 = t859 + t1101; // right_ankle: motion
-    // left_ankle: motion
-    t1103 = R::fused(-t1102, t35, t1100);
-    t1104 = t1097 + t1103;
-    t1105 = t850 * t866;
-    t1106 = t852 + t1105;
-    t1107 = t1106 * t14; // right_foot: motion
-    t1108 = t858 * t866;
-    t1109 = t860 + t1108;
-    t1110 = R::fused(-t1109, t21, t1107); // right_foot: motion
-    t1111 = t1104 + t1110; // right_foot: motion
-    t1112 = R::fused(R::constant(-0.0154), t1111, t1095); // right_foot: sums of what it carries
-    t1113 = t1092 - t1112; // right_foot: sums of what it carries
-    t1114 = sin_t4 * t1113; // right_foot: sums of what it carries
-    t1115 = R::constant(0.001228333333) * t876; // left_foot: sums of what it carries
-    t1116 = t47 + t11; // left_foot: sums of what it carries
-    t1117 = R::fused(-t879, t1116, t1115); // left_foot: sums of what it carries
-    t1118 = t884 - t885; // left_foot: motion
-    t1119 = R::fused(-t83, t1118, t1117); // left_foot: sums of what it carries
-    t1120 = t868 + t872; // left_foot: motion
-    t1121 = R::fused(-t55, t1120, t1119); // left_foot: sums of what it carries
-    t1122 = t878 * t878; // right_foot: motion
-    t1123_1124 = R::Two::fused(both(t1122), two(R::constant(1.0), R::constant(-1.0)), both(t888));
-    t1125 = R::fused(t80, t1123_1124.second(), t1121); // left_foot: sums of what it carries
-    // right_foot: motion
-    t1126 = cos_t4 * t1074;
-    t1127 = R::fused(sin_t4, t1087, t1126);
-    t1128 = t870 * t870;
-    t1129 = t888 + t1128;
-    t1130 = R::fused(R::constant(0.037), t1129, t1127); // left_foot: motion
-    t1131 = t85 * t1130; // left_foot: sums of what it carries
-    t1132 = R::fused(R::constant(0.037), t880, t1111); // left_foot: motion
-    t1133 = R::fused(-t15, t1132, t1131); // left_foot: sums of what it carries
-    t1134 = t1125 - t1133; // left_foot: sums of what it carries
-    t1135 = t1122 + t889; // left_foot: motion
-    t1136 = t85 * t1135; // left_foot: sums of what it carries
-    t1137 = R::fused(t15, t880, t1136); // left_foot: sums of what it carries
-    t1138 = R::fused(R::constant(0.037), t1137, t1134); // left_foot: sums of what it carries
-    // right_foot: sums of what it carries
-    t1139 = t880 * R::constant(0.0008355375);
-    t1140 = R::fused(R::constant(-0.0005698), t1093, t1139);
-    t1141 = R::fused(R::constant(0.023125), t1111, t1140);
-    t1142 = t1138 + t1141;
-    t1143 = R::fused(cos_t4, t1142, t1114);
-    t1144 = R::constant(0.0154) * t1093;
-    t1145 = R::fused(R::constant(-0.023125), t880, t1144);
-    t1146 = t1137 - t1145;
-    t1147 = R::fused(t21, t1146, t1143);
-    // left_ankle: sums of what it carries
-    t1148 = t1109 * t100;
-    t1149 = R::fused(t1063, t115, t1148);
-    t1150 = R::fused(t1106, t130, t1149);
-    t1151 = t1078 - t1071;
-    t1152 = R::fused(t88, t1151, t1150);
-    t1153 = R::fused(-t1104, t37, t1152);
-    t1154 = t1147 - t1153;
-    t1155 = t1106 * t31;
-    t1156 = R::fused(-t1109, t37, t1155);
-    t1157 = t1146 + t1156;
-    t1158 = R::fused(t35, t1157, t1154);
-    // right_ankle: sums of what it carries
-    t1159 = t1102 * t103;
-    t1160 = R::fused(t1063, t119, t1159);
-    t1161 = R::fused(t1099, t137, t1160);
-    t1162 = t1078 - t1066;
-    t1163 = R::fused(t92, t1162, t1161);
-    t1164 = R::fused(-t1097, t152, t1163);
-    t1165 = t1158 - t1164;
-    t1166 = t856 * R::constant(0.0016005833535); // left_lower_leg: sums of what it carries
-    t1167 = t864 * t858; // left_lower_leg: motion
-    t1168 = R::fused(-t1167, R::constant(0.0014339166865), t1166); // left_lower_leg: sums of what it carries
-    t1169 = R::fused(R::constant(-0.01), t1061, t1168); // left_lower_leg: sums of what it carries
-    t1170 = t1165 - t1169; // left_lower_leg: sums of what it carries
-    t1171 = R::fused(t839, t845, t856); // right_lower_leg: motion
-    t1172 = R::fused(-t1171, R::constant(0.00009), t1170); // right_lower_leg: sums of what it carries
-    t1173 = sin_t2 * t1172; // right_lower_leg: sums of what it carries
-    t1174 = t886 * t11; // left_foot: sums of what it carries
-    t1175 = R::fused(t80, t873, t1174); // left_foot: sums of what it carries
-    t1176 = t876 + t879; // right_foot: motion
-    // left_foot: sums of what it carries
-    t1177 = R::fused(-t83, t1176, t1175);
-    t1178 = t1122 - t889;
-    t1179 = R::fused(-t55, t1178, t1177);
-    t1180 = R::fused(-t15, t1091, t1179);
-    t1181 = t85 * t873;
-    t1182 = R::fused(-t15, t886, t1181);
-    t1183 = R::fused(R::constant(-0.037), t1182, t1180);
-    // right_foot: sums of what it carries
-    t1184 = t883 * R::constant(0.0039379874985);
-    t1185 = R::fused(-t1089, R::constant(0.0022669124985), t1184);
-    t1186 = t1122 - t1128;
-    t1187 = R::fused(R::constant(-0.0005698), t1186, t1185);
-    t1188 = R::constant(0.023125) * t1088;
-    t1189 = R::fused(R::constant(-0.0154), t1127, t1188);
-    t1190 = t1187 - t1189;
-    t1191 = t1183 + t1190;
-    t1192 = t85 * t1176; // left_foot: sums of what it carries
-    t1193 = t888 + t889; // left_foot: motion
-    t1194 = R::fused(-t15, t1193, t1192); // left_foot: sums of what it carries
-    t1195 = t883 - t1089; // right_foot: motion
-    t1196 = R::constant(0.0154) * t1195;
-    t1197 = R::fused(R::constant(0.023125), t1129, t1196);
-    t1198 = t1194 - t1197;
-    t1199 = sin_t4 * t1198;
-    t1200 = R::constant(0.0154) * t1123_1124.first();
-    t1201 = R::fused(R::constant(-0.023125), t1090, t1200);
-    t1202 = t1182 + t1201;
-    t1203 = R::fused(cos_t4, t1202, t1199);
-    t1204 = t21 * t1203;
-    t1205 = cos_t4 * t1198;
-    t1206 = R::fused(-sin_t4, t1202, t1205);
-    t1207 = R::fused(-t14, t1206, t1204);
-    t1208 = t1191 - t1207;
-    t1209_1210 = two(R::constant(0.231642), R::constant(0.07325338333)) * both(t883); // right_ankle, left_ankle
-    t1211 = t100 - t65; // left_ankle: sums of what it carries
-    t1212 = R::fused(t1062, t1211, t1209_1210.second()); // left_ankle: sums of what it carries
-    t1213 = t852 - t1105; // left_ankle: motion
-    t1214 = R::fused(t1213, t88, t1212); // left_ankle: sums of what it carries
-    t1215 = t860 - t1108; // left_ankle: motion
-    // left_ankle: sums of what it carries
-    t1216 = R::fused(t1215, t115, t1214);
-    t1217 = t1065 - t1078;
-    t1218 = R::fused(t130, t1217, t1216);
-    t1219 = t1083 * t37;
-    t1220 = R::fused(-t1069, t31, t1219);
-    t1221 = t1218 + t1220;
-    t1222 = t1208 + t1221;
-    t1223 = t1084 * t31;
-    t1224 = R::fused(t1081, t37, t1223);
-    t1225 = t1203 - t1224;
-    t1226 = t35 * t1225;
-    t1227 = t1063 * t31;
-    t1228 = R::fused(-t1072, t37, t1227);
-    t1229 = t1206 + t1228;
-    t1230 = R::fused(-t29, t1229, t1226);
-    t1231 = t1222 - t1230;
-    t1232 = t103 - t72; // right_ankle: sums of what it carries
-    t1233 = R::fused(t1062, t1232, t1209_1210.first()); // right_ankle: sums of what it carries
-    t1234 = t851 - t1098; // right_ankle: motion
-    t1235 = R::fused(t1234, t92, t1233); // right_ankle: sums of what it carries
-    t1236 = t859 - t1101; // right_ankle: motion
-    // right_ankle: sums of what it carries
-    t1237 = R::fused(t1236, t119, t1235);
-    t1238 = R::fused(t1217, t137, t1237);
-    t1239 = t1077 * t152;
-    t1240 = R::fused(-t1061, t145, t1239);
-    t1241 = t1238 + t1240;
-    t1242 = t1231 + t1241;
-    t1243 = R::fused(t1081, R::constant(0.0000833333335), t1242); // left_lower_leg: sums of what it carries
-    t1244 = cos_q_right_hip_roll * t1243; // left_lower_leg: sums of what it carries
-    t1245 = cos_t4 * t1113; // right_foot: sums of what it carries
-    t1246 = R::fused(-sin_t4, t1142, t1245); // right_foot: sums of what it carries
-    t1247 = R::fused(-t14, t1146, t1246); // right_foot: sums of what it carries
-    // left_ankle: sums of what it carries
-    t1248 = t1106 * t65;
-    t1249 = R::fused(t1109, t130, t1248);
-    t1250 = R::fused(t1081, t88, t1249);
-    t1251 = t1065 - t1071;
-    t1252 = R::fused(-t115, t1251, t1250);
-    t1253 = R::fused(t1104, t31, t1252);
-    t1254 = t1247 - t1253;
-    t1255 = R::fused(-t29, t1157, t1254);
-    // right_ankle: sums of what it carries
-    t1256 = t1099 * t72;
-    t1257 = R::fused(t1102, t137, t1256);
-    t1258 = R::fused(t1081, t92, t1257);
-    t1259 = t1065 - t1066;
-    t1260 = R::fused(-t119, t1259, t1258);
-    t1261 = R::fused(t1097, t145, t1260);
-    t1262 = t1255 - t1261;
-    t1263 = R::fused(-t850, t864, t847); // left_lower_leg: motion
-    // left_lower_leg: sums of what it carries
-    t1264 = t1263 * R::constant(0.00151725002);
-    t1265 = R::fused(R::constant(0.01), t1077, t1264);
-    t1266 = t1262 - t1265;
-    t1267 = R::fused(-sin_q_right_hip_roll, t1266, t1244);
-    t1268 = R::fused(-t839, t849, t835); // right_lower_leg: motion
-    // right_lower_leg: sums of what it carries
-    t1269 = t1268 * R::constant(0.0005199999995);
-    t1270 = R::fused(R::constant(-0.008), t1060, t1269);
-    t1271 = t1267 + t1270;
-    t1272 = R::fused(cos_t2, t1271, t1173);
-    t1273 = t1099 * t145; // right_ankle: sums of what it carries
-    t1274 = R::fused(-t1102, t152, t1273); // right_ankle: sums of what it carries
-    t1275 = t1157 + t1274; // right_ankle: sums of what it carries
-    t1276 = t1065 + t1078; // left_lower_leg: motion
-    t1277 = R::fused(R::constant(-0.01), t1276, t1275); // left_lower_leg: sums of what it carries
-    t1278 = sin_q_right_hip_roll * t1277; // left_lower_leg: sums of what it carries
-    t1279 = t1063 * t145; // right_ankle: sums of what it carries
-    t1280 = R::fused(-t1067, t152, t1279); // right_ankle: sums of what it carries
-    t1281 = t1229 + t1280; // right_ankle: sums of what it carries
-    t1282 = t856 - t1167; // left_lower_leg: motion
-    t1283 = R::fused(R::constant(0.01), t1282, t1281); // left_lower_leg: sums of what it carries
-    t1284 = R::fused(cos_q_right_hip_roll, t1283, t1278); // left_lower_leg: sums of what it carries
-    t1285 = R::fused(R::constant(0.008), t1268, t1284);
-    t1286 = R::fused(t143, t1285, t1272);
-    t1287 = R::fused(R::constant(-0.0764), tau_base_linear_z, tau_base_angular_x); // other
-    t1288 = sin_q_left_hip_yaw * t1287; // other
+    t374_375 = both(R::constant(0.0029269125)) - t372_373;
+    t376_377 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch);
+    t378_379 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.001221));
+    t380_381 = both(R::constant(0.001228333333)) + t378_379;
+    // right_ankle, left_ankle: sums of what it carries
+    t382_383 = t380_381 - t374_375;
+    t384_385 = t376_377 * t382_383;
+    // right_foot, left_foot: sums of what it carries
+    t386_387 = both(R::constant(0.000612)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t388_389 = both(R::constant(0.0005698)) + t386_387;
+    // right_ankle, left_ankle: sums of what it carries
+    t390_391 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch);
+    t392_393 = t388_389 * t390_391;
+    t394_395 = R::Two::fused(both(R::constant(-2.0)), t392_393, t384_385);
+    t396_397 = t374_375 + t394_395;
+    t398_399 = both(R::constant(0.072308716667)) - t396_397;
+    t400_401 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(sin_q_right_knee_pitch, sin_q_left_knee_pitch);
+    t402_403 = t380_381 - t394_395;
+    // right_foot, left_foot: sums of what it carries
+    t404_405 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t406_407 = both(R::constant(0.023125)) + t404_405;
+    // right_ankle, left_ankle: sums of what it carries
+    t408_409 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t406_407;
+    t410_411 = R::Two::fused(both(R::constant(0.0154)), two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t408_409);
+    t412_413 = both(R::constant(0.546)) * t410_411;
+    t414_415 = t402_403 + t412_413;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t416_417 = t414_415 + t398_399;
+    t418_419 = t400_401 * t416_417;
+    // right_ankle, left_ankle: sums of what it carries
+    t420_421 = t388_389 * t376_377;
+    t422_423 = R::Two::fused(both(R::constant(-2.0)), t420_421, t388_389);
+    t424_425 = R::Two::fused(-t390_391, t382_383, t422_423);
+    t426_427 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t406_407;
+    t428_429 = R::Two::fused(both(R::constant(-0.0154)), two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t426_427);
+    t430_431 = R::Two::fused(both(R::constant(-0.273)), t428_429, t424_425);
+    t432_433 = both(R::constant(0.00086)) + t430_431;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t434_435 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * two(cos_q_right_knee_pitch, cos_q_left_knee_pitch);
+    t436_437 = t432_433 * t434_435;
+    t438_439 = R::Two::fused(both(R::constant(-2.0)), t436_437, t418_419);
+    t440_441 = t398_399 - t438_439;
+    t442_443 = both(R::constant(0.22879800003)) + t440_441;
+    t444_445 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t446_447 = t414_415 - t438_439;
+    t448_449 = both(R::constant(0.3111)) + t410_411; // right_ankle, left_ankle: sums of what it carries
+    t450_451 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t448_449;
+    t452_453 = both(R::constant(0.008)) - t428_429; // right_ankle, left_ankle: sums of what it carries
+    t454_455 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t452_453, t450_451);
+    t456_457 = both(R::constant(0.63)) * t454_455;
+    t458_459 = t446_447 + t456_457;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t460_461 = t458_459 + t442_443;
+    t462_463 = t444_445 * t460_461;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t464_465 = t432_433 * t400_401;
+    t466_467 = R::Two::fused(both(R::constant(-2.0)), t464_465, t432_433);
+    t468_469 = R::Two::fused(-t434_435, t416_417, t466_467);
+    t470_471 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t448_449;
+    t472_473 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t452_453, t470_471);
+    t474_475 = R::Two::fused(both(R::constant(-0.315)), t472_473, t468_469);
+    t476_477 = both(R::constant(0.002)) + t474_475;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t478_479 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t480_481 = t476_477 * t478_479;
+    t482_483 = R::Two::fused(both(R::constant(-2.0)), t480_481, t462_463);
+    t484_485 = t442_443 - t482_483;
+    t486_487 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    // right_foot, left_foot: sums of what it carries
+    t488_489 = both(R::constant(0.00009166667)) - t372_373;
+    t490_491 = t488_489 - t378_379;
+    t492_493 = both(R::constant(0.0045979875)) - t490_491;
+    // right_ankle, left_ankle: sums of what it carries
+    t494_495 = t492_493 + t412_413;
+    t496_497 = both(R::constant(0.07325338333)) + t494_495;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t498_499 = t496_497 + t456_457;
+    t500_501 = both(R::constant(0.231642)) + t498_499;
+    t502_503 = both(R::constant(0.3052705042)) - t500_501; // right_upper_leg, left_upper_leg: sums of what it carries
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t504_505 = t484_485 - t502_503;
+    t506_507 = t486_487 * t504_505;
+    // right_foot, left_foot: sums of what it carries
+    t508_509 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t510_511 = both(R::constant(0.00009166667)) * t508_509;
+    t512_513 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(-0.0006105)), t510_511);
+    t514_515 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t512_513; // right_ankle, left_ankle
+    t516_517 = both(R::constant(0.000612)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    // right_ankle, left_ankle: sums of what it carries
+    t518_519 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t516_517, t514_515);
+    t520_521 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(-0.0045045)), t518_519);
+    t522_523 = R::Two::fused(t520_521, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.00024)));
+    t524_525 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t522_523; // right_lower_leg, left_lower_leg
+    t526_527 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t512_513;
+    t528_529 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t516_517, t526_527);
+    t530_531 = R::Two::fused(t528_529, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.000016)));
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t532_533 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t530_531, t524_525);
+    t534_535 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), two(R::constant(-0.0051975), R::constant(0.0051975)), t532_533);
+    t536_537 = both(R::constant(0.00193)) + t534_535;
+    t538_539 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t536_537; // right_upper_leg, left_upper_leg
+    t540_541 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t522_523;
+    t542_543 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t530_531, t540_541);
+    t544_545 = both(R::constant(0.000048)) - t542_543;
+    t546_547 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t544_545, t538_539);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t548_549 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t550_551 = t546_547 * t548_549;
+    t552_553 = R::Two::fused(two(R::constant(-2.0), R::constant(2.0)), t550_551, t506_507);
+    t554_555 = t484_485 - t552_553;
+    t556_557 = both(R::constant(0.305963837533)) - t554_555;
+    t558_559 = both(R::constant(0.8355)) + t454_455; // right_lower_leg, left_lower_leg: sums of what it carries
+    t560_561 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t558_559; // right_upper_leg, left_upper_leg
+    t562_563 = both(R::constant(0.012)) - t472_473; // right_lower_leg, left_lower_leg: sums of what it carries
+    t564_565 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t562_563, t560_561);
+    t566_567 = both(R::constant(0.008)) + t564_565;
+    t568_569 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t566_567; // right_hip_yaw_link, left_hip_yaw_link
+    t570_571 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
+    t572_573 = R::Two::fused(t570_571, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
+    t574_575 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t572_573;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t576_577 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t558_559;
+    t578_579 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t562_563, t576_577);
+    t580_581 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t578_579, t574_575);
+    t582_583 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t580_581, t568_569);
+    t584 = R::fused(R::constant(-0.0764), t582_583.second(), t556_557.second()); // left_hip_yaw_link: mass matrix
+    t585 = t582_583.second() * R::constant(0.1528); // left_hip_yaw_link: sums of what it carries
+    t586 = t556_557.second() - t585; // left_hip_yaw_link: sums of what it carries
+    t587 = R::constant(0.15966028) + t586; // left_hip_yaw_link: sums of what it carries
+    t588 = R::constant(0.1528) * t582_583.first(); // right_hip_yaw_link: sums of what it carries
+    t589 = t556_557.first() + t588; // right_hip_yaw_link: sums of what it carries
+    t590 = t587 + t589; // right_hip_yaw_link: sums of what it carries
+    t591 = R::constant(0.0102) - t582_583.second(); // left_hip_yaw_link: sums of what it carries
+    t592 = t591 - t582_583.first(); // right_hip_yaw_link: sums of what it carries
+    // other
+    t593 = R::fused(R::constant(-0.0764), t592, t590);
+    t594 = t584 - t593;
+    t595 = t592 - R::constant(1.4516);
+    t596 = t582_583.second() + t595;
+    t597 = R::fused(R::constant(0.0764), t596, t594);
+    // right_foot, left_foot: mass matrix
+    t598_599 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t570_571;
+    t600_601 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t598_599;
+    t602_603 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t570_571;
+    t604_605 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t602_603, t600_601);
+    t606_607 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t604_605;
+    t608_609 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t598_599;
+    t610_611 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t602_603, t608_609);
+    t612_613 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t610_611, t606_607);
+    t614_615 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t612_613;
+    t616_617 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t404_405;
+    t618_619 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t604_605;
+    t620_621 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t610_611, t618_619);
+    t622_623 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t620_621, t616_617);
+    t624_625 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t622_623, t614_615);
+    t626 = R::constant(0.0764) * t624_625.first(); // right_foot: mass matrix
+    t627_628 = R::Two::fused(both(R::constant(0.273)), t602_603, t516_517);
+    t629_630 = R::Two::fused(both(R::constant(0.315)), t610_611, t627_628);
+    t631_632 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t629_630;
+    t633_634 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t386_387;
+    t635_636 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0006105)), both(R::constant(0.001228333333)));
+    t637_638 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t635_636, t633_634);
+    t639_640 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t637_638;
+    t641_642 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t386_387;
+    t643_644 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t635_636, t641_642);
+    t645_646 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0045045)), t643_644);
+    t647_648 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t645_646, t639_640);
+    t649_650 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t647_648;
+    t651_652 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t637_638;
+    t653_654 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t645_646, t651_652);
+    t655_656 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), both(R::constant(0.0051975)), t653_654);
+    t657_658 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t655_656, t649_650);
+    t659_660 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t657_658, t631_632);
+    t661 = t659_660.first() - t626; // right_foot: mass matrix
+    t662 = t626 - t661; // other
+    t663 = t662 * R::constant(814.1112620933816); // factors of the mass matrix
+    t664 = R::fused(t662, t663, t597); // factors of the mass matrix
+    // right_ankle, left_ankle: mass matrix
+    t665_666 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t428_429;
+    t667_668 = R::Two::fused(two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t410_411, t665_666);
+    t669_670 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t667_668;
+    t671_672 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t428_429;
+    t673_674 = R::Two::fused(-two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t410_411, t671_672);
+    t675_676 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t673_674, t669_670);
+    t677_678 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t675_676;
+    t679_680 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t667_668;
+    t681_682 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t673_674, t679_680);
+    t683_684 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t681_682;
+    t685_686 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t683_684, t677_678);
+    t687 = R::constant(0.0764) * t685_686.first(); // right_ankle: mass matrix
+    t688_689 = R::Two::fused(both(R::constant(0.273)), t410_411, t492_493);
+    t690_691 = R::Two::fused(both(R::constant(-0.315)), t673_674, t688_689);
+    t692_693 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t690_691;
+    t694_695 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t518_519;
+    t696_697 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t528_529, t694_695);
+    t698_699 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t696_697;
+    t700_701 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t518_519;
+    t702_703 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t528_529, t700_701);
+    t704_705 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t702_703, t698_699);
+    t706_707 = R::Two::fused(-two(cos_q_right_hip_roll, cos_q_left_hip_roll), t704_705, t692_693);
+    t708 = t706_707.first() + t687; // right_ankle: mass matrix
+    t709 = t687 + t708; // other
+    // factors of the mass matrix
+    t710 = sin_q_right_ankle_roll * R::constant(0.4982360924011495);
+    t711 = R::fused(t662, t710, t709);
+    t712 = R::fused(-t516_517.first(), t710, t492_493.first());
+    t713 = R::constant(1.0) / t712;
+    t714 = t711 * t713;
+    t715 = R::fused(t711, t714, t664);
+    // right_lower_leg, left_lower_leg: mass matrix
+    t716_717 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t472_473;
+    t718_719 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t454_455, t716_717);
+    t720_721 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t718_719;
+    t722_723 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t472_473;
+    t724_725 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t454_455, t722_723);
+    t726_727 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t724_725;
+    t728_729 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t726_727, t720_721);
+    t730 = R::constant(0.0764) * t728_729.first(); // right_lower_leg: mass matrix
+    t731_732 = R::Two::fused(both(R::constant(0.315)), t454_455, t496_497);
+    t733_734 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t731_732;
+    t735_736 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t532_533;
+    t737_738 = R::Two::fused(-two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t542_543, t735_736);
+    t739_740 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t737_738, t733_734);
+    t741 = t739_740.first() + t730; // right_lower_leg: mass matrix
+    t742 = t730 + t741; // other
+    // factors of the mass matrix
+    t743 = t627_628.first() * R::constant(814.1112620933816);
+    t744 = R::fused(t662, t743, t742);
+    t745 = R::fused(-t627_628.first(), t710, t688_689.first());
+    t746 = t745 * t713;
+    t747 = R::fused(-t711, t746, t744);
+    t748 = R::fused(-t627_628.first(), t743, t496_497.first());
+    t749 = R::fused(-t745, t746, t748);
+    t750 = R::constant(1.0) / t749;
+    t751 = t747 * t750;
+    t752 = R::fused(t747, t751, t715);
+    // right_upper_leg, left_upper_leg: mass matrix
+    t753_754 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t578_579;
+    t755_756 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t564_565;
+    t757_758 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t755_756, t753_754);
+    t759 = R::constant(0.0764) * t757_758.first(); // right_upper_leg: mass matrix
+    t760_761 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t500_501;
+    t762_763 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t546_547, t760_761);
+    t764 = t762_763.first() - t759; // right_upper_leg: mass matrix
+    t765 = t759 - t764; // other
+    // factors of the mass matrix
+    t766 = t629_630.first() * R::constant(814.1112620933816);
+    t767 = R::fused(-t662, t766, t765);
+    t768 = R::fused(-t629_630.first(), t710, t690_691.first());
+    t769 = t768 * t713;
+    t770 = R::fused(t711, t769, t767);
+    t771 = R::fused(-t629_630.first(), t743, t731_732.first());
+    t772 = R::fused(-t768, t746, t771);
+    t773 = t772 * t750;
+    t774 = R::fused(t747, t773, t770);
+    t775 = R::fused(-t629_630.first(), t766, t500_501.first());
+    t776 = R::fused(-t768, t769, t775);
+    t777 = R::fused(-t772, t773, t776);
+    t778 = R::constant(1.0) / t777;
+    t779 = t774 * t778;
+    t780 = R::fused(t774, t779, t752);
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t781_782 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t572_573;
+    t783_784 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t578_579, t781_782);
+    t785_786 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t783_784; // right_hip_roll_link, left_hip_roll_link
+    t787 = R::constant(0.0764) * t785_786.first(); // right_hip_roll_link: mass matrix
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t788_789 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t536_537;
+    t790_791 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t544_545, t788_789);
+    t792_793 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t790_791; // right_hip_roll_link, left_hip_roll_link
+    t794_795 = t476_477 * t444_445;
+    t796_797 = R::Two::fused(both(R::constant(-2.0)), t794_795, t476_477);
+    t798_799 = R::Two::fused(-t478_479, t460_461, t796_797);
+    t800_801 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t798_799, t792_793);
+    t802 = t800_801.first() + t787; // right_hip_roll_link: mass matrix
+    t803 = t787 + t802; // other
+    // right_foot, left_foot: mass matrix
+    t804_805 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t647_648;
+    t806_807 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t655_656, t804_805);
+    t808 = t806_807.first() * R::constant(814.1112620933816); // factors of the mass matrix
+    t809 = R::fused(t662, t808, t803); // factors of the mass matrix
+    // right_ankle, left_ankle: mass matrix
+    t810_811 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t696_697;
+    t812_813 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t702_703, t810_811);
+    t814 = R::fused(-t806_807.first(), t710, t812_813.first()); // factors of the mass matrix
+    t815 = t814 * t713; // factors of the mass matrix
+    t816 = R::fused(-t711, t815, t809); // factors of the mass matrix
+    // right_lower_leg, left_lower_leg: mass matrix
+    t817_818 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t532_533;
     let (
-        t1289, t1290, t1291, t1292, t1293, t1294, t1295, t1296, t1297, t1298, t1299, t1300, t1301, t1302, t1303, t1304,
-        t1305, t1306, t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315, t1316, t1317, t1318, t1319, t1320,
-        t1321, t1322, t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335,
-        t1336_1337, t1338, t1339, t1340, t1341, t1342, t1343, t1344, t1345, t1346_1347, t1348, t1349, t1350, t1351,
-        t1352, t1353, t1354, t1355, t1356, t1357, t1358, t1359, t1360, t1361, t1362, t1363, t1364, t1365, t1366, t1367,
-        t1368, t1369, t1370, t1371, t1372, t1373, t1374, t1375, t1376, t1377, t1378, t1379, t1380, t1381, t1382, t1383,
-        t1384, t1385, t1386, t1387, t1388, t1389, t1390, t1391, t1392, t1393, t1394, t1395, t1396, t1397, t1398, t1399,
-        t1400, t1401, t1402, t1403, t1404, t1405, t1406, t1407, t1408, t1409, t1410, t1411, t1412, t1413, t1414, t1415,
-        t1416, t1417, t1418, t1419, t1420, t1421, t1422, t1423, t1424, t1425, t1426, t1427, t1428, t1429, t1430, t1431,
-        t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447,
-        t1448, t1449, t1450, t1451, t1452, t1453, t1454, t1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463,
-        t1464, t1465, t1466, t1467, t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475, t1476, t1477, t1478, t1479,
-        t1480, t1481, t1482, t1483, t1484, t1485, t1486, t1487, t1488, t1489, t1490, t1491, t1492, t1493, t1494, t1495,
-        t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511,
-        t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527,
-        t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541, t1542, t1543,
-        t1544, t1545, t1546,
+        t819_820, t821, t822, t823, t824, t825, t826, t827, t828, t829, t830_831, t832_833, t834, t835, t836, t837,
+        t838, t839, t840, t841, t842, t843, t844, t845, t846, t847, t848, t849, t850, t851, t852, t853, t854, t855,
+        t856, t857, t858, t859, t860, t861, t862, t863, t864, t865, t866, t867, t868, t869, t870, t871, t872, t873_874,
+        t875_876, t877_878, t879_880, t881_882, t883_884, t885_886, t887_888, t889_890, t891_892, t893_894, t895_896,
+        t897, t898_899, t900_901, t902, t903_904, t905_906, t907, t908_909, t910_911, t912_913, t914_915, t916_917,
+        t918_919, t920, t921_922, t923_924, t925, t926_927, t928_929, t930, t931_932, t933_934, t935_936, t937_938,
+        t939_940, t941_942, t943_944, t945_946, t947_948, t949_950, t951, t952, t953, t954, t955_956, t957_958, t959,
+        t960, t961, t962, t963_964, t965_966, t967_968, t969_970, t971_972, t973, t974, t975, t976, t977_978, t979_980,
+        t981_982, t983, t984, t985, t986, t987_988, t989_990, t991_992, t993, t994, t995, t996, t997_998, t999_1000,
+        t1001_1002, t1003, t1004, t1005, t1006, t1007, t1008_1009, t1010_1011, t1012_1013, t1014_1015, t1016_1017,
+        t1018, t1019, t1020_1021, t1022, t1023, t1024_1025, t1026_1027, t1028, t1029, t1030_1031, t1032, t1033,
+        t1034_1035, t1036_1037, t1038_1039, t1040_1041, t1042, t1043, t1044, t1045, t1046, t1047_1048, t1049_1050,
+        t1051_1052, t1053, t1054_1055, t1056_1057, t1058_1059, t1060, t1061, t1062_1063, t1064, t1065, t1066, t1067,
+        t1068, t1069_1070, t1071_1072, t1073_1074, t1075_1076, t1077_1078, t1079_1080, t1081, t1082, t1083, t1084,
+        t1085_1086, t1087_1088, t1089, t1090, t1091, t1092, t1093, t1094_1095, t1096_1097, t1098_1099, t1100_1101,
+        t1102_1103, t1104_1105, t1106_1107, t1108_1109, t1110, t1111, t1112, t1113_1114, t1115, t1116, t1117, t1118,
+        t1119, t1120, t1121, t1122, t1123, t1124_1125, t1126_1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134,
+        t1135, t1136_1137, t1138_1139, t1140_1141, t1142_1143, t1144_1145, t1146, t1147, t1148, t1149, t1150, t1151,
+        t1152, t1153_1154, t1155_1156, t1157_1158, t1159, t1160, t1161, t1162, t1163, t1164, t1165, t1166, t1167, t1168,
+        t1169, t1170, t1171, t1172, t1173, t1174, t1175, t1176,
     );
-    t1289 = R::fused(-cos_q_left_hip_yaw, tau_base_angular_y, t1288); // other
-    // left_upper_leg: sums of what it carries
-    t1290 = t1055 * t163;
-    t1291 = R::fused(-t1018, t190, t1290);
-    t1292 = R::fused(t1058, t553, t1291);
-    t1293 = t1046 - t1014;
-    t1294 = R::fused(t560, t1293, t1292);
-    t1295 = R::fused(-t1053, t205, t1294);
-    t1296 = t1289 - t1295;
-    t1297 = t1286 - t1296;
-    t1298 = R::fused(-t832, t837, t829); // right_upper_leg: motion
-    // right_upper_leg: sums of what it carries
-    t1299 = t1298 * R::constant(0.78034875);
-    t1300 = R::fused(R::constant(-2.4915), t1012, t1299);
-    t1301 = t1297 + t1300;
-    t1302 = cos_q_left_hip_roll * t1301;
-    t1303 = sin_q_right_hip_roll * t1243; // left_lower_leg: sums of what it carries
-    t1304 = R::fused(cos_q_right_hip_roll, t1266, t1303); // left_lower_leg: sums of what it carries
-    t1305 = t843 * R::constant(0.0006099999995); // right_lower_leg: sums of what it carries
-    t1306 = t849 * t845; // right_lower_leg: motion
-    t1307 = R::fused(t1306, R::constant(0.0004299999995), t1305); // right_lower_leg: sums of what it carries
-    t1308 = R::fused(R::constant(-0.008), t1050, t1307); // right_lower_leg: sums of what it carries
-    t1309 = t1304 + t1308; // right_lower_leg: sums of what it carries
-    t1310 = t1079 * t145; // right_ankle: sums of what it carries
-    t1311 = R::fused(t1081, t152, t1310); // right_ankle: sums of what it carries
-    t1312 = t1225 - t1311; // right_ankle: sums of what it carries
-    t1313 = R::fused(R::constant(-0.01), t1263, t1312); // left_lower_leg: sums of what it carries
-    t1314 = t839 * t839; // right_lower_leg: motion
-    t1315 = R::fused(t845, t845, t1314); // right_lower_leg: motion
-    t1316 = R::fused(R::constant(-0.008), t1315, t1313); // right_lower_leg: sums of what it carries
-    t1317 = sin_t2 * t1316; // right_lower_leg: sums of what it carries
-    t1318 = cos_q_right_hip_roll * t1277; // left_lower_leg: sums of what it carries
-    t1319 = R::fused(-sin_q_right_hip_roll, t1283, t1318); // left_lower_leg: sums of what it carries
-    t1320 = t843 + t1306; // right_lower_leg: motion
-    // right_lower_leg: sums of what it carries
-    t1321 = R::fused(R::constant(-0.008), t1320, t1319);
-    t1322 = R::fused(cos_t2, t1321, t1317);
-    t1323 = t143 * t1322;
-    t1324 = cos_t2 * t1316;
-    t1325 = R::fused(-sin_t2, t1321, t1324);
-    t1326 = R::fused(-t168, t1325, t1323);
-    t1327 = t1309 - t1326;
-    t1328 = R::fused(R::constant(0.0764), tau_base_linear_x, tau_base_angular_z); // other
-    t1329 = R::constant(0.26900396) * t843; // left_upper_leg: sums of what it carries
-    t1330 = t163 - t625; // left_upper_leg: sums of what it carries
-    t1331 = R::fused(-t1017, t1330, t1329); // left_upper_leg: sums of what it carries
-    t1332 = t819 - t1057; // left_upper_leg: motion
-    t1333 = R::fused(-t1332, t560, t1331); // left_upper_leg: sums of what it carries
-    t1334 = t833 - t1054; // left_upper_leg: motion
-    t1335 = R::fused(-t1334, t190, t1333); // left_upper_leg: sums of what it carries
-    t1336_1337 = R::Two::fused(both(t1013), two(R::constant(1.0), R::constant(-1.0)), both(t1046));
-    // left_upper_leg: sums of what it carries
-    t1338 = R::fused(t553, t1336_1337.second(), t1335);
-    t1339 = t1043 * t205;
-    t1340 = R::fused(t1012, t198, t1339);
-    t1341 = t1338 + t1340;
-    t1342 = t1328 + t1341;
-    t1343 = t1327 + t1342;
-    t1344 = R::fused(t1018, R::constant(0.00009), t1343); // right_upper_leg: sums of what it carries
-    t1345 = R::fused(sin_q_left_hip_roll, t1344, t1302); // right_upper_leg: sums of what it carries
-    t1346_1347 = two(R::constant(1.590552), R::constant(0.000603333333)) * both(t823);
-    t1348 = t817 * t831; // left_hip_roll_link: motion
-    t1349 = R::fused(t1348, R::constant(0.000436666666), t1346_1347.second()); // left_hip_roll_link
-    t1350 = R::fused(R::constant(-0.008), t1042, t1349); // left_hip_roll_link: sums of what it carries
-    t1351 = t1345 + t1350; // left_hip_roll_link: sums of what it carries
-    t1352 = sin_q_left_hip_yaw * tau_base_linear_x; // other
-    t1353 = R::fused(-cos_q_left_hip_yaw, tau_base_linear_y, t1352); // other
-    t1354 = t1044 * t205;
-    t1355 = R::fused(-t1047, t198, t1354);
-    t1356 = t1353 + t1355;
-    t1357 = t1322 - t1356;
-    t1358 = t818 * t837; // right_upper_leg: motion
-    t1359 = t809 - t1358; // right_upper_leg: motion
-    t1360 = R::fused(R::constant(2.4915), t1359, t1357); // right_upper_leg: sums of what it carries
-    t1361 = sin_q_left_hip_roll * t1360; // right_upper_leg: sums of what it carries
-    t1362 = t1055 * t205;
-    t1363 = R::fused(-t1058, t198, t1362);
-    t1364 = tau_base_linear_z + t1363;
-    t1365 = t1285 + t1364;
-    t1366 = R::fused(R::constant(2.4915), t1336_1337.first(), t1365); // right_upper_leg: sums of what it carries
-    t1367 = R::fused(-cos_q_left_hip_roll, t1366, t1361); // right_upper_leg: sums of what it carries
-    t1368 = t823 + t1348; // left_hip_roll_link: motion
-    t1369 = R::fused(R::constant(-0.008), t1368, t1367); // left_hip_roll_link: sums of what it carries
-    t1370 = sin_t1 * t1369; // left_hip_roll_link: sums of what it carries
-    t1371 = cos_q_left_hip_yaw * tau_base_linear_x; // other
-    t1372 = R::fused(sin_q_left_hip_yaw, tau_base_linear_y, t1371); // other
-    t1373 = t1015 * t205;
-    t1374 = R::fused(t1018, t198, t1373);
-    t1375 = t1372 - t1374;
-    t1376 = t1325 + t1375;
-    t1377 = R::fused(R::constant(2.4915), t1298, t1376); // right_upper_leg: sums of what it carries
-    t1378 = t814 * t814; // left_hip_roll_link: motion
-    t1379 = R::fused(t817, t817, t1378); // left_hip_roll_link: motion
-    // left_hip_roll_link: sums of what it carries
-    t1380 = R::fused(R::constant(-0.008), t1379, t1377);
-    t1381 = R::fused(cos_t1, t1380, t1370);
-    t1382 = t196 * t1381;
-    t1383 = cos_t1 * t1369;
-    t1384 = R::fused(-sin_t1, t1380, t1383);
-    t1385 = R::fused(-t211, t1384, t1382);
-    t1386 = t1351 + t1385;
-    // right_hip_roll_link: sums of what it carries
-    t1387 = sin_t0 * sin_t0;
-    t1388 = R::constant(1.58770800003) * t1387;
-    t1389 = sin_t0 * cos_t0;
-    t1390 = R::fused(-t1389, R::constant(0.00356), t1388);
-    t1391 = R::constant(1.589130000015) - t1390;
-    t1392 = R::constant(0.001421999985) + t1390;
-    t1393 = t1391 - t1392;
-    t1394 = R::fused(-t966, t1393, t1346_1347.first());
-    t1395 = t801 - t1033; // right_hip_roll_link: motion
-    t1396 = R::constant(0.00122) * cos_t0;
-    t1397 = R::fused(R::constant(0.000048), sin_t0, t1396);
-    t1398 = R::fused(t1395, t1397, t1394);
-    t1399 = t807 - t1036; // right_hip_roll_link: motion
-    t1400 = R::constant(0.00122) * sin_t0;
-    t1401 = R::fused(R::constant(-0.000048), cos_t0, t1400);
-    t1402 = R::fused(t1399, t1401, t1398);
-    t1403 = t1387 * R::constant(0.00356);
-    t1404 = R::fused(R::constant(1.58770800003), t1389, t1403);
-    t1405 = R::constant(0.00178) - t1404;
-    t1406 = t962 - t1003;
-    t1407 = R::fused(-t1405, t1406, t1402);
-    t1408 = t1007 * t220;
-    t1409 = R::fused(-t972, t225, t1408);
-    t1410 = t1407 + t1409;
-    t1411 = t1386 + t1410;
-    t1412 = t1008 * t225;
-    t1413 = R::fused(-t1001, t220, t1412);
-    t1414 = t1381 - t1413;
-    t1415 = t218 * t1414;
-    t1416 = t967 * t225;
-    t1417 = R::fused(t975, t220, t1416);
-    t1418 = t1384 - t1417;
-    t1419 = R::fused(-t7, t1418, t1415);
-    t1420 = t1411 + t1419;
-    t1421 = R::constant(1.31944378333) * t823; // left_hip_yaw_link: sums of what it carries
-    t1422 = sin_q_left_ankle_pitch * sin_q_left_ankle_pitch; // left_ankle: sums of what it carries
-    t1423 = t1422 * R::constant(1.318499116667); // left_hip_yaw_link: sums of what it carries
-    t1424 = sin_q_left_ankle_pitch * cos_q_left_ankle_pitch; // left_ankle: sums of what it carries
-    // left_hip_yaw_link: sums of what it carries
-    t1425 = R::fused(-t1424, R::constant(0.002648), t1423);
-    t1426 = R::constant(1.3189714499985) - t1425;
-    t1427 = R::constant(0.0004723333315) + t1425;
-    t1428 = t1426 - t1427;
-    t1429 = R::fused(-t966, t1428, t1421);
-    t1430 = t800 - t1026; // left_hip_yaw_link: motion
-    t1431 = cos_q_left_ankle_pitch * R::constant(0.00249);
-    t1432 = R::fused(R::constant(0.000016), sin_q_left_ankle_pitch, t1431);
-    t1433 = R::fused(t1430, t1432, t1429);
-    t1434 = t806 - t1029; // left_hip_yaw_link: motion
-    t1435 = sin_q_left_ankle_pitch * R::constant(0.00249);
-    t1436 = R::fused(R::constant(-0.000016), cos_q_left_ankle_pitch, t1435);
-    t1437 = R::fused(t1434, t1436, t1433);
-    t1438 = t1422 * R::constant(0.002648);
-    t1439 = R::fused(t1424, R::constant(1.318499116667), t1438);
-    t1440 = R::constant(0.001324) - t1439;
-    t1441 = R::fused(-t1406, t1440, t1437);
-    t1442 = cos_q_left_ankle_pitch * R::constant(4.8759);
-    t1443 = R::fused(R::constant(0.008), sin_q_left_ankle_pitch, t1442);
-    t1444 = t1002 * t1443;
-    t1445 = sin_q_left_ankle_pitch * R::constant(4.8759);
-    t1446 = R::fused(R::constant(-0.008), cos_q_left_ankle_pitch, t1445);
-    t1447 = R::fused(-t965, t1446, t1444);
-    t1448 = t1441 + t1447;
-    t1449 = t1420 + t1448;
-    t1450 = tau_left_ankle_pitch - t1449; // other
-    t1451 = tau_right_ankle_roll + t1134; // other
-    t1452 = R::fused(t1451, t280, t1450); // solved by the factors
-    t1453 = tau_right_ankle_pitch + t1191; // other
-    t1454 = R::fused(t317, t1451, t1453); // solved by the factors
-    t1455 = R::fused(t321, t1454, t1452); // solved by the factors
-    t1456 = tau_right_knee_pitch + t1222; // other
-    t1457 = R::fused(t1451, t355, t1456); // solved by the factors
-    t1458 = R::fused(t358, t1454, t1457); // solved by the factors
-    t1459 = R::fused(-t363, t1458, t1455); // solved by the factors
-    t1460 = tau_right_hip_pitch + t1242; // other
-    // solved by the factors
-    t1461 = R::fused(t1451, t395, t1460);
-    t1462 = R::fused(t398, t1454, t1461);
-    t1463 = R::fused(-t402, t1458, t1462);
-    t1464 = R::fused(-t408, t1463, t1459);
-    t1465 = tau_right_hip_roll + t1170; // other
-    t1466 = R::fused(-t1451, t432, t1465);
-    t1467 = R::fused(-t435, t1454, t1466);
-    t1468 = R::fused(t439, t1458, t1467);
-    t1469 = R::fused(t444, t1463, t1468);
-    t1470 = R::fused(t451, t1469, t1464);
-    t1471 = tau_right_hip_yaw + t1309; // other
-    t1472 = R::fused(t1451, t468, t1471);
-    t1473 = R::fused(t471, t1454, t1472);
-    t1474 = R::fused(-t475, t1458, t1473);
-    t1475 = R::fused(-t480, t1463, t1474);
-    t1476 = R::fused(t486, t1469, t1475);
-    t1477 = R::fused(-t494, t1476, t1470);
-    t1478 = tau_left_hip_yaw - t1343; // other
-    t1479 = R::fused(-t1451, t509, t1478);
-    t1480 = R::fused(-t512, t1454, t1479);
-    t1481 = R::fused(t516, t1458, t1480);
-    t1482 = R::fused(t521, t1463, t1481);
-    t1483 = R::fused(-t527, t1469, t1482);
-    t1484 = R::fused(t534, t1476, t1483);
-    t1485 = R::fused(t543, t1484, t1477);
-    t1486 = cos_t2 * t1172; // right_lower_leg: sums of what it carries
-    t1487 = R::fused(-sin_t2, t1271, t1486); // right_lower_leg: sums of what it carries
-    t1488 = R::fused(-t168, t1285, t1487); // right_lower_leg: sums of what it carries
-    t1489 = cos_q_left_hip_yaw * t1287; // other
-    t1490 = R::fused(sin_q_left_hip_yaw, tau_base_angular_y, t1489); // other
-    // left_upper_leg: sums of what it carries
-    t1491 = t1058 * t625;
-    t1492 = R::fused(t1055, t553, t1491);
-    t1493 = R::fused(-t1044, t560, t1492);
-    t1494 = t1013 - t1014;
-    t1495 = R::fused(-t190, t1494, t1493);
-    t1496 = R::fused(t1053, t198, t1495);
-    t1497 = t1490 - t1496;
-    t1498 = t1488 + t1497;
-    // right_upper_leg: sums of what it carries
-    t1499 = t809 * R::constant(0.78043875);
-    t1500 = R::fused(-t1358, R::constant(0.78025875), t1499);
-    t1501 = R::fused(R::constant(-2.4915), t1043, t1500);
-    t1502 = t1498 - t1501;
-    t1503 = tau_left_hip_roll - t1502; // other
-    // solved by the factors
-    t1504 = R::fused(t1451, t576, t1503);
-    t1505 = R::fused(t582, t1454, t1504);
-    t1506 = R::fused(-t589, t1458, t1505);
-    t1507 = R::fused(-t597, t1463, t1506);
-    t1508 = R::fused(t606, t1469, t1507);
-    t1509 = R::fused(-t613, t1476, t1508);
-    t1510 = R::fused(t621, t1484, t1509);
-    t1511 = R::fused(t636, t1510, t1485);
-    t1512 = tau_left_hip_pitch - t1351; // other
-    t1513 = R::fused(t1451, t643, t1512);
-    t1514 = R::fused(t646, t1454, t1513);
-    t1515 = R::fused(-t650, t1458, t1514);
-    t1516 = R::fused(-t655, t1463, t1515);
-    t1517 = R::fused(t661, t1469, t1516);
-    t1518 = R::fused(-t668, t1476, t1517);
-    t1519 = R::fused(t676, t1484, t1518);
-    t1520 = R::fused(t685, t1510, t1519);
-    t1521 = R::fused(-t696, t1520, t1511);
-    t1522 = tau_left_knee_pitch - t1411; // other
-    t1523 = R::fused(t1451, t700, t1522);
-    t1524 = R::fused(t703, t1454, t1523);
-    t1525 = R::fused(-t707, t1458, t1524);
-    t1526 = R::fused(-t712, t1463, t1525);
-    t1527 = R::fused(t718, t1469, t1526);
-    t1528 = R::fused(-t725, t1476, t1527);
-    t1529 = R::fused(t733, t1484, t1528);
-    t1530 = R::fused(t742, t1510, t1529);
-    t1531 = R::fused(-t752, t1520, t1530);
-    t1532 = R::fused(-t764, t1531, t1521);
-    t1533 = t766 * t1532; // other
-    t1534 = t45_46.second() * t192; // right_upper_leg: sums of what it carries
-    t1535 = R::fused(-t77_78.second(), t177, t1534); // right_upper_leg: sums of what it carries
-    t1536 = t191 - t1535; // right_upper_leg: sums of what it carries
-    t1537 = sin_t1 * t1536; // left_hip_roll_link: sums of what it carries
-    t1538 = R::fused(-cos_t1, t562, t1537); // left_hip_roll_link: sums of what it carries
-    t1539 = R::fused(-t211, t564, t1538); // left_hip_roll_link: sums of what it carries
-    t1540 = t1539 + t1401; // right_hip_roll_link: sums of what it carries
-    t1541 = R::fused(-t7, t564, t1540); // right_hip_roll_link: sums of what it carries
-    t1542 = t1541 + t1436; // left_hip_yaw_link: sums of what it carries
-    // left_foot: mass matrix
-    t1543 = sin_q_left_hip_roll * t254;
-    t1544 = R::fused(cos_q_left_hip_roll, t266, t1543);
-    t1545 = sin_t1 * t1544;
-    t1546 = R::fused(cos_t1, t575, t1545);
+    t819_820 = R::Two::fused(two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t542_543, t817_818);
+    // factors of the mass matrix
+    t821 = R::fused(-t806_807.first(), t743, t819_820.first());
+    t822 = R::fused(-t814, t746, t821);
+    t823 = t822 * t750;
+    t824 = R::fused(-t747, t823, t816);
+    t825 = R::fused(-t806_807.first(), t766, t790_791.first());
+    t826 = R::fused(-t814, t769, t825);
+    t827 = R::fused(-t822, t773, t826);
+    t828 = t827 * t778;
+    t829 = R::fused(t774, t828, t824);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t830_831 = t458_459 - t482_483;
+    t832_833 = both(R::constant(0.305437170867)) + t830_831;
+    // factors of the mass matrix
+    t834 = R::fused(-t806_807.first(), t808, t832_833.first());
+    t835 = R::fused(-t814, t815, t834);
+    t836 = R::fused(-t822, t823, t835);
+    t837 = R::fused(-t827, t828, t836);
+    t838 = R::constant(1.0) / t837;
+    t839 = t829 * t838;
+    t840 = R::fused(t829, t839, t780);
+    t841 = R::constant(0.0764) * t582_583.first(); // right_hip_yaw_link: sums of what it carries
+    t842 = t556_557.first() + t841; // right_hip_yaw_link: mass matrix
+    t843 = t841 + t842; // other
+    t844 = t659_660.first() * R::constant(814.1112620933816);
+    t845 = R::fused(t662, t844, t843);
+    t846 = R::fused(-t659_660.first(), t710, t706_707.first());
+    t847 = t846 * t713;
+    t848 = R::fused(-t711, t847, t845);
+    t849 = R::fused(-t659_660.first(), t743, t739_740.first());
+    t850 = R::fused(-t846, t746, t849);
+    t851 = t850 * t750;
+    t852 = R::fused(-t747, t851, t848);
+    t853 = R::fused(-t659_660.first(), t766, t762_763.first());
+    t854 = R::fused(-t846, t769, t853);
+    t855 = R::fused(-t850, t773, t854);
+    t856 = t855 * t778;
+    t857 = R::fused(t774, t856, t852);
+    t858 = R::fused(-t659_660.first(), t808, t800_801.first());
+    t859 = R::fused(-t846, t815, t858);
+    t860 = R::fused(-t850, t823, t859);
+    t861 = R::fused(-t855, t828, t860);
+    t862 = t861 * t838;
+    t863 = R::fused(-t829, t862, t857);
+    t864 = R::fused(-t659_660.first(), t844, t556_557.first());
+    t865 = R::fused(-t846, t847, t864);
+    t866 = R::fused(-t850, t851, t865);
+    t867 = R::fused(-t855, t856, t866);
+    t868 = R::fused(-t861, t862, t867);
+    t869 = R::constant(1.0) / t868;
+    t870 = t863 * t869;
+    t871 = R::fused(t863, t870, t840);
+    t872 = R::constant(1.0) / t871;
+    t873_874 = t80_81 * t68_69; // right_hip_yaw_link, left_hip_yaw_link: motion
+    // right_hip_yaw_link, left_hip_yaw_link: wrench that its motion needs
+    t875_876 = both(R::constant(0.305783837533)) * t873_874;
+    t877_878 = R::Two::fused(two(R::constant(0.008), R::constant(-0.008)), t40_41, t875_876);
+    t879_880 = both(R::constant(0.3052705042)) * t110_111; // right_hip_roll_link, left_hip_roll_link
+    t881_882 = t74_75 * t82_83; // right_hip_roll_link, left_hip_roll_link: motion
+    t883_884 = R::Two::fused(both(R::constant(0.305437170867)), t881_882, t879_880);
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t885_886 = both(R::constant(0.231642)) * t110_111;
+    t887_888 = R::Two::fused(both(R::constant(0.22879800003)), t116_117, t885_886);
+    // right_upper_leg, left_upper_leg: motion
+    t889_890 = t84_85 * t92_93;
+    t891_892 = t196_197 - t889_890;
+    t893_894 = R::Two::fused(two(R::constant(0.00193), R::constant(-0.00193)), t891_892, t887_888);
+    t895_896 = R::Two::fused(t298_299, two(R::constant(-1.0), R::constant(1.0)), t204_205);
+    t897 = R::fused(R::constant(-0.000048), t895_896.second(), t893_894.second()); // left_upper_leg
+    t898_899 = t114_115 * t114_115;
+    t900_901 = t86_87 - t898_899; // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t902 = R::fused(R::constant(0.002), t900_901.second(), t897); // left_upper_leg: wrench that its motion needs
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t903_904 = both(R::constant(0.8355)) * t104_105;
+    t905_906 = R::Two::fused(both(R::constant(-0.012)), t64_65, t903_904);
+    t907 = t902 - t905_906.second(); // left_upper_leg: wrench that its motion needs
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t908_909 = both(R::constant(0.07325338333)) * t110_111;
+    t910_911 = R::Two::fused(both(R::constant(0.072308716667)), t148_149, t908_909);
+    // right_lower_leg, left_lower_leg: motion
+    t912_913 = t126_127 * t130_131;
+    t914_915 = t208_209 - t912_913;
+    t916_917 = R::Two::fused(two(R::constant(0.00024), R::constant(-0.00024)), t914_915, t910_911);
+    t918_919 = R::Two::fused(t303_304, two(R::constant(-1.0), R::constant(1.0)), t216_217);
+    t920 = R::fused(R::constant(-0.000016), t918_919.second(), t916_917.second()); // left_lower_leg
+    t921_922 = t146_147 * t146_147;
+    t923_924 = t128_129 - t921_922; // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t925 = R::fused(R::constant(0.00086), t923_924.second(), t920); // left_lower_leg: wrench that its motion needs
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t926_927 = both(R::constant(0.3111)) * t142_143;
+    t928_929 = R::Two::fused(both(R::constant(-0.008)), t122_123, t926_927);
+    t930 = t925 - t928_929.second(); // left_lower_leg: wrench that its motion needs
+    // right_ankle, left_ankle: wrench that its motion needs
+    t931_932 = both(R::constant(0.0045979875)) * t110_111;
+    t933_934 = R::Two::fused(both(R::constant(-0.0029269125)), t164_165, t931_932);
+    t935_936 = t158_159 * t158_159; // right_ankle, left_ankle: motion
+    t937_938 = t324_325 - t935_936;
+    t939_940 = R::Two::fused(both(R::constant(0.0005698)), t937_938, t933_934);
+    t941_942 = both(R::constant(0.023125)) * t154_155;
+    t943_944 = R::Two::fused(both(R::constant(-0.0154)), t322_323, t941_942);
+    t945_946 = t939_940 - t943_944;
+    // right_foot, left_foot: wrench that its motion needs
+    t947_948 = both(R::constant(0.00009166667)) * t224_225;
+    t949_950 = R::Two::fused(both(R::constant(-0.001228333333)), t228_229, t947_948);
+    t951 = t360_361.second() - t181; // left_foot: wrench that its motion needs
+    t952 = R::fused(R::constant(-0.000612), t951, t949_950.second()); // left_foot: wrench that its motion needs
+    t953 = R::fused(R::constant(-0.0165), t168_169.second(), t952); // left_foot: wrench that its motion needs
+    t954 = cos_q_left_ankle_roll * t953; // left_foot: wrench handed to its parent
+    t955_956 = t333_334 * both(R::constant(0.001320000003));
+    t957_958 = R::Two::fused(both(R::constant(0.000612)), t340_341, t955_956);
+    t959 = R::fused(sin_q_left_ankle_roll, t957_958.second(), t954); // left_foot: wrench handed to its parent
+    t960 = t945_946.second() - t959; // left_foot: wrench handed to its parent
+    t961 = R::fused(t230, R::constant(0.0006105), t960); // left_foot: wrench handed to its parent
+    t962 = t930 + t961; // left_ankle: wrench handed to its parent
+    t963_964 = t110_111 - t164_165; // right_ankle, left_ankle: motion
+    // right_ankle, left_ankle: wrench that its motion needs
+    t965_966 = both(R::constant(0.0154)) * t963_964;
+    t967_968 = R::Two::fused(both(R::constant(0.023125)), t328_329, t965_966);
+    t969_970 = both(R::constant(0.0165)) * t340_341; // right_foot, left_foot: wrench that its motion needs
+    t971_972 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t969_970; // right_foot, left_foot
+    t973 = R::constant(0.0165) * t362; // left_foot: wrench that its motion needs
+    t974 = R::fused(-cos_q_left_ankle_roll, t973, t971_972.second()); // left_foot: wrench handed to its parent
+    t975 = t967_968.second() - t974; // left_foot: wrench handed to its parent
+    t976 = sin_q_left_ankle_pitch * t975; // left_ankle: wrench handed to its parent
+    t977_978 = t326_327 + t935_936; // right_ankle, left_ankle: motion
+    t979_980 = both(R::constant(0.0154)) * t977_978;
+    t981_982 = R::Two::fused(both(R::constant(-0.023125)), t166_167, t979_980);
+    t983 = R::fused(R::constant(-0.0165), t230, t981_982.second()); // left_foot: wrench handed to its parent
+    t984 = R::fused(-cos_q_left_ankle_pitch, t983, t976); // left_ankle: wrench handed to its parent
+    t985 = R::fused(R::constant(0.273), t984, t962); // left_ankle: wrench handed to its parent
+    t986 = t907 + t985; // left_lower_leg: wrench handed to its parent
+    t987_988 = t110_111 - t148_149; // right_lower_leg, left_lower_leg: motion
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t989_990 = both(R::constant(0.008)) * t987_988;
+    t991_992 = R::Two::fused(both(R::constant(0.3111)), t134_135, t989_990);
+    t993 = cos_q_left_ankle_pitch * t975; // left_ankle: wrench handed to its parent
+    t994 = R::fused(sin_q_left_ankle_pitch, t983, t993); // left_ankle: wrench handed to its parent
+    t995 = t991_992.second() + t994; // left_ankle: wrench handed to its parent
+    t996 = sin_q_left_knee_pitch * t995; // left_lower_leg: wrench handed to its parent
+    t997_998 = t132_133 + t921_922; // right_lower_leg, left_lower_leg: motion
+    t999_1000 = both(R::constant(0.008)) * t997_998;
+    t1001_1002 = R::Two::fused(both(R::constant(-0.3111)), t150_151, t999_1000);
+    t1003 = t1001_1002.second() - t984; // left_ankle: wrench handed to its parent
+    t1004 = R::fused(-cos_q_left_knee_pitch, t1003, t996); // left_lower_leg: wrench handed to its parent
+    t1005 = R::fused(R::constant(0.315), t1004, t986); // left_lower_leg: wrench handed to its parent
+    t1006 = t883_884.second() - t1005; // left_upper_leg: wrench handed to its parent
+    t1007 = sin_q_left_hip_roll * t1006; // left_hip_roll_link: wrench handed to its parent
+    t1008_1009 = t90_91 * t82_83; // right_hip_roll_link, left_hip_roll_link: motion
+    // right_hip_roll_link, left_hip_roll_link: wrench that its motion needs
+    t1010_1011 = t1008_1009 * both(R::constant(0.610707675067));
+    t1012_1013 = R::Two::fused(both(R::constant(-0.01)), t62_63, t1010_1011);
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t1014_1015 = both(R::constant(0.22879800003)) * t196_197;
+    t1016_1017 = R::Two::fused(both(R::constant(-0.231642)), t889_890, t1014_1015);
+    t1018 = R::fused(R::constant(0.002), t300_301.second(), t1016_1017.second()); // left_upper_leg
+    t1019 = R::fused(R::constant(0.00193), t118_119.second(), t1018); // left_upper_leg: wrench that its motion needs
+    t1020_1021 = t86_87 - t94_95;
+    t1022 = R::fused(R::constant(0.000048), t1020_1021.second(), t1019); // left_upper_leg: wrench that its motion needs
+    t1023 = R::fused(R::constant(0.012), t296_297.second(), t1022); // left_upper_leg: wrench that its motion needs
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t1024_1025 = both(R::constant(0.072308716667)) * t208_209;
+    t1026_1027 = R::Two::fused(both(R::constant(-0.07325338333)), t912_913, t1024_1025);
+    t1028 = R::fused(R::constant(0.00086), t305_306.second(), t1026_1027.second()); // left_lower_leg
+    t1029 = R::fused(R::constant(0.00024), t150_151.second(), t1028); // left_lower_leg: wrench that its motion needs
+    t1030_1031 = t128_129 - t132_133;
+    t1032 = R::fused(R::constant(0.000016), t1030_1031.second(), t1029); // left_lower_leg: wrench that its motion needs
+    t1033 = R::fused(R::constant(0.008), t302, t1032); // left_lower_leg: wrench that its motion needs
+    t1034_1035 = both(R::constant(0.0029269125)) * t220_221; // right_ankle, left_ankle: wrench that its motion needs
+    t1036_1037 = t162_163 * t170_171; // right_ankle, left_ankle: motion
+    // right_ankle, left_ankle: wrench that its motion needs
+    t1038_1039 = R::Two::fused(both(R::constant(0.0045979875)), t1036_1037, t1034_1035);
+    t1040_1041 = R::Two::fused(both(R::constant(-0.0005698)), t316_317, t1038_1039);
+    t1042 = R::fused(R::constant(-0.0154), t307, t1040_1041.second()); // left_ankle: wrench that its motion needs
+    t1043 = sin_q_left_ankle_roll * t953; // left_foot: wrench handed to its parent
+    t1044 = R::fused(-cos_q_left_ankle_roll, t957_958.second(), t1043); // left_foot: wrench handed to its parent
+    t1045 = t1042 + t1044; // left_foot: wrench handed to its parent
+    t1046 = cos_q_left_ankle_pitch * t1045; // left_ankle: wrench handed to its parent
+    t1047_1048 = t314_315 * both(R::constant(0.001671075));
+    t1049_1050 = t220_221 + t1036_1037; // right_ankle, left_ankle: motion
+    t1051_1052 = R::Two::fused(both(R::constant(0.0005698)), t1049_1050, t1047_1048);
+    t1053 = R::fused(R::constant(-0.023125), t307, t1051_1052.second()); // left_ankle: wrench that its motion needs
+    // right_foot, left_foot: wrench that its motion needs
+    t1054_1055 = both(R::constant(0.001228333333)) * t312_313;
+    t1056_1057 = R::Two::fused(both(R::constant(0.00009166667)), t338_339, t1054_1055);
+    t1058_1059 = R::Two::fused(both(R::constant(-0.000612)), t335_336, t1056_1057);
+    t1060 = R::fused(R::constant(0.0165), t332, t1058_1059.second()); // left_foot: wrench that its motion needs
+    t1061 = t1053 - t1060; // left_foot: wrench handed to its parent
+    t1062_1063 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t969_970; // right_foot, left_foot
+    t1064 = R::fused(sin_q_left_ankle_roll, t973, t1062_1063.second()); // left_foot: wrench handed to its parent
+    t1065 = R::fused(R::constant(-0.037), t1064, t1061); // left_foot: wrench handed to its parent
+    t1066 = R::fused(-sin_q_left_ankle_pitch, t1065, t1046); // left_ankle: wrench handed to its parent
+    t1067 = t1033 - t1066; // left_ankle: wrench handed to its parent
+    t1068 = cos_q_left_knee_pitch * t1067; // left_lower_leg: wrench handed to its parent
+    // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t1069_1070 = t303_304 * both(R::constant(0.145562099997));
+    t1071_1072 = R::Two::fused(two(R::constant(-0.000016), R::constant(0.000016)), t987_988, t1069_1070);
+    t1073_1074 = t208_209 + t912_913; // right_lower_leg, left_lower_leg: motion
+    t1075_1076 = R::Two::fused(both(R::constant(0.00086)), t1073_1074, t1071_1072);
+    t1077_1078 = t132_133 - t921_922;
+    t1079_1080 = R::Two::fused(two(R::constant(-0.00024), R::constant(0.00024)), t1077_1078, t1075_1076);
+    t1081 = R::fused(R::constant(-0.3111), t302, t1079_1080.second()); // left_lower_leg: wrench that its motion needs
+    t1082 = sin_q_left_ankle_pitch * t1045; // left_ankle: wrench handed to its parent
+    t1083 = R::fused(cos_q_left_ankle_pitch, t1065, t1082); // left_ankle: wrench handed to its parent
+    t1084 = t1081 + t1083; // left_ankle: wrench handed to its parent
+    // right_ankle, left_ankle: wrench that its motion needs
+    t1085_1086 = both(R::constant(0.0154)) * t1049_1050;
+    t1087_1088 = R::Two::fused(both(R::constant(-0.023125)), t316_317, t1085_1086);
+    t1089 = t1087_1088.second() - t1064; // left_foot: wrench handed to its parent
+    t1090 = R::fused(R::constant(0.273), t1089, t1084); // left_ankle: wrench handed to its parent
+    t1091 = R::fused(sin_q_left_knee_pitch, t1090, t1068); // left_lower_leg: wrench handed to its parent
+    t1092 = t1023 + t1091; // left_lower_leg: wrench handed to its parent
+    t1093 = cos_q_left_hip_pitch * t1092; // left_upper_leg: wrench handed to its parent
+    t1094_1095 = t298_299 * both(R::constant(0.46044000003)); // right_upper_leg, left_upper_leg
+    t1096_1097 = t110_111 - t116_117; // right_upper_leg, left_upper_leg: motion
+    t1098_1099 = R::Two::fused(two(R::constant(-0.000048), R::constant(0.000048)), t1096_1097, t1094_1095);
+    t1100_1101 = t196_197 + t889_890; // right_upper_leg, left_upper_leg: motion
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t1102_1103 = R::Two::fused(both(R::constant(0.002)), t1100_1101, t1098_1099);
+    t1104_1105 = t94_95 - t898_899;
+    t1106_1107 = R::Two::fused(two(R::constant(-0.00193), R::constant(0.00193)), t1104_1105, t1102_1103);
+    t1108_1109 = R::Two::fused(two(R::constant(0.8355), R::constant(-0.8355)), t296_297, t1106_1107);
+    t1110 = sin_q_left_knee_pitch * t1067; // left_lower_leg: wrench handed to its parent
+    t1111 = R::fused(-cos_q_left_knee_pitch, t1090, t1110); // left_lower_leg: wrench handed to its parent
+    t1112 = t1108_1109.second() - t1111; // left_lower_leg: wrench handed to its parent
+    t1113_1114 = both(R::constant(0.008)) * t1073_1074; // right_lower_leg, left_lower_leg: wrench that its motion needs
+    t1115 = R::fused(R::constant(-0.3111), t305_306.second(), t1113_1114.second()); // left_lower_leg
+    t1116 = t1115 + t1089; // left_ankle: wrench handed to its parent
+    t1117 = R::fused(R::constant(0.315), t1116, t1112); // left_lower_leg: wrench handed to its parent
+    t1118 = R::fused(sin_q_left_hip_pitch, t1117, t1093); // left_upper_leg: wrench handed to its parent
+    t1119 = t1012_1013.second() - t1118; // left_upper_leg: wrench handed to its parent
+    t1120 = R::fused(cos_q_left_hip_roll, t1119, t1007); // left_hip_roll_link: wrench handed to its parent
+    t1121 = t877_878.second() - t1120; // left_hip_roll_link: wrench handed to its parent
+    t1122 = tau_left_hip_yaw + t1121; // other
+    t1123 = t596 * t369; // other
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1124_1125 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t566_567;
+    t1126_1127 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t580_581, t1124_1125);
+    t1128 = R::constant(0.20808) + t1126_1127.second(); // left_hip_yaw_link: sums of what it carries
+    t1129 = t1128 + t1126_1127.first(); // right_hip_yaw_link: sums of what it carries
+    // other
+    t1130 = t1126_1127.second() - t1129;
+    t1131 = t346 * t292;
+    t1132 = R::fused(-t286, t354, t1131);
+    t1133 = R::fused(-t258, t367, t1132);
+    t1134 = t36 - t1133;
+    t1135 = R::fused(-t1130, t1134, t1123);
+    t1136_1137 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t800_801; // right_hip_yaw_link, left_hip_yaw_link
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t1138_1139 = t546_547 * t486_487;
+    t1140_1141 = R::Two::fused(both(R::constant(-2.0)), t1138_1139, t546_547);
+    t1142_1143 = R::Two::fused(t548_549 * two(R::constant(-1.0), R::constant(1.0)), t504_505, t1140_1141);
+    t1144_1145 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1142_1143, t1136_1137);
+    t1146 = R::constant(0.0404594) + t1144_1145.second(); // left_hip_yaw_link: sums of what it carries
+    t1147 = t1146 - t1144_1145.first(); // right_hip_yaw_link: sums of what it carries
+    // other
+    t1148 = t1144_1145.second() - t1147;
+    t1149 = t312_313.second() * t16;
+    t1150 = R::fused(t224_225.second(), t283, t1149);
+    t1151 = R::fused(t280_281.second(), t240, t1150);
+    t1152 = R::fused(-t1148, t1151, t1135);
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1153_1154 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t800_801;
+    t1155_1156 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1142_1143, t1153_1154);
+    t1157_1158 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t783_784, t1155_1156);
+    t1159 = R::constant(0.0014735) - t1157_1158.second(); // left_hip_yaw_link: sums of what it carries
+    t1160 = t1159 + t1157_1158.first(); // right_hip_yaw_link: sums of what it carries
+    t1161 = R::constant(2.4915) + t783_784.second(); // left_hip_yaw_link: sums of what it carries
+    t1162 = t783_784.first() - t1161; // right_hip_yaw_link: sums of what it carries
+    // other
+    t1163 = R::fused(R::constant(0.0764), t1162, t1160);
+    t1164 = t1155_1156.second() + t1163;
+    t1165 = t312_313.second() * t346;
+    t1166 = R::fused(t224_225.second(), t286, t1165);
+    t1167 = R::fused(t280_281.second(), t258, t1166);
+    t1168 = R::fused(t1164, t1167, t1152);
+    t1169 = t312_313.second() * t349;
+    t1170 = R::fused(-t224_225.second(), t289, t1169);
+    t1171 = R::fused(-t280_281.second(), t272, t1170);
+    t1172 = R::fused(-t594, t1171, t1168);
+    t1173 = t1122 - t1172;
+    t1174 = R::fused(R::constant(0.000048), t300_301.first(), t893_894.first()); // right_upper_leg
+    t1175 = R::fused(R::constant(0.002), t900_901.first(), t1174); // right_upper_leg: wrench that its motion needs
+    t1176 = t1175 + t905_906.first(); // right_upper_leg: wrench that its motion needs
     let (
-        t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562,
-        t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578,
-        t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587, t1588, t1589, t1590, t1591, t1592, t1593, t1594,
-        t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605, t1606, t1607, t1608, t1609, t1610,
-        t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1624, t1625, t1626,
-        t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640, t1641, t1642,
-        t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658,
+        t1177, t1178, t1179, t1180, t1181, t1182, t1183, t1184, t1185, t1186, t1187, t1188, t1189, t1190, t1191, t1192,
+        t1193, t1194, t1195, t1196, t1197, t1198, t1199, t1200, t1201, t1202, t1203, t1204, t1205, t1206, t1207, t1208,
+        t1209, t1210, t1211, t1212, t1213, t1214, t1215, t1216, t1217, t1218, t1219, t1220, t1221, t1222, t1223, t1224,
+        t1225, t1226, t1227, t1228, t1229, t1230, t1231, t1232, t1233, t1234, t1235, t1236, t1237, t1238, t1239, t1240,
+        t1241, t1242, t1243, t1244, t1245, t1246, t1247, t1248, t1249, t1250, t1251, t1252, t1253, t1254, t1255, t1256,
+        t1257, t1258, t1259, t1260, t1261, t1262, t1263_1264, t1265_1266, t1267, t1268, t1269, t1270, t1271_1272,
+        t1273_1274, t1275_1276, t1277, t1278, t1279_1280, t1281, t1282_1283, t1284_1285, t1286, t1287, t1288_1289,
+        t1290, t1291, t1292_1293, t1294_1295, t1296, t1297, t1298, t1299, t1300_1301, t1302_1303, t1304, t1305, t1306,
+        t1307, t1308, t1309, t1310, t1311, t1312, t1313, t1314, t1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322,
+        t1323, t1324, t1325, t1326, t1327, t1328, t1329, t1330, t1331, t1332, t1333, t1334, t1335, t1336, t1337, t1338,
+        t1339, t1340, t1341, t1342, t1343_1344, t1345_1346, t1347, t1348_1349, t1350_1351, t1352, t1353, t1354, t1355,
+        t1356, t1357_1358, t1359_1360, t1361_1362, t1363_1364, t1365_1366, t1367, t1368_1369, t1370_1371, t1372, t1373,
+        t1374, t1375, t1376, t1377, t1378_1379, t1380_1381, t1382, t1383_1384, t1385, t1386_1387, t1388_1389,
+        t1390_1391, t1392_1393, t1394_1395, t1396, t1397_1398, t1399_1400, t1401, t1402, t1403, t1404, t1405, t1406,
+        t1407, t1408_1409, t1410_1411, t1412, t1413_1414, t1415, t1416_1417, t1418_1419, t1420_1421, t1422_1423,
+        t1424_1425, t1426, t1427_1428, t1429_1430, t1431, t1432, t1433, t1434, t1435, t1436, t1437, t1438, t1439_1440,
+        t1441_1442, t1443, t1444_1445, t1446, t1447_1448, t1449_1450, t1451_1452, t1453_1454, t1455_1456, t1457,
+        t1458_1459, t1460_1461, t1462, t1463, t1464, t1465, t1466, t1467, t1468, t1469_1470, t1471_1472, t1473_1474,
+        t1475, t1476, t1477, t1478, t1479, t1480_1481, t1482, t1483, t1484_1485, t1486_1487, t1488_1489, t1490_1491,
+        t1492_1493, t1494, t1495_1496,
+    );
+    t1177 = R::fused(R::constant(0.000016), t305_306.first(), t916_917.first()); // right_lower_leg
+    t1178 = R::fused(R::constant(0.00086), t923_924.first(), t1177); // right_lower_leg: wrench that its motion needs
+    t1179 = t1178 - t928_929.first(); // right_lower_leg: wrench that its motion needs
+    t1180 = R::fused(-t179_180.first(), t179_180.first(), t360_361.first()); // right_foot: wrench that its motion needs
+    t1181 = R::fused(R::constant(-0.000612), t1180, t949_950.first()); // right_foot: wrench that its motion needs
+    t1182 = R::fused(R::constant(-0.0165), t168_169.first(), t1181); // right_foot: wrench that its motion needs
+    t1183 = cos_q_right_ankle_roll * t1182; // right_foot: wrench handed to its parent
+    t1184 = R::fused(sin_q_right_ankle_roll, t957_958.first(), t1183); // right_foot: wrench handed to its parent
+    t1185 = t945_946.first() - t1184; // right_foot: wrench handed to its parent
+    t1186 = t224_225.first() + t228_229.first(); // right_foot: motion
+    t1187 = R::fused(t1186, R::constant(0.0006105), t1185); // right_foot: wrench handed to its parent
+    t1188 = t1179 + t1187; // right_ankle: wrench handed to its parent
+    t1189 = R::fused(t174_175.first(), t174_175.first(), t360_361.first()); // right_foot: motion
+    t1190 = R::constant(0.0165) * t1189; // right_foot: wrench that its motion needs
+    t1191 = R::fused(-cos_q_right_ankle_roll, t1190, t971_972.first()); // right_foot: wrench handed to its parent
+    t1192 = t967_968.first() - t1191; // right_foot: wrench handed to its parent
+    t1193 = sin_q_right_ankle_pitch * t1192; // right_ankle: wrench handed to its parent
+    t1194 = R::fused(R::constant(-0.0165), t1186, t981_982.first()); // right_foot: wrench handed to its parent
+    t1195 = R::fused(-cos_q_right_ankle_pitch, t1194, t1193); // right_ankle: wrench handed to its parent
+    t1196 = R::fused(R::constant(0.273), t1195, t1188); // right_ankle: wrench handed to its parent
+    t1197 = t1176 + t1196; // right_lower_leg: wrench handed to its parent
+    t1198 = cos_q_right_ankle_pitch * t1192; // right_ankle: wrench handed to its parent
+    t1199 = R::fused(sin_q_right_ankle_pitch, t1194, t1198); // right_ankle: wrench handed to its parent
+    t1200 = t991_992.first() + t1199; // right_ankle: wrench handed to its parent
+    t1201 = sin_q_right_knee_pitch * t1200; // right_lower_leg: wrench handed to its parent
+    t1202 = t1001_1002.first() - t1195; // right_ankle: wrench handed to its parent
+    t1203 = R::fused(-cos_q_right_knee_pitch, t1202, t1201); // right_lower_leg: wrench handed to its parent
+    t1204 = R::fused(R::constant(0.315), t1203, t1197); // right_lower_leg: wrench handed to its parent
+    t1205 = t883_884.first() - t1204; // right_upper_leg: wrench handed to its parent
+    t1206 = sin_q_right_hip_roll * t1205; // right_hip_roll_link: wrench handed to its parent
+    // right_upper_leg: wrench that its motion needs
+    t1207 = R::fused(R::constant(0.002), t895_896.first(), t1016_1017.first());
+    t1208 = R::fused(R::constant(-0.00193), t118_119.first(), t1207);
+    t1209 = R::fused(R::constant(-0.000048), t1020_1021.first(), t1208);
+    t1210 = R::fused(R::constant(-0.012), t296_297.first(), t1209);
+    t1211 = R::fused(R::constant(0.00086), t918_919.first(), t1026_1027.first()); // right_lower_leg
+    t1212 = R::fused(R::constant(-0.00024), t150_151.first(), t1211); // right_lower_leg: wrench that its motion needs
+    t1213 = R::fused(R::constant(-0.000016), t1030_1031.first(), t1212); // right_lower_leg
+    t1214 = R::fused(t895_896.first(), R::constant(0.315), -t296_297.first()); // right_lower_leg: motion
+    t1215 = R::fused(R::constant(0.008), t1214, t1213); // right_lower_leg: wrench that its motion needs
+    t1216 = R::fused(t918_919.first(), R::constant(0.273), t1214); // right_ankle: motion
+    t1217 = R::fused(R::constant(-0.0154), t1216, t1040_1041.first()); // right_ankle: wrench that its motion needs
+    t1218 = sin_q_right_ankle_roll * t1182; // right_foot: wrench handed to its parent
+    t1219 = R::fused(-cos_q_right_ankle_roll, t957_958.first(), t1218); // right_foot: wrench handed to its parent
+    t1220 = t1217 + t1219; // right_foot: wrench handed to its parent
+    t1221 = cos_q_right_ankle_pitch * t1220; // right_ankle: wrench handed to its parent
+    t1222 = R::fused(R::constant(-0.023125), t1216, t1051_1052.first()); // right_ankle: wrench that its motion needs
+    t1223 = R::fused(t316_317.first(), R::constant(0.037), t1216); // right_foot: motion
+    t1224 = cos_q_right_ankle_roll * t1223; // right_foot: motion
+    t1225 = R::fused(-sin_q_right_ankle_roll, t330_331.first(), t1224); // right_foot: motion
+    t1226 = R::fused(R::constant(0.0165), t1225, t1058_1059.first()); // right_foot: wrench that its motion needs
+    t1227 = t1222 - t1226; // right_foot: wrench handed to its parent
+    t1228 = R::fused(sin_q_right_ankle_roll, t1190, t1062_1063.first()); // right_foot: wrench handed to its parent
+    t1229 = R::fused(R::constant(-0.037), t1228, t1227); // right_foot: wrench handed to its parent
+    t1230 = R::fused(-sin_q_right_ankle_pitch, t1229, t1221); // right_ankle: wrench handed to its parent
+    t1231 = t1215 - t1230; // right_ankle: wrench handed to its parent
+    t1232 = cos_q_right_knee_pitch * t1231; // right_lower_leg: wrench handed to its parent
+    t1233 = R::fused(R::constant(-0.3111), t1214, t1079_1080.first()); // right_lower_leg: wrench that its motion needs
+    t1234 = sin_q_right_ankle_pitch * t1220; // right_ankle: wrench handed to its parent
+    t1235 = R::fused(cos_q_right_ankle_pitch, t1229, t1234); // right_ankle: wrench handed to its parent
+    t1236 = t1233 + t1235; // right_ankle: wrench handed to its parent
+    t1237 = t1087_1088.first() - t1228; // right_foot: wrench handed to its parent
+    t1238 = R::fused(R::constant(0.273), t1237, t1236); // right_ankle: wrench handed to its parent
+    t1239 = R::fused(sin_q_right_knee_pitch, t1238, t1232); // right_lower_leg: wrench handed to its parent
+    t1240 = t1210 + t1239; // right_lower_leg: wrench handed to its parent
+    t1241 = cos_q_right_hip_pitch * t1240; // right_upper_leg: wrench handed to its parent
+    t1242 = sin_q_right_knee_pitch * t1231; // right_lower_leg: wrench handed to its parent
+    t1243 = R::fused(-cos_q_right_knee_pitch, t1238, t1242); // right_lower_leg: wrench handed to its parent
+    t1244 = t1108_1109.first() - t1243; // right_lower_leg: wrench handed to its parent
+    t1245 = R::fused(R::constant(-0.3111), t918_919.first(), t1113_1114.first()); // right_lower_leg
+    t1246 = t1245 + t1237; // right_ankle: wrench handed to its parent
+    t1247 = R::fused(R::constant(0.315), t1246, t1244); // right_lower_leg: wrench handed to its parent
+    t1248 = R::fused(sin_q_right_hip_pitch, t1247, t1241); // right_upper_leg: wrench handed to its parent
+    t1249 = t1012_1013.first() - t1248; // right_upper_leg: wrench handed to its parent
+    t1250 = R::fused(cos_q_right_hip_roll, t1249, t1206); // right_hip_roll_link: wrench handed to its parent
+    t1251 = t877_878.first() - t1250; // right_hip_roll_link: wrench handed to its parent
+    t1252 = t17 * R::constant(0.096090616); // torso: wrench that its motion needs
+    t1253 = R::fused(R::constant(0.0404594), t44, t1252); // torso: wrench that its motion needs
+    t1254 = v_base_angular_x * v_base_angular_z; // torso: motion
+    t1255 = R::fused(R::constant(0.0014735), t1254, t1253); // torso: wrench that its motion needs
+    t1256 = v_base_angular_y * v_base_angular_y; // torso: motion
+    // torso: wrench that its motion needs
+    t1257 = t26 - t1256;
+    t1258 = R::fused(R::constant(-0.00220808), t1257, t1255);
+    t1259 = R::constant(0.20808) * t37;
+    t1260 = R::fused(R::constant(0.0102), t21, t1259);
+    t1261 = t1258 + t1260;
+    t1262 = t1261 + t1121; // left_hip_yaw_link: wrench handed to its parent
+    // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t1263_1264 = both(R::constant(0.012)) * t1096_1097;
+    t1265_1266 = R::Two::fused(both(R::constant(0.8355)), t96_97, t1263_1264);
+    t1267 = cos_q_left_knee_pitch * t995; // left_lower_leg: wrench handed to its parent
+    t1268 = R::fused(sin_q_left_knee_pitch, t1003, t1267); // left_lower_leg: wrench handed to its parent
+    t1269 = t1265_1266.second() + t1268; // left_lower_leg: wrench handed to its parent
+    t1270 = sin_q_left_hip_pitch * t1269; // left_upper_leg: wrench handed to its parent
+    t1271_1272 = t94_95 + t898_899; // right_upper_leg, left_upper_leg: motion
+    t1273_1274 = both(R::constant(0.012)) * t1271_1272;
+    t1275_1276 = R::Two::fused(both(R::constant(-0.8355)), t118_119, t1273_1274);
+    t1277 = t1275_1276.second() - t1004; // left_lower_leg: wrench handed to its parent
+    t1278 = R::fused(-cos_q_left_hip_pitch, t1277, t1270); // left_upper_leg: wrench handed to its parent
+    t1279_1280 = t188_189 + t1008_1009; // right_hip_roll_link, left_hip_roll_link: motion
+    t1281 = R::fused(R::constant(0.01), t1279_1280.second(), -t1278); // left_upper_leg: wrench handed to its parent
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1282_1283 = t68_69 * t68_69;
+    t1284_1285 = R::Two::fused(t72_73, t72_73, t1282_1283);
+    t1286 = R::fused(R::constant(0.008), t1284_1285.second(), -t1281); // left_hip_roll_link
+    t1287 = cos_q_left_hip_yaw * t1286; // left_hip_yaw_link: wrench handed to its parent
+    t1288_1289 = both(R::constant(0.012)) * t1100_1101; // right_upper_leg, left_upper_leg: wrench that its motion needs
+    t1290 = R::fused(R::constant(-0.8355), t300_301.second(), t1288_1289.second()); // left_upper_leg
+    t1291 = t1290 + t1116; // left_lower_leg: wrench handed to its parent
+    // right_hip_roll_link, left_hip_roll_link: motion
+    t1292_1293 = t82_83 * t82_83;
+    t1294_1295 = R::Two::fused(t74_75, t74_75, t1292_1293);
+    t1296 = R::fused(R::constant(0.01), t1294_1295.second(), -t1291); // left_upper_leg: wrench handed to its parent
+    t1297 = cos_q_left_hip_roll * t1296; // left_hip_roll_link: wrench handed to its parent
+    t1298 = cos_q_left_hip_pitch * t1269; // left_upper_leg: wrench handed to its parent
+    t1299 = R::fused(sin_q_left_hip_pitch, t1277, t1298); // left_upper_leg: wrench handed to its parent
+    t1300_1301 = t90_91 * t74_75;
+    t1302_1303 = t192_193 + t1300_1301;
+    t1304 = R::fused(R::constant(0.01), t1302_1303.second(), -t1299); // left_upper_leg: wrench handed to its parent
+    t1305 = R::fused(-sin_q_left_hip_roll, t1304, t1297); // left_hip_roll_link: wrench handed to its parent
+    t1306 = R::fused(R::constant(0.008), t873_874.second(), -t1305); // left_hip_roll_link: wrench handed to its parent
+    t1307 = R::fused(-sin_q_left_hip_yaw, t1306, t1287); // left_hip_yaw_link: wrench handed to its parent
+    t1308 = R::fused(R::constant(0.0764), t1307, t1262); // left_hip_yaw_link: wrench handed to its parent
+    t1309 = t1251 + t1308; // right_hip_yaw_link: wrench handed to its parent
+    t1310 = cos_q_right_knee_pitch * t1200; // right_lower_leg: wrench handed to its parent
+    t1311 = R::fused(sin_q_right_knee_pitch, t1202, t1310); // right_lower_leg: wrench handed to its parent
+    t1312 = t1265_1266.first() + t1311; // right_lower_leg: wrench handed to its parent
+    t1313 = sin_q_right_hip_pitch * t1312; // right_upper_leg: wrench handed to its parent
+    t1314 = t1275_1276.first() - t1203; // right_lower_leg: wrench handed to its parent
+    t1315 = R::fused(-cos_q_right_hip_pitch, t1314, t1313); // right_upper_leg: wrench handed to its parent
+    t1316 = R::fused(R::constant(0.01), t1279_1280.first(), t1315); // right_upper_leg: wrench handed to its parent
+    t1317 = R::fused(R::constant(0.008), t1284_1285.first(), t1316); // right_hip_roll_link: wrench handed to its parent
+    t1318 = cos_q_right_hip_yaw * t1317; // right_hip_yaw_link: wrench handed to its parent
+    t1319 = R::fused(R::constant(-0.8355), t895_896.first(), t1288_1289.first()); // right_upper_leg
+    t1320 = t1319 + t1246; // right_lower_leg: wrench handed to its parent
+    t1321 = R::fused(R::constant(0.01), t1294_1295.first(), t1320); // right_upper_leg: wrench handed to its parent
+    t1322 = cos_q_right_hip_roll * t1321; // right_hip_roll_link: wrench handed to its parent
+    t1323 = cos_q_right_hip_pitch * t1312; // right_upper_leg: wrench handed to its parent
+    t1324 = R::fused(sin_q_right_hip_pitch, t1314, t1323); // right_upper_leg: wrench handed to its parent
+    t1325 = R::fused(R::constant(0.01), t1302_1303.first(), t1324); // right_upper_leg: wrench handed to its parent
+    t1326 = R::fused(-sin_q_right_hip_roll, t1325, t1322); // right_hip_roll_link: wrench handed to its parent
+    t1327 = R::fused(R::constant(0.008), t873_874.first(), t1326); // right_hip_roll_link: wrench handed to its parent
+    t1328 = R::fused(-sin_q_right_hip_yaw, t1327, t1318); // right_hip_yaw_link: wrench handed to its parent
+    t1329 = R::fused(R::constant(-0.0764), t1328, t1309); // right_hip_yaw_link: wrench handed to its parent
+    t1330 = tau_base_angular_z + t1329; // other
+    t1331 = t1256 + t27; // torso: motion
+    // torso: wrench that its motion needs
+    t1332 = R::constant(0.20808) * t1331;
+    t1333 = R::fused(R::constant(0.0102), t17, t1332);
+    t1334 = R::fused(R::constant(2.4915), t1254, t1333);
+    t1335 = R::fused(R::constant(19.0), t21, t1334);
+    t1336 = t1335 + t1307; // left_hip_yaw_link: wrench handed to its parent
+    t1337 = t1336 + t1328; // right_hip_yaw_link: wrench handed to its parent
+    // other
+    t1338 = tau_base_linear_x - t1337;
+    t1339 = R::fused(R::constant(0.0764), t1338, t1330);
+    t1340 = t1173 - t1339;
+    t1341 = tau_right_ankle_roll + t1226;
+    t1342 = t624_625.first() * t369;
+    // right_foot, left_foot: mass matrix
+    t1343_1344 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t612_613;
+    t1345_1346 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t622_623, t1343_1344);
+    t1347 = R::fused(t1345_1346.first(), t1134, t1342); // other
+    t1348_1349 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t404_405;
+    t1350_1351 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t620_621, t1348_1349);
+    // other
+    t1352 = t349 * t292;
+    t1353 = R::fused(t289, t354, t1352);
+    t1354 = R::fused(t272, t367, t1353);
+    t1355 = t52 + t1354;
+    t1356 = R::fused(t1350_1351.first(), t1355, t1347);
+    // right_foot, left_foot: mass matrix
+    t1357_1358 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t806_807;
+    t1359_1360 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t629_630;
+    t1361_1362 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t657_658, t1359_1360);
+    t1363_1364 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1361_1362, t1357_1358);
+    t1365_1366 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1350_1351, t1363_1364);
+    t1367 = R::fused(-t1365_1366.first(), t1151, t1356); // other
+    t1368_1369 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t806_807;
+    t1370_1371 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1361_1362, t1368_1369);
+    t1372 = R::fused(t1370_1371.first(), t1167, t1367); // other
+    t1373 = R::fused(t661, t1171, t1372); // other
+    t1374 = t1341 - t1373; // other
+    t1375 = R::fused(t663, t1374, t1340); // solved by the factors
+    t1376 = tau_right_ankle_pitch + t1187; // other
+    t1377 = t685_686.first() * t369; // other
+    // right_ankle, left_ankle: mass matrix
+    t1378_1379 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t675_676;
+    t1380_1381 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t683_684, t1378_1379);
+    t1382 = R::fused(t1380_1381.first(), t1134, t1377); // other
+    t1383_1384 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t681_682;
+    t1385 = R::fused(t1383_1384.first(), t1355, t1382); // other
+    t1386_1387 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t812_813;
+    t1388_1389 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t690_691;
+    t1390_1391 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll), t704_705, t1388_1389);
+    t1392_1393 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1390_1391, t1386_1387);
+    t1394_1395 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1383_1384, t1392_1393);
+    t1396 = R::fused(t1394_1395.first(), t1151, t1385); // other
+    t1397_1398 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t812_813;
+    t1399_1400 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1390_1391, t1397_1398);
+    t1401 = R::fused(-t1399_1400.first(), t1167, t1396); // other
+    t1402 = R::fused(-t708, t1171, t1401); // other
+    t1403 = t1376 - t1402; // other
+    t1404 = R::fused(t710, t1374, t1403); // solved by the factors
+    t1405 = R::fused(t714, t1404, t1375); // solved by the factors
+    t1406 = tau_right_knee_pitch + t1196; // other
+    t1407 = t728_729.first() * t369; // other
+    // right_lower_leg, left_lower_leg: mass matrix
+    t1408_1409 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t718_719;
+    t1410_1411 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t726_727, t1408_1409);
+    t1412 = R::fused(t1410_1411.first(), t1134, t1407); // other
+    t1413_1414 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t724_725;
+    t1415 = R::fused(t1413_1414.first(), t1355, t1412); // other
+    t1416_1417 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t819_820;
+    t1418_1419 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t731_732;
+    t1420_1421 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t737_738, t1418_1419);
+    t1422_1423 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1420_1421, t1416_1417);
+    t1424_1425 = R::Two::fused(both(R::constant(0.0764)), t1413_1414, t1422_1423);
+    t1426 = R::fused(t1424_1425.first(), t1151, t1415); // other
+    t1427_1428 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t819_820;
+    t1429_1430 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1420_1421, t1427_1428);
+    t1431 = R::fused(-t1429_1430.first(), t1167, t1426); // other
+    t1432 = R::fused(-t741, t1171, t1431); // other
+    t1433 = t1406 - t1432; // other
+    t1434 = R::fused(t743, t1374, t1433); // solved by the factors
+    t1435 = R::fused(-t746, t1404, t1434); // solved by the factors
+    t1436 = R::fused(t751, t1435, t1405); // solved by the factors
+    t1437 = tau_right_hip_pitch + t1204; // other
+    t1438 = t757_758.first() * t369; // other
+    // right_upper_leg, left_upper_leg: mass matrix
+    t1439_1440 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t578_579;
+    t1441_1442 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t755_756, t1439_1440);
+    t1443 = R::fused(t1441_1442.first(), t1134, t1438); // other
+    t1444_1445 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t564_565;
+    t1446 = R::fused(-t1444_1445.first(), t1355, t1443); // other
+    t1447_1448 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t790_791;
+    t1449_1450 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t500_501;
+    t1451_1452 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t546_547, t1449_1450);
+    t1453_1454 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1451_1452, t1447_1448);
+    t1455_1456 = R::Two::fused(both(R::constant(0.0764)), t1444_1445, t1453_1454);
+    t1457 = R::fused(-t1455_1456.first(), t1151, t1446); // other
+    t1458_1459 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t790_791;
+    t1460_1461 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1451_1452, t1458_1459);
+    t1462 = R::fused(t1460_1461.first(), t1167, t1457); // other
+    t1463 = R::fused(t764, t1171, t1462); // other
+    t1464 = t1437 + t1463; // other
+    // solved by the factors
+    t1465 = R::fused(t766, t1374, t1464);
+    t1466 = R::fused(-t769, t1404, t1465);
+    t1467 = R::fused(-t773, t1435, t1466);
+    t1468 = R::fused(-t779, t1467, t1436);
+    // right_hip_roll_link, left_hip_roll_link: wrench that its motion needs
+    t1469_1470 = both(R::constant(0.305437170867)) * t192_193;
+    t1471_1472 = R::Two::fused(both(R::constant(0.3052705042)), t1300_1301, t1469_1470);
+    t1473_1474 = R::Two::fused(both(R::constant(-0.01)), t56_57, t1471_1472);
+    t1475 = sin_q_right_hip_pitch * t1240; // right_upper_leg: wrench handed to its parent
+    t1476 = R::fused(-cos_q_right_hip_pitch, t1247, t1475); // right_upper_leg: wrench handed to its parent
+    t1477 = t1473_1474.first() + t1476; // right_upper_leg: wrench handed to its parent
+    t1478 = tau_right_hip_roll + t1477; // other
+    t1479 = t785_786.first() * t369; // other
+    t1480_1481 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t783_784; // right_hip_roll_link, left_hip_roll_link
+    t1482 = R::fused(-t1480_1481.first(), t1134, t1479); // other
+    t1483 = R::fused(t580_581.first(), t1355, t1482); // other
+    t1484_1485 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t832_833; // right_hip_roll_link, left_hip_roll_link
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t1486_1487 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t790_791;
+    t1488_1489 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t798_799, t1486_1487);
+    // right_hip_roll_link, left_hip_roll_link: mass matrix
+    t1490_1491 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1488_1489, t1484_1485);
+    t1492_1493 = R::Two::fused(both(R::constant(0.0764)), t580_581, t1490_1491);
+    t1494 = R::fused(t1492_1493.first(), t1151, t1483); // other
+    t1495_1496 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t832_833;
+    let (
+        t1497_1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506, t1507, t1508, t1509, t1510, t1511, t1512,
+        t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527, t1528,
+        t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538, t1539, t1540, t1541, t1542, t1543, t1544,
+        t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554, t1555, t1556, t1557, t1558, t1559, t1560,
+        t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570, t1571, t1572, t1573, t1574, t1575, t1576,
+        t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586, t1587, t1588, t1589, t1590, t1591, t1592,
+        t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603, t1604, t1605, t1606_1607,
+        t1608_1609, t1610_1611, t1612_1613, t1614_1615, t1616_1617, t1618_1619, t1620_1621, t1622_1623, t1624, t1625,
+        t1626, t1627, t1628, t1629_1630, t1631_1632, t1633_1634, t1635_1636, t1637, t1638, t1639, t1640, t1641, t1642,
+        t1643, t1644, t1645, t1646_1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656, t1657, t1658,
         t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670, t1671, t1672, t1673, t1674,
         t1675, t1676, t1677, t1678, t1679, t1680, t1681, t1682, t1683, t1684, t1685, t1686, t1687, t1688, t1689, t1690,
         t1691, t1692, t1693, t1694, t1695, t1696, t1697, t1698, t1699, t1700, t1701, t1702, t1703, t1704, t1705, t1706,
         t1707, t1708, t1709, t1710, t1711, t1712, t1713, t1714, t1715, t1716, t1717, t1718, t1719, t1720, t1721, t1722,
         t1723, t1724, t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738,
         t1739, t1740, t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748, t1749, t1750, t1751, t1752, t1753, t1754,
-        t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765, t1766, t1767, t1768, t1769, t1770,
-        t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786,
-        t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797, t1798, t1799, t1800, t1801, t1802,
+        t1755, t1756, t1757, t1758, t1759, t1760, t1761, t1762, t1763, t1764, t1765, t1766, t1767,
     );
-    t1547 = cos_q_left_hip_roll * t261;
-    t1548 = R::fused(sin_q_left_hip_roll, t253, t1547);
-    t1549 = R::fused(-t196, t1548, t1546);
-    t1550 = R::fused(-t218, t1548, t1549);
-    t1551 = R::fused(R::constant(-0.037), t1548, t1550);
-    t1552 = R::fused(-t1551, t280, t1542); // factors of the mass matrix
-    // right_foot: mass matrix
-    t1553 = sin_q_left_hip_roll * t292;
-    t1554 = R::fused(cos_q_left_hip_roll, t303, t1553);
-    t1555 = sin_t1 * t1554;
-    t1556 = R::fused(cos_t1, t580, t1555);
-    t1557 = cos_q_left_hip_roll * t298;
-    t1558 = R::fused(-sin_q_left_hip_roll, t291, t1557);
-    t1559 = R::fused(-t196, t1558, t1556);
-    t1560 = R::fused(-t218, t1558, t1559);
-    t1561 = R::fused(R::constant(-0.037), t1558, t1560);
-    t1562 = R::fused(-t317, t1551, t1561); // factors of the mass matrix
-    t1563 = R::fused(t1562, t321, t1552); // factors of the mass matrix
-    // left_ankle: mass matrix
-    t1564 = sin_q_left_hip_roll * t330;
-    t1565 = R::fused(cos_q_left_hip_roll, t341, t1564);
-    t1566 = sin_t1 * t1565;
-    t1567 = R::fused(cos_t1, t586, t1566);
-    t1568 = cos_q_left_hip_roll * t336;
-    t1569 = R::fused(-sin_q_left_hip_roll, t329, t1568);
-    t1570 = R::fused(-t196, t1569, t1567);
-    t1571 = R::fused(-t218, t1569, t1570);
-    t1572 = R::fused(R::constant(-0.037), t1569, t1571);
-    t1573 = R::fused(-t1551, t355, t1572); // factors of the mass matrix
-    t1574 = R::fused(t1562, t358, t1573); // factors of the mass matrix
-    t1575 = R::fused(-t1574, t363, t1563); // factors of the mass matrix
-    // right_ankle: mass matrix
-    t1576 = sin_q_left_hip_roll * t370;
-    t1577 = R::fused(cos_q_left_hip_roll, t381, t1576);
-    t1578 = sin_t1 * t1577;
-    t1579 = R::fused(cos_t1, t593, t1578);
-    t1580 = cos_q_left_hip_roll * t376;
-    t1581 = R::fused(-sin_q_left_hip_roll, t369, t1580);
-    t1582 = R::fused(-t196, t1581, t1579);
-    t1583 = R::fused(-t218, t1581, t1582);
-    t1584 = R::fused(R::constant(-0.037), t1581, t1583);
-    // factors of the mass matrix
-    t1585 = R::fused(-t1551, t395, t1584);
-    t1586 = R::fused(t1562, t398, t1585);
-    t1587 = R::fused(-t1574, t402, t1586);
-    t1588 = R::fused(-t1587, t408, t1575);
-    // left_lower_leg: mass matrix
-    t1589 = sin_q_left_hip_roll * t412;
-    t1590 = R::fused(cos_q_left_hip_roll, t418, t1589);
-    t1591 = sin_t1 * t1590;
-    t1592 = R::fused(cos_t1, t601, t1591);
-    t1593 = cos_q_left_hip_roll * t414;
-    t1594 = R::fused(-sin_q_left_hip_roll, t154, t1593);
-    t1595 = R::fused(-t196, t1594, t1592);
-    t1596 = R::fused(-t218, t1594, t1595);
-    t1597 = R::fused(R::constant(-0.037), t1594, t1596);
-    // factors of the mass matrix
-    t1598 = R::fused(-t1551, t432, t1597);
-    t1599 = R::fused(t1562, t435, t1598);
-    t1600 = R::fused(-t1574, t439, t1599);
-    t1601 = R::fused(-t1587, t444, t1600);
-    t1602 = R::fused(-t1601, t451, t1588);
-    // right_lower_leg: mass matrix
-    t1603 = sin_q_left_hip_roll * t185;
-    t1604 = R::fused(cos_q_left_hip_roll, t455, t1603);
-    t1605 = sin_t1 * t1604;
-    t1606 = R::fused(cos_t1, t557, t1605);
-    t1607 = cos_q_left_hip_roll * t155;
-    t1608 = R::fused(-t196, t1607, t1606);
-    t1609 = R::fused(-t218, t1607, t1608);
-    t1610 = R::fused(R::constant(-0.037), t1607, t1609);
-    // factors of the mass matrix
-    t1611 = R::fused(-t1551, t468, t1610);
-    t1612 = R::fused(t1562, t471, t1611);
-    t1613 = R::fused(-t1574, t475, t1612);
-    t1614 = R::fused(-t1587, t480, t1613);
-    t1615 = R::fused(-t1601, t486, t1614);
-    t1616 = R::fused(-t1615, t494, t1602);
-    // left_upper_leg: mass matrix
-    t1617 = sin_q_left_hip_roll * t191;
-    t1618 = R::fused(cos_q_left_hip_roll, t175, t1617);
-    t1619 = sin_t1 * t1618;
-    t1620 = R::fused(cos_t1, t561, t1619);
-    t1621 = cos_q_left_hip_roll * t206;
-    t1622 = R::fused(-t196, t1621, t1620);
-    t1623 = R::fused(-t218, t1621, t1622);
-    t1624 = R::fused(R::constant(-0.037), t1621, t1623);
-    // factors of the mass matrix
-    t1625 = R::fused(-t1551, t509, t1624);
-    t1626 = R::fused(t1562, t512, t1625);
-    t1627 = R::fused(-t1574, t516, t1626);
-    t1628 = R::fused(-t1587, t521, t1627);
-    t1629 = R::fused(-t1601, t527, t1628);
-    t1630 = R::fused(-t1615, t534, t1629);
-    t1631 = R::fused(-t1630, t543, t1616);
-    t1632 = sin_q_left_hip_roll * t554; // right_upper_leg: sums of what it carries
-    t1633 = R::fused(-cos_q_left_hip_roll, t561, t1632); // right_upper_leg: sums of what it carries
-    // right_upper_leg: mass matrix
-    t1634 = sin_t1 * t1633;
-    t1635 = R::fused(-cos_t1, t627, t1634);
-    t1636 = R::fused(-t196, t202, t1635);
-    t1637 = R::fused(-t218, t202, t1636);
-    t1638 = R::fused(R::constant(-0.037), t202, t1637);
-    // factors of the mass matrix
-    t1639 = R::fused(t1551, t576, t1638);
-    t1640 = R::fused(-t1562, t582, t1639);
-    t1641 = R::fused(t1574, t589, t1640);
-    t1642 = R::fused(t1587, t597, t1641);
-    t1643 = R::fused(t1601, t606, t1642);
-    t1644 = R::fused(t1615, t613, t1643);
-    t1645 = R::fused(t1630, t621, t1644);
-    t1646 = R::fused(-t1645, t636, t1631);
-    t1647 = R::fused(-t1551, t643, t1538);
-    t1648 = R::fused(t1562, t646, t1647);
-    t1649 = R::fused(-t1574, t650, t1648);
-    t1650 = R::fused(-t1587, t655, t1649);
-    t1651 = R::fused(-t1601, t661, t1650);
-    t1652 = R::fused(-t1615, t668, t1651);
-    t1653 = R::fused(-t1630, t676, t1652);
-    t1654 = R::fused(-t1645, t685, t1653);
-    t1655 = R::fused(-t1654, t696, t1646);
-    t1656 = R::fused(-t1551, t700, t1540);
-    t1657 = R::fused(t1562, t703, t1656);
-    t1658 = R::fused(-t1574, t707, t1657);
-    t1659 = R::fused(-t1587, t712, t1658);
-    t1660 = R::fused(-t1601, t718, t1659);
-    t1661 = R::fused(-t1615, t725, t1660);
-    t1662 = R::fused(-t1630, t733, t1661);
-    t1663 = R::fused(-t1645, t742, t1662);
-    t1664 = R::fused(-t1654, t752, t1663);
-    t1665 = R::fused(-t1664, t764, t1655);
-    t1666 = t1665 * t766;
-    t1667 = R::constant(0.0000833333335) + t627; // left_hip_roll_link: sums of what it carries
-    t1668 = t176 + t193; // right_upper_leg: sums of what it carries
-    // left_hip_roll_link: sums of what it carries
-    t1669 = R::constant(0.0005199999995) + t1668;
-    t1670 = t1667 - t1669;
-    t1671 = sin_t1 * sin_t1;
-    t1672 = t1670 * t1671;
-    t1673 = sin_t1 * cos_t1;
-    t1674 = R::constant(2.0) * t1633;
-    t1675 = R::fused(t1673, t1674, t1672);
-    t1676 = t1667 - t1675;
-    t1677 = t1676 + t210;
-    t1678 = t1677 + t1391; // right_hip_roll_link: sums of what it carries
-    t1679 = t1678 + t223; // right_hip_roll_link: sums of what it carries
-    t1680 = t1679 + t1426; // left_hip_yaw_link: sums of what it carries
-    t1681 = t221 + t1443; // left_hip_yaw_link: sums of what it carries
-    t1682 = R::fused(R::constant(0.074), t1681, t1680); // left_hip_yaw_link: sums of what it carries
-    t1683 = R::constant(0.02665253752) + t1682; // right_hip_yaw_link: sums of what it carries
-    // factors of the mass matrix
-    t1684 = R::constant(814.1112620933816) * t1551;
-    t1685 = R::fused(-t1551, t1684, t1683);
-    t1686 = t1562 * t320;
-    t1687 = R::fused(t1562, t1686, t1685);
-    t1688 = t1574 * t362;
-    t1689 = R::fused(-t1574, t1688, t1687);
-    t1690 = t1587 * t407;
-    t1691 = R::fused(-t1587, t1690, t1689);
-    t1692 = t1601 * t450;
-    t1693 = R::fused(-t1601, t1692, t1691);
-    t1694 = t1615 * t493;
-    t1695 = R::fused(-t1615, t1694, t1693);
-    t1696 = t1630 * t542;
-    t1697 = R::fused(-t1630, t1696, t1695);
-    t1698 = t1645 * t635;
-    t1699 = R::fused(-t1645, t1698, t1697);
-    t1700 = t1654 * t695;
-    t1701 = R::fused(-t1654, t1700, t1699);
-    t1702 = t1664 * t763;
-    t1703 = R::fused(-t1664, t1702, t1701);
-    t1704 = R::fused(-t1665, t1666, t1703);
-    t1705 = R::constant(1.0) / t1704;
-    t1706 = sin_q_left_hip_roll * t1301; // right_upper_leg: sums of what it carries
-    t1707 = R::fused(-cos_q_left_hip_roll, t1344, t1706); // right_upper_leg: sums of what it carries
-    t1708 = R::fused(t814, t831, t827); // left_hip_roll_link: motion
-    // left_hip_roll_link: sums of what it carries
-    t1709 = t1708 * R::constant(0.0005199999995);
-    t1710 = R::fused(R::constant(-0.008), t1039, t1709);
-    t1711 = t1707 + t1710;
-    t1712 = sin_t1 * t1711;
-    t1713 = R::fused(-t814, t817, t809); // left_hip_roll_link: motion
-    t1714 = R::fused(-t1713, R::constant(0.0000833333335), t1502);
-    t1715 = R::fused(cos_t1, t1714, t1712);
-    t1716 = cos_q_left_hip_roll * t1360; // right_upper_leg: sums of what it carries
-    t1717 = R::fused(sin_q_left_hip_roll, t1366, t1716); // right_upper_leg: sums of what it carries
-    t1718 = R::fused(R::constant(0.008), t1708, t1717);
-    t1719 = R::fused(-t196, t1718, t1715);
-    // right_hip_roll_link: sums of what it carries
-    t1720 = t1037 * t1391;
-    t1721 = R::fused(t967, t1401, t1720);
-    t1722 = R::fused(t1034, t1405, t1721);
-    t1723 = t1003 - t974;
-    t1724 = R::fused(-t1397, t1723, t1722);
-    t1725 = R::fused(t1032, t220, t1724);
-    t1726 = t1719 + t1725;
-    t1727 = t1034 * t225;
-    t1728 = R::fused(-t1037, t220, t1727);
-    t1729 = t1718 + t1728;
-    t1730 = R::fused(-t218, t1729, t1726);
-    // left_hip_yaw_link: sums of what it carries
-    t1731 = t1030 * t1426;
-    t1732 = R::fused(t967, t1436, t1731);
-    t1733 = R::fused(t1027, t1440, t1732);
-    t1734 = t1003 - t969;
-    t1735 = R::fused(-t1432, t1734, t1733);
-    t1736 = R::fused(t1025, t1443, t1735);
-    t1737 = t1730 + t1736;
-    t1738 = t1027 * t1446;
-    t1739 = R::fused(-t1030, t1443, t1738);
-    t1740 = t1729 + t1739;
-    t1741 = R::fused(R::constant(-0.037), t1740, t1737);
-    // right_hip_yaw_link: sums of what it carries
-    t1742 = t1024 * R::constant(0.02361803748);
-    t1743 = t963 - t1003;
-    t1744 = R::fused(R::constant(0.00037), t1743, t1742);
-    t1745 = R::constant(0.01) * t961;
-    t1746 = R::fused(R::constant(-0.679875), t1023, t1745);
-    t1747 = t1744 - t1746;
-    t1748 = t1741 + t1747;
-    t1749 = tau_left_ankle_roll - t1748; // other
+    t1497_1498 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1488_1489, t1495_1496);
+    t1499 = R::fused(-t1497_1498.first(), t1167, t1494); // other
+    t1500 = R::fused(-t802, t1171, t1499); // other
+    t1501 = t1478 + t1500; // other
     // solved by the factors
-    t1750 = R::fused(t1451, t1684, t1749);
-    t1751 = R::fused(t1686, t1454, t1750);
-    t1752 = R::fused(-t1688, t1458, t1751);
-    t1753 = R::fused(-t1690, t1463, t1752);
-    t1754 = R::fused(t1692, t1469, t1753);
-    t1755 = R::fused(-t1694, t1476, t1754);
-    t1756 = R::fused(t1696, t1484, t1755);
-    t1757 = R::fused(t1698, t1510, t1756);
-    t1758 = R::fused(-t1700, t1520, t1757);
-    t1759 = R::fused(-t1702, t1531, t1758);
-    t1760 = R::fused(-t1666, t1532, t1759);
-    t1761 = t1705 * t1760; // other
-    t1762 = R::fused(-t1666, t1761, t1533);
-    t1763 = t7 * t1762; // other
-    t1764 = t763 * t1531; // other
-    t1765 = R::fused(-t1702, t1761, t1764);
-    t1766 = R::fused(-t764, t1762, t1765);
+    t1502 = R::fused(-t808, t1374, t1501);
+    t1503 = R::fused(t815, t1404, t1502);
+    t1504 = R::fused(t823, t1435, t1503);
+    t1505 = R::fused(t828, t1467, t1504);
+    t1506 = R::fused(-t839, t1505, t1468);
     // other
-    t1767 = t1762 + t1766;
-    t1768 = R::fused(t211, t1767, t1763);
-    t1769 = sin_t1 * t1768;
-    t1770 = t218 * t1762;
-    t1771 = R::fused(t196, t1767, t1770);
-    t1772 = R::fused(cos_t1, t1771, t1769);
-    t1773 = cos_q_left_hip_yaw * t1772;
-    t1774 = R::constant(0.037) * t1761;
-    t1775 = R::fused(t218, t1761, t1774);
-    t1776 = R::fused(t196, t1761, t1775);
-    t1777 = cos_q_left_hip_roll * t1776;
-    t1778 = cos_t1 * t1768;
-    t1779 = R::fused(-sin_t1, t1771, t1778);
-    t1780 = R::fused(sin_q_left_hip_roll, t1779, t1777);
-    t1781 = R::fused(sin_q_left_hip_yaw, t1780, t1773);
-    // left_upper_leg: motion
-    t1782 = cos_q_left_hip_yaw * t1012;
-    t1783 = R::fused(-sin_q_left_hip_yaw, t1043, t1782);
-    t1784 = cos_q_left_hip_yaw * t832;
-    t1785 = R::fused(-sin_q_left_hip_yaw, t818, t1784);
-    t1786 = sin_q_left_hip_yaw * t832;
-    t1787 = R::fused(cos_q_left_hip_yaw, t818, t1786);
-    t1788 = R::fused(t1785, t1787, t843);
-    t1789 = R::fused(R::constant(-0.0764), t1788, t1783); // other
-    t1790 = t1781 - t1789; // other
-    t1791 = t542 * t1484; // other
-    t1792 = R::fused(t1696, t1761, t1791); // solved by the factors
-    t1793 = R::fused(t543, t1762, t1792); // solved by the factors
-    t1794 = R::fused(t733, t1766, t1793); // solved by the factors
-    t1795 = t695 * t1520; // other
+    t1507 = tau_right_hip_yaw + t1251;
+    t1508 = t582_583.first() * t369;
+    t1509 = R::fused(-t1126_1127.first(), t1134, t1508);
+    t1510 = R::fused(t1144_1145.first(), t1151, t1509);
+    t1511 = R::fused(-t1155_1156.first(), t1167, t1510);
+    t1512 = R::fused(-t842, t1171, t1511);
+    t1513 = t1507 - t1512;
     // solved by the factors
-    t1796 = R::fused(-t1700, t1761, t1795);
-    t1797 = R::fused(-t696, t1762, t1796);
-    t1798 = R::fused(-t752, t1766, t1797);
-    t1799 = R::fused(t676, t1798, t1794);
-    t1800 = t635 * t1510; // other
-    t1801 = R::fused(t1698, t1761, t1800);
-    t1802 = R::fused(t636, t1762, t1801);
+    t1514 = R::fused(t844, t1374, t1513);
+    t1515 = R::fused(-t847, t1404, t1514);
+    t1516 = R::fused(-t851, t1435, t1515);
+    t1517 = R::fused(-t856, t1467, t1516);
+    t1518 = R::fused(t862, t1505, t1517);
+    t1519 = R::fused(t870, t1518, t1506);
+    // other
+    t1520 = t872 * t1519;
+    t1521 = t349 * t255;
+    t1522 = R::fused(-t346, t270, t1521);
+    t1523 = t1522 * t596;
+    t1524 = t16 * t270;
+    t1525 = R::fused(-t349, t237, t1524);
+    t1526 = R::fused(t1525, t1130, t1523);
+    t1527 = R::fused(t16, t1148, t1526);
+    t1528 = R::fused(-t346, t1164, t1527);
+    t1529 = R::fused(t349, t594, t1528);
+    t1530 = t624_625.first() * t1522;
+    t1531 = R::fused(-t1345_1346.first(), t1525, t1530);
+    t1532 = t346 * t237;
+    t1533 = R::fused(-t16, t255, t1532);
+    t1534 = R::fused(t1350_1351.first(), t1533, t1531);
+    t1535 = R::fused(t1365_1366.first(), t16, t1534);
+    t1536 = R::fused(-t1370_1371.first(), t346, t1535);
+    t1537 = R::fused(-t661, t349, t1536);
+    t1538 = R::fused(t1537, t663, t1529); // factors of the mass matrix
+    t1539 = t685_686.first() * t1522;
+    t1540 = R::fused(-t1380_1381.first(), t1525, t1539);
+    t1541 = R::fused(t1383_1384.first(), t1533, t1540);
+    t1542 = R::fused(-t1394_1395.first(), t16, t1541);
+    t1543 = R::fused(t1399_1400.first(), t346, t1542);
+    t1544 = R::fused(t708, t349, t1543);
+    t1545 = R::fused(t1537, t710, t1544); // factors of the mass matrix
+    t1546 = R::fused(t1545, t714, t1538); // factors of the mass matrix
+    t1547 = t728_729.first() * t1522;
+    t1548 = R::fused(-t1410_1411.first(), t1525, t1547);
+    t1549 = R::fused(t1413_1414.first(), t1533, t1548);
+    t1550 = R::fused(-t1424_1425.first(), t16, t1549);
+    t1551 = R::fused(t1429_1430.first(), t346, t1550);
+    t1552 = R::fused(t741, t349, t1551);
+    t1553 = R::fused(t1537, t743, t1552); // factors of the mass matrix
+    t1554 = R::fused(-t1545, t746, t1553); // factors of the mass matrix
+    t1555 = R::fused(t1554, t751, t1546); // factors of the mass matrix
+    t1556 = t757_758.first() * t1522;
+    t1557 = R::fused(-t1441_1442.first(), t1525, t1556);
+    t1558 = R::fused(-t1444_1445.first(), t1533, t1557);
+    t1559 = R::fused(t1455_1456.first(), t16, t1558);
+    t1560 = R::fused(-t1460_1461.first(), t346, t1559);
+    t1561 = R::fused(-t764, t349, t1560);
+    // factors of the mass matrix
+    t1562 = R::fused(-t1537, t766, t1561);
+    t1563 = R::fused(t1545, t769, t1562);
+    t1564 = R::fused(t1554, t773, t1563);
+    t1565 = R::fused(t1564, t779, t1555);
+    // other
+    t1566 = t785_786.first() * t1522;
+    t1567 = R::fused(t1480_1481.first(), t1525, t1566);
+    t1568 = R::fused(t580_581.first(), t1533, t1567);
+    t1569 = R::fused(-t1492_1493.first(), t16, t1568);
+    t1570 = R::fused(t1497_1498.first(), t346, t1569);
+    t1571 = R::fused(t802, t349, t1570);
+    // factors of the mass matrix
+    t1572 = R::fused(t1537, t808, t1571);
+    t1573 = R::fused(-t1545, t815, t1572);
+    t1574 = R::fused(-t1554, t823, t1573);
+    t1575 = R::fused(t1564, t828, t1574);
+    t1576 = R::fused(t1575, t839, t1565);
+    // other
+    t1577 = t582_583.first() * t1522;
+    t1578 = R::fused(t1126_1127.first(), t1525, t1577);
+    t1579 = R::fused(-t1144_1145.first(), t16, t1578);
+    t1580 = R::fused(t1155_1156.first(), t346, t1579);
+    t1581 = R::fused(t842, t349, t1580);
+    // factors of the mass matrix
+    t1582 = R::fused(t1537, t844, t1581);
+    t1583 = R::fused(-t1545, t847, t1582);
+    t1584 = R::fused(-t1554, t851, t1583);
+    t1585 = R::fused(t1564, t856, t1584);
+    t1586 = R::fused(-t1575, t862, t1585);
+    t1587 = R::fused(t1586, t870, t1576);
+    t1588 = t1587 * t872;
+    // other
+    t1589 = R::constant(19.0) * t1522;
+    t1590 = R::fused(t1162, t346, t1589);
+    t1591 = R::fused(-t592, t349, t1590);
+    t1592 = t624_625.second() + t1591;
+    t1593 = t1522 * t1592;
+    t1594 = R::constant(19.0) * t1525;
+    t1595 = R::fused(-t1162, t16, t1594);
+    t1596 = R::fused(t1129, t349, t1595);
+    t1597 = t1345_1346.second() - t1596;
+    t1598 = R::fused(-t1525, t1597, t1593);
+    t1599 = R::constant(19.0) * t1533;
+    t1600 = R::fused(t592, t16, t1599);
+    t1601 = R::fused(-t1129, t346, t1600);
+    t1602 = t1350_1351.second() + t1601;
+    t1603 = R::fused(t1533, t1602, t1598);
+    t1604 = t1162 * t1525;
+    t1605 = R::fused(-t592, t1533, t1604);
+    t1606_1607 = both(R::constant(0.305783837533)) - t832_833; // right_hip_roll_link, left_hip_roll_link
+    t1608_1609 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    t1610_1611 = t502_503 + t552_553; // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1612_1613 = t1610_1611 - t1606_1607;
+    t1614_1615 = t1608_1609 * t1612_1613;
+    t1616_1617 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t1618_1619 = t1488_1489 * t1616_1617;
+    t1620_1621 = R::Two::fused(two(R::constant(-2.0), R::constant(2.0)), t1618_1619, t1614_1615);
+    t1622_1623 = t1606_1607 + t1620_1621;
+    t1624 = t1622_1623.second() + t585; // left_hip_yaw_link: sums of what it carries
+    t1625 = R::constant(1.519971873066) - t1624; // left_hip_yaw_link: sums of what it carries
+    t1626 = t1622_1623.first() - t588; // right_hip_yaw_link: sums of what it carries
+    t1627 = t1625 - t1626; // right_hip_yaw_link: sums of what it carries
+    t1628 = R::fused(-t1627, t16, t1605); // other
+    t1629_1630 = t1488_1489 * t1608_1609;
+    t1631_1632 = R::Two::fused(both(R::constant(-2.0)), t1629_1630, t1488_1489);
+    t1633_1634 = R::Two::fused(t1616_1617 * two(R::constant(-1.0), R::constant(1.0)), t1612_1613, t1631_1632);
+    t1635_1636 = R::Two::fused(both(R::constant(0.0764)), t1126_1127, t1633_1634);
+    t1637 = R::constant(0.00220808) + t1635_1636.second(); // left_hip_yaw_link: sums of what it carries
+    t1638 = t1637 - t1635_1636.first(); // right_hip_yaw_link: sums of what it carries
+    // other
+    t1639 = R::fused(t1638, t346, t1628);
+    t1640 = R::fused(-t1147, t349, t1639);
+    t1641 = t1365_1366.second() - t1640;
+    t1642 = R::fused(t16, t1641, t1603);
+    t1643 = t1162 * t1522;
+    t1644 = R::fused(-t1129, t1533, t1643);
+    t1645 = R::fused(-t1638, t16, t1644);
+    t1646_1647 = t1610_1611 - t1620_1621; // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t1648 = R::constant(1.423881257066) - t1646_1647.second(); // left_hip_yaw_link: sums of what it carries
+    t1649 = t1648 - t1646_1647.first(); // right_hip_yaw_link: sums of what it carries
+    t1650 = R::fused(t1649, t346, t1645);
+    t1651 = R::fused(t1160, t349, t1650);
+    t1652 = t1370_1371.second() - t1651;
+    t1653 = R::fused(-t346, t1652, t1642);
+    t1654 = R::fused(R::constant(0.0764), t624_625.second(), t659_660.second()); // left_foot: mass matrix
+    t1655 = t592 * t1522;
+    t1656 = R::fused(-t1129, t1525, t1655);
+    t1657 = R::fused(-t1147, t16, t1656);
+    t1658 = R::fused(-t1160, t346, t1657);
+    t1659 = R::fused(-t590, t349, t1658);
+    t1660 = t1654 + t1659;
+    t1661 = R::fused(-t349, t1660, t1653);
+    // factors of the mass matrix
+    t1662 = t1537 * R::constant(814.1112620933816);
+    t1663 = R::fused(-t1537, t1662, t1661);
+    t1664 = t1545 * t713;
+    t1665 = R::fused(-t1545, t1664, t1663);
+    t1666 = t1554 * t750;
+    t1667 = R::fused(-t1554, t1666, t1665);
+    t1668 = t1564 * t778;
+    t1669 = R::fused(-t1564, t1668, t1667);
+    t1670 = t1575 * t838;
+    t1671 = R::fused(-t1575, t1670, t1669);
+    t1672 = t1586 * t869;
+    t1673 = R::fused(-t1586, t1672, t1671);
+    t1674 = R::fused(t1587, t1588, t1673);
+    // other
+    t1675 = R::fused(sin_q_left_hip_yaw, t1162, t785_786.second());
+    t1676 = t1522 * t1675;
+    t1677 = R::fused(cos_q_left_hip_yaw, t1162, t1480_1481.second());
+    t1678 = R::fused(t1525, t1677, t1676);
+    t1679 = cos_q_left_hip_yaw * R::constant(1.4516);
+    t1680 = R::fused(-cos_q_left_hip_yaw, t592, t1679);
+    t1681 = R::fused(-sin_q_left_hip_yaw, t1129, t1680);
+    t1682 = t580_581.second() + t1681;
+    t1683 = R::fused(t1533, t1682, t1678);
+    t1684 = R::constant(0.0764) * cos_q_left_hip_yaw;
+    t1685 = t592 * t1684;
+    t1686 = R::fused(-cos_q_left_hip_yaw, t1627, t1685);
+    t1687 = R::fused(-sin_q_left_hip_yaw, t1638, t1686);
+    t1688 = t1492_1493.second() + t1687;
+    t1689 = R::fused(t16, t1688, t1683);
+    t1690 = t1129 * t1684;
+    t1691 = R::fused(-cos_q_left_hip_yaw, t1638, t1690);
+    t1692 = R::fused(-sin_q_left_hip_yaw, t1649, t1691);
+    t1693 = t1497_1498.second() + t1692;
+    t1694 = R::fused(-t346, t1693, t1689);
+    t1695 = R::fused(R::constant(-0.0764), t785_786.second(), t800_801.second()); // left_hip_roll_link: mass matrix
+    t1696 = cos_q_left_hip_yaw * t1147;
+    t1697 = R::fused(-sin_q_left_hip_yaw, t1160, t1696);
+    t1698 = t1695 - t1697;
+    t1699 = R::fused(t349, t1698, t1694);
+    t1700 = t1350_1351.first() * t1684;
+    t1701 = R::fused(-cos_q_left_hip_yaw, t1365_1366.first(), t1700);
+    t1702 = R::fused(-sin_q_left_hip_yaw, t1370_1371.first(), t1701);
+    t1703 = t1702 * R::constant(814.1112620933816); // factors of the mass matrix
+    t1704 = R::fused(-t1537, t1703, t1699); // factors of the mass matrix
+    t1705 = t1383_1384.first() * t1684;
+    t1706 = R::fused(cos_q_left_hip_yaw, t1394_1395.first(), t1705);
+    t1707 = R::fused(sin_q_left_hip_yaw, t1399_1400.first(), t1706);
+    t1708 = R::fused(t1702, t710, t1707); // factors of the mass matrix
+    t1709 = t1708 * t713; // factors of the mass matrix
+    t1710 = R::fused(-t1545, t1709, t1704); // factors of the mass matrix
+    t1711 = t1413_1414.first() * t1684;
+    t1712 = R::fused(cos_q_left_hip_yaw, t1424_1425.first(), t1711);
+    t1713 = R::fused(sin_q_left_hip_yaw, t1429_1430.first(), t1712);
+    // factors of the mass matrix
+    t1714 = R::fused(t1702, t743, t1713);
+    t1715 = R::fused(-t1708, t746, t1714);
+    t1716 = t1715 * t750;
+    t1717 = R::fused(-t1554, t1716, t1710);
+    t1718 = t1444_1445.first() * t1684; // other
+    t1719 = R::fused(cos_q_left_hip_yaw, t1455_1456.first(), t1718); // other
+    t1720 = R::fused(sin_q_left_hip_yaw, t1460_1461.first(), t1719); // other
+    t1721 = R::fused(t1702, t766, t1720);
+    t1722 = R::fused(-t1708, t769, t1721);
+    t1723 = R::fused(-t1715, t773, t1722);
+    t1724 = t1723 * t778;
+    t1725 = R::fused(t1564, t1724, t1717);
+    t1726 = t580_581.first() * t1684; // other
+    t1727 = R::fused(cos_q_left_hip_yaw, t1492_1493.first(), t1726); // other
+    t1728 = R::fused(sin_q_left_hip_yaw, t1497_1498.first(), t1727); // other
+    t1729 = R::fused(t1702, t808, t1728);
+    t1730 = R::fused(-t1708, t815, t1729);
+    t1731 = R::fused(-t1715, t823, t1730);
+    t1732 = R::fused(-t1723, t828, t1731);
+    t1733 = t1732 * t838;
+    t1734 = R::fused(-t1575, t1733, t1725);
+    t1735 = cos_q_left_hip_yaw * t1144_1145.first(); // other
+    t1736 = R::fused(sin_q_left_hip_yaw, t1155_1156.first(), t1735); // other
+    t1737 = R::fused(t1702, t844, t1736);
+    t1738 = R::fused(-t1708, t847, t1737);
+    t1739 = R::fused(-t1715, t851, t1738);
+    t1740 = R::fused(-t1723, t856, t1739);
+    t1741 = R::fused(-t1732, t862, t1740);
+    t1742 = t1741 * t869;
+    t1743 = R::fused(-t1586, t1742, t1734);
+    t1744 = cos_q_left_hip_yaw * t1148; // other
+    t1745 = R::fused(sin_q_left_hip_yaw, t1164, t1744); // other
+    t1746 = R::fused(-t1702, t663, t1745);
+    t1747 = R::fused(-t1708, t714, t1746);
+    t1748 = R::fused(-t1715, t751, t1747);
+    t1749 = R::fused(t1723, t779, t1748);
+    t1750 = R::fused(-t1732, t839, t1749);
+    t1751 = R::fused(-t1741, t870, t1750);
+    t1752 = t1751 * t872;
+    t1753 = R::fused(-t1587, t1752, t1743);
+    t1754 = t1684 * t1682; // other
+    t1755 = R::fused(-cos_q_left_hip_yaw, t1688, t1754); // other
+    t1756 = R::fused(-sin_q_left_hip_yaw, t1693, t1755); // other
+    t1757 = R::fused(-t1702, t1703, t1756);
+    t1758 = R::fused(-t1708, t1709, t1757);
+    t1759 = R::fused(-t1715, t1716, t1758);
+    t1760 = R::fused(-t1723, t1724, t1759);
+    t1761 = R::fused(-t1732, t1733, t1760);
+    t1762 = R::fused(-t1741, t1742, t1761);
+    t1763 = R::fused(t1751, t1752, t1762);
+    t1764 = R::constant(1.0) / t1763;
+    t1765 = t1753 * t1764;
+    t1766 = R::fused(-t1753, t1765, t1674);
+    // other
+    t1767 = t1162 * t256;
     let (
-        t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813, t1814, t1815, t1816, t1817, t1818,
-        t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834,
-        t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850,
-        t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862, t1863, t1864, t1865, t1866,
-        t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882,
-        t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892, t1893, t1894, t1895, t1896, t1897, t1898,
-        t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908, t1909, t1910, t1911, t1912, t1913, t1914,
-        t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924, t1925, t1926, t1927, t1928, t1929, t1930,
-        t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940, t1941, t1942, t1943, t1944, t1945, t1946,
-        t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958, t1959, t1960, t1961, t1962,
-        t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978,
-        t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994,
-        t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010,
-        t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026,
-        t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038, t2039, t2040, t2041, t2042,
-        t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052, t2053, t2054, t2055, t2056, t2057, t2058,
+        t1768, t1769, t1770, t1771, t1772, t1773, t1774, t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783,
+        t1784, t1785, t1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797, t1798, t1799,
+        t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813, t1814, t1815,
+        t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829, t1830, t1831,
+        t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846, t1847,
+        t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862, t1863,
+        t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876, t1877, t1878, t1879,
+        t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892, t1893, t1894, t1895,
+        t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908, t1909, t1910, t1911,
+        t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924, t1925, t1926, t1927,
+        t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940, t1941, t1942, t1943,
+        t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958, t1959,
+        t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969, t1970, t1971, t1972, t1973, t1974, t1975,
+        t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991,
+        t1992, t1993, t1994, t1995, t1996, t1997, t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007,
+        t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023,
     );
-    t1803 = R::fused(t742, t1766, t1802);
-    t1804 = R::fused(t685, t1798, t1803);
-    t1805 = R::fused(t621, t1804, t1799);
+    t1768 = R::fused(sin_q_left_hip_roll, R::constant(1.4516), -t1767);
+    t1769 = sin_q_left_hip_roll * t592;
+    t1770 = t1768 - t1769;
+    t1771 = t757_758.second() + t1770;
+    t1772 = t1522 * t1771;
+    t1773 = t1162 * t238;
+    t1774 = sin_q_left_hip_roll * t1129;
+    t1775 = t1773 + t1774;
+    t1776 = t1441_1442.second() - t1775;
+    t1777 = R::fused(-t1525, t1776, t1772);
+    t1778 = t592 * t238;
+    t1779 = R::fused(t238, R::constant(1.4516), -t1778);
+    t1780 = t1129 * t256;
+    t1781 = t1779 + t1780;
+    t1782 = t1444_1445.second() - t1781;
+    t1783 = R::fused(-t1533, t1782, t1777);
+    t1784 = t1627 * t238;
+    t1785 = R::constant(0.0764) * t238;
+    t1786 = R::fused(t592, t1785, -t1784);
+    t1787 = t1638 * t256;
+    t1788 = t1786 + t1787;
+    t1789 = sin_q_left_hip_roll * t1147;
+    t1790 = t1788 + t1789;
+    t1791 = t1455_1456.second() - t1790;
+    t1792 = R::fused(-t16, t1791, t1783);
+    t1793 = R::constant(0.0764) * sin_q_left_hip_roll;
+    t1794 = t1162 * t1793;
+    t1795 = R::fused(-t1129, t1785, t1794);
+    t1796 = t1638 * t238;
+    t1797 = t1795 + t1796;
+    t1798 = t1649 * t256;
+    t1799 = t1797 - t1798;
+    t1800 = sin_q_left_hip_roll * t1160;
+    t1801 = t1799 + t1800;
+    t1802 = t1460_1461.second() + t1801;
+    t1803 = R::fused(t346, t1802, t1792);
+    t1804 = R::fused(R::constant(0.0764), t757_758.second(), t762_763.second()); // left_upper_leg: mass matrix
+    t1805 = t1147 * t238;
+    t1806 = R::fused(t592, t1793, t1805);
+    t1807 = t1160 * t256;
+    t1808 = t1806 + t1807;
+    t1809 = sin_q_left_hip_roll * t590;
+    t1810 = t1808 - t1809;
+    t1811 = t1804 + t1810;
+    t1812 = R::fused(-t349, t1811, t1803);
+    t1813 = t624_625.first() * t1793;
+    t1814 = R::fused(t1350_1351.first(), t1785, t1813);
+    t1815 = t1365_1366.first() * t238;
+    t1816 = t1814 - t1815;
+    t1817 = t1370_1371.first() * t256;
+    t1818 = t1816 + t1817;
+    t1819 = sin_q_left_hip_roll * t661;
+    t1820 = t1818 - t1819;
+    t1821 = t1820 * R::constant(814.1112620933816); // factors of the mass matrix
+    t1822 = R::fused(-t1537, t1821, t1812); // factors of the mass matrix
+    t1823 = t685_686.first() * t1793;
+    t1824 = R::fused(t1383_1384.first(), t1785, t1823);
+    t1825 = t1394_1395.first() * t238;
+    t1826 = t1824 + t1825;
+    t1827 = t1399_1400.first() * t256;
+    t1828 = t1826 - t1827;
+    t1829 = sin_q_left_hip_roll * t708;
+    t1830 = t1828 + t1829;
+    t1831 = R::fused(t1820, t710, t1830); // factors of the mass matrix
+    t1832 = t1831 * t713; // factors of the mass matrix
+    t1833 = R::fused(-t1545, t1832, t1822); // factors of the mass matrix
+    t1834 = t728_729.first() * t1793;
+    t1835 = R::fused(t1413_1414.first(), t1785, t1834);
+    t1836 = t1424_1425.first() * t238;
+    t1837 = t1835 + t1836;
+    t1838 = t1429_1430.first() * t256;
+    t1839 = t1837 - t1838;
+    t1840 = sin_q_left_hip_roll * t741;
+    t1841 = t1839 + t1840;
+    // factors of the mass matrix
+    t1842 = R::fused(t1820, t743, t1841);
+    t1843 = R::fused(-t1831, t746, t1842);
+    t1844 = t1843 * t750;
+    t1845 = R::fused(-t1554, t1844, t1833);
     // other
-    t1806 = t1798 + t1767;
-    t1807 = sin_q_left_hip_roll * t1806;
-    t1808 = sin_t1 * t1761;
-    t1809 = R::fused(-cos_q_left_hip_roll, t1808, t1807);
-    t1810 = t1805 + t1809;
-    t1811 = R::fused(R::constant(0.0764), t1810, t1790);
-    t1812 = R::fused(t901, R::constant(9.81), t1811);
-    t1813 = t6 + t1812;
-    t1814 = -t1813;
-    t1815 = v_base_angular_z * v_base_linear_x; // torso: motion
-    t1816 = R::fused(-v_base_angular_x, v_base_linear_z, t1815); // torso: motion
-    t1817 = sin_q_left_hip_yaw * t1772;
-    t1818 = R::fused(-cos_q_left_hip_yaw, t1780, t1817);
-    t1819 = sin_q_left_hip_yaw * t1012; // left_upper_leg: motion
-    t1820 = R::fused(cos_q_left_hip_yaw, t1043, t1819); // left_upper_leg: motion
-    t1821 = R::fused(t1785, t1785, t1014); // left_upper_leg: motion
-    t1822 = R::fused(R::constant(0.0764), t1821, t1820);
-    t1823 = t1818 - t1822;
-    t1824 = R::fused(t920, R::constant(9.81), t1823);
-    t1825 = t1816 + t1824;
-    t1826 = -t1825;
-    t1827 = v_base_angular_x * v_base_linear_y; // torso: motion
-    t1828 = R::fused(-v_base_angular_y, v_base_linear_x, t1827); // torso: motion
-    t1829 = sin_q_left_hip_roll * t1776;
-    t1830 = R::fused(-cos_q_left_hip_roll, t1779, t1829);
-    t1831 = cos_q_left_hip_yaw * t819; // left_upper_leg: motion
-    t1832 = R::fused(sin_q_left_hip_yaw, t833, t1831); // left_upper_leg: motion
-    t1833 = R::fused(t838, t1787, t1832); // left_upper_leg: motion
-    t1834 = R::fused(R::constant(-0.0764), t1833, t1053);
-    t1835 = t1830 + t1834;
-    t1836 = R::fused(cos_t1, t1761, t1804);
-    t1837 = cos_q_left_hip_yaw * t1836;
-    t1838 = cos_q_left_hip_roll * t1806;
-    t1839 = R::fused(sin_q_left_hip_roll, t1808, t1838);
-    t1840 = R::fused(-sin_q_left_hip_yaw, t1839, t1837);
-    t1841 = R::fused(R::constant(0.0764), t1840, t1835);
-    t1842 = R::fused(t927, R::constant(9.81), -t1841);
-    t1843 = t1828 + t1842;
-    t1844 = -t1843;
-    t1845 = t1832 - t1840;
-    t1846 = sin_q_left_hip_yaw * t819; // left_upper_leg: motion
-    t1847 = R::fused(-cos_q_left_hip_yaw, t833, t1846); // left_upper_leg: motion
-    t1848 = sin_q_left_hip_yaw * t1836;
-    t1849 = R::fused(cos_q_left_hip_yaw, t1839, t1848);
-    t1850 = t1847 - t1849;
-    t1851 = t843 + t1810;
-    t1852 = -t1851;
-    t1853 = t493 * t1476;
-    // solved by the factors
-    t1854 = R::fused(-t1694, t1761, t1853);
-    t1855 = R::fused(-t494, t1762, t1854);
-    t1856 = R::fused(-t725, t1766, t1855);
-    t1857 = R::fused(-t668, t1798, t1856);
-    t1858 = R::fused(-t613, t1804, t1857);
-    t1859 = R::fused(t534, t1805, t1858);
-    t1860 = t450 * t1469; // other
-    t1861 = R::fused(t1692, t1761, t1860);
-    t1862 = R::fused(t451, t1762, t1861);
-    t1863 = R::fused(t718, t1766, t1862);
-    t1864 = R::fused(t661, t1798, t1863);
-    t1865 = R::fused(t606, t1804, t1864);
-    t1866 = R::fused(-t527, t1805, t1865);
-    t1867 = R::fused(t486, t1859, t1866);
-    t1868 = t407 * t1463; // other
-    t1869 = R::fused(-t1690, t1761, t1868);
-    t1870 = R::fused(-t408, t1762, t1869);
-    t1871 = R::fused(-t712, t1766, t1870);
-    t1872 = R::fused(-t655, t1798, t1871);
-    t1873 = R::fused(-t597, t1804, t1872);
-    t1874 = R::fused(t521, t1805, t1873);
-    t1875 = R::fused(-t480, t1859, t1874);
-    t1876 = R::fused(t444, t1867, t1875);
-    t1877 = t362 * t1458; // other
-    t1878 = R::fused(-t1688, t1761, t1877);
-    t1879 = R::fused(-t363, t1762, t1878);
-    t1880 = R::fused(-t707, t1766, t1879);
-    t1881 = R::fused(-t650, t1798, t1880);
-    t1882 = R::fused(-t589, t1804, t1881);
-    t1883 = R::fused(t516, t1805, t1882);
-    t1884 = R::fused(-t475, t1859, t1883);
-    t1885 = R::fused(t439, t1867, t1884);
-    t1886 = R::fused(-t402, t1876, t1885);
-    t1887 = t320 * t1454; // other
-    t1888 = R::fused(-t1686, t1761, t1887);
-    t1889 = R::fused(-t321, t1762, t1888);
-    t1890 = R::fused(-t703, t1766, t1889);
-    t1891 = R::fused(-t646, t1798, t1890);
-    t1892 = R::fused(-t582, t1804, t1891);
-    t1893 = R::fused(t512, t1805, t1892);
-    t1894 = R::fused(-t471, t1859, t1893);
-    t1895 = R::fused(t435, t1867, t1894);
-    t1896 = R::fused(-t398, t1876, t1895);
-    t1897 = R::fused(t358, t1886, -t1896);
-    t1898 = R::constant(814.1112620933816) * t1451; // other
-    t1899 = R::fused(t1684, t1761, t1898);
-    t1900 = R::fused(t280, t1762, t1899);
-    t1901 = R::fused(t700, t1766, t1900);
-    t1902 = R::fused(t643, t1798, t1901);
-    t1903 = R::fused(t576, t1804, t1902);
-    t1904 = R::fused(-t509, t1805, t1903);
-    t1905 = R::fused(t468, t1859, t1904);
-    t1906 = R::fused(-t432, t1867, t1905);
-    t1907 = R::fused(t395, t1876, t1906);
-    t1908 = R::fused(t355, t1886, t1907);
-    t1909 = R::fused(t317, t1897, t1908);
-    t1910 = q_base_qz * t897; // torso: motion
-    t1911 = t925 + t1910; // torso: motion
-    t1912 = R::constant(1.0) - t1911; // torso: motion
-    t1913 = t1912 * t993; // other
-    t1914 = q_base_qx * t899; // torso: motion
-    t1915 = q_base_qw * t897; // torso: motion
-    t1916 = t1914 - t1915; // torso: motion
-    t1917 = R::fused(t1916, t996, t1913); // other
-    t1918 = t898 + t900; // torso: motion
-    t1919 = R::fused(t1918, t998, t1917); // other
-    t1920 = t1004 * t1446; // left_hip_yaw_link: sums of what it carries
-    t1921 = R::fused(-t1001, t1443, t1920); // left_hip_yaw_link: sums of what it carries
-    t1922 = t1414 - t1921; // left_hip_yaw_link: sums of what it carries
-    t1923 = R::fused(t799, t811, t797); // right_hip_yaw_link: motion
-    t1924 = R::constant(0.01) * t1923; // right_hip_yaw_link: sums of what it carries
-    t1925 = R::fused(R::constant(-0.679875), t1001, t1924); // right_hip_yaw_link: sums of what it carries
-    t1926 = t1922 - t1925; // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t1927 = t980 * R::constant(0.5546);
-    t1928 = R::fused(-t937, R::constant(1.0285), t1927);
-    t1929 = R::fused(-t999, R::constant(186.39), t1928);
-    t1930 = t1926 - t1929;
+    t1846 = t757_758.first() * t1793;
+    t1847 = R::fused(-t1444_1445.first(), t1785, t1846);
+    t1848 = t1455_1456.first() * t238;
+    t1849 = t1847 - t1848;
+    t1850 = t1460_1461.first() * t256;
+    t1851 = t1849 + t1850;
+    t1852 = sin_q_left_hip_roll * t764;
+    t1853 = t1851 - t1852;
+    // factors of the mass matrix
+    t1854 = R::fused(-t1820, t766, t1853);
+    t1855 = R::fused(t1831, t769, t1854);
+    t1856 = R::fused(t1843, t773, t1855);
+    t1857 = t1856 * t778;
+    t1858 = R::fused(-t1564, t1857, t1845);
     // other
-    t1931 = R::fused(t1681, t1762, t1930);
-    t1932 = R::fused(t221, t1766, t1931);
-    t1933 = R::fused(t208, t1798, t1932);
-    t1934 = R::fused(t565, t1804, t1933);
-    t1935 = R::fused(-t500, t1805, t1934);
-    t1936 = R::fused(t459, t1859, t1935);
-    t1937 = R::fused(-t423, t1867, t1936);
-    t1938 = R::fused(t386, t1876, t1937);
-    t1939 = R::fused(t346, t1886, t1938);
-    t1940 = R::fused(t308, t1897, t1939);
-    t1941 = R::fused(-t271, t1909, t1940);
-    t1942 = t1919 * t1941;
-    t1943 = t1912 * t915;
-    t1944 = R::fused(t1916, t922, t1943);
-    t1945 = R::fused(t1918, t929, t1944);
-    t1946 = t962 + t1003; // right_hip_yaw_link: motion
-    // right_hip_yaw_link: sums of what it carries
-    t1947 = R::constant(0.01) * t1946;
-    t1948 = R::fused(R::constant(-0.679875), t1024, t1947);
-    t1949 = t1740 + t1948;
-    t1950 = cos_q_left_ankle_roll * t1949;
-    t1951 = t967 * t1446; // left_hip_yaw_link: sums of what it carries
-    t1952 = R::fused(t970, t1443, t1951); // left_hip_yaw_link: sums of what it carries
-    t1953 = t1418 - t1952; // left_hip_yaw_link: sums of what it carries
-    t1954 = R::constant(0.01) * t1024;
-    t1955 = R::fused(R::constant(-0.679875), t964, t1954);
-    t1956 = t1953 + t1955;
-    t1957 = R::fused(-sin_q_left_ankle_roll, t1956, t1950);
-    // torso: sums of what it carries
-    t1958 = t893 * R::constant(0.5546);
-    t1959 = R::fused(t895, R::constant(1.0285), t1958);
-    t1960 = R::fused(-t930, R::constant(186.39), t1959);
-    t1961 = t1957 + t1960;
-    // right_hip_yaw_link: sums of what it carries
-    t1962 = R::constant(0.01) - t564;
-    t1963 = sin_q_left_ankle_roll * t1962;
-    t1964 = R::constant(0.679875) + t1681;
-    t1965 = R::fused(-cos_q_left_ankle_roll, t1964, t1963);
-    t1966 = R::fused(t1965, t1761, t1961); // other
-    t1967 = t226 + t1446; // left_hip_yaw_link: sums of what it carries
-    t1968 = sin_q_left_ankle_roll * t1967; // left_hip_yaw_link: mass matrix
-    t1969 = R::fused(t1968, t1762, t1966); // other
-    t1970 = sin_q_left_ankle_roll * t226; // right_hip_roll_link: mass matrix
-    t1971 = R::fused(t1970, t1766, t1969); // other
-    t1972 = sin_q_left_ankle_roll * t213; // left_hip_roll_link: mass matrix
-    t1973 = R::fused(t1972, t1798, t1971); // other
-    t1974 = cos_q_left_ankle_roll * t202; // right_upper_leg: mass matrix
-    t1975 = R::fused(sin_q_left_ankle_roll, t567, t1974); // right_upper_leg: mass matrix
-    t1976 = R::fused(-t1975, t1804, t1973); // other
-    t1977 = cos_q_left_ankle_roll * t1621; // left_upper_leg: mass matrix
-    t1978 = R::fused(-sin_q_left_ankle_roll, t503, t1977); // left_upper_leg: mass matrix
-    t1979 = R::fused(-t1978, t1805, t1976); // other
-    t1980 = cos_q_left_ankle_roll * t1607; // right_lower_leg: mass matrix
-    t1981 = R::fused(-sin_q_left_ankle_roll, t462, t1980); // right_lower_leg: mass matrix
-    t1982 = R::fused(t1981, t1859, t1979); // other
-    t1983 = cos_q_left_ankle_roll * t1594; // left_lower_leg: mass matrix
-    t1984 = R::fused(-sin_q_left_ankle_roll, t426, t1983); // left_lower_leg: mass matrix
-    t1985 = R::fused(-t1984, t1867, t1982); // other
-    t1986 = cos_q_left_ankle_roll * t1581; // right_ankle: mass matrix
-    t1987 = R::fused(-sin_q_left_ankle_roll, t389, t1986); // right_ankle: mass matrix
-    t1988 = R::fused(t1987, t1876, t1985); // other
-    t1989 = cos_q_left_ankle_roll * t1569; // left_ankle: mass matrix
-    t1990 = R::fused(-sin_q_left_ankle_roll, t349, t1989); // left_ankle: mass matrix
-    t1991 = R::fused(t1990, t1886, t1988); // other
-    t1992 = cos_q_left_ankle_roll * t1558; // right_foot: mass matrix
-    t1993 = R::fused(-sin_q_left_ankle_roll, t311, t1992); // right_foot: mass matrix
-    t1994 = R::fused(t1993, t1897, t1991); // other
-    t1995 = cos_q_left_ankle_roll * t1548; // left_foot: mass matrix
-    t1996 = R::fused(-sin_q_left_ankle_roll, t274, t1995); // left_foot: mass matrix
+    t1859 = t785_786.first() * t1793;
+    t1860 = R::fused(t580_581.first(), t1785, t1859);
+    t1861 = t1492_1493.first() * t238;
+    t1862 = t1860 + t1861;
+    t1863 = t1497_1498.first() * t256;
+    t1864 = t1862 - t1863;
+    t1865 = sin_q_left_hip_roll * t802;
+    t1866 = t1864 + t1865;
+    // factors of the mass matrix
+    t1867 = R::fused(t1820, t808, t1866);
+    t1868 = R::fused(-t1831, t815, t1867);
+    t1869 = R::fused(-t1843, t823, t1868);
+    t1870 = R::fused(t1856, t828, t1869);
+    t1871 = t1870 * t838;
+    t1872 = R::fused(-t1575, t1871, t1858);
     // other
-    t1997 = R::fused(-t1996, t1909, t1994);
-    t1998 = R::fused(-t1945, t1997, t1942);
-    t1999 = t1912 * t952;
-    t2000 = R::fused(t1916, t955, t1999);
-    t2001 = R::fused(-t1918, t958, t2000);
-    t2002 = sin_q_left_ankle_roll * t1949; // right_hip_yaw_link: sums of what it carries
-    t2003 = R::fused(cos_q_left_ankle_roll, t1956, t2002); // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t2004 = t937 * R::constant(0.5546);
-    t2005 = R::fused(-t935, R::constant(1.0285), t2004);
-    t2006 = R::fused(t959, R::constant(186.39), t2005);
-    t2007 = t2003 + t2006;
-    t2008 = cos_q_left_ankle_roll * t1962; // right_hip_yaw_link: sums of what it carries
-    t2009 = R::fused(sin_q_left_ankle_roll, t1964, t2008); // right_hip_yaw_link: sums of what it carries
-    t2010 = R::fused(-t2009, t1761, t2007); // other
-    t2011 = cos_q_left_ankle_roll * t1967; // left_hip_yaw_link: mass matrix
-    t2012 = R::fused(-t2011, t1762, t2010); // other
-    t2013 = cos_q_left_ankle_roll * t226; // right_hip_roll_link: mass matrix
-    t2014 = R::fused(-t2013, t1766, t2012); // other
-    t2015 = cos_q_left_ankle_roll * t213; // left_hip_roll_link: mass matrix
-    t2016 = R::fused(-t2015, t1798, t2014); // other
-    t2017 = sin_q_left_ankle_roll * t202; // right_upper_leg: mass matrix
-    t2018 = R::fused(-cos_q_left_ankle_roll, t567, t2017); // right_upper_leg: mass matrix
-    t2019 = R::fused(-t2018, t1804, t2016); // other
-    t2020 = sin_q_left_ankle_roll * t1621; // left_upper_leg: mass matrix
-    t2021 = R::fused(cos_q_left_ankle_roll, t503, t2020); // left_upper_leg: mass matrix
-    t2022 = R::fused(-t2021, t1805, t2019); // other
-    t2023 = sin_q_left_ankle_roll * t1607; // right_lower_leg: mass matrix
-    t2024 = R::fused(cos_q_left_ankle_roll, t462, t2023); // right_lower_leg: mass matrix
-    t2025 = R::fused(t2024, t1859, t2022); // other
-    t2026 = sin_q_left_ankle_roll * t1594; // left_lower_leg: mass matrix
-    t2027 = R::fused(cos_q_left_ankle_roll, t426, t2026); // left_lower_leg: mass matrix
-    t2028 = R::fused(-t2027, t1867, t2025); // other
-    t2029 = sin_q_left_ankle_roll * t1581; // right_ankle: mass matrix
-    t2030 = R::fused(cos_q_left_ankle_roll, t389, t2029); // right_ankle: mass matrix
-    t2031 = R::fused(t2030, t1876, t2028); // other
-    t2032 = sin_q_left_ankle_roll * t1569; // left_ankle: mass matrix
-    t2033 = R::fused(cos_q_left_ankle_roll, t349, t2032); // left_ankle: mass matrix
-    t2034 = R::fused(t2033, t1886, t2031); // other
-    t2035 = sin_q_left_ankle_roll * t1558; // right_foot: mass matrix
-    t2036 = R::fused(cos_q_left_ankle_roll, t311, t2035); // right_foot: mass matrix
-    t2037 = R::fused(t2036, t1897, t2034); // other
-    t2038 = sin_q_left_ankle_roll * t1548; // left_foot: mass matrix
-    t2039 = R::fused(cos_q_left_ankle_roll, t274, t2038); // left_foot: mass matrix
-    t2040 = R::fused(-t2039, t1909, t2037); // other
-    t2041 = R::fused(t2001, t2040, t1998); // other
-    t2042 = t1914 + t1915; // torso: motion
-    t2043 = t2042 * t993; // other
-    t2044 = t924 + t1910; // torso: motion
-    t2045 = R::constant(1.0) - t2044; // torso: motion
-    t2046 = R::fused(t2045, t996, t2043); // other
-    t2047 = t917 - t919; // torso: motion
+    t1873 = t1144_1145.first() * t238;
+    t1874 = R::fused(t582_583.first(), t1793, t1873);
+    t1875 = t1155_1156.first() * t256;
+    t1876 = t1874 - t1875;
+    t1877 = sin_q_left_hip_roll * t842;
+    t1878 = t1876 + t1877;
+    // factors of the mass matrix
+    t1879 = R::fused(t1820, t844, t1878);
+    t1880 = R::fused(-t1831, t847, t1879);
+    t1881 = R::fused(-t1843, t851, t1880);
+    t1882 = R::fused(t1856, t856, t1881);
+    t1883 = R::fused(-t1870, t862, t1882);
+    t1884 = t1883 * t869;
+    t1885 = R::fused(-t1586, t1884, t1872);
     // other
-    t2048 = R::fused(t2047, t998, t2046);
-    t2049 = t2048 * t1941;
-    t2050 = t2042 * t915;
-    t2051 = R::fused(t2045, t922, t2050);
-    t2052 = R::fused(t2047, t929, t2051);
-    t2053 = R::fused(-t2052, t1997, t2049);
-    t2054 = t2042 * t952;
-    t2055 = R::fused(t2045, t955, t2054);
-    t2056 = R::fused(-t2047, t958, t2055);
-    t2057 = R::fused(t2056, t2040, t2053);
-    t2058 = t999 * t1941;
+    t1886 = t238 * t1148;
+    t1887 = R::fused(t1793, t596, -t1886);
+    t1888 = t256 * t1164;
+    t1889 = t1887 + t1888;
+    t1890 = sin_q_left_hip_roll * t594;
+    t1891 = t1889 + t1890;
+    // factors of the mass matrix
+    t1892 = R::fused(t1820, t663, t1891);
+    t1893 = R::fused(t1831, t714, t1892);
+    t1894 = R::fused(t1843, t751, t1893);
+    t1895 = R::fused(t1856, t779, t1894);
+    t1896 = R::fused(t1870, t839, t1895);
+    t1897 = R::fused(t1883, t870, t1896);
+    t1898 = t1897 * t872;
+    t1899 = R::fused(t1587, t1898, t1885);
+    // other
+    t1900 = t1793 * t1675;
+    t1901 = R::fused(t1785, t1682, t1900);
+    t1902 = t238 * t1688;
+    t1903 = t1901 - t1902;
+    t1904 = t256 * t1693;
+    t1905 = t1903 + t1904;
+    t1906 = sin_q_left_hip_roll * t1698;
+    t1907 = t1905 + t1906;
+    // factors of the mass matrix
+    t1908 = R::fused(-t1820, t1703, t1907);
+    t1909 = R::fused(-t1831, t1709, t1908);
+    t1910 = R::fused(-t1843, t1716, t1909);
+    t1911 = R::fused(t1856, t1724, t1910);
+    t1912 = R::fused(-t1870, t1733, t1911);
+    t1913 = R::fused(-t1883, t1742, t1912);
+    t1914 = R::fused(-t1897, t1752, t1913);
+    t1915 = t1914 * t1764;
+    t1916 = R::fused(-t1753, t1915, t1899);
+    // other
+    t1917 = t1793 * t1771;
+    t1918 = R::fused(-t1785, t1782, t1917);
+    t1919 = t238 * t1791;
+    t1920 = t1918 + t1919;
+    t1921 = t256 * t1802;
+    t1922 = t1920 - t1921;
+    t1923 = sin_q_left_hip_roll * t1811;
+    t1924 = t1922 - t1923;
+    // factors of the mass matrix
+    t1925 = R::fused(-t1820, t1821, t1924);
+    t1926 = R::fused(-t1831, t1832, t1925);
+    t1927 = R::fused(-t1843, t1844, t1926);
+    t1928 = R::fused(-t1856, t1857, t1927);
+    t1929 = R::fused(-t1870, t1871, t1928);
+    t1930 = R::fused(-t1883, t1884, t1929);
+    t1931 = R::fused(t1897, t1898, t1930);
+    t1932 = R::fused(-t1914, t1915, t1931);
+    t1933 = R::constant(1.0) / t1932;
+    t1934 = t1916 * t1933;
+    t1935 = R::fused(-t1916, t1934, t1766);
+    // other
+    t1936 = sin_q_left_hip_roll * t245;
+    t1937 = R::fused(t256, t261, t1936);
+    t1938 = R::fused(R::constant(-19.0), t1937, t1767);
+    t1939 = t1769 + t1938;
+    t1940 = t728_729.second() + t1939;
+    t1941 = t1522 * t1940;
+    t1942 = t238 * t261;
+    t1943 = R::fused(sin_q_left_hip_roll, t233, t1942);
+    t1944 = R::fused(R::constant(-19.0), t1943, t1773);
+    t1945 = t1774 + t1944;
+    t1946 = t1410_1411.second() + t1945;
+    t1947 = R::fused(-t1525, t1946, t1941);
+    t1948 = t256 * t233;
+    t1949 = R::fused(-t238, t245, t1948);
+    t1950 = R::fused(R::constant(19.0), t1949, t1778);
+    t1951 = t1780 - t1950;
+    t1952 = t1413_1414.second() - t1951;
+    t1953 = R::fused(t1533, t1952, t1947);
+    t1954 = t1162 * t1943;
+    t1955 = R::fused(-t592, t1949, t1954);
+    t1956 = t1784 - t1955;
+    t1957 = t1787 - t1956;
+    t1958 = t1789 + t1957;
+    t1959 = t1424_1425.second() - t1958;
+    t1960 = R::fused(t16, t1959, t1953);
+    t1961 = t1162 * t1937;
+    t1962 = R::fused(t1129, t1949, t1961);
+    t1963 = t1796 + t1962;
+    t1964 = t1798 - t1963;
+    t1965 = t1800 - t1964;
+    t1966 = t1429_1430.second() + t1965;
+    t1967 = R::fused(-t346, t1966, t1960);
+    t1968 = R::fused(R::constant(-0.0764), t728_729.second(), t739_740.second()); // left_lower_leg: mass matrix
+    t1969 = t592 * t1937;
+    t1970 = R::fused(t1129, t1943, t1969);
+    t1971 = t1805 + t1970;
+    t1972 = t1807 + t1971;
+    t1973 = t1809 - t1972;
+    t1974 = t1968 - t1973;
+    t1975 = R::fused(t349, t1974, t1967);
+    t1976 = t624_625.first() * t1937;
+    t1977 = R::fused(t1345_1346.first(), t1943, t1976);
+    t1978 = R::fused(-t1350_1351.first(), t1949, t1977);
+    t1979 = t1815 - t1978;
+    t1980 = t1817 - t1979;
+    t1981 = t1819 - t1980;
+    t1982 = t1981 * R::constant(814.1112620933816); // factors of the mass matrix
+    t1983 = R::fused(-t1537, t1982, t1975); // factors of the mass matrix
+    t1984 = t685_686.first() * t1937;
+    t1985 = R::fused(t1380_1381.first(), t1943, t1984);
+    t1986 = R::fused(-t1383_1384.first(), t1949, t1985);
+    t1987 = t1825 + t1986;
+    t1988 = t1827 - t1987;
+    t1989 = t1829 - t1988;
+    t1990 = R::fused(-t1981, t710, t1989); // factors of the mass matrix
+    t1991 = t1990 * t713; // factors of the mass matrix
+    t1992 = R::fused(t1545, t1991, t1983); // factors of the mass matrix
+    t1993 = t728_729.first() * t1937;
+    t1994 = R::fused(t1410_1411.first(), t1943, t1993);
+    t1995 = R::fused(-t1413_1414.first(), t1949, t1994);
+    t1996 = t1836 + t1995;
+    t1997 = t1838 - t1996;
+    t1998 = t1840 - t1997;
+    // factors of the mass matrix
+    t1999 = R::fused(-t1981, t743, t1998);
+    t2000 = R::fused(-t1990, t746, t1999);
+    t2001 = t2000 * t750;
+    t2002 = R::fused(t1554, t2001, t1992);
+    // other
+    t2003 = t757_758.first() * t1937;
+    t2004 = R::fused(t1441_1442.first(), t1943, t2003);
+    t2005 = R::fused(t1444_1445.first(), t1949, t2004);
+    t2006 = t1848 - t2005;
+    t2007 = t1850 - t2006;
+    t2008 = t1852 - t2007;
+    // factors of the mass matrix
+    t2009 = R::fused(-t1981, t766, t2008);
+    t2010 = R::fused(-t1990, t769, t2009);
+    t2011 = R::fused(-t2000, t773, t2010);
+    t2012 = t2011 * t778;
+    t2013 = R::fused(-t1564, t2012, t2002);
+    // other
+    t2014 = t785_786.first() * t1937;
+    t2015 = R::fused(-t1480_1481.first(), t1943, t2014);
+    t2016 = R::fused(-t580_581.first(), t1949, t2015);
+    t2017 = t1861 + t2016;
+    t2018 = t1863 - t2017;
+    t2019 = t1865 - t2018;
+    // factors of the mass matrix
+    t2020 = R::fused(-t1981, t808, t2019);
+    t2021 = R::fused(-t1990, t815, t2020);
+    t2022 = R::fused(-t2000, t823, t2021);
+    t2023 = R::fused(-t2011, t828, t2022);
     let (
-        t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067, t2068, t2069, t2070, t2071, t2072, t2073, t2074,
-        t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083, t2084, t2085, t2086, t2087, t2088, t2089, t2090,
-        t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106,
-        t2107, t2108, t2109, t2110, t2111, t2112, t2113, t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122,
-        t2123, t2124, t2125, t2126, t2127, t2128, t2129, t2130, t2131, t2132, t2133, t2134, t2135, t2136, t2137, t2138,
-        t2139, t2140, t2141, t2142, t2143, t2144, t2145, t2146, t2147, t2148, t2149, t2150, t2151, t2152, t2153, t2154,
-        t2155, t2156, t2157, t2158, t2159, t2160, t2161, t2162, t2163, t2164, t2165, t2166, t2167, t2168, t2169, t2170,
-        t2171, t2172, t2173, t2174, t2175, t2176, t2177, t2178, t2179, t2180, t2181, t2182, t2183, t2184, t2185, t2186,
-        t2187, t2188, t2189, t2190, t2191, t2192, t2193, t2194, t2195, t2196, t2197, t2198, t2199, t2200, t2201, t2202,
-        t2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213, t2214, t2215, t2216, t2217, t2218,
-        t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229, t2230, t2231, t2232, t2233, t2234,
-        t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245, t2246, t2247, t2248, t2249, t2250,
-        t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259, t2260, t2261, t2262, t2263, t2264, t2265, t2266,
-        t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275, t2276, t2277, t2278, t2279, t2280, t2281, t2282,
-        t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291, t2292, t2293, t2294, t2295, t2296, t2297, t2298,
-        t2299, t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307, t2308, t2309, t2310, t2311, t2312, t2313, t2314,
+        t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037, t2038, t2039,
+        t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049, t2050, t2051, t2052, t2053, t2054, t2055,
+        t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065, t2066, t2067, t2068, t2069, t2070, t2071,
+        t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081, t2082, t2083, t2084, t2085, t2086, t2087,
+        t2088, t2089, t2090, t2091, t2092, t2093, t2094, t2095, t2096, t2097, t2098, t2099, t2100, t2101, t2102, t2103,
+        t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112, t2113, t2114, t2115, t2116, t2117, t2118, t2119,
+        t2120, t2121, t2122, t2123, t2124, t2125, t2126, t2127, t2128, t2129, t2130, t2131, t2132, t2133, t2134, t2135,
+        t2136, t2137, t2138, t2139, t2140, t2141, t2142, t2143, t2144, t2145, t2146, t2147, t2148, t2149, t2150, t2151,
+        t2152, t2153, t2154, t2155, t2156, t2157, t2158, t2159, t2160, t2161, t2162, t2163, t2164, t2165, t2166, t2167,
+        t2168, t2169, t2170, t2171, t2172, t2173, t2174, t2175, t2176, t2177, t2178, t2179, t2180, t2181, t2182, t2183,
+        t2184, t2185, t2186, t2187, t2188, t2189, t2190, t2191, t2192, t2193, t2194, t2195, t2196, t2197, t2198, t2199,
+        t2200, t2201, t2202, t2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213, t2214, t2215,
+        t2216, t2217, t2218, t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229, t2230, t2231,
+        t2232, t2233, t2234, t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245, t2246, t2247,
+        t2248, t2249, t2250, t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259, t2260, t2261, t2262, t2263,
+        t2264, t2265, t2266, t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275, t2276, t2277, t2278, t2279,
     );
-    t2059 = R::fused(-t930, t1997, t2058);
-    t2060 = R::fused(t959, t2040, t2059);
-    t2061 = R::fused(R::constant(-0.055), t1957, t1748); // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t2062 = t895 * R::constant(0.05556833333);
-    t2063 = R::fused(t893, R::constant(0.03062), t2062);
-    t2064 = R::fused(-t930, R::constant(10.089585), t2063);
-    t2065 = t2061 - t2064;
-    t2066 = R::fused(R::constant(-0.055), t1965, t1683); // right_hip_yaw_link: mass matrix
-    t2067 = R::fused(t2066, t1761, t2065); // other
-    t2068 = R::fused(R::constant(-0.055), t1968, t1542); // left_hip_yaw_link: mass matrix
-    t2069 = R::fused(t2068, t1762, t2067); // other
-    t2070 = R::fused(R::constant(-0.055), t1970, t1540); // right_hip_roll_link: mass matrix
-    t2071 = R::fused(t2070, t1766, t2069); // other
-    t2072 = R::fused(R::constant(-0.055), t1972, t1538); // left_hip_roll_link: mass matrix
-    t2073 = R::fused(t2072, t1798, t2071); // other
-    t2074 = R::fused(R::constant(-0.055), t1975, t1638); // right_upper_leg: mass matrix
-    t2075 = R::fused(-t2074, t1804, t2073); // other
-    t2076 = R::fused(R::constant(-0.055), t1978, t1624); // left_upper_leg: mass matrix
-    t2077 = R::fused(-t2076, t1805, t2075); // other
-    t2078 = R::fused(R::constant(-0.055), t1981, t1610); // right_lower_leg: mass matrix
-    t2079 = R::fused(t2078, t1859, t2077); // other
-    t2080 = R::fused(R::constant(-0.055), t1984, t1597); // left_lower_leg: mass matrix
-    t2081 = R::fused(-t2080, t1867, t2079); // other
-    t2082 = R::fused(R::constant(-0.055), t1987, t1584); // right_ankle: mass matrix
-    t2083 = R::fused(t2082, t1876, t2081); // other
-    t2084 = R::fused(R::constant(-0.055), t1990, t1572); // left_ankle: mass matrix
-    t2085 = R::fused(t2084, t1886, t2083); // other
-    t2086 = R::fused(R::constant(-0.055), t1993, t1561); // right_foot: mass matrix
-    t2087 = R::fused(t2086, t1897, t2085); // other
-    t2088 = R::fused(R::constant(-0.055), t1996, t1551); // left_foot: mass matrix
-    t2089 = R::fused(-t2088, t1909, t2087); // other
-    t2090 = t1919 * t2089; // other
-    t2091 = R::fused(R::constant(0.037), t1922, t1449); // left_hip_yaw_link: sums of what it carries
-    // right_hip_yaw_link: sums of what it carries
-    t2092 = t1001 * R::constant(0.0251352875);
-    t2093 = R::fused(R::constant(-0.00037), t1923, t2092);
-    t2094 = R::fused(R::constant(0.679875), t1000, t2093);
-    t2095 = t2091 + t2094;
-    t2096 = cos_q_left_ankle_roll * t2095;
-    t2097 = cos_t1 * t1711; // left_hip_roll_link: sums of what it carries
-    t2098 = R::fused(-sin_t1, t1714, t2097); // left_hip_roll_link: sums of what it carries
-    t2099 = R::fused(t211, t1718, t2098); // left_hip_roll_link: sums of what it carries
-    // right_hip_roll_link: sums of what it carries
-    t2100 = t1034 * t1392;
-    t2101 = R::fused(t1037, t1405, t2100);
-    t2102 = R::fused(t1001, t1397, t2101);
-    t2103 = t962 - t974;
-    t2104 = R::fused(t1401, t2103, t2102);
-    t2105 = R::fused(-t1032, t225, t2104);
-    t2106 = t2099 + t2105;
-    t2107 = R::fused(t7, t1729, t2106);
-    // left_hip_yaw_link: sums of what it carries
-    t2108 = t1027 * t1427;
-    t2109 = R::fused(t1030, t1440, t2108);
-    t2110 = R::fused(t1001, t1432, t2109);
-    t2111 = t962 - t969;
-    t2112 = R::fused(t1436, t2111, t2110);
-    t2113 = R::fused(-t1025, t1446, t2112);
-    t2114 = t2107 + t2113;
-    // right_hip_yaw_link: sums of what it carries
-    t2115 = t1923 * R::constant(0.00151725002);
-    t2116 = R::fused(R::constant(-0.00037), t1001, t2115);
-    t2117 = R::fused(R::constant(-0.01), t1000, t2116);
-    t2118 = t2114 - t2117;
-    t2119 = R::fused(-sin_q_left_ankle_roll, t2118, t2096);
-    t2120 = R::constant(0.055) * t1926;
-    t2121 = R::fused(R::constant(-0.03), t2003, t2120);
-    t2122 = t2119 + t2121;
-    t2123 = t937 * R::constant(0.036949883333); // torso: sums of what it carries
-    t2124 = t933 - t979; // left_foot: wrench that its motion needs
-    // torso: sums of what it carries
-    t2125 = R::fused(t2124, R::constant(0.03062), t2123);
-    t2126 = t999 * R::constant(10.089585);
-    t2127 = R::fused(-t959, R::constant(5.440626), t2126);
-    t2128 = t2125 + t2127;
-    t2129 = t2122 + t2128;
-    t2130 = cos_q_left_ankle_roll * t1542; // right_hip_yaw_link: sums of what it carries
-    // left_hip_roll_link: sums of what it carries
-    t2131 = t1671 * t1674;
-    t2132 = R::fused(-t1670, t1673, t2131);
-    t2133 = t1633 - t2132;
-    t2134 = t211 * t208;
-    t2135 = R::fused(t196, t213, t2134);
-    t2136 = t2133 + t2135;
-    // right_hip_roll_link: sums of what it carries
-    t2137 = t2136 - t1405;
-    t2138 = t7 * t221;
-    t2139 = R::fused(t218, t226, t2138);
-    t2140 = t2137 + t2139;
-    t2141 = t2140 - t1440; // left_hip_yaw_link: sums of what it carries
-    t2142 = R::fused(R::constant(0.037), t1967, t2141); // left_hip_yaw_link: sums of what it carries
-    t2143 = R::fused(sin_q_left_ankle_roll, t2142, t2130); // right_hip_yaw_link: sums of what it carries
-    t2144 = R::fused(R::constant(0.03), t2009, t2143); // right_hip_yaw_link: sums of what it carries
-    t2145 = R::fused(t2144, t1761, t2129); // other
-    t2146 = R::fused(R::constant(0.037), t1681, t230); // left_hip_yaw_link: mass matrix
-    t2147 = cos_q_left_ankle_roll * t2146; // left_hip_yaw_link: mass matrix
-    t2148 = cos_t1 * t1536; // left_hip_roll_link: sums of what it carries
-    t2149 = R::fused(sin_t1, t562, t2148); // left_hip_roll_link: sums of what it carries
-    t2150 = R::fused(-t196, t564, t2149); // left_hip_roll_link: sums of what it carries
-    t2151 = t2150 + t1397;
-    t2152 = R::fused(-t218, t564, t2151);
-    t2153 = t2152 + t1432; // left_hip_yaw_link: sums of what it carries
-    // left_hip_yaw_link: mass matrix
-    t2154 = R::fused(-sin_q_left_ankle_roll, t2153, t2147);
-    t2155 = R::constant(0.055) * t1681;
-    t2156 = R::fused(R::constant(0.03), t2011, t2155);
-    t2157 = t2154 + t2156;
-    t2158 = R::fused(t2157, t1762, t2145); // other
-    // right_hip_roll_link: mass matrix
-    t2159 = R::fused(R::constant(0.037), t221, t699);
-    t2160 = cos_q_left_ankle_roll * t2159;
-    t2161 = R::fused(-sin_q_left_ankle_roll, t2151, t2160);
-    t2162 = R::constant(0.055) * t221;
-    t2163 = R::fused(R::constant(0.03), t2013, t2162);
-    t2164 = t2161 + t2163;
-    t2165 = R::fused(t2164, t1766, t2158); // other
-    // left_hip_roll_link: mass matrix
-    t2166 = R::fused(R::constant(0.037), t208, t642);
-    t2167 = cos_q_left_ankle_roll * t2166;
-    t2168 = R::fused(-sin_q_left_ankle_roll, t2149, t2167);
-    t2169 = R::constant(0.055) * t208;
-    t2170 = R::fused(R::constant(0.03), t2015, t2169);
-    t2171 = t2168 + t2170;
-    t2172 = R::fused(t2171, t1798, t2165); // other
-    // right_upper_leg: mass matrix
-    t2173 = R::fused(R::constant(-0.037), t565, t572);
-    t2174 = cos_q_left_ankle_roll * t2173;
-    t2175 = cos_t1 * t1633;
-    t2176 = R::fused(sin_t1, t627, t2175);
-    t2177 = R::fused(t211, t202, t2176);
-    t2178 = R::fused(t7, t202, t2177);
-    t2179 = R::fused(-sin_q_left_ankle_roll, t2178, t2174);
-    t2180 = R::constant(0.055) * t565;
-    t2181 = R::fused(R::constant(0.03), t2018, t2180);
-    t2182 = t2179 - t2181;
-    t2183 = R::fused(-t2182, t1804, t2172); // other
-    // left_upper_leg: mass matrix
-    t2184 = R::fused(R::constant(0.037), t500, t508);
-    t2185 = cos_q_left_ankle_roll * t2184;
-    t2186 = cos_t1 * t1618;
-    t2187 = R::fused(-sin_t1, t561, t2186);
-    t2188 = R::fused(t211, t1621, t2187);
-    t2189 = R::fused(t7, t1621, t2188);
-    t2190 = R::fused(-sin_q_left_ankle_roll, t2189, t2185);
-    t2191 = R::constant(0.055) * t500;
-    t2192 = R::fused(R::constant(-0.03), t2021, t2191);
-    t2193 = t2190 + t2192;
-    t2194 = R::fused(-t2193, t1805, t2183); // other
-    // right_lower_leg: mass matrix
-    t2195 = R::fused(R::constant(0.037), t459, t467);
-    t2196 = cos_q_left_ankle_roll * t2195;
-    t2197 = cos_t1 * t1604;
-    t2198 = R::fused(-sin_t1, t557, t2197);
-    t2199 = R::fused(t211, t1607, t2198);
-    t2200 = R::fused(t7, t1607, t2199);
-    t2201 = R::fused(-sin_q_left_ankle_roll, t2200, t2196);
-    t2202 = R::constant(0.055) * t459;
-    t2203 = R::fused(R::constant(-0.03), t2024, t2202);
-    t2204 = t2201 + t2203;
-    t2205 = R::fused(t2204, t1859, t2194); // other
-    // left_lower_leg: mass matrix
-    t2206 = R::fused(R::constant(0.037), t423, t431);
-    t2207 = cos_q_left_ankle_roll * t2206;
-    t2208 = cos_t1 * t1590;
-    t2209 = R::fused(-sin_t1, t601, t2208);
-    t2210 = R::fused(t211, t1594, t2209);
-    t2211 = R::fused(t7, t1594, t2210);
-    t2212 = R::fused(-sin_q_left_ankle_roll, t2211, t2207);
-    t2213 = R::constant(0.055) * t423;
-    t2214 = R::fused(R::constant(-0.03), t2027, t2213);
-    t2215 = t2212 + t2214;
-    t2216 = R::fused(-t2215, t1867, t2205); // other
-    // right_ankle: mass matrix
-    t2217 = R::fused(R::constant(0.037), t386, t394);
-    t2218 = cos_q_left_ankle_roll * t2217;
-    t2219 = cos_t1 * t1577;
-    t2220 = R::fused(-sin_t1, t593, t2219);
-    t2221 = R::fused(t211, t1581, t2220);
-    t2222 = R::fused(t7, t1581, t2221);
-    t2223 = R::fused(-sin_q_left_ankle_roll, t2222, t2218);
-    t2224 = R::constant(0.055) * t386;
-    t2225 = R::fused(R::constant(-0.03), t2030, t2224);
-    t2226 = t2223 + t2225;
-    t2227 = R::fused(t2226, t1876, t2216); // other
-    // left_ankle: mass matrix
-    t2228 = R::fused(R::constant(0.037), t346, t354);
-    t2229 = cos_q_left_ankle_roll * t2228;
-    t2230 = cos_t1 * t1565;
-    t2231 = R::fused(-sin_t1, t586, t2230);
-    t2232 = R::fused(t211, t1569, t2231);
-    t2233 = R::fused(t7, t1569, t2232);
-    t2234 = R::fused(-sin_q_left_ankle_roll, t2233, t2229);
-    t2235 = R::constant(0.055) * t346;
-    t2236 = R::fused(R::constant(-0.03), t2033, t2235);
-    t2237 = t2234 + t2236;
-    t2238 = R::fused(t2237, t1886, t2227); // other
-    // right_foot: mass matrix
-    t2239 = R::fused(R::constant(0.037), t308, t316);
-    t2240 = cos_q_left_ankle_roll * t2239;
-    t2241 = cos_t1 * t1554;
-    t2242 = R::fused(-sin_t1, t580, t2241);
-    t2243 = R::fused(t211, t1558, t2242);
-    t2244 = R::fused(t7, t1558, t2243);
-    t2245 = R::fused(-sin_q_left_ankle_roll, t2244, t2240);
-    t2246 = R::constant(0.055) * t308;
-    t2247 = R::fused(R::constant(-0.03), t2036, t2246);
-    t2248 = t2245 + t2247;
-    t2249 = R::fused(t2248, t1897, t2238); // other
-    // left_foot: mass matrix
-    t2250 = R::fused(R::constant(0.037), t271, t279);
-    t2251 = cos_q_left_ankle_roll * t2250;
-    t2252 = cos_t1 * t1544;
-    t2253 = R::fused(-sin_t1, t575, t2252);
-    t2254 = R::fused(t211, t1548, t2253);
-    t2255 = R::fused(t7, t1548, t2254);
-    t2256 = R::fused(-sin_q_left_ankle_roll, t2255, t2251);
-    t2257 = R::constant(0.055) * t271;
-    t2258 = R::fused(R::constant(-0.03), t2039, t2257);
-    t2259 = t2256 + t2258;
-    t2260 = R::fused(-t2259, t1909, t2249); // other
-    t2261 = R::fused(-t1945, t2260, t2090); // other
-    t2262 = sin_q_left_ankle_roll * t2095; // right_hip_yaw_link: sums of what it carries
-    t2263 = R::fused(cos_q_left_ankle_roll, t2118, t2262); // right_hip_yaw_link: sums of what it carries
-    t2264 = R::fused(R::constant(0.03), t1957, t2263); // right_hip_yaw_link: sums of what it carries
-    // torso: sums of what it carries
-    t2265 = t893 * R::constant(0.018618449997);
-    t2266 = R::fused(t895, R::constant(0.03062), t2265);
-    t2267 = R::fused(-t930, R::constant(5.440626), t2266);
-    t2268 = t2264 + t2267;
-    t2269 = sin_q_left_ankle_roll * t1542; // right_hip_yaw_link: sums of what it carries
-    t2270 = R::fused(-cos_q_left_ankle_roll, t2142, t2269); // right_hip_yaw_link: sums of what it carries
-    t2271 = R::fused(R::constant(0.03), t1965, t2270); // right_hip_yaw_link: mass matrix
-    t2272 = R::fused(t2271, t1761, t2268); // other
-    t2273 = sin_q_left_ankle_roll * t2146; // left_hip_yaw_link: mass matrix
-    t2274 = R::fused(cos_q_left_ankle_roll, t2153, t2273); // left_hip_yaw_link: mass matrix
-    t2275 = R::fused(R::constant(0.03), t1968, t2274); // left_hip_yaw_link: mass matrix
-    t2276 = R::fused(t2275, t1762, t2272); // other
-    t2277 = sin_q_left_ankle_roll * t2159; // right_hip_roll_link: mass matrix
-    t2278 = R::fused(cos_q_left_ankle_roll, t2151, t2277); // right_hip_roll_link: mass matrix
-    t2279 = R::fused(R::constant(0.03), t1970, t2278); // right_hip_roll_link: mass matrix
-    t2280 = R::fused(t2279, t1766, t2276); // other
-    t2281 = sin_q_left_ankle_roll * t2166; // left_hip_roll_link: mass matrix
-    t2282 = R::fused(cos_q_left_ankle_roll, t2149, t2281); // left_hip_roll_link: mass matrix
-    t2283 = R::fused(R::constant(0.03), t1972, t2282); // left_hip_roll_link: mass matrix
-    t2284 = R::fused(t2283, t1798, t2280); // other
-    t2285 = sin_q_left_ankle_roll * t2173; // right_upper_leg: mass matrix
-    t2286 = R::fused(cos_q_left_ankle_roll, t2178, t2285); // right_upper_leg: mass matrix
-    t2287 = R::fused(R::constant(0.03), t1975, t2286); // right_upper_leg: mass matrix
-    t2288 = R::fused(-t2287, t1804, t2284); // other
-    t2289 = sin_q_left_ankle_roll * t2184; // left_upper_leg: mass matrix
-    t2290 = R::fused(cos_q_left_ankle_roll, t2189, t2289); // left_upper_leg: mass matrix
-    t2291 = R::fused(R::constant(0.03), t1978, t2290); // left_upper_leg: mass matrix
-    t2292 = R::fused(-t2291, t1805, t2288); // other
-    t2293 = sin_q_left_ankle_roll * t2195; // right_lower_leg: mass matrix
-    t2294 = R::fused(cos_q_left_ankle_roll, t2200, t2293); // right_lower_leg: mass matrix
-    t2295 = R::fused(R::constant(0.03), t1981, t2294); // right_lower_leg: mass matrix
-    t2296 = R::fused(t2295, t1859, t2292); // other
-    t2297 = sin_q_left_ankle_roll * t2206; // left_lower_leg: mass matrix
-    t2298 = R::fused(cos_q_left_ankle_roll, t2211, t2297); // left_lower_leg: mass matrix
-    t2299 = R::fused(R::constant(0.03), t1984, t2298); // left_lower_leg: mass matrix
-    t2300 = R::fused(-t2299, t1867, t2296); // other
-    t2301 = sin_q_left_ankle_roll * t2217; // right_ankle: mass matrix
-    t2302 = R::fused(cos_q_left_ankle_roll, t2222, t2301); // right_ankle: mass matrix
-    t2303 = R::fused(R::constant(0.03), t1987, t2302); // right_ankle: mass matrix
-    t2304 = R::fused(t2303, t1876, t2300); // other
-    t2305 = sin_q_left_ankle_roll * t2228; // left_ankle: mass matrix
-    t2306 = R::fused(cos_q_left_ankle_roll, t2233, t2305); // left_ankle: mass matrix
-    t2307 = R::fused(R::constant(0.03), t1990, t2306); // left_ankle: mass matrix
-    t2308 = R::fused(t2307, t1886, t2304); // other
-    t2309 = sin_q_left_ankle_roll * t2239; // right_foot: mass matrix
-    t2310 = R::fused(cos_q_left_ankle_roll, t2244, t2309); // right_foot: mass matrix
-    t2311 = R::fused(R::constant(0.03), t1993, t2310); // right_foot: mass matrix
-    t2312 = R::fused(t2311, t1897, t2308); // other
-    t2313 = sin_q_left_ankle_roll * t2250; // left_foot: mass matrix
-    t2314 = R::fused(cos_q_left_ankle_roll, t2255, t2313); // left_foot: mass matrix
-    let (t2315, t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323);
-    t2315 = R::fused(R::constant(0.03), t1996, t2314); // left_foot: mass matrix
+    t2024 = t2023 * t838;
+    t2025 = R::fused(t1575, t2024, t2013);
     // other
-    t2316 = R::fused(-t2315, t1909, t2312);
-    t2317 = R::fused(t2001, t2316, t2261);
-    t2318 = t2048 * t2089;
-    t2319 = R::fused(-t2052, t2260, t2318);
-    t2320 = R::fused(t2056, t2316, t2319);
-    t2321 = t999 * t2089;
-    t2322 = R::fused(-t930, t2260, t2321);
-    t2323 = R::fused(t959, t2316, t2322);
+    t2026 = t582_583.first() * t1937;
+    t2027 = R::fused(-t1126_1127.first(), t1943, t2026);
+    t2028 = t1873 + t2027;
+    t2029 = t1875 - t2028;
+    t2030 = t1877 - t2029;
+    // factors of the mass matrix
+    t2031 = R::fused(-t1981, t844, t2030);
+    t2032 = R::fused(-t1990, t847, t2031);
+    t2033 = R::fused(-t2000, t851, t2032);
+    t2034 = R::fused(-t2011, t856, t2033);
+    t2035 = R::fused(-t2023, t862, t2034);
+    t2036 = t2035 * t869;
+    t2037 = R::fused(t1586, t2036, t2025);
+    // other
+    t2038 = t1937 * t596;
+    t2039 = R::fused(-t1943, t1130, t2038);
+    t2040 = t1886 - t2039;
+    t2041 = t1888 - t2040;
+    t2042 = t1890 + t2041;
+    // factors of the mass matrix
+    t2043 = R::fused(-t1981, t663, t2042);
+    t2044 = R::fused(t1990, t714, t2043);
+    t2045 = R::fused(t2000, t751, t2044);
+    t2046 = R::fused(-t2011, t779, t2045);
+    t2047 = R::fused(t2023, t839, t2046);
+    t2048 = R::fused(t2035, t870, t2047);
+    t2049 = t2048 * t872;
+    t2050 = R::fused(-t1587, t2049, t2037);
+    // other
+    t2051 = t1937 * t1675;
+    t2052 = R::fused(-t1943, t1677, t2051);
+    t2053 = R::fused(-t1949, t1682, t2052);
+    t2054 = t1902 - t2053;
+    t2055 = t1904 - t2054;
+    t2056 = t1906 + t2055;
+    // factors of the mass matrix
+    t2057 = R::fused(t1981, t1703, t2056);
+    t2058 = R::fused(-t1990, t1709, t2057);
+    t2059 = R::fused(-t2000, t1716, t2058);
+    t2060 = R::fused(-t2011, t1724, t2059);
+    t2061 = R::fused(-t2023, t1733, t2060);
+    t2062 = R::fused(-t2035, t1742, t2061);
+    t2063 = R::fused(-t2048, t1752, t2062);
+    t2064 = t2063 * t1764;
+    t2065 = R::fused(t1753, t2064, t2050);
+    // other
+    t2066 = t1937 * t1771;
+    t2067 = R::fused(t1943, t1776, t2066);
+    t2068 = R::fused(t1949, t1782, t2067);
+    t2069 = t1919 + t2068;
+    t2070 = t1921 - t2069;
+    t2071 = t1923 + t2070;
+    // factors of the mass matrix
+    t2072 = R::fused(-t1981, t1821, t2071);
+    t2073 = R::fused(t1990, t1832, t2072);
+    t2074 = R::fused(t2000, t1844, t2073);
+    t2075 = R::fused(-t2011, t1857, t2074);
+    t2076 = R::fused(t2023, t1871, t2075);
+    t2077 = R::fused(t2035, t1884, t2076);
+    t2078 = R::fused(-t2048, t1898, t2077);
+    t2079 = R::fused(t2063, t1915, t2078);
+    t2080 = t2079 * t1933;
+    t2081 = R::fused(-t1916, t2080, t2065);
+    // other
+    t2082 = t1937 * t1940;
+    t2083 = R::fused(t1943, t1946, t2082);
+    t2084 = R::fused(-t1949, t1952, t2083);
+    t2085 = t238 * t1959;
+    t2086 = t2084 - t2085;
+    t2087 = t256 * t1966;
+    t2088 = t2086 + t2087;
+    t2089 = sin_q_left_hip_roll * t1974;
+    t2090 = t2088 + t2089;
+    // factors of the mass matrix
+    t2091 = R::fused(t1981, t1982, t2090);
+    t2092 = R::fused(t1990, t1991, t2091);
+    t2093 = R::fused(t2000, t2001, t2092);
+    t2094 = R::fused(t2011, t2012, t2093);
+    t2095 = R::fused(t2023, t2024, t2094);
+    t2096 = R::fused(t2035, t2036, t2095);
+    t2097 = R::fused(-t2048, t2049, t2096);
+    t2098 = R::fused(t2063, t2064, t2097);
+    t2099 = R::fused(t2079, t2080, t2098);
+    t2100 = R::constant(1.0) / t2099;
+    t2101 = t2081 * t2100;
+    t2102 = R::fused(t2081, t2101, t1935);
+    // other
+    t2103 = sin_q_left_hip_roll * t250;
+    t2104 = R::fused(t256, t265, t2103);
+    t2105 = R::fused(R::constant(-19.0), t2104, t1767);
+    t2106 = t1769 + t2105;
+    t2107 = t685_686.second() + t2106;
+    t2108 = t1522 * t2107;
+    t2109 = t238 * t265;
+    t2110 = R::fused(sin_q_left_hip_roll, t234, t2109);
+    t2111 = R::fused(R::constant(-19.0), t2110, t1773);
+    t2112 = t1774 + t2111;
+    t2113 = t1380_1381.second() + t2112;
+    t2114 = R::fused(-t1525, t2113, t2108);
+    t2115 = t256 * t234;
+    t2116 = R::fused(-t238, t250, t2115);
+    t2117 = R::fused(R::constant(19.0), t2116, t1778);
+    t2118 = t1780 - t2117;
+    t2119 = t1383_1384.second() - t2118;
+    t2120 = R::fused(t1533, t2119, t2114);
+    t2121 = t1162 * t2110;
+    t2122 = R::fused(-t592, t2116, t2121);
+    t2123 = t1784 - t2122;
+    t2124 = t1787 - t2123;
+    t2125 = t1789 + t2124;
+    t2126 = t1394_1395.second() + t2125;
+    t2127 = R::fused(-t16, t2126, t2120);
+    t2128 = t1162 * t2104;
+    t2129 = R::fused(t1129, t2116, t2128);
+    t2130 = t1796 + t2129;
+    t2131 = t1798 - t2130;
+    t2132 = t1800 - t2131;
+    t2133 = t1399_1400.second() - t2132;
+    t2134 = R::fused(t346, t2133, t2127);
+    t2135 = R::fused(R::constant(-0.0764), t685_686.second(), t706_707.second()); // left_ankle: mass matrix
+    t2136 = t592 * t2104;
+    t2137 = R::fused(t1129, t2110, t2136);
+    t2138 = t1805 + t2137;
+    t2139 = t1807 + t2138;
+    t2140 = t1809 - t2139;
+    t2141 = t2135 - t2140;
+    t2142 = R::fused(t349, t2141, t2134);
+    t2143 = t624_625.first() * t2104;
+    t2144 = R::fused(t1345_1346.first(), t2110, t2143);
+    t2145 = R::fused(-t1350_1351.first(), t2116, t2144);
+    t2146 = t1815 - t2145;
+    t2147 = t1817 - t2146;
+    t2148 = t1819 - t2147;
+    t2149 = t2148 * R::constant(814.1112620933816); // factors of the mass matrix
+    t2150 = R::fused(-t1537, t2149, t2142); // factors of the mass matrix
+    t2151 = t685_686.first() * t2104;
+    t2152 = R::fused(t1380_1381.first(), t2110, t2151);
+    t2153 = R::fused(-t1383_1384.first(), t2116, t2152);
+    t2154 = t1825 + t2153;
+    t2155 = t1827 - t2154;
+    t2156 = t1829 - t2155;
+    t2157 = R::fused(-t2148, t710, t2156); // factors of the mass matrix
+    t2158 = t2157 * t713; // factors of the mass matrix
+    t2159 = R::fused(t1545, t2158, t2150); // factors of the mass matrix
+    t2160 = t728_729.first() * t2104;
+    t2161 = R::fused(t1410_1411.first(), t2110, t2160);
+    t2162 = R::fused(-t1413_1414.first(), t2116, t2161);
+    t2163 = t1836 + t2162;
+    t2164 = t1838 - t2163;
+    t2165 = t1840 - t2164;
+    // factors of the mass matrix
+    t2166 = R::fused(-t2148, t743, t2165);
+    t2167 = R::fused(-t2157, t746, t2166);
+    t2168 = t2167 * t750;
+    t2169 = R::fused(t1554, t2168, t2159);
+    // other
+    t2170 = t757_758.first() * t2104;
+    t2171 = R::fused(t1441_1442.first(), t2110, t2170);
+    t2172 = R::fused(t1444_1445.first(), t2116, t2171);
+    t2173 = t1848 - t2172;
+    t2174 = t1850 - t2173;
+    t2175 = t1852 - t2174;
+    // factors of the mass matrix
+    t2176 = R::fused(-t2148, t766, t2175);
+    t2177 = R::fused(-t2157, t769, t2176);
+    t2178 = R::fused(-t2167, t773, t2177);
+    t2179 = t2178 * t778;
+    t2180 = R::fused(-t1564, t2179, t2169);
+    // other
+    t2181 = t785_786.first() * t2104;
+    t2182 = R::fused(-t1480_1481.first(), t2110, t2181);
+    t2183 = R::fused(-t580_581.first(), t2116, t2182);
+    t2184 = t1861 + t2183;
+    t2185 = t1863 - t2184;
+    t2186 = t1865 - t2185;
+    // factors of the mass matrix
+    t2187 = R::fused(-t2148, t808, t2186);
+    t2188 = R::fused(-t2157, t815, t2187);
+    t2189 = R::fused(-t2167, t823, t2188);
+    t2190 = R::fused(-t2178, t828, t2189);
+    t2191 = t2190 * t838;
+    t2192 = R::fused(t1575, t2191, t2180);
+    // other
+    t2193 = t582_583.first() * t2104;
+    t2194 = R::fused(-t1126_1127.first(), t2110, t2193);
+    t2195 = t1873 + t2194;
+    t2196 = t1875 - t2195;
+    t2197 = t1877 - t2196;
+    // factors of the mass matrix
+    t2198 = R::fused(-t2148, t844, t2197);
+    t2199 = R::fused(-t2157, t847, t2198);
+    t2200 = R::fused(-t2167, t851, t2199);
+    t2201 = R::fused(-t2178, t856, t2200);
+    t2202 = R::fused(-t2190, t862, t2201);
+    t2203 = t2202 * t869;
+    t2204 = R::fused(t1586, t2203, t2192);
+    // other
+    t2205 = t2104 * t596;
+    t2206 = R::fused(-t2110, t1130, t2205);
+    t2207 = t1886 - t2206;
+    t2208 = t1888 - t2207;
+    t2209 = t1890 + t2208;
+    // factors of the mass matrix
+    t2210 = R::fused(-t2148, t663, t2209);
+    t2211 = R::fused(t2157, t714, t2210);
+    t2212 = R::fused(t2167, t751, t2211);
+    t2213 = R::fused(-t2178, t779, t2212);
+    t2214 = R::fused(t2190, t839, t2213);
+    t2215 = R::fused(t2202, t870, t2214);
+    t2216 = t2215 * t872;
+    t2217 = R::fused(-t1587, t2216, t2204);
+    // other
+    t2218 = t2104 * t1675;
+    t2219 = R::fused(-t2110, t1677, t2218);
+    t2220 = R::fused(-t2116, t1682, t2219);
+    t2221 = t1902 - t2220;
+    t2222 = t1904 - t2221;
+    t2223 = t1906 + t2222;
+    // factors of the mass matrix
+    t2224 = R::fused(t2148, t1703, t2223);
+    t2225 = R::fused(-t2157, t1709, t2224);
+    t2226 = R::fused(-t2167, t1716, t2225);
+    t2227 = R::fused(-t2178, t1724, t2226);
+    t2228 = R::fused(-t2190, t1733, t2227);
+    t2229 = R::fused(-t2202, t1742, t2228);
+    t2230 = R::fused(-t2215, t1752, t2229);
+    t2231 = t2230 * t1764;
+    t2232 = R::fused(t1753, t2231, t2217);
+    // other
+    t2233 = t2104 * t1771;
+    t2234 = R::fused(t2110, t1776, t2233);
+    t2235 = R::fused(t2116, t1782, t2234);
+    t2236 = t1919 + t2235;
+    t2237 = t1921 - t2236;
+    t2238 = t1923 + t2237;
+    // factors of the mass matrix
+    t2239 = R::fused(-t2148, t1821, t2238);
+    t2240 = R::fused(t2157, t1832, t2239);
+    t2241 = R::fused(t2167, t1844, t2240);
+    t2242 = R::fused(-t2178, t1857, t2241);
+    t2243 = R::fused(t2190, t1871, t2242);
+    t2244 = R::fused(t2202, t1884, t2243);
+    t2245 = R::fused(-t2215, t1898, t2244);
+    t2246 = R::fused(t2230, t1915, t2245);
+    t2247 = t2246 * t1933;
+    t2248 = R::fused(-t1916, t2247, t2232);
+    // other
+    t2249 = t2104 * t1940;
+    t2250 = R::fused(t2110, t1946, t2249);
+    t2251 = R::fused(-t2116, t1952, t2250);
+    t2252 = t2085 - t2251;
+    t2253 = t2087 - t2252;
+    t2254 = t2089 + t2253;
+    // factors of the mass matrix
+    t2255 = R::fused(t2148, t1982, t2254);
+    t2256 = R::fused(t2157, t1991, t2255);
+    t2257 = R::fused(t2167, t2001, t2256);
+    t2258 = R::fused(t2178, t2012, t2257);
+    t2259 = R::fused(t2190, t2024, t2258);
+    t2260 = R::fused(t2202, t2036, t2259);
+    t2261 = R::fused(-t2215, t2049, t2260);
+    t2262 = R::fused(t2230, t2064, t2261);
+    t2263 = R::fused(t2246, t2080, t2262);
+    t2264 = t2263 * t2100;
+    t2265 = R::fused(-t2081, t2264, t2248);
+    // other
+    t2266 = t2104 * t2107;
+    t2267 = R::fused(t2110, t2113, t2266);
+    t2268 = R::fused(-t2116, t2119, t2267);
+    t2269 = R::fused(t238, t2126, t2268);
+    t2270 = R::fused(-t256, t2133, t2269);
+    t2271 = R::fused(sin_q_left_hip_roll, t2141, t2270);
+    // factors of the mass matrix
+    t2272 = R::fused(t2148, t2149, t2271);
+    t2273 = R::fused(t2157, t2158, t2272);
+    t2274 = R::fused(t2167, t2168, t2273);
+    t2275 = R::fused(t2178, t2179, t2274);
+    t2276 = R::fused(t2190, t2191, t2275);
+    t2277 = R::fused(t2202, t2203, t2276);
+    t2278 = R::fused(-t2215, t2216, t2277);
+    t2279 = R::fused(t2230, t2231, t2278);
+    let (
+        t2280, t2281, t2282, t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291, t2292, t2293, t2294, t2295,
+        t2296, t2297, t2298, t2299, t2300, t2301, t2302, t2303, t2304, t2305, t2306, t2307, t2308, t2309_2310,
+        t2311_2312, t2313, t2314, t2315, t2316, t2317, t2318, t2319, t2320, t2321, t2322, t2323, t2324, t2325, t2326,
+        t2327, t2328, t2329, t2330, t2331, t2332, t2333, t2334_2335, t2336_2337, t2338_2339, t2340, t2341, t2342, t2343,
+        t2344, t2345_2346, t2347_2348, t2349, t2350, t2351, t2352, t2353, t2354, t2355, t2356, t2357, t2358, t2359,
+        t2360, t2361, t2362, t2363, t2364, t2365, t2366, t2367, t2368, t2369, t2370, t2371, t2372, t2373, t2374, t2375,
+        t2376, t2377, t2378, t2379, t2380, t2381, t2382, t2383, t2384, t2385, t2386, t2387, t2388, t2389, t2390, t2391,
+        t2392, t2393, t2394, t2395, t2396, t2397, t2398, t2399, t2400, t2401, t2402, t2403, t2404, t2405, t2406, t2407,
+        t2408, t2409, t2410, t2411, t2412, t2413, t2414, t2415, t2416, t2417, t2418, t2419, t2420, t2421, t2422, t2423,
+        t2424, t2425, t2426, t2427, t2428, t2429, t2430, t2431, t2432, t2433, t2434, t2435, t2436, t2437, t2438, t2439,
+        t2440, t2441, t2442, t2443, t2444, t2445, t2446, t2447, t2448, t2449, t2450, t2451, t2452, t2453, t2454, t2455,
+        t2456, t2457, t2458, t2459, t2460, t2461, t2462, t2463, t2464, t2465, t2466, t2467, t2468, t2469, t2470, t2471,
+        t2472, t2473, t2474, t2475, t2476, t2477, t2478, t2479, t2480, t2481, t2482, t2483, t2484, t2485, t2486, t2487,
+        t2488, t2489, t2490, t2491, t2492, t2493, t2494, t2495, t2496, t2497, t2498, t2499, t2500, t2501, t2502, t2503,
+        t2504, t2505, t2506, t2507, t2508, t2509, t2510, t2511, t2512, t2513, t2514, t2515, t2516, t2517, t2518, t2519,
+        t2520, t2521, t2522, t2523, t2524, t2525, t2526, t2527, t2528, t2529, t2530, t2531, t2532, t2533, t2534, t2535,
+        t2536, t2537, t2538, t2539, t2540, t2541, t2542,
+    );
+    t2280 = R::fused(t2246, t2247, t2279);
+    t2281 = R::fused(-t2263, t2264, t2280);
+    t2282 = R::constant(1.0) / t2281;
+    t2283 = t2265 * t2282;
+    t2284 = R::fused(t2265, t2283, t2102);
+    t2285 = R::constant(1.0) / t2284;
+    // other
+    t2286 = tau_left_ankle_roll + t1060;
+    t2287 = t1592 * t369;
+    t2288 = R::fused(t1597, t1134, t2287);
+    t2289 = R::fused(t1602, t1355, t2288);
+    t2290 = R::fused(-t1641, t1151, t2289);
+    t2291 = R::fused(t1652, t1167, t2290);
+    t2292 = R::fused(t1660, t1171, t2291);
+    t2293 = t2286 - t2292;
+    t2294 = t1338 * t1522;
+    // torso: wrench that its motion needs
+    t2295 = R::constant(0.20808) * t17;
+    t2296 = R::fused(R::constant(0.0102), t28, t2295);
+    t2297 = R::fused(R::constant(-2.4915), t44, t2296);
+    t2298 = R::fused(R::constant(-19.0), t37, t2297);
+    t2299 = sin_q_left_hip_yaw * t1286; // left_hip_yaw_link: wrench handed to its parent
+    t2300 = R::fused(cos_q_left_hip_yaw, t1306, t2299); // left_hip_yaw_link: wrench handed to its parent
+    t2301 = t2298 - t2300; // left_hip_yaw_link: wrench handed to its parent
+    t2302 = sin_q_right_hip_yaw * t1317; // right_hip_yaw_link: wrench handed to its parent
+    t2303 = R::fused(cos_q_right_hip_yaw, t1327, t2302); // right_hip_yaw_link: wrench handed to its parent
+    t2304 = t2301 - t2303; // right_hip_yaw_link: wrench handed to its parent
+    t2305 = tau_base_linear_y + t2304; // other
+    t2306 = R::fused(-t2305, t1525, t2294); // other
+    t2307 = sin_q_right_hip_roll * t1321; // right_hip_roll_link: wrench handed to its parent
+    t2308 = R::fused(cos_q_right_hip_roll, t1325, t2307); // right_hip_roll_link: wrench handed to its parent
+    // right_hip_yaw_link, left_hip_yaw_link: motion
+    t2309_2310 = t80_81 * t72_73;
+    t2311_2312 = t106_107 + t2309_2310;
+    t2313 = R::fused(R::constant(0.008), t2311_2312.first(), -t2308); // right_hip_roll_link
+    t2314 = R::constant(0.20808) * t1254; // torso: wrench that its motion needs
+    t2315 = R::fused(R::constant(-0.0102), t44, t2314); // torso: wrench that its motion needs
+    t2316 = t26 + t1256; // torso: motion
+    t2317 = R::fused(R::constant(2.4915), t2316, t2315); // torso: wrench that its motion needs
+    t2318 = R::fused(R::constant(-19.0), t53, t2317); // torso: wrench that its motion needs
+    t2319 = sin_q_left_hip_roll * t1296; // left_hip_roll_link: wrench handed to its parent
+    t2320 = R::fused(cos_q_left_hip_roll, t1304, t2319); // left_hip_roll_link: wrench handed to its parent
+    t2321 = R::fused(R::constant(0.008), t2311_2312.second(), t2320); // left_hip_roll_link: wrench handed to its parent
+    t2322 = t2318 + t2321; // left_hip_yaw_link: wrench handed to its parent
+    t2323 = t2313 + t2322; // right_hip_yaw_link: wrench handed to its parent
+    t2324 = tau_base_linear_z + t2323; // other
+    t2325 = R::fused(t2324, t1533, t2306); // other
+    // torso: wrench that its motion needs
+    t2326 = t44 * R::constant(1.264220977066);
+    t2327 = R::fused(R::constant(0.00220808), t1254, t2326);
+    t2328 = R::fused(R::constant(-0.0404594), t17, t2327);
+    t2329 = t1256 - t27;
+    t2330 = R::fused(R::constant(0.0014735), t2329, t2328);
+    t2331 = R::constant(0.0102) * t53;
+    t2332 = R::fused(R::constant(-2.4915), t37, t2331);
+    t2333 = t2330 - t2332;
+    t2334_2335 = both(R::constant(0.305783837533)) * t192_193; // right_hip_yaw_link, left_hip_yaw_link
+    t2336_2337 = t68_69 * t72_73; // right_hip_yaw_link, left_hip_yaw_link: motion
+    t2338_2339 = R::Two::fused(both(R::constant(-0.305963837533)), t2336_2337, t2334_2335);
+    t2340 = sin_q_left_hip_pitch * t1092; // left_upper_leg: wrench handed to its parent
+    t2341 = R::fused(-cos_q_left_hip_pitch, t1117, t2340); // left_upper_leg: wrench handed to its parent
+    t2342 = t1473_1474.second() + t2341; // left_upper_leg: wrench handed to its parent
+    t2343 = t2338_2339.second() - t2342; // left_hip_roll_link: wrench handed to its parent
+    t2344 = cos_q_left_hip_yaw * t2343; // left_hip_yaw_link: wrench handed to its parent
+    // right_hip_yaw_link, left_hip_yaw_link: wrench that its motion needs
+    t2345_2346 = t2309_2310 * both(R::constant(0.611747675066));
+    t2347_2348 = R::Two::fused(two(R::constant(0.008), R::constant(-0.008)), t54_55, t2345_2346);
+    t2349 = cos_q_left_hip_roll * t1006; // left_hip_roll_link: wrench handed to its parent
+    t2350 = R::fused(-sin_q_left_hip_roll, t1119, t2349); // left_hip_roll_link: wrench handed to its parent
+    t2351 = t2347_2348.second() - t2350; // left_hip_roll_link: wrench handed to its parent
+    t2352 = R::fused(sin_q_left_hip_yaw, t2351, t2344); // left_hip_yaw_link: wrench handed to its parent
+    t2353 = t2333 - t2352; // left_hip_yaw_link: wrench handed to its parent
+    t2354 = R::fused(R::constant(0.0764), t2321, t2353); // left_hip_yaw_link: wrench handed to its parent
+    t2355 = t2338_2339.first() - t1477; // right_hip_roll_link: wrench handed to its parent
+    t2356 = cos_q_right_hip_yaw * t2355; // right_hip_yaw_link: wrench handed to its parent
+    t2357 = cos_q_right_hip_roll * t1205; // right_hip_roll_link: wrench handed to its parent
+    t2358 = R::fused(-sin_q_right_hip_roll, t1249, t2357); // right_hip_roll_link: wrench handed to its parent
+    t2359 = t2347_2348.first() - t2358; // right_hip_roll_link: wrench handed to its parent
+    t2360 = R::fused(sin_q_right_hip_yaw, t2359, t2356); // right_hip_yaw_link: wrench handed to its parent
+    t2361 = t2354 - t2360; // right_hip_yaw_link: wrench handed to its parent
+    t2362 = R::fused(R::constant(-0.0764), t2313, t2361); // right_hip_yaw_link: wrench handed to its parent
+    t2363 = tau_base_angular_x + t2362; // other
+    t2364 = R::fused(t2363, t16, t2325); // other
+    // torso: wrench that its motion needs
+    t2365 = t1254 * R::constant(1.360311593066);
+    t2366 = R::fused(R::constant(0.0014735), t17, t2365);
+    t2367 = R::fused(R::constant(0.00220808), t44, t2366);
+    t2368 = t26 - t27;
+    t2369 = R::fused(R::constant(-0.0404594), t2368, t2367);
+    t2370 = R::constant(2.4915) * t21;
+    t2371 = R::fused(R::constant(0.20808), t53, t2370);
+    t2372 = t2369 + t2371;
+    t2373 = sin_q_left_hip_yaw * t2343; // left_hip_yaw_link: wrench handed to its parent
+    t2374 = R::fused(-cos_q_left_hip_yaw, t2351, t2373); // left_hip_yaw_link: wrench handed to its parent
+    t2375 = t2372 + t2374; // left_hip_yaw_link: wrench handed to its parent
+    t2376 = sin_q_right_hip_yaw * t2355; // right_hip_yaw_link: wrench handed to its parent
+    t2377 = R::fused(-cos_q_right_hip_yaw, t2359, t2376); // right_hip_yaw_link: wrench handed to its parent
+    t2378 = t2375 + t2377; // right_hip_yaw_link: wrench handed to its parent
+    // other
+    t2379 = tau_base_angular_y - t2378;
+    t2380 = R::fused(-t2379, t346, t2364);
+    t2381 = R::fused(t1330, t349, t2380);
+    t2382 = t2293 + t2381;
+    // solved by the factors
+    t2383 = R::fused(-t1662, t1374, t2382);
+    t2384 = R::fused(-t1664, t1404, t2383);
+    t2385 = R::fused(-t1666, t1435, t2384);
+    t2386 = R::fused(t1668, t1467, t2385);
+    t2387 = R::fused(t1670, t1505, t2386);
+    t2388 = R::fused(-t1672, t1518, t2387);
+    t2389 = R::fused(t1588, t1519, t2388);
+    // other
+    t2390 = tau_left_hip_roll + t2342;
+    t2391 = t1675 * t369;
+    t2392 = R::fused(-t1677, t1134, t2391);
+    t2393 = R::fused(t1682, t1355, t2392);
+    t2394 = R::fused(-t1688, t1151, t2393);
+    t2395 = R::fused(t1693, t1167, t2394);
+    t2396 = R::fused(-t1698, t1171, t2395);
+    t2397 = t2390 - t2396;
+    t2398 = t2324 * t1684;
+    t2399 = R::fused(-cos_q_left_hip_yaw, t2363, t2398);
+    t2400 = R::fused(-sin_q_left_hip_yaw, t2379, t2399);
+    t2401 = t2397 + t2400;
+    // solved by the factors
+    t2402 = R::fused(-t1703, t1374, t2401);
+    t2403 = R::fused(-t1709, t1404, t2402);
+    t2404 = R::fused(-t1716, t1435, t2403);
+    t2405 = R::fused(-t1724, t1467, t2404);
+    t2406 = R::fused(t1733, t1505, t2405);
+    t2407 = R::fused(-t1742, t1518, t2406);
+    t2408 = R::fused(-t1752, t1519, t2407);
+    t2409 = R::fused(-t1765, t2408, t2389);
+    // other
+    t2410 = tau_left_hip_pitch + t1005;
+    t2411 = t1771 * t369;
+    t2412 = R::fused(t1776, t1134, t2411);
+    t2413 = R::fused(-t1782, t1355, t2412);
+    t2414 = R::fused(t1791, t1151, t2413);
+    t2415 = R::fused(-t1802, t1167, t2414);
+    t2416 = R::fused(t1811, t1171, t2415);
+    t2417 = t2410 + t2416;
+    t2418 = t1338 * t1793;
+    t2419 = R::fused(t2324, t1785, t2418);
+    t2420 = t2363 * t238;
+    t2421 = t2419 - t2420;
+    t2422 = t2379 * t256;
+    t2423 = t2421 + t2422;
+    t2424 = sin_q_left_hip_roll * t1330;
+    t2425 = t2423 + t2424;
+    t2426 = t2417 - t2425;
+    // solved by the factors
+    t2427 = R::fused(t1821, t1374, t2426);
+    t2428 = R::fused(t1832, t1404, t2427);
+    t2429 = R::fused(t1844, t1435, t2428);
+    t2430 = R::fused(-t1857, t1467, t2429);
+    t2431 = R::fused(-t1871, t1505, t2430);
+    t2432 = R::fused(t1884, t1518, t2431);
+    t2433 = R::fused(-t1898, t1519, t2432);
+    t2434 = R::fused(t1915, t2408, t2433);
+    t2435 = R::fused(t1934, t2434, t2409);
+    // other
+    t2436 = tau_left_knee_pitch + t985;
+    t2437 = t1940 * t369;
+    t2438 = R::fused(t1946, t1134, t2437);
+    t2439 = R::fused(t1952, t1355, t2438);
+    t2440 = R::fused(-t1959, t1151, t2439);
+    t2441 = R::fused(t1966, t1167, t2440);
+    t2442 = R::fused(-t1974, t1171, t2441);
+    t2443 = t2436 - t2442;
+    t2444 = t1338 * t1937;
+    t2445 = R::fused(t2305, t1943, t2444);
+    t2446 = R::fused(-t2324, t1949, t2445);
+    t2447 = t2420 - t2446;
+    t2448 = t2422 - t2447;
+    t2449 = t2424 + t2448;
+    t2450 = t2443 - t2449;
+    // solved by the factors
+    t2451 = R::fused(-t1982, t1374, t2450);
+    t2452 = R::fused(t1991, t1404, t2451);
+    t2453 = R::fused(t2001, t1435, t2452);
+    t2454 = R::fused(t2012, t1467, t2453);
+    t2455 = R::fused(-t2024, t1505, t2454);
+    t2456 = R::fused(t2036, t1518, t2455);
+    t2457 = R::fused(-t2049, t1519, t2456);
+    t2458 = R::fused(t2064, t2408, t2457);
+    t2459 = R::fused(t2080, t2434, t2458);
+    t2460 = R::fused(t2101, t2459, t2435);
+    // other
+    t2461 = tau_left_ankle_pitch + t961;
+    t2462 = t2107 * t369;
+    t2463 = R::fused(t2113, t1134, t2462);
+    t2464 = R::fused(t2119, t1355, t2463);
+    t2465 = R::fused(t2126, t1151, t2464);
+    t2466 = R::fused(-t2133, t1167, t2465);
+    t2467 = R::fused(-t2141, t1171, t2466);
+    t2468 = t2461 - t2467;
+    t2469 = t1338 * t2104;
+    t2470 = R::fused(t2305, t2110, t2469);
+    t2471 = R::fused(-t2324, t2116, t2470);
+    t2472 = t2420 - t2471;
+    t2473 = t2422 - t2472;
+    t2474 = t2424 + t2473;
+    t2475 = t2468 - t2474;
+    // solved by the factors
+    t2476 = R::fused(-t2149, t1374, t2475);
+    t2477 = R::fused(t2158, t1404, t2476);
+    t2478 = R::fused(t2168, t1435, t2477);
+    t2479 = R::fused(t2179, t1467, t2478);
+    t2480 = R::fused(-t2191, t1505, t2479);
+    t2481 = R::fused(t2203, t1518, t2480);
+    t2482 = R::fused(-t2216, t1519, t2481);
+    t2483 = R::fused(t2231, t2408, t2482);
+    t2484 = R::fused(t2247, t2434, t2483);
+    t2485 = R::fused(-t2264, t2459, t2484);
+    t2486 = R::fused(t2283, t2485, t2460);
+    t2487 = t2285 * t2486; // other
+    t2488 = R::fused(-t1588, t2487, t1520);
+    t2489 = t2282 * t2485; // other
+    t2490 = R::fused(t2283, t2487, -t2489);
+    t2491 = R::fused(t2216, t2490, t2488);
+    t2492 = t2100 * t2459; // other
+    t2493 = R::fused(-t2101, t2487, t2492);
+    t2494 = R::fused(-t2264, t2490, -t2493);
+    t2495 = R::fused(t2049, t2494, t2491);
+    t2496 = t1933 * t2434; // other
+    t2497 = R::fused(t1934, t2487, t2496);
+    t2498 = R::fused(t2247, t2490, t2497);
+    t2499 = R::fused(t2080, t2494, t2498);
+    t2500 = R::fused(t1898, t2499, t2495);
+    t2501 = t1764 * t2408; // other
+    t2502 = R::fused(-t1765, t2487, t2501);
+    t2503 = R::fused(t2231, t2490, t2502);
+    t2504 = R::fused(t2064, t2494, t2503);
+    t2505 = R::fused(t1915, t2499, t2504);
+    t2506 = R::fused(-t1752, t2505, -t2500);
+    // other
+    t2507 = R::constant(0.0764) * t2506;
+    t2508 = R::fused(-t1793, t2499, -t2507);
+    t2509 = R::fused(-t1937, t2494, t2508);
+    t2510 = R::fused(-t2104, t2490, t2509);
+    t2511 = R::fused(t1522, t2487, t2510);
+    t2512 = t369 + t2511;
+    t2513 = t1943 * t2494;
+    t2514 = R::fused(-t2110, t2490, -t2513);
+    t2515 = R::fused(-t1525, t2487, t2514);
+    t2516 = t1134 + t2515;
+    t2517 = t1684 * t2505;
+    t2518 = R::fused(-t1785, t2499, t2517);
+    t2519 = R::fused(t1949, t2494, t2518);
+    t2520 = R::fused(t2116, t2490, t2519);
+    t2521 = R::fused(t1533, t2487, t2520);
+    t2522 = t1355 + t2521;
+    t2523 = cos_q_left_hip_yaw * t2505;
+    t2524 = R::fused(-t238, t2499, t2523);
+    t2525 = R::fused(-t238, t2494, t2524);
+    t2526 = R::fused(-t238, t2490, t2525);
+    t2527 = R::fused(-t16, t2487, t2526);
+    t2528 = t1151 + t2527;
+    t2529 = -t2528;
+    t2530 = sin_q_left_hip_yaw * t2505;
+    t2531 = R::fused(t256, t2499, t2530);
+    t2532 = R::fused(t256, t2494, t2531);
+    t2533 = R::fused(t256, t2490, t2532);
+    t2534 = R::fused(t346, t2487, t2533);
+    t2535 = t1167 - t2534;
+    t2536 = R::fused(-sin_q_left_hip_roll, t2499, -t2506);
+    t2537 = R::fused(-sin_q_left_hip_roll, t2494, t2536);
+    t2538 = R::fused(-sin_q_left_hip_roll, t2490, t2537);
+    t2539 = R::fused(t349, t2487, t2538);
+    t2540 = t2539 - t1171;
+    t2541 = t869 * t1518;
+    // solved by the factors
+    t2542 = R::fused(-t1672, t2487, t2541);
+    let (
+        t2543, t2544, t2545, t2546, t2547, t2548, t2549, t2550, t2551, t2552, t2553, t2554, t2555, t2556, t2557, t2558,
+        t2559, t2560, t2561, t2562, t2563, t2564, t2565, t2566, t2567, t2568, t2569, t2570, t2571, t2572, t2573, t2574,
+        t2575, t2576, t2577, t2578, t2579, t2580, t2581, t2582, t2583, t2584, t2585, t2586, t2587, t2588, t2589, t2590,
+        t2591, t2592, t2593, t2594, t2595, t2596, t2597, t2598, t2599, t2600, t2601, t2602, t2603, t2604, t2605, t2606,
+        t2607, t2608, t2609, t2610, t2611, t2612, t2613, t2614, t2615, t2616, t2617, t2618, t2619, t2620, t2621, t2622,
+        t2623, t2624, t2625, t2626, t2627, t2628, t2629, t2630, t2631, t2632, t2633, t2634, t2635, t2636, t2637, t2638,
+        t2639, t2640, t2641, t2642, t2643, t2644, t2645, t2646, t2647, t2648, t2649, t2650, t2651, t2652, t2653, t2654,
+        t2655, t2656, t2657, t2658, t2659, t2660, t2661, t2662, t2663, t2664, t2665, t2666, t2667, t2668, t2669, t2670,
+        t2671, t2672, t2673, t2674, t2675, t2676, t2677, t2678, t2679, t2680, t2681, t2682, t2683, t2684, t2685, t2686,
+        t2687, t2688, t2689, t2690, t2691, t2692, t2693, t2694, t2695, t2696, t2697, t2698, t2699, t2700, t2701, t2702,
+        t2703, t2704, t2705, t2706, t2707, t2708, t2709, t2710, t2711, t2712, t2713, t2714, t2715, t2716, t2717, t2718,
+        t2719, t2720, t2721, t2722, t2723, t2724, t2725, t2726, t2727, t2728, t2729, t2730, t2731, t2732, t2733, t2734,
+        t2735, t2736, t2737, t2738, t2739, t2740, t2741, t2742, t2743, t2744, t2745, t2746, t2747, t2748, t2749, t2750,
+    );
+    t2543 = R::fused(t2203, t2490, t2542);
+    t2544 = R::fused(t2036, t2494, t2543);
+    t2545 = R::fused(t1884, t2499, t2544);
+    t2546 = R::fused(-t1742, t2505, t2545);
+    t2547 = R::fused(t870, t2506, t2546);
+    t2548 = t838 * t1505; // other
+    t2549 = R::fused(t1670, t2487, t2548);
+    t2550 = R::fused(-t2191, t2490, t2549);
+    t2551 = R::fused(-t2024, t2494, t2550);
+    t2552 = R::fused(-t1871, t2499, t2551);
+    t2553 = R::fused(t1733, t2505, t2552);
+    t2554 = R::fused(-t839, t2506, t2553);
+    t2555 = R::fused(t862, t2547, t2554);
+    t2556 = t778 * t1467; // other
+    t2557 = R::fused(t1668, t2487, t2556);
+    t2558 = R::fused(t2179, t2490, t2557);
+    t2559 = R::fused(t2012, t2494, t2558);
+    t2560 = R::fused(-t1857, t2499, t2559);
+    t2561 = R::fused(-t1724, t2505, t2560);
+    t2562 = R::fused(-t779, t2506, t2561);
+    t2563 = R::fused(-t856, t2547, t2562);
+    t2564 = R::fused(t828, t2555, t2563);
+    t2565 = t750 * t1435; // other
+    t2566 = R::fused(-t1666, t2487, t2565);
+    t2567 = R::fused(t2168, t2490, t2566);
+    t2568 = R::fused(t2001, t2494, t2567);
+    t2569 = R::fused(t1844, t2499, t2568);
+    t2570 = R::fused(-t1716, t2505, t2569);
+    t2571 = R::fused(t751, t2506, t2570);
+    t2572 = R::fused(-t851, t2547, t2571);
+    t2573 = R::fused(t823, t2555, t2572);
+    t2574 = R::fused(-t773, t2564, t2573);
+    t2575 = t713 * t1404; // other
+    t2576 = R::fused(-t1664, t2487, t2575);
+    t2577 = R::fused(t2158, t2490, t2576);
+    t2578 = R::fused(t1991, t2494, t2577);
+    t2579 = R::fused(t1832, t2499, t2578);
+    t2580 = R::fused(-t1709, t2505, t2579);
+    t2581 = R::fused(t714, t2506, t2580);
+    t2582 = R::fused(-t847, t2547, t2581);
+    t2583 = R::fused(t815, t2555, t2582);
+    t2584 = R::fused(-t769, t2564, t2583);
+    t2585 = R::fused(-t746, t2574, t2584);
+    t2586 = R::constant(814.1112620933816) * t1374; // other
+    t2587 = R::fused(-t1662, t2487, t2586);
+    t2588 = R::fused(-t2149, t2490, t2587);
+    t2589 = R::fused(-t1982, t2494, t2588);
+    t2590 = R::fused(t1821, t2499, t2589);
+    t2591 = R::fused(-t1703, t2505, t2590);
+    t2592 = R::fused(t663, t2506, t2591);
+    t2593 = R::fused(t844, t2547, t2592);
+    t2594 = R::fused(-t808, t2555, t2593);
+    t2595 = R::fused(t766, t2564, t2594);
+    t2596 = R::fused(t743, t2574, t2595);
+    t2597 = R::fused(t710, t2585, t2596);
+    t2598 = q_base_qz * t0; // torso: motion
+    t2599 = t49 + t2598; // torso: motion
+    t2600 = R::constant(1.0) - t2599; // torso: motion
+    // other
+    t2601 = t582_583.first() * t2547;
+    t2602 = R::fused(-t785_786.first(), t2555, t2601);
+    t2603 = R::fused(-t757_758.first(), t2564, t2602);
+    t2604 = R::fused(t728_729.first(), t2574, t2603);
+    t2605 = R::fused(t685_686.first(), t2585, t2604);
+    t2606 = R::fused(t624_625.first(), t2597, t2605);
+    t2607 = R::fused(t596, t2506, t2606);
+    t2608 = R::fused(t1675, t2505, t2607);
+    t2609 = R::fused(-t1771, t2499, t2608);
+    t2610 = R::fused(t1940, t2494, t2609);
+    t2611 = R::fused(t2107, t2490, t2610);
+    t2612 = R::fused(t1592, t2487, t2611);
+    t2613 = R::constant(19.0) * t369;
+    t2614 = R::fused(-t1162, t1167, t2613);
+    t2615 = R::fused(t592, t1171, t2614);
+    t2616 = t1338 - t2615;
+    t2617 = t2612 - t2616;
+    t2618 = t2600 * t2617;
+    t2619 = q_base_qx * t2; // torso: motion
+    t2620 = q_base_qw * t0; // torso: motion
+    t2621 = t2619 - t2620; // torso: motion
+    t2622 = t1126_1127.first() * t2547;
+    t2623 = R::fused(-t1480_1481.first(), t2555, t2622);
+    t2624 = R::fused(t1441_1442.first(), t2564, t2623);
+    t2625 = R::fused(-t1410_1411.first(), t2574, t2624);
+    t2626 = R::fused(-t1380_1381.first(), t2585, t2625);
+    t2627 = R::fused(-t1345_1346.first(), t2597, t2626);
+    t2628 = R::fused(t1130, t2506, t2627);
+    t2629 = R::fused(t1677, t2505, t2628);
+    t2630 = R::fused(t1776, t2499, t2629);
+    t2631 = R::fused(-t1946, t2494, t2630);
+    t2632 = R::fused(-t2113, t2490, t2631);
+    t2633 = R::fused(-t1597, t2487, t2632);
+    t2634 = R::constant(19.0) * t1134;
+    t2635 = R::fused(-t1162, t1151, t2634);
+    t2636 = R::fused(t1129, t1171, t2635);
+    t2637 = t2305 - t2636;
+    t2638 = t2633 + t2637;
+    t2639 = R::fused(-t2621, t2638, t2618);
+    t2640 = t1 + t3; // torso: motion
+    t2641 = t580_581.first() * t2555;
+    t2642 = R::fused(-t1444_1445.first(), t2564, t2641);
+    t2643 = R::fused(-t1413_1414.first(), t2574, t2642);
+    t2644 = R::fused(-t1383_1384.first(), t2585, t2643);
+    t2645 = R::fused(-t1350_1351.first(), t2597, t2644);
+    t2646 = R::fused(-t1682, t2505, t2645);
+    t2647 = R::fused(-t1782, t2499, t2646);
+    t2648 = R::fused(-t1952, t2494, t2647);
+    t2649 = R::fused(-t2119, t2490, t2648);
+    t2650 = R::fused(-t1602, t2487, t2649);
+    t2651 = R::constant(19.0) * t1355;
+    t2652 = R::fused(-t592, t1151, t2651);
+    t2653 = R::fused(t1129, t1167, t2652);
+    t2654 = t2324 - t2653;
+    t2655 = t2650 + t2654;
+    t2656 = R::fused(-t2640, t2655, t2639);
+    t2657 = t2619 + t2620; // torso: motion
+    t2658 = t2657 * t2617;
+    t2659 = t48 + t2598; // torso: motion
+    t2660 = R::constant(1.0) - t2659; // torso: motion
+    t2661 = R::fused(-t2660, t2638, t2658);
+    t2662 = t32 - t34; // torso: motion
+    t2663 = R::fused(-t2662, t2655, t2661);
+    t2664 = t4 * t2617;
+    t2665 = R::fused(-t35, t2638, t2664);
+    t2666 = R::fused(-t51, t2655, t2665);
+    t2667 = t1144_1145.first() * t2547;
+    t2668 = R::fused(-t1492_1493.first(), t2555, t2667);
+    t2669 = R::fused(t1455_1456.first(), t2564, t2668);
+    t2670 = R::fused(t1424_1425.first(), t2574, t2669);
+    t2671 = R::fused(t1394_1395.first(), t2585, t2670);
+    t2672 = R::fused(-t1365_1366.first(), t2597, t2671);
+    t2673 = R::fused(-t1148, t2506, t2672);
+    t2674 = R::fused(-t1688, t2505, t2673);
+    t2675 = R::fused(-t1791, t2499, t2674);
+    t2676 = R::fused(-t1959, t2494, t2675);
+    t2677 = R::fused(t2126, t2490, t2676);
+    t2678 = R::fused(-t1641, t2487, t2677);
+    t2679 = t1162 * t1134;
+    t2680 = R::fused(t592, t1355, t2679);
+    t2681 = R::fused(-t1627, t1151, t2680);
+    t2682 = R::fused(t1638, t1167, t2681);
+    t2683 = R::fused(-t1147, t1171, t2682);
+    t2684 = t2363 - t2683;
+    t2685 = t2678 + t2684;
+    t2686 = R::constant(0.03) * t346;
+    t2687 = R::fused(R::constant(0.055), t258, t2686);
+    t2688 = t255 + t2687;
+    t2689 = t2655 * t2688;
+    t2690 = R::constant(0.03) * t349;
+    t2691 = R::fused(R::constant(-0.055), t272, t2690);
+    t2692 = t270 + t2691;
+    t2693 = R::fused(t2638, t2692, t2689);
+    t2694 = t2685 - t2693;
+    t2695 = t2600 * t2694;
+    t2696 = t1155_1156.first() * t2547;
+    t2697 = R::fused(-t1497_1498.first(), t2555, t2696);
+    t2698 = R::fused(t1460_1461.first(), t2564, t2697);
+    t2699 = R::fused(t1429_1430.first(), t2574, t2698);
+    t2700 = R::fused(t1399_1400.first(), t2585, t2699);
+    t2701 = R::fused(-t1370_1371.first(), t2597, t2700);
+    t2702 = R::fused(-t1164, t2506, t2701);
+    t2703 = R::fused(-t1693, t2505, t2702);
+    t2704 = R::fused(-t1802, t2499, t2703);
+    t2705 = R::fused(-t1966, t2494, t2704);
+    t2706 = R::fused(t2133, t2490, t2705);
+    t2707 = R::fused(-t1652, t2487, t2706);
+    t2708 = t1162 * t369;
+    t2709 = R::fused(-t1129, t1355, t2708);
+    t2710 = R::fused(t1638, t1151, t2709);
+    t2711 = R::fused(-t1649, t1167, t2710);
+    t2712 = R::fused(-t1160, t1171, t2711);
+    t2713 = t2379 + t2712;
+    t2714 = t2707 + t2713;
+    t2715 = t2617 * t2692;
+    t2716 = R::constant(0.03) * t16;
+    t2717 = R::fused(R::constant(0.055), t240, t2716);
+    t2718 = t237 + t2717;
+    t2719 = R::fused(t2655, t2718, t2715);
+    t2720 = t2714 - t2719;
+    t2721 = R::fused(t2621, t2720, t2695);
+    t2722 = t842 * t2547;
+    t2723 = R::fused(-t802, t2555, t2722);
+    t2724 = R::fused(t764, t2564, t2723);
+    t2725 = R::fused(t741, t2574, t2724);
+    t2726 = R::fused(t708, t2585, t2725);
+    t2727 = R::fused(-t661, t2597, t2726);
+    t2728 = R::fused(t594, t2506, t2727);
+    t2729 = R::fused(t1698, t2505, t2728);
+    t2730 = R::fused(t1811, t2499, t2729);
+    t2731 = R::fused(t1974, t2494, t2730);
+    t2732 = R::fused(t2141, t2490, t2731);
+    t2733 = R::fused(-t1660, t2487, t2732);
+    t2734 = t592 * t369;
+    t2735 = R::fused(t1129, t1134, t2734);
+    t2736 = R::fused(t1147, t1151, t2735);
+    t2737 = R::fused(t1160, t1167, t2736);
+    t2738 = R::fused(t590, t1171, t2737);
+    t2739 = t1330 + t2738;
+    t2740 = t2733 - t2739;
+    t2741 = t2638 * t2718;
+    t2742 = R::fused(-t2617, t2688, t2741);
+    t2743 = t2740 - t2742;
+    t2744 = R::fused(t2640, t2743, -t2721);
+    t2745 = t2657 * t2694;
+    t2746 = R::fused(t2660, t2720, t2745);
+    t2747 = R::fused(t2662, t2743, -t2746);
+    t2748 = t4 * t2694;
+    t2749 = R::fused(t35, t2720, t2748);
+    t2750 = R::fused(t51, t2743, -t2749);
     *out = [[
-        t1814, t1826, t1844, t1845, t1850, t1852, t1859, t1867, t1876, t1886, t1897, t1909, t1805, t1804, t1798, t1766,
-        t1762, t1761, t2041, t2057, t2060, t2317, t2320, t2323,
+        t2512, t2516, t2522, t2529, t2535, t2540, t2547, t2555, t2564, t2574, t2585, t2597, t2506, t2505, t2499, t2494,
+        t2490, t2487, t2656, t2663, t2666, t2744, t2747, t2750,
     ]];
 }
 }

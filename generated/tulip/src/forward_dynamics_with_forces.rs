@@ -141,1848 +141,1874 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         q_left_ankle_roll, t0_1.first(), t0_1.second(), t2_3.first(), t2_3.second(),
     ]);
     let (
-        t4, t5, t6, t7, t8, t9, t10_11, t12, t13, t14, t15_16, t17_18, t19, t20, t21, t22_23, t24_25, t26_27, t28_29,
-        t30_31, t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56,
-        t57, t58_59, t60, t61, t62, t63, t64_65, t66_67, t68, t69, t70, t71_72, t73_74, t75_76, t77_78, t79_80, t81_82,
-        t83_84, t85_86, t87_88, t89_90, t91_92, t93_94, t95_96, t97_98, t99_100, t101_102, t103_104, t105, t106,
-        t107_108, t109, t110_111, t112_113, t114, t115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127,
-        t128_129, t130_131, t132_133, t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147, t148_149,
-        t150, t151, t152, t153, t154, t155, t156, t157, t158, t159, t160, t161, t162, t163, t164_165, t166_167, t168,
-        t169_170, t171_172, t173, t174_175, t176_177, t178, t179, t180, t181, t182, t183, t184, t185, t186, t187, t188,
-        t189, t190, t191, t192, t193_194, t195_196, t197, t198_199, t200_201, t202, t203_204, t205_206, t207, t208,
-        t209, t210, t211, t212, t213, t214, t215, t216, t217, t218, t219, t220, t221, t222, t223, t224, t225, t226,
-        t227, t228, t229, t230, t231, t232, t233, t234, t235, t236, t237, t238, t239, t240, t241, t242, t243, t244,
-        t245, t246, t247, t248, t249, t250, t251, t252, t253, t254, t255, t256, t257, t258, t259, t260, t261, t262,
-        t263, t264, t265, t266, t267, t268, t269, t270, t271, t272, t273, t274, t275, t276, t277, t278, t279, t280,
-        t281, t282, t283, t284, t285, t286, t287, t288, t289, t290, t291, t292, t293, t294, t295, t296, t297, t298,
-        t299, t300, t301, t302, t303, t304, t305, t306, t307, t308, t309, t310, t311, t312, t313, t314, t315, t316_317,
-        t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331, t332_333, t334_335, t336_337, t338_339,
-        t340_341, t342_343, t344_345, t346_347,
+        t4_5, t6_7, t8_9, t10_11, t12_13, t14_15, t16_17, t18_19, t20_21, t22_23, t24_25, t26_27, t28_29, t30_31,
+        t32_33, t34_35, t36_37, t38_39, t40_41, t42_43, t44_45, t46_47, t48_49, t50_51, t52_53, t54_55, t56_57, t58_59,
+        t60_61, t62_63, t64_65, t66_67, t68_69, t70_71, t72_73, t74_75, t76_77, t78_79, t80_81, t82_83, t84_85, t86_87,
+        t88_89, t90_91, t92_93, t94_95, t96_97, t98_99, t100_101, t102_103, t104_105, t106_107, t108_109, t110_111,
+        t112_113, t114_115, t116_117, t118_119, t120_121, t122_123, t124_125, t126_127, t128_129, t130_131, t132_133,
+        t134_135, t136_137, t138_139, t140_141, t142_143, t144_145, t146_147, t148_149, t150_151, t152_153, t154_155,
+        t156_157, t158_159, t160_161, t162_163, t164_165, t166_167, t168_169, t170_171, t172_173, t174_175, t176_177,
+        t178_179, t180_181, t182_183, t184_185, t186_187, t188_189, t190_191, t192_193, t194_195, t196_197, t198_199,
+        t200_201, t202_203, t204_205, t206_207, t208_209, t210_211, t212_213, t214_215, t216_217, t218_219, t220_221,
+        t222_223, t224_225, t226_227, t228_229, t230_231, t232_233, t234_235, t236_237, t238_239, t240_241, t242_243,
+        t244_245, t246_247, t248_249, t250_251, t252_253, t254_255, t256_257, t258_259, t260_261, t262_263, t264_265,
+        t266_267, t268_269, t270_271, t272_273, t274_275, t276_277, t278_279, t280_281, t282_283, t284_285, t286_287,
+        t288_289, t290_291, t292_293, t294_295, t296_297, t298_299, t300_301, t302_303, t304_305, t306_307, t308_309,
+        t310_311, t312_313, t314_315, t316_317, t318_319, t320_321, t322_323, t324_325, t326_327, t328_329, t330_331,
+        t332_333, t334_335, t336_337, t338_339, t340_341, t342_343, t344_345, t346_347, t348_349, t350_351, t352_353,
+        t354_355, t356_357, t358_359, t360_361, t362_363, t364_365, t366_367, t368_369, t370_371, t372_373, t374_375,
+        t376_377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391, t392_393, t394_395, t396_397,
+        t398_399, t400_401, t402_403, t404_405, t406_407, t408_409, t410_411, t412_413, t414_415, t416_417, t418_419,
+        t420_421, t422_423, t424_425, t426_427, t428_429, t430_431, t432_433, t434_435, t436_437, t438_439, t440_441,
+        t442_443, t444_445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457, t458_459, t460_461, t462_463,
+        t464_465, t466_467, t468_469, t470_471, t472_473, t474_475, t476_477, t478_479, t480_481, t482_483, t484_485,
+        t486_487, t488_489, t490_491, t492_493, t494_495, t496_497, t498_499, t500_501, t502_503, t504_505, t506_507,
+        t508_509, t510_511, t512_513, t514_515,
     );
+    t4_5 = two(sin_t2, sin_t3) * two(sin_t2, sin_t3); // right_ankle, left_ankle: sums of what it carries
+    t6_7 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
+    // right_foot, left_foot: articulated inertia
+    t8_9 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.432835824540797));
+    t10_11 = t6_7 * t8_9;
+    t12_13 = t4_5 * t10_11; // right_ankle, left_ankle: articulated inertia
+    t14_15 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll); // right_foot, left_foot
+    // right_ankle, left_ankle: sums of what it carries
+    t16_17 = both(R::constant(0.023125)) + t14_15;
+    t18_19 = two(cos_t2, cos_t3) * t16_17;
+    t20_21 = both(R::constant(0.000612)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll); // right_foot, left_foot
+    // right_ankle, left_ankle: articulated inertia
+    t22_23 = R::Two::fused(-t20_21, t8_9, both(R::constant(0.0154)));
+    t24_25 = R::Two::fused(two(sin_t2, sin_t3), t22_23, t18_19);
+    // right_foot, left_foot: sums of what it carries
+    t26_27 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.0006105));
+    t28_29 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
+    t30_31 = both(R::constant(0.00009166667)) * t28_29;
+    t32_33 = both(R::constant(0.0005683333315)) + t30_31;
+    t34_35 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
+    // right_foot, left_foot: articulated inertia
+    t36_37 = R::Two::fused(-t20_21, t34_35, t32_33);
+    t38_39 = t26_27 + t36_37;
+    t40_41 = t26_27 + t38_39;
+    // right_ankle, left_ankle: articulated inertia
+    t42_43 = both(R::constant(0.0039379874985)) + t40_41;
+    t44_45 = both(R::constant(1.0)) / t42_43;
+    t46_47 = t24_25 * t44_45;
+    t48_49 = R::Two::fused(t24_25, t46_47, t12_13);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t50_51 = both(R::constant(0.3111)) * two(cos_t0, cos_t1);
+    t52_53 = R::Two::fused(both(R::constant(0.008)), two(sin_t0, sin_t1), t50_51);
+    t54_55 = both(R::constant(0.273)) * two(cos_t0, cos_t1); // right_ankle, left_ankle: motion
+    t56_57 = t54_55 * t48_49; // right_ankle, left_ankle: articulated inertia
+    t58_59 = both(R::constant(0.273)) * two(sin_t0, sin_t1); // right_ankle, left_ankle: motion
+    t60_61 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3); // right_ankle, left_ankle: sums of what it carries
+    t62_63 = t60_61 * t10_11; // right_ankle, left_ankle: articulated inertia
+    t64_65 = two(sin_t2, sin_t3) * t16_17; // right_ankle, left_ankle: sums of what it carries
+    // right_ankle, left_ankle: articulated inertia
+    t66_67 = R::Two::fused(-two(cos_t2, cos_t3), t22_23, t64_65);
+    t68_69 = R::Two::fused(-t66_67, t46_47, t62_63);
+    t70_71 = R::Two::fused(-t58_59, t68_69, t56_57);
+    t72_73 = t52_53 - t70_71; // right_lower_leg, left_lower_leg: articulated inertia
+    t74_75 = t54_55 * t70_71;
+    t76_77 = t54_55 * t68_69;
+    t78_79 = t10_11 - t12_13;
+    t80_81 = t66_67 * t44_45;
+    t82_83 = R::Two::fused(t66_67, t80_81, t78_79);
+    t84_85 = R::Two::fused(-t58_59, t82_83, t76_77);
+    t86_87 = R::Two::fused(-t58_59, t84_85, t74_75);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t88_89 = both(R::constant(0.07325338333)) - t86_87;
+    t90_91 = both(R::constant(1.0)) / t88_89;
+    t92_93 = t72_73 * t90_91;
+    t94_95 = R::Two::fused(t72_73, t92_93, t48_49);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t96_97 = both(R::constant(0.8355)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t98_99 = R::Two::fused(both(R::constant(0.012)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t96_97);
+    t100_101 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(R::constant(0.315));
+    t102_103 = t100_101 * t94_95; // right_lower_leg, left_lower_leg: articulated inertia
+    t104_105 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t106_107 = both(R::constant(0.3111)) * two(sin_t0, sin_t1);
+    t108_109 = R::Two::fused(both(R::constant(-0.008)), two(cos_t0, cos_t1), t106_107);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t110_111 = t108_109 + t84_85;
+    t112_113 = R::Two::fused(-t110_111, t92_93, t68_69);
+    t114_115 = R::Two::fused(-t104_105, t112_113, t102_103);
+    t116_117 = t98_99 - t114_115; // right_upper_leg, left_upper_leg: articulated inertia
+    t118_119 = t100_101 * t114_115;
+    t120_121 = t100_101 * t112_113;
+    t122_123 = t110_111 * t90_91;
+    t124_125 = R::Two::fused(t110_111, t122_123, t82_83);
+    t126_127 = R::Two::fused(-t104_105, t124_125, t120_121);
+    t128_129 = R::Two::fused(-t104_105, t126_127, t118_119);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t130_131 = both(R::constant(0.231642)) - t128_129;
+    t132_133 = both(R::constant(1.0)) / t130_131;
+    t134_135 = t116_117 * t132_133;
+    t136_137 = R::Two::fused(t116_117, t134_135, t94_95);
+    t138_139 = both(R::constant(0.000612)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t140_141 = t138_139 * t8_9; // right_foot, left_foot: articulated inertia
+    t142_143 = t4_5 * t140_141; // right_ankle, left_ankle: articulated inertia
+    // right_foot, left_foot: articulated inertia
+    t144_145 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.432835824540797));
+    t146_147 = t6_7 * t144_145;
+    t148_149 = both(R::constant(0.037)) * t146_147;
+    // right_ankle, left_ankle: articulated inertia
+    t150_151 = t6_7 + t148_149;
+    t152_153 = R::Two::fused(t60_61, t150_151, t142_143);
+    // right_foot, left_foot: sums of what it carries
+    t154_155 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
+    t156_157 = both(R::constant(0.00009166667)) * t154_155;
+    // right_foot, left_foot: articulated inertia
+    t158_159 = R::Two::fused(-t138_139, t34_35, t156_157);
+    t160_161 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0006105)), -t158_159);
+    t162_163 = two(sin_t2, sin_t3) * t160_161; // right_ankle, left_ankle: articulated inertia
+    t164_165 = t20_21 * t144_145;
+    t166_167 = both(R::constant(0.037)) * t164_165;
+    // right_ankle, left_ankle: articulated inertia
+    t168_169 = R::Two::fused(two(cos_t2, cos_t3), t166_167, t162_163);
+    t170_171 = R::Two::fused(-t168_169, t46_47, t152_153);
+    t172_173 = two(sin_t2, sin_t3) * t146_147;
+    t174_175 = R::Two::fused(-t164_165, t46_47, t172_173);
+    t176_177 = t54_55 * t174_175;
+    t178_179 = t170_171 + t176_177;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t180_181 = both(R::constant(0.00024)) * two(sin_t0, sin_t1);
+    t182_183 = R::Two::fused(both(R::constant(-0.000016)), two(cos_t0, cos_t1), t180_181);
+    // right_ankle, left_ankle: articulated inertia
+    t184_185 = t54_55 * t170_171;
+    t186_187 = t4_5 * t150_151;
+    t188_189 = R::Two::fused(-t60_61, t140_141, t186_187);
+    t190_191 = t148_149 - t188_189;
+    t192_193 = R::Two::fused(t168_169, t80_81, t190_191);
+    t194_195 = R::Two::fused(-t58_59, t192_193, t184_185);
+    t196_197 = two(cos_t2, cos_t3) * t146_147;
+    t198_199 = t164_165 * t44_45;
+    t200_201 = R::Two::fused(t66_67, t198_199, t196_197);
+    t202_203 = t58_59 * t200_201;
+    t204_205 = t176_177 - t202_203;
+    t206_207 = R::Two::fused(t54_55, t204_205, t194_195);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t208_209 = R::Two::fused(t206_207, two(R::constant(-1.0), R::constant(1.0)), t182_183);
+    t210_211 = R::Two::fused(t208_209 * two(R::constant(1.0), R::constant(-1.0)), t92_93, t178_179);
+    t212_213 = R::Two::fused(-t204_205, t92_93, t174_175);
+    t214_215 = t100_101 * t212_213;
+    t216_217 = t210_211 + t214_215;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t218_219 = both(R::constant(0.00193)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t220_221 = R::Two::fused(both(R::constant(-0.000048)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t218_219);
+    t222_223 = t100_101 * t210_211; // right_lower_leg, left_lower_leg: articulated inertia
+    t224_225 = R::Two::fused(t54_55, t200_201, t192_193); // right_ankle, left_ankle: articulated inertia
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t226_227 = R::Two::fused(t208_209 * two(R::constant(-1.0), R::constant(1.0)), t122_123, t224_225);
+    t228_229 = R::Two::fused(-t104_105, t226_227, t222_223);
+    t230_231 = t204_205 * t90_91;
+    t232_233 = R::Two::fused(t110_111, t230_231, t200_201);
+    t234_235 = t104_105 * t232_233;
+    t236_237 = t214_215 - t234_235;
+    t238_239 = R::Two::fused(t100_101, t236_237, t228_229);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t240_241 = R::Two::fused(t238_239, two(R::constant(-1.0), R::constant(1.0)), t220_221);
+    t242_243 = R::Two::fused(t240_241 * two(R::constant(1.0), R::constant(-1.0)), t134_135, t216_217);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t244_245 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t246_247 = both(R::constant(0.22879800003)) * t244_245;
+    t248_249 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t250_251 = R::Two::fused(both(R::constant(-0.004)), t248_249, t246_247);
+    t252_253 = both(R::constant(0.230220000015)) - t250_251;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t254_255 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
+    t256_257 = both(R::constant(0.072308716667)) * t254_255;
+    t258_259 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
+    t260_261 = R::Two::fused(both(R::constant(-0.00172)), t258_259, t256_257);
+    t262_263 = both(R::constant(0.0727810499985)) - t260_261;
+    t264_265 = t14_15 * t144_145; // right_foot, left_foot: articulated inertia
+    t266_267 = R::Two::fused(both(R::constant(-0.001369)), t264_265, both(R::constant(0.0008355375)));
+    t268_269 = both(R::constant(0.0006600000015)) - t30_31; // right_foot, left_foot: sums of what it carries
+    // right_foot, left_foot: articulated inertia
+    t270_271 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
+    t272_273 = R::Two::fused(-t138_139, t270_271, t268_269);
+    // right_ankle, left_ankle: articulated inertia
+    t274_275 = both(R::constant(0.0031024499985)) + t272_273;
+    t276_277 = t266_267 - t274_275;
+    t278_279 = t4_5 * t276_277;
+    t280_281 = t138_139 * t144_145; // right_foot, left_foot: articulated inertia
+    t282_283 = R::Two::fused(both(R::constant(-0.037)), t280_281, both(R::constant(0.0005698)));
+    t284_285 = both(R::constant(2.0)) * t282_283;
+    t286_287 = R::Two::fused(-t60_61, t284_285, t278_279);
+    t288_289 = t266_267 - t286_287;
+    t290_291 = t168_169 * t44_45;
+    t292_293 = R::Two::fused(-t168_169, t290_291, t288_289);
+    t294_295 = both(R::constant(0.0154)) - t280_281;
+    t296_297 = two(sin_t2, sin_t3) * t294_295;
+    t298_299 = R::Two::fused(both(R::constant(-0.037)), t264_265, both(R::constant(0.023125)));
+    t300_301 = R::Two::fused(two(cos_t2, cos_t3), t298_299, t296_297);
+    t302_303 = R::Two::fused(-t168_169, t198_199, t300_301);
+    t304_305 = R::Two::fused(t54_55, t302_303, t292_293);
+    t306_307 = R::Two::fused(t164_165, t198_199, t264_265);
+    t308_309 = R::Two::fused(-t54_55, t306_307, t302_303);
+    t310_311 = R::Two::fused(t54_55, t308_309, t304_305);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t312_313 = t262_263 + t310_311;
+    t314_315 = t208_209 * t90_91;
+    t316_317 = R::Two::fused(-t208_209, t314_315, t312_313);
+    t318_319 = t52_53 + t308_309;
+    t320_321 = R::Two::fused(t208_209 * two(R::constant(1.0), R::constant(-1.0)), t230_231, t318_319);
+    t322_323 = R::Two::fused(t100_101, t320_321, t316_317);
+    t324_325 = R::Two::fused(t204_205, t230_231, t306_307);
+    t326_327 = R::Two::fused(-t100_101, t324_325, t320_321);
+    t328_329 = R::Two::fused(t100_101, t326_327, t322_323);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t330_331 = t252_253 + t328_329;
+    t332_333 = t240_241 * t132_133;
+    t334_335 = R::Two::fused(-t240_241, t332_333, t330_331);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t336_337 = both(R::constant(0.0016005833535)) + t334_335;
+    t338_339 = both(R::constant(1.0)) / t336_337;
+    t340_341 = t242_243 * t338_339;
+    t342_343 = R::Two::fused(t242_243, t340_341, t136_137);
+    t344_345 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t346_347 = t236_237 * t132_133;
+    t348_349 = R::Two::fused(t236_237, t346_347, t324_325);
+    t350_351 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t352_353 = both(R::constant(0.8355)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
+    t354_355 = R::Two::fused(both(R::constant(-0.012)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t352_353);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t356_357 = t354_355 + t126_127;
+    t358_359 = t356_357 * t132_133;
+    t360_361 = R::Two::fused(t356_357, t358_359, t124_125);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t362_363 = t348_349 - t360_361;
+    t364_365 = t350_351 * t362_363;
+    t366_367 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
+    t368_369 = R::Two::fused(t356_357, t346_347, t232_233); // right_upper_leg, left_upper_leg: articulated inertia
+    t370_371 = both(R::constant(2.0)) * t368_369;
+    t372_373 = R::Two::fused(t366_367, t370_371, t364_365);
+    t374_375 = t348_349 - t372_373;
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t376_377 = t98_99 + t326_327;
+    t378_379 = R::Two::fused(t240_241 * two(R::constant(1.0), R::constant(-1.0)), t346_347, t376_377);
+    t380_381 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t378_379; // right_hip_roll_link, left_hip_roll_link
+    t382_383 = R::Two::fused(t100_101, t232_233, t226_227); // right_lower_leg, left_lower_leg: articulated inertia
+    t384_385 = R::Two::fused(t240_241 * two(R::constant(-1.0), R::constant(1.0)), t358_359, t382_383);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t386_387 = R::Two::fused(t384_385, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.01)));
+    t388_389 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t386_387, t380_381);
+    t390_391 = t388_389 * t338_339;
+    t392_393 = R::Two::fused(t388_389, t390_391, t374_375);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t394_395 = t342_343 - t392_393;
+    t396_397 = t344_345 * t394_395;
+    t398_399 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t400_401 = R::Two::fused(-t236_237, t134_135, t212_213); // right_upper_leg, left_upper_leg: articulated inertia
+    t402_403 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t400_401; // right_hip_roll_link, left_hip_roll_link
+    t404_405 = R::Two::fused(-t356_357, t134_135, t112_113); // right_upper_leg, left_upper_leg: articulated inertia
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t406_407 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t404_405, t402_403);
+    t408_409 = R::Two::fused(-t388_389, t340_341, t406_407);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t410_411 = both(R::constant(2.0)) * t408_409;
+    t412_413 = R::Two::fused(t398_399, t410_411, t396_397);
+    t414_415 = t342_343 - t412_413;
+    // right_ankle, left_ankle: articulated inertia
+    t416_417 = t6_7 - t188_189;
+    t418_419 = two(cos_t2, cos_t3) * t160_161;
+    t420_421 = R::Two::fused(-two(sin_t2, sin_t3), t166_167, t418_419);
+    t422_423 = R::Two::fused(-t420_421, t46_47, t416_417);
+    t424_425 = R::Two::fused(-t58_59, t174_175, t422_423);
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t426_427 = both(R::constant(0.00024)) * two(cos_t0, cos_t1);
+    t428_429 = R::Two::fused(both(R::constant(0.000016)), two(sin_t0, sin_t1), t426_427);
+    // right_ankle, left_ankle: articulated inertia
+    t430_431 = t54_55 * t424_425;
+    t432_433 = t140_141 - t152_153;
+    t434_435 = R::Two::fused(t420_421, t80_81, t432_433);
+    t436_437 = t434_435 - t202_203;
+    t438_439 = R::Two::fused(-t58_59, t436_437, t430_431);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t440_441 = R::Two::fused(t438_439, two(R::constant(-1.0), R::constant(1.0)), t428_429);
+    t442_443 = R::Two::fused(t440_441 * two(R::constant(1.0), R::constant(-1.0)), t92_93, t424_425);
+    t444_445 = R::Two::fused(-t104_105, t212_213, t442_443);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t446_447 = both(R::constant(0.00193)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
+    t448_449 = R::Two::fused(both(R::constant(0.000048)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t446_447);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t450_451 = t100_101 * t444_445;
+    t452_453 = R::Two::fused(t440_441 * two(R::constant(-1.0), R::constant(1.0)), t122_123, t436_437);
+    t454_455 = t452_453 - t234_235;
+    t456_457 = R::Two::fused(-t104_105, t454_455, t450_451);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t458_459 = R::Two::fused(t456_457, two(R::constant(-1.0), R::constant(1.0)), t448_449);
+    t460_461 = R::Two::fused(t458_459 * two(R::constant(1.0), R::constant(-1.0)), t134_135, t444_445);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t462_463 = R::Two::fused(t460_461, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
+    t464_465 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t462_463;
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t466_467 = both(R::constant(0.004)) * t244_245;
+    t468_469 = R::Two::fused(both(R::constant(0.22879800003)), t248_249, t466_467);
+    t470_471 = both(R::constant(0.002)) - t468_469;
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t472_473 = both(R::constant(0.00172)) * t254_255;
+    t474_475 = R::Two::fused(both(R::constant(0.072308716667)), t258_259, t472_473);
+    t476_477 = both(R::constant(0.00086)) - t474_475;
+    // right_ankle, left_ankle: articulated inertia
+    t478_479 = t4_5 * t284_285;
+    t480_481 = R::Two::fused(t60_61, t276_277, t478_479);
+    t482_483 = t282_283 - t480_481;
+    t484_485 = R::Two::fused(-t420_421, t290_291, t482_483);
+    t486_487 = R::Two::fused(-t58_59, t302_303, t484_485);
+    t488_489 = two(cos_t2, cos_t3) * t294_295;
+    t490_491 = R::Two::fused(-two(sin_t2, sin_t3), t298_299, t488_489);
+    t492_493 = R::Two::fused(-t420_421, t198_199, t490_491);
+    t494_495 = R::Two::fused(t58_59, t306_307, t492_493);
+    t496_497 = R::Two::fused(t54_55, t494_495, t486_487);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t498_499 = t476_477 + t496_497;
+    t500_501 = R::Two::fused(-t440_441, t314_315, t498_499);
+    t502_503 = R::Two::fused(-t104_105, t320_321, t500_501);
+    t504_505 = t108_109 - t494_495;
+    t506_507 = R::Two::fused(t440_441 * two(R::constant(-1.0), R::constant(1.0)), t230_231, t504_505);
+    t508_509 = R::Two::fused(-t104_105, t324_325, t506_507);
+    t510_511 = R::Two::fused(-t100_101, t508_509, t502_503);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t512_513 = t470_471 + t510_511;
+    t514_515 = R::Two::fused(-t458_459, t332_333, t512_513);
+    let (
+        t516_517, t518_519, t520_521, t522_523, t524_525, t526_527, t528_529, t530_531, t532_533, t534_535, t536_537,
+        t538_539, t540_541, t542_543, t544_545, t546_547, t548_549, t550_551, t552_553, t554_555, t556_557, t558_559,
+        t560_561, t562_563, t564_565, t566_567, t568_569, t570_571, t572_573, t574_575, t576_577, t578_579, t580_581,
+        t582_583, t584_585, t586_587, t588_589, t590, t591, t592, t593, t594, t595, t596, t597, t598, t599, t600,
+        t601_602, t603_604, t605_606, t607_608, t609_610, t611_612, t613_614, t615_616, t617_618, t619_620, t621_622,
+        t623_624, t625_626, t627_628, t629, t630, t631, t632, t633, t634, t635, t636_637, t638_639, t640_641, t642_643,
+        t644_645, t646_647, t648_649, t650_651, t652, t653, t654, t655, t656, t657, t658_659, t660_661, t662_663,
+        t664_665, t666_667, t668_669, t670_671, t672_673, t674_675, t676_677, t678_679, t680_681, t682_683, t684_685,
+        t686_687, t688_689, t690_691, t692_693, t694_695, t696_697, t698_699, t700, t701_702, t703_704, t705, t706,
+        t707, t708, t709_710, t711_712, t713_714, t715_716, t717_718, t719_720, t721_722, t723_724, t725_726, t727,
+        t728, t729, t730, t731, t732_733, t734_735, t736_737, t738_739, t740_741, t742_743, t744_745, t746_747,
+        t748_749, t750_751, t752, t753, t754, t755, t756, t757, t758, t759, t760, t761, t762, t763, t764, t765, t766,
+        t767, t768, t769, t770, t771, t772, t773, t774, t775, t776, t777, t778, t779, t780, t781, t782_783, t784_785,
+        t786_787, t788_789, t790_791, t792_793, t794, t795, t796, t797, t798, t799, t800_801, t802_803, t804_805, t806,
+        t807, t808, t809, t810_811, t812_813, t814_815, t816_817, t818_819, t820, t821, t822, t823, t824, t825, t826,
+        t827, t828, t829, t830, t831, t832_833, t834_835, t836, t837, t838, t839, t840, t841, t842, t843, t844, t845,
+        t846, t847, t848, t849, t850, t851, t852_853, t854, t855, t856, t857_858, t859_860, t861, t862, t863, t864_865,
+        t866_867, t868_869, t870_871, t872_873, t874_875, t876_877, t878_879, t880_881, t882_883, t884_885, t886_887,
+        t888_889, t890_891, t892_893, t894_895, t896_897, t898, t899, t900_901, t902, t903, t904, t905, t906_907,
+        t908_909, t910, t911,
+    );
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t516_517 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t514_515;
+    t518_519 = R::Two::fused(t516_517 * two(R::constant(1.0), R::constant(-1.0)), t340_341, t464_465);
+    t520_521 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t518_519; // right_hip_yaw_link, left_hip_yaw_link
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t522_523 = t354_355 + t508_509;
+    t524_525 = R::Two::fused(t458_459 * two(R::constant(-1.0), R::constant(1.0)), t346_347, t522_523);
+    t526_527 = t350_351 * t524_525; // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t528_529 = R::Two::fused(t458_459 * two(R::constant(-1.0), R::constant(1.0)), t358_359, t454_455);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t530_531 = R::Two::fused(t366_367, t528_529, t526_527);
+    t532_533 = t524_525 - t530_531;
+    t534_535 = R::Two::fused(t516_517, t390_391, t532_533);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t536_537 = both(R::constant(0.008)) + t534_535;
+    t538_539 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t536_537, t520_521);
+    t540_541 = both(R::constant(0.001421999985)) + t250_251; // right_upper_leg, left_upper_leg: sums of what it carries
+    t542_543 = both(R::constant(0.0004723333315)) + t260_261; // right_lower_leg, left_lower_leg
+    // right_ankle, left_ankle: articulated inertia
+    t544_545 = t274_275 + t286_287;
+    t546_547 = t420_421 * t44_45;
+    t548_549 = R::Two::fused(-t420_421, t546_547, t544_545);
+    t550_551 = R::Two::fused(-t58_59, t492_493, t548_549);
+    t552_553 = R::Two::fused(-t58_59, t494_495, t550_551);
+    // right_lower_leg, left_lower_leg: articulated inertia
+    t554_555 = t542_543 + t552_553;
+    t556_557 = t440_441 * t90_91;
+    t558_559 = R::Two::fused(-t440_441, t556_557, t554_555);
+    t560_561 = R::Two::fused(t104_105, t506_507, t558_559);
+    t562_563 = R::Two::fused(t104_105, t508_509, t560_561);
+    // right_upper_leg, left_upper_leg: articulated inertia
+    t564_565 = t540_541 + t562_563;
+    t566_567 = t458_459 * t132_133;
+    t568_569 = R::Two::fused(-t458_459, t566_567, t564_565);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t570_571 = both(R::constant(0.00151725002)) + t568_569;
+    t572_573 = both(R::constant(0.0000833333335)) - t570_571;
+    t574_575 = t350_351 * t572_573;
+    t576_577 = t570_571 + t574_575;
+    t578_579 = t516_517 * t338_339;
+    t580_581 = R::Two::fused(-t516_517, t578_579, t576_577);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t582_583 = both(R::constant(0.0006099999995)) + t580_581;
+    t584_585 = both(R::constant(1.0)) / t582_583;
+    t586_587 = t538_539 * t584_585;
+    t588_589 = R::Two::fused(t538_539, t586_587, t414_415);
+    t590 = t588_589.second() + t588_589.first(); // right_hip_yaw_link: articulated inertia
+    t591 = R::constant(19.0) - t590; // torso: articulated inertia
+    t592 = R::constant(0.0764) * t588_589.second(); // left_hip_yaw_link: articulated inertia
+    t593 = R::fused(R::constant(-0.0764), t588_589.first(), t592); // right_hip_yaw_link: articulated inertia
+    t594 = R::constant(0.0102) - t593; // torso: articulated inertia
+    t595 = t588_589.second() * R::constant(0.00583696); // left_hip_yaw_link: articulated inertia
+    t596 = R::fused(R::constant(0.00583696), t588_589.first(), t595); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t597 = R::constant(0.15966028) - t596;
+    t598 = R::constant(1.0) / t597;
+    t599 = t594 * t598;
+    t600 = R::fused(-t594, t599, t591);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t601_602 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t462_463;
+    t603_604 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t514_515;
+    t605_606 = R::Two::fused(t603_604 * two(R::constant(1.0), R::constant(-1.0)), t340_341, t601_602);
+    t607_608 = t344_345 * t605_606; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t609_610 = t350_351 * t528_529;
+    t611_612 = R::Two::fused(-t366_367, t524_525, t609_610);
+    t613_614 = R::Two::fused(-t603_604, t390_391, t611_612);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t615_616 = R::Two::fused(t398_399 * two(R::constant(1.0), R::constant(-1.0)), t613_614, t607_608);
+    t617_618 = t605_606 - t615_616;
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t619_620 = t366_367 * t572_573;
+    t621_622 = t603_604 * t338_339;
+    t623_624 = R::Two::fused(t516_517, t621_622, t619_620);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t625_626 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t623_624;
+    t627_628 = R::Two::fused(t625_626, t586_587, t617_618);
+    t629 = t627_628.second() - t627_628.first(); // right_hip_yaw_link: articulated inertia
+    t630 = R::constant(2.4915) + t629; // torso: articulated inertia
+    t631 = R::constant(0.0764) * t627_628.second(); // left_hip_yaw_link: articulated inertia
+    t632 = R::fused(R::constant(0.0764), t627_628.first(), t631); // right_hip_yaw_link: articulated inertia
+    t633 = R::constant(0.0014735) + t632; // torso: articulated inertia
+    t634 = t633 * t598; // torso: articulated inertia
+    t635 = R::fused(-t594, t634, t630); // torso: articulated inertia
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t636_637 = both(R::constant(0.0000833333335)) - t574_575;
+    t638_639 = R::Two::fused(-t603_604, t621_622, t636_637);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t640_641 = both(R::constant(0.0005199999995)) + t638_639;
+    t642_643 = both(R::constant(0.00009)) - t640_641;
+    t644_645 = t344_345 * t642_643;
+    t646_647 = t640_641 + t644_645;
+    t648_649 = t625_626 * t584_585;
+    t650_651 = R::Two::fused(-t625_626, t648_649, t646_647);
+    t652 = t650_651.second() + t650_651.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t653 = R::constant(0.812133582) + t652;
+    t654 = R::fused(-t633, t634, t653);
+    t655 = R::constant(1.0) / t654;
+    t656 = t635 * t655;
+    t657 = R::fused(-t635, t656, t600);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t658_659 = t344_345 * t613_614;
+    t660_661 = R::Two::fused(t398_399 * two(R::constant(-1.0), R::constant(1.0)), t605_606, t658_659);
+    t662_663 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t623_624;
+    t664_665 = R::Two::fused(t662_663 * two(R::constant(-1.0), R::constant(1.0)), t586_587, t660_661);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t666_667 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t400_401;
+    t668_669 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t404_405, t666_667);
+    t670_671 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t378_379;
+    t672_673 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t386_387, t670_671);
+    t674_675 = R::Two::fused(-t672_673, t340_341, t668_669);
+    t676_677 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t674_675; // right_hip_yaw_link, left_hip_yaw_link
+    t678_679 = t350_351 * t370_371;
+    t680_681 = R::Two::fused(-t366_367, t362_363, t678_679);
+    t682_683 = t368_369 - t680_681;
+    t684_685 = R::Two::fused(t672_673, t390_391, t682_683);
+    t686_687 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t684_685, t676_677);
+    t688_689 = t528_529 - t611_612;
+    t690_691 = t672_673 * t338_339;
+    t692_693 = R::Two::fused(t516_517, t690_691, t688_689);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t694_695 = R::Two::fused(t692_693 * two(R::constant(-1.0), R::constant(1.0)), t586_587, t686_687);
+    t696_697 = both(R::constant(0.0764)) * t694_695;
+    t698_699 = R::Two::fused(t696_697, two(R::constant(-1.0), R::constant(1.0)), t664_665);
+    t700 = t698_699.second() + t698_699.first(); // right_hip_yaw_link: articulated inertia
+    t701_702 = both(R::constant(0.0764)) * t664_665;
+    t703_704 = R::Two::fused(two(R::constant(-0.00583696), R::constant(0.00583696)), t694_695, t701_702);
+    t705 = t703_704.second() - t703_704.first(); // right_hip_yaw_link: articulated inertia
+    t706 = R::constant(0.0404594) + t705; // torso: articulated inertia
+    t707 = t706 * t598; // torso: articulated inertia
+    t708 = R::fused(-t594, t707, t700); // torso: articulated inertia
+    t709_710 = t398_399 * t642_643;
+    t711_712 = t662_663 * t584_585;
+    t713_714 = R::Two::fused(t625_626, t711_712, t709_710);
+    t715_716 = R::Two::fused(t603_604, t690_691, t530_531); // right_hip_roll_link, left_hip_roll_link
+    t717_718 = both(R::constant(0.008)) + t715_716;
+    t719_720 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t717_718;
+    t721_722 = t692_693 * t584_585;
+    t723_724 = R::Two::fused(t625_626, t721_722, t719_720);
+    t725_726 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t723_724, t713_714);
+    t727 = t725_726.second() + t725_726.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t728 = R::constant(0.00220808) + t727;
+    t729 = R::fused(t706, t634, t728);
+    t730 = t729 * t655;
+    t731 = R::fused(t635, t730, t708);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t732_733 = both(R::constant(0.00009)) - t644_645;
+    t734_735 = R::Two::fused(-t662_663, t711_712, t732_733);
+    t736_737 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t717_718;
+    t738_739 = R::Two::fused(t662_663, t721_722, t736_737);
+    t740_741 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t738_739, t734_735);
+    // right_hip_roll_link, left_hip_roll_link: articulated inertia
+    t742_743 = t360_361 + t372_373;
+    t744_745 = R::Two::fused(t672_673, t690_691, t742_743);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t746_747 = R::Two::fused(t692_693, t721_722, t744_745);
+    t748_749 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t746_747, t738_739);
+    t750_751 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t748_749, t740_741);
+    t752 = t750_751.second() + t750_751.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t753 = R::constant(0.908224198) + t752;
+    t754 = R::fused(-t706, t707, t753);
+    t755 = R::fused(-t729, t730, t754);
+    t756 = R::constant(1.0) / t755;
+    t757 = t731 * t756;
+    t758 = R::fused(-t731, t757, t657);
+    t759 = t694_695.second() + t694_695.first(); // right_hip_yaw_link: articulated inertia
+    t760 = t696_697.second() - t696_697.first(); // right_hip_yaw_link: articulated inertia
+    t761 = t760 * t598;
+    t762 = R::fused(-t594, t761, t759);
+    t763 = t723_724.second() + t723_724.first(); // right_hip_yaw_link: articulated inertia
+    t764 = R::constant(0.20808) + t763;
+    t765 = R::fused(t760, t634, t764);
+    t766 = t765 * t655;
+    t767 = R::fused(t635, t766, t762);
+    t768 = t748_749.second() + t748_749.first(); // right_hip_yaw_link: articulated inertia
+    t769 = R::constant(0.0102) - t768;
+    t770 = R::fused(-t760, t707, t769);
+    t771 = R::fused(-t765, t730, t770);
+    t772 = t771 * t756;
+    t773 = R::fused(-t731, t772, t767);
+    t774 = t746_747.second() + t746_747.first(); // right_hip_yaw_link: articulated inertia
+    t775 = R::constant(19.0) - t774;
+    t776 = R::fused(-t760, t761, t775);
+    t777 = R::fused(-t765, t766, t776);
+    t778 = R::fused(-t771, t772, t777);
+    t779 = R::constant(1.0) / t778;
+    t780 = t773 * t779;
+    t781 = R::fused(-t773, t780, t758);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t782_783 = t344_345 * t410_411;
+    t784_785 = R::Two::fused(-t398_399, t394_395, t782_783);
+    t786_787 = t408_409 - t784_785;
+    t788_789 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t518_519;
+    t790_791 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t536_537, t788_789);
+    t792_793 = R::Two::fused(t790_791, t586_587, t786_787);
+    t794 = t792_793.second() + t792_793.first(); // right_hip_yaw_link: articulated inertia
+    t795 = R::constant(0.0764) * t792_793.second(); // left_hip_yaw_link: articulated inertia
+    t796 = R::fused(R::constant(-0.0764), t792_793.first(), t795); // right_hip_yaw_link: articulated inertia
+    t797 = R::constant(0.20808) - t796; // torso: articulated inertia
+    t798 = t797 * t598; // torso: articulated inertia
+    t799 = R::fused(t594, t798, t794); // torso: articulated inertia
+    t800_801 = t613_614 - t660_661;
+    t802_803 = t790_791 * t584_585;
+    t804_805 = R::Two::fused(t625_626 * two(R::constant(1.0), R::constant(-1.0)), t802_803, t800_801);
+    t806 = t804_805.second() + t804_805.first(); // right_hip_yaw_link: articulated inertia
+    t807 = R::fused(t797, t634, t806); // torso: articulated inertia
+    t808 = t807 * t655; // torso: articulated inertia
+    t809 = R::fused(-t635, t808, t799); // torso: articulated inertia
+    t810_811 = R::Two::fused(t662_663, t802_803, t615_616);
+    t812_813 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t674_675;
+    t814_815 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t684_685, t812_813);
+    t816_817 = R::Two::fused(t692_693 * two(R::constant(-1.0), R::constant(1.0)), t802_803, t814_815);
+    t818_819 = R::Two::fused(both(R::constant(0.0764)), t816_817, t810_811);
+    t820 = t818_819.second() - t818_819.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t821 = R::constant(2.4915) + t820;
+    t822 = R::fused(-t797, t707, t821);
+    t823 = R::fused(-t807, t730, t822);
+    t824 = t823 * t756;
+    t825 = R::fused(t731, t824, t809);
+    t826 = t816_817.second() + t816_817.first(); // right_hip_yaw_link: articulated inertia
+    t827 = R::fused(-t797, t761, t826);
+    t828 = R::fused(-t807, t766, t827);
+    t829 = R::fused(-t823, t772, t828);
+    t830 = t829 * t779;
+    t831 = R::fused(t773, t830, t825);
+    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
+    t832_833 = t392_393 + t412_413;
+    t834_835 = R::Two::fused(t790_791, t802_803, t832_833);
+    t836 = t834_835.second() + t834_835.first(); // right_hip_yaw_link: articulated inertia
+    // torso: articulated inertia
+    t837 = R::constant(19.0) - t836;
+    t838 = R::fused(-t797, t798, t837);
+    t839 = R::fused(-t807, t808, t838);
+    t840 = R::fused(-t823, t824, t839);
+    t841 = R::fused(-t829, t830, t840);
+    t842 = R::constant(1.0) / t841;
+    t843 = t831 * t842;
+    t844 = R::fused(-t831, t843, t781);
+    t845 = R::constant(1.0) / t844;
     // torso: motion
-    t4 = q_base_qy * R::constant(2.0);
-    t5 = q_base_qy * t4;
-    t6 = q_base_qz * R::constant(2.0);
-    t7 = q_base_qz * t6;
-    t8 = t5 + t7;
-    t9 = R::constant(1.0) - t8;
-    t10_11 = both(t9) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
-    t12 = q_base_qx * t4;
-    t13 = q_base_qw * t6;
-    t14 = t12 - t13;
-    t15_16 = R::Two::fused(-both(t14), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t10_11);
-    t17_18 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t15_16; // right_hip_roll_link, left_hip_roll_link
-    t19 = q_base_qx * t6;
-    t20 = q_base_qw * t4;
-    t21 = t19 + t20;
-    t22_23 = R::Two::fused(-both(t21), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t17_18);
-    t24_25 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t22_23; // right_foot, left_foot: pose in the world
+    t846 = q_base_qy * R::constant(2.0);
+    t847 = q_base_qy * t846;
+    t848 = q_base_qz * R::constant(2.0);
+    t849 = q_base_qz * t848;
+    t850 = t847 + t849;
+    t851 = R::constant(1.0) - t850;
+    t852_853 = both(t851) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t854 = q_base_qx * t846;
+    t855 = q_base_qw * t848;
+    t856 = t854 - t855;
+    t857_858 = R::Two::fused(-both(t856), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t852_853);
+    t859_860 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t857_858; // right_hip_roll_link, left_hip_roll_link
+    t861 = q_base_qx * t848;
+    t862 = q_base_qw * t846;
+    t863 = t861 + t862;
+    t864_865 = R::Two::fused(-both(t863), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t859_860);
+    t866_867 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t864_865; // right_foot, left_foot
     // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t26_27 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t15_16;
-    t28_29 = R::Two::fused(both(t21), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t26_27);
-    t30_31 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t28_29; // right_upper_leg, left_upper_leg
+    t868_869 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t857_858;
+    t870_871 = R::Two::fused(both(t863), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t868_869);
+    t872_873 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t870_871; // right_upper_leg, left_upper_leg
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t32_33 = both(t9) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t34_35 = R::Two::fused(both(t14), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t32_33);
-    t36_37 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t34_35, t30_31);
-    t38_39 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t36_37; // right_lower_leg, left_lower_leg
+    t874_875 = both(t851) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t876_877 = R::Two::fused(both(t856), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t874_875);
+    t878_879 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t876_877, t872_873);
+    t880_881 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t878_879; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
-    t40_41 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t28_29;
-    t42_43 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t34_35, t40_41);
-    t44_45 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t42_43, t38_39);
-    t46_47 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t44_45; // right_ankle, left_ankle
+    t882_883 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t870_871;
+    t884_885 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t876_877, t882_883);
+    t886_887 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t884_885, t880_881);
+    t888_889 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t886_887; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
-    t48_49 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t36_37;
-    t50_51 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t42_43, t48_49);
-    t52_53 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t50_51, t46_47);
-    t54_55 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t52_53, t24_25);
-    t56 = t54_55.second() * f_left_foot_front_left_x; // left_foot: external forces
-    t57 = t12 + t13; // torso: motion
-    t58_59 = both(t57) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t890_891 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t878_879;
+    t892_893 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t884_885, t890_891);
+    t894_895 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t892_893, t888_889);
+    t896_897 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t894_895, t866_867);
+    t898 = t896_897.second() * f_left_foot_front_left_x; // left_foot: external forces
+    t899 = t854 + t855; // torso: motion
+    t900_901 = both(t899) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
     // torso: motion
-    t60 = q_base_qx * R::constant(2.0);
-    t61 = q_base_qx * t60;
-    t62 = t61 + t7;
-    t63 = R::constant(1.0) - t62;
-    t64_65 = R::Two::fused(-both(t63), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t58_59);
-    t66_67 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t64_65; // right_hip_roll_link, left_hip_roll_link
-    t68 = q_base_qy * t6;
-    t69 = q_base_qw * t60;
-    t70 = t68 - t69;
-    t71_72 = R::Two::fused(-both(t70), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t66_67);
-    t73_74 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t71_72; // right_foot, left_foot: pose in the world
+    t902 = q_base_qx * R::constant(2.0);
+    t903 = q_base_qx * t902;
+    t904 = t903 + t849;
+    t905 = R::constant(1.0) - t904;
+    t906_907 = R::Two::fused(-both(t905), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t900_901);
+    t908_909 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t906_907; // right_hip_roll_link, left_hip_roll_link
+    t910 = q_base_qy * t848;
+    t911 = q_base_qw * t902;
+    let (
+        t912, t913_914, t915_916, t917_918, t919_920, t921_922, t923_924, t925_926, t927_928, t929_930, t931_932,
+        t933_934, t935_936, t937_938, t939_940, t941_942, t943_944, t945_946, t947, t948, t949_950, t951, t952_953,
+        t954_955, t956, t957, t958_959, t960_961, t962_963, t964_965, t966_967, t968_969, t970_971, t972_973, t974_975,
+        t976_977, t978_979, t980_981, t982_983, t984_985, t986_987, t988_989, t990_991, t992, t993, t994, t995, t996,
+        t997, t998, t999, t1000, t1001, t1002, t1003, t1004, t1005, t1006_1007, t1008_1009, t1010, t1011_1012,
+        t1013_1014, t1015, t1016_1017, t1018_1019, t1020, t1021, t1022, t1023, t1024, t1025, t1026, t1027, t1028, t1029,
+        t1030, t1031, t1032, t1033, t1034, t1035_1036, t1037_1038, t1039, t1040_1041, t1042_1043, t1044, t1045_1046,
+        t1047_1048, t1049, t1050, t1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060, t1061, t1062,
+        t1063, t1064, t1065, t1066, t1067, t1068, t1069, t1070, t1071, t1072, t1073, t1074, t1075, t1076, t1077, t1078,
+        t1079, t1080, t1081, t1082, t1083, t1084, t1085, t1086, t1087, t1088, t1089, t1090, t1091, t1092, t1093, t1094,
+        t1095, t1096, t1097, t1098, t1099, t1100, t1101, t1102, t1103, t1104, t1105, t1106, t1107, t1108, t1109, t1110,
+        t1111, t1112, t1113, t1114, t1115, t1116, t1117, t1118, t1119, t1120, t1121, t1122, t1123, t1124, t1125, t1126,
+        t1127, t1128, t1129, t1130, t1131, t1132, t1133, t1134, t1135, t1136, t1137, t1138, t1139, t1140, t1141, t1142,
+        t1143, t1144, t1145, t1146, t1147, t1148, t1149, t1150, t1151, t1152, t1153, t1154, t1155, t1156, t1157,
+        t1158_1159, t1160_1161, t1162_1163, t1164_1165, t1166_1167, t1168_1169, t1170_1171, t1172_1173, t1174_1175,
+        t1176_1177, t1178_1179, t1180_1181, t1182_1183, t1184_1185, t1186_1187, t1188_1189, t1190_1191, t1192_1193,
+        t1194_1195, t1196_1197, t1198_1199, t1200_1201, t1202_1203, t1204_1205, t1206_1207, t1208_1209, t1210_1211,
+        t1212_1213, t1214_1215, t1216_1217, t1218_1219, t1220_1221, t1222_1223, t1224_1225, t1226_1227, t1228_1229,
+        t1230_1231, t1232_1233, t1234_1235, t1236_1237, t1238_1239, t1240_1241, t1242_1243, t1244_1245, t1246_1247,
+        t1248_1249, t1250_1251, t1252_1253, t1254_1255, t1256_1257, t1258_1259, t1260_1261, t1262_1263, t1264_1265,
+        t1266_1267, t1268_1269, t1270_1271, t1272_1273, t1274_1275,
+    );
+    t912 = t910 - t911;
+    t913_914 = R::Two::fused(-both(t912), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t908_909);
+    t915_916 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t913_914; // right_foot, left_foot
     // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t75_76 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t64_65;
-    t77_78 = R::Two::fused(both(t70), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t75_76);
-    t79_80 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t77_78; // right_upper_leg, left_upper_leg
+    t917_918 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t906_907;
+    t919_920 = R::Two::fused(both(t912), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t917_918);
+    t921_922 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t919_920; // right_upper_leg, left_upper_leg
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t81_82 = both(t57) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t83_84 = R::Two::fused(both(t63), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t81_82);
-    t85_86 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t83_84, t79_80);
-    t87_88 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t85_86; // right_lower_leg, left_lower_leg
+    t923_924 = both(t899) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t925_926 = R::Two::fused(both(t905), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t923_924);
+    t927_928 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t925_926, t921_922);
+    t929_930 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t927_928; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
-    t89_90 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t77_78;
-    t91_92 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t83_84, t89_90);
-    t93_94 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t91_92, t87_88);
-    t95_96 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t93_94; // right_ankle, left_ankle
+    t931_932 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t919_920;
+    t933_934 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t925_926, t931_932);
+    t935_936 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t933_934, t929_930);
+    t937_938 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t935_936; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
-    t97_98 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t85_86;
-    t99_100 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t91_92, t97_98);
-    t101_102 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t99_100, t95_96);
-    t103_104 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t101_102, t73_74);
-    t105 = R::fused(t103_104.second(), f_left_foot_front_left_y, t56); // left_foot: external forces
-    t106 = t19 - t20; // torso: motion
-    t107_108 = both(t106) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
-    t109 = t68 + t69; // torso: motion
-    t110_111 = R::Two::fused(-both(t109), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t107_108);
-    t112_113 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t110_111; // right_hip_roll_link, left_hip_roll_link
-    t114 = t61 + t5; // torso: motion
-    t115 = R::constant(1.0) - t114; // torso: motion
-    t116_117 = R::Two::fused(-both(t115), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t112_113);
-    t118_119 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t116_117; // right_foot, left_foot
+    t939_940 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t927_928;
+    t941_942 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t933_934, t939_940);
+    t943_944 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t941_942, t937_938);
+    t945_946 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t943_944, t915_916);
+    t947 = R::fused(t945_946.second(), f_left_foot_front_left_y, t898); // left_foot: external forces
+    t948 = t861 - t862; // torso: motion
+    t949_950 = both(t948) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw); // right_hip_yaw_link, left_hip_yaw_link
+    t951 = t910 + t911; // torso: motion
+    t952_953 = R::Two::fused(-both(t951), two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t949_950);
+    t954_955 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t952_953; // right_hip_roll_link, left_hip_roll_link
+    t956 = t903 + t847; // torso: motion
+    t957 = R::constant(1.0) - t956; // torso: motion
+    t958_959 = R::Two::fused(-both(t957), two(sin_q_right_hip_roll, sin_q_left_hip_roll), t954_955);
+    t960_961 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * t958_959; // right_foot, left_foot
     // right_hip_roll_link, left_hip_roll_link: pose in the world
-    t120_121 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t110_111;
-    t122_123 = R::Two::fused(both(t115), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t120_121);
-    t124_125 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t122_123; // right_upper_leg, left_upper_leg
+    t962_963 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t952_953;
+    t964_965 = R::Two::fused(both(t957), two(cos_q_right_hip_roll, cos_q_left_hip_roll), t962_963);
+    t966_967 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * t964_965; // right_upper_leg, left_upper_leg
     // right_hip_yaw_link, left_hip_yaw_link: pose in the world
-    t126_127 = both(t106) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t128_129 = R::Two::fused(both(t109), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t126_127);
-    t130_131 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t128_129, t124_125);
-    t132_133 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t130_131; // right_lower_leg, left_lower_leg
+    t968_969 = both(t948) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
+    t970_971 = R::Two::fused(both(t951), two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t968_969);
+    t972_973 = R::Two::fused(two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t970_971, t966_967);
+    t974_975 = two(cos_q_right_knee_pitch, cos_q_left_knee_pitch) * t972_973; // right_lower_leg, left_lower_leg
     // right_upper_leg, left_upper_leg: pose in the world
-    t134_135 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t122_123;
-    t136_137 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t128_129, t134_135);
-    t138_139 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t136_137, t132_133);
-    t140_141 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t138_139; // right_ankle, left_ankle
+    t976_977 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * t964_965;
+    t978_979 = R::Two::fused(-two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t970_971, t976_977);
+    t980_981 = R::Two::fused(-two(sin_q_right_knee_pitch, sin_q_left_knee_pitch), t978_979, t974_975);
+    t982_983 = two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch) * t980_981; // right_ankle, left_ankle
     // right_lower_leg, left_lower_leg: pose in the world
-    t142_143 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t130_131;
-    t144_145 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t136_137, t142_143);
-    t146_147 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t144_145, t140_141);
-    t148_149 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t146_147, t118_119);
+    t984_985 = two(sin_q_right_knee_pitch, sin_q_left_knee_pitch) * t972_973;
+    t986_987 = R::Two::fused(two(cos_q_right_knee_pitch, cos_q_left_knee_pitch), t978_979, t984_985);
+    t988_989 = R::Two::fused(-two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch), t986_987, t982_983);
+    t990_991 = R::Two::fused(-two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), t988_989, t960_961);
     // left_foot: external forces
-    t150 = R::fused(t148_149.second(), f_left_foot_front_left_z, t105);
-    t151 = t54_55.second() * f_left_foot_front_right_x;
-    t152 = R::fused(t103_104.second(), f_left_foot_front_right_y, t151);
-    t153 = R::fused(t148_149.second(), f_left_foot_front_right_z, t152);
-    t154 = t150 + t153;
-    t155 = t54_55.second() * f_left_foot_rear_left_x;
-    t156 = R::fused(t103_104.second(), f_left_foot_rear_left_y, t155);
-    t157 = R::fused(t148_149.second(), f_left_foot_rear_left_z, t156);
-    t158 = t154 + t157;
-    t159 = t54_55.second() * f_left_foot_rear_right_x;
-    t160 = R::fused(t103_104.second(), f_left_foot_rear_right_y, t159);
-    t161 = R::fused(t148_149.second(), f_left_foot_rear_right_z, t160);
-    t162 = t158 + t161;
-    t163 = sin_q_left_ankle_roll * t162; // left_foot: wrench handed to its parent
+    t992 = R::fused(t990_991.second(), f_left_foot_front_left_z, t947);
+    t993 = t896_897.second() * f_left_foot_front_right_x;
+    t994 = R::fused(t945_946.second(), f_left_foot_front_right_y, t993);
+    t995 = R::fused(t990_991.second(), f_left_foot_front_right_z, t994);
+    t996 = t992 + t995;
+    t997 = t896_897.second() * f_left_foot_rear_left_x;
+    t998 = R::fused(t945_946.second(), f_left_foot_rear_left_y, t997);
+    t999 = R::fused(t990_991.second(), f_left_foot_rear_left_z, t998);
+    t1000 = t996 + t999;
+    t1001 = t896_897.second() * f_left_foot_rear_right_x;
+    t1002 = R::fused(t945_946.second(), f_left_foot_rear_right_y, t1001);
+    t1003 = R::fused(t990_991.second(), f_left_foot_rear_right_z, t1002);
+    t1004 = t1000 + t1003;
+    t1005 = sin_q_left_ankle_roll * t1004; // left_foot: wrench handed to its parent
     // right_foot, left_foot: pose in the world
-    t164_165 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t22_23;
-    t166_167 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t52_53, t164_165);
-    t168 = t166_167.second() * f_left_foot_front_left_x; // left_foot: external forces
-    t169_170 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t71_72;
-    t171_172 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t101_102, t169_170);
-    t173 = R::fused(t171_172.second(), f_left_foot_front_left_y, t168); // left_foot: external forces
-    t174_175 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t116_117;
-    t176_177 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t146_147, t174_175);
+    t1006_1007 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t864_865;
+    t1008_1009 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t894_895, t1006_1007);
+    t1010 = t1008_1009.second() * f_left_foot_front_left_x; // left_foot: external forces
+    t1011_1012 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t913_914;
+    t1013_1014 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t943_944, t1011_1012);
+    t1015 = R::fused(t1013_1014.second(), f_left_foot_front_left_y, t1010); // left_foot: external forces
+    t1016_1017 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * t958_959;
+    t1018_1019 = R::Two::fused(two(cos_q_right_ankle_roll, cos_q_left_ankle_roll), t988_989, t1016_1017);
     // left_foot: external forces
-    t178 = R::fused(t176_177.second(), f_left_foot_front_left_z, t173);
-    t179 = t166_167.second() * f_left_foot_front_right_x;
-    t180 = R::fused(t171_172.second(), f_left_foot_front_right_y, t179);
-    t181 = R::fused(t176_177.second(), f_left_foot_front_right_z, t180);
-    t182 = t178 + t181;
-    t183 = t166_167.second() * f_left_foot_rear_left_x;
-    t184 = R::fused(t171_172.second(), f_left_foot_rear_left_y, t183);
-    t185 = R::fused(t176_177.second(), f_left_foot_rear_left_z, t184);
-    t186 = t182 + t185;
-    t187 = t166_167.second() * f_left_foot_rear_right_x;
-    t188 = R::fused(t171_172.second(), f_left_foot_rear_right_y, t187);
-    t189 = R::fused(t176_177.second(), f_left_foot_rear_right_z, t188);
-    t190 = t186 + t189;
-    t191 = R::fused(-cos_q_left_ankle_roll, t190, t163); // left_foot: wrench handed to its parent
-    t192 = cos_q_left_ankle_pitch * t191; // left_ankle: wrench handed to its parent
+    t1020 = R::fused(t1018_1019.second(), f_left_foot_front_left_z, t1015);
+    t1021 = t1008_1009.second() * f_left_foot_front_right_x;
+    t1022 = R::fused(t1013_1014.second(), f_left_foot_front_right_y, t1021);
+    t1023 = R::fused(t1018_1019.second(), f_left_foot_front_right_z, t1022);
+    t1024 = t1020 + t1023;
+    t1025 = t1008_1009.second() * f_left_foot_rear_left_x;
+    t1026 = R::fused(t1013_1014.second(), f_left_foot_rear_left_y, t1025);
+    t1027 = R::fused(t1018_1019.second(), f_left_foot_rear_left_z, t1026);
+    t1028 = t1024 + t1027;
+    t1029 = t1008_1009.second() * f_left_foot_rear_right_x;
+    t1030 = R::fused(t1013_1014.second(), f_left_foot_rear_right_y, t1029);
+    t1031 = R::fused(t1018_1019.second(), f_left_foot_rear_right_z, t1030);
+    t1032 = t1028 + t1031;
+    t1033 = R::fused(-cos_q_left_ankle_roll, t1032, t1005); // left_foot: wrench handed to its parent
+    t1034 = cos_q_left_ankle_pitch * t1033; // left_ankle: wrench handed to its parent
     // right_ankle, left_ankle: pose in the world
-    t193_194 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t44_45;
-    t195_196 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t50_51, t193_194);
-    t197 = t195_196.second() * f_left_foot_front_left_x; // left_foot: external forces
-    t198_199 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t93_94;
-    t200_201 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t99_100, t198_199);
-    t202 = R::fused(t200_201.second(), f_left_foot_front_left_y, t197); // left_foot: external forces
-    t203_204 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t138_139;
-    t205_206 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t144_145, t203_204);
+    t1035_1036 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t886_887;
+    t1037_1038 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t892_893, t1035_1036);
+    t1039 = t1037_1038.second() * f_left_foot_front_left_x; // left_foot: external forces
+    t1040_1041 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t935_936;
+    t1042_1043 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t941_942, t1040_1041);
+    t1044 = R::fused(t1042_1043.second(), f_left_foot_front_left_y, t1039); // left_foot: external forces
+    t1045_1046 = two(sin_q_right_ankle_pitch, sin_q_left_ankle_pitch) * t980_981;
+    t1047_1048 = R::Two::fused(two(cos_q_right_ankle_pitch, cos_q_left_ankle_pitch), t986_987, t1045_1046);
     // left_foot: external forces
-    t207 = R::fused(t205_206.second(), f_left_foot_front_left_z, t202);
-    t208 = t195_196.second() * f_left_foot_front_right_x;
-    t209 = R::fused(t200_201.second(), f_left_foot_front_right_y, t208);
-    t210 = R::fused(t205_206.second(), f_left_foot_front_right_z, t209);
-    t211 = t207 + t210;
-    t212 = t195_196.second() * f_left_foot_rear_left_x;
-    t213 = R::fused(t200_201.second(), f_left_foot_rear_left_y, t212);
-    t214 = R::fused(t205_206.second(), f_left_foot_rear_left_z, t213);
-    t215 = t211 + t214;
-    t216 = t195_196.second() * f_left_foot_rear_right_x;
-    t217 = R::fused(t200_201.second(), f_left_foot_rear_right_y, t216);
-    t218 = R::fused(t205_206.second(), f_left_foot_rear_right_z, t217);
-    t219 = t215 + t218;
-    t220 = R::fused(-sin_q_left_ankle_pitch, t219, t192); // left_ankle: wrench handed to its parent
-    t221 = cos_q_left_knee_pitch * t220; // left_lower_leg: wrench handed to its parent
-    t222 = sin_q_left_ankle_pitch * t191; // left_ankle: wrench handed to its parent
-    t223 = R::fused(cos_q_left_ankle_pitch, t219, t222); // left_ankle: wrench handed to its parent
-    t224 = R::fused(-sin_q_left_knee_pitch, t223, t221); // left_lower_leg: wrench handed to its parent
-    t225 = sin_q_left_hip_pitch * t224; // left_upper_leg: wrench handed to its parent
-    t226 = sin_q_left_knee_pitch * t220; // left_lower_leg: wrench handed to its parent
-    t227 = R::fused(cos_q_left_knee_pitch, t223, t226); // left_lower_leg: wrench handed to its parent
-    t228 = R::fused(cos_q_left_hip_pitch, t227, t225); // left_upper_leg: wrench handed to its parent
-    t229 = cos_q_left_hip_yaw * t228; // left_hip_yaw_link: wrench handed to its parent
-    t230 = cos_q_left_ankle_roll * t162; // left_foot: wrench handed to its parent
-    t231 = R::fused(sin_q_left_ankle_roll, t190, t230); // left_foot: wrench handed to its parent
-    t232 = cos_q_left_hip_roll * t231; // left_hip_roll_link: wrench handed to its parent
-    t233 = cos_q_left_hip_pitch * t224; // left_upper_leg: wrench handed to its parent
-    t234 = R::fused(-sin_q_left_hip_pitch, t227, t233); // left_upper_leg: wrench handed to its parent
-    t235 = R::fused(-sin_q_left_hip_roll, t234, t232); // left_hip_roll_link: wrench handed to its parent
-    t236 = R::fused(-sin_q_left_hip_yaw, t235, t229); // left_hip_yaw_link: wrench handed to its parent
+    t1049 = R::fused(t1047_1048.second(), f_left_foot_front_left_z, t1044);
+    t1050 = t1037_1038.second() * f_left_foot_front_right_x;
+    t1051 = R::fused(t1042_1043.second(), f_left_foot_front_right_y, t1050);
+    t1052 = R::fused(t1047_1048.second(), f_left_foot_front_right_z, t1051);
+    t1053 = t1049 + t1052;
+    t1054 = t1037_1038.second() * f_left_foot_rear_left_x;
+    t1055 = R::fused(t1042_1043.second(), f_left_foot_rear_left_y, t1054);
+    t1056 = R::fused(t1047_1048.second(), f_left_foot_rear_left_z, t1055);
+    t1057 = t1053 + t1056;
+    t1058 = t1037_1038.second() * f_left_foot_rear_right_x;
+    t1059 = R::fused(t1042_1043.second(), f_left_foot_rear_right_y, t1058);
+    t1060 = R::fused(t1047_1048.second(), f_left_foot_rear_right_z, t1059);
+    t1061 = t1057 + t1060;
+    t1062 = R::fused(-sin_q_left_ankle_pitch, t1061, t1034); // left_ankle: wrench handed to its parent
+    t1063 = cos_q_left_knee_pitch * t1062; // left_lower_leg: wrench handed to its parent
+    t1064 = sin_q_left_ankle_pitch * t1033; // left_ankle: wrench handed to its parent
+    t1065 = R::fused(cos_q_left_ankle_pitch, t1061, t1064); // left_ankle: wrench handed to its parent
+    t1066 = R::fused(-sin_q_left_knee_pitch, t1065, t1063); // left_lower_leg: wrench handed to its parent
+    t1067 = sin_q_left_hip_pitch * t1066; // left_upper_leg: wrench handed to its parent
+    t1068 = sin_q_left_knee_pitch * t1062; // left_lower_leg: wrench handed to its parent
+    t1069 = R::fused(cos_q_left_knee_pitch, t1065, t1068); // left_lower_leg: wrench handed to its parent
+    t1070 = R::fused(cos_q_left_hip_pitch, t1069, t1067); // left_upper_leg: wrench handed to its parent
+    t1071 = cos_q_left_hip_yaw * t1070; // left_hip_yaw_link: wrench handed to its parent
+    t1072 = cos_q_left_ankle_roll * t1004; // left_foot: wrench handed to its parent
+    t1073 = R::fused(sin_q_left_ankle_roll, t1032, t1072); // left_foot: wrench handed to its parent
+    t1074 = cos_q_left_hip_roll * t1073; // left_hip_roll_link: wrench handed to its parent
+    t1075 = cos_q_left_hip_pitch * t1066; // left_upper_leg: wrench handed to its parent
+    t1076 = R::fused(-sin_q_left_hip_pitch, t1069, t1075); // left_upper_leg: wrench handed to its parent
+    t1077 = R::fused(-sin_q_left_hip_roll, t1076, t1074); // left_hip_roll_link: wrench handed to its parent
+    t1078 = R::fused(-sin_q_left_hip_yaw, t1077, t1071); // left_hip_yaw_link: wrench handed to its parent
     // right_foot: external forces
-    t237 = t54_55.first() * f_right_foot_front_left_x;
-    t238 = R::fused(t103_104.first(), f_right_foot_front_left_y, t237);
-    t239 = R::fused(t148_149.first(), f_right_foot_front_left_z, t238);
-    t240 = t54_55.first() * f_right_foot_front_right_x;
-    t241 = R::fused(t103_104.first(), f_right_foot_front_right_y, t240);
-    t242 = R::fused(t148_149.first(), f_right_foot_front_right_z, t241);
-    t243 = t239 + t242;
-    t244 = t54_55.first() * f_right_foot_rear_left_x;
-    t245 = R::fused(t103_104.first(), f_right_foot_rear_left_y, t244);
-    t246 = R::fused(t148_149.first(), f_right_foot_rear_left_z, t245);
-    t247 = t243 + t246;
-    t248 = t54_55.first() * f_right_foot_rear_right_x;
-    t249 = R::fused(t103_104.first(), f_right_foot_rear_right_y, t248);
-    t250 = R::fused(t148_149.first(), f_right_foot_rear_right_z, t249);
-    t251 = t247 + t250;
-    t252 = sin_q_right_ankle_roll * t251; // right_foot: wrench handed to its parent
-    t253 = t166_167.first() * f_right_foot_front_left_x;
-    t254 = R::fused(t171_172.first(), f_right_foot_front_left_y, t253);
-    t255 = R::fused(t176_177.first(), f_right_foot_front_left_z, t254);
-    t256 = t166_167.first() * f_right_foot_front_right_x;
-    t257 = R::fused(t171_172.first(), f_right_foot_front_right_y, t256);
-    t258 = R::fused(t176_177.first(), f_right_foot_front_right_z, t257);
-    t259 = t255 + t258;
-    t260 = t166_167.first() * f_right_foot_rear_left_x;
-    t261 = R::fused(t171_172.first(), f_right_foot_rear_left_y, t260);
-    t262 = R::fused(t176_177.first(), f_right_foot_rear_left_z, t261);
-    t263 = t259 + t262;
-    t264 = t166_167.first() * f_right_foot_rear_right_x;
-    t265 = R::fused(t171_172.first(), f_right_foot_rear_right_y, t264);
-    t266 = R::fused(t176_177.first(), f_right_foot_rear_right_z, t265);
-    t267 = t263 + t266;
-    t268 = R::fused(-cos_q_right_ankle_roll, t267, t252); // right_foot: wrench handed to its parent
-    t269 = cos_q_right_ankle_pitch * t268; // right_ankle: wrench handed to its parent
-    t270 = t195_196.first() * f_right_foot_front_left_x;
-    t271 = R::fused(t200_201.first(), f_right_foot_front_left_y, t270);
-    t272 = R::fused(t205_206.first(), f_right_foot_front_left_z, t271);
-    t273 = t195_196.first() * f_right_foot_front_right_x;
-    t274 = R::fused(t200_201.first(), f_right_foot_front_right_y, t273);
-    t275 = R::fused(t205_206.first(), f_right_foot_front_right_z, t274);
-    t276 = t272 + t275;
-    t277 = t195_196.first() * f_right_foot_rear_left_x;
-    t278 = R::fused(t200_201.first(), f_right_foot_rear_left_y, t277);
-    t279 = R::fused(t205_206.first(), f_right_foot_rear_left_z, t278);
-    t280 = t276 + t279;
-    t281 = t195_196.first() * f_right_foot_rear_right_x;
-    t282 = R::fused(t200_201.first(), f_right_foot_rear_right_y, t281);
-    t283 = R::fused(t205_206.first(), f_right_foot_rear_right_z, t282);
-    t284 = t280 + t283;
-    t285 = R::fused(-sin_q_right_ankle_pitch, t284, t269); // right_ankle: wrench handed to its parent
-    t286 = cos_q_right_knee_pitch * t285; // right_lower_leg: wrench handed to its parent
-    t287 = sin_q_right_ankle_pitch * t268; // right_ankle: wrench handed to its parent
-    t288 = R::fused(cos_q_right_ankle_pitch, t284, t287); // right_ankle: wrench handed to its parent
-    t289 = R::fused(-sin_q_right_knee_pitch, t288, t286); // right_lower_leg: wrench handed to its parent
-    t290 = sin_q_right_hip_pitch * t289; // right_upper_leg: wrench handed to its parent
-    t291 = sin_q_right_knee_pitch * t285; // right_lower_leg: wrench handed to its parent
-    t292 = R::fused(cos_q_right_knee_pitch, t288, t291); // right_lower_leg: wrench handed to its parent
-    t293 = R::fused(cos_q_right_hip_pitch, t292, t290); // right_upper_leg: wrench handed to its parent
-    t294 = cos_q_right_hip_yaw * t293; // right_hip_yaw_link: wrench handed to its parent
-    t295 = cos_q_right_ankle_roll * t251; // right_foot: wrench handed to its parent
-    t296 = R::fused(sin_q_right_ankle_roll, t267, t295); // right_foot: wrench handed to its parent
-    t297 = cos_q_right_hip_roll * t296; // right_hip_roll_link: wrench handed to its parent
-    t298 = cos_q_right_hip_pitch * t289; // right_upper_leg: wrench handed to its parent
-    t299 = R::fused(-sin_q_right_hip_pitch, t292, t298); // right_upper_leg: wrench handed to its parent
-    t300 = R::fused(-sin_q_right_hip_roll, t299, t297); // right_hip_roll_link: wrench handed to its parent
-    t301 = R::fused(-sin_q_right_hip_yaw, t300, t294); // right_hip_yaw_link: wrench handed to its parent
-    t302 = t236 + t301; // right_hip_yaw_link: wrench handed to its parent
-    t303 = tau_base_linear_x - t302; // other
-    t304 = v_base_angular_y * v_base_angular_y; // torso: motion
-    t305 = v_base_angular_z * v_base_angular_z; // torso: motion
-    t306 = t304 + t305; // torso: motion
-    t307 = R::constant(0.20808) * t306; // torso: sums of what it carries
-    t308 = v_base_angular_x * v_base_angular_y; // torso: motion
-    t309 = R::fused(R::constant(0.0102), t308, t307); // torso: sums of what it carries
-    t310 = v_base_angular_x * v_base_angular_z; // torso: motion
-    t311 = R::fused(R::constant(2.4915), t310, t309); // torso: sums of what it carries
-    t312 = v_base_linear_z * v_base_angular_y; // torso: motion
-    t313 = R::fused(-v_base_linear_y, v_base_angular_z, t312); // torso: motion
-    t314 = R::fused(t106, R::constant(9.81), t313); // torso: motion
-    t315 = R::fused(R::constant(19.0), t314, t311); // torso: sums of what it carries
+    t1079 = t896_897.first() * f_right_foot_front_left_x;
+    t1080 = R::fused(t945_946.first(), f_right_foot_front_left_y, t1079);
+    t1081 = R::fused(t990_991.first(), f_right_foot_front_left_z, t1080);
+    t1082 = t896_897.first() * f_right_foot_front_right_x;
+    t1083 = R::fused(t945_946.first(), f_right_foot_front_right_y, t1082);
+    t1084 = R::fused(t990_991.first(), f_right_foot_front_right_z, t1083);
+    t1085 = t1081 + t1084;
+    t1086 = t896_897.first() * f_right_foot_rear_left_x;
+    t1087 = R::fused(t945_946.first(), f_right_foot_rear_left_y, t1086);
+    t1088 = R::fused(t990_991.first(), f_right_foot_rear_left_z, t1087);
+    t1089 = t1085 + t1088;
+    t1090 = t896_897.first() * f_right_foot_rear_right_x;
+    t1091 = R::fused(t945_946.first(), f_right_foot_rear_right_y, t1090);
+    t1092 = R::fused(t990_991.first(), f_right_foot_rear_right_z, t1091);
+    t1093 = t1089 + t1092;
+    t1094 = sin_q_right_ankle_roll * t1093; // right_foot: wrench handed to its parent
+    t1095 = t1008_1009.first() * f_right_foot_front_left_x;
+    t1096 = R::fused(t1013_1014.first(), f_right_foot_front_left_y, t1095);
+    t1097 = R::fused(t1018_1019.first(), f_right_foot_front_left_z, t1096);
+    t1098 = t1008_1009.first() * f_right_foot_front_right_x;
+    t1099 = R::fused(t1013_1014.first(), f_right_foot_front_right_y, t1098);
+    t1100 = R::fused(t1018_1019.first(), f_right_foot_front_right_z, t1099);
+    t1101 = t1097 + t1100;
+    t1102 = t1008_1009.first() * f_right_foot_rear_left_x;
+    t1103 = R::fused(t1013_1014.first(), f_right_foot_rear_left_y, t1102);
+    t1104 = R::fused(t1018_1019.first(), f_right_foot_rear_left_z, t1103);
+    t1105 = t1101 + t1104;
+    t1106 = t1008_1009.first() * f_right_foot_rear_right_x;
+    t1107 = R::fused(t1013_1014.first(), f_right_foot_rear_right_y, t1106);
+    t1108 = R::fused(t1018_1019.first(), f_right_foot_rear_right_z, t1107);
+    t1109 = t1105 + t1108;
+    t1110 = R::fused(-cos_q_right_ankle_roll, t1109, t1094); // right_foot: wrench handed to its parent
+    t1111 = cos_q_right_ankle_pitch * t1110; // right_ankle: wrench handed to its parent
+    t1112 = t1037_1038.first() * f_right_foot_front_left_x;
+    t1113 = R::fused(t1042_1043.first(), f_right_foot_front_left_y, t1112);
+    t1114 = R::fused(t1047_1048.first(), f_right_foot_front_left_z, t1113);
+    t1115 = t1037_1038.first() * f_right_foot_front_right_x;
+    t1116 = R::fused(t1042_1043.first(), f_right_foot_front_right_y, t1115);
+    t1117 = R::fused(t1047_1048.first(), f_right_foot_front_right_z, t1116);
+    t1118 = t1114 + t1117;
+    t1119 = t1037_1038.first() * f_right_foot_rear_left_x;
+    t1120 = R::fused(t1042_1043.first(), f_right_foot_rear_left_y, t1119);
+    t1121 = R::fused(t1047_1048.first(), f_right_foot_rear_left_z, t1120);
+    t1122 = t1118 + t1121;
+    t1123 = t1037_1038.first() * f_right_foot_rear_right_x;
+    t1124 = R::fused(t1042_1043.first(), f_right_foot_rear_right_y, t1123);
+    t1125 = R::fused(t1047_1048.first(), f_right_foot_rear_right_z, t1124);
+    t1126 = t1122 + t1125;
+    t1127 = R::fused(-sin_q_right_ankle_pitch, t1126, t1111); // right_ankle: wrench handed to its parent
+    t1128 = cos_q_right_knee_pitch * t1127; // right_lower_leg: wrench handed to its parent
+    t1129 = sin_q_right_ankle_pitch * t1110; // right_ankle: wrench handed to its parent
+    t1130 = R::fused(cos_q_right_ankle_pitch, t1126, t1129); // right_ankle: wrench handed to its parent
+    t1131 = R::fused(-sin_q_right_knee_pitch, t1130, t1128); // right_lower_leg: wrench handed to its parent
+    t1132 = sin_q_right_hip_pitch * t1131; // right_upper_leg: wrench handed to its parent
+    t1133 = sin_q_right_knee_pitch * t1127; // right_lower_leg: wrench handed to its parent
+    t1134 = R::fused(cos_q_right_knee_pitch, t1130, t1133); // right_lower_leg: wrench handed to its parent
+    t1135 = R::fused(cos_q_right_hip_pitch, t1134, t1132); // right_upper_leg: wrench handed to its parent
+    t1136 = cos_q_right_hip_yaw * t1135; // right_hip_yaw_link: wrench handed to its parent
+    t1137 = cos_q_right_ankle_roll * t1093; // right_foot: wrench handed to its parent
+    t1138 = R::fused(sin_q_right_ankle_roll, t1109, t1137); // right_foot: wrench handed to its parent
+    t1139 = cos_q_right_hip_roll * t1138; // right_hip_roll_link: wrench handed to its parent
+    t1140 = cos_q_right_hip_pitch * t1131; // right_upper_leg: wrench handed to its parent
+    t1141 = R::fused(-sin_q_right_hip_pitch, t1134, t1140); // right_upper_leg: wrench handed to its parent
+    t1142 = R::fused(-sin_q_right_hip_roll, t1141, t1139); // right_hip_roll_link: wrench handed to its parent
+    t1143 = R::fused(-sin_q_right_hip_yaw, t1142, t1136); // right_hip_yaw_link: wrench handed to its parent
+    t1144 = t1078 + t1143; // right_hip_yaw_link: wrench handed to its parent
+    t1145 = tau_base_linear_x - t1144; // other
+    t1146 = v_base_angular_y * v_base_angular_y; // torso: motion
+    t1147 = v_base_angular_z * v_base_angular_z; // torso: motion
+    t1148 = t1146 + t1147; // torso: motion
+    t1149 = R::constant(0.20808) * t1148; // torso: sums of what it carries
+    t1150 = v_base_angular_x * v_base_angular_y; // torso: motion
+    t1151 = R::fused(R::constant(0.0102), t1150, t1149); // torso: sums of what it carries
+    t1152 = v_base_angular_x * v_base_angular_z; // torso: motion
+    t1153 = R::fused(R::constant(2.4915), t1152, t1151); // torso: sums of what it carries
+    t1154 = v_base_linear_z * v_base_angular_y; // torso: motion
+    t1155 = R::fused(-v_base_linear_y, v_base_angular_z, t1154); // torso: motion
+    t1156 = R::fused(t948, R::constant(9.81), t1155); // torso: motion
+    t1157 = R::fused(R::constant(19.0), t1156, t1153); // torso: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t316_317 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(v_base_angular_x);
-    t318_319 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t316_317);
-    t320_321 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t318_319; // right_hip_roll_link, left_hip_roll_link
-    t322_323 = two(v_right_hip_yaw, v_left_hip_yaw) + both(v_base_angular_z);
+    t1158_1159 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(v_base_angular_x);
+    t1160_1161 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(v_base_angular_y), t1158_1159);
+    t1162_1163 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1160_1161; // right_hip_roll_link, left_hip_roll_link
+    t1164_1165 = two(v_right_hip_yaw, v_left_hip_yaw) + both(v_base_angular_z);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t324_325 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t322_323, t320_321);
-    t326_327 = t324_325 * t324_325;
-    t328_329 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t318_319;
-    t330_331 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t322_323, t328_329);
+    t1166_1167 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1164_1165, t1162_1163);
+    t1168_1169 = t1166_1167 * t1166_1167;
+    t1170_1171 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1160_1161;
+    t1172_1173 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1164_1165, t1170_1171);
     // right_upper_leg, left_upper_leg: motion
-    t332_333 = two(v_right_hip_pitch, v_left_hip_pitch) - t330_331;
-    t334_335 = t332_333 * t332_333;
-    t336_337 = t326_327 + t334_335;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t338_339 = both(R::constant(0.8355)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t340_341 = R::Two::fused(both(R::constant(-0.012)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t338_339);
-    t342_343 = t336_337 * t340_341;
+    t1174_1175 = two(v_right_hip_pitch, v_left_hip_pitch) - t1172_1173;
+    t1176_1177 = t1174_1175 * t1174_1175;
+    t1178_1179 = t1168_1169 + t1176_1177;
+    t1180_1181 = t1178_1179 * t354_355; // right_upper_leg, left_upper_leg: sums of what it carries
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t344_345 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_y);
-    t346_347 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t344_345;
-    let (
-        t348_349, t350_351, t352_353, t354_355, t356_357, t358_359, t360_361, t362_363, t364_365, t366_367, t368_369,
-        t370_371, t372_373, t374_375, t376_377, t378_379, t380_381, t382_383, t384_385, t386_387, t388_389, t390_391,
-        t392_393, t394_395, t396_397, t398_399, t400_401, t402_403, t404_405, t406_407, t408_409, t410_411, t412_413,
-        t414_415, t416_417, t418_419, t420_421, t422_423, t424_425, t426_427, t428_429, t430_431, t432_433, t434_435,
-        t436_437, t438_439, t440_441, t442_443, t444_445, t446_447, t448_449, t450_451, t452_453, t454_455, t456_457,
-        t458_459, t460_461, t462_463, t464_465, t466_467, t468_469, t470_471, t472_473, t474_475, t476_477, t478_479,
-        t480_481, t482_483, t484_485, t486_487, t488_489, t490_491, t492_493, t494, t495, t496, t497, t498, t499, t500,
-        t501, t502, t503, t504, t505, t506_507, t508_509, t510_511, t512_513, t514_515, t516_517, t518_519, t520_521,
-        t522_523, t524_525, t526_527, t528_529, t530_531, t532_533, t534_535, t536_537, t538_539, t540, t541_542,
-        t543_544, t545, t546, t547, t548, t549, t550, t551_552, t553_554, t555_556, t557, t558, t559, t560, t561,
-        t562_563, t564_565, t566_567, t568_569, t570_571, t572_573, t574_575, t576_577, t578_579, t580_581, t582_583,
-        t584_585, t586_587, t588_589, t590_591, t592_593, t594_595, t596_597, t598_599, t600_601, t602_603, t604_605,
-        t606_607, t608_609, t610_611, t612_613, t614_615, t616_617, t618_619, t620_621, t622_623, t624_625, t626_627,
-        t628_629, t630_631, t632_633, t634_635, t636_637, t638_639, t640_641, t642_643, t644_645, t646_647, t648_649,
-        t650_651, t652_653, t654_655, t656_657, t658, t659, t660, t661, t662, t663_664, t665_666, t667_668, t669_670,
-        t671_672, t673, t674, t675, t676, t677, t678, t679, t680, t681, t682, t683, t684, t685, t686, t687, t688, t689,
-        t690, t691, t692, t693, t694, t695, t696, t697, t698, t699_700, t701_702, t703_704, t705_706, t707_708,
-        t709_710, t711_712, t713_714, t715_716, t717_718, t719_720, t721_722, t723_724, t725_726, t727_728, t729_730,
-        t731, t732, t733, t734, t735_736, t737_738, t739_740, t741_742, t743_744, t745_746, t747_748, t749, t750, t751,
-        t752_753, t754_755, t756_757, t758_759, t760_761, t762_763, t764_765, t766_767, t768_769, t770_771, t772_773,
-        t774_775, t776_777, t778, t779, t780_781, t782_783, t784_785, t786_787, t788_789, t790_791, t792_793, t794_795,
-    );
-    t348_349 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_x);
-    t350_351 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t348_349, t346_347);
+    t1182_1183 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_y);
+    t1184_1185 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1182_1183;
+    t1186_1187 = two(v_right_hip_yaw, v_left_hip_yaw) * both(v_base_angular_x);
+    t1188_1189 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1186_1187, t1184_1185);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t352_353 = R::Two::fused(-two(v_right_hip_roll, v_left_hip_roll), t322_323, t350_351);
-    t354_355 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t352_353;
-    t356_357 = two(v_right_hip_roll, v_left_hip_roll) * t318_319;
-    t358_359 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t356_357, t354_355);
+    t1190_1191 = R::Two::fused(-two(v_right_hip_roll, v_left_hip_roll), t1164_1165, t1188_1189);
+    t1192_1193 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1190_1191;
+    t1194_1195 = two(v_right_hip_roll, v_left_hip_roll) * t1160_1161;
+    t1196_1197 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1194_1195, t1192_1193);
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t360_361 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(v_base_angular_x);
-    t362_363 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(v_base_angular_y), t360_361);
+    t1198_1199 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(v_base_angular_x);
+    t1200_1201 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(v_base_angular_y), t1198_1199);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t364_365 = two(v_right_hip_roll, v_left_hip_roll) + t362_363;
-    t366_367 = t364_365 * t324_325;
-    t368_369 = t358_359 - t366_367;
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t370_371 = both(R::constant(0.8355)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t372_373 = R::Two::fused(both(R::constant(0.012)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t370_371);
-    t374_375 = R::Two::fused(t368_369, t372_373, t342_343);
+    t1202_1203 = two(v_right_hip_roll, v_left_hip_roll) + t1200_1201;
+    t1204_1205 = t1202_1203 * t1166_1167;
+    t1206_1207 = t1196_1197 - t1204_1205;
+    t1208_1209 = R::Two::fused(t1206_1207, t98_99, t1180_1181); // right_upper_leg, left_upper_leg
     // right_lower_leg, left_lower_leg: motion
-    t376_377 = two(v_right_knee_pitch, v_left_knee_pitch) + t332_333;
-    t378_379 = t376_377 * t376_377;
-    t380_381 = t326_327 + t378_379;
+    t1210_1211 = two(v_right_knee_pitch, v_left_knee_pitch) + t1174_1175;
+    t1212_1213 = t1210_1211 * t1210_1211;
+    t1214_1215 = t1168_1169 + t1212_1213;
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t382_383 = both(R::constant(0.3111)) * two(sin_t0, sin_t1);
-    t384_385 = R::Two::fused(both(R::constant(-0.008)), two(cos_t0, cos_t1), t382_383);
-    t386_387 = t380_381 * t384_385;
-    t388_389 = both(R::constant(0.3111)) * two(cos_t0, cos_t1);
-    t390_391 = R::Two::fused(both(R::constant(0.008)), two(sin_t0, sin_t1), t388_389);
-    t392_393 = R::Two::fused(t368_369, t390_391, t386_387);
+    t1216_1217 = t1214_1215 * t108_109;
+    t1218_1219 = R::Two::fused(t1206_1207, t52_53, t1216_1217);
     // right_hip_roll_link, left_hip_roll_link: motion
-    t394_395 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t352_353;
-    t396_397 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t356_357, t394_395);
-    t398_399 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t364_365, t396_397);
-    t400_401 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t364_365, t398_399);
+    t1220_1221 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1190_1191;
+    t1222_1223 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1194_1195, t1220_1221);
+    t1224_1225 = R::Two::fused(two(v_right_hip_pitch, v_left_hip_pitch), t1202_1203, t1222_1223);
+    t1226_1227 = R::Two::fused(two(v_right_knee_pitch, v_left_knee_pitch), t1202_1203, t1224_1225);
     // right_ankle, left_ankle: motion
-    t402_403 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), t364_365, t400_401);
-    t404_405 = two(cos_t2, cos_t3) * t402_403;
+    t1228_1229 = R::Two::fused(two(v_right_ankle_pitch, v_left_ankle_pitch), t1202_1203, t1226_1227);
+    t1230_1231 = two(cos_t2, cos_t3) * t1228_1229;
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t406_407 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t344_345;
-    t408_409 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t348_349, t406_407);
-    t410_411 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t324_325, t408_409);
-    t412_413 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t324_325, t410_411);
+    t1232_1233 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1182_1183;
+    t1234_1235 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1186_1187, t1232_1233);
+    t1236_1237 = R::Two::fused(-two(v_right_hip_pitch, v_left_hip_pitch), t1166_1167, t1234_1235);
+    t1238_1239 = R::Two::fused(-two(v_right_knee_pitch, v_left_knee_pitch), t1166_1167, t1236_1237);
     // right_ankle, left_ankle: motion
-    t414_415 = R::Two::fused(-two(v_right_ankle_pitch, v_left_ankle_pitch), t324_325, t412_413);
-    t416_417 = R::Two::fused(two(sin_t2, sin_t3), t414_415, t404_405);
-    t418_419 = two(v_right_ankle_pitch, v_left_ankle_pitch) + t376_377;
-    t420_421 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t418_419, t416_417); // right_foot, left_foot
-    t422_423 = two(sin_t2, sin_t3) * t324_325;
-    t424_425 = R::Two::fused(-two(cos_t2, cos_t3), t364_365, t422_423);
+    t1240_1241 = R::Two::fused(-two(v_right_ankle_pitch, v_left_ankle_pitch), t1166_1167, t1238_1239);
+    t1242_1243 = R::Two::fused(two(sin_t2, sin_t3), t1240_1241, t1230_1231);
+    t1244_1245 = two(v_right_ankle_pitch, v_left_ankle_pitch) + t1210_1211;
+    t1246_1247 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t1244_1245, t1242_1243);
+    t1248_1249 = two(sin_t2, sin_t3) * t1166_1167;
+    t1250_1251 = R::Two::fused(-two(cos_t2, cos_t3), t1202_1203, t1248_1249);
     // right_foot, left_foot: motion
-    t426_427 = two(v_right_ankle_roll, v_left_ankle_roll) - t424_425;
-    t428_429 = t418_419 * t426_427;
-    t430_431 = t420_421 - t428_429;
-    // right_foot, left_foot: sums of what it carries
-    t432_433 = both(R::constant(0.0165)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t434_435 = t430_431 * t432_433;
+    t1252_1253 = two(v_right_ankle_roll, v_left_ankle_roll) - t1250_1251;
+    t1254_1255 = t1244_1245 * t1252_1253;
+    t1256_1257 = t1246_1247 - t1254_1255;
+    t1258_1259 = t1256_1257 * t6_7; // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: motion
-    t436_437 = two(cos_t2, cos_t3) * t324_325;
-    t438_439 = R::Two::fused(two(sin_t2, sin_t3), t364_365, t436_437);
+    t1260_1261 = two(cos_t2, cos_t3) * t1166_1167;
+    t1262_1263 = R::Two::fused(two(sin_t2, sin_t3), t1202_1203, t1260_1261);
     // right_foot, left_foot: motion
-    t440_441 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t438_439, t358_359);
-    t442_443 = t438_439 * t426_427;
-    t444_445 = t440_441 - t442_443;
-    // right_foot, left_foot: sums of what it carries
-    t446_447 = both(R::constant(0.0165)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t448_449 = R::Two::fused(-t444_445, t446_447, t434_435);
+    t1264_1265 = R::Two::fused(-two(v_right_ankle_roll, v_left_ankle_roll), t1262_1263, t1196_1197);
+    t1266_1267 = t1262_1263 * t1252_1253;
+    t1268_1269 = t1264_1265 - t1266_1267;
+    t1270_1271 = R::Two::fused(-t1268_1269, t14_15, t1258_1259); // right_foot, left_foot: sums of what it carries
     // right_ankle, left_ankle: motion
-    t450_451 = t418_419 * t418_419;
-    t452_453 = t438_439 * t438_439;
-    t454_455 = t450_451 + t452_453;
-    t456_457 = both(R::constant(0.0154)) * t454_455; // right_ankle, left_ankle: sums of what it carries
-    t458_459 = t438_439 * t424_425;
-    t460_461 = t358_359 + t458_459;
+    t1272_1273 = t1244_1245 * t1244_1245;
+    t1274_1275 = t1262_1263 * t1262_1263;
+    let (
+        t1276_1277, t1278_1279, t1280_1281, t1282_1283, t1284_1285, t1286_1287, t1288_1289, t1290_1291, t1292_1293,
+        t1294_1295, t1296_1297, t1298_1299, t1300_1301, t1302_1303, t1304_1305, t1306_1307, t1308_1309, t1310_1311,
+        t1312_1313, t1314_1315, t1316, t1317, t1318, t1319, t1320, t1321, t1322, t1323, t1324, t1325, t1326, t1327,
+        t1328_1329, t1330_1331, t1332_1333, t1334_1335, t1336_1337, t1338_1339, t1340_1341, t1342_1343, t1344_1345,
+        t1346, t1347_1348, t1349_1350, t1351, t1352, t1353, t1354, t1355, t1356, t1357_1358, t1359_1360, t1361_1362,
+        t1363, t1364, t1365, t1366, t1367, t1368_1369, t1370_1371, t1372_1373, t1374_1375, t1376_1377, t1378_1379,
+        t1380_1381, t1382_1383, t1384_1385, t1386_1387, t1388_1389, t1390_1391, t1392_1393, t1394_1395, t1396_1397,
+        t1398_1399, t1400_1401, t1402_1403, t1404_1405, t1406_1407, t1408_1409, t1410_1411, t1412_1413, t1414_1415,
+        t1416_1417, t1418_1419, t1420_1421, t1422_1423, t1424_1425, t1426_1427, t1428_1429, t1430_1431, t1432_1433,
+        t1434_1435, t1436_1437, t1438_1439, t1440_1441, t1442_1443, t1444_1445, t1446_1447, t1448_1449, t1450_1451,
+        t1452_1453, t1454_1455, t1456, t1457, t1458, t1459, t1460, t1461, t1462, t1463, t1464, t1465, t1466, t1467,
+        t1468, t1469, t1470, t1471, t1472, t1473, t1474, t1475, t1476, t1477, t1478, t1479, t1480, t1481, t1482, t1483,
+        t1484, t1485, t1486, t1487_1488, t1489_1490, t1491_1492, t1493_1494, t1495_1496, t1497_1498, t1499_1500,
+        t1501_1502, t1503_1504, t1505_1506, t1507_1508, t1509_1510, t1511_1512, t1513_1514, t1515_1516, t1517_1518,
+        t1519, t1520, t1521, t1522, t1523, t1524, t1525, t1526, t1527, t1528_1529, t1530_1531, t1532_1533, t1534_1535,
+        t1536_1537, t1538_1539, t1540_1541, t1542_1543, t1544_1545, t1546_1547, t1548_1549, t1550_1551, t1552, t1553,
+        t1554_1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567_1568, t1569_1570,
+        t1571_1572, t1573_1574, t1575_1576, t1577_1578, t1579_1580, t1581_1582, t1583_1584, t1585_1586, t1587_1588,
+        t1589, t1590, t1591_1592, t1593_1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602, t1603_1604, t1605,
+        t1606, t1607, t1608, t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621,
+        t1622_1623, t1624_1625, t1626_1627, t1628_1629, t1630_1631, t1632_1633, t1634_1635, t1636_1637, t1638_1639,
+        t1640_1641, t1642_1643, t1644_1645, t1646_1647, t1648_1649, t1650_1651, t1652_1653, t1654_1655, t1656_1657,
+        t1658_1659, t1660_1661, t1662_1663, t1664_1665, t1666_1667, t1668_1669, t1670_1671, t1672_1673, t1674, t1675,
+        t1676, t1677_1678, t1679_1680,
+    );
+    t1276_1277 = t1272_1273 + t1274_1275;
+    t1278_1279 = both(R::constant(0.0154)) * t1276_1277; // right_ankle, left_ankle: sums of what it carries
+    t1280_1281 = t1262_1263 * t1250_1251;
+    t1282_1283 = t1196_1197 + t1280_1281;
     // right_ankle, left_ankle: sums of what it carries
-    t462_463 = R::Two::fused(both(R::constant(-0.023125)), t460_461, t456_457);
-    t464_465 = t448_449 + t462_463;
-    t466_467 = two(cos_t2, cos_t3) * t464_465;
-    t468_469 = t358_359 - t458_459; // right_ankle, left_ankle: motion
-    t470_471 = both(R::constant(0.0154)) * t468_469;
+    t1284_1285 = R::Two::fused(both(R::constant(-0.023125)), t1282_1283, t1278_1279);
+    t1286_1287 = t1270_1271 + t1284_1285;
+    t1288_1289 = two(cos_t2, cos_t3) * t1286_1287;
+    t1290_1291 = t1196_1197 - t1280_1281; // right_ankle, left_ankle: motion
+    t1292_1293 = both(R::constant(0.0154)) * t1290_1291;
     // right_ankle, left_ankle: motion
-    t472_473 = t424_425 * t424_425;
-    t474_475 = t450_451 + t472_473;
-    t476_477 = R::Two::fused(both(R::constant(0.023125)), t474_475, t470_471); // right_ankle, left_ankle
-    t478_479 = two(sin_t2, sin_t3) * t402_403;
-    t480_481 = R::Two::fused(-two(cos_t2, cos_t3), t414_415, t478_479);
-    t482_483 = t418_419 * t438_439;
-    t484_485 = t480_481 - t482_483;
-    t486_487 = t484_485 * t432_433; // right_foot, left_foot: sums of what it carries
+    t1294_1295 = t1250_1251 * t1250_1251;
+    t1296_1297 = t1272_1273 + t1294_1295;
+    t1298_1299 = R::Two::fused(both(R::constant(0.023125)), t1296_1297, t1292_1293); // right_ankle, left_ankle
+    t1300_1301 = two(sin_t2, sin_t3) * t1228_1229;
+    t1302_1303 = R::Two::fused(-two(cos_t2, cos_t3), t1240_1241, t1300_1301);
+    t1304_1305 = t1244_1245 * t1262_1263;
+    t1306_1307 = t1302_1303 - t1304_1305;
+    t1308_1309 = t1306_1307 * t6_7; // right_foot, left_foot: sums of what it carries
     // right_foot, left_foot: motion
-    t488_489 = t426_427 * t426_427;
-    t490_491 = t450_451 + t488_489;
-    t492_493 = R::Two::fused(-t490_491, t446_447, t486_487); // right_foot, left_foot: sums of what it carries
+    t1310_1311 = t1252_1253 * t1252_1253;
+    t1312_1313 = t1272_1273 + t1310_1311;
+    t1314_1315 = R::Two::fused(-t1312_1313, t14_15, t1308_1309); // right_foot, left_foot: sums of what it carries
     // left_foot: external forces
-    t494 = R::constant(0.06) * t178;
-    t495 = R::fused(R::constant(-0.055), t150, t494);
-    t496 = R::constant(0.06) * t181;
-    t497 = R::fused(R::constant(0.055), t153, t496);
-    t498 = t495 - t497;
-    t499 = R::constant(0.06) * t185;
-    t500 = R::fused(R::constant(-0.055), t157, t499);
-    t501 = t498 + t500;
-    t502 = R::constant(0.06) * t189;
-    t503 = R::fused(R::constant(0.055), t161, t502);
-    t504 = t501 - t503;
-    t505 = tau_left_ankle_roll + t504; // other
+    t1316 = R::constant(0.06) * t1020;
+    t1317 = R::fused(R::constant(-0.055), t992, t1316);
+    t1318 = R::constant(0.06) * t1023;
+    t1319 = R::fused(R::constant(0.055), t995, t1318);
+    t1320 = t1317 - t1319;
+    t1321 = R::constant(0.06) * t1027;
+    t1322 = R::fused(R::constant(-0.055), t999, t1321);
+    t1323 = t1320 + t1322;
+    t1324 = R::constant(0.06) * t1031;
+    t1325 = R::fused(R::constant(0.055), t1003, t1324);
+    t1326 = t1323 - t1325;
+    t1327 = tau_left_ankle_roll + t1326; // other
     // right_foot, left_foot: sums of what it carries
-    t506_507 = both(R::constant(0.001228333333)) * t480_481;
-    t508_509 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t510_511 = both(R::constant(0.00009166667)) * t508_509;
-    t512_513 = both(R::constant(0.0006600000015)) - t510_511;
-    t514_515 = both(R::constant(0.0005683333315)) + t510_511;
-    t516_517 = t512_513 - t514_515;
-    t518_519 = R::Two::fused(-t482_483, t516_517, t506_507);
-    t520_521 = t440_441 + t442_443; // right_foot, left_foot: motion
-    t522_523 = both(R::constant(0.000612)) * two(sin_q_right_ankle_roll, sin_q_left_ankle_roll);
-    t524_525 = R::Two::fused(-t520_521, t522_523, t518_519);
-    t526_527 = t420_421 + t428_429; // right_foot, left_foot: motion
-    t528_529 = both(R::constant(0.000612)) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t530_531 = R::Two::fused(-t526_527, t528_529, t524_525);
-    t532_533 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * two(cos_q_right_ankle_roll, cos_q_left_ankle_roll);
-    t534_535 = both(R::constant(0.00009166667)) * t532_533;
-    t536_537 = t450_451 - t452_453;
-    t538_539 = R::Two::fused(t534_535, t536_537, t530_531);
-    t540 = R::constant(0.0764) * t308; // right_hip_yaw_link: motion
+    t1328_1329 = both(R::constant(0.001228333333)) * t1302_1303;
+    t1330_1331 = t268_269 - t32_33;
+    t1332_1333 = R::Two::fused(-t1304_1305, t1330_1331, t1328_1329);
+    t1334_1335 = t1264_1265 + t1266_1267; // right_foot, left_foot: motion
+    t1336_1337 = R::Two::fused(-t1334_1335, t20_21, t1332_1333);
+    t1338_1339 = t1246_1247 + t1254_1255; // right_foot, left_foot: motion
+    t1340_1341 = R::Two::fused(-t1338_1339, t138_139, t1336_1337);
+    t1342_1343 = t1272_1273 - t1274_1275;
+    t1344_1345 = R::Two::fused(t156_157, t1342_1343, t1340_1341);
+    t1346 = R::constant(0.0764) * t1150; // right_hip_yaw_link: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t541_542 = R::Two::fused(both(t540), two(R::constant(-1.0), R::constant(1.0)), both(t314));
-    t543_544 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t541_542;
+    t1347_1348 = R::Two::fused(both(t1346), two(R::constant(-1.0), R::constant(1.0)), both(t1156));
+    t1349_1350 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1347_1348;
     // torso: motion
-    t545 = v_base_linear_x * v_base_angular_z;
-    t546 = R::fused(-v_base_linear_z, v_base_angular_x, t545);
-    t547 = R::fused(t109, R::constant(9.81), t546);
-    t548 = v_base_angular_x * v_base_angular_x;
-    t549 = t305 + t548;
-    t550 = R::constant(0.0764) * t549; // right_hip_yaw_link: motion
+    t1351 = v_base_linear_x * v_base_angular_z;
+    t1352 = R::fused(-v_base_linear_z, v_base_angular_x, t1351);
+    t1353 = R::fused(t951, R::constant(9.81), t1352);
+    t1354 = v_base_angular_x * v_base_angular_x;
+    t1355 = t1147 + t1354;
+    t1356 = R::constant(0.0764) * t1355; // right_hip_yaw_link: motion
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t551_552 = R::Two::fused(both(t550), two(R::constant(1.0), R::constant(-1.0)), both(t547));
-    t553_554 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t551_552, t543_544);
-    t555_556 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t553_554; // right_hip_roll_link, left_hip_roll_link
+    t1357_1358 = R::Two::fused(both(t1356), two(R::constant(1.0), R::constant(-1.0)), both(t1353));
+    t1359_1360 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1357_1358, t1349_1350);
+    t1361_1362 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1359_1360; // right_hip_roll_link, left_hip_roll_link
     // torso: motion
-    t557 = v_base_linear_y * v_base_angular_x;
-    t558 = R::fused(-v_base_linear_x, v_base_angular_y, t557);
-    t559 = R::fused(t115, R::constant(9.81), t558);
-    t560 = v_base_angular_y * v_base_angular_z;
-    t561 = R::constant(0.0764) * t560; // right_hip_yaw_link: motion
-    t562_563 = R::Two::fused(both(t561), two(R::constant(-1.0), R::constant(1.0)), both(t559));
+    t1363 = v_base_linear_y * v_base_angular_x;
+    t1364 = R::fused(-v_base_linear_x, v_base_angular_y, t1363);
+    t1365 = R::fused(t957, R::constant(9.81), t1364);
+    t1366 = v_base_angular_y * v_base_angular_z;
+    t1367 = R::constant(0.0764) * t1366; // right_hip_yaw_link: motion
+    t1368_1369 = R::Two::fused(both(t1367), two(R::constant(-1.0), R::constant(1.0)), both(t1365));
     // right_hip_roll_link, left_hip_roll_link: motion
-    t564_565 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t562_563, t555_556);
-    t566_567 = t358_359 + t366_367;
+    t1370_1371 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1368_1369, t1361_1362);
+    t1372_1373 = t1196_1197 + t1204_1205;
+    t1374_1375 = t1372_1373 * t104_105; // right_lower_leg, left_lower_leg: motion
+    t1376_1377 = t1202_1203 * t1202_1203;
+    t1378_1379 = t1376_1377 + t1176_1177; // right_upper_leg, left_upper_leg: motion
     // right_lower_leg, left_lower_leg: motion
-    t568_569 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * both(R::constant(0.315));
-    t570_571 = t566_567 * t568_569;
-    t572_573 = t364_365 * t364_365; // right_hip_roll_link, left_hip_roll_link: motion
-    t574_575 = t572_573 + t334_335; // right_upper_leg, left_upper_leg: motion
-    t576_577 = two(cos_q_right_hip_pitch, cos_q_left_hip_pitch) * both(R::constant(0.315));
-    t578_579 = R::Two::fused(-t574_575, t576_577, t570_571);
-    t580_581 = t564_565 - t578_579;
+    t1380_1381 = R::Two::fused(-t1378_1379, t100_101, t1374_1375);
+    t1382_1383 = t1370_1371 - t1380_1381;
+    t1384_1385 = t1372_1373 * t58_59; // right_ankle, left_ankle: motion
+    t1386_1387 = t1376_1377 + t1212_1213;
     // right_ankle, left_ankle: motion
-    t582_583 = both(R::constant(0.273)) * two(sin_t0, sin_t1);
-    t584_585 = t566_567 * t582_583;
-    t586_587 = t572_573 + t378_379; // right_lower_leg, left_lower_leg: motion
-    t588_589 = both(R::constant(0.273)) * two(cos_t0, cos_t1);
-    t590_591 = R::Two::fused(-t586_587, t588_589, t584_585);
-    t592_593 = t580_581 - t590_591;
-    t594_595 = two(cos_t2, cos_t3) * t592_593;
+    t1388_1389 = R::Two::fused(-t1386_1387, t54_55, t1384_1385);
+    t1390_1391 = t1382_1383 - t1388_1389;
+    t1392_1393 = two(cos_t2, cos_t3) * t1390_1391;
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t596_597 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t541_542;
-    t598_599 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t551_552, t596_597);
+    t1394_1395 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1347_1348;
+    t1396_1397 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1357_1358, t1394_1395);
     // right_lower_leg, left_lower_leg: motion
-    t600_601 = t336_337 * t568_569;
-    t602_603 = R::Two::fused(t368_369, t576_577, t600_601);
-    t604_605 = t598_599 + t602_603;
+    t1398_1399 = t1178_1179 * t104_105;
+    t1400_1401 = R::Two::fused(t1206_1207, t100_101, t1398_1399);
+    t1402_1403 = t1396_1397 + t1400_1401;
     // right_ankle, left_ankle: motion
-    t606_607 = t380_381 * t582_583;
-    t608_609 = R::Two::fused(t368_369, t588_589, t606_607);
-    t610_611 = t604_605 + t608_609;
-    t612_613 = R::Two::fused(two(sin_t2, sin_t3), t610_611, t594_595);
-    t614_615 = R::Two::fused(both(R::constant(0.037)), t474_475, t612_613); // right_foot, left_foot: motion
-    t616_617 = t614_615 * t432_433; // right_foot, left_foot: sums of what it carries
+    t1404_1405 = t1214_1215 * t58_59;
+    t1406_1407 = R::Two::fused(t1206_1207, t54_55, t1404_1405);
+    t1408_1409 = t1402_1403 + t1406_1407;
+    t1410_1411 = R::Two::fused(two(sin_t2, sin_t3), t1408_1409, t1392_1393);
+    t1412_1413 = R::Two::fused(both(R::constant(0.037)), t1296_1297, t1410_1411); // right_foot, left_foot: motion
+    t1414_1415 = t1412_1413 * t6_7; // right_foot, left_foot: sums of what it carries
     // right_hip_roll_link, left_hip_roll_link: motion
-    t618_619 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t553_554;
-    t620_621 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t562_563, t618_619);
+    t1416_1417 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1359_1360;
+    t1418_1419 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1368_1369, t1416_1417);
     // right_upper_leg, left_upper_leg: motion
-    t622_623 = t364_365 * t332_333;
-    t624_625 = t398_399 + t622_623;
-    t626_627 = t624_625 * t568_569; // right_lower_leg, left_lower_leg: motion
-    t628_629 = t324_325 * t332_333;
-    t630_631 = t410_411 - t628_629;
+    t1420_1421 = t1202_1203 * t1174_1175;
+    t1422_1423 = t1224_1225 + t1420_1421;
+    t1424_1425 = t1422_1423 * t104_105; // right_lower_leg, left_lower_leg: motion
+    t1426_1427 = t1166_1167 * t1174_1175;
+    t1428_1429 = t1236_1237 - t1426_1427;
     // right_lower_leg, left_lower_leg: motion
-    t632_633 = R::Two::fused(-t630_631, t576_577, t626_627);
-    t634_635 = t620_621 + t632_633;
-    t636_637 = t364_365 * t376_377;
-    t638_639 = t400_401 + t636_637;
-    t640_641 = t638_639 * t582_583; // right_ankle, left_ankle: motion
-    t642_643 = t324_325 * t376_377;
-    t644_645 = t412_413 - t642_643;
+    t1430_1431 = R::Two::fused(-t1428_1429, t100_101, t1424_1425);
+    t1432_1433 = t1418_1419 + t1430_1431;
+    t1434_1435 = t1202_1203 * t1210_1211;
+    t1436_1437 = t1226_1227 + t1434_1435;
+    t1438_1439 = t1436_1437 * t58_59; // right_ankle, left_ankle: motion
+    t1440_1441 = t1166_1167 * t1210_1211;
+    t1442_1443 = t1238_1239 - t1440_1441;
     // right_ankle, left_ankle: motion
-    t646_647 = R::Two::fused(-t644_645, t588_589, t640_641);
-    t648_649 = t634_635 + t646_647;
-    t650_651 = t480_481 + t482_483;
-    t652_653 = R::Two::fused(both(R::constant(0.037)), t650_651, t648_649); // right_foot, left_foot: motion
+    t1444_1445 = R::Two::fused(-t1442_1443, t54_55, t1438_1439);
+    t1446_1447 = t1432_1433 + t1444_1445;
+    t1448_1449 = t1302_1303 + t1304_1305;
+    t1450_1451 = R::Two::fused(both(R::constant(0.037)), t1448_1449, t1446_1447); // right_foot, left_foot: motion
     // right_foot, left_foot: sums of what it carries
-    t654_655 = R::Two::fused(-t652_653, t446_447, t616_617);
-    t656_657 = t538_539 - t654_655;
-    t658 = t505 + t656_657.second(); // other
-    t659 = t658 * R::constant(814.1112620933816); // other
-    t660 = R::fused(-t432_433.second(), t659, t492_493.second()); // left_foot: articulated inertia
-    t661 = t476_477.second() - t660; // left_ankle: articulated inertia
-    t662 = R::fused(-sin_t3, t661, t466_467.second()); // left_ankle: articulated inertia
-    // right_ankle, left_ankle: sums of what it carries
-    t663_664 = both(R::constant(0.023125)) + t446_447;
-    t665_666 = two(cos_t2, cos_t3) * t663_664;
-    t667_668 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(13.432835824540797));
-    // right_ankle, left_ankle: articulated inertia
-    t669_670 = R::Two::fused(-t522_523, t667_668, both(R::constant(0.0154)));
-    t671_672 = R::Two::fused(two(sin_t2, sin_t3), t669_670, t665_666);
+    t1452_1453 = R::Two::fused(-t1450_1451, t14_15, t1414_1415);
+    t1454_1455 = t1344_1345 - t1452_1453;
+    t1456 = t1327 + t1454_1455.second(); // other
+    t1457 = t1456 * R::constant(814.1112620933816); // other
+    t1458 = R::fused(-t6_7.second(), t1457, t1314_1315.second()); // left_foot: articulated inertia
+    t1459 = t1298_1299.second() - t1458; // left_ankle: articulated inertia
+    t1460 = R::fused(-sin_t3, t1459, t1288_1289.second()); // left_ankle: articulated inertia
     // left_foot: external forces
-    t673 = R::constant(0.055) * t207;
-    t674 = R::fused(R::constant(-0.15), t178, t673);
-    t675 = R::constant(0.055) * t210;
-    t676 = R::fused(R::constant(-0.15), t181, t675);
-    t677 = t674 + t676;
-    t678 = R::constant(0.055) * t214;
-    t679 = R::fused(R::constant(0.09), t185, t678);
-    t680 = t677 + t679;
-    t681 = R::constant(0.055) * t218;
-    t682 = R::fused(R::constant(0.09), t189, t681);
-    t683 = t680 + t682;
-    t684 = cos_q_left_ankle_roll * t683; // left_foot: wrench handed to its parent
-    t685 = R::constant(0.15) * t150;
-    t686 = R::fused(R::constant(-0.06), t207, t685);
-    t687 = R::constant(0.15) * t153;
-    t688 = R::fused(R::constant(0.06), t210, t687);
-    t689 = t686 + t688;
-    t690 = R::constant(0.09) * t157;
-    t691 = R::fused(R::constant(0.06), t214, t690);
-    t692 = t689 - t691;
-    t693 = R::constant(0.09) * t161;
-    t694 = R::fused(R::constant(-0.06), t218, t693);
-    t695 = t692 - t694;
-    t696 = R::fused(sin_q_left_ankle_roll, t695, t684); // left_foot: wrench handed to its parent
-    t697 = R::fused(R::constant(0.037), t219, t696); // left_foot: wrench handed to its parent
-    t698 = tau_left_ankle_pitch + t697; // other
+    t1461 = R::constant(0.055) * t1049;
+    t1462 = R::fused(R::constant(-0.15), t1020, t1461);
+    t1463 = R::constant(0.055) * t1052;
+    t1464 = R::fused(R::constant(-0.15), t1023, t1463);
+    t1465 = t1462 + t1464;
+    t1466 = R::constant(0.055) * t1056;
+    t1467 = R::fused(R::constant(0.09), t1027, t1466);
+    t1468 = t1465 + t1467;
+    t1469 = R::constant(0.055) * t1060;
+    t1470 = R::fused(R::constant(0.09), t1031, t1469);
+    t1471 = t1468 + t1470;
+    t1472 = cos_q_left_ankle_roll * t1471; // left_foot: wrench handed to its parent
+    t1473 = R::constant(0.15) * t992;
+    t1474 = R::fused(R::constant(-0.06), t1049, t1473);
+    t1475 = R::constant(0.15) * t995;
+    t1476 = R::fused(R::constant(0.06), t1052, t1475);
+    t1477 = t1474 + t1476;
+    t1478 = R::constant(0.09) * t999;
+    t1479 = R::fused(R::constant(0.06), t1056, t1478);
+    t1480 = t1477 - t1479;
+    t1481 = R::constant(0.09) * t1003;
+    t1482 = R::fused(R::constant(-0.06), t1060, t1481);
+    t1483 = t1480 - t1482;
+    t1484 = R::fused(sin_q_left_ankle_roll, t1483, t1472); // left_foot: wrench handed to its parent
+    t1485 = R::fused(R::constant(0.037), t1061, t1484); // left_foot: wrench handed to its parent
+    t1486 = tau_left_ankle_pitch + t1485; // other
     // right_ankle, left_ankle: sums of what it carries
-    t699_700 = t358_359 * both(R::constant(0.0039379874985));
-    t701_702 = R::Two::fused(t458_459, both(R::constant(-0.0022669124985)), t699_700);
-    t703_704 = t452_453 - t472_473;
-    t705_706 = R::Two::fused(both(R::constant(-0.0005698)), t703_704, t701_702);
+    t1487_1488 = t1196_1197 * both(R::constant(0.0039379874985));
+    t1489_1490 = R::Two::fused(t1280_1281, both(R::constant(-0.0022669124985)), t1487_1488);
+    t1491_1492 = t1274_1275 - t1294_1295;
+    t1493_1494 = R::Two::fused(both(R::constant(-0.0005698)), t1491_1492, t1489_1490);
     // right_ankle, left_ankle: motion
-    t707_708 = two(sin_t2, sin_t3) * t592_593;
-    t709_710 = R::Two::fused(-two(cos_t2, cos_t3), t610_611, t707_708);
+    t1495_1496 = two(sin_t2, sin_t3) * t1390_1391;
+    t1497_1498 = R::Two::fused(-two(cos_t2, cos_t3), t1408_1409, t1495_1496);
     // right_ankle, left_ankle: sums of what it carries
-    t711_712 = both(R::constant(0.023125)) * t709_710;
-    t713_714 = R::Two::fused(both(R::constant(-0.0154)), t612_613, t711_712);
-    t715_716 = t705_706 - t713_714;
+    t1499_1500 = both(R::constant(0.023125)) * t1497_1498;
+    t1501_1502 = R::Two::fused(both(R::constant(-0.0154)), t1410_1411, t1499_1500);
+    t1503_1504 = t1493_1494 - t1501_1502;
     // right_foot, left_foot: sums of what it carries
-    t717_718 = t444_445 * t514_515;
-    t719_720 = R::Two::fused(t430_431, t534_535, t717_718);
-    t721_722 = R::Two::fused(-t484_485, t522_523, t719_720);
-    t723_724 = t452_453 - t488_489;
-    t725_726 = R::Two::fused(-t528_529, t723_724, t721_722);
-    t727_728 = R::Two::fused(both(R::constant(-0.037)), t460_461, t709_710); // right_foot, left_foot: motion
-    t729_730 = R::Two::fused(-t727_728, t446_447, t725_726);
-    t731 = R::fused(t522_523.second(), t659, t729_730.second()); // left_foot: articulated inertia
-    t732 = R::fused(R::constant(0.037), t448_449.second(), -t731); // left_foot: articulated inertia
-    t733 = t715_716.second() - t732; // left_ankle: articulated inertia
-    t734 = t698 + t733; // left_ankle: articulated inertia
-    t735_736 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.0006105));
-    t737_738 = two(sin_q_right_ankle_roll, sin_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
-    // right_foot, left_foot: articulated inertia
-    t739_740 = R::Two::fused(-t522_523, t737_738, t514_515);
-    t741_742 = t735_736 + t739_740;
-    t743_744 = t735_736 + t741_742;
-    // right_ankle, left_ankle: articulated inertia
-    t745_746 = both(R::constant(0.0039379874985)) + t743_744;
-    t747_748 = both(R::constant(1.0)) / t745_746;
-    t749 = t734 * t747_748.second(); // left_ankle: articulated inertia
-    t750 = R::fused(t671_672.second(), t749, t662); // left_ankle: articulated inertia
-    t751 = t392_393.second() - t750; // left_lower_leg: articulated inertia
-    t752_753 = two(sin_t2, sin_t3) * two(sin_t2, sin_t3); // right_ankle, left_ankle: sums of what it carries
-    t754_755 = t432_433 * t667_668; // right_foot, left_foot: articulated inertia
-    t756_757 = t752_753 * t754_755;
-    t758_759 = t671_672 * t747_748;
-    t760_761 = R::Two::fused(t671_672, t758_759, t756_757);
-    t762_763 = t588_589 * t760_761;
-    t764_765 = two(sin_t2, sin_t3) * two(cos_t2, cos_t3); // right_ankle, left_ankle: sums of what it carries
-    t766_767 = t764_765 * t754_755;
-    t768_769 = two(sin_t2, sin_t3) * t663_664; // right_ankle, left_ankle: sums of what it carries
-    t770_771 = R::Two::fused(-two(cos_t2, cos_t3), t669_670, t768_769);
-    t772_773 = R::Two::fused(-t770_771, t758_759, t766_767);
-    t774_775 = R::Two::fused(-t582_583, t772_773, t762_763);
-    t776_777 = t390_391 - t774_775; // right_lower_leg, left_lower_leg: articulated inertia
-    t778 = R::fused(R::constant(0.273), t223, t697); // left_ankle: wrench handed to its parent
-    t779 = tau_left_knee_pitch + t778; // other
-    // right_lower_leg, left_lower_leg: sums of what it carries
-    t780_781 = both(R::constant(0.07325338333)) * t358_359;
-    t782_783 = two(sin_t0, sin_t1) * two(sin_t0, sin_t1);
-    t784_785 = both(R::constant(0.072308716667)) * t782_783;
-    t786_787 = two(sin_t0, sin_t1) * two(cos_t0, cos_t1);
-    t788_789 = R::Two::fused(both(R::constant(-0.00172)), t786_787, t784_785);
-    t790_791 = both(R::constant(0.0727810499985)) - t788_789;
-    t792_793 = both(R::constant(0.0004723333315)) + t788_789;
-    t794_795 = t790_791 - t792_793;
-    let (
-        t796_797, t798_799, t800_801, t802_803, t804_805, t806_807, t808_809, t810_811, t812_813, t814_815, t816_817,
-        t818_819, t820_821, t822_823, t824_825, t826_827, t828_829, t830, t831, t832_833, t834, t835, t836, t837, t838,
-        t839, t840_841, t842_843, t844_845, t846_847, t848_849, t850_851, t852_853, t854_855, t856_857, t858, t859,
-        t860, t861_862, t863_864, t865_866, t867_868, t869_870, t871_872, t873_874, t875, t876, t877_878, t879_880,
-        t881_882, t883_884, t885_886, t887_888, t889_890, t891_892, t893_894, t895_896, t897_898, t899_900, t901_902,
-        t903_904, t905_906, t907_908, t909_910, t911_912, t913_914, t915_916, t917_918, t919_920, t921_922, t923_924,
-        t925, t926, t927_928, t929_930, t931, t932, t933, t934, t935, t936, t937_938, t939_940, t941_942, t943_944,
-        t945_946, t947_948, t949_950, t951_952, t953, t954, t955_956, t957, t958_959, t960_961, t962_963, t964_965,
-        t966_967, t968_969, t970_971, t972_973, t974_975, t976_977, t978_979, t980_981, t982_983, t984_985, t986_987,
-        t988_989, t990_991, t992_993, t994_995, t996_997, t998_999, t1000_1001, t1002_1003, t1004_1005, t1006_1007,
-        t1008_1009, t1010_1011, t1012_1013, t1014_1015, t1016_1017, t1018_1019, t1020_1021, t1022_1023, t1024_1025,
-        t1026_1027, t1028_1029, t1030_1031, t1032_1033, t1034_1035, t1036_1037, t1038_1039, t1040_1041, t1042_1043,
-        t1044_1045, t1046_1047, t1048_1049, t1050_1051, t1052, t1053, t1054, t1055, t1056, t1057, t1058, t1059, t1060,
-        t1061, t1062, t1063, t1064, t1065, t1066, t1067, t1068_1069, t1070_1071, t1072_1073, t1074_1075, t1076_1077,
-        t1078_1079, t1080_1081, t1082_1083, t1084_1085, t1086_1087, t1088_1089, t1090_1091, t1092_1093, t1094_1095,
-        t1096_1097, t1098_1099, t1100_1101, t1102_1103, t1104_1105, t1106_1107, t1108_1109, t1110_1111, t1112_1113,
-        t1114_1115, t1116_1117, t1118_1119, t1120, t1121, t1122, t1123_1124, t1125_1126, t1127_1128, t1129_1130,
-        t1131_1132, t1133_1134, t1135, t1136, t1137, t1138, t1139, t1140_1141, t1142_1143, t1144, t1145, t1146, t1147,
-        t1148, t1149_1150, t1151_1152, t1153, t1154, t1155, t1156, t1157, t1158, t1159, t1160_1161, t1162_1163,
-        t1164_1165, t1166_1167, t1168_1169, t1170_1171, t1172_1173, t1174_1175, t1176_1177, t1178_1179, t1180_1181,
-        t1182_1183, t1184_1185, t1186_1187, t1188_1189, t1190_1191, t1192_1193, t1194_1195, t1196_1197, t1198_1199,
-        t1200_1201, t1202_1203, t1204_1205, t1206_1207, t1208_1209, t1210_1211, t1212_1213, t1214_1215, t1216_1217,
-        t1218_1219, t1220_1221, t1222_1223, t1224_1225, t1226_1227, t1228_1229, t1230_1231, t1232_1233, t1234, t1235,
-        t1236_1237, t1238_1239, t1240, t1241, t1242_1243,
-    );
-    t796_797 = R::Two::fused(-t366_367, t794_795, t780_781);
-    t798_799 = t400_401 - t636_637; // right_lower_leg, left_lower_leg: motion
-    t800_801 = both(R::constant(0.00024)) * two(cos_t0, cos_t1);
-    t802_803 = R::Two::fused(both(R::constant(0.000016)), two(sin_t0, sin_t1), t800_801);
-    t804_805 = R::Two::fused(t798_799 * two(R::constant(1.0), R::constant(-1.0)), t802_803, t796_797);
-    t806_807 = t412_413 + t642_643; // right_lower_leg, left_lower_leg: motion
-    t808_809 = both(R::constant(0.00024)) * two(sin_t0, sin_t1);
-    t810_811 = R::Two::fused(both(R::constant(-0.000016)), two(cos_t0, cos_t1), t808_809);
-    t812_813 = R::Two::fused(t806_807 * two(R::constant(1.0), R::constant(-1.0)), t810_811, t804_805);
-    t814_815 = both(R::constant(0.00172)) * t782_783;
-    t816_817 = R::Two::fused(both(R::constant(0.072308716667)), t786_787, t814_815);
-    t818_819 = both(R::constant(0.00086)) - t816_817;
-    t820_821 = t572_573 - t326_327;
-    t822_823 = R::Two::fused(t818_819, t820_821, t812_813);
-    t824_825 = t604_605 * t390_391;
-    t826_827 = R::Two::fused(-t580_581, t384_385, t824_825);
-    t828_829 = t822_823 + t826_827;
-    t830 = R::fused(-t745_746.second(), t749, t733); // left_ankle: articulated inertia
-    t831 = t588_589.second() * t750; // left_ankle: articulated inertia
-    t832_833 = two(sin_t2, sin_t3) * t464_465; // right_ankle, left_ankle: sums of what it carries
+    t1505_1506 = t1268_1269 * t32_33;
+    t1507_1508 = R::Two::fused(t1256_1257, t156_157, t1505_1506);
+    t1509_1510 = R::Two::fused(-t1306_1307, t20_21, t1507_1508);
+    t1511_1512 = t1274_1275 - t1310_1311;
+    t1513_1514 = R::Two::fused(-t138_139, t1511_1512, t1509_1510);
+    t1515_1516 = R::Two::fused(both(R::constant(-0.037)), t1282_1283, t1497_1498); // right_foot, left_foot: motion
+    t1517_1518 = R::Two::fused(-t1515_1516, t14_15, t1513_1514);
+    t1519 = R::fused(t20_21.second(), t1457, t1517_1518.second()); // left_foot: articulated inertia
+    t1520 = R::fused(R::constant(0.037), t1270_1271.second(), -t1519); // left_foot: articulated inertia
     // left_ankle: articulated inertia
-    t834 = R::fused(cos_t3, t661, t832_833.second());
-    t835 = R::fused(t770_771.second(), t749, t834);
-    t836 = R::fused(t582_583.second(), t835, t831);
-    t837 = t830 - t836;
-    t838 = t828_829.second() + t837; // left_lower_leg: articulated inertia
-    t839 = t779 + t838; // left_lower_leg: articulated inertia
-    // right_ankle, left_ankle: articulated inertia
-    t840_841 = t588_589 * t774_775;
-    t842_843 = t588_589 * t772_773;
-    t844_845 = t754_755 - t756_757;
-    t846_847 = t770_771 * t747_748;
-    t848_849 = R::Two::fused(t770_771, t846_847, t844_845);
-    t850_851 = R::Two::fused(-t582_583, t848_849, t842_843);
-    t852_853 = R::Two::fused(-t582_583, t850_851, t840_841);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t854_855 = both(R::constant(0.07325338333)) - t852_853;
-    t856_857 = both(R::constant(1.0)) / t854_855;
-    t858 = t839 * t856_857.second(); // left_lower_leg: articulated inertia
-    t859 = R::fused(-t776_777.second(), t858, t751); // left_lower_leg: articulated inertia
-    t860 = t374_375.second() + t859; // left_upper_leg: articulated inertia
-    t861_862 = t776_777 * t856_857;
-    t863_864 = R::Two::fused(t776_777, t861_862, t760_761);
-    t865_866 = t576_577 * t863_864;
-    t867_868 = t384_385 + t850_851;
-    t869_870 = R::Two::fused(-t867_868, t861_862, t772_773);
-    t871_872 = R::Two::fused(-t568_569, t869_870, t865_866);
-    t873_874 = t372_373 - t871_872; // right_upper_leg, left_upper_leg: articulated inertia
-    t875 = R::fused(R::constant(0.315), t227, t778); // left_lower_leg: wrench handed to its parent
-    t876 = tau_left_hip_pitch + t875; // other
-    // right_upper_leg, left_upper_leg: sums of what it carries
-    t877_878 = both(R::constant(0.231642)) * t358_359;
-    t879_880 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t881_882 = both(R::constant(0.22879800003)) * t879_880;
-    t883_884 = two(sin_q_right_hip_pitch, sin_q_left_hip_pitch) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t885_886 = R::Two::fused(both(R::constant(-0.004)), t883_884, t881_882);
-    t887_888 = both(R::constant(0.230220000015)) - t885_886;
-    t889_890 = both(R::constant(0.001421999985)) + t885_886;
-    t891_892 = t887_888 - t889_890;
-    t893_894 = R::Two::fused(-t366_367, t891_892, t877_878);
-    t895_896 = t398_399 - t622_623; // right_upper_leg, left_upper_leg: motion
-    t897_898 = both(R::constant(0.00193)) * two(cos_q_right_hip_pitch, cos_q_left_hip_pitch);
-    t899_900 = R::Two::fused(both(R::constant(0.000048)), two(sin_q_right_hip_pitch, sin_q_left_hip_pitch), t897_898);
-    t901_902 = R::Two::fused(t895_896 * two(R::constant(1.0), R::constant(-1.0)), t899_900, t893_894);
-    t903_904 = t410_411 + t628_629; // right_upper_leg, left_upper_leg: motion
-    t905_906 = both(R::constant(0.00193)) * two(sin_q_right_hip_pitch, sin_q_left_hip_pitch);
-    t907_908 = R::Two::fused(both(R::constant(-0.000048)), two(cos_q_right_hip_pitch, cos_q_left_hip_pitch), t905_906);
-    t909_910 = R::Two::fused(t903_904 * two(R::constant(1.0), R::constant(-1.0)), t907_908, t901_902);
-    t911_912 = both(R::constant(0.004)) * t879_880;
-    t913_914 = R::Two::fused(both(R::constant(0.22879800003)), t883_884, t911_912);
-    t915_916 = both(R::constant(0.002)) - t913_914;
-    t917_918 = R::Two::fused(t820_821, t915_916, t909_910);
-    t919_920 = t598_599 * t372_373;
-    t921_922 = R::Two::fused(-t564_565, t340_341, t919_920);
-    t923_924 = t917_918 + t921_922;
-    t925 = R::fused(-t854_855.second(), t858, t838); // left_lower_leg: articulated inertia
-    t926 = t576_577.second() * t859; // left_lower_leg: articulated inertia
+    t1521 = t1503_1504.second() - t1520;
+    t1522 = t1486 + t1521;
+    t1523 = t1522 * t44_45.second();
+    t1524 = R::fused(t24_25.second(), t1523, t1460);
+    t1525 = t1218_1219.second() - t1524; // left_lower_leg: articulated inertia
+    t1526 = R::fused(R::constant(0.273), t1065, t1485); // left_ankle: wrench handed to its parent
+    t1527 = tau_left_knee_pitch + t1526; // other
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t927_928 = t566_567 * t384_385;
-    t929_930 = R::Two::fused(-t586_587, t390_391, t927_928);
+    t1528_1529 = both(R::constant(0.07325338333)) * t1196_1197;
+    t1530_1531 = t262_263 - t542_543;
+    t1532_1533 = R::Two::fused(-t1204_1205, t1530_1531, t1528_1529);
+    t1534_1535 = t1226_1227 - t1434_1435; // right_lower_leg, left_lower_leg: motion
+    t1536_1537 = R::Two::fused(t1534_1535 * two(R::constant(1.0), R::constant(-1.0)), t428_429, t1532_1533);
+    t1538_1539 = t1238_1239 + t1440_1441; // right_lower_leg, left_lower_leg: motion
+    t1540_1541 = R::Two::fused(t1538_1539 * two(R::constant(1.0), R::constant(-1.0)), t182_183, t1536_1537);
+    t1542_1543 = t1376_1377 - t1168_1169;
+    t1544_1545 = R::Two::fused(t476_477, t1542_1543, t1540_1541);
+    t1546_1547 = t1402_1403 * t52_53;
+    t1548_1549 = R::Two::fused(-t1382_1383, t108_109, t1546_1547);
+    t1550_1551 = t1544_1545 + t1548_1549;
+    t1552 = R::fused(-t42_43.second(), t1523, t1521); // left_ankle: articulated inertia
+    t1553 = t54_55.second() * t1524; // left_ankle: articulated inertia
+    t1554_1555 = two(sin_t2, sin_t3) * t1286_1287; // right_ankle, left_ankle: sums of what it carries
+    // left_ankle: articulated inertia
+    t1556 = R::fused(cos_t3, t1459, t1554_1555.second());
+    t1557 = R::fused(t66_67.second(), t1523, t1556);
+    t1558 = R::fused(t58_59.second(), t1557, t1553);
+    t1559 = t1552 - t1558;
     // left_lower_leg: articulated inertia
-    t931 = t929_930.second() - t835;
-    t932 = R::fused(-t867_868.second(), t858, t931);
-    t933 = R::fused(t568_569.second(), t932, t926);
-    t934 = t925 + t933;
-    t935 = t923_924.second() + t934; // left_upper_leg: articulated inertia
-    t936 = t876 + t935; // left_upper_leg: articulated inertia
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t937_938 = t576_577 * t871_872;
-    t939_940 = t576_577 * t869_870;
-    t941_942 = t867_868 * t856_857;
-    t943_944 = R::Two::fused(t867_868, t941_942, t848_849);
-    t945_946 = R::Two::fused(-t568_569, t943_944, t939_940);
-    t947_948 = R::Two::fused(-t568_569, t945_946, t937_938);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t949_950 = both(R::constant(0.231642)) - t947_948;
-    t951_952 = both(R::constant(1.0)) / t949_950;
-    t953 = t936 * t951_952.second(); // left_upper_leg: articulated inertia
-    t954 = R::fused(-t873_874.second(), t953, t860); // left_upper_leg: articulated inertia
-    t955_956 = R::Two::fused(t364_365, t330_331, t396_397); // right_hip_roll_link, left_hip_roll_link: motion
-    t957 = R::fused(R::constant(0.01), t955_956.second(), -t954); // left_hip_roll_link: articulated inertia
-    t958_959 = t528_529 * t667_668; // right_foot, left_foot: articulated inertia
-    t960_961 = t752_753 * t958_959; // right_ankle, left_ankle: articulated inertia
-    // right_foot, left_foot: articulated inertia
-    t962_963 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(13.432835824540797));
-    t964_965 = t432_433 * t962_963;
-    t966_967 = both(R::constant(0.037)) * t964_965;
-    // right_ankle, left_ankle: articulated inertia
-    t968_969 = t432_433 + t966_967;
-    t970_971 = R::Two::fused(t764_765, t968_969, t960_961);
-    // right_foot, left_foot: articulated inertia
-    t972_973 = R::Two::fused(-t528_529, t737_738, t534_535);
-    t974_975 = R::Two::fused(two(sin_q_right_ankle_roll, sin_q_left_ankle_roll), both(R::constant(0.0006105)), -t972_973);
-    t976_977 = two(sin_t2, sin_t3) * t974_975; // right_ankle, left_ankle: articulated inertia
-    t978_979 = t522_523 * t962_963;
-    t980_981 = both(R::constant(0.037)) * t978_979;
-    // right_ankle, left_ankle: articulated inertia
-    t982_983 = R::Two::fused(two(cos_t2, cos_t3), t980_981, t976_977);
-    t984_985 = R::Two::fused(-t982_983, t758_759, t970_971);
-    t986_987 = two(sin_t2, sin_t3) * t964_965;
-    t988_989 = R::Two::fused(-t978_979, t758_759, t986_987);
-    t990_991 = t588_589 * t988_989;
-    t992_993 = t984_985 + t990_991;
-    t994_995 = t588_589 * t984_985;
-    t996_997 = t752_753 * t968_969;
-    t998_999 = R::Two::fused(-t764_765, t958_959, t996_997);
-    t1000_1001 = t966_967 - t998_999;
-    t1002_1003 = R::Two::fused(t982_983, t846_847, t1000_1001);
-    t1004_1005 = R::Two::fused(-t582_583, t1002_1003, t994_995);
-    t1006_1007 = two(cos_t2, cos_t3) * t964_965;
-    t1008_1009 = t978_979 * t747_748;
-    t1010_1011 = R::Two::fused(t770_771, t1008_1009, t1006_1007);
-    t1012_1013 = t582_583 * t1010_1011;
-    t1014_1015 = t990_991 - t1012_1013;
-    t1016_1017 = R::Two::fused(t588_589, t1014_1015, t1004_1005);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t1018_1019 = R::Two::fused(t1016_1017, two(R::constant(-1.0), R::constant(1.0)), t810_811);
-    t1020_1021 = R::Two::fused(t1018_1019 * two(R::constant(1.0), R::constant(-1.0)), t861_862, t992_993);
-    t1022_1023 = R::Two::fused(-t1014_1015, t861_862, t988_989);
-    t1024_1025 = t576_577 * t1022_1023;
-    t1026_1027 = t1020_1021 + t1024_1025;
-    t1028_1029 = t576_577 * t1020_1021;
-    t1030_1031 = R::Two::fused(t588_589, t1010_1011, t1002_1003); // right_ankle, left_ankle: articulated inertia
-    t1032_1033 = R::Two::fused(t1018_1019 * two(R::constant(-1.0), R::constant(1.0)), t941_942, t1030_1031);
-    t1034_1035 = R::Two::fused(-t568_569, t1032_1033, t1028_1029);
-    t1036_1037 = t1014_1015 * t856_857;
-    t1038_1039 = R::Two::fused(t867_868, t1036_1037, t1010_1011);
-    t1040_1041 = t568_569 * t1038_1039;
-    t1042_1043 = t1024_1025 - t1040_1041;
-    t1044_1045 = R::Two::fused(t576_577, t1042_1043, t1034_1035);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1046_1047 = R::Two::fused(t1044_1045, two(R::constant(-1.0), R::constant(1.0)), t907_908);
-    t1048_1049 = t873_874 * t951_952;
-    t1050_1051 = R::Two::fused(t1046_1047 * two(R::constant(1.0), R::constant(-1.0)), t1048_1049, t1026_1027);
-    t1052 = sin_q_left_ankle_roll * t683; // left_foot: wrench handed to its parent
-    t1053 = R::fused(-cos_q_left_ankle_roll, t695, t1052); // left_foot: wrench handed to its parent
-    t1054 = cos_q_left_ankle_pitch * t1053; // left_ankle: wrench handed to its parent
-    t1055 = R::fused(R::constant(-0.037), t231, t504); // left_foot: wrench handed to its parent
-    t1056 = R::fused(-sin_q_left_ankle_pitch, t1055, t1054); // left_ankle: wrench handed to its parent
-    t1057 = cos_q_left_knee_pitch * t1056; // left_lower_leg: wrench handed to its parent
-    t1058 = sin_q_left_ankle_pitch * t1053; // left_ankle: wrench handed to its parent
-    t1059 = R::fused(cos_q_left_ankle_pitch, t1055, t1058); // left_ankle: wrench handed to its parent
-    t1060 = R::fused(R::constant(-0.273), t231, t1059); // left_ankle: wrench handed to its parent
-    t1061 = R::fused(-sin_q_left_knee_pitch, t1060, t1057); // left_lower_leg: wrench handed to its parent
-    t1062 = sin_q_left_hip_pitch * t1061; // left_upper_leg: wrench handed to its parent
-    t1063 = sin_q_left_knee_pitch * t1056; // left_lower_leg: wrench handed to its parent
-    t1064 = R::fused(cos_q_left_knee_pitch, t1060, t1063); // left_lower_leg: wrench handed to its parent
-    t1065 = R::fused(R::constant(-0.315), t231, t1064); // left_lower_leg: wrench handed to its parent
-    t1066 = R::fused(cos_q_left_hip_pitch, t1065, t1062); // left_upper_leg: wrench handed to its parent
-    t1067 = tau_left_hip_roll + t1066; // other
-    t1068_1069 = t408_409 * both(R::constant(0.0016005833535)); // right_hip_roll_link, left_hip_roll_link
-    t1070_1071 = t330_331 * t324_325; // right_hip_roll_link, left_hip_roll_link: motion
-    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t1072_1073 = R::Two::fused(t1070_1071, both(R::constant(-0.0014339166865)), t1068_1069);
-    t1074_1075 = R::Two::fused(two(R::constant(-0.01), R::constant(0.01)), t564_565, t1072_1073);
+    t1560 = t1550_1551.second() + t1559;
+    t1561 = t1527 + t1560;
+    t1562 = t1561 * t90_91.second();
+    t1563 = R::fused(-t72_73.second(), t1562, t1525);
+    t1564 = t1208_1209.second() + t1563; // left_upper_leg: articulated inertia
+    t1565 = R::fused(R::constant(0.315), t1069, t1526); // left_lower_leg: wrench handed to its parent
+    t1566 = tau_left_hip_pitch + t1565; // other
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t1076_1077 = t630_631 * t887_888;
-    t1078_1079 = R::Two::fused(t566_567 * two(R::constant(1.0), R::constant(-1.0)), t907_908, t1076_1077);
-    t1080_1081 = R::Two::fused(t624_625, t915_916, t1078_1079);
-    t1082_1083 = t326_327 - t334_335;
-    t1084_1085 = R::Two::fused(t899_900 * two(R::constant(1.0), R::constant(-1.0)), t1082_1083, t1080_1081);
-    t1086_1087 = R::Two::fused(-t620_621, t372_373, t1084_1085);
+    t1567_1568 = both(R::constant(0.231642)) * t1196_1197;
+    t1569_1570 = t252_253 - t540_541;
+    t1571_1572 = R::Two::fused(-t1204_1205, t1569_1570, t1567_1568);
+    t1573_1574 = t1224_1225 - t1420_1421; // right_upper_leg, left_upper_leg: motion
+    t1575_1576 = R::Two::fused(t1573_1574 * two(R::constant(1.0), R::constant(-1.0)), t448_449, t1571_1572);
+    t1577_1578 = t1236_1237 + t1426_1427; // right_upper_leg, left_upper_leg: motion
+    t1579_1580 = R::Two::fused(t1577_1578 * two(R::constant(1.0), R::constant(-1.0)), t220_221, t1575_1576);
+    t1581_1582 = R::Two::fused(t1542_1543, t470_471, t1579_1580);
+    t1583_1584 = t1396_1397 * t98_99;
+    t1585_1586 = R::Two::fused(-t1370_1371, t354_355, t1583_1584);
+    t1587_1588 = t1581_1582 + t1585_1586;
+    t1589 = R::fused(-t88_89.second(), t1562, t1560); // left_lower_leg: articulated inertia
+    t1590 = t100_101.second() * t1563; // left_lower_leg: articulated inertia
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t1088_1089 = t644_645 * t790_791;
-    t1090_1091 = R::Two::fused(t566_567 * two(R::constant(1.0), R::constant(-1.0)), t810_811, t1088_1089);
-    t1092_1093 = R::Two::fused(t638_639, t818_819, t1090_1091);
-    t1094_1095 = t326_327 - t378_379;
-    t1096_1097 = R::Two::fused(t802_803 * two(R::constant(1.0), R::constant(-1.0)), t1094_1095, t1092_1093);
-    t1098_1099 = R::Two::fused(-t634_635, t390_391, t1096_1097);
-    t1100_1101 = R::Two::fused(-t418_419, t424_425, t416_417); // right_ankle, left_ankle: motion
-    // right_ankle, left_ankle: sums of what it carries
-    t1102_1103 = t1100_1101 * both(R::constant(0.0031024499985));
-    t1104_1105 = R::Two::fused(both(R::constant(-0.0005698)), t650_651, t1102_1103);
-    t1106_1107 = R::Two::fused(both(R::constant(-0.0154)), t648_649, t1104_1105);
-    // right_foot, left_foot: sums of what it carries
-    t1108_1109 = t430_431 * t512_513;
-    t1110_1111 = R::Two::fused(-t650_651, t528_529, t1108_1109);
-    t1112_1113 = R::Two::fused(t444_445, t534_535, t1110_1111);
-    t1114_1115 = t450_451 - t488_489;
-    t1116_1117 = R::Two::fused(t522_523, t1114_1115, t1112_1113);
-    t1118_1119 = R::Two::fused(t727_728, t432_433, t1116_1117);
-    t1120 = R::fused(t528_529.second(), t659, t1118_1119.second()); // left_foot: articulated inertia
-    t1121 = t1106_1107.second() + t1120; // left_ankle: articulated inertia
-    t1122 = sin_t3 * t1121; // left_ankle: articulated inertia
-    // right_ankle, left_ankle: sums of what it carries
-    t1123_1124 = t650_651 * both(R::constant(0.0008355375));
-    t1125_1126 = R::Two::fused(both(R::constant(-0.0005698)), t1100_1101, t1123_1124);
-    t1127_1128 = R::Two::fused(both(R::constant(0.023125)), t648_649, t1125_1126);
-    t1129_1130 = t452_453 + t488_489; // right_foot, left_foot: motion
-    // right_foot, left_foot: sums of what it carries
-    t1131_1132 = t1129_1130 * t432_433;
-    t1133_1134 = R::Two::fused(t650_651, t446_447, t1131_1132);
-    t1135 = R::fused(-t446_447.second(), t659, t1133_1134.second()); // left_foot: articulated inertia
-    t1136 = R::fused(R::constant(-0.037), t1135, t505); // left_foot: articulated inertia
-    t1137 = t1127_1128.second() - t1136; // left_ankle: articulated inertia
-    t1138 = R::fused(-cos_t3, t1137, t1122); // left_ankle: articulated inertia
-    t1139 = R::fused(t982_983.second(), t749, t1138); // left_ankle: articulated inertia
-    // right_ankle, left_ankle: sums of what it carries
-    t1140_1141 = both(R::constant(0.0154)) * t1100_1101;
-    t1142_1143 = R::Two::fused(both(R::constant(-0.023125)), t650_651, t1140_1141);
-    t1144 = t1142_1143.second() - t1135; // left_ankle: articulated inertia
-    t1145 = R::fused(t978_979.second(), t749, t1144); // left_ankle: articulated inertia
-    t1146 = R::fused(t588_589.second(), t1145, t1139); // left_ankle: articulated inertia
-    t1147 = t1098_1099.second() + t1146; // left_lower_leg: articulated inertia
-    t1148 = R::fused(t1018_1019.second(), t858, t1147); // left_lower_leg: articulated inertia
+    t1591_1592 = t1372_1373 * t108_109;
+    t1593_1594 = R::Two::fused(-t1386_1387, t52_53, t1591_1592);
+    // left_lower_leg: articulated inertia
+    t1595 = t1593_1594.second() - t1557;
+    t1596 = R::fused(-t110_111.second(), t1562, t1595);
+    t1597 = R::fused(t104_105.second(), t1596, t1590);
+    t1598 = t1589 + t1597;
+    // left_upper_leg: articulated inertia
+    t1599 = t1587_1588.second() + t1598;
+    t1600 = t1566 + t1599;
+    t1601 = t1600 * t132_133.second();
+    t1602 = R::fused(-t116_117.second(), t1601, t1564);
+    t1603_1604 = R::Two::fused(t1202_1203, t1172_1173, t1222_1223); // right_hip_roll_link, left_hip_roll_link: motion
+    t1605 = R::fused(R::constant(0.01), t1603_1604.second(), -t1602); // left_hip_roll_link: articulated inertia
+    t1606 = sin_q_left_ankle_roll * t1471; // left_foot: wrench handed to its parent
+    t1607 = R::fused(-cos_q_left_ankle_roll, t1483, t1606); // left_foot: wrench handed to its parent
+    t1608 = cos_q_left_ankle_pitch * t1607; // left_ankle: wrench handed to its parent
+    t1609 = R::fused(R::constant(-0.037), t1073, t1326); // left_foot: wrench handed to its parent
+    t1610 = R::fused(-sin_q_left_ankle_pitch, t1609, t1608); // left_ankle: wrench handed to its parent
+    t1611 = cos_q_left_knee_pitch * t1610; // left_lower_leg: wrench handed to its parent
+    t1612 = sin_q_left_ankle_pitch * t1607; // left_ankle: wrench handed to its parent
+    t1613 = R::fused(cos_q_left_ankle_pitch, t1609, t1612); // left_ankle: wrench handed to its parent
+    t1614 = R::fused(R::constant(-0.273), t1073, t1613); // left_ankle: wrench handed to its parent
+    t1615 = R::fused(-sin_q_left_knee_pitch, t1614, t1611); // left_lower_leg: wrench handed to its parent
+    t1616 = sin_q_left_hip_pitch * t1615; // left_upper_leg: wrench handed to its parent
+    t1617 = sin_q_left_knee_pitch * t1610; // left_lower_leg: wrench handed to its parent
+    t1618 = R::fused(cos_q_left_knee_pitch, t1614, t1617); // left_lower_leg: wrench handed to its parent
+    t1619 = R::fused(R::constant(-0.315), t1073, t1618); // left_lower_leg: wrench handed to its parent
+    t1620 = R::fused(cos_q_left_hip_pitch, t1619, t1616); // left_upper_leg: wrench handed to its parent
+    t1621 = tau_left_hip_roll + t1620; // other
+    t1622_1623 = t1234_1235 * both(R::constant(0.0016005833535)); // right_hip_roll_link, left_hip_roll_link
+    t1624_1625 = t1172_1173 * t1166_1167; // right_hip_roll_link, left_hip_roll_link: motion
+    // right_hip_roll_link, left_hip_roll_link: sums of what it carries
+    t1626_1627 = R::Two::fused(t1624_1625, both(R::constant(-0.0014339166865)), t1622_1623);
+    t1628_1629 = R::Two::fused(two(R::constant(-0.01), R::constant(0.01)), t1370_1371, t1626_1627);
+    // right_upper_leg, left_upper_leg: sums of what it carries
+    t1630_1631 = t1428_1429 * t252_253;
+    t1632_1633 = R::Two::fused(t1372_1373 * two(R::constant(1.0), R::constant(-1.0)), t220_221, t1630_1631);
+    t1634_1635 = R::Two::fused(t1422_1423, t470_471, t1632_1633);
+    t1636_1637 = t1168_1169 - t1176_1177;
+    t1638_1639 = R::Two::fused(t448_449 * two(R::constant(1.0), R::constant(-1.0)), t1636_1637, t1634_1635);
+    t1640_1641 = R::Two::fused(-t1418_1419, t98_99, t1638_1639);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t1149_1150 = t638_639 * t384_385;
-    t1151_1152 = R::Two::fused(-t644_645, t390_391, t1149_1150);
-    t1153 = t1151_1152.second() - t1145; // left_lower_leg: articulated inertia
-    t1154 = R::fused(-t1014_1015.second(), t858, t1153); // left_lower_leg: articulated inertia
-    t1155 = R::fused(-t576_577.second(), t1154, t1148); // left_lower_leg: articulated inertia
-    t1156 = t1086_1087.second() + t1155; // left_upper_leg: articulated inertia
-    t1157 = R::fused(t1046_1047.second(), t953, t1156); // left_upper_leg: articulated inertia
-    t1158 = t1074_1075.second() + t1157; // left_hip_roll_link: articulated inertia
-    t1159 = t1067 - t1158; // left_hip_roll_link: articulated inertia
-    t1160_1161 = t446_447 * t962_963; // right_foot, left_foot: articulated inertia
-    t1162_1163 = R::Two::fused(both(R::constant(-0.001369)), t1160_1161, both(R::constant(0.0008355375)));
-    // right_foot, left_foot: articulated inertia
-    t1164_1165 = two(cos_q_right_ankle_roll, cos_q_left_ankle_roll) * both(R::constant(0.4982360924011495));
-    t1166_1167 = R::Two::fused(-t528_529, t1164_1165, t512_513);
-    // right_ankle, left_ankle: articulated inertia
-    t1168_1169 = both(R::constant(0.0031024499985)) + t1166_1167;
-    t1170_1171 = t1162_1163 - t1168_1169;
-    t1172_1173 = t752_753 * t1170_1171;
-    t1174_1175 = t528_529 * t962_963; // right_foot, left_foot: articulated inertia
-    t1176_1177 = R::Two::fused(both(R::constant(-0.037)), t1174_1175, both(R::constant(0.0005698)));
-    t1178_1179 = both(R::constant(2.0)) * t1176_1177;
-    t1180_1181 = R::Two::fused(-t764_765, t1178_1179, t1172_1173);
-    t1182_1183 = t1162_1163 - t1180_1181;
-    t1184_1185 = t982_983 * t747_748;
-    t1186_1187 = R::Two::fused(-t982_983, t1184_1185, t1182_1183);
-    t1188_1189 = both(R::constant(0.0154)) - t1174_1175;
-    t1190_1191 = two(sin_t2, sin_t3) * t1188_1189;
-    t1192_1193 = R::Two::fused(both(R::constant(-0.037)), t1160_1161, both(R::constant(0.023125)));
-    t1194_1195 = R::Two::fused(two(cos_t2, cos_t3), t1192_1193, t1190_1191);
-    t1196_1197 = R::Two::fused(-t982_983, t1008_1009, t1194_1195);
-    t1198_1199 = R::Two::fused(t588_589, t1196_1197, t1186_1187);
-    t1200_1201 = R::Two::fused(t978_979, t1008_1009, t1160_1161);
-    t1202_1203 = R::Two::fused(-t588_589, t1200_1201, t1196_1197);
-    t1204_1205 = R::Two::fused(t588_589, t1202_1203, t1198_1199);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t1206_1207 = t790_791 + t1204_1205;
-    t1208_1209 = t1018_1019 * t856_857;
-    t1210_1211 = R::Two::fused(-t1018_1019, t1208_1209, t1206_1207);
-    t1212_1213 = t390_391 + t1202_1203;
-    t1214_1215 = R::Two::fused(t1018_1019 * two(R::constant(1.0), R::constant(-1.0)), t1036_1037, t1212_1213);
-    t1216_1217 = R::Two::fused(t576_577, t1214_1215, t1210_1211);
-    t1218_1219 = R::Two::fused(t1014_1015, t1036_1037, t1200_1201);
-    t1220_1221 = R::Two::fused(-t576_577, t1218_1219, t1214_1215);
-    t1222_1223 = R::Two::fused(t576_577, t1220_1221, t1216_1217);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1224_1225 = t887_888 + t1222_1223;
-    t1226_1227 = t1046_1047 * t951_952;
-    t1228_1229 = R::Two::fused(-t1046_1047, t1226_1227, t1224_1225);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1230_1231 = both(R::constant(0.0016005833535)) + t1228_1229;
-    t1232_1233 = both(R::constant(1.0)) / t1230_1231;
-    t1234 = t1159 * t1232_1233.second(); // left_hip_roll_link: articulated inertia
-    t1235 = R::fused(t1050_1051.second(), t1234, t957); // left_hip_roll_link: articulated inertia
+    t1642_1643 = t1442_1443 * t262_263;
+    t1644_1645 = R::Two::fused(t1372_1373 * two(R::constant(1.0), R::constant(-1.0)), t182_183, t1642_1643);
+    t1646_1647 = R::Two::fused(t1436_1437, t476_477, t1644_1645);
+    t1648_1649 = t1168_1169 - t1212_1213;
+    t1650_1651 = R::Two::fused(t428_429 * two(R::constant(1.0), R::constant(-1.0)), t1648_1649, t1646_1647);
+    t1652_1653 = R::Two::fused(-t1432_1433, t52_53, t1650_1651);
+    t1654_1655 = R::Two::fused(-t1244_1245, t1250_1251, t1242_1243); // right_ankle, left_ankle: motion
+    // right_ankle, left_ankle: sums of what it carries
+    t1656_1657 = t1654_1655 * both(R::constant(0.0031024499985));
+    t1658_1659 = R::Two::fused(both(R::constant(-0.0005698)), t1448_1449, t1656_1657);
+    t1660_1661 = R::Two::fused(both(R::constant(-0.0154)), t1446_1447, t1658_1659);
+    // right_foot, left_foot: sums of what it carries
+    t1662_1663 = t1256_1257 * t268_269;
+    t1664_1665 = R::Two::fused(-t1448_1449, t138_139, t1662_1663);
+    t1666_1667 = R::Two::fused(t1268_1269, t156_157, t1664_1665);
+    t1668_1669 = t1272_1273 - t1310_1311;
+    t1670_1671 = R::Two::fused(t20_21, t1668_1669, t1666_1667);
+    t1672_1673 = R::Two::fused(t1515_1516, t6_7, t1670_1671);
+    t1674 = R::fused(t138_139.second(), t1457, t1672_1673.second()); // left_foot: articulated inertia
+    t1675 = t1660_1661.second() + t1674; // left_ankle: articulated inertia
+    t1676 = sin_t3 * t1675; // left_ankle: articulated inertia
+    // right_ankle, left_ankle: sums of what it carries
+    t1677_1678 = t1448_1449 * both(R::constant(0.0008355375));
+    t1679_1680 = R::Two::fused(both(R::constant(-0.0005698)), t1654_1655, t1677_1678);
+    let (
+        t1681_1682, t1683_1684, t1685_1686, t1687_1688, t1689, t1690, t1691, t1692, t1693, t1694_1695, t1696_1697,
+        t1698, t1699, t1700, t1701, t1702, t1703_1704, t1705_1706, t1707, t1708, t1709, t1710, t1711, t1712, t1713,
+        t1714, t1715, t1716_1717, t1718_1719, t1720, t1721, t1722_1723, t1724_1725, t1726, t1727, t1728_1729, t1730,
+        t1731, t1732_1733, t1734_1735, t1736, t1737, t1738_1739, t1740, t1741, t1742, t1743_1744, t1745, t1746, t1747,
+        t1748, t1749, t1750, t1751, t1752_1753, t1754_1755, t1756, t1757, t1758, t1759_1760, t1761_1762, t1763_1764,
+        t1765_1766, t1767_1768, t1769_1770, t1771_1772, t1773_1774, t1775_1776, t1777_1778, t1779_1780, t1781_1782,
+        t1783_1784, t1785_1786, t1787, t1788, t1789, t1790, t1791, t1792, t1793, t1794, t1795, t1796, t1797, t1798,
+        t1799, t1800, t1801, t1802, t1803, t1804, t1805, t1806, t1807, t1808, t1809, t1810, t1811, t1812, t1813, t1814,
+        t1815, t1816, t1817, t1818, t1819, t1820, t1821, t1822, t1823, t1824, t1825, t1826, t1827, t1828, t1829, t1830,
+        t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841, t1842, t1843, t1844, t1845, t1846,
+        t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856, t1857, t1858, t1859, t1860, t1861, t1862,
+        t1863, t1864, t1865, t1866, t1867, t1868, t1869, t1870, t1871, t1872, t1873, t1874, t1875, t1876, t1877, t1878,
+        t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887, t1888, t1889, t1890, t1891, t1892, t1893, t1894,
+        t1895, t1896, t1897, t1898, t1899, t1900, t1901, t1902, t1903, t1904, t1905, t1906, t1907, t1908, t1909, t1910,
+        t1911, t1912, t1913, t1914, t1915, t1916, t1917, t1918, t1919, t1920, t1921, t1922, t1923, t1924, t1925, t1926,
+        t1927, t1928, t1929, t1930, t1931, t1932, t1933, t1934, t1935, t1936, t1937, t1938, t1939, t1940, t1941, t1942,
+        t1943, t1944, t1945, t1946, t1947, t1948, t1949, t1950, t1951, t1952, t1953, t1954, t1955, t1956, t1957, t1958,
+        t1959, t1960, t1961, t1962, t1963, t1964, t1965, t1966, t1967, t1968, t1969,
+    );
+    t1681_1682 = R::Two::fused(both(R::constant(0.023125)), t1446_1447, t1679_1680);
+    t1683_1684 = t1274_1275 + t1310_1311; // right_foot, left_foot: motion
+    // right_foot, left_foot: sums of what it carries
+    t1685_1686 = t1683_1684 * t6_7;
+    t1687_1688 = R::Two::fused(t1448_1449, t14_15, t1685_1686);
+    t1689 = R::fused(-t14_15.second(), t1457, t1687_1688.second()); // left_foot: articulated inertia
+    t1690 = R::fused(R::constant(-0.037), t1689, t1327); // left_foot: articulated inertia
+    t1691 = t1681_1682.second() - t1690; // left_ankle: articulated inertia
+    t1692 = R::fused(-cos_t3, t1691, t1676); // left_ankle: articulated inertia
+    t1693 = R::fused(t168_169.second(), t1523, t1692); // left_ankle: articulated inertia
+    // right_ankle, left_ankle: sums of what it carries
+    t1694_1695 = both(R::constant(0.0154)) * t1654_1655;
+    t1696_1697 = R::Two::fused(both(R::constant(-0.023125)), t1448_1449, t1694_1695);
+    t1698 = t1696_1697.second() - t1689; // left_ankle: articulated inertia
+    t1699 = R::fused(t164_165.second(), t1523, t1698); // left_ankle: articulated inertia
+    t1700 = R::fused(t54_55.second(), t1699, t1693); // left_ankle: articulated inertia
+    t1701 = t1652_1653.second() + t1700; // left_lower_leg: articulated inertia
+    t1702 = R::fused(t208_209.second(), t1562, t1701); // left_lower_leg: articulated inertia
+    // right_lower_leg, left_lower_leg: sums of what it carries
+    t1703_1704 = t1436_1437 * t108_109;
+    t1705_1706 = R::Two::fused(-t1442_1443, t52_53, t1703_1704);
+    t1707 = t1705_1706.second() - t1699; // left_lower_leg: articulated inertia
+    t1708 = R::fused(-t204_205.second(), t1562, t1707); // left_lower_leg: articulated inertia
+    t1709 = R::fused(-t100_101.second(), t1708, t1702); // left_lower_leg: articulated inertia
+    t1710 = t1640_1641.second() + t1709; // left_upper_leg: articulated inertia
+    t1711 = R::fused(t240_241.second(), t1601, t1710); // left_upper_leg: articulated inertia
+    // left_hip_roll_link: articulated inertia
+    t1712 = t1628_1629.second() + t1711;
+    t1713 = t1621 - t1712;
+    t1714 = t1713 * t338_339.second();
+    t1715 = R::fused(t242_243.second(), t1714, t1605);
     // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1236_1237 = t322_323 * t322_323;
-    t1238_1239 = R::Two::fused(t318_319, t318_319, t1236_1237);
-    t1240 = R::fused(R::constant(0.008), t1238_1239.second(), -t1235); // left_hip_yaw_link: articulated inertia
-    t1241 = cos_q_left_hip_yaw * t1240; // left_hip_yaw_link: articulated inertia
+    t1716_1717 = t1164_1165 * t1164_1165;
+    t1718_1719 = R::Two::fused(t1160_1161, t1160_1161, t1716_1717);
+    t1720 = R::fused(R::constant(0.008), t1718_1719.second(), -t1715); // left_hip_yaw_link: articulated inertia
+    t1721 = cos_q_left_hip_yaw * t1720; // left_hip_yaw_link: articulated inertia
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t1242_1243 = t624_625 * t340_341;
-    let (
-        t1244_1245, t1246, t1247, t1248_1249, t1250, t1251, t1252_1253, t1254_1255, t1256, t1257_1258, t1259,
-        t1260_1261, t1262, t1263, t1264_1265, t1266_1267, t1268_1269, t1270_1271, t1272_1273, t1274_1275, t1276_1277,
-        t1278_1279, t1280_1281, t1282, t1283_1284, t1285, t1286, t1287_1288, t1289_1290, t1291_1292, t1293_1294,
-        t1295_1296, t1297_1298, t1299_1300, t1301_1302, t1303_1304, t1305_1306, t1307_1308, t1309_1310, t1311_1312,
-        t1313_1314, t1315_1316, t1317_1318, t1319_1320, t1321_1322, t1323_1324, t1325_1326, t1327_1328, t1329_1330,
-        t1331_1332, t1333_1334, t1335_1336, t1337_1338, t1339_1340, t1341_1342, t1343_1344, t1345_1346, t1347_1348,
-        t1349_1350, t1351_1352, t1353_1354, t1355_1356, t1357_1358, t1359_1360, t1361_1362, t1363_1364, t1365_1366,
-        t1367_1368, t1369_1370, t1371_1372, t1373_1374, t1375_1376, t1377_1378, t1379_1380, t1381_1382, t1383_1384,
-        t1385_1386, t1387_1388, t1389_1390, t1391_1392, t1393_1394, t1395_1396, t1397_1398, t1399, t1400, t1401, t1402,
-        t1403, t1404_1405, t1406_1407, t1408, t1409, t1410, t1411_1412, t1413_1414, t1415_1416, t1417_1418, t1419_1420,
-        t1421_1422, t1423_1424, t1425_1426, t1427_1428, t1429_1430, t1431_1432, t1433_1434, t1435_1436, t1437_1438,
-        t1439, t1440, t1441, t1442, t1443, t1444, t1445, t1446, t1447, t1448, t1449, t1450, t1451, t1452, t1453_1454,
-        t1455_1456, t1457_1458, t1459_1460, t1461_1462, t1463_1464, t1465_1466, t1467_1468, t1469_1470, t1471_1472,
-        t1473_1474, t1475_1476, t1477_1478, t1479_1480, t1481_1482, t1483_1484, t1485_1486, t1487_1488, t1489_1490,
-        t1491_1492, t1493_1494, t1495, t1496, t1497, t1498, t1499, t1500, t1501, t1502, t1503, t1504, t1505, t1506,
-        t1507, t1508, t1509, t1510, t1511, t1512, t1513, t1514, t1515, t1516, t1517, t1518, t1519, t1520, t1521, t1522,
-        t1523, t1524, t1525, t1526, t1527, t1528, t1529, t1530, t1531, t1532, t1533, t1534, t1535, t1536, t1537, t1538,
-        t1539, t1540, t1541, t1542, t1543, t1544, t1545, t1546, t1547, t1548, t1549, t1550, t1551, t1552, t1553, t1554,
-        t1555, t1556, t1557, t1558, t1559, t1560, t1561, t1562, t1563, t1564, t1565, t1566, t1567, t1568, t1569, t1570,
-        t1571, t1572, t1573, t1574, t1575, t1576, t1577, t1578, t1579, t1580, t1581, t1582, t1583, t1584, t1585, t1586,
-        t1587, t1588, t1589, t1590, t1591, t1592, t1593, t1594, t1595, t1596, t1597, t1598, t1599, t1600, t1601, t1602,
-        t1603, t1604, t1605, t1606, t1607, t1608,
-    );
-    t1244_1245 = R::Two::fused(-t630_631, t372_373, t1242_1243);
-    t1246 = t1244_1245.second() + t1154; // left_upper_leg: articulated inertia
-    t1247 = R::fused(-t1042_1043.second(), t953, t1246); // left_upper_leg: articulated inertia
-    t1248_1249 = t572_573 + t326_327; // right_hip_roll_link, left_hip_roll_link: motion
-    t1250 = R::fused(R::constant(0.01), t1248_1249.second(), t1247); // left_hip_roll_link: articulated inertia
-    t1251 = cos_q_left_hip_roll * t1250; // left_hip_roll_link: articulated inertia
-    t1252_1253 = t566_567 * t340_341;
-    t1254_1255 = R::Two::fused(-t574_575, t372_373, t1252_1253);
-    t1256 = t1254_1255.second() + t932; // left_upper_leg: articulated inertia
-    t1257_1258 = t340_341 + t945_946; // right_upper_leg, left_upper_leg: articulated inertia
-    t1259 = R::fused(-t1257_1258.second(), t953, t1256); // left_upper_leg: articulated inertia
-    t1260_1261 = t408_409 - t1070_1071; // right_hip_roll_link, left_hip_roll_link: motion
-    t1262 = R::fused(R::constant(0.01), t1260_1261.second(), -t1259); // left_hip_roll_link: articulated inertia
-    t1263 = R::fused(sin_q_left_hip_roll, t1262, t1251); // left_hip_roll_link: articulated inertia
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1264_1265 = t372_373 + t1220_1221;
-    t1266_1267 = t1042_1043 * t951_952;
-    t1268_1269 = R::Two::fused(t1046_1047 * two(R::constant(1.0), R::constant(-1.0)), t1266_1267, t1264_1265);
-    t1270_1271 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1268_1269; // right_hip_roll_link, left_hip_roll_link
-    t1272_1273 = R::Two::fused(t576_577, t1038_1039, t1032_1033); // right_lower_leg, left_lower_leg
-    t1274_1275 = t1257_1258 * t951_952;
-    t1276_1277 = R::Two::fused(t1046_1047 * two(R::constant(-1.0), R::constant(1.0)), t1274_1275, t1272_1273);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1278_1279 = R::Two::fused(t1276_1277, two(R::constant(1.0), R::constant(-1.0)), both(R::constant(0.01)));
-    t1280_1281 = R::Two::fused(two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(R::constant(1.0), R::constant(-1.0)), t1278_1279, t1270_1271);
-    t1282 = R::fused(-t1280_1281.second(), t1234, t1263); // left_hip_roll_link: articulated inertia
-    t1283_1284 = t362_363 * t318_319; // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1285 = R::fused(R::constant(0.008), t1283_1284.second(), -t1282); // left_hip_yaw_link: articulated inertia
-    t1286 = R::fused(-sin_q_left_hip_yaw, t1285, t1241); // left_hip_yaw_link: articulated inertia
-    // right_ankle, left_ankle: articulated inertia
-    t1287_1288 = t432_433 - t998_999;
-    t1289_1290 = two(cos_t2, cos_t3) * t974_975;
-    t1291_1292 = R::Two::fused(-two(sin_t2, sin_t3), t980_981, t1289_1290);
-    t1293_1294 = R::Two::fused(-t1291_1292, t758_759, t1287_1288);
-    t1295_1296 = R::Two::fused(-t582_583, t988_989, t1293_1294);
-    t1297_1298 = t588_589 * t1295_1296;
-    t1299_1300 = t958_959 - t970_971;
-    t1301_1302 = R::Two::fused(t1291_1292, t846_847, t1299_1300);
-    t1303_1304 = t1301_1302 - t1012_1013;
-    t1305_1306 = R::Two::fused(-t582_583, t1303_1304, t1297_1298);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t1307_1308 = R::Two::fused(t1305_1306, two(R::constant(-1.0), R::constant(1.0)), t802_803);
-    t1309_1310 = R::Two::fused(t1307_1308 * two(R::constant(1.0), R::constant(-1.0)), t861_862, t1295_1296);
-    t1311_1312 = R::Two::fused(-t568_569, t1022_1023, t1309_1310);
-    t1313_1314 = t576_577 * t1311_1312;
-    t1315_1316 = R::Two::fused(t1307_1308 * two(R::constant(-1.0), R::constant(1.0)), t941_942, t1303_1304);
-    t1317_1318 = t1315_1316 - t1040_1041;
-    t1319_1320 = R::Two::fused(-t568_569, t1317_1318, t1313_1314);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1321_1322 = R::Two::fused(t1319_1320, two(R::constant(-1.0), R::constant(1.0)), t899_900);
-    t1323_1324 = R::Two::fused(t1321_1322 * two(R::constant(1.0), R::constant(-1.0)), t1048_1049, t1311_1312);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1325_1326 = R::Two::fused(t1323_1324, two(R::constant(-1.0), R::constant(1.0)), both(R::constant(0.01)));
-    t1327_1328 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1325_1326;
-    // right_ankle, left_ankle: articulated inertia
-    t1329_1330 = t752_753 * t1178_1179;
-    t1331_1332 = R::Two::fused(t764_765, t1170_1171, t1329_1330);
-    t1333_1334 = t1176_1177 - t1331_1332;
-    t1335_1336 = R::Two::fused(-t1291_1292, t1184_1185, t1333_1334);
-    t1337_1338 = R::Two::fused(-t582_583, t1196_1197, t1335_1336);
-    t1339_1340 = two(cos_t2, cos_t3) * t1188_1189;
-    t1341_1342 = R::Two::fused(-two(sin_t2, sin_t3), t1192_1193, t1339_1340);
-    t1343_1344 = R::Two::fused(-t1291_1292, t1008_1009, t1341_1342);
-    t1345_1346 = R::Two::fused(t582_583, t1200_1201, t1343_1344);
-    t1347_1348 = R::Two::fused(t588_589, t1345_1346, t1337_1338);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t1349_1350 = t818_819 + t1347_1348;
-    t1351_1352 = R::Two::fused(-t1307_1308, t1208_1209, t1349_1350);
-    t1353_1354 = R::Two::fused(-t568_569, t1214_1215, t1351_1352);
-    t1355_1356 = t384_385 - t1345_1346;
-    t1357_1358 = R::Two::fused(t1307_1308 * two(R::constant(-1.0), R::constant(1.0)), t1036_1037, t1355_1356);
-    t1359_1360 = R::Two::fused(-t568_569, t1218_1219, t1357_1358);
-    t1361_1362 = R::Two::fused(-t576_577, t1359_1360, t1353_1354);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1363_1364 = t915_916 + t1361_1362;
-    t1365_1366 = R::Two::fused(-t1321_1322, t1226_1227, t1363_1364);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1367_1368 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1365_1366;
-    t1369_1370 = t1050_1051 * t1232_1233;
-    t1371_1372 = R::Two::fused(t1367_1368 * two(R::constant(1.0), R::constant(-1.0)), t1369_1370, t1327_1328);
-    t1373_1374 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1371_1372; // right_hip_yaw_link, left_hip_yaw_link
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1375_1376 = t340_341 + t1359_1360;
-    t1377_1378 = R::Two::fused(t1321_1322 * two(R::constant(-1.0), R::constant(1.0)), t1266_1267, t1375_1376);
-    t1379_1380 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(sin_q_right_hip_roll, sin_q_left_hip_roll);
-    t1381_1382 = t1379_1380 * t1377_1378; // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1383_1384 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * two(cos_q_right_hip_roll, cos_q_left_hip_roll);
-    t1385_1386 = R::Two::fused(t1321_1322 * two(R::constant(-1.0), R::constant(1.0)), t1274_1275, t1317_1318);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1387_1388 = R::Two::fused(t1383_1384, t1385_1386, t1381_1382);
-    t1389_1390 = t1377_1378 - t1387_1388;
-    t1391_1392 = t1280_1281 * t1232_1233;
-    t1393_1394 = R::Two::fused(t1367_1368, t1391_1392, t1389_1390);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1395_1396 = both(R::constant(0.008)) + t1393_1394;
-    t1397_1398 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(R::constant(1.0), R::constant(-1.0)), t1395_1396, t1373_1374);
-    t1399 = sin_q_left_hip_roll * t875; // left_hip_roll_link: wrench handed to its parent
-    t1400 = cos_q_left_hip_pitch * t1061; // left_upper_leg: wrench handed to its parent
-    t1401 = R::fused(-sin_q_left_hip_pitch, t1065, t1400); // left_upper_leg: wrench handed to its parent
-    t1402 = R::fused(cos_q_left_hip_roll, t1401, t1399); // left_hip_roll_link: wrench handed to its parent
-    t1403 = tau_left_hip_yaw + t1402; // other
+    t1722_1723 = t1422_1423 * t354_355;
+    t1724_1725 = R::Two::fused(-t1428_1429, t98_99, t1722_1723);
+    t1726 = t1724_1725.second() + t1708; // left_upper_leg: articulated inertia
+    t1727 = R::fused(-t236_237.second(), t1601, t1726); // left_upper_leg: articulated inertia
+    t1728_1729 = t1376_1377 + t1168_1169; // right_hip_roll_link, left_hip_roll_link: motion
+    t1730 = R::fused(R::constant(0.01), t1728_1729.second(), t1727); // left_hip_roll_link: articulated inertia
+    t1731 = cos_q_left_hip_roll * t1730; // left_hip_roll_link: articulated inertia
+    t1732_1733 = t1372_1373 * t354_355;
+    t1734_1735 = R::Two::fused(-t1378_1379, t98_99, t1732_1733);
+    t1736 = t1734_1735.second() + t1596; // left_upper_leg: articulated inertia
+    t1737 = R::fused(-t356_357.second(), t1601, t1736); // left_upper_leg: articulated inertia
+    t1738_1739 = t1234_1235 - t1624_1625; // right_hip_roll_link, left_hip_roll_link: motion
+    t1740 = R::fused(R::constant(0.01), t1738_1739.second(), -t1737); // left_hip_roll_link: articulated inertia
+    t1741 = R::fused(sin_q_left_hip_roll, t1740, t1731); // left_hip_roll_link: articulated inertia
+    t1742 = R::fused(-t388_389.second(), t1714, t1741); // left_hip_roll_link: articulated inertia
+    t1743_1744 = t1200_1201 * t1160_1161; // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1745 = R::fused(R::constant(0.008), t1743_1744.second(), -t1742); // left_hip_yaw_link: articulated inertia
+    t1746 = R::fused(-sin_q_left_hip_yaw, t1745, t1721); // left_hip_yaw_link: articulated inertia
+    t1747 = sin_q_left_hip_roll * t1565; // left_hip_roll_link: wrench handed to its parent
+    t1748 = cos_q_left_hip_pitch * t1615; // left_upper_leg: wrench handed to its parent
+    t1749 = R::fused(-sin_q_left_hip_pitch, t1619, t1748); // left_upper_leg: wrench handed to its parent
+    t1750 = R::fused(cos_q_left_hip_roll, t1749, t1747); // left_hip_roll_link: wrench handed to its parent
+    t1751 = tau_left_hip_yaw + t1750; // other
     // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1404_1405 = t1283_1284 * both(R::constant(0.0004299999995));
-    t1406_1407 = R::Two::fused(both(R::constant(-0.008)), t553_554, t1404_1405);
-    t1408 = R::fused(-t949_950.second(), t953, t935); // left_upper_leg: articulated inertia
-    t1409 = R::fused(t368_369.second(), R::constant(0.0000833333335), t1408); // left_hip_roll_link: articulated inertia
-    t1410 = sin_q_left_hip_roll * t1409; // left_hip_roll_link: articulated inertia
+    t1752_1753 = t1743_1744 * both(R::constant(0.0004299999995));
+    t1754_1755 = R::Two::fused(both(R::constant(-0.008)), t1359_1360, t1752_1753);
+    t1756 = R::fused(-t130_131.second(), t1601, t1599); // left_upper_leg: articulated inertia
+    t1757 = R::fused(t1206_1207.second(), R::constant(0.0000833333335), t1756); // left_hip_roll_link
+    t1758 = sin_q_left_hip_roll * t1757; // left_hip_roll_link: articulated inertia
     // right_hip_roll_link, left_hip_roll_link: sums of what it carries
-    t1411_1412 = t955_956 * both(R::constant(0.00151725002));
-    t1413_1414 = R::Two::fused(two(R::constant(0.01), R::constant(-0.01)), t598_599, t1411_1412);
+    t1759_1760 = t1603_1604 * both(R::constant(0.00151725002));
+    t1761_1762 = R::Two::fused(two(R::constant(0.01), R::constant(-0.01)), t1396_1397, t1759_1760);
     // right_upper_leg, left_upper_leg: sums of what it carries
-    t1415_1416 = t624_625 * t889_890;
-    t1417_1418 = R::Two::fused(t630_631, t915_916, t1415_1416);
-    t1419_1420 = R::Two::fused(t368_369 * two(R::constant(1.0), R::constant(-1.0)), t899_900, t1417_1418);
-    t1421_1422 = t572_573 - t334_335;
-    t1423_1424 = R::Two::fused(t907_908 * two(R::constant(-1.0), R::constant(1.0)), t1421_1422, t1419_1420);
-    t1425_1426 = R::Two::fused(t620_621, t340_341, t1423_1424);
+    t1763_1764 = t1422_1423 * t540_541;
+    t1765_1766 = R::Two::fused(t1428_1429, t470_471, t1763_1764);
+    t1767_1768 = R::Two::fused(t1206_1207 * two(R::constant(1.0), R::constant(-1.0)), t448_449, t1765_1766);
+    t1769_1770 = t1376_1377 - t1176_1177;
+    t1771_1772 = R::Two::fused(t220_221 * two(R::constant(-1.0), R::constant(1.0)), t1769_1770, t1767_1768);
+    t1773_1774 = R::Two::fused(t1418_1419, t354_355, t1771_1772);
     // right_lower_leg, left_lower_leg: sums of what it carries
-    t1427_1428 = t638_639 * t792_793;
-    t1429_1430 = R::Two::fused(t644_645, t818_819, t1427_1428);
-    t1431_1432 = R::Two::fused(t368_369 * two(R::constant(1.0), R::constant(-1.0)), t802_803, t1429_1430);
-    t1433_1434 = t572_573 - t378_379;
-    t1435_1436 = R::Two::fused(t810_811 * two(R::constant(-1.0), R::constant(1.0)), t1433_1434, t1431_1432);
-    t1437_1438 = R::Two::fused(t634_635, t384_385, t1435_1436);
+    t1775_1776 = t1436_1437 * t542_543;
+    t1777_1778 = R::Two::fused(t1442_1443, t476_477, t1775_1776);
+    t1779_1780 = R::Two::fused(t1206_1207 * two(R::constant(1.0), R::constant(-1.0)), t428_429, t1777_1778);
+    t1781_1782 = t1376_1377 - t1212_1213;
+    t1783_1784 = R::Two::fused(t182_183 * two(R::constant(-1.0), R::constant(1.0)), t1781_1782, t1779_1780);
+    t1785_1786 = R::Two::fused(t1432_1433, t108_109, t1783_1784);
     // left_ankle: articulated inertia
-    t1439 = cos_t3 * t1121;
-    t1440 = R::fused(sin_t3, t1137, t1439);
-    t1441 = R::fused(t1291_1292.second(), t749, t1440);
-    t1442 = R::fused(-t582_583.second(), t1145, t1441);
-    t1443 = t1437_1438.second() + t1442; // left_lower_leg: articulated inertia
-    t1444 = R::fused(t1307_1308.second(), t858, t1443); // left_lower_leg: articulated inertia
-    t1445 = R::fused(t568_569.second(), t1154, t1444); // left_lower_leg: articulated inertia
-    t1446 = t1425_1426.second() + t1445; // left_upper_leg: articulated inertia
-    t1447 = R::fused(t1321_1322.second(), t953, t1446); // left_upper_leg: articulated inertia
-    t1448 = t1413_1414.second() + t1447; // left_hip_roll_link: articulated inertia
-    t1449 = R::fused(-cos_q_left_hip_roll, t1448, t1410); // left_hip_roll_link: articulated inertia
-    t1450 = R::fused(-t1367_1368.second(), t1234, t1449); // left_hip_roll_link: articulated inertia
-    t1451 = t1406_1407.second() + t1450; // left_hip_yaw_link: articulated inertia
-    t1452 = t1403 + t1451; // left_hip_yaw_link: articulated inertia
-    // right_ankle, left_ankle: articulated inertia
-    t1453_1454 = t1168_1169 + t1180_1181;
-    t1455_1456 = t1291_1292 * t747_748;
-    t1457_1458 = R::Two::fused(-t1291_1292, t1455_1456, t1453_1454);
-    t1459_1460 = R::Two::fused(-t582_583, t1343_1344, t1457_1458);
-    t1461_1462 = R::Two::fused(-t582_583, t1345_1346, t1459_1460);
-    // right_lower_leg, left_lower_leg: articulated inertia
-    t1463_1464 = t792_793 + t1461_1462;
-    t1465_1466 = t1307_1308 * t856_857;
-    t1467_1468 = R::Two::fused(-t1307_1308, t1465_1466, t1463_1464);
-    t1469_1470 = R::Two::fused(t568_569, t1357_1358, t1467_1468);
-    t1471_1472 = R::Two::fused(t568_569, t1359_1360, t1469_1470);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1473_1474 = t889_890 + t1471_1472;
-    t1475_1476 = t1321_1322 * t951_952;
-    t1477_1478 = R::Two::fused(-t1321_1322, t1475_1476, t1473_1474);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1479_1480 = both(R::constant(0.00151725002)) + t1477_1478;
-    t1481_1482 = both(R::constant(0.0000833333335)) - t1479_1480;
-    t1483_1484 = t1379_1380 * t1481_1482;
-    t1485_1486 = t1479_1480 + t1483_1484;
-    t1487_1488 = t1367_1368 * t1232_1233;
-    t1489_1490 = R::Two::fused(-t1367_1368, t1487_1488, t1485_1486);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1491_1492 = both(R::constant(0.0006099999995)) + t1489_1490;
-    t1493_1494 = both(R::constant(1.0)) / t1491_1492;
-    t1495 = t1452 * t1493_1494.second(); // left_hip_yaw_link: articulated inertia
-    t1496 = R::fused(-t1397_1398.second(), t1495, t1286); // left_hip_yaw_link: articulated inertia
+    t1787 = cos_t3 * t1675;
+    t1788 = R::fused(sin_t3, t1691, t1787);
+    t1789 = R::fused(t420_421.second(), t1523, t1788);
+    t1790 = R::fused(-t58_59.second(), t1699, t1789);
+    t1791 = t1785_1786.second() + t1790; // left_lower_leg: articulated inertia
+    t1792 = R::fused(t440_441.second(), t1562, t1791); // left_lower_leg: articulated inertia
+    t1793 = R::fused(t104_105.second(), t1708, t1792); // left_lower_leg: articulated inertia
+    t1794 = t1773_1774.second() + t1793; // left_upper_leg: articulated inertia
+    t1795 = R::fused(t458_459.second(), t1601, t1794); // left_upper_leg: articulated inertia
+    t1796 = t1761_1762.second() + t1795; // left_hip_roll_link: articulated inertia
+    t1797 = R::fused(-cos_q_left_hip_roll, t1796, t1758); // left_hip_roll_link: articulated inertia
+    t1798 = R::fused(-t516_517.second(), t1714, t1797); // left_hip_roll_link: articulated inertia
+    // left_hip_yaw_link: articulated inertia
+    t1799 = t1754_1755.second() + t1798;
+    t1800 = t1751 + t1799;
+    t1801 = t1800 * t584_585.second();
+    t1802 = R::fused(-t538_539.second(), t1801, t1746);
     // right_foot: external forces
-    t1497 = t255 * R::constant(0.06);
-    t1498 = R::fused(-t239, R::constant(0.055), t1497);
-    t1499 = R::constant(0.06) * t258;
-    t1500 = R::fused(R::constant(0.055), t242, t1499);
-    t1501 = t1498 - t1500;
-    t1502 = R::constant(0.06) * t262;
-    t1503 = R::fused(R::constant(-0.055), t246, t1502);
-    t1504 = t1501 + t1503;
-    t1505 = R::constant(0.06) * t266;
-    t1506 = R::fused(R::constant(0.055), t250, t1505);
-    t1507 = t1504 - t1506;
-    t1508 = tau_right_ankle_roll + t1507; // other
-    t1509 = t1508 + t656_657.first(); // other
-    t1510 = t1509 * R::constant(814.1112620933816); // other
-    t1511 = R::fused(-t432_433.first(), t1510, t492_493.first()); // right_foot: articulated inertia
-    t1512 = t476_477.first() - t1511; // right_ankle: articulated inertia
-    t1513 = R::fused(-sin_t2, t1512, t466_467.first()); // right_ankle: articulated inertia
-    t1514 = t272 * R::constant(0.055);
-    t1515 = R::fused(-t255, R::constant(0.15), t1514);
-    t1516 = R::constant(0.055) * t275;
-    t1517 = R::fused(R::constant(-0.15), t258, t1516);
-    t1518 = t1515 + t1517;
-    t1519 = R::constant(0.055) * t279;
-    t1520 = R::fused(t262, R::constant(0.09), t1519);
-    t1521 = t1518 + t1520;
-    t1522 = R::constant(0.055) * t283;
-    t1523 = R::fused(R::constant(0.09), t266, t1522);
-    t1524 = t1521 + t1523;
-    t1525 = cos_q_right_ankle_roll * t1524; // right_foot: wrench handed to its parent
-    t1526 = t239 * R::constant(0.15);
-    t1527 = R::fused(-t272, R::constant(0.06), t1526);
-    t1528 = R::constant(0.15) * t242;
-    t1529 = R::fused(R::constant(0.06), t275, t1528);
-    t1530 = t1527 + t1529;
-    t1531 = t246 * R::constant(0.09);
-    t1532 = R::fused(R::constant(0.06), t279, t1531);
-    t1533 = t1530 - t1532;
-    t1534 = R::constant(0.09) * t250;
-    t1535 = R::fused(R::constant(-0.06), t283, t1534);
-    t1536 = t1533 - t1535;
-    t1537 = R::fused(sin_q_right_ankle_roll, t1536, t1525); // right_foot: wrench handed to its parent
-    t1538 = R::fused(R::constant(0.037), t284, t1537); // right_foot: wrench handed to its parent
-    t1539 = tau_right_ankle_pitch + t1538; // other
-    t1540 = R::fused(t522_523.first(), t1510, t729_730.first()); // right_foot: articulated inertia
-    t1541 = R::fused(R::constant(0.037), t448_449.first(), -t1540); // right_foot: articulated inertia
+    t1803 = t1097 * R::constant(0.06);
+    t1804 = R::fused(-t1081, R::constant(0.055), t1803);
+    t1805 = R::constant(0.06) * t1100;
+    t1806 = R::fused(R::constant(0.055), t1084, t1805);
+    t1807 = t1804 - t1806;
+    t1808 = R::constant(0.06) * t1104;
+    t1809 = R::fused(R::constant(-0.055), t1088, t1808);
+    t1810 = t1807 + t1809;
+    t1811 = R::constant(0.06) * t1108;
+    t1812 = R::fused(R::constant(0.055), t1092, t1811);
+    t1813 = t1810 - t1812;
+    t1814 = tau_right_ankle_roll + t1813; // other
+    t1815 = t1814 + t1454_1455.first(); // other
+    t1816 = t1815 * R::constant(814.1112620933816); // other
+    t1817 = R::fused(-t6_7.first(), t1816, t1314_1315.first()); // right_foot: articulated inertia
+    t1818 = t1298_1299.first() - t1817; // right_ankle: articulated inertia
+    t1819 = R::fused(-sin_t2, t1818, t1288_1289.first()); // right_ankle: articulated inertia
+    t1820 = t1114 * R::constant(0.055);
+    t1821 = R::fused(-t1097, R::constant(0.15), t1820);
+    t1822 = R::constant(0.055) * t1117;
+    t1823 = R::fused(R::constant(-0.15), t1100, t1822);
+    t1824 = t1821 + t1823;
+    t1825 = R::constant(0.055) * t1121;
+    t1826 = R::fused(t1104, R::constant(0.09), t1825);
+    t1827 = t1824 + t1826;
+    t1828 = R::constant(0.055) * t1125;
+    t1829 = R::fused(R::constant(0.09), t1108, t1828);
+    t1830 = t1827 + t1829;
+    t1831 = cos_q_right_ankle_roll * t1830; // right_foot: wrench handed to its parent
+    t1832 = t1081 * R::constant(0.15);
+    t1833 = R::fused(-t1114, R::constant(0.06), t1832);
+    t1834 = R::constant(0.15) * t1084;
+    t1835 = R::fused(R::constant(0.06), t1117, t1834);
+    t1836 = t1833 + t1835;
+    t1837 = t1088 * R::constant(0.09);
+    t1838 = R::fused(R::constant(0.06), t1121, t1837);
+    t1839 = t1836 - t1838;
+    t1840 = R::constant(0.09) * t1092;
+    t1841 = R::fused(R::constant(-0.06), t1125, t1840);
+    t1842 = t1839 - t1841;
+    t1843 = R::fused(sin_q_right_ankle_roll, t1842, t1831); // right_foot: wrench handed to its parent
+    t1844 = R::fused(R::constant(0.037), t1126, t1843); // right_foot: wrench handed to its parent
+    t1845 = tau_right_ankle_pitch + t1844; // other
+    t1846 = R::fused(t20_21.first(), t1816, t1517_1518.first()); // right_foot: articulated inertia
+    t1847 = R::fused(R::constant(0.037), t1270_1271.first(), -t1846); // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1542 = t715_716.first() - t1541;
-    t1543 = t1539 + t1542;
-    t1544 = t1543 * t747_748.first();
-    t1545 = R::fused(t671_672.first(), t1544, t1513);
-    t1546 = t392_393.first() - t1545; // right_lower_leg: articulated inertia
-    t1547 = R::fused(R::constant(0.273), t288, t1538); // right_ankle: wrench handed to its parent
-    t1548 = tau_right_knee_pitch + t1547; // other
-    t1549 = R::fused(-t745_746.first(), t1544, t1542);
-    t1550 = t588_589.first() * t1545;
-    t1551 = R::fused(cos_t2, t1512, t832_833.first());
-    t1552 = R::fused(t770_771.first(), t1544, t1551);
-    t1553 = R::fused(t582_583.first(), t1552, t1550);
-    t1554 = t1549 - t1553;
+    t1848 = t1503_1504.first() - t1847;
+    t1849 = t1845 + t1848;
+    t1850 = t1849 * t44_45.first();
+    t1851 = R::fused(t24_25.first(), t1850, t1819);
+    t1852 = t1218_1219.first() - t1851; // right_lower_leg: articulated inertia
+    t1853 = R::fused(R::constant(0.273), t1130, t1844); // right_ankle: wrench handed to its parent
+    t1854 = tau_right_knee_pitch + t1853; // other
+    t1855 = R::fused(-t42_43.first(), t1850, t1848);
+    t1856 = t54_55.first() * t1851;
+    t1857 = R::fused(cos_t2, t1818, t1554_1555.first());
+    t1858 = R::fused(t66_67.first(), t1850, t1857);
+    t1859 = R::fused(t58_59.first(), t1858, t1856);
+    t1860 = t1855 - t1859;
     // right_lower_leg: articulated inertia
-    t1555 = t828_829.first() + t1554;
-    t1556 = t1548 + t1555;
-    t1557 = t1556 * t856_857.first();
-    t1558 = R::fused(-t776_777.first(), t1557, t1546);
-    t1559 = t374_375.first() + t1558; // right_upper_leg: articulated inertia
-    t1560 = R::fused(R::constant(0.315), t292, t1547); // right_lower_leg: wrench handed to its parent
-    t1561 = tau_right_hip_pitch + t1560; // other
-    t1562 = R::fused(-t854_855.first(), t1557, t1555);
-    t1563 = t576_577.first() * t1558;
-    t1564 = t929_930.first() - t1552;
-    t1565 = R::fused(-t867_868.first(), t1557, t1564);
-    t1566 = R::fused(t568_569.first(), t1565, t1563);
-    t1567 = t1562 + t1566;
+    t1861 = t1550_1551.first() + t1860;
+    t1862 = t1854 + t1861;
+    t1863 = t1862 * t90_91.first();
+    t1864 = R::fused(-t72_73.first(), t1863, t1852);
+    t1865 = t1208_1209.first() + t1864; // right_upper_leg: articulated inertia
+    t1866 = R::fused(R::constant(0.315), t1134, t1853); // right_lower_leg: wrench handed to its parent
+    t1867 = tau_right_hip_pitch + t1866; // other
+    t1868 = R::fused(-t88_89.first(), t1863, t1861);
+    t1869 = t100_101.first() * t1864;
+    t1870 = t1593_1594.first() - t1858;
+    t1871 = R::fused(-t110_111.first(), t1863, t1870);
+    t1872 = R::fused(t104_105.first(), t1871, t1869);
+    t1873 = t1868 + t1872;
     // right_upper_leg: articulated inertia
-    t1568 = t923_924.first() + t1567;
-    t1569 = t1561 + t1568;
-    t1570 = t1569 * t951_952.first();
-    t1571 = R::fused(-t873_874.first(), t1570, t1559);
-    t1572 = R::fused(R::constant(0.01), t955_956.first(), t1571); // right_hip_roll_link: articulated inertia
-    t1573 = sin_q_right_ankle_roll * t1524; // right_foot: wrench handed to its parent
-    t1574 = R::fused(-cos_q_right_ankle_roll, t1536, t1573); // right_foot: wrench handed to its parent
-    t1575 = cos_q_right_ankle_pitch * t1574; // right_ankle: wrench handed to its parent
-    t1576 = R::fused(R::constant(-0.037), t296, t1507); // right_foot: wrench handed to its parent
-    t1577 = R::fused(-sin_q_right_ankle_pitch, t1576, t1575); // right_ankle: wrench handed to its parent
-    t1578 = cos_q_right_knee_pitch * t1577; // right_lower_leg: wrench handed to its parent
-    t1579 = sin_q_right_ankle_pitch * t1574; // right_ankle: wrench handed to its parent
-    t1580 = R::fused(cos_q_right_ankle_pitch, t1576, t1579); // right_ankle: wrench handed to its parent
-    t1581 = R::fused(R::constant(-0.273), t296, t1580); // right_ankle: wrench handed to its parent
-    t1582 = R::fused(-sin_q_right_knee_pitch, t1581, t1578); // right_lower_leg: wrench handed to its parent
-    t1583 = sin_q_right_hip_pitch * t1582; // right_upper_leg: wrench handed to its parent
-    t1584 = sin_q_right_knee_pitch * t1577; // right_lower_leg: wrench handed to its parent
-    t1585 = R::fused(cos_q_right_knee_pitch, t1581, t1584); // right_lower_leg: wrench handed to its parent
-    t1586 = R::fused(R::constant(-0.315), t296, t1585); // right_lower_leg: wrench handed to its parent
-    t1587 = R::fused(cos_q_right_hip_pitch, t1586, t1583); // right_upper_leg: wrench handed to its parent
-    t1588 = tau_right_hip_roll + t1587; // other
-    t1589 = R::fused(t528_529.first(), t1510, t1118_1119.first()); // right_foot: articulated inertia
-    t1590 = t1106_1107.first() + t1589; // right_ankle: articulated inertia
-    t1591 = sin_t2 * t1590; // right_ankle: articulated inertia
-    t1592 = R::fused(-t446_447.first(), t1510, t1133_1134.first()); // right_foot: articulated inertia
-    t1593 = R::fused(R::constant(-0.037), t1592, t1508); // right_foot: articulated inertia
+    t1874 = t1587_1588.first() + t1873;
+    t1875 = t1867 + t1874;
+    t1876 = t1875 * t132_133.first();
+    t1877 = R::fused(-t116_117.first(), t1876, t1865);
+    t1878 = R::fused(R::constant(0.01), t1603_1604.first(), t1877); // right_hip_roll_link: articulated inertia
+    t1879 = sin_q_right_ankle_roll * t1830; // right_foot: wrench handed to its parent
+    t1880 = R::fused(-cos_q_right_ankle_roll, t1842, t1879); // right_foot: wrench handed to its parent
+    t1881 = cos_q_right_ankle_pitch * t1880; // right_ankle: wrench handed to its parent
+    t1882 = R::fused(R::constant(-0.037), t1138, t1813); // right_foot: wrench handed to its parent
+    t1883 = R::fused(-sin_q_right_ankle_pitch, t1882, t1881); // right_ankle: wrench handed to its parent
+    t1884 = cos_q_right_knee_pitch * t1883; // right_lower_leg: wrench handed to its parent
+    t1885 = sin_q_right_ankle_pitch * t1880; // right_ankle: wrench handed to its parent
+    t1886 = R::fused(cos_q_right_ankle_pitch, t1882, t1885); // right_ankle: wrench handed to its parent
+    t1887 = R::fused(R::constant(-0.273), t1138, t1886); // right_ankle: wrench handed to its parent
+    t1888 = R::fused(-sin_q_right_knee_pitch, t1887, t1884); // right_lower_leg: wrench handed to its parent
+    t1889 = sin_q_right_hip_pitch * t1888; // right_upper_leg: wrench handed to its parent
+    t1890 = sin_q_right_knee_pitch * t1883; // right_lower_leg: wrench handed to its parent
+    t1891 = R::fused(cos_q_right_knee_pitch, t1887, t1890); // right_lower_leg: wrench handed to its parent
+    t1892 = R::fused(R::constant(-0.315), t1138, t1891); // right_lower_leg: wrench handed to its parent
+    t1893 = R::fused(cos_q_right_hip_pitch, t1892, t1889); // right_upper_leg: wrench handed to its parent
+    t1894 = tau_right_hip_roll + t1893; // other
+    t1895 = R::fused(t138_139.first(), t1816, t1672_1673.first()); // right_foot: articulated inertia
+    t1896 = t1660_1661.first() + t1895; // right_ankle: articulated inertia
+    t1897 = sin_t2 * t1896; // right_ankle: articulated inertia
+    t1898 = R::fused(-t14_15.first(), t1816, t1687_1688.first()); // right_foot: articulated inertia
+    t1899 = R::fused(R::constant(-0.037), t1898, t1814); // right_foot: articulated inertia
     // right_ankle: articulated inertia
-    t1594 = t1127_1128.first() - t1593;
-    t1595 = R::fused(-cos_t2, t1594, t1591);
-    t1596 = R::fused(t982_983.first(), t1544, t1595);
-    t1597 = t1142_1143.first() - t1592;
-    t1598 = R::fused(t978_979.first(), t1544, t1597);
-    t1599 = R::fused(t588_589.first(), t1598, t1596);
+    t1900 = t1681_1682.first() - t1899;
+    t1901 = R::fused(-cos_t2, t1900, t1897);
+    t1902 = R::fused(t168_169.first(), t1850, t1901);
+    t1903 = t1696_1697.first() - t1898;
+    t1904 = R::fused(t164_165.first(), t1850, t1903);
+    t1905 = R::fused(t54_55.first(), t1904, t1902);
     // right_lower_leg: articulated inertia
-    t1600 = t1098_1099.first() + t1599;
-    t1601 = R::fused(-t1018_1019.first(), t1557, t1600);
-    t1602 = t1151_1152.first() - t1598;
-    t1603 = R::fused(-t1014_1015.first(), t1557, t1602);
-    t1604 = R::fused(-t576_577.first(), t1603, t1601);
-    t1605 = t1086_1087.first() + t1604; // right_upper_leg: articulated inertia
-    t1606 = R::fused(-t1046_1047.first(), t1570, t1605); // right_upper_leg: articulated inertia
+    t1906 = t1652_1653.first() + t1905;
+    t1907 = R::fused(-t208_209.first(), t1863, t1906);
+    t1908 = t1705_1706.first() - t1904;
+    t1909 = R::fused(-t204_205.first(), t1863, t1908);
+    t1910 = R::fused(-t100_101.first(), t1909, t1907);
+    t1911 = t1640_1641.first() + t1910; // right_upper_leg: articulated inertia
+    t1912 = R::fused(-t240_241.first(), t1876, t1911); // right_upper_leg: articulated inertia
     // right_hip_roll_link: articulated inertia
-    t1607 = t1074_1075.first() + t1606;
-    t1608 = t1588 - t1607;
-    let (
-        t1609, t1610, t1611, t1612, t1613, t1614, t1615, t1616, t1617, t1618, t1619, t1620, t1621, t1622, t1623, t1624,
-        t1625, t1626, t1627, t1628, t1629, t1630, t1631, t1632, t1633, t1634, t1635, t1636, t1637, t1638, t1639, t1640,
-        t1641, t1642, t1643, t1644, t1645, t1646, t1647, t1648, t1649, t1650, t1651, t1652, t1653, t1654, t1655, t1656,
-        t1657, t1658, t1659, t1660, t1661, t1662, t1663, t1664, t1665, t1666, t1667, t1668, t1669, t1670_1671,
-        t1672_1673, t1674_1675, t1676_1677, t1678_1679, t1680_1681, t1682_1683, t1684_1685, t1686_1687, t1688_1689,
-        t1690_1691, t1692_1693, t1694_1695, t1696_1697, t1698_1699, t1700_1701, t1702_1703, t1704_1705, t1706_1707,
-        t1708_1709, t1710_1711, t1712_1713, t1714_1715, t1716_1717, t1718_1719, t1720, t1721, t1722, t1723, t1724,
-        t1725, t1726, t1727, t1728, t1729, t1730, t1731, t1732, t1733, t1734, t1735, t1736, t1737, t1738, t1739, t1740,
-        t1741, t1742, t1743, t1744, t1745, t1746, t1747, t1748_1749, t1750, t1751, t1752_1753, t1754_1755, t1756_1757,
-        t1758, t1759, t1760_1761, t1762, t1763, t1764, t1765_1766, t1767_1768, t1769_1770, t1771_1772, t1773, t1774,
-        t1775, t1776, t1777, t1778, t1779, t1780, t1781, t1782, t1783, t1784, t1785, t1786_1787, t1788_1789, t1790_1791,
-        t1792_1793, t1794_1795, t1796_1797, t1798_1799, t1800_1801, t1802_1803, t1804, t1805, t1806, t1807, t1808,
-        t1809, t1810, t1811, t1812_1813, t1814_1815, t1816_1817, t1818_1819, t1820_1821, t1822_1823, t1824_1825,
-        t1826_1827, t1828, t1829, t1830, t1831, t1832, t1833, t1834, t1835, t1836, t1837, t1838, t1839, t1840, t1841,
-        t1842, t1843, t1844, t1845, t1846, t1847, t1848, t1849, t1850, t1851, t1852, t1853, t1854, t1855, t1856_1857,
-        t1858, t1859, t1860, t1861_1862, t1863_1864, t1865, t1866, t1867_1868, t1869_1870, t1871_1872, t1873, t1874,
-        t1875, t1876, t1877, t1878, t1879, t1880, t1881, t1882, t1883, t1884, t1885, t1886, t1887_1888, t1889_1890,
-        t1891_1892, t1893_1894, t1895_1896, t1897_1898, t1899_1900, t1901_1902, t1903_1904, t1905_1906, t1907_1908,
-        t1909_1910, t1911_1912, t1913_1914, t1915_1916, t1917, t1918, t1919, t1920, t1921_1922, t1923_1924, t1925_1926,
-        t1927_1928, t1929_1930, t1931_1932, t1933_1934, t1935_1936, t1937_1938, t1939, t1940, t1941, t1942, t1943,
-        t1944_1945, t1946_1947,
-    );
-    t1609 = t1608 * t1232_1233.first();
-    t1610 = R::fused(-t1050_1051.first(), t1609, t1572);
-    t1611 = R::fused(R::constant(0.008), t1238_1239.first(), t1610); // right_hip_yaw_link: articulated inertia
-    t1612 = cos_q_right_hip_yaw * t1611; // right_hip_yaw_link: articulated inertia
-    t1613 = t1244_1245.first() + t1603; // right_upper_leg: articulated inertia
-    t1614 = R::fused(-t1042_1043.first(), t1570, t1613); // right_upper_leg: articulated inertia
-    t1615 = R::fused(R::constant(0.01), t1248_1249.first(), -t1614);
-    t1616 = cos_q_right_hip_roll * t1615;
-    t1617 = t1254_1255.first() + t1565; // right_upper_leg: articulated inertia
-    t1618 = R::fused(-t1257_1258.first(), t1570, t1617); // right_upper_leg: articulated inertia
-    t1619 = R::fused(R::constant(0.01), t1260_1261.first(), t1618);
-    t1620 = R::fused(sin_q_right_hip_roll, t1619, t1616);
-    t1621 = R::fused(t1280_1281.first(), t1609, t1620);
-    t1622 = R::fused(R::constant(0.008), t1283_1284.first(), t1621); // right_hip_yaw_link: articulated inertia
-    t1623 = R::fused(-sin_q_right_hip_yaw, t1622, t1612); // right_hip_yaw_link: articulated inertia
-    t1624 = sin_q_right_hip_roll * t1560; // right_hip_roll_link: wrench handed to its parent
-    t1625 = cos_q_right_hip_pitch * t1582; // right_upper_leg: wrench handed to its parent
-    t1626 = R::fused(-sin_q_right_hip_pitch, t1586, t1625); // right_upper_leg: wrench handed to its parent
-    t1627 = R::fused(cos_q_right_hip_roll, t1626, t1624); // right_hip_roll_link: wrench handed to its parent
-    t1628 = tau_right_hip_yaw + t1627; // other
-    t1629 = R::fused(-t949_950.first(), t1570, t1568); // right_upper_leg: articulated inertia
-    t1630 = R::fused(t368_369.first(), R::constant(0.0000833333335), t1629);
-    t1631 = sin_q_right_hip_roll * t1630;
+    t1913 = t1628_1629.first() + t1912;
+    t1914 = t1894 - t1913;
+    t1915 = t1914 * t338_339.first();
+    t1916 = R::fused(-t242_243.first(), t1915, t1878);
+    t1917 = R::fused(R::constant(0.008), t1718_1719.first(), t1916); // right_hip_yaw_link: articulated inertia
+    t1918 = cos_q_right_hip_yaw * t1917; // right_hip_yaw_link: articulated inertia
+    t1919 = t1724_1725.first() + t1909; // right_upper_leg: articulated inertia
+    t1920 = R::fused(-t236_237.first(), t1876, t1919); // right_upper_leg: articulated inertia
+    t1921 = R::fused(R::constant(0.01), t1728_1729.first(), -t1920);
+    t1922 = cos_q_right_hip_roll * t1921;
+    t1923 = t1734_1735.first() + t1871; // right_upper_leg: articulated inertia
+    t1924 = R::fused(-t356_357.first(), t1876, t1923); // right_upper_leg: articulated inertia
+    t1925 = R::fused(R::constant(0.01), t1738_1739.first(), t1924);
+    t1926 = R::fused(sin_q_right_hip_roll, t1925, t1922);
+    t1927 = R::fused(t388_389.first(), t1915, t1926);
+    t1928 = R::fused(R::constant(0.008), t1743_1744.first(), t1927); // right_hip_yaw_link: articulated inertia
+    t1929 = R::fused(-sin_q_right_hip_yaw, t1928, t1918); // right_hip_yaw_link: articulated inertia
+    t1930 = sin_q_right_hip_roll * t1866; // right_hip_roll_link: wrench handed to its parent
+    t1931 = cos_q_right_hip_pitch * t1888; // right_upper_leg: wrench handed to its parent
+    t1932 = R::fused(-sin_q_right_hip_pitch, t1892, t1931); // right_upper_leg: wrench handed to its parent
+    t1933 = R::fused(cos_q_right_hip_roll, t1932, t1930); // right_hip_roll_link: wrench handed to its parent
+    t1934 = tau_right_hip_yaw + t1933; // other
+    t1935 = R::fused(-t130_131.first(), t1876, t1874); // right_upper_leg: articulated inertia
+    t1936 = R::fused(t1206_1207.first(), R::constant(0.0000833333335), t1935);
+    t1937 = sin_q_right_hip_roll * t1936;
     // right_ankle: articulated inertia
-    t1632 = cos_t2 * t1590;
-    t1633 = R::fused(sin_t2, t1594, t1632);
-    t1634 = R::fused(t1291_1292.first(), t1544, t1633);
-    t1635 = R::fused(-t582_583.first(), t1598, t1634);
-    t1636 = t1437_1438.first() + t1635; // right_lower_leg: articulated inertia
-    t1637 = R::fused(-t1307_1308.first(), t1557, t1636); // right_lower_leg: articulated inertia
-    t1638 = R::fused(t568_569.first(), t1603, t1637); // right_lower_leg: articulated inertia
-    t1639 = t1425_1426.first() + t1638; // right_upper_leg: articulated inertia
-    t1640 = R::fused(-t1321_1322.first(), t1570, t1639); // right_upper_leg: articulated inertia
-    t1641 = t1413_1414.first() + t1640; // right_hip_roll_link: articulated inertia
-    t1642 = R::fused(-cos_q_right_hip_roll, t1641, t1631); // right_hip_roll_link: articulated inertia
-    t1643 = R::fused(-t1367_1368.first(), t1609, t1642); // right_hip_roll_link: articulated inertia
+    t1938 = cos_t2 * t1896;
+    t1939 = R::fused(sin_t2, t1900, t1938);
+    t1940 = R::fused(t420_421.first(), t1850, t1939);
+    t1941 = R::fused(-t58_59.first(), t1904, t1940);
+    t1942 = t1785_1786.first() + t1941; // right_lower_leg: articulated inertia
+    t1943 = R::fused(-t440_441.first(), t1863, t1942); // right_lower_leg: articulated inertia
+    t1944 = R::fused(t104_105.first(), t1909, t1943); // right_lower_leg: articulated inertia
+    t1945 = t1773_1774.first() + t1944; // right_upper_leg: articulated inertia
+    t1946 = R::fused(-t458_459.first(), t1876, t1945); // right_upper_leg: articulated inertia
+    t1947 = t1761_1762.first() + t1946; // right_hip_roll_link: articulated inertia
+    t1948 = R::fused(-cos_q_right_hip_roll, t1947, t1937); // right_hip_roll_link: articulated inertia
+    t1949 = R::fused(-t516_517.first(), t1915, t1948); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t1644 = t1406_1407.first() + t1643;
-    t1645 = t1628 + t1644;
-    t1646 = t1645 * t1493_1494.first();
-    t1647 = R::fused(t1397_1398.first(), t1646, t1623);
-    t1648 = t1496 + t1647;
-    t1649 = t315 + t1648; // torso: articulated inertia
-    t1650 = t303 - t1649; // torso: articulated inertia
-    t1651 = R::fused(R::constant(0.0764), t236, t1402); // left_hip_yaw_link: wrench handed to its parent
-    t1652 = t1627 + t1651; // right_hip_yaw_link: wrench handed to its parent
-    t1653 = R::fused(R::constant(-0.0764), t301, t1652); // right_hip_yaw_link: wrench handed to its parent
-    t1654 = tau_base_angular_z + t1653; // other
+    t1950 = t1754_1755.first() + t1949;
+    t1951 = t1934 + t1950;
+    t1952 = t1951 * t584_585.first();
+    t1953 = R::fused(t538_539.first(), t1952, t1929);
+    t1954 = t1802 + t1953;
+    t1955 = t1157 + t1954; // torso: articulated inertia
+    t1956 = t1145 - t1955; // torso: articulated inertia
+    t1957 = R::fused(R::constant(0.0764), t1078, t1750); // left_hip_yaw_link: wrench handed to its parent
+    t1958 = t1933 + t1957; // right_hip_yaw_link: wrench handed to its parent
+    t1959 = R::fused(R::constant(-0.0764), t1143, t1958); // right_hip_yaw_link: wrench handed to its parent
+    t1960 = tau_base_angular_z + t1959; // other
     // torso: sums of what it carries
-    t1655 = R::constant(0.096090616) * t308;
-    t1656 = R::fused(R::constant(0.0404594), t560, t1655);
-    t1657 = R::fused(R::constant(0.0014735), t310, t1656);
-    t1658 = t304 - t548;
-    t1659 = R::fused(R::constant(0.00220808), t1658, t1657);
-    t1660 = R::constant(0.20808) * t547;
-    t1661 = R::fused(R::constant(0.0102), t314, t1660);
-    t1662 = t1659 + t1661;
-    t1663 = R::fused(-t1491_1492.second(), t1495, t1451); // left_hip_yaw_link: articulated inertia
-    t1664 = R::fused(R::constant(0.0764), t1496, t1663); // left_hip_yaw_link: articulated inertia
-    t1665 = R::fused(-t1491_1492.first(), t1646, t1644); // right_hip_yaw_link: articulated inertia
-    t1666 = R::fused(R::constant(-0.0764), t1647, t1665); // right_hip_yaw_link: articulated inertia
-    t1667 = t1664 + t1666; // right_hip_yaw_link: articulated inertia
-    t1668 = t1662 + t1667; // torso: articulated inertia
-    t1669 = t1654 + t1668; // torso: articulated inertia
-    t1670_1671 = R::Two::fused(t873_874, t1048_1049, t863_864); // right_upper_leg, left_upper_leg: articulated inertia
-    t1672_1673 = R::Two::fused(t1050_1051, t1369_1370, t1670_1671); // right_hip_roll_link, left_hip_roll_link
-    t1674_1675 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(sin_q_right_hip_yaw, sin_q_left_hip_yaw);
-    // right_upper_leg, left_upper_leg: articulated inertia
-    t1676_1677 = R::Two::fused(t1042_1043, t1266_1267, t1218_1219);
-    t1678_1679 = R::Two::fused(t1257_1258, t1274_1275, t943_944);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1680_1681 = t1676_1677 - t1678_1679;
-    t1682_1683 = t1379_1380 * t1680_1681;
-    t1684_1685 = R::Two::fused(t1257_1258, t1266_1267, t1038_1039); // right_upper_leg, left_upper_leg
-    t1686_1687 = both(R::constant(2.0)) * t1684_1685;
-    t1688_1689 = R::Two::fused(t1383_1384, t1686_1687, t1682_1683);
-    t1690_1691 = t1676_1677 - t1688_1689;
-    t1692_1693 = R::Two::fused(t1280_1281, t1391_1392, t1690_1691);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1694_1695 = t1672_1673 - t1692_1693;
-    t1696_1697 = t1674_1675 * t1694_1695;
-    t1698_1699 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * two(cos_q_right_hip_yaw, cos_q_left_hip_yaw);
-    t1700_1701 = R::Two::fused(-t1042_1043, t1048_1049, t1022_1023); // right_upper_leg, left_upper_leg
-    t1702_1703 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t1700_1701; // right_hip_roll_link, left_hip_roll_link
-    t1704_1705 = R::Two::fused(-t1257_1258, t1048_1049, t869_870); // right_upper_leg, left_upper_leg
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1706_1707 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t1704_1705, t1702_1703);
-    t1708_1709 = R::Two::fused(-t1280_1281, t1369_1370, t1706_1707);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1710_1711 = both(R::constant(2.0)) * t1708_1709;
-    t1712_1713 = R::Two::fused(t1698_1699, t1710_1711, t1696_1697);
-    t1714_1715 = t1672_1673 - t1712_1713;
-    t1716_1717 = t1397_1398 * t1493_1494;
-    t1718_1719 = R::Two::fused(t1397_1398, t1716_1717, t1714_1715);
-    t1720 = R::constant(0.0764) * t1718_1719.second(); // left_hip_yaw_link: articulated inertia
-    t1721 = R::fused(R::constant(-0.0764), t1718_1719.first(), t1720); // right_hip_yaw_link: articulated inertia
-    t1722 = R::constant(0.0102) - t1721; // torso: articulated inertia
-    t1723 = t1718_1719.second() * R::constant(0.00583696); // left_hip_yaw_link: articulated inertia
-    t1724 = R::fused(R::constant(0.00583696), t1718_1719.first(), t1723); // right_hip_yaw_link: articulated inertia
-    t1725 = R::constant(0.15966028) - t1724; // torso: articulated inertia
-    t1726 = R::constant(1.0) / t1725; // torso: acceleration
-    t1727 = t1722 * t1726; // torso: acceleration
-    t1728 = R::fused(t1669, t1727, t1650); // torso: acceleration
-    t1729 = sin_q_left_hip_yaw * t1066; // left_hip_yaw_link: wrench handed to its parent
-    t1730 = cos_q_left_hip_roll * t875; // left_hip_roll_link: wrench handed to its parent
-    t1731 = R::fused(-sin_q_left_hip_roll, t1401, t1730); // left_hip_roll_link: wrench handed to its parent
-    t1732 = R::fused(cos_q_left_hip_yaw, t1731, t1729); // left_hip_yaw_link: wrench handed to its parent
-    t1733 = sin_q_right_hip_yaw * t1587; // right_hip_yaw_link: wrench handed to its parent
-    t1734 = cos_q_right_hip_roll * t1560; // right_hip_roll_link: wrench handed to its parent
-    t1735 = R::fused(-sin_q_right_hip_roll, t1626, t1734); // right_hip_roll_link: wrench handed to its parent
-    t1736 = R::fused(cos_q_right_hip_yaw, t1735, t1733); // right_hip_yaw_link: wrench handed to its parent
-    t1737 = t1732 + t1736; // right_hip_yaw_link: wrench handed to its parent
-    t1738 = tau_base_angular_y + t1737; // other
-    // torso: sums of what it carries
-    t1739 = t310 * R::constant(0.748563918);
-    t1740 = R::fused(R::constant(0.0014735), t308, t1739);
-    t1741 = R::fused(R::constant(0.00220808), t560, t1740);
-    t1742 = t305 - t548;
-    t1743 = R::fused(R::constant(0.0404594), t1742, t1741);
-    t1744 = R::constant(2.4915) * t314;
-    t1745 = R::fused(R::constant(0.20808), t559, t1744);
-    t1746 = t1743 + t1745;
-    t1747 = R::fused(t1230_1231.second(), t1234, t1158); // left_hip_roll_link: articulated inertia
-    t1748_1749 = R::Two::fused(-t322_323, t318_319, t408_409); // right_hip_yaw_link, left_hip_yaw_link: motion
-    t1750 = R::fused(t1748_1749.second(), R::constant(0.00009), t1747); // left_hip_yaw_link: articulated inertia
-    t1751 = sin_q_left_hip_yaw * t1750; // left_hip_yaw_link: articulated inertia
-    t1752_1753 = R::Two::fused(t322_323, t362_363, t350_351); // right_hip_yaw_link, left_hip_yaw_link: motion
-    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
-    t1754_1755 = t1752_1753 * both(R::constant(0.0005199999995));
-    t1756_1757 = R::Two::fused(both(R::constant(-0.008)), t562_563, t1754_1755);
-    t1758 = cos_q_left_hip_roll * t1409; // left_hip_roll_link: articulated inertia
-    t1759 = R::fused(sin_q_left_hip_roll, t1448, t1758); // left_hip_roll_link: articulated inertia
-    t1760_1761 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1365_1366; // right_hip_roll_link, left_hip_roll_link
-    t1762 = R::fused(t1760_1761.second(), t1234, t1759); // left_hip_roll_link: articulated inertia
-    t1763 = t1756_1757.second() + t1762; // left_hip_yaw_link: articulated inertia
-    t1764 = R::fused(-cos_q_left_hip_yaw, t1763, t1751); // left_hip_yaw_link: articulated inertia
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1765_1766 = t1383_1384 * t1481_1482;
-    t1767_1768 = t1760_1761 * t1232_1233;
-    t1769_1770 = R::Two::fused(t1367_1368, t1767_1768, t1765_1766);
-    t1771_1772 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1769_1770; // right_hip_yaw_link, left_hip_yaw_link
-    t1773 = R::fused(t1771_1772.second(), t1495, t1764); // left_hip_yaw_link: articulated inertia
-    t1774 = R::fused(t1230_1231.first(), t1609, t1607); // right_hip_roll_link: articulated inertia
-    t1775 = R::fused(t1748_1749.first(), R::constant(0.00009), t1774); // right_hip_yaw_link: articulated inertia
-    t1776 = sin_q_right_hip_yaw * t1775; // right_hip_yaw_link: articulated inertia
-    t1777 = cos_q_right_hip_roll * t1630; // right_hip_roll_link: articulated inertia
-    t1778 = R::fused(sin_q_right_hip_roll, t1641, t1777); // right_hip_roll_link: articulated inertia
-    t1779 = R::fused(t1760_1761.first(), t1609, t1778); // right_hip_roll_link: articulated inertia
-    // right_hip_yaw_link: articulated inertia
-    t1780 = t1756_1757.first() + t1779;
-    t1781 = R::fused(-cos_q_right_hip_yaw, t1780, t1776);
-    t1782 = R::fused(t1771_1772.first(), t1646, t1781);
-    t1783 = t1773 + t1782;
-    t1784 = t1746 + t1783; // torso: articulated inertia
-    t1785 = t1738 - t1784; // torso: articulated inertia
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1786_1787 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1325_1326;
-    t1788_1789 = R::Two::fused(t1760_1761 * two(R::constant(1.0), R::constant(-1.0)), t1369_1370, t1786_1787);
-    t1790_1791 = t1674_1675 * t1788_1789; // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1792_1793 = t1379_1380 * t1385_1386;
-    t1794_1795 = R::Two::fused(-t1383_1384, t1377_1378, t1792_1793);
-    t1796_1797 = R::Two::fused(-t1760_1761, t1391_1392, t1794_1795);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1798_1799 = R::Two::fused(t1698_1699 * two(R::constant(1.0), R::constant(-1.0)), t1796_1797, t1790_1791);
-    t1800_1801 = t1788_1789 - t1798_1799;
-    t1802_1803 = R::Two::fused(t1771_1772, t1716_1717, t1800_1801);
-    t1804 = R::constant(0.0764) * t1802_1803.second(); // left_hip_yaw_link: articulated inertia
-    t1805 = R::fused(R::constant(0.0764), t1802_1803.first(), t1804); // right_hip_yaw_link: articulated inertia
-    t1806 = R::constant(0.0014735) + t1805; // torso: articulated inertia
-    t1807 = t1806 * t1726; // torso: acceleration
-    t1808 = R::fused(t1669, t1807, t1785); // torso: acceleration
-    t1809 = t1802_1803.second() - t1802_1803.first(); // right_hip_yaw_link: articulated inertia
-    t1810 = R::constant(2.4915) + t1809; // torso: articulated inertia
-    t1811 = R::fused(-t1722, t1807, t1810); // torso: acceleration
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1812_1813 = both(R::constant(0.0000833333335)) - t1483_1484;
-    t1814_1815 = R::Two::fused(-t1760_1761, t1767_1768, t1812_1813);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1816_1817 = both(R::constant(0.0005199999995)) + t1814_1815;
-    t1818_1819 = both(R::constant(0.00009)) - t1816_1817;
-    t1820_1821 = t1674_1675 * t1818_1819;
-    t1822_1823 = t1816_1817 + t1820_1821;
-    t1824_1825 = t1771_1772 * t1493_1494;
-    t1826_1827 = R::Two::fused(-t1771_1772, t1824_1825, t1822_1823);
-    t1828 = t1826_1827.second() + t1826_1827.first(); // right_hip_yaw_link: articulated inertia
-    t1829 = R::constant(0.812133582) + t1828; // torso: articulated inertia
-    // torso: acceleration
-    t1830 = R::fused(-t1806, t1807, t1829);
-    t1831 = R::constant(1.0) / t1830;
-    t1832 = t1811 * t1831;
-    t1833 = R::fused(-t1808, t1832, t1728);
-    t1834 = cos_q_left_hip_yaw * t1066; // left_hip_yaw_link: wrench handed to its parent
-    t1835 = R::fused(-sin_q_left_hip_yaw, t1731, t1834); // left_hip_yaw_link: wrench handed to its parent
-    t1836 = sin_q_left_hip_roll * t231; // left_hip_roll_link: wrench handed to its parent
-    t1837 = R::fused(cos_q_left_hip_roll, t234, t1836); // left_hip_roll_link: wrench handed to its parent
-    t1838 = R::fused(R::constant(-0.0764), t1837, t1835); // left_hip_yaw_link: wrench handed to its parent
-    t1839 = cos_q_right_hip_yaw * t1587; // right_hip_yaw_link: wrench handed to its parent
-    t1840 = R::fused(-sin_q_right_hip_yaw, t1735, t1839); // right_hip_yaw_link: wrench handed to its parent
-    t1841 = t1838 + t1840; // right_hip_yaw_link: wrench handed to its parent
-    t1842 = sin_q_right_hip_roll * t296; // right_hip_roll_link: wrench handed to its parent
-    t1843 = R::fused(cos_q_right_hip_roll, t299, t1842); // right_hip_roll_link: wrench handed to its parent
-    t1844 = R::fused(R::constant(0.0764), t1843, t1841); // right_hip_yaw_link: wrench handed to its parent
-    t1845 = tau_base_angular_x + t1844; // other
-    // torso: sums of what it carries
-    t1846 = t560 * R::constant(0.652473302);
-    t1847 = R::fused(R::constant(0.00220808), t310, t1846);
-    t1848 = R::fused(R::constant(-0.0404594), t308, t1847);
-    t1849 = t304 - t305;
-    t1850 = R::fused(R::constant(0.0014735), t1849, t1848);
-    t1851 = R::constant(0.0102) * t559;
-    t1852 = R::fused(R::constant(-2.4915), t547, t1851);
-    t1853 = t1850 - t1852;
-    t1854 = cos_q_left_hip_yaw * t1750; // left_hip_yaw_link: articulated inertia
-    t1855 = R::fused(sin_q_left_hip_yaw, t1763, t1854); // left_hip_yaw_link: articulated inertia
-    t1856_1857 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1769_1770; // right_hip_yaw_link, left_hip_yaw_link
-    t1858 = R::fused(-t1856_1857.second(), t1495, t1855); // left_hip_yaw_link: articulated inertia
-    t1859 = sin_q_left_hip_roll * t1250; // left_hip_roll_link: articulated inertia
-    t1860 = R::fused(-cos_q_left_hip_roll, t1262, t1859); // left_hip_roll_link: articulated inertia
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1861_1862 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1268_1269;
-    t1863_1864 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll) * two(R::constant(-1.0), R::constant(1.0)), t1278_1279, t1861_1862);
-    t1865 = R::fused(-t1863_1864.second(), t1234, t1860); // left_hip_roll_link: articulated inertia
-    t1866 = R::fused(R::constant(0.008), t1752_1753.second(), t1865); // left_hip_yaw_link: articulated inertia
-    t1867_1868 = t1385_1386 - t1794_1795;
-    t1869_1870 = t1863_1864 * t1232_1233;
-    t1871_1872 = R::Two::fused(t1367_1368, t1869_1870, t1867_1868);
-    t1873 = R::fused(t1871_1872.second(), t1495, t1866); // left_hip_yaw_link: articulated inertia
-    t1874 = R::fused(R::constant(-0.0764), t1873, t1858); // left_hip_yaw_link: articulated inertia
-    t1875 = cos_q_right_hip_yaw * t1775; // right_hip_yaw_link: articulated inertia
-    t1876 = R::fused(sin_q_right_hip_yaw, t1780, t1875); // right_hip_yaw_link: articulated inertia
-    t1877 = R::fused(-t1856_1857.first(), t1646, t1876); // right_hip_yaw_link: articulated inertia
-    t1878 = sin_q_right_hip_roll * t1615; // right_hip_roll_link: articulated inertia
-    t1879 = R::fused(-cos_q_right_hip_roll, t1619, t1878); // right_hip_roll_link: articulated inertia
-    t1880 = R::fused(t1863_1864.first(), t1609, t1879); // right_hip_roll_link: articulated inertia
-    // right_hip_yaw_link: articulated inertia
-    t1881 = R::fused(R::constant(0.008), t1752_1753.first(), -t1880);
-    t1882 = R::fused(t1871_1872.first(), t1646, t1881);
-    t1883 = R::fused(R::constant(0.0764), t1882, t1877);
-    t1884 = t1874 + t1883;
-    t1885 = t1853 - t1884; // torso: articulated inertia
-    t1886 = t1845 + t1885; // torso: articulated inertia
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1887_1888 = t1674_1675 * t1796_1797;
-    t1889_1890 = R::Two::fused(t1698_1699 * two(R::constant(-1.0), R::constant(1.0)), t1788_1789, t1887_1888);
-    t1891_1892 = R::Two::fused(t1856_1857 * two(R::constant(-1.0), R::constant(1.0)), t1716_1717, t1889_1890);
-    t1893_1894 = both(R::constant(0.0764)) * t1891_1892;
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1895_1896 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t1700_1701;
-    t1897_1898 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t1704_1705, t1895_1896);
-    t1899_1900 = R::Two::fused(-t1863_1864, t1369_1370, t1897_1898);
-    t1901_1902 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1899_1900; // right_hip_yaw_link, left_hip_yaw_link
-    t1903_1904 = t1379_1380 * t1686_1687;
-    t1905_1906 = R::Two::fused(-t1383_1384, t1680_1681, t1903_1904);
-    t1907_1908 = t1684_1685 - t1905_1906;
-    t1909_1910 = R::Two::fused(t1863_1864, t1391_1392, t1907_1908);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1911_1912 = R::Two::fused(-two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), t1909_1910, t1901_1902);
-    t1913_1914 = R::Two::fused(t1871_1872 * two(R::constant(-1.0), R::constant(1.0)), t1716_1717, t1911_1912);
-    t1915_1916 = R::Two::fused(two(R::constant(-0.00583696), R::constant(0.00583696)), t1913_1914, t1893_1894);
-    t1917 = t1915_1916.second() - t1915_1916.first(); // right_hip_yaw_link: articulated inertia
-    t1918 = R::constant(0.0404594) + t1917; // torso: articulated inertia
-    t1919 = t1918 * t1726; // torso: acceleration
-    t1920 = R::fused(-t1669, t1919, t1886); // torso: acceleration
-    t1921_1922 = t1698_1699 * t1818_1819;
-    t1923_1924 = t1856_1857 * t1493_1494;
-    t1925_1926 = R::Two::fused(t1771_1772, t1923_1924, t1921_1922);
-    t1927_1928 = R::Two::fused(t1760_1761, t1869_1870, t1387_1388); // right_hip_roll_link, left_hip_roll_link
-    t1929_1930 = both(R::constant(0.008)) + t1927_1928;
-    t1931_1932 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t1929_1930;
-    t1933_1934 = t1871_1872 * t1493_1494;
-    t1935_1936 = R::Two::fused(t1771_1772, t1933_1934, t1931_1932);
-    t1937_1938 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1935_1936, t1925_1926);
-    t1939 = t1937_1938.second() + t1937_1938.first(); // right_hip_yaw_link: articulated inertia
-    t1940 = R::constant(0.00220808) + t1939; // torso: articulated inertia
-    t1941 = R::fused(t1918, t1807, t1940); // torso: acceleration
-    t1942 = t1941 * t1831; // torso: acceleration
-    t1943 = R::fused(-t1808, t1942, t1920); // torso: acceleration
-    t1944_1945 = both(R::constant(0.0764)) * t1913_1914;
-    t1946_1947 = R::Two::fused(t1944_1945, two(R::constant(-1.0), R::constant(1.0)), t1891_1892);
+    t1961 = R::constant(0.096090616) * t1150;
+    t1962 = R::fused(R::constant(0.0404594), t1366, t1961);
+    t1963 = R::fused(R::constant(0.0014735), t1152, t1962);
+    t1964 = t1146 - t1354;
+    t1965 = R::fused(R::constant(0.00220808), t1964, t1963);
+    t1966 = R::constant(0.20808) * t1353;
+    t1967 = R::fused(R::constant(0.0102), t1156, t1966);
+    t1968 = t1965 + t1967;
+    t1969 = R::fused(-t582_583.second(), t1801, t1799); // left_hip_yaw_link: articulated inertia
     let (
-        t1948, t1949, t1950, t1951_1952, t1953_1954, t1955_1956, t1957_1958, t1959_1960, t1961_1962, t1963_1964,
-        t1965_1966, t1967_1968, t1969_1970, t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981,
-        t1982, t1983, t1984, t1985, t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996, t1997,
-        t1998, t1999, t2000, t2001, t2002, t2003, t2004, t2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013,
-        t2014, t2015, t2016, t2017, t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026_2027, t2028_2029,
-        t2030, t2031, t2032, t2033, t2034, t2035, t2036, t2037_2038, t2039_2040, t2041_2042, t2043_2044, t2045, t2046,
-        t2047, t2048, t2049, t2050_2051, t2052_2053, t2054_2055, t2056, t2057, t2058, t2059, t2060_2061, t2062_2063,
-        t2064_2065, t2066_2067, t2068_2069, t2070, t2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080,
-        t2081, t2082, t2083, t2084, t2085, t2086, t2087_2088, t2089_2090, t2091, t2092, t2093, t2094, t2095, t2096,
-        t2097, t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112,
-        t2113, t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122, t2123, t2124, t2125, t2126, t2127, t2128,
-        t2129, t2130_2131, t2132_2133, t2134_2135, t2136, t2137_2138, t2139_2140, t2141, t2142_2143, t2144_2145,
-        t2146_2147, t2148, t2149, t2150_2151, t2152_2153, t2154_2155, t2156_2157, t2158_2159, t2160_2161, t2162_2163,
-        t2164, t2165_2166, t2167_2168, t2169_2170, t2171_2172, t2173_2174, t2175_2176, t2177, t2178, t2179, t2180,
-        t2181_2182, t2183_2184, t2185_2186, t2187_2188, t2189_2190, t2191_2192, t2193_2194, t2195, t2196, t2197,
-        t2198_2199, t2200, t2201, t2202_2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213,
-        t2214, t2215, t2216, t2217, t2218, t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229,
-        t2230, t2231, t2232, t2233, t2234, t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245,
-        t2246, t2247, t2248, t2249, t2250, t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259,
+        t1970, t1971, t1972, t1973, t1974, t1975, t1976, t1977, t1978, t1979, t1980, t1981, t1982, t1983, t1984, t1985,
+        t1986, t1987, t1988, t1989, t1990, t1991, t1992, t1993, t1994, t1995, t1996_1997, t1998, t1999, t2000_2001,
+        t2002_2003, t2004_2005, t2006, t2007, t2008, t2009, t2010, t2011, t2012, t2013, t2014, t2015, t2016, t2017,
+        t2018, t2019, t2020, t2021, t2022, t2023, t2024, t2025, t2026, t2027, t2028, t2029, t2030, t2031, t2032, t2033,
+        t2034, t2035, t2036, t2037, t2038, t2039, t2040, t2041, t2042, t2043, t2044, t2045, t2046, t2047, t2048, t2049,
+        t2050, t2051, t2052, t2053, t2054, t2055, t2056, t2057, t2058, t2059, t2060, t2061, t2062, t2063, t2064, t2065,
+        t2066, t2067, t2068, t2069, t2070, t2071, t2072, t2073, t2074, t2075, t2076, t2077, t2078, t2079, t2080, t2081,
+        t2082, t2083, t2084, t2085, t2086, t2087, t2088, t2089, t2090, t2091, t2092, t2093, t2094, t2095, t2096, t2097,
+        t2098, t2099, t2100, t2101, t2102, t2103, t2104, t2105, t2106, t2107, t2108, t2109, t2110, t2111, t2112, t2113,
+        t2114, t2115, t2116, t2117, t2118, t2119, t2120, t2121, t2122, t2123, t2124, t2125, t2126, t2127, t2128, t2129,
+        t2130_2131, t2132_2133, t2134_2135, t2136, t2137_2138, t2139_2140, t2141, t2142_2143, t2144_2145, t2146_2147,
+        t2148, t2149, t2150_2151, t2152_2153, t2154_2155, t2156_2157, t2158_2159, t2160_2161, t2162_2163, t2164,
+        t2165_2166, t2167_2168, t2169_2170, t2171_2172, t2173_2174, t2175_2176, t2177, t2178, t2179, t2180, t2181_2182,
+        t2183_2184, t2185_2186, t2187_2188, t2189_2190, t2191_2192, t2193_2194, t2195, t2196, t2197, t2198_2199, t2200,
+        t2201, t2202_2203, t2204, t2205, t2206, t2207, t2208, t2209, t2210, t2211, t2212, t2213, t2214, t2215, t2216,
+        t2217, t2218, t2219, t2220, t2221, t2222, t2223, t2224, t2225, t2226, t2227, t2228, t2229, t2230, t2231, t2232,
+        t2233, t2234, t2235, t2236, t2237, t2238, t2239, t2240, t2241, t2242, t2243, t2244, t2245, t2246, t2247, t2248,
+        t2249, t2250, t2251, t2252, t2253, t2254, t2255, t2256, t2257, t2258, t2259,
     );
-    t1948 = t1946_1947.second() + t1946_1947.first(); // right_hip_yaw_link: articulated inertia
-    t1949 = R::fused(-t1722, t1919, t1948); // torso: acceleration
-    t1950 = R::fused(t1811, t1942, t1949); // torso: acceleration
-    t1951_1952 = both(R::constant(0.00009)) - t1820_1821;
-    t1953_1954 = R::Two::fused(-t1856_1857, t1923_1924, t1951_1952);
-    t1955_1956 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1929_1930;
-    t1957_1958 = R::Two::fused(t1856_1857, t1933_1934, t1955_1956);
-    t1959_1960 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1957_1958, t1953_1954);
-    // right_hip_roll_link, left_hip_roll_link: articulated inertia
-    t1961_1962 = t1678_1679 + t1688_1689;
-    t1963_1964 = R::Two::fused(t1863_1864, t1869_1870, t1961_1962);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t1965_1966 = R::Two::fused(t1871_1872, t1933_1934, t1963_1964);
-    t1967_1968 = R::Two::fused(two(R::constant(-0.0764), R::constant(0.0764)), t1965_1966, t1957_1958);
-    t1969_1970 = R::Two::fused(two(R::constant(0.0764), R::constant(-0.0764)), t1967_1968, t1959_1960);
-    t1971 = t1969_1970.second() + t1969_1970.first(); // right_hip_yaw_link: articulated inertia
-    t1972 = R::constant(0.908224198) + t1971; // torso: articulated inertia
-    // torso: acceleration
-    t1973 = R::fused(-t1918, t1919, t1972);
-    t1974 = R::fused(-t1941, t1942, t1973);
-    t1975 = R::constant(1.0) / t1974;
-    t1976 = t1950 * t1975;
-    t1977 = R::fused(t1943, t1976, t1833);
-    t1978 = t1837 + t1843; // right_hip_yaw_link: wrench handed to its parent
-    t1979 = tau_base_linear_z - t1978; // other
-    t1980 = R::constant(0.20808) * t310; // torso: sums of what it carries
-    t1981 = R::fused(R::constant(-0.0102), t560, t1980); // torso: sums of what it carries
-    t1982 = t304 + t548; // torso: motion
-    t1983 = R::fused(R::constant(2.4915), t1982, t1981); // torso: sums of what it carries
-    t1984 = R::fused(R::constant(-19.0), t559, t1983); // torso: sums of what it carries
-    t1985 = t1873 + t1882; // right_hip_yaw_link: articulated inertia
-    t1986 = t1984 + t1985; // torso: articulated inertia
-    t1987 = t1979 + t1986; // torso: articulated inertia
-    t1988 = t1944_1945.second() - t1944_1945.first(); // right_hip_yaw_link: articulated inertia
-    t1989 = t1988 * t1726;
-    t1990 = R::fused(-t1669, t1989, t1987);
-    t1991 = t1935_1936.second() + t1935_1936.first(); // right_hip_yaw_link: articulated inertia
-    t1992 = R::constant(0.20808) + t1991; // torso: articulated inertia
-    t1993 = R::fused(t1988, t1807, t1992);
-    t1994 = t1993 * t1831;
-    t1995 = R::fused(-t1808, t1994, t1990);
-    t1996 = t1967_1968.second() + t1967_1968.first(); // right_hip_yaw_link: articulated inertia
-    t1997 = R::constant(0.0102) - t1996; // torso: articulated inertia
-    t1998 = R::fused(-t1988, t1919, t1997);
-    t1999 = R::fused(-t1993, t1942, t1998);
-    t2000 = t1999 * t1975;
-    t2001 = R::fused(-t1943, t2000, t1995);
-    t2002 = t1913_1914.second() + t1913_1914.first(); // right_hip_yaw_link: articulated inertia
-    t2003 = R::fused(-t1722, t1989, t2002);
-    t2004 = R::fused(t1811, t1994, t2003);
-    t2005 = R::fused(-t1950, t2000, t2004);
-    t2006 = t1965_1966.second() + t1965_1966.first(); // right_hip_yaw_link: articulated inertia
-    t2007 = R::constant(19.0) - t2006; // torso: articulated inertia
-    t2008 = R::fused(-t1988, t1989, t2007);
-    t2009 = R::fused(-t1993, t1994, t2008);
-    t2010 = R::fused(-t1999, t2000, t2009);
-    t2011 = R::constant(1.0) / t2010;
-    t2012 = t2005 * t2011;
-    t2013 = R::fused(t2001, t2012, t1977);
-    t2014 = sin_q_left_hip_yaw * t228; // left_hip_yaw_link: wrench handed to its parent
-    t2015 = R::fused(cos_q_left_hip_yaw, t235, t2014); // left_hip_yaw_link: wrench handed to its parent
-    t2016 = sin_q_right_hip_yaw * t293; // right_hip_yaw_link: wrench handed to its parent
-    t2017 = R::fused(cos_q_right_hip_yaw, t300, t2016); // right_hip_yaw_link: wrench handed to its parent
-    t2018 = t2015 + t2017; // right_hip_yaw_link: wrench handed to its parent
-    t2019 = tau_base_linear_y - t2018; // other
-    // torso: sums of what it carries
-    t2020 = R::constant(0.20808) * t308;
-    t2021 = R::fused(R::constant(0.0102), t549, t2020);
-    t2022 = R::fused(R::constant(-2.4915), t560, t2021);
-    t2023 = R::fused(R::constant(-19.0), t547, t2022);
-    t2024 = sin_q_left_hip_yaw * t1240; // left_hip_yaw_link: articulated inertia
-    t2025 = R::fused(cos_q_left_hip_yaw, t1285, t2024); // left_hip_yaw_link: articulated inertia
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t2026_2027 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1371_1372;
-    t2028_2029 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * two(R::constant(-1.0), R::constant(1.0)), t1395_1396, t2026_2027);
-    t2030 = R::fused(-t2028_2029.second(), t1495, t2025); // left_hip_yaw_link: articulated inertia
+    t1970 = R::fused(R::constant(0.0764), t1802, t1969); // left_hip_yaw_link: articulated inertia
+    t1971 = R::fused(-t582_583.first(), t1952, t1950); // right_hip_yaw_link: articulated inertia
+    t1972 = R::fused(R::constant(-0.0764), t1953, t1971); // right_hip_yaw_link: articulated inertia
+    t1973 = t1970 + t1972; // right_hip_yaw_link: articulated inertia
+    t1974 = t1968 + t1973; // torso: articulated inertia
+    t1975 = t1960 + t1974; // torso: articulated inertia
+    t1976 = R::fused(t1975, t599, t1956); // torso: articulated inertia
+    t1977 = sin_q_left_hip_yaw * t1620; // left_hip_yaw_link: wrench handed to its parent
+    t1978 = cos_q_left_hip_roll * t1565; // left_hip_roll_link: wrench handed to its parent
+    t1979 = R::fused(-sin_q_left_hip_roll, t1749, t1978); // left_hip_roll_link: wrench handed to its parent
+    t1980 = R::fused(cos_q_left_hip_yaw, t1979, t1977); // left_hip_yaw_link: wrench handed to its parent
+    t1981 = sin_q_right_hip_yaw * t1893; // right_hip_yaw_link: wrench handed to its parent
+    t1982 = cos_q_right_hip_roll * t1866; // right_hip_roll_link: wrench handed to its parent
+    t1983 = R::fused(-sin_q_right_hip_roll, t1932, t1982); // right_hip_roll_link: wrench handed to its parent
+    t1984 = R::fused(cos_q_right_hip_yaw, t1983, t1981); // right_hip_yaw_link: wrench handed to its parent
+    t1985 = t1980 + t1984; // right_hip_yaw_link: wrench handed to its parent
+    t1986 = tau_base_angular_y + t1985; // other
+    t1987 = t1152 * R::constant(0.748563918);
+    t1988 = R::fused(R::constant(0.0014735), t1150, t1987);
+    t1989 = R::fused(R::constant(0.00220808), t1366, t1988);
+    t1990 = t1147 - t1354;
+    t1991 = R::fused(R::constant(0.0404594), t1990, t1989);
+    t1992 = R::constant(2.4915) * t1156;
+    t1993 = R::fused(R::constant(0.20808), t1365, t1992);
+    t1994 = t1991 + t1993;
+    t1995 = R::fused(t336_337.second(), t1714, t1712); // left_hip_roll_link: articulated inertia
+    t1996_1997 = R::Two::fused(-t1164_1165, t1160_1161, t1234_1235); // right_hip_yaw_link, left_hip_yaw_link: motion
+    t1998 = R::fused(t1996_1997.second(), R::constant(0.00009), t1995); // left_hip_yaw_link: articulated inertia
+    t1999 = sin_q_left_hip_yaw * t1998; // left_hip_yaw_link: articulated inertia
+    t2000_2001 = R::Two::fused(t1164_1165, t1200_1201, t1188_1189); // right_hip_yaw_link, left_hip_yaw_link: motion
+    // right_hip_yaw_link, left_hip_yaw_link: sums of what it carries
+    t2002_2003 = t2000_2001 * both(R::constant(0.0005199999995));
+    t2004_2005 = R::Two::fused(both(R::constant(-0.008)), t1368_1369, t2002_2003);
+    t2006 = cos_q_left_hip_roll * t1757; // left_hip_roll_link: articulated inertia
+    t2007 = R::fused(sin_q_left_hip_roll, t1796, t2006); // left_hip_roll_link: articulated inertia
+    t2008 = R::fused(t603_604.second(), t1714, t2007); // left_hip_roll_link: articulated inertia
+    t2009 = t2004_2005.second() + t2008; // left_hip_yaw_link: articulated inertia
+    t2010 = R::fused(-cos_q_left_hip_yaw, t2009, t1999); // left_hip_yaw_link: articulated inertia
+    t2011 = R::fused(t625_626.second(), t1801, t2010); // left_hip_yaw_link: articulated inertia
+    t2012 = R::fused(t336_337.first(), t1915, t1913); // right_hip_roll_link: articulated inertia
+    t2013 = R::fused(t1996_1997.first(), R::constant(0.00009), t2012); // right_hip_yaw_link: articulated inertia
+    t2014 = sin_q_right_hip_yaw * t2013; // right_hip_yaw_link: articulated inertia
+    t2015 = cos_q_right_hip_roll * t1936; // right_hip_roll_link: articulated inertia
+    t2016 = R::fused(sin_q_right_hip_roll, t1947, t2015); // right_hip_roll_link: articulated inertia
+    t2017 = R::fused(t603_604.first(), t1915, t2016); // right_hip_roll_link: articulated inertia
     // right_hip_yaw_link: articulated inertia
-    t2031 = sin_q_right_hip_yaw * t1611;
-    t2032 = R::fused(cos_q_right_hip_yaw, t1622, t2031);
-    t2033 = R::fused(t2028_2029.first(), t1646, t2032);
-    t2034 = t2030 + t2033;
-    t2035 = t2023 - t2034; // torso: articulated inertia
-    t2036 = t2019 + t2035; // torso: articulated inertia
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t2037_2038 = t1674_1675 * t1710_1711;
-    t2039_2040 = R::Two::fused(-t1698_1699, t1694_1695, t2037_2038);
-    t2041_2042 = t1708_1709 - t2039_2040;
-    t2043_2044 = R::Two::fused(t2028_2029, t1716_1717, t2041_2042);
-    t2045 = R::constant(0.0764) * t2043_2044.second(); // left_hip_yaw_link: articulated inertia
-    t2046 = R::fused(R::constant(-0.0764), t2043_2044.first(), t2045); // right_hip_yaw_link: articulated inertia
-    t2047 = R::constant(0.20808) - t2046; // torso: articulated inertia
-    t2048 = t2047 * t1726; // torso: acceleration
-    t2049 = R::fused(t1669, t2048, t2036); // torso: acceleration
-    t2050_2051 = t1796_1797 - t1889_1890;
-    t2052_2053 = t2028_2029 * t1493_1494;
-    t2054_2055 = R::Two::fused(t1771_1772 * two(R::constant(1.0), R::constant(-1.0)), t2052_2053, t2050_2051);
-    t2056 = t2054_2055.second() + t2054_2055.first(); // right_hip_yaw_link: articulated inertia
-    t2057 = R::fused(t2047, t1807, t2056); // torso: acceleration
-    t2058 = t2057 * t1831; // torso: acceleration
-    t2059 = R::fused(t1808, t2058, t2049); // torso: acceleration
-    t2060_2061 = R::Two::fused(t1856_1857, t2052_2053, t1798_1799);
-    t2062_2063 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t1899_1900;
-    t2064_2065 = R::Two::fused(two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), t1909_1910, t2062_2063);
-    t2066_2067 = R::Two::fused(t1871_1872 * two(R::constant(-1.0), R::constant(1.0)), t2052_2053, t2064_2065);
-    t2068_2069 = R::Two::fused(both(R::constant(0.0764)), t2066_2067, t2060_2061);
-    t2070 = t2068_2069.second() - t2068_2069.first(); // right_hip_yaw_link: articulated inertia
-    t2071 = R::constant(2.4915) + t2070; // torso: articulated inertia
+    t2018 = t2004_2005.first() + t2017;
+    t2019 = R::fused(-cos_q_right_hip_yaw, t2018, t2014);
+    t2020 = R::fused(t625_626.first(), t1952, t2019);
+    t2021 = t2011 + t2020;
+    // torso: articulated inertia
+    t2022 = t1994 + t2021;
+    t2023 = t1986 - t2022;
+    t2024 = R::fused(t1975, t634, t2023);
+    t2025 = R::fused(-t656, t2024, t1976);
+    t2026 = cos_q_left_hip_yaw * t1620; // left_hip_yaw_link: wrench handed to its parent
+    t2027 = R::fused(-sin_q_left_hip_yaw, t1979, t2026); // left_hip_yaw_link: wrench handed to its parent
+    t2028 = sin_q_left_hip_roll * t1073; // left_hip_roll_link: wrench handed to its parent
+    t2029 = R::fused(cos_q_left_hip_roll, t1076, t2028); // left_hip_roll_link: wrench handed to its parent
+    t2030 = R::fused(R::constant(-0.0764), t2029, t2027); // left_hip_yaw_link: wrench handed to its parent
+    t2031 = cos_q_right_hip_yaw * t1893; // right_hip_yaw_link: wrench handed to its parent
+    t2032 = R::fused(-sin_q_right_hip_yaw, t1983, t2031); // right_hip_yaw_link: wrench handed to its parent
+    t2033 = t2030 + t2032; // right_hip_yaw_link: wrench handed to its parent
+    t2034 = sin_q_right_hip_roll * t1138; // right_hip_roll_link: wrench handed to its parent
+    t2035 = R::fused(cos_q_right_hip_roll, t1141, t2034); // right_hip_roll_link: wrench handed to its parent
+    t2036 = R::fused(R::constant(0.0764), t2035, t2033); // right_hip_yaw_link: wrench handed to its parent
+    t2037 = tau_base_angular_x + t2036; // other
+    // torso: sums of what it carries
+    t2038 = t1366 * R::constant(0.652473302);
+    t2039 = R::fused(R::constant(0.00220808), t1152, t2038);
+    t2040 = R::fused(R::constant(-0.0404594), t1150, t2039);
+    t2041 = t1146 - t1147;
+    t2042 = R::fused(R::constant(0.0014735), t2041, t2040);
+    t2043 = R::constant(0.0102) * t1365;
+    t2044 = R::fused(R::constant(-2.4915), t1353, t2043);
+    t2045 = t2042 - t2044;
+    t2046 = cos_q_left_hip_yaw * t1998; // left_hip_yaw_link: articulated inertia
+    t2047 = R::fused(sin_q_left_hip_yaw, t2009, t2046); // left_hip_yaw_link: articulated inertia
+    t2048 = R::fused(-t662_663.second(), t1801, t2047); // left_hip_yaw_link: articulated inertia
+    t2049 = sin_q_left_hip_roll * t1730; // left_hip_roll_link: articulated inertia
+    t2050 = R::fused(-cos_q_left_hip_roll, t1740, t2049); // left_hip_roll_link: articulated inertia
+    t2051 = R::fused(-t672_673.second(), t1714, t2050); // left_hip_roll_link: articulated inertia
+    t2052 = R::fused(R::constant(0.008), t2000_2001.second(), t2051); // left_hip_yaw_link: articulated inertia
+    t2053 = R::fused(t692_693.second(), t1801, t2052); // left_hip_yaw_link: articulated inertia
+    t2054 = R::fused(R::constant(-0.0764), t2053, t2048); // left_hip_yaw_link: articulated inertia
+    t2055 = cos_q_right_hip_yaw * t2013; // right_hip_yaw_link: articulated inertia
+    t2056 = R::fused(sin_q_right_hip_yaw, t2018, t2055); // right_hip_yaw_link: articulated inertia
+    t2057 = R::fused(-t662_663.first(), t1952, t2056); // right_hip_yaw_link: articulated inertia
+    t2058 = sin_q_right_hip_roll * t1921; // right_hip_roll_link: articulated inertia
+    t2059 = R::fused(-cos_q_right_hip_roll, t1925, t2058); // right_hip_roll_link: articulated inertia
+    t2060 = R::fused(t672_673.first(), t1915, t2059); // right_hip_roll_link: articulated inertia
+    // right_hip_yaw_link: articulated inertia
+    t2061 = R::fused(R::constant(0.008), t2000_2001.first(), -t2060);
+    t2062 = R::fused(t692_693.first(), t1952, t2061);
+    t2063 = R::fused(R::constant(0.0764), t2062, t2057);
+    t2064 = t2054 + t2063;
+    // torso: articulated inertia
+    t2065 = t2045 - t2064;
+    t2066 = t2037 + t2065;
+    t2067 = R::fused(-t1975, t707, t2066);
+    t2068 = R::fused(-t730, t2024, t2067);
+    t2069 = R::fused(t757, t2068, t2025);
+    t2070 = t2029 + t2035; // right_hip_yaw_link: wrench handed to its parent
+    t2071 = tau_base_linear_z - t2070; // other
+    t2072 = R::constant(0.20808) * t1152; // torso: sums of what it carries
+    t2073 = R::fused(R::constant(-0.0102), t1366, t2072); // torso: sums of what it carries
+    t2074 = t1146 + t1354; // torso: motion
+    t2075 = R::fused(R::constant(2.4915), t2074, t2073); // torso: sums of what it carries
+    t2076 = R::fused(R::constant(-19.0), t1365, t2075); // torso: sums of what it carries
+    t2077 = t2053 + t2062; // right_hip_yaw_link: articulated inertia
+    t2078 = t2076 + t2077;
+    t2079 = t2071 + t2078;
+    t2080 = R::fused(-t1975, t761, t2079);
+    t2081 = R::fused(-t766, t2024, t2080);
+    t2082 = R::fused(-t772, t2068, t2081);
+    t2083 = R::fused(t780, t2082, t2069);
+    t2084 = sin_q_left_hip_yaw * t1070; // left_hip_yaw_link: wrench handed to its parent
+    t2085 = R::fused(cos_q_left_hip_yaw, t1077, t2084); // left_hip_yaw_link: wrench handed to its parent
+    t2086 = sin_q_right_hip_yaw * t1135; // right_hip_yaw_link: wrench handed to its parent
+    t2087 = R::fused(cos_q_right_hip_yaw, t1142, t2086); // right_hip_yaw_link: wrench handed to its parent
+    t2088 = t2085 + t2087; // right_hip_yaw_link: wrench handed to its parent
+    t2089 = tau_base_linear_y - t2088; // other
+    // torso: sums of what it carries
+    t2090 = R::constant(0.20808) * t1150;
+    t2091 = R::fused(R::constant(0.0102), t1355, t2090);
+    t2092 = R::fused(R::constant(-2.4915), t1366, t2091);
+    t2093 = R::fused(R::constant(-19.0), t1353, t2092);
+    t2094 = sin_q_left_hip_yaw * t1720; // left_hip_yaw_link: articulated inertia
+    t2095 = R::fused(cos_q_left_hip_yaw, t1745, t2094); // left_hip_yaw_link: articulated inertia
+    t2096 = R::fused(-t790_791.second(), t1801, t2095); // left_hip_yaw_link: articulated inertia
+    // right_hip_yaw_link: articulated inertia
+    t2097 = sin_q_right_hip_yaw * t1917;
+    t2098 = R::fused(cos_q_right_hip_yaw, t1928, t2097);
+    t2099 = R::fused(t790_791.first(), t1952, t2098);
+    t2100 = t2096 + t2099;
+    // torso: articulated inertia
+    t2101 = t2093 - t2100;
+    t2102 = t2089 + t2101;
+    t2103 = R::fused(t1975, t798, t2102);
+    t2104 = R::fused(t808, t2024, t2103);
+    t2105 = R::fused(t824, t2068, t2104);
+    t2106 = R::fused(t830, t2082, t2105);
+    t2107 = R::fused(t843, t2106, t2083);
     // torso: acceleration
-    t2072 = R::fused(-t2047, t1919, t2071);
-    t2073 = R::fused(-t2057, t1942, t2072);
-    t2074 = t2073 * t1975;
-    t2075 = R::fused(t1943, t2074, t2059);
-    t2076 = t2066_2067.second() + t2066_2067.first(); // right_hip_yaw_link: articulated inertia
-    t2077 = R::fused(-t2047, t1989, t2076);
-    t2078 = R::fused(-t2057, t1994, t2077);
-    t2079 = R::fused(-t2073, t2000, t2078);
-    t2080 = t2079 * t2011;
-    t2081 = R::fused(t2001, t2080, t2075);
-    t2082 = t2043_2044.second() + t2043_2044.first(); // right_hip_yaw_link: articulated inertia
-    t2083 = R::fused(t1722, t2048, t2082);
-    t2084 = R::fused(-t1811, t2058, t2083);
-    t2085 = R::fused(t1950, t2074, t2084);
-    t2086 = R::fused(t2005, t2080, t2085);
-    // right_hip_yaw_link, left_hip_yaw_link: articulated inertia
-    t2087_2088 = t1692_1693 + t1712_1713;
-    t2089_2090 = R::Two::fused(t2028_2029, t2052_2053, t2087_2088);
-    t2091 = t2089_2090.second() + t2089_2090.first(); // right_hip_yaw_link: articulated inertia
-    t2092 = R::constant(19.0) - t2091; // torso: articulated inertia
-    // torso: acceleration
-    t2093 = R::fused(-t2047, t2048, t2092);
-    t2094 = R::fused(-t2057, t2058, t2093);
-    t2095 = R::fused(-t2073, t2074, t2094);
-    t2096 = R::fused(-t2079, t2080, t2095);
-    t2097 = R::constant(1.0) / t2096;
-    t2098 = t2086 * t2097;
-    t2099 = R::fused(t2081, t2098, t2013);
-    t2100 = t1718_1719.second() + t1718_1719.first(); // right_hip_yaw_link: articulated inertia
-    t2101 = R::constant(19.0) - t2100; // torso: articulated inertia
-    t2102 = R::fused(-t1722, t1727, t2101);
-    t2103 = R::fused(-t1811, t1832, t2102);
-    t2104 = R::fused(-t1950, t1976, t2103);
-    t2105 = R::fused(-t2005, t2012, t2104);
-    t2106 = R::fused(-t2086, t2098, t2105);
-    t2107 = R::constant(1.0) / t2106;
-    t2108 = t2099 * t2107;
-    t2109 = R::fused(t2086, t2108, t2081);
-    t2110 = t2097 * t2109;
-    t2111 = R::fused(t2005, t2108, t2001);
-    t2112 = R::fused(t2079, t2110, t2111);
-    t2113 = t2011 * t2112;
-    t2114 = R::fused(t1950, t2108, t1943);
-    t2115 = R::fused(t2073, t2110, t2114);
-    t2116 = R::fused(-t1999, t2113, t2115);
-    t2117 = t1975 * t2116;
-    t2118 = R::fused(-t1811, t2108, t1808);
-    t2119 = R::fused(t2057, t2110, t2118);
-    t2120 = R::fused(-t1993, t2113, t2119);
-    t2121 = R::fused(-t1941, t2117, t2120);
-    t2122 = t1831 * t2121;
-    t2123 = R::fused(t1722, t2108, t1669);
-    t2124 = R::fused(t2047, t2110, t2123);
-    t2125 = R::fused(-t1988, t2113, t2124);
-    t2126 = R::fused(-t1918, t2117, t2125);
-    t2127 = R::fused(t1806, t2122, t2126);
-    t2128 = t1726 * t2127;
+    t2108 = t845 * t2107;
+    t2109 = R::fused(t831, t2108, t2106);
+    t2110 = t842 * t2109;
+    t2111 = R::fused(t773, t2108, t2082);
+    t2112 = R::fused(t829, t2110, t2111);
+    t2113 = t779 * t2112;
+    t2114 = R::fused(t731, t2108, t2068);
+    t2115 = R::fused(t823, t2110, t2114);
+    t2116 = R::fused(-t771, t2113, t2115);
+    t2117 = t756 * t2116;
+    t2118 = R::fused(-t635, t2108, t2024);
+    t2119 = R::fused(t807, t2110, t2118);
+    t2120 = R::fused(-t765, t2113, t2119);
+    t2121 = R::fused(-t729, t2117, t2120);
+    t2122 = t655 * t2121;
+    t2123 = R::fused(t594, t2108, t1975);
+    t2124 = R::fused(t797, t2110, t2123);
+    t2125 = R::fused(-t760, t2113, t2124);
+    t2126 = R::fused(-t706, t2117, t2125);
+    t2127 = R::fused(t633, t2122, t2126);
+    t2128 = t598 * t2127;
     t2129 = R::constant(0.0764) * t2128; // right_hip_yaw_link: acceleration
     // right_hip_yaw_link, left_hip_yaw_link: acceleration
     t2130_2131 = R::Two::fused(both(t2129), two(R::constant(1.0), R::constant(-1.0)), both(t2108));
-    t2132_2133 = t1397_1398 * t2130_2131;
-    t2134_2135 = R::Two::fused(t2028_2029, both(t2110), t2132_2133);
+    t2132_2133 = t538_539 * t2130_2131;
+    t2134_2135 = R::Two::fused(t790_791, both(t2110), t2132_2133);
     t2136 = R::constant(0.0764) * t2117; // right_hip_yaw_link: acceleration
     t2137_2138 = R::Two::fused(both(t2136), two(R::constant(-1.0), R::constant(1.0)), both(t2113));
-    t2139_2140 = R::Two::fused(t1871_1872 * two(R::constant(-1.0), R::constant(1.0)), t2137_2138, t2134_2135);
-    t2141 = t1645 - t2139_2140.first(); // right_hip_yaw_link: acceleration
-    t2142_2143 = t1856_1857 * both(t2117);
-    t2144_2145 = R::Two::fused(-t1771_1772, both(t2122), t2142_2143);
-    t2146_2147 = R::Two::fused(-t1491_1492, both(t2128), t2144_2145);
+    t2139_2140 = R::Two::fused(t692_693 * two(R::constant(-1.0), R::constant(1.0)), t2137_2138, t2134_2135);
+    t2141 = t1951 - t2139_2140.first(); // right_hip_yaw_link: acceleration
+    t2142_2143 = t662_663 * both(t2117);
+    t2144_2145 = R::Two::fused(-t625_626, both(t2122), t2142_2143);
+    t2146_2147 = R::Two::fused(-t582_583, both(t2128), t2144_2145);
     t2148 = t2141 + t2146_2147.first(); // right_hip_yaw_link: acceleration
-    t2149 = t1493_1494.first() * t2148; // right_hip_yaw_link: acceleration
+    t2149 = t584_585.first() * t2148; // right_hip_yaw_link: acceleration
     // right_hip_roll_link, left_hip_roll_link: acceleration
     t2150_2151 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * t2130_2131;
     t2152_2153 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t2110), t2150_2151);
-    t2154_2155 = t1050_1051 * t2152_2153;
+    t2154_2155 = t242_243 * t2152_2153;
     t2156_2157 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * t2130_2131;
     t2158_2159 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t2110), t2156_2157);
-    t2160_2161 = R::Two::fused(t1280_1281, t2158_2159, t2154_2155);
-    t2162_2163 = R::Two::fused(-t1863_1864, t2137_2138, t2160_2161);
-    t2164 = t1608 + t2162_2163.first(); // right_hip_roll_link: acceleration
+    t2160_2161 = R::Two::fused(t388_389, t2158_2159, t2154_2155);
+    t2162_2163 = R::Two::fused(-t672_673, t2137_2138, t2160_2161);
+    t2164 = t1914 + t2162_2163.first(); // right_hip_roll_link: acceleration
     t2165_2166 = two(cos_q_right_hip_yaw, cos_q_left_hip_yaw) * both(t2117);
     t2167_2168 = R::Two::fused(two(sin_q_right_hip_yaw, sin_q_left_hip_yaw), both(t2122), t2165_2166);
-    t2169_2170 = t1230_1231 * t2167_2168;
+    t2169_2170 = t336_337 * t2167_2168;
     t2171_2172 = two(sin_q_right_hip_yaw, sin_q_left_hip_yaw) * both(t2117);
     t2173_2174 = R::Two::fused(-two(cos_q_right_hip_yaw, cos_q_left_hip_yaw), both(t2122), t2171_2172);
-    t2175_2176 = R::Two::fused(t1760_1761, t2173_2174, t2169_2170);
+    t2175_2176 = R::Two::fused(t603_604, t2173_2174, t2169_2170);
     t2177 = t2128 + t2149; // right_hip_yaw_link: acceleration
-    t2178 = R::fused(t1367_1368.first(), t2177, t2175_2176.first()); // right_hip_roll_link: acceleration
+    t2178 = R::fused(t516_517.first(), t2177, t2175_2176.first()); // right_hip_roll_link: acceleration
     t2179 = t2164 - t2178; // right_hip_roll_link: acceleration
-    t2180 = t1232_1233.first() * t2179; // right_hip_roll_link: acceleration
+    t2180 = t338_339.first() * t2179; // right_hip_roll_link: acceleration
     // right_upper_leg, left_upper_leg: acceleration
-    t2181_2182 = t873_874 * t2152_2153;
+    t2181_2182 = t116_117 * t2152_2153;
     t2183_2184 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2158_2159;
     t2185_2186 = R::Two::fused(-two(sin_q_right_hip_roll, sin_q_left_hip_roll), t2137_2138, t2183_2184);
-    t2187_2188 = R::Two::fused(t1042_1043, t2185_2186, t2181_2182);
+    t2187_2188 = R::Two::fused(t236_237, t2185_2186, t2181_2182);
     t2189_2190 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2158_2159;
     t2191_2192 = R::Two::fused(two(cos_q_right_hip_roll, cos_q_left_hip_roll), t2137_2138, t2189_2190);
-    t2193_2194 = R::Two::fused(-t1257_1258, t2191_2192, t2187_2188);
-    t2195 = t1569 + t2193_2194.first(); // right_upper_leg: acceleration
+    t2193_2194 = R::Two::fused(-t356_357, t2191_2192, t2187_2188);
+    t2195 = t1875 + t2193_2194.first(); // right_upper_leg: acceleration
     t2196 = t2167_2168.first() + t2180; // right_hip_roll_link: acceleration
-    t2197 = t1046_1047.first() * t2196; // right_upper_leg: acceleration
+    t2197 = t240_241.first() * t2196; // right_upper_leg: acceleration
     t2198_2199 = two(cos_q_right_hip_roll, cos_q_left_hip_roll) * t2173_2174;
     t2200 = R::fused(-sin_q_right_hip_roll, t2177, t2198_2199.first()); // right_upper_leg: acceleration
-    t2201 = R::fused(t949_950.first(), t2200, t2197); // right_upper_leg: acceleration
+    t2201 = R::fused(t130_131.first(), t2200, t2197); // right_upper_leg: acceleration
     t2202_2203 = two(sin_q_right_hip_roll, sin_q_left_hip_roll) * t2173_2174;
     // right_upper_leg: acceleration
     t2204 = R::fused(cos_q_right_hip_roll, t2177, t2202_2203.first());
-    t2205 = R::fused(t1321_1322.first(), t2204, t2201);
+    t2205 = R::fused(t458_459.first(), t2204, t2201);
     t2206 = t2195 + t2205;
-    t2207 = t951_952.first() * t2206;
+    t2207 = t132_133.first() * t2206;
     t2208 = t2200 - t2207;
     // right_lower_leg: acceleration
-    t2209 = R::fused(t576_577.first(), t2208, t2152_2153.first());
-    t2210 = t776_777.first() * t2209;
-    t2211 = t568_569.first() * t2204;
-    t2212 = R::fused(-t576_577.first(), t2196, t2211);
+    t2209 = R::fused(t100_101.first(), t2208, t2152_2153.first());
+    t2210 = t72_73.first() * t2209;
+    t2211 = t104_105.first() * t2204;
+    t2212 = R::fused(-t100_101.first(), t2196, t2211);
     t2213 = t2185_2186.first() + t2212;
-    t2214 = R::fused(t1014_1015.first(), t2213, t2210);
-    t2215 = R::fused(-t568_569.first(), t2208, t2191_2192.first());
-    t2216 = R::fused(-t867_868.first(), t2215, t2214);
-    t2217 = t1556 + t2216;
-    t2218 = t1018_1019.first() * t2196;
-    t2219 = R::fused(t854_855.first(), t2208, t2218);
-    t2220 = R::fused(t1307_1308.first(), t2204, t2219);
+    t2214 = R::fused(t204_205.first(), t2213, t2210);
+    t2215 = R::fused(-t104_105.first(), t2208, t2191_2192.first());
+    t2216 = R::fused(-t110_111.first(), t2215, t2214);
+    t2217 = t1862 + t2216;
+    t2218 = t208_209.first() * t2196;
+    t2219 = R::fused(t88_89.first(), t2208, t2218);
+    t2220 = R::fused(t440_441.first(), t2204, t2219);
     t2221 = t2217 + t2220;
-    t2222 = t856_857.first() * t2221;
+    t2222 = t90_91.first() * t2221;
     t2223 = t2208 - t2222;
     // right_ankle: acceleration
-    t2224 = R::fused(t588_589.first(), t2223, t2209);
-    t2225 = t671_672.first() * t2224;
-    t2226 = t582_583.first() * t2204;
-    t2227 = R::fused(-t588_589.first(), t2196, t2226);
+    t2224 = R::fused(t54_55.first(), t2223, t2209);
+    t2225 = t24_25.first() * t2224;
+    t2226 = t58_59.first() * t2204;
+    t2227 = R::fused(-t54_55.first(), t2196, t2226);
     t2228 = t2213 + t2227;
-    t2229 = R::fused(t978_979.first(), t2228, t2225);
-    t2230 = R::fused(-t582_583.first(), t2223, t2215);
-    t2231 = R::fused(-t770_771.first(), t2230, t2229);
-    t2232 = t1543 + t2231;
-    t2233 = t982_983.first() * t2196;
-    t2234 = R::fused(-t745_746.first(), t2223, t2233);
-    t2235 = R::fused(t1291_1292.first(), t2204, t2234);
+    t2229 = R::fused(t164_165.first(), t2228, t2225);
+    t2230 = R::fused(-t58_59.first(), t2223, t2215);
+    t2231 = R::fused(-t66_67.first(), t2230, t2229);
+    t2232 = t1849 + t2231;
+    t2233 = t168_169.first() * t2196;
+    t2234 = R::fused(-t42_43.first(), t2223, t2233);
+    t2235 = R::fused(t420_421.first(), t2204, t2234);
     t2236 = t2232 - t2235;
-    t2237 = t747_748.first() * t2236;
+    t2237 = t44_45.first() * t2236;
     // right_foot: acceleration
     t2238 = sin_t2 * t2204;
     t2239 = R::fused(-cos_t2, t2196, t2238);
     t2240 = R::fused(R::constant(0.037), t2239, t2228);
-    t2241 = t446_447.first() * t2240;
+    t2241 = t14_15.first() * t2240;
     t2242 = cos_t2 * t2230;
     t2243 = R::fused(sin_t2, t2224, t2242);
-    t2244 = R::fused(-t432_433.first(), t2243, t2241);
-    t2245 = t1509 + t2244;
+    t2244 = R::fused(-t6_7.first(), t2243, t2241);
+    t2245 = t1815 + t2244;
     t2246 = R::constant(0.001228333333) * t2239;
     t2247 = t2223 - t2237; // right_ankle: acceleration
-    t2248 = R::fused(-t522_523.first(), t2247, t2246);
+    t2248 = R::fused(-t20_21.first(), t2247, t2246);
     t2249 = cos_t2 * t2204;
     t2250 = R::fused(sin_t2, t2196, t2249);
-    t2251 = R::fused(-t528_529.first(), t2250, t2248);
+    t2251 = R::fused(-t138_139.first(), t2250, t2248);
     t2252 = t2245 + t2251;
     t2253 = R::constant(814.1112620933816) * t2252;
-    t2254 = t1452 + t2139_2140.second(); // left_hip_yaw_link: acceleration
+    t2254 = t1800 + t2139_2140.second(); // left_hip_yaw_link: acceleration
     t2255 = t2254 + t2146_2147.second(); // left_hip_yaw_link: acceleration
-    t2256 = t1493_1494.second() * t2255; // left_hip_yaw_link: acceleration
-    t2257 = t1159 + t2162_2163.second(); // left_hip_roll_link: acceleration
+    t2256 = t584_585.second() * t2255; // left_hip_yaw_link: acceleration
+    t2257 = t1713 + t2162_2163.second(); // left_hip_roll_link: acceleration
     t2258 = t2128 + t2256; // left_hip_yaw_link: acceleration
-    t2259 = R::fused(t1367_1368.second(), t2258, t2175_2176.second()); // left_hip_roll_link: acceleration
+    t2259 = R::fused(t516_517.second(), t2258, t2175_2176.second()); // left_hip_roll_link: acceleration
     let (
         t2260, t2261, t2262, t2263, t2264, t2265, t2266, t2267, t2268, t2269, t2270, t2271, t2272, t2273, t2274, t2275,
         t2276, t2277, t2278, t2279, t2280, t2281, t2282, t2283, t2284, t2285, t2286, t2287, t2288, t2289, t2290, t2291,
@@ -1990,64 +2016,64 @@ pub(super) fn forward_dynamics_with_forces_program<R: Real>(
         t2308, t2309, t2310, t2311, t2312, t2313, t2314, t2315, t2316,
     );
     t2260 = t2257 - t2259; // left_hip_roll_link: acceleration
-    t2261 = t1232_1233.second() * t2260; // left_hip_roll_link: acceleration
-    t2262 = t936 + t2193_2194.second(); // left_upper_leg: acceleration
+    t2261 = t338_339.second() * t2260; // left_hip_roll_link: acceleration
+    t2262 = t1600 + t2193_2194.second(); // left_upper_leg: acceleration
     t2263 = t2167_2168.second() + t2261; // left_hip_roll_link: acceleration
     // left_upper_leg: acceleration
-    t2264 = t1046_1047.second() * t2263;
+    t2264 = t240_241.second() * t2263;
     t2265 = R::fused(-sin_q_left_hip_roll, t2258, t2198_2199.second());
-    t2266 = R::fused(-t949_950.second(), t2265, t2264);
+    t2266 = R::fused(-t130_131.second(), t2265, t2264);
     t2267 = R::fused(cos_q_left_hip_roll, t2258, t2202_2203.second());
-    t2268 = R::fused(t1321_1322.second(), t2267, t2266);
+    t2268 = R::fused(t458_459.second(), t2267, t2266);
     t2269 = t2262 - t2268;
-    t2270 = t951_952.second() * t2269;
+    t2270 = t132_133.second() * t2269;
     t2271 = t2265 - t2270;
     // left_lower_leg: acceleration
-    t2272 = R::fused(t576_577.second(), t2271, t2152_2153.second());
-    t2273 = t776_777.second() * t2272;
-    t2274 = t568_569.second() * t2267;
-    t2275 = R::fused(-t576_577.second(), t2263, t2274);
+    t2272 = R::fused(t100_101.second(), t2271, t2152_2153.second());
+    t2273 = t72_73.second() * t2272;
+    t2274 = t104_105.second() * t2267;
+    t2275 = R::fused(-t100_101.second(), t2263, t2274);
     t2276 = t2185_2186.second() + t2275;
-    t2277 = R::fused(t1014_1015.second(), t2276, t2273);
-    t2278 = R::fused(-t568_569.second(), t2271, t2191_2192.second());
-    t2279 = R::fused(-t867_868.second(), t2278, t2277);
-    t2280 = t839 + t2279;
-    t2281 = t1018_1019.second() * t2263;
-    t2282 = R::fused(-t854_855.second(), t2271, t2281);
-    t2283 = R::fused(t1307_1308.second(), t2267, t2282);
+    t2277 = R::fused(t204_205.second(), t2276, t2273);
+    t2278 = R::fused(-t104_105.second(), t2271, t2191_2192.second());
+    t2279 = R::fused(-t110_111.second(), t2278, t2277);
+    t2280 = t1561 + t2279;
+    t2281 = t208_209.second() * t2263;
+    t2282 = R::fused(-t88_89.second(), t2271, t2281);
+    t2283 = R::fused(t440_441.second(), t2267, t2282);
     t2284 = t2280 - t2283;
-    t2285 = t856_857.second() * t2284;
+    t2285 = t90_91.second() * t2284;
     t2286 = t2271 - t2285;
     // left_ankle: acceleration
-    t2287 = R::fused(t588_589.second(), t2286, t2272);
-    t2288 = t671_672.second() * t2287;
-    t2289 = t582_583.second() * t2267;
-    t2290 = R::fused(-t588_589.second(), t2263, t2289);
+    t2287 = R::fused(t54_55.second(), t2286, t2272);
+    t2288 = t24_25.second() * t2287;
+    t2289 = t58_59.second() * t2267;
+    t2290 = R::fused(-t54_55.second(), t2263, t2289);
     t2291 = t2276 + t2290;
-    t2292 = R::fused(t978_979.second(), t2291, t2288);
-    t2293 = R::fused(-t582_583.second(), t2286, t2278);
-    t2294 = R::fused(-t770_771.second(), t2293, t2292);
-    t2295 = t734 + t2294;
-    t2296 = t982_983.second() * t2263;
-    t2297 = R::fused(-t745_746.second(), t2286, t2296);
-    t2298 = R::fused(t1291_1292.second(), t2267, t2297);
+    t2292 = R::fused(t164_165.second(), t2291, t2288);
+    t2293 = R::fused(-t58_59.second(), t2286, t2278);
+    t2294 = R::fused(-t66_67.second(), t2293, t2292);
+    t2295 = t1522 + t2294;
+    t2296 = t168_169.second() * t2263;
+    t2297 = R::fused(-t42_43.second(), t2286, t2296);
+    t2298 = R::fused(t420_421.second(), t2267, t2297);
     t2299 = t2295 - t2298;
-    t2300 = t747_748.second() * t2299;
+    t2300 = t44_45.second() * t2299;
     // left_foot: acceleration
     t2301 = sin_t3 * t2267;
     t2302 = R::fused(-cos_t3, t2263, t2301);
     t2303 = R::fused(R::constant(0.037), t2302, t2291);
-    t2304 = t446_447.second() * t2303;
+    t2304 = t14_15.second() * t2303;
     t2305 = cos_t3 * t2293;
     t2306 = R::fused(sin_t3, t2287, t2305);
-    t2307 = R::fused(-t432_433.second(), t2306, t2304);
-    t2308 = t658 + t2307;
+    t2307 = R::fused(-t6_7.second(), t2306, t2304);
+    t2308 = t1456 + t2307;
     t2309 = R::constant(0.001228333333) * t2302;
     t2310 = t2286 - t2300; // left_ankle: acceleration
-    t2311 = R::fused(-t522_523.second(), t2310, t2309);
+    t2311 = R::fused(-t20_21.second(), t2310, t2309);
     t2312 = cos_t3 * t2267;
     t2313 = R::fused(sin_t3, t2263, t2312);
-    t2314 = R::fused(-t528_529.second(), t2313, t2311);
+    t2314 = R::fused(-t138_139.second(), t2313, t2311);
     t2315 = t2308 + t2314;
     t2316 = R::constant(814.1112620933816) * t2315;
     *out = [[

@@ -86,7 +86,7 @@
 //! - [`contact_tangential_rate()`]: 16 × 1, 723 operations. Tangential accelerations of the contact points when `a =
 //!   0`.
 //! - [`constrained_dynamics_of_right_support()`], [`constrained_dynamics_of_double_support_left()`],
-//!   [`constrained_dynamics_of_left_support()`], [`constrained_dynamics_of_double_support_right()`]: 3542 to 6290
+//!   [`constrained_dynamics_of_left_support()`], [`constrained_dynamics_of_double_support_right()`]: 4133 to 6290
 //!   operations. Accelerations of a phase under its contacts, then the contact forces λ: `D a + H = tau + W λ`, `Wᵀ a +
 //!   w = 0`.
 //! - [`impact_map_of_right_support()`], [`impact_map_of_left_support()`]: 30 × 1, 5184 to 5186 operations. Velocity

@@ -14,8 +14,23 @@ struct Articulated<'g> {
     c: Matrix3<'g>,
 }
 
-/// What is left of a body's joint after its elimination: `1/d`, and force and moment per acceleration of it.
-type Pivot<'g> = (Sym<'g>, Vector3<'g>, Vector3<'g>);
+/// What is left of a body's joint after its elimination.
+#[derive(Clone, Copy)]
+pub(super) struct Pivot<'g> {
+    /// One over what resists the joint.
+    pub inverse: Sym<'g>,
+    /// Force and moment per acceleration of it.
+    pub force: Vector3<'g>,
+    pub moment: Vector3<'g>,
+}
+
+impl<'g> Pivot<'g> {
+    /// A wrench of the body as it goes past the free joint, which lacks so much force.
+    pub fn pass(&self, rest: Sym<'g>, (force, moment): Wrench<'g>) -> Wrench<'g> {
+        let share = rest * self.inverse;
+        (force + self.force.scale(share), moment + self.moment.scale(share))
+    }
+}
 
 impl<'g> Articulated<'g> {
     fn rigid(m: &Moments<'g>) -> Self {
@@ -109,7 +124,7 @@ impl<'g> Articulated<'g> {
                 JointMotion::Free => {}
             }
         }
-        (out, (inverse, force, moment))
+        (out, Pivot { inverse, force, moment })
     }
 }
 
@@ -134,50 +149,100 @@ pub(in crate::derive) fn solve_held<'g>(
     forces: &[Sym<'g>],
     held: usize,
 ) -> (Vec<Sym<'g>>, Vec<Sym<'g>>) {
-    let model = robot.model;
-    let bodies = &model.tree.bodies;
-    // Sums of what the children add, in the own axes and in the joint axes.
-    let (mut own, mut joined) = (vec![None; bodies.len()], vec![None; bodies.len()]);
-    let mut inertias = Vec::new();
-    let mut pivots: Vec<Option<Pivot<'g>>> = vec![None; bodies.len()];
-    let mut rests = forces.to_vec();
-    for index in (0..bodies.len()).rev() {
-        let _work = model.work(index, "articulated inertia");
-        let mut sum = Some(body(robot, index, own[index].as_ref()));
-        if let Some(carried) = joined[index] {
-            add(&mut sum, carried);
+    let freed = Freeing::new(robot, forces, held);
+    let accelerations = freed.accelerate(robot);
+    let reaction = |row: usize| match &freed.root {
+        Some(root) => {
+            (held..6).fold(-freed.rests[row], |sum, c| sum + root.inertia.entry(row, c) * accelerations[c])
         }
-        let (inertia, wrench) = sum.expect("it was put in above");
-        inertias.push(inertia);
-        for (row, x) in robot.projections(index, wrench) {
-            rests[row] = rests[row] - x;
-        }
-        if bodies[index].motion == JointMotion::Free {
-            continue;
-        }
-        let row = bodies[index].v_index;
-        let (mut handed, mut wrench) = (inertia, wrench);
-        if row >= held {
-            let (released, pivot) = inertia.released(bodies[index].motion);
-            pivots[index] = Some(pivot);
-            rests[row] = model.signed(index, rests[row]);
-            let share = rests[row] * pivot.0;
-            (handed, wrench) = (released, (wrench.0 + pivot.1.scale(share), wrench.1 + pivot.2.scale(share)));
-        }
-        let Some(parent) = bodies[index].parent else { continue };
-        let slot = if robot.axes[index].joined { &mut joined[parent] } else { &mut own[parent] };
-        add(slot, in_hub(robot, index, handed, wrench));
-    }
-    inertias.reverse();
-    let accelerations = accelerate(robot, &inertias, &pivots, (&rests, held));
-    let reaction = |row: usize| match bodies[0].motion {
-        JointMotion::Free => {
-            (held..6).fold(-rests[row], |sum, c| sum + inertias[0].entry(row, c) * accelerations[c])
-        }
-        _ => -rests[row],
+        None => -freed.rests[row],
     };
     let reactions = (0..held).map(reaction).collect();
     (accelerations, reactions)
+}
+
+/// All joints freed, from the leaves to the root.
+pub(super) struct Freeing<'g> {
+    /// By body, where its joint was freed.
+    pub pivots: Vec<Option<Pivot<'g>>>,
+    /// What the forces lack, in the order of `v` and with the joints' signs; a free root's are solved by half.
+    pub rests: Vec<Sym<'g>>,
+    /// The root, if it is free.
+    pub root: Option<Root<'g>>,
+}
+
+impl<'g> Freeing<'g> {
+    /// Frees all joints but the first `held` rows of `v`.
+    pub fn new(robot: &Sensitivity<'_, 'g, '_>, forces: &[Sym<'g>], held: usize) -> Self {
+        let model = robot.model;
+        let bodies = &model.tree.bodies;
+        // Sums of what the children add, in the own axes and in the joint axes.
+        let (mut own, mut joined) = (vec![None; bodies.len()], vec![None; bodies.len()]);
+        let mut out = Self { pivots: vec![None; bodies.len()], rests: forces.to_vec(), root: None };
+        for index in (0..bodies.len()).rev() {
+            let _work = model.work(index, "articulated inertia");
+            let mut sum = Some(body(robot, index, own[index].as_ref()));
+            if let Some(carried) = joined[index] {
+                add(&mut sum, carried);
+            }
+            let (inertia, wrench) = sum.expect("it was put in above");
+            for (row, x) in robot.projections(index, wrench) {
+                out.rests[row] = out.rests[row] - x;
+            }
+            let row = bodies[index].v_index;
+            if bodies[index].motion == JointMotion::Free {
+                let root = Root::new(inertia, row, held);
+                root.half_solve(&mut out.rests[row..row + 6]);
+                out.root = Some(root);
+                continue;
+            }
+            let (mut handed, mut wrench) = (inertia, wrench);
+            if row >= held {
+                let (released, pivot) = inertia.released(bodies[index].motion);
+                out.pivots[index] = Some(pivot);
+                out.rests[row] = model.signed(index, out.rests[row]);
+                (handed, wrench) = (released, pivot.pass(out.rests[row], wrench));
+            }
+            let Some(parent) = bodies[index].parent else { continue };
+            let slot = if robot.axes[index].joined { &mut joined[parent] } else { &mut own[parent] };
+            add(slot, in_hub(robot, index, handed, wrench));
+        }
+        out
+    }
+
+    /// Accelerations in the order of `v`, from the root to the leaves.
+    pub fn accelerate(&self, robot: &Sensitivity<'_, 'g, '_>) -> Vec<Sym<'g>> {
+        let model = robot.model;
+        let mut out = self.rests.clone();
+        let mut motions: Vec<Wrench<'g>> = Vec::new();
+        for (index, body) in model.tree.bodies.iter().enumerate() {
+            let _work = model.work(index, "acceleration");
+            let Some(pivot) = &self.pivots[index] else {
+                motions.push(match &self.root {
+                    Some(root) if body.motion == JointMotion::Free => root.accelerate(&mut out),
+                    _ => {
+                        out[body.v_index] = model.constant(0.0);
+                        (model.zero3(), model.zero3())
+                    }
+                });
+                continue;
+            };
+            let (mut linear, mut angular) = match body.parent {
+                None => (model.zero3(), model.zero3()),
+                Some(p) => robot.to_joint(index, p, motions[p]),
+            };
+            let rest = self.rests[body.v_index];
+            let x = (rest - pivot.force.dot(linear) - pivot.moment.dot(angular)) * pivot.inverse;
+            out[body.v_index] = model.signed(index, x);
+            match body.motion {
+                JointMotion::Revolute { axis, .. } => angular[axis] = angular[axis] + x,
+                JointMotion::Prismatic { axis, .. } => linear[axis] = linear[axis] + x,
+                JointMotion::Free => {}
+            }
+            motions.push((linear, angular));
+        }
+        out
+    }
 }
 
 /// A body with what it carries in its own axes, in its joint axes.
@@ -206,73 +271,56 @@ fn in_hub<'g>(
     (turned.shifted(arm), (force, moment + arm.cross(force)))
 }
 
-/// From the root to the leaves.
-fn accelerate<'g>(
-    robot: &Sensitivity<'_, 'g, '_>,
-    inertias: &[Articulated<'g>],
-    pivots: &[Option<Pivot<'g>>],
-    (rests, held): (&[Sym<'g>], usize),
-) -> Vec<Sym<'g>> {
-    let model = robot.model;
-    let bodies = &model.tree.bodies;
-    let mut out = rests.to_vec();
-    let mut motions: Vec<Wrench<'g>> = Vec::new();
-    for (index, body) in bodies.iter().enumerate() {
-        let _work = model.work(index, "acceleration");
-        let Some((inverse, force, moment)) = pivots[index] else {
-            motions.push(match body.motion {
-                JointMotion::Free => free_root(&inertias[index], (body.v_index, held), &mut out),
-                _ => {
-                    out[body.v_index] = model.constant(0.0);
-                    (model.zero3(), model.zero3())
-                }
-            });
-            continue;
-        };
-        let (mut linear, mut angular) = match body.parent {
-            None => (model.zero3(), model.zero3()),
-            Some(p) => robot.to_joint(index, p, motions[p]),
-        };
-        let x = (rests[body.v_index] - force.dot(linear) - moment.dot(angular)) * inverse;
-        out[body.v_index] = model.signed(index, x);
-        match body.motion {
-            JointMotion::Revolute { axis, .. } => angular[axis] = angular[axis] + x,
-            JointMotion::Prismatic { axis, .. } => linear[axis] = linear[axis] + x,
-            JointMotion::Free => {}
-        }
-        motions.push((linear, angular));
-    }
-    out
+/// A free root's equations, factored: all but the first rows, whose accelerations are 0.
+pub(super) struct Root<'g> {
+    inertia: Articulated<'g>,
+    /// Its first row of `v`.
+    pub first: usize,
+    held: usize,
+    /// Below the diagonal: what is left of the inertia when the rows after are gone.
+    lower: Vec<Vec<Sym<'g>>>,
+    /// By row, one over the diagonal.
+    pub inverse: [Sym<'g>; 6],
 }
 
-/// Solves the equations of a free root but for the first `held` ones, whose accelerations are 0.
-fn free_root<'g>(
-    inertia: &Articulated<'g>,
-    (first, held): (usize, usize),
-    rests: &mut [Sym<'g>],
-) -> Wrench<'g> {
-    let mut h: Vec<Vec<Sym<'g>>> = (0..6).map(|r| (0..6).map(|c| inertia.entry(r, c)).collect()).collect();
-    let mut x: Vec<Sym<'g>> = rests[first..first + 6].to_vec();
-    x[..held].fill(inertia.a[(0, 0)].zero());
-    let mut inverse = [x[5].zero(); 6];
-    for k in (held..6).rev() {
-        let one = h[k][k].constant(1.0) / h[k][k];
-        inverse[k] = one;
-        for i in (held..k).rev() {
-            let factor = h[k][i] * one;
-            let pivot = h[k].clone();
-            for (x, &y) in h[i].iter_mut().zip(&pivot).take(i + 1) {
-                *x = *x - factor * y;
+impl<'g> Root<'g> {
+    fn new(inertia: Articulated<'g>, first: usize, held: usize) -> Self {
+        let mut h: Vec<Vec<Sym<'g>>> =
+            (0..6).map(|r| (0..6).map(|c| inertia.entry(r, c)).collect()).collect();
+        let mut inverse = [inertia.a[(0, 0)].zero(); 6];
+        for k in (held..6).rev() {
+            let one = h[k][k].constant(1.0) / h[k][k];
+            inverse[k] = one;
+            for i in (held..k).rev() {
+                let factor = h[k][i] * one;
+                let pivot = h[k].clone();
+                for (x, &y) in h[i].iter_mut().zip(&pivot).take(i + 1) {
+                    *x = *x - factor * y;
+                }
             }
-            x[i] = x[i] - factor * x[k];
+        }
+        Self { inertia, first, held, lower: h, inverse }
+    }
+
+    /// L⁻ᵀ x
+    pub fn half_solve(&self, x: &mut [Sym<'g>]) {
+        for k in (self.held..6).rev() {
+            for i in (self.held..k).rev() {
+                x[i] = x[i] - self.lower[k][i] * self.inverse[k] * x[k];
+            }
         }
     }
-    for k in held..6 {
-        for i in held..k {
-            x[k] = x[k] - h[k][i] * x[i];
+
+    /// The rest of the solution, in place of what was solved by half: linear and angular acceleration.
+    fn accelerate(&self, rests: &mut [Sym<'g>]) -> Wrench<'g> {
+        let x = &mut rests[self.first..self.first + 6];
+        x[..self.held].fill(self.inertia.a[(0, 0)].zero());
+        for k in self.held..6 {
+            for i in self.held..k {
+                x[k] = x[k] - self.lower[k][i] * x[i];
+            }
+            x[k] = x[k] * self.inverse[k];
         }
-        x[k] = x[k] * inverse[k];
+        (Vector3([x[0], x[1], x[2]]), Vector3([x[3], x[4], x[5]]))
     }
-    rests[first..first + 6].copy_from_slice(&x);
-    (Vector3([x[0], x[1], x[2]]), Vector3([x[3], x[4], x[5]]))
 }

@@ -55,6 +55,11 @@ impl<'g> Sensitivity<'_, 'g, '_> {
         (motion.a + motion.u * point + linear + angular.cross(point), motion.wd + angular)
     }
 
+    /// A wrench from a body's own axes to its joint axes.
+    pub fn out(&self, index: usize, (force, moment): Wrench<'g>) -> Wrench<'g> {
+        (self.axes[index].out(force), self.axes[index].out(moment))
+    }
+
     /// Linear and angular velocity at a body's point (its axes), from those at its origin in its joint axes: in the joint axes, and in
     /// its own.
     pub fn at_point(&self, index: usize, point: Vector3<'g>, motion: Wrench<'g>) -> (Wrench<'g>, Wrench<'g>) {

@@ -11,6 +11,7 @@ pub(super) mod articulated;
 pub(super) mod axes;
 mod carried;
 mod motion;
+pub(super) mod pinned;
 mod second;
 mod subtree;
 
