@@ -155,9 +155,10 @@ impl MotionExperiment<'_> {
         self.resistance[joint].get_or_init(|| self.rigid.resistance(&self.recording.trajectory, (q, v)))
     }
 
-    /// Stiffnesses from which a search starts: behind them a link would swing with a few frequencies; N m/rad or N/m.
+    /// Stiffnesses from which a search starts: behind them a link would swing with a few frequencies; N m/rad or N/m. A motion that meets
+    /// such a frequency swells, and a straight line from half the stiffness, or twice, tells nothing of it.
     pub(super) fn stiffnesses(&self, joint: usize) -> Vec<f64> {
-        const RESONANCES_HZ: [f64; 6] = [1.5, 2.5, 4.0, 6.5, 11.0, 18.0];
+        const RESONANCES_HZ: [f64; 9] = [1.5, 2.0, 2.5, 3.2, 4.0, 5.0, 6.5, 11.0, 18.0];
         let resistance = self.resistance(joint);
         let inertia = resistance.iter().map(|r| r[0]).sum::<f64>() / resistance.len().max(1) as f64;
         RESONANCES_HZ.map(|hz| inertia * (TAU * hz).powi(2)).to_vec()
