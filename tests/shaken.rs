@@ -27,7 +27,7 @@ fn log(path: &Path, rates: [f64; 2], blow: Option<f64>, seed: u64) {
         });
         let since = blow.map_or(f64::INFINITY, |blow| time - blow);
         let turned = 0.05 * (-(since / 0.02).powi(2)).exp();
-        let rings = if since > 0.0 { 40.0 * (-since / 0.03).exp() * (200.0 * since).sin() } else { 0.0 };
+        let rings = if (0.0..1.0).contains(&since) { 40.0 * (-since / 0.03).exp() * (200.0 * since).sin() } else { 0.0 };
         let torque = INERTIA * a + 9.81 * MOMENT * (q + turned).sin() + FRICTION * v.signum() + rings;
         writeln!(csv, "{time:.3},{:.9},{:.9}", q + turned, torque + 0.01 * random.normal()).unwrap();
     }

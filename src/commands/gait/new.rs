@@ -53,7 +53,10 @@ impl New {
         let text = gait_form(&bench.robot().description, double)?;
         write_with_folders(&self.out, &text)?;
         let next = Typed::command("gait optimise").path(bench.path()).file("--gait", Some(&self.out));
-        let next = next.words(" --speed V --out NEW.toml").because("with a speed V in m/s");
+        // Beside the form, where scenarios find it by its name.
+        let found = ["walk.toml", "walk-2.toml"].map(|name| self.out.with_file_name(name));
+        let found = found.iter().map(PathBuf::as_path).find(|found| *found != self.out);
+        let next = next.words(" --speed V").file("--out", found).because("with a speed V in m/s");
         output::written(&self.out, &next, self.json)?;
         Ok(ExitCode::SUCCESS)
     }
