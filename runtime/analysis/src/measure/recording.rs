@@ -4,6 +4,7 @@ use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::columns::Plan;
 use crate::measure::directions::{Direction, Directions, Turning};
 use crate::measure::filtered::{Filtered, unusable};
+use crate::measure::jolts::Jolts;
 use crate::measure::noise::white_noise;
 use crate::measure::stops::Stops;
 use crate::measure::thinning::Thinning;
@@ -50,6 +51,8 @@ pub struct Recording {
     pub acceleration_noise: Vec<f64>,
     /// When joints lay at their stops.
     pub stops: Stops,
+    /// When something shook joints.
+    pub jolts: Jolts,
     /// What could not be used and why.
     pub missing: Vec<Missing>,
     /// What was taken for granted.
@@ -144,9 +147,11 @@ impl Recording {
         };
         let mut accelerations = AccelerationNoise::new(&plan);
         recording.stops = Stops::new(layout, &plan);
+        recording.jolts = Jolts::new(&plan);
         while let Some(block) = blocks.next_block()? {
             accelerations.hear(&plan, &block);
             recording.stops.look(&block, step);
+            recording.jolts.look(&block, step);
             recording
                 .add(&plan, layout, (&filter, directions), &block)
                 .map_err(|e| unusable(e, log.path()))?;

@@ -1,5 +1,4 @@
 //! Joint torques as an [`Experiment`].
-use super::jolts::{self, Jolts};
 use super::on_ground::OnGround;
 use super::places;
 use super::rigid::Rigid;
@@ -45,8 +44,6 @@ pub struct MotionExperiment<'a> {
     pub(super) at_stop: Vec<Vec<bool>>,
     /// Where the joint of a row sticks, see [`super::sticking`].
     sticks: Vec<Vec<bool>>,
-    /// Moments that nothing is estimated from, see [`super::jolts`]; on the ground none: feet strike it all the time.
-    jolts: Vec<Jolts>,
     /// By row, N m or N, see [`Experiment::motion_noise`].
     motion_noise: Vec<f64>,
 }
@@ -108,15 +105,11 @@ impl<'a> MotionExperiment<'a> {
             parameters: link_inertias.parameters(),
             residual: Vec::new(),
             sticks: Vec::new(),
-            jolts: Vec::new(),
             motion_noise: Vec::new(),
             resistance: (0..joints).map(|_| OnceLock::new()).collect(),
             recording,
         };
         this.list_rows();
-        if this.ground.is_empty() {
-            this.jolts = this.all_jolts();
-        }
         this.find_residuals(None);
         this.motion_noise = this.noise_of_motion();
         Ok(this)
@@ -132,17 +125,6 @@ impl<'a> MotionExperiment<'a> {
         let strikes = if self.ground.is_empty() { stops.strikes(time, *cutoff_hz) } else { Vec::new() };
         let shaken = either(strikes, &self.shaken());
         self.sticks = all.iter().map(|row| self.sticking(*row, &shaken)).collect();
-    }
-
-    /// Jolts of the joints whose efforts were measured.
-    fn all_jolts(&self) -> Vec<Jolts> {
-        let Recording { time, cutoff_hz, trajectory, .. } = &self.recording;
-        let efforts = self.rows.iter().zip(&self.joint_of).filter(|(row, _)| row.channel == Channel::Effort);
-        let of_joint = |joint: usize| {
-            let accelerations: Vec<f64> = trajectory.of_joint(&trajectory.a, joint).collect();
-            Jolts::of(joint, &accelerations, time, *cutoff_hz)
-        };
-        efforts.filter_map(|(_, joint)| of_joint(*joint)).collect()
     }
 
     /// What the noise of accelerations makes of the efforts: through the mass matrix, and the rotors that the description has.
@@ -199,9 +181,8 @@ impl<'a> MotionExperiment<'a> {
 
     /// Which joints lay at their stops, where what is left is taken for what these carry, and which were shaken: a sentence each.
     pub fn set_aside(&self) -> Vec<String> {
-        let name = |jolts: &Jolts| &self.layout.joints[jolts.joint].name;
-        let shaken = self.jolts.iter().map(|jolts| jolts.words(name(jolts), &self.recording.time));
-        self.recording.stops.words(self.layout).into_iter().chain(shaken).collect()
+        let jolts = if self.ground.is_empty() { self.recording.jolts.words(self.layout) } else { Vec::new() };
+        self.recording.stops.words(self.layout).into_iter().chain(jolts).collect()
     }
 
     /// What it was made from.
@@ -398,7 +379,11 @@ impl Experiment for MotionExperiment<'_> {
         &self.sticks[row]
     }
     fn shaken(&self) -> Vec<bool> {
-        jolts::flags(&self.jolts, self.recording.time.len())
+        // On the ground feet strike it all the time.
+        if !self.ground.is_empty() {
+            return Vec::new();
+        }
+        self.recording.jolts.flags(&self.recording.time, self.recording.cutoff_hz)
     }
     fn described(&self) -> &[Effect] {
         &self.present

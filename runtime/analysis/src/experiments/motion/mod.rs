@@ -3,7 +3,6 @@ mod detrend;
 mod experiment;
 mod hidden_link;
 mod hidden_play;
-mod jolts;
 mod laws;
 mod limit;
 mod motor_side;
