@@ -4,7 +4,7 @@
 //! A filter sees less of such a motion than the sensors do, so that no model can tell the efforts there, and least squares would give
 //! them all the weight. The motion alone decides, before any filter: what efforts an effect leaves says nothing about it.
 use crate::log::Block;
-use crate::measure::columns::Plan;
+use crate::measure::columns::{JointColumns, Plan};
 use crate::robot::JointLayout;
 
 /// At a jolt a joint accelerates so many times harder than ever else.
@@ -46,7 +46,7 @@ struct Found {
 
 impl Jolts {
     pub(crate) fn new(plan: &Plan) -> Self {
-        let of = |columns: &crate::measure::columns::JointColumns| {
+        let of = |columns: &JointColumns| {
             columns.effort.and(columns.position).map(|position| OfJoint { position, pieces: Vec::new() })
         };
         Self { joints: plan.joints.iter().map(of).collect() }
@@ -86,7 +86,7 @@ impl Jolts {
         let of_joint = |(index, found): (usize, Found)| {
             let when: Vec<String> = found.at.iter().map(|time| format!("{time:.2}")).collect();
             format!(
-                "`{}` is shaken near {} s, {:.0} times as hard as ever else, which no filter shows as it was: the efforts of all joints are left out there",
+                "`{}` is shaken near {} s, {:.0} times as hard as ever else (or its encoder jumps), which no filter shows as it was: the efforts of all joints are left out there",
                 layout.joints[index].name,
                 when.join(", "),
                 found.times
