@@ -14,7 +14,8 @@ type Direction<'g> = (Vector3<'g>, bool);
 /// The foot that stands, and the directions in which it does.
 type Foot<'a, 'g> = (&'a Support, &'a [Direction<'g>]);
 
-/// The response to a load; `None` if more than one foot stands, rotors turn, or a direction is one along which nothing can move.
+/// The response to a load (4.22, 4.23): v̇ or the jump of v in the order of `v`, and λ (N, N m; of an impact N s, N m s) in the published
+/// rows; `None` if more than one foot stands, rotors turn, or a direction is one along which nothing can move.
 pub(super) fn respond<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &Constraints<'g>,

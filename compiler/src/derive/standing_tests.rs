@@ -10,10 +10,11 @@ use crate::tree::{Rotation, Tree};
 use bipedc_runtime::State;
 use std::path::Path;
 
-/// Folders below the project, and phases in which a sole or a point stands alone.
-const ROBOTS: [(&str, &str); 9] = [
+/// Folders below the project, and phases in which a sole, a point or (one) an edge stands alone.
+const ROBOTS: [(&str, &str); 10] = [
     ("robots/tulip", "right_support"),
     ("robots/biped_3d", "single_support"),
+    ("robots/biped_3d", "toe_support"),
     ("robots/five_link", "single_support"),
     ("robots/seven_link", "single_support"),
     ("robots/seven_link", "toe_support"),
@@ -81,7 +82,6 @@ fn every_way_finds_the_same_motion_and_forces() {
             let impact = respond(&model, &constraints, rotors, &nothing, Demand::Velocity);
             for (load, theirs) in [(Load::Forces(&tau), dynamics), (Load::Impact, impact)] {
                 let mut ways = by_every_way(&model, &constraints, rotors, load);
-                assert!(!ways.is_empty(), "{folder} {}", phase.name);
                 let answered = pinned::respond(&model, &constraints, rotors, load);
                 assert_eq!(answered.is_some(), rotors.iter().all(|x| x.is_zero()), "{folder} {}", phase.name);
                 ways.extend(answered);
@@ -96,7 +96,8 @@ fn every_way_finds_the_same_motion_and_forces() {
             }
         }
     }
-    assert_eq!(ways_seen, ROBOTS.len() * 10);
+    // No tree is rooted at an edge: there articulated bodies alone answer, without rotors.
+    assert_eq!(ways_seen, (ROBOTS.len() - 1) * 10 + 2);
 }
 
 /// A right angle written with four digits is 3.7e-6 too large: the knee's axis leaves the plane, and its foot does not turn about y alone.

@@ -10,7 +10,7 @@ pub(in crate::derive) struct Held<'g> {
     pub body: usize,
     /// A unit force along each, about the body's origin in its joint axes.
     pub units: Vec<Wrench<'g>>,
-    /// Acceleration along each without accelerations of `v`, less what is wanted.
+    /// w: acceleration along each without accelerations of `v` (m/s², rad/s²); of an impact the velocity before it (m/s, rad/s).
     pub rates: Vec<Sym<'g>>,
 }
 

@@ -10,8 +10,9 @@ use crate::experiments::form::Form;
 use bipedc_effects::effect::{Effect, Kind};
 use std::collections::BTreeMap;
 
-/// Most single effects, and most pairs, that are named in the place of one: who reads ten reads none.
+/// Most single effects that are named in the place of one: who reads ten reads none.
 const SINGLES: usize = 4;
+/// Most pairs.
 const PAIRS: usize = 3;
 
 impl Conclusion<'_> {
