@@ -80,12 +80,7 @@ impl<'a> Reading<'a> {
             return value;
         }
         let unit = if unit == "1" { String::new() } else { format!(" {unit}") };
-        let range = match range {
-            (low, f64::MAX) if low == f64::MIN_POSITIVE => format!("a number above 0{unit}"),
-            (low, f64::MAX) => format!("at least {low}{unit}"),
-            (f64::MIN, _) => format!("a finite number{unit}"),
-            (low, high) => format!("from {low} to {high}{unit}"),
-        };
+        let range = wanted(range, &unit);
         self.wrong::<()>(
             found.span().start,
             format!("`{name}` = {value}{unit} is not possible"),
@@ -157,5 +152,28 @@ impl<'a> Reading<'a> {
         for (at, message, help) in wrong {
             self.wrong::<()>(at, message, help);
         }
+    }
+}
+
+/// Which numbers lie within bounds, in words; `unit` begins with a space, or is empty.
+fn wanted(range: (f64, f64), unit: &str) -> String {
+    match range {
+        (f64::MIN, f64::MAX) => format!("a finite number{unit}"),
+        (low, f64::MAX) if low == f64::MIN_POSITIVE => format!("a number above 0{unit}"),
+        (low, f64::MAX) => format!("at least {low}{unit}"),
+        (low, high) => format!("from {low} to {high}{unit}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bounds_that_are_none_are_not_told_as_numbers() {
+        assert_eq!(wanted((f64::MIN, f64::MAX), " m/s"), "a finite number m/s");
+        assert_eq!(wanted((0.0, f64::MAX), " s"), "at least 0 s");
+        assert_eq!(wanted((f64::MIN_POSITIVE, f64::MAX), ""), "a number above 0");
+        assert_eq!(wanted((0.0, 1.0), ""), "from 0 to 1");
     }
 }
