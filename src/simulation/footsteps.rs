@@ -106,6 +106,7 @@ impl<'a> Driver<'a> {
             specific_force,
             load: [load(0), load(1)],
             center: [center(0), center(1)],
+            motor_position: observed.motors,
         };
         let stepped = walker.step(&sensed, commands);
         if let Some(told) = told {
@@ -279,7 +280,9 @@ impl Footsteps {
         let joints: Vec<String> = plant.joint_names().map(str::to_owned).collect();
         let (_, robot, _) = self.walker.parts();
         let feet = robot.legs.each_ref().map(|leg| plant.feet[leg.foot].name.as_str());
-        ToldLog::begin(path, (&joints, velocities), feet)
+        let springs = robot.stiffness.iter().take(joints.len());
+        let motors = springs.enumerate().filter(|(_, k)| k.is_finite()).map(|(joint, _)| joint).collect();
+        ToldLog::begin(path, (&joints, velocities), motors, feet)
     }
 
     /// The controller, and what it writes down.

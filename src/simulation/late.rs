@@ -11,12 +11,13 @@ pub(super) struct Told {
     loads: Vec<f64>,
     centers: Vec<[f64; 2]>,
     inertial: Option<[[f64; 3]; 2]>,
+    motors: Vec<f64>,
 }
 
 impl Told {
     pub fn observed(&self) -> Observation<'_, f64> {
         let observed = Observation::new(self.time, 0, &self.q, &self.v);
-        let observed = observed.with_loads(&self.loads).with_centers(&self.centers);
+        let observed = observed.with_loads(&self.loads).with_centers(&self.centers).with_motors(&self.motors);
         match self.inertial {
             Some(inertial) => observed.with_inertial(inertial),
             None => observed,
@@ -42,6 +43,8 @@ impl Late {
         told.loads.extend(observed.loads);
         told.centers.clear();
         told.centers.extend(observed.centers);
+        told.motors.clear();
+        told.motors.extend(observed.motors);
         self.0.push_back(told);
         &self.0[0]
     }

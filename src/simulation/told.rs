@@ -14,14 +14,17 @@ pub(super) struct ToldLog {
     line: String,
     /// Whether the velocities of joints are measured.
     velocities: bool,
+    /// Joints of whose motors the controller reads the angle.
+    motors: Vec<usize>,
     failed: Option<Diagnostic>,
 }
 
 impl ToldLog {
-    /// Of joints and feet (right, left) by name.
+    /// Of joints and feet (right, left) by name; `motors`: joints whose springs the controller knows.
     pub fn begin(
         path: &Path,
         (joints, velocities): (&[String], bool),
+        motors: Vec<usize>,
         feet: [&str; 2],
     ) -> Result<Self, Diagnostic> {
         let mut names = vec!["time".to_owned()];
@@ -36,9 +39,10 @@ impl ToldLog {
         for foot in feet {
             names.extend(["force/z", "cop/x", "cop/y"].map(|quantity| format!("{foot}/{quantity}")));
         }
+        names.extend(motors.iter().map(|joint| format!("{}/motor_position", joints[*joint])));
         let mut file = Output::create(path)?;
         file.put(&(names.join(",") + "\n"))?;
-        Ok(Self { file, line: String::new(), velocities, failed: None })
+        Ok(Self { file, line: String::new(), velocities, motors, failed: None })
     }
 
     /// A call: commands are torques.
@@ -54,6 +58,8 @@ impl ToldLog {
         for (load, [x, y]) in sensed.load.iter().zip(sensed.center) {
             row.extend([*load, x, y]);
         }
+        let angle = |joint: &usize| sensed.motor_position.get(*joint).copied().unwrap_or(f64::NAN);
+        row.extend(self.motors.iter().map(angle));
         self.line.clear();
         for (place, value) in row.iter().enumerate() {
             let comma = if place == 0 { "" } else { "," };

@@ -1,7 +1,10 @@
 //! What a robot's controller has to know of it to walk on flat feet: its functions, legs, soles, sizes.
 use super::legs::Legs;
 use bipedc_compiler::compile::{FunctionRequest, ProgramModel};
+use bipedc_compiler::description::model::RobotDescription;
 use bipedc_effects::diagnostic::Diagnostic;
+use bipedc_effects::drive::Drive;
+use bipedc_effects::effect::{Law, Simulation};
 use bipedc_runtime::Model;
 use bipedc_runtime::walking::estimator::Settings;
 use bipedc_runtime::walking::robot::{LEG, Leg, MOST_VELOCITIES, WalkingRobot};
@@ -122,6 +125,8 @@ fn walking_robot(legs: &Legs, model: &ProgramModel) -> Result<WalkingRobot<f64>,
         torque[joint.column - 6] = joint.effort;
         posture[joint.column - 6] = legs.posture[joint.column + 1];
     }
+    let [stiffness, motor_inertia] = springs(legs);
+    let sensors = legs.feet.each_ref().map(|foot| load_sensor(&legs.robot.description, foot));
     let heading = &legs.heading;
     Ok(WalkingRobot {
         legs: [leg(0)?, leg(1)?],
@@ -134,7 +139,49 @@ fn walking_robot(legs: &Legs, model: &ProgramModel) -> Result<WalkingRobot<f64>,
         gravity: legs.kinematics.gravity(),
         torque,
         posture,
+        stiffness,
+        motor_inertia,
+        load_gain: sensors.map(|[gain, _]| gain),
+        load_bias: sensors.map(|[_, bias]| bias),
     })
+}
+
+/// Of the spring between each joint and its motor, and of that motor: N m/rad, kg m² as seen at the joint.
+fn springs(legs: &Legs) -> [[f64; MOST_VELOCITIES]; 2] {
+    let description = &legs.robot.description;
+    let mut stiffness = [f64::INFINITY; MOST_VELOCITIES];
+    let mut inertia = [0.0; MOST_VELOCITIES];
+    for joint in &legs.joints {
+        let drive = description.drive(&joint.name).filter(|drive| drive.has_motor());
+        let mut softness = drive.map_or(0.0, |drive| drive.stiffness_at_joint().recip());
+        let mut rotor = drive.map_or(0.0, Drive::rotor_inertia_at_joint);
+        for effect in description.effects.iter().filter(|e| e.location.joint.as_ref() == Some(&joint.name)) {
+            match (effect.kind.law, effect.kind.simulation) {
+                (Law::SeriesElasticity, _) => softness += effect.value("stiffness").recip(),
+                (_, Simulation::Inertia(name)) => rotor += effect.value(name),
+                _ => {}
+            }
+        }
+        let place = joint.column - 6;
+        (stiffness[place], inertia[place]) = (softness.recip(), rotor);
+    }
+    [stiffness, inertia]
+}
+
+/// What a foot's sensor reports per newton of the normal force, and beside it (N).
+fn load_sensor(description: &RobotDescription, foot: &str) -> [f64; 2] {
+    let mut reported = [1.0, 0.0];
+    for effect in &description.effects {
+        if effect.location.sensor.as_deref().is_some_and(|sensor| sensor != foot) {
+            continue;
+        }
+        match effect.kind.law {
+            Law::ForceSensorGain => reported = reported.map(|part| effect.value("gain") * part),
+            Law::ForceSensorBias => reported[1] += effect.value("z"),
+            _ => {}
+        }
+    }
+    reported
 }
 
 /// Column in `v` of the joint that moves a body.

@@ -1,9 +1,13 @@
 //! Whatever sensors say, torques are finite, within the drives' limits and change by little; what is wrong is said.
-use super::corruption::{Wrong, below};
+use super::corruption::{Wrong, below, nonsense};
 use super::recorded::{Call, walk};
 use bipedc_effects::random::Random;
+use bipedc_runtime::control::JointCommand;
+use bipedc_runtime::walking::OnBoardWalker;
+use bipedc_runtime::walking::estimator::Sensed;
+use tulip_controller::TulipController;
 use tulip_controller::walking::{
-    Actuators, BLIND_CALLS, Controller, JOINTS, ROBOT, SEEING_CALLS, TORQUE_CHANGE,
+    Actuators, BLIND_CALLS, Controller, GAINS, JOINTS, ROBOT, SEEING_CALLS, SETTINGS, TORQUE_CHANGE,
 };
 
 /// Calls until a joint that is elsewhere is believed, and more than a stalled clock takes.
@@ -61,6 +65,45 @@ fn corrupted_sensors_give_finite_torques_without_jumps() {
     let calls = walk("corrupted", 4.0, "");
     let (braked, _) = corrupted(&calls, 20_000, 1);
     assert!(braked > 1000, "{braked}");
+}
+
+/// The same of motors before springs, in all joints, whose encoders say anything in one of five calls, and nearly the truth otherwise.
+#[test]
+fn corrupted_motors_give_finite_torques_without_jumps() {
+    let calls = walk("motors", 4.0, "");
+    let mut robot = ROBOT;
+    robot.stiffness[..JOINTS].fill(100.0);
+    robot.motor_inertia[..JOINTS].fill(0.025);
+    let mut walker = OnBoardWalker::new(TulipController, robot, GAINS, SETTINGS);
+    let (mut random, mut last, mut driven) = (Random::new(3), [0.0; JOINTS], 0);
+    for call in &calls {
+        let motors: [f64; JOINTS] = std::array::from_fn(|joint| match below(&mut random, 5) {
+            0 => nonsense(&mut random),
+            _ => call.sensors.joint_position[joint] + call.torque[joint] / 100.0 + 1e-4 * random.normal(),
+        });
+        let sensed = Sensed {
+            time: call.sensors.time,
+            joint_position: &call.sensors.joint_position,
+            joint_velocity: Some(&call.sensors.joint_velocity),
+            angular_velocity: call.sensors.angular_velocity,
+            specific_force: call.sensors.specific_force,
+            load: call.sensors.load,
+            center: call.sensors.center,
+            motor_position: &motors,
+        };
+        walker.walk(call.wanted);
+        let mut commands = [JointCommand::Off; JOINTS];
+        assert!(!walker.step(&sensed, &mut commands).braked);
+        for (joint, command) in commands.iter().enumerate() {
+            let (torque, limit) = (command.torque(0.0, 0.0), ROBOT.torque[joint]);
+            assert!(torque.is_finite() && torque.abs() <= limit, "{torque} N m of {limit}");
+            assert!((torque - last[joint]).abs() <= TORQUE_CHANGE * limit * (1.0 + 1e-12));
+            driven += usize::from((torque - call.torque[joint]).abs() > 0.01 * limit);
+            last[joint] = torque;
+        }
+    }
+    // Springs are heard.
+    assert!(driven > calls.len(), "{driven}");
 }
 
 #[test]

@@ -8,7 +8,7 @@ pub fn below(random: &mut Random, count: usize) -> usize {
 }
 
 /// No number, beyond all ranges, or nearly anything.
-fn nonsense(random: &mut Random) -> f64 {
+pub fn nonsense(random: &mut Random) -> f64 {
     const ODD: [f64; 8] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e308, -1e308, 1e-310, -0.0, f64::MAX];
     match below(random, 3) {
         0 => ODD[below(random, ODD.len())],
@@ -106,8 +106,9 @@ const NUMBERS: usize = 1 + 2 * JOINTS + 6 + 2 + 4;
 
 /// One of them: time, positions, velocities, the unit, loads, centres.
 fn number(sensors: &mut Sensors, place: usize) -> &mut f64 {
-    let Sensors { time, joint_position, joint_velocity, angular_velocity, specific_force, load, center } =
-        sensors;
+    let Sensors {
+        time, joint_position, joint_velocity, angular_velocity, specific_force, load, center, ..
+    } = sensors;
     let all = std::iter::once(time).chain(joint_position).chain(joint_velocity).chain(angular_velocity);
     let mut all = all.chain(specific_force).chain(load).chain(center.iter_mut().flatten());
     all.nth(place).expect("there are as many")

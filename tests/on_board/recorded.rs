@@ -55,6 +55,7 @@ pub fn read(text: &str) -> Vec<Call> {
             specific_force: forces.map(|k| row[k]),
             load: loads.map(|k| row[k]),
             center: centers.map(|center| center.map(|k| row[k])),
+            motor_position: [f64::NAN; JOINTS],
         };
         Call { sensors, wanted: Velocity { forward, left, turning }, torque: efforts.map(|k| row[k]) }
     };

@@ -100,6 +100,7 @@ fn errors(log: &Log) -> ([f64; 6], Vec<Fault>) {
             specific_force: three(force),
             load: load.map(|k| row[k]),
             center: [[f64::NAN; 2]; 2],
+            motor_position: &[],
         };
         faults.extend(estimator.update(&sensed, &Legs).fault);
         let (q, v) = (estimator.q(), estimator.v());

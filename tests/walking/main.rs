@@ -1,4 +1,5 @@
 //! Walks that `bipedc gait plan` plans: against Pinocchio, against limits that do not hold, against requests without meaning.
+mod amended;
 mod by_itself;
 mod estimated;
 mod followed;

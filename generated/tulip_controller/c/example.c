@@ -61,6 +61,7 @@ int main(int count, char **arguments) {
         for (int k = 0; k < TULIP_CONTROLLER_JOINTS; ++k) {
             sensors.joint_position[k] = cell(place(JOINTS[k], "position"));
             sensors.joint_velocity[k] = cell(place(JOINTS[k], "velocity"));
+            sensors.motor_position[k] = cell(place(JOINTS[k], "motor_position"));
         }
         static const char *const AXES[3] = {"x", "y", "z"};
         for (int k = 0; k < 3; ++k) {

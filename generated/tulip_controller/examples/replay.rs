@@ -16,6 +16,7 @@ fn main() {
     let place = |name: String| names.iter().position(|other| **other == name);
     let positions = JOINT_NAMES.map(|joint| place(format!("{joint}/position")).expect("every joint has a position"));
     let velocities = JOINT_NAMES.map(|joint| place(format!("{joint}/velocity")));
+    let motors = JOINT_NAMES.map(|joint| place(format!("{joint}/motor_position")));
     let axes = ["x", "y", "z"];
     let forces = axes.map(|axis| place(format!("imu/linear_acceleration/{axis}")).expect("an inertial unit"));
     let turns = axes.map(|axis| place(format!("imu/angular_velocity/{axis}")).expect("an inertial unit"));
@@ -30,6 +31,7 @@ fn main() {
             time: row[0],
             joint_position: positions.map(|k| row[k]),
             joint_velocity: velocities.map(|k| k.map_or(f64::NAN, |k| row[k])),
+            motor_position: motors.map(|k| k.map_or(f64::NAN, |k| row[k])),
             angular_velocity: turns.map(|k| row[k]),
             specific_force: forces.map(|k| row[k]),
             load: loads.map(|k| row[k]),

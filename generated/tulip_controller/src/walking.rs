@@ -47,7 +47,17 @@ pub const ROBOT: WalkingRobot<f64> =
     f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY,
     f64::INFINITY, f64::INFINITY], posture: [0.0, 0.0, -0.35, 0.7, -0.35, 0.0, 0.0, 0.0, -0.35, 0.7, -0.35, 0.0, 0.0,
     0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
-    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0] };
+    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], stiffness: [f64::INFINITY, f64::INFINITY,
+    f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY,
+    f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY,
+    f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY,
+    f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY,
+    f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY,
+    f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY,
+    f64::INFINITY, f64::INFINITY, f64::INFINITY, f64::INFINITY], motor_inertia: [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0,
+    0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0], load_gain: [1.0, 1.0],
+    load_bias: [0.0, 0.0] };
 
 /// How it walks.
 pub const GAINS: Gains<f64> = 
@@ -85,6 +95,8 @@ pub struct Sensors {
     /// Their centres of pressure, x and y in the frame of the foot's link, m; NaN where nobody measures them: needed to
     /// learn a payload.
     pub center: [[f64; 2]; 2],
+    /// Angles of the motors as seen at their joints, rad; NaN where nobody measures them: needed where [`ROBOT`] has springs.
+    pub motor_position: [f64; JOINTS],
 }
 
 /// What drives are asked for.
@@ -130,6 +142,7 @@ impl Controller {
             specific_force: sensors.specific_force,
             load: sensors.load,
             center: sensors.center,
+            motor_position: &sensors.motor_position,
         };
         let mut commands = [JointCommand::Off; JOINTS];
         let stepped = self.walker.step(&sensed, &mut commands);

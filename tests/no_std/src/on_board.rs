@@ -48,6 +48,7 @@ fn sensors(k: u32) -> Sensors {
         specific_force: [0.0, tremble, 9.81],
         load: [LOAD + tremble, LOAD],
         center: [[0.03, 0.0]; 2],
+        motor_position: [f64::NAN; JOINTS],
     };
     // A foot that swings carries nothing.
     if k / 600 % 2 == 1 {

@@ -71,6 +71,7 @@ pub fn stands<R: Scalar + Into<f64>>(tolerance: f64) -> bool {
             specific_force: [x(0.0), nonsense, x(9.81)],
             load: [x(75.0), x(75.0)],
             center: [[x(f64::NAN); 2]; 2],
+            motor_position: &[],
         };
         let found = estimator.update(&sensed, black_box(&Stilts));
         right &= found.standing == [true; 2] && (k < 102 || found.fault == Some(Fault::Gyroscope));

@@ -35,6 +35,7 @@ typedef struct tulip_controller_sensors {
     double specific_force[3];                 /* accelerometer, axes of the base, 9.81 upward at rest, m/s^2 */
     double load[2];                           /* normal force on the right and the left foot, N */
     double center[2][2];                      /* their centres of pressure, x and y in the frame of the foot's link, m; NaN: unknown */
+    double motor_position[TULIP_CONTROLLER_JOINTS];    /* of the motors, as seen at their joints, rad; NaN: unknown; needed where the description has springs */
 } tulip_controller_sensors;
 
 typedef struct tulip_controller_velocity {

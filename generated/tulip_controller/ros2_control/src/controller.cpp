@@ -25,6 +25,8 @@ constexpr std::array<const char *, 6> OF_IMU = {
 constexpr std::array<const char *, 5> OF_FOOT = {"force.x", "force.y", "force.z", "torque.x", "torque.y"};
 /* Where they begin among the states. */
 constexpr size_t VELOCITIES = JOINTS, IMU = 2 * JOINTS, FEET = IMU + OF_IMU.size(), STATES = FEET + 2 * OF_FOOT.size();
+/* Behind them, where the hardware has them: angles of the motors. */
+constexpr size_t MOTORS = STATES;
 
 /* Newer releases answer with an optional, older ones with the number. */
 template <typename Interface>
@@ -45,6 +47,7 @@ CallbackReturn WalkingController::on_init() {
         auto_declare<std::string>("left_foot", "left_foot");
         auto_declare<std::vector<double>>("right_foot_place", {0.0, 0.0, 0.0});
         auto_declare<std::vector<double>>("left_foot_place", {0.0, 0.0, 0.0});
+        auto_declare<std::string>("motor_position", "");
         auto_declare<bool>("learn_payload", false);
     } catch (const std::exception &) {
         return CallbackReturn::ERROR;
@@ -62,6 +65,7 @@ CallbackReturn WalkingController::on_configure(const rclcpp_lifecycle::State &) 
         if (place.size() != 3) return CallbackReturn::ERROR;
         for (size_t k = 0; k < 3; ++k) places_[foot][k] = place[k];
     }
+    motor_position_ = node->get_parameter("motor_position").as_string();
     learns_payload_ = node->get_parameter("learn_payload").as_bool();
     const size_t alignment = tulip_controller_alignment();
     size_ = (tulip_controller_size() + alignment - 1) / alignment * alignment;
@@ -91,12 +95,16 @@ InterfaceConfiguration WalkingController::state_interface_configuration() const 
     for (const std::string &foot : feet_) {
         for (const char *quantity : OF_FOOT) names.push_back(foot + "/" + quantity);
     }
+    if (!motor_position_.empty()) {
+        for (const char *joint : JOINT_NAMES) names.push_back(std::string(joint) + "/" + motor_position_);
+    }
     return {interface_configuration_type::INDIVIDUAL, names};
 }
 
 /* The robot stands still on both feet when it is activated. */
 CallbackReturn WalkingController::on_activate(const rclcpp_lifecycle::State &) {
-    if (command_interfaces_.size() != JOINTS || state_interfaces_.size() != STATES) return CallbackReturn::ERROR;
+    if (command_interfaces_.size() != JOINTS || state_interfaces_.size() != STATES + (motor_position_.empty() ? 0 : JOINTS))
+        return CallbackReturn::ERROR;
     if (tulip_controller_init(controller_.get(), size_) != 0) return CallbackReturn::ERROR;
     tulip_controller_learn_payload(controller_.get(), learns_payload_ ? 1 : 0);
     for (auto &part : velocity_) part = 0.0;
@@ -116,6 +124,7 @@ void WalkingController::read(tulip_controller_sensors &sensors) const {
     for (size_t k = 0; k < JOINTS; ++k) {
         sensors.joint_position[k] = state(k);
         sensors.joint_velocity[k] = state(VELOCITIES + k);
+        sensors.motor_position[k] = motor_position_.empty() ? std::numeric_limits<double>::quiet_NaN() : state(MOTORS + k);
     }
     for (size_t k = 0; k < 3; ++k) {
         sensors.angular_velocity[k] = state(IMU + k);

@@ -68,9 +68,12 @@ impl Simulation<'_> {
         let scenario = self.scenario;
         let ahead = if scenario.inside { 0.5 * scenario.step } else { 0.0 };
         self.weigh();
+        for j in 0..self.motors.len() {
+            self.motors[j] = self.drives.motor(j).map_or(f64::NAN, |motor| self.stepper.motor(motor)[0]);
+        }
         self.sense(time);
         let observed = Observation::new(time, 0, &self.motion.q, &self.motion.v);
-        let observed = observed.with_loads(&self.loads).with_centers(&self.centers);
+        let observed = observed.with_loads(&self.loads).with_centers(&self.centers).with_motors(&self.motors);
         let mut asked = JointServos::new(&scenario.servos, ahead).command(&observed, &mut self.asked);
         if let Some(controller) = &mut self.controller {
             if time == 0.0 {

@@ -137,6 +137,8 @@ pub struct Simulation<'a> {
     /// Of the last step on each foot, N.
     pub(super) loads: Vec<f64>,
     pub(super) centers: Vec<[f64; 2]>,
+    /// Of each joint, as seen there, rad; NaN where motor and joint are one.
+    pub(super) motors: Vec<f64>,
     pub(super) energy_flow: Option<EnergyFlow>,
 }
 
@@ -224,6 +226,7 @@ impl<'a> Simulation<'a> {
             asked: vec![JointCommand::Off; joints],
             loads: vec![0.0; plant.feet.len()],
             centers: vec![[f64::NAN; 2]; plant.feet.len()],
+            motors: vec![f64::NAN; plant.layout.joints.len()],
             energy_flow: None,
         })
     }

@@ -15,6 +15,8 @@ pub(super) struct Sensed<'a> {
     velocities: Vec<usize>,
     pushes: Vec<usize>,
     pressed: Vec<[usize; 2]>,
+    /// Of each joint's motor, and its turns per turn of the joint.
+    motors: Vec<Option<(usize, f64)>>,
     pub sample: Sample,
     row: Vec<f64>,
     /// As the model's, of which the base is unknown.
@@ -22,6 +24,8 @@ pub(super) struct Sensed<'a> {
     v: Vec<f64>,
     loads: Vec<f64>,
     centers: Vec<[f64; 2]>,
+    /// As seen at the joint.
+    angles: Vec<f64>,
     inertial: Option<[[f64; 3]; 2]>,
 }
 
@@ -42,6 +46,7 @@ impl<'a> Sensed<'a> {
             velocities: ending("/velocity"),
             pushes: feet.iter().filter_map(|foot| place(foot, "force/z")).collect(),
             pressed: feet.iter().filter_map(center).collect(),
+            motors: sensing.motors(),
             sensing,
             imu,
             sample: Sample::default(),
@@ -50,6 +55,7 @@ impl<'a> Sensed<'a> {
             v: Vec::new(),
             loads: Vec::new(),
             centers: Vec::new(),
+            angles: Vec::new(),
             inertial: None,
         }
     }
@@ -67,6 +73,10 @@ impl<'a> Sensed<'a> {
         of(&self.pushes, &mut self.loads, 0);
         self.centers.clear();
         self.centers.extend(self.pressed.iter().map(|center| center.map(|place| self.row[place])));
+        self.angles.clear();
+        let angle =
+            |motor: &Option<(usize, f64)>| motor.map_or(f64::NAN, |(place, turns)| self.row[place] / turns);
+        self.angles.extend(self.motors.iter().map(angle));
         self.v.resize(base[1] + self.positions.len(), f64::NAN);
         self.inertial = self.imu.as_ref().zip(inertial).and_then(|(imu, readings)| {
             let [roll, pitch, yaw] = imu.rotation;
@@ -79,7 +89,7 @@ impl<'a> Sensed<'a> {
     /// What the controller is told.
     pub fn observed(&self, time: f64) -> Observation<'_, f64> {
         let observed = Observation::new(time, 0, &self.q, &self.v);
-        let observed = observed.with_loads(&self.loads).with_centers(&self.centers);
+        let observed = observed.with_loads(&self.loads).with_centers(&self.centers).with_motors(&self.angles);
         match self.inertial {
             Some(inertial) => observed.with_inertial(inertial),
             None => observed,

@@ -133,6 +133,17 @@ impl<'a> Sensing<'a> {
         &mut self.random
     }
 
+    /// Where a row has the angle of each joint's motor, and that motor's turns per turn of the joint; none where it has none.
+    pub fn motors(&self) -> Vec<Option<(usize, f64)>> {
+        let columns = self.columns();
+        let place = |joint: &str| {
+            let name = format!("{joint}/motor_position");
+            columns.iter().position(|column| *column == name)
+        };
+        let joints = self.plant.joint_names().zip(&self.channels);
+        joints.map(|(joint, channels)| Some((place(joint)?, channels.motor?))).collect()
+    }
+
     /// Names of the columns, `time` first.
     pub fn columns(&self) -> Vec<String> {
         let mut names = vec!["time".to_owned()];

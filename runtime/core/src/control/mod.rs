@@ -47,12 +47,15 @@ pub struct Observation<'a, T> {
     pub centers: &'a [[T; 2]],
     /// What an inertial unit on the base measures, in axes of the base: specific force (m/s²; 9.81 upward at rest), angular velocity (rad/s).
     pub inertial: Option<[[T; 3]; 2]>,
+    /// Angle of each joint's motor as seen at the joint (rad; m of a prismatic joint), where a spring or play lies between them; NaN where motor and joint
+    /// are one; empty where nobody measures it.
+    pub motors: &'a [T],
 }
 
 impl<'a, T> Observation<'a, T> {
     /// Of a state (`q`: nq, `v`: nv) in a phase, at a time (s).
     pub fn new(time: T, phase: usize, q: &'a [T], v: &'a [T]) -> Self {
-        Self { time, phase, q, v, loads: &[], centers: &[], inertial: None }
+        Self { time, phase, q, v, loads: &[], centers: &[], inertial: None, motors: &[] }
     }
 
     /// The same with the normal force on each foot, N.
@@ -71,6 +74,12 @@ impl<'a, T> Observation<'a, T> {
     #[must_use]
     pub fn with_inertial(self, inertial: [[T; 3]; 2]) -> Self {
         Self { inertial: Some(inertial), ..self }
+    }
+
+    /// The same with the angle of each joint's motor as seen at the joint, rad.
+    #[must_use]
+    pub fn with_motors(self, motors: &'a [T]) -> Self {
+        Self { motors, ..self }
     }
 
     /// Positions (rad or m) and velocities of the last joints of the model, as many as are asked for.

@@ -1,5 +1,6 @@
 //! Walks by footsteps, zero moment point and divergent component: a state in, torques out.
 use super::divergent::{DivergentBias, Point};
+use super::elastic::Springs;
 use super::gains::Gains;
 use super::ground_forces::{Limits, Shared, StandingFoot, share};
 use super::motion::{Motion, Wish};
@@ -59,6 +60,7 @@ pub struct WalkingController<M, R> {
     torques: [R; MOST_VELOCITIES],
     pub(super) payload: Payload<R>,
     pub(super) observer: Option<PayloadObserver<R>>,
+    springs: Springs<R>,
 }
 
 pub(super) fn two<R: Scalar>(f: impl Fn(usize) -> R) -> Point<R> {
@@ -99,6 +101,7 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
             torques: [o; MOST_VELOCITIES],
             payload: Payload::none(),
             observer: None,
+            springs: Springs::new(),
         }
     }
 
@@ -123,6 +126,7 @@ impl<M: Model<R>, R: Scalar> WalkingController<M, R> {
     pub(super) fn begin_anew(&mut self) {
         (self.steps, self.last, self.walked) = (None, None, None);
         (self.bias, self.lower) = (DivergentBias::new(), R::constant(0.0));
+        self.springs = Springs::new();
         self.pause_learning();
     }
 
@@ -307,6 +311,8 @@ impl<M: Model<R>, R: Scalar> Controller<R> for WalkingController<M, R> {
         if let Some(walked) = &mut self.walked {
             walked.shared = Some(gave);
         }
+        let joints = observed.joints(commands.len()).0;
+        self.springs.drive(&self.robot, (joints, observed.motors), step, &mut self.torques);
         for (command, torque) in commands.iter_mut().zip(self.torques) {
             *command = JointCommand::Torque(torque);
         }

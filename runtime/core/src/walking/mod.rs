@@ -4,6 +4,7 @@ mod balance;
 mod carrying;
 mod controller;
 pub mod divergent;
+mod elastic;
 mod error_state;
 pub mod estimator;
 mod estimator_feet;

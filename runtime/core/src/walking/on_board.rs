@@ -99,6 +99,7 @@ impl<M: Model<R>, R: Scalar> OnBoardWalker<M, R> {
     /// have told again where they are: then it stands up where it is.
     pub fn step(&mut self, sensed: &Sensed<'_, R>, commands: &mut [JointCommand<R>]) -> Stepped<R> {
         let (model, robot) = self.controller.parts();
+        let sensed = &Sensed { load: robot.loads(sensed.load), ..*sensed };
         let estimated = self.estimator.update(sensed, &Legs { model, robot });
         let loads = robot.legs_by_foot(self.loads(sensed.load));
         let centers = robot.legs_by_foot(sensed.center);
@@ -110,7 +111,7 @@ impl<M: Model<R>, R: Scalar> OnBoardWalker<M, R> {
             self.controller.pause_learning();
         }
         let observed = Observation::new(sensed.time, 0, self.estimator.q(), self.estimator.v());
-        let observed = observed.with_loads(&loads).with_centers(&centers);
+        let observed = observed.with_loads(&loads).with_centers(&centers).with_motors(sensed.motor_position);
         let refusal = if braked { None } else { self.controller.command(&observed, commands).err() };
         if braked || refusal.is_some() {
             self.brake(sensed, estimated.blind, commands);

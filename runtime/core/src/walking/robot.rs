@@ -62,6 +62,14 @@ pub struct WalkingRobot<R> {
     pub torque: [R; MOST_VELOCITIES],
     /// Angles of joints that are in no leg, and those of the legs when it stands.
     pub posture: [R; MOST_VELOCITIES],
+    /// Of the spring between each joint and its motor, N m/rad at the joint; infinite: there is none.
+    pub stiffness: [R; MOST_VELOCITIES],
+    /// Of each joint's motor as seen at the joint, kg m²; 0: nothing is known of it.
+    pub motor_inertia: [R; MOST_VELOCITIES],
+    /// What the right and the left foot's sensor report per newton of the normal force.
+    pub load_gain: [R; 2],
+    /// What they report beside it, N.
+    pub load_bias: [R; 2],
 }
 
 /// A foot in the world.
@@ -105,6 +113,11 @@ impl<R: Scalar> WalkingRobot<R> {
         let mut ordered = of;
         self.legs.iter().zip(of).for_each(|(leg, x)| set(&mut ordered, leg.foot, x));
         ordered
+    }
+
+    /// Normal forces (N) of the right and the left foot, by what their sensors report.
+    pub fn loads(&self, reported: [R; 2]) -> [R; 2] {
+        [0, 1].map(|k| (get(&reported, k) - get(&self.load_bias, k)) / get(&self.load_gain, k))
     }
 
     /// Where everything is in a state.

@@ -22,6 +22,8 @@ pub struct Sensed<'a, R> {
     pub load: [R; 2],
     /// Centres of pressure, x and y in the frame of the foot's link, m: right, left; NaN: nothing presses, or nobody measures it. They tell payloads.
     pub center: [[R; 2]; 2],
+    /// Angle of each joint's motor as seen at the joint, rad; NaN where nobody measures it; may be empty. Needed where the robot has springs.
+    pub motor_position: &'a [R],
 }
 
 /// Where the soles are, seen from the base.

@@ -165,6 +165,7 @@ impl Reading {
             specific_force: self.force.map(R::constant),
             load: self.load.map(R::constant),
             center: [[R::constant(f64::NAN); 2]; 2],
+            motor_position: &[],
         };
         let found = estimator.update(&sensed, &Legs);
         let all = estimator.q().iter().chain(estimator.v());
@@ -389,6 +390,7 @@ fn nonsense_gives_finite_numbers() {
         specific_force: [0.0; 3],
         load: [0.0; 2],
         center: [[f64::NAN; 2]; 2],
+        motor_position: &[],
     };
     assert_eq!(estimator.update(&wrong, &Legs).fault, Some(Fault::Length));
     assert_eq!(product(identity(), turn), turn);

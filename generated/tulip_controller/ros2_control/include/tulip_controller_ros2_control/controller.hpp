@@ -8,7 +8,8 @@
    Listens to ~/velocity (geometry_msgs/Twist: linear.x, linear.y, angular.z). To be updated once per millisecond.
 
    Parameters: imu, right_foot, left_foot: names of the sensors; right_foot_place, left_foot_place: where the sensor is in the frame of the foot's
-   link, axes parallel to it, and how far above the sole (x, y, height; m); learn_payload. */
+   link, axes parallel to it, and how far above the sole (x, y, height; m); motor_position: name of the interface of each joint that tells the angle of its
+   motor as seen at the joint (rad; empty: there is none), needed where the description has springs; learn_payload. */
 #ifndef TULIP_CONTROLLER_ROS2_CONTROL_CONTROLLER_HPP
 #define TULIP_CONTROLLER_ROS2_CONTROL_CONTROLLER_HPP
 
@@ -51,6 +52,7 @@ private:
     std::string imu_;
     std::array<std::string, 2> feet_;
     std::array<std::array<double, 3>, 2> places_{};
+    std::string motor_position_;
     bool learns_payload_ = false;
     std::unique_ptr<tulip_controller, Free> controller_;
     size_t size_ = 0;
