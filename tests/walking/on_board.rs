@@ -145,12 +145,12 @@ fn the_class_for_ros_asks_for_the_same_torques() {
     let [made, scenario, log, called] =
         ["tulip_controller", "walk.toml", "log.csv", "called"].map(|name| folder.join(name));
     // A joint behind a spring: there motors are read too.
-    let known = amended("replayed", SOFT_ANKLE);
+    let known = amended("called", SOFT_ANKLE);
     bipedc(&["generate", text(&known), "--controller", "--out", text(&made)]).ok();
     let walk = std::fs::read_to_string("robots/tulip/scenarios/walk.toml").unwrap();
     let walk =
         walk.replace("duration = 16.0", "duration = 3.0").replace("log_step = 0.005", "log_step = 0.001");
-    std::fs::write(&scenario, walk).unwrap();
+    std::fs::write(&scenario, told_of(&walk, &known) + SOFT_ANKLE).unwrap();
     bipedc(&["simulate", "robots/tulip", "--scenario", text(&scenario), "--out", text(&log)]).ok();
     let mut cargo = Command::new(env!("CARGO"));
     cargo.current_dir(made.join("c")).env("CARGO_TARGET_DIR", folder.join("target"));

@@ -50,6 +50,7 @@ int main(int count, char **arguments) {
         controller.get_node()->parameters[foot] = std::vector<double>(PLACE, PLACE + 3);
     }
     controller.get_node()->parameters["learn_payload"] = true;
+    controller.get_node()->parameters["motor_position"] = std::string("motor_position");
     if (controller.on_configure(from) != CallbackReturn::SUCCESS) return 4;
     const auto states = controller.state_interface_configuration().names;
     const auto commands = controller.command_interface_configuration().names;
@@ -92,6 +93,7 @@ int main(int count, char **arguments) {
             const std::string joint = commands[k].substr(0, commands[k].find('/'));
             sensors.joint_position[k] = row[joint + "/position"];
             sensors.joint_velocity[k] = row[joint + "/velocity"];
+            sensors.motor_position[k] = state(row, joint + "/motor_position");
         }
         const char *const axes[3] = {"x", "y", "z"}, *const feet[2] = {"right_foot", "left_foot"};
         for (int k = 0; k < 3; ++k) {

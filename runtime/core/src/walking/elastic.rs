@@ -137,12 +137,12 @@ mod tests {
         })
     }
 
-    /// Within 20 ms and without swinging, where the torque alone makes the spring swing between nothing and twice what is wished.
+    /// Within 40 ms to 2 % and without swinging, where the torque alone makes the spring swing between nothing and twice what is wished.
     #[test]
     fn the_spring_gives_what_is_wished() {
         let given = pulled(10.0, true);
-        assert!(given[30..].iter().all(|torque| (torque - 10.0).abs() < 0.3), "{given:?}");
-        assert!(given.iter().all(|torque| *torque < 11.0), "{given:?}");
+        assert!(given[40..].iter().all(|torque| (torque - 10.0).abs() < 0.2), "{given:?}");
+        assert!(given.iter().all(|torque| *torque < 10.1), "{given:?}");
         let alone = pulled(10.0, false);
         assert!(alone.iter().any(|torque| *torque > 19.0) && alone[250..].iter().any(|torque| *torque < 1.0));
     }
