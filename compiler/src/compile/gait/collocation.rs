@@ -112,7 +112,7 @@ pub enum NodeRow {
     HeightRate,
     /// x of each contact point, m.
     Place,
-    /// By foot: a determinant that vanishes where its leg is straight; 0 where outputs are joints of the leg.
+    /// By foot: a determinant that vanishes where its leg is straight; 0 where outputs settle the leg.
     Regularity,
 }
 
@@ -312,7 +312,8 @@ fn node(
 }
 
 /// By foot: how far its leg is from where its joints do not settle the foot's place and pitch under the base (a knee that is straight), as a determinant of
-/// slopes; 0 where that is no question: an output is a joint of the leg, or the leg has other joints than a point (two) or a sole (three) needs.
+/// slopes; 0 where that is no question: outputs of a leg of two or three joints fix one of them, or what they fix of a leg with more joints does not leave as many
+/// as a point (two) or a sole (three) needs.
 fn regularity<'g>(
     model: &RobotModel<'g, '_>,
     description: &RobotDescription,
@@ -339,29 +340,46 @@ fn regularity<'g>(
         let others = description.feet.iter().filter(|other| other.name != foot.name).flat_map(points);
         let shared: Vec<usize> = others.flat_map(|point| moved(heights[point])).collect();
         let leg: Vec<usize> = moved(heights[first]).into_iter().filter(|k| !shared.contains(k)).collect();
-        let settled = |output: &Sym<'g>| matches!(moved(*output)[..], [joint] if leg.contains(&joint));
+        // Of the leg alone: what also turns with the base, as a foot's pitch does, fixes nothing within it.
+        let fixed: Vec<&Sym<'g>> = (outputs.iter())
+            .filter(|output| {
+                let known = inputs(**output);
+                let mut places = known.iter().filter(|input| input.argument == Argument::Q).peekable();
+                places.peek().is_some() && places.all(|input| leg.contains(&(input.index as usize)))
+            })
+            .collect();
         let slopes = |of: Sym<'g>| {
             let found = gradient(of);
             let along = |&k: &usize| found.get(&Input { argument: Argument::Q, index: k as u32 }).copied();
             leg.iter().map(|k| along(k).unwrap_or(zero)).collect::<Vec<_>>()
         };
-        if outputs.iter().any(settled) {
+        let needs = if own.len() > 1 { 3 } else { 2 };
+        if leg.len() != needs + fixed.len() {
             return zero;
         }
-        let (x, z) = (slopes(places[first]), slopes(heights[first]));
-        let pair = |i: usize, j: usize| x[i] * z[j] - x[j] * z[i];
-        match (own.get(1), leg.len()) {
-            (None, 2) => pair(0, 1),
-            (Some(&second), 3) => {
-                let along = [places[second] - places[first], heights[second] - heights[first]];
-                let turned = slopes(along[1]).into_iter().zip(slopes(along[0]));
-                let pitch: Vec<Sym<'g>> = turned.map(|(up, on)| along[0] * up - along[1] * on).collect();
-                pitch[0] * pair(1, 2) - pitch[1] * pair(0, 2) + pitch[2] * pair(0, 1)
-            }
-            _ => zero,
+        let mut rows: Vec<Vec<Sym<'g>>> = Vec::new();
+        if let Some(&second) = own.get(1) {
+            let along = [places[second] - places[first], heights[second] - heights[first]];
+            let turned = slopes(along[1]).into_iter().zip(slopes(along[0]));
+            rows.push(turned.map(|(up, on)| along[0] * up - along[1] * on).collect());
         }
+        rows.extend([slopes(places[first]), slopes(heights[first])]);
+        rows.extend(fixed.into_iter().map(|output| slopes(*output)));
+        determinant(&rows, &(0..leg.len()).collect::<Vec<_>>(), zero)
     };
     description.feet.iter().map(of_foot).collect()
+}
+
+/// Of these columns of the rows, as many as there are, expanded by the first row; there are few.
+fn determinant<'g>(rows: &[Vec<Sym<'g>>], columns: &[usize], zero: Sym<'g>) -> Sym<'g> {
+    let Some((row, others)) = rows.split_first() else { return zero + 1.0 };
+    let mut sum = zero;
+    for (place, &column) in columns.iter().enumerate() {
+        let left: Vec<usize> = columns.iter().copied().filter(|other| *other != column).collect();
+        let part = row[column] * determinant(others, &left, zero);
+        sum = if place % 2 == 0 { sum + part } else { sum - part };
+    }
+    sum
 }
 
 /// What the motion needs less what the ground and the joints give, N and N m; torques and forces of the ground are parameters from these

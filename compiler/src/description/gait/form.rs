@@ -190,7 +190,7 @@ impl<'d> Walker<'d> {
 
     /// What, with the contacts and φ, fixes every joint. On one foot all joints, but for the last of a leg that stands flat. On two feet the pitch and height
     /// of the base, the pitch of each foot that stands on a point, and the joints that are then left: those of no leg, and of legs with more than
-    /// three joints those between the first and the last two.
+    /// three joints those between the first and the last two, or by how much more they bend than the one behind them.
     fn outputs(&self, stands: &[(&'d Foot, usize)]) -> Vec<Output> {
         let of_joint = |joint: &Joint| {
             let name = formula_name(&joint.name);
@@ -212,9 +212,12 @@ impl<'d> Walker<'d> {
             for &(foot, rows) in stands {
                 let leg = self.leg(foot);
                 let kept = 1..leg.len().saturating_sub(2).max(1);
+                let apart = self.bent_apart(&leg);
+                let follows = |k: usize| !kept.contains(&k) || !apart.is_empty();
                 follow.extend(
-                    leg.iter().enumerate().filter(|(k, _)| !kept.contains(k)).map(|(_, j)| j.name.as_str()),
+                    leg.iter().enumerate().filter(|(k, _)| follows(*k)).map(|(_, j)| j.name.as_str()),
                 );
+                found.extend(apart);
                 if rows == 2 && leg.len() > 2 {
                     found.push((format!("pitch_of_{}", foot.name), "rad", self.pitch(foot)));
                 }
@@ -223,6 +226,22 @@ impl<'d> Walker<'d> {
         let moving = self.of.joints.iter().filter(|joint| joint.kind.moves());
         found.extend(moving.filter(|joint| !follow.contains(&joint.name.as_str())).map(of_joint));
         found
+    }
+
+    /// By how much more each inner joint of a leg of more than three bends than the next one, ankle and hip apart: with that fixed the leg shortens as all of
+    /// them bend, and hip and foot settle how far. (With all but one fixed, that one and the hip do not settle the foot's place where the rest of the leg
+    /// is in line, which a leg whose knee bends one way and whose hock the other comes to as it walks.) None where limits do not tell the way in which a
+    /// joint bends.
+    fn bent_apart(&self, leg: &[&Joint]) -> Vec<Output> {
+        let inner = leg.get(1..leg.len().saturating_sub(1)).unwrap_or(&[]);
+        let ways: Option<Vec<f64>> = inner.iter().map(|joint| bending(joint)).collect();
+        let Some(ways) = ways else { return Vec::new() };
+        let pair = |(joints, ways): (&[&Joint], &[f64])| {
+            let [first, second] = [0, 1].map(|k| formula_name(&joints[k].name));
+            let sign = if ways[0] * ways[1] > 0.0 { '-' } else { '+' };
+            (format!("{first}_over_{second}"), "rad", format!("{first} {sign} {second}"))
+        };
+        inner.windows(2).zip(ways.windows(2)).map(pair).collect()
     }
 
     /// On two feet: pitch of the base, and of each leg the joints between the first and the last, which are then left; how long a leg is fixes where the
@@ -320,6 +339,13 @@ impl<'d> Walker<'d> {
         };
         self.of.feet.iter().filter_map(of_leg).fold(0.05, f64::max)
     }
+}
+
+/// 1 or −1: the way in which a joint bends, by the side on which most of its range is; none where that is not clear, or where it slides.
+fn bending(joint: &Joint) -> Option<f64> {
+    let (lower, upper) = joint.position_limits.filter(|_| joint.kind != JointKind::Prismatic)?;
+    let middle = 0.5 * (lower + upper);
+    (middle.abs() > 0.25 * (upper - lower)).then(|| middle.signum())
 }
 
 /// Height of the hips above the feet, all joints at zero, m.
