@@ -74,6 +74,22 @@ fn a_robot_with_feet_and_names_without_sides_has_four_phases() {
     }
 }
 
+/// Legs of four joints, knees that bend backwards and hocks that bend ahead: on two feet a leg is told by how much more the knee bends than the hock. With the
+/// knee alone told, hip and hock do not settle the foot's place where the leg below the hip is in line with that below the hock, which a step passes.
+#[test]
+fn legs_with_hocks_are_told_by_what_bends_them_apart() {
+    let folder = begun("ostrich");
+    let form = read(&folder.join("gaits/form.toml"));
+    let counts: Vec<usize> =
+        form.split("[[phase]]").skip(1).map(|phase| phase.matches("[[phase.output]]").count()).collect();
+    // N − M − 1 of 11 coordinates and 3, 2, 4 and 5 rows of contacts.
+    assert_eq!(counts, [7, 8, 6, 5], "{form}");
+    for leg in ["left", "right"] {
+        let apart = format!("controlled = \"{leg}_knee + {leg}_hock\"");
+        assert_eq!(form.matches(&apart).count(), 2, "{form}");
+    }
+}
+
 /// As a new user would go on; twenty steps with all assumptions checked.
 fn walks(name: &str, speed: &str, form: &[&str]) {
     let folder = begun(name);
@@ -136,4 +152,11 @@ fn a_robot_of_nine_joints_with_feet_walks_from_its_urdf() {
 #[ignore = "takes long"]
 fn a_robot_with_knees_of_a_bird_walks_from_its_urdf() {
     walks("stork", "0.371", &[]);
+}
+
+/// 20 kg and 0.6 m, with hocks.
+#[test]
+#[ignore = "takes long"]
+fn a_robot_with_hocks_and_with_knees_of_a_bird_walks_from_its_urdf() {
+    walks("ostrich", "0.485", &[]);
 }
