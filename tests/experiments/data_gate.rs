@@ -105,6 +105,29 @@ fn torques_in_another_unit_are_named() {
     }
 }
 
+/// As in free swings, where gravity and inertia cancel: what is measured is next to nothing beside what the model expects, whatever its sign, and says nothing of
+/// the sign or the unit; nor does a torque that has nothing to do with the model's, which in another unit friction alone would explain.
+#[test]
+fn torques_that_are_next_to_nothing_are_no_mix_up() {
+    for factor in [-0.15, -0.05, 0.02] {
+        let mut log = coulomb();
+        log.effort[KNEE].as_mut().unwrap().iter_mut().for_each(|u| *u *= factor);
+        log.noise[KNEE] *= factor.abs();
+        let found = judge(log);
+        assert!(found.iter().all(|d| d.severity != Severity::Error), "{factor}: {found:?}");
+    }
+    let mut log = coulomb();
+    let times = log.time.clone();
+    let effort = log.effort[KNEE].as_mut().unwrap();
+    effort
+        .iter_mut()
+        .zip(times)
+        .for_each(|(u, time)| *u = 0.08 * (2.3 * time).sin() + 0.05 * (7.9 * time).cos());
+    log.noise[KNEE] = 1e-3;
+    let found = judge(log);
+    assert!(found.iter().all(|d| d.severity != Severity::Error), "{found:?}");
+}
+
 #[test]
 fn positions_in_degrees_are_named() {
     let mut log = coulomb();

@@ -54,12 +54,15 @@ fn tried(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<(Mixup, f64)
     let mut good: Vec<(Mixup, f64)> = suspicions(evidence, view, left)
         .into_iter()
         .filter_map(|mixup| {
-            let then = view.under(evidence, mixup).unexplained();
+            let read = view.under(evidence, mixup);
+            let then = read.unexplained();
             let concerned: Vec<usize> =
                 (0..left.len()).filter(|&j| (left[j] - then[j]).abs() > 1e-6).collect();
             let sum = |parts: &[f64]| concerned.iter().map(|&j| parts[j].min(10.0)).sum::<f64>();
             let (before, after) = (sum(left), sum(&then));
-            let healed = concerned.iter().any(|&j| left[j] > SUSPICIOUS && then[j] < LEFT * left[j]);
+            let heals = |&&j: &&usize| left[j] > SUSPICIOUS && then[j] < LEFT * left[j];
+            let mut healed = concerned.iter().filter(heals).peekable();
+            let healed = healed.peek().is_some() && healed.all(|&j| read.explains(j));
             (healed && after < LEFT * before).then_some((mixup, before - after))
         })
         .collect();

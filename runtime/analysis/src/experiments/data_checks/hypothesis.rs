@@ -11,6 +11,17 @@ const SIGNAL: f64 = 5.0;
 /// Speed below which friction is smeared, rad/s.
 const SMOOTHING: f64 = 0.02;
 
+/// A torque of which more than this part of the variance is left is not explained.
+const EXPLAINED: f64 = 0.5;
+
+/// How well a joint's torque is explained.
+struct Row {
+    /// Part of its variance that is left.
+    left: f64,
+    /// Of the torque over the model's, whether or not effects can make it so.
+    slope: f64,
+}
+
 /// One thing that may be mixed up.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Mixup {
@@ -86,11 +97,17 @@ impl View {
     /// Part of the variance of each joint's torque that model, friction and bias leave; 0 without a torque.
     pub fn unexplained(&self) -> Vec<f64> {
         (0..self.effort.len())
-            .map(|joint| if self.effort[joint].is_empty() { 0.0 } else { self.row(joint) })
+            .map(|joint| if self.effort[joint].is_empty() { 0.0 } else { self.row(joint).left })
             .collect()
     }
 
-    fn row(&self, joint: usize) -> f64 {
+    /// Whether model, friction and bias explain a joint's torque, the model by about what it expects.
+    pub fn explains(&self, joint: usize) -> bool {
+        let row = self.row(joint);
+        row.left < EXPLAINED && (SLOPE.0..=SLOPE.1).contains(&row.slope)
+    }
+
+    fn row(&self, joint: usize) -> Row {
         let states = self.motion.of_joint(&self.load, joint).zip(self.motion.velocities(joint));
         let regressors = states.map(|(load, v)| Vector4::new(load, (v / SMOOTHING).tanh(), v, 1.0));
         let effort = &self.effort[joint];
@@ -105,7 +122,7 @@ impl View {
         // A column that is zero throughout must not spoil the others.
         let ridge = Matrix4::from_diagonal(&gram.diagonal().map(|d| 1e-9 * d + 1e-30));
         let solve = |gram: Matrix4<f64>, right: Vector4<f64>| (gram + ridge).lu().solve(&right);
-        let Some(free) = solve(gram, right) else { return 1.0 };
+        let Some(free) = solve(gram, right) else { return Row { left: 1.0, slope: 0.0 } };
         let slope = free[0].clamp(SLOPE.0, SLOPE.1);
         let x = if slope == free[0] {
             free
@@ -115,11 +132,11 @@ impl View {
             fixed.row_mut(0).fill(0.0);
             fixed.column_mut(0).fill(0.0);
             (fixed[(0, 0)], rest[0]) = (1.0, slope);
-            let Some(x) = solve(fixed, rest) else { return 1.0 };
+            let Some(x) = solve(fixed, rest) else { return Row { left: 1.0, slope: 0.0 } };
             Vector4::new(slope, x[1], x[2], x[3])
         };
         let left = squares - 2.0 * x.dot(&right) + (gram * x).dot(&x);
-        left.max(0.0) / variance.max(f64::MIN_POSITIVE)
+        Row { left: left.max(0.0) / variance.max(f64::MIN_POSITIVE), slope: free[0] }
     }
 }
 
