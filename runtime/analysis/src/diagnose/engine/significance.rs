@@ -69,6 +69,7 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
     let doubtful = judged.clone().find(|&k| {
         !reachable(k)
             || !saturates(regression, refined, k)
+            || limits_all(refined, k)
             || (several && is_cancelled(regression, &refined.effects[k]))
     });
     let falls = falls.map(|(k, fall)| (k, if uncertain(refined, k) { f64::NEG_INFINITY } else { fall }));
@@ -128,6 +129,15 @@ pub(super) fn is_vague(refined: &Refined, k: usize) -> bool {
         Some(Size::NeverNothing) => effect.value(name).abs() < *half,
         Some(Size::Place) | None => false,
     })
+}
+
+/// Whether the limit of a drive may as well be nothing: all torque then lies beyond it. With inertias free nothing but the limit says how large torques are, and
+/// the smaller all of them the smaller what is left.
+fn limits_all(refined: &Refined, k: usize) -> bool {
+    let effect = &refined.effects[k];
+    let mut halves = refined.half_width[k].iter().filter(|(name, _)| *name == "limit");
+    effect.kind == &kinds::TORQUE_SATURATION
+        && halves.any(|(name, half)| effect.value(name).abs() < BY_CHANCE * half)
 }
 
 /// Whether an effect makes far more than there is to explain, so that another one takes it back.
