@@ -95,7 +95,8 @@ pub struct Sensors {
     /// Their centres of pressure, x and y in the frame of the foot's link, m; NaN where nobody measures them: needed to
     /// learn a payload.
     pub center: [[f64; 2]; 2],
-    /// Angles of the motors as seen at their joints, rad; NaN where nobody measures them: needed where [`ROBOT`] has springs.
+    /// Angles of the motors as seen at their joints, rad; NaN where nobody measures them: needed where [`ROBOT`] has
+    /// springs.
     pub motor_position: [f64; JOINTS],
 }
 
