@@ -4,6 +4,7 @@ mod controller;
 mod in_process;
 mod phased;
 mod phased_in_process;
+mod regularity;
 
 pub use collocation::{
     Collocation, CollocationChange, CollocationPhase, GaitForm, NodeRow, PhaseForm, compile_collocation,

@@ -1,7 +1,7 @@
 //! The text of this crate's core: generated crates that are written far from here carry it with them.
 
 /// Paths below the crate's folder, with their text, but for what [`manifest`] and [`root`] make.
-const FILES: [(&str, &str); 60] = [
+const FILES: [(&str, &str); 61] = [
     ("LICENSE", include_str!("../LICENSE")),
     ("src/control/elimination.rs", include_str!("control/elimination.rs")),
     ("src/control/feedback.rs", include_str!("control/feedback.rs")),
@@ -41,6 +41,7 @@ const FILES: [(&str, &str); 60] = [
     ("src/walking/carrying.rs", include_str!("walking/carrying.rs")),
     ("src/walking/controller.rs", include_str!("walking/controller.rs")),
     ("src/walking/divergent.rs", include_str!("walking/divergent.rs")),
+    ("src/walking/elastic.rs", include_str!("walking/elastic.rs")),
     ("src/walking/error_state.rs", include_str!("walking/error_state.rs")),
     ("src/walking/estimator.rs", include_str!("walking/estimator.rs")),
     ("src/walking/estimator_feet.rs", include_str!("walking/estimator_feet.rs")),
