@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 const FRICTION: &str = "[[effect]]\nkind = \"coulomb_friction\"\njoint = \"left_knee_pitch\"\ntorque = 3.0\n";
 
-/// A spring before a motor; what it is not is written by description and scenario alike.
+/// A spring between motor and joint, N m/rad, and the motor's inertia at the joint, kg m²: as a scenario hides it and a description states it.
 pub const SOFT_ANKLE: &str = "\
 [[effect]]
 kind = \"series_elasticity\"

@@ -5,8 +5,7 @@ use crate::expression::{Input, Sym, gradient, inputs};
 use bipedc_runtime::Argument;
 
 /// By foot: how far its leg is from where its joints do not settle the foot's place and pitch under the base (a knee that is straight), as a determinant of
-/// slopes; 0 where that is no question: outputs of a leg of two or three joints fix one of them, or what they fix of a leg with more joints does not leave as many
-/// as a point (two) or a sole (three) needs.
+/// slopes; 0 where that is no question: where what the outputs fix within the leg does not leave as many joints as a point (two) or a sole (three) needs.
 pub(super) fn regularity<'g>(
     model: &RobotModel<'g, '_>,
     description: &RobotDescription,

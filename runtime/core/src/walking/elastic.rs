@@ -15,7 +15,7 @@ const CARRIED: f64 = 3.0;
 
 /// How far springs are stretched, and how fast.
 ///
-/// A motor of inertia J that pulls at a spring k turns by J δ̈ = τ − k δ − J q̈, δ its stretch. With
+/// A motor of inertia J that pulls at a spring k (4.29) turns by J δ̈ = τ − k δ − J q̈, δ its stretch. With
 /// τ = τ\_w + a (τ\_w − k δ) − 2 J ω δ̇ and (1 + a) k = J ω² the spring's torque k δ follows the wished one τ\_w as
 /// δ̈ + 2 ω δ̇ + ω² δ = ω² τ\_w/k − q̈: critically damped where a > 0. Springs that are faster than ω are damped alone (a = 0).
 #[derive(Debug, Clone, Copy, PartialEq)]
