@@ -15,6 +15,11 @@ const LEFT: f64 = 0.4;
 /// How far around a reversal samples are left out, in halves of a period of the filter's cut-off: as far as enough others are left. What the filter
 /// makes of a jump rings, with the other sign in each half: by 1 % of the friction in the second one, by a quarter in the fourth.
 const REACHES: [usize; 3] = [3, 2, 1];
+/// By which part of itself a torque that jumps comes out wrong where only the nearest of these are left out.
+pub(crate) const NEAR_CORNERS: f64 = 4e-3;
+/// The first and the last of these.
+pub(crate) const FARTHEST: usize = REACHES[0];
+pub(crate) const NEAREST: usize = REACHES[REACHES.len() - 1];
 /// Part of a spring or a play between two encoders by which its estimate can be off however little the angles scatter: filters,
 /// sampling and how stops give way are as wrong at every sample (up to 0.13 % on logs without noise).
 const SIMILAR: f64 = 2e-3;
@@ -65,7 +70,7 @@ impl Corners {
         match self.reach {
             Some(3..) => 1e-3,
             Some(2) => 2e-3,
-            Some(1) => 4e-3,
+            Some(1) => NEAR_CORNERS,
             Some(0) => 1e-2,
             None => 2e-2,
         }
@@ -90,10 +95,21 @@ pub(crate) fn corners(experiment: &dyn Experiment, row: usize, effects: &[Effect
 
 /// The same as far around as an estimate can do without: what rings there is too little to be seen and enough to pull at it.
 pub(crate) fn wide_corners(experiment: &dyn Experiment, row: usize, effects: &[Effect]) -> Corners {
+    corners_within(experiment, row, effects, FARTHEST)
+}
+
+/// The same no farther around than so many halves of a period of the cut-off.
+pub(crate) fn corners_within(
+    experiment: &dyn Experiment,
+    row: usize,
+    effects: &[Effect],
+    farthest: usize,
+) -> Corners {
     match experiment.rows()[row].channel {
         Channel::Transmission => crossings(experiment, row, effects),
         _ => {
-            let turning = reversals(experiment, row, effects, &REACHES);
+            let nearer = REACHES.partition_point(|reach| *reach > farthest);
+            let turning = reversals(experiment, row, effects, &REACHES[nearer..]);
             turning.beside(limits(experiment, row, effects))
         }
     }

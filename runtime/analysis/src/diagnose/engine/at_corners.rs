@@ -1,5 +1,5 @@
 //! Estimates from samples away from corners, where laws jump.
-use super::refinement::{Data, refine};
+use super::refinement::{Data, Refined, refine};
 use crate::experiments::corners::CLIPPED;
 use crate::experiments::{Channel, Experiment, Row};
 use bipedc_effects::effect::{Acts, BoundLaw, Effect, Kind, Location, VARIABLES, kinds};
@@ -13,13 +13,19 @@ struct Hinge {
     velocity: Vec<f64>,
     reported: Vec<f64>,
     residual: Vec<f64>,
+    smeared: usize,
 }
 
 impl Hinge {
     /// Its reported and true torques follow from time and velocity.
     fn new(torques: impl Fn(f64, f64, f64) -> [f64; 2]) -> Self {
+        Self::moving(|t| 0.5 * (4.1 * t).sin() * (0.37 * t).cos(), torques)
+    }
+
+    /// The same with this velocity, a function of time.
+    fn moving(velocity: impl Fn(f64) -> f64, torques: impl Fn(f64, f64, f64) -> [f64; 2]) -> Self {
         let time: Vec<f64> = (0..6000).map(|i| 0.002 * f64::from(i)).collect();
-        let velocity: Vec<f64> = time.iter().map(|t| 0.5 * (4.1 * t).sin() * (0.37 * t).cos()).collect();
+        let velocity: Vec<f64> = time.iter().map(|t| velocity(*t)).collect();
         let mut state = 1_u64;
         let mut uniform = || {
             state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
@@ -37,14 +43,24 @@ impl Hinge {
             joint: Some(name),
             noise: NOISE,
         };
-        Self { rows: vec![row], time, velocity, reported, residual }
+        Self { rows: vec![row], time, velocity, reported, residual, smeared: 0 }
+    }
+
+    /// The estimate of some effects; jumps are smeared over so many samples.
+    fn refined(&self, effects: Vec<Effect>) -> Refined {
+        let (weights, teaches) = (&[NOISE.powi(-2)], &|_, _| true);
+        refine(
+            Data { experiment: self, weights, teaches, judge: self, judges: |_, _| true },
+            effects,
+            &[],
+            None,
+        )
     }
 
     /// The value of a parameter that is estimated from `start`, and its half width.
     fn estimated(&self, kind: &'static Kind, start: &[(&str, f64)], name: &str) -> [f64; 2] {
         let effect = Effect::new(kind, Location::joint("hinge"), start);
-        let data = Data { experiment: self, weights: &[NOISE.powi(-2)], teaches: &|_, _| true };
-        let refined = refine(data, vec![effect], &[], None);
+        let refined = self.refined(vec![effect]);
         let half = refined.half_width[0].iter().find(|(known, _)| known == name).unwrap().1;
         [refined.effects[0].value(name), half]
     }
@@ -79,6 +95,9 @@ impl Experiment for Hinge {
         }
         vec![(0, all)]
     }
+    fn smeared(&self) -> usize {
+        self.smeared
+    }
     fn candidates(&self) -> Vec<(&'static Kind, Location)> {
         Vec::new()
     }
@@ -110,4 +129,20 @@ fn limits_are_those_of_torques_that_are_surely_beyond() {
     assert!((found - 2.0).abs() < 0.002, "{found}");
     // What filters do to limits is stated besides the scatter.
     assert!(half > CLIPPED * found && half < 1.1 * CLIPPED * found, "{half}");
+}
+
+/// Goes back, slowly, for a quarter of a second every two seconds: one and a half periods of a filter of 10 Hz away from reversals joints always go forward, where dry and
+/// viscous friction are one constant.
+#[test]
+fn friction_that_shows_near_reversals_alone_is_told_from_another() {
+    let goes_back = |t: f64| t % 2.0 < 0.24;
+    let turns = |t: f64| t % 2.0 < 0.006 || (t % 2.0 - 0.24).abs() < 0.006;
+    let speed = |t: f64| if turns(t) { 1e-3 } else { 1.0 } * if goes_back(t) { -0.15 } else { 0.4 };
+    let mut hinge = Hinge::moving(speed, |_, v, noise| [0.5 * v.signum() + 0.5 * v + noise, 0.0]);
+    hinge.smeared = 25;
+    let of = |kind, start: &[(&str, f64)]| Effect::new(kind, Location::joint("hinge"), start);
+    let dry = of(&kinds::COULOMB_FRICTION, &[("torque", 0.3)]);
+    let refined = hinge.refined(vec![dry, of(&kinds::VISCOUS_FRICTION, &[("damping", 0.1)])]);
+    let (torque, half) = (refined.effects[0].value("torque"), refined.half_width[0][0].1);
+    assert!((torque - 0.5).abs() < half && half < 0.02, "{torque} ± {half}");
 }

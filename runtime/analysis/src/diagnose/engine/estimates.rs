@@ -1,7 +1,7 @@
 //! From what a search found to exact estimates: where these start, and from what they are made.
 use super::block_equations::Spread;
 use super::refinement::Data;
-use super::regression::Regression;
+use super::regression::{Regression, is_held_out};
 use super::search::Outcome;
 use bipedc_effects::effect::Effect;
 
@@ -10,7 +10,14 @@ pub(super) fn data<'r>(
     regression: &'r Regression<'_>,
     teaches: &'r (dyn Fn(usize, usize) -> bool + Sync),
 ) -> Data<'r> {
-    Data { experiment: regression.train, weights: &regression.weights, teaches }
+    let judges = if regression.own_blocks { is_held_out } else { |_, _| true };
+    Data {
+        experiment: regression.train,
+        weights: &regression.weights,
+        teaches,
+        judge: regression.judge,
+        judges,
+    }
 }
 
 /// How far inertial parameters may move, if they may.

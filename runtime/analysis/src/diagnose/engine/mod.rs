@@ -13,6 +13,7 @@ mod errors;
 mod estimates;
 mod exchange;
 mod fit;
+mod friction_first;
 mod noise_floor;
 mod parallel;
 mod parsimony;

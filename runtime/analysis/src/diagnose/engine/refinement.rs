@@ -4,10 +4,12 @@ use super::block_equations::{BlockEquations, Spread, block_equations};
 use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
 use super::parallel::parallel;
 use super::uncertainty::uncertainty;
-use crate::experiments::corners::{Corners, inexactness, landings_in_legs, sharpened, wide_corners};
+use crate::experiments::corners::{
+    Corners, FARTHEST, NEAR_CORNERS, NEAREST, corners_within, inexactness, landings_in_legs, sharpened,
+};
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment};
-use bipedc_effects::effect::{Effect, Law, Role};
+use bipedc_effects::effect::{Effect, Law, Role, Simulation};
 use nalgebra::DMatrix;
 
 /// Blocks of time whose scores make the error bars.
@@ -18,6 +20,11 @@ const T: f64 = 2.069;
 const STEPS: usize = 20;
 /// So many steps choose anew which samples lie at corners; afterwards the choice stands, so that the estimate comes to rest.
 const SETTLING: usize = 4;
+
+/// Jumps are told from samples so far away from the corners that nothing rings there. Where that leaves so little that scatter is this many times what
+/// rings nearer by, an estimate from nearer samples is made too, and the data that judge say which one it is: between two reversals friction is a
+/// constant, as much of what free inertias do is.
+const STARVED: f64 = 2.0;
 
 /// An interval that is so many times as wide as what it is of is none.
 const RAN_AWAY: f64 = 1e6;
@@ -67,6 +74,9 @@ pub(super) struct Data<'a> {
     pub weights: &'a [f64],
     /// Whether a sample (of how many) counts.
     pub teaches: &'a (dyn Fn(usize, usize) -> bool + Sync),
+    /// The data that judge, of the same rows, and whether a sample (of how many) does.
+    pub judge: &'a dyn Experiment,
+    pub judges: fn(usize, usize) -> bool,
 }
 
 /// Gauss–Newton from the search's estimate, with inertial corrections as far as they spread, if they do. Effects that are
@@ -81,7 +91,57 @@ pub(super) fn refine(
     let mut stated = with_nuisances(data.experiment, effects);
     let unknowns = unknowns(&stated);
     stated.extend_from_slice(fixed);
-    let (mut effects, corners, last) = converged(data, &stated, &unknowns, spread);
+    let within = |farthest: usize| estimate(data, &stated, &unknowns, spread, farthest);
+    let wide = within(FARTHEST);
+    let mut best = match wide.is_starved {
+        true => {
+            let near = within(NEAREST);
+            let error =
+                |estimate: &Estimate| judged_error(data, &near.refined.effects, &estimate.refined, spread);
+            if error(&near) < error(&wide) { near } else { wide }
+        }
+        false => wide,
+    };
+    best.refined.effects.truncate(wanted);
+    best.refined.half_width.truncate(wanted);
+    best.refined
+}
+
+/// An estimate from samples so far away from corners.
+struct Estimate {
+    refined: Refined,
+    /// Whether scatter makes most of the interval of a torque that jumps, so that samples nearer to the corners might tell more than they mislead.
+    is_starved: bool,
+}
+
+/// What an estimate leaves of the data that judge, all rows weighted, away from the corners that all estimates leave out.
+fn judged_error(data: Data<'_>, jumping: &[Effect], refined: &Refined, spread: Option<&Spread>) -> f64 {
+    let judge = data.judge;
+    let corners = corners_of(judge, jumping, NEAREST);
+    let sharp = sharpened(judge, &refined.effects, |row| corners[row].reach.is_some());
+    let mut amended = Amended::new(judge, &sharp);
+    if let Some(spread) = spread.filter(|_| !refined.corrections.is_empty()) {
+        amended.correct(&spread.change(&refined.corrections));
+    }
+    let of_row = |row: usize| {
+        let (residual, sticks) = (amended.residual(row), judge.sticks(row));
+        let told = |i: &usize| {
+            let is_silent = corners[row].hold(*i) || sticks.get(*i).is_some_and(|sticks| *sticks);
+            (data.judges)(*i, residual.len()) && !is_silent
+        };
+        (0..residual.len()).filter(told).map(|i| residual[i] * residual[i]).sum::<f64>()
+    };
+    (0..judge.rows().len()).map(|row| data.weights[row] * of_row(row)).sum()
+}
+
+fn estimate(
+    data: Data<'_>,
+    stated: &[Effect],
+    unknowns: &[Unknown],
+    spread: Option<&Spread>,
+    farthest: usize,
+) -> Estimate {
+    let (effects, corners, last) = converged(data, (stated, farthest), unknowns, spread);
     let (sigmas, corrections, covariance) = match last {
         Some((equations, corrections)) => {
             let (all, covariance) = uncertainty(&equations, data, unknowns.len(), &corrections);
@@ -89,18 +149,20 @@ pub(super) fn refine(
         }
         None => (vec![f64::INFINITY; unknowns.len()], Vec::new(), DMatrix::zeros(0, 0)),
     };
-    let mut half_width = vec![Vec::new(); effects.len()];
+    let (mut half_width, mut is_starved) = (vec![Vec::new(); effects.len()], false);
     for (unknown, sigma) in unknowns.iter().zip(sigmas) {
         let effect = &effects[unknown.effect];
-        let limit = inexactness(data.experiment, effect, (&effects, &corners)) * effect.value(&unknown.name);
+        let value = effect.value(&unknown.name);
+        let limit = inexactness(data.experiment, effect, (&effects, &corners)) * value;
         let half = (T * sigma).hypot(limit);
+        if matches!(effect.kind.simulation, Simulation::Dry(_) | Simulation::Coupling { .. }) {
+            is_starved |= half > STARVED * NEAR_CORNERS * value.abs();
+        }
         // So wide an interval tells nothing: its end is where the estimate ran away to.
-        let known = half < RAN_AWAY * effect.value(&unknown.name).abs().max(unknown.step);
+        let known = half < RAN_AWAY * value.abs().max(unknown.step);
         half_width[unknown.effect].push((unknown.name.clone(), if known { half } else { f64::INFINITY }));
     }
-    effects.truncate(wanted);
-    half_width.truncate(wanted);
-    Refined { effects, half_width, corrections, covariance }
+    Estimate { refined: Refined { effects, half_width, corrections, covariance }, is_starved }
 }
 
 /// The normal equations of a last step, by row, and its inertial corrections.
@@ -109,12 +171,12 @@ type LastStep = (Vec<BlockEquations>, Vec<f64>);
 /// Steps until they are negligible.
 fn converged(
     data: Data<'_>,
-    stated: &[Effect],
+    (stated, farthest): (&[Effect], usize),
     unknowns: &[Unknown],
     spread: Option<&Spread>,
 ) -> (Vec<Effect>, Vec<Corners>, Option<LastStep>) {
-    let Data { experiment, weights, teaches } = data;
-    let mut corners = corners_of(experiment, stated);
+    let Data { experiment, weights, teaches, .. } = data;
+    let mut corners = corners_of(experiment, stated, farthest);
     let is_crossed = !landings_in_legs(experiment, stated).is_empty();
     let mut current = sharpened(experiment, stated, |row| corners[row].reach.is_some());
     let nothing = Spread::none();
@@ -146,16 +208,17 @@ fn converged(
         current = moved;
         if step_number < SETTLING {
             // A limit that moves takes its corner along.
-            corners = corners_of(experiment, &as_stated(&current, stated));
+            corners = corners_of(experiment, &as_stated(&current, stated), farthest);
         }
     }
     (as_stated(&current, stated), corners, last)
 }
 
 /// Samples of each row at the corners of what acts there.
-fn corners_of(experiment: &dyn Experiment, effects: &[Effect]) -> Vec<Corners> {
+fn corners_of(experiment: &dyn Experiment, effects: &[Effect], farthest: usize) -> Vec<Corners> {
     let landings = landings_in_legs(experiment, effects);
-    parallel(experiment.rows().len(), |row| wide_corners(experiment, row, effects).beside(landings.clone()))
+    let of_row = |row: usize| corners_within(experiment, row, effects, farthest).beside(landings.clone());
+    parallel(experiment.rows().len(), of_row)
 }
 
 /// The effects with the settings that were stated.

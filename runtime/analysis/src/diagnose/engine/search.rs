@@ -2,6 +2,7 @@
 use super::behind_motors::is_behind_motor;
 use super::corrected::is_corrected_likelier;
 use super::exchange::{best_set, exchange, pair};
+use super::friction_first::with_friction_first;
 use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
 use super::rival::Rival;
@@ -60,7 +61,7 @@ pub(super) fn search(
     entered: &dyn Fn(usize),
 ) -> Option<Outcome> {
     if regression.free {
-        return run(regression, most, true, entered);
+        return with_friction_first(regression, most, entered);
     }
     let plain = run(regression, most, false, entered)?;
     if !regression.has_corrections() {
@@ -97,18 +98,18 @@ fn run_steady(regression: &mut Regression<'_>, most: usize, entered: &dyn Fn(usi
 /// Runs the search, and once more without a link's effect that was taken first where one at a joint whose motor alone is measured explains
 /// nearly as much: the spring behind a motor shows only once what else the motor carries stands, and a payload makes up for both
 /// better than either does alone.
-fn run(
+pub(super) fn run(
     regression: &mut Regression<'_>,
     most: usize,
     corrected: bool,
     entered: &dyn Fn(usize),
 ) -> Option<Outcome> {
-    let (first, doubtful) = run_without(regression, most, corrected, &[], entered)?;
+    let (first, doubtful) = run_without(regression, most, corrected, (&[], &[]), entered)?;
     if doubtful.is_empty() {
         return Some(first);
     }
     let forms: Vec<_> = first.active.iter().map(|&c| (c, regression.remembered(c))).collect();
-    match run_without(regression, most, corrected, &doubtful, entered) {
+    match run_without(regression, most, corrected, (&doubtful, &[]), entered) {
         Some((other, _)) if other.scored.cost < first.scored.cost => Some(other),
         _ => {
             forms.into_iter().for_each(|(c, form)| regression.recall(c, form));
@@ -117,12 +118,12 @@ fn run(
     }
 }
 
-/// The search without some candidates, and which of those that entered are to be left out when it is run once more.
-fn run_without(
+/// The search without some candidates, from a set of others on, and which of those that entered are to be left out when it is run once more.
+pub(super) fn run_without(
     regression: &mut Regression<'_>,
     most: usize,
     corrected: bool,
-    barred: &[usize],
+    (barred, start): (&[usize], &[usize]),
     entered: &dyn Fn(usize),
 ) -> Option<(Outcome, Vec<usize>)> {
     regression.linearise(&[], corrected);
@@ -130,6 +131,11 @@ fn run_without(
     let standing = active.len();
     let mut scored = regression.scored_fit(&active, corrected)?;
     regression.reference.clone_from(&scored.errors);
+    if !start.is_empty() {
+        active.extend_from_slice(start);
+        scored = regression.scored_fit(&active, corrected)?;
+        (active, scored) = prune(regression, active, scored, corrected);
+    }
     let mut reasons = BTreeMap::new();
     let mut banned: Vec<usize> = barred.to_vec();
     let mut doubtful = Vec::new();
