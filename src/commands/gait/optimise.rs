@@ -72,6 +72,9 @@ pub struct Optimise {
     /// Smallest vertical impulse on a foot that an impact holds, N s; default 0.1, of light robots less
     #[arg(long, value_name = "P", allow_negative_numbers = true)]
     impulse: Option<f64>,
+    /// Distance of joints from their stops, rad or m; of a short range a fifth at most
+    #[arg(long, value_name = "D", default_value_t = 0.02, allow_negative_numbers = true)]
+    joints: f64,
     /// Largest multiplier: what is left of a small deviation after a step
     #[arg(long, value_name = "PART", default_value_t = 0.8, allow_negative_numbers = true)]
     multiplier: f64,
@@ -139,6 +142,7 @@ impl Optimise {
         self.clearance.iter().for_each(|&x| within("--clearance", x, [0.0, 1.0]));
         self.zmp.iter().for_each(|&x| within("--zmp", x, [0.0, 1.0]));
         self.impulse.iter().for_each(|&x| within("--impulse", x, [0.0, 1e3]));
+        within("--joints", self.joints, [0.0, 1.0]);
         within("--multiplier", self.multiplier, [0.05, 1.0]);
         within("--longest-step", self.longest_step, [0.05, 2.0]);
         within("--coefficients", self.coefficients as f64, [5.0, 16.0]);
@@ -156,6 +160,7 @@ impl Optimise {
                 clearance: self.clearance,
                 zmp: self.zmp,
                 impulse: self.impulse,
+                joint: self.joints,
                 longest_step: self.longest_step,
                 intervals: self.intervals,
                 multiplier: self.multiplier,
@@ -171,7 +176,7 @@ impl Optimise {
             value.map_or_else(String::new, |value| format!(" --{name} {value}"))
         };
         format!(
-            "bipedc gait optimise … --gait {}{} --speed {} --friction {}{}{}{} --multiplier {} --longest-step {} --coefficients {} --intervals {}",
+            "bipedc gait optimise … --gait {}{} --speed {} --friction {}{}{}{} --joints {} --multiplier {} --longest-step {} --coefficients {} --intervals {}",
             self.gait,
             self.start.as_ref().map_or_else(String::new, |start| format!(" --start {start}")),
             speeds.join(" "),
@@ -179,6 +184,7 @@ impl Optimise {
             given("clearance", self.clearance),
             given("zmp", self.zmp),
             given("impulse", self.impulse),
+            self.joints,
             self.multiplier,
             self.longest_step,
             self.coefficients,

@@ -89,6 +89,8 @@ pub struct Wishes {
     pub zmp: Option<f64>,
     /// Smallest vertical impulse on each foot that an impact holds, N s.
     pub impulse: Option<f64>,
+    /// Distance from the stops of joints, rad or m.
+    pub joint: f64,
     /// Longest step, as a part of the base's height.
     pub longest_step: f64,
     /// Intervals of a step.
@@ -105,6 +107,7 @@ impl Default for Wishes {
             clearance: None,
             zmp: None,
             impulse: None,
+            joint: usual.joint,
             longest_step: usual.longest_step,
             intervals: usual.intervals,
             multiplier: 0.8,
@@ -127,6 +130,7 @@ impl Wishes {
             clearance: self.clearance.unwrap_or(sized.clearance / distance),
             zmp: self.zmp.unwrap_or(sized.zmp / distance),
             impulse: self.impulse.unwrap_or(sized.impulse / impulse),
+            joint: self.joint,
             longest_step: self.longest_step,
             intervals: self.intervals,
             ..sized

@@ -11,6 +11,9 @@ const MORE: f64 = 1.5;
 /// Changes of an encoder that are this many times as large as others are no single steps.
 const ALIKE: f64 = 2.5;
 
+/// Changes that are this part of usual large ones are made by the decimals of a log.
+const DECIMALS: f64 = 1e-3;
+
 /// The windows that count: up to this quantile of their medians.
 const QUIETER: f64 = 0.3;
 /// What that quantile is of white noise, as a part of the median of all differences (by simulation, to 0.2 % from a thousand samples).
@@ -43,10 +46,11 @@ pub(crate) fn rounding_step(angle: &[f64]) -> Option<f64> {
 
 /// Standard deviations as third differences and as steps tell them.
 fn white_and_rounding(angle: &[f64], encoders: u8) -> (f64, f64) {
-    let changes = || angle.windows(2).map(|w| (w[1] - w[0]).abs());
-    // Differences of equal numbers may be nearly nothing.
-    let least = 1e-9 * changes().fold(0.0, f64::max);
-    let mut steps: Vec<f64> = changes().filter(|step| *step > least).collect();
+    let changes = angle.windows(2).map(|w| (w[1] - w[0]).abs());
+    let mut steps: Vec<f64> = changes.filter(|change| *change > 0.0).collect();
+    // Differences of equal numbers may be nearly nothing, and those of two encoders' as much as the log's decimals leave.
+    let least = DECIMALS * quantile(&mut steps, 0.9);
+    steps.retain(|change| *change > least);
     let usual = median(&mut steps);
     // Steps are all alike; the changes of a joint that rests and then moves, with a fine encoder, are not.
     let alike = quantile(&mut steps, 0.9) < ALIKE * usual && ALIKE * quantile(&mut steps, 0.1) > usual;
@@ -180,6 +184,12 @@ mod tests {
         let bounded: Vec<f64> =
             (0..6000).map(|i| ((2e-3 * f64::from(i)).sin().min(-0.2) / 3e-5).round() * 3e-5).collect();
         assert!(of_encoders(&bounded, 1) < 2e-5, "{}", of_encoders(&bounded, 1));
+        // Two encoders that a log has with seven decimals each, of a joint whose play rests on one side.
+        let written = |x: f64| (rounded(x) * 1e7).round() / 1e7;
+        let resting: Vec<f64> =
+            (0..6000).map(angles).map(|(q, _)| written(q + 5.5e-3) - written(q)).collect();
+        let found = of_encoders(&resting, 2);
+        assert!((0.9..1.1).contains(&(found / (step / 6f64.sqrt()))), "{found}");
         // What does not rest on steps is judged as before.
         let noisy = signal(4000);
         assert_eq!(of_encoders(&noisy, 2).to_bits(), white_noise(&noisy).to_bits());
