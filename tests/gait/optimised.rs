@@ -84,8 +84,9 @@ fn wrong_use_is_refused() {
     assert!(asked(&["--speed", "0.7", "--out", gait]).contains("optimised.toml"));
     assert_eq!(std::fs::read_to_string(gait).unwrap(), before);
     let out = scratch("optimised-refused").join("new.toml");
-    let told = asked(&["--speed", "0", "--friction", "-1", "--out", text(&out)]);
+    let told = asked(&["--speed", "0", "--friction", "-1", "--joints", "2", "--out", text(&out)]);
     assert!(told.contains("--speed: 0 is not possible") && told.contains("--friction: -1"), "{told}");
+    assert!(told.contains("--joints: 2 is not possible"), "{told}");
     assert!(!out.exists());
 }
 
@@ -95,11 +96,11 @@ fn wrong_use_is_refused() {
 #[ignore = "takes long"]
 fn the_command_finds_a_gait_or_says_what_contradicts_it() {
     let out = scratch("optimised-command").join("new.toml");
-    let asked = |speed: &str| {
+    let asked = |speed: &str, more: &[&str]| {
         let form = ["gait", "optimise", "robots/five_link", "--gait", "optimised"];
-        bipedc(&[&form[..], &["--speed", speed, "--out", text(&out), "--json"]].concat())
+        bipedc(&[&form[..], &["--speed", speed, "--out", text(&out), "--json"], more].concat())
     };
-    let found = asked("0.6").ok().json();
+    let found = asked("0.6", &[]).ok().json();
     let gait = &found["gaits"][0];
     let walks = gait["closed_loop"]["walking_speed"].as_f64().unwrap();
     let multiplier = gait["closed_loop"]["multiplier"].as_f64().unwrap();
@@ -107,7 +108,12 @@ fn the_command_finds_a_gait_or_says_what_contradicts_it() {
     let written = std::fs::read_to_string(&out).unwrap();
     assert!(written.contains("bezier"), "{written}");
     std::fs::remove_file(&out).unwrap();
-    let run = asked("9");
+    // Nearest to a stop without being asked: 0.02 rad.
+    let reserved = asked("0.6", &["--joints", "0.15"]).ok().json();
+    let joint = |found: &Value| found["gaits"][0]["closed_loop"]["margins"]["joint"].as_f64().unwrap();
+    assert!(joint(&found) < 0.03 && joint(&reserved) > 0.148, "{} {}", joint(&found), joint(&reserved));
+    std::fs::remove_file(&out).unwrap();
+    let run = asked("9", &[]);
     let told = run.json();
     let violation = &told["gaits"][0]["violations"][0];
     assert!(violation["constraint"].is_string() && violation["phase"].is_string(), "{told}");

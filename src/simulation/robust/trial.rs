@@ -223,10 +223,7 @@ fn ended(walked: Result<WalkSummary, Diagnostic>) -> Ended {
     match walked {
         Ok(summary) => match (summary.end, summary.verdict) {
             (WalkEnd::Steps, _) => Ok(()),
-            (_, Some(verdict)) => {
-                eprintln!("DBG {verdict:?} steps {}", summary.steps);
-                Err(format!("{} in `{}`", verdict.meaning, verdict.phase))
-            }
+            (_, Some(verdict)) => Err(format!("{} in `{}`", verdict.meaning, verdict.phase)),
             (WalkEnd::Interrupted, None) => Err("interrupted".to_owned()),
             (_, None) => Err("does not get on".to_owned()),
         },
