@@ -228,6 +228,10 @@ fn ended(walked: Result<WalkSummary, Diagnostic>) -> Ended {
             (_, None) => Err("does not get on".to_owned()),
         },
         // Without time and phase, so that equal reasons are counted together.
-        Err(error) => Err(error.message.rsplit(": ").next().unwrap_or_default().to_owned()),
+        Err(error) => {
+            let why = error.message.rsplit(": ").next().unwrap_or_default();
+            let timed = why.strip_prefix("at ").and_then(|rest| rest.split_once(" s "));
+            Err(timed.map_or(why, |(_, why)| why).to_owned())
+        }
     }
 }
