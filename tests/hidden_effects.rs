@@ -171,23 +171,36 @@ fn slip_of_few_feet_is_found() {
     assert!(after < 1.1 * truth.oracle && truth.oracle < 0.05 * truth.nominal, "{after} {truth:?}");
 }
 
-/// The first look is behind 16 Hz, where the rise of friction towards rest is over before it shows: dry friction, and something left. Behind
-/// 25 Hz it is seen.
+/// The rise of friction towards rest is over within a few degrees of a reversal. From samples far away from those dry friction was found behind 16 Hz, and
+/// something left; samples nearer to them tell it.
+#[test]
+#[ignore = "takes long"]
+fn friction_that_rises_towards_rest_is_seen_near_reversals() {
+    let (answer, truth) = diagnosed_of_seed("stribeck_friction-1", 60101);
+    is_found(&answer, &truth, "stribeck_friction", "static");
+    let [low, high] = [0, 1].map(|end| answer["effects"][0]["ci95"]["static"][end].as_f64().unwrap());
+    let wanted = truth.effects[0].value("static");
+    assert!(low <= wanted && wanted <= high && high - low < 0.15, "{low} to {high} for {wanted}");
+    // What steps of the simulation leave at a hip, at twice its small noise, is spoken of, and nothing at the joint.
+    let joint = truth.effects[0].location.joint.clone().unwrap();
+    assert!(!answer["suspects"].to_string().contains(&joint), "{}", answer["summary"]);
+}
+
+/// The first look is behind 10 Hz; what it leaves is looked at with a faster filter, unless one is given.
 #[test]
 #[ignore = "takes long"]
 fn a_faster_filter_has_a_second_look() {
-    let (answer, truth) = diagnosed_of_seed("stribeck_friction-1", 60101);
+    let (answer, truth) = diagnosed_of_seed("stribeck_friction-2", 737373);
     is_found(&answer, &truth, "stribeck_friction", "static");
-    assert!(answer["cutoff_hz"].as_f64().unwrap() > 16.0, "{}", answer["cutoff_hz"]);
-    // What steps of the simulation leave at a hip, at twice its small noise, is spoken of, and nothing at the joint.
-    let joint = truth.effects[0].location.joint.clone().unwrap();
-    let suspected = |answer: &serde_json::Value| answer["suspects"].to_string().contains(&joint);
-    assert!(!suspected(&answer), "{}", answer["summary"]);
-    // Not where the filter is given.
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects/seeds/stribeck_friction-1");
-    let given = asked_with("stribeck_friction-1", &folder, &["--cutoff", "16"]);
-    assert_eq!((&given["cutoff_hz"], &given["unexplained"]), (&16.0.into(), &true.into()));
-    assert!(suspected(&given), "{}", given["summary"]);
+    assert!(answer["cutoff_hz"].as_f64().unwrap() > 10.0, "{}", answer["cutoff_hz"]);
+    assert!(
+        answer["summary"].as_str().unwrap().contains("both behind a filter of 10 Hz"),
+        "{}",
+        answer["summary"]
+    );
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects/seeds/stribeck_friction-2");
+    let given = asked_with("stribeck_friction-2", &folder, &["--cutoff", "10"]);
+    assert_eq!(given["cutoff_hz"], 10.0, "{}", given["summary"]);
 }
 
 /// Encoders of this arm are so coarse that behind 10 Hz noise of accelerations is fourteen times that of the torque.
