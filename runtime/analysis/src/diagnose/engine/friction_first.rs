@@ -1,6 +1,6 @@
 //! Searches that begin with dry friction at every joint, where inertias are free.
 use super::regression::Regression;
-use super::search::{Outcome, excluded, run, run_without};
+use super::search::{Outcome, cheaper, excluded, run, run_without};
 use bipedc_effects::effect::kinds;
 
 /// A run with free inertias, and another one that begins with dry friction at every joint: what one joint's friction makes free inertias do at
@@ -15,16 +15,12 @@ pub(super) fn with_friction_first(
     if rubbing.len() < 2 || rubbing.len() > most {
         return one_by_one;
     }
-    let Some(first) = one_by_one else {
-        return Some(run_without(regression, most, true, (&[], &rubbing), entered)?.0);
+    let from_friction = |regression: &mut Regression<'_>| {
+        Some(run_without(regression, most, true, (&[], &rubbing), entered)?.0)
     };
-    let forms: Vec<_> = first.active.iter().map(|&c| (c, regression.remembered(c))).collect();
-    match run_without(regression, most, true, (&[], &rubbing), entered) {
-        Some((other, _)) if other.scored.cost < first.scored.cost => Some(other),
-        _ => {
-            forms.into_iter().for_each(|(c, form)| regression.recall(c, form));
-            Some(first)
-        }
+    match one_by_one {
+        Some(first) => Some(cheaper(regression, first, from_friction)),
+        None => from_friction(regression),
     }
 }
 

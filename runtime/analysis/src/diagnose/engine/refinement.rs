@@ -96,8 +96,8 @@ pub(super) fn refine(
     let mut best = match wide.is_starved {
         true => {
             let near = within(NEAREST);
-            let error =
-                |estimate: &Estimate| judged_error(data, &near.refined.effects, &estimate.refined, spread);
+            let corners = corners_of(data.judge, &near.refined.effects, NEAREST);
+            let error = |estimate: &Estimate| judged_error(data, &corners, &estimate.refined, spread);
             if error(&near) < error(&wide) { near } else { wide }
         }
         false => wide,
@@ -114,10 +114,9 @@ struct Estimate {
     is_starved: bool,
 }
 
-/// What an estimate leaves of the data that judge, all rows weighted, away from the corners that all estimates leave out.
-fn judged_error(data: Data<'_>, jumping: &[Effect], refined: &Refined, spread: Option<&Spread>) -> f64 {
+/// What an estimate leaves of the data that judge, all rows weighted, away from their corners: a weighted sum of squares.
+fn judged_error(data: Data<'_>, corners: &[Corners], refined: &Refined, spread: Option<&Spread>) -> f64 {
     let judge = data.judge;
-    let corners = corners_of(judge, jumping, NEAREST);
     let sharp = sharpened(judge, &refined.effects, |row| corners[row].reach.is_some());
     let mut amended = Amended::new(judge, &sharp);
     if let Some(spread) = spread.filter(|_| !refined.corrections.is_empty()) {
@@ -134,6 +133,7 @@ fn judged_error(data: Data<'_>, jumping: &[Effect], refined: &Refined, spread: O
     (0..judge.rows().len()).map(|row| data.weights[row] * of_row(row)).sum()
 }
 
+/// From samples no nearer to corners than that, where enough are left: `farthest` in halves of a period of the filter's cut-off.
 fn estimate(
     data: Data<'_>,
     stated: &[Effect],

@@ -108,12 +108,24 @@ pub(super) fn run(
     if doubtful.is_empty() {
         return Some(first);
     }
+    let without = |regression: &mut Regression<'_>| {
+        Some(run_without(regression, most, corrected, (&doubtful, &[]), entered)?.0)
+    };
+    Some(cheaper(regression, first, without))
+}
+
+/// What was found or what another search finds, whichever costs less; candidates have the terms that they had in it.
+pub(super) fn cheaper<'r>(
+    regression: &mut Regression<'r>,
+    first: Outcome,
+    search: impl FnOnce(&mut Regression<'r>) -> Option<Outcome>,
+) -> Outcome {
     let forms: Vec<_> = first.active.iter().map(|&c| (c, regression.remembered(c))).collect();
-    match run_without(regression, most, corrected, (&doubtful, &[]), entered) {
-        Some((other, _)) if other.scored.cost < first.scored.cost => Some(other),
+    match search(regression) {
+        Some(other) if other.scored.cost < first.scored.cost => other,
         _ => {
             forms.into_iter().for_each(|(c, form)| regression.recall(c, form));
-            Some(first)
+            first
         }
     }
 }
