@@ -35,6 +35,42 @@ fn a_foot_that_is_let_go_is_not_asked_for_friction_at_no_load() {
     assert!(slips.code == Some(3) && slips.err.contains("the foot slips"), "{}", slips.err);
 }
 
+/// Footholds that nobody told the controller of: the knee in front, which is nearly stretched, is controlled where both feet stand, so that a foot
+/// may come down lower than it is meant to.
+#[test]
+fn footholds_of_unknown_height_are_walked_over() {
+    let firm = |footholds: &str| {
+        let all = scenario(6, "", "").replace("\"adjustable\"", "\"firm\"");
+        format!("footholds = {footholds}\n{all}")
+    };
+    let level = walk("footholds-level", &firm("[]")).ok().json();
+    let uneven = walk("footholds-uneven", &firm("[0.0, -0.01, -0.005, 0.01, 0.003, -0.01]")).ok().json();
+    for found in [&level, &uneven] {
+        assert_eq!((&found["verdict"], found["steps"].as_u64()), (&Value::Null, Some(6)), "{found}");
+    }
+    // A heel that comes down elsewhere comes down at another time.
+    let landing = |found: &Value, number: usize| {
+        let changes = found["changes"].as_array().unwrap().iter();
+        let times = changes.filter(|change| change["to"] == "touch_down").map(|change| change["time"].as_f64().unwrap());
+        times.collect::<Vec<_>>()[number]
+    };
+    assert!((landing(&level, 0) - landing(&uneven, 0)).abs() < 1e-9);
+    assert!(landing(&uneven, 1) > landing(&level, 1) + 1e-3, "10 mm lower: later");
+    let low = walk("footholds-low", &firm("[0.0, -0.2]"));
+    assert_eq!(low.code, Some(3), "{}{}", low.out, low.err);
+}
+
+#[test]
+fn footholds_where_there_are_none_are_refused() {
+    walk("footholds-high", &format!("footholds = [0.0, 3.0]\n{}", scenario(1, "", "")))
+        .fails_with(&["a foothold of 3 m", "scenario.toml:1"]);
+    let folder = scratch("footholds-stepping");
+    let file = folder.join("scenario.toml");
+    std::fs::write(&file, "duration = 0.1\nfootholds = [0.001]\n").unwrap();
+    bipedc(&["simulate", WALKER, "--scenario", text(&file), "--out", text(&folder.join("run.csv"))])
+        .fails_with(&["`footholds`", "event_driven", "scenario.toml:2"]);
+}
+
 #[test]
 fn an_order_that_is_none_is_refused_with_its_place() {
     walk("contacts-order", &scenario(1, "order = \"any\"", "")).fails_with(&[

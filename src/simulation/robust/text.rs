@@ -1,6 +1,7 @@
 //! Survival for people.
-use super::{Robust, Survival};
+use super::{Disturbance, Robust, Survival, Tried};
 use crate::table::table;
+use std::collections::BTreeSet;
 use std::fmt;
 
 fn percent(survival: &Survival) -> String {
@@ -8,10 +9,20 @@ fn percent(survival: &Survival) -> String {
     format!("{:.1} % ({low:.1} to {high:.1})", 100.0 * survival.rate)
 }
 
-fn failures(survival: &Survival) -> String {
-    let each = survival.failures.iter().map(|(why, count)| format!("{count}× {why}"));
-    let all: Vec<String> = each.collect();
-    if all.is_empty() { "—".to_owned() } else { all.join("; ") }
+/// As far as it disturbs, with its unit.
+fn size(Disturbance { kind, size }: &Disturbance) -> String {
+    if kind.unit() == "1" { size.to_string() } else { format!("{size} {}", kind.unit()) }
+}
+
+/// A row for each reason for which walks ended: how many did with fixed parameters, and with chosen ones.
+fn reasons(tried: &Tried) -> Vec<Vec<String>> {
+    let ways = [&tried.fixed, &tried.chosen];
+    let all: BTreeSet<&String> = ways.iter().flat_map(|way| way.failures.keys()).collect();
+    let row = |why: &String| {
+        let [fixed, chosen] = ways.map(|way| way.failures.get(why).copied().unwrap_or(0).to_string());
+        vec![tried.disturbance.kind.name().to_owned(), size(&tried.disturbance), fixed, chosen, why.clone()]
+    };
+    all.into_iter().map(row).collect()
 }
 
 impl fmt::Display for Robust {
@@ -26,7 +37,7 @@ impl fmt::Display for Robust {
             let kind = tried.disturbance.kind;
             vec![
                 kind.name().to_owned(),
-                format!("{} {}", tried.disturbance.size, kind.unit()),
+                size(&tried.disturbance),
                 tried.fixed.trials.to_string(),
                 percent(&tried.fixed),
                 percent(&tried.chosen),
@@ -44,17 +55,11 @@ impl fmt::Display for Robust {
             "only chosen",
         ];
         f.write_str(&table(&heads, rows.collect(), 0))?;
-        let rows = tried.iter().map(|tried| {
-            let size = format!("{} {}", tried.disturbance.size, tried.disturbance.kind.unit());
-            vec![
-                tried.disturbance.kind.name().to_owned(),
-                size,
-                failures(&tried.fixed),
-                failures(&tried.chosen),
-            ]
-        });
-        writeln!(f, "\nwhy the others end")?;
-        f.write_str(&table(&["disturbance", "up to", "fixed parameters", "chosen anew"], rows.collect(), 0))?;
+        let rows: Vec<_> = tried.iter().flat_map(reasons).collect();
+        if !rows.is_empty() {
+            writeln!(f, "\nwhy the others end: walks with fixed parameters, with chosen ones")?;
+            f.write_str(&table(&["disturbance", "up to", "fixed", "chosen", "why"], rows, 5))?;
+        }
         if !complete {
             writeln!(f, "\ninterrupted: trials are missing")?;
         }

@@ -34,6 +34,7 @@ pub(super) struct File {
     pub slope: Option<Number>,
     #[serde(default)]
     pub push: Vec<Spanned<Push>>,
+    pub footholds: Option<Spanned<Vec<f64>>>,
     #[serde(default)]
     pub payload: Vec<Spanned<PutOn>>,
     pub walking: Option<Spanned<Walking>>,

@@ -70,8 +70,7 @@ pub struct Scenario {
     pub pushes: Vec<Push>,
     /// Put onto the root link on the way.
     pub payloads: Vec<crate::simulate::PutOn>,
-    /// Rise of the ground from each foothold to the next, m, from event to event; no file says it: heights of the log are above the foot
-    /// that stands.
+    /// Rise of the ground from each foothold to the next, m, from event to event: heights of the log are above the foot that stands.
     pub rises: Vec<f64>,
     /// How to walk from event to event; `None`: time stepping.
     pub events: Option<EventDriven>,

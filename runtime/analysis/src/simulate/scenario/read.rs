@@ -84,7 +84,7 @@ impl Reading<'_> {
             effects,
             pushes: self.pushes(file, plant, event_driven),
             payloads: self.payloads(file, plant, event_driven),
-            rises: Vec::new(),
+            rises: self.rises(file, plant, event_driven),
             events,
             phase: self.first_phase(file, plant, event_driven || outputs.is_some() || gait.is_some()),
             walking: self.footstep_walk(

@@ -12,6 +12,8 @@ use toml::{Spanned, Value};
 const METHODS: [&str; 2] = ["time_stepping", "event_driven"];
 /// Coulomb's coefficient unless the scenario says otherwise: as in time stepping.
 const FRICTION: f64 = 0.8;
+/// Rise from a foothold to the next, m.
+const HIGHEST_STEP: f64 = 1.0;
 /// Of the integration, unless the scenario says otherwise.
 const RELATIVE: f64 = 1e-10;
 
@@ -258,6 +260,21 @@ impl Reading<'_> {
             }
         });
         each.collect()
+    }
+
+    /// Rise of the ground from each foothold to the next, m.
+    pub(super) fn rises(&mut self, file: &File, plant: &Plant, event_driven: bool) -> Vec<f64> {
+        let Some(found) = &file.footholds else { return Vec::new() };
+        let at = found.span().start;
+        if !event_driven || plant.layout.base != BaseKind::Planar {
+            let help = "use method = \"event_driven\" on --base planar, or `heights` in [ground]";
+            self.wrong::<()>(at, "`footholds` are those of robots in the plane, from event to event", help);
+        }
+        if let Some(rise) = found.get_ref().iter().find(|rise| !(rise.abs() <= HIGHEST_STEP)) {
+            let help = format!("write how much higher each foothold is than the one before, within {HIGHEST_STEP} m");
+            self.wrong::<()>(at, format!("a foothold of {rise} m"), help);
+        }
+        found.get_ref().clone()
     }
 
     /// Masses that are put onto the root link.
