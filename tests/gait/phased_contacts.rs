@@ -51,7 +51,9 @@ fn footholds_of_unknown_height_are_walked_over() {
     // A heel that comes down elsewhere comes down at another time.
     let landing = |found: &Value, number: usize| {
         let changes = found["changes"].as_array().unwrap().iter();
-        let times = changes.filter(|change| change["to"] == "touch_down").map(|change| change["time"].as_f64().unwrap());
+        let times = changes
+            .filter(|change| change["to"] == "touch_down")
+            .map(|change| change["time"].as_f64().unwrap());
         times.collect::<Vec<_>>()[number]
     };
     assert!((landing(&level, 0) - landing(&uneven, 0)).abs() < 1e-9);

@@ -12,6 +12,7 @@ use clarabel::solver::{DefaultSettings, DefaultSolver, IPSolver, SolverStatus, S
 const JOINTS: usize = 6;
 const FRICTION: f64 = 0.6;
 const EFFORT: f64 = 8.0;
+const LEAST_PUSH: f64 = 3.0;
 const SOLE: [f64; 2] = [-0.11, 0.13];
 
 /// A gait in one state: its functions are numbers.
@@ -73,22 +74,22 @@ impl Problem {
                 bounds.push(EFFORT);
             }
         }
-        // λ = free + Λ u: a force less than another one times a factor.
-        let mut less = |a: f64, i: usize, b: f64, j: usize| {
+        // λ = free + Λ u: a force less than another one times a factor, and a constant.
+        let mut less = |a: f64, i: usize, b: f64, j: usize, c: f64| {
             let (i, j) = (self.outputs + i, self.outputs + j);
             let (first, second) = (of(i), of(j));
             rows.push(std::array::from_fn(|k| a * first[k] - b * second[k]));
-            bounds.push(b * self.at(j, 2) - a * self.at(i, 2));
+            bounds.push(b * self.at(j, 2) - a * self.at(i, 2) + c);
         };
         for foot in self.feet.iter().flatten() {
             let [x, z] = foot.force;
-            less(-1.0, z, 0.0, z);
-            less(1.0, x, FRICTION, z);
-            less(-1.0, x, FRICTION, z);
+            less(-1.0, z, 0.0, z, -LEAST_PUSH);
+            less(1.0, x, FRICTION, z, 0.0);
+            less(-1.0, x, FRICTION, z, 0.0);
             if let Some(moment) = foot.moment {
                 // −M/F_z between the ends of the sole.
-                less(1.0, moment, -SOLE[0], z);
-                less(-1.0, moment, SOLE[1], z);
+                less(1.0, moment, -SOLE[0], z, 0.0);
+                less(-1.0, moment, SOLE[1], z, 0.0);
             }
         }
         (rows, bounds)
@@ -164,7 +165,15 @@ impl PhasedGait<f64> for Problem {
     }
     fn layout(&self) -> PhasedLayout {
         let Self { outputs, forces, .. } = *self;
-        PhasedLayout { parameters: 0, joints: JOINTS, phases: 1, outputs, forces, friction: Some(FRICTION) }
+        PhasedLayout {
+            parameters: 0,
+            joints: JOINTS,
+            phases: 1,
+            outputs,
+            forces,
+            friction: Some(FRICTION),
+            least_push: LEAST_PUSH,
+        }
     }
     fn phase(&self, index: usize) -> Option<PhaseLayout> {
         (index == 0).then_some(PhaseLayout {

@@ -7,6 +7,9 @@ use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{self, MOST_FEET, PhaseLayout, PhasedLayout, StandingFoot};
 use bipedc_runtime::{Argument, CallError, Model, Signature, State};
 
+/// What a foot that is to push carries at least, as a part of the robot's weight.
+const LEAST_PUSH: f64 = 0.025;
+
 /// The programs of a robot with a gait of several phases; the same interface as emitted code.
 #[derive(Debug, Clone)]
 pub struct PhasePrograms {
@@ -20,6 +23,7 @@ pub struct PhasePrograms {
 impl CompiledPhases {
     /// Sizes of the gait.
     pub fn layout(&self, gait: &PhasedGait) -> PhasedLayout {
+        let gravity = self.description.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
         PhasedLayout {
             parameters: gait.parameters.len(),
             joints: self.model.tree.joints.len(),
@@ -27,6 +31,7 @@ impl CompiledPhases {
             outputs: gait.phases.iter().map(|phase| phase.outputs.len()).max().unwrap_or(0),
             forces: self.forces.iter().map(Vec::len).max().unwrap_or(0),
             friction: gait.limits.friction,
+            least_push: LEAST_PUSH * gravity * self.model.tree.total_mass(),
         }
     }
 

@@ -54,7 +54,8 @@ fn documentation(compiled: &CompiledPhases, gait: &PhasedGait) -> Vec<String> {
 
 /// What a controller has to know.
 fn constants(compiled: &CompiledPhases, gait: &PhasedGait, text: &mut Text) -> Result<(), Diagnostic> {
-    let PhasedLayout { parameters: count, joints, phases, outputs, forces, friction } = compiled.layout(gait);
+    let sizes = compiled.layout(gait);
+    let PhasedLayout { parameters: count, joints, phases, outputs, forces, friction, least_push } = sizes;
     text.doc("///", "Sizes of the gait.");
     text.open(&format!("pub const LAYOUT: {RUNTIME}::PhasedLayout = {RUNTIME}::PhasedLayout {{"));
     let sizes = [
@@ -66,6 +67,7 @@ fn constants(compiled: &CompiledPhases, gait: &PhasedGait, text: &mut Text) -> R
     ];
     sizes.iter().for_each(|(name, value)| text.line(&format!("{name}: {value},")));
     text.line(&format!("friction: {friction:?},"));
+    text.line(&format!("least_push: {least_push:?},"));
     text.close("};");
     text.doc(
         "///",

@@ -1,5 +1,5 @@
 //! Limits that the ground and the drives set to torques, as inequalities aᵀu ≤ b.
-use super::phased::{PhaseLayout, StandingFoot};
+use super::phased::{PhaseLayout, PhasedLayout, StandingFoot};
 use crate::real::Scalar;
 
 /// Part of what all feet carry by which a foot that is let go may exceed its friction: what it carries vanishes, and the quotient of its forces means
@@ -11,7 +11,7 @@ const LIGHT: f64 = 0.005;
 pub enum Limit {
     /// The torque of a joint.
     Torque(u8),
-    /// A foot, by its place in [`PhaseLayout::feet`], may not pull the ground.
+    /// A foot, by its place in [`PhaseLayout::feet`], may not push less than [`PhasedLayout::least_push`].
     Push(u8),
     /// It may not slip.
     Friction(u8),
@@ -122,12 +122,13 @@ impl<R: Scalar> Forces<'_, R> {
     }
 
     /// Limits of a foot: push, friction both ways, both edges.
-    fn foot(&self, foot: &StandingFoot, friction: Option<f64>, writer: &mut Writer<'_, R>) {
+    fn foot(&self, foot: &StandingFoot, of: &PhasedLayout, writer: &mut Writer<'_, R>) {
         let [x, z] = foot.force;
-        let (one, zero) = (R::constant(1.0), R::constant(0.0));
+        let one = R::constant(1.0);
         if foot.holds {
-            self.push(writer, (-one, z), (zero, x));
-            if let Some(friction) = friction.map(R::constant) {
+            let bound = self.free(z) - R::constant(of.least_push);
+            writer.push(bound, |joint| -self.of_torque(z, joint));
+            if let Some(friction) = of.friction.map(R::constant) {
                 self.push(writer, (one, x), (-friction, z));
                 self.push(writer, (-one, x), (-friction, z));
             }
@@ -143,10 +144,10 @@ impl<R: Scalar> Forces<'_, R> {
         }
     }
 
-    /// All limits of the ground.
-    pub fn write(&self, friction: Option<f64>, writer: &mut Writer<'_, R>) {
+    /// All limits of the ground, for a gait of these sizes.
+    pub fn write(&self, of: &PhasedLayout, writer: &mut Writer<'_, R>) {
         for foot in self.layout.feet.iter().flatten() {
-            self.foot(foot, friction, writer);
+            self.foot(foot, of, writer);
         }
     }
 }

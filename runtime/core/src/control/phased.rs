@@ -39,6 +39,9 @@ pub struct PhasedLayout {
     pub forces: usize,
     /// Coulomb's coefficient that forces are held to, if they are.
     pub friction: Option<f64>,
+    /// Each foot that is to push ([`StandingFoot::holds`]) pushes at least with this, N: forces are those of a measured state, and one that is just not
+    /// negative there pulls in the true one.
+    pub least_push: f64,
 }
 
 /// One phase, and places of its functions in the model.

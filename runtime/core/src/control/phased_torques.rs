@@ -179,7 +179,7 @@ impl<R: Scalar> Room<'_, R> {
             }
         }
         if asked.grounded {
-            forces.write(layout.friction, &mut writer);
+            forces.write(layout, &mut writer);
         }
         letting_go.iter().for_each(|of| forces.keep_from_slipping(of, &mut writer));
         let size = Size { equations, count: writer.count };

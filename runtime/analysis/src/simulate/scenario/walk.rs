@@ -271,7 +271,9 @@ impl Reading<'_> {
             self.wrong::<()>(at, "`footholds` are those of robots in the plane, from event to event", help);
         }
         if let Some(rise) = found.get_ref().iter().find(|rise| !(rise.abs() <= HIGHEST_STEP)) {
-            let help = format!("write how much higher each foothold is than the one before, within {HIGHEST_STEP} m");
+            let help = format!(
+                "write how much higher each foothold is than the one before, within {HIGHEST_STEP} m"
+            );
             self.wrong::<()>(at, format!("a foothold of {rise} m"), help);
         }
         found.get_ref().clone()
