@@ -95,8 +95,17 @@ impl Problem {
         (rows, bounds)
     }
 
-    /// The least change of the feed-forward by clarabel; `None`: there is none.
-    fn oracle(&self) -> Option<Vec<f64>> {
+    /// The square of a change of the feed-forward, and how far it is beyond the conditions.
+    fn change(&self, u: &[f64]) -> (f64, f64) {
+        let (rows, bounds) = self.rows();
+        let over = |k: usize| rows[k].iter().zip(u).map(|(a, u)| a * u).sum::<f64>() - bounds[k];
+        let missed = (0..self.outputs).map(|k| over(k).abs());
+        let beyond = (self.outputs..rows.len()).map(over).chain(missed).fold(0.0, f64::max);
+        (u.iter().zip(&self.feedforward).map(|(a, b)| (a - b).powi(2)).sum(), beyond)
+    }
+
+    /// The least change of the feed-forward by clarabel, and whether it reached its tolerances; `None`: there is none.
+    fn oracle(&self) -> Option<(Vec<f64>, bool)> {
         let (rows, bounds) = self.rows();
         let weights = CscMatrix::identity(JOINTS);
         let linear: Vec<f64> = self.feedforward.iter().map(|u| -u).collect();
@@ -116,7 +125,8 @@ impl Problem {
         let mut solver = DefaultSolver::new(&weights, &linear, &matrix, &bounds, &cones, settings).unwrap();
         solver.solve();
         match solver.solution.status {
-            SolverStatus::Solved | SolverStatus::AlmostSolved => Some(solver.solution.x.clone()),
+            SolverStatus::Solved => Some((solver.solution.x.clone(), true)),
+            SolverStatus::AlmostSolved => Some((solver.solution.x.clone(), false)),
             _ => None,
         }
     }
@@ -228,12 +238,12 @@ fn kinds() -> [(usize, Vec<StandingFoot>); 4] {
 #[test]
 fn torques_are_the_least_change_that_meets_all_limits() {
     let mut numbers = Numbers(11);
-    let (mut worst, mut held, mut solved, mut impossible) = (0.0_f64, 0, 0, 0);
+    let (mut worst, mut held, mut solved, mut impossible, mut almost) = (0.0_f64, 0, 0, 0, 0);
     for round in 0..2000 {
         let (outputs, feet) = &kinds()[round % 4];
         let problem = Problem::random(&mut numbers, (*outputs, feet));
         let (found, gave_way, limits) = torques(&problem);
-        let Some(expected) = problem.oracle() else {
+        let Some((expected, exact)) = problem.oracle() else {
             // What another solver cannot do either is said, and the drives' limits hold all the same.
             assert_ne!(gave_way, GaveWay::Nothing, "round {round}");
             assert!(found.iter().all(|u| u.abs() <= EFFORT * (1.0 + 1e-9)), "round {round}: {found:?}");
@@ -244,12 +254,16 @@ fn torques_are_the_least_change_that_meets_all_limits() {
         held += usize::from(limits > 0);
         solved += 1;
         let apart = found.iter().zip(&expected).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        worst = worst.max(apart);
+        // Where the other solver is only almost done, ours is no worse than it.
+        let [(own, beyond), (other, _)] = [&found, &expected].map(|u| problem.change(u));
+        assert!(own <= other * (1.0 + 1e-9) && beyond < 1e-8, "round {round}: {own} {other} {beyond:e}");
+        worst = if exact { worst.max(apart) } else { worst };
+        almost += usize::from(!exact);
     }
     println!(
-        "{solved} solved, {held} of them at a limit, {impossible} impossible, at most {worst:e} N m apart"
+        "{solved} solved, {held} of them at a limit, {impossible} impossible, {almost} almost solved by the other, at most {worst:e} N m apart"
     );
-    assert!(solved > 300 && held > 150 && impossible > 300);
+    assert!(almost < 20 && solved > 300 && held > 150 && impossible > 300);
     assert!(worst < 1e-6, "{worst:e}");
 }
 
