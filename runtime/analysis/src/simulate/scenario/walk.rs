@@ -270,7 +270,8 @@ impl Reading<'_> {
             let help = "use method = \"event_driven\" on --base planar, or `heights` in [ground]";
             self.wrong::<()>(at, "`footholds` are those of robots in the plane, from event to event", help);
         }
-        if let Some(rise) = found.get_ref().iter().find(|rise| !(rise.abs() <= HIGHEST_STEP)) {
+        let impossible = |rise: &&f64| rise.is_nan() || rise.abs() > HIGHEST_STEP;
+        if let Some(rise) = found.get_ref().iter().find(impossible) {
             let help = format!(
                 "write how much higher each foothold is than the one before, within {HIGHEST_STEP} m"
             );
