@@ -51,7 +51,7 @@ parameters of a gait chosen at each mid-stance (docs/gaits.md).
 Otherwise rigid ground, dry friction and impacts are solved together in every step (Moreau's time stepping, 4.3). The log \
 has the columns that `compare`, `diagnose` and `identify` read; equal seeds give equal bytes. Ctrl-C ends the run: the log \
 up to there is kept.
-JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"worst_residual\", \"not_converged\" (steps), \"contacts\", \
+JSON: {\"steps\", \"rows\", \"time\" (s), \"interrupted\", \"refused\" (why the controller had no command any more, if so), \"worst_residual\", \"not_converged\" (steps), \"contacts\", \
 \"penetration\" (m), \"energy_made\" (J), \"clipped\": [[joint, steps]], \"fall\": null or {\"time\" (s), \"cause\": \"touch\", \"lean\" or \"height\", \"link\"}, \"wall_time\" (s), \"real_time_factor\", \"log\"}; \
 event-driven: {\"method\", \"rows\", \"time\" (s), \"steps\" (landings), \"end\", \"verdict\": {\"phase\", \"time\", \"quantity\", \
 \"value\", \"limit\", \"unit\", \"meaning\"}, \"changes\": [{\"time\", \"from\", \"to\", \"impulse\": [{\"foot\", \"x\", \"y\", \"z\"}]}], \

@@ -158,7 +158,7 @@ fn left(logs: &Filtered<'_>, answer: &Diagnosis) -> f64 {
 /// What is left in some rows together, where joints do not stick.
 fn left_in(logs: &Filtered<'_>, answer: &Diagnosis, rows: &[String]) -> f64 {
     let effects: Vec<Effect> = answer.estimated().cloned().collect();
-    let falls = errors(&*logs.train.experiment, logs.judging(), &effects).rows;
+    let falls = errors(&*logs.train.experiment, logs.judging(), [&[], &effects]).rows;
     let told = |row: &String| falls.get(row).map_or(f64::INFINITY, missed);
     rows.iter().map(told).fold(0.0, f64::hypot)
 }

@@ -1,7 +1,7 @@
 //! Errors as a comparison with the amended model states them: at its cut-off, of all samples.
 use super::filtered::Request;
 use super::stated::state;
-use crate::measurements::{Content, Measured, SAMPLES};
+use crate::measurements::{Content, Log, Measured, SAMPLES};
 use bipedc_analysis::compare::geometric_mean;
 use bipedc_analysis::diagnose::{Diagnosis, errors};
 use bipedc_analysis::experiments::{Channel, Experiment};
@@ -18,7 +18,16 @@ pub(super) fn best_filter(
     answer: &mut Diagnosis,
     quietest: Option<(f64, f64)>,
 ) -> Result<bool, Diagnostics> {
-    let Some((cutoff, _)) = quietest else { return Ok(false) };
+    let on_feet = measured.content(&request.log) == Content::Contacts;
+    let cutoff = match quietest {
+        Some((cutoff, _)) => cutoff,
+        None if on_feet && request.options.channels.is_empty() => {
+            let effects: Vec<Effect> = answer.estimated().cloned().collect();
+            let (log, reading) = judging(request, reading);
+            measured.compared_at(log, &measure::Options { cutoff_hz: None, ..reading }, &effects)?
+        }
+        None => return Ok(false),
+    };
     if cutoff != answer.cutoff_hz {
         answer.judged_at_hz = Some(cutoff);
         return as_compared(measured, request, reading, answer);
@@ -39,10 +48,7 @@ pub(super) fn quietest(
         return None;
     }
     let effects: Vec<Effect> = answer.estimated().cloned().collect();
-    let (log, whole) = match &request.validate {
-        Some(log) => (log, measure::Options { from_s: None, to_s: None, ..reading.clone() }),
-        None => (&request.log, reading.clone()),
-    };
+    let (log, whole) = judging(request, reading);
     let at = |cutoff: f64| {
         let reading = measure::Options { cutoff_hz: Some(cutoff), ..whole.clone() };
         // A cut-off beyond half the sampling rate is not one.
@@ -52,10 +58,18 @@ pub(super) fn quietest(
     measure::CANDIDATES.into_iter().filter_map(at).min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
+/// The log that judges, and how it is read: another log than the one that teaches from beginning to end.
+fn judging<'r>(request: &'r Request<'_>, reading: &measure::Options) -> (&'r Log, measure::Options) {
+    match &request.validate {
+        Some(log) => (log, measure::Options { from_s: None, to_s: None, ..reading.clone() }),
+        None => (&request.log, reading.clone()),
+    }
+}
+
 /// Geometric mean of the errors of all torques, all samples.
 pub(super) fn mean_error(experiment: &dyn Experiment, effects: &[Effect]) -> f64 {
     // Judged by itself a log shows all of its samples.
-    let rows = errors(experiment, Some(experiment), effects).rows;
+    let rows = errors(experiment, Some(experiment), [&[], effects]).rows;
     let torques = experiment.rows().iter().filter(|row| row.channel == Channel::Effort);
     geometric_mean(torques.filter_map(|row| rows.get(&row.name)).map(|fall| fall.after))
 }
@@ -85,14 +99,21 @@ fn as_compared(
     answer: &mut Diagnosis,
 ) -> Result<bool, Diagnostics> {
     let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    let described = answer.described.clone();
     let cutoff = answer.judged_at_hz.unwrap_or(answer.cutoff_hz);
     let at = measure::Options { cutoff_hz: Some(cutoff), ..reading.clone() };
     let whole = measure::Options { from_s: None, to_s: None, ..at.clone() };
-    let train = measured.efforts(&request.log, &at, HELD)?;
-    let judge = request.validate.as_ref().map(|log| measured.efforts(log, &whole, HELD)).transpose()?;
-    let judge = judge.as_ref().map(|judge| judge as &dyn Experiment);
-    answer.take(errors(&train, judge, &effects));
-    state(answer, &train, judge);
+    let held = |log: &Log, reading: &measure::Options| -> Result<Box<dyn Experiment + '_>, Diagnostics> {
+        match measured.content(log) {
+            Content::Efforts => Ok(Box::new(measured.efforts(log, reading, HELD)?)),
+            _ => Ok(measured.load(log, reading, None)?.experiment),
+        }
+    };
+    let train = held(&request.log, &at)?;
+    let judge = request.validate.as_ref().map(|log| held(log, &whole)).transpose()?;
+    let judge = judge.as_deref();
+    answer.take(errors(&*train, judge, [&described, &effects]));
+    state(answer, &*train, judge);
     for (step, errors) in answer.steps.iter_mut().zip(&answer.step_errors) {
         [step.before, step.after] = errors.held_out.get("effort").copied().unwrap_or_default();
     }

@@ -13,7 +13,7 @@ pub(super) fn state(answer: &mut Diagnosis, train: &dyn Experiment, judge: Optio
         let effects: Vec<Effect> = answer.estimated().cloned().collect();
         let standing = answer.standing.len();
         let all: Vec<_> = (0..=answer.steps.len())
-            .map(|count| errors(train, judge, &effects[..standing + count]))
+            .map(|count| errors(train, judge, [&[], &effects[..standing + count]]))
             .collect();
         let fall = |(name, [was, is]): (&String, [&ErrorFall; 2])| (name.clone(), [was.after, is.after]);
         let falls = |was: &BTreeMap<String, ErrorFall>, is: &BTreeMap<String, ErrorFall>| {

@@ -180,7 +180,7 @@ impl Measured {
     pub fn cutoff(&mut self, log: &Log, options: &Options) -> Result<f64, Diagnostics> {
         match (options.cutoff_hz, self.content(log)) {
             (Some(cutoff), _) => Ok(cutoff),
-            (None, Content::Contacts) => self.contact_cutoff(log, options),
+            (None, Content::Contacts) => self.contact_cutoff(&self.present, log, options, self.with_joints),
             (None, Content::Postures | Content::Impacts) => Ok(0.0),
             (None, Content::Efforts) => {
                 let (torques, layout) = (&mut self.torques, &self.layout);
@@ -193,13 +193,28 @@ impl Measured {
         }
     }
 
+    /// The cut-off at which a comparison of a log with forces at the feet judges a robot that has these effects beside its own, Hz.
+    ///
+    /// # Errors
+    /// Unreadable files, nothing to compare.
+    pub fn compared_at(&self, log: &Log, options: &Options, effects: &[Effect]) -> Result<f64, Diagnostics> {
+        let all: Vec<Effect> = self.present.iter().chain(effects).cloned().collect();
+        self.contact_cutoff(&all, log, options, true)
+    }
+
     /// The cut-off at which the rows of the base fit best, Hz: doubled as long as their errors fall, or as long as it takes away motion of
     /// joints whose efforts count. Slow motions are behind a low one, where noise is least; the limbs of a fast walk are not.
-    fn contact_cutoff(&self, log: &Log, options: &Options) -> Result<f64, Diagnostics> {
+    fn contact_cutoff(
+        &self,
+        effects: &[Effect],
+        log: &Log,
+        options: &Options,
+        with_joints: bool,
+    ) -> Result<f64, Diagnostics> {
         let look = |cutoff: f64| -> Result<(f64, Vec<f64>), Diagnostics> {
             let options = Options { cutoff_hz: Some(cutoff), ..options.clone() };
-            let found = ContactExperiment::read(self.robot(), log, &options)?;
-            let joints = self.with_joints && found.recording().has_efforts();
+            let found = ContactExperiment::read(Robot { effects, ..self.robot() }, log, &options)?;
+            let joints = with_joints && found.recording().has_efforts();
             Ok((found.misfit(), if joints { found.recording().motion() } else { Vec::new() }))
         };
         let mut best = CONTACT_CUTOFF_HZ;

@@ -197,7 +197,10 @@ impl Simulated {
 
     /// Whether an assumption of the model did not hold and ended it.
     pub fn is_refuted(&self) -> bool {
-        matches!(&self.outcome, Outcome::Walked { summary, .. } if summary.end == WalkEnd::Verdict)
+        match &self.outcome {
+            Outcome::Walked { summary, .. } => summary.end == WalkEnd::Verdict,
+            Outcome::Stepped(summary) => summary.refused.is_some(),
+        }
     }
 }
 

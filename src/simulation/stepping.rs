@@ -74,8 +74,13 @@ impl Scene {
         log.commit_with(truth.into_iter().chain(told.map(ToldLog::end).transpose()?))?;
         let film = recorder.map(|recorder| self.film(recorder.finish(), out, &summary)).transpose()?;
         let warning = |text| Diagnostic::warning(text).help("a shorter `step` makes them easier");
-        let messages =
-            self.warnings().into_iter().chain(unsolved(&summary).into_iter().map(warning)).collect();
+        let refused = summary.refused.iter().map(|why| {
+            Diagnostic::error(why.clone())
+                .in_file(&self.file)
+                .help("the log ends there; a film (--film) shows how it came to that")
+        });
+        let warned = unsolved(&summary).into_iter().map(warning);
+        let messages = self.warnings().into_iter().chain(warned).chain(refused).collect();
         let walk = record.map(|record| record.borrow().summary.clone());
         Ok(Simulated { walk, ..Simulated::new(Outcome::Stepped(summary), (out, start), film, messages) })
     }
@@ -167,7 +172,11 @@ pub(super) fn text(
     log: &Path,
 ) -> String {
     let mut text = String::new();
-    let end = if summary.interrupted { "interrupted after" } else { "simulated" };
+    let end = match summary {
+        Summary { interrupted: true, .. } => "interrupted after",
+        Summary { refused: Some(_), .. } => "ended after",
+        _ => "simulated",
+    };
     // Writing to a string cannot fail.
     let _ = writeln!(
         text,

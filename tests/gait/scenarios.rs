@@ -160,6 +160,51 @@ fn time_stepping_walks_by_a_gait_too() {
     assert!(fine < 2e-3 && coarse < 8e-3 && fine < 0.5 * coarse, "{coarse:e} {fine:e}");
 }
 
+/// Contacts come and go as the ground has it, and phases follow them: four in each step. `firm` walks as far as from event to event.
+#[test]
+#[ignore = "takes long"]
+fn time_stepping_walks_with_feet_too() {
+    let scenario = "duration = 5.0\nstep = 0.0001\nlog_step = 0.005\n[ground]\nfriction = 0.8\n\
+                    [initial]\nmid_stance_speed = 0.4\n[control]\ngait = \"firm\"\n";
+    let walked = |name: &str, text: &str| {
+        let (run, log) = simulate(name, "seven_link_v1", text);
+        (run.ok().json(), place(&log))
+    };
+    let (found, stepped) = walked("gait_stepped", scenario);
+    assert_eq!((&found["fall"], found.get("refused")), (&Value::Null, None), "{found}");
+    let from_events = scenario.replace("step = 0.0001\n", "").replace("[ground]", "[assumptions]");
+    let (_, wanted) = walked("gait_from_events", &format!("method = \"event_driven\"\n{from_events}"));
+    println!("5 s of walking: {stepped:.4} m, from event to event {wanted:.4} m");
+    assert!((stepped / wanted - 1.0).abs() < 0.02, "{stepped} {wanted}");
+}
+
+/// How far the base is at the end of a log, from where it began, m.
+fn place(log: &Path) -> f64 {
+    let text = std::fs::read_to_string(log).unwrap();
+    let mut lines = text.lines();
+    let column = lines.next().unwrap().split(',').position(|name| name == "base/position/x").unwrap();
+    let values: Vec<f64> = lines.map(|line| line.split(',').nth(column).unwrap().parse().unwrap()).collect();
+    values.last().unwrap() - values[0]
+}
+
+/// Where a step begins without a phase variable that grows, the run is over: what happened until then is kept.
+#[test]
+fn a_refusal_keeps_the_log() {
+    let scenario = "duration = 1.0\nstep = 0.0005\nlog_step = 0.005\n[ground]\nfriction = 0.8\n\
+                    [initial]\nmid_stance_speed = 0.711\n[control]\ngait = \"lifting\"\n";
+    let (run, log) = simulate("gait_refused", "five_link", scenario);
+    assert_eq!(run.code, Some(3), "{}", run.err);
+    assert!(
+        run.err.contains("the phase variable does not grow") && run.err.contains("the log ends there"),
+        "{}",
+        run.err
+    );
+    let found = run.json();
+    assert!(found["refused"].as_str().unwrap().contains("in phase `single_support`"), "{found}");
+    let rows = std::fs::read_to_string(log).unwrap().lines().count();
+    assert!((40..60).contains(&rows) && found["rows"] == rows - 1, "{rows}: {found}");
+}
+
 /// The same gait from event to event: the ground ends its steps.
 #[test]
 fn a_gait_that_lifts_its_foot_lands_on_the_ground() {

@@ -143,6 +143,33 @@ fn gaps_cut_the_log_and_are_reported() {
     );
 }
 
+/// A simulation's first sample, in which feet sink in, would be spread over half a second by a filter.
+#[test]
+fn a_jolt_at_the_beginning_is_left_out() {
+    let log = |first: f64| {
+        let mut text = String::from("time,knee/position,knee/effort\n");
+        for i in 0..500 {
+            let t = f64::from(i) * STEP;
+            let effort = if i == 1 { first } else { 9.0 * (3.0 * t).cos() };
+            writeln!(text, "{t},{},{effort}", signal(t)).unwrap();
+        }
+        text
+    };
+    let read = |first: f64| {
+        let mut reader = reader(&log(first)).unwrap();
+        assert!(reader.select(&["knee/position", "knee/effort"]).is_empty());
+        let mut blocks = Blocks::new(Sampling::probe(reader).unwrap(), 0, 0.0);
+        let begin = blocks.next_block().unwrap().unwrap().time[0];
+        assert!(blocks.next_block().unwrap().is_none());
+        (begin, blocks.report().warnings.iter().map(ToString::to_string).collect::<String>())
+    };
+    let (begin, said) = read(-2085.0);
+    assert!((begin - 2.0 * STEP).abs() < 1e-12, "{begin}");
+    assert!(said.contains("`knee/effort` is -2085 there") && said.contains("first 2 rows"), "{said}");
+    // Large, but not beyond what a drive does once more.
+    assert_eq!(read(40.0), (0.0, String::new()));
+}
+
 #[test]
 fn two_lost_samples_are_no_gap() {
     let mut blocks = blocks(&log(2000, |i| STEP * (i + if i > 700 { 2 } else { 0 }) as f64), 300, 0.5);

@@ -13,6 +13,9 @@ pub struct Diagnosis {
     /// Effects that stood from the start ([`Options::standing`](super::Options::standing)), with their new estimates.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub standing: Vec<FoundEffect>,
+    /// The same with the values that they stood with, which is how errors are before.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub described: Vec<Effect>,
     /// Masses, centres of mass and inertias that were estimated beside the effects, one `inertial_correction` per link;
     /// all errors hold with them.
     pub inertial_corrections: Vec<FoundEffect>,

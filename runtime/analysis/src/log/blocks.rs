@@ -1,4 +1,5 @@
 //! A log in overlapping pieces, each of one stretch of time without gaps.
+use super::beginning::without_jolt;
 use super::in_time::Repairs;
 use super::names::shorten;
 use super::reader::{Reader, Row};
@@ -25,6 +26,8 @@ pub struct Sampling {
     reader: Reader,
     first: VecDeque<(Row, Vec<f64>)>,
     step: f64,
+    /// That the log begins with a jolt, whose rows were left out.
+    jolt: Option<Diagnostic>,
 }
 
 impl Sampling {
@@ -55,7 +58,10 @@ impl Sampling {
         let step = usual_step(&mut steps, latest);
         match first.front().and_then(|(row, _)| other_unit(&reader, *row, step)) {
             Some(error) => Err(Diagnostics(vec![error])),
-            None => Ok(Self { reader, first, step }),
+            None => {
+                let jolt = without_jolt(&reader, &mut first);
+                Ok(Self { reader, first, step, jolt })
+            }
         }
     }
 
@@ -327,6 +333,7 @@ impl Blocks {
         }
         let reader = &self.sampling.reader;
         self.report.warnings.extend(repaired(reader));
+        self.report.warnings.extend(self.sampling.jolt.take());
         let absent = reader.incomplete();
         for column in absent.iter().take(MOST_GAPS) {
             let message = format!(

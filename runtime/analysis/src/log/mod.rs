@@ -3,6 +3,7 @@
 //! A [`Log`] is a file that was opened: what its columns are is known. Its [`Reader`]s give one row at a time, so memory
 //! does not grow with the file; [`Blocks`] cuts a log into overlapping pieces for filtering; [`Table`] holds a small file
 //! as a whole; [`RawRows`] gives what stands in a file that nobody understands yet. A [`Mapping`] gives other column names, factors and signs. Units are SI, names those of the URDF; see [`names`] for the columns.
+mod beginning;
 mod blocks;
 mod fields;
 mod file;

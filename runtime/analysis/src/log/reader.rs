@@ -194,6 +194,11 @@ impl Reader {
         missing
     }
 
+    /// Names of what rows consist of, the leading column first.
+    pub(super) fn selected_names(&self) -> impl Iterator<Item = String> {
+        self.selected.iter().map(|&index| self.header.columns[index].name.clone())
+    }
+
     /// Reads the next row into `row` (length 1 + number of selected columns); `None` at the end of the file.
     ///
     /// Rows of a log come in the order of their times: rows that are some lines late are sorted in, rows that repeat a time are

@@ -54,7 +54,13 @@ impl Simulation<'_> {
         if let Some(energy_flow) = &mut self.energy_flow {
             energy_flow.torque.fill(0.0);
         }
-        self.ask(time)?;
+        match self.ask(time) {
+            Err(refusal) if time > 0.0 => {
+                self.summary.refused = Some(refusal.message);
+                return Ok(());
+            }
+            asked => asked?,
+        }
         for j in 0..self.commands.len() {
             self.resist(j);
             self.command(j, time)?;

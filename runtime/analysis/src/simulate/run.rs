@@ -41,6 +41,9 @@ pub struct Summary {
     pub time: f64,
     /// Whether it was stopped before its end.
     pub interrupted: bool,
+    /// Why the controller had no command any more: the log ends there.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub refused: Option<String>,
     /// Worst residual of a contact problem.
     pub worst_residual: f64,
     /// Contact problems that did not reach the tolerance.
@@ -127,7 +130,7 @@ pub struct Simulation<'a> {
     pub(super) joint_speed: Vec<f64>,
     pub(super) reference: Vec<f64>,
     pub(super) clipped: Vec<usize>,
-    summary: Summary,
+    pub(super) summary: Summary,
     falls: FallWatch,
     watch: Option<Watch<'a>>,
     pub(super) controller: Option<Box<dyn Controller<f64> + 'a>>,
@@ -304,6 +307,9 @@ impl<'a> Simulation<'a> {
                 inertial.see(&self.motion);
             }
             self.control(step as f64 * h)?;
+            if self.summary.refused.is_some() {
+                break;
+            }
             if logged {
                 self.take(&mut rows.sample, step as f64 * h);
                 self.measured(&mut rows.earlier);

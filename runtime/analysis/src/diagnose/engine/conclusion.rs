@@ -49,7 +49,7 @@ impl Conclusion<'_> {
             order
         };
         let mut diagnosis = Diagnosis::default();
-        diagnosis.take(errors(train, validation, &all));
+        diagnosis.take(errors(train, validation, [&[], &all]));
         for &k in &order {
             diagnosis.effects.push(self.found(k, steps[k - standing].0));
         }

@@ -21,30 +21,31 @@ pub struct Errors {
     pub rms_training: BTreeMap<String, ErrorFall>,
 }
 
-/// Root mean square errors without and with effects.
-pub fn errors(train: &dyn Experiment, validation: Option<&dyn Experiment>, effects: &[Effect]) -> Errors {
+/// Root mean square errors with the effects of `before` and with those of `after`.
+pub fn errors(
+    train: &dyn Experiment,
+    validation: Option<&dyn Experiment>,
+    [before, after]: [&[Effect]; 2],
+) -> Errors {
     let judge = validation.unwrap_or(train);
     let counts = |sample: usize, n: usize| validation.is_some() || is_held_out(sample, n);
-    let amended = Amended::new(judge, effects);
-    let (mut rows, rms) = grouped(judge, &amended, &counts);
-    let jumps = Jumps::of(&amended, effects);
+    let amended = Amended::new(judge, after);
+    let (mut rows, rms) = grouped([&Amended::new(judge, before), &amended], &counts);
+    let jumps = Jumps::of(&amended, after);
     for (row, what) in judge.rows().iter().enumerate() {
         if let Some(fall) = rows.get_mut(&what.name) {
             fall.away_from_jumps = jumps.away(&amended, row, amended.residual(row), &counts);
         }
     }
-    let rms_training = grouped(train, &Amended::new(train, effects), &|_, _| true).1;
+    let rms_training =
+        grouped([before, after].map(|effects| Amended::new(train, effects)).each_ref(), &|_, _| true).1;
     Errors { rows, rms, rms_training }
 }
 
 type Falls = BTreeMap<String, ErrorFall>;
 
 /// Root mean squares before and after, by row and by kind of channel.
-fn grouped(
-    before: &dyn Experiment,
-    after: &Amended<'_>,
-    counts: &dyn Fn(usize, usize) -> bool,
-) -> (Falls, Falls) {
+fn grouped([before, after]: [&Amended<'_>; 2], counts: &dyn Fn(usize, usize) -> bool) -> (Falls, Falls) {
     let squares = |values: &[f64]| {
         let kept = values.iter().enumerate().filter(|(i, _)| counts(*i, values.len()));
         kept.fold((0.0, 0.0_f64), |(sum, n), (_, x)| (sum + x * x, n + 1.0))

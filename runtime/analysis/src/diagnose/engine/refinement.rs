@@ -15,7 +15,7 @@ use nalgebra::DMatrix;
 /// Blocks of time whose scores make the error bars.
 pub(super) const BLOCKS: usize = 24;
 /// 97.5 % point of Student's t with 23 degrees of freedom.
-const T: f64 = 2.069;
+pub(super) const T: f64 = 2.069;
 /// Most steps.
 const STEPS: usize = 20;
 /// So many steps choose anew which samples lie at corners; afterwards the choice stands, so that the estimate comes to rest.
@@ -89,11 +89,43 @@ pub(super) fn refine(
 ) -> Refined {
     let wanted = effects.len();
     let mut stated = with_nuisances(data.experiment, effects);
-    let unknowns = unknowns(&stated);
+    let mut unknowns = unknowns(&stated);
     stated.extend_from_slice(fixed);
-    let within = |farthest: usize| estimate(data, &stated, &unknowns, spread, farthest);
+    let mut best = best_estimate(data, &stated, &unknowns, spread);
+    while let Some(idle) = idle_term(&unknowns, &best.refined) {
+        let Unknown { effect, name, .. } = unknowns.remove(idle);
+        stated = best.refined.effects;
+        stated[effect].parameters.insert(name, 0.0);
+        best = best_estimate(data, &stated, &unknowns, spread);
+    }
+    best.refined.effects.truncate(wanted);
+    best.refined.half_width.truncate(wanted);
+    best.refined
+}
+
+/// A term of a coupling, of several, whose interval holds zero: the one that this data tells least.
+fn idle_term(unknowns: &[Unknown], found: &Refined) -> Option<usize> {
+    let doubt = |(k, unknown): (usize, &Unknown)| {
+        let effect = &found.effects[unknown.effect];
+        let is_term = matches!(effect.kind.simulation, Simulation::Coupling { .. });
+        let alone = unknowns.iter().filter(|other| other.effect == unknown.effect).count() == 1;
+        let (_, half) = found.half_width[unknown.effect].iter().find(|(name, _)| *name == unknown.name)?;
+        let doubt = half / effect.value(&unknown.name).abs();
+        (is_term && !alone && doubt >= 1.0).then_some((k, doubt))
+    };
+    unknowns.iter().enumerate().filter_map(doubt).max_by(|a, b| a.1.total_cmp(&b.1)).map(|(k, _)| k)
+}
+
+/// The estimate from samples far from corners, or from nearer ones if those that judge prefer it.
+fn best_estimate(
+    data: Data<'_>,
+    stated: &[Effect],
+    unknowns: &[Unknown],
+    spread: Option<&Spread>,
+) -> Estimate {
+    let within = |farthest: usize| estimate(data, stated, unknowns, spread, farthest);
     let wide = within(FARTHEST);
-    let mut best = match wide.is_starved {
+    match wide.is_starved {
         true => {
             let near = within(NEAREST);
             let corners = corners_of(data.judge, &near.refined.effects, NEAREST);
@@ -101,10 +133,7 @@ pub(super) fn refine(
             if error(&near) < error(&wide) { near } else { wide }
         }
         false => wide,
-    };
-    best.refined.effects.truncate(wanted);
-    best.refined.half_width.truncate(wanted);
-    best.refined
+    }
 }
 
 /// An estimate from samples so far away from corners.

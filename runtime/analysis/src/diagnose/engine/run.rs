@@ -105,6 +105,11 @@ pub fn diagnose(
             options.most
         ));
     }
+    if !options.standing.is_empty() {
+        diagnosis.described.clone_from(&options.standing);
+        let found: Vec<Effect> = diagnosis.estimated().cloned().collect();
+        diagnosis.take(errors(train, validation, [&options.standing, &found]));
+    }
     diagnosis.conclude();
     diagnosis.summary = text::summary(&diagnosis);
     progress(1.0);
@@ -194,7 +199,7 @@ fn drop_effect(regression: &Regression<'_>, outcome: &mut Outcome, k: usize) -> 
 /// What is said where no fit could be made at all: the errors as they are, and that nothing was found out.
 fn unanswered(train: &dyn Experiment, validation: Option<&dyn Experiment>) -> Diagnosis {
     let mut diagnosis = Diagnosis::default();
-    diagnosis.take(errors(train, validation, &[]));
+    diagnosis.take(errors(train, validation, [&[], &[]]));
     let why = "no estimate could be made: the equations of this log are singular; nothing is said of what the model lacks";
     diagnosis.warnings.push(why.to_owned());
     diagnosis.unexplained = true;

@@ -10,21 +10,60 @@ fn short(x: f64) -> String {
     counting(x, 4)
 }
 
+/// The effects of the description that were estimated again, with the values that they had.
+fn described(d: &Diagnosis) -> String {
+    let mut out = String::new();
+    for was in &d.described {
+        let Some(found) = d
+            .standing
+            .iter()
+            .find(|found| found.effect.kind == was.kind && found.effect.location == was.location)
+        else {
+            continue;
+        };
+        let told = found.ci95.iter().map(|(name, [low, high])| {
+            let value = format!("{name} {} → {}", short(was.value(name)), short(found.effect.value(name)));
+            let unit = Some(was.unit(name))
+                .filter(|unit| *unit != "1")
+                .map_or(String::new(), |unit| format!(" {unit}"));
+            match (high - low).is_finite() {
+                true => format!("{value}{unit} (95 %: {} to {})", short(*low), short(*high)),
+                false => format!("{value}{unit}, which this data cannot tell"),
+            }
+        });
+        let told: Vec<String> = told.collect();
+        let _ = writeln!(
+            out,
+            "{}: {} of the description, estimated again: {}.",
+            was.location,
+            was.kind.title,
+            told.join("; ")
+        );
+    }
+    if !out.is_empty() && d.effects.is_empty() && d.inertial_corrections.is_empty() {
+        let unit = d.rms.values().find(|f| f.before == d.rms_before).map_or("", |f| f.unit.as_str());
+        let _ = writeln!(out, "Held-out error {} → {} {unit}.", short(d.rms_before), short(d.rms_after));
+    }
+    out
+}
+
 /// The whole answer, from its numbers.
 pub fn summary(d: &Diagnosis) -> String {
     let unit = d.rms.values().find(|f| f.before == d.rms_before).map_or("", |f| f.unit.as_str());
     if d.effects.is_empty() && d.inertial_corrections.is_empty() && !d.leaves_structure() {
         return match (loudest(d), training_only(d)) {
-            (Some(_), _) => what_is_left(d),
-            (None, Some(said)) => said,
+            (Some(_), _) => described(d) + &what_is_left(d),
+            (None, Some(said)) => described(d) + &said,
             (None, None) => format!(
-                "Nothing is missing in {}: the held-out error of {} {unit} is what the measurement's noise and the filter leave.",
+                "{}Nothing {}is missing in {}: the held-out error of {} {unit} is what the measurement's noise and the filter leave.",
+                described(d),
+                if d.described.is_empty() { "" } else { "else " },
                 looked_at(d),
-                short(d.rms_before)
+                short(d.rms_after)
             ),
         };
     }
-    let mut out = String::new();
+    let mut out = described(d);
     for found in &d.effects {
         let _ = writeln!(out, "{}", sentence(found));
     }

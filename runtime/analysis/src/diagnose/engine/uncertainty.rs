@@ -1,11 +1,13 @@
 //! How sure estimates are: standard deviations of parameters, from what residuals scatter and what the prior pulls.
 use super::block_equations::BlockEquations;
-use super::refinement::{BLOCKS, Data};
+use super::refinement::{BLOCKS, Data, T};
 use crate::robot::inertial_parameters::parameter_index;
 use nalgebra::{DMatrix, DVector};
 
 /// Standard deviations of the unknowns from the scores of blocks of time (which residuals may be correlated
-/// within), at least those of white residuals; and of the corrections.
+/// within), at least those of white residuals; and of the corrections. Where few blocks tell an unknown, their scores scatter less than
+/// they would if the estimate did not follow them, and say little of how much: they count for more, so that [`T`] of these standard
+/// deviations is half of a 95 % interval (Bell and McCaffrey, Survey Methodology 28, 2002, for one unknown at a time).
 pub(super) fn uncertainty(
     equations: &[BlockEquations],
     data: Data<'_>,
@@ -20,6 +22,7 @@ pub(super) fn uncertainty(
     let mut scores = vec![DVector::<f64>::zeros(n); BLOCKS];
     // Variance of the scores if residuals were white.
     let mut white = DMatrix::<f64>::zeros(n, n);
+    let mut white_of_blocks = vec![DMatrix::<f64>::zeros(n, n); BLOCKS];
     for (row, of_row) in equations.iter().enumerate() {
         let places = places(of_row, p);
         let last = of_row.residual();
@@ -47,6 +50,13 @@ pub(super) fn uncertainty(
                 score[*global] += weights[row] * product[*local];
             }
         }
+        for (block, white) in white_of_blocks.iter_mut().enumerate() {
+            for (a, ga) in &places {
+                for (b, gb) in &places {
+                    white[(*ga, *gb)] += weights[row].powi(2) * variance * of_row.grams[block][(*a, *b)];
+                }
+            }
+        }
     }
     // What changes no row stays unknown, without making the rest unknown too.
     let unseen: Vec<usize> = (0..n).filter(|&i| information[(i, i)] <= 0.0).collect();
@@ -59,13 +69,48 @@ pub(super) fn uncertainty(
             return f64::INFINITY;
         }
         let row = inverse.row(index);
-        let robust: f64 = scores.iter().map(|s| (row * s)[0].powi(2)).sum();
         let least = (row * &white * row.transpose())[0];
+        let parts: Vec<f64> =
+            white_of_blocks.iter().map(|white| (row * white * row.transpose())[0] / least).collect();
+        let robust = few_blocks(&parts) * scattered(scores.iter().map(|s| (row * s)[0]), &parts);
         // What the prior pulls estimates by: true corrections are as far from its middle as it says.
         let pulled: f64 = row.iter().take(p).map(|x| x * x).sum();
         (robust.max(least) + pulled).sqrt()
     };
     ((p..n).map(sigma).collect(), inverse.view((0, 0), (p, p)).into_owned())
+}
+
+/// The least part of its own residual that a block may keep from an estimate that follows it.
+const KEPT: f64 = 1e-3;
+
+/// The variance that scores of blocks show, each as much larger as the estimate follows it. `parts`: of the information, by block.
+fn scattered(scores: impl Iterator<Item = f64>, parts: &[f64]) -> f64 {
+    scores.zip(parts).map(|(score, part)| score.powi(2) / (1.0 - part).max(KEPT)).sum()
+}
+
+/// 97.5 % points of Student's t by degrees of freedom.
+const STUDENT: [(f64, f64); 8] = [
+    (1.0, 12.706),
+    (2.0, 4.303),
+    (3.0, 3.182),
+    (4.0, 2.776),
+    (6.0, 2.447),
+    (10.0, 2.228),
+    (16.0, 2.120),
+    (BLOCKS as f64 - 1.0, T),
+];
+
+/// How much larger a variance counts that so unevenly filled blocks show.
+fn few_blocks(parts: &[f64]) -> f64 {
+    let all: f64 = parts.iter().sum();
+    let freedom = all.powi(2) / parts.iter().map(|part| part * part).sum::<f64>() - 1.0;
+    // Linear between the logarithms, over the reciprocals.
+    let at = |[(a, low), (b, high)]: [(f64, f64); 2]| {
+        let part = (a.recip() - freedom.recip()) / (a.recip() - b.recip());
+        (low.ln() + part.clamp(0.0, 1.0) * (high.ln() - low.ln())).exp()
+    };
+    let pair = STUDENT.windows(2).find(|pair| freedom <= pair[1].0);
+    (pair.map_or(T, |pair| at([pair[0], pair[1]])) / T).powi(2)
 }
 
 /// (local, global) indices of a row's columns among corrections and unknowns.
@@ -89,4 +134,23 @@ fn scaled_inverse(matrix: &DMatrix<f64>) -> Option<DMatrix<f64>> {
         DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |r, c| matrix[(r, c)] * scale[r] * scale[c]);
     let inverse = scaled.cholesky()?.inverse();
     Some(DMatrix::from_fn(matrix.nrows(), matrix.ncols(), |r, c| inverse[(r, c)] * scale[r] * scale[c]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Even blocks count as they are; two that tell all have one degree of freedom; one that tells all says nothing by itself.
+    #[test]
+    fn few_blocks_say_little_of_their_scatter() {
+        let even = [1.0 / BLOCKS as f64; BLOCKS];
+        assert!((few_blocks(&even) - 1.0).abs() < 1e-9);
+        let mut two = [0.0; BLOCKS];
+        (two[3], two[7]) = (0.5, 0.5);
+        assert!((few_blocks(&two).sqrt() - 12.706 / T).abs() < 1e-9);
+        let five: Vec<f64> = (0..BLOCKS).map(|k| if k < 5 { 0.2 } else { 0.0 }).collect();
+        assert!((few_blocks(&five).sqrt() - 2.776 / T).abs() < 1e-9);
+        assert_eq!(scattered([3.0, 3.0].into_iter(), &[0.5, 0.5]), 36.0);
+        assert_eq!(scattered([0.0].into_iter(), &[1.0]), 0.0);
+    }
 }

@@ -1,6 +1,7 @@
 //! Forces on the feet at the samples of a log, filtered, and what they do to the robot's coordinates.
 use super::columns::{Columns, has_all_corners};
 use super::foot::FootRecord;
+use super::one_sided::{Removed, without_means};
 use super::passing::{Passing, with_quaternion};
 use super::products::Products;
 use crate::log::{Block, Log, Reader};
@@ -139,6 +140,7 @@ impl ContactRecording {
             Products::new(robot, cutoff_hz, step, stride).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
         let columns = &columns;
         let passing = Passing { robot, columns, filter: &filter, products, step, stride, reach, weight, cut };
+        let mut removed: Vec<Removed> = columns.feet.iter().map(|_| Removed::default()).collect();
         while let Some(block) = blocks.next_block()? {
             if block.time.len() < SHORTEST {
                 continue;
@@ -153,6 +155,8 @@ impl ContactRecording {
             }
             accelerations.hear(&columns.plan, &block);
             recording.stops.look(&block, step);
+            let own = without_means(&columns.feet, &block, weight, &mut removed);
+            let block = Block { columns: own.as_deref().unwrap_or(block.columns), ..block };
             recording.add(&passing, block).map_err(|e| unusable(e, &path))?;
             if recording.time.len() > HELD {
                 recording.warnings.push(recording.cut_off(&path));
@@ -160,6 +164,8 @@ impl ContactRecording {
             }
         }
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
+        let told = robot.feet.iter().zip(&removed).filter_map(|(foot, removed)| removed.told(&foot.name));
+        recording.assumptions.extend(told);
         recording.finish(&passing, &raw_noise, &accelerations);
         // Half of them show all that the filter leaves.
         recording.keep(options, if thin { 2 } else { 1 });

@@ -38,6 +38,7 @@ mod effects;
 mod falls;
 mod foot;
 mod forces;
+mod one_sided;
 mod passing;
 mod phases;
 mod predict;

@@ -128,7 +128,7 @@ impl<'a> PhasedController<'a> {
             *along = self.places[point * across];
             self.impulses[point] = stepper.impulse(point)[2];
         }
-        self.tracker.update(stepper.gaps(), &self.along, &self.impulses)
+        self.tracker.update(motion.time, stepper.gaps(), &self.along, &self.impulses)
     }
 }
 

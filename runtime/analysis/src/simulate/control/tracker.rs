@@ -2,6 +2,8 @@
 use crate::simulate::phases::{Ending, Mirror, PhaseSpec};
 use crate::simulate::stepper::CLOSED;
 
+/// What carries nothing for so long has let go, s: contacts that begin a hair above the ground settle within some steps.
+const UNLOADED: f64 = 0.001;
 /// Height above which a foot has been in the air, m.
 const LIFTED: f64 = 1e-4;
 
@@ -17,6 +19,12 @@ pub(crate) struct Tracker<'a> {
     swapped: bool,
     /// The present phase's ending can happen: the foot was in the air, or loaded.
     armed: bool,
+    /// The phase has been looked at before.
+    seen: bool,
+    /// What the phase waits for touched when it was last looked at: an impact takes two steps, since one ends on the ground.
+    touched: bool,
+    /// Since when nothing is carried any more, s.
+    unloaded: Option<f64>,
 }
 
 impl<'a> Tracker<'a> {
@@ -27,7 +35,18 @@ impl<'a> Tracker<'a> {
         shortest_step: f64,
         phase: usize,
     ) -> Self {
-        Self { phases, mirror, feet, shortest_step, phase, swapped: false, armed: false }
+        Self {
+            phases,
+            mirror,
+            feet,
+            shortest_step,
+            phase,
+            swapped: false,
+            armed: false,
+            seen: true,
+            touched: false,
+            unloaded: None,
+        }
     }
 
     /// The present phase.
@@ -45,10 +64,11 @@ impl<'a> Tracker<'a> {
         self.mirror().map_or(point, |mirror| mirror.point(point))
     }
 
-    /// Goes on to the next phase where the present one is over, and says so: heights and places along x of the contact points (m), and
-    /// their last normal impulses (N s).
-    pub fn update(&mut self, heights: &[f64], places: &[f64], impulses: &[f64]) -> bool {
+    /// Goes on to the next phase where the present one is over, and says so: time (s), heights and places along x of the contact
+    /// points (m), and their last normal impulses (N s).
+    pub fn update(&mut self, time: f64, heights: &[f64], places: &[f64], impulses: &[f64]) -> bool {
         let spec = &self.phases[self.phase];
+        let begins = !std::mem::replace(&mut self.seen, true);
         let over = match &spec.ending {
             Ending::Never => false,
             Ending::Touch(points) => {
@@ -62,32 +82,40 @@ impl<'a> Tracker<'a> {
                 let standing: Vec<usize> = spec.standing.iter().map(|&point| self.point(point)).collect();
                 let ahead = foremost(&own) - foremost(&standing);
                 self.armed |= lowest > LIFTED;
-                self.armed && own.iter().any(touches) && ahead >= self.shortest_step
+                // Heel and toe may land at once.
+                self.armed |= begins && ahead > 0.0 && own.iter().any(|&point| impulses[point] > 0.0);
+                let lands = self.armed && own.iter().any(touches) && ahead >= self.shortest_step;
+                std::mem::replace(&mut self.touched, lands) && lands
             }
             Ending::Release(foot) => {
                 let own: Vec<usize> =
                     spec.standing.iter().copied().filter(|point| self.feet[*foot].contains(point)).collect();
-                self.unloaded(&own, impulses)
+                self.lets_go(&own, time, (heights, impulses))
             }
             Ending::Tip(foot, kept) => {
                 let own = spec.standing.iter().copied();
                 let own: Vec<usize> =
                     own.filter(|point| self.feet[*foot].contains(point) && !kept.contains(point)).collect();
-                self.unloaded(&own, impulses)
+                self.lets_go(&own, time, (heights, impulses))
             }
         };
         if over {
             self.swapped ^= spec.relabel;
             self.phase = spec.next;
-            self.armed = false;
+            (self.armed, self.seen, self.touched, self.unloaded) = (false, false, false, None);
         }
         over
     }
 
-    /// Points that carried something in this phase and carry nothing now.
-    fn unloaded(&mut self, points: &[usize], impulses: &[f64]) -> bool {
+    /// Points that carried something in this phase and carry nothing now, or are in the air already as it begins.
+    fn lets_go(&mut self, points: &[usize], time: f64, (heights, impulses): (&[f64], &[f64])) -> bool {
         let load: f64 = points.iter().map(|&point| impulses[self.point(point)]).sum();
-        self.armed |= load > 0.0;
-        self.armed && load == 0.0
+        let lifted = points.iter().all(|&point| heights[self.point(point)] > LIFTED);
+        self.armed |= load > 0.0 || lifted;
+        if load > 0.0 {
+            self.unloaded = None;
+            return false;
+        }
+        self.armed && time - *self.unloaded.get_or_insert(time) >= UNLOADED
     }
 }
