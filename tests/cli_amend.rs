@@ -382,6 +382,32 @@ fn the_history_speaks_json() {
     );
 }
 
+/// Names, values and units of all parameters, whichever way they came.
+#[test]
+fn the_history_prints_values() {
+    let folder = robot("amend_values");
+    friction(&folder, "0.43", &[]).ok();
+    friction(&folder, "0.5", &[]).ok();
+    let spring = ["--effect", "parallel_spring", "--joint", "right_knee_pitch"];
+    let values = ["--set", "stiffness=12.5", "--set", "rest_angle=-0.1"];
+    bipedc(&[&["amend", text(&folder)], &spring[..], &values[..]].concat()).ok();
+    bipedc(&["amend", text(&folder), "--from", text(&diagnosis(&folder)), "--only", "viscous_friction"]).ok();
+    let history = bipedc(&["history", text(&folder)]).ok();
+    let rows: Vec<&str> = history.out.lines().skip(1).collect();
+    for (row, words) in [
+        "+ Coulomb friction at left_knee_pitch  torque 0.43 N m ",
+        "~ Coulomb friction at left_knee_pitch  torque 0.5 N m ",
+        "+ Parallel spring at right_knee_pitch  rest_angle -0.1 rad, stiffness 12.5 N m/rad ",
+        "+ Viscous friction at left_knee_pitch  damping 0.125 N m s/rad ",
+    ]
+    .iter()
+    .enumerate()
+    {
+        assert!(rows[row].starts_with(&format!("{} ", row + 1)), "{}", history.out);
+        assert!(rows[row].contains(words), "no `{words}` in {}", history.out);
+    }
+}
+
 #[test]
 fn a_part_of_a_diagnosis_has_only_the_errors_that_are_known() {
     let folder = robot("amend_only");

@@ -228,6 +228,37 @@ fn pendulum(folder: &Path) -> (String, String) {
     (text(folder).to_owned(), log)
 }
 
+/// What had to be put right in the time stamps is told with its line, and changes no number.
+#[test]
+fn repaired_time_stamps_are_told() {
+    let folder = scratch("compare_order");
+    let (robot, log) = pendulum(&folder);
+    let mut rows: Vec<&str> = log.lines().collect();
+    // Row 1000 behind the one after it, row 2000 twice; the header is line 1.
+    rows.swap(1001, 1002);
+    rows.insert(2001, rows[2001]);
+    let (clean, odd) = (folder.join("clean.csv"), folder.join("odd.csv"));
+    std::fs::write(&clean, &log).unwrap();
+    std::fs::write(&odd, rows.join("\n") + "\n").unwrap();
+    let compare = |log: &Path| bipedc(&["compare", &robot, text(log)]).ok();
+    let (expected, told) = (compare(&clean), compare(&odd));
+    assert_eq!((told.out, expected.err), (expected.out, String::new()));
+    for (what, line) in [
+        (
+            "warning: 1 of 3001 rows stand behind rows of a later time, first in this line: they were sorted in",
+            1003,
+        ),
+        (
+            "warning: 1 of 3001 rows repeat the time of another row, first in this line: they were left out",
+            2003,
+        ),
+    ] {
+        let told = told.err.split(what).nth(1).unwrap_or_else(|| panic!("no `{what}` in {}", told.err));
+        let place = told.lines().nth(1).unwrap();
+        assert!(place.ends_with(&format!("odd.csv:{line}")), "{what}: {place}");
+    }
+}
+
 /// The answer to a log from a pipe is that to a file but for its name, which is the one given.
 #[cfg(unix)]
 #[test]

@@ -221,6 +221,34 @@ fn a_seed_always_gives_the_same_bytes() {
     assert_ne!(first, design("c.csv", "8"));
 }
 
+/// Within the last start too, where no other one is left out.
+#[test]
+fn a_time_limit_that_cuts_the_search_short_is_told() {
+    let out = scratch("excite_time").join("knee.csv");
+    let search = |limit: &str, more: &[&str]| {
+        let robot = ["excite", ROBOT, "--joints", "right_knee_pitch", "--duration", "2", "--harmonics", "2"];
+        let search = ["--starts", "1", "--evaluations", "30", "--time-limit", limit, "--out", text(&out)];
+        bipedc(&[&robot[..], &search, more].concat()).ok()
+    };
+    let words = "warning: time ran out: another run with this seed may give another motion";
+    let (short, long) = (search("1e-6", &[]), search("600", &[]));
+    assert!(short.out.contains(words), "{}", short.out);
+    assert!(!long.out.contains("warning"), "{}", long.out);
+    for (limit, late) in [("1e-6", true), ("600", false)] {
+        let answer = search(limit, &["--json"]).json();
+        assert_eq!(
+            (&answer["out_of_time"], &answer["interrupted"]),
+            (&Value::Bool(late), &Value::Bool(false))
+        );
+    }
+    let apart =
+        ["--separate", "coulomb_friction", "viscous_friction", "--joint", "right_knee_pitch", "--json"];
+    for (limit, late) in [("1e-6", true), ("600", false)] {
+        let warnings = search(limit, &apart).json()["warnings"].to_string();
+        assert_eq!(warnings.contains("time ran out"), late, "{warnings}");
+    }
+}
+
 /// Adds the columns of the efforts that the model needs, with normally distributed noise (N m), to a trajectory's file.
 fn add_efforts(file: &Path, noise: f64) {
     let model = model("inverse_dynamics");

@@ -1,14 +1,19 @@
 //! Every command that README prints runs as printed, on robots and logs with the names that it uses.
 use crate::cli::{run, scratch};
+use crate::real_data::{measurements, servo};
 use crate::support::project;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+fn readme() -> String {
+    fs::read_to_string(project().join("README.md")).unwrap()
+}
+
 /// Blocks of commands, line by line without what is said of them.
 fn commands() -> Vec<String> {
-    let readme = fs::read_to_string(project().join("README.md")).unwrap();
+    let readme = readme();
     let blocks = readme.split("```sh\n").skip(1).map(|rest| rest.split("```").next().unwrap());
     let lines = blocks.flat_map(str::lines).map(|line| line.split(" #").next().unwrap().trim().to_owned());
     lines.filter(|line| line.starts_with("bipedc ")).collect()
@@ -63,15 +68,27 @@ fn own() -> PathBuf {
     folder
 }
 
-fn runs(line: &str, folder: &Path) {
+/// `xl330`: the pendulum and nothing of the servo, with what other people measured on it; none where that is not there.
+fn pendulum() -> Option<PathBuf> {
+    let data = measurements()?;
+    let folder = scratch("readme_servo");
+    fs::create_dir_all(folder.join("xl330")).unwrap();
+    fs::write(folder.join("xl330/robot.urdf"), servo::URDF).unwrap();
+    fs::write(folder.join("xl330/biped.toml"), "[base]\nkind = \"fixed\"\n").unwrap();
+    servo::write_logs(&data, [&folder.join("swing.csv"), &folder.join("lift.csv")]).unwrap();
+    Some(folder)
+}
+
+/// What the line prints, unless it goes into a file.
+fn runs(line: &str, folder: &Path) -> String {
     let (line, output) = line.split_once(" > ").map_or((line, None), |(line, file)| (line, Some(file)));
     let mut command = Command::new(env!("CARGO_BIN_EXE_bipedc"));
     command.args(line.split_whitespace().skip(1)).current_dir(folder).stdin(Stdio::null());
     let done = run(&mut command);
     assert_eq!(done.code, Some(0), "{line}\n{}{}", done.out, done.err);
-    if let Some(file) = output {
-        fs::write(folder.join(file), done.out).unwrap();
-    }
+    let Some(file) = output else { return done.out };
+    fs::write(folder.join(file), done.out).unwrap();
+    String::new()
 }
 
 #[test]
@@ -83,15 +100,63 @@ fn every_command_runs_as_printed() {
         println!("{line}");
         let place = ["my_robot", "my_leg", "robots/", "xl330"].iter().position(|name| line.contains(name));
         match place {
-            Some(0) => runs(&line, &walker),
-            Some(1) => runs(&line, &leg),
-            Some(2) => runs(&line, &own),
-            // Other people's data: docs/real-data.md has a test of its own.
+            Some(0) => drop(runs(&line, &walker)),
+            Some(1) => drop(runs(&line, &leg)),
+            Some(2) => drop(runs(&line, &own)),
+            // Other people's data: the next test.
             Some(3) => {}
-            // `history` of the servo, and what names no robot.
             _ => assert!(line.starts_with("bipedc completions"), "nobody knows where to run: {line}"),
         }
         counts[place.unwrap_or(3)] += 1;
     }
     assert!(counts[0] >= 16 && counts[1] >= 1 && counts[2] >= 2, "{counts:?}");
+}
+
+/// As `bipedc compare` has them in its table, in README's words: the error of the only joint, and its part of the torque.
+fn compared(table: &str) -> String {
+    let row = table.lines().find(|line| line.starts_with("joint") && line.contains('%')).unwrap();
+    let fields: Vec<&str> = row.split_whitespace().collect();
+    let percent = fields.iter().position(|field| *field == "%").unwrap();
+    let part: f64 = fields[percent - 1].parse().unwrap();
+    format!("rms {} {} {}, {part:.0} % of the torque", fields[1], fields[2], fields[3])
+}
+
+/// A picture without the dates of its steps.
+fn undated(svg: &str) -> String {
+    let mut parts = svg.split("(step ");
+    let rest = |part: &str| part.split_once(')').map_or(String::new(), |(_, rest)| rest.to_owned());
+    parts.next().unwrap_or_default().to_owned() + &parts.map(rest).collect::<String>()
+}
+
+/// What README says beside and below the commands, and its picture, are what they print.
+#[test]
+fn the_servo_is_as_printed() {
+    let Some(folder) = pendulum() else { return };
+    let readme = readme();
+    let begin = readme.find("```sh\nbipedc compare  xl330").unwrap();
+    let mut blocks = readme[begin..].split("```");
+    let (lines, shown) = (blocks.nth(1).unwrap(), blocks.nth(1).unwrap());
+    let mut figures = 0;
+    for line in lines.lines().skip(1) {
+        let (command, said) = line.split_once('#').unwrap_or((line, ""));
+        let printed = runs(command.trim(), &folder);
+        if !said.is_empty() {
+            figures += 1;
+            assert!(compared(&printed).starts_with(said.trim()), "{line}\n{printed}");
+        }
+    }
+    assert_eq!(figures, 2);
+    let answer = fs::read_to_string(folder.join("diagnosis.json")).unwrap();
+    let answer: serde_json::Value = serde_json::from_str(&answer).unwrap();
+    // README breaks lines elsewhere, and leaves parts out.
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    let summary = words(answer["summary"].as_str().unwrap());
+    let shown = words(shown);
+    assert!(shown.len() > 200);
+    for part in shown.split('…') {
+        assert!(summary.contains(part.trim()), "no `{part}` in {summary}");
+    }
+    let drawn = fs::read_to_string(folder.join("staircase.svg")).unwrap();
+    let picture = fs::read_to_string(project().join("docs/servo.svg")).unwrap();
+    assert_eq!(undated(&drawn), undated(&picture));
 }

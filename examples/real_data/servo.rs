@@ -37,7 +37,8 @@ const BACK_EMF_HZ: f64 = 15.0;
 /// Between logs that follow each other, s.
 const PAUSE: f64 = 2.0;
 
-const URDF: &str = r#"<robot name="pendulum"><link name="bench"/><link name="arm"><inertial><origin xyz="0 0 -0.1"/>
+/// The pendulum, and nothing of the servo.
+pub const URDF: &str = r#"<robot name="pendulum"><link name="bench"/><link name="arm"><inertial><origin xyz="0 0 -0.1"/>
 <mass value="0.49"/><inertia ixx="1e-6" ixy="0" ixz="0" iyy="1e-6" iyz="0" izz="1e-6"/></inertial></link>
 <joint name="joint" type="revolute"><parent link="bench"/><child link="arm"/><axis xyz="0 -1 0"/>
 <limit lower="-10" upper="10" effort="2" velocity="20"/></joint></robot>"#;
@@ -59,11 +60,9 @@ friction, 61.2 to 62.7 with Stribeck friction, 47.0 with friction that grows wit
 /// # Errors
 /// Files that cannot be read or written; a refusal of the program.
 pub fn run(data: &Path, folder: &Path, program: &Program) -> Result<Vec<Part>, Failure> {
-    let logs = logs(&data.join("bam_xl330"))?;
     let pendulum = robot(folder, URDF, MOTOR)?;
     let (train, test) = (folder.join("train.csv"), folder.join("test.csv"));
-    join(&logs, &["sin_sin", "up_and_down"], &train)?;
-    join(&logs, &["sin_time_square", "lift_and_drop"], &test)?;
+    write_logs(data, [&train, &test])?;
     let named = [(&*pendulum, "xl330"), (&*train, "train.csv"), (&*test, "test.csv")];
     let options = ["--cutoff", "10", "--inertial", "none", "--refit"];
     let (command, answer) = program.diagnose(&named, &options)?;
@@ -75,6 +74,16 @@ pub fn run(data: &Path, folder: &Path, program: &Program) -> Result<Vec<Part>, F
         answer,
         measured,
     }])
+}
+
+/// Writes the log that teaches and the one that judges.
+///
+/// # Errors
+/// Files that cannot be read or written.
+pub fn write_logs(data: &Path, [train, test]: [&Path; 2]) -> Result<(), Failure> {
+    let logs = logs(&data.join("bam_xl330"))?;
+    join(&logs, &["sin_sin", "up_and_down"], train)?;
+    join(&logs, &["sin_time_square", "lift_and_drop"], test)
 }
 
 /// The raw logs in the order of their names.

@@ -4,7 +4,7 @@ use super::{Options, written};
 use crate::progress::Run;
 use crate::table::table;
 use bipedc_analysis::identify::excite::{
-    Designed, Family, Limits, Machine, MotionQuality, Peaks, Request, design,
+    Designed, Early, Family, Limits, Machine, MotionQuality, Peaks, Request, design,
 };
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::Diagnostics;
@@ -38,6 +38,7 @@ pub struct DesignedMotion {
     starts: usize,
     evaluations: usize,
     out_of_time: bool,
+    interrupted: bool,
     assumptions: Vec<String>,
 }
 
@@ -116,7 +117,8 @@ impl DesignedMotion {
             seed: request.seed,
             starts: found.starts,
             evaluations: found.evaluations,
-            out_of_time: found.out_of_time,
+            out_of_time: found.early == Some(Early::OutOfTime),
+            interrupted: found.early == Some(Early::Interrupted),
             assumptions: assumed.to_vec(),
         }
     }
@@ -150,8 +152,10 @@ impl fmt::Display for DesignedMotion {
         )?;
         writeln!(f, "{} starts, {} evaluations, seed {}\n", self.starts, self.evaluations, self.seed)?;
         f.write_str(&Joint::table(&self.joints))?;
-        if self.out_of_time {
-            writeln!(f, "\nwarning: time ran out: another run with this seed may give another motion")?;
+        for (ended, early) in [(self.out_of_time, Early::OutOfTime), (self.interrupted, Early::Interrupted)] {
+            if ended {
+                writeln!(f, "\nwarning: {early}: another run with this seed may give another motion")?;
+            }
         }
         writeln!(f, "\n{}", last_words(self.rows, &self.file, self.feet_distance))
     }

@@ -6,8 +6,8 @@ use crate::kinds::demand_kind;
 use crate::progress::Run;
 use crate::robot::{joint_layout, link_inertias};
 use crate::table::table;
-use bipedc_analysis::identify::excite::Machine;
 use bipedc_analysis::identify::excite::separate::{Candidate, Pair, Separating, Separation, separate};
+use bipedc_analysis::identify::excite::{Early, Machine};
 use bipedc_analysis::identify::joint;
 use bipedc_analysis::robot::{JointLayout, LinkInertias};
 use bipedc_compiler::Robot;
@@ -213,6 +213,7 @@ pub struct SeparatingMotion {
     starts: usize,
     evaluations: usize,
     out_of_time: bool,
+    interrupted: bool,
     assumptions: Vec<String>,
     /// Why the two may not be told apart all the same.
     pub warnings: Vec<String>,
@@ -244,7 +245,8 @@ impl SeparatingMotion {
             seed: request.seed,
             starts: found.starts,
             evaluations: found.evaluations,
-            out_of_time: found.out_of_time,
+            out_of_time: found.early == Some(Early::OutOfTime),
+            interrupted: found.early == Some(Early::Interrupted),
             assumptions: Vec::new(),
             warnings: Vec::new(),
         }
@@ -302,8 +304,8 @@ impl SeparatingMotion {
                 ));
             }
         }
-        if self.out_of_time {
-            self.warnings.push("time ran out: another run with this seed may give another motion".to_owned());
+        if let Some(early) = found.early {
+            self.warnings.push(format!("{early}: another run with this seed may give another motion"));
         }
     }
 }

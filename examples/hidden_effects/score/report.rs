@@ -131,7 +131,7 @@ fn summary(scores: &[Scored]) -> Vec<String> {
     };
     let effects = of(&[Group::Single, Group::Pair, Group::CadAndEffect]);
     let mut lines = vec![
-        format!("kind, place and parameters right: {} (wanted: 90 %)", count(&effects, |s| s.right)),
+        format!("kind, place and parameters right: {} (wanted: 95 %)", count(&effects, |s| s.right)),
         format!(
             "kind right: {}; kind and place right: {}",
             count(&effects, |s| s.kinds),
@@ -160,7 +160,7 @@ fn summary(scores: &[Scored]) -> Vec<String> {
     let spurious: usize = scores.iter().map(|score| score.spurious).sum();
     let per_case = spurious as f64 / scores.len().max(1) as f64;
     lines.push(format!(
-        "spurious effects: {spurious} in {} cases, {} per case (wanted: below 0.1)",
+        "spurious effects: {spurious} in {} cases, {} per case (wanted: below 0.05)",
         scores.len(),
         short(per_case)
     ));

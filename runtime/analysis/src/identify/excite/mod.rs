@@ -21,5 +21,5 @@ pub use clearance::{CLEARANCE_FUNCTIONS, Clearance};
 pub use information::{MotionQuality, Regression};
 pub use limits::{Peaks, peaks};
 pub use machine::{Limits, Machine};
-pub use search::{Designed, Request, design};
+pub use search::{Designed, Early, Request, design};
 pub use spectrum::{Criterion, Quality, Scaling};

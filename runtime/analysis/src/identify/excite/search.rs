@@ -45,6 +45,24 @@ pub struct Request {
     pub time_limit: Option<Duration>,
 }
 
+/// Why a search ended before it was through: another run may answer otherwise then.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Early {
+    /// The request's time limit passed.
+    OutOfTime,
+    /// Whoever waits asked for the best so far.
+    Interrupted,
+}
+
+impl std::fmt::Display for Early {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::OutOfTime => "time ran out",
+            Self::Interrupted => "interrupted",
+        })
+    }
+}
+
 /// A motion and how it was found.
 #[derive(Debug, Clone)]
 pub struct Designed {
@@ -62,12 +80,12 @@ pub struct Designed {
     pub peaks: Vec<Peaks>,
     /// Least distance of the feet at these samples, m, where they are kept apart.
     pub feet_distance: Option<f64>,
-    /// Starts that were finished.
+    /// Starts that were made; the last one may have been broken off.
     pub starts: usize,
     /// Evaluations of cost and gradient.
     pub evaluations: usize,
-    /// Whether the time limit ended the search: another run may answer otherwise then.
-    pub out_of_time: bool,
+    /// Why starts are missing, or the last one was broken off.
+    pub early: Option<Early>,
 }
 
 /// What a motion is wanted for.
@@ -144,7 +162,7 @@ pub fn design(
         feet_distance: found.feet_distance,
         starts: found.starts,
         evaluations: found.evaluations,
-        out_of_time: found.out_of_time,
+        early: found.early,
     })
 }
 
@@ -159,7 +177,7 @@ pub(super) struct Best<Q> {
     pub feet_distance: Option<f64>,
     pub starts: usize,
     pub evaluations: usize,
-    pub out_of_time: bool,
+    pub early: Option<Early>,
 }
 
 /// The motion that serves an objective best; request and machine were checked.
@@ -172,8 +190,8 @@ pub(super) fn best<O: Objective>(
 ) -> Result<Best<O::Quality>, Diagnostic> {
     let mut random = Random::new(request.seed);
     let basis = Basis::new(request.family, request.duration);
-    let evaluations = Cell::new(0);
-    let search = Search { machine, request, basis, objective, stop, begun: Instant::now(), evaluations };
+    let (evaluations, early, begun) = (Cell::new(0), Cell::new(None), Instant::now());
+    let search = Search { machine, request, basis, objective, stop, begun, evaluations, early };
     let (mut first, mut best, mut refused) = (None, None::<(O::Quality, Vec<f64>)>, None::<Obstacle>);
     let mut starts = 0;
     for start in 0..request.starts {
@@ -193,18 +211,17 @@ pub(super) fn best<O: Objective>(
             }
         }
         starts += 1;
-        if search.out_of_time() {
+        if starts < request.starts && search.ends_early() {
             break;
         }
     }
     let (after, coefficients) = best.ok_or_else(|| search.impossible(refused))?;
-    let (evaluations, out_of_time) =
-        (search.evaluations.get(), search.out_of_time() && starts < request.starts);
+    let (evaluations, early) = (search.evaluations.get(), search.early.get());
     let motion = machine.motion(&search.basis, &coefficients, fine(&search.basis));
     let (peaks, feet_distance) =
         (peaks(machine, &motion)?, machine.clearance.map(|clearance| clearance.distance(&motion)));
     let (basis, before) = (search.basis, first.unwrap_or(after));
-    Ok(Best { basis, coefficients, before, after, peaks, feet_distance, starts, evaluations, out_of_time })
+    Ok(Best { basis, coefficients, before, after, peaks, feet_distance, starts, evaluations, early })
 }
 
 /// Random coefficients of a motion of moderate size.
@@ -259,11 +276,19 @@ struct Search<'r, 'm, O> {
     stop: &'r dyn Fn() -> bool,
     begun: Instant,
     evaluations: Cell<usize>,
+    /// The first reason not to go on that was met where there was something left to do.
+    early: Cell<Option<Early>>,
 }
 
 impl<O: Objective> Search<'_, '_, O> {
-    fn out_of_time(&self) -> bool {
-        (self.stop)() || self.request.time_limit.is_some_and(|limit| self.begun.elapsed() >= limit)
+    /// Whether to end here, asked before more is done. The first reason is kept.
+    fn ends_early(&self) -> bool {
+        if self.early.get().is_none() {
+            let late = self.request.time_limit.is_some_and(|limit| self.begun.elapsed() >= limit);
+            let reason = late.then_some(Early::OutOfTime);
+            self.early.set(if (self.stop)() { Some(Early::Interrupted) } else { reason });
+        }
+        self.early.get().is_some()
     }
 
     /// Which part of the search is done, of starts or of time.
@@ -296,7 +321,7 @@ impl<O: Objective> Search<'_, '_, O> {
             let done = Cell::new(0_usize);
             let cost = |x: &[f64], gradient: Option<&mut [f64]>, (): &mut ()| {
                 // What is left of the run costs nothing then.
-                if self.out_of_time() || failure.borrow().is_some() {
+                if self.ends_early() || failure.borrow().is_some() {
                     gradient.into_iter().for_each(|gradient| gradient.fill(0.0));
                     return best.borrow().0.min(NOTHING);
                 }

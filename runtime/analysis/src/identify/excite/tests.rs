@@ -6,6 +6,7 @@ use crate::identify::BatchRegressor;
 use crate::robot::Trajectory;
 use crate::robot::{BaseKind, Batch, EvaluationError, InverseDynamics, Joint, JointLayout};
 use std::cell::RefCell;
+use std::time::Duration;
 
 const LENGTH: f64 = 0.4;
 /// Base parameters: I₁ + m₂l², I₂, m₂c₂, m₁c₁ + m₂l.
@@ -167,6 +168,19 @@ fn the_answer_is_better_and_keeps_its_limits() {
         assert!(peaks.velocity <= limits.velocity && peaks.acceleration <= limits.acceleration, "{peaks:?}");
         assert!(peaks.effort <= limits.effort, "{peaks:?}");
     }
+}
+
+/// Of one start: no other one is missing then.
+#[test]
+fn an_early_end_is_told_with_its_reason() {
+    let early = |time_limit: Option<Duration>, stop: bool| {
+        let request = Request { starts: 1, evaluations: 20, time_limit, ..request() };
+        with(&limits(9.0), |machine| design(machine, &request, &|_| (), &|| stop).unwrap().early)
+    };
+    let hour = Some(Duration::from_secs(3600));
+    assert_eq!((early(None, false), early(hour, false)), (None, None));
+    assert_eq!(early(Some(Duration::ZERO), false), Some(Early::OutOfTime));
+    assert_eq!((early(None, true), early(hour, true)), (Some(Early::Interrupted), Some(Early::Interrupted)));
 }
 
 #[test]

@@ -86,7 +86,7 @@ pub struct DesignedPostures {
     pub stability_of_others: f64,
     /// Part of them, times postures, that stand.
     pub standing_others: f64,
-    /// Whether the search was ended early.
+    /// Whether the search was ended early, in its last start too.
     pub stopped: bool,
 }
 
@@ -107,7 +107,12 @@ pub fn design_postures(
 ) -> Result<DesignedPostures, Diagnostic> {
     check(standing, request)?;
     let begun = Instant::now();
-    let late = || stop() || request.time_limit.is_some_and(|limit| begun.elapsed() >= limit);
+    // Asked only before more is done: once it says so, the search ended early.
+    let stopped = Cell::new(false);
+    let late = || {
+        stopped.set(stop() || request.time_limit.is_some_and(|limit| begun.elapsed() >= limit));
+        stopped.get()
+    };
     let mut random = Random::new(request.seed);
     let conditions = conditions(standing, request, &mut random);
     let problem =
@@ -126,16 +131,12 @@ pub fn design_postures(
             let limit = request.time_limit.map_or(f64::INFINITY, |limit| limit.as_secs_f64());
             progress(starts.max(begun.elapsed().as_secs_f64() / limit).min(1.0));
         };
-        let descent = Descent { problem: &problem, left: Cell::new(request.evaluations), stop: &late };
-        let end = descent.minimised(&begin, request.evaluations, &report);
-        let (before, after) = (problem.quality(&begin), problem.quality(&end));
-        let (after, end) =
-            if better(request.criterion, &after, &before) { (after, end) } else { (before, begin) };
-        runs.push(Run { before, after, evaluations: request.evaluations - descent.left.get() });
-        if best.as_ref().is_none_or(|(k, _)| better(request.criterion, &after, &runs[*k].after)) {
+        let (run, end) = improved(&problem, request, begin, (&report, &late));
+        runs.push(run);
+        if best.as_ref().is_none_or(|(k, _)| better(request.criterion, &run.after, &runs[*k].after)) {
             best = Some((runs.len() - 1, end));
         }
-        if late() {
+        if runs.len() < request.starts && late() {
             break;
         }
     }
@@ -144,8 +145,22 @@ pub fn design_postures(
         return Err(Diagnostic::error("these postures do not tell all parameters")
             .help("ask for more --postures or --placements, or widen the joints' limits"));
     }
-    let stopped = late() && runs.len() < request.starts;
-    Ok(judged(standing, request, &conditions, (found, best, runs), stopped))
+    Ok(judged(standing, request, &conditions, (found, best, runs), stopped.get()))
+}
+
+/// What a start leads to; what it began with if that tells more.
+fn improved(
+    problem: &Problem<'_, '_>,
+    request: &PostureRequest,
+    begin: Point,
+    (report, stop): (&dyn Fn(f64), &dyn Fn() -> bool),
+) -> (Run, Point) {
+    let descent = Descent { problem, left: Cell::new(request.evaluations), stop };
+    let end = descent.minimised(&begin, request.evaluations, report);
+    let (before, after) = (problem.quality(&begin), problem.quality(&end));
+    let (after, end) =
+        if better(request.criterion, &after, &before) { (after, end) } else { (before, begin) };
+    (Run { before, after, evaluations: request.evaluations - descent.left.get() }, end)
 }
 
 fn better(criterion: Criterion, one: &Quality, other: &Quality) -> bool {

@@ -189,6 +189,10 @@ fn the_search_falls_and_keeps_everything() {
         let missed = standing.missed(&standing.bodies(&posture.joints), &found.placements[posture.placement]);
         assert!(missed.amax() < 1e-10, "{missed}");
     }
+    // Ended within the only start: it is said, though no other one is left out.
+    let begun = std::cell::Cell::new(false);
+    let cut = design_postures(&standing, &request, &|_| begun.set(true), &|| begun.get()).unwrap();
+    assert!(cut.stopped && !found.stopped && cut.runs[0].evaluations < run.evaluations);
     // Ended at once, what it began with is the answer.
     let stopped = design_postures(&standing, &PostureRequest { starts: 3, ..request }, &|_| (), &|| true);
     assert!(stopped.is_err() || stopped.is_ok_and(|found| found.stopped || found.runs.len() == 1));

@@ -17,7 +17,7 @@ pub use objective::Separation;
 
 use super::basis::Basis;
 use super::search::{best, check, guess};
-use super::{Machine, Peaks, Request};
+use super::{Early, Machine, Peaks, Request};
 use crate::robot::{JointLayout, LinkInertias};
 use angle::{Layout, View, independent, lengths};
 use bipedc_effects::diagnostic::Diagnostic;
@@ -74,12 +74,12 @@ pub struct Separating {
     pub peaks: Vec<Peaks>,
     /// Least distance of the feet, m, where they are kept apart.
     pub feet_distance: Option<f64>,
-    /// Starts that were finished.
+    /// Starts that were made.
     pub starts: usize,
     /// Evaluations of cost and gradient.
     pub evaluations: usize,
-    /// Whether time or the user ended the search.
-    pub out_of_time: bool,
+    /// As of [`Designed`](super::Designed).
+    pub early: Option<Early>,
 }
 
 /// Combinations of columns that count.
@@ -128,7 +128,7 @@ pub fn separate(
         feet_distance: found.feet_distance,
         starts: found.starts,
         evaluations: found.evaluations,
-        out_of_time: found.out_of_time,
+        early: found.early,
     })
 }
 
