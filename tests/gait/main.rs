@@ -5,6 +5,7 @@ mod command;
 mod cycles;
 mod files;
 mod identities;
+mod libraries;
 mod lie;
 mod maps;
 mod optimised;
