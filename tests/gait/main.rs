@@ -16,6 +16,7 @@ mod phased_choices;
 mod phased_contacts;
 mod phased_files;
 mod phased_lie;
+mod phased_plans;
 mod phased_speeds;
 mod phased_walks;
 mod planar;
