@@ -31,7 +31,9 @@ impl PhasedBench {
         run: &Run<'_>,
     ) -> Result<Plans, Diagnostics> {
         let (choices, now) = self.choices(options)?;
-        let chains = Chains::new(self, specs).assuming(options.assume)?;
+        let chains = Chains::new(self, specs)
+            .map_err(|error| error.or_in_file(&self.file))?
+            .assuming(options.assume)?;
         let present = chains.ask(|chain| chain.mid_stance(&now, 1.0)).map_err(|why| {
             Diagnostic::error(format!("the present step is none: {why}"))
                 .help("name other parameters of the present step by --from")
