@@ -44,7 +44,7 @@ impl AnyBench {
         let file = gait_path(&robot.sources, name)?;
         let (gait, warnings) = read_any_gait(&file, &robot.sources, &robot.description)?;
         match gait {
-            AnyGait::OnePhase(gait) => super::GaitBench::derived(robot, file, (gait, warnings), progress)
+            AnyGait::OnePhase(gait) => super::GaitBench::derived(robot, file, (*gait, warnings), progress)
                 .map(Box::new)
                 .map(Self::OnePhase),
             AnyGait::Phased(gait) => {
