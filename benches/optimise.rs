@@ -18,6 +18,7 @@ fn options(form: &str, speeds: Vec<f64>) -> OptimiseOptions {
         coefficients: COEFFICIENTS,
         wishes: Wishes::default(),
         command: "benches/optimise.rs".to_owned(),
+        library: None,
     }
 }
 

@@ -126,7 +126,12 @@ impl Elsewhere {
 
     /// The program there, with a robot of the repository.
     pub fn generate(&self, arguments: &[&str]) -> Run {
-        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join(ROBOT);
+        self.generate_of(ROBOT, arguments)
+    }
+
+    /// The same with the robot in this folder.
+    pub fn generate_of(&self, robot: &str, arguments: &[&str]) -> Run {
+        let robot = Path::new(env!("CARGO_MANIFEST_DIR")).join(robot);
         let arguments: Vec<&str> = ["generate", text(&robot)].iter().chain(arguments).copied().collect();
         run(command(&arguments).current_dir(&self.0))
     }

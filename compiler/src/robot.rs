@@ -267,7 +267,7 @@ impl Robot {
         let described = &self.description;
         let derived = match gait {
             AnyGait::OnePhase(gait) => {
-                compile_gait(described, &gait).map(|made| DerivedGait::OnePhase(Box::new((gait, made))))
+                compile_gait(described, &gait).map(|made| DerivedGait::OnePhase(Box::new((*gait, made))))
             }
             AnyGait::Phased(gait) => {
                 compile_phases(described, &gait).map(|made| DerivedGait::Phased(Box::new((gait, made))))

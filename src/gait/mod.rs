@@ -1,5 +1,6 @@
 //! Gaits of a robot: a gait file compiled, and steps on its zero dynamics.
 mod chain;
+mod checked;
 pub mod choice;
 mod controller;
 pub mod cycle;
@@ -118,7 +119,9 @@ impl GaitBench {
             .stage("deriving", || compile_gait(&robot.description, &gait))
             .map_err(|error| error.or_in_file(&file))?;
         let model = ProgramModel::new(compiled.model.clone());
-        Ok(Self { gait, warnings, file, compiled, model })
+        let bench = Self { gait, warnings, file, compiled, model };
+        bench.checked().map_err(|error| error.or_in_file(&bench.file))?;
+        Ok(bench)
     }
 
     /// Notes the gait's file, which no output may overwrite.

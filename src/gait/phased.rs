@@ -1,5 +1,5 @@
 //! Gaits of several phases: a gait file compiled, and its controller in process.
-use super::{Assignment, Parametrised, beyond, replaced};
+use super::{Assignment, ChainOptions, Parametrised, replaced};
 use crate::progress::Progress;
 use bipedc_compiler::Robot;
 use bipedc_compiler::compile::{CompiledPhases, PhasePrograms, compile_phases};
@@ -44,7 +44,7 @@ impl AnyBench {
         let file = gait_path(&robot.sources, name)?;
         let (gait, warnings) = read_any_gait(&file, &robot.sources, &robot.description)?;
         match gait {
-            AnyGait::OnePhase(gait) => super::GaitBench::derived(robot, file, (gait, warnings), progress)
+            AnyGait::OnePhase(gait) => super::GaitBench::derived(robot, file, (*gait, warnings), progress)
                 .map(Box::new)
                 .map(Self::OnePhase),
             AnyGait::Phased(gait) => {
@@ -172,9 +172,18 @@ impl PhasedBench {
         replaced((&self.gait.name, parameters), &defaults, set)
     }
 
-    /// Warnings of parameters beyond their bounds.
-    pub fn beyond(&self, values: &[f64]) -> Vec<Diagnostic> {
-        beyond(&self.gait.parameters, values, ("", &self.file))
+    /// Warnings of parameters of a step beyond their bounds.
+    ///
+    /// # Errors
+    /// Parameters that the gait does not have, numbers that are none.
+    pub fn beyond(&self, options: &ChainOptions) -> Result<Vec<Diagnostic>, Diagnostics> {
+        let to = self.values(&options.set)?;
+        let from = self.with(&to, &options.from)?;
+        let mut found = self.outside(&to, "");
+        if from != to {
+            found.extend(self.outside(&from, " until mid-stance"));
+        }
+        Ok(found)
     }
 }
 

@@ -182,7 +182,7 @@ impl Walker {
     pub fn warnings(&self) -> Vec<Diagnostic> {
         let (warnings, beyond) = match &self.bench {
             AnyBench::OnePhase(bench) => (&bench.warnings, bench.beyond(&self.values, "")),
-            AnyBench::Phased(bench) => (&bench.warnings, bench.beyond(&self.values)),
+            AnyBench::Phased(bench) => (&bench.warnings, bench.outside(&self.values, "")),
         };
         warnings.iter().cloned().chain(beyond).collect()
     }

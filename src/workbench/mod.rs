@@ -2,10 +2,12 @@
 mod closed_loop;
 mod explaining;
 mod identified;
+mod library;
 mod optimised;
 
 pub use closed_loop::{ClosedLoop, PhaseCourse, PhaseCourses};
 pub use explaining::{Event, Explained};
+pub use library::{gait_file, search_file};
 pub use optimised::{OptimiseOptions, OptimisedGait, OptimisedGaits};
 
 use crate::amendment::diagnosis::{Selection, propose};

@@ -1,6 +1,6 @@
 //! Gaits found by optimisation, written, and tried under their own controllers.
-use super::Workbench;
 use super::closed_loop::{ClosedLoop, Lack, PhaseCourses, Tried};
+use super::{Workbench, library};
 use crate::gait::optimise::{
     Demands, MotionMargins, Optimum, Stage, Wishes, from_gait, from_landing, from_neighbour, from_nothing,
     gait_text, lands_by_posture, size,
@@ -10,11 +10,12 @@ use crate::table::table;
 use bipedc_analysis::nonlinear::{Ending, Iteration};
 use bipedc_compiler::compile::{Collocation, GaitForm, compile_collocation};
 use bipedc_compiler::description::gait::{AnyGait, gait_path, parse_any_gait, read_any_gait};
+use bipedc_compiler::description::model::RobotDescription;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::input;
 use serde::Serialize;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// What gaits are asked for.
@@ -30,8 +31,10 @@ pub struct OptimiseOptions {
     pub coefficients: usize,
     /// Everything else that is wished.
     pub wishes: Wishes,
-    /// The comment at the beginning of the files.
+    /// The comment at the beginning of the files, without the speeds.
     pub command: String,
+    /// Folder of a library, whose gaits of the same request are taken over; none: all are found anew.
+    pub library: Option<PathBuf>,
 }
 
 /// A gait at one speed.
@@ -39,6 +42,8 @@ pub struct OptimiseOptions {
 pub struct OptimisedGait {
     /// As asked, m/s.
     pub speed: f64,
+    /// An earlier run of the same request found it.
+    pub taken_over: bool,
     /// Whether all constraints hold, as a trajectory.
     pub feasible: bool,
     /// Whether the search came to a minimum.
@@ -68,6 +73,9 @@ pub struct OptimisedGait {
     /// The gait file's text; none where the search failed.
     #[serde(skip)]
     pub text: Option<String>,
+    /// Where the search ended, for the next one; none where the gait is no part of a library.
+    #[serde(skip)]
+    pub search: Option<String>,
 }
 
 /// What the landing of a toe can push with: while other feet stand, the posture alone says how its impulses are shared out.
@@ -136,16 +144,29 @@ impl Workbench {
             gaits: Vec::new(),
         };
         let seed = options.start.as_ref().map(|name| self.seed(name)).transpose()?;
-        let asked =
-            Asked { file: &file, source: &source, form: &form, of: &of, seed: seed.as_ref(), options };
+        let asked = Asked {
+            file: &file,
+            source: &source,
+            form: &form,
+            of: &of,
+            seed: seed.as_ref(),
+            options,
+            description: &self.robot.description,
+        };
         let trial = self.progress.stage("deriving", || Trial::new(&self.robot, &of))?;
         let mut near: Option<Optimum> = None;
-        for &speed in &options.speeds {
-            let Some((gait, optimum)) = self.found_at(&asked, &trial, speed, near.as_ref())? else {
+        for index in 0..options.speeds.len() {
+            let gait = match self.taken_over(&asked, &trial, index) {
+                Some(found) => Some(found),
+                None => self.found_at(&asked, &trial, index, near.as_ref())?,
+            };
+            let Some((mut gait, optimum)) = gait else {
                 found.complete = false;
                 break;
             };
             if gait.feasible {
+                let keeps = options.library.is_some() && !gait.taken_over;
+                gait.search = keeps.then(|| library::search_text(&asked.identity(index), &gait, &optimum));
                 near = Some(optimum);
             }
             done(&gait)?;
@@ -159,10 +180,11 @@ impl Workbench {
         &self,
         asked: &Asked<'_>,
         trial: &Trial,
-        speed: f64,
+        index: usize,
         near: Option<&Optimum>,
     ) -> Result<Option<(OptimisedGait, Optimum)>, Diagnostics> {
         let begin = Instant::now();
+        let speed = asked.options.speeds[index];
         let wished = asked.options.wishes.demands(speed, size(asked.of));
         let largest = asked.options.wishes.multiplier;
         let mut demands = wished.with_reserve();
@@ -195,7 +217,7 @@ impl Workbench {
                 guess = if another { FirstGuess::Landing } else { guess };
                 continue;
             }
-            let head = format!("Found at {speed} m/s by\n  {}", asked.options.command);
+            let head = asked.head(index);
             let friction = wished.friction;
             let text = gait_text(asked.source, asked.form, asked.of, &optimum, (&head, friction))?;
             let it = Tried { file: asked.file, text: &text, of: asked.of, optimum: &optimum, friction };
@@ -269,13 +291,37 @@ impl Workbench {
 }
 
 /// What stays the same over all speeds.
-struct Asked<'a> {
-    file: &'a Path,
+pub(super) struct Asked<'a> {
+    pub file: &'a Path,
     source: &'a str,
     form: &'a GaitForm,
-    of: &'a Collocation,
+    pub of: &'a Collocation,
     seed: Option<&'a (AnyGait, Collocation)>,
-    options: &'a OptimiseOptions,
+    pub options: &'a OptimiseOptions,
+    description: &'a RobotDescription,
+}
+
+impl Asked<'_> {
+    /// Of the request up to a speed.
+    pub fn identity(&self, index: usize) -> String {
+        let start = self.seed.map(|(gait, _)| gait);
+        library::identity((self.description, self.source), start, self.options, index)
+    }
+
+    /// The comment at the beginning of a gait file, with the speeds up to its own: further ones change nothing about it.
+    fn head(&self, index: usize) -> String {
+        let OptimiseOptions { speeds, command, library, .. } = self.options;
+        let mark = match library {
+            Some(_) => format!(", {},", library::mark(&self.identity(index))),
+            None => String::new(),
+        };
+        let speeds: Vec<String> = speeds[..=index].iter().map(ToString::to_string).collect();
+        format!(
+            "Found at {} m/s{mark} by\n  {command} --speed {}",
+            self.options.speeds[index],
+            speeds.join(" ")
+        )
+    }
 }
 
 /// Where a search begins that has no neighbour.
@@ -297,7 +343,7 @@ fn keep(best: &mut Option<(Lack, OptimisedGait, Optimum)>, found: (Lack, Optimis
     }
 }
 
-fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (f64, f64)) -> OptimisedGait {
+pub(super) fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (f64, f64)) -> OptimisedGait {
     let violated = |(name, by): &(crate::gait::optimise::RowName, f64)| Violated {
         constraint: name.what.clone(),
         phase: of.phases[name.phase].name.clone(),
@@ -306,6 +352,7 @@ fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (f64, f64)) 
     };
     OptimisedGait {
         speed,
+        taken_over: false,
         feasible: optimum.violations.is_empty()
             && matches!(optimum.ending, Ending::Minimum | Ending::Feasible),
         minimum: optimum.ending == Ending::Minimum,
@@ -326,6 +373,7 @@ fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (f64, f64)) 
         closed_loop: None,
         lacking: Vec::new(),
         text: None,
+        search: None,
     }
 }
 
@@ -411,11 +459,11 @@ impl fmt::Display for OptimisedGait {
             (true, false) => "feasible, the search ended before a minimum",
             (false, _) => "not found",
         };
-        writeln!(
-            f,
-            "{} m/s: {ended}, {} iterations in {} rounds, {:.2} s",
-            self.speed, self.iterations, self.rounds, self.seconds
-        )?;
+        write!(f, "{} m/s: {ended}, {} iterations in {} rounds, ", self.speed, self.iterations, self.rounds)?;
+        match self.taken_over {
+            true => writeln!(f, "found by an earlier run and taken over")?,
+            false => writeln!(f, "{:.2} s", self.seconds)?,
+        }
         if !self.feasible {
             let row = |violated: &Violated| {
                 let node = violated.node.map_or_else(|| "end".to_owned(), |node| node.to_string());

@@ -16,7 +16,7 @@ pub(super) fn open(name: &str, text: &str) -> Result<GaitBench, bipedc::Diagnost
     GaitBench::parse(&robot("robots/three_link"), Path::new(&format!("{name}.toml")), text, &Silent)
 }
 
-const MISTAKES: [(&str, &str, &str, &str); 31] = [
+const MISTAKES: [(&str, &str, &str, &str); 33] = [
     ("gravity = 9.8", "gravity = -9.8", ":3:11", "a number above 0"),
     ("gravity = 9.8", "gravty = 9.8", ":3:1", "did you mean `gravity`?"),
     ("gravity = 9.8", "gravity = ", "", "broken TOML"),
@@ -43,7 +43,9 @@ const MISTAKES: [(&str, &str, &str, &str); 31] = [
     ("wanted = \"-torso_lean\"", "wanted = \"-step_length\"", ":35:10", "is in m"),
     ("wanted = \"-phase\"", "wanted = \"sin(step_length)\"", ":41:10", "takes an angle or a ratio"),
     ("controlled = \"swing\"", "controlled = \"swing - phase\"", ":40:23", "the configuration alone"),
-    ("controlled = \"swing\"", "controlled = \"base_pitch\"", "", "do not fix the joints"),
+    ("controlled = \"swing\"", "controlled = \"base_pitch\"", ":37:1", "`swing_leg` says nothing new"),
+    ("controlled = \"swing\"", "controlled = \"sin(base_pitch)\"", ":37:1", "the joints are not fixed"),
+    ("variable = \"stance\"", "variable = \"-stance\"", ":25:12", "the phase variable decreases"),
     ("friction = 0.6", "friction = 0", ":44:12", "a number above 0"),
     ("link = \"right_leg\"", "link = \"right_lag\"", ":49:8", "did you mean `right_leg`?"),
     (

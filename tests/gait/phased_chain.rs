@@ -79,7 +79,7 @@ fn ten_steps_of_the_whole_robot_are_those_of_its_zero_dynamics() {
 fn energies_say_what_the_next_phase_begins_with() {
     let bench = phased(WALKER, "collocated");
     let phases = walker(&robot(WALKER)).unwrap().phases;
-    let mut checked = 0;
+    let (mut checked, mut rates) = (0, Vec::new());
     for speed in [0.1, 0.25, 0.4] {
         let step = bench.step(&phases, &ChainOptions { speed, ..ChainOptions::default() }).unwrap();
         assert!(step.feasible, "{:?}", step.reason);
@@ -94,18 +94,51 @@ fn energies_say_what_the_next_phase_begins_with() {
             checked += 1;
         }
         // δ and P₋ of the step are those of the phases in turn (6.37).
-        let [mut energy, mut delta] = [step.energy, 1.0];
+        let [mut energy, mut delta] = [step.energy.unwrap(), 1.0];
         for phase in &step.phases {
             energy = phase.nu * (energy - phase.p_minus);
             delta *= phase.nu;
         }
         assert!(relative(step.delta.unwrap(), delta) < 1e-12);
-        let whole = step.delta.unwrap() * (step.energy - step.p_minus.unwrap());
+        let whole = step.delta.unwrap() * (step.energy.unwrap() - step.p_minus.unwrap());
         assert!(relative(whole, energy) < 1e-12);
+        // What the dead centre leaves of the energy is the next speed, at one rate whatever the speed.
+        let left = step.next_energy.unwrap() - step.p_max.unwrap();
+        rates.push(step.next_speed.unwrap().powi(2) / left);
         // The multiplier with which the gait was found, 0.640, is that of another law without h_p.
         assert!((0.63..0.65).contains(&delta), "{delta}");
     }
     assert!(checked >= 9, "{checked}");
+    assert!(rates.iter().all(|rate| *rate > 0.0 && relative(*rate, rates[0]) < 0.02), "{rates:?}");
+}
+
+/// Where no such step begins there are no numbers, and all keys.
+#[test]
+fn parameters_without_a_step_are_no_error() {
+    for (length, code) in [("0.36", "no_posture"), ("0.9", "guard_not_reached")] {
+        let set = format!("step_length={length}");
+        let step =
+            ["gait", "step", WALKER, "--gait", "adjustable", "--speed", "0.4", "--set", &set, "--json"];
+        let run = bipedc(&step).ok();
+        let found = run.json();
+        assert_eq!((&found["feasible"], &found["reason_code"]), (&false.into(), &code.into()), "{found}");
+        assert!(found["reason"].is_string() && found["speed"] == 0.4, "{found}");
+        for key in [
+            "next_speed",
+            "p_max",
+            "limit_speed",
+            "phi_m",
+            "energy",
+            "delta",
+            "p_minus",
+            "next_energy",
+            "duration",
+        ] {
+            assert!(found.get(key).is_some_and(serde_json::Value::is_null), "{key}: {found}");
+        }
+        let warning = format!("warning: `step_length` = {length} m lies outside its bounds");
+        assert!(run.err.contains(&warning) && !run.err.contains("error"), "{}", run.err);
+    }
 }
 
 #[test]
@@ -127,4 +160,5 @@ fn steps_that_are_not_possible_have_a_reason() {
         bipedc(&["gait", "step", WALKER, "--gait", "collocated", "--speed", "0.3", "--json"]).ok().json();
     assert_eq!(run["phases"].as_array().unwrap().len(), 4);
     assert!(run["next_speed"].as_f64().unwrap() > 0.3 && run["feasible"] == true);
+    assert!(run["p_max"].is_f64() && run["limit_speed"].is_null() && run["reason_code"].is_null(), "{run}");
 }

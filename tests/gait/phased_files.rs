@@ -1,5 +1,6 @@
 //! Gait files of several phases: every mistake is named with its place and what to do.
 use super::{WALKER, phased, robot};
+use crate::cli::{bipedc, scratch, text as path};
 use bipedc::Diagnostics;
 use bipedc::gait::{GaitBench, PhasedBench};
 use bipedc::progress::Silent;
@@ -92,6 +93,21 @@ fn outputs_fit_what_stands() {
         let wanted = format!("{found} outputs in phase `{phase}`, which leaves room for {}", found - 1);
         assert!(said.contains(&wanted) && said.contains(&format!("hold {held},")), "{said}");
         assert!(said.contains("more.toml:"), "{said}");
+    }
+}
+
+/// What is only seen in numbers is told with its place, too.
+#[test]
+fn outputs_that_say_the_same_are_named() {
+    let text = shipped();
+    let again = text.replacen("controlled = \"left_ankle_pitch\"", "controlled = \"2 * left_knee_pitch\"", 1);
+    let file = scratch("phased-files-dependent").join("dependent.toml");
+    std::fs::write(&file, &again).unwrap();
+    let line = text[..text.find("name = \"swing_ankle\"").unwrap()].matches('\n').count();
+    let place = format!("dependent.toml:{line}:1");
+    for more in [&["step", "--speed", "0.4"][..], &["cycle"]] {
+        let run = bipedc(&[&["gait", more[0], WALKER, "--gait", path(&file)], &more[1..]].concat());
+        run.fails_with(&["the output `swing_ankle` says nothing new", "`single_support`", &place, "help: "]);
     }
 }
 

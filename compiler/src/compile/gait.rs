@@ -149,7 +149,7 @@ fn functions(tree: &Tree, gait: &Gait, stance: usize) -> Result<Vec<Function>, D
         ("zero_dynamics", "(6.6), Table 6.3, corrected", "α, β and γ at q = T(φ), v = T′(φ), a = T″(φ)."),
         Quantity::named(rows, units, vec![zero.alpha, zero.beta, zero.gamma]),
     ));
-    if let Some(columns) = surface(&model, &constraints)? {
+    if let Some(columns) = surface(&model, &constraints, &gait.phase.outputs)? {
         let names = ["T", "T'", "T''"].map(str::to_owned).to_vec();
         let (rows, units) = configuration(tree);
         found.push(function(

@@ -19,6 +19,7 @@ pub mod constraint;
 pub mod contact;
 pub mod coriolis;
 pub mod curve;
+pub mod dependence;
 pub mod derivatives;
 pub mod drive;
 pub mod effects;

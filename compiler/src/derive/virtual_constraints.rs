@@ -1,5 +1,6 @@
 //! Virtual constraints of a gait (6.2) with the pinned foot: what q has to satisfy at a phase φ, and where it can be solved
 //! on the graph the map q = T(φ, p) (6.5).
+use super::dependence::dependent_row;
 use super::frames::{frame_pose, world_poses};
 use super::gait_formulas::reader;
 use super::model::RobotModel;
@@ -242,6 +243,7 @@ pub fn slopes_with_phase<'g>(
 pub fn surface<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &VirtualConstraints<'g>,
+    outputs: &[GaitOutput],
 ) -> Result<Option<[Vec<Sym<'g>>; 3]>, Diagnostic> {
     let n = model.tree.nq - 2;
     let columns = configuration_jacobian(model.tree, &constraints.controlled);
@@ -256,7 +258,9 @@ pub fn surface<'g>(
     let right: Vec<Sym<'g>> = replaced(&constraints.residual[2..], at_zero).into_iter().map(|h| -h).collect();
     // In the order of the residual: outputs first, then the phase variable.
     let rows = (1..n).chain([0]).map(|row| matrix[row].clone()).collect();
-    let inverse = inverse(rows).ok_or_else(not_fixed)?;
+    // Of φ and the outputs, the first that says what those before it say.
+    let dependent = || dependent_row(&matrix).and_then(|row| outputs.get(row.checked_sub(1)?));
+    let inverse = inverse(rows).ok_or_else(|| not_fixed(dependent()))?;
     let angles: Vec<Sym<'g>> = inverse
         .iter()
         .map(|row| row.iter().zip(&right).fold(zero, |sum, (&factor, &x)| sum + x * factor))
@@ -274,9 +278,17 @@ pub fn surface<'g>(
     Ok(Some([position, slope, curvature]))
 }
 
-fn not_fixed() -> Diagnostic {
-    Diagnostic::error("the outputs and the phase variable do not fix the joints: some of them say the same")
-        .help("each [[phase.output]] controls something that the others and the phase variable leave open")
+/// `output` is one that says the same as the phase variable and outputs before it.
+fn not_fixed(output: Option<&GaitOutput>) -> Diagnostic {
+    let help = "each [[phase.output]] controls something that the others and the phase variable leave open";
+    let Some(GaitOutput { name, at, .. }) = output else {
+        let message = "the outputs and the phase variable do not fix the joints: some of them say the same";
+        return Diagnostic::error(message).help(help);
+    };
+    let message = format!(
+        "the output `{name}` says nothing new beside the outputs before it and the phase variable: the joints are not fixed"
+    );
+    Diagnostic::error(message).at(at.line, at.column).help(help)
 }
 
 /// Pivots below this are rounding, where the largest element of each row is 1.

@@ -4,7 +4,7 @@ use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
 use bipedc::gait::optimise::Wishes;
-use bipedc::workbench::OptimiseOptions;
+use bipedc::workbench::{OptimiseOptions, gait_file, search_file};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::write_with_folders;
 use clap::Args;
@@ -35,10 +35,11 @@ with phase and node; exit code 4, nothing is written.
 --start begins at the curves of another gait with the same phases instead of from nothing: one that was found before, or that somebody else found. A robot without any \
 gait gets a form by `bipedc gait new`.
 
-Several speeds make a library: --out is a folder, each search begins where the one before ended. Ctrl-C leaves what is done; \
-exit code 130.
+Several speeds make a library: --out is a folder, each search begins where the one before ended. Ctrl-C leaves what is done, \
+exit code 130; the same command, also with further speeds behind, takes over what is there and goes on from there: the same bytes as in one run. \
+Gaits are taken over if their file and the one in FOLDER/searches are of the same robot, form, options and speeds up to their own; others are found anew and written over.
 
-JSON: {\"form\", \"robot\", \"complete\", \"gaits\": [{\"speed\" (m/s), \"feasible\", \"minimum\", \"iterations\", \"seconds\", \"durations\" (s), \"step_length\" (m), \
+JSON: {\"form\", \"robot\", \"complete\", \"gaits\": [{\"speed\" (m/s), \"taken_over\", \"feasible\", \"minimum\", \"iterations\", \"seconds\", \"durations\" (s), \"step_length\" (m), \
 \"margins\": {\"friction\", \"impact_friction\", \"push\" (N), \"impulse\" (N s), \"zmp\", \"clearance\" (m), \"torque\", \"largest_torque\" (N m), \"joint\"}, \"rounds\", \"lacking\", \"search_seconds\", \"violations\": \
 [{\"constraint\", \"phase\", \"node\", \"by\"}], \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s), \"phases\": [{\"name\", \"motion\" and \"walked\": {\"duration\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\"}}], \"margins\": {\"steps\", \"verdict\", \"walking_speed\", \"friction\", \"impact_friction\", \"impulse\", \"zmp\", \"clearance\", \"torque\", \"joint\"}}}]}.";
 
@@ -99,11 +100,9 @@ impl Optimise {
     pub fn run(self) -> Outcome {
         let bench = self.robot.open()?;
         let options = self.options()?;
-        let library = self.speed.len() > 1;
-        let place = |speed: f64| match library {
-            true => self.out.join(format!("{speed}.toml")),
-            false => self.out.clone(),
-        };
+        let library = options.library.clone();
+        let place =
+            |speed: f64| library.as_ref().map_or_else(|| self.out.clone(), |folder| gait_file(folder, speed));
         let mut ledger = bench.ledger();
         ledger.reads("the gait", &bench.gait_file(&self.gait)?);
         if let Some(start) = &self.start {
@@ -113,7 +112,13 @@ impl Optimise {
             ledger.writes("--out", &place(speed))?;
         }
         let found = bench.optimise_gaits(&options, &mut |gait| {
+            if gait.taken_over {
+                output::remark(&format!("{} is there already", place(gait.speed).display()));
+            }
             let Some(text) = &gait.text else { return Ok(()) };
+            if let (Some(folder), Some(search)) = (&library, &gait.search) {
+                write_with_folders(&search_file(folder, gait.speed), search)?;
+            }
             write_found(&place(gait.speed), text)
         })?;
         if self.json {
@@ -166,20 +171,19 @@ impl Optimise {
                 multiplier: self.multiplier,
             },
             command: self.command(),
+            library: (self.speed.len() > 1).then(|| self.out.clone()),
         })
     }
 
-    /// As it would be typed again.
+    /// As it would be typed again, without --speed.
     fn command(&self) -> String {
-        let speeds: Vec<String> = self.speed.iter().map(ToString::to_string).collect();
         let given = |name: &str, value: Option<f64>| {
             value.map_or_else(String::new, |value| format!(" --{name} {value}"))
         };
         format!(
-            "bipedc gait optimise … --gait {}{} --speed {} --friction {}{}{}{} --joints {} --multiplier {} --longest-step {} --coefficients {} --intervals {}",
+            "bipedc gait optimise … --gait {}{} --friction {}{}{}{} --joints {} --multiplier {} --longest-step {} --coefficients {} --intervals {}",
             self.gait,
             self.start.as_ref().map_or_else(String::new, |start| format!(" --start {start}")),
-            speeds.join(" "),
             self.friction,
             given("clearance", self.clearance),
             given("zmp", self.zmp),

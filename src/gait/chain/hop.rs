@@ -95,7 +95,7 @@ impl Chain<'_> {
     }
 
     /// φ_m, ψ(φ₊, φ_m) and P(φ_m) of the present phase, which begins at `start`.
-    fn dead_centre(&self, phase: usize, start: f64) -> Result<[f64; 3], Refused> {
+    pub(super) fn dead_centre(&self, phase: usize, start: f64) -> Result<[f64; 3], Refused> {
         let end = self.end_of_present();
         if start >= end {
             let name = &self.phase(phase)?.spec.name;

@@ -108,8 +108,10 @@ impl<'b> Chain<'b> {
             let layout = bench.compiled.phase(&bench.gait, index)?;
             let spec = specs.get(layout.phase).cloned();
             let spec = spec.ok_or_else(|| Diagnostic::error("the robot lacks a phase of the gait"))?;
+            let surface = Surface::new(&model, bench, index, &spec.standing)?;
+            surface.checked(&model).map_err(|error| error.or_in_file(&bench.file))?;
             phases[layout.phase] = Some(ChainPhase {
-                surface: Surface::new(&model, bench, index, &spec.standing)?,
+                surface,
                 dynamics: need(&spec.dynamics)?,
                 impact: spec.impact.as_ref().map(|impact| need(&impact.map)).transpose()?,
                 feet: layout.feet,

@@ -18,8 +18,14 @@ pub(in crate::gait) struct Chains<'b> {
 }
 
 impl<'b> Chains<'b> {
-    pub fn new(bench: &'b PhasedBench, specs: &'b [PhaseSpec]) -> Self {
-        Self { bench, specs, assume: Assumptions::default(), idle: Mutex::new(Vec::new()) }
+    /// With one chain, so that what is wrong with the gait is heard before anything is asked.
+    ///
+    /// # Errors
+    /// As [`Chain::new`].
+    pub fn new(bench: &'b PhasedBench, specs: &'b [PhaseSpec]) -> Result<Self, Diagnostic> {
+        let found = Self { bench, specs, assume: Assumptions::default(), idle: Mutex::new(Vec::new()) };
+        let first = found.made()?;
+        Ok(Self { idle: Mutex::new(vec![first]), ..found })
     }
 
     /// The same where steps have to keep these margins.

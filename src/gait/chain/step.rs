@@ -50,20 +50,24 @@ pub struct ChainedPhase {
 }
 
 /// A step with what comes of it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ChainStep {
     /// φ̇_m of this step, per s.
     pub speed: f64,
     /// φ̇_m of the next step, per s; none if it is not passed.
     pub next_speed: Option<f64>,
-    /// φ_m
-    pub phi_m: f64,
+    /// φ_m; none where there is no such step.
+    pub phi_m: Option<f64>,
     /// δ of the step: product of all ν (6.37).
     pub delta: Option<f64>,
     /// P₋ of the step (6.37), (unit of φ/s)².
     pub p_minus: Option<f64>,
+    /// P(φ_m) of the next step, (unit of φ/s)²: 2 P has to be below φ̇₊² there; none where it does not begin.
+    pub p_max: Option<f64>,
+    /// φ̇_m after many steps, as a step of one phase has it; none: no energy tells it, [`PhasedBench::cycles`] follows steps to it.
+    pub limit_speed: Option<f64>,
     /// E = φ̇₊²/2 where the step begins, (unit of φ/s)².
-    pub energy: f64,
+    pub energy: Option<f64>,
     /// The same of the next step.
     pub next_energy: Option<f64>,
     /// s
@@ -72,6 +76,8 @@ pub struct ChainStep {
     pub feasible: bool,
     /// Why not.
     pub reason: Option<String>,
+    /// The same in one word, as in maps.
+    pub reason_code: Option<Reason>,
     /// From this mid-stance to the next, at all accepted steps of the integration; negative: violated.
     pub margins: Margins,
     /// In order.
@@ -82,6 +88,11 @@ pub struct ChainStep {
 }
 
 impl ChainStep {
+    /// A step of which nothing is known but that it is not made.
+    fn refused(speed: f64, why: &Refused) -> Self {
+        Self { speed, reason: Some(why.to_string()), reason_code: Some(why.reason), ..Self::default() }
+    }
+
     /// δ and P₋ of the step (6.37), its duration, and the energy of the next one, which begins at a rate.
     fn sum(&mut self, rate: f64) {
         let (mut delta, mut p_minus) = (1.0, 0.0);
@@ -100,7 +111,7 @@ impl PhasedBench {
     /// are the phases of the robot's description.
     ///
     /// # Errors
-    /// Parameters that the gait does not have, numbers that are none; no posture at the beginning of the step.
+    /// Parameters that the gait does not have, numbers that are none.
     pub fn step(&self, specs: &[PhaseSpec], options: &ChainOptions) -> Result<ChainStep, Diagnostics> {
         let speed = options.speed;
         if !(speed > 0.0 && speed <= magnitude::LARGEST) {
@@ -111,7 +122,8 @@ impl PhasedBench {
         let from = self.with(&to, &options.from)?;
         let at = |error: Diagnostic| error.or_in_file(&self.file);
         let chain = Chain::new(self, specs, self.controller(None, &options.set)?).map_err(at)?;
-        Ok(chain.step(&from, &to, speed).map_err(|refused| at(refused.into()))?)
+        let found = chain.step(&from, &to, speed).unwrap_or_else(|why| ChainStep::refused(speed, &why));
+        Ok(ChainStep { unit: self.phase_unit().to_owned(), ..found })
     }
 }
 
@@ -151,25 +163,20 @@ impl Chain<'_> {
         let (hop, margins) = self.hop_with_margins(&start, to);
         let first = self.first()?;
         let begun = if from == to {
-            let [q, v] = self.beginning(to, speed)?;
-            self.begin(first, &q, &v)
+            self.beginning(to, speed).and_then(|[q, v]| self.begin(first, &q, &v))
         } else {
             self.begin(first, &start.q, &start.velocity())
         };
         let mut found = ChainStep {
             speed,
             next_speed: hop.next.as_ref().ok().map(|next| next.speed),
-            phi_m: start.phi,
-            delta: None,
-            p_minus: None,
-            energy: 0.5 * begun.as_ref().map_or(f64::NAN, |x| x[1] * x[1]),
-            next_energy: None,
-            duration: None,
+            phi_m: Some(start.phi),
+            energy: begun.as_ref().ok().map(|x| 0.5 * x[1] * x[1]).filter(|energy| energy.is_finite()),
             feasible: hop.next.is_ok(),
+            reason_code: hop.next.as_ref().err().map(|why| why.reason),
             reason: hop.next.err().map(|why| why.to_string()),
             margins,
-            phases: Vec::new(),
-            unit: self.bench.gait.phases[0].unit.clone(),
+            ..ChainStep::default()
         };
         let Ok(x) = begun else { return Ok(found) };
         let mut now = (first, x);
@@ -180,6 +187,7 @@ impl Chain<'_> {
             now = next;
         }
         found.sum(now.1[1]);
+        found.p_max = self.dead_centre(now.0, now.1[0]).ok().map(|[.., potential]| potential);
         Ok(found)
     }
 

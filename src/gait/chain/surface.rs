@@ -1,8 +1,11 @@
 //! The constraint surface of a phase with feet that stand: q = T(φ) where the ground holds what it held when the phase began (6.30).
 use super::Refused;
 use crate::gait::PhasedBench;
+use crate::gait::checked::{configurations, dependent_in_all, says_nothing_new};
 use bipedc_analysis::gait::Reason;
 use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::derive::dependence::dependent_row;
+use bipedc_compiler::description::gait::GaitOutput;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::{Argument, Model, State};
 use nalgebra::{DMatrix, DVector};
@@ -33,6 +36,7 @@ pub(super) struct Surface {
     along: usize,
     normals: usize,
     name: String,
+    outputs: Vec<GaitOutput>,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,7 +83,38 @@ impl Surface {
             along: need("contact_tangential_directions", None)?,
             normals: need("contact_normal_directions", None)?,
             name: phase.clone(),
+            outputs: bench.gait.phases[index].outputs.clone(),
         })
+    }
+
+    /// That contacts, outputs and φ fix the joints, if not in every posture.
+    ///
+    /// # Errors
+    /// The output that says what contacts, φ and the outputs before it say.
+    pub fn checked(&self, model: &ProgramModel) -> Result<(), Diagnostic> {
+        let arguments = vec![0.0; Model::<f64>::argument_length(model, Argument::Parameters)];
+        let matrix = |q: Vec<f64>| self.in_turn(&self.matrix(model, (&q, &arguments)));
+        let found = dependent_in_all(configurations(Model::<f64>::nq(model)).map(matrix));
+        found.and_then(|row| self.output(row)).map_or(Ok(()), |output| Err(self.nothing_new(output)))
+    }
+
+    /// Rows of the matrix: what is held, φ, then the outputs.
+    fn in_turn(&self, matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
+        let (held, last) = (self.held.len(), matrix.nrows() - 1);
+        let rows = (0..held).chain([last]).chain(held..last);
+        rows.map(|row| matrix.row(row).iter().copied().collect()).collect()
+    }
+
+    /// The output of such a row.
+    fn output(&self, row: usize) -> Option<&GaitOutput> {
+        self.outputs.get(row.checked_sub(self.held.len() + 1)?)
+    }
+
+    fn nothing_new(&self, output: &GaitOutput) -> Diagnostic {
+        says_nothing_new(
+            output,
+            &format!("contacts and φ of phase `{}` and the outputs before it", self.name),
+        )
     }
 
     /// Coordinates that the ground holds at q, m.
@@ -160,6 +195,24 @@ impl Surface {
         (q, arguments): (&[f64], &[f64]),
         right: &[f64],
     ) -> Result<Vec<f64>, Refused> {
+        let matrix = self.matrix(model, (q, arguments));
+        let solved = matrix.clone().full_piv_lu().solve(&DVector::from_column_slice(right));
+        let found = solved.filter(|x| x.iter().all(|x| x.is_finite()));
+        let singular = || {
+            let output = dependent_row(&self.in_turn(&matrix)).and_then(|row| self.output(row));
+            let unknown = || {
+                let message =
+                    format!("contacts, outputs and φ of phase `{}` do not fix the joints", self.name);
+                Diagnostic::error(message)
+            };
+            let why = output.map_or_else(unknown, |output| self.nothing_new(output));
+            Refused { reason: Reason::NoPosture, why }
+        };
+        found.map(|x| x.as_slice().to_vec()).ok_or_else(singular)
+    }
+
+    /// The Jacobian of all constraints: what is held, then outputs and φ.
+    fn matrix(&self, model: &ProgramModel, (q, arguments): (&[f64], &[f64])) -> DMatrix<f64> {
         let n = q.len();
         let state = State::new().with(Argument::Q, q).with(Argument::Parameters, arguments);
         let (along, normals) = (call(model, self.along, &state), call(model, self.normals, &state));
@@ -170,15 +223,7 @@ impl Surface {
             Some(&(point, Axis::Z)) => normals[point * n + column],
             None => columns[column * own + row - self.held.len()],
         };
-        let matrix = DMatrix::from_fn(n, n, entry);
-        let solved = matrix.full_piv_lu().solve(&DVector::from_column_slice(right));
-        let found = solved.filter(|x| x.iter().all(|x| x.is_finite()));
-        let singular = || {
-            let message = format!("contacts, outputs and φ of phase `{}` do not fix the joints", self.name);
-            let help = "each [[phase.output]] controls something that contacts, the others and φ leave open";
-            Refused { reason: Reason::NoPosture, why: Diagnostic::error(message).help(help) }
-        };
-        found.map(|x| x.as_slice().to_vec()).ok_or_else(singular)
+        DMatrix::from_fn(n, n, entry)
     }
 }
 

@@ -10,10 +10,11 @@ impl fmt::Display for ChainStep {
         let rows = vec![
             row("speed at mid-stance, this step", Some(self.speed), &rate),
             row("speed at mid-stance, next step", self.next_speed, &rate),
-            row("dead centre φ_m", Some(self.phi_m), &self.unit),
+            row("dead centre φ_m", self.phi_m, &self.unit),
             row("δ of the step", self.delta, "1"),
             row("P₋ of the step", self.p_minus, &energy),
-            row("energy of this step", Some(self.energy), &energy),
+            row("P at the next dead centre", self.p_max, &energy),
+            row("energy of this step", self.energy, &energy),
             row("energy of the next step", self.next_energy, &energy),
             row("duration", self.duration, "s"),
         ];

@@ -18,7 +18,7 @@ impl PhasedBench {
         options: &CycleOptions,
         run: &Run<'_>,
     ) -> Result<Cycles, Diagnostics> {
-        let chains = Chains::new(self, specs);
+        let chains = Chains::new(self, specs).map_err(|error| error.or_in_file(&self.file))?;
         self.each_cycle(options, run, |all, watch| {
             let mut found = in_parallel(all.len(), watch, |job| chains.ask(|chain| chain.cycle(&all[job])));
             found.sort_by_key(|(job, _)| *job);

@@ -24,7 +24,9 @@ impl PhasedBench {
     ) -> Result<GaitMap, Diagnostics> {
         let request = self.map_request(options)?;
         let identity = self.identity(&request);
-        let chains = Chains::new(self, specs).assuming(options.assume)?;
+        let chains = Chains::new(self, specs)
+            .map_err(|error| error.or_in_file(&self.file))?
+            .assuming(options.assume)?;
         self.mapped((&request, identity), file, run, |known, watch| {
             request.cells(known, watch, |to| {
                 let from = request.from.as_deref().unwrap_or(to);

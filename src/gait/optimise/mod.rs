@@ -4,6 +4,7 @@ mod constraints;
 mod cost;
 mod demands;
 mod guess;
+mod kept;
 mod landing;
 mod layout;
 mod margins;

@@ -270,6 +270,9 @@ fn in_words(why: &Unreached, to: f64, unit: &str) -> String {
         }
         Unreached::Falls(1) => "after one step every further one falls back".to_owned(),
         Unreached::Falls(count) => format!("after {count} steps every further one falls back"),
+        Unreached::NotMade(0, _, why) => format!("no first step within the ranges is made: {why}"),
+        Unreached::NotMade(1, _, why) => format!("after one step no further one is made: {why}"),
+        Unreached::NotMade(count, _, why) => format!("after {count} steps no further one is made: {why}"),
         Unreached::TooFast(high) => {
             format!("{to} {unit} is too fast: steps within the ranges reach {high:.6} {unit} at most")
         }

@@ -6,7 +6,7 @@ use super::{MOST_STEPS, PlanOptions, Planning, Plans};
 use crate::gait::chain::Chains;
 use crate::gait::{Hop, MidStance, PhasedBench, Refused};
 use crate::progress::Run;
-use bipedc_analysis::gait::{Plan, PlannedStep, Unreached, Watch, in_parallel, zero};
+use bipedc_analysis::gait::{Plan, PlannedStep, Reason, Unreached, Watch, in_parallel, zero};
 use bipedc_analysis::simulate::phases::PhaseSpec;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 
@@ -31,7 +31,9 @@ impl PhasedBench {
         run: &Run<'_>,
     ) -> Result<Plans, Diagnostics> {
         let (choices, now) = self.choices(options)?;
-        let chains = Chains::new(self, specs).assuming(options.assume)?;
+        let chains = Chains::new(self, specs)
+            .map_err(|error| error.or_in_file(&self.file))?
+            .assuming(options.assume)?;
         let present = chains.ask(|chain| chain.mid_stance(&now, 1.0)).map_err(|why| {
             Diagnostic::error(format!("the present step is none: {why}"))
                 .help("name other parameters of the present step by --from")
@@ -69,12 +71,12 @@ impl Ways<'_> {
         }
         let mut now = from.clone();
         while reach.len() < most {
-            let reached = self.reached(&now, stop)?;
+            let (reached, refused) = self.reached(&now, stop)?;
             let passing = || reached.iter().filter(|step| step.next.is_some());
             let slow = passing().min_by(|a, b| a.speed.total_cmp(&b.speed));
             let fast = passing().max_by(|a, b| a.speed.total_cmp(&b.speed));
             let (Some(slow), Some(fast)) = (slow, fast) else {
-                return Some(Plan { steps: Err(Unreached::Falls(steps.len())), reach });
+                return Some(Plan { steps: Err(not_made(steps.len(), refused)), reach });
             };
             // Between a step that falls back and one that does not lies one that comes to rest.
             let falls = reached.iter().any(|step| step.speed < 0.0);
@@ -93,20 +95,24 @@ impl Ways<'_> {
         Some(Plan { steps: Err(unreached(&reach, to)), reach })
     }
 
-    /// The steps with all nodes; `None`: an end was asked for.
-    fn reached(&self, now: &MidStance, stop: Stop<'_>) -> Option<Vec<Reached>> {
+    /// The steps with all nodes, and why those that are not made are not; `None`: an end was asked for.
+    fn reached(&self, now: &MidStance, stop: Stop<'_>) -> Option<(Vec<Reached>, Vec<Refused>)> {
         let watch = Watch { advance: &|_| {}, stop };
         let mut found = in_parallel(self.nodes.len(), &watch, |job| self.hop(now, &self.nodes[job]));
         if found.len() < self.nodes.len() {
             return None;
         }
         found.sort_by_key(|(job, _)| *job);
-        let of = |(node, hop): (usize, Result<Hop, Refused>)| {
-            let hop = hop.ok()?;
-            let speed = hop.square.abs().sqrt().copysign(hop.square);
-            (!speed.is_nan()).then_some(Reached { node, speed, next: hop.next.ok() })
-        };
-        Some(found.into_iter().filter_map(of).collect())
+        let (mut reached, mut refused) = (Vec::new(), Vec::new());
+        for (node, hop) in found {
+            let next = hop.map(|hop| (hop.square.abs().sqrt().copysign(hop.square), hop.next));
+            let (speed, next) = next.unwrap_or_else(|why| (f64::NAN, Err(why)));
+            refused.extend(next.as_ref().err().cloned());
+            if !speed.is_nan() {
+                reached.push(Reached { node, speed, next: next.ok() });
+            }
+        }
+        Some((reached, refused))
     }
 
     fn hop(&self, now: &MidStance, values: &[f64]) -> Result<Hop, Refused> {
@@ -156,6 +162,14 @@ impl Ways<'_> {
 
 fn planned(parameters: &[f64], speed: f64) -> PlannedStep {
     PlannedStep { parameters: parameters.to_vec(), speed, energy: 0.5 * speed * speed }
+}
+
+/// Why no step goes on after so many; the first that does not fall back tells more than those that do.
+fn not_made(count: usize, refused: Vec<Refused>) -> Unreached {
+    match refused.into_iter().find(|refused| refused.reason != Reason::FallsBack) {
+        Some(first) => Unreached::NotMade(count, first.reason, first.to_string()),
+        None => Unreached::Falls(count),
+    }
 }
 
 fn unreached(reach: &[[f64; 2]], to: f64) -> Unreached {

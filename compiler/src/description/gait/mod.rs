@@ -26,6 +26,29 @@ pub const PHASE_START: &str = "phase_start";
 /// φ at the end of the step, φ₋.
 pub const PHASE_END: &str = "phase_end";
 
+/// Line and column in a gait file, from 1, for messages about what is only seen later.
+#[derive(Clone, Copy)]
+pub struct FilePlace {
+    /// From 1.
+    pub line: usize,
+    /// From 1.
+    pub column: usize,
+}
+
+impl PartialEq for FilePlace {
+    /// Gaits are the same wherever their lines stand.
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
+}
+
+impl std::fmt::Debug for FilePlace {
+    /// Without numbers: what is computed from a gait does not depend on them, and is known again by this text after a line was added.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("FilePlace")
+    }
+}
+
 /// A gait file, checked against its robot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gait {
@@ -67,6 +90,8 @@ pub struct GaitPhase {
     pub name: String,
     /// φ(q), which grows along the step.
     pub variable: Formula,
+    /// Where φ stands in the file.
+    pub variable_at: FilePlace,
     /// Unit of φ.
     pub unit: String,
     /// Whether the cubic h_p takes up what the impact leaves of h and its rate (below 6.2).
@@ -90,6 +115,8 @@ pub struct GaitOutput {
     pub controlled: Formula,
     /// h_d(φ, p): what it is to be.
     pub wanted: Curve,
+    /// Where the output begins in the file.
+    pub at: FilePlace,
 }
 
 /// The step ends where a formula of q and p vanishes.

@@ -3,10 +3,10 @@ use super::curve::{Curve, read_bezier};
 use super::dimension::{parse_unit, words};
 use super::names::{Allowed, Names};
 use super::read::{range, read_unit};
-use super::{GaitOutput, GaitPhase, Guard};
+use super::{FilePlace, GaitOutput, GaitPhase, Guard};
 use crate::description::model::{Contact, ContactPart, Phase, RobotDescription};
 use crate::description::settings::table::Section;
-use crate::description::source::{Messages, short, suggest};
+use crate::description::source::{Messages, Place, short, suggest};
 use bipedc_effects::effect::formula::Formula;
 use std::collections::BTreeMap;
 
@@ -72,6 +72,7 @@ pub(super) fn read_phase(
     Some(GaitPhase {
         name: phase.name.clone(),
         variable: variable?,
+        variable_at: file_place(section.get("variable").and_then(|entry| entry.at), messages),
         unit: unit?,
         impact_matching,
         outputs,
@@ -215,6 +216,12 @@ fn read_wanted(
     }
 }
 
+/// Line and column of a place.
+pub(super) fn file_place(place: Place, messages: &Messages<'_>) -> FilePlace {
+    let (line, column) = place.map_or((1, 1), |offset| messages.source.line_and_column(offset));
+    FilePlace { line, column }
+}
+
 pub(super) fn read_output(
     section: &Section<'_, '_>,
     names: &Names,
@@ -228,7 +235,13 @@ pub(super) fn read_output(
     let unit = read_unit(section, messages);
     let controlled = formula(section, "controlled", CONTROLLED, unit.as_deref(), names, messages);
     let wanted = read_wanted(section, unit.as_deref(), names, messages);
-    Some(GaitOutput { name: name?, unit: unit?, controlled: controlled?, wanted: wanted? })
+    Some(GaitOutput {
+        name: name?,
+        unit: unit?,
+        controlled: controlled?,
+        wanted: wanted?,
+        at: file_place(section.at, messages),
+    })
 }
 
 fn read_guard(section: &Section<'_, '_>, names: &Names, messages: &mut Messages<'_>) -> Option<Guard> {

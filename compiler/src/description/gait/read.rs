@@ -62,7 +62,7 @@ pub fn read_gait(
 #[derive(Debug, Clone, PartialEq)]
 pub enum AnyGait {
     /// A step is one phase on one point.
-    OnePhase(Gait),
+    OnePhase(Box<Gait>),
     /// A step is a sequence of phases.
     Phased(PhasedGait),
 }
@@ -91,7 +91,8 @@ pub fn parse_any_gait(
 ) -> Result<(AnyGait, Vec<Diagnostic>), Diagnostics> {
     parse(path, text, |name, top, messages| {
         if top.sections("phase", &mut Messages::new(text, path)).len() < 2 {
-            return read(name, top, sources, description, messages).map(AnyGait::OnePhase);
+            return read(name, top, sources, description, messages)
+                .map(|gait| AnyGait::OnePhase(Box::new(gait)));
         }
         let (head, phases) = read_with(top, sources, description, messages, |names, messages| {
             read_phases(top, names, description, messages)

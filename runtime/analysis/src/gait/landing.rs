@@ -10,6 +10,8 @@ use bipedc_runtime::model::{Argument, State};
 const SAMPLES: usize = 64;
 /// How far from the ground a foot may be that lands, m.
 const LEVEL: f64 = 1e-6;
+/// Places at which the sign of α is asked for.
+const SIGNS: usize = 9;
 /// Rounds after which φ₊ must have settled.
 const ROUNDS: usize = 20;
 
@@ -96,6 +98,19 @@ impl GaitModel<'_> {
             start = landing.start;
         }
         Err(Refusal::NoSteadyStart)
+    }
+
+    /// φ and α (kg m² per unit of φ) where steps may end, if α is negative wherever there is a posture: φ falls while the robot goes forward.
+    pub fn falling_phase(&self, parameters: &[f64]) -> Option<[f64; 2]> {
+        let [low, high] = self.settings.between;
+        let places = (0..SIGNS).map(|k| low + (high - low) * k as f64 / (SIGNS - 1) as f64);
+        let momentum = |phase: f64| {
+            let point = self.at_end(parameters, 2.0 * low - high, phase).ok()?;
+            let [alpha, ..] = self.zero_dynamics(&point.q, &point.slope, &point.curvature);
+            alpha.is_finite().then_some([phase, alpha])
+        };
+        let found: Vec<[f64; 2]> = places.filter_map(momentum).collect();
+        found.iter().all(|[_, alpha]| *alpha < 0.0).then(|| found.first().copied()).flatten()
     }
 
     /// φ₋: the first place where the guard vanishes; h_p does there too.

@@ -193,10 +193,12 @@ fn keep(sorted: &[State], kept: &mut Vec<State>) {
 }
 
 /// Why a speed is not reached.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Unreached {
     /// After so many steps every further one falls back, or is none.
     Falls(usize),
+    /// After so many steps no further one is made, and not because each falls back: why, in one word and in words, the first of them is not.
+    NotMade(usize, Reason, String),
     /// This is the highest speed that any number of steps leads to, per s.
     TooFast(f64),
     /// This is the lowest one.
@@ -210,6 +212,7 @@ impl Unreached {
     pub fn code(&self) -> &'static str {
         match self {
             Self::Falls(_) => Reason::FallsBack.code(),
+            Self::NotMade(_, reason, _) => reason.code(),
             Self::TooFast(_) => "too_fast",
             Self::TooSlow(_) => "too_slow",
             Self::NoWay => "no_way",

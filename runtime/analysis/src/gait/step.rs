@@ -3,6 +3,7 @@ use super::course::Course;
 use super::functions::GaitModel;
 use super::margins::Margins;
 use super::pair::StepPair;
+use super::reason::Reason;
 use super::surface::SurfaceFailure;
 use serde::Serialize;
 use std::fmt;
@@ -94,6 +95,8 @@ pub struct Step {
     pub feasible: bool,
     /// Why it does not.
     pub reason: Option<String>,
+    /// The same in one word, as in maps.
+    pub reason_code: Option<Reason>,
     /// Of the next step and the impact before it.
     pub margins: Margins,
     /// φ₊ of the next step.
@@ -157,6 +160,7 @@ impl StepPair<'_, '_> {
         step.margins = self.margins(speed);
         step.feasible = passes.is_ok();
         step.reason = passes.as_ref().err().map(ToString::to_string);
+        step.reason_code = passes.as_ref().err().map(Reason::from);
         step.next_speed = passes.ok();
         step
     }

@@ -1,0 +1,105 @@
+//! Libraries of gaits: what an earlier run of the same request found is taken over, and the next search begins there.
+//!
+//! A gait depends on all speeds before it, because each search begins where the one before ended. Its file says in its first line of what request
+//! it is; beside it, in `searches`, is where its search ended. Without either of them, or with others, it is found anew.
+use super::closed_loop::{Lack, Tried};
+use super::optimised::{Asked, OptimisedGait, described};
+use super::{OptimiseOptions, Workbench};
+use crate::gait::optimise::{Optimum, size};
+use crate::simulation::Trial;
+use bipedc_compiler::description::gait::AnyGait;
+use bipedc_compiler::description::model::RobotDescription;
+use bipedc_compiler::robot::fnv1a;
+use std::path::{Path, PathBuf};
+
+/// The gait file of a speed.
+pub fn gait_file(folder: &Path, speed: f64) -> PathBuf {
+    folder.join(format!("{speed}.toml"))
+}
+
+/// Where the search at a speed ended.
+pub fn search_file(folder: &Path, speed: f64) -> PathBuf {
+    folder.join("searches").join(format!("{speed}.txt"))
+}
+
+/// A hash of robot, form and everything that is asked, up to the speed of this index: equal hashes mean equal gaits.
+pub(super) fn identity(
+    (description, source): (&RobotDescription, &str),
+    start: Option<&AnyGait>,
+    options: &OptimiseOptions,
+    index: usize,
+) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    let OptimiseOptions { speeds, coefficients, wishes, .. } = options;
+    let speeds = &speeds[..=index];
+    let parts =
+        format!("{version}\0{description:?}\0{source}\0{start:?}\0{speeds:?}\0{coefficients}\0{wishes:?}");
+    format!("{:016x}", fnv1a(&parts))
+}
+
+/// Words in the first line of a file of this request.
+pub(super) fn mark(identity: &str) -> String {
+    format!("request {identity}")
+}
+
+/// What is written beside a gait file.
+pub(super) fn search_text(identity: &str, gait: &OptimisedGait, optimum: &Optimum) -> String {
+    let asked = gait.landing.as_ref().map_or(0.0, |landing| landing.asked);
+    let head = "# where the search of a gait ended, for `bipedc gait optimise`;";
+    let body = format!("run {} {} {asked}\n{}", gait.iterations, gait.rounds, optimum.to_text());
+    format!("{head} {}, numbers {:016x}\n{body}", mark(identity), fnv1a(&body))
+}
+
+/// What was written there, if it is whole.
+fn intact(search: &str) -> Option<&str> {
+    let (head, body) = search.split_once('\n')?;
+    head.ends_with(&format!("numbers {:016x}", fnv1a(body))).then_some(body)
+}
+
+impl Workbench {
+    /// The gait of a speed that an earlier run found, tried once more: this is quick beside a search, and tells everything that was told of it then.
+    pub(super) fn taken_over(
+        &self,
+        asked: &Asked<'_>,
+        trial: &Trial,
+        index: usize,
+    ) -> Option<(OptimisedGait, Optimum)> {
+        let speed = asked.options.speeds[index];
+        let folder = asked.options.library.as_deref()?;
+        let text = own(&gait_file(folder, speed), &asked.identity(index))?;
+        let search = own(&search_file(folder, speed), &asked.identity(index))?;
+        let search = intact(&search)?;
+        let run = search.lines().find_map(|line| line.strip_prefix("run "))?;
+        let numbers: Vec<f64> = run.split(' ').map(|word| word.parse().ok()).collect::<Option<_>>()?;
+        let [iterations, rounds, impulse] = numbers[..] else { return None };
+        let optimum = Optimum::from_text(asked.of, search)?;
+        let wishes = &asked.options.wishes;
+        let wished = wishes.demands(speed, size(asked.of));
+        let it = Tried {
+            file: asked.file,
+            text: &text,
+            of: asked.of,
+            optimum: &optimum,
+            friction: wished.friction,
+        };
+        let tried = self.progress.stage("walking", || self.tried(trial, &it));
+        let lacking = Lack::of((&wished, wishes.multiplier), &tried).names();
+        let gait = OptimisedGait {
+            taken_over: true,
+            iterations: iterations as usize,
+            rounds: rounds as usize,
+            closed_loop: Some(tried),
+            lacking,
+            ..described(asked.of, &optimum, (speed, impulse))
+        };
+        Some((gait, optimum))
+    }
+}
+
+/// A file whose first line says that it is of this request.
+fn own(path: &Path, identity: &str) -> Option<String> {
+    // Devices and pipes have nothing to go on from, and reading them may never end.
+    std::fs::metadata(path).ok().filter(std::fs::Metadata::is_file)?;
+    let text = std::fs::read_to_string(path).ok()?;
+    text.lines().next()?.contains(&mark(identity)).then_some(text)
+}
