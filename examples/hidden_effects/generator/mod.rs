@@ -19,7 +19,7 @@ mod postures;
 mod random;
 mod sensors;
 mod sway;
-mod sway_sensors;
+pub mod sway_sensors;
 mod table;
 mod truth;
 

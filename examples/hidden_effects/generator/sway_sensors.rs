@@ -19,7 +19,7 @@ const NOISE: [f64; 5] = [0.15, 2e-4, 2e-4, 3e-3, 0.03];
 /// Below this load a foot has no centre of pressure, N.
 const LOADED: f64 = 5.0;
 /// Cut-off of the comparison, Hz, and what is left out at both ends, s.
-const CUTOFF: f64 = 10.0;
+pub const CUTOFF: f64 = 10.0;
 const TRIM: f64 = 0.5;
 
 /// Makes the tables and judges nominal and true model.

@@ -1,4 +1,5 @@
 //! Runs the diagnosis on cases and judges its answers.
+mod amended;
 mod answer;
 mod case;
 mod examples;
