@@ -44,6 +44,7 @@ impl Scene {
         let told = options.told.as_deref().map(|path| self.told(footsteps, path)).transpose()?;
         let stepping = footsteps.map(|footsteps| footsteps.controller(told));
         let record = stepping.as_ref().map(|(_, record)| Rc::clone(record));
+        let is_own = own.is_some();
         let mut simulation = match stepping {
             Some((controller, _)) => simulation.controlled(controller),
             None => self.driven(simulation, (&model, &phases), own)?,
@@ -70,6 +71,10 @@ impl Scene {
             simulation.run(&mut simulate::Run { row: &mut row, progress, stop: run.stop })
         });
         let summary = summary.map_err(|error| self.ended(error))?;
+        // Somebody's own controller gets its refusal back.
+        if let Some(refused) = summary.refused.clone().filter(|_| is_own) {
+            return Err(self.ended(Diagnostic::error(refused)));
+        }
         let told = record.as_ref().and_then(|record| record.borrow_mut().told.take());
         log.commit_with(truth.into_iter().chain(told.map(ToldLog::end).transpose()?))?;
         let film = recorder.map(|recorder| self.film(recorder.finish(), out, &summary)).transpose()?;

@@ -221,6 +221,26 @@ const MOTOR_SIDE: &[(Group, Entry)] = &[
     (Group::Clean, ("seven_link", "", "")),
 ];
 
+/// Standing robots whose joints lack something, alone or beside a payload. Added last.
+const STANDING: &[(Group, &str, &str, &[(&str, &str)])] = &[
+    (Group::Single, "coulomb_friction", "tulip", &[("coulomb_friction", "left_knee_pitch")]),
+    (Group::Single, "viscous_friction", "biped_3d", &[("viscous_friction", "right_hip_roll")]),
+    (Group::Single, "rotor_inertia", "tulip", &[("rotor_inertia", "left_hip_pitch")]),
+    (
+        Group::Pair,
+        "payload_and_coulomb",
+        "tulip",
+        &[("payload", "link:torso"), ("coulomb_friction", "left_knee_pitch")],
+    ),
+    (
+        Group::Pair,
+        "payload_and_viscous",
+        "biped_3d",
+        &[("payload", "link:torso"), ("viscous_friction", "left_hip_pitch")],
+    ),
+    (Group::Clean, "clean", "biped_3d", &[]),
+];
+
 const CLEAN: &[(Experiment, &str)] = &[
     (Experiment::Hanging, "tulip"),
     (Experiment::Hanging, "five_link"),
@@ -308,6 +328,9 @@ pub fn all() -> Vec<Plan> {
     for &(group, (robot, kind, at)) in MOTOR_SIDE {
         let (what, parts) = if kind.is_empty() { ("clean", &[][..]) } else { (kind, &[(kind, at)][..]) };
         add(format!("{ON_MOTORS}_{what}"), group, robot, Experiment::Hanging, parts);
+    }
+    for &(group, what, robot, parts) in STANDING {
+        add(format!("standing_{what}"), group, robot, Experiment::Swaying, parts);
     }
     cases
 }

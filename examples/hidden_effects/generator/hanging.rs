@@ -82,23 +82,8 @@ pub fn rigid(robot: &Robot) -> Result<Rigid, Failure> {
     Rigid::new(robot, &["mass_matrix", "bias", "inverse_dynamics"])
 }
 
-fn rms(values: &[f64]) -> f64 {
-    (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
-}
-
 fn scales(rigid: &Rigid, run: &Recording) -> std::collections::BTreeMap<String, Scales> {
-    let of = |joint: &Signals| {
-        let mean_position = joint.q.iter().sum::<f64>() / joint.q.len().max(1) as f64;
-        let about: Vec<f64> = joint.q.iter().map(|q| q - mean_position).collect();
-        Scales {
-            position: rms(&about),
-            mean_position,
-            velocity: rms(&joint.v),
-            acceleration: rms(&joint.a),
-            torque: rms(&joint.u),
-            peak_torque: joint.u.iter().fold(0.0, |m: f64, u| m.max(u.abs())),
-        }
-    };
+    let of = |joint: &Signals| Scales::of([&joint.q, &joint.v, &joint.a, &joint.u]);
     rigid.joints.iter().cloned().zip(run.joints.iter().map(of)).collect()
 }
 

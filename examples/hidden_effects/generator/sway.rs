@@ -7,11 +7,13 @@ use super::legs::{FUNCTIONS, Legs};
 use super::model::{Rigid, read, with_effects};
 use super::postures::bent;
 use super::random::Random;
-use super::truth::{Plan, Truth};
+use super::truth::{Plan, Scales, Truth};
 use super::{Failure, Made, draw, failure, sway_sensors};
+use bipedc_compiler::robot::Robot;
 use bipedc_effects::effect::Effect;
 use bipedc_runtime::Argument;
 use nalgebra::{Isometry3, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::path::Path;
 
@@ -102,6 +104,9 @@ pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
     let mut random = Random::named(&plan.seed);
     let mut truth = Truth::new(plan);
     truth.rate_hz = plan.rate.min(500.0);
+    if plan.parts.iter().any(|part| part.place.joint.is_some()) {
+        truth.scales = scales(plan, &nominal, truth.rate_hz)?;
+    }
     draw::effects(plan, &nominal.description, &mut truth, &mut random);
     let actual = with_effects(&nominal, &truth.effects)?;
     let corners = corners(&nominal.description);
@@ -113,6 +118,23 @@ pub fn generate(plan: &Plan, folder: &Path) -> Result<Made, Failure> {
         runs.push(run(&model, &motion, &corners, &truth.effects, truth.rate_hz)?);
     }
     sway_sensors::measure(plan, [&nominal, &actual], truth, &runs, &corners, &mut random)
+}
+
+/// How large the joints' signals are in a motion of this kind.
+fn scales(plan: &Plan, nominal: &Robot, rate: f64) -> Result<BTreeMap<String, Scales>, Failure> {
+    let functions = [&FUNCTIONS[..], &["inverse_dynamics", "inverse_dynamics_with_forces"]].concat();
+    let model = Rigid::new(nominal, &functions)?;
+    let corners = corners(&nominal.description);
+    let mut random = Random::named(&format!("{} quiet", plan.seed));
+    let motion = Motion::draw(DURATION[1], -corners[0].position.z, &mut random);
+    let run = run(&model, &motion, &corners, &[], rate)?;
+    let of = |j: usize| {
+        let column = |value: &dyn Fn(&Sample) -> f64| -> Vec<f64> { run.iter().map(value).collect() };
+        let (q, v) = (column(&|s| s.q[7 + j]), column(&|s| s.v[6 + j]));
+        let a: Vec<f64> = v.windows(2).map(|pair| (pair[1] - pair[0]) * rate).collect();
+        Scales::of([&q, &v, &a, &column(&|s| s.effort[j])])
+    };
+    Ok(model.joints.iter().cloned().enumerate().map(|(j, name)| (name, of(j))).collect())
 }
 
 fn run(
@@ -132,7 +154,10 @@ fn run(
     for _ in 0..passes {
         let configurations = configurations(model, motion, &sunk, rate)?;
         samples = (0..count)
-            .map(|i| sample(model, motion, corners, &configurations[i..i + 5], i as f64 / rate, rate))
+            .map(|i| {
+                let moment = (&configurations[i..i + 5], i as f64 / rate, rate);
+                sample(model, (motion, effects), corners, moment)
+            })
             .collect::<Result<Vec<_>, _>>()?;
         if let Some(soil) = soft {
             sunk = sink(&samples, corners, soil, rate);
@@ -192,13 +217,21 @@ fn derivatives(around: &[Vec<f64>], rate: f64) -> [Vec<f64>; 2] {
     })
 }
 
+/// What a joint's own effects ask of its drive, N m.
+fn joint_torque(effect: &Effect, v: f64, a: f64) -> f64 {
+    match effect.kind.name {
+        "viscous_friction" => effect.value("damping") * v,
+        "coulomb_friction" if v != 0.0 => effect.value("torque") * v.signum(),
+        "rotor_inertia" => effect.value("inertia") * a,
+        _ => 0.0,
+    }
+}
+
 fn sample(
     model: &Rigid,
-    motion: &Motion,
+    (motion, effects): (&Motion, &[Effect]),
     corners: &[Corner],
-    around: &[Vec<f64>],
-    time: f64,
-    rate: f64,
+    (around, time, rate): (&[Vec<f64>], f64, f64),
 ) -> Result<Sample, Failure> {
     let q = around[2].clone();
     let [v, a] = derivatives(around, rate);
@@ -218,7 +251,14 @@ fn sample(
         return Err(failure(format!("the ground's forces leave {:?} on the base", &torque[..6])));
     }
     let forces = forces.chunks_exact(3).map(Vector3::from_column_slice).collect();
-    Ok(Sample { effort: torque[6..].to_vec(), forces, q, v })
+    let mut effort = torque[6..].to_vec();
+    for effect in effects {
+        let joint = effect.location.joint.as_ref();
+        if let Some(j) = joint.and_then(|joint| model.joints.iter().position(|name| name == joint)) {
+            effort[j] += joint_torque(effect, v[6 + j], a[6 + j]);
+        }
+    }
+    Ok(Sample { effort, forces, q, v })
 }
 
 /// Corners in the world.

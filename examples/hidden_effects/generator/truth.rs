@@ -99,6 +99,24 @@ pub struct Scales {
     pub peak_torque: f64,
 }
 
+impl Scales {
+    /// Of a joint's positions, velocities, accelerations and torques.
+    pub fn of([q, v, a, u]: [&[f64]; 4]) -> Self {
+        let rms =
+            |values: &[f64]| (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt();
+        let mean_position = q.iter().sum::<f64>() / q.len().max(1) as f64;
+        let about: Vec<f64> = q.iter().map(|q| q - mean_position).collect();
+        Self {
+            position: rms(&about),
+            mean_position,
+            velocity: rms(v),
+            acceleration: rms(a),
+            torque: rms(u),
+            peak_torque: u.iter().fold(0.0, |m: f64, u| m.max(u.abs())),
+        }
+    }
+}
+
 /// Another explanation that no data of this kind could tell from the truth.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Alternative {

@@ -106,7 +106,7 @@ pub fn page(scores: &[Scored], others: &[Scored]) -> String {
     let cases = scores.len() + others.len();
     let _ = write!(
         text,
-        "\n## Intervals\n\nHow often the truth lies in the stated 95 % interval, over {cases} cases (all seeds that were scored), where a \
+        "\n## Intervals\n\nHow often the truth lies in the stated 95 % interval, over {cases} cases (seed 0, and other draws that were scored as a whole: --scores), where a \
          hidden effect was found where it is and the data determine the parameter. Right would be 95 %; the median of the error \
          in half widths, 0.33.\n\n"
     );

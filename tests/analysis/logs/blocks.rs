@@ -156,7 +156,7 @@ fn a_jolt_at_the_beginning_is_left_out() {
         text
     };
     let read = |first: f64| {
-        let mut reader = reader(&log(first)).unwrap();
+        let mut reader = reader(log(first).as_str()).unwrap();
         assert!(reader.select(&["knee/position", "knee/effort"]).is_empty());
         let mut blocks = Blocks::new(Sampling::probe(reader).unwrap(), 0, 0.0);
         let begin = blocks.next_block().unwrap().unwrap().time[0];

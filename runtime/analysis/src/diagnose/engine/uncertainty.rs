@@ -1,13 +1,15 @@
 //! How sure estimates are: standard deviations of parameters, from what residuals scatter and what the prior pulls.
 use super::block_equations::BlockEquations;
 use super::refinement::{BLOCKS, Data, T};
+use crate::experiments::Channel;
 use crate::robot::inertial_parameters::parameter_index;
 use nalgebra::{DMatrix, DVector};
 
 /// Standard deviations of the unknowns from the scores of blocks of time (which residuals may be correlated
-/// within), at least those of white residuals; and of the corrections. Where few blocks tell an unknown, their scores scatter less than
-/// they would if the estimate did not follow them, and say little of how much: they count for more, so that [`T`] of these standard
-/// deviations is half of a 95 % interval (Bell and McCaffrey, Survey Methodology 28, 2002, for one unknown at a time).
+/// within), at least those of white residuals; and of the corrections. Where a few impacts tell an unknown, as those in which a foot
+/// slides tell its friction, their scores scatter less than they would if the estimate did not follow them, and say little of how much: they
+/// count for more, so that [`T`] of these standard deviations is half of a 95 % interval (Bell and McCaffrey, Survey Methodology 28, 2002, for
+/// one unknown at a time). Logs have many samples in every block.
 pub(super) fn uncertainty(
     equations: &[BlockEquations],
     data: Data<'_>,
@@ -15,6 +17,7 @@ pub(super) fn uncertainty(
     corrections: &[f64],
 ) -> (Vec<f64>, DMatrix<f64>) {
     let Data { experiment, weights, .. } = data;
+    let of_impacts = experiment.rows().iter().all(|row| row.channel == Channel::PostImpactVelocity);
     let p = corrections.len();
     let n = p + unknowns;
     let mut information = DMatrix::<f64>::zeros(n, n);
@@ -50,7 +53,7 @@ pub(super) fn uncertainty(
                 score[*global] += weights[row] * product[*local];
             }
         }
-        for (block, white) in white_of_blocks.iter_mut().enumerate() {
+        for (block, white) in white_of_blocks.iter_mut().enumerate().filter(|_| of_impacts) {
             for (a, ga) in &places {
                 for (b, gb) in &places {
                     white[(*ga, *gb)] += weights[row].powi(2) * variance * of_row.grams[block][(*a, *b)];
@@ -70,9 +73,14 @@ pub(super) fn uncertainty(
         }
         let row = inverse.row(index);
         let least = (row * &white * row.transpose())[0];
-        let parts: Vec<f64> =
-            white_of_blocks.iter().map(|white| (row * white * row.transpose())[0] / least).collect();
-        let robust = few_blocks(&parts) * scattered(scores.iter().map(|s| (row * s)[0]), &parts);
+        let scores = scores.iter().map(|s| (row * s)[0]);
+        let robust = if of_impacts {
+            let part = |white: &DMatrix<f64>| (row * white * row.transpose())[0] / least;
+            let parts: Vec<f64> = white_of_blocks.iter().map(part).collect();
+            few_blocks(&parts) * scattered(scores, &parts)
+        } else {
+            scores.map(|score| score * score).sum()
+        };
         // What the prior pulls estimates by: true corrections are as far from its middle as it says.
         let pulled: f64 = row.iter().take(p).map(|x| x * x).sum();
         (robust.max(least) + pulled).sqrt()
