@@ -1,5 +1,5 @@
 //! Generated cases: simulate, ask, judge.
-use super::amended::error_on_feet;
+use super::amended::errors_on_feet;
 use super::answer::{Answer, ask};
 use super::judge::{Scored, judge};
 use super::{Context, logs};
@@ -57,13 +57,13 @@ fn case(context: &Context, plan: &Plan) -> Result<Scored, Failure> {
     let score = match ask(context, &robot, [&train, &validation], &logs) {
         Ok((answer, seconds)) => {
             let mut score = judge(truth, &answer);
-            score.after = match truth.experiment {
-                Experiment::Swaying => {
-                    let asked = (&answer, truth.metric.as_str());
-                    error_on_feet(context, (&robot, &validation), &logs, asked).ok()
-                }
-                _ => after(plan, (&robot, &validation), truth, &answer),
-            };
+            if truth.experiment == Experiment::Swaying {
+                let asked = (&answer, &truth.effects[..], truth.metric.as_str());
+                let [found, hidden] = errors_on_feet(context, (&robot, &validation), &logs, asked)?;
+                (score.after, score.oracle) = (Some(found), hidden);
+            } else {
+                score.after = after(plan, (&robot, &validation), truth, &answer);
+            }
             Scored { seconds, ..score }
         }
         Err(error) => {
