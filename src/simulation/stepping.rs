@@ -44,6 +44,7 @@ impl Scene {
         let told = options.told.as_deref().map(|path| self.told(footsteps, path)).transpose()?;
         let stepping = footsteps.map(|footsteps| footsteps.controller(told));
         let record = stepping.as_ref().map(|(_, record)| Rc::clone(record));
+        // Somebody's own controller gets its refusal back.
         let is_own = own.is_some();
         let mut simulation = match stepping {
             Some((controller, _)) => simulation.controlled(controller),
@@ -60,6 +61,9 @@ impl Scene {
                 summary.estimated = Some(watch.see(&sample.q, &estimate));
             }
         });
+        if !is_own {
+            simulation = simulation.until_refused();
+        }
         if options.energy {
             simulation = simulation.with_energy()?;
         }
@@ -71,10 +75,6 @@ impl Scene {
             simulation.run(&mut simulate::Run { row: &mut row, progress, stop: run.stop })
         });
         let summary = summary.map_err(|error| self.ended(error))?;
-        // Somebody's own controller gets its refusal back.
-        if let Some(refused) = summary.refused.clone().filter(|_| is_own) {
-            return Err(self.ended(Diagnostic::error(refused)));
-        }
         let told = record.as_ref().and_then(|record| record.borrow_mut().told.take());
         log.commit_with(truth.into_iter().chain(told.map(ToldLog::end).transpose()?))?;
         let film = recorder.map(|recorder| self.film(recorder.finish(), out, &summary)).transpose()?;

@@ -128,10 +128,10 @@ fn refitted_effects_are_written_back() {
     let file = folder.join("diagnosis.json");
     std::fs::write(&file, &answer.out).unwrap();
     let said = answer.json()["summary"].as_str().unwrap().to_owned();
-    assert!(said.contains("of the description, estimated again: torque 0.1 → 0.4"), "{said}");
+    assert!(said.contains("of the description, estimated again: torque 0.1000 → 0.4"), "{said}");
     let fall = answer.json()["rms"]["effort"].clone();
     let [was, is] = ["before", "after"].map(|key| fall[key].as_f64().unwrap());
-    println!("as described {was}, compared {before}; {said}");
+    assert!((was / before - 1.0).abs() < 1e-3, "as described {was}, compared {before}");
     assert!(is < 0.5 * was && !said.contains(&format!("error of {was:.4}")), "{said}");
     let standing = answer.json()["standing"][0].clone();
     let (torque, interval) = (&standing["parameters"]["torque"], &standing["ci95"]["torque"]);

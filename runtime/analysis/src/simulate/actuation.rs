@@ -55,7 +55,7 @@ impl Simulation<'_> {
             energy_flow.torque.fill(0.0);
         }
         match self.ask(time) {
-            Err(refusal) if time > 0.0 => {
+            Err(refusal) if self.keeps_refused && time > 0.0 => {
                 self.summary.refused = Some(refusal.message);
                 return Ok(());
             }

@@ -131,6 +131,7 @@ pub struct Simulation<'a> {
     pub(super) reference: Vec<f64>,
     pub(super) clipped: Vec<usize>,
     pub(super) summary: Summary,
+    pub(super) keeps_refused: bool,
     falls: FallWatch,
     watch: Option<Watch<'a>>,
     pub(super) controller: Option<Box<dyn Controller<f64> + 'a>>,
@@ -222,6 +223,7 @@ impl<'a> Simulation<'a> {
             reference: zeros(),
             clipped: vec![0; joints],
             summary: Summary::default(),
+            keeps_refused: false,
             falls,
             watch: None,
             controller: None,
@@ -254,6 +256,13 @@ impl<'a> Simulation<'a> {
     pub fn phased(mut self, controller: PhasedController<'a>) -> Self {
         self.phased = Some(controller);
         self
+    }
+
+    /// The same, but a controller that refuses a later state ends the run with what happened until then ([`Summary::refused`]) instead of
+    /// an error.
+    #[must_use]
+    pub fn until_refused(self) -> Self {
+        Self { keeps_refused: true, ..self }
     }
 
     /// The same, and its summary says where the energy went.

@@ -21,8 +21,6 @@ pub(crate) struct Tracker<'a> {
     armed: bool,
     /// The phase has been looked at before.
     seen: bool,
-    /// What the phase waits for touched when it was last looked at: an impact takes two steps, since one ends on the ground.
-    touched: bool,
     /// Since when nothing is carried any more, s.
     unloaded: Option<f64>,
 }
@@ -44,7 +42,6 @@ impl<'a> Tracker<'a> {
             swapped: false,
             armed: false,
             seen: true,
-            touched: false,
             unloaded: None,
         }
     }
@@ -84,8 +81,7 @@ impl<'a> Tracker<'a> {
                 self.armed |= lowest > LIFTED;
                 // Heel and toe may land at once.
                 self.armed |= begins && ahead > 0.0 && own.iter().any(|&point| impulses[point] > 0.0);
-                let lands = self.armed && own.iter().any(touches) && ahead >= self.shortest_step;
-                std::mem::replace(&mut self.touched, lands) && lands
+                self.armed && own.iter().any(touches) && ahead >= self.shortest_step
             }
             Ending::Release(foot) => {
                 let own: Vec<usize> =
@@ -102,7 +98,7 @@ impl<'a> Tracker<'a> {
         if over {
             self.swapped ^= spec.relabel;
             self.phase = spec.next;
-            (self.armed, self.seen, self.touched, self.unloaded) = (false, false, false, None);
+            (self.armed, self.seen, self.unloaded) = (false, false, None);
         }
         over
     }
