@@ -221,8 +221,11 @@ const MOTOR_SIDE: &[(Group, Entry)] = &[
     (Group::Clean, ("seven_link", "", "")),
 ];
 
+/// Group, name, robot, and kinds with their places.
+type Several = (Group, &'static str, &'static str, &'static [(&'static str, &'static str)]);
+
 /// Standing robots whose joints lack something, alone or beside a payload. Added last.
-const STANDING: &[(Group, &str, &str, &[(&str, &str)])] = &[
+const STANDING: &[Several] = &[
     (Group::Single, "coulomb_friction", "tulip", &[("coulomb_friction", "left_knee_pitch")]),
     (Group::Single, "viscous_friction", "biped_3d", &[("viscous_friction", "right_hip_roll")]),
     (Group::Single, "rotor_inertia", "tulip", &[("rotor_inertia", "left_hip_pitch")]),
