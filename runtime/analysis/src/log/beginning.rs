@@ -24,9 +24,11 @@ pub(super) fn without_jolt(reader: &Reader, rows: &mut VecDeque<(Row, Vec<f64>)>
     let jolt = |(column, name): &(usize, String)| {
         let bound = TIMES * largest(*column);
         let last = (0..LONGEST).rev().find(|&i| bound > 0.0 && rows[i].1[*column].abs() > bound)?;
-        Some((last, *column, shorten(name).to_owned()))
+        Some((last, TIMES * rows[last].1[*column].abs() / bound, *column, shorten(name).to_owned()))
     };
-    let (last, column, name) = columns.iter().filter_map(jolt).max_by_key(|(last, ..)| *last)?;
+    // The one that lasts longest, of several that which is largest beside what follows.
+    let jolts = columns.iter().filter_map(jolt);
+    let (last, _, column, name) = jolts.max_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)))?;
     let message = format!(
         "the log begins with a jolt: `{name}` is {} there, and below {:.4} in all of the next {} rows",
         rows[last].1[column],
