@@ -20,47 +20,11 @@ pub(super) fn uncertainty(
     let of_impacts = experiment.rows().iter().all(|row| row.channel == Channel::PostImpactVelocity);
     let p = corrections.len();
     let n = p + unknowns;
-    let mut information = DMatrix::<f64>::zeros(n, n);
-    (0..p).for_each(|i| information[(i, i)] = 1.0);
-    let mut scores = vec![DVector::<f64>::zeros(n); BLOCKS];
-    // Variance of the scores if residuals were white.
-    let mut white = DMatrix::<f64>::zeros(n, n);
-    let mut white_of_blocks = vec![DMatrix::<f64>::zeros(n, n); BLOCKS];
+    let mut sums = Sums::new((n, p), of_impacts);
     for (row, of_row) in equations.iter().enumerate() {
-        let places = places(of_row, p);
-        let last = of_row.residual();
-        let mut u = DVector::zeros(last + 1);
-        u[last] = 1.0;
-        for (local, global) in &places {
-            if *global < p {
-                u[*local] = -corrections[*global];
-            }
-        }
-        let total = of_row.sum(&(0..BLOCKS).collect::<Vec<_>>());
-        let squares = (&total * &u).dot(&u).max(0.0);
-        let count = of_row.count(&(0..BLOCKS).collect::<Vec<_>>()).max(1) as f64;
-        // No row is known better than its noise, however small the residual of a fit.
-        let variance = (squares / count).max(experiment.rows()[row].noise.powi(2));
-        for (a, ga) in &places {
-            for (b, gb) in &places {
-                information[(*ga, *gb)] += weights[row] * total[(*a, *b)];
-                white[(*ga, *gb)] += weights[row].powi(2) * variance * total[(*a, *b)];
-            }
-        }
-        for (block, score) in scores.iter_mut().enumerate() {
-            let product = &of_row.grams[block] * &u;
-            for (local, global) in &places {
-                score[*global] += weights[row] * product[*local];
-            }
-        }
-        for (block, white) in white_of_blocks.iter_mut().enumerate().filter(|_| of_impacts) {
-            for (a, ga) in &places {
-                for (b, gb) in &places {
-                    white[(*ga, *gb)] += weights[row].powi(2) * variance * of_row.grams[block][(*a, *b)];
-                }
-            }
-        }
+        sums.add(of_row, corrections, (weights[row], experiment.rows()[row].noise));
     }
+    let Sums { mut information, scores, white, white_of_blocks } = sums;
     // What changes no row stays unknown, without making the rest unknown too.
     let unseen: Vec<usize> = (0..n).filter(|&i| information[(i, i)] <= 0.0).collect();
     unseen.iter().for_each(|&i| information[(i, i)] = 1.0);
@@ -86,6 +50,63 @@ pub(super) fn uncertainty(
         (robust.max(least) + pulled).sqrt()
     };
     ((p..n).map(sigma).collect(), inverse.view((0, 0), (p, p)).into_owned())
+}
+
+/// Sums over all rows, by corrections and unknowns.
+struct Sums {
+    information: DMatrix<f64>,
+    /// One of each block.
+    scores: Vec<DVector<f64>>,
+    /// Variance of the scores if residuals were white.
+    white: DMatrix<f64>,
+    /// The same of each block; none where nobody asks.
+    white_of_blocks: Vec<DMatrix<f64>>,
+}
+
+impl Sums {
+    /// Of n corrections and unknowns, the first p of which have a prior of one.
+    fn new((n, p): (usize, usize), by_block: bool) -> Self {
+        let zeros = DMatrix::<f64>::zeros(n, n);
+        let mut information = zeros.clone();
+        (0..p).for_each(|i| information[(i, i)] = 1.0);
+        let white_of_blocks = vec![zeros.clone(); if by_block { BLOCKS } else { 0 }];
+        Self { information, scores: vec![DVector::zeros(n); BLOCKS], white: zeros, white_of_blocks }
+    }
+
+    /// Adds a row of this weight and noise (standard deviation).
+    fn add(&mut self, of_row: &BlockEquations, corrections: &[f64], (weight, noise): (f64, f64)) {
+        let p = corrections.len();
+        let places = places(of_row, p);
+        let last = of_row.residual();
+        let mut u = DVector::zeros(last + 1);
+        u[last] = 1.0;
+        for (local, global) in places.iter().filter(|(_, global)| *global < p) {
+            u[*local] = -corrections[*global];
+        }
+        let all: Vec<usize> = (0..BLOCKS).collect();
+        let total = of_row.sum(&all);
+        let squares = (&total * &u).dot(&u).max(0.0);
+        // No row is known better than its noise, however small the residual of a fit.
+        let variance = (squares / of_row.count(&all).max(1) as f64).max(noise.powi(2));
+        let spread = |to: &mut DMatrix<f64>, factor: f64, of: &DMatrix<f64>| {
+            for (a, ga) in &places {
+                for (b, gb) in &places {
+                    to[(*ga, *gb)] += factor * of[(*a, *b)];
+                }
+            }
+        };
+        spread(&mut self.information, weight, &total);
+        spread(&mut self.white, weight.powi(2) * variance, &total);
+        for (white, gram) in self.white_of_blocks.iter_mut().zip(&of_row.grams) {
+            spread(white, weight.powi(2) * variance, gram);
+        }
+        for (score, gram) in self.scores.iter_mut().zip(&of_row.grams) {
+            let product = gram * &u;
+            for (local, global) in &places {
+                score[*global] += weight * product[*local];
+            }
+        }
+    }
 }
 
 /// The least part of its own residual that a block may keep from an estimate that follows it.
