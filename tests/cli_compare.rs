@@ -119,6 +119,45 @@ fn the_motors_side_stands_for_the_joints() {
         lines.iter().any(|line| line.as_str().unwrap().contains("`motor_position` for `left_hip_pitch`:"))
     };
     assert!(assumed(&by_motors) && !assumed(&by_joints), "{}", by_motors["assumptions"]);
+    // And so does the description, whatever gear is in between.
+    for gear in ["", "[drives.left_hip_pitch]\ngear_ratio = 50.0\n"] {
+        let folder = log.with_file_name("robot");
+        let encoders = format!("\n[joints]\nmotor_encoders = [\"left_hip_pitch\"]\n{gear}");
+        copied("robots/three_link", &folder, &encoders);
+        let described =
+            bipedc(&["compare", text(&folder), "--base", "fixed", text(&log), "--json"]).ok().json();
+        assert_eq!(described["assumptions"], by_motors["assumptions"]);
+        for (here, there) in channels(&described).zip(channels(&by_joints)) {
+            assert_eq!(here["name"], there["name"]);
+            let [here, there] = [here, there].map(|channel| channel["rms"].as_f64().unwrap());
+            assert!(
+                (here - there).abs() <= 1e-9 * there,
+                "{here} by the motor's encoder, {there} by the joint's"
+            );
+        }
+        // What the log itself calls the motor's stays so: an angle of the shaft.
+        let [own, mapped] = ["", text(&mapping)].map(|mapping| {
+            let mapping: &[&str] = if mapping.is_empty() { &[] } else { &["--mapping", mapping] };
+            let log = if mapping.is_empty() { &motors } else { &log };
+            let compare =
+                [&["compare", text(&folder), "--base", "fixed", text(log), "--json"], mapping].concat();
+            bipedc(&compare).ok().json()["channels"].clone()
+        });
+        assert_eq!(own, mapped);
+        assert_eq!(own == described["channels"], gear.is_empty());
+    }
+}
+
+/// A robot's description in another folder, with more lines.
+fn copied(robot: &str, folder: &Path, lines: &str) {
+    std::fs::create_dir_all(folder).unwrap();
+    std::fs::copy(Path::new(robot).join("robot.urdf"), folder.join("robot.urdf")).unwrap();
+    let description = std::fs::read_to_string(Path::new(robot).join("biped.toml")).unwrap();
+    std::fs::write(folder.join("biped.toml"), description + lines).unwrap();
+}
+
+fn channels(answer: &Value) -> impl Iterator<Item = &Value> {
+    answer["channels"].as_array().unwrap().iter()
 }
 
 #[test]

@@ -62,7 +62,7 @@ fn with_currents(robot: &Robot, train: &Log, judge: Option<&Log>) -> Result<Prep
 fn with_notes(mut found: Diagnosed, prepared: &Prepared) -> Diagnosed {
     let answer = &mut found.diagnosis;
     answer.assumptions.extend(prepared.assumptions.iter().cloned());
-    answer.warnings.extend(prepared.warnings.iter().map(|warning| warning.message.clone()));
+    answer.warnings.extend(prepared.warnings.iter().map(Diagnostic::placed));
     found.warnings.extend(prepared.warnings.iter().cloned());
     found
 }
@@ -125,7 +125,7 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     answer.validation = judge.as_ref().map(|judge| judge.source.clone());
     answer.assumptions = train.assumptions.iter().cloned().chain(sticking(&*train.experiment)).collect();
     answer.cutoff_hz = cutoff;
-    answer.warnings.extend(warnings.iter().map(|warning| warning.message.clone()));
+    answer.warnings.extend(warnings.iter().map(Diagnostic::placed));
     let compared = match options.reading.cutoff_hz {
         None => best_filter(&measured, request, reading, &mut answer, best)?,
         Some(_) => of_all_samples(&measured, request, reading, &mut answer)?,

@@ -38,6 +38,7 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::effect::Effect;
 use bipedc_effects::files::Ledger;
 use bipedc_runtime::control::Controller;
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -69,6 +70,16 @@ pub struct Workbench {
 fn held_columns(robot: &Robot) -> impl Iterator<Item = String> {
     let held = robot.description.joints.iter().filter(|joint| !joint.kind.moves());
     held.flat_map(|joint| JOINT_QUANTITIES.map(|quantity| format!("{}/{quantity}", joint.name)))
+}
+
+/// Joints whose encoder is the motor's, with the motor's turns per turn of the joint.
+fn motor_encoders(robot: &Robot) -> BTreeMap<String, f64> {
+    let description = &robot.description;
+    let turns = |joint: &String| {
+        let driven = description.drives.iter().find(|driven| driven.joint == *joint);
+        (joint.clone(), driven.map_or(1.0, |driven| driven.drive.turns()))
+    };
+    description.motor_encoders.iter().map(turns).collect()
 }
 
 /// How the robot hangs in the world, instead of what its description says.
@@ -172,7 +183,8 @@ impl Workbench {
     /// As [`Log::with_mapping`].
     pub fn log_with(&self, path: impl AsRef<Path>, mapping: Mapping) -> Result<Log, Diagnostics> {
         let ignored = held_columns(&self.robot).chain(mapping.ignored).collect();
-        Log::with_mapping(path, Mapping { ignored, ..mapping })
+        let motor_encoders = motor_encoders(&self.robot);
+        Log::with_mapping(path, Mapping { ignored, motor_encoders, ..mapping })
     }
 
     /// What a file holds, also one whose columns have names that are not ours; `docs/logs.md` explains all columns.
@@ -180,7 +192,8 @@ impl Workbench {
     /// # Errors
     /// As [`inventory::examine()`].
     pub fn inventory(&self, path: impl AsRef<Path>, mapping: &Mapping) -> Result<Inventory, Diagnostics> {
-        inventory::examine(path, mapping, Some(&inventory::Robot::of(&self.robot)?))
+        let mapping = Mapping { motor_encoders: motor_encoders(&self.robot), ..mapping.clone() };
+        inventory::examine(path, &mapping, Some(&inventory::Robot::of(&self.robot)?))
     }
 
     /// What the model predicts against what was logged, row by row: rms, largest error, noise.

@@ -131,6 +131,11 @@ fn drives_effects_and_pairs_of_locked_joints_are_left_out() {
     assert!(part.effects.is_empty());
     assert_eq!(part.actuated_joints.len() + 2, whole.actuated_joints.len());
     assert_eq!(part.symmetric_joints.len() + 1, whole.symmetric_joints.len());
+    let encoders = "motor_encoders = [\"left_knee_pitch\", \"left_hip_roll\", \"left_hip_roll\"]\n";
+    let measured =
+        |lines: &str| read("tulip", &format!("\n[joints]\n{encoders}{lines}")).unwrap().motor_encoders;
+    assert_eq!(measured(""), ["left_knee_pitch", "left_hip_roll"]);
+    assert_eq!(measured("locked = [\"left_knee_pitch\", \"right_knee_pitch\"]\n"), ["left_hip_roll"]);
 }
 
 #[test]
@@ -150,6 +155,18 @@ fn mistakes_are_named() {
             &["`left_knee_pitch` in `locked` in [joints]", "a number"],
         ),
         ("locked = 3", &["expected an array of texts"]),
+        (
+            "motor_encoders = [\"left_kne_pitch\"]",
+            &[
+                "`motor_encoders` in [joints]: the URDF has no joint `left_kne_pitch`",
+                "did you mean `left_knee_pitch`?",
+            ],
+        ),
+        ("motor_encoders = true", &["`motor_encoders` in [joints]", "expected an array of texts"]),
+        (
+            "motor_encoders = [\"left_knee_pitch\"]\n[drives.left_knee_pitch]\nkind = \"passive\"",
+            &["the drive of `left_knee_pitch` is passive, without a motor"],
+        ),
         ("loked = []", &["unknown key `loked` in [joints]", "did you mean `locked`?"]),
     ];
     for (text, expected) in refusals {

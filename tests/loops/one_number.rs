@@ -110,6 +110,33 @@ impl Case {
     }
 }
 
+/// Forces under the feet alone: one body before corrections of links, which say the same in other words and are named; weighing tells.
+#[test]
+#[ignore = "takes long"]
+fn a_body_and_what_corrections_would_be() {
+    let case = Case::example("swaying");
+    let logs = [text(&case.train), "--validate", text(&case.judge), "--channels", "base_force,base_moment"];
+    let answer = case.run(&[&["diagnose", text(&case.robot)], &logs[..], &["--json"]].concat()).json();
+    let found = answer["effects"].as_array().unwrap();
+    assert!(found.len() == 1 && found[0]["kind"] == "payload" && found[0]["link"] == "torso", "{found:#?}");
+    assert_eq!(corrections(&answer), 0);
+    let groups = answer["indistinguishable"].as_array().unwrap();
+    let kinds = |side: &Value| {
+        let kind = |effect: &Value| effect["kind"].as_str().unwrap().to_owned();
+        side.as_array().unwrap().iter().map(kind).collect::<Vec<_>>()
+    };
+    let is_corrected = |group: &&Value| {
+        kinds(&group[0]) == ["payload"] && kinds(&group[1]).iter().all(|kind| kind == "inertial_correction")
+    };
+    assert_eq!(groups.iter().filter(is_corrected).count(), 1, "{groups:#?}");
+    let summary = answer["summary"].as_str().unwrap();
+    assert!(
+        summary.contains("Inertial correction at torso. To tell them apart: Weigh the robot"),
+        "{summary}"
+    );
+    assert!(!summary.contains("inf"), "{summary}");
+}
+
 /// Logs on feet have a cut-off of their own, which follows from the log that is compared. Another simulator's, whose first sample is a
 /// jolt of 2 kN m: what was hidden is all that is found, and everything speaks of the same errors.
 #[test]

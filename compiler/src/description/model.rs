@@ -24,6 +24,8 @@ pub struct RobotDescription {
     pub symmetric_joints: Vec<SymmetricPair>,
     /// Names of the joints with an actuator, in the order of the generalised torques.
     pub actuated_joints: Vec<String>,
+    /// Names of the joints whose angle in logs is measured at the motor, before springs and play.
+    pub motor_encoders: Vec<String>,
     /// Drives in the order of the file, each joint once.
     pub drives: Vec<JointDrive>,
     /// Contact phases in their order.

@@ -54,6 +54,15 @@ impl Diagnostic {
         self.help = Some(help.into());
         self
     }
+
+    /// The message alone, behind the file's name and the line it is about: for lists that are not printed as messages are.
+    pub fn placed(&self) -> String {
+        let Some(name) = self.file.as_ref().and_then(|file| file.file_name()) else {
+            return self.message.clone();
+        };
+        let line = self.position.map_or_else(String::new, |(line, _)| format!(":{line}"));
+        format!("{}{line}: {}", name.display(), self.message)
+    }
 }
 
 impl fmt::Display for Diagnostic {

@@ -102,6 +102,7 @@ pub fn robot(random: &mut Random, joints: usize) -> RobotDescription {
         feet: Vec::new(),
         symmetric_joints: Vec::new(),
         actuated_joints: Vec::new(),
+        motor_encoders: Vec::new(),
         drives: Vec::new(),
         phases: Vec::new(),
         effects: Vec::new(),

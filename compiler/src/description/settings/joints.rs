@@ -1,8 +1,9 @@
-//! `[joints]`: joints of the URDF that are held where they are, for logs and controllers of a part of the robot.
-use super::Settings;
+//! `[joints]`: joints of the URDF that are held where they are, for logs and controllers of a part of the robot; joints whose encoder
+//! is the motor's.
 use super::table::{Entry, Section};
+use super::{Known, Settings};
 use crate::description::geometry::{add, axis_quaternion, quaternion_product, quaternion_to_rpy, turn};
-use crate::description::model::{Joint, JointKind};
+use crate::description::model::{Joint, JointDrive, JointKind};
 use crate::description::source::{Messages, Place, short, suggest};
 use crate::description::urdf::UrdfRobot;
 
@@ -12,7 +13,7 @@ type Locked<'t> = (String, f64, Place);
 /// Fixes the joints that `[joints] locked` names at their positions.
 pub(super) fn lock(top: &Section<'_, '_>, robot: &mut UrdfRobot, messages: &mut Messages<'_>) {
     let Some(section) = top.section("joints", messages) else { return };
-    section.check_keys(&["locked"], messages);
+    section.check_keys(&["locked", "motor_encoders"], messages);
     let Some(entry) = section.get("locked") else { return };
     for (name, position, at) in read(&entry, messages) {
         let moving = robot.joints.iter_mut().find(|joint| joint.name == name && joint.kind.moves());
@@ -27,10 +28,41 @@ pub(super) fn lock(top: &Section<'_, '_>, robot: &mut UrdfRobot, messages: &mut 
     }
 }
 
+/// Joints that `[joints] motor_encoders` names, each once.
+pub(super) fn read_motor_encoders(
+    top: &Section<'_, '_>,
+    known: Known<'_>,
+    drives: &[JointDrive],
+    messages: &mut Messages<'_>,
+) -> Vec<String> {
+    // A section that is none was told of where joints are locked.
+    let section = top.get("joints").filter(Entry::is_table);
+    let Some(section) = section.and_then(|entry| entry.section("[joints]".into(), messages)) else {
+        return Vec::new();
+    };
+    let mut joints: Vec<String> = Vec::new();
+    for (name, at) in section.strings("motor_encoders", messages).unwrap_or_default() {
+        known.check_joint(&name, at, "`motor_encoders` in [joints]", messages);
+        let driven = drives.iter().find(|driven| driven.joint == name);
+        if driven.is_some_and(|driven| !driven.drive.has_motor()) {
+            let message = format!(
+                "`motor_encoders` in [joints]: the drive of `{}` is passive, without a motor",
+                short(&name)
+            );
+            messages.error(at, message, "take it out of the list, or give the joint a motor in [drives]");
+        }
+        if !joints.contains(&name) {
+            joints.push(name);
+        }
+    }
+    joints
+}
+
 /// Takes what is said of locked joints out of the settings: nothing drives them, and nothing rubs in them.
 pub(super) fn leave_out_locked(settings: &mut Settings, locked: &[String], messages: &mut Messages<'_>) {
     let is_locked = |joint: &String| locked.contains(joint);
     settings.actuated_joints.retain(|joint| !is_locked(joint));
+    settings.motor_encoders.retain(|joint| !is_locked(joint));
     settings.drives.retain(|driven| !is_locked(&driven.joint));
     settings.effects.retain(|effect| {
         let place = &effect.location;

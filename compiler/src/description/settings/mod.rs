@@ -102,6 +102,7 @@ struct Settings {
     base: Base,
     symmetric_joints: Vec<SymmetricPair>,
     actuated_joints: Vec<String>,
+    motor_encoders: Vec<String>,
     drives: Vec<JointDrive>,
     phases: Vec<Phase>,
     effects: Vec<Effect>,
@@ -156,6 +157,7 @@ pub(crate) fn describe(
         feet: settings.feet,
         symmetric_joints: settings.symmetric_joints,
         actuated_joints: settings.actuated_joints,
+        motor_encoders: settings.motor_encoders,
         drives: settings.drives,
         phases: settings.phases,
         effects: settings.effects,
@@ -179,6 +181,7 @@ fn read_settings(top: &Section<'_, '_>, known: Known<'_>, messages: &mut Message
     let symmetric_joints = symmetry::read_symmetry(top, known, messages);
     let drives = drives::read_drives(top, known, messages);
     let actuated_joints = drives::read_actuation(top, known, &drives, messages);
+    let motor_encoders = joints::read_motor_encoders(top, known, &drives, messages);
     let planar = matches!(base, Base::Planar { .. });
     let phases = phases::read_phases(top, &feet, planar, symmetric_joints.is_empty(), messages);
     let effects = effects::read_effects(top, known, &feet, messages);
@@ -190,6 +193,7 @@ fn read_settings(top: &Section<'_, '_>, known: Known<'_>, messages: &mut Message
         base,
         symmetric_joints,
         actuated_joints,
+        motor_encoders,
         drives,
         phases,
         effects,

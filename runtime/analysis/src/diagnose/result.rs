@@ -257,6 +257,12 @@ impl ErrorFall {
         (times > LEFT && self.told() > LEFT * self.resolution).then_some(times)
     }
 
+    /// Whether the nominal model's error was no more than noise, as [`above_noise`](Self::above_noise) has it of what remains.
+    pub fn was_noise(&self) -> bool {
+        let told = self.before_moving.unwrap_or(self.before);
+        self.noise > 0.0 && (told <= LEFT * self.noise || told <= LEFT * self.resolution)
+    }
+
     /// The remaining error in multiples of the noise, where the model says what the torque is; `None` if the noise is unknown.
     pub fn noises(&self) -> Option<f64> {
         (self.noise > 0.0).then(|| self.told() / self.noise)

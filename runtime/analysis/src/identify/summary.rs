@@ -10,7 +10,7 @@ use super::run::{Judge, RobotAndLogs};
 use super::survey::Survey;
 use super::triangle::Triangle;
 use crate::robot::inertial_parameters::InertialParameters;
-use bipedc_effects::diagnostic::Diagnostics;
+use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use nalgebra::{DMatrix, DVector};
 use std::path::PathBuf;
 
@@ -269,8 +269,7 @@ impl SummaryInput<'_> {
         let name = |log: usize| {
             files[log].file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned())
         };
-        let mut all: Vec<String> =
-            surveys.iter().flat_map(|s| &s.warnings).map(|w| w.message.clone()).collect();
+        let mut all: Vec<String> = surveys.iter().flat_map(|s| &s.warnings).map(Diagnostic::placed).collect();
         all.extend(self.motions.repetitions.iter().map(|repetition| match repetition {
             Repetition::Within { log, period } => format!(
                 "`{}` repeats its motion every {period:.2} s: folds are cut by the phase of this period",

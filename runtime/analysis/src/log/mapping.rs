@@ -57,6 +57,9 @@ pub struct Mapping {
     pub patterns: Vec<Pattern>,
     /// Columns that are not to be seen: under their own names, or under ours.
     pub ignored: BTreeSet<String>,
+    /// Joints whose position is measured at the motor, with the motor's turns per turn of the joint: a log's `<joint>/position` is
+    /// `<joint>/motor_position` then, unless it has that too.
+    pub motor_encoders: BTreeMap<String, f64>,
 }
 
 #[derive(Deserialize)]

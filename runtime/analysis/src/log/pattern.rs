@@ -74,6 +74,7 @@ impl Mapping {
             }
         }
         whole.forget_ignored();
+        whole.read_as_motors(names);
         let known: Vec<&str> = names.iter().copied().filter(|name| is_known_form(name)).collect();
         let ours: Vec<String> = whole.columns.keys().cloned().collect();
         for pattern in &self.patterns {
@@ -104,6 +105,27 @@ impl Mapping {
         // A motor's angle may still be that of its joint.
         let used = |name: &String| columns.values().any(|source| source.column.as_ref() == Some(name));
         ignored.extend(sources.into_iter().filter(|name| !used(name)).collect::<Vec<_>>());
+    }
+
+    /// In logs over time, positions of joints whose encoder is the motor's become the motor's, of its shaft.
+    fn read_as_motors(&mut self, names: &[&str]) {
+        let Self { columns, motor_encoders, ignored, .. } = self;
+        let is_log = names.contains(&"time") || columns.contains_key("time");
+        for (joint, turns) in motor_encoders.iter().filter(|_| is_log) {
+            let [ours, motors] = ["position", "motor_position"].map(|what| format!("{joint}/{what}"));
+            let stands = names.contains(&motors.as_str()) && !ignored.contains(&motors);
+            if stands || columns.contains_key(&motors) || ignored.contains(&ours) {
+                continue;
+            }
+            let own =
+                || MappedColumn { column: Some(ours.clone()), factor: 1.0, offset: 0.0, position: (0, 0) };
+            let logged = columns.remove(&ours).or_else(|| names.contains(&ours.as_str()).then(own));
+            if let Some(logged) = logged {
+                let column = logged.column.clone().or_else(|| Some(ours.clone()));
+                let (factor, offset) = (turns * logged.factor, turns * logged.offset);
+                columns.insert(motors, MappedColumn { column, factor, offset, ..logged });
+            }
+        }
     }
 
     fn without_match(&self, pattern: &Pattern, names: &[&str]) -> Diagnostic {

@@ -148,10 +148,7 @@ fn experiments(group: &[Vec<FoundEffect>]) -> Vec<&'static str> {
     let mut out: Vec<&'static str> = Vec::new();
     for b in others.flatten() {
         for a in &first {
-            let one = |a: &bipedc_effects::effect::Kind, b: &bipedc_effects::effect::Kind| {
-                a.confounders.iter().find(|c| c.kind == b.name).map(|c| c.experiment)
-            };
-            if let Some(experiment) = one(a, b).or_else(|| one(b, a))
+            if let Some(experiment) = a.told_apart_by(b)
                 && !out.contains(&experiment)
             {
                 out.push(experiment);

@@ -2,7 +2,7 @@
 use super::causes::{coded, lines};
 use super::data::{NextStep, Report};
 use super::svg;
-use crate::diagnose::AT_NOISE;
+use crate::diagnose::{AT_NOISE, Diagnosis};
 use crate::experiments::plotted::Row;
 use crate::number::{joined, percent, significant, with_unit};
 use maud::{Markup, html};
@@ -50,7 +50,10 @@ fn cards(report: &Report) -> Vec<Card> {
     if !report.log.is_empty() {
         cards.push(Card::new("log", &report.log, log_words(report)));
     }
-    cards.extend(explained(&report.rows));
+    cards.extend(match &report.diagnosis {
+        Some(diagnosis) => diagnosed(diagnosis, &report.rows),
+        None => at_noise(&report.rows),
+    });
     cards.extend(report.diagnosis.as_ref().and_then(svg::headline).map(|fall| {
         let noise = if fall.noise > 0.0 {
             format!("the measurement's noise is {}", with_unit(fall.noise, &fall.unit))
@@ -83,27 +86,33 @@ fn log_words(report: &Report) -> String {
     samples.into_iter().chain(cutoff).chain(training).collect::<Vec<_>>().join(", ")
 }
 
-/// The error that counts: with effects where there are any.
-fn last(row: &Row) -> f64 {
-    row.told_after().unwrap_or(row.told_before())
+/// In how many rows a diagnosis has nothing more to say: those that its last sentence does not speak of.
+fn diagnosed(diagnosis: &Diagnosis, rows: &[Row]) -> Option<Card> {
+    let known = |row: &&Row| diagnosis.rows.get(&row.name).is_some_and(|fall| fall.noise > 0.0);
+    if !rows.iter().any(|row| known(&row)) {
+        return None;
+    }
+    let is_left = |row: &Row| diagnosis.suspects.contains(&row.name);
+    let after = rows.iter().filter(known).filter(|row| !is_left(row)).count();
+    let before = rows.iter().filter(known).filter(|row| diagnosis.rows[&row.name].was_noise()).count();
+    let words =
+        format!("have nothing left beyond noise of measurement and motion; {before} by the nominal model");
+    Some(Card::new("explained", counted(after, rows), words))
 }
 
-/// How many rows have nothing but noise left.
-fn explained(rows: &[Row]) -> Option<Card> {
+/// How many rows have nothing but the measurement's noise left, by the nominal model.
+fn at_noise(rows: &[Row]) -> Option<Card> {
     if rows.iter().all(|row| row.noise <= 0.0) {
         return None;
     }
-    let count = |error: fn(&Row) -> f64| {
-        rows.iter().filter(|row| row.noise > 0.0 && error(row) <= AT_NOISE * row.noise).count()
-    };
+    let quiet = |row: &&Row| row.noise > 0.0 && row.told_before() <= AT_NOISE * row.noise;
+    let count = rows.iter().filter(quiet).count();
+    Some(Card::new("explained", counted(count, rows), "have nothing but noise left"))
+}
+
+fn counted(count: usize, rows: &[Row]) -> String {
     let what = if rows.iter().all(|row| row.joint.is_some()) { "joints" } else { "rows" };
-    let before = count(Row::told_before);
-    let words = if rows.iter().any(|row| row.rms_after.is_some()) {
-        format!("have nothing but noise left; {before} by the nominal model")
-    } else {
-        "have nothing but noise left".to_owned()
-    };
-    Some(Card::new("explained", format!("{} of {} {what}", count(last), rows.len()), words))
+    format!("{count} of {} {what}", rows.len())
 }
 
 /// The largest error among rows of one unit.
@@ -205,6 +214,7 @@ fn robot(report: &Report) -> Markup {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::ErrorFall;
     use crate::experiments::Channel;
     use crate::report::Series;
 
@@ -234,6 +244,28 @@ mod tests {
         ];
         let expected = expected.map(|(title, figure)| (title.to_owned(), figure.to_owned()));
         assert_eq!(figures, expected);
+    }
+
+    #[test]
+    fn a_diagnosis_counts_rows_as_its_words_do() {
+        let fall = |after: f64, resolution: f64| ErrorFall {
+            before: 2.0,
+            after,
+            noise: 0.1,
+            resolution,
+            ..ErrorFall::default()
+        };
+        let rows = ["knee", "hip", "ankle"].map(|name| row(name, "N m", 2.0, 0.1)).to_vec();
+        // 1.3 times the noise, twice the noise but at what motions are known to, and twice the noise.
+        let falls = [("knee", fall(0.13, 0.0)), ("hip", fall(0.2, 0.2)), ("ankle", fall(0.2, 0.0))];
+        let falls = falls.map(|(name, fall)| (name.to_owned(), fall));
+        let mut diagnosis = Diagnosis { rows: falls.into_iter().collect(), ..Diagnosis::default() };
+        diagnosis.conclude();
+        assert_eq!(diagnosis.suspects, ["ankle"]);
+        let report = Report { rows, diagnosis: Some(diagnosis), ..Report::default() };
+        let card = cards(&report).into_iter().find(|card| card.title == "explained").unwrap();
+        assert_eq!(card.figure, "2 of 3 joints");
+        assert!(card.words.ends_with("; 0 by the nominal model"), "{}", card.words);
     }
 
     #[test]

@@ -1,5 +1,5 @@
 //! What kinds have to do with each other.
-use super::kind::Kind;
+use super::kind::{Kind, Law};
 
 /// What a kind has to do with others, by their names.
 #[derive(Debug)]
@@ -31,6 +31,13 @@ impl Kind {
     /// The motion that tells it from the other one, if that is a confounder.
     pub fn told_from(&self, other: &Self) -> Option<&'static str> {
         self.confounders.iter().find(|confounder| confounder.kind == other.name).map(|c| c.experiment)
+    }
+
+    /// The measurement that tells the two apart, as either of them says; bodies that are others than described are weighed.
+    pub fn told_apart_by(&self, other: &Self) -> Option<&'static str> {
+        let corrected = || [self, other].into_iter().find(|kind| kind.law == Law::InertialCorrection);
+        let told = self.told_from(other).or_else(|| other.told_from(self));
+        told.or_else(|| corrected().map(|kind| kind.experiment))
     }
 
     /// What is estimated beside it without being reported, and where that starts.

@@ -11,6 +11,9 @@ const USUAL: f64 = 2.0;
 /// The same where one link stands for what several are off by.
 const USUAL_TOGETHER: f64 = 4.0;
 
+/// One answer is about as likely as another if it costs at most so much more: e³, a twentieth of its probability.
+const AS_LIKELY: f64 = 6.0;
+
 /// Whether a search with corrections is likelier than one without: they lower the held-out error by more than chance and cost less, and few
 /// effects do not say as much.
 pub(super) fn is_corrected_likelier(
@@ -21,6 +24,17 @@ pub(super) fn is_corrected_likelier(
     corrections_earn(regression, &corrected.active, &corrected.scored)
         && whole_cost(regression, corrected) < whole_cost(regression, plain)
         && (only_cad_errors(regression, plain, corrected) || !as_good(regression, plain, corrected))
+}
+
+/// Whether corrections say in other words what effects alone say, and are about as likely: the rows do not tell which it is.
+pub(super) fn is_corrected_as_likely(
+    regression: &Regression<'_>,
+    plain: &Outcome,
+    corrected: &Outcome,
+) -> bool {
+    let judged = &plain.active[regression.standing.len()..];
+    judged.iter().any(|c| !corrected.active.contains(c))
+        && whole_cost(regression, corrected) < whole_cost(regression, plain) + AS_LIKELY
 }
 
 /// Weighted squares of a search's errors.

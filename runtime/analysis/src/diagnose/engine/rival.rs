@@ -5,18 +5,20 @@
 //! stood because small corrections made up for the rest.
 use super::amended::Amended;
 use super::fit::Term;
+use super::parsimony::ALIKE;
 use super::regression::{Regression, is_held_out};
 use super::search::Outcome;
 use crate::diagnose::{Diagnosis, FoundEffect};
 use crate::experiments::Experiment;
 use crate::experiments::form::Form;
+use bipedc_effects::effect::{Effect, kinds};
 
 /// Most numbers of what only the simpler answer states: one effect stands for corrections, many are no simpler cause.
 const FEW: usize = 4;
 /// Its deviance may be larger by so much, which is chance.
 const CHANCE: f64 = 6.0;
 
-/// The answer of a search without corrections.
+/// The answer of the search that was not taken.
 pub(super) struct Rival {
     outcome: Outcome,
     /// Its candidates as they were.
@@ -24,14 +26,9 @@ pub(super) struct Rival {
 }
 
 impl Rival {
-    /// `None`: it found nothing.
-    pub fn of(
-        regression: &Regression<'_>,
-        outcome: Outcome,
-        forms: Vec<(usize, (Form, Vec<Term>))>,
-    ) -> Option<Box<Self>> {
-        let found = outcome.active.len() > regression.standing.len();
-        found.then(|| Box::new(Self { outcome, forms }))
+    /// What was found, and its candidates as they were then.
+    pub fn of(outcome: Outcome, forms: Vec<(usize, (Form, Vec<Term>))>) -> Box<Self> {
+        Box::new(Self { outcome, forms })
     }
 
     /// The answer, with its candidates as they were.
@@ -49,31 +46,74 @@ pub(super) fn is_likelier(
     answer: &Diagnosis,
     other: &Diagnosis,
 ) -> bool {
+    if !answer.inertial_corrections.is_empty() {
+        return false;
+    }
     let own = own_numbers(answer, other);
     if own.is_empty() || own.iter().sum::<usize>() > FEW || own.len() > 1 + own_numbers(other, answer).len() {
         return false;
     }
-    let [here, there] = [answer, other].map(|diagnosis| deviance(regression, validation, diagnosis));
+    let [here, there] = [answer, other].map(|diagnosis| {
+        let effects: Vec<Effect> = stated(diagnosis).map(|found| found.effect.clone()).collect();
+        deviance(regression, validation, &effects)
+    });
     here <= there + CHANCE
+}
+
+/// What only the answer states and what only another one states in its place, effects of the one and inertial corrections of
+/// the other, where both tell the rows as well.
+pub(super) fn told_apart(
+    regression: &Regression<'_>,
+    validation: Option<&dyn Experiment>,
+    answer: &Diagnosis,
+    other: &Diagnosis,
+) -> Option<Vec<Vec<FoundEffect>>> {
+    let (here, there) = (own(answer, other), own(other, answer));
+    let is_corrected = |side: &[&FoundEffect]| side.iter().any(|found| corrects(found));
+    if here.is_empty() || there.is_empty() || is_corrected(&here) == is_corrected(&there) {
+        return None;
+    }
+    let of = |all: &[&FoundEffect]| {
+        let effects: Vec<Effect> = all.iter().map(|found| found.effect.clone()).collect();
+        deviance(regression, validation, &effects)
+    };
+    let mut without: Vec<&FoundEffect> = stated(answer).collect();
+    let error = of(&without);
+    without.retain(|found| !here.contains(found));
+    let removed = of(&without) - error;
+    let other_error = of(&stated(other).collect::<Vec<_>>());
+    let alike = (other_error - error).abs() <= (ALIKE * removed).max(CHANCE);
+    let owned = |side: Vec<&FoundEffect>| side.into_iter().cloned().collect();
+    alike.then(|| vec![owned(here), owned(there)])
+}
+
+fn corrects(found: &FoundEffect) -> bool {
+    found.effect.kind == &kinds::INERTIAL_CORRECTION
+}
+
+/// All that an answer states.
+fn stated(answer: &Diagnosis) -> impl Iterator<Item = &FoundEffect> {
+    answer.effects.iter().chain(&answer.standing).chain(&answer.inertial_corrections)
+}
+
+/// What only one answer states.
+fn own<'d>(answer: &'d Diagnosis, other: &Diagnosis) -> Vec<&'d FoundEffect> {
+    let is_it = |a: &FoundEffect, b: &FoundEffect| {
+        a.effect.kind == b.effect.kind && a.effect.location == b.effect.location
+    };
+    stated(answer).filter(|found| !stated(other).any(|o| is_it(found, o))).collect()
 }
 
 /// How many numbers each effect has that only one answer states.
 fn own_numbers(answer: &Diagnosis, other: &Diagnosis) -> Vec<usize> {
-    let known = |found: &FoundEffect| {
-        let is_it = |o: &FoundEffect| {
-            o.effect.kind == found.effect.kind && o.effect.location == found.effect.location
-        };
-        other.effects.iter().any(is_it)
-    };
-    let own = answer.effects.iter().filter(|found| !known(found));
-    own.map(|found| found.effect.kind.estimated().count()).collect()
+    let effects = own(answer, other).into_iter().filter(|found| !corrects(found));
+    effects.map(|found| found.effect.kind.estimated().count()).collect()
 }
 
 /// Weighted squares of held-out errors.
-fn deviance(regression: &Regression<'_>, validation: Option<&dyn Experiment>, diagnosis: &Diagnosis) -> f64 {
+fn deviance(regression: &Regression<'_>, validation: Option<&dyn Experiment>, effects: &[Effect]) -> f64 {
     let judge = validation.unwrap_or(regression.train);
-    let all = diagnosis.effects.iter().chain(&diagnosis.standing).chain(&diagnosis.inertial_corrections);
-    let amended = Amended::new(judge, &all.map(|found| found.effect.clone()).collect::<Vec<_>>());
+    let amended = Amended::new(judge, effects);
     let of_row = |(row, weight): (usize, &f64)| {
         let values = amended.residual(row);
         let judged = (0..values.len()).filter(|i| validation.is_some() || is_held_out(*i, values.len()));

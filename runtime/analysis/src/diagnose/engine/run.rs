@@ -7,7 +7,7 @@ use super::estimates::{data, estimates, spread};
 use super::parsimony::{put_simpler, simplify};
 use super::refinement::{Refined, refine};
 use super::regression::{Regression, is_held_out};
-use super::rival::is_likelier;
+use super::rival::{is_likelier, told_apart};
 use super::search::{Outcome, search};
 use super::significance::{Insignificant, insignificant, is_vague, says_no_more};
 use super::text;
@@ -89,12 +89,13 @@ pub fn diagnose(
     let how = (validation, options.most, &entered as &dyn Fn(usize));
     let mut diagnosis = concluded(&mut regression, &mut outcome, &teaches, how);
     progress(0.92);
-    if let Some(mut simpler) = rival.map(|rival| rival.stand(&mut regression)) {
-        simplify(&regression, &mut simpler);
-        let other = concluded(&mut regression, &mut simpler, &teaches, how);
+    if let Some(mut rival) = rival.map(|rival| rival.stand(&mut regression)) {
+        simplify(&regression, &mut rival);
+        let mut other = concluded(&mut regression, &mut rival, &teaches, how);
         if is_likelier(&regression, validation, &other, &diagnosis) {
-            diagnosis = other;
+            std::mem::swap(&mut diagnosis, &mut other);
         }
+        diagnosis.indistinguishable.extend(told_apart(&regression, validation, &diagnosis, &other));
     }
     diagnosis.warnings.extend(left_out.into_iter().map(|effect| {
         format!("{effect} was left out: this data cannot tell it from the other effects of the description")

@@ -1,6 +1,6 @@
 //! Which candidates stand: forward search, pruning, and the best small set at every joint.
 use super::behind_motors::is_behind_motor;
-use super::corrected::is_corrected_likelier;
+use super::corrected::{is_corrected_as_likely, is_corrected_likelier};
 use super::exchange::{best_set, exchange, pair};
 use super::friction_first::with_friction_first;
 use super::parallel::parallel;
@@ -49,7 +49,7 @@ pub(super) struct Outcome {
     pub corrected: bool,
     /// Why candidates did not stand, by index: the last reason.
     pub reasons: BTreeMap<usize, String>,
-    /// What effects alone explain, where corrections explain more.
+    /// What effects alone explain, where corrections explain more; what corrections explain, where effects are as likely.
     pub rival: Option<Box<Rival>>,
 }
 
@@ -70,12 +70,17 @@ pub(super) fn search(
     let forms: Vec<_> = plain.active.iter().map(|&c| (c, regression.remembered(c))).collect();
     let corrected = run_steady(regression, most, entered)?;
     if is_corrected_likelier(regression, &plain, &corrected) {
-        let rival = Rival::of(regression, plain, forms);
+        let found = plain.active.len() > regression.standing.len();
+        let rival = found.then(|| Rival::of(plain, forms));
         return Some(Outcome { rival, ..corrected });
     }
+    let rival = is_corrected_as_likely(regression, &plain, &corrected).then(|| {
+        let forms = corrected.active.iter().map(|&c| (c, regression.remembered(c))).collect();
+        Rival::of(corrected, forms)
+    });
     // The nonlinear candidates as they were when the simpler answer was found.
     forms.into_iter().for_each(|(c, form)| regression.recall(c, form));
-    Some(plain)
+    Some(Outcome { rival, ..plain })
 }
 
 /// A run with inertial corrections, without effects whose size hangs on these corrections.

@@ -244,7 +244,7 @@ fn alike(group: &[Vec<FoundEffect>]) -> String {
 
 /// The motion that separates two effects, from either's words.
 pub(crate) fn experiment(a: &Effect, b: &Effect) -> &'static str {
-    a.kind.told_from(b.kind).or_else(|| b.kind.told_from(a.kind)).unwrap_or(a.kind.experiment)
+    a.kind.told_apart_by(b.kind).unwrap_or(a.kind.experiment)
 }
 
 #[cfg(test)]
