@@ -43,10 +43,11 @@ pub fn prepare(robot: &Robot, logs: &[&Log]) -> Result<Prepared, Diagnostics> {
     for joint in &joints {
         let column = |what: &str| format!("{joint}/{what}");
         let effort = logs.iter().any(|log| log.has(&column("effort")));
+        let drive = robot.description.drive(joint);
         if effort || !has(&column("motor_current")) {
+            prepared.take_shaft(joint, drive);
             continue;
         }
-        let drive = robot.description.drive(joint);
         let angles = [has(&column("position")), has(&column("motor_position"))];
         prepared.take_angles(joint, drive, angles);
         match torque_per_ampere(joint, drive) {
@@ -156,6 +157,17 @@ impl Prepared {
         self.assumptions.push(format!(
             "effort of `{joint}` = {factor:.5} N m/A (gear ratio times torque constant) times `{joint}/motor_current`; {motor}"
         ));
+    }
+
+    /// A motor's angle beside efforts is of the shaft too where the description has the drive: as an angle of the joint, springs and play
+    /// between them left aside.
+    fn take_shaft(&mut self, joint: &str, drive: Option<&Drive>) {
+        let Some(drive) = drive.filter(|drive| drive.has_motor()) else { return };
+        let motor = format!("{joint}/motor_position");
+        for (_, mapping) in self.logs.iter().zip(&mut self.mappings).filter(|(log, _)| log.has(&motor)) {
+            let source = scaled(mapping, &motor, 1.0 / drive.turns());
+            mapping.columns.insert(motor.clone(), source);
+        }
     }
 
     /// Motor angles are of the shaft: as angles of the joint. `angles`: whether position and motor position are logged.

@@ -288,3 +288,29 @@ fn hardest(film: &Film, step: f64) -> String {
         impulse / film.weight
     )
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bipedc_analysis::report::FilmFoot;
+
+    /// What hard ground pushes with for two steps is no force that a robot feels for long: it is told as the impulse that it is.
+    #[test]
+    fn impacts_are_told_as_impulses() {
+        let feet = vec![FilmFoot { name: "left_foot".to_owned(), side: None }];
+        let landing = |load: f64| Film {
+            weight: 100.0,
+            time: vec![0.0, 0.001],
+            loads: vec![vec![90.0, load]],
+            feet: feet.clone(),
+            ..Film::default()
+        };
+        let words = hardest(&landing(31_900.0), 0.001);
+        assert!(words.contains("an impulse of 63.800 N s on left_foot at 0.001 s"), "{words}");
+        assert!(
+            words.contains("what the weight gives in 0.638 s") && !words.contains("times the weight"),
+            "{words}"
+        );
+        assert!(hardest(&landing(250.0), 0.001).contains("250 N (2.5 times the weight), on left_foot"));
+    }
+}

@@ -109,7 +109,8 @@ impl Mapping {
 
     /// In logs over time, positions of joints whose encoder is the motor's become the motor's, of its shaft.
     fn read_as_motors(&mut self, names: &[&str]) {
-        let Self { columns, motor_encoders, ignored, .. } = self;
+        let motor_encoders = std::mem::take(&mut self.motor_encoders);
+        let Self { columns, ignored, .. } = self;
         let is_log = names.contains(&"time") || columns.contains_key("time");
         for (joint, turns) in motor_encoders.iter().filter(|_| is_log) {
             let [ours, motors] = ["position", "motor_position"].map(|what| format!("{joint}/{what}"));

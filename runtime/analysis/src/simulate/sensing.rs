@@ -70,7 +70,7 @@ impl Channels {
         let shaft = actuator.described && current && !sensor;
         Self {
             effort: !shaft && drive.has_motor(),
-            motor: if shaft { Some(drive.turns()) } else { split.then_some(1.0) },
+            motor: (shaft || split).then_some(if actuator.described { drive.turns() } else { 1.0 }),
             current,
             counts: [of_joint, counts_of_motor],
             by_motor: split || own == 0.0,

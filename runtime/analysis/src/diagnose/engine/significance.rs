@@ -70,6 +70,7 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
         !reachable(k)
             || !saturates(regression, refined, k)
             || limits_all(refined, k)
+            || is_less_at_rest(&refined.effects[k])
             || (several && is_cancelled(regression, &refined.effects[k]))
     });
     let falls = falls.map(|(k, fall)| (k, if uncertain(refined, k) { f64::NEG_INFINITY } else { fall }));
@@ -118,7 +119,12 @@ pub(super) fn says_no_more(refined: &Refined, k: usize) -> bool {
     let half =
         |name: &str| refined.half_width[k].iter().find(|(n, _)| n == name).map_or(0.0, |(_, half)| *half);
     let more = effect.value("static") - effect.value("coulomb");
-    effect.kind == &kinds::STRIBECK_FRICTION && more.abs() < half("static").hypot(half("coulomb"))
+    effect.kind == &kinds::STRIBECK_FRICTION && more < half("static").hypot(half("coulomb"))
+}
+
+/// Whether friction would be smaller at rest than at speed, which no search takes: an exact estimate of what hardly shows may come out so.
+fn is_less_at_rest(effect: &Effect) -> bool {
+    effect.kind == &kinds::STRIBECK_FRICTION && effect.value("static") < effect.value("coulomb")
 }
 
 /// Whether all that one of an effect's parameters might be includes that it is nothing.
