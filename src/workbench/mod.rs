@@ -1,5 +1,6 @@
 //! A robot on the bench: compared with logs, diagnosed, amended, identified, simulated, filmed.
 mod closed_loop;
+mod cycles;
 mod explaining;
 mod identified;
 mod library;

@@ -165,8 +165,6 @@ fn what_has_no_meaning_is_refused() {
     map(&[]).fails_with(&["a map has two ranges"]);
     let steps = ["gait", "steps", WALKER, "--gait", "adjustable", "--from-speed", "0.3", "--to", "-1"];
     bipedc(&steps).fails_with(&["is not possible"]);
-    let one = ["gait", "steps", "robots/three_link", "--gait", "thesis", "--from-speed", "1", "--to", "2"];
-    bipedc(&[&one[..], &["--assume", "friction"]].concat()).fails_with(&["no margins", "--assume"]);
 }
 
 /// A cell breaks what is assumed where the margins of its step, by the other command, do.
