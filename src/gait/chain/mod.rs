@@ -6,6 +6,7 @@ mod hop;
 mod known;
 mod margins;
 mod near;
+mod phase;
 mod pool;
 mod refused;
 mod step;
@@ -25,12 +26,11 @@ use super::{PhasedBench, PhasedProgramController};
 use bipedc_analysis::simulate::phases::{Ending, Passage, PhaseSpec, Phased, Violation};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_runtime::control::{
-    Controller, GaveWay, JointCommand, MOST_FEET, Observation, Refusal, StandingFoot,
-};
+use bipedc_runtime::control::{Controller, GaveWay, JointCommand, Observation, Refusal};
 use bipedc_runtime::{Argument, Model, State};
-use known::{Known, Read};
+use known::Known;
 use near::{Near, Recent};
+use phase::ChainPhase;
 use std::cell::RefCell;
 use std::sync::Arc;
 use surface::{Surface, SurfacePoint};
@@ -48,19 +48,6 @@ pub struct Chain<'b> {
     known: RefCell<Known>,
     /// Why there is no motion.
     refusal: RefCell<Option<Refused>>,
-}
-
-/// A phase with its functions.
-struct ChainPhase {
-    spec: PhaseSpec,
-    surface: Surface,
-    dynamics: usize,
-    impact: Option<usize>,
-    feet: [Option<StandingFoot>; MOST_FEET],
-    /// φ and the outputs, then their rates.
-    controlled: usize,
-    outputs: usize,
-    read: Read,
 }
 
 /// What the beginning of a phase settled.
@@ -124,7 +111,7 @@ impl<'b> Chain<'b> {
             let spec = specs.get(layout.phase).cloned();
             let spec = spec.ok_or_else(|| Diagnostic::error("the robot lacks a phase of the gait"))?;
             let surface = Surface::new(&model, bench, index, &spec.standing)?;
-            surface.checked(&model).map_err(|error| error.or_in_file(&bench.file))?;
+            surface.checked(&model, &bench.posture()).map_err(|error| error.or_in_file(&bench.file))?;
             phases[layout.phase] = Some(ChainPhase {
                 surface,
                 dynamics: need(&spec.dynamics)?,
@@ -332,27 +319,6 @@ impl<'b> Chain<'b> {
             [q, v] = self.relabelled(&q, &v);
         }
         Ok((of.spec.next, self.begin(of.spec.next, &q, &v)?))
-    }
-}
-
-impl ChainPhase {
-    /// Positive until the foot whose force ends the phase is let go or tips.
-    fn ending_force(&self, forces: &[f64]) -> f64 {
-        for foot in self.feet.iter().flatten() {
-            let push = forces[foot.force[1]];
-            if !foot.holds {
-                return push;
-            }
-            let Some(moment) = foot.moment else { continue };
-            let pressure = -forces[moment] / push;
-            let [rear, front] = foot.sole;
-            match foot.level {
-                [true, true] => {}
-                [false, _] => return pressure - rear,
-                [_, false] => return front - pressure,
-            }
-        }
-        f64::INFINITY
     }
 }
 

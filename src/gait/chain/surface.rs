@@ -6,7 +6,7 @@ use crate::gait::checked::{configurations, dependent_in_all, says_nothing_new};
 use bipedc_analysis::gait::Reason;
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_compiler::derive::dependence::dependent_row;
-use bipedc_compiler::description::gait::GaitOutput;
+use bipedc_compiler::description::gait::{FilePlace, GaitOutput};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::{Argument, Model, State};
 use nalgebra::DMatrix;
@@ -18,6 +18,11 @@ const ITERATIONS: usize = 40;
 const SOLVED: f64 = 1e-12;
 /// Those from which one more step, on the equations at hand, leaves nothing but rounding.
 const SETTLED: f64 = 1e-13;
+
+/// By which part of the configurations of no special kind joints are off a posture where φ's sign is looked at.
+const BENT: f64 = 0.3;
+/// φ that falls by less, m or rad per rad, does not tell forward from back.
+const FALLS: f64 = 1e-6;
 
 /// A point of the surface.
 #[derive(Debug, Clone)]
@@ -61,6 +66,9 @@ pub(super) struct Surface {
     normals: usize,
     name: String,
     outputs: Vec<GaitOutput>,
+    /// Unit of φ, and where the file says φ.
+    unit: String,
+    variable_at: FilePlace,
     work: RefCell<Work>,
 }
 
@@ -109,19 +117,50 @@ impl Surface {
             normals: need("contact_normal_directions", None)?,
             name: phase.clone(),
             outputs: bench.gait.phases[index].outputs.clone(),
+            unit: bench.gait.phases[index].unit.clone(),
+            variable_at: bench.gait.phases[index].variable_at,
             work: RefCell::default(),
         })
     }
 
-    /// That contacts, outputs and φ fix the joints, if not in every posture.
+    /// That φ grows as the robot goes forward, and that contacts, outputs and φ fix the joints, if not in every posture.
     ///
     /// # Errors
-    /// The output that says what contacts, φ and the outputs before it say.
-    pub fn checked(&self, model: &ProgramModel) -> Result<(), Diagnostic> {
+    /// φ falls near `posture`; the output that says what contacts, φ and the outputs before it say.
+    pub fn checked(&self, model: &ProgramModel, posture: &[f64]) -> Result<(), Diagnostic> {
+        if let Some(slope) = self.falling(model, posture) {
+            let FilePlace { line, column } = self.variable_at;
+            let message = format!(
+                "the phase variable of phase `{}` decreases as the robot goes forward: by {:.6} {} per rad that the whole robot turns about the foot that stands",
+                self.name, -slope, self.unit
+            );
+            let help = "write it with the other sign, `end`, `over`, `at` and `phase` in formulas too: φ grows along the phase";
+            return Err(Diagnostic::error(message).at(line, column).help(help));
+        }
         let arguments = vec![0.0; Model::<f64>::argument_length(model, Argument::Parameters)];
         let matrix = |q: Vec<f64>| self.in_turn(&self.matrix(model, (&q, &arguments)));
         let found = dependent_in_all(configurations(Model::<f64>::nq(model)).map(matrix));
         found.and_then(|row| self.output(row)).map_or(Ok(()), |output| Err(self.nothing_new(output)))
+    }
+
+    /// By how much φ changes where the whole robot turns forward about what stands, per rad, if it falls in all postures near one.
+    fn falling(&self, model: &ProgramModel, posture: &[f64]) -> Option<f64> {
+        let &(about, _) = self.held.first()?;
+        let arguments = vec![0.0; Model::<f64>::argument_length(model, Argument::Parameters)];
+        let slope = |near: Vec<f64>| {
+            let joint = |(k, (q, off)): (usize, (&f64, f64))| if k < 3 { 0.0 } else { q + BENT * off };
+            let q: Vec<f64> = posture.iter().zip(near).enumerate().map(joint).collect();
+            let state = State::new().with(Argument::Q, &q).with(Argument::Parameters, &arguments);
+            let (x, z) =
+                (call(model, self.positions, &state)[about], call(model, self.heights, &state)[about]);
+            let columns = call(model, self.jacobian, &state);
+            let own = columns.len() / q.len();
+            let phase = |column: usize| columns[(column + 1) * own - 1];
+            // The base is at the origin.
+            -z * phase(0) + x * phase(1) + phase(2)
+        };
+        let all: Vec<f64> = configurations(posture.len()).map(slope).collect();
+        all.iter().all(|slope| *slope < -FALLS).then(|| all[0])
     }
 
     /// Rows of the matrix: what is held, φ, then the outputs.
