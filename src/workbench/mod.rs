@@ -5,6 +5,7 @@ mod explaining;
 mod identified;
 mod library;
 mod optimised;
+mod optimised_text;
 
 pub use closed_loop::{ClosedLoop, PhaseCourse, PhaseCourses};
 pub use explaining::{Event, Explained};
