@@ -1,7 +1,8 @@
 //! Maps of gaits, and plans: `cargo bench --bench maps`. Everything on all processors, programs evaluated in process.
 use bipedc::Robot;
-use bipedc::gait::{GaitBench, MapOptions, Over, PlanOptions, Range};
+use bipedc::gait::{GaitBench, MapOptions, Over, PhasedBench, PlanOptions, Range};
 use bipedc::progress::{Run, Silent};
+use bipedc::simulation::walker;
 use std::path::Path;
 use std::time::Instant;
 
@@ -31,6 +32,30 @@ fn fastest(mut work: impl FnMut()) -> f64 {
     best
 }
 
+/// Columns (step lengths) and rows (push-off) of the map of several phases: a tenth and half of what a picture has.
+const COLUMNS: usize = 10;
+const ROWS: usize = 100;
+
+/// Figure 7.5: a robot with feet, four phases to a step, three speeds. Once: it takes a minute.
+fn several_phases(run: &Run<'_>) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/seven_link_v1");
+    let robot = Robot::read(&folder).unwrap_or_else(|e| panic!("{e}"));
+    let bench = PhasedBench::open(&robot, "adjustable", &Silent).unwrap_or_else(|e| panic!("{e}"));
+    let walker = walker(&robot).unwrap_or_else(|e| panic!("{e}"));
+    let options = MapOptions {
+        speeds: vec![0.2, 0.35, 0.5],
+        over: vec![over("step_length", 0.25, 0.332, COLUMNS), over("push_off", -6.0, 10.0, ROWS)],
+        ..MapOptions::default()
+    };
+    let clock = Instant::now();
+    let map = bench.map(&walker.phases, &options, None, run).unwrap_or_else(|e| panic!("{e}"));
+    let seconds = clock.elapsed().as_secs_f64();
+    let passes: usize = map.maps.iter().map(|map| map.counts["passes"]).sum();
+    let cells = COLUMNS * ROWS;
+    let name = format!("seven-link (figure 7.5), {cells} cells");
+    println!("{name:<34} {seconds:8.3} {:12.1} {passes:20}", 1e6 * seconds / cells as f64);
+}
+
 fn main() {
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     println!("maps of {VALUES} × {VALUES} cells and {} speeds, {processors} processors", SPEEDS.len());
@@ -52,6 +77,7 @@ fn main() {
         let cells = (VALUES * VALUES) as f64;
         println!("{name:<34} {seconds:8.3} {:12.1} {passes:20}", 1e6 * seconds / cells);
     }
+    several_phases(&run);
     println!("\n{:<34} {:>8} {:>12}", "fewest steps to 2 rad/s", "s", "speeds");
     let speeds: Vec<f64> = (1..=40).map(|k| 0.1 * f64::from(k)).collect();
     for (name, bench) in [("three-link robot", &three), ("five-link robot", &five)] {

@@ -33,6 +33,8 @@ impl fmt::Display for Stepped {
             row("largest P", step.p_max, energy),
             row("energy of this step", step.energy, energy),
             row("energy of the next step", step.next_energy, energy),
+            row("least K of the next step at mid-stance", step.k_min, energy),
+            row("largest K of the next step at mid-stance", step.k_max, energy),
         ];
         writeln!(f, "\n{}", columns(&["", "value", "unit"], rows))?;
         f.write_str(&columns(&["margin", "value", "unit"], margins(&step.margins)))?;

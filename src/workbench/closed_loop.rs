@@ -26,6 +26,8 @@ pub struct ClosedLoop {
     pub walking_speed: Option<f64>,
     /// Of a step, s.
     pub duration: Option<f64>,
+    /// ∫ Σ \|τ q̇\| dt of a step over weight and distance, 1; none where a step is several phases.
+    pub cost_of_transport: Option<f64>,
     /// Of each phase, what the motion says and what the step under the controller does; empty where a step is one phase, or none repeats itself.
     pub phases: Vec<PhaseCourses>,
     /// Of the walk of the whole robot; none where steps do not repeat themselves.
@@ -97,6 +99,7 @@ struct Repeated {
     speed: f64,
     multiplier: f64,
     duration: f64,
+    cost_of_transport: Option<f64>,
     /// Of a step of several phases.
     phases: Vec<ChainedPhase>,
 }
@@ -128,7 +131,7 @@ impl Workbench {
             }
         };
         (found.speed, found.multiplier) = (Some(step.speed), Some(step.multiplier));
-        found.duration = Some(step.duration);
+        (found.duration, found.cost_of_transport) = (Some(step.duration), step.cost_of_transport);
         let courses = |(p, phase)| PhaseCourses::new((it.of, it.optimum), p, phase);
         found.phases = step.phases.iter().enumerate().map(courses).collect();
         if step.multiplier.abs() >= 1.0 {
@@ -161,6 +164,7 @@ impl Workbench {
             speed: cycle.speed,
             multiplier: cycle.multiplier,
             duration: cycle.duration,
+            cost_of_transport: Some(cycle.cost_of_transport),
             phases: Vec::new(),
         })
     }
@@ -213,7 +217,7 @@ fn repeated(bench: &PhasedBench, trial: &Trial, begin: f64) -> Result<Repeated, 
         return Err(Diagnostic::error(format!("steps do not repeat themselves within {STEPS}")).into());
     }
     let duration = last.duration.unwrap_or(f64::NAN);
-    Ok(Repeated { speed, multiplier, duration, phases: last.phases })
+    Ok(Repeated { speed, multiplier, duration, cost_of_transport: None, phases: last.phases })
 }
 
 /// What a walk lacks of what was wished, as parts of it; 0: nothing.

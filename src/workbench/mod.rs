@@ -1,9 +1,11 @@
 //! A robot on the bench: compared with logs, diagnosed, amended, identified, simulated, filmed.
 mod closed_loop;
+mod cycles;
 mod explaining;
 mod identified;
 mod library;
 mod optimised;
+mod optimised_text;
 
 pub use closed_loop::{ClosedLoop, PhaseCourse, PhaseCourses};
 pub use explaining::{Event, Explained};

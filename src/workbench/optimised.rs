@@ -1,12 +1,11 @@
 //! Gaits found by optimisation, written, and tried under their own controllers.
-use super::closed_loop::{ClosedLoop, Lack, PhaseCourses, Tried};
+use super::closed_loop::{ClosedLoop, Lack, Tried};
 use super::{Workbench, library};
 use crate::gait::optimise::{
     Demands, MotionMargins, Optimum, Stage, Wishes, from_gait, from_landing, from_neighbour, from_nothing,
     gait_text, lands_by_posture, size,
 };
 use crate::simulation::Trial;
-use crate::table::table;
 use bipedc_analysis::nonlinear::{Ending, Iteration};
 use bipedc_compiler::compile::{Collocation, GaitForm, compile_collocation};
 use bipedc_compiler::description::gait::{AnyGait, gait_path, parse_any_gait, read_any_gait};
@@ -14,7 +13,6 @@ use bipedc_compiler::description::model::RobotDescription;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::input;
 use serde::Serialize;
-use std::fmt;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -58,6 +56,8 @@ pub struct OptimisedGait {
     pub durations: Vec<f64>,
     /// m
     pub step_length: f64,
+    /// ∫ Σ \|τ q̇\| dt over weight and distance, at the nodes, 1.
+    pub cost_of_transport: f64,
     /// Distances from limits at the nodes.
     pub margins: MotionMargins,
     /// What does not hold, the worst first.
@@ -361,6 +361,7 @@ pub(super) fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (
         search_seconds: 0.0,
         durations: optimum.durations(),
         step_length: optimum.step_length(),
+        cost_of_transport: optimum.cost_of_transport(of),
         margins: optimum.margins(of),
         violations: optimum.violations.iter().map(violated).collect(),
         landing: optimum.landing.map(|landing| Landing {
@@ -374,30 +375,6 @@ pub(super) fn described(of: &Collocation, optimum: &Optimum, (speed, impulse): (
         lacking: Vec::new(),
         text: None,
         search: None,
-    }
-}
-
-impl fmt::Display for Landing {
-    /// Nothing where the landing is no question.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { phase, push, asked, toe_joints } = self;
-        if push >= asked {
-            return Ok(());
-        }
-        writeln!(
-            f,
-            "\nin the best posture found, the landing that ends {phase} pushes with no more than {push:.3e} N s on every foot that stands, {asked:.3e} N s are \
-             asked for: a smaller --impulse, another foot"
-        )?;
-        if toe_joints.is_empty() {
-            return Ok(());
-        }
-        writeln!(
-            f,
-            "{}: not above the sole, which is that of toes alone. A toe that lands in front of its joint pulls the toe behind off the ground: lock these joints ([joints] locked of \
-             biped.toml) and describe feet whose heel is behind the ankle",
-            toe_joints.join(", ")
-        )
     }
 }
 
@@ -423,9 +400,6 @@ fn toe_joints(of: &Collocation) -> Vec<String> {
     .collect()
 }
 
-/// As many violated constraints as are told.
-const TOLD: usize = 12;
-
 impl OptimisedGaits {
     /// Whether every gait was found and walks.
     pub fn all_walk(&self) -> bool {
@@ -437,105 +411,5 @@ impl OptimisedGait {
     /// Whether it was found and walks under its own controller.
     pub fn walks(&self) -> bool {
         self.feasible && self.closed_loop.as_ref().is_some_and(|tried| tried.walks)
-    }
-}
-
-impl fmt::Display for OptimisedGaits {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for gait in &self.gaits {
-            writeln!(f, "{gait}")?;
-        }
-        if !self.complete {
-            writeln!(f, "interrupted: speeds are missing")?;
-        }
-        Ok(())
-    }
-}
-
-impl fmt::Display for OptimisedGait {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let ended = match (self.feasible, self.minimum) {
-            (true, true) => "a minimum",
-            (true, false) => "feasible, the search ended before a minimum",
-            (false, _) => "not found",
-        };
-        write!(f, "{} m/s: {ended}, {} iterations in {} rounds, ", self.speed, self.iterations, self.rounds)?;
-        match self.taken_over {
-            true => writeln!(f, "found by an earlier run and taken over")?,
-            false => writeln!(f, "{:.2} s", self.seconds)?,
-        }
-        if !self.feasible {
-            let row = |violated: &Violated| {
-                let node = violated.node.map_or_else(|| "end".to_owned(), |node| node.to_string());
-                vec![
-                    violated.constraint.clone(),
-                    violated.phase.clone(),
-                    node,
-                    format!("{:+.3e}", violated.by),
-                ]
-            };
-            let rows: Vec<Vec<String>> = self.violations.iter().take(TOLD).map(row).collect();
-            let left = self.violations.len().saturating_sub(TOLD);
-            write!(f, "\n{}", table(&["violated", "phase", "node", "by (SI)"], rows, 2))?;
-            if left > 0 {
-                writeln!(f, "and {left} more")?;
-            }
-            return self.landing.iter().try_for_each(|landing| write!(f, "{landing}"));
-        }
-        write!(f, "\n{}", table(&["", "motion", "walked", "unit"], self.numbers(), 1))?;
-        match &self.closed_loop {
-            Some(tried) if !tried.walks => {
-                let why = tried.reason.as_deref().unwrap_or("deviations grow");
-                writeln!(
-                    f,
-                    "\nthe motion is possible, but under its controller the robot does not walk: {why}"
-                )
-            }
-            _ if !self.lacking.is_empty() => {
-                writeln!(f, "\nit walks; of what was wished this is missing: {}", self.lacking.join(", "))
-            }
-            _ => Ok(()),
-        }
-    }
-}
-
-impl OptimisedGait {
-    /// As the motion has them at its nodes, and as the robot under its controller has them over whole steps.
-    fn numbers(&self) -> Vec<Vec<String>> {
-        let (margins, tried) = (&self.margins, self.closed_loop.as_ref());
-        let walked = tried.and_then(|tried| tried.margins.as_ref());
-        let of = |number: Option<Option<f64>>| number.flatten();
-        let duration: f64 = self.durations.iter().sum();
-        let rows = [
-            ("walking speed", Some(self.step_length / duration), of(tried.map(|t| t.walking_speed)), "m/s"),
-            ("duration of a step", Some(duration), of(tried.map(|t| t.duration)), "s"),
-            ("step length", Some(self.step_length), None, "m"),
-            ("multiplier", None, of(tried.map(|t| t.multiplier)), "1"),
-            ("speed at mid-stance", None, of(tried.map(|t| t.speed)), "1/s"),
-            ("friction needed", Some(margins.friction), walked.map(|w| w.friction), "1"),
-            (
-                "friction needed by impacts",
-                margins.impact_friction,
-                of(walked.map(|w| w.impact_friction)),
-                "1",
-            ),
-            ("smallest vertical impulse", margins.impulse, of(walked.map(|w| w.impulse)), "N s"),
-            ("smallest vertical force", Some(margins.push), None, "N"),
-            ("centre of pressure inside by", margins.zmp, of(walked.map(|w| w.zmp)), "m"),
-            ("clearance", margins.clearance, of(walked.map(|w| w.clearance)), "m"),
-            ("torque below its limit by", margins.torque, of(walked.map(|w| w.torque)), "N m"),
-            ("largest torque", Some(margins.largest_torque), None, "N m"),
-            ("joint inside its limits by", margins.joint, of(walked.map(|w| w.joint)), "rad"),
-        ];
-        let number = |value: Option<f64>| value.map_or_else(|| "—".to_owned(), |value| format!("{value:.6}"));
-        let row = |(name, motion, walked, unit): (&str, Option<f64>, Option<f64>, &str)| {
-            vec![name.to_owned(), number(motion), number(walked), unit.to_owned()]
-        };
-        let phases = tried.map_or(&[][..], |tried| &tried.phases);
-        let of_phase = |phase: &PhaseCourses| {
-            let name = format!("duration of {}", phase.name);
-            row((&name, Some(phase.motion.duration), Some(phase.walked.duration), "s"))
-        };
-        rows.into_iter().map(row).chain(phases.iter().map(of_phase)).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! `bipedc gait cycle`: fixed points of the step, their multiplier, work and what the impact takes.
 use super::{gait, relative};
 use crate::cli::{bipedc, scratch, text};
-use bipedc::gait::{CycleOptions, GaitBench, Over, Range, StepOptions};
+use bipedc::gait::{CycleOptions, GaitBench, Over, Range, StepOptions, Stepped};
 use bipedc::progress::{Run, Silent};
 use bipedc_analysis::gait::Cycle;
 use bipedc_runtime::{Argument, Model, State};
@@ -145,4 +145,92 @@ fn lists_of_cycles_are_whole() {
     let options = CycleOptions { set: Vec::new(), over: Some(range) };
     let stopped = bench.cycles(&options, &Run { progress: &Silent, stop: &|| true }).unwrap();
     assert!(stopped.cycles.len() <= 6 && stopped.complete == (stopped.cycles.len() == 6));
+}
+
+/// Whether a step keeps what cycles assume: feet push and do not slip, torques stay within the efforts.
+fn keeps(found: &Stepped) -> bool {
+    let margins = found.step.margins;
+    let all = [margins.friction, margins.pull, margins.torque, margins.impact_friction, margins.impact_pull];
+    all.into_iter().chain([margins.lift_off]).all(|margin| margin.is_some_and(|margin| margin >= 0.0))
+}
+
+#[test]
+fn steps_keep_everything_between_the_least_and_the_largest_kinetic_energy() {
+    for (folder, values) in GAITS {
+        let bench = gait(folder, "thesis");
+        let found = cycle(&bench, values);
+        let step = |speed: f64| {
+            bench.step(&StepOptions { speed, set: set(values), ..StepOptions::default() }).unwrap()
+        };
+        let steady = step(found.speed);
+        assert!(relative(found.energy, steady.step.energy.unwrap()) < 1e-12, "{folder}: {found:?}");
+        let (Some(low), Some(high)) = (found.k_min, found.k_max) else {
+            // No speed keeps everything.
+            for k in 1..=12 {
+                assert!(!keeps(&step(0.25 * f64::from(k))), "{folder} {values:?}: {k}");
+            }
+            assert_eq!(found.basin, [None; 2]);
+            continue;
+        };
+        assert_eq!([steady.step.k_min, steady.step.k_max], [Some(low), Some(high)], "{folder}");
+        let mut both = [0; 2];
+        for k in 1..=60 {
+            let next = step(0.06 * f64::from(k));
+            let Some(energy) = next.step.next_energy.filter(|_| next.step.feasible) else { continue };
+            let kinetic = energy - next.step.p_max.unwrap();
+            // Limits are asked for at 49 places of the phase, margins are refined between them.
+            if (kinetic - low).abs() < 0.02 * high || (kinetic - high).abs() < 0.02 * high {
+                continue;
+            }
+            let inside = (low..=high).contains(&kinetic);
+            both[usize::from(inside)] += 1;
+            assert_eq!(keeps(&next), inside, "{folder} {values:?}: {kinetic} of {low} to {high}");
+        }
+        println!("{folder} {values:?}: {low} to {high}, {both:?} steps out and in");
+        assert!(both[1] > 5, "{folder}: {both:?}");
+    }
+}
+
+#[test]
+fn steps_from_the_basin_come_back_to_the_cycle() {
+    let mut limited = 0;
+    for (folder, values) in GAITS {
+        let bench = gait(folder, "thesis");
+        let found = cycle(&bench, values);
+        let Some(high) = found.basin[1] else { continue };
+        limited += 1;
+        let low = found.basin[0].unwrap();
+        assert!((low..=high).contains(&found.speed), "{found:?}");
+        for begin in [low + 0.02 * found.speed, 0.98 * high] {
+            let mut speed = begin;
+            for _ in 0..60 {
+                let next =
+                    bench.step(&StepOptions { speed, set: set(values), ..StepOptions::default() }).unwrap();
+                assert!(keeps(&next), "{folder} {values:?} from {begin}: {:?}", next.step.margins);
+                speed = next.step.next_speed.unwrap();
+            }
+            let left = (speed - found.speed).abs() / (begin - found.speed).abs();
+            assert!(left < 2.0 * found.multiplier.powi(60) + 1e-9, "{folder} {begin}: {speed} {found:?}");
+        }
+    }
+    assert!(limited >= 1);
+}
+
+/// On its constraints the whole robot has the multiplier of the zero dynamics; h_p takes up every other deviation within a step.
+#[test]
+fn the_whole_robot_has_the_multiplier_of_its_zero_dynamics_and_no_other() {
+    for folder in ["robots/three_link", "robots/five_link"] {
+        let found = bipedc(&["gait", "cycle", folder, "--gait", "thesis", "--json"]).ok().json();
+        let of = &found["cycles"][0];
+        let all: Vec<[f64; 2]> = serde_json::from_value(of["whole"]["multipliers"].clone()).unwrap();
+        let size = |[real, imaginary]: [f64; 2]| real.hypot(imaginary);
+        let known = of["cycle"]["multiplier"].as_f64().unwrap();
+        println!("{folder}: {known} {all:?}");
+        assert!((all[0][0] - known).abs() < 1e-5 && all[0][1].abs() < 1e-5, "{folder}: {known} {all:?}");
+        assert!(all[1..].iter().all(|x| size(*x) < 1e-3), "{folder}: {all:?}");
+        assert!(of["whole"]["miss"].as_f64().unwrap() < 1e-8, "{of}");
+        // All directions in which the foot stays, twice, less that of the motion itself.
+        let joints = if folder.ends_with("three_link") { 2 } else { 4 };
+        assert_eq!(all.len(), 2 * (joints + 1) - 1);
+    }
 }

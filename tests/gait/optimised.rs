@@ -119,3 +119,38 @@ fn the_command_finds_a_gait_or_says_what_contradicts_it() {
     assert!(violation["constraint"].is_string() && violation["phase"].is_string(), "{told}");
     assert!(!out.exists(), "nothing is written of what was not found");
 }
+
+/// The same gait for the least work costs less of it than for the least torques, and more squared torque; walked, as well as at the nodes.
+#[test]
+fn a_gait_for_the_least_work_takes_less_of_it() {
+    let folder = scratch("optimised_cost");
+    let found = |cost: &str| {
+        let out = folder.join(format!("{cost}.toml"));
+        let run = [
+            "gait",
+            "optimise",
+            "robots/five_link",
+            "--gait",
+            "optimised",
+            "--speed",
+            "0.7",
+            "--out",
+            text(&out),
+        ];
+        let json = bipedc(&[&run[..], &["--intervals", "12", "--cost", cost, "--json"]].concat()).ok().json();
+        let written = std::fs::read_to_string(&out).unwrap();
+        assert_eq!(written.contains("--cost transport"), cost == "transport", "{written}");
+        let one = json["gaits"][0].clone();
+        [&one["cost_of_transport"], &one["closed_loop"]["cost_of_transport"]].map(|x| x.as_f64().unwrap())
+    };
+    let (torque, transport) = (found("torque"), found("transport"));
+    println!("{torque:?} {transport:?}");
+    for k in 0..2 {
+        assert!(transport[k] < 0.95 * torque[k] && transport[k] > 0.0, "{transport:?} {torque:?}");
+    }
+    // What is told is not smoothed: the walk's own integral says the same.
+    assert!((transport[0] / transport[1] - 1.0).abs() < 0.02, "{transport:?}");
+    let unknown =
+        ["gait", "optimise", "robots/five_link", "--gait", "optimised", "--speed", "0.7", "--out", "x"];
+    assert_eq!(bipedc(&[&unknown[..], &["--cost", "time"]].concat()).code, Some(2));
+}

@@ -164,3 +164,24 @@ fn formulas_that_move_curves_are_checked() {
         assert!(found.contains("help: "), "{found}");
     }
 }
+
+/// Each phase by itself, with the other sign: the message is at its line, and as it stands nothing is said.
+#[test]
+fn a_phase_variable_that_falls_is_named_with_its_place() {
+    let text = shipped();
+    let places: Vec<usize> =
+        text.match_indices("variable = \"").map(|(at, words)| at + words.len()).collect();
+    assert_eq!(places.len(), 4);
+    for (index, at) in places.into_iter().enumerate() {
+        let end = at + text[at..].find('"').unwrap();
+        let turned = format!("{}-({}){}", &text[..at], &text[at..end], &text[end..]);
+        let file = scratch("phased-files-falling").join(format!("falls_{index}.toml"));
+        std::fs::write(&file, &turned).unwrap();
+        let line = text[..at].matches('\n').count() + 1;
+        let place = format!("falls_{index}.toml:{line}:");
+        for more in [&["step", "--speed", "0.4"][..], &["cycle"]] {
+            let run = bipedc(&[&["gait", more[0], WALKER, "--gait", path(&file)], &more[1..]].concat());
+            run.fails_with(&["decreases as the robot goes forward", " m per rad", &place, "help: "]);
+        }
+    }
+}

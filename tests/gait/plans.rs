@@ -1,7 +1,7 @@
 //! `bipedc gait steps` and `bipedc gait capture`: every plan walked again, the fewest steps by other means, stairs.
 use super::gait;
 use crate::cli::{bipedc, scratch, text};
-use bipedc::gait::{Assignment, GaitBench, Over, PlanOptions, Plans, Range, StepOptions};
+use bipedc::gait::{Assignment, Assumptions, GaitBench, Over, PlanOptions, Plans, Range, StepOptions};
 use bipedc::progress::{Run, Silent};
 use roxmltree::Document;
 use std::collections::BTreeMap;
@@ -313,4 +313,53 @@ fn files_of_plans_are_whole() {
     Document::parse(&read(svg)).unwrap();
     assert_eq!(read(csv).lines().count(), 12);
     assert!(read(csv).starts_with("from_speed,to,steps,reason\n0.5,0,1,\n"), "{}", read(csv));
+}
+
+/// With everything assumed, every step of a plan has margins, by `bipedc gait step`; without, one has not.
+#[test]
+fn steps_of_plans_keep_what_is_assumed() {
+    let bench = gait("robots/three_link", "thesis");
+    let assume = Assumptions { friction: true, pull: true, clearance: false, torque: true };
+    let lean = vec![("torso_lean".to_owned(), -0.5)];
+    let options = PlanOptions { from_speeds: vec![1.0], to: 2.0, set: lean, ..PlanOptions::default() };
+    let worst = |plans: &Plans| {
+        let (mut before, mut from, mut speed) = (plans.from.clone(), plans.from.clone(), 1.0);
+        let mut worst = f64::INFINITY;
+        for step in &plans.plans[0].plan {
+            let asked = StepOptions {
+                speed,
+                set: assignments(&step.parameters),
+                from: assignments(&from),
+                before: assignments(&before),
+            };
+            let margins = bench.step(&asked).unwrap().step.margins;
+            let forces = [margins.friction, margins.impact_friction];
+            // As parts of the weight and of the largest effort, nearly.
+            let others = [margins.pull, margins.torque, margins.impact_pull].map(|x| x.unwrap() / 100.0);
+            worst = forces.map(Option::unwrap).into_iter().chain(others).fold(worst, f64::min);
+            (before, from, speed) = (from, step.parameters.clone(), step.speed);
+        }
+        worst
+    };
+    let (free, slow) = (plans(&bench, &options), PlanOptions { to: 1.3, ..options.clone() });
+    assert!(free.plans[0].steps.is_some() && worst(&free) < -0.01, "{}", worst(&free));
+    let kept = plans(&bench, &PlanOptions { assume, ..slow });
+    println!("{:?} steps, margins {}, freely {}", kept.plans[0].steps, worst(&kept), worst(&free));
+    // Limits are asked for at 49 places of the phase.
+    assert!(kept.plans[0].steps.is_some() && worst(&kept) > -2e-3, "{}", worst(&kept));
+    // What is not reached without breaking them is said.
+    let fast = plans(&bench, &PlanOptions { assume, ..options });
+    assert_eq!(fast.plans[0].reason_code, Some("too_fast"));
+    let alike = PlanOptions {
+        alike: true,
+        assume,
+        over: vec![over("torso_lean", -1.0, 0.5, 31)],
+        ..PlanOptions::default()
+    };
+    let alike = plans(&bench, &PlanOptions { from_speeds: vec![1.0], to: 1.3, ..alike });
+    assert!(alike.plans[0].steps.is_some_and(|steps| steps > 0));
+    // A step before which nothing is kept.
+    let run = ["gait", "steps", "robots/three_link", "--gait", "thesis", "--from-speed", "9", "--to", "1"];
+    let found = bipedc(&[&run[..], &["--assume", "friction,pull,torque", "--json"]].concat()).ok().json();
+    assert_eq!(found["plans"][0]["reason_code"], "not_kept");
 }

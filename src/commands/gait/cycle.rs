@@ -18,8 +18,10 @@ Steps with the same parameters become a cycle where the impact takes what the fa
 is δ: that part of a small deviation of the speed is left after each step. Work is that of the torques that the motion needs, \
 over a whole step; braking counts as driving does. A cycle of several phases is found by following steps until they repeat themselves; its \
 step length is how far the base comes.
-JSON: {\"gait\", \"robot\", \"speed_unit\", \"over\", \"over_unit\", \"complete\", \"cycles\": [{\"parameters\", \"cycle\": {\"speed\", \"multiplier\", \
-\"duration\" (s), \"step_length\" (m), \"walking_speed\" (m/s), \"work\" (J), \"net_work\" (J), \"cost_of_transport\"}, \"reason\"}]}.";
+K at mid-stance (thesis 6.19) is told between which steps keep friction, push and torques, and the speeds from which steps come back to the cycle that way. Without \
+--over the whole robot is simulated from states near the beginning of a step: its multipliers are those of the full hybrid model.
+JSON: {\"gait\", \"robot\", \"speed_unit\", \"energy_unit\", \"over\", \"over_unit\", \"complete\", \"cycles\": [{\"parameters\", \"cycle\": {\"speed\", \"multiplier\", \
+\"duration\" (s), \"step_length\" (m), \"walking_speed\" (m/s), \"work\" (J), \"net_work\" (J), \"cost_of_transport\", \"energy\", \"k_min\", \"k_max\", \"basin\"}, \"reason\", \"whole\": {\"multipliers\": [[real, imaginary]], \"miss\", \"reason\"}}]}.";
 
 /// Walking that repeats itself: its speed, stability and cost
 #[derive(Args)]
@@ -60,10 +62,13 @@ impl Cycle {
         let files = [("--svg", &self.svg), ("--csv", &self.csv), ("--page", &self.page)];
         files.into_iter().try_for_each(|(option, path)| note(&mut ledger, option, path.as_deref()))?;
         let options = CycleOptions { set: self.set, over: self.over };
-        let cycles = match &gait {
+        let mut cycles = match &gait {
             AnyBench::OnePhase(gait) => gait.cycles(&options, &bench.run())?,
             AnyBench::Phased(gait) => gait.cycles(&bench.phases()?, &options, &bench.run())?,
         };
+        if cycles.over.is_none() {
+            bench.whole_cycle(&gait, &mut cycles)?;
+        }
         output::diagnostics(&cycles.messages);
         write(self.svg.as_deref(), || curves_svg(&cycles.figure()))?;
         write(self.csv.as_deref(), || cycles.csv())?;

@@ -3,11 +3,11 @@ use super::values::INTERRUPTED;
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
-use bipedc::gait::optimise::Wishes;
+use bipedc::gait::optimise::{Objective, Wishes};
 use bipedc::workbench::{OptimiseOptions, gait_file, search_file};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::write_with_folders;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -22,8 +22,8 @@ Examples:
 
 --gait names a gait whose phases, phase variables and outputs are kept; curves, torques and ends are found anew, from nothing but the \
 robot: its posture at ease, feet on straight lines. The whole dynamics hold at the nodes of every phase, with impacts, with \
-steps that repeat themselves, and with margins from the ground, friction, torques and joints. The mean squared torque is made small, with a little of the \
-squared accelerations. Coefficients of the Bezier polynomials are unknowns of the search, so that what is found is a gait file.
+steps that repeat themselves, and with margins from the ground, friction, torques and joints. The mean squared torque is made small, or by --cost transport \
+the work of all joints over weight and distance, with a little of the squared accelerations. Coefficients of the Bezier polynomials are unknowns of the search, so that what is found is a gait file.
 
 What was found is tried as it would be written: steps under its own controller until they repeat themselves, then a walk of the whole robot from event to \
 event, with the ground checked as `bipedc simulate` with [assumptions] checks it. Where that walk lacks something of what was asked (speed within 1 %, friction, \
@@ -39,9 +39,9 @@ Several speeds make a library: --out is a folder, each search begins where the o
 exit code 130; the same command, also with further speeds behind, takes over what is there and goes on from there: the same bytes as in one run. \
 Gaits are taken over if their file and the one in FOLDER/searches are of the same robot, form, options and speeds up to their own; others are found anew and written over.
 
-JSON: {\"form\", \"robot\", \"complete\", \"gaits\": [{\"speed\" (m/s), \"taken_over\", \"feasible\", \"minimum\", \"iterations\", \"seconds\", \"durations\" (s), \"step_length\" (m), \
+JSON: {\"form\", \"robot\", \"complete\", \"gaits\": [{\"speed\" (m/s), \"taken_over\", \"feasible\", \"minimum\", \"iterations\", \"seconds\", \"durations\" (s), \"step_length\" (m), \"cost_of_transport\", \
 \"margins\": {\"friction\", \"impact_friction\", \"push\" (N), \"impulse\" (N s), \"zmp\", \"clearance\" (m), \"torque\", \"largest_torque\" (N m), \"joint\"}, \"rounds\", \"lacking\", \"search_seconds\", \"violations\": \
-[{\"constraint\", \"phase\", \"node\", \"by\"}], \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s), \"phases\": [{\"name\", \"motion\" and \"walked\": {\"duration\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\"}}], \"margins\": {\"steps\", \"verdict\", \"walking_speed\", \"friction\", \"impact_friction\", \"impulse\", \"zmp\", \"clearance\", \"torque\", \"joint\"}}}]}.";
+[{\"constraint\", \"phase\", \"node\", \"by\"}], \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s), \"cost_of_transport\", \"phases\": [{\"name\", \"motion\" and \"walked\": {\"duration\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\"}}], \"margins\": {\"steps\", \"verdict\", \"walking_speed\", \"friction\", \"impact_friction\", \"impulse\", \"zmp\", \"clearance\", \"torque\", \"joint\"}}}]}.";
 
 /// Finds gaits: the least torques at a walking speed, within all limits
 #[derive(Args)]
@@ -61,6 +61,9 @@ pub struct Optimise {
     /// The gait file to write; of several speeds the folder
     #[arg(long, value_name = "NEW.toml|FOLDER")]
     out: PathBuf,
+    /// What is made small
+    #[arg(long, value_name = "WHAT", value_enum, default_value = "torque")]
+    cost: MadeSmall,
     /// Coulomb's coefficient that forces and impulses stay below
     #[arg(long, value_name = "MU", default_value_t = 0.6, allow_negative_numbers = true)]
     friction: f64,
@@ -91,6 +94,15 @@ pub struct Optimise {
     /// Print the result as JSON
     #[arg(long)]
     json: bool,
+}
+
+/// What is made small.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum MadeSmall {
+    /// The mean squared torque
+    Torque,
+    /// The cost of transport: work of all joints, driving and braking, over weight and distance
+    Transport,
 }
 
 const DOES_NOT_WALK: u8 = 3;
@@ -168,6 +180,10 @@ impl Optimise {
                 joint: self.joints,
                 longest_step: self.longest_step,
                 intervals: self.intervals,
+                objective: match self.cost {
+                    MadeSmall::Torque => Objective::Torque,
+                    MadeSmall::Transport => Objective::Transport,
+                },
                 multiplier: self.multiplier,
             },
             command: self.command(),
@@ -181,9 +197,10 @@ impl Optimise {
             value.map_or_else(String::new, |value| format!(" --{name} {value}"))
         };
         format!(
-            "bipedc gait optimise … --gait {}{} --friction {}{}{}{} --joints {} --multiplier {} --longest-step {} --coefficients {} --intervals {}",
+            "bipedc gait optimise … --gait {}{}{} --friction {}{}{}{} --joints {} --multiplier {} --longest-step {} --coefficients {} --intervals {}",
             self.gait,
             self.start.as_ref().map_or_else(String::new, |start| format!(" --start {start}")),
+            if self.cost == MadeSmall::Torque { "" } else { " --cost transport" },
             self.friction,
             given("clearance", self.clearance),
             given("zmp", self.zmp),

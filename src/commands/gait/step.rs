@@ -34,7 +34,7 @@ Its JSON: {\"speed\", \"next_speed\" (per s), \"phi_m\", \"delta\", \"p_minus\",
 
 JSON: {\"next_speed\" (per s), \"delta\", \"p_minus\", \"p_max\" ((kg m²/s)²), \"phi_m\", \"limit_speed\" (per s), \"feasible\", \
 \"reason\", \"reason_code\", \"margins\": {\"friction\", \"pull\" (N), \"zmp\" (m), \"clearance\" (m), \"torque\" (N m), \"impact_friction\", \
-\"impact_pull\" (N s), \"lift_off\" (m/s)}, \"phi_start\", \"phi_end\", \"eta\", \"this_step\": {\"p_minus\", \"p_max\", \"phi_m\"}, \"energy\", \"next_energy\", \"p_error\"}; null: \
+\"impact_pull\" (N s), \"lift_off\" (m/s)}, \"phi_start\", \"phi_end\", \"eta\", \"this_step\": {\"p_minus\", \"p_max\", \"phi_m\"}, \"energy\", \"next_energy\", \"p_error\", \"k_min\", \"k_max\" ((kg m²/s)²)}; null: \
 there is no such number.";
 
 /// The speed at mid-stance of the next step, from that of this one

@@ -124,7 +124,7 @@ struct Planned {
     /// Take every step as one among its own kind, as the thesis does: then a speed is all that a step leaves
     #[arg(long, conflicts_with = "from")]
     alike: bool,
-    /// What has to hold in every step of a gait of several phases; `step`: the dead centre is passed
+    /// What has to hold in every step; `step`: the dead centre is passed
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_value = "step")]
     assume: Vec<Assumed>,
     /// Most steps, up to 100

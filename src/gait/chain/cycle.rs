@@ -1,7 +1,7 @@
 //! Walking in several phases that repeats itself: the speed whose step from mid-stance ends as it began (6.17).
 use super::hop::{Hop, MidStance};
 use super::{Chain, PhaseEnergy, Refused};
-use bipedc_analysis::gait::{Cycle, Reason};
+use bipedc_analysis::gait::{Assumptions, Cycle, Reason};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::{Argument, State};
 
@@ -13,6 +13,14 @@ const SETTLED: usize = 4;
 const CLOSE: f64 = 1e-6;
 /// Part of the speed by which a cycle is left to see what of it comes back.
 const LEFT: f64 = 2e-3;
+/// Steps within which a deviation has to be halved, to count as one that goes away.
+const RETURNS: usize = 8;
+/// Part of the speed that counts as none.
+const NEAR: f64 = 0.02;
+/// Factor from one speed to the next that is tried, how many are, and halvings between the last that is good and the first that is not.
+const OUTWARD: f64 = 1.25;
+const TRIED: usize = 6;
+const HALVINGS: usize = 8;
 /// Places at which the way of the first phase is integrated for a first guess.
 const PLACES: usize = 64;
 
@@ -28,15 +36,18 @@ impl Chain<'_> {
             let why = format!("deviations grow: the multiplier is {multiplier:.6}");
             return Err(Refused::new(Reason::FallsBack, why));
         }
-        let mut work = Work { chain: self, last: None, sum: [0.0; 2], refused: None };
+        let mut work = Work { chain: self, last: None, sum: [0.0; 2], begun: f64::NAN, refused: None };
         let hop =
             self.hop_watched(&start, values, &mut |phase, time, x, begins| work.look(phase, time, x, begins));
-        let Work { sum: [net, whole], refused, .. } = work;
+        let Work { sum: [net, whole], begun, refused, .. } = work;
         if let Some(refused) = refused {
             return Err(refused);
         }
         let end = hop.next?;
         let step_length = end.q[0] - start.q[0];
+        let kinetic = |speed: f64| 0.5 * speed * speed;
+        let [slowest, fastest] =
+            limits(start.speed, |speed| self.kept_hop(&start.at(speed), values).is_some());
         Ok(Cycle {
             speed: start.speed,
             multiplier,
@@ -46,6 +57,10 @@ impl Chain<'_> {
             work: whole,
             net_work: net,
             cost_of_transport: whole / (self.weight(&start.q)? * step_length),
+            energy: kinetic(begun),
+            k_min: slowest.map(kinetic),
+            k_max: fastest.map(kinetic),
+            basin: limits(start.speed, |speed| self.returns(&start, speed, values)),
         })
     }
 
@@ -94,6 +109,28 @@ impl Chain<'_> {
         Ok(start.at((-0.5 * energy.p_minus()).max(1e-4).sqrt()))
     }
 
+    /// A step that keeps what is assumed: friction where the gait has a coefficient, feet that push, torques.
+    fn kept_hop(&self, from: &MidStance, values: &[f64]) -> Option<MidStance> {
+        let friction = self.bench.gait.limits.friction.is_some();
+        let assume = Assumptions { friction, pull: true, clearance: false, torque: true };
+        let (hop, margins) = self.hop_with_margins(from, values);
+        hop.next.ok().filter(|_| Hop::violated(assume, &margins).is_none())
+    }
+
+    /// Whether steps from the cycle's posture at another speed come back to it.
+    fn returns(&self, cycle: &MidStance, speed: f64, values: &[f64]) -> bool {
+        let (mut now, off) = (cycle.at(speed), (speed - cycle.speed).abs());
+        for _ in 0..RETURNS {
+            let Some(next) = self.kept_hop(&now, values) else { return false };
+            let left = (next.speed - cycle.speed).abs();
+            if left <= NEAR * cycle.speed || left < 0.5 * off {
+                return true;
+            }
+            now = next;
+        }
+        false
+    }
+
     /// Of a small deviation of the speed, what the second step leaves of what the first has left.
     fn multiplier(&self, cycle: &MidStance, values: &[f64]) -> Result<f64, Refused> {
         let follow = |sign: f64| -> Result<[f64; 2], Refused> {
@@ -117,6 +154,32 @@ impl Chain<'_> {
     }
 }
 
+/// Slowest and fastest speed around one for which something holds; the fastest is none where it held for all that were tried, both where it does
+/// not hold for that one.
+fn limits(speed: f64, holds: impl Fn(f64) -> bool) -> [Option<f64>; 2] {
+    if !holds(speed) {
+        return [None; 2];
+    }
+    let edge = |factor: f64| {
+        let mut good = speed;
+        let mut bad = (0..TRIED).find_map(|_| {
+            let next = good * factor;
+            if !holds(next) {
+                return Some(next);
+            }
+            good = next;
+            None
+        })?;
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (good + bad);
+            if holds(middle) { good = middle } else { bad = middle }
+        }
+        Some(good)
+    };
+    // As slow as was tried is as good as at rest.
+    [Some(edge(1.0 / OUTWARD).unwrap_or(0.0)), edge(OUTWARD)]
+}
+
 fn slower(why: &Refused) -> Refused {
     match why.reason {
         Reason::FallsBack => {
@@ -133,11 +196,16 @@ struct Work<'c, 'b> {
     last: Option<(f64, [f64; 2], f64, [f64; 2])>,
     /// Driving less braking; both as positive. J.
     sum: [f64; 2],
+    /// φ̇ where the last phase began that was a step's first.
+    begun: f64,
     refused: Option<Refused>,
 }
 
 impl Work<'_, '_> {
     fn look(&mut self, phase: usize, time: f64, x: [f64; 2], begins: bool) {
+        if begins && self.chain.first().is_ok_and(|first| first == phase) {
+            self.begun = x[1];
+        }
         if let Err(why) = self.add(phase, time, x, begins) {
             self.refused.get_or_insert(why);
         }

@@ -1,5 +1,7 @@
 //! From mid-stance to mid-stance: where a robot passes the dead centre of its first phase it takes the parameters of the step, and all
 //! phases follow to the next such place. What maps, plans and cycles know of a step is this.
+use super::known::{Followed, keep};
+use super::near::Recent;
 use super::{Chain, PhaseEnergy, Refused};
 use bipedc_analysis::gait::Reason;
 use bipedc_analysis::simulate::phases::{End, Precision, Start, walk};
@@ -58,6 +60,11 @@ pub struct Hop {
 /// Is shown phase, time since the hop began, φ and φ̇: where a phase begins (`true`), and at every accepted step of the integration.
 pub(super) type Look<'l> = &'l mut dyn FnMut(usize, f64, [f64; 2], bool);
 
+/// A phase of the description, and φ and φ̇ where it begins.
+pub(super) type Beginning = (usize, [f64; 2]);
+/// A phase to its end, and where the next begins; the time goes on by what it takes.
+type Follow<'f> = &'f mut dyn FnMut(Beginning, &mut f64) -> Result<Beginning, Refused>;
+
 impl Chain<'_> {
     /// The parameters of the next step.
     ///
@@ -80,7 +87,7 @@ impl Chain<'_> {
         let [start, _] = self.begin(first, &q, &direction)?;
         let [phi, ..] = self.dead_centre(first, start)?;
         let point = self.point(first, phi)?;
-        Ok(MidStance { q: point.q, slope: point.slope, phi, speed })
+        Ok(MidStance { q: point.q.clone(), slope: point.slope.clone(), phi, speed })
     }
 
     /// φ_m of a step with these parameters that begins in this state of the whole robot.
@@ -102,16 +109,34 @@ impl Chain<'_> {
             let why = format!("phase `{name}` begins at φ = {start:.6}, behind its end at {end:.6}");
             return Err(Refused::new(Reason::NoPhaseLeft, why));
         }
-        Ok(PhaseEnergy::new(self, phase, [start, end], PLACES)?.dead_centre())
+        let key = self.key_of_present(phase)?;
+        let known = self.known.borrow().centres.get(&key).cloned();
+        let (found, near) = match known {
+            Some(known) => known,
+            None => {
+                let found = PhaseEnergy::new(self, phase, [start, end], PLACES)?.dead_centre();
+                let known = (found, self.present.borrow().near.clone());
+                keep(&mut self.known.borrow_mut().centres, key, known.clone());
+                known
+            }
+        };
+        // What follows goes on from the same postures, whether this was known or not.
+        let present = &mut *self.present.borrow_mut();
+        (present.near, present.points) = (near, Recent::new());
+        Ok(found)
     }
 
     /// The step that takes these parameters at mid-stance.
     pub fn hop(&self, from: &MidStance, values: &[f64]) -> Hop {
-        self.hop_watched(from, values, &mut |_, _, _, _| {})
+        self.hop_by(from, values, &mut |now, time| self.phase_known(now, time))
     }
 
-    /// The same, watched.
+    /// The same, watched: every phase is followed.
     pub(super) fn hop_watched(&self, from: &MidStance, values: &[f64], look: Look<'_>) -> Hop {
+        self.hop_by(from, values, &mut |now, time| self.phase_to_its_end(now, time, look))
+    }
+
+    fn hop_by(&self, from: &MidStance, values: &[f64], follow: Follow<'_>) -> Hop {
         let mut found = Hop {
             next: Err(Refused::new(Reason::NotFinite, "the step was not begun")),
             square: f64::NAN,
@@ -119,7 +144,7 @@ impl Chain<'_> {
             limited: false,
         };
         self.present.borrow_mut().until = None;
-        found.next = self.followed(from, values, &mut found.square, &mut found.duration, look);
+        found.next = self.followed(from, values, &mut found.square, &mut found.duration, follow);
         let present = self.present.borrow();
         found.limited = present.limited;
         found
@@ -131,7 +156,7 @@ impl Chain<'_> {
         values: &[f64],
         square: &mut f64,
         time: &mut f64,
-        look: Look<'_>,
+        follow: Follow<'_>,
     ) -> Result<MidStance, Refused> {
         self.ask(values)?;
         let first = self.first()?;
@@ -141,25 +166,25 @@ impl Chain<'_> {
             (present.limited, present.missed) = (false, false);
         }
         for _ in 0..self.bench.gait.phases.len() {
-            now = self.phase_to_its_end(now, time, look)?;
+            now = follow(now, time)?;
         }
-        self.to_mid_stance(now, square, time, look)
+        self.to_mid_stance(now, square, time, follow)
     }
 
     /// The first phase of the next step to its dead centre.
     fn to_mid_stance(
         &self,
-        (phase, [start, rate]): (usize, [f64; 2]),
+        (phase, [start, rate]): Beginning,
         square: &mut f64,
         time: &mut f64,
-        look: Look<'_>,
+        follow: Follow<'_>,
     ) -> Result<MidStance, Refused> {
         let [phi, psi, potential] = self.dead_centre(phase, start)?;
         *square = psi * (rate * rate - 2.0 * potential);
         let mut speed = rate;
         if phi > start {
             self.present.borrow_mut().until = Some(phi);
-            let arrived = self.phase_to_its_end((phase, [start, rate]), time, look);
+            let arrived = follow((phase, [start, rate]), time);
             self.present.borrow_mut().until = None;
             let reached;
             [reached, speed] = match arrived {
@@ -178,16 +203,47 @@ impl Chain<'_> {
         }
         *square = speed * speed;
         let point = self.point(phase, phi)?;
-        Ok(MidStance { q: point.q, slope: point.slope, phi, speed })
+        Ok(MidStance { q: point.q.clone(), slope: point.slope.clone(), phi, speed })
+    }
+
+    /// The same as [`Chain::phase_to_its_end`], of a phase that may be known already.
+    fn phase_known(&self, (phase, x): Beginning, time: &mut f64) -> Result<Beginning, Refused> {
+        let nobody: Look<'_> = &mut |_, _, _, _| {};
+        if self.present.borrow().until.is_some() {
+            return self.phase_to_its_end((phase, x), time, nobody);
+        }
+        let key = self.key_of_present(phase)?;
+        let known = self.known.borrow().followed.get(&key).cloned();
+        if let Some(Followed { duration, limited, missed, next }) = known {
+            *time += duration;
+            {
+                let present = &mut *self.present.borrow_mut();
+                (present.limited, present.missed) = (present.limited | limited, present.missed | missed);
+            }
+            let (next, state) = next?;
+            let (q, v) = state.split_at(state.len() / 2);
+            return Ok((next, self.begin(next, q, v)?));
+        }
+        let limited = std::mem::take(&mut self.present.borrow_mut().limited);
+        let mut duration = 0.0;
+        let next = self.phase_to_its_end((phase, x), &mut duration, nobody);
+        let present = &mut *self.present.borrow_mut();
+        let state = next.clone().map(|(next, _)| (next, present.begun.clone()));
+        let (own, missed) = (present.limited, present.missed);
+        let followed = Followed { duration, limited: own, missed, next: state };
+        keep(&mut self.known.borrow_mut().followed, key, followed);
+        present.limited |= limited;
+        *time += duration;
+        next
     }
 
     /// A phase to its end, and where the next begins.
     pub(super) fn phase_to_its_end(
         &self,
-        (phase, x): (usize, [f64; 2]),
+        (phase, x): Beginning,
         time: &mut f64,
         look: Look<'_>,
-    ) -> Result<(usize, [f64; 2]), Refused> {
+    ) -> Result<Beginning, Refused> {
         let begun = *time;
         look(phase, begun, x, true);
         let start = Start { time: 0.0, phase, x: x.to_vec() };

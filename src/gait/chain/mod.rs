@@ -1,8 +1,12 @@
 //! Steps of several phases on their zero dynamics (6.31–6.37): two numbers, φ and φ̇, that know the whole robot.
 mod cycle;
 mod energy;
+mod equations;
 mod hop;
+mod known;
 mod margins;
+mod near;
+mod phase;
 mod pool;
 mod refused;
 mod step;
@@ -22,11 +26,13 @@ use super::{PhasedBench, PhasedProgramController};
 use bipedc_analysis::simulate::phases::{Ending, Passage, PhaseSpec, Phased, Violation};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_runtime::control::{
-    Controller, GaveWay, JointCommand, MOST_FEET, Observation, Refusal, StandingFoot,
-};
+use bipedc_runtime::control::{Controller, GaveWay, JointCommand, Observation, Refusal};
 use bipedc_runtime::{Argument, Model, State};
+use known::Known;
+use near::{Near, Recent};
+use phase::ChainPhase;
 use std::cell::RefCell;
+use std::sync::Arc;
 use surface::{Surface, SurfacePoint};
 
 /// A robot on the constraint surfaces of its phases, under its controller. Its state is φ and φ̇; where the robot is follows from them,
@@ -39,20 +45,9 @@ pub struct Chain<'b> {
     heights: usize,
     relabelled: [usize; 2],
     present: RefCell<Present>,
+    known: RefCell<Known>,
     /// Why there is no motion.
     refusal: RefCell<Option<Refused>>,
-}
-
-/// A phase with its functions.
-struct ChainPhase {
-    spec: PhaseSpec,
-    surface: Surface,
-    dynamics: usize,
-    impact: Option<usize>,
-    feet: [Option<StandingFoot>; MOST_FEET],
-    /// φ and the outputs, then their rates.
-    controlled: usize,
-    outputs: usize,
 }
 
 /// What the beginning of a phase settled.
@@ -61,8 +56,14 @@ struct Present {
     controller: PhasedProgramController,
     /// Coordinates that the ground holds, m.
     held: Vec<f64>,
+    /// q and v of the whole robot then.
+    begun: Vec<f64>,
     /// Where the search for the surface was last.
-    near: Vec<f64>,
+    near: Near,
+    /// By the bits of φ.
+    points: Recent<u64, SurfacePoint>,
+    /// By the bits of φ and φ̇.
+    motions: Recent<[u64; 2], Motion>,
     limited: bool,
     /// Outputs had not the accelerations that keep them at zero.
     missed: bool,
@@ -73,6 +74,7 @@ struct Present {
 }
 
 /// The robot at a state (φ, φ̇).
+#[derive(Debug, Clone)]
 pub(super) struct Motion {
     /// Forces of the ground, N and N m.
     pub forces: Vec<f64>,
@@ -109,7 +111,7 @@ impl<'b> Chain<'b> {
             let spec = specs.get(layout.phase).cloned();
             let spec = spec.ok_or_else(|| Diagnostic::error("the robot lacks a phase of the gait"))?;
             let surface = Surface::new(&model, bench, index, &spec.standing)?;
-            surface.checked(&model).map_err(|error| error.or_in_file(&bench.file))?;
+            surface.checked(&model, &bench.posture()).map_err(|error| error.or_in_file(&bench.file))?;
             phases[layout.phase] = Some(ChainPhase {
                 surface,
                 dynamics: need(&spec.dynamics)?,
@@ -117,6 +119,7 @@ impl<'b> Chain<'b> {
                 feet: layout.feet,
                 controlled: layout.controlled,
                 outputs: layout.outputs,
+                read: Self::read(bench, index),
                 spec,
             });
         }
@@ -126,12 +129,16 @@ impl<'b> Chain<'b> {
             present: RefCell::new(Present {
                 controller,
                 held: Vec::new(),
-                near: vec![0.0; Model::<f64>::nq(&model)],
+                begun: Vec::new(),
+                near: Near::at(&vec![0.0; Model::<f64>::nq(&model)]),
+                points: Recent::new(),
+                motions: Recent::new(),
                 limited: false,
                 missed: false,
                 until: None,
                 impulses: Vec::new(),
             }),
+            known: RefCell::default(),
             refusal: RefCell::new(None),
             bench,
             model,
@@ -164,7 +171,9 @@ impl<'b> Chain<'b> {
         let refused = |refusal: Refusal| Refused::of_controller(&of.spec.name, refusal);
         present.controller.begin(phase, q, v).map_err(refused)?;
         present.held = of.surface.held(&self.model, q);
-        present.near = q.to_vec();
+        present.begun = [q, v].concat();
+        present.near = Near::at(q);
+        (present.points, present.motions) = (Recent::new(), Recent::new());
         let status = present.controller.status();
         Ok([status.phase, status.rate])
     }
@@ -180,9 +189,12 @@ impl<'b> Chain<'b> {
     }
 
     /// T and T′ at φ in the present phase.
-    fn point(&self, phase: usize, phi: f64) -> Result<SurfacePoint, Refused> {
+    fn point(&self, phase: usize, phi: f64) -> Result<Arc<SurfacePoint>, Refused> {
         let of = self.phase(phase)?;
         let present = &mut *self.present.borrow_mut();
+        if let Some(known) = present.points.get(&phi.to_bits()) {
+            return Ok(known);
+        }
         let mut arguments = present.controller.arguments().to_vec();
         let end = present.controller.status().ends[1];
         arguments[0] = phi;
@@ -190,15 +202,29 @@ impl<'b> Chain<'b> {
             let matching = 3 + self.bench.gait.parameters.len();
             arguments[matching..].fill(0.0);
         }
-        let found = of.surface.at(&self.model, (&arguments, &present.held), &present.near)?;
-        present.near.clone_from(&found.q);
+        let from = |near: &[f64]| of.surface.at(&self.model, (&arguments, &present.held), near);
+        let found = from(&present.near.guess(phi)).or_else(|_| from(present.near.last()))?;
+        let found = Arc::new(found);
+        present.near.found(phi, &found);
+        present.points.keep(phi.to_bits(), &found);
         Ok(found)
     }
 
     /// The whole motion at φ and φ̇ in the present phase.
-    pub(super) fn motion(&self, phase: usize, [phi, rate]: [f64; 2]) -> Result<Motion, Refused> {
+    pub(super) fn motion(&self, phase: usize, x: [f64; 2]) -> Result<Arc<Motion>, Refused> {
+        let key = x.map(f64::to_bits);
+        if let Some(known) = self.present.borrow().motions.get(&key) {
+            return Ok(known);
+        }
+        let point = self.point(phase, x[0])?;
+        let found = Arc::new(self.moved(phase, &point, x[1])?);
+        self.present.borrow_mut().motions.keep(key, &found);
+        Ok(found)
+    }
+
+    /// The same at a point of the surface.
+    fn moved(&self, phase: usize, point: &SurfacePoint, rate: f64) -> Result<Motion, Refused> {
         let of = self.phase(phase)?;
-        let point = self.point(phase, phi)?;
         let v: Vec<f64> = point.slope.iter().map(|slope| slope * rate).collect();
         let present = &mut *self.present.borrow_mut();
         let mut commands = vec![JointCommand::Off; Model::<f64>::joints(&self.model)];
@@ -215,7 +241,7 @@ impl<'b> Chain<'b> {
         let state = State::new().with(Argument::Q, &point.q).with(Argument::V, &v).with(Argument::Tau, &tau);
         let mut accelerations = self.call(of.dynamics, &state);
         let forces = accelerations.split_off(v.len().min(accelerations.len()));
-        let acceleration = of.surface.phase_acceleration(&self.model, (&point.q, &v), &accelerations);
+        let acceleration = of.surface.phase_acceleration(&self.model, (point, &v), &accelerations);
         let torques = tau.split_off(first);
         Ok(Motion { forces, acceleration, limited: status.limits > 0, missed, power, torques })
     }
@@ -280,7 +306,7 @@ impl<'b> Chain<'b> {
         let of = self.phase(phase)?;
         let point = self.point(phase, x[0])?;
         let mut v: Vec<f64> = point.slope.iter().map(|slope| slope * x[1]).collect();
-        let mut q = point.q;
+        let mut q = point.q.clone();
         if let Some(impact) = of.impact {
             let size = v.len();
             v = self.call(impact, &State::new().with(Argument::Q, &q).with(Argument::V, &v));
@@ -293,27 +319,6 @@ impl<'b> Chain<'b> {
             [q, v] = self.relabelled(&q, &v);
         }
         Ok((of.spec.next, self.begin(of.spec.next, &q, &v)?))
-    }
-}
-
-impl ChainPhase {
-    /// Positive until the foot whose force ends the phase is let go or tips.
-    fn ending_force(&self, forces: &[f64]) -> f64 {
-        for foot in self.feet.iter().flatten() {
-            let push = forces[foot.force[1]];
-            if !foot.holds {
-                return push;
-            }
-            let Some(moment) = foot.moment else { continue };
-            let pressure = -forces[moment] / push;
-            let [rear, front] = foot.sole;
-            match foot.level {
-                [true, true] => {}
-                [false, _] => return pressure - rear,
-                [_, false] => return front - pressure,
-            }
-        }
-        f64::INFINITY
     }
 }
 

@@ -1,4 +1,6 @@
 //! One step of several phases, and what its energies say of the next (6.35–6.37).
+use super::hop::Beginning;
+use super::known::{Ended, keep, key};
 use super::surface::SurfacePoint;
 use super::{Chain, ChainPhase, PhaseEnergy, Refused};
 use crate::gait::{Assignment, Parametrised, PhasedBench};
@@ -220,9 +222,10 @@ impl Chain<'_> {
 
     /// φ̈ = a + b φ̇² without limits, at φ in the present phase.
     pub(super) fn law(&self, phase: usize, phi: f64) -> Result<[f64; 2], Refused> {
+        let point = self.point(phase, phi)?;
         let limits = |kept: [bool; 2]| self.present.borrow_mut().controller.keep_limits(kept);
         let before = limits([false; 2]);
-        let pair = [0.0, 1.0].map(|rate| self.motion(phase, [phi, rate]));
+        let pair = [0.0, 1.0].map(|rate| self.moved(phase, &point, rate));
         limits(before);
         let [rest, moving] = pair;
         let rest = rest?.acceleration;
@@ -235,17 +238,14 @@ impl Chain<'_> {
         let mut direction = Vec::new();
         for index in 0..self.bench.gait.phases.len() {
             let layout = self.bench.compiled.phase(&self.bench.gait, index)?;
-            let of = self.phase(layout.phase)?;
-            let point = self.nominal_end(of, (&layout, index == 0), values, &q)?;
-            (q, direction) = (point.q, point.slope);
-            if let Some(impact) = of.impact {
-                let state = State::new().with(Argument::Q, &q).with(Argument::V, &direction);
-                direction = self.call(impact, &state);
-                direction.truncate(q.len());
-            }
-            if of.spec.relabel {
-                [q, direction] = self.relabelled(&q, &direction);
-            }
+            let key = key(index, [&q, &[]], values, &self.phase(layout.phase)?.read.shape);
+            let known = self.known.borrow().ended.get(&key).cloned();
+            let found = known.unwrap_or_else(|| {
+                let found = self.after_nominal_end(&layout, index == 0, values, &q);
+                keep(&mut self.known.borrow_mut().ended, key, found.clone());
+                found
+            });
+            [q, direction] = found?;
         }
         // Per φ̇ of the phase that begins.
         let first = self.bench.compiled.phase(&self.bench.gait, 0)?;
@@ -253,6 +253,19 @@ impl Chain<'_> {
         let rate = self.call(first.controlled, &state)[1 + first.outputs];
         direction.iter_mut().for_each(|slope| *slope /= rate);
         Ok([q, direction])
+    }
+
+    /// Posture and direction where the next phase begins after one that ended so.
+    fn after_nominal_end(&self, layout: &PhaseLayout, first: bool, values: &[f64], q: &[f64]) -> Ended {
+        let of = self.phase(layout.phase)?;
+        let SurfacePoint { q, slope, .. } = self.nominal_end(of, (layout, first), values, q)?;
+        let mut direction = slope;
+        if let Some(impact) = of.impact {
+            let state = State::new().with(Argument::Q, &q).with(Argument::V, &direction);
+            direction = self.call(impact, &state);
+            direction.truncate(q.len());
+        }
+        Ok(if of.spec.relabel { self.relabelled(&q, &direction) } else { [q, direction] })
     }
 
     /// The end of a phase that begins at q, without h_p; `first`: q is a guess, and the phase is not followed.
@@ -295,9 +308,6 @@ impl Chain<'_> {
         })
     }
 }
-
-/// A phase of the description, and φ and φ̇ where it begins.
-type Beginning = (usize, [f64; 2]);
 
 /// Where a height falls through zero on the way from the beginning to a fifth beyond the end; `at` is the surface at a part of that way.
 fn touched(

@@ -30,6 +30,8 @@ pub struct Cycles {
     pub robot: String,
     /// Unit of `speed`.
     pub speed_unit: String,
+    /// Unit of energies.
+    pub energy_unit: String,
     /// The parameter that differs, if there is one.
     pub over: Option<String>,
     /// Its unit.
@@ -52,6 +54,20 @@ pub struct CycleOf {
     pub cycle: Option<Cycle>,
     /// Why there is none.
     pub reason: Option<String>,
+    /// Of the whole robot under its controller; none where that was not asked for.
+    pub whole: Option<Whole>,
+}
+
+/// Steps of the whole robot around a cycle, on its constraints or off them.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Whole {
+    /// Eigenvalues of what a step makes of small deviations of the state in which it begins, real and imaginary parts, the largest first; that of a
+    /// deviation along the motion, which is zero, is left out.
+    pub multipliers: Vec<[f64; 2]>,
+    /// By how much a step of the whole robot misses the state in which it began: largest of rad (m) and rad/s (m/s).
+    pub miss: Option<f64>,
+    /// Why there are no multipliers.
+    pub reason: Option<String>,
 }
 
 impl GaitBench {
@@ -61,7 +77,7 @@ impl GaitBench {
     /// Parameters that the gait does not have, numbers and ranges that are none.
     pub fn cycles(&self, options: &CycleOptions, run: &Run<'_>) -> Result<Cycles, Diagnostics> {
         let model = self.model()?;
-        self.each_cycle(options, run, |all, watch| {
+        self.each_cycle(options, run, "(kg m²/s)²".to_owned(), |all, watch| {
             let found = model.cycles(all, watch);
             found.into_iter().map(|cycle| cycle.map_err(|why| why.to_string())).collect()
         })
@@ -75,6 +91,7 @@ trait Cycling: Parametrised {
         &self,
         options: &CycleOptions,
         run: &Run<'_>,
+        energy_unit: String,
         find: impl FnOnce(&[Vec<f64>], &Watch<'_>) -> Vec<Result<Cycle, String>>,
     ) -> Result<Cycles, Diagnostics> {
         let values = self.with(&self.defaults(), &options.set)?;
@@ -90,6 +107,7 @@ trait Cycling: Parametrised {
             parameters: self.named(parameters),
             cycle: cycle.as_ref().ok().copied(),
             reason: cycle.as_ref().err().cloned(),
+            whole: None,
         };
         let inside = axis
             .as_ref()
@@ -98,6 +116,7 @@ trait Cycling: Parametrised {
             gait: self.gait_name().to_owned(),
             robot: self.robot_name().to_owned(),
             speed_unit: self.speed_unit(),
+            energy_unit,
             over: axis.as_ref().map(|(index, _)| self.parameter(*index).name.clone()),
             over_unit: axis.as_ref().map(|(index, _)| self.parameter(*index).unit.clone()),
             complete: found.len() == all.len(),
@@ -116,27 +135,32 @@ fn replaced(values: &[f64], index: usize, value: f64) -> Vec<f64> {
 }
 
 /// Name, unit and value of a number.
-pub(super) type Number = (&'static str, String, fn(&Cycle) -> f64);
+pub(super) type Number = (&'static str, String, fn(&Cycle) -> Option<f64>);
 
 /// The numbers of a cycle, as tables have them.
-pub(super) fn numbers(speed_unit: &str) -> [Number; 8] {
+pub(super) fn numbers(speed_unit: &str, energy_unit: &str) -> [Number; 13] {
     let unit = str::to_owned;
     [
-        ("speed", unit(speed_unit), |cycle| cycle.speed),
-        ("multiplier", unit("1"), |cycle| cycle.multiplier),
-        ("duration", unit("s"), |cycle| cycle.duration),
-        ("step_length", unit("m"), |cycle| cycle.step_length),
-        ("walking_speed", unit("m/s"), |cycle| cycle.walking_speed),
-        ("work", unit("J"), |cycle| cycle.work),
-        ("net_work", unit("J"), |cycle| cycle.net_work),
-        ("cost_of_transport", unit("1"), |cycle| cycle.cost_of_transport),
+        ("speed", unit(speed_unit), |cycle| Some(cycle.speed)),
+        ("multiplier", unit("1"), |cycle| Some(cycle.multiplier)),
+        ("duration", unit("s"), |cycle| Some(cycle.duration)),
+        ("step_length", unit("m"), |cycle| Some(cycle.step_length)),
+        ("walking_speed", unit("m/s"), |cycle| Some(cycle.walking_speed)),
+        ("work", unit("J"), |cycle| Some(cycle.work)),
+        ("net_work", unit("J"), |cycle| Some(cycle.net_work)),
+        ("cost_of_transport", unit("1"), |cycle| Some(cycle.cost_of_transport)),
+        ("energy", unit(energy_unit), |cycle| Some(cycle.energy)),
+        ("k_min", unit(energy_unit), |cycle| cycle.k_min),
+        ("k_max", unit(energy_unit), |cycle| cycle.k_max),
+        ("basin_low", unit(speed_unit), |cycle| cycle.basin[0]),
+        ("basin_high", unit(speed_unit), |cycle| cycle.basin[1]),
     ]
 }
 
 impl Cycles {
     /// One row per cycle: all parameters, then its numbers, then the reason where there is none.
     pub fn csv(&self) -> String {
-        let numbers = numbers(&self.speed_unit);
+        let numbers = numbers(&self.speed_unit, &self.energy_unit);
         let names = self.cycles.first().map(|of| of.parameters.keys().cloned().collect::<Vec<_>>());
         let heads = names
             .unwrap_or_default()
@@ -149,11 +173,8 @@ impl Cycles {
                 let _ = write!(text, "{value},");
             }
             for (.., number) in &numbers {
-                let _ = write!(
-                    text,
-                    "{},",
-                    of.cycle.as_ref().map_or_else(String::new, |cycle| number(cycle).to_string())
-                );
+                let value = of.cycle.as_ref().and_then(number);
+                let _ = write!(text, "{},", value.map_or_else(String::new, |x| x.to_string()));
             }
             let reason = of.reason.as_deref().unwrap_or("").replace('"', "\"\"");
             let _ = if reason.is_empty() { writeln!(text) } else { writeln!(text, "\"{reason}\"") };
@@ -202,12 +223,12 @@ impl Cycles {
     fn table(&self) -> Table {
         let names: Vec<String> =
             self.cycles.first().map_or_else(Vec::new, |of| of.parameters.keys().cloned().collect());
-        let numbers = numbers(&self.speed_unit);
+        let numbers = numbers(&self.speed_unit, &self.energy_unit);
         let heads = numbers.iter().map(|(name, unit, _)| format!("{} ({unit})", name.replace('_', " ")));
         let row = |of: &CycleOf| {
             let own = of.parameters.values().map(|x| format!("{x:.4}"));
             let each = numbers.iter().map(|(.., number)| {
-                of.cycle.as_ref().map_or_else(|| "–".to_owned(), |c| format!("{:.4}", number(c)))
+                of.cycle.as_ref().and_then(number).map_or_else(|| "–".to_owned(), |x| format!("{x:.4}"))
             });
             own.chain(each).chain([of.reason.clone().unwrap_or_default()]).collect()
         };

@@ -1,7 +1,7 @@
 //! Cycles of gaits of several phases.
 use super::{CycleOptions, Cycles, Cycling};
-use crate::gait::PhasedBench;
 use crate::gait::chain::Chains;
+use crate::gait::{Parametrised, PhasedBench};
 use crate::progress::Run;
 use bipedc_analysis::gait::in_parallel;
 use bipedc_analysis::simulate::phases::PhaseSpec;
@@ -19,7 +19,7 @@ impl PhasedBench {
         run: &Run<'_>,
     ) -> Result<Cycles, Diagnostics> {
         let chains = Chains::new(self, specs).map_err(|error| error.or_in_file(&self.file))?;
-        self.each_cycle(options, run, |all, watch| {
+        self.each_cycle(options, run, format!("({})²", self.speed_unit()), |all, watch| {
             let mut found = in_parallel(all.len(), watch, |job| chains.ask(|chain| chain.cycle(&all[job])));
             found.sort_by_key(|(job, _)| *job);
             // What was done behind a gap has no place.

@@ -124,7 +124,7 @@ impl GaitBench {
     }
 
     /// Refuses assumptions that nothing is known about.
-    fn check_assumptions(&self, assume: Assumptions) -> Result<(), Diagnostic> {
+    pub(super) fn check_assumptions(&self, assume: Assumptions) -> Result<(), Diagnostic> {
         if assume.friction && self.gait.limits.friction.is_none() {
             return Err(Diagnostic::error(format!(
                 "the gait `{}` has no coefficient of friction",

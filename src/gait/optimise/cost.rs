@@ -1,4 +1,5 @@
 //! The cost of a motion: its torques, and what keeps it smooth and near rest.
+use super::demands::{Demands, Objective};
 use super::guess::ease;
 use super::layout::{Layout, PhaseLayout};
 use super::similarity::{Measure, Similarity};
@@ -23,11 +24,40 @@ const CURVED: f64 = 0.1;
 /// What a joint, or the lean of the base, off its place at ease costs, per rad² (or m², of a robot 0.7 m high).
 const EASE: f64 = 1.0;
 
+/// What a cost of transport of 1 costs.
+const TRANSPORT: f64 = 5.0;
+
+/// Power at which a joint's \|τ q̇\| is rounded off, over weight and speed shared among the joints: \|p\| is taken as √(p² + w²) − w, at most w less.
+const WIDTH: f64 = 0.02;
+
+/// What squared torques cost beside the cost of transport, of what they cost alone: where joints stand still, power does not settle torques.
+const BESIDE: f64 = 0.05;
+
+/// Power of the joints as a cost.
+#[derive(Debug, Clone, Copy)]
+struct Power {
+    /// What a W costs, as a squared torque does, (N m)²/W.
+    factor: f64,
+    /// W
+    width: f64,
+}
+
+impl Power {
+    /// √(p² + w²) − w with its first and second derivative.
+    fn smooth(self, p: f64) -> [f64; 3] {
+        let root = p.hypot(self.width);
+        [root - self.width, p / root, (self.width / root).powi(2) / root]
+    }
+}
+
 /// The cost with its first and second derivatives, by variables in their units.
 pub(super) struct Cost<'c> {
     of: &'c Collocation,
     /// What a squared torque costs, 1/(N m)².
     weight: f64,
+    /// What squared torques count beside other costs.
+    torques: f64,
+    power: Option<Power>,
     similar: Similarity,
     coordinates: Vec<Measure>,
     /// Coordinates at ease.
@@ -35,10 +65,17 @@ pub(super) struct Cost<'c> {
 }
 
 impl<'c> Cost<'c> {
-    pub fn new(of: &'c Collocation, similar: Similarity) -> Self {
+    pub fn new(of: &'c Collocation, similar: Similarity, demands: &Demands) -> Self {
+        let weight = (0.05 * of.mass * 9.81 * similar.length).powi(-2);
+        let transport = demands.objective == Objective::Transport;
+        // Weight and speed are the power that a cost of transport of 1 takes.
+        let whole = super::gravity(of) * of.mass * demands.speed;
+        let width = WIDTH * whole / of.tree.joints.len() as f64;
         Self {
             of,
-            weight: (0.05 * of.mass * 9.81 * similar.length).powi(-2),
+            weight,
+            torques: if transport { BESIDE } else { 1.0 },
+            power: transport.then_some(Power { factor: TRANSPORT / (whole * weight), width }),
             similar,
             coordinates: Measure::of_coordinates(of),
             ease: ease(of),
@@ -64,6 +101,12 @@ impl<'c> Cost<'c> {
             self.each_torque(layout, p, |k, weight| {
                 gradient[k] += self.weight * 2.0 * weight * x[k] * x[own] / total
             });
+            self.each_power(layout, p, |[torque, speed], weight, power| {
+                let [_, slope, _] = power.smooth(x[torque] * x[speed]);
+                let slope = self.weight * weight * slope * x[own] / total;
+                gradient[torque] += slope * x[speed];
+                gradient[speed] += slope * x[torque];
+            });
         }
         self.each_bend(layout, |terms, weight| {
             let off = bend(x, terms);
@@ -86,6 +129,19 @@ impl<'c> Cost<'c> {
                     tell([k, duration], self.weight * slope);
                 }
             });
+            self.each_power(layout, p, |[torque, speed], weight, power| {
+                let [_, slope, bent] = power.smooth(x[torque] * x[speed]).map(|f| self.weight * weight * f);
+                let part = x[own] / total;
+                tell([torque, torque], part * bent * x[speed] * x[speed]);
+                tell([speed, speed], part * bent * x[torque] * x[torque]);
+                tell([torque, speed], part * (bent * x[torque] * x[speed] + slope));
+                for (other, &duration) in durations.iter().enumerate() {
+                    let direct = if other == p { 1.0 / total } else { 0.0 };
+                    let by = slope * (direct - x[own] / (total * total));
+                    tell([torque, duration], by * x[speed]);
+                    tell([speed, duration], by * x[torque]);
+                }
+            });
             for other in 0..=p {
                 let mixed = -(squares[p] + squares[other]) / (total * total) + 2.0 * all / total.powi(3);
                 tell([own, durations[other]], self.weight * mixed);
@@ -101,12 +157,15 @@ impl<'c> Cost<'c> {
         });
     }
 
-    /// Durations, and ∫ τ² dt by phase over its duration.
+    /// Durations, and ∫ τ² dt by phase over its duration, with what power costs.
     fn squares(&self, layout: &Layout, x: &[f64]) -> (f64, Vec<f64>) {
         let total = layout.phases.iter().map(|phase| x[phase.duration]).sum();
         let of = |p: usize| {
             let mut sum = 0.0;
             self.each_torque(layout, p, |k, weight| sum += weight * x[k] * x[k]);
+            self.each_power(layout, p, |[torque, speed], weight, power| {
+                sum += weight * power.smooth(x[torque] * x[speed])[0];
+            });
             sum
         };
         (total, (0..layout.phases.len()).map(of).collect())
@@ -119,12 +178,25 @@ impl<'c> Cost<'c> {
         for node in 0..phase.nodes() {
             let weight = simpson(phase, node);
             let torques = layout.torques(p, node);
-            (torques..torques + layout.joints).for_each(|k| tell(k, weight));
+            (torques..torques + layout.joints).for_each(|k| tell(k, self.torques * weight));
             let accelerations = layout.motion(p, node, 2);
             for (k, &of) in self.coordinates.iter().enumerate() {
                 // A torque over an acceleration, over the mass.
                 let unit = self.similar.length / self.similar.acceleration(of);
                 tell(accelerations + k, smooth * unit * unit * weight);
+            }
+        }
+    }
+
+    /// Torque and velocity of each joint at each node of a phase, with the weight of their power.
+    fn each_power(&self, layout: &Layout, p: usize, mut tell: impl FnMut([usize; 2], f64, Power)) {
+        let Some(power) = self.power else { return };
+        let phase = &layout.phases[p];
+        for node in 0..phase.nodes() {
+            let (torques, velocities) = (layout.torques(p, node), layout.motion(p, node, 1));
+            for (k, joint) in self.of.tree.joints.iter().enumerate() {
+                let weight = power.factor * simpson(phase, node);
+                tell([torques + k, velocities + joint.v_index], weight, power);
             }
         }
     }
@@ -170,6 +242,20 @@ impl<'c> Cost<'c> {
             }
         }
     }
+}
+
+/// ∫ Σ \|τ q̇\| dt over the step, J.
+pub(super) fn work(of: &Collocation, layout: &Layout, x: &[f64]) -> f64 {
+    let at = |p: usize, node: usize| -> f64 {
+        let (torques, velocities) = (layout.torques(p, node), layout.motion(p, node, 1));
+        let power = |(k, v_index): (usize, usize)| (x[torques + k] * x[velocities + v_index]).abs();
+        of.tree.joints.iter().map(|joint| joint.v_index).enumerate().map(power).sum()
+    };
+    let mean = |(p, phase): (usize, &PhaseLayout)| -> f64 {
+        let nodes = (0..phase.nodes()).map(|node| simpson(phase, node) * at(p, node));
+        x[phase.duration] * nodes.sum::<f64>()
+    };
+    layout.phases.iter().enumerate().map(mean).sum()
 }
 
 /// ∫ τ² dt over the step, from its mean over each phase.

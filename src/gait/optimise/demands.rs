@@ -1,5 +1,15 @@
 //! What is asked of a gait beside its mechanics.
 
+/// What a motion is made small in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Objective {
+    /// The mean squared torque.
+    #[default]
+    Torque,
+    /// The mechanical cost of transport: ∫ Σ \|τ q̇\| dt over weight and distance.
+    Transport,
+}
+
 /// Speed, margins and fineness.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Demands {
@@ -29,6 +39,8 @@ pub struct Demands {
     pub longest_step: f64,
     /// Intervals of a step; each phase has as many of them as it takes of the first guess, at least 10.
     pub intervals: usize,
+    /// What is made small.
+    pub objective: Objective,
 }
 
 impl Demands {
@@ -48,6 +60,7 @@ impl Demands {
             landing: [0.2, 1.0],
             longest_step: 0.75,
             intervals: 24,
+            objective: Objective::Torque,
         }
     }
 
@@ -95,6 +108,8 @@ pub struct Wishes {
     pub longest_step: f64,
     /// Intervals of a step.
     pub intervals: usize,
+    /// What is made small.
+    pub objective: Objective,
     /// Largest part of a small deviation that may be left after a step.
     pub multiplier: f64,
 }
@@ -110,6 +125,7 @@ impl Default for Wishes {
             joint: usual.joint,
             longest_step: usual.longest_step,
             intervals: usual.intervals,
+            objective: usual.objective,
             multiplier: 0.8,
         }
     }
@@ -133,6 +149,7 @@ impl Wishes {
             joint: self.joint,
             longest_step: self.longest_step,
             intervals: self.intervals,
+            objective: self.objective,
             ..sized
         }
     }
@@ -151,6 +168,8 @@ impl Demands {
             impulse: 0.02 * self.impulse,
             lift_off: 0.0,
             landing: [0.25 * self.landing[0], 2.0 * self.landing[1]],
+            // Squared torques have no kinks: a motion of least torques is near one of least work.
+            objective: Objective::Torque,
             ..self.clone()
         }
     }

@@ -17,7 +17,7 @@ mod variables;
 mod write;
 
 pub use constraints::RowName;
-pub use demands::{Demands, Wishes};
+pub use demands::{Demands, Objective, Wishes};
 pub use landing::lands_by_posture;
 pub use margins::MotionMargins;
 pub use write::gait_text;
@@ -48,7 +48,8 @@ pub struct Optimum {
     multipliers: Vec<f64>,
     /// How the search ended.
     pub ending: Ending,
-    /// Mean squared torque over the squared twentieth of the weight.
+    /// What was made small: mean squared torque over the squared twentieth of the weight (and base height), or five times the cost of transport; with what keeps a
+    /// motion smooth and near rest.
     pub cost: f64,
     /// Iterations of all stages.
     pub iterations: usize,
@@ -297,10 +298,20 @@ impl Optimum {
         end - self.configuration(0, 0)[0]
     }
 
+    /// ∫ Σ \|τ q̇\| dt over weight and distance, by Simpson's rule at the nodes, 1: nothing is smoothed.
+    pub fn cost_of_transport(&self, of: &Collocation) -> f64 {
+        cost::work(of, &self.layout, &self.x) / (of.mass * gravity(of) * self.step_length())
+    }
+
     /// Duration of each phase, s.
     pub fn durations(&self) -> Vec<f64> {
         self.layout.phases.iter().map(|phase| self.x[phase.duration]).collect()
     }
+}
+
+/// Size of gravity, m/s².
+fn gravity(of: &Collocation) -> f64 {
+    of.description.gravity.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
 /// Smallest rate of a phase variable, over its mean in the first guess.

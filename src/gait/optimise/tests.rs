@@ -28,8 +28,12 @@ fn noise(count: usize) -> Vec<f64> {
 /// First and second derivatives of the program against central differences of values and of first derivatives, along a direction.
 #[test]
 fn derivatives_of_all_phases_are_those_of_differences() {
+    [Objective::Torque, Objective::Transport].into_iter().for_each(derivatives_are_those_of_differences);
+}
+
+fn derivatives_are_those_of_differences(objective: Objective) {
     let of = form("seven_link_v1", "collocated");
-    let demands = Demands { intervals: 6, ..Demands::new(0.4) };
+    let demands = Demands { intervals: 6, objective, ..Demands::new(0.4) };
     let layout = Layout::new(&of, &[2, 2, 2, 2]);
     let guess = guess::naive(&of, &layout, 0.4);
     let similar = Similarity::new(of.mass, guess.height);

@@ -82,7 +82,7 @@ impl<'c> Transcription<'c> {
         let mut found = Self {
             parts: parts(of, &layout, &rows),
             variables: Variables::new(of, &layout, similar, demands, guess),
-            cost: Cost::new(of, similar),
+            cost: Cost::new(of, similar, demands),
             jacobian: Vec::new(),
             hessian: Vec::new(),
             layout,

@@ -37,7 +37,7 @@ pub struct PlanOptions {
     pub most: usize,
     /// Every step is taken as one among its own kind, as the thesis does.
     pub alike: bool,
-    /// What has to hold in every step beside that it passes its dead centre: of gaits of several phases.
+    /// What has to hold in every step beside that it passes its dead centre.
     pub assume: Assumptions,
 }
 
@@ -120,21 +120,19 @@ impl GaitBench {
             let help = "then the end of a step depends on all steps before it; write its formulas with phase and phase_end alone";
             return Err(Diagnostic::error(message).help(help).into());
         }
-        if options.assume.any() {
-            let help = "leave --assume out: energies of a plan tell whether its steps are made; `bipedc gait step` tells the margins of each";
-            return Err(Diagnostic::error("plans of one phase have no margins").help(help).into());
-        }
+        self.check_assumptions(options.assume)?;
         let (choices, now) = self.choices(options)?;
         let model = self.model()?;
+        let kept = model.keeping(options.assume);
         let most = options.most.clamp(1, MOST_STEPS);
         let plans = if options.alike {
             let alike = run.progress.counted("steps of all choices", |advance| {
-                model.alike(&choices, &Watch { advance, stop: run.stop })
+                model.alike(&choices, kept, &Watch { advance, stop: run.stop })
             });
             alike.map(|alike| self.each_plan(options, run, |speed| Some(alike.plan(speed, options.to, most))))
         } else {
             let reach = run.progress.counted("steps between choices", |advance| {
-                model.reach(&now, &choices, &Watch { advance, stop: run.stop })
+                model.reach(&now, &choices, kept, &Watch { advance, stop: run.stop })
             });
             let reach = reach.map_err(|why| {
                 Diagnostic::error(format!("the present step is none: {why}"))
@@ -270,6 +268,15 @@ fn in_words(why: &Unreached, to: f64, unit: &str) -> String {
         }
         Unreached::Falls(1) => "after one step every further one falls back".to_owned(),
         Unreached::Falls(count) => format!("after {count} steps every further one falls back"),
+        Unreached::NotKept(0) => {
+            "every first step within the ranges falls back or breaks what is assumed".to_owned()
+        }
+        Unreached::NotKept(1) => {
+            "after one step every further one falls back or breaks what is assumed".to_owned()
+        }
+        Unreached::NotKept(count) => {
+            format!("after {count} steps every further one falls back or breaks what is assumed")
+        }
         Unreached::NotMade(0, _, why) => format!("no first step within the ranges is made: {why}"),
         Unreached::NotMade(1, _, why) => format!("after one step no further one is made: {why}"),
         Unreached::NotMade(count, _, why) => format!("after {count} steps no further one is made: {why}"),

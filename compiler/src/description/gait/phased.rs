@@ -2,9 +2,9 @@
 use super::curve::{phase_dimension, read_moved};
 use super::dimension::parse_unit;
 use super::names::{Allowed, Names};
-use super::phase::{VARIABLE, formula, read_output, read_posture};
+use super::phase::{VARIABLE, file_place, formula, read_output, read_posture};
 use super::read::read_unit;
-use super::{GaitLimits, GaitOutput, GaitParameter};
+use super::{FilePlace, GaitLimits, GaitOutput, GaitParameter};
 use crate::description::model::{ContactPart, Phase, RobotDescription};
 use crate::description::settings::table::{Entry, Section};
 use crate::description::source::{Messages, short, suggest};
@@ -38,6 +38,8 @@ pub struct SupportPhase {
     pub name: String,
     /// φ(q), which grows along the phase.
     pub variable: Formula,
+    /// Where it stands in the file.
+    pub variable_at: FilePlace,
     /// Unit of φ.
     pub unit: String,
     /// Whether the cubic h_p takes up what is left of h and its rate where the phase begins.
@@ -167,6 +169,7 @@ fn read_phase(
     Some(SupportPhase {
         name: phase?.name.clone(),
         variable: variable?,
+        variable_at: file_place(section.get("variable").and_then(|entry| entry.at), messages),
         unit: unit?,
         impact_matching: section.boolean("impact_matching", messages).unwrap_or(true),
         outputs: outputs.into_iter().collect::<Option<Vec<_>>>()?,

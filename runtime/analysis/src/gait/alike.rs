@@ -3,6 +3,7 @@
 //! Then v[k+1]² is affine in v[k]² with the slope δ > 0: a faster step is never worse on the way to a high speed, nor a slower one on the
 //! way to a low one. What one step reaches from a speed is an interval, and to go as far as possible in each step is optimal.
 use super::functions::GaitModel;
+use super::kept::Kept;
 use super::plan::{Plan, PlannedStep};
 use super::reach::{Choices, Transition, Unreached};
 use super::search::zero;
@@ -17,22 +18,25 @@ pub struct Alike<'a, 'm> {
     gait: &'m GaitModel<'a>,
     nodes: Vec<Vec<f64>>,
     steps: Vec<Option<Transition>>,
+    kept: Kept,
 }
 
 impl<'a> GaitModel<'a> {
-    /// All choices as steps that follow their own kind; `None`: an end was asked for.
-    pub fn alike(&self, choices: &Choices, watch: &Watch<'_>) -> Option<Alike<'a, '_>> {
+    /// All choices as steps that follow their own kind, each of which keeps what is assumed; `None`: an end was asked for.
+    pub fn alike(&self, choices: &Choices, kept: Kept, watch: &Watch<'_>) -> Option<Alike<'a, '_>> {
         let nodes = choices.nodes();
-        let mut found = in_parallel(nodes.len(), watch, |job| self.alike_step(&nodes[job]));
+        let mut found = in_parallel(nodes.len(), watch, |job| self.alike_step(&nodes[job], &kept));
         if found.len() < nodes.len() {
             return None;
         }
         found.sort_by_key(|(job, _)| *job);
-        Some(Alike { gait: self, steps: found.into_iter().map(|(_, step)| step).collect(), nodes })
+        let steps = found.into_iter().map(|(_, step)| step).collect();
+        Some(Alike { gait: self, steps, nodes, kept })
     }
 
-    fn alike_step(&self, parameters: &[f64]) -> Option<Transition> {
-        Transition::of(&self.steady_course(parameters).ok()?)
+    fn alike_step(&self, parameters: &[f64], kept: &Kept) -> Option<Transition> {
+        let course = self.steady_course(parameters).ok()?;
+        Transition::of(&course, &course.landing, kept)
     }
 }
 
@@ -47,7 +51,7 @@ impl Alike<'_, '_> {
         while reach.len() < most {
             let speeds = self.speeds(speed);
             let Some([slow, fast]) = ends(&speeds) else {
-                return Plan { steps: Err(Unreached::Falls(steps.len())), reach };
+                return Plan { steps: Err(Unreached::after(steps.len(), &self.kept)), reach };
             };
             // Between a step that falls back and one that does not lies one that comes to rest.
             let falls = speeds.iter().flatten().any(|speed| *speed <= 0.0);
@@ -74,16 +78,19 @@ impl Alike<'_, '_> {
         Plan { steps: Err(why), reach }
     }
 
-    /// The next speed of each node, negative where the step falls back.
+    /// The next speed of each node, negative where the step falls back; none where it breaks what is assumed.
     fn speeds(&self, speed: f64) -> Vec<Option<f64>> {
         self.steps
             .iter()
-            .map(|step| step.as_ref().map(|step| step.signed_speed(step.alike_energy(speed))))
+            .map(|step| {
+                let (step, energy) = step.as_ref().map(|step| (step, step.alike_energy(speed)))?;
+                step.may_end(energy).then(|| step.signed_speed(energy))
+            })
             .collect()
     }
 
     fn planned(&self, parameters: &[f64], before: f64, speed: f64) -> PlannedStep {
-        let step = self.gait.alike_step(parameters);
+        let step = self.gait.alike_step(parameters, &self.kept);
         let energy = step.map_or(f64::NAN, |step| step.alike_energy(before));
         PlannedStep { parameters: parameters.to_vec(), speed, energy }
     }
@@ -101,7 +108,7 @@ impl Alike<'_, '_> {
             pairs.map(|(a, b)| if part == 1.0 { *b } else { a + part * (b - a) }).collect()
         };
         let miss = |part: f64| {
-            let step = self.gait.alike_step(&place(part));
+            let step = self.gait.alike_step(&place(part), &self.kept);
             step.map_or(f64::NAN, |step| step.miss(step.alike_energy(speed), to))
         };
         let (low, high) = (miss(0.0), miss(1.0));
@@ -110,9 +117,10 @@ impl Alike<'_, '_> {
         let nudged = (1..=50).rev().map(|k| part + (1.0 - part) * 0.5f64.powi(k));
         let mut passing = std::iter::once(part).chain(nudged).chain([1.0]).map(|part| {
             let parameters = place(part);
-            let step = self.gait.alike_step(&parameters)?;
-            let next = step.signed_speed(step.alike_energy(speed));
-            (next > 0.0).then(|| self.planned(&parameters, speed, next))
+            let step = self.gait.alike_step(&parameters, &self.kept)?;
+            let energy = step.alike_energy(speed);
+            let next = step.signed_speed(energy);
+            (next > 0.0 && step.passes(energy)).then(|| self.planned(&parameters, speed, next))
         });
         passing.find_map(|step| step).filter(|step| (step.speed - to).abs() <= 1e-6 * to.max(1.0))
     }

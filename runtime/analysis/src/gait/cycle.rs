@@ -32,6 +32,16 @@ pub struct Cycle {
     pub net_work: f64,
     /// `work` over weight and distance, 1.
     pub cost_of_transport: f64,
+    /// E of every step: E∞ of one phase (6.17), (kg m²/s)²; φ̇₊²/2 of several, (unit of φ/s)².
+    pub energy: f64,
+    /// Smallest K at mid-stance with which a step of this kind is made and keeps what is assumed (feet push and do not slip, torques stay
+    /// within the efforts): σ²/2 of one phase, φ̇²/2 of several, units as of `energy`; none: with no K.
+    pub k_min: Option<f64>,
+    /// The largest one; none also where no limit was found.
+    pub k_max: Option<f64>,
+    /// Slowest and fastest mid-stance from which steps come back to the cycle and keep all of that, per s; none: not even the cycle keeps it,
+    /// or there is no limit to the fastest.
+    pub basin: [Option<f64>; 2],
 }
 
 /// Why there is no cycle.
@@ -113,6 +123,7 @@ impl GaitModel<'_> {
                 Ok::<_, Refusal>(values)
             })
         };
+        let range = self.kinetic_range(course, &course.landing);
         let start = course.surface(course.start)?;
         let step_length = course.landing.before.q[0] - start.q[0];
         let (duration, work) = (duration.whole(), over(f64::abs)?.whole());
@@ -125,6 +136,10 @@ impl GaitModel<'_> {
             work,
             net_work: over(|power| power)?.whole(),
             cost_of_transport: work / (self.weight(&start) * step_length),
+            energy,
+            k_min: range.map(|[low, _]| low),
+            k_max: range.map(|[_, high]| high).filter(|high| high.is_finite()),
+            basin: range.map_or([None; 2], |range| basin(range, energy - course.p_max, course.alpha_m)),
         })
     }
 
@@ -135,4 +150,13 @@ impl GaitModel<'_> {
             State::new().with(Argument::Q, &point.q).with(Argument::V, &rest).with(Argument::A, &rest);
         self.call(self.functions.inverse_dynamics, &state).get(1).copied().unwrap_or(f64::NAN)
     }
+}
+
+/// Speeds at mid-stance from which steps come back to one with K at mid-stance, all of them within a range. E[k+1] = δ (E[k] − P₋) with δ < 1 goes to E∞
+/// from either side without passing it, so that all further energies lie between the first one and E∞.
+fn basin([low, high]: [f64; 2], cycle: f64, alpha_m: f64) -> [Option<f64>; 2] {
+    if !(low..=high).contains(&cycle) {
+        return [None; 2];
+    }
+    [low, high].map(|k| Some((2.0 * k).sqrt() / alpha_m).filter(|speed| speed.is_finite()))
 }

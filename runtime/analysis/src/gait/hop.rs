@@ -5,7 +5,7 @@
 //! its own kind. What it leaves is therefore its parameters and K at its dead centre, and K[k+1] is affine in K[k].
 use super::course::{Beginning, Course};
 use super::functions::GaitModel;
-use super::kept::{ANY, Between, Kept, Part};
+use super::kept::{ANY, Between, COARSE, Kept, NEVER, Part};
 use super::landing::Landing;
 use super::step::Refusal;
 
@@ -99,7 +99,8 @@ impl GaitModel<'_> {
         let course = self.steady_course(parameters)?;
         forward(&course)?;
         let point = course.surface(course.dead_centre)?;
-        let part = Part { ends: [course.start, course.dead_centre], lifts: true, lands: false };
+        let part =
+            Part { ends: [course.start, course.dead_centre], lifts: true, lands: false, parts: COARSE };
         let lands = self.impact_keeps(&course.landing, kept);
         // A dead centre where the step begins leaves no way to it.
         let kept = match lands {
@@ -128,12 +129,11 @@ impl GaitModel<'_> {
             self.course_to(&to.parameters, Beginning { q, v, start: phase, rate }, to.landing.clone())?;
         forward(&course)?;
         let delta = to.landing.delta;
-        let part = Part { ends: course.ends(), lifts: false, lands: true };
-        let never = [f64::INFINITY, f64::NEG_INFINITY];
+        let part = Part { ends: course.ends(), lifts: false, lands: true, parts: COARSE };
         let kept = match to.kept {
-            None => never,
+            None => NEVER,
             Some([low, high]) => {
-                let rest = self.between(&course, part, kept)?.unwrap_or(never);
+                let rest = self.between(&course, part, kept)?.unwrap_or(NEVER);
                 // E of the next step is δ (K − P₋).
                 let next = [low, high].map(|energy| energy / delta + course.p_minus);
                 [rest[0].max(next[0]), rest[1].min(next[1])]

@@ -8,8 +8,10 @@ use super::reason::Assumptions;
 use super::step::Refusal;
 use bipedc_runtime::model::{Argument, State};
 
-/// Intervals of the phase at whose ends limits are asked for.
-const PARTS: usize = 16;
+/// Intervals of the phase at whose ends limits are asked for, where many steps are tried while walking.
+pub(super) const COARSE: usize = 16;
+/// The same where one step is described, or a plan is made.
+const FINE: usize = 48;
 /// Part of the phase after a beginning and before an end in which the foot in the air may be near the ground.
 const NEAR: f64 = 0.1;
 
@@ -39,9 +41,58 @@ pub(super) struct Part {
     pub lifts: bool,
     /// A foot lands at the end.
     pub lands: bool,
+    /// Intervals at whose ends limits are asked for.
+    pub parts: usize,
 }
 
+impl Kept {
+    /// Whether an energy is one with which everything is kept.
+    pub(super) fn allows([low, high]: Between, energy: f64) -> bool {
+        (low..=high).contains(&energy)
+    }
+}
+
+/// No energy.
+pub(super) const NEVER: Between = [f64::INFINITY, f64::NEG_INFINITY];
+
 impl GaitModel<'_> {
+    /// Limits without a reserve, with the gait's coefficient of friction.
+    pub fn keeping(&self, assumptions: Assumptions) -> Kept {
+        Kept { assumptions, friction: self.settings.friction, reserve: 0.0 }
+    }
+
+    /// What is assumed of a walk that does not say it: feet push and, where a coefficient is known, do not slip; torques stay within the
+    /// efforts of the URDF. Feet may scuff, as those of the thesis' robots do.
+    pub(super) fn usually_kept(&self) -> Kept {
+        self.keeping(Assumptions {
+            friction: self.settings.friction.is_some(),
+            pull: true,
+            clearance: false,
+            torque: true,
+        })
+    }
+
+    /// Energies E of a whole step after a landing with which everything is kept, the impact included; infinite where there is no limit, none where
+    /// nothing is kept.
+    pub(super) fn keeps(&self, course: &Course<'_, '_>, after: &Landing, kept: &Kept) -> Between {
+        if !kept.assumptions.any() {
+            return ANY;
+        }
+        if !self.impact_keeps(after, kept) {
+            return NEVER;
+        }
+        let part = Part { ends: course.ends(), lifts: true, lands: true, parts: FINE };
+        self.between(course, part, kept).ok().flatten().unwrap_or(NEVER)
+    }
+
+    /// K = σ²/2 at the dead centre between which a step after a landing passes it and keeps what is usually assumed, (kg m²/s)²; the upper one is
+    /// infinite where there is no limit, `None`: with none.
+    pub(super) fn kinetic_range(&self, course: &Course<'_, '_>, after: &Landing) -> Option<[f64; 2]> {
+        let [low, high] = self.keeps(course, after, &self.usually_kept());
+        let range = [(low - course.p_max).max(0.0), high - course.p_max];
+        (range[0] < range[1]).then_some(range)
+    }
+
     /// Energies E of a course with which a part of it keeps everything; `None`: with none.
     ///
     /// # Errors
@@ -57,9 +108,10 @@ impl GaitModel<'_> {
             return Ok(Some(ANY));
         }
         let [start, end] = part.ends;
-        let phases: Vec<f64> = (0..=PARTS).map(|k| start + (end - start) * k as f64 / PARTS as f64).collect();
+        let parts = part.parts;
+        let phases: Vec<f64> = (0..=parts).map(|k| start + (end - start) * k as f64 / parts as f64).collect();
         let dynamics = course.zero_dynamics_at(&phases)?;
-        let potential = accumulated(course.potential(start)?, &dynamics, (end - start) / PARTS as f64);
+        let potential = accumulated(course.potential(start)?, &dynamics, (end - start) / parts as f64);
         let weight = self.weight(&course.surface(start)?);
         let mut between = ANY;
         for ((&phase, zero), potential) in phases.iter().zip(&dynamics).zip(potential) {
@@ -133,8 +185,8 @@ impl GaitModel<'_> {
         let [start, end] = part.ends;
         let low = if part.lifts { start + NEAR * (end - start) } else { start };
         let high = if part.lands { end - NEAR * (end - start) } else { end };
-        for k in 0..=PARTS {
-            let point = course.surface(low + (high - low) * k as f64 / PARTS as f64)?;
+        for k in 0..=part.parts {
+            let point = course.surface(low + (high - low) * k as f64 / part.parts as f64)?;
             if self.lowest(&point) < 0.0 {
                 return Ok(true);
             }

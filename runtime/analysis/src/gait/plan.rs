@@ -50,7 +50,7 @@ impl Reach<'_, '_> {
         for count in 1..=most {
             let (ways, ends) = self.last_steps(&stages, first, to);
             let Some(ends) = ends else {
-                return Plan { steps: Err(Unreached::Falls(count - 1)), reach };
+                return Plan { steps: Err(Unreached::after(count - 1, &self.kept)), reach };
             };
             reach.push(ends);
             if let Some(steps) = self.connect(&ways, from, to) {
@@ -88,6 +88,9 @@ impl Reach<'_, '_> {
             let from = (!stages.is_empty()).then_some(state.node);
             for node in 0..self.nodes.len() {
                 let Some(step) = self.step(from, node) else { continue };
+                if !step.may_end(state.energy) {
+                    continue;
+                }
                 let speed = step.signed_speed(state.energy);
                 if speed > 0.0 {
                     let [low, high] = ends.unwrap_or([speed; 2]);
@@ -154,7 +157,8 @@ impl Reach<'_, '_> {
         let mut last = None;
         for parameters in chain {
             let course = self.gait.course(parameters, &landing)?;
-            let step = Transition::of(&course).ok_or(Refusal::Singular(course.start))?;
+            let step =
+                Transition::of(&course, &landing, &self.kept).ok_or(Refusal::Singular(course.start))?;
             steps.push(PlannedStep {
                 parameters: parameters.clone(),
                 speed: step.signed_speed(energy),
@@ -186,7 +190,7 @@ impl Walked {
     }
 
     fn passes(&self) -> bool {
-        self.energy > self.last.p_max
+        self.last.passes(self.energy)
     }
 }
 

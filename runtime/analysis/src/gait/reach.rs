@@ -5,6 +5,7 @@
 //! fast. So whole sets of energies are kept for each choice of parameters.
 use super::course::Course;
 use super::functions::GaitModel;
+use super::kept::{Between, Kept};
 use super::landing::Landing;
 use super::reason::Reason;
 use super::step::Refusal;
@@ -47,10 +48,13 @@ pub(super) struct Transition {
     pub alpha_m: f64,
     /// δ of the impact at its end.
     pub delta: f64,
+    /// E with which everything is kept that is assumed, the impact before it included.
+    pub kept: Between,
 }
 
 impl Transition {
-    pub fn of(course: &Course<'_, '_>) -> Option<Self> {
+    /// `after`: the landing before it.
+    pub fn of(course: &Course<'_, '_>, after: &Landing, kept: &Kept) -> Option<Self> {
         let Landing { delta, eta, momentum_after, .. } = course.landing;
         let goes_on = eta > 0.0 && momentum_after > 0.0 && course.singular().is_none();
         goes_on.then_some(Self {
@@ -58,12 +62,23 @@ impl Transition {
             p_max: course.p_max,
             alpha_m: course.alpha_m,
             delta,
+            kept: course.gait.keeps(course, after, kept),
         })
     }
 
-    /// Energy of the step after this one; `None`: this one falls back.
+    /// Energy of the step after this one; `None`: this one falls back, or breaks what is assumed.
     pub fn next(&self, energy: f64) -> Option<f64> {
-        (energy > self.p_max).then_some(self.delta * (energy - self.p_minus))
+        self.passes(energy).then_some(self.delta * (energy - self.p_minus))
+    }
+
+    /// Whether the dead centre is passed and everything kept.
+    pub fn passes(&self, energy: f64) -> bool {
+        energy > self.p_max && Kept::allows(self.kept, energy)
+    }
+
+    /// Whether what lacks is energy, if anything.
+    pub fn may_end(&self, energy: f64) -> bool {
+        energy <= self.p_max || self.passes(energy)
     }
 
     /// By how much kinetic energy at the dead centre differs from that of a speed: smooth where the speed itself is not.
@@ -85,6 +100,8 @@ pub struct Reach<'a, 'm> {
     pub(super) nodes: Vec<Vec<f64>>,
     /// The step in which the robot is: one among its own kind.
     pub(super) now: Course<'a, 'm>,
+    /// What is assumed of each step.
+    pub(super) kept: Kept,
     /// From the present step to each node.
     first: Vec<Option<Transition>>,
     /// From node to node; the second one changes fastest.
@@ -101,7 +118,7 @@ pub(super) struct State {
 }
 
 impl<'a> GaitModel<'a> {
-    /// All steps between choices for a robot that walks with parameters `now`; `None`: an end was asked for.
+    /// All steps between choices for a robot that walks with parameters `now`, each of which keeps what is assumed; `None`: an end was asked for.
     ///
     /// # Errors
     /// There is no such walking, whatever its speed.
@@ -109,6 +126,7 @@ impl<'a> GaitModel<'a> {
         &self,
         now: &[f64],
         choices: &Choices,
+        kept: Kept,
         watch: &Watch<'_>,
     ) -> Result<Option<Reach<'a, '_>>, Refusal> {
         let now = self.steady_course(now)?;
@@ -128,7 +146,7 @@ impl<'a> GaitModel<'a> {
             let after = if job == 0 { Some(&present) } else { landings[job - 1].as_ref() };
             let step = |(node, own): (&Vec<f64>, &Option<Landing>)| {
                 let course = self.course_to(node, after?.beginning(), own.clone()?).ok()?;
-                Transition::of(&course)
+                Transition::of(&course, after?, &kept)
             };
             nodes.iter().zip(&landings).map(step).collect::<Vec<_>>()
         });
@@ -138,7 +156,7 @@ impl<'a> GaitModel<'a> {
         rows.sort_by_key(|(job, _)| *job);
         let mut rows = rows.into_iter().map(|(_, row)| row);
         let first = rows.next().unwrap_or_default();
-        Ok(Some(Reach { gait: self, nodes, now, first, between: rows.flatten().collect() }))
+        Ok(Some(Reach { gait: self, nodes, now, kept, first, between: rows.flatten().collect() }))
     }
 }
 
@@ -192,11 +210,20 @@ fn keep(sorted: &[State], kept: &mut Vec<State>) {
     }
 }
 
+impl Unreached {
+    /// After so many steps no further one is made.
+    pub(super) fn after(count: usize, kept: &Kept) -> Self {
+        if kept.assumptions.any() { Self::NotKept(count) } else { Self::Falls(count) }
+    }
+}
+
 /// Why a speed is not reached.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Unreached {
     /// After so many steps every further one falls back, or is none.
     Falls(usize),
+    /// The same where something is assumed: every further one falls back or breaks it.
+    NotKept(usize),
     /// After so many steps no further one is made, and not because each falls back: why, in one word and in words, the first of them is not.
     NotMade(usize, Reason, String),
     /// This is the highest speed that any number of steps leads to, per s.
@@ -212,6 +239,7 @@ impl Unreached {
     pub fn code(&self) -> &'static str {
         match self {
             Self::Falls(_) => Reason::FallsBack.code(),
+            Self::NotKept(_) => "not_kept",
             Self::NotMade(_, reason, _) => reason.code(),
             Self::TooFast(_) => "too_fast",
             Self::TooSlow(_) => "too_slow",

@@ -113,6 +113,11 @@ pub struct Step {
     pub next_energy: Option<f64>,
     /// Bound of the error of the next step's P, by the quadrature.
     pub p_error: Option<f64>,
+    /// Smallest K = σ²/2 at the dead centre with which the next step passes it and keeps what is usually assumed (feet push, do not slip where the
+    /// gait has a coefficient, torques stay within the efforts), (kg m²/s)²; none: with no K.
+    pub k_min: Option<f64>,
+    /// The largest one; none also where nothing limits it.
+    pub k_max: Option<f64>,
 }
 
 /// The energy of the step before.
@@ -153,6 +158,11 @@ impl StepPair<'_, '_> {
         }
         if let Some(next) = self.next() {
             step.describe(next);
+        }
+        if let (Some(next), Some(landing)) = (self.next(), &self.landing)
+            && let Some([low, high]) = self.gait.kinetic_range(next, landing)
+        {
+            (step.k_min, step.k_max) = (finite(low), finite(high));
         }
         let passes = self.next_speed(speed);
         step.next_energy = self.next_energy(speed).and_then(finite);
