@@ -189,7 +189,8 @@ pub(super) fn block_equations(
                     sample *= *factor;
                 }
             }
-            gram.gemm_tr(1.0, &x, &x, 1.0);
+            // Not `gemm_tr`, which has no kernel for blocks.
+            gram.gemm(1.0, &x.transpose(), &x, 1.0);
             first = last;
         }
         of_row.grams.push(gram);
@@ -211,14 +212,13 @@ fn fill_inertial(
         .iter()
         .map(|c| bodies.iter().position(|b| *b == body_of(*c)).map(|place| (place, element_of(*c))))
         .collect();
-    for i in 0..x.nrows() {
-        let y = &inertial.values[(first + i) * width..(first + i + 1) * width];
-        for (value, place) in y.iter().zip(&places) {
-            let Some((place, element)) = *place else { continue };
-            let factor = &spread.factors[bodies[place]];
-            for k in 0..=element {
-                x[(i, parameter_index(place, k))] += value * factor[(element, k)];
-            }
+    let samples = first * width..(first + x.nrows()) * width;
+    let y = DMatrix::from_row_slice(x.nrows(), width, &inertial.values[samples]);
+    for (value, place) in y.column_iter().zip(&places) {
+        let Some((place, element)) = *place else { continue };
+        let factor = &spread.factors[bodies[place]];
+        for k in 0..=element {
+            x.column_mut(parameter_index(place, k)).axpy(factor[(element, k)], &value, 1.0);
         }
     }
 }
