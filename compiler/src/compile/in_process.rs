@@ -1,8 +1,10 @@
 //! A compiled model that runs in process.
 use super::CompiledModel;
 use crate::program::{Dual, Evaluator};
+use crate::tree::Twins;
 use bipedc_runtime::lanes::{F32x4, F32x8, F32x16, F64x2, F64x4, F64x8};
 use bipedc_runtime::{Argument, CallError, Model, Real, Signature, State};
+use std::sync::Arc;
 
 /// All functions of a robot as evaluators; the same interface as emitted code.
 #[derive(Debug, Clone)]
@@ -14,7 +16,9 @@ pub struct ProgramModel {
 impl ProgramModel {
     /// Prepares the programs of `compiled`.
     pub fn new(compiled: CompiledModel) -> Self {
-        let evaluators = compiled.functions.iter().map(|f| Evaluator::new(&f.program)).collect();
+        let twins = Arc::new(Twins::of(&compiled.tree));
+        let evaluators = compiled.functions.iter().map(|f| Evaluator::with_twins(&f.program, &twins));
+        let evaluators = evaluators.collect();
         Self { compiled, evaluators }
     }
 

@@ -1,6 +1,6 @@
 //! Two instructions written as one, on `R::Two`: the bits of each are those that it has alone.
 use super::statements::{Code, constant};
-use crate::program::{Instruction, Operand};
+use crate::program::{Instruction, Operand, angles_by_twins};
 
 /// An operand of one of the two, and whether it counts negatively.
 type Signed = (Operand, bool);
@@ -56,33 +56,9 @@ impl Code<'_> {
         }
     }
 
-    /// The angles in the order in which their sines are taken: twins side by side and first, so that both come out of one half
-    /// of a register, and what has no twin behind them.
+    /// The angles in the order in which their sines are taken.
     pub fn angles_by_twins(&self) -> Vec<u32> {
-        let count = self.program.angles.len();
-        let mut twin = vec![None; count];
-        for k in (0..self.pairs.len()).filter(|&k| self.is_first(k)) {
-            let operands = |k: usize| self.program.instructions[k].operands().collect::<Vec<_>>();
-            let (first, mut second) = (operands(k), operands(k + 1));
-            if self.pairs[k].is_some_and(|pair| pair.exchanged) {
-                second.swap(0, 1);
-            }
-            for operands in first.into_iter().zip(second) {
-                if let (Operand::Sin(a), Operand::Sin(b)) | (Operand::Cos(a), Operand::Cos(b)) = operands
-                    && a != b
-                {
-                    twin[a as usize].get_or_insert(b);
-                }
-            }
-        }
-        let (mut order, mut placed) = (Vec::with_capacity(count), vec![false; count]);
-        for a in 0..count {
-            let Some(b) = twin[a].filter(|&b| !placed[a] && !placed[b as usize]) else { continue };
-            order.extend([a as u32, b]);
-            (placed[a], placed[b as usize]) = (true, true);
-        }
-        order.extend((0..count as u32).filter(|&a| !placed[a as usize]));
-        order
+        angles_by_twins(self.program, self.pairs)
     }
 
     /// `a ± b` of each.

@@ -1,11 +1,13 @@
 //! Running a program in process, on any scalar: one state, or several in lanes.
 use super::{Instruction, Operand, Program};
 use crate::expression::Call;
+use crate::tree::Twins;
 use bipedc_runtime::lanes::F64x8;
 use bipedc_runtime::math::sin_cos;
 use bipedc_runtime::{Argument, Real, State};
 use rustc_hash::FxHashMap;
 use std::ops::Range;
+use std::sync::Arc;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 enum Code {
@@ -52,7 +54,7 @@ pub struct Evaluator {
     after_angles: Vec<Run>,
     outputs: Vec<u32>,
     workspace: usize,
-    often: std::sync::Arc<super::often::Often>,
+    often: Arc<super::often::Often>,
 }
 
 /// Gives out places in the workspace and takes them back after the last use.
@@ -74,6 +76,15 @@ impl Places {
 impl Evaluator {
     /// Resolves the operands of `program`.
     pub fn new(program: &Program) -> Self {
+        Self::of_limbs(program, None)
+    }
+
+    /// The same of a robot with limbs of the same make: as machine code it computes for both at once, which changes no bit.
+    pub fn with_twins(program: &Program, twins: &Arc<Twins>) -> Self {
+        Self::of_limbs(program, Some(twins))
+    }
+
+    fn of_limbs(program: &Program, twins: Option<&Arc<Twins>>) -> Self {
         let mut layout = Layout::new(program);
         let (before, after) = (0..program.angles_ready, program.angles_ready..program.instructions.len());
         let order: Vec<usize> =
@@ -114,7 +125,7 @@ impl Evaluator {
             outputs: program.outputs.iter().map(|&o| layout.place(&places, o)).collect(),
             workspace: places.next as usize,
             constants: std::mem::take(&mut layout.constants),
-            often: std::sync::Arc::new(super::often::Often::new(program, &layout.inputs)),
+            often: Arc::new(super::often::Often::new(program, &layout.inputs, twins)),
             inputs: layout.inputs,
         }
     }

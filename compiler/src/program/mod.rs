@@ -21,7 +21,7 @@ pub use evaluate::Evaluator;
 pub use local::LocalFunction;
 pub use lower::{Order, lower};
 pub use schedule::schedule;
-pub use twins::{Pair, Paired};
+pub use twins::{Pair, Paired, angles_by_twins};
 
 use crate::expression::{Call, Purpose};
 use bipedc_runtime::{Argument, Arguments};

@@ -1,5 +1,5 @@
 //! Machine code on processors for which we write none.
-use super::Program;
+use super::{Paired, Program};
 use bipedc_runtime::Argument;
 
 /// There is none.
@@ -7,7 +7,7 @@ use bipedc_runtime::Argument;
 pub(super) enum Native {}
 
 impl Native {
-    pub fn of_one(_: &Program, _: &[(Argument, u32)]) -> Option<Self> {
+    pub fn of_one(_: &Paired, _: &[(Argument, u32)]) -> Option<Self> {
         None
     }
 

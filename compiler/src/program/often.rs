@@ -1,11 +1,12 @@
 //! When a program becomes machine code: once interpreting it has taken about as long as making that takes.
-use super::Program;
 use super::native::Native;
+use super::{Paired, Program};
+use crate::tree::Twins;
 use bipedc_runtime::lanes::F64x8;
 use bipedc_runtime::{Argument, State};
 use std::cell::RefCell;
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, OnceLock};
 
 /// Calls after which machine code is made: a quarter of a microsecond per operation against a nanosecond per call that it saves.
 const CALLS: u32 = 300;
@@ -29,6 +30,8 @@ pub(super) struct Often {
     wide_calls: AtomicU32,
     /// What it is made of; `None`: it is never made.
     program: Option<Program>,
+    /// Limbs whose operations are computed at once, where that is known.
+    twins: Option<Arc<Twins>>,
     /// Arguments, and how many of their elements are read: they stand in memory one after the other.
     inputs: Vec<(Argument, usize)>,
     of_one: OnceLock<Option<Native>>,
@@ -37,19 +40,23 @@ pub(super) struct Often {
 
 impl Often {
     /// `inputs`: elements that are read.
-    pub fn new(program: &Program, inputs: &[(u32, Argument, u32)]) -> Self {
+    pub fn new(program: &Program, inputs: &[(u32, Argument, u32)], twins: Option<&Arc<Twins>>) -> Self {
         let elements = |wanted: Argument| {
             inputs.iter().filter(|input| input.1 == wanted).map(|input| input.2 as usize + 1).max()
         };
         let inputs =
             Argument::ALL.into_iter().filter_map(|argument| Some((argument, elements(argument)?))).collect();
         let wanted = std::env::var_os(SWITCH).is_none();
-        let program = wanted.then(|| Program { purposes: Vec::new(), ..program.clone() });
+        let twins = twins.filter(|twins| !twins.is_empty()).cloned();
+        // What operations are for tells to which limb they belong.
+        let purposes = || if twins.is_some() { program.purposes.clone() } else { Vec::new() };
+        let program = wanted.then(|| Program { purposes: purposes(), ..program.clone() });
         let none = || AtomicU32::new(0);
         Self {
             calls: none(),
             wide_calls: none(),
             program,
+            twins,
             inputs,
             of_one: OnceLock::new(),
             of_eight: OnceLock::new(),
@@ -64,6 +71,10 @@ impl Often {
             .collect()
     }
 
+    fn paired(&self, program: &Program) -> Paired {
+        self.twins.as_ref().map_or_else(|| Paired::alone(program), |twins| Paired::new(program, twins))
+    }
+
     /// Runs the machine code; `false`: there is none yet.
     pub fn run(&self, state: &State<'_, f64>, output: &mut [f64]) -> bool {
         let Some(program) = &self.program else { return false };
@@ -71,7 +82,7 @@ impl Often {
             Some(native) => native,
             // The one that counts this call makes it; others go on meanwhile.
             None if self.calls.fetch_add(1, Ordering::Relaxed) == CALLS => {
-                self.of_one.get_or_init(|| Native::of_one(program, &self.places()))
+                self.of_one.get_or_init(|| Native::of_one(&self.paired(program), &self.places()))
             }
             None => return false,
         };

@@ -22,6 +22,13 @@ pub struct Pair {
     pub exchanged: bool,
 }
 
+impl Pair {
+    /// Operands of the second one in the order of those of the first that they stand for.
+    pub fn ordered<T>(self, a: T, b: T) -> (T, T) {
+        if self.exchanged { (b, a) } else { (a, b) }
+    }
+}
+
 impl Paired {
     /// Nothing is paired.
     pub fn alone(program: &Program) -> Self {
@@ -57,6 +64,35 @@ impl Paired {
         program.reorder(&order);
         Self { program, pairs }
     }
+}
+
+/// The angles in the order in which their sines are taken: twins side by side and first, so that both come out of one half
+/// of a register, and what has no twin behind them. Without pairs in the order they have.
+pub fn angles_by_twins(program: &Program, pairs: &[Option<Pair>]) -> Vec<u32> {
+    let count = program.angles.len();
+    let mut twin = vec![None; count];
+    for (k, pair) in pairs.iter().enumerate().filter_map(|(k, pair)| Some((k, (*pair)?))) {
+        let operands = |k: usize| program.instructions[k].operands().collect::<Vec<_>>();
+        let (first, mut second) = (operands(k), operands(k + 1));
+        if pair.exchanged {
+            second.swap(0, 1);
+        }
+        for operands in first.into_iter().zip(second) {
+            if let (Operand::Sin(a), Operand::Sin(b)) | (Operand::Cos(a), Operand::Cos(b)) = operands
+                && a != b
+            {
+                twin[a as usize].get_or_insert(b);
+            }
+        }
+    }
+    let (mut order, mut placed) = (Vec::with_capacity(count), vec![false; count]);
+    for a in 0..count {
+        let Some(b) = twin[a].filter(|&b| !placed[a] && !placed[b as usize]) else { continue };
+        order.extend([a as u32, b]);
+        (placed[a], placed[b as usize]) = (true, true);
+    }
+    order.extend((0..count as u32).filter(|&a| !placed[a as usize]));
+    order
 }
 
 /// Which operation, whatever its constants and signs; operands of sums and products in one order.

@@ -3,8 +3,9 @@ mod assembler;
 mod emit;
 mod outside;
 mod registers;
+mod units;
 
-use super::Program;
+use super::{Paired, Program};
 use bipedc_runtime::Argument;
 use emit::{Emitted, emit};
 use memmap2::{Mmap, MmapMut};
@@ -22,25 +23,25 @@ pub(super) struct Native {
 }
 
 impl Native {
-    /// For one state. The program's inputs stand in memory in this order. `None`: not on this machine.
-    pub fn of_one(program: &Program, inputs: &[(Argument, u32)]) -> Option<Self> {
+    /// For one state. The program's inputs stand in memory in this order; pairs are computed at once. `None`: not on this machine.
+    pub fn of_one(program: &Paired, inputs: &[(Argument, u32)]) -> Option<Self> {
         Self::new(program, inputs, false)
     }
 
     /// For eight states; `None` also where laws of effects call functions.
     pub fn of_eight(program: &Program, inputs: &[(Argument, u32)]) -> Option<Self> {
-        Self::new(program, inputs, true)
+        Self::new(&Paired::alone(program), inputs, true)
     }
 
-    fn new(program: &Program, inputs: &[(Argument, u32)], wide: bool) -> Option<Self> {
+    fn new(paired: &Paired, inputs: &[(Argument, u32)], wide: bool) -> Option<Self> {
         if !std::is_x86_feature_detected!("avx") {
             return None;
         }
-        let Emitted { code, constants, memory } = emit(program, inputs, wide)?;
+        let Emitted { code, constants, memory } = emit(paired, inputs, wide)?;
         let mut pages = MmapMut::map_anon(code.len()).ok()?;
         pages.copy_from_slice(&code);
         let code = pages.make_exec().ok()?;
-        Some(Self { code, constants, memory, outputs: program.outputs.len() })
+        Some(Self { code, constants, memory, outputs: paired.program.outputs.len() })
     }
 
     /// Numbers of memory that a call needs, of each state.

@@ -4,20 +4,21 @@ use bipedc_runtime::Real;
 use bipedc_runtime::lanes::F64x4;
 use bipedc_runtime::math::sin_cos;
 
-/// Angles whose sines are computed together.
-const TOGETHER: usize = 8;
-
-/// Sines and cosines behind `count` angles.
+/// Sines and cosines behind `count` angles: four at once, which fill a register, and what is left by twos.
 pub unsafe extern "sysv64" fn sines(angles: *mut f64, count: usize) {
     // SAFETY: the code that calls has three times as many numbers there.
     let all = unsafe { std::slice::from_raw_parts_mut(angles, 3 * count) };
     let (angles, rest) = all.split_at_mut(count);
     let (sines, cosines) = rest.split_at_mut(count);
-    for ((angles, sines), cosines) in
-        angles.chunks(TOGETHER).zip(sines.chunks_mut(TOGETHER)).zip(cosines.chunks_mut(TOGETHER))
-    {
+    let fours = count / 4 * 4;
+    together::<4>(&angles[..fours], &mut sines[..fours], &mut cosines[..fours]);
+    together::<2>(&angles[fours..], &mut sines[fours..], &mut cosines[fours..]);
+}
+
+fn together<const N: usize>(angles: &[f64], sines: &mut [f64], cosines: &mut [f64]) {
+    for ((angles, sines), cosines) in angles.chunks(N).zip(sines.chunks_mut(N)).zip(cosines.chunks_mut(N)) {
         let some = std::array::from_fn(|k| angles.get(k).copied().unwrap_or(0.0));
-        let (s, c): ([f64; TOGETHER], [f64; TOGETHER]) = f64::sin_cos_all(some);
+        let (s, c): ([f64; N], [f64; N]) = f64::sin_cos_all(some);
         sines.iter_mut().zip(s).for_each(|(to, s)| *to = s);
         cosines.iter_mut().zip(c).for_each(|(to, c)| *to = c);
     }

@@ -1,6 +1,6 @@
 //! Which results are in registers: those that are used soonest.
-use super::assembler::{Assembler, At, Base, Register};
-use crate::program::{Operand, Program};
+use super::assembler::{Assembler, At, Base, Register, Width};
+use super::units::{Step, Unit};
 
 /// How many there are.
 const REGISTERS: usize = 16;
@@ -10,55 +10,46 @@ const SOON: usize = 24;
 /// Where results are while code is written.
 pub struct Registers {
     /// What each register holds.
-    holds: [Option<u32>; REGISTERS],
+    holds: [Option<Unit>; REGISTERS],
     /// By result.
     register: Vec<Option<Register>>,
     slot: Vec<Option<u32>>,
-    /// Instructions that use each result, last first; outputs and angles are instructions too.
+    width: Vec<Width>,
+    /// Steps that use each result, last first.
     uses: Vec<Vec<usize>>,
-    free_slots: Vec<u32>,
+    /// For one number, and for pairs.
+    free_slots: [Vec<u32>; 2],
     /// Slots that were given out.
     pub slots: u32,
-    first_slot: usize,
+    /// Bytes of a slot.
     stride: usize,
 }
 
 impl Registers {
-    /// Slots begin at a place in memory; a place has `stride` bytes.
-    pub fn new(program: &Program, first_slot: usize, stride: usize) -> Self {
-        let count = program.instructions.len();
-        let mut uses = vec![Vec::new(); count];
-        let mut used = |operand: Operand, at: usize| {
-            if let Operand::Value(k) = operand {
-                uses[k as usize].push(at);
-            }
-        };
-        program.outputs.iter().for_each(|operand| used(*operand, count));
-        for (index, instruction) in program.instructions.iter().enumerate().rev() {
-            if index + 1 == program.angles_ready {
-                // Between this instruction and the next one.
-                program.angles.iter().for_each(|operand| used(*operand, index + 1));
-            }
-            instruction.operands().for_each(|operand| used(operand, index));
+    /// Of steps, each with how wide its result is; a slot has `stride` bytes.
+    pub fn new(steps: &[(Step, bool)], single: Width, stride: usize) -> Self {
+        let mut uses = vec![Vec::new(); steps.len()];
+        for (index, (step, _)) in steps.iter().enumerate().rev() {
+            step.units().for_each(|unit| uses[unit as usize].push(index));
         }
         Self {
             holds: [None; REGISTERS],
-            register: vec![None; count],
-            slot: vec![None; count],
+            register: vec![None; steps.len()],
+            slot: vec![None; steps.len()],
+            width: steps.iter().map(|(_, pair)| if *pair { Width::Two } else { single }).collect(),
             uses,
-            free_slots: Vec::new(),
+            free_slots: [Vec::new(), Vec::new()],
             slots: 0,
-            first_slot,
             stride,
         }
     }
 
     fn place_of(&self, slot: u32) -> At {
-        At::Memory(Base::Memory, ((self.first_slot + slot as usize) * self.stride) as i32)
+        At::Memory(Base::Memory, (slot as usize * self.stride) as i32)
     }
 
     /// Where a result is.
-    pub fn at(&self, value: u32) -> At {
+    pub fn at(&self, value: Unit) -> At {
         match (self.register[value as usize], self.slot[value as usize]) {
             (Some(register), _) => At::Register(register),
             (None, Some(slot)) => self.place_of(slot),
@@ -67,12 +58,12 @@ impl Registers {
     }
 
     /// The same, in a register if it is needed again soon.
-    pub fn near(&mut self, value: u32, index: usize, keep: &[Register], to: &mut Assembler) -> At {
+    pub fn near(&mut self, value: Unit, index: usize, keep: &[Register], to: &mut Assembler) -> At {
         let at = self.at(value);
         let again = self.uses[value as usize].iter().rev().find(|next| **next > index);
         if matches!(at, At::Memory(..)) && again.is_some_and(|next| *next < index + SOON) {
             let register = self.take(index, keep, to);
-            to.load(register, at);
+            to.load(self.width[value as usize], register, at);
             self.put(value, register);
             return At::Register(register);
         }
@@ -105,7 +96,7 @@ impl Registers {
     }
 
     /// Empties the register of a result that no instruction behind this one uses.
-    pub fn empty_if_last(&mut self, value: u32, index: usize) -> bool {
+    pub fn empty_if_last(&mut self, value: Unit, index: usize) -> bool {
         let last = self.uses[value as usize].iter().all(|next| *next <= index);
         if last && let Some(register) = self.register[value as usize].take() {
             self.holds[register as usize] = None;
@@ -118,13 +109,15 @@ impl Registers {
         let Some(value) = self.holds[register as usize].take() else { return };
         self.register[value as usize] = None;
         if self.slot[value as usize].is_none() {
-            let slot = self.free_slots.pop().unwrap_or_else(|| {
-                self.slots += 1;
-                self.slots - 1
+            let width = self.width[value as usize];
+            let pair = usize::from(width == Width::Two);
+            let slot = self.free_slots[pair].pop().unwrap_or_else(|| {
+                self.slots += 1 + pair as u32;
+                self.slots - 1 - pair as u32
             });
             self.slot[value as usize] = Some(slot);
             if let At::Memory(base, offset) = self.place_of(slot) {
-                to.store(base, offset, register);
+                to.store(width, base, offset, register);
             }
         }
     }
@@ -135,14 +128,13 @@ impl Registers {
     }
 
     /// A result is in a register now.
-    pub fn put(&mut self, value: u32, register: Register) {
+    pub fn put(&mut self, value: Unit, register: Register) {
         self.holds[register as usize] = Some(value);
         self.register[value as usize] = Some(register);
     }
 
-    /// Forgets what no instruction from this one on uses.
-    pub fn let_go(&mut self, operand: Operand, index: usize) {
-        let Operand::Value(value) = operand else { return };
+    /// Forgets a result that no step from this one on uses.
+    pub fn let_go(&mut self, value: Unit, index: usize) {
         let k = value as usize;
         while self.uses[k].last().is_some_and(|next| *next < index) {
             self.uses[k].pop();
@@ -154,7 +146,7 @@ impl Registers {
             self.holds[register as usize] = None;
         }
         if let Some(slot) = self.slot[k].take() {
-            self.free_slots.push(slot);
+            self.free_slots[usize::from(self.width[k] == Width::Two)].push(slot);
         }
     }
 }
