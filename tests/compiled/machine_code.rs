@@ -86,7 +86,13 @@ fn functions_of_all_robots_have_the_interpreters_bits() {
     for folder in ["seven_link", "seven_link_v1", "biped_3d", "tulip", "tulip_v1_leg"] {
         assert!(agrees(&format!("robots/{folder}")) > 50);
     }
-    assert!(agrees("benches/robots/lower12") > 50);
+    for folder in ["lower12", "biped7", "rabbit5"] {
+        assert!(agrees(&format!("benches/robots/{folder}")) > 20);
+    }
+    // Sliding joints, four legs, arms, many joints.
+    for folder in ["arm", "gantry", "scara", "small_biped", "quadruped", "humanoid"] {
+        assert!(agrees(&format!("examples/hidden_effects/robots/{folder}")) > 10);
+    }
     assert!(agrees("tests/data/effects/tulip") > 0);
 }
 
