@@ -15,10 +15,13 @@ fn same(a: f64, b: f64) -> bool {
     a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan())
 }
 
+/// Numbers put into lanes, and taken out of them.
+type Lanes<L, const N: usize> = (fn([f64; N]) -> L, fn(L) -> [f64; N]);
+
 /// Calls every function with a state of its own in each lane, and with each of them alone.
 fn compare<M: Model<f64> + Model<L>, L: Real, const N: usize>(
     model: &M,
-    (join, part): (fn([f64; N]) -> L, fn(L) -> [f64; N]),
+    (join, part): Lanes<L, N>,
     rounds: u64,
 ) {
     let known = functions::<f64>(model);
