@@ -4,6 +4,8 @@
 //! and friction take their part before the link gets the rest. So the drive's `rotor_inertia`, `viscous_friction` and
 //! `coulomb_friction`, seen through the gear, become effects of the model at that joint, unless the description has effects
 //! of these kinds there: those were estimated and say it better.
+//!
+//! Angles of such motors are of their shafts, beside currents and beside efforts: here they become angles of the joint.
 use super::Log;
 use bipedc_analysis::log::{Kind, MappedColumn, Mapping};
 use bipedc_compiler::Robot;

@@ -61,8 +61,8 @@ pub(super) fn is_likelier(
 }
 
 /// What only the answer states and what only another one states in its place, effects of the one and inertial corrections of
-/// the other, where both tell the rows as well.
-pub(super) fn told_apart(
+/// the other, where both tell the rows as well: the held-out deviance is the same but for chance, or a hundredth of what they remove.
+pub(super) fn indistinguishable(
     regression: &Regression<'_>,
     validation: Option<&dyn Experiment>,
     answer: &Diagnosis,

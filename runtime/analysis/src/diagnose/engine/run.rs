@@ -7,7 +7,7 @@ use super::estimates::{data, estimates, spread};
 use super::parsimony::{put_simpler, simplify};
 use super::refinement::{Refined, refine};
 use super::regression::{Regression, is_held_out};
-use super::rival::{is_likelier, told_apart};
+use super::rival::{indistinguishable, is_likelier};
 use super::search::{Outcome, search};
 use super::significance::{Insignificant, insignificant, is_vague, says_no_more};
 use super::text;
@@ -95,7 +95,7 @@ pub fn diagnose(
         if is_likelier(&regression, validation, &other, &diagnosis) {
             std::mem::swap(&mut diagnosis, &mut other);
         }
-        diagnosis.indistinguishable.extend(told_apart(&regression, validation, &diagnosis, &other));
+        diagnosis.indistinguishable.extend(indistinguishable(&regression, validation, &diagnosis, &other));
     }
     diagnosis.warnings.extend(left_out.into_iter().map(|effect| {
         format!("{effect} was left out: this data cannot tell it from the other effects of the description")
