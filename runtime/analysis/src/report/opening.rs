@@ -54,15 +54,7 @@ fn cards(report: &Report) -> Vec<Card> {
         Some(diagnosis) => diagnosed(diagnosis, &report.rows),
         None => at_noise(&report.rows),
     });
-    cards.extend(report.diagnosis.as_ref().and_then(svg::headline).map(|fall| {
-        let noise = if fall.noise > 0.0 {
-            format!("the measurement's noise is {}", with_unit(fall.noise, &fall.unit))
-        } else {
-            "root mean square over all rows".to_owned()
-        };
-        let figure = format!("{} → {}", significant(fall.before, 3), with_unit(fall.after, &fall.unit));
-        Card::new("held-out error, with effects", figure, noise)
-    }));
+    cards.extend(report.diagnosis.as_ref().and_then(fallen));
     let units = super::page::units(&report.rows);
     let is_noise = |row: &Row| row.noise > 0.0 && row.told_before() <= AT_NOISE * row.noise;
     let told = units.iter().enumerate().filter(|(k, rows)| *k == 0 || !rows.iter().all(is_noise));
@@ -71,6 +63,24 @@ fn cards(report: &Report) -> Vec<Card> {
         cards.extend(units.first().and_then(|rows| noise(rows)));
     }
     cards
+}
+
+/// How the held-out error fell, in the kind of channel in which it did.
+fn fallen(diagnosis: &Diagnosis) -> Option<Card> {
+    let told = diagnosis.telling_channel().and_then(|kind| Some((kind, diagnosis.rms.get(kind)?)));
+    let main = svg::headline(diagnosis);
+    let fall = told.map(|(_, fall)| fall).or(main)?;
+    let of = match told {
+        Some((kind, fall)) if Some(fall) != main => format!("{}; ", kind.replace('_', " ")),
+        _ => String::new(),
+    };
+    let noise = if fall.noise > 0.0 {
+        format!("{of}the measurement's noise is {}", with_unit(fall.noise, &fall.unit))
+    } else {
+        format!("{of}root mean square over all rows")
+    };
+    let figure = format!("{} → {}", significant(fall.before, 3), with_unit(fall.after, &fall.unit));
+    Some(Card::new("held-out error, with effects", figure, noise))
 }
 
 /// What was read of the log, from the facts.
@@ -266,6 +276,27 @@ mod tests {
         let card = cards(&report).into_iter().find(|card| card.title == "explained").unwrap();
         assert_eq!(card.figure, "2 of 3 joints");
         assert!(card.words.ends_with("; 0 by the nominal model"), "{}", card.words);
+    }
+
+    #[test]
+    fn the_error_that_fell_is_shown() {
+        let fall = |unit: &str, before: f64, after: f64| ErrorFall {
+            unit: unit.to_owned(),
+            before,
+            after,
+            noise: 0.02,
+            ..ErrorFall::default()
+        };
+        let of = |effort: f64| {
+            let kinds = [("base_force", fall("N", 5.117, 0.2604)), ("effort", fall("N m", 0.0291, effort))];
+            let rms = kinds.map(|(kind, fall)| (kind.to_owned(), fall)).into_iter().collect();
+            fallen(&Diagnosis { rms, rms_before: 0.0291, rms_after: effort, ..Diagnosis::default() }).unwrap()
+        };
+        let card = of(0.0291);
+        assert!(card.figure.starts_with("5.12 → 0.260"), "{}", card.figure);
+        assert!(card.words.starts_with("base force; the measurement's noise"), "{}", card.words);
+        // Where the main error falls it is the one.
+        assert!(of(0.01).figure.starts_with("0.0291 → 0.01"), "{}", of(0.01).figure);
     }
 
     #[test]
