@@ -23,6 +23,7 @@ mod planar;
 mod plans;
 mod scenarios;
 mod simulated;
+mod sparing_maps;
 mod status;
 mod walked;
 

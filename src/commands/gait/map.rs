@@ -3,6 +3,7 @@ use super::values::{INTERRUPTED, assignment, note, over, write};
 use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
+use bipedc::gait::map::INTERPOLATED_FROM;
 use bipedc::gait::{AnyBench, Assignment, Assumptions, MapOptions, Over};
 use bipedc_analysis::report::{map_svg, render_map};
 use clap::{Args, ValueEnum};
@@ -24,13 +25,17 @@ of the next step, the black line is where it is as fast as before, dashes are th
 the slowest next step within them. Cells where the step is not made have the colour of the reason.
 
 Cells of a gait of several phases are followed through all phases, speed by speed; with --from the cell's parameters are taken at mid-stance. \
-Their controller keeps friction, push and torques itself where outputs allow it; --assume colours cells whose steps do not, or scuff.
+Their controller keeps friction, push and torques itself where outputs allow it; --assume colours cells whose steps do not, or scuff. From 2000 cells of \
+a speed on, most cells of such a gait are interpolated, to a thousandth of the map's speed: those around which cells that were computed are \
+what their neighbours say of them. The text says how many were computed, and how far off others are that were computed to see it; \
+--every-cell computes them all.
 
 Ctrl-C ends a map early, with code 130: cells that are missing are `not computed`, and the same command with the same --csv goes on \
 from there. A file that is there and is another map is not written over.
 JSON: {\"gait\", \"robot\", \"speed_unit\", \"parameters\", \"from\", \"over\": [{\"name\", \"unit\", \"bounds\", \"values\"}], \"assume\", \
 \"complete\", \"reasons\", \"maps\": [{\"speed\", \"fastest\": {\"next_speed\", \"at\"}, \"slowest\", \"counts\", \"next_speed\": rows, \
-\"reason\": rows of indices of \"reasons\"}]}; docs/gaits.md explains every key.";
+\"reason\": rows of indices of \"reasons\", \"interpolation\": {\"computed\", \"interpolated\", \"checked\", \"largest_deviation\", \
+\"tolerance\"}, \"computed\": rows of 1 and 0}]}; docs/gaits.md explains every key.";
 
 /// The speed at mid-stance of the next step over two parameters
 #[derive(Args)]
@@ -56,6 +61,9 @@ pub struct Map {
     /// What has to hold; `step`: the dead centre is passed
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_value = "step")]
     assume: Vec<Assumed>,
+    /// Compute every cell, also of large maps of gaits of several phases
+    #[arg(long)]
+    every_cell: bool,
     /// Write the picture
     #[arg(long, value_name = "OUT.svg")]
     svg: Option<PathBuf>,
@@ -112,6 +120,7 @@ impl Map {
             set: self.set,
             from: self.from,
             assume: Assumed::all(&self.assume),
+            interpolated_from: if self.every_cell { None } else { Some(INTERPOLATED_FROM) },
         };
         let map = match &gait {
             AnyBench::OnePhase(gait) => gait.map(&options, self.csv.as_deref(), &bench.run())?,

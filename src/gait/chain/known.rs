@@ -1,10 +1,12 @@
 //! Phases that were followed already. What a phase does is told by the state in which it begins and by those gait parameters that its
 //! functions read: over a map most phases of neighbouring cells are the same one.
-use super::near::Near;
+use super::course::Course;
+use super::near::{Near, Recent};
 use super::{Chain, Refused};
 use bipedc_compiler::program::Operand;
 use bipedc_runtime::Argument;
 use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
 
 /// Phases that are kept at most; then all are forgotten.
 const MOST: usize = 40_000;
@@ -42,6 +44,20 @@ pub(super) struct Known {
     /// φ_m, ψ(φ₊, φ_m) and P(φ_m), and where the search for postures was then.
     pub centres: HashMap<Key, ([f64; 3], Near)>,
     pub ended: HashMap<Key, Ended>,
+    /// Surfaces of the last phases.
+    courses: Recent<Key, Mutex<Course>>,
+}
+
+impl Known {
+    /// The surface of a phase: the one that is known, or a new one.
+    pub fn course(&mut self, key: Key, new: impl FnOnce() -> Course) -> Arc<Mutex<Course>> {
+        if let Some(known) = self.courses.get(&key) {
+            return known;
+        }
+        let made = Arc::new(Mutex::new(new()));
+        self.courses.keep(key, &made);
+        made
+    }
 }
 
 /// Keeps what was found, among not too many.

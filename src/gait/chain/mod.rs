@@ -1,8 +1,10 @@
 //! Steps of several phases on their zero dynamics (6.31–6.37): two numbers, φ and φ̇, that know the whole robot.
+mod course;
 mod cycle;
 mod energy;
 mod equations;
 mod hop;
+mod integrated;
 mod known;
 mod margins;
 mod near;
@@ -23,16 +25,17 @@ pub use step::{ChainOptions, ChainStep, ChainedPhase};
 pub(in crate::gait) use trace::PhaseTrace;
 
 use super::{PhasedBench, PhasedProgramController};
-use bipedc_analysis::simulate::phases::{Ending, Passage, PhaseSpec, Phased, Violation};
+use bipedc_analysis::simulate::phases::{Ending, PhaseSpec};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_runtime::control::{Controller, GaveWay, JointCommand, Observation, Refusal};
+use bipedc_runtime::control::{Controller, GaveWay, JointCommand, Limit, Observation, Refusal};
 use bipedc_runtime::{Argument, Model, State};
+use course::Course;
 use known::Known;
 use near::{Near, Recent};
 use phase::ChainPhase;
 use std::cell::RefCell;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use surface::{Surface, SurfacePoint};
 
 /// A robot on the constraint surfaces of its phases, under its controller. Its state is φ and φ̇; where the robot is follows from them,
@@ -58,12 +61,19 @@ struct Present {
     held: Vec<f64>,
     /// q and v of the whole robot then.
     begun: Vec<f64>,
+    /// The surface.
+    course: Arc<Mutex<Course>>,
     /// Where the search for the surface was last.
     near: Near,
     /// By the bits of φ.
     points: Recent<u64, SurfacePoint>,
     /// By the bits of φ and φ̇.
     motions: Recent<[u64; 2], Motion>,
+    /// Where the integration was last: which limits hold torques, if that is known.
+    mode: Option<Mode>,
+    /// They are others than at the step before, which was so often.
+    kinked: bool,
+    kinks: usize,
     limited: bool,
     /// Outputs had not the accelerations that keep them at zero.
     missed: bool,
@@ -73,6 +83,9 @@ struct Present {
     impulses: Vec<[f64; 2]>,
 }
 
+/// The last limit that torques are held to, how many there are, and what could not be met.
+type Mode = (Option<Limit>, usize, GaveWay);
+
 /// The robot at a state (φ, φ̇).
 #[derive(Debug, Clone)]
 pub(super) struct Motion {
@@ -80,6 +93,8 @@ pub(super) struct Motion {
     pub forces: Vec<f64>,
     /// φ̈
     pub acceleration: f64,
+    /// Which limits hold torques.
+    mode: Mode,
     /// Torques were held to a limit.
     pub limited: bool,
     /// Limits let outputs be missed.
@@ -130,9 +145,13 @@ impl<'b> Chain<'b> {
                 controller,
                 held: Vec::new(),
                 begun: Vec::new(),
+                course: Arc::new(Mutex::new(Course::new([0.0; 2], &[]))),
                 near: Near::at(&vec![0.0; Model::<f64>::nq(&model)]),
                 points: Recent::new(),
                 motions: Recent::new(),
+                mode: None,
+                kinked: false,
+                kinks: 0,
                 limited: false,
                 missed: false,
                 until: None,
@@ -174,7 +193,11 @@ impl<'b> Chain<'b> {
         present.begun = [q, v].concat();
         present.near = Near::at(q);
         (present.points, present.motions) = (Recent::new(), Recent::new());
+        (present.mode, present.kinked, present.kinks) = (None, false, 0);
         let status = present.controller.status();
+        let parameters = present.controller.arguments().get(3..).unwrap_or(&[]);
+        let key = known::key(phase, [&present.begun, &[]], parameters, &of.read.shape);
+        present.course = self.known.borrow_mut().course(key, || Course::new(status.ends, q));
         Ok([status.phase, status.rate])
     }
 
@@ -195,15 +218,21 @@ impl<'b> Chain<'b> {
         if let Some(known) = present.points.get(&phi.to_bits()) {
             return Ok(known);
         }
-        let mut arguments = present.controller.arguments().to_vec();
         let end = present.controller.status().ends[1];
-        arguments[0] = phi;
-        if phi > end {
-            let matching = 3 + self.bench.gait.parameters.len();
-            arguments[matching..].fill(0.0);
-        }
-        let from = |near: &[f64]| of.surface.at(&self.model, (&arguments, &present.held), near);
-        let found = from(&present.near.guess(phi)).or_else(|_| from(present.near.last()))?;
+        let find = |phi: f64, near: &[f64]| {
+            let mut arguments = present.controller.arguments().to_vec();
+            arguments[0] = phi;
+            if phi > end {
+                let matching = 3 + self.bench.gait.parameters.len();
+                arguments[matching..].fill(0.0);
+            }
+            of.surface.at(&self.model, (&arguments, &present.held), near)
+        };
+        let known = present.course.lock().unwrap_or_else(PoisonError::into_inner).at(phi, &find);
+        let found = match known {
+            Some(found) => found,
+            None => find(phi, &present.near.guess(phi)).or_else(|_| find(phi, present.near.last()))?,
+        };
         let found = Arc::new(found);
         present.near.found(phi, &found);
         present.points.keep(phi.to_bits(), &found);
@@ -243,7 +272,8 @@ impl<'b> Chain<'b> {
         let forces = accelerations.split_off(v.len().min(accelerations.len()));
         let acceleration = of.surface.phase_acceleration(&self.model, (point, &v), &accelerations);
         let torques = tau.split_off(first);
-        Ok(Motion { forces, acceleration, limited: status.limits > 0, missed, power, torques })
+        let mode = (status.limit, status.limits, status.gave_way);
+        Ok(Motion { forces, acceleration, mode, limited: status.limits > 0, missed, power, torques })
     }
 
     /// φ where h_p of the present phase has vanished.
@@ -319,58 +349,5 @@ impl<'b> Chain<'b> {
             [q, v] = self.relabelled(&q, &v);
         }
         Ok((of.spec.next, self.begin(of.spec.next, &q, &v)?))
-    }
-}
-
-impl Phased for Chain<'_> {
-    fn derivative(&self, phase: usize, _: f64, x: &[f64], out: &mut [f64]) {
-        let found = self.heard(self.motion(phase, [x[0], x[1]]));
-        out[0] = x[1];
-        out[1] = found.map_or(f64::NAN, |motion| motion.acceleration);
-    }
-
-    fn guard(&self, phase: usize, _: f64, x: &[f64]) -> f64 {
-        self.heard(self.guarded(phase, [x[0], x[1]])).unwrap_or(f64::NAN)
-    }
-
-    fn violation(&self, phase: usize, time: f64, x: &[f64]) -> Option<Violation> {
-        if let Some(motion) = self.heard(self.motion(phase, [x[0], x[1]])) {
-            let present = &mut *self.present.borrow_mut();
-            (present.limited, present.missed) =
-                (present.limited | motion.limited, present.missed | motion.missed);
-        }
-        let spec = &self.phase(phase).ok()?.spec;
-        (x[1] <= 0.0).then(|| Violation {
-            phase: spec.name.clone(),
-            time,
-            quantity: "rate of the phase variable".to_owned(),
-            value: x[1],
-            limit: 0.0,
-            unit: "1/s",
-            meaning: "the step falls back",
-        })
-    }
-
-    fn change(&self, phase: usize, time: f64, x: &mut [f64], _: &mut Vec<f64>) -> Result<Passage, Violation> {
-        match self.changed(phase, [x[0], x[1]]) {
-            Ok((next, state)) => {
-                x.copy_from_slice(&state);
-                Ok(next.into())
-            }
-            Err(why) => {
-                let quantity = why.to_string();
-                self.refusal.borrow_mut().get_or_insert(why);
-                let phase = self.phases[phase].as_ref().map_or_else(String::new, |of| of.spec.name.clone());
-                Err(Violation {
-                    phase,
-                    time,
-                    quantity,
-                    value: x[1],
-                    limit: 0.0,
-                    unit: "1/s",
-                    meaning: "the next phase cannot begin",
-                })
-            }
-        }
     }
 }

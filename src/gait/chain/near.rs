@@ -59,6 +59,12 @@ pub(super) struct Recent<K, T> {
     next: usize,
 }
 
+impl<K: PartialEq, T> Default for Recent<K, T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<K: PartialEq, T> Recent<K, T> {
     pub fn new() -> Self {
         Self { kept: Vec::with_capacity(KEPT), next: 0 }

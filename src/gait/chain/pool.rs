@@ -81,17 +81,21 @@ impl<'b> Chains<'b> {
         self.ask(|chain| Ok(self.kept(chain, &chain.mid_stance(from, speed)?, to)))
     }
 
-    /// φ̇_m of the next step for each of several speeds, and the first assumption that it breaks.
-    pub fn speeds(&self, from: &[f64], to: &[f64], speeds: &[f64]) -> Vec<SpeedAndReason> {
-        let all = self.ask(|chain| {
-            let start = chain.mid_stance(from, 1.0)?;
-            let next = |&speed: &f64| {
-                let (hop, broken) = self.stepped(chain, &start.at(speed), to);
-                hop.next.map(|next| (next.speed, broken))
-            };
-            Ok(speeds.iter().map(next).collect::<Vec<_>>())
-        });
-        all.unwrap_or_else(|why| speeds.iter().map(|_| Err(why.clone())).collect())
+    /// φ̇_m of the next step, and the first assumption that it breaks.
+    pub fn speed(&self, from: &[f64], to: &[f64], speed: f64) -> SpeedAndReason {
+        self.ask(|chain| {
+            let (hop, broken) = self.stepped(chain, &chain.mid_stance(from, speed)?, to);
+            hop.next.map(|next| (next.speed, broken))
+        })
+    }
+
+    /// How many phases do something else where this gait parameter is another.
+    pub fn phases_that_read(&self, parameter: usize) -> usize {
+        let count = |chain: &Chain<'b>| {
+            let read = chain.phases.iter().flatten().filter(|of| of.read.all.contains(&parameter));
+            Ok(read.count())
+        };
+        self.ask(count).unwrap_or(0)
     }
 
     /// The step with these parameters from a mid-stance.

@@ -24,7 +24,7 @@ impl Frame<'_> {
 
     fn head(&self, identity: &str) -> [String; 2] {
         let [columns, rows] = &self.axes;
-        let names = format!("{},{},speed,next_speed,reason", columns.name, rows.name);
+        let names = format!("{},{},speed,next_speed,computed,reason", columns.name, rows.name);
         [format!("# bipedc gait map, request {identity}"), names]
     }
 }
@@ -40,8 +40,9 @@ pub(super) fn write(
     let mut text = format!("{request}\n{names}\n");
     for ([x, y, speed], cell) in frame.places().zip(cells) {
         let next = cell.next_speed.map_or_else(String::new, |next| next.to_string());
+        let computed = u8::from(!cell.interpolated && cell.reason != Reason::NotComputed);
         // Writing to a string cannot fail.
-        let _ = writeln!(text, "{x},{y},{speed},{next},{}", cell.reason.code());
+        let _ = writeln!(text, "{x},{y},{speed},{next},{computed},{}", cell.reason.code());
     }
     write_with_folders(path, &text)
 }
@@ -96,10 +97,13 @@ fn cell(line: &str, place: [f64; 3]) -> Option<Cell> {
             return None;
         }
     }
-    let (next, reason) = (fields.next()?, Reason::of_code(fields.next()?)?);
+    let (next, computed) = (fields.next()?, fields.next()?);
     let next_speed =
         if next.is_empty() { None } else { Some(next.parse().ok().filter(|x: &f64| x.is_finite())?) };
+    let computed = ["0", "1"].iter().position(|known| *known == computed)? == 1;
+    let reason = Reason::of_code(fields.next()?)?;
+    let interpolated = !computed && reason != Reason::NotComputed;
     // A step that passes has a speed.
     let whole = fields.next().is_none() && (reason != Reason::Passes || next_speed.is_some());
-    whole.then_some(Cell { next_speed, reason })
+    whole.then_some(Cell { next_speed, reason, interpolated })
 }

@@ -7,7 +7,7 @@ mod text;
 use super::over::Over;
 use super::{Assignment, GaitBench, Parametrised};
 use crate::progress::Run;
-use bipedc_analysis::gait::{Assumptions, Cell, MapRequest, Reason, Watch};
+use bipedc_analysis::gait::{Assumptions, Cell, Interpolation, MapRequest, Reason, Watch};
 use bipedc_compiler::description::gait::GaitParameter;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use serde::Serialize;
@@ -16,9 +16,11 @@ use std::path::Path;
 
 /// Most cells of a map, all speeds counted.
 pub const MOST_CELLS: usize = 8_000_000;
+/// Maps of a gait of several phases that have so many cells of a speed are interpolated, if nothing else is asked for.
+pub const INTERPOLATED_FROM: usize = 2_000;
 
 /// What map is asked for.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct MapOptions {
     /// Speeds φ̇_m at the dead centre of the step before, per s; a map each.
     pub speeds: Vec<f64>,
@@ -30,6 +32,22 @@ pub struct MapOptions {
     pub from: Vec<Assignment>,
     /// What a step has to satisfy beside passing its dead centre.
     pub assume: Assumptions,
+    /// Of a gait of several phases: from so many cells of a speed on most of them are interpolated; `None`: every cell is computed. Cells of
+    /// gaits of one phase always are.
+    pub interpolated_from: Option<usize>,
+}
+
+impl Default for MapOptions {
+    fn default() -> Self {
+        Self {
+            speeds: Vec::new(),
+            over: Vec::new(),
+            set: Vec::new(),
+            from: Vec::new(),
+            assume: Assumptions::default(),
+            interpolated_from: Some(INTERPOLATED_FROM),
+        }
+    }
 }
 
 /// A map. As text and as JSON it is what `bipedc gait map` prints.
@@ -90,6 +108,10 @@ pub struct SpeedMap {
     pub next_speed: Vec<Vec<Option<f64>>>,
     /// Index in `reasons`, row after row.
     pub reason: Vec<Vec<usize>>,
+    /// What was interpolated; none: nothing.
+    pub interpolation: Option<Interpolation>,
+    /// 1 where a cell was computed, 0 where it was interpolated, row after row; none: all were computed.
+    pub computed: Option<Vec<Vec<u8>>>,
 }
 
 /// A cell with an extreme speed.
@@ -120,7 +142,9 @@ impl GaitBench {
         self.check_assumptions(options.assume)?;
         let identity = self.identity(&request);
         let model = self.model()?;
-        self.mapped((&request, identity), file, run, |known, watch| model.map(&request, known, watch))
+        self.mapped((&request, identity), file, run, |known, watch| {
+            (model.map(&request, known, watch), vec![None; request.speeds.len()])
+        })
     }
 
     /// Refuses assumptions that nothing is known about.
@@ -149,19 +173,19 @@ trait Mapping: Parametrised {
         (request, identity): (&MapRequest, String),
         file: Option<&Path>,
         run: &Run<'_>,
-        cells: impl FnOnce(Vec<Cell>, &Watch<'_>) -> Vec<Cell>,
+        cells: impl FnOnce(Vec<Cell>, &Watch<'_>) -> (Vec<Cell>, Vec<Option<Interpolation>>),
     ) -> Result<GaitMap, Diagnostics> {
         let frame = file::Frame { axes: [0, 1].map(|k| self.axis(request, k)), speeds: &request.speeds };
         let known = match file {
             Some(path) => file::read(path, &identity, &frame)?,
             None => Vec::new(),
         };
-        let cells =
+        let (cells, interpolation) =
             run.progress.counted("mapping", |advance| cells(known, &Watch { advance, stop: run.stop }));
         if let Some(path) = file {
             file::write(path, &identity, &frame, &cells)?;
         }
-        Ok(self.described(request, &cells, identity))
+        Ok(self.described(request, (&cells, interpolation), identity))
     }
 
     fn map_request(&self, options: &MapOptions) -> Result<MapRequest, Diagnostics> {
@@ -188,13 +212,19 @@ trait Mapping: Parametrised {
         MapAxis { name: name.clone(), unit: unit.clone(), bounds: *bounds, values: values.clone() }
     }
 
-    fn described(&self, request: &MapRequest, cells: &[Cell], identity: String) -> GaitMap {
+    fn described(
+        &self,
+        request: &MapRequest,
+        (cells, interpolation): (&[Cell], Vec<Option<Interpolation>>),
+        identity: String,
+    ) -> GaitMap {
         let over = [0, 1].map(|k| self.axis(request, k));
         let reasons: Vec<Reason> = Reason::ALL
             .into_iter()
             .filter(|reason| cells.iter().any(|cell| cell.reason == *reason))
             .collect();
-        let one = |k: usize| speed_map(request, &over, &reasons, cells, k);
+        let one =
+            |(k, interpolation)| SpeedMap { interpolation, ..speed_map(request, &over, &reasons, cells, k) };
         let moving = request.axes.each_ref().map(|(index, _)| *index);
         let named = |values: &[f64], left_out: &[usize]| {
             let kept = self.parameters().iter().zip(values).enumerate();
@@ -209,7 +239,7 @@ trait Mapping: Parametrised {
             from: request.from.as_deref().map(|values| named(values, &[])),
             assume: assumed(request.assume),
             complete: !reasons.contains(&Reason::NotComputed),
-            maps: (0..request.speeds.len()).map(one).collect(),
+            maps: interpolation.into_iter().enumerate().map(one).collect(),
             messages: self.beyond_ranges(request),
             reasons,
             over,
@@ -281,5 +311,9 @@ fn speed_map(
         counts,
         next_speed: (0..rows).map(|row| each_row(row).map(|cell| cell.next_speed).collect()).collect(),
         reason: (0..rows).map(|row| each_row(row).map(|cell| number(cell.reason)).collect()).collect(),
+        interpolation: None,
+        computed: (0..rows).any(|row| each_row(row).any(|cell| cell.interpolated)).then(|| {
+            (0..rows).map(|row| each_row(row).map(|cell| (!cell.interpolated).into()).collect()).collect()
+        }),
     }
 }

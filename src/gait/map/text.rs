@@ -1,6 +1,7 @@
 //! A map for people: what it spans, and its extremes.
 use super::{Extreme, GaitMap, SpeedMap};
 use crate::table::table;
+use bipedc_analysis::gait::Interpolation;
 use std::fmt;
 
 impl fmt::Display for GaitMap {
@@ -14,6 +15,7 @@ impl fmt::Display for GaitMap {
         writeln!(f, "\nspeeds at mid-stance in {}, extremes within the bounds", self.speed_unit)?;
         f.write_str(&self.extremes())?;
         f.write_str(&self.reasons_table())?;
+        f.write_str(&self.interpolations())?;
         if !self.complete {
             writeln!(f, "\ninterrupted: cells are missing; with --csv the same command goes on from there")?;
         }
@@ -56,6 +58,16 @@ impl GaitMap {
         table(&heads, self.maps.iter().map(extremes).collect(), 0)
     }
 
+    /// How much was computed, and how far off the rest is.
+    fn interpolations(&self) -> String {
+        let rows: Vec<Vec<String>> = self.maps.iter().filter_map(interpolation).collect();
+        if rows.is_empty() {
+            return String::new();
+        }
+        let heads = ["speed", "computed", "interpolated", "checked", "largest deviation", "allowed"];
+        format!("\ncells computed, and those between them\n{}", table(&heads, rows, 0))
+    }
+
     fn reasons_table(&self) -> String {
         let others = self.reasons.iter().filter(|reason| reason.code() != "passes");
         let rows: Vec<Vec<String>> = others
@@ -74,6 +86,13 @@ impl GaitMap {
         let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
         format!("\n{}", table(&heads, rows, 1))
     }
+}
+
+fn interpolation(map: &SpeedMap) -> Option<Vec<String>> {
+    let Interpolation { computed, interpolated, checked, largest_deviation, tolerance } = map.interpolation?;
+    let deviation = largest_deviation.map_or_else(|| "—".to_owned(), |deviation| format!("{deviation:.1e}"));
+    let counts = [computed, interpolated, checked].map(|count| count.to_string());
+    Some([vec![map.speed.to_string()], counts.to_vec(), vec![deviation, format!("{tolerance:.1e}")]].concat())
 }
 
 fn extremes(map: &SpeedMap) -> Vec<String> {

@@ -26,11 +26,23 @@ pub struct Cell {
     pub next_speed: Option<f64>,
     /// Whether all holds, or what does not.
     pub reason: Reason,
+    /// It was not computed: cells around it say so.
+    pub interpolated: bool,
 }
 
 impl Cell {
     /// Nothing is known of it.
-    pub const UNKNOWN: Self = Self { next_speed: None, reason: Reason::NotComputed };
+    pub const UNKNOWN: Self = Self::failing(Reason::NotComputed);
+
+    /// A step that passes its dead centre with this speed (per s).
+    pub const fn passing(next_speed: f64) -> Self {
+        Self { next_speed: Some(next_speed), reason: Reason::Passes, interpolated: false }
+    }
+
+    /// A step that does not reach its dead centre.
+    pub const fn failing(reason: Reason) -> Self {
+        Self { next_speed: None, reason, interpolated: false }
+    }
 
     /// The next speed where all holds.
     pub fn good(&self) -> Option<f64> {
@@ -113,10 +125,10 @@ impl MapRequest {
 /// The second step of a pair, for one speed.
 fn cell(pair: &StepPair<'_, '_>, speed: f64, assume: Assumptions) -> Cell {
     match pair.next_speed(speed) {
-        Err(why) => Cell { next_speed: None, reason: Reason::from(&why) },
+        Err(why) => Cell::failing(Reason::from(&why)),
         Ok(next) => {
             let violated = if assume.any() { assume.violated(&pair.margins(speed)) } else { None };
-            Cell { next_speed: Some(next), reason: violated.unwrap_or(Reason::Passes) }
+            Cell { reason: violated.unwrap_or(Reason::Passes), ..Cell::passing(next) }
         }
     }
 }

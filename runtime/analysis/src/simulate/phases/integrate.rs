@@ -22,6 +22,11 @@ pub trait Phased {
     }
     /// It happens: the dynamics may be others from here on.
     fn at_event(&self, _phase: usize, _time: f64, _x: &[f64]) {}
+    /// Whether the dynamics had a kink within the accepted step at whose end [`Phased::violation`] was asked for last: the integration begins anew behind
+    /// it, with steps as long as the tolerance lets them be.
+    fn has_kink_behind(&self) -> bool {
+        false
+    }
     /// At the end of a phase: the state just after, and the phase that follows. Impulses go into `impulse`.
     ///
     /// # Errors
@@ -97,7 +102,7 @@ pub struct Precision {
     pub absolute: f64,
     /// Largest step, s.
     pub largest_step: f64,
-    /// Guards are looked at this often at least, s, and four times per step.
+    /// Guards are looked at this often at least, s, and four times per step that is not a hundred times shorter.
     pub largest_look: f64,
     /// Most steps in one phase.
     pub most_steps: usize,
@@ -275,6 +280,7 @@ pub fn walk_watched(
                 system.at_event(*phase, *time, x);
                 continue;
             }
+            PhaseEnd::Kink => continue,
             PhaseEnd::Guard => match changed(system, &mut walk, watcher, None) {
                 Ok(true) => continue,
                 Ok(false) => End::Changes,

@@ -9,6 +9,8 @@ use ivp::solout::SolOut;
 pub(super) const ARMED: f64 = 1e-9;
 /// Places of a step at which the guard is looked at, at least.
 pub(super) const LOOKS: usize = 4;
+/// Steps so much shorter than guards are looked at are looked at once: those across kinks.
+const SHORT: f64 = 0.01;
 /// Instants are found to this, s.
 pub(super) const INSTANT: f64 = 1e-13;
 /// The first instant of a violation is found to this, s.
@@ -19,6 +21,7 @@ pub(super) enum PhaseEnd {
     Nothing,
     Guard,
     Event,
+    Kink,
     Violated(Violation),
     Stopped,
 }
@@ -61,7 +64,8 @@ impl SolOut for Watch<'_> {
         interpolant: Option<&StepInterpolant<'_>>,
     ) -> ControlFlag {
         let Some(dense) = interpolant.filter(|_| *to > from) else { return ControlFlag::Continue };
-        let looks = LOOKS.max(((*to - from) / self.largest_look).ceil() as usize);
+        let short = *to - from < SHORT * self.largest_look;
+        let looks = if short { 1 } else { LOOKS.max(((*to - from) / self.largest_look).ceil() as usize) };
         let mut earlier = from;
         for look in 1..=looks {
             let last = look == looks;
@@ -221,6 +225,11 @@ impl Watch<'_> {
             self.found = Ok(PhaseEnd::Stopped);
         }
         if matches!(self.found, Ok(PhaseEnd::Nothing)) {
+            // A guard that has counted is to count on.
+            if self.system.has_kink_behind() && self.system.guard(self.phase, time, &self.x) > ARMED {
+                self.found = Ok(PhaseEnd::Kink);
+                return ControlFlag::Interrupt;
+            }
             ControlFlag::Continue
         } else {
             ControlFlag::Interrupt
