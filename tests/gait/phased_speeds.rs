@@ -34,28 +34,29 @@ fn next((bench, phases): &(PhasedBench, Vec<PhaseSpec>), speed: f64, values: &[(
     bench.step(phases, &options).unwrap().next_speed
 }
 
-/// Next speeds of a map of figure 7.5 as they were before phases were remembered and postures guessed: step length (m), push-off (N m), speed and
-/// next speed (m/s). Where torques jump between limits an integration is known to some 1e-7 only; these cells are others.
-const BEFORE: [[f64; 4]; 8] = [
-    [0.282_8, -6.0, 0.35, 0.686_076_536_380_646],
-    [0.315_6, -6.0, 0.5, 0.470_782_489_432_479_36],
-    [0.266_4, 0.400_000_000_000_000_36, 0.2, 0.817_431_076_871_144],
-    [0.315_6, 0.400_000_000_000_000_36, 0.35, 0.565_788_491_827_295_4],
-    [0.315_6, 3.599_999_999_999_999_6, 0.35, 0.641_830_163_744_382],
-    [0.266_4, 6.800_000_000_000_001, 0.2, 0.893_915_445_717_021_2],
-    [0.25, 10.0, 0.35, 0.973_315_807_593_892],
-    [0.299_2, 10.0, 0.2, 0.818_266_774_086_583],
+/// Next speeds of a map of figure 7.5 with tolerances of 1e-13 instead of 1e-11, before postures along a phase were polynomials and the integration
+/// took long steps again behind changes of limits: step length (m), push-off (N m), speed and next speed (m/s). With 1e-11 steps are up to 7e-8 off, then
+/// as now: where limits come and go within a step of the integration its error is not what the tolerance says.
+const CLOSER: [[f64; 4]; 8] = [
+    [0.282_8, -6.0, 0.35, 0.686_076_491_341_993_8],
+    [0.315_6, -6.0, 0.5, 0.470_782_510_155_479_9],
+    [0.266_4, 0.400_000_000_000_000_36, 0.2, 0.817_431_072_559_415_5],
+    [0.315_6, 0.400_000_000_000_000_36, 0.35, 0.565_788_496_423_061_5],
+    [0.315_6, 3.599_999_999_999_999_6, 0.35, 0.641_830_165_360_150_9],
+    [0.266_4, 6.800_000_000_000_001, 0.2, 0.893_915_401_682_388_3],
+    [0.25, 10.0, 0.35, 0.973_315_804_597_215],
+    [0.299_2, 10.0, 0.2, 0.818_266_765_096_480_4],
 ];
 
 #[test]
-fn steps_that_are_remembered_are_the_steps_as_they_were() {
+fn steps_are_those_of_a_closer_integration_and_remembered_ones_the_same() {
     let (bench, phases) = opened();
-    for [length, push, speed, known] in BEFORE {
+    for [length, push, speed, known] in CLOSER {
         let set = set(&[("step_length", length), ("push_off", push)]);
         let options = ChainOptions { speed, set, from: Vec::new() };
         let found = bench.step(&phases, &options).unwrap().next_speed.unwrap();
         println!("{length} {push} {speed}: {:.1e}", relative(found, known));
-        assert!(relative(found, known) < 1e-9, "{length} {push} {speed}: {found} {known}");
+        assert!(relative(found, known) < 1e-7, "{length} {push} {speed}: {found} {known}");
     }
     // Cells of a column have phases in common: the answers are those of steps alone, to the last bit.
     let options = MapOptions {
