@@ -203,6 +203,46 @@ fn a_servo_inside_the_drive_is_of_second_order_and_stable_for_any_gains() {
     assert!(torque.abs() <= 0.5 * (1.0 + 1e-9) && motion.q[0].abs() < 0.6, "{torque} {motion:?}");
 }
 
+/// A servo that follows a swing for half a second, with a row of its own in every step (`rows`) or as the stepper chooses: angle, speed and
+/// torque after each step.
+fn followed_by_rows(rows: bool, limit: f64) -> Vec<[f64; 3]> {
+    let mut motion = at(0.5, -0.3);
+    let mut stepper = ARM.stepper(JointLaw { dry: [0.2; 2], ..JointLaw::default() });
+    if rows {
+        // What sums works has them all in rows.
+        stepper = stepper.accounted();
+    }
+    let step = |i: usize| {
+        let t = (i as f64 + 0.5) * 1e-3;
+        let servo = DriveServo {
+            axis: 0,
+            stiffness: 120.0,
+            damping: 6.0,
+            wanted: [0.4 * (9.0 * t).sin(), 3.6 * (9.0 * t).cos()],
+            bias: 0.1,
+            limits: [-limit, limit],
+        };
+        stepper.set_servos([servo].into_iter());
+        stepper.step(&mut motion, &[0.0], 1e-3).unwrap();
+        [motion.q[0], motion.v[0], stepper.servo_torque(0, 1e-3)]
+    };
+    (0..500).map(step).collect()
+}
+
+#[test]
+fn servos_give_the_same_within_the_mass_matrix_and_in_rows() {
+    for limit in [f64::INFINITY, 4.0] {
+        let (found, by_rows) = (followed_by_rows(false, limit), followed_by_rows(true, limit));
+        let most = by_rows.iter().fold(0.0, |most: f64, row| most.max(row[2].abs()));
+        // With the limit it is at work for a while, and lets go again.
+        assert!(if limit.is_finite() { (most - limit).abs() < 1e-9 } else { most > 5.0 }, "{most}");
+        for (found, by_rows) in found.iter().zip(&by_rows) {
+            let apart: [f64; 3] = std::array::from_fn(|i| (found[i] - by_rows[i]).abs());
+            assert!(apart[0] < 1e-8 && apart[1] < 1e-7 && apart[2] < 1e-5, "{found:?} {by_rows:?}");
+        }
+    }
+}
+
 #[test]
 fn impossible_motors_are_refused() {
     let motion = at(0.0, 0.0);

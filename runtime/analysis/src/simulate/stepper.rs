@@ -4,6 +4,7 @@ mod energy_accounting;
 mod extended;
 mod free_motion;
 mod rows;
+mod within_limits;
 
 pub(super) use rows::CLOSED;
 
@@ -38,8 +39,8 @@ pub struct Stepped {
     pub solved: Solved,
     /// Contact points on the ground, or coming down onto it.
     pub contacts: usize,
-    /// Kinetic energy after the impulses minus that of the same step without them, J. Never positive without
-    /// restitution.
+    /// Kinetic energy after the impulses minus that of the same step without them, J; servos within their limits push in both.
+    /// Never positive without restitution.
     pub work: f64,
     /// What Newton's law of impact made, J: `½ Λ · (γ⁻ + γ⁺)` on hard ground, as far as it is in `work` too. Never positive
     /// where tangential and normal restitution are equal; it can be where they differ (Kane and Levinson, 1985). `work` has the
@@ -99,6 +100,7 @@ pub struct Stepper<'a> {
     motors: Motors,
     coupled: Vec<Coupled>,
     servos: Vec<DriveServo>,
+    within: within_limits::WithinLimits,
     soles: Soles,
     terrain: Option<Terrain>,
     tolerance: Tolerance,
@@ -175,6 +177,7 @@ impl<'a> Stepper<'a> {
             motors: Motors::default(),
             coupled: Vec::new(),
             servos: Vec::new(),
+            within: within_limits::WithinLimits::default(),
             soles: Soles::default(),
             terrain: None,
             tolerance,
@@ -276,18 +279,18 @@ impl<'a> Stepper<'a> {
         self.speed[..nv].copy_from_slice(&motion.v);
         self.speed[nv..].copy_from_slice(&self.motors.rate);
         self.free_motion(motion, force, time, goes_on)?;
-        self.close(motion, time);
-        let rows: usize = self.problem.rows();
-        let mut stepped = Stepped::default();
-        if rows > 0 {
-            self.assemble(motion, time);
-            stepped.solved = self.solve();
+        self.put_servos_in(motion, time);
+        let mut stepped = Stepped { solved: self.push_back(motion, time), ..Stepped::default() };
+        if !self.servos_are_within(self.problem.rows(), time) {
+            self.take_servos_out();
+            stepped.solved = self.push_back(motion, time);
         }
+        let rows = self.problem.rows();
         stepped.work = self.apply(rows);
         stepped.contacts = (0..self.gaps.len()).filter(|point| self.touches(*point)).count();
         stepped.made = stepped.work.min(self.made()).max(0.0);
         self.velocities_after(rows);
-        dense::backward(&self.mass, n, &mut self.drive);
+        dense::backward(self.within.factor_or(&self.mass), n, &mut self.drive);
         self.book(motion, force, time);
         let at_stop = |source: &RowSource| matches!(source, RowSource::Lower(_) | RowSource::Upper(_));
         self.remember(stepped.contacts > 0 || self.sources.iter().any(at_stop), time);
@@ -296,6 +299,18 @@ impl<'a> Stepper<'a> {
         }
         self.finish(motion, time);
         if self.speed.iter().all(|v| v.is_finite()) { Ok(stepped) } else { Err(too_long(motion.time)) }
+    }
+
+    /// Finds the impulses of what is closed, or closes in this step, and what they do to `drive`.
+    fn push_back(&mut self, motion: &MotionState, time: f64) -> Solved {
+        self.close(motion, time);
+        if self.problem.rows() == 0 {
+            return Solved::default();
+        }
+        self.assemble(motion, time);
+        let solved = self.solve();
+        dense::dots(&self.directions, &self.problem.impulse, &mut self.pushes);
+        solved
     }
 
     /// The second half of the motion.
@@ -313,7 +328,7 @@ impl<'a> Stepper<'a> {
         motion.time += time;
     }
 
-    /// Adds the impulses to `drive` (in the coordinates `L⁻ᵀ`), remembers them, and gives the work of those of
+    /// Adds the impulses' `pushes` to `drive` (in the coordinates `L⁻ᵀ`), remembers them, and gives the work of those of
     /// ground, stops and friction.
     fn apply(&mut self, rows: usize) -> f64 {
         self.memory.fill(0.0);
@@ -331,6 +346,7 @@ impl<'a> Stepper<'a> {
             }
             row += size;
         }
+        self.remember_servos();
         self.share();
         if rows == 0 {
             return work;
@@ -338,7 +354,6 @@ impl<'a> Stepper<'a> {
         // Twice the mean of the velocities without and with all impulses: what each impulse works against.
         self.mean.clear();
         self.mean.extend(self.before.iter().map(|gamma| 2.0 * gamma));
-        dense::dots(&self.directions, &self.problem.impulse, &mut self.pushes);
         for (drive, push) in self.drive.iter_mut().zip(&mut self.pushes) {
             let both = 2.0 * *drive + *push;
             *drive += *push;

@@ -1,5 +1,7 @@
 //! Any square matrix: elimination with row exchanges.
-use super::tiles::{Chunk, SIDE, chunks, less, less_rows, put, put_block, tile, whole, whole_mut, wide};
+use super::tiles::{
+    Chunk, SIDE, chunks, less, less_rows, put, put_block, rows, tile, whole, whole_mut, wide,
+};
 
 /// Eliminates below the diagonal in the block of columns `k`, with exchanges of whole rows. `false`: singular.
 #[inline(always)]
@@ -50,17 +52,19 @@ wide! {
                 return false;
             }
             for c in k + 1..length {
-                let (own, mut upper) = (tile(a, length, k, k), tile(a, length, k, c));
+                let (own, mut upper) = (tile(a, length, k, k), rows::<F>(a, length, k, c));
                 for i in 1..SIDE {
                     for j in 0..i {
-                        upper[i] = less(upper[i], own[i][j], upper[j]);
+                        upper[i] = upper[i].less(own[i][j], upper[j]);
                     }
                 }
                 put(a, length, k, c, &upper);
                 for i in k + 1..length {
-                    let (factors, mut target) = (tile(a, length, i, k), tile(a, length, i, c));
+                    let (factors, mut target) = (tile(a, length, i, k), rows::<F>(a, length, i, c));
                     for s in 0..SIDE {
-                        target = std::array::from_fn(|r| less(target[r], factors[r][s], upper[s]));
+                        for r in 0..SIDE {
+                            target[r] = target[r].less(factors[r][s], upper[s]);
+                        }
                     }
                     put(a, length, i, c, &target);
                 }

@@ -2,6 +2,7 @@
 //!
 //! Every row of a matrix takes [`row_length`] numbers.
 mod elimination;
+mod four;
 mod positive;
 mod products;
 mod tiles;

@@ -1,7 +1,7 @@
 //! Positive definite matrices: factors `Lᵀ L`, what they solve, and products `Yᵀ Y`.
 use super::tiles::{
-    SIDE, block, chunks, factor_tile, is_zero, less, less_product, less_rows, put, put_block, solve_tile,
-    tile, whole, whole_mut, wide,
+    Chunk, SIDE, block, chunks, factor_tile, is_zero, less_rows, put, put_block, rows, solve_tile,
+    take_product, tile, whole, whole_mut, wide,
 };
 
 /// Which chunks of columns of a block of rows are not zero: a bit each, the last for all that have none of their own.
@@ -46,15 +46,14 @@ wide! {
             let Some(own) = factor_tile(tile(a, length, k, k), n - k * SIDE) else { return false };
             put(a, length, k, k, &own);
             for i in 0..k {
-                let l = solve_tile(&own, tile(a, length, k, i));
+                let l = solve_tile(&own, rows::<F>(a, length, k, i));
                 put(a, length, k, i, &l);
+                let l = tile(a, length, k, i);
                 if is_zero(&l) {
                     continue;
                 }
                 for j in 0..=i {
-                    let y = tile(a, length, k, j);
-                    let rest = less_product(tile(a, length, i, j), &l, &y);
-                    put(a, length, i, j, &rest);
+                    take_product::<F>(a, length, [k, i, j], &l);
                 }
             }
         }
@@ -72,7 +71,7 @@ wide! {
             let (others, full) = filled.split_at_mut(k);
             let full = full[0];
             for c in (0..width).filter(|c| full.has(*c)) {
-                let y = solve_tile(&own, tile(b, width, k, c));
+                let y = solve_tile(&own, rows::<F>(b, width, k, c));
                 put(b, width, k, c, &y);
             }
             for (i, other) in others.iter_mut().enumerate() {
@@ -82,9 +81,7 @@ wide! {
                 }
                 other.0 |= full.0;
                 for c in (0..width).filter(|c| full.has(*c)) {
-                    let y = tile(b, width, k, c);
-                    let rest = less_product(tile(b, width, i, c), &factors, &y);
-                    put(b, width, i, c, &rest);
+                    take_product::<F>(b, width, [k, i, c], &factors);
                 }
             }
         }
@@ -106,8 +103,11 @@ wide! {
             }
             put_block(b, k, y);
             for (j, x) in whole_mut(b).iter_mut().enumerate().take(k) {
-                let rows = tile(l, length, k, j);
-                *x = (0..SIDE).rev().fold(*x, |x, at| less(x, y[at], rows[at]));
+                let (own, mut sum) = (rows::<F>(l, length, k, j), F::of(x));
+                for at in (0..SIDE).rev() {
+                    sum = sum.less(y[at], own[at]);
+                }
+                sum.put(x);
             }
         }
     }
@@ -138,18 +138,21 @@ wide! {
         let (y, g) = (whole(y), &mut whole_mut(g)[..columns * length]);
         for i in 0..length {
             for j in 0..=i {
-                let mut sum = [[0.0; SIDE]; SIDE];
+                let mut sum = [F::of(&[0.0; SIDE]); SIDE];
                 for (b, full) in filled.iter().enumerate() {
                     if full.has(i) && full.has(j) {
-                        let (down, along) = (tile(y, length, b, i), tile(y, length, b, j));
+                        let (down, along) = (tile(y, length, b, i), rows::<F>(y, length, b, j));
                         for k in 0..SIDE {
-                            sum = std::array::from_fn(|r| std::array::from_fn(|c| sum[r][c] + down[k][r] * along[k][c]));
+                            for r in 0..SIDE {
+                                sum[r] = sum[r].plus(down[k][r], along[k]);
+                            }
                         }
                     }
                 }
                 put(g, length, i, j, &sum);
                 if i != j {
-                    put(g, length, j, i, &std::array::from_fn(|k| std::array::from_fn(|l| sum[l][k])));
+                    let sum = tile(g, length, i, j);
+                    put::<Chunk>(g, length, j, i, &std::array::from_fn(|k| std::array::from_fn(|l| sum[l][k])));
                 }
             }
         }

@@ -1,4 +1,5 @@
 //! Sums of rows and of products.
+use super::four::Four;
 use super::tiles::{Chunk, SIDE, chunks, row_length, whole, wide};
 
 wide! {
@@ -6,25 +7,45 @@ wide! {
     fn add_rows(a: &[f64], x: &[f64], out: &mut [f64]) {
         const TOGETHER: usize = 3;
         let (length, a) = (chunks(out.len()).max(1), whole(a));
-        let (wide, rest) = out.as_chunks_mut::<{ TOGETHER * SIDE }>();
-        let done = TOGETHER * wide.len();
-        for (c, out) in wide.iter_mut().enumerate() {
-            let mut sum: [Chunk; TOGETHER] = std::array::from_fn(|k| whole(out)[k]);
-            for (row, factor) in a.chunks_exact(length).zip(x) {
-                let row = &row[c * TOGETHER..][..TOGETHER];
-                sum = std::array::from_fn(|k| std::array::from_fn(|i| sum[k][i] + factor * row[k][i]));
-            }
-            out.copy_from_slice(sum.as_flattened());
+        let (out, last) = out.as_chunks_mut::<SIDE>();
+        let ends = out.len();
+        let mut at = 0;
+        while at + TOGETHER <= ends {
+            add_chunks::<F, TOGETHER>(a, length, x, at, &mut out[at..]);
+            at += TOGETHER;
         }
-        for (c, out) in rest.chunks_mut(SIDE).enumerate() {
-            let mut sum = [0.0; SIDE];
-            sum[..out.len()].copy_from_slice(out);
-            for (row, factor) in a.chunks_exact(length).zip(x) {
-                sum = std::array::from_fn(|i| sum[i] + factor * row[done + c][i]);
-            }
-            out.copy_from_slice(&sum[..out.len()]);
+        while at < ends {
+            add_chunks::<F, 1>(a, length, x, at, &mut out[at..]);
+            at += 1;
+        }
+        if !last.is_empty() {
+            let mut sum = [[0.0; SIDE]];
+            sum[0].iter_mut().zip(&*last).for_each(|(sum, out)| *sum = *out);
+            add_chunks::<F, 1>(a, length, x, ends, &mut sum);
+            last.iter_mut().zip(sum[0]).for_each(|(out, sum)| *out = sum);
         }
     }
+}
+
+/// To the first `N` chunks of `out` every row's chunks from `first` on by its factor.
+#[inline(always)]
+fn add_chunks<F: Four, const N: usize>(
+    a: &[Chunk],
+    length: usize,
+    x: &[f64],
+    first: usize,
+    out: &mut [Chunk],
+) {
+    let Some(out) = out.first_chunk_mut::<N>() else { return };
+    let mut sum = [F::of(&[0.0; SIDE]); N];
+    sum.iter_mut().zip(&*out).for_each(|(sum, out)| *sum = F::of(out));
+    for (row, factor) in a.chunks_exact(length).zip(x) {
+        let row = &row[first..first + N];
+        for k in 0..N {
+            sum[k] = sum[k].plus(*factor, F::of(&row[k]));
+        }
+    }
+    sum.iter().zip(out).for_each(|(sum, out)| sum.put(out));
 }
 
 wide! {

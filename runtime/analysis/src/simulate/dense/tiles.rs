@@ -1,26 +1,27 @@
 //! Rows in chunks and tiles of four, which a processor works on side by side.
+use super::four::Four;
 
 /// A function compiled twice: as it is, and for processors with 256 bit registers, which are asked for at run time. Both
-/// do the same operations in the same order.
+/// do the same operations in the same order. `F` in it is the [`Four`] of either.
 macro_rules! wide {
     ($(#[$meta:meta])* fn $name:ident($($argument:ident: $type:ty),*) $(-> $result:ty)? $body:block) => {
         $(#[$meta])*
         pub(in crate::simulate) fn $name($($argument: $type),*) $(-> $result)? {
             #[inline(always)]
-            fn plain($($argument: $type),*) $(-> $result)? $body
+            fn plain<F: $crate::simulate::dense::four::Four>($($argument: $type),*) $(-> $result)? $body
 
             #[cfg(target_arch = "x86_64")]
             {
                 #[target_feature(enable = "avx2")]
                 fn wide($($argument: $type),*) $(-> $result)? {
-                    plain($($argument),*)
+                    plain::<$crate::simulate::dense::four::Register>($($argument),*)
                 }
                 if std::arch::is_x86_feature_detected!("avx2") {
                     // SAFETY: the processor has what the function is compiled for.
                     return unsafe { wide($($argument),*) };
                 }
             }
-            plain($($argument),*)
+            plain::<$crate::simulate::dense::tiles::Chunk>($($argument),*)
         }
     };
 }
@@ -63,16 +64,35 @@ pub(super) fn tile(a: &[Chunk], length: usize, i: usize, j: usize) -> Tile {
     std::array::from_fn(|k| a.get(at + k * length).copied().unwrap_or_default())
 }
 
+/// The same in registers.
 #[inline(always)]
-pub(super) fn put(a: &mut [Chunk], length: usize, i: usize, j: usize, tile: &Tile) {
+pub(super) fn rows<F: Four>(a: &[Chunk], length: usize, i: usize, j: usize) -> [F; SIDE] {
+    let at = i * SIDE * length + j;
+    if let Some(a) = a.get(at..at + 3 * length + 1) {
+        return [F::of(&a[0]), F::of(&a[length]), F::of(&a[2 * length]), F::of(&a[3 * length])];
+    }
+    let mut rows = [F::of(&[0.0; SIDE]); SIDE];
+    for (k, row) in rows.iter_mut().enumerate() {
+        if let Some(a) = a.get(at + k * length) {
+            *row = F::of(a);
+        }
+    }
+    rows
+}
+
+#[inline(always)]
+pub(super) fn put<F: Four>(a: &mut [Chunk], length: usize, i: usize, j: usize, tile: &[F; SIDE]) {
     let at = i * SIDE * length + j;
     if let Some(a) = a.get_mut(at..at + 3 * length + 1) {
-        [a[0], a[length], a[2 * length], a[3 * length]] = *tile;
+        tile[0].put(&mut a[0]);
+        tile[1].put(&mut a[length]);
+        tile[2].put(&mut a[2 * length]);
+        tile[3].put(&mut a[3 * length]);
         return;
     }
     for (k, row) in tile.iter().enumerate() {
         if let Some(a) = a.get_mut(at + k * length) {
-            *a = *row;
+            row.put(a);
         }
     }
 }
@@ -82,22 +102,26 @@ pub(super) fn less(x: Chunk, factor: f64, y: Chunk) -> Chunk {
     std::array::from_fn(|i| x[i] - factor * y[i])
 }
 
-/// `target − Lᵀ Y`, from the last row of L on.
+/// From the rows `i` of `a`, at the chunk `j`, `Lᵀ` times the rows `k`, from the last row of L on.
 #[inline(always)]
-pub(super) fn less_product(mut target: Tile, l: &Tile, y: &Tile) -> Tile {
+pub(super) fn take_product<F: Four>(a: &mut [Chunk], length: usize, [k, i, j]: [usize; 3], l: &Tile) {
+    let y = rows::<F>(a, length, k, j);
+    let mut target = rows::<F>(a, length, i, j);
     for k in (0..SIDE).rev() {
-        target = std::array::from_fn(|i| less(target[i], l[k][i], y[k]));
+        for i in 0..SIDE {
+            target[i] = target[i].less(l[k][i], y[k]);
+        }
     }
-    target
+    put(a, length, i, j, &target);
 }
 
 /// `Lᵀ Y = B` with L on the diagonal.
 #[inline(always)]
-pub(super) fn solve_tile(l: &Tile, mut b: Tile) -> Tile {
+pub(super) fn solve_tile<F: Four>(l: &Tile, mut b: [F; SIDE]) -> [F; SIDE] {
     for k in (0..SIDE).rev() {
-        b[k] = b[k].map(|x| x * l[k][k]);
+        b[k] = b[k].times(l[k][k]);
         for i in 0..k {
-            b[i] = less(b[i], l[k][i], b[k]);
+            b[i] = b[i].less(l[k][i], b[k]);
         }
     }
     b
@@ -110,16 +134,22 @@ pub(super) fn factor_tile(mut a: Tile, rows: usize) -> Option<Tile> {
         row[k] = 1.0;
     }
     let mut definite = true;
+    let mut rests = [0.0; SIDE];
+    // Each row waits for a division by what the one before left, not for its root too: roots are taken together below.
     for k in (0..SIDE).rev() {
         let rest = a[k][k];
         // Written so that NaN fails too.
         definite &= rest > 0.0 && rest < f64::INFINITY;
-        let reciprocal = rest.sqrt().recip();
-        a[k] = a[k].map(|x| x * reciprocal);
-        a[k][k] = reciprocal;
+        rests[k] = rest;
+        let reciprocal = rest.recip();
         for i in 0..k {
-            a[i] = less(a[i], a[k][i], a[k]);
+            a[i] = less(a[i], a[k][i] * reciprocal, a[k]);
         }
+    }
+    let reciprocals = rests.map(|rest| rest.sqrt().recip());
+    for k in 0..SIDE {
+        a[k] = a[k].map(|x| x * reciprocals[k]);
+        a[k][k] = reciprocals[k];
     }
     definite.then_some(a)
 }
@@ -139,7 +169,12 @@ pub(super) fn block(b: &[f64], at: usize) -> Chunk {
 
 #[inline(always)]
 pub(super) fn put_block(b: &mut [f64], at: usize, block: Chunk) {
-    b[at * SIDE..].iter_mut().zip(block).for_each(|(b, x)| *b = x);
+    let own = &mut b[at * SIDE..];
+    // A whole block is one store; of a length that is not known it would be a call.
+    match own.first_chunk_mut() {
+        Some(own) => *own = block,
+        None => own.iter_mut().zip(block).for_each(|(b, x)| *b = x),
+    }
 }
 
 /// A block of `b` less some of its rows of `a` times other blocks.

@@ -40,14 +40,17 @@ impl Newton {
     fn assemble_symmetric(&mut self, problem: &Problem) -> bool {
         let still = &self.arrangement.still;
         let length = row_length(still.len()).max(1);
+        let all = still.len() == problem.rows();
+        if all {
+            // What lies above the diagonal is not read.
+            self.matrix.copy_from_slice(&problem.delassus);
+        }
         for (at, (target, &row)) in self.matrix.chunks_exact_mut(length).zip(still).enumerate() {
             let (own, weight) = (problem.row(row), problem.weight[row]);
             if weight <= 0.0 {
                 return false;
             }
-            if still.len() == problem.rows() {
-                target[..=at].copy_from_slice(&own[..=at]);
-            } else {
+            if !all {
                 target.iter_mut().zip(&still[..=at]).for_each(|(x, column)| *x = own[*column]);
             }
             target[at] += self.nearness / weight;

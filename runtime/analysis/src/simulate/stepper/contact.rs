@@ -1,5 +1,5 @@
 //! The contact problem of a step: what is closed, how fast it would move, what gives way.
-use super::{MotionState, RowSource, Stepper};
+use super::{MotionState, RowSource, Stepper, within_limits};
 use crate::simulate::dense::{self, row_length};
 use crate::simulate::implicit::Relaxed;
 use crate::simulate::problem::{Block, Law};
@@ -29,11 +29,11 @@ impl Stepper<'_> {
             terrain.lower(&mut self.gaps);
         }
         self.sources.clear();
-        self.look_down(motion, time);
+        let reach = self.reach(time);
+        self.look_down(motion, reach, time);
         let mut rows = self.touch();
         let first = motion.q.len() - self.joints.len();
         let before = self.sources.len();
-        let reach = self.reach(time);
         for (j, joint) in self.joints.iter().enumerate() {
             let q = motion.q[first + j];
             let near = |upper: bool| joint.way(upper, q).is_some_and(|way| way <= reach);
@@ -53,7 +53,8 @@ impl Stepper<'_> {
             ];
             self.sources.extend(closed.into_iter().filter(|(closed, _)| *closed).map(|(_, source)| source));
         }
-        self.sources.extend((0..self.servos.len()).map(RowSource::Servo));
+        let limited = (0..self.servos.len()).filter(|servo| self.within.has_row(*servo));
+        self.sources.extend(limited.map(RowSource::Servo));
         rows += self.sources.len() - before;
         self.problem.clear(rows);
     }
@@ -91,7 +92,7 @@ impl Stepper<'_> {
         self.before.resize(rows, 0.0);
         dense::add_rows(&self.directions, &self.speed, &mut self.before);
         dense::survey(&self.directions, rows, &mut self.filled);
-        dense::forward(&self.mass, n, &mut self.directions, rows, &mut self.filled);
+        dense::forward(self.within.factor_or(&self.mass), n, &mut self.directions, rows, &mut self.filled);
         self.problem.free.copy_from_slice(&self.before);
         dense::add_rows(&self.directions, &self.drive, &mut self.problem.free);
         if self.ground.compliance.is_some() {
@@ -146,13 +147,9 @@ impl Stepper<'_> {
                     way.map(|way| Relaxed { softness: 0.0, offset: way.max(0.0) / time })
                 }
                 RowSource::Servo(index) => {
-                    let (servo, axis) = (&self.servos[index], self.servos[index].axis);
-                    let state = match axis.checked_sub(joints) {
-                        Some(k) => [self.motors.angle[k], self.motors.rate[k]],
-                        None => [q[axis], v[axis]],
-                    };
-                    let relaxed = servo.relaxed(state, 1.0 / self.inertia[axis], time);
-                    self.asked[axis] = relaxed.map_or(0.0, |relaxed| relaxed.softness);
+                    let servo = &self.servos[index];
+                    let relaxed = within_limits::relaxed(servo, &self.motors, (q, v), &self.inertia, time);
+                    self.asked[servo.axis] = relaxed.map_or(0.0, |relaxed| relaxed.softness);
                     if relaxed.is_none() {
                         // Without gains what is left is constant.
                         let given = time * servo.bias.max(servo.limits[0]).min(servo.limits[1]);

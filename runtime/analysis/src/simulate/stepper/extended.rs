@@ -1,4 +1,5 @@
 //! What a stepper has besides the model: motors of their own, coupled joints, servos, soles that turn, ground that is not level.
+use super::within_limits::WithinLimits;
 use super::{MotionState, ROWS_OF_AXIS, Stepper};
 use crate::simulate::dense::{self, row_length};
 use crate::simulate::drives::Coupled;
@@ -94,6 +95,7 @@ impl Stepper<'_> {
         self.mean = Vec::with_capacity(rows);
         self.pushes = vec![0.0; n];
         self.filled = Vec::with_capacity(n);
+        self.within = WithinLimits::with_room(n, axes);
         self
     }
 

@@ -30,6 +30,9 @@ impl Stepper<'_> {
         for (axis, inertia) in self.inertia.iter_mut().enumerate() {
             *inertia = self.mass[(first + axis) * (length + 1)];
         }
+        if !self.servos.is_empty() {
+            self.within.inertia.copy_from_slice(&self.mass);
+        }
         if !dense::factor(&mut self.mass, n) {
             return Err(too_long(motion.time));
         }
@@ -98,6 +101,9 @@ impl Stepper<'_> {
                 let slot = self.slot_of_axis(axis);
                 self.drive[first + axis] += self.memory[slot] + self.memory[slot + 3];
             }
+        }
+        if around {
+            self.within.push.copy_from_slice(&self.drive);
         }
         dense::forward_one(&self.mass, n, &mut self.drive);
     }

@@ -25,9 +25,9 @@ impl Stepper<'_> {
     /// How far above the ground a point must be so as not to come down in this step, m: with a multiple of the fastest point now
     /// or without contact, since impacts make other points fast. Zero where forces are those of a depth, where a rebound needs
     /// the whole speed at once, and in the plane, where no sole rocks on three corners: an impact that takes two steps is a worse one.
-    pub(super) fn look_down(&mut self, motion: &MotionState, time: f64) {
+    pub(super) fn look_down(&mut self, motion: &MotionState, reach: f64, time: f64) {
         (self.near, self.directed) = (0.0, false);
-        let (far, ground) = (ARM * self.reach(time), &self.ground);
+        let (far, ground) = (ARM * reach, &self.ground);
         let above = self.gaps.iter().any(|gap| *gap > 0.0 && *gap <= far);
         let apart = self.mechanics.tangents() < 2 || ground.restores() || ground.compliance.is_some();
         if !above || apart {
@@ -115,15 +115,11 @@ impl Stepper<'_> {
         let length = row_length(self.problem.rows());
         let (axis, sign) = match source {
             RowSource::Point(point) => {
-                let own =
-                    self.directions.chunks_exact_mut(length).map(|along| &mut along[row..=row + tangents]);
                 let normal = &self.normal[point * nv..][..nv];
-                let tangential = &self.tangential[point * tangents * nv..][..tangents * nv];
-                for ((i, target), normal) in own.enumerate().zip(normal) {
-                    target[0] = *normal;
-                    for (k, target) in target[1..].iter_mut().enumerate() {
-                        *target = tangential[k * nv + i];
-                    }
+                let tangential = self.tangential[point * tangents * nv..][..tangents * nv].chunks_exact(nv);
+                for (column, along) in (row..).zip(std::iter::once(normal).chain(tangential)) {
+                    let own = self.directions.chunks_exact_mut(length).map(|all| &mut all[column]);
+                    own.zip(along).for_each(|(target, along)| *target = *along);
                 }
                 return;
             }
