@@ -6,8 +6,8 @@ use flate2::Crc;
 use flate2::write::ZlibEncoder;
 use std::io::Write;
 
-/// Shades of the scale of speeds; the other entries of a palette are reasons.
-const SHADES: usize = 240;
+/// Shades of the scale of speeds; the other entries of a palette are reasons. A palette of bytes has 256 entries: with one more, browsers show nothing.
+const SHADES: usize = 256 - Reason::ALL.len();
 /// Colours of the scale at equal distances, from slow to fast: lightness grows evenly, for all eyes (viridis).
 const SCALE: [[u8; 3]; 9] = [
     [0x44, 0x01, 0x54],
@@ -126,7 +126,12 @@ mod tests {
             .read_to_end(&mut pixels)
             .unwrap();
         let fallen = SHADES as u8 + 1;
-        assert_eq!(pixels, [0, fallen, 120, 0, 0, SHADES as u8 - 1]);
+        let middle = (0.5 * (SHADES - 1) as f64).round() as u8;
+        assert_eq!(pixels, [0, fallen, middle, 0, 0, SHADES as u8 - 1]);
+        // All entries of a palette of bytes, and not one more.
+        let place = file.windows(4).position(|name| name == b"PLTE").unwrap();
+        assert_eq!(file[place - 4..place], (3_u32 * 256).to_be_bytes());
+        assert_eq!(file[place + 4 + 3 * 255..][..3], colour(Reason::ALL[Reason::ALL.len() - 1]));
     }
 
     #[test]
