@@ -1,6 +1,6 @@
 //! From mid-stance to mid-stance: where a robot passes the dead centre of its first phase it takes the parameters of the step, and all
 //! phases follow to the next such place. What maps, plans and cycles know of a step is this.
-use super::known::{Followed, keep};
+use super::known::Followed;
 use super::near::Recent;
 use super::{Chain, PhaseEnergy, Refused};
 use bipedc_analysis::gait::Reason;
@@ -110,13 +110,13 @@ impl Chain<'_> {
             return Err(Refused::new(Reason::NoPhaseLeft, why));
         }
         let key = self.key_of_present(phase)?;
-        let known = self.known.borrow().centres.get(&key).cloned();
+        let known = self.known.centres.get(&key);
         let (found, near) = match known {
             Some(known) => known,
             None => {
                 let found = PhaseEnergy::new(self, phase, [start, end], PLACES)?.dead_centre();
                 let known = (found, self.present.borrow().near.clone());
-                keep(&mut self.known.borrow_mut().centres, key, known.clone());
+                self.known.centres.keep(key, known.clone());
                 known
             }
         };
@@ -213,7 +213,7 @@ impl Chain<'_> {
             return self.phase_to_its_end((phase, x), time, nobody);
         }
         let key = self.key_of_present(phase)?;
-        let known = self.known.borrow().followed.get(&key).cloned();
+        let known = self.known.followed.get(&key);
         if let Some(Followed { duration, limited, missed, next }) = known {
             *time += duration;
             {
@@ -231,7 +231,7 @@ impl Chain<'_> {
         let state = next.clone().map(|(next, _)| (next, present.begun.clone()));
         let (own, missed) = (present.limited, present.missed);
         let followed = Followed { duration, limited: own, missed, next: state };
-        keep(&mut self.known.borrow_mut().followed, key, followed);
+        self.known.followed.keep(key, followed);
         present.limited |= limited;
         *time += duration;
         next

@@ -6,7 +6,7 @@ use super::{Chain, Refused};
 use bipedc_compiler::program::Operand;
 use bipedc_runtime::Argument;
 use std::collections::HashMap;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Phases that are kept at most; then all are forgotten.
 const MOST: usize = 40_000;
@@ -37,35 +37,55 @@ pub(super) struct Followed {
 /// Posture and direction after a phase that ended as its own formulas say.
 pub(super) type Ended = Result<[Vec<f64>; 2], Refused>;
 
-/// What is known.
+/// φ_m, ψ(φ₊, φ_m) and P(φ_m), and where the search for postures was then.
+pub(super) type Centre = ([f64; 3], Near);
+
+/// What chains of one gait know together: what one of them has found is what every other one would find.
 #[derive(Default)]
-pub(super) struct Known {
-    pub followed: HashMap<Key, Followed>,
-    /// φ_m, ψ(φ₊, φ_m) and P(φ_m), and where the search for postures was then.
-    pub centres: HashMap<Key, ([f64; 3], Near)>,
-    pub ended: HashMap<Key, Ended>,
-    /// Surfaces of the last phases.
-    courses: Recent<Key, Mutex<Course>>,
+pub(in crate::gait) struct Known {
+    pub(super) followed: Store<Followed>,
+    pub(super) centres: Store<Centre>,
+    pub(super) ended: Store<Ended>,
 }
 
-impl Known {
+/// What was found for some keys.
+pub(super) struct Store<T>(Mutex<HashMap<Key, T>>);
+
+impl<T> Default for Store<T> {
+    fn default() -> Self {
+        Self(Mutex::default())
+    }
+}
+
+impl<T: Clone> Store<T> {
+    pub fn get(&self, key: &Key) -> Option<T> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get(key).cloned()
+    }
+
+    /// Keeps what was found, among not too many.
+    pub fn keep(&self, key: Key, found: T) {
+        let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if known.len() >= MOST {
+            known.clear();
+        }
+        known.insert(key, found);
+    }
+}
+
+/// Surfaces of the last phases.
+#[derive(Default)]
+pub(super) struct Courses(Recent<Key, Mutex<Course>>);
+
+impl Courses {
     /// The surface of a phase: the one that is known, or a new one.
-    pub fn course(&mut self, key: Key, new: impl FnOnce() -> Course) -> Arc<Mutex<Course>> {
-        if let Some(known) = self.courses.get(&key) {
+    pub fn of(&mut self, key: Key, new: impl FnOnce() -> Course) -> Arc<Mutex<Course>> {
+        if let Some(known) = self.0.get(&key) {
             return known;
         }
         let made = Arc::new(Mutex::new(new()));
-        self.courses.keep(key, &made);
+        self.0.keep(key, &made);
         made
     }
-}
-
-/// Keeps what was found, among not too many.
-pub(super) fn keep<T>(known: &mut HashMap<Key, T>, key: Key, found: T) {
-    if known.len() >= MOST {
-        known.clear();
-    }
-    known.insert(key, found);
 }
 
 /// Bits of a state and of those parameters that are read.

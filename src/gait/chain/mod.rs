@@ -31,7 +31,7 @@ use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, GaveWay, JointCommand, Limit, Observation, Refusal};
 use bipedc_runtime::{Argument, Model, State};
 use course::Course;
-use known::Known;
+use known::{Courses, Known};
 use near::{Near, Recent};
 use phase::ChainPhase;
 use std::cell::RefCell;
@@ -48,7 +48,8 @@ pub struct Chain<'b> {
     heights: usize,
     relabelled: [usize; 2],
     present: RefCell<Present>,
-    known: RefCell<Known>,
+    known: Arc<Known>,
+    courses: RefCell<Courses>,
     /// Why there is no motion.
     refusal: RefCell<Option<Refused>>,
 }
@@ -157,12 +158,18 @@ impl<'b> Chain<'b> {
                 until: None,
                 impulses: Vec::new(),
             }),
-            known: RefCell::default(),
+            known: Arc::default(),
+            courses: RefCell::default(),
             refusal: RefCell::new(None),
             bench,
             model,
             phases,
         })
+    }
+
+    /// Knows what other chains of the same gait have found, and they what it finds.
+    pub(in crate::gait) fn knowing(self, known: &Arc<Known>) -> Self {
+        Self { known: known.clone(), ..self }
     }
 
     fn phase(&self, phase: usize) -> Result<&ChainPhase, Diagnostic> {
@@ -197,7 +204,7 @@ impl<'b> Chain<'b> {
         let status = present.controller.status();
         let parameters = present.controller.arguments().get(3..).unwrap_or(&[]);
         let key = known::key(phase, [&present.begun, &[]], parameters, &of.read.shape);
-        present.course = self.known.borrow_mut().course(key, || Course::new(status.ends, q));
+        present.course = self.courses.borrow_mut().of(key, || Course::new(status.ends, q));
         Ok([status.phase, status.rate])
     }
 

@@ -1,10 +1,11 @@
 //! Chains for work on all processors: what a chain says does not depend on what it was asked before, so any of them will do.
+use super::known::Known;
 use super::{Chain, Hop, MidStance, Refused};
 use crate::gait::PhasedBench;
 use bipedc_analysis::gait::{Assumptions, Reason};
 use bipedc_analysis::simulate::phases::PhaseSpec;
 use bipedc_effects::diagnostic::Diagnostic;
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// What a map has in a cell.
 pub(in crate::gait) type SpeedAndReason = Result<(f64, Option<Reason>), Refused>;
@@ -14,6 +15,7 @@ pub(in crate::gait) struct Chains<'b> {
     bench: &'b PhasedBench,
     specs: &'b [PhaseSpec],
     assume: Assumptions,
+    known: Arc<Known>,
     idle: Mutex<Vec<Chain<'b>>>,
 }
 
@@ -23,7 +25,8 @@ impl<'b> Chains<'b> {
     /// # Errors
     /// As [`Chain::new`].
     pub fn new(bench: &'b PhasedBench, specs: &'b [PhaseSpec]) -> Result<Self, Diagnostic> {
-        let found = Self { bench, specs, assume: Assumptions::default(), idle: Mutex::new(Vec::new()) };
+        let (assume, known) = (Assumptions::default(), Arc::default());
+        let found = Self { bench, specs, assume, known, idle: Mutex::new(Vec::new()) };
         let first = found.made()?;
         Ok(Self { idle: Mutex::new(vec![first]), ..found })
     }
@@ -73,7 +76,7 @@ impl<'b> Chains<'b> {
             let none = || Diagnostic::error("the gait has no controller");
             found.0.into_iter().next().unwrap_or_else(none)
         })?;
-        Chain::new(self.bench, self.specs, controller)
+        Ok(Chain::new(self.bench, self.specs, controller)?.knowing(&self.known))
     }
 
     /// The step with parameters `to` from the mid-stance of one with parameters `from`.

@@ -1,6 +1,6 @@
 //! One step of several phases, and what its energies say of the next (6.35–6.37).
 use super::hop::Beginning;
-use super::known::{Ended, keep, key};
+use super::known::{Ended, key};
 use super::surface::SurfacePoint;
 use super::{Chain, ChainPhase, PhaseEnergy, Refused};
 use crate::gait::{Assignment, Parametrised, PhasedBench};
@@ -239,10 +239,10 @@ impl Chain<'_> {
         for index in 0..self.bench.gait.phases.len() {
             let layout = self.bench.compiled.phase(&self.bench.gait, index)?;
             let key = key(index, [&q, &[]], values, &self.phase(layout.phase)?.read.shape);
-            let known = self.known.borrow().ended.get(&key).cloned();
+            let known = self.known.ended.get(&key);
             let found = known.unwrap_or_else(|| {
                 let found = self.after_nominal_end(&layout, index == 0, values, &q);
-                keep(&mut self.known.borrow_mut().ended, key, found.clone());
+                self.known.ended.keep(key, found.clone());
                 found
             });
             [q, direction] = found?;

@@ -11,7 +11,7 @@ const SAFETY: f64 = 4.0;
 /// Of so many interpolated cells one is computed.
 const CHECKED: u64 = 200;
 /// Cells that one worker computes in one go.
-const TOGETHER: usize = 8;
+const TOGETHER: usize = 3;
 
 /// A column and a row.
 type At = [usize; 2];
