@@ -68,12 +68,12 @@ fn gaits_without_a_closed_form_are_iterated() {
 }
 
 /// What an example of a crate prints, which compiles without a warning.
-fn example_prints(robot: &str, elsewhere: &Elsewhere, example: &str, arguments: &[&str]) -> String {
+fn example_prints(elsewhere: &Elsewhere, example: &str, arguments: &[&str]) -> String {
     let folder = elsewhere.0.join("crate");
     // The versions of our lock file are those that are here without a network.
     std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("Cargo.lock"), folder.join("Cargo.lock"))
         .unwrap();
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("walks").join(robot);
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).join("walks");
     let mut run = Command::new(env!("CARGO"));
     run.args(["run", "--offline", "--example", example, "--target-dir", text(&target), "--"]).args(arguments);
     run.current_dir(&folder).env("RUSTFLAGS", "-D warnings");
@@ -85,8 +85,8 @@ fn example_prints(robot: &str, elsewhere: &Elsewhere, example: &str, arguments: 
 }
 
 /// The example of a crate walks as its zero dynamics say, with the crate and its runtime alone; `speed` is what it begins with, per s.
-fn example_walks(robot: &str, elsewhere: &Elsewhere, speed: &str) {
-    let out = example_prints(robot, elsewhere, "walk", &[speed]);
+fn example_walks(elsewhere: &Elsewhere, speed: &str) {
+    let out = example_prints(elsewhere, "walk", &[speed]);
     assert_eq!(out.lines().count(), 12, "{out}");
     let first = out.lines().nth(1).unwrap();
     assert!(first.contains(&format!("{speed}00000000")), "{first}");
@@ -100,7 +100,7 @@ fn the_example_walks() {
     for (robot, speed) in [("three_link", "1.6"), ("five_link", "1.2")] {
         let elsewhere = Elsewhere::new(&format!("walks_{robot}"));
         elsewhere.generate_of(&format!("robots/{robot}"), &["--out", "crate", "--gait", "thesis"]).ok();
-        example_walks(robot, &elsewhere, speed);
+        example_walks(&elsewhere, speed);
     }
 }
 
@@ -148,7 +148,7 @@ fn the_published_controller_walks_in_emitted_code() {
     let (functions, _) = walk.split_once("fn main() {").unwrap();
     std::fs::write(folder.join("published.rs"), format!("#![allow(dead_code)]\n{functions}{PUBLISHED}"))
         .unwrap();
-    let out = example_prints("three_link", &elsewhere, "published", &[]);
+    let out = example_prints(&elsewhere, "published", &[]);
     let last: Vec<f64> = out.lines().last().unwrap().split(' ').map(|x| x.parse().unwrap()).collect();
     let [rate, period] = [last[0], last[1]];
     let speed = 2.0 * (std::f64::consts::PI / 8.0).sin() / period;

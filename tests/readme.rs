@@ -1,11 +1,15 @@
 //! Every command that README prints runs as printed, on robots and logs with the names that it uses.
-use crate::cli::{run, scratch};
+use crate::cli::{Run, run, scratch};
 use crate::real_data::{measurements, servo};
 use crate::support::project;
 use std::fs;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::Duration;
+
+/// How long motions are searched for, s.
+const SEARCHED: usize = 10;
 
 fn readme() -> String {
     fs::read_to_string(project().join("README.md")).unwrap()
@@ -84,11 +88,31 @@ fn runs(line: &str, folder: &Path) -> String {
     let (line, output) = line.split_once(" > ").map_or((line, None), |(line, file)| (line, Some(file)));
     let mut command = Command::new(env!("CARGO_BIN_EXE_bipedc"));
     command.args(line.split_whitespace().skip(1)).current_dir(folder).stdin(Stdio::null());
-    let done = run(&mut command);
+    let done = if line.contains(" excite ") { interrupted(&mut command) } else { run(&mut command) };
     assert_eq!(done.code, Some(0), "{line}\n{}{}", done.out, done.err);
     let Some(file) = output else { return done.out };
     fs::write(folder.join(file), done.out).unwrap();
     String::new()
+}
+
+/// A search for motions takes minutes; stopped, it writes the best so far. Ctrl-C (INT) is ignored by what a shell starts in the background,
+/// such as these tests.
+fn interrupted(command: &mut Command) -> Run {
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let process = child.id().to_string();
+    std::thread::scope(|scope| {
+        let waiting = scope.spawn(|| child.wait_with_output().unwrap());
+        for _ in 0..SEARCHED {
+            std::thread::sleep(Duration::from_secs(1));
+            if waiting.is_finished() {
+                break;
+            }
+        }
+        let _ = Command::new("kill").args(["-TERM", &process]).stderr(Stdio::null()).status();
+        let output = waiting.join().unwrap();
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        Run { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }
+    })
 }
 
 #[test]

@@ -1,8 +1,8 @@
 //! One file per mistake in the derive macro's attribute, with the message that the user sees.
 //!
-//! It compiles everything once more, which takes minutes: `cargo test --workspace --test ui -- --ignored`
-//! (continuous integration does). `TRYBUILD=overwrite` before it writes the messages anew. The messages themselves are also
-//! tested in process, in `tests/compiled/front_ends.rs` of the project.
+//! It compiles everything once more, which takes minutes: by hand, `cargo test --workspace --test ui -- --ignored`.
+//! `TRYBUILD=overwrite` before it writes the messages anew. The messages themselves are tested in process, in
+//! `tests/compiled/front_ends.rs` of the project.
 #[test]
 #[ignore = "compiles everything once more"]
 fn a_mistake_gives_one_error_at_its_place() {

@@ -98,7 +98,8 @@ fn the_command_finds_a_gait_or_says_what_contradicts_it() {
     let out = scratch("optimised-command").join("new.toml");
     let asked = |speed: &str, more: &[&str]| {
         let form = ["gait", "optimise", "robots/five_link", "--gait", "optimised"];
-        bipedc(&[&form[..], &["--speed", speed, "--out", text(&out), "--json"], more].concat())
+        let few = ["--intervals", "12", "--json"];
+        bipedc(&[&form[..], &["--speed", speed, "--out", text(&out)], &few, more].concat())
     };
     let found = asked("0.6", &[]).ok().json();
     let gait = &found["gaits"][0];

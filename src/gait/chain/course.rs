@@ -4,7 +4,7 @@ use super::Refused;
 use super::near::Near;
 use super::surface::SurfacePoint;
 use std::f64::consts::PI;
-use std::sync::Arc;
+use std::sync::{Arc, LazyLock};
 
 /// Parts of a phase.
 const PARTS: usize = 8;
@@ -34,12 +34,13 @@ struct Part {
     values: [Vec<f64>; POINTS],
 }
 
-/// Points between −1 and 1 and their weights (barycentric).
-fn chebyshev(k: usize) -> (f64, f64) {
-    let angle = (2 * k + 1) as f64 * PI / (2 * POINTS) as f64;
-    // From left to right.
-    (-angle.cos(), if k.is_multiple_of(2) { angle.sin() } else { -angle.sin() })
-}
+/// Points between −1 and 1, from left to right, and their weights (barycentric).
+static CHEBYSHEV: LazyLock<[(f64, f64); POINTS]> = LazyLock::new(|| {
+    std::array::from_fn(|k| {
+        let angle = (2 * k + 1) as f64 * PI / (2 * POINTS) as f64;
+        (-angle.cos(), if k.is_multiple_of(2) { angle.sin() } else { -angle.sin() })
+    })
+});
 
 impl Course {
     /// Of a phase that begins at `start` in the posture q, and ends at `end`.
@@ -70,8 +71,8 @@ impl Course {
         }
         let place = |s: f64| self.start + (index as f64 + 0.5 * (1.0 + s)) * width;
         let mut values: [Vec<f64>; POINTS] = Default::default();
-        for (k, value) in values.iter_mut().enumerate() {
-            let phi = place(chebyshev(k).0);
+        for (value, &(point, _)) in values.iter_mut().zip(&*CHEBYSHEV) {
+            let phi = place(point);
             let Ok(found) = find(phi, &self.near.guess(phi)) else {
                 self.ended = true;
                 return None;
@@ -94,24 +95,28 @@ impl Course {
 impl Part {
     /// The point at a place from −1 to 1.
     fn at(&self, s: f64) -> SurfacePoint {
-        let size = self.values[0].len();
-        let (mut sum, mut whole) = (vec![0.0; size], 0.0);
-        for (k, value) in self.values.iter().enumerate() {
-            let (place, weight) = chebyshev(k);
-            let off = s - place;
-            if off == 0.0 {
-                sum.copy_from_slice(value);
-                whole = 1.0;
+        let (mut weights, mut whole) = ([0.0; POINTS], 0.0);
+        for (k, &(place, weight)) in CHEBYSHEV.iter().enumerate() {
+            if s == place {
+                (weights, whole) = ([0.0; POINTS], 1.0);
+                weights[k] = 1.0;
                 break;
             }
-            let weight = weight / off;
-            whole += weight;
-            sum.iter_mut().zip(value).for_each(|(sum, value)| *sum += weight * value);
+            weights[k] = weight / (s - place);
+            whole += weights[k];
         }
-        sum.iter_mut().for_each(|sum| *sum /= whole);
-        let along_phase = sum.split_off(2 * size / 3);
-        let slope = sum.split_off(size / 3);
-        SurfacePoint { q: sum, slope, along_phase }
+        let mut sums = [0, 1, 2].map(|third| {
+            let size = self.values[0].len() / 3;
+            let own = third * size..(third + 1) * size;
+            let mut sum = vec![0.0; size];
+            for (weight, value) in weights.iter().zip(&self.values) {
+                sum.iter_mut().zip(&value[own.clone()]).for_each(|(sum, value)| *sum += weight * value);
+            }
+            sum.iter_mut().for_each(|sum| *sum /= whole);
+            sum
+        });
+        let [q, slope, along_phase] = sums.each_mut().map(std::mem::take);
+        SurfacePoint { q, slope, along_phase }
     }
 }
 

@@ -70,6 +70,7 @@ struct Present {
     points: Recent<u64, SurfacePoint>,
     /// By the bits of φ and φ̇.
     motions: Recent<[u64; 2], Motion>,
+    moving: Moving,
     /// Where the integration was last: which limits hold torques, if that is known.
     mode: Option<Mode>,
     /// They are others than at the step before, which was so often.
@@ -82,6 +83,16 @@ struct Present {
     until: Option<f64>,
     /// Of impacts, foot by foot: along the ground and upward, N s.
     impulses: Vec<[f64; 2]>,
+}
+
+/// Memory of a motion that is looked at.
+#[derive(Default)]
+struct Moving {
+    v: Vec<f64>,
+    tau: Vec<f64>,
+    commands: Vec<JointCommand<f64>>,
+    /// Accelerations, then forces of the ground.
+    found: Vec<f64>,
 }
 
 /// The last limit that torques are held to, how many there are, and what could not be met.
@@ -150,6 +161,7 @@ impl<'b> Chain<'b> {
                 near: Near::at(&vec![0.0; Model::<f64>::nq(&model)]),
                 points: Recent::new(),
                 motions: Recent::new(),
+                moving: Moving::default(),
                 mode: None,
                 kinked: false,
                 kinks: 0,
@@ -178,13 +190,7 @@ impl<'b> Chain<'b> {
     }
 
     fn call(&self, function: usize, state: &State<'_, f64>) -> Vec<f64> {
-        let size = Model::<f64>::signature(&self.model, function).map_or(0, |s| s.rows * s.columns);
-        let mut out = vec![0.0; size];
-        // Lengths come from the model itself; a refusal would be a fault of ours, seen in the numbers.
-        if self.model.evaluate(function, state, &mut out).is_err() {
-            out.fill(f64::NAN);
-        }
-        out
+        surface::call(&self.model, function, state)
     }
 
     /// A phase begins in this state of the whole robot: φ and φ̇ there.
@@ -261,24 +267,28 @@ impl<'b> Chain<'b> {
     /// The same at a point of the surface.
     fn moved(&self, phase: usize, point: &SurfacePoint, rate: f64) -> Result<Motion, Refused> {
         let of = self.phase(phase)?;
-        let v: Vec<f64> = point.slope.iter().map(|slope| slope * rate).collect();
         let present = &mut *self.present.borrow_mut();
-        let mut commands = vec![JointCommand::Off; Model::<f64>::joints(&self.model)];
-        let observed = Observation::new(0.0, phase, &point.q, &v);
+        let Moving { v, tau, commands, found } = &mut present.moving;
+        v.clear();
+        v.extend(point.slope.iter().map(|slope| slope * rate));
+        commands.clear();
+        commands.resize(Model::<f64>::joints(&self.model), JointCommand::Off);
+        let observed = Observation::new(0.0, phase, &point.q, v);
         let refused = |refusal: Refusal| Refused::of_controller(&of.spec.name, refusal);
-        present.controller.command(&observed, &mut commands).map_err(refused)?;
+        present.controller.command(&observed, commands).map_err(refused)?;
         let status = present.controller.status();
         let missed = matches!(status.gave_way, GaveWay::Outputs | GaveWay::Ground);
-        let mut tau = vec![0.0; v.len()];
         let first = v.len() - commands.len();
-        tau[first..].iter_mut().zip(&commands).for_each(|(tau, command)| *tau = command.torque(0.0, 0.0));
-        let power = tau.iter().zip(&v).map(|(tau, v)| tau * v);
+        tau.clear();
+        tau.resize(first, 0.0);
+        tau.extend(commands.iter().map(|command| command.torque(0.0, 0.0)));
+        let power = tau.iter().zip(&*v).map(|(tau, v)| tau * v);
         let power = [power.clone().sum::<f64>(), power.map(f64::abs).sum()];
-        let state = State::new().with(Argument::Q, &point.q).with(Argument::V, &v).with(Argument::Tau, &tau);
-        let mut accelerations = self.call(of.dynamics, &state);
-        let forces = accelerations.split_off(v.len().min(accelerations.len()));
-        let acceleration = of.surface.phase_acceleration(&self.model, (point, &v), &accelerations);
-        let torques = tau.split_off(first);
+        let state = State::new().with(Argument::Q, &point.q).with(Argument::V, v).with(Argument::Tau, tau);
+        surface::call_into(&self.model, of.dynamics, &state, found);
+        let (accelerations, forces) = found.split_at(v.len().min(found.len()));
+        let acceleration = of.surface.phase_acceleration(&self.model, (point, v), accelerations);
+        let (forces, torques) = (forces.to_vec(), tau[first..].to_vec());
         let mode = (status.limit, status.limits, status.gave_way);
         Ok(Motion { forces, acceleration, mode, limited: status.limits > 0, missed, power, torques })
     }

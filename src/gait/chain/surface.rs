@@ -43,6 +43,8 @@ struct Work {
     /// Their slopes, and those of outputs and φ.
     slopes: [Vec<f64>; 3],
     constraints: Vec<f64>,
+    /// Arguments of the gait where they do not count.
+    zeros: Vec<f64>,
     /// Of all constraints, row after row.
     matrix: Vec<f64>,
     factors: Factors,
@@ -299,10 +301,11 @@ impl Surface {
         (point, v): (&SurfacePoint, &[f64]),
         a: &[f64],
     ) -> f64 {
-        let arguments = vec![0.0; Model::<f64>::argument_length(model, Argument::Parameters)];
+        let Work { constraints, zeros, .. } = &mut *self.work.borrow_mut();
+        zeros.resize(Model::<f64>::argument_length(model, Argument::Parameters), 0.0);
         let state = State::new().with(Argument::Q, &point.q).with(Argument::V, v);
-        let state = state.with(Argument::Parameters, &arguments);
-        let curvature = call(model, self.curvature, &state).last().copied().unwrap_or(f64::NAN);
+        call_into(model, self.curvature, &state.with(Argument::Parameters, zeros), constraints);
+        let curvature = constraints.last().copied().unwrap_or(f64::NAN);
         point.along_phase.iter().zip(a).map(|(slope, a)| slope * a).sum::<f64>() + curvature
     }
 
@@ -358,14 +361,14 @@ impl Surface {
     }
 }
 
-fn call(model: &ProgramModel, function: usize, state: &State<'_, f64>) -> Vec<f64> {
+pub(super) fn call(model: &ProgramModel, function: usize, state: &State<'_, f64>) -> Vec<f64> {
     let mut out = Vec::new();
     call_into(model, function, state, &mut out);
     out
 }
 
 /// Writes what a function says.
-fn call_into(model: &ProgramModel, function: usize, state: &State<'_, f64>, out: &mut Vec<f64>) {
+pub(super) fn call_into(model: &ProgramModel, function: usize, state: &State<'_, f64>, out: &mut Vec<f64>) {
     let size = Model::<f64>::signature(model, function).map_or(0, |s| s.rows * s.columns);
     out.resize(size, 0.0);
     // Lengths come from the model itself; a refusal would be a fault of ours, seen in the numbers.
