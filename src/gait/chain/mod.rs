@@ -86,7 +86,7 @@ struct Present {
 }
 
 /// Memory of a motion that is looked at.
-#[derive(Default)]
+#[derive(Clone, Default)]
 struct Moving {
     v: Vec<f64>,
     tau: Vec<f64>,
