@@ -10,13 +10,19 @@ use bipedc_analysis::simulate::phases::{End, Precision, Start, walk};
 const LONGEST: f64 = 20.0;
 /// Places at which P is integrated to find a dead centre; φ̇² is stationary there.
 const PLACES: usize = 64;
-const PRECISION: Precision = Precision {
-    relative: 1e-11,
-    absolute: 1e-11,
-    largest_step: 0.02,
-    largest_look: 0.01,
-    most_steps: 10_000,
-};
+pub(super) const PRECISION: Precision = precision(1e-11);
+/// Of cells between which a map is interpolated to some 1e-3.
+pub(super) const ROUGH: Precision = precision(1e-10);
+
+const fn precision(tolerance: f64) -> Precision {
+    Precision {
+        relative: tolerance,
+        absolute: tolerance,
+        largest_step: 0.02,
+        largest_look: 0.01,
+        most_steps: 10_000,
+    }
+}
 
 /// The robot where it passes the dead centre of a step's first phase.
 #[derive(Debug, Clone, PartialEq)]
@@ -247,7 +253,7 @@ impl Chain<'_> {
         let begun = *time;
         look(phase, begun, x, true);
         let start = Start { time: 0.0, phase, x: x.to_vec() };
-        let walked = walk(self, start, LONGEST, 1, &PRECISION, &mut |time, phase, x| {
+        let walked = walk(self, start, LONGEST, 1, &self.precision, &mut |time, phase, x| {
             look(phase, begun + time, [x[0], x[1]], false);
         });
         if let Some(refusal) = self.refusal() {

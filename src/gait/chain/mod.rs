@@ -25,7 +25,7 @@ pub use step::{ChainOptions, ChainStep, ChainedPhase};
 pub(in crate::gait) use trace::PhaseTrace;
 
 use super::{PhasedBench, PhasedProgramController};
-use bipedc_analysis::simulate::phases::{Ending, PhaseSpec};
+use bipedc_analysis::simulate::phases::{Ending, PhaseSpec, Precision};
 use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, GaveWay, JointCommand, Limit, Observation, Refusal};
@@ -48,6 +48,8 @@ pub struct Chain<'b> {
     heights: usize,
     relabelled: [usize; 2],
     present: RefCell<Present>,
+    /// Of the integration.
+    precision: Precision,
     known: Arc<Known>,
     courses: RefCell<Courses>,
     /// Why there is no motion.
@@ -170,6 +172,7 @@ impl<'b> Chain<'b> {
                 until: None,
                 impulses: Vec::new(),
             }),
+            precision: hop::PRECISION,
             known: Arc::default(),
             courses: RefCell::default(),
             refusal: RefCell::new(None),
@@ -177,11 +180,6 @@ impl<'b> Chain<'b> {
             model,
             phases,
         })
-    }
-
-    /// Knows what other chains of the same gait have found, and they what it finds.
-    pub(in crate::gait) fn knowing(self, known: &Arc<Known>) -> Self {
-        Self { known: known.clone(), ..self }
     }
 
     fn phase(&self, phase: usize) -> Result<&ChainPhase, Diagnostic> {

@@ -1,9 +1,9 @@
 //! Chains for work on all processors: what a chain says does not depend on what it was asked before, so any of them will do.
 use super::known::Known;
-use super::{Chain, Hop, MidStance, Refused};
+use super::{Chain, Hop, MidStance, Refused, hop};
 use crate::gait::PhasedBench;
 use bipedc_analysis::gait::{Assumptions, Reason};
-use bipedc_analysis::simulate::phases::PhaseSpec;
+use bipedc_analysis::simulate::phases::{PhaseSpec, Precision};
 use bipedc_effects::diagnostic::Diagnostic;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -15,6 +15,7 @@ pub(in crate::gait) struct Chains<'b> {
     bench: &'b PhasedBench,
     specs: &'b [PhaseSpec],
     assume: Assumptions,
+    precision: Precision,
     known: Arc<Known>,
     idle: Mutex<Vec<Chain<'b>>>,
 }
@@ -25,8 +26,8 @@ impl<'b> Chains<'b> {
     /// # Errors
     /// As [`Chain::new`].
     pub fn new(bench: &'b PhasedBench, specs: &'b [PhaseSpec]) -> Result<Self, Diagnostic> {
-        let (assume, known) = (Assumptions::default(), Arc::default());
-        let found = Self { bench, specs, assume, known, idle: Mutex::new(Vec::new()) };
+        let (assume, precision, known) = (Assumptions::default(), hop::PRECISION, Arc::default());
+        let found = Self { bench, specs, assume, precision, known, idle: Mutex::new(Vec::new()) };
         let first = found.made()?;
         Ok(Self { idle: Mutex::new(vec![first]), ..found })
     }
@@ -38,6 +39,13 @@ impl<'b> Chains<'b> {
     pub fn assuming(self, assume: Assumptions) -> Result<Self, Diagnostic> {
         self.made()?.known(assume)?;
         Ok(Self { assume, ..self })
+    }
+
+    /// The same for steps that need not be known as closely as others: before any is asked for.
+    pub fn roughly(mut self) -> Self {
+        self.precision = hop::ROUGH;
+        self.idle.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
+        self
     }
 
     /// A step, and the first assumption that it breaks.
@@ -76,7 +84,8 @@ impl<'b> Chains<'b> {
             let none = || Diagnostic::error("the gait has no controller");
             found.0.into_iter().next().unwrap_or_else(none)
         })?;
-        Ok(Chain::new(self.bench, self.specs, controller)?.knowing(&self.known))
+        let chain = Chain::new(self.bench, self.specs, controller)?;
+        Ok(Chain { precision: self.precision, known: self.known.clone(), ..chain })
     }
 
     /// The step with parameters `to` from the mid-stance of one with parameters `from`.
