@@ -109,8 +109,10 @@ const PUBLISHED: &str = r#"
 fn main() {
     let feedback = Feedback::FiniteTime { exponent: 0.9, time_scale: 0.1 };
     let mut walker = GaitController::new(Robot, feedback).unlimited();
-    let q = [0.0, 0.0, 0.4964665, -0.8891656, -0.1037675];
-    let v = [0.0, 0.0, 1.4838874, -0.5570712, -1.7231713];
+    let q = [0.0_f64, 0.0, 0.4964665, -0.8891656, -0.1037675];
+    // The hip turns about the foot that stands, 1 m away.
+    let [lean, rate] = [q[2] + q[3], 1.4838874 - 0.5570712];
+    let v = [rate * lean.cos(), -rate * lean.sin(), 1.4838874, -0.5570712, -1.7231713];
     let mut x = [q, v];
     walker.begin_step(&q, &v).unwrap();
     for _ in 0..8 {
