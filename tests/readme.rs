@@ -108,7 +108,9 @@ fn interrupted(command: &mut Command) -> Run {
                 break;
             }
         }
-        let _ = Command::new("kill").args(["-TERM", &process]).stderr(Stdio::null()).status();
+        if !waiting.is_finished() {
+            let _ = Command::new("kill").args(["-TERM", &process]).stderr(Stdio::null()).status();
+        }
         let output = waiting.join().unwrap();
         let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
         Run { code: output.status.code(), out: text(output.stdout), err: text(output.stderr) }

@@ -177,6 +177,10 @@ fn the_map_of_the_robot_with_feet_is_the_one_of_all_cells() {
     assert_eq!((&one.reason, &one.counts), (&all.reason, &all.counts));
     // Cells between which others are interpolated are integrated less closely.
     let alike = |a: f64, b: f64| (a - b).abs() < 1e-5 * 0.35;
+    for (own, other) in [(one.fastest, all.fastest), (one.slowest, all.slowest)] {
+        let (own, other) = (own.unwrap(), other.unwrap());
+        assert!(own.at == other.at && alike(own.next_speed, other.next_speed), "{own:?} {other:?}");
+    }
     let computed = one.computed.as_ref().unwrap();
     let found = one.interpolation.unwrap();
     assert!(all.computed.is_none() && all.interpolation.is_none());

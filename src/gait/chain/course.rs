@@ -105,7 +105,7 @@ impl Part {
             weights[k] = weight / (s - place);
             whole += weights[k];
         }
-        let mut sums = [0, 1, 2].map(|third| {
+        let [q, slope, along_phase] = [0, 1, 2].map(|third| {
             let size = self.values[0].len() / 3;
             let own = third * size..(third + 1) * size;
             let mut sum = vec![0.0; size];
@@ -115,7 +115,6 @@ impl Part {
             sum.iter_mut().for_each(|sum| *sum /= whole);
             sum
         });
-        let [q, slope, along_phase] = sums.each_mut().map(std::mem::take);
         SurfacePoint { q, slope, along_phase }
     }
 }

@@ -33,9 +33,7 @@ impl PhasedBench {
             .map_err(|error| error.or_in_file(&self.file))?
             .assuming(options.assume)?;
         let sparing = self.sparing(&chains, &request, options.interpolated_from);
-        let [columns, rows] = request.size();
-        let interpolated = columns * rows >= sparing.from_cells;
-        let chains = if interpolated { chains.roughly() } else { chains };
+        let chains = if sparing.interpolates(request.size()) { chains.roughly() } else { chains };
         self.mapped((&request, identity), file, run, |known, watch| {
             request.cells_sparing(&known, &sparing, watch, |to, k| {
                 let from = request.from.as_deref().unwrap_or(to);

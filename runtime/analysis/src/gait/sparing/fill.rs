@@ -62,7 +62,7 @@ impl<'a, F: Fn(&[f64]) -> Cell + Sync> Fill<'a, F> {
     pub fn filled(mut self) -> (Vec<Cell>, Option<Interpolation>) {
         let [columns, rows] = self.field.size;
         let all = columns * rows;
-        let whole = if all < self.sparing.from_cells || columns < 2 || rows < 2 {
+        let whole = if !self.sparing.interpolates(self.field.size) {
             let every = (0..columns).flat_map(|x| (0..rows).map(move |y| [x, y])).collect();
             self.compute(every, 0).then_some(None)
         } else {

@@ -40,6 +40,13 @@ pub struct Interpolation {
     pub tolerance: f64,
 }
 
+impl Sparing {
+    /// Whether cells of a map with so many columns and rows are interpolated.
+    pub fn interpolates(&self, [columns, rows]: [usize; 2]) -> bool {
+        columns > 1 && rows > 1 && columns * rows >= self.from_cells
+    }
+}
+
 impl MapRequest {
     /// Cells of a map, as [`MapRequest::cells`] has them, of which those are interpolated that are as smooth as `sparing` asks for; of
     /// each speed, what was interpolated (none: nothing). `at` computes the cell of a place's parameters for the speed with an index.
