@@ -1,13 +1,11 @@
 //! Walking by a gait in process: its controller, and states to begin with.
 use super::{Assignment, GaitBench, Parametrised};
 use bipedc_compiler::compile::GaitPrograms;
+pub use bipedc_compiler::compile::ProgramController;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_runtime::control::{Feedback, GaitController, Refusal};
 use bipedc_runtime::{Argument, Model, State};
 use std::borrow::Cow;
-
-/// A robot's controller by a gait that runs as programs.
-pub type ProgramController = GaitController<f64, GaitPrograms>;
 
 impl GaitBench {
     /// The gait's controller (6.3) with these parameters instead of the gait's own; no step has begun.

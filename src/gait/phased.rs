@@ -2,6 +2,7 @@
 use super::{Assignment, ChainOptions, Parametrised, replaced};
 use crate::progress::Progress;
 use bipedc_compiler::Robot;
+pub use bipedc_compiler::compile::PhasedProgramController;
 use bipedc_compiler::compile::{CompiledPhases, PhasePrograms, compile_phases};
 use bipedc_compiler::description::gait::{
     AnyGait, GaitParameter, PhasedGait, gait_path, parse_any_gait, read_any_gait,
@@ -11,9 +12,6 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use bipedc_runtime::control::{Feedback, PhasedController, Refusal};
 use std::path::{Path, PathBuf};
-
-/// A robot's controller by a gait of several phases that runs as programs.
-pub type PhasedProgramController = PhasedController<f64, PhasePrograms>;
 
 /// A robot with a gait of several phases.
 #[derive(Debug, Clone)]

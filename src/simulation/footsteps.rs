@@ -6,10 +6,10 @@ use crate::walking::{FootstepWalker, Legs, robots_own};
 use bipedc_analysis::simulate::{FootstepWalk, Plant, Scenario, Sensors};
 use bipedc_analysis::walking::read_settings;
 use bipedc_compiler::Robot;
-use bipedc_compiler::compile::ProgramModel;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::files::Ledger;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
+use bipedc_runtime::in_process::{self, AnyModel};
 use bipedc_runtime::walking::estimator::{Fault, Sensed};
 use bipedc_runtime::walking::steps::{Phase, Steps, Velocity};
 use bipedc_runtime::walking::{OnBoardWalker, Payload, Stepped, Walked, WalkingController};
@@ -48,13 +48,13 @@ struct Unit {
 /// What drives the robot.
 enum Driver<'a> {
     /// It is told the true state.
-    True(Box<WalkingController<&'a ProgramModel, f64>>),
+    True(Box<WalkingController<AnyModel<'a>, f64>>),
     /// It is told what sensors measure.
-    Measured(Box<OnBoardWalker<&'a ProgramModel, f64>>),
+    Measured(Box<OnBoardWalker<AnyModel<'a>, f64>>),
 }
 
 impl<'a> Driver<'a> {
-    fn controller(&self) -> &WalkingController<&'a ProgramModel, f64> {
+    fn controller(&self) -> &WalkingController<AnyModel<'a>, f64> {
         match self {
             Self::True(controller) => controller,
             Self::Measured(walker) => walker.controller(),
@@ -90,7 +90,9 @@ impl<'a> Driver<'a> {
         (told, wanted): (Option<&mut ToldLog>, Velocity<f64>),
     ) -> Result<Option<Stepped<f64>>, Refusal> {
         let walker = match self {
-            Self::True(controller) => return controller.command(observed, commands).map(|()| None),
+            Self::True(controller) => {
+                return in_process::command(controller, observed, commands).map(|()| None);
+            }
             Self::Measured(walker) => walker,
         };
         let (position, velocity) = observed.joints(commands.len());
@@ -108,7 +110,7 @@ impl<'a> Driver<'a> {
             center: [center(0), center(1)],
             motor_position: observed.motors,
         };
-        let stepped = walker.step(&sensed, commands);
+        let stepped = in_process::step(walker, &sensed, commands);
         if let Some(told) = told {
             told.note(&sensed, wanted, commands);
         }

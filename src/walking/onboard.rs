@@ -6,6 +6,7 @@ use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::drive::Drive;
 use bipedc_effects::effect::{Law, Simulation};
 use bipedc_runtime::Model;
+use bipedc_runtime::in_process::AnyModel;
 use bipedc_runtime::walking::estimator::Settings;
 use bipedc_runtime::walking::robot::{LEG, Leg, MOST_VELOCITIES, WalkingRobot};
 use bipedc_runtime::walking::space::Pose;
@@ -67,12 +68,12 @@ impl FootstepWalker {
     }
 
     /// Estimator and controller.
-    pub fn on_board(&self, settings: Settings<f64>) -> OnBoardWalker<&ProgramModel, f64> {
+    pub fn on_board(&self, settings: Settings<f64>) -> OnBoardWalker<AnyModel<'_>, f64> {
         OnBoardWalker::new(&self.model, self.robot.clone(), self.gains, settings)
     }
 
     /// The controller.
-    pub fn controller(&self) -> WalkingController<&ProgramModel, f64> {
+    pub fn controller(&self) -> WalkingController<AnyModel<'_>, f64> {
         WalkingController::new(&self.model, self.robot.clone(), self.gains)
     }
 }

@@ -1,6 +1,7 @@
 //! A robot with a gait: the functions of its zero dynamics and of its controller beside those of the model that a step needs.
 mod collocation;
 mod controller;
+mod controllers_in_process;
 mod in_process;
 mod phased;
 mod phased_in_process;
@@ -9,6 +10,7 @@ mod regularity;
 pub use collocation::{
     Collocation, CollocationChange, CollocationPhase, GaitForm, NodeRow, PhaseForm, compile_collocation,
 };
+pub use controllers_in_process::{PhasedProgramController, ProgramController};
 pub use in_process::GaitPrograms;
 pub use phased::{CompiledPhases, compile_phases};
 pub use phased_in_process::PhasePrograms;

@@ -14,7 +14,8 @@ pub use catalogue::{Entry, Scope, catalogue, entry, entry_and_subject};
 pub use families::regressors::parameter_names;
 pub use gait::{
     Collocation, CollocationChange, CollocationPhase, CompiledGait, CompiledPhases, GaitForm, GaitPrograms,
-    NodeRow, PhaseForm, PhasePrograms, compile_collocation, compile_gait, compile_phases,
+    NodeRow, PhaseForm, PhasePrograms, PhasedProgramController, ProgramController, compile_collocation,
+    compile_gait, compile_phases,
 };
 pub use in_process::ProgramModel;
 pub use names::{crate_name, distinct, identifier};

@@ -15,6 +15,8 @@ pub mod sparsity;
 pub mod walking;
 
 #[cfg(feature = "source")]
+pub mod in_process;
+#[cfg(feature = "source")]
 pub mod source;
 
 pub use format::{FORMAT, require_format};

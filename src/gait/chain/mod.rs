@@ -26,9 +26,9 @@ pub(in crate::gait) use trace::PhaseTrace;
 
 use super::{PhasedBench, PhasedProgramController};
 use bipedc_analysis::simulate::phases::{Ending, PhaseSpec, Precision};
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{PhasePrograms, ProgramModel};
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_runtime::control::{Controller, GaveWay, JointCommand, Limit, Observation, Refusal};
+use bipedc_runtime::control::{GaveWay, JointCommand, Limit, Observation, Refusal};
 use bipedc_runtime::{Argument, Model, State};
 use course::Course;
 use known::{Courses, Known};
@@ -273,7 +273,7 @@ impl<'b> Chain<'b> {
         commands.resize(Model::<f64>::joints(&self.model), JointCommand::Off);
         let observed = Observation::new(0.0, phase, &point.q, v);
         let refused = |refusal: Refusal| Refused::of_controller(&of.spec.name, refusal);
-        present.controller.command(&observed, commands).map_err(refused)?;
+        PhasePrograms::command(&mut present.controller, &observed, commands).map_err(refused)?;
         let status = present.controller.status();
         let missed = matches!(status.gave_way, GaveWay::Outputs | GaveWay::Ground);
         let first = v.len() - commands.len();

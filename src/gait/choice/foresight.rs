@@ -6,7 +6,7 @@ use bipedc_analysis::robot::{BaseKind, Foot};
 use bipedc_analysis::simulate::phases::{
     Assumptions, Change, End, PhaseSpec, PhasedRobot, Precision, Start, Watcher, walk_watched,
 };
-use bipedc_compiler::compile::ProgramModel;
+use bipedc_compiler::compile::{PhasePrograms, ProgramModel};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 use std::cell::RefCell;
@@ -148,11 +148,11 @@ impl Controller<f64> for ToMidStance<'_> {
         observed: &Observation<'_, f64>,
         commands: &mut [JointCommand<f64>],
     ) -> Result<(), Refusal> {
-        self.inner.borrow_mut().command(observed, commands)
+        PhasePrograms::command(&mut self.inner.borrow_mut(), observed, commands)
     }
 
     fn begin_phase(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
-        self.inner.borrow_mut().begin_phase(observed)?;
+        PhasePrograms::begin_phase(&mut self.inner.borrow_mut(), observed)?;
         if self.stance.begins_step(observed.phase) {
             match self.stance.begin(self.values, observed) {
                 Ok(Some(rate)) => self.saw(observed, Event::Passed(rate)),

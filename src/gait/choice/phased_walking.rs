@@ -5,6 +5,7 @@ use super::phased::PhasedChooser;
 use super::stance::{Event, Stance};
 use crate::gait::{Chain, PhasedProgramController, Refused};
 use bipedc_analysis::gait::ChoiceKind;
+use bipedc_compiler::compile::PhasePrograms;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 
 /// Walks by a gait of several phases, and chooses the parameters of the next step at each mid-stance, where they are taken at once.
@@ -69,11 +70,11 @@ impl Controller<f64> for PhasedChoosing<'_, '_> {
         observed: &Observation<'_, f64>,
         commands: &mut [JointCommand<f64>],
     ) -> Result<(), Refusal> {
-        self.controller.command(observed, commands)
+        PhasePrograms::command(&mut self.controller, observed, commands)
     }
 
     fn begin_phase(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
-        self.controller.begin_phase(observed)?;
+        PhasePrograms::begin_phase(&mut self.controller, observed)?;
         if self.stance.begins_step(observed.phase) {
             self.notes.begun(observed);
             // A step without a dead centre goes on with the parameters that it has.

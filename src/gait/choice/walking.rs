@@ -2,6 +2,7 @@
 use super::super::ProgramController;
 use super::notes::{Notes, Present, StepPart, StepSpeed};
 use bipedc_analysis::gait::{ChoiceKind, Chooser, GaitModel};
+use bipedc_compiler::compile::GaitPrograms;
 use bipedc_runtime::control::{Controller, JointCommand, Observation, Refusal};
 
 /// Walks by a gait, and chooses the parameters of the next step at each mid-stance.
@@ -72,11 +73,11 @@ impl Controller<f64> for Choosing<'_> {
         observed: &Observation<'_, f64>,
         commands: &mut [JointCommand<f64>],
     ) -> Result<(), Refusal> {
-        self.controller.command(observed, commands)
+        GaitPrograms::command(&mut self.controller, observed, commands)
     }
 
     fn begin_phase(&mut self, observed: &Observation<'_, f64>) -> Result<(), Refusal> {
-        self.controller.begin_phase(observed)?;
+        GaitPrograms::begin_phase(&mut self.controller, observed)?;
         self.begun(observed);
         // Where the way down begins with the step, mid-stance is now.
         let start = self.model.phase_at(observed.q, observed.v)[0];
