@@ -122,12 +122,18 @@ impl<'a, 'f> PhasedChooser<'a, 'f> {
         };
         let met = |speed: f64| (speed - wished).abs() <= MISSED * wished.max(1.0);
         // What is met is a zero: every further place would cost a step.
-        let miss = |part: f64| {
-            let speed = self.ahead(now, &place(part)).map_or(f64::NAN, |next| next.speed);
-            if met(speed) { 0.0 } else { speed - wished }
+        let mut meets = None;
+        let miss = |part: f64| match self.ahead(now, &place(part)) {
+            Some(next) if met(next.speed) => {
+                meets = Some((place(part), next));
+                0.0
+            }
+            next => next.map_or(f64::NAN, |next| next.speed) - wished,
         };
         let values = place(zero(miss, (0.0, ends[0]), (1.0, ends[1])));
-        let next = self.ahead(now, &values).filter(|next| met(next.speed))?;
+        let again =
+            || self.ahead(now, &values).filter(|next| met(next.speed)).map(|next| (values.clone(), next));
+        let (values, next) = meets.or_else(again)?;
         self.accepted(&values, &next)
     }
 

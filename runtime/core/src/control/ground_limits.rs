@@ -152,25 +152,18 @@ impl<R: Scalar> Forces<'_, R> {
     }
 }
 
-/// Which limit the row with this number behind the torques' is, in the order of [`Forces::write`].
-pub(super) fn of_row(layout: &PhaseLayout, friction: bool, row: usize) -> Option<Limit> {
-    let mut place = 0;
-    for (foot, standing) in layout.feet.iter().enumerate() {
-        let Some(standing) = standing else { continue };
-        let foot = foot as u8;
-        let limits = [
-            (standing.holds, Limit::Push(foot)),
-            (standing.holds && friction, Limit::Friction(foot)),
-            (standing.holds && friction, Limit::Friction(foot)),
-            (standing.moment.is_some() && standing.level[0], Limit::Edge(foot)),
-            (standing.moment.is_some() && standing.level[1], Limit::Edge(foot)),
-        ];
-        for (_, limit) in limits.into_iter().filter(|(written, _)| *written) {
-            if place == row {
-                return Some(limit);
-            }
-            place += 1;
-        }
-    }
-    None
+/// Limits of a foot by their rows, in the order of [`Forces::write`], with whether they are written.
+fn of_foot(foot: u8, standing: &StandingFoot, friction: bool) -> [(bool, Limit); 5] {
+    let edge =
+        |k: usize| (standing.moment.is_some() && standing.level.get(k) == Some(&true), Limit::Edge(foot));
+    let slips = (standing.holds && friction, Limit::Friction(foot));
+    [(standing.holds, Limit::Push(foot)), slips, slips, edge(0), edge(1)]
+}
+
+/// The limits that [`Forces::write`] writes, row after row.
+pub(super) fn rows(layout: &PhaseLayout, friction: bool) -> impl Iterator<Item = Limit> {
+    let standing =
+        layout.feet.iter().enumerate().filter_map(|(foot, standing)| Some((foot as u8, standing.as_ref()?)));
+    let all = standing.flat_map(move |(foot, standing)| of_foot(foot, standing, friction));
+    all.filter_map(|(written, limit)| written.then_some(limit))
 }

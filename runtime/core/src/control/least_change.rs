@@ -4,9 +4,11 @@
 //! Which point that is depends on nothing but the conditions, so that a controller's answer is a function of the state: no search begins
 //! where another one ended.
 use super::phased::MOST_JOINTS;
-use super::slices::{copy, get, set};
+use super::slices::{columns, copy, get, set};
 use crate::real::Scalar;
 
+/// Most conditions of a search.
+const MOST_CONDITIONS: usize = 256;
 /// Most exchanges of a search.
 const EXCHANGES: usize = 200;
 /// Roundings: a row that is this small beside what it was depends on the others.
@@ -14,7 +16,7 @@ const DEPENDENT: f64 = 1e3;
 /// Roundings: a condition is met within so many of what it is made of.
 const MET: f64 = 1e3;
 
-/// Conditions aᵀx = b, then aᵀx ≤ b.
+/// Conditions aᵀx = b, then aᵀx ≤ b, then limits of the unknowns themselves.
 pub(crate) struct Conditions<'m, R> {
     /// Row after row, each of `size` numbers.
     pub rows: &'m mut [R],
@@ -22,8 +24,10 @@ pub(crate) struct Conditions<'m, R> {
     pub size: usize,
     /// So many of them, from the first one on, are equations.
     pub equations: usize,
-    /// How many there are.
+    /// How many rows there are.
     pub count: usize,
+    /// Behind the rows stand x_k ≤ l_k and −x_k ≤ l_k for each of these numbers l_k, of which none is negative.
+    pub limits: &'m [R],
 }
 
 /// What became of a search.
@@ -71,17 +75,41 @@ fn dot<R: Scalar>(a: &[R], b: &[R]) -> R {
 }
 
 impl<R: Scalar> Conditions<'_, R> {
-    pub fn row(&self, index: usize) -> &[R] {
+    fn row(&self, index: usize) -> &[R] {
         self.rows.get(index * self.size..(index + 1) * self.size).unwrap_or(&[])
+    }
+
+    /// How many conditions there are.
+    fn all(&self) -> usize {
+        self.count + 2 * self.limits.len()
+    }
+
+    /// Which unknown a condition behind the rows limits, and from which side.
+    fn limited(&self, index: usize) -> Option<(usize, R)> {
+        let place = index.checked_sub(self.count)?;
+        Some((place / 2, R::constant(if place.is_multiple_of(2) { 1.0 } else { -1.0 })))
+    }
+
+    /// Writes aᵀ of a condition.
+    fn write(&self, index: usize, into: &mut [R]) {
+        let Some((k, sign)) = self.limited(index) else { return copy(self.row(index), into) };
+        into.fill(R::constant(0.0));
+        set(into, k, sign);
     }
 
     /// How far x is beyond a condition.
     fn excess(&self, index: usize, x: &[R]) -> R {
-        dot(self.row(index), x) - get(self.bounds, index)
+        match self.limited(index) {
+            Some((k, sign)) => sign * get(x, k) - get(self.limits, k),
+            None => dot(self.row(index), x) - get(self.bounds, index),
+        }
     }
 
     /// How large what an excess is made of is.
     fn size_of(&self, index: usize, x: &[R]) -> R {
+        if let Some((k, _)) = self.limited(index) {
+            return get(self.limits, k) + get(x, k).abs();
+        }
         let bound = get(self.bounds, index).abs();
         self.row(index).iter().zip(x).fold(bound, |sum, (a, x)| sum + (*a * *x).abs())
     }
@@ -104,11 +132,13 @@ impl<R: Scalar> Conditions<'_, R> {
 pub(crate) struct Active {
     indices: [u16; MOST_JOINTS],
     count: usize,
+    /// The same as bits.
+    bits: [u64; MOST_CONDITIONS / 64],
 }
 
 impl Active {
     pub fn new() -> Self {
-        Self { indices: [0; MOST_JOINTS], count: 0 }
+        Self { indices: [0; MOST_JOINTS], count: 0, bits: [0; MOST_CONDITIONS / 64] }
     }
 
     /// The conditions.
@@ -117,15 +147,25 @@ impl Active {
     }
 
     fn holds(&self, index: usize) -> bool {
-        self.all().any(|other| other == index)
+        self.bits.get(index / 64).is_some_and(|bits| bits >> (index % 64) & 1 == 1)
+    }
+
+    fn mark(&mut self, index: usize) {
+        if let Some(bits) = self.bits.get_mut(index / 64) {
+            *bits ^= 1 << (index % 64);
+        }
     }
 
     fn push(&mut self, index: usize) {
+        self.mark(index);
         set(&mut self.indices, self.count, index as u16);
         self.count += 1;
     }
 
     fn remove(&mut self, place: usize) {
+        if let Some(&index) = self.indices.get(place) {
+            self.mark(usize::from(index));
+        }
         for k in place + 1..self.count {
             let next = self.indices.get(k).copied().unwrap_or(0);
             set(&mut self.indices, k - 1, next);
@@ -141,14 +181,14 @@ pub(crate) fn nearest<R: Scalar>(
     room: &mut Room<'_, R>,
     active: &mut Active,
 ) -> Search {
-    if x.len() > MOST_JOINTS || conditions.size != x.len() {
+    if x.len() > MOST_JOINTS || conditions.size != x.len() || conditions.all() > MOST_CONDITIONS {
         return Search::Impossible;
     }
     *active = Active::new();
     let one = R::constant(1.0);
     for index in 0..conditions.equations {
         let excess = conditions.excess(index, x);
-        let Some(reach) = room.direct(conditions.row(index), active.count) else { return Search::Dependent };
+        let Some(reach) = room.direct(conditions, index, active.count) else { return Search::Dependent };
         let length = -excess / reach;
         x.iter_mut().zip(room.step.iter()).for_each(|(x, step)| *x = R::fused(length, *step, *x));
         // Equations have multipliers of any sign, which nobody asks for.
@@ -160,7 +200,7 @@ pub(crate) fn nearest<R: Scalar>(
         let mut own = R::constant(0.0);
         loop {
             let excess = conditions.excess(index, x);
-            let reach = room.direct(conditions.row(index), active.count);
+            let reach = room.direct(conditions, index, active.count);
             room.solve(active.count);
             let first = room.first_to_leave(active.count, conditions.equations);
             // Along −step the excess falls by `reach` per unit.
@@ -219,7 +259,7 @@ pub(crate) fn optimality<R: Scalar>(
     for place in conditions.equations..active.count {
         wrong_sign = wrong_sign.larger(-get(room.change, place));
     }
-    for index in 0..conditions.count {
+    for index in 0..conditions.all() {
         excess = excess.larger(conditions.excess(index, x));
     }
     for index in active.all() {
@@ -232,10 +272,10 @@ pub(crate) fn optimality<R: Scalar>(
 fn worst<R: Scalar>(conditions: &Conditions<'_, R>, x: &[R], active: &Active) -> Option<usize> {
     let met = R::constant(MET * R::EPSILON);
     let mut found: Option<(usize, R)> = None;
-    for index in (conditions.equations..conditions.count).filter(|&index| !active.holds(index)) {
+    for index in conditions.equations..conditions.all() {
         let excess = conditions.excess(index, x);
         let more = excess > found.map_or(R::constant(0.0), |(_, most)| most);
-        if more && excess > met * conditions.size_of(index, x) {
+        if more && !active.holds(index) && excess > met * conditions.size_of(index, x) {
             found = Some((index, excess));
         }
     }
@@ -252,20 +292,33 @@ impl<R: Scalar> Room<'_, R> {
         part
     }
 
+    /// Takes the parts along the first columns off `step`, and adds them to `along`. All are those of the same `step`, so that a processor need
+    /// not wait for one before the next.
+    fn take_off_all(&mut self, count: usize) {
+        let size = self.step.len();
+        let columns = || columns(self.basis, size).take(count);
+        for (part, column) in self.change.iter_mut().zip(columns()) {
+            *part = dot(column, self.step);
+        }
+        for (part, column) in self.change.iter().zip(columns()) {
+            self.step.iter_mut().zip(column).for_each(|(step, c)| *step = R::fused(-*part, *c, *step));
+        }
+        self.along.iter_mut().zip(self.change.iter()).take(count).for_each(|(all, part)| *all = *all + *part);
+    }
+
     /// The part of a row that is across all active ones into `step`, its coordinates in the basis into `along`; how much of the row
     /// that is (its square), if it is more than rounding.
-    fn direct(&mut self, row: &[R], count: usize) -> Option<R> {
-        self.step.iter_mut().zip(row).for_each(|(step, a)| *step = *a);
+    fn direct(&mut self, conditions: &Conditions<'_, R>, index: usize, count: usize) -> Option<R> {
+        conditions.write(index, self.step);
         self.along.fill(R::constant(0.0));
-        let whole = dot(row, row);
-        // Twice is enough (Kahan).
-        for _ in 0..2 {
-            for k in 0..count {
-                let part = self.take_off(k);
-                set(self.along, k, get(self.along, k) + part);
-            }
+        let whole = dot(self.step, self.step);
+        self.take_off_all(count);
+        let mut reach = dot(self.step, self.step);
+        // Where most was taken off, roundings of it are left: twice is enough (Kahan).
+        if reach < R::constant(0.5) * whole {
+            self.take_off_all(count);
+            reach = dot(self.step, self.step);
         }
-        let reach = dot(self.step, self.step);
         let least = R::constant(DEPENDENT * R::EPSILON);
         let independent =
             count < self.step.len() && reach > least * least * whole && reach > R::constant(0.0);
@@ -324,14 +377,14 @@ impl<R: Scalar> Room<'_, R> {
             let next = get(self.multipliers, k + 1);
             let index = active.indices.get(k).map_or(0, |&index| usize::from(index));
             // Independent before, so still.
-            self.direct(conditions.row(index), k);
+            self.direct(conditions, index, k);
             self.enter(k);
             set(self.multipliers, k, next);
         }
     }
 }
 
-/// The nearest point where inequalities are met and equations as well as they can be: the least of |x − x₀|² + w |A x − b|², w the `weight`. Rows are
+/// The nearest point where inequalities, all of them rows, are met and equations as well as they can be: the least of |x − x₀|² + w |A x − b|², w the `weight`. Rows are
 /// unit vectors; inequalities are changed: afterwards they are those whose nearest point to 0 is `point`. `factor` has size² numbers, `centre`
 /// and `point` size.
 pub(crate) fn nearest_compromise<R: Scalar>(
@@ -342,7 +395,7 @@ pub(crate) fn nearest_compromise<R: Scalar>(
     room: &mut Room<'_, R>,
     active: &mut Active,
 ) -> Search {
-    let Conditions { rows, bounds, size, equations, count } = conditions;
+    let Conditions { rows, bounds, size, equations, count, .. } = conditions;
     let weight = R::constant(weight);
     let (one, zero) = (R::constant(1.0), R::constant(0.0));
     let Some((equal, rows)) = rows.split_at_mut_checked(equations * size) else { return Search::Impossible };
@@ -374,7 +427,8 @@ pub(crate) fn nearest_compromise<R: Scalar>(
         *bound = *bound - dot(row, centre);
         forward(factor, row);
     }
-    let mut changed = Conditions { rows, bounds, size, equations: 0, count: count.saturating_sub(equations) };
+    let count = count.saturating_sub(equations);
+    let mut changed = Conditions { rows, bounds, size, equations: 0, count, limits: &[] };
     changed.normalise();
     point.fill(zero);
     let found = nearest(&changed, point, room, active);

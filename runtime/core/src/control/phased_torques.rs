@@ -1,5 +1,5 @@
 //! Torques of a phase: outputs' accelerations as equations, limits of ground and drives as inequalities, the least change of the feed-forward.
-use super::ground_limits::{Forces, LettingGo, Limit, Writer, of_row};
+use super::ground_limits::{Forces, LettingGo, Limit, Writer, rows};
 use super::least_change::{
     Active, Conditions, Room as Search, Search as Outcome, nearest, nearest_compromise,
 };
@@ -136,6 +136,7 @@ impl<R: Scalar> Room<'_, R> {
             Outcome::Found => {}
             Outcome::Dependent => return Err(Refusal::SingularOutputs),
             Outcome::Impossible | Outcome::Unfinished => {
+                size = self.all_as_rows(asked, &effort, letting_go);
                 let (compromise, found) = self.compromise(asked, size).ok_or(Refusal::WrongLength)?;
                 (gave_way, active, equations) = (GaveWay::Outputs, found, 0);
                 if compromise != Outcome::Found {
@@ -148,11 +149,12 @@ impl<R: Scalar> Room<'_, R> {
             return Err(Refusal::NotFinite);
         }
         let held = || active.all().filter_map(|row| row.checked_sub(equations));
-        let limit = held().last().and_then(|row| named(asked, &effort, (row, letting_go)));
+        let limit = held().last().and_then(|row| named(asked, (row, letting_go)));
         Ok(Chosen { error, limit, limits: held().count(), gave_way })
     }
 
-    /// Writes them: outputs and the push of a foot that is let go; torques, ground. The largest output, and how many there are.
+    /// Writes them: outputs and the push of a foot that is let go; ground; torques' limits behind the bounds. The largest output, and how many
+    /// there are.
     fn conditions(
         &mut self,
         asked: &Asked<'_, R>,
@@ -172,49 +174,62 @@ impl<R: Scalar> Room<'_, R> {
         }
         letting_go.iter().for_each(|of| forces.keep_push(of, &mut writer));
         let equations = writer.count;
-        for joint in 0..joints {
-            let Some(limit) = effort(joint).map(R::constant) else { continue };
-            for sign in [1.0, -1.0].map(R::constant) {
-                writer.push(limit, |k| if k == joint { sign } else { zero });
-            }
-        }
         if asked.grounded {
             forces.write(layout, &mut writer);
         }
         letting_go.iter().for_each(|of| forces.keep_from_slipping(of, &mut writer));
-        let size = Size { equations, count: writer.count };
+        let count = writer.count;
+        let limits = if asked.limited { joints } else { 0 };
+        for (joint, place) in self.bounds.iter_mut().skip(count).take(limits).enumerate() {
+            *place = R::constant(effort(joint).unwrap_or(f64::INFINITY));
+        }
+        let size = Size { equations, count, limits };
         self.these(asked, size).normalise();
         (error, size)
     }
 
+    /// The same with rows for the torques' limits.
+    fn all_as_rows(
+        &mut self,
+        asked: &Asked<'_, R>,
+        effort: &impl Fn(usize) -> Option<f64>,
+        letting_go: Option<LettingGo<R>>,
+    ) -> Size {
+        let (_, Size { equations, count, limits }) = self.conditions(asked, effort, letting_go);
+        let mut writer = Writer { rows: self.rows, bounds: self.bounds, size: asked.layout.joints, count };
+        for joint in 0..limits {
+            let limit = R::constant(effort(joint).unwrap_or(f64::INFINITY));
+            for sign in [1.0, -1.0] {
+                writer.push(limit, |k| R::constant(if k == joint { sign } else { 0.0 }));
+            }
+        }
+        Size { equations, count: writer.count, limits: 0 }
+    }
+
     /// The conditions that were written.
-    fn these(&mut self, asked: &Asked<'_, R>, Size { equations, count }: Size) -> Conditions<'_, R> {
-        Conditions { rows: self.rows, bounds: self.bounds, size: asked.layout.joints, equations, count }
+    fn these(&mut self, asked: &Asked<'_, R>, size: Size) -> Conditions<'_, R> {
+        size.conditions(asked.layout.joints, self.rows, self.bounds)
     }
 
     /// The least change of the feed-forward that meets all conditions.
-    fn search(&mut self, asked: &Asked<'_, R>, Size { equations, count }: Size) -> Option<(Outcome, Active)> {
+    fn search(&mut self, asked: &Asked<'_, R>, size: Size) -> Option<(Outcome, Active)> {
         copy(self.feedforward, self.torques);
-        let size = asked.layout.joints;
-        let conditions = Conditions { rows: self.rows, bounds: self.bounds, size, equations, count };
+        let joints = asked.layout.joints;
+        let conditions = size.conditions(joints, self.rows, self.bounds);
         let mut active = Active::new();
-        let mut room = Search::of(self.search, size)?;
+        let mut room = Search::of(self.search, joints)?;
         Some((nearest(&conditions, self.torques, &mut room, &mut active), active))
     }
 
     /// The same where only limits are to be met; they are changed by it.
-    fn compromise(
-        &mut self,
-        asked: &Asked<'_, R>,
-        Size { equations, count }: Size,
-    ) -> Option<(Outcome, Active)> {
+    fn compromise(&mut self, asked: &Asked<'_, R>, rows: Size) -> Option<(Outcome, Active)> {
         let size = asked.layout.joints;
         copy(self.feedforward, self.torques);
         let (search, rest) = self.search.split_at_mut_checked(size * (2 * size + 4))?;
         let (factor, rest) = rest.split_at_mut_checked(size * size)?;
         let (centre, rest) = rest.split_at_mut_checked(size)?;
         let work = (factor, centre, rest.get_mut(..size)?);
-        let conditions = Conditions { rows: self.rows, bounds: self.bounds, size, equations, count };
+        let conditions = rows.conditions(size, self.rows, self.bounds);
         let mut active = Active::new();
         let mut room = Search::of(search, size)?;
         let found =
@@ -240,23 +255,29 @@ impl<R: Scalar> Room<'_, R> {
     }
 }
 
-/// How many conditions are equations, and how many there are.
+/// How many rows are equations, how many rows there are, and how many limits stand behind their bounds.
 #[derive(Clone, Copy)]
 struct Size {
     equations: usize,
     count: usize,
+    limits: usize,
 }
 
-/// Which limit a row behind the equations is.
-fn named<R>(
-    asked: &Asked<'_, R>,
-    effort: &impl Fn(usize) -> Option<f64>,
-    (row, letting_go): (usize, Option<LettingGo<R>>),
-) -> Option<Limit> {
-    let limited = || (0..asked.layout.joints).filter(|&joint| effort(joint).is_some());
-    if let Some(joint) = limited().nth(row / 2) {
-        return Some(Limit::Torque(joint.min(255) as u8));
+impl Size {
+    fn conditions<'m, R>(self, size: usize, rows: &'m mut [R], bounds: &'m mut [R]) -> Conditions<'m, R> {
+        let Self { equations, count, limits } = self;
+        let (bounds, behind) = bounds.split_at_mut(count.min(bounds.len()));
+        let limits = behind.get(..limits).unwrap_or(&[]);
+        Conditions { rows, bounds, size, equations, count, limits }
     }
-    let of_ground = of_row(asked.phase, asked.layout.friction.is_some(), row - 2 * limited().count());
-    of_ground.or(letting_go.map(|of| Limit::Friction(of.number as u8)))
+}
+
+/// Which limit a condition behind the equations is.
+fn named<R>(asked: &Asked<'_, R>, (row, letting_go): (usize, Option<LettingGo<R>>)) -> Option<Limit> {
+    let of_ground = || rows(asked.phase, asked.layout.friction.is_some()).take_while(|_| asked.grounded);
+    let Some(behind) = row.checked_sub(of_ground().count()) else { return of_ground().nth(row) };
+    match letting_go {
+        Some(of) if behind < 2 => Some(Limit::Friction(of.number as u8)),
+        of => Some(Limit::Torque(((behind - 2 * usize::from(of.is_some())) / 2).min(255) as u8)),
+    }
 }

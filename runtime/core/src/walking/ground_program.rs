@@ -197,7 +197,7 @@ impl<'a, R: Scalar> Program<'a, R> {
         let found = nearest_compromise(conditions, x, MISSING, memory, &mut room, &mut active);
         // What is left are the limits in coordinates in which x is the nearest point to 0.
         let (rows, bounds) = (work.rows.get_mut(EQUATIONS * size..)?, work.bounds.get_mut(EQUATIONS..)?);
-        let limits = Conditions { rows, bounds, size, equations: 0, count: count - EQUATIONS };
+        let limits = Conditions { rows, bounds, size, equations: 0, count: count - EQUATIONS, limits: &[] };
         let start = start.get(..size)?;
         (found == Search::Found).then(|| optimality(&limits, (start, point), &mut room, &active).into())
     }
@@ -227,9 +227,9 @@ impl<'a, R: Scalar> Program<'a, R> {
         let Writer { rows, bounds, count, .. } = writer;
         if let (Some(rows), Some(bounds)) = (rows.get_mut(first * size..), bounds.get_mut(first..)) {
             let count = count.saturating_sub(first);
-            Conditions { rows, bounds, size, equations: 0, count }.normalise();
+            Conditions { rows, bounds, size, equations: 0, count, limits: &[] }.normalise();
         }
-        Conditions { rows, bounds, size, equations: EQUATIONS, count }
+        Conditions { rows, bounds, size, equations: EQUATIONS, count, limits: &[] }
     }
 
     /// Both limits of each joint that a wrench acts on.
