@@ -67,6 +67,7 @@ mod reproduced;
 mod shaken;
 #[path = "simulated/main.rs"]
 mod simulated;
+mod slow_motion;
 #[path = "time_stepping/main.rs"]
 mod time_stepping;
 #[path = "walking/main.rs"]

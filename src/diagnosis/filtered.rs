@@ -1,5 +1,6 @@
 //! The logs that teach and judge at one cut-off, and a second look at a higher one.
 use super::Options;
+use super::behind::found;
 use super::judged::mean_error;
 use crate::measurements::{Loaded, Log, Measured};
 use crate::progress::Progress;
@@ -14,7 +15,7 @@ use std::path::Path;
 /// Higher cut-offs at which a second look is taken.
 const SECOND_LOOKS: usize = 2;
 /// Part of the error that a slower filter must leave for a second look behind it.
-const QUIETER: f64 = 0.8;
+pub(super) const QUIETER: f64 = 0.8;
 /// An answer that is better behind one filter may be so much worse behind another.
 const ALIKE: f64 = 1.01;
 
@@ -91,14 +92,16 @@ pub(super) fn second_look<'m>(
         // A cut-off beyond half the sampling rate is not one.
         let other = filtered(measured, request, cutoff).ok()?;
         let second = work(&*other.train.experiment, other.judging(), &request.search);
+        let second = found(measured, request, &other, second);
         Some((other, second))
     };
     let here = first.train.cutoff_hz;
     let is_quieter = cutoff < here && error < QUIETER * left(first, answer);
+    // What needs fewer numbers need not do as well behind a filter that lets the encoders' noise through: that looks like inertias.
     let better = |(other, second): &Found<'_>| {
         (!second.leaves_structure() || answer.leaves_structure())
             && left(other, second) < left(other, answer)
-            && left(first, second) <= ALIKE * left(first, answer)
+            && (left(first, second) <= ALIKE * left(first, answer) || numbers(second) < numbers(answer))
     };
     if let Some(found) = is_quieter.then(|| look(cutoff)).flatten().filter(better) {
         return Some(found);
@@ -107,13 +110,14 @@ pub(super) fn second_look<'m>(
     let suspects = if structured.is_empty() { &answer.suspects } else { &structured };
     let explains = |(other, second): &Found<'_>| {
         let fewer = |logs: &Filtered<'_>| left_in(logs, second, suspects) < left_in(logs, answer, suspects);
-        !second.leaves_structure() && fewer(first) && fewer(other)
+        !second.leaves_structure() && fewer(first) && fewer(other) && is_noise(first, second, suspects)
     };
     let closely = |cutoff: f64| -> Option<Found<'m>> {
         let other = filtered(measured, request, cutoff).ok()?;
         let barred = elsewhere(&*other.train.experiment, suspects, answer);
         let search = diagnose::Options { barred, ..request.search.clone() };
-        let mut second = work(&*other.train.experiment, other.judging(), &search);
+        let second = work(&*other.train.experiment, other.judging(), &search);
+        let mut second = found(measured, request, &other, second);
         // What else is seen there was not seen behind the slower filter.
         if !second.unexplained_parts.is_empty() {
             second.unexplained_parts.retain(|part| suspects.contains(&part.joint));
@@ -153,6 +157,18 @@ fn missed(fall: &ErrorFall) -> f64 {
 fn left(logs: &Filtered<'_>, answer: &Diagnosis) -> f64 {
     let effects: Vec<Effect> = answer.estimated().cloned().collect();
     mean_error(logs.judging().unwrap_or(&*logs.train.experiment), &effects)
+}
+
+/// How many numbers an answer has estimated.
+fn numbers(answer: &Diagnosis) -> usize {
+    answer.estimated().map(|effect| effect.kind.estimated().count()).sum()
+}
+
+/// Whether what is left in some rows is no more than noise behind this filter too: a faster one lets so much through that it hides more.
+fn is_noise(logs: &Filtered<'_>, answer: &Diagnosis, rows: &[String]) -> bool {
+    let effects: Vec<Effect> = answer.estimated().cloned().collect();
+    let falls = errors(&*logs.train.experiment, logs.judging(), [&[], &effects]).rows;
+    rows.iter().all(|row| falls.get(row).is_none_or(|fall| fall.above_noise().is_none()))
 }
 
 /// What is left in some rows together, where joints do not stick.

@@ -1,4 +1,5 @@
 //! From logs to a diagnosis: reading, searching, and the errors in the form that comparisons use.
+use super::behind::{found, look_behind, slower_where_safe};
 use super::filtered::{Filtered, Request, Work, filtered, second_look};
 use super::judged::{best_filter, of_all_samples, quietest};
 use super::stated::state;
@@ -111,20 +112,23 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     let Request { robot, options, progress, .. } = request;
     let mut measured = progress.stage("deriving", || Measured::new(robot))?;
     measured.with_joints = options.with_joints;
-    let mut cutoff = progress.stage("reading", || measured.cutoff(&request.log, &options.reading))?;
+    let cutoff = progress.stage("reading", || measured.cutoff(&request.log, &options.reading))?;
+    let cutoff = slower_where_safe(&measured, request, cutoff);
     let mut logs = filtered(&measured, request, cutoff)?;
     let warnings = checked(&measured, request, &logs.reading, (&logs.train, logs.judge.as_ref()))?;
-    let mut answer = work(&*logs.train.experiment, logs.judging(), &request.search);
+    let mut answer =
+        found(&measured, request, &logs, work(&*logs.train.experiment, logs.judging(), &request.search));
     let mut best = quietest(&measured, request, &logs.reading, &answer);
     if let Some((other, better)) = second_look(&measured, request, (&logs, &answer), best, work) {
-        (cutoff, logs, answer) = (other.train.cutoff_hz, other, better);
+        (logs, answer) = (other, better);
         best = quietest(&measured, request, &logs.reading, &answer);
     }
+    // What the search has to say of itself is for people too.
+    let told = answer.warnings.iter().map(Diagnostic::warning);
+    let warned: Vec<Diagnostic> = warnings.iter().cloned().chain(told).collect();
     let Filtered { reading, train, judge } = &logs;
-    answer.training = train.source.clone();
-    answer.validation = judge.as_ref().map(|judge| judge.source.clone());
-    answer.assumptions = train.assumptions.iter().cloned().chain(sticking(&*train.experiment)).collect();
-    answer.cutoff_hz = cutoff;
+    let assumed = train.assumptions.iter().cloned().chain(sticking(&*train.experiment));
+    answer.assumptions.splice(..0, assumed);
     answer.warnings.extend(warnings.iter().map(Diagnostic::placed));
     let compared = match options.reading.cutoff_hz {
         None => best_filter(&measured, request, reading, &mut answer, best)?,
@@ -133,10 +137,11 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     if !compared {
         state(&mut answer, &*train.experiment, logs.judging());
     }
+    look_behind(&measured, request, reading, &mut answer);
     let shown = judge.as_ref().unwrap_or(train);
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
     let report = options.report.then(report).transpose()?;
-    Ok(Diagnosed { diagnosis: answer, warnings, report })
+    Ok(Diagnosed { diagnosis: answer, warnings: warned, report })
 }
 
 /// Which joints stick or lie at a stop, and that their samples are left out there.

@@ -59,7 +59,10 @@ pub(super) fn quietest(
 }
 
 /// The log that judges, and how it is read: another log than the one that teaches from beginning to end.
-fn judging<'r>(request: &'r Request<'_>, reading: &measure::Options) -> (&'r Log, measure::Options) {
+pub(super) fn judging<'r>(
+    request: &'r Request<'_>,
+    reading: &measure::Options,
+) -> (&'r Log, measure::Options) {
     match &request.validate {
         Some(log) => (log, measure::Options { from_s: None, to_s: None, ..reading.clone() }),
         None => (&request.log, reading.clone()),

@@ -1,4 +1,5 @@
 //! What a described robot lacks, by logs: which effects, where, how large, how sure.
+mod behind;
 mod filtered;
 mod from_logs;
 mod judged;

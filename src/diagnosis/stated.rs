@@ -50,7 +50,7 @@ fn units(answer: &mut Diagnosis, experiment: &dyn Experiment) {
 }
 
 /// The sentences, about the channel in which the error fell.
-fn said(answer: &Diagnosis) -> String {
+pub(super) fn said(answer: &Diagnosis) -> String {
     const HEAD: &str = "Held-out error ";
     let told = answer.telling_channel();
     let fall = told.and_then(|kind| Some((kind, answer.rms.get(kind)?)));

@@ -10,6 +10,7 @@ use crate::simulation::Trial;
 use bipedc_compiler::description::gait::AnyGait;
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_compiler::robot::fnv1a;
+use bipedc_effects::diagnostic::Diagnostic;
 use std::path::{Path, PathBuf};
 
 /// The gait file of a speed.
@@ -46,7 +47,9 @@ pub(super) fn mark(identity: &str) -> String {
 pub(super) fn search_text(identity: &str, gait: &OptimisedGait, optimum: &Optimum) -> String {
     let asked = gait.landing.as_ref().map_or(0.0, |landing| landing.asked);
     let head = "# where the search of a gait ended, for `bipedc gait optimise`;";
-    let body = format!("run {} {} {asked}\n{}", gait.iterations, gait.rounds, optimum.to_text());
+    let text = fnv1a(gait.text.as_deref().unwrap_or_default());
+    let body =
+        format!("run {} {} {asked}\ngait {text:016x}\n{}", gait.iterations, gait.rounds, optimum.to_text());
     format!("{head} {}, numbers {:016x}\n{body}", mark(identity), fnv1a(&body))
 }
 
@@ -58,30 +61,46 @@ fn intact(search: &str) -> Option<&str> {
 
 impl Workbench {
     /// The gait of a speed that an earlier run found, tried once more: this is quick beside a search, and tells everything that was told of it then.
+    ///
+    /// # Errors
+    /// The file is another one than was written: nothing is taken over that nobody found, and nothing overwritten that somebody wrote.
     pub(super) fn taken_over(
         &self,
         asked: &Asked<'_>,
         trial: &Trial,
         index: usize,
+    ) -> Result<Option<(OptimisedGait, Optimum)>, Diagnostic> {
+        let Some(folder) = asked.options.library.as_deref() else { return Ok(None) };
+        let (speed, identity) = (asked.options.speeds[index], asked.identity(index));
+        let file = gait_file(folder, speed);
+        let files = (own(&file, &identity), own(&search_file(folder, speed), &identity));
+        let (Some(text), Some(search)) = files else { return Ok(None) };
+        let Some(search) = intact(&search) else { return Ok(None) };
+        let written = search.lines().find_map(|line| line.strip_prefix("gait "));
+        if written.is_some_and(|written| written != format!("{:016x}", fnv1a(&text))) {
+            let message = "is not the gait that was found and written here: it was changed since, or cut off";
+            let help = "move it away to have it found anew, or give another folder";
+            return Err(Diagnostic::error(message).in_file(&file).help(help));
+        }
+        Ok(self.tried_again(asked, trial, (index, &text), search))
+    }
+
+    /// What an earlier run wrote, tried once more.
+    fn tried_again(
+        &self,
+        asked: &Asked<'_>,
+        trial: &Trial,
+        (index, text): (usize, &str),
+        search: &str,
     ) -> Option<(OptimisedGait, Optimum)> {
         let speed = asked.options.speeds[index];
-        let folder = asked.options.library.as_deref()?;
-        let text = own(&gait_file(folder, speed), &asked.identity(index))?;
-        let search = own(&search_file(folder, speed), &asked.identity(index))?;
-        let search = intact(&search)?;
         let run = search.lines().find_map(|line| line.strip_prefix("run "))?;
         let numbers: Vec<f64> = run.split(' ').map(|word| word.parse().ok()).collect::<Option<_>>()?;
         let [iterations, rounds, impulse] = numbers[..] else { return None };
         let optimum = Optimum::from_text(asked.of, search)?;
         let wishes = &asked.options.wishes;
         let wished = wishes.demands(speed, size(asked.of));
-        let it = Tried {
-            file: asked.file,
-            text: &text,
-            of: asked.of,
-            optimum: &optimum,
-            friction: wished.friction,
-        };
+        let it = Tried { file: asked.file, text, of: asked.of, optimum: &optimum, friction: wished.friction };
         let tried = self.progress.stage("walking", || self.tried(trial, &it));
         let lacking = Lack::of((&wished, wishes.multiplier), &tried).names();
         let gait = OptimisedGait {

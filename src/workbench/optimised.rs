@@ -3,12 +3,12 @@ use super::closed_loop::{ClosedLoop, Lack, Tried};
 use super::{Workbench, library};
 use crate::gait::optimise::{
     Demands, MotionMargins, Optimum, Stage, Wishes, from_gait, from_landing, from_neighbour, from_nothing,
-    gait_text, lands_by_posture, size,
+    gait_text, lands_by_posture, size, stays,
 };
 use crate::simulation::Trial;
 use bipedc_analysis::nonlinear::{Ending, Iteration};
-use bipedc_compiler::compile::{Collocation, GaitForm, compile_collocation};
-use bipedc_compiler::description::gait::{AnyGait, gait_path, parse_any_gait, read_any_gait};
+use bipedc_compiler::compile::{Collocation, CollocationPhase, GaitForm, compile_collocation};
+use bipedc_compiler::description::gait::{AnyGait, FilePlace, gait_path, parse_any_gait, read_any_gait};
 use bipedc_compiler::description::model::RobotDescription;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::input;
@@ -144,6 +144,9 @@ impl Workbench {
             gaits: Vec::new(),
         };
         let seed = options.start.as_ref().map(|name| self.seed(name)).transpose()?;
+        if seed.is_none() {
+            grows(&of, &gait, options).map_err(|error| error.in_file(&file))?;
+        }
         let asked = Asked {
             file: &file,
             source: &source,
@@ -156,7 +159,7 @@ impl Workbench {
         let trial = self.progress.stage("deriving", || Trial::new(&self.robot, &of))?;
         let mut near: Option<Optimum> = None;
         for index in 0..options.speeds.len() {
-            let gait = match self.taken_over(&asked, &trial, index) {
+            let gait = match self.taken_over(&asked, &trial, index)? {
                 Some(found) => Some(found),
                 None => self.found_at(&asked, &trial, index, near.as_ref())?,
             };
@@ -288,6 +291,28 @@ impl Workbench {
             }
         })
     }
+}
+
+/// That the phase variable grows along the motion from which a search begins, without which none comes to anything.
+///
+/// # Errors
+/// It falls or stays, at its place in the form.
+fn grows(of: &Collocation, gait: &AnyGait, options: &OptimiseOptions) -> Result<(), Diagnostic> {
+    let Some(&speed) = options.speeds.first() else { return Ok(()) };
+    let Some((phase, [first, last])) = stays(of, &options.wishes.demands(speed, size(of))) else {
+        return Ok(());
+    };
+    let FilePlace { line, column } = match gait {
+        AnyGait::OnePhase(gait) => gait.phase.variable_at,
+        AnyGait::Phased(gait) => gait.phases[phase].variable_at,
+    };
+    let CollocationPhase { name, unit, .. } = &of.phases[phase];
+    let does = if last < first { "falls" } else { "stays" };
+    let message = format!(
+        "the phase variable of phase `{name}` {does} as the robot goes forward: {first:.6} {unit} where the phase begins, {last:.6} {unit} where it ends, in the motion that the search begins with"
+    );
+    let help = "the search needs one that grows all along the phase, such as the angle of the leg that stands; if it has the wrong sign, turn it in every formula";
+    Err(Diagnostic::error(message).at(line, column).help(help))
 }
 
 /// What stays the same over all speeds.

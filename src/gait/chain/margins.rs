@@ -35,11 +35,11 @@ impl Chain<'_> {
     pub(in crate::gait) fn hop_with_margins(&self, from: &MidStance, values: &[f64]) -> (Hop, Margins) {
         let weight = self.weight(&from.q).unwrap_or(f64::NAN);
         let mut seen =
-            Seen { chain: self, weight, margins: Margins::default(), air: Vec::new(), refused: None };
+            Seen { chain: self, weight, margins: Margins::default(), air: vec![Vec::new()], refused: None };
         self.present.borrow_mut().impulses.clear();
         let mut hop =
             self.hop_watched(from, values, &mut |phase, time, x, begins| seen.look(phase, time, x, begins));
-        seen.phase_is_over();
+        seen.clearance(hop.next.is_ok());
         let Seen { mut margins, refused, .. } = seen;
         let friction = self.bench.gait.limits.friction;
         for [along, push] in self.present.borrow().impulses.iter().copied() {
@@ -98,8 +98,8 @@ struct Seen<'c, 'b> {
     /// N
     weight: f64,
     margins: Margins,
-    /// Of the present phase: time (s) and lowest point in the air (m).
-    air: Vec<(f64, f64)>,
+    /// Phase by phase: time (s) and lowest point in the air (m).
+    air: Vec<Vec<(f64, f64)>>,
     refused: Option<Refused>,
 }
 
@@ -109,8 +109,8 @@ fn smaller(margin: &mut Option<f64>, x: f64) {
 
 impl Seen<'_, '_> {
     fn look(&mut self, phase: usize, time: f64, x: [f64; 2], begins: bool) {
-        if begins {
-            self.phase_is_over();
+        if begins && self.air.last().is_some_and(|phase| !phase.is_empty()) {
+            self.air.push(Vec::new());
         }
         if let Err(why) = self.measure(phase, time, x) {
             self.refused.get_or_insert(why);
@@ -131,7 +131,10 @@ impl Seen<'_, '_> {
         }
         let heights = chain.heights(&chain.point(phase, x[0])?.q);
         let air = heights.iter().enumerate().filter(|(point, _)| !of.spec.standing.contains(point));
-        self.air.push((time, air.map(|(_, height)| *height).fold(f64::INFINITY, f64::min)));
+        let lowest = air.map(|(_, height)| *height).fold(f64::INFINITY, f64::min);
+        if let Some(phase) = self.air.last_mut() {
+            phase.push((time, lowest));
+        }
         Ok(())
     }
 
@@ -161,13 +164,24 @@ impl Seen<'_, '_> {
         }
     }
 
-    /// Feet in the air count over the middle of the phase.
-    fn phase_is_over(&mut self) {
+    /// Feet in the air count over the middle of each phase. The first one is seen from its mid-stance on, and the same phase of the next step, where it is
+    /// `complete`, up to its own: both are taken for parts of one phase.
+    fn clearance(&mut self, complete: bool) {
         let air = std::mem::take(&mut self.air);
-        let (Some(first), Some(last)) = (air.first(), air.last()) else { return };
-        let near = NEAR * (last.0 - first.0);
-        for (time, height) in &air {
-            if (first.0 + near..=last.0 - near).contains(time) && height.is_finite() {
+        let length = |phase: &[(f64, f64)]| phase.last().zip(phase.first()).map_or(0.0, |(l, f)| l.0 - f.0);
+        let after = length(air.first().map_or(&[], Vec::as_slice));
+        let cut = complete && air.len() > 1;
+        let before = if cut { length(&air[air.len() - 1]) } else { after };
+        for (place, phase) in air.iter().enumerate() {
+            let (Some(first), Some(last)) = (phase.first(), phase.last()) else { continue };
+            let begins = place > 0;
+            let ends = place + 1 < air.len() || !cut;
+            let whole = if begins && ends { last.0 - first.0 } else { before + after };
+            let from = first.0 + if begins { NEAR * whole } else { 0.0 };
+            let to = last.0 - if ends { NEAR * whole } else { 0.0 };
+            for (_, height) in
+                phase.iter().filter(|(time, height)| (from..=to).contains(time) && height.is_finite())
+            {
                 smaller(&mut self.margins.clearance, *height);
             }
         }

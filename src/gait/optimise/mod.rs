@@ -127,6 +127,17 @@ pub fn from_landing(
     Some(in_two_stages(of, [&first, demands], &start, watch))
 }
 
+/// The first phase of which the phase variable does not grow along the motion from which [`from_nothing`] begins, and its values at both ends.
+pub fn stays(of: &Collocation, demands: &Demands) -> Option<(usize, [f64; 2])> {
+    let layout = Layout::new(of, &intervals(of, demands));
+    let guess = guess::naive(of, &layout, demands.speed);
+    let at = |p: usize, node: usize| {
+        rows_of(of, &layout, &guess.x, (p, node), NodeRow::Phase).first().copied().unwrap_or(f64::NAN)
+    };
+    let ends = |p: usize| [0, layout.phases[p].nodes() - 1].map(|node| at(p, node));
+    (0..of.phases.len()).map(|p| (p, ends(p))).find(|(_, [first, last])| last <= first)
+}
+
 /// Finds a gait near one that has curves; `seed` is derived from the form of that one.
 ///
 /// # Errors

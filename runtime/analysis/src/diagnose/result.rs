@@ -135,6 +135,34 @@ impl Diagnosis {
         self.suspects = self.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
     }
 
+    /// Takes what is left behind two filters alike, by row, for what is left, where it is less; what was seen in rows that are no more than noise
+    /// then was the filter's. Tells of which rows above the noise that holds.
+    pub fn look_behind(&mut self, both: &BTreeMap<String, f64>) -> Vec<String> {
+        let mut settled = Vec::new();
+        if self.unexplained && self.unexplained_parts.is_empty() {
+            // Nothing could be estimated.
+            return settled;
+        }
+        for (row, fall) in &mut self.rows {
+            let Some(both) = both.get(row).filter(|both| **both < fall.told()) else { continue };
+            let was_loud = fall.above_noise().is_some();
+            fall.behind_both = Some(*both);
+            let seen = was_loud || self.unexplained_parts.iter().any(|part| part.joint == *row);
+            if seen && fall.above_noise().is_none() {
+                settled.push(row.clone());
+            }
+        }
+        let stays = |joint: &str| !settled.iter().any(|row| row == joint);
+        self.unexplained_parts.retain(|part| stays(&part.joint));
+        self.unexplained = !self.unexplained_parts.is_empty();
+        for found in &mut self.effects {
+            if found.effect.location.joint.as_ref().is_some_and(|joint| !stays(joint)) {
+                found.doubts.retain(|doubt| doubt != LEFT_HERE);
+            }
+        }
+        settled
+    }
+
     /// All that was estimated, in the order in which it acts: effects of the description, those that were found as they
     /// entered, and inertial corrections.
     pub fn estimated(&self) -> impl Iterator<Item = &Effect> {
@@ -239,12 +267,20 @@ pub struct ErrorFall {
     /// a drive is at its limit, and where the joint does not stick; `None` if nothing does, or too few samples are left.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub away_from_jumps: Option<f64>,
+    /// Of one torque, where it is less: what is left behind this filter and the next faster one alike, see [`left_alike`](super::left_alike()); the rest is
+    /// what the filter takes off the motion. `None` where nobody looked.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub behind_both: Option<f64>,
 }
 
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "the signature that serde asks for")]
 fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }
+
+/// Why an effect is doubtful at a joint at which something is left.
+pub(super) const LEFT_HERE: &str =
+    "something is left at this joint that no effect explains: this one may stand for a part of it";
 
 /// Errors above so many times their noise are no noise.
 pub(super) const LEFT: f64 = 1.4;
@@ -270,7 +306,7 @@ impl ErrorFall {
 
     /// The remaining error where the model says what the torque is and the filter what the motion is.
     pub fn told(&self) -> f64 {
-        self.away_from_jumps.or(self.after_moving).unwrap_or(self.after)
+        self.behind_both.or(self.away_from_jumps).or(self.after_moving).unwrap_or(self.after)
     }
 }
 

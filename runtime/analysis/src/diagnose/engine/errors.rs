@@ -109,6 +109,7 @@ impl Sums {
             before_moving: moving(0),
             after_moving: moving(1),
             away_from_jumps: None,
+            behind_both: None,
         }
     }
 }

@@ -1,4 +1,5 @@
 //! The engine: from experiments to a [`Diagnosis`].
+mod alike;
 mod alternatives;
 mod amended;
 #[cfg(test)]
@@ -29,6 +30,7 @@ mod text;
 mod uncertainty;
 mod unexplained;
 
+pub use alike::left_alike;
 pub use errors::{Errors, errors};
 pub use run::{Options, diagnose, estimate};
 pub use text::summary;

@@ -18,6 +18,12 @@ pub(super) const BLOCKS: usize = 24;
 pub(super) const T: f64 = 2.069;
 /// Most steps.
 const STEPS: usize = 20;
+/// Moves of all parameters by less than this part of them are none.
+const NEGLIGIBLE: f64 = 1e-4;
+/// A move that is no smaller than this part of the one before does not come to rest.
+const STALLED: f64 = 0.97;
+/// Such moves, one after the other, after which nothing is waited for.
+const STAYS: usize = 2;
 /// So many steps choose anew which samples lie at corners; afterwards the choice stands, so that the estimate comes to rest.
 const SETTLING: usize = 4;
 
@@ -211,6 +217,7 @@ fn converged(
     let nothing = Spread::none();
     let (corrected, spread) = (spread.is_some(), spread.unwrap_or(&nothing));
     let mut error = f64::INFINITY;
+    let (mut moves, mut stays) = (f64::INFINITY, 0);
     let mut last = None;
     for step_number in 0..STEPS {
         let amended = Amended::new(experiment, &current);
@@ -225,12 +232,12 @@ fn converged(
         let terms: Vec<Term> = (0..unknowns.len()).map(Term::Data).collect();
         let Some(step) = step(&sums, weights, corrections.as_ref(), &terms) else { break };
         let moved = apply(&current, unknowns, &step.coefficients);
-        let negligible = unknowns.iter().zip(&step.coefficients).all(|(u, d)| {
-            let value = current[u.effect].value(&u.name);
-            d.abs() <= 1e-4 * value.abs().max(u.step)
-        });
+        let largest = largest_move(unknowns, [&current, &moved]);
+        // A limit may be pushed to and fro for ever, a sample less or more beyond it.
+        stays = if largest > STALLED * moves && step_number > SETTLING { stays + 1 } else { 0 };
+        moves = largest;
         last = Some((equations, step.corrections.clone()));
-        if negligible || (step_number > 3 && !corrected && here >= error) {
+        if largest <= NEGLIGIBLE || stays == STAYS || (step_number > 3 && !corrected && here >= error) {
             break;
         }
         error = here;
@@ -241,6 +248,15 @@ fn converged(
         }
     }
     (as_stated(&current, stated), corners, last)
+}
+
+/// The largest move of a parameter, as a part of its value. One that a bound stops does not move.
+fn largest_move(unknowns: &[Unknown], [from, to]: [&[Effect]; 2]) -> f64 {
+    let part = |unknown: &Unknown| {
+        let [from, to] = [from, to].map(|effects| effects[unknown.effect].value(&unknown.name));
+        (to - from).abs() / from.abs().max(unknown.step)
+    };
+    unknowns.iter().map(part).fold(0.0, f64::max)
 }
 
 /// Samples of each row at the corners of what acts there.

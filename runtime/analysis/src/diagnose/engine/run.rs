@@ -24,6 +24,9 @@ const HEARINGS: usize = 2;
 /// Most effects that are taken out again once everything was estimated.
 const RECONSIDERED: usize = 6;
 
+/// How the warning begins that there may be more effects.
+pub(super) const AS_MANY: &str = "as many effects were found as are looked for";
+
 /// How to diagnose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -101,10 +104,7 @@ pub fn diagnose(
         format!("{effect} was left out: this data cannot tell it from the other effects of the description")
     }));
     if diagnosis.effects.len() >= options.most {
-        diagnosis.warnings.push(format!(
-            "as many effects were found as are looked for, {}: there may be more",
-            options.most
-        ));
+        diagnosis.warnings.push(format!("{AS_MANY}, {}: there may be more", options.most));
     }
     if !options.standing.is_empty() {
         diagnosis.described.clone_from(&options.standing);

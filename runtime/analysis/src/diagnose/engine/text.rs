@@ -1,4 +1,5 @@
 //! A diagnosis as sentences.
+use super::run::AS_MANY;
 use crate::diagnose::result::LEFT;
 use crate::diagnose::{Diagnosis, ErrorFall, FoundEffect, Seen, Unexplained};
 use crate::number::counting;
@@ -84,11 +85,16 @@ pub fn summary(d: &Diagnosis) -> String {
     }
     if d.leaves_structure() {
         for part in d.structured() {
+            // What was not looked for any more may explain it.
+            let why = match d.warnings.iter().any(|warning| warning.starts_with(AS_MANY)) {
+                true => "that the effects found do not explain, and no more were looked for",
+                false => "that none of the library's effects explains",
+            };
+            let share = 100.0 * part.share;
             let _ = writeln!(
                 out,
-                "{}: something is left that none of the library's effects explains: {:.0} % of the remaining squared error {}.",
+                "{}: something is left {why}: {share:.0} % of the remaining squared error {}.",
                 part.joint,
-                100.0 * part.share,
                 seen(part)
             );
         }
@@ -175,12 +181,13 @@ fn what_is_left(d: &Diagnosis) -> String {
                 looked_at(d),
                 short(fall.told()),
                 fall.unit,
-                match (fall.away_from_jumps, fall.after_moving) {
-                    (Some(_), _) => " where nothing jumps",
-                    (None, Some(_)) => " where it does not stick",
-                    (None, None) => "",
+                match (fall.behind_both, fall.away_from_jumps, fall.after_moving) {
+                    (Some(_), ..) => " behind two filters alike",
+                    (_, Some(_), _) => " where nothing jumps",
+                    (.., Some(_)) => " where it does not stick",
+                    _ => "",
                 },
-            )
+            ) + &training_only(d).map_or_else(String::new, |sentence| format!(" {sentence}"))
         }
     }
 }

@@ -11,6 +11,9 @@ use bipedc_effects::effect::Effect;
 
 /// A smooth function must lower a row's held-out squared error by this to call something unexplained.
 const UNEXPLAINED: f64 = 0.05;
+/// What a smooth function lowers by this is seen nearer to the noise too, down to so many times its square: no noise does that in another log.
+const PLAIN: f64 = 0.2;
+const PLAIN_MARGIN: f64 = 1.25;
 /// A residual of which so much varies slowly is no noise, whatever it goes with.
 const SLOW: f64 = 0.35;
 /// Part of a row's squared error without effects that may be left: the inaccuracy of their forms.
@@ -137,7 +140,9 @@ pub(super) fn unexplained(
         let smooth = 1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE);
         let slow = slow_share(judge.time(), &moving);
         let (seen, share) = match (smooth > UNEXPLAINED, slow > SLOW) {
-            (true, _) if size > NOISE_MARGIN => (Seen::Motion, smooth),
+            (true, _) if size > NOISE_MARGIN || (smooth > PLAIN && size > PLAIN_MARGIN) => {
+                (Seen::Motion, smooth)
+            }
             (_, true) if size > LOUD.powi(2) => (Seen::Slowness, slow),
             _ => return None,
         };

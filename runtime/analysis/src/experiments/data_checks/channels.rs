@@ -15,6 +15,8 @@ const ALIKE: f64 = 0.9;
 const WIDE: f64 = 4.0;
 /// Most mix-ups that are looked for in one log.
 const MOST: usize = 3;
+/// So many joints at least show what holds of all.
+const MOST_OF_ALL: usize = 2;
 /// If every joint has this left, the torques are those of another robot.
 const FOREIGN: f64 = 0.5;
 
@@ -22,6 +24,10 @@ const FOREIGN: f64 = 0.5;
 pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
     let mut view = View::new(evidence);
     let mut found = Vec::new();
+    if let Some(mixup) = whole(evidence, &view) {
+        found.push(error(evidence, mixup, &[]));
+        view = view.under(evidence, mixup);
+    }
     for _ in 0..MOST {
         let left = view.unexplained();
         if left.iter().all(|part| *part < SUSPICIOUS) {
@@ -47,6 +53,25 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
         found.push(Diagnostic::warning(message).help(help));
     }
     found
+}
+
+/// A mix-up of all joints at once, under which those that are not explained are, none worse than before; what is left of a sign that all have wrong is
+/// explained in part by swaps as well.
+fn whole(evidence: &Evidence<'_>, view: &View) -> Option<Mixup> {
+    let left = view.unexplained();
+    let torques = view.joints();
+    let wide = (0..left.len()).any(|joint| !evidence.joints[joint].1 && view.range(joint) > WIDE);
+    let degrees = wide.then_some(Mixup::AllDegrees);
+    let efforts = [Mixup::EffortSigns, Mixup::EffortUnits(1e3), Mixup::EffortUnits(1e-3)];
+    let heals = |mixup: &Mixup| {
+        let read = view.under(evidence, *mixup);
+        let then = read.unexplained();
+        let healed = torques.iter().filter(|&&j| left[j] > SUSPICIOUS && then[j] < LEFT * left[j]);
+        let stays = |&&j: &&usize| then[j] > SUSPICIOUS.max(LEFT * left[j]) || !read.explains(j);
+        healed.count() >= MOST_OF_ALL.max(torques.len().div_ceil(2))
+            && torques.iter().filter(stays).count() == 0
+    };
+    degrees.into_iter().chain(efforts).find(heals)
 }
 
 /// Mix-ups that explain what is left, the best last, each with how much it removes.
@@ -129,9 +154,34 @@ fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
             format!("`{}/position` is in degrees instead of rad (factor 57.3)", name(j)),
             format!("\"{}/position\" = {{ scale = {:.10} }}", name(j), std::f64::consts::PI / 180.0),
         ),
+        Mixup::EffortSigns => {
+            of_all(evidence, ("effort", "efforts of all joints have the wrong sign"), "sign = -1")
+        }
+        Mixup::EffortUnits(factor) => {
+            let unit = if factor > 1.0 { "N mm (mN m) instead of N m" } else { "kN m instead of N m" };
+            let words =
+                format!("efforts of all joints are in the wrong unit, such as {unit} (factor {factor})");
+            of_all(evidence, ("effort", &words), &format!("scale = {}", 1.0 / factor))
+        }
+        Mixup::AllDegrees => {
+            let words = "positions of all joints are in degrees instead of rad (factor 57.3)";
+            of_all(evidence, ("position", words), &format!("scale = {:.10}", std::f64::consts::PI / 180.0))
+        }
         Mixup::PositionsSwapped(a, b) => swapped(name(a), name(b), "position"),
         Mixup::EffortsSwapped(a, b) => swapped(name(a), name(b), "effort"),
     }
+}
+
+/// The same of every joint that has the column.
+fn of_all(evidence: &Evidence<'_>, (what, words): (&str, &str), how: &str) -> (String, String) {
+    let has = |joint: &usize| match what {
+        "effort" => evidence.recording.effort[*joint].is_some(),
+        _ => !evidence.joints[*joint].1,
+    };
+    let lines = (0..evidence.joints.len()).filter(has);
+    let lines: Vec<String> =
+        lines.map(|joint| format!("\"{}/{what}\" = {{ {how} }}", evidence.joints[joint].0)).collect();
+    (words.to_owned(), lines.join("\n  "))
 }
 
 fn swapped(a: &str, b: &str, what: &str) -> (String, String) {

@@ -32,6 +32,12 @@ pub(super) enum Mixup {
     Degrees(usize),
     PositionsSwapped(usize, usize),
     EffortsSwapped(usize, usize),
+    /// Of all joints.
+    EffortSigns,
+    /// All logged efforts are this many times too large.
+    EffortUnits(f64),
+    /// All joints that turn.
+    AllDegrees,
 }
 
 /// Some samples of a log as they are read under a hypothesis.
@@ -83,8 +89,17 @@ impl View {
             Mixup::PositionSign(joint) => view.scale(joint, -1.0),
             Mixup::Degrees(joint) => view.scale(joint, PI / 180.0),
             Mixup::PositionsSwapped(one, other) => view.motion.swap(one, other),
+            Mixup::EffortSigns => view.effort.iter_mut().flatten().for_each(|u| *u = -*u),
+            Mixup::EffortUnits(factor) => view.effort.iter_mut().flatten().for_each(|u| *u /= factor),
+            Mixup::AllDegrees => {
+                let turning = (0..evidence.joints.len()).filter(|&joint| !evidence.joints[joint].1);
+                turning.for_each(|joint| view.scale(joint, PI / 180.0));
+            }
         }
-        if matches!(mixup, Mixup::PositionSign(_) | Mixup::Degrees(_) | Mixup::PositionsSwapped(..)) {
+        if matches!(
+            mixup,
+            Mixup::PositionSign(_) | Mixup::Degrees(_) | Mixup::PositionsSwapped(..) | Mixup::AllDegrees
+        ) {
             view.load = (evidence.torques)(&view.motion);
         }
         view

@@ -28,8 +28,34 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
             found.push(Diagnostic::warning(message).help(help));
         }
     }
+    found.extend(constant(evidence));
     found.extend(stuck(evidence));
     found
+}
+
+/// Efforts that never change while their joints move: nothing was measured. An error if there are no others.
+fn constant(evidence: &Evidence<'_>) -> Option<Diagnostic> {
+    let efforts =
+        || evidence.recording.effort.iter().enumerate().filter_map(|(j, of)| Some((j, of.as_ref()?)));
+    let moves = |joint: usize| size(&evidence.velocity(joint).collect::<Vec<_>>()) > 0.0;
+    let same = |values: &[f64]| values.iter().all(|x| *x == values[0]);
+    let silent: Vec<&str> = efforts()
+        .filter(|(joint, effort)| moves(*joint) && same(effort))
+        .map(|(joint, _)| evidence.joints[joint].0)
+        .collect();
+    let columns = list(
+        silent.iter().map(|name| format!("{name}/effort")).collect::<Vec<_>>().iter().map(String::as_str),
+    );
+    let help =
+        "were the torques not logged, or by another name? leave the columns out, or give a mapping file";
+    match silent.len() {
+        0 => None,
+        n if n == efforts().count() => Some(
+            Diagnostic::error(format!("no effort changes ({columns}): the log tells nothing of torques"))
+                .help(help),
+        ),
+        _ => Some(Diagnostic::warning(format!("never change while their joints move: {columns}")).help(help)),
+    }
 }
 
 /// One warning for all encoders that are stuck.
