@@ -1,5 +1,5 @@
 //! What is left of torques above their noise: of an effect, or of fast motion that the filter took off?
-use super::filtered::{Filtered, QUIETER, Request};
+use super::filtered::{QUIETER, Request};
 use super::judged::{judging, mean_error};
 use super::stated::said;
 use crate::measurements::{Content, Measured, SAMPLES};
@@ -41,20 +41,6 @@ pub(super) fn slower_where_safe(measured: &Measured, request: &Request<'_>, cuto
     CANDIDATES.into_iter().take_while(|other| *other < cutoff).find(is_safe).unwrap_or(cutoff)
 }
 
-/// What a search found behind the filter of these logs, with what is left there held against a faster one.
-pub(super) fn found(
-    measured: &Measured,
-    request: &Request<'_>,
-    logs: &Filtered<'_>,
-    mut answer: Diagnosis,
-) -> Diagnosis {
-    answer.cutoff_hz = logs.train.cutoff_hz;
-    answer.training = logs.train.source.clone();
-    answer.validation = logs.judge.as_ref().map(|judge| judge.source.clone());
-    look_behind(measured, request, &logs.reading, &mut answer);
-    answer
-}
-
 /// Holds rows above their noise against what is left behind the next faster filter too, as [`Diagnosis::look_behind`] does, at the cut-off at
 /// which the errors of the answer stand. Without effect where there is no faster filter, or no row is above its noise.
 pub(super) fn look_behind(
@@ -67,7 +53,7 @@ pub(super) fn look_behind(
     let (log, whole) = judging(request, reading);
     let cutoff = answer.judged_at_hz.unwrap_or(answer.cutoff_hz);
     let Some(faster) = CANDIDATES.into_iter().find(|other| *other > FASTER * cutoff) else { return };
-    if measured.content(log) != Content::Efforts || !(loud || answer.structured().next().is_some()) {
+    if measured.content(log) != Content::Efforts || !loud {
         return;
     }
     // Of as many samples as the errors are of.

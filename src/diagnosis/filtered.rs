@@ -1,6 +1,5 @@
 //! The logs that teach and judge at one cut-off, and a second look at a higher one.
 use super::Options;
-use super::behind::found;
 use super::judged::mean_error;
 use crate::measurements::{Loaded, Log, Measured};
 use crate::progress::Progress;
@@ -92,7 +91,6 @@ pub(super) fn second_look<'m>(
         // A cut-off beyond half the sampling rate is not one.
         let other = filtered(measured, request, cutoff).ok()?;
         let second = work(&*other.train.experiment, other.judging(), &request.search);
-        let second = found(measured, request, &other, second);
         Some((other, second))
     };
     let here = first.train.cutoff_hz;
@@ -116,8 +114,7 @@ pub(super) fn second_look<'m>(
         let other = filtered(measured, request, cutoff).ok()?;
         let barred = elsewhere(&*other.train.experiment, suspects, answer);
         let search = diagnose::Options { barred, ..request.search.clone() };
-        let second = work(&*other.train.experiment, other.judging(), &search);
-        let mut second = found(measured, request, &other, second);
+        let mut second = work(&*other.train.experiment, other.judging(), &search);
         // What else is seen there was not seen behind the slower filter.
         if !second.unexplained_parts.is_empty() {
             second.unexplained_parts.retain(|part| suspects.contains(&part.joint));

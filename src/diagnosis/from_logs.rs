@@ -1,5 +1,5 @@
 //! From logs to a diagnosis: reading, searching, and the errors in the form that comparisons use.
-use super::behind::{found, look_behind, slower_where_safe};
+use super::behind::{look_behind, slower_where_safe};
 use super::filtered::{Filtered, Request, Work, filtered, second_look};
 use super::judged::{best_filter, of_all_samples, quietest};
 use super::stated::state;
@@ -116,8 +116,7 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     let cutoff = slower_where_safe(&measured, request, cutoff);
     let mut logs = filtered(&measured, request, cutoff)?;
     let warnings = checked(&measured, request, &logs.reading, (&logs.train, logs.judge.as_ref()))?;
-    let mut answer =
-        found(&measured, request, &logs, work(&*logs.train.experiment, logs.judging(), &request.search));
+    let mut answer = work(&*logs.train.experiment, logs.judging(), &request.search);
     let mut best = quietest(&measured, request, &logs.reading, &answer);
     if let Some((other, better)) = second_look(&measured, request, (&logs, &answer), best, work) {
         (logs, answer) = (other, better);
@@ -127,8 +126,10 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     let told = answer.warnings.iter().map(Diagnostic::warning);
     let warned: Vec<Diagnostic> = warnings.iter().cloned().chain(told).collect();
     let Filtered { reading, train, judge } = &logs;
-    let assumed = train.assumptions.iter().cloned().chain(sticking(&*train.experiment));
-    answer.assumptions.splice(..0, assumed);
+    answer.training = train.source.clone();
+    answer.validation = judge.as_ref().map(|judge| judge.source.clone());
+    answer.assumptions = train.assumptions.iter().cloned().chain(sticking(&*train.experiment)).collect();
+    answer.cutoff_hz = train.cutoff_hz;
     answer.warnings.extend(warnings.iter().map(Diagnostic::placed));
     let compared = match options.reading.cutoff_hz {
         None => best_filter(&measured, request, reading, &mut answer, best)?,

@@ -135,29 +135,17 @@ impl Diagnosis {
         self.suspects = self.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
     }
 
-    /// Takes what is left behind two filters alike, by row, for what is left, where it is less; what was seen in rows that are no more than noise
-    /// then was the filter's. Tells of which rows above the noise that holds.
+    /// Takes what is left behind two filters alike, by row, for what is left, where it is less; but in rows of which more was seen than that they
+    /// are above the noise: what happens within a few degrees of a reversal is taken off by both filters. Tells which rows above the noise are not then.
     pub fn look_behind(&mut self, both: &BTreeMap<String, f64>) -> Vec<String> {
         let mut settled = Vec::new();
-        if self.unexplained && self.unexplained_parts.is_empty() {
-            // Nothing could be estimated.
-            return settled;
-        }
+        let structured: Vec<String> = self.structured().map(|part| part.joint.clone()).collect();
         for (row, fall) in &mut self.rows {
-            let Some(both) = both.get(row).filter(|both| **both < fall.told()) else { continue };
-            let was_loud = fall.above_noise().is_some();
+            let less = both.get(row).filter(|both| **both < fall.told() && !structured.contains(row));
+            let (Some(both), true) = (less, fall.above_noise().is_some()) else { continue };
             fall.behind_both = Some(*both);
-            let seen = was_loud || self.unexplained_parts.iter().any(|part| part.joint == *row);
-            if seen && fall.above_noise().is_none() {
+            if fall.above_noise().is_none() {
                 settled.push(row.clone());
-            }
-        }
-        let stays = |joint: &str| !settled.iter().any(|row| row == joint);
-        self.unexplained_parts.retain(|part| stays(&part.joint));
-        self.unexplained = !self.unexplained_parts.is_empty();
-        for found in &mut self.effects {
-            if found.effect.location.joint.as_ref().is_some_and(|joint| !stays(joint)) {
-                found.doubts.retain(|doubt| doubt != LEFT_HERE);
             }
         }
         settled
@@ -277,10 +265,6 @@ pub struct ErrorFall {
 fn is_zero(x: &f64) -> bool {
     *x == 0.0
 }
-
-/// Why an effect is doubtful at a joint at which something is left.
-pub(super) const LEFT_HERE: &str =
-    "something is left at this joint that no effect explains: this one may stand for a part of it";
 
 /// Errors above so many times their noise are no noise.
 pub(super) const LEFT: f64 = 1.4;

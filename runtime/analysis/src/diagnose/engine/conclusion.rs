@@ -6,7 +6,6 @@ use super::regression::{Regression, is_held_out};
 use super::search::{Outcome, consider};
 use super::significance::uncertain;
 use super::unexplained::{unexplained, untaught};
-use crate::diagnose::result::LEFT_HERE;
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
 use crate::experiments::Experiment;
 use bipedc_effects::effect::Effect;
@@ -74,7 +73,10 @@ impl Conclusion<'_> {
         diagnosis.suspects = diagnosis.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
         for found in &mut diagnosis.effects {
             if found.effect.location.joint.as_ref().is_some_and(|joint| diagnosis.suspects.contains(joint)) {
-                found.doubts.push(LEFT_HERE.to_owned());
+                found.doubts.push(
+                    "something is left at this joint that no effect explains: this one may stand for a part of it"
+                        .to_owned(),
+                );
             }
         }
         diagnosis.rejected = self.rejected(&diagnosis);
