@@ -135,6 +135,26 @@ fn positions_in_degrees_are_named() {
     assert_error(&judge(log), &["`left_knee_pitch/position` is in degrees", "scale = 0.0174532925"]);
 }
 
+/// A sign that all torques have wrong was called swapped columns.
+#[test]
+fn what_all_joints_have_wrong_is_named_once() {
+    let mut log = coulomb();
+    log.effort.iter_mut().flatten().flatten().for_each(|u| *u = -*u);
+    assert_error(&judge(log), &["efforts of all joints have the wrong sign", "sign = -1"]);
+    let mut log = coulomb();
+    moved(&mut log, |joints| joints.iter_mut().for_each(|q| *q = q.to_degrees()));
+    assert_error(&judge(log), &["positions of all joints are in degrees", "scale = 0.0174532925"]);
+}
+
+#[test]
+fn efforts_that_never_change_are_named() {
+    let mut log = coulomb();
+    log.effort[KNEE].as_mut().unwrap().fill(0.0);
+    assert_warning(&judge(log.clone()), &["never change", "left_knee_pitch/effort"]);
+    log.effort.iter_mut().flatten().for_each(|effort| effort.fill(0.0));
+    assert_error(&judge(log), &["no effort changes", "tells nothing of torques"]);
+}
+
 #[test]
 fn a_flipped_position_is_named() {
     let mut log = coulomb();

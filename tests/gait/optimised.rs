@@ -160,3 +160,28 @@ fn a_gait_for_the_least_work_takes_less_of_it() {
         ["gait", "optimise", "robots/five_link", "--gait", "optimised", "--speed", "0.7", "--out", "x"];
     assert_eq!(bipedc(&[&unknown[..], &["--cost", "time"]].concat()).code, Some(2));
 }
+
+/// It was searched for minutes, and ended in residuals.
+#[test]
+fn a_phase_variable_that_falls_is_refused_at_its_line() {
+    let folder = scratch("falling_phase");
+    let form = std::fs::read_to_string("robots/five_link/gaits/optimised.toml").unwrap();
+    let falls = form.replace("variable = \"direction\"", "variable = \"-direction\"");
+    assert_ne!(form, falls);
+    let [file, out] = ["falls.toml", "new.toml"].map(|name| folder.join(name));
+    std::fs::write(&file, falls).unwrap();
+    let asked = ["gait", "optimise", "robots/five_link", "--gait", text(&file), "--speed", "0.7"];
+    let run = bipedc(&[&asked[..], &["--out", text(&out)]].concat());
+    run.fails_with(&["the phase variable", "falls as the robot goes forward", "falls.toml:21:"]);
+    assert!(!out.exists());
+}
+
+#[test]
+fn files_that_no_search_wrote_are_kept() {
+    let out = scratch("kept_file").join("mine.toml");
+    std::fs::write(&out, "duration = 6.0\n").unwrap();
+    let asked = ["gait", "optimise", "robots/five_link", "--gait", "optimised", "--speed", "0.7"];
+    let run = bipedc(&[&asked[..], &["--out", text(&out)]].concat());
+    run.fails_with(&["no gait that a search wrote", "mine.toml", "give --out another name"]);
+    assert_eq!(std::fs::read_to_string(&out).unwrap(), "duration = 6.0\n");
+}
