@@ -213,13 +213,9 @@ impl Trial {
                     }
                 }
                 None => {
-                    let lands = of.changes[p]
-                        .landing
-                        .iter()
-                        .any(|&point| of.tree.points[point].name.split('/').next() == Some(name));
-                    if part.is_some_and(|part| (0.1..=0.9).contains(&part))
-                        && (of.phases.len() == 1 || !lands)
-                    {
+                    let point = of.tree.points.iter().position(|p| p.name.split('/').next() == Some(name));
+                    let swings = point.is_some_and(|point| of.swings(p, point));
+                    if swings && part.is_some_and(|part| (0.1..=0.9).contains(&part)) {
                         heights[own].iter().for_each(|&height| lower(&mut found.clearance, height));
                     }
                 }

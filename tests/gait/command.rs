@@ -25,6 +25,15 @@ fn the_keys_of_a_step() {
     assert_eq!(margins["zmp"], Value::Null);
 }
 
+/// The heel of a foot that rolls over its toe is no foot in the air: the search of this gait saw 11.9 mm at its nodes.
+#[test]
+fn clearance_is_that_of_feet_in_the_air() {
+    let gait = ["robots/seven_link_v1", "--gait", "from_nothing", "--speed", "0.4479381", "--json"];
+    let found = bipedc(&[&["gait", "step"], &gait[..]].concat()).ok().json();
+    let clearance = found["margins"]["clearance"].as_f64().unwrap();
+    assert!((clearance - 0.0119).abs() < 3e-4, "{clearance}");
+}
+
 #[test]
 fn parameters_are_set_for_both_steps_or_for_the_first() {
     let speed = |arguments: &[&str]| run(arguments).ok().json()["next_speed"].as_f64().unwrap();

@@ -34,8 +34,9 @@ impl Chain<'_> {
     /// The step that takes these parameters at mid-stance, and the smallest of its margins at all accepted steps of the integration.
     pub(in crate::gait) fn hop_with_margins(&self, from: &MidStance, values: &[f64]) -> (Hop, Margins) {
         let weight = self.weight(&from.q).unwrap_or(f64::NAN);
-        let mut seen =
-            Seen { chain: self, weight, margins: Margins::default(), air: vec![Vec::new()], refused: None };
+        let swinging = (0..self.phases.len()).map(|phase| self.swinging(phase)).collect();
+        let margins = Margins::default();
+        let mut seen = Seen { chain: self, weight, margins, swinging, air: vec![Vec::new()], refused: None };
         self.present.borrow_mut().impulses.clear();
         let mut hop =
             self.hop_watched(from, values, &mut |phase, time, x, begins| seen.look(phase, time, x, begins));
@@ -72,6 +73,36 @@ impl Chain<'_> {
         self.present.borrow_mut().impulses.extend(found);
     }
 
+    /// Points of the feet in the air whose height counts in a phase: none of a foot that stands on one of its points, and none of a foot that lands after it
+    /// was in the air for a phase before.
+    fn swinging(&self, phase: usize) -> Vec<usize> {
+        let Some(Some(of)) = self.phases.get(phase) else { return Vec::new() };
+        let before = self.phases.iter().flatten().find(|before| before.spec.next == phase).unwrap_or(of);
+        let feet = self.feet();
+        let stands = |standing: &[usize], foot: &[usize]| foot.iter().any(|point| standing.contains(point));
+        let counts = |index: usize| {
+            let other = if before.spec.relabel && feet.len() == 2 { 1 - index } else { index };
+            let lands = of.spec.impact.as_ref().is_some_and(|impact| stands(&impact.standing, &feet[index]));
+            let flew = !stands(&before.spec.standing, &feet[other]);
+            !stands(&of.spec.standing, &feet[index]) && !(lands && flew)
+        };
+        (0..feet.len()).filter(|&index| counts(index)).flat_map(|index| feet[index].clone()).collect()
+    }
+
+    /// Contact points, foot by foot.
+    fn feet(&self) -> Vec<Vec<usize>> {
+        let points = &self.bench.compiled.model.tree.points;
+        let foot = |point: usize| points[point].name.split('/').next();
+        let mut feet: Vec<Vec<usize>> = Vec::new();
+        for point in 0..points.len() {
+            match feet.last_mut().filter(|known| foot(known[0]) == foot(point)) {
+                Some(known) => known.push(point),
+                None => feet.push(vec![point]),
+            }
+        }
+        feet
+    }
+
     /// Refuses assumptions that nothing is known about.
     ///
     /// # Errors
@@ -98,7 +129,9 @@ struct Seen<'c, 'b> {
     /// N
     weight: f64,
     margins: Margins,
-    /// Phase by phase: time (s) and lowest point in the air (m).
+    /// Of each phase the points of feet in the air whose height counts.
+    swinging: Vec<Vec<usize>>,
+    /// Phase by phase: time (s) and lowest point of a foot in the air (m).
     air: Vec<Vec<(f64, f64)>>,
     refused: Option<Refused>,
 }
@@ -130,8 +163,7 @@ impl Seen<'_, '_> {
             }
         }
         let heights = chain.heights(&chain.point(phase, x[0])?.q);
-        let air = heights.iter().enumerate().filter(|(point, _)| !of.spec.standing.contains(point));
-        let lowest = air.map(|(_, height)| *height).fold(f64::INFINITY, f64::min);
+        let lowest = self.swinging[phase].iter().map(|&point| heights[point]).fold(f64::INFINITY, f64::min);
         if let Some(phase) = self.air.last_mut() {
             phase.push((time, lowest));
         }

@@ -202,8 +202,9 @@ impl Builder<'_> {
             return Some((EQUAL, format!("{} on the ground", self.point(point))));
         }
         let part = self.layout.phases[phase].part(node);
-        let ramp = (0.1 / self.parts[phase]).min(1.0);
         let left = self.stood_before(phase, point);
+        // A tenth of the step, or of the phase that is all of a foot's way.
+        let ramp = if left && lands { 0.1 } else { (0.1 / self.parts[phase]).min(1.0) };
         let [rise, fall] = [(left, part), (lands, 1.0 - part)]
             .map(|(near, part)| if near { (part / ramp).min(1.0) } else { 1.0 });
         let rolls = of.standing.iter().any(|&other| self.foot(other) == self.foot(point));

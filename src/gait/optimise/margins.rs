@@ -16,7 +16,7 @@ pub struct MotionMargins {
     pub impulse: Option<f64>,
     /// Smallest distance of a centre of pressure from an end of the sole over which the phase does not end, m.
     pub zmp: Option<f64>,
-    /// Lowest height of a foot in the air over the middle four fifths of each phase in which none of its points stands, before one of them lands, m.
+    /// Lowest height of a foot in the air over the middle four fifths of each phase, m; see [`Collocation::swings`].
     pub clearance: Option<f64>,
     /// Smallest distance of a torque from its limit, N m.
     pub torque: Option<f64>,
@@ -110,21 +110,15 @@ fn clearance(
     x: &[f64],
 ) {
     let phase = &of.phases[p];
-    let part = layout.phases[p].part(node);
-    let foot = |point: usize| of.tree.points[point].name.split('/').next().unwrap_or("").to_owned();
-    let landing: Vec<String> = of.changes[p].landing.iter().map(|&point| foot(point)).collect();
-    if !(0.1..=0.9).contains(&part) {
+    if !(0.1..=0.9).contains(&layout.phases[p].part(node)) {
         return;
     }
     let local: Vec<f64> = layout.node(p, node).iter().map(|&k| x[k]).collect();
     let mut values = vec![0.0; phase.node.rows()];
     phase.node.values(&local, &mut values);
     let first = phase.rows.iter().find(|row| row.0 == NodeRow::Height).map_or(0, |row| row.1);
-    let standing: Vec<String> = phase.standing.iter().map(|&point| foot(point)).collect();
     for point in 0..of.tree.points.len() {
-        let name = foot(point);
-        // Where a phase is all of the step, it begins and ends on the ground.
-        if !standing.contains(&name) && (of.phases.len() == 1 || !landing.contains(&name)) {
+        if of.swings(p, point) {
             lower(&mut found.clearance, values[first + point]);
         }
     }

@@ -179,6 +179,31 @@ pub struct Collocation {
     pub mass: f64,
 }
 
+impl Collocation {
+    /// Whether the height of a point counts in a phase: no point of its foot stands, and where the foot lands at the end, it stood in the phase before. A foot
+    /// that is in the air for several phases is near the ground all through the last one.
+    #[must_use]
+    pub fn swings(&self, phase: usize, point: usize) -> bool {
+        let count = self.phases.len();
+        let before = (phase + count - 1) % count;
+        let of_foot = |points: &[usize], foot: &str| points.iter().any(|&point| self.foot(point) == foot);
+        let foot = self.foot(point);
+        let lands = of_foot(&self.changes[phase].landing, foot);
+        let other = if self.changes[before].relabel { self.other_foot(foot) } else { foot };
+        let stood = of_foot(&self.phases[before].standing, other);
+        !of_foot(&self.phases[phase].standing, foot) && (stood || !lands)
+    }
+
+    fn foot(&self, point: usize) -> &str {
+        self.tree.points[point].name.split('/').next().unwrap_or("")
+    }
+
+    fn other_foot<'f>(&'f self, foot: &'f str) -> &'f str {
+        let others = self.description.feet.iter().find(|other| other.name != foot);
+        others.map_or(foot, |other| other.name.as_str())
+    }
+}
+
 /// Derives them.
 ///
 /// # Errors
