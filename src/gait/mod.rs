@@ -158,6 +158,7 @@ impl GaitBench {
             points: *points,
             posture,
             friction: self.gait.limits.friction,
+            position_limits: description.stops(&model.tree),
             effort_limits: joints.iter().map(|joint| limit(&joint.name)).collect(),
         };
         GaitModel::new(&self.model, settings)

@@ -88,6 +88,7 @@ pub(super) fn margins(margins: &Margins) -> Vec<Vec<String>> {
         row("zmp", margins.zmp, "m"),
         row("clearance", margins.clearance, "m"),
         row("torque", margins.torque, "N m"),
+        row("joint stop", margins.joint, "rad or m"),
         row("impact: friction", margins.impact_friction, "1"),
         row("impact: pull", margins.impact_pull, "N s"),
         row("impact: lift-off", margins.lift_off, "m/s"),

@@ -109,11 +109,12 @@ impl Walker {
         let values = bench.values(&set)?;
         let controller = bench.controller(control.feedback.unwrap_or_default(), &set)?;
         let controller = if control.limited { controller } else { controller.unlimited() };
+        let stops = scenario.joint_stops;
         let wished = |wishes: &Wishes| {
             bench.choosable().map_err(|error| placed(error.into(), file, wishes.position))?;
             let from =
                 |options: &ChoiceOptions| bench.choice_settings(&values, options).map(ChosenFrom::OnePhase);
-            wished(&bench, from, (wishes, file))
+            wished(&bench, from, (wishes, file, stops))
         };
         let wishes = control.wishes.as_ref().map(wished).transpose()?;
         if let Some((speed, place)) = control.speed {
@@ -155,12 +156,13 @@ impl Walker {
             begin_at(scenario, state, place);
             scenario.phase = chain.first().map_err(at)?;
         }
+        let stops = scenario.joint_stops;
         let wished = |wishes: &Wishes| {
             let from = |options: &ChoiceOptions| {
                 let settings = bench.choice_settings(&values, options)?;
                 Ok(ChosenFrom::Phased(settings, Box::new(true_walker(robot, &[], false)?)))
             };
-            wished(&bench, from, (wishes, file))
+            wished(&bench, from, (wishes, file, stops))
         };
         let wishes = control.wishes.as_ref().map(wished).transpose()?;
         ends_with_wishes(scenario, wishes.as_ref());
@@ -246,7 +248,7 @@ impl Walker {
 fn wished(
     gait: &impl Parametrised,
     from: impl FnOnce(&ChoiceOptions) -> Result<ChosenFrom, Diagnostics>,
-    (wishes, file): (&Wishes, &Path),
+    (wishes, file, stops): (&Wishes, &Path, bool),
 ) -> Result<Wished, Diagnostics> {
     // One by one, so that each has its place.
     let unknown = wishes.parameters.iter().filter(|found| gait.index(&found.name).is_none());
@@ -258,6 +260,7 @@ fn wished(
     let options = ChoiceOptions {
         parameters: wishes.parameters.iter().map(|found| (found.name.clone(), found.between)).collect(),
         keep: wishes.keep.clone(),
+        stops,
         friction: wishes.friction,
         reserve: wishes.reserve,
         values: wishes.values,

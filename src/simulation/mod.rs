@@ -53,13 +53,11 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
         return Err(Diagnostic::error(message).help("choose another base with --base floating|planar|fixed"));
     }
     let of_urdf = |name: &str| description.joints.iter().find(|joint| joint.name == name);
-    let limits =
-        |name: &str| of_urdf(name).and_then(|joint| joint.position_limits).map(|(low, high)| [low, high]);
     Ok(Plant {
         feet: feet(description),
         shapes: Vec::new(),
         links: description.links.iter().map(|link| link.name.clone()).collect(),
-        position_limits: tree.joints.iter().map(|joint| limits(&joint.name)).collect(),
+        position_limits: description.stops(tree),
         effort_limits: tree
             .joints
             .iter()

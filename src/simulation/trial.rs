@@ -258,17 +258,25 @@ fn last_speed(moments: &[Moment], summary: &WalkSummary, phases: usize) -> Optio
     let last = summary.changes.last()?;
     let before = summary.changes.len().checked_sub(phases + 1).and_then(|k| summary.changes.get(k))?;
     let place = |time: f64| {
-        let after = moments.iter().position(|moment| moment.time >= time)?;
-        let [a, b] = moments.get(after.max(1) - 1..=after.max(1))? else { return None };
-        let part = (time - a.time) / (b.time - a.time);
-        Some(a.q[0] + part * (b.q[0] - a.q[0]))
+        // Velocities jump at changes: a place is read from what the phase before went through.
+        let began = summary.changes.iter().map(|change| change.time).rfind(|&change| change < time).unwrap_or(0.0);
+        let mut through: Vec<&Moment> =
+            moments.iter().filter(|moment| (began..=time).contains(&moment.time)).collect();
+        through.dedup_by(|a, b| a.time <= b.time);
+        extrapolated(&through[through.len().saturating_sub(3)..], time)
     };
-    let end = place(last.time).or_else(|| {
-        // The walk ends with its last landing, between two samples.
-        let [.., a, b] = moments else { return None };
-        Some(b.q[0] + (last.time - b.time) * (b.q[0] - a.q[0]) / (b.time - a.time))
-    });
-    Some((end? - place(before.time)?) / (last.time - before.time))
+    Some((place(last.time)? - place(before.time)?) / (last.time - before.time))
+}
+
+/// Of the base along x at a time, m, by the polynomial through some moments; one alone tells no speed.
+fn extrapolated(through: &[&Moment], time: f64) -> Option<f64> {
+    let term = |k: usize| -> f64 {
+        let others = through.iter().enumerate().filter(|(other, _)| *other != k);
+        others.fold(through[k].q[0], |term, (_, other)| {
+            term * (time - other.time) / (through[k].time - other.time)
+        })
+    };
+    (through.len() > 1).then(|| (0..through.len()).map(term).sum())
 }
 
 #[cfg(test)]

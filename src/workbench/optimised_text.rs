@@ -65,6 +65,9 @@ impl fmt::Display for OptimisedGait {
                     format!("{:+.3e}", violated.by),
                 ]
             };
+            if self.violations.is_empty() {
+                return writeln!(f, "\nthe search ended with numbers that are none, or was stopped: no constraint can be named");
+            }
             let rows: Vec<Vec<String>> = self.violations.iter().take(TOLD).map(row).collect();
             let left = self.violations.len().saturating_sub(TOLD);
             write!(f, "\n{}", table(&["violated", "phase", "node", "by (SI)"], rows, 2))?;

@@ -91,6 +91,8 @@ pub enum Assumed {
     Clearance,
     /// No torque exceeds its limit
     Torque,
+    /// No joint gets to its stop
+    Joints,
 }
 
 impl Assumed {
@@ -101,6 +103,7 @@ impl Assumed {
             pull: asked.contains(&Self::Pull),
             clearance: asked.contains(&Self::Clearance),
             torque: asked.contains(&Self::Torque),
+            joints: asked.contains(&Self::Joints),
         }
     }
 }

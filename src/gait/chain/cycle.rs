@@ -109,10 +109,10 @@ impl Chain<'_> {
         Ok(start.at((-0.5 * energy.p_minus()).max(1e-4).sqrt()))
     }
 
-    /// A step that keeps what is assumed: friction where the gait has a coefficient, feet that push, torques.
+    /// A step that keeps what is assumed: friction where the gait has a coefficient, feet that push, torques, stops.
     fn kept_hop(&self, from: &MidStance, values: &[f64]) -> Option<MidStance> {
         let friction = self.bench.gait.limits.friction.is_some();
-        let assume = Assumptions { friction, pull: true, clearance: false, torque: true };
+        let assume = Assumptions { friction, pull: true, clearance: false, torque: true, joints: true };
         let (hop, margins) = self.hop_with_margins(from, values);
         hop.next.ok().filter(|_| Hop::violated(assume, &margins).is_none())
     }

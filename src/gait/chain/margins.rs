@@ -1,7 +1,7 @@
 //! How far a step of several phases stays from its limits, from mid-stance to mid-stance.
 use super::hop::{Hop, MidStance};
 use super::{Chain, ChainPhase, Refused};
-use bipedc_analysis::gait::{Assumptions, Margins, Reason};
+use bipedc_analysis::gait::{Assumptions, Margins, Reason, spare_joint};
 use bipedc_analysis::simulate::phases::{Assumptions as Allowed, Row, RowKind};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::PhasedGait;
@@ -25,6 +25,7 @@ impl Hop {
             (assume.friction, bad(margins.friction) || bad(margins.impact_friction), Reason::Slips),
             (assume.clearance, bad(margins.clearance), Reason::Scuffs),
             (assume.torque, bad(margins.torque), Reason::Torque),
+            (assume.joints, bad(margins.joint), Reason::Stop),
         ];
         cases.into_iter().find(|(asked, broken, _)| *asked && *broken).map(|(.., reason)| reason)
     }
@@ -119,6 +120,11 @@ impl Chain<'_> {
             let help = "write `effort` into the URDF's limits, or leave out --assume torque";
             return Err(Diagnostic::error("no joint of the robot has a limit of its torque").help(help));
         }
+        let stops = self.bench.compiled.description.joints.iter().any(|joint| joint.position_limits.is_some());
+        if assume.joints && !stops {
+            let help = "write `lower` and `upper` into the URDF's limits, or leave out --assume joints";
+            return Err(Diagnostic::error("no joint of the robot has stops").help(help));
+        }
         Ok(())
     }
 }
@@ -162,7 +168,12 @@ impl Seen<'_, '_> {
                 }
             }
         }
-        let heights = chain.heights(&chain.point(phase, x[0])?.q);
+        let q = chain.point(phase, x[0])?.q.clone();
+        let joint = spare_joint(&chain.stops, &q);
+        if joint.is_finite() {
+            smaller(&mut self.margins.joint, joint);
+        }
+        let heights = chain.heights(&q);
         let lowest = self.swinging[phase].iter().map(|&point| heights[point]).fold(f64::INFINITY, f64::min);
         if let Some(phase) = self.air.last_mut() {
             phase.push((time, lowest));

@@ -45,6 +45,8 @@ pub struct Chain<'b> {
     model: ProgramModel,
     /// By phase of the description.
     phases: Vec<Option<ChainPhase>>,
+    /// Position limits of the joints, rad or m.
+    stops: Vec<Option<[f64; 2]>>,
     heights: usize,
     relabelled: [usize; 2],
     present: RefCell<Present>,
@@ -153,6 +155,7 @@ impl<'b> Chain<'b> {
             });
         }
         Ok(Self {
+            stops: bench.compiled.description.stops(&bench.compiled.model.tree),
             heights: need("contact_distances")?,
             relabelled: [need("relabelled_configuration")?, need("relabelled_velocity")?],
             present: RefCell::new(Present {

@@ -31,6 +31,8 @@ pub struct ChoiceOptions {
     pub parameters: Vec<(String, Option<[f64; 2]>)>,
     /// Which assumptions steps have to keep, by name; `None`: as many as there are limits for.
     pub keep: Option<Vec<String>>,
+    /// Whether joints have stops in this walk.
+    pub stops: bool,
     /// Coulomb's coefficient; `None`: that of the gait's limits.
     pub friction: Option<f64>,
     /// Part of every limit that is left over; `None`: a twentieth.
@@ -96,6 +98,7 @@ impl GaitBench {
             pull: has("pull", true),
             clearance: has("clearance", false),
             torque: has("torque", true),
+            joints: has("joints", options.stops),
         };
         if assumptions.friction && friction.is_none() {
             let message = format!("the gait `{}` says no coefficient of friction to keep", self.gait.name);

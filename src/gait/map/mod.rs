@@ -161,6 +161,11 @@ impl GaitBench {
             return Err(Diagnostic::error("no joint of the robot has a limit of its torque")
                 .help("write `effort` into the URDF's limits, or leave out --assume torque"));
         }
+        let stops = self.compiled.description.joints.iter().any(|joint| joint.position_limits.is_some());
+        if assume.joints && !stops {
+            let help = "write `lower` and `upper` into the URDF's limits, or leave out --assume joints";
+            return Err(Diagnostic::error("no joint of the robot has stops").help(help));
+        }
         Ok(())
     }
 }
@@ -264,13 +269,14 @@ impl<B: Parametrised> Mapping for B {}
 
 /// Names of assumptions, as `--assume` has them.
 fn assumed(assume: Assumptions) -> Vec<&'static str> {
-    let Assumptions { friction, pull, clearance, torque } = assume;
+    let Assumptions { friction, pull, clearance, torque, joints } = assume;
     let all = [
         (true, "step"),
         (friction, "friction"),
         (pull, "pull"),
         (clearance, "clearance"),
         (torque, "torque"),
+        (joints, "joints"),
     ];
     all.into_iter().filter(|(asked, _)| *asked).map(|(_, name)| name).collect()
 }

@@ -370,7 +370,10 @@ pub fn solve(
     };
     let found: Solution = solver.minimise(&program, &start, &mut |iteration| watch(stage, iteration));
     let name = |&(row, by): &(usize, f64)| (program.rows.names[row].clone(), by * program.rows.scale[row]);
-    let told = found.violations.iter().filter(|(_, by)| by.abs() >= FEASIBLE);
+    // A search without a result says why, by however little.
+    let found_it = matches!(found.ending, Ending::Minimum | Ending::Feasible);
+    let large = found.violations.iter().any(|(_, by)| by.abs() >= FEASIBLE);
+    let told = found.violations.iter().filter(|(_, by)| by.abs() >= FEASIBLE || !(found_it || large));
     Optimum {
         x: program.unscaled(&found.x),
         cost: program.objective(&found.x),

@@ -26,6 +26,22 @@ pub struct GaitSettings {
     pub friction: Option<f64>,
     /// Largest torques of the joints, N m, where they have some.
     pub effort_limits: Vec<Option<f64>>,
+    /// Stops of the joints, rad or m, where they have some.
+    pub position_limits: Vec<Option<[f64; 2]>>,
+}
+
+impl GaitSettings {
+    /// Smallest distance of a joint from its stops, rad or m; infinite without stops.
+    pub(super) fn spare_joint(&self, q: &[f64]) -> f64 {
+        spare_joint(&self.position_limits, q)
+    }
+}
+
+/// Smallest distance of joints, the last of q, from their stops, rad or m; infinite without stops.
+pub fn spare_joint(limits: &[Option<[f64; 2]>], q: &[f64]) -> f64 {
+    let joints = &q[q.len().saturating_sub(limits.len())..];
+    let spare = limits.iter().zip(joints).filter_map(|(limits, q)| limits.map(|[low, high]| (q - low).min(high - q)));
+    spare.fold(f64::INFINITY, f64::min)
 }
 
 /// Indices of functions in a model.

@@ -4,7 +4,7 @@
 use super::course::Course;
 use super::functions::GaitModel;
 use super::landing::Landing;
-use super::reason::Assumptions;
+use super::reason::{Assumptions, beyond};
 use super::step::Refusal;
 use bipedc_runtime::model::{Argument, State};
 
@@ -62,13 +62,14 @@ impl GaitModel<'_> {
     }
 
     /// What is assumed of a walk that does not say it: feet push and, where a coefficient is known, do not slip; torques stay within the
-    /// efforts of the URDF. Feet may scuff, as those of the thesis' robots do.
+    /// efforts of the URDF, joints off their stops. Feet may scuff, as those of the thesis' robots do.
     pub(super) fn usually_kept(&self) -> Kept {
         self.keeping(Assumptions {
             friction: self.settings.friction.is_some(),
             pull: true,
             clearance: false,
             torque: true,
+            joints: true,
         })
     }
 
@@ -103,8 +104,8 @@ impl GaitModel<'_> {
         part: Part,
         kept: &Kept,
     ) -> Result<Option<Between>, Refusal> {
-        let Assumptions { friction, pull, clearance, torque } = kept.assumptions;
-        if !(friction || pull || clearance || torque) {
+        let Assumptions { clearance, joints, .. } = kept.assumptions;
+        if !kept.assumptions.any() {
             return Ok(Some(ANY));
         }
         let [start, end] = part.ends;
@@ -122,7 +123,7 @@ impl GaitModel<'_> {
                 bound(&mut between, constant - slope * per_energy * potential, slope * per_energy);
             }
         }
-        if clearance && self.scuffs(course, part)? {
+        if (clearance && self.scuffs(course, part)?) || (joints && self.stops(course, &phases)?) {
             return Ok(None);
         }
         Ok(Some(between).filter(|[low, high]| low < high))
@@ -188,6 +189,16 @@ impl GaitModel<'_> {
         for k in 0..=part.parts {
             let point = course.surface(low + (high - low) * k as f64 / part.parts as f64)?;
             if self.lowest(&point) < 0.0 {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// Whether a joint gets to its stop.
+    fn stops(&self, course: &Course<'_, '_>, phases: &[f64]) -> Result<bool, Refusal> {
+        for &phase in phases {
+            if beyond(self.settings.spare_joint(&course.surface(phase)?.q)) {
                 return Ok(true);
             }
         }

@@ -25,6 +25,8 @@ pub struct Margins {
     pub clearance: Option<f64>,
     /// Smallest distance of a torque from its limit, N m.
     pub torque: Option<f64>,
+    /// Smallest distance of a joint from its stops, rad or m; negative: beyond one.
+    pub joint: Option<f64>,
     /// Coefficient of friction less what the impact at the beginning needs, 1.
     pub impact_friction: Option<f64>,
     /// Normal impulse of that impact, N s.
@@ -43,8 +45,10 @@ impl GaitModel<'_> {
         let [start, end] = course.ends();
         let near = NEAR * (end - start);
         let height = |phase| course.surface(phase).map_or(f64::NAN, |point| self.lowest(&point));
+        let joint = |phase| course.surface(phase).map_or(f64::NAN, |point| self.settings.spare_joint(&point.q));
         let mut margins = Margins {
             clearance: finite(least(height, [start + near, end - near], SAMPLES).1),
+            joint: finite(least(joint, [start, end], SAMPLES).1),
             ..Margins::default()
         };
         let Some(energy) = energy else { return margins };

@@ -38,13 +38,15 @@ pub enum Reason {
     Scuffs,
     /// A torque exceeds its limit.
     Torque,
+    /// A joint gets to its stop.
+    Stop,
     /// An interruption came before.
     NotComputed,
 }
 
 impl Reason {
     /// All of them.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::Passes,
         Self::FallsBack,
         Self::GuardNotReached,
@@ -61,6 +63,7 @@ impl Reason {
         Self::Pulls,
         Self::Scuffs,
         Self::Torque,
+        Self::Stop,
         Self::NotComputed,
     ];
 
@@ -83,6 +86,7 @@ impl Reason {
             Self::Pulls => "pulls",
             Self::Scuffs => "scuffs",
             Self::Torque => "torque",
+            Self::Stop => "joint_stop",
             Self::NotComputed => "not computed",
         }
     }
@@ -111,6 +115,7 @@ impl Reason {
             Self::Pulls => "a foot would have to pull",
             Self::Scuffs => "a foot scuffs",
             Self::Torque => "a torque exceeds its limit",
+            Self::Stop => "a joint gets to its stop",
             Self::NotComputed => "not computed",
         }
     }
@@ -138,6 +143,11 @@ impl From<&Refusal> for Reason {
     }
 }
 
+/// Whether a joint's distance from its stops is beyond one; a gait may lie at it, as a straight knee does.
+pub(super) fn beyond(distance: f64) -> bool {
+    distance < -1e-9
+}
+
 /// What is assumed of a step beside that it passes its dead centre; the thesis assumes nothing else.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Assumptions {
@@ -149,6 +159,8 @@ pub struct Assumptions {
     pub clearance: bool,
     /// Torques stay within the efforts of the URDF.
     pub torque: bool,
+    /// Joints stay within the position limits of the URDF.
+    pub joints: bool,
 }
 
 impl Assumptions {
@@ -169,6 +181,8 @@ impl Assumptions {
             (self.friction, bad(margins.friction) || bad(margins.impact_friction), Reason::Slips),
             (self.clearance, bad(margins.clearance), Reason::Scuffs),
             (self.torque, bad(margins.torque), Reason::Torque),
+            // Without a number no joint has stops.
+            (self.joints, margins.joint.is_some_and(beyond), Reason::Stop),
         ];
         cases.into_iter().find(|(asked, violated, _)| *asked && *violated).map(|(.., reason)| reason)
     }
