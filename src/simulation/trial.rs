@@ -259,7 +259,8 @@ fn last_speed(moments: &[Moment], summary: &WalkSummary, phases: usize) -> Optio
     let before = summary.changes.len().checked_sub(phases + 1).and_then(|k| summary.changes.get(k))?;
     let place = |time: f64| {
         // Velocities jump at changes: a place is read from what the phase before went through.
-        let began = summary.changes.iter().map(|change| change.time).rfind(|&change| change < time).unwrap_or(0.0);
+        let began =
+            summary.changes.iter().map(|change| change.time).rfind(|&change| change < time).unwrap_or(0.0);
         let mut through: Vec<&Moment> =
             moments.iter().filter(|moment| (began..=time).contains(&moment.time)).collect();
         through.dedup_by(|a, b| a.time <= b.time);

@@ -66,7 +66,10 @@ impl fmt::Display for OptimisedGait {
                 ]
             };
             if self.violations.is_empty() {
-                return writeln!(f, "\nthe search ended with numbers that are none, or was stopped: no constraint can be named");
+                return writeln!(
+                    f,
+                    "\nthe search ended with numbers that are none, or was stopped: no constraint can be named"
+                );
             }
             let rows: Vec<Vec<String>> = self.violations.iter().take(TOLD).map(row).collect();
             let left = self.violations.len().saturating_sub(TOLD);

@@ -120,7 +120,8 @@ impl Chain<'_> {
             let help = "write `effort` into the URDF's limits, or leave out --assume torque";
             return Err(Diagnostic::error("no joint of the robot has a limit of its torque").help(help));
         }
-        let stops = self.bench.compiled.description.joints.iter().any(|joint| joint.position_limits.is_some());
+        let stops =
+            self.bench.compiled.description.joints.iter().any(|joint| joint.position_limits.is_some());
         if assume.joints && !stops {
             let help = "write `lower` and `upper` into the URDF's limits, or leave out --assume joints";
             return Err(Diagnostic::error("no joint of the robot has stops").help(help));

@@ -40,7 +40,8 @@ impl GaitSettings {
 /// Smallest distance of joints, the last of q, from their stops, rad or m; infinite without stops.
 pub fn spare_joint(limits: &[Option<[f64; 2]>], q: &[f64]) -> f64 {
     let joints = &q[q.len().saturating_sub(limits.len())..];
-    let spare = limits.iter().zip(joints).filter_map(|(limits, q)| limits.map(|[low, high]| (q - low).min(high - q)));
+    let spare =
+        limits.iter().zip(joints).filter_map(|(limits, q)| limits.map(|[low, high]| (q - low).min(high - q)));
     spare.fold(f64::INFINITY, f64::min)
 }
 

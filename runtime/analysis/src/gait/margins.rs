@@ -45,7 +45,8 @@ impl GaitModel<'_> {
         let [start, end] = course.ends();
         let near = NEAR * (end - start);
         let height = |phase| course.surface(phase).map_or(f64::NAN, |point| self.lowest(&point));
-        let joint = |phase| course.surface(phase).map_or(f64::NAN, |point| self.settings.spare_joint(&point.q));
+        let joint =
+            |phase| course.surface(phase).map_or(f64::NAN, |point| self.settings.spare_joint(&point.q));
         let mut margins = Margins {
             clearance: finite(least(height, [start + near, end - near], SAMPLES).1),
             joint: finite(least(joint, [start, end], SAMPLES).1),
