@@ -110,12 +110,17 @@ pub struct Identify {
     /// Two joints whose drives turn together, such as those of a wrist; may be repeated
     #[arg(long, value_name = "JOINT,JOINT")]
     coupled: Vec<String>,
-    /// Cut-off of the filter of positions and efforts, Hz
-    #[arg(long, value_name = "HZ", allow_negative_numbers = true, default_value_t = 10.0)]
-    cutoff: f64,
+    /// Cut-off of the filter of positions and efforts, Hz [default: 10; of joint torques without --decimate twice that of the
+    /// rows, 4 to 30]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    cutoff: Option<f64>,
     /// Keep every N-th sample, after a low-pass over regressor and torque
     #[arg(long, value_name = "N", default_value_t = 1)]
     decimate: usize,
+    /// Cut-off of the low-pass over regressor and torque, Hz; without --decimate [default: as slow as the motion allows, where
+    /// encoders are noisy]
+    #[arg(long, value_name = "HZ", allow_negative_numbers = true)]
+    row_cutoff: Option<f64>,
     /// Samples at which a joint is slower than this part of its largest speed do not count for it, per cent [default: 0;
     /// motors of --method elastic: 3]
     #[arg(long, value_name = "PERCENT", allow_negative_numbers = true)]
@@ -203,8 +208,10 @@ impl Identify {
         let refuse = |what: &str, value: f64, help: &str| {
             Err(Diagnostic::error(format!("{what} is {value}")).help(help.to_owned()))
         };
-        if !(self.cutoff.is_finite() && self.cutoff > 0.0) {
-            return refuse("--cutoff", self.cutoff, "give a frequency in Hz");
+        for (option, cutoff) in [("--cutoff", self.cutoff), ("--row-cutoff", self.row_cutoff)] {
+            if let Some(cutoff) = cutoff.filter(|cutoff| !(cutoff.is_finite() && *cutoff > 0.0)) {
+                return refuse(option, cutoff, "give a frequency in Hz");
+            }
         }
         let slow = self.slow.unwrap_or(0.0);
         if !(0.0..50.0).contains(&slow) {
@@ -251,13 +258,14 @@ impl Identify {
             rotors: parse::rotors(&self.rotor),
             coupled: parse::coupled(&self.coupled)?,
             reading: measure::Options {
-                cutoff_hz: Some(self.cutoff),
+                cutoff_hz: self.cutoff,
                 trim_s: self.trim,
                 from_s: self.from,
                 to_s: self.to,
                 ..measure::Options::default()
             },
             decimate: self.decimate,
+            rows_hz: self.row_cutoff,
             slow: self.slow.map(|percent| percent / 100.0),
             steps: match self.steps {
                 Steps::Two => elastic::Steps::Two,

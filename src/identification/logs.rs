@@ -31,8 +31,7 @@ impl Identifiable {
         logs: &[identify::Reading<'_>],
         progress: &dyn Progress,
     ) -> Result<Self, Diagnostics> {
-        let rigid = robot.clone().without_effects();
-        let layout = joint_layout_with_stops(&rigid.tree()?, &rigid.description)?;
+        let layout = rigid_layout(robot)?;
         let look = || logs.iter().map(|log| survey(log, &layout)).collect::<Result<Vec<_>, Diagnostics>>();
         let surveys = progress.stage("reading", look)?;
         let rows = observed(&layout, &surveys)?;
@@ -95,6 +94,12 @@ impl Identifiable {
 /// Their names.
 fn files(logs: &[identify::Reading<'_>]) -> Vec<PathBuf> {
     logs.iter().map(|reading| reading.log.path().to_path_buf()).collect()
+}
+
+/// Joints and base of a robot without its effects.
+pub fn rigid_layout(robot: &Robot) -> Result<JointLayout, Diagnostics> {
+    let rigid = robot.clone().without_effects();
+    Ok(joint_layout_with_stops(&rigid.tree()?, &rigid.description)?)
 }
 
 /// What a log with forces at the feet shows.

@@ -97,6 +97,8 @@ struct Job<'a> {
     options: &'a Options,
     progress: &'a dyn Progress,
     warnings: Vec<Diagnostic>,
+    /// Whether the cut-off of `options` is no more than the usual one.
+    any_cutoff: bool,
 }
 
 /// Estimates a robot's parameters from logs; `judge` is a log of another motion, that only judges.
@@ -115,7 +117,9 @@ pub fn identify(
     if logs.is_empty() {
         return Err(Diagnostic::error("no log was given").help("give at least one that teaches").into());
     }
-    let mut job = Job { robot, logs, judge, options, progress, warnings: Vec::new() };
+    let any_cutoff = options.reading.cutoff_hz.is_none();
+    let options = &options.clone().with_cutoff();
+    let mut job = Job { robot, logs, judge, options, progress, warnings: Vec::new(), any_cutoff };
     let found = match options.method {
         Method::Torque => torque::run(&mut job),
         Method::Elastic => elastic::run(&mut job),
@@ -153,9 +157,16 @@ fn note_sources(found: &mut Identification, logs: &[&Log], judge: Option<&Log>) 
 impl<'a> Job<'a> {
     /// The logs that teach, and the one that judges, as the estimators read them.
     fn read(&self) -> (Vec<identify::Reading<'a>>, Vec<identify::Reading<'a>>) {
+        self.read_as(&self.options.reading)
+    }
+
+    /// The same, read in another way.
+    fn read_as(
+        &self,
+        reading: &measure::Options,
+    ) -> (Vec<identify::Reading<'a>>, Vec<identify::Reading<'a>>) {
         let read =
             |log: &'a Log, options: &measure::Options| identify::Reading { log, options: options.clone() };
-        let reading = &self.options.reading;
         // The judge is another recording: its clock has nothing to do with the times of the others.
         let whole = measure::Options { from_s: None, to_s: None, ..reading.clone() };
         let logs = self.logs.iter().map(|log| read(log, reading)).collect();

@@ -62,10 +62,13 @@ pub struct Options {
     pub rotors: Rotors,
     /// Names of two joints whose drives turn together.
     pub coupled: Vec<[String; 2]>,
-    /// Filter of positions and efforts, and the times between which samples of the logs that teach count.
+    /// Filter of positions and efforts (without a cut-off: 10 Hz, but of joint torques as the motion and its noise ask for), and the times between which samples of the logs that teach count.
     pub reading: measure::Options,
     /// Keep every so many-th sample, after a low-pass over regressor and torque.
     pub decimate: usize,
+    /// Cut-off of the low-pass over regressor and torque where samples are not decimated, Hz; by default as slow as the encoders' noise
+    /// asks for and the motion allows.
+    pub rows_hz: Option<f64>,
     /// Samples at which a joint is slower than this part of its largest speed do not count for it; by default 0, for motors of
     /// elastic drives 0.03.
     pub slow: Option<f64>,
@@ -95,8 +98,9 @@ impl Default for Options {
             friction: ExtraChoice::default().laws,
             rotors: Rotors::None,
             coupled: Vec::new(),
-            reading: measure::Options { cutoff_hz: Some(10.0), ..measure::Options::default() },
+            reading: measure::Options::default(),
             decimate: 1,
+            rows_hz: None,
             slow: None,
             steps: elastic::Steps::Two,
             weight: None,
@@ -120,6 +124,9 @@ impl Options {
         if let Some(cutoff) = self.reading.cutoff_hz.filter(|cutoff| !is_positive(*cutoff)) {
             return refuse("the cut-off of the filter", cutoff, "give a frequency in Hz");
         }
+        if let Some(cutoff) = self.rows_hz.filter(|cutoff| !is_positive(*cutoff)) {
+            return refuse("the cut-off of the rows' filter", cutoff, "give a frequency in Hz");
+        }
         if let Some(slow) = self.slow.filter(|slow| !(0.0..0.5).contains(slow)) {
             return refuse("the part of a slow joint's speed", slow, "give a fraction below 0.5");
         }
@@ -131,6 +138,12 @@ impl Options {
             Some(weight) => refuse("the weight of the description", weight, "give a positive number"),
             None => Ok(()),
         }
+    }
+
+    /// With a cut-off, if there is none.
+    pub(super) fn with_cutoff(mut self) -> Self {
+        self.reading.cutoff_hz.get_or_insert(measure::CUTOFF_HZ);
+        self
     }
 
     /// With what the joints of this robot add.
@@ -170,6 +183,7 @@ impl Options {
                 }
             },
             decimate: self.decimate,
+            rows_hz: self.rows_hz,
             slow: self.slow.unwrap_or(0.0),
             weight: self.weight,
             bounds: self.all_bounds(),
@@ -194,8 +208,9 @@ impl Options {
         if !self.coupled.is_empty() {
             return refuse("--coupled", "leave it out: drives act on their own joint");
         }
-        if self.decimate > 1 {
-            return refuse("--decimate", "leave it out: regressor and torque pass the same filter already");
+        if self.decimate > 1 || self.rows_hz.is_some() {
+            let option = if self.decimate > 1 { "--decimate" } else { "--row-cutoff" };
+            return refuse(option, "leave it out: regressor and torque pass the same filter already");
         }
         let known = [&kinds::VISCOUS_FRICTION, &kinds::COULOMB_FRICTION, &kinds::TORQUE_BIAS];
         if let Some(other) = self.friction.iter().find(|kind| !known.contains(kind)) {

@@ -1,9 +1,11 @@
 //! From joint torques, or from the rows of a free base with forces at its feet (thesis 5.2).
-use super::logs::{Identifiable, content, inspected, loaded, table_survey};
+use super::logs::{Identifiable, content, inspected, loaded, rigid_layout, table_survey};
 use super::{Identified, Job};
 use crate::measurements::{Content, Log, Measured};
 use bipedc_analysis::experiments::Experiment;
-use bipedc_analysis::identify::{Feed, IdentificationResult, Judge, Survey, identify, survey};
+use bipedc_analysis::identify::{
+    Feed, IdentificationResult, Judge, LOOKING, Survey, identify, signal_cutoff, survey,
+};
 use bipedc_analysis::measure;
 use bipedc_analysis::report::Row;
 use bipedc_effects::diagnostic::Diagnostics;
@@ -21,7 +23,7 @@ pub fn run(job: &mut Job<'_>) -> Result<(Identified, Vec<Row>), Diagnostics> {
 
 /// The base is held or hangs.
 fn of_torques(job: &mut Job<'_>, measured: &Measured) -> Result<IdentificationResult, Diagnostics> {
-    let (logs, judge) = job.read();
+    let (logs, judge) = job.read_as(&reading(job)?);
     let found = Identifiable::of_torques(job.robot, &logs, job.progress)?;
     let options = job.options.of_joints(&found.layout)?;
     let check = || inspected(measured, job.logs, &job.options.reading);
@@ -37,6 +39,20 @@ fn of_torques(job: &mut Job<'_>, measured: &Measured) -> Result<IdentificationRe
     let feed = Feed::Logs(&logs);
     let work = |progress: &dyn Fn(f64)| identify(&found.parts(), &feed, judge.as_ref(), &options, progress);
     job.progress.counted("identifying", work)
+}
+
+/// Behind which filter logs are read: if none was asked for, as fast a one as motion and noise of all that teach allow.
+fn reading(job: &Job<'_>) -> Result<measure::Options, Diagnostics> {
+    let usual = job.options.reading.clone();
+    if !job.any_cutoff || job.options.decimate > 1 {
+        return Ok(usual);
+    }
+    let layout = rigid_layout(job.robot)?;
+    let (logs, _) = job.read_as(&measure::Options { cutoff_hz: Some(LOOKING), ..usual.clone() });
+    let look = || logs.iter().map(|log| survey(log, &layout)).collect::<Result<Vec<_>, Diagnostics>>();
+    let surveys = job.progress.stage("reading", look)?;
+    let cutoff_hz = signal_cutoff(&surveys).or(usual.cutoff_hz);
+    Ok(measure::Options { cutoff_hz, ..usual })
 }
 
 /// The base is free, and forces at the feet are logged.

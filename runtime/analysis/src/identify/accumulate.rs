@@ -2,6 +2,7 @@
 use super::design::{Design, Work};
 use super::motions::Motions;
 use super::reading::Reading;
+use super::row_filter::RowFilter;
 use super::triangle::Triangle;
 use super::unknowns::BaseSet;
 use crate::experiments::Experiment;
@@ -11,16 +12,16 @@ use nalgebra::DVector;
 
 /// Samples that are evaluated together; small, so that their regressors stay in the cache.
 const BATCH: usize = 256;
-/// The part of a decimated sample that may be made of samples of which nothing is known.
-const LITTLE: f64 = 0.1;
-/// Half length of the decimation filter, in kept samples.
-const REACH: usize = 8;
+/// A log whose rows are filtered is folded in stretches of at least so many lengths of that filter: each loses one.
+const STRETCH: usize = 24;
 
 /// Which rows count, and how much.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Settings {
     /// Regressor and torque pass a low-pass together and every so many-th sample is kept; 0 and 1: all samples.
     pub decimate: usize,
+    /// Cut-off of the low-pass that regressor and torque pass together, Hz, where they are not decimated; none: they pass none.
+    pub rows_hz: Option<f64>,
     /// Samples at which a joint is slower than this part of its largest speed do not count for it: friction is not
     /// dry friction while it turns round.
     pub slow: f64,
@@ -28,6 +29,16 @@ pub struct Settings {
     pub speed: Vec<f64>,
     /// Threads.
     pub threads: usize,
+}
+
+impl Settings {
+    /// What rows of a log pass whose samples are `step` (s) apart.
+    pub(super) fn row_filter(&self, step: f64) -> Option<RowFilter> {
+        if self.decimate > 1 {
+            return Some(RowFilter::decimation(self.decimate));
+        }
+        self.rows_hz.map(|cutoff| RowFilter::smooth(cutoff, step))
+    }
 }
 
 /// Weights by residual, for Huber's estimator.
@@ -134,12 +145,17 @@ pub fn accumulate(
     for (index, reading) in logs.iter().enumerate() {
         let cell = |time: f64| motions.cell(index, time);
         let mut visit = |recording: &mut Recording| {
-            fold(design, recording, &cell, settings, weighting, &mut parts);
-            recording.clear();
+            let filter = settings.row_filter(recording.step);
+            if recording.samples() >= filter.map_or(0, |filter| STRETCH * filter.length()) {
+                fold(design, recording, &cell, settings, weighting, &mut parts);
+                recording.clear();
+            }
             Ok(())
         };
         let directions = design.directions(&settings.speed);
-        Recording::each(reading.log, design.layout, &reading.options, Some(&directions), &mut visit)?;
+        let rest =
+            Recording::each(reading.log, design.layout, &reading.options, Some(&directions), &mut visit)?;
+        fold(design, &rest, &cell, settings, weighting, &mut parts);
     }
     let mut parts = parts.into_iter();
     let mut all = parts.next().unwrap_or_else(|| Sums::new(design, motions.cells()));
@@ -156,21 +172,15 @@ pub fn fold(
     weighting: Option<&Weighting>,
     parts: &mut [Sums],
 ) {
-    let decimation = (settings.decimate > 1).then(|| Decimation::new(settings.decimate));
-    // A decimated stretch is filtered as a whole.
-    let batch = if decimation.is_some() { usize::MAX } else { BATCH };
-    let pieces: Vec<std::ops::Range<usize>> = recording
-        .segments
-        .iter()
-        .flat_map(|s| {
-            s.clone().step_by(batch).map(move |first| first..s.end.min(first.saturating_add(batch)))
-        })
-        .collect();
+    let filter = settings.row_filter(recording.step);
+    let pieces: Vec<std::ops::Range<usize>> = match &filter {
+        Some(filter) => recording.segments.iter().flat_map(|s| filter.pieces(s.clone())).collect(),
+        None => recording.segments.iter().flat_map(batches).collect(),
+    };
     let threads = parts.len();
     // Every thread has its own share, so that the same data give the same bits.
     let work = |first: usize, sums: &mut Sums| {
-        let mut piece =
-            Piece { design, settings, weighting, decimation: decimation.as_ref(), ..Piece::new(design) };
+        let mut piece = Piece { settings, weighting, filter: filter.as_ref(), ..Piece::new(design) };
         for range in pieces.iter().skip(first).step_by(threads) {
             piece.fold(recording, range.clone(), cell, sums);
         }
@@ -184,6 +194,12 @@ pub fn fold(
             scope.spawn(move || work(first, sums));
         }
     });
+}
+
+/// A stretch of samples in pieces.
+fn batches(stretch: &std::ops::Range<usize>) -> impl Iterator<Item = std::ops::Range<usize>> + use<> {
+    let last = stretch.end;
+    stretch.clone().step_by(BATCH).map(move |first| first..last.min(first + BATCH))
 }
 
 /// Folds in the rows of an experiment in memory, for a design made of one ([`Design::of_table`]).
@@ -222,7 +238,7 @@ struct Piece<'a> {
     design: &'a Design<'a>,
     settings: &'a Settings,
     weighting: Option<&'a Weighting>,
-    decimation: Option<&'a Decimation>,
+    filter: Option<&'a RowFilter>,
     work: Work,
     columns: Vec<f64>,
     packed: Vec<f64>,
@@ -230,12 +246,13 @@ struct Piece<'a> {
 
 impl<'a> Piece<'a> {
     fn new(design: &'a Design<'a>) -> Self {
-        const NONE: &Settings = &Settings { decimate: 0, slow: 0.0, speed: Vec::new(), threads: 1 };
+        const NONE: &Settings =
+            &Settings { decimate: 0, rows_hz: None, slow: 0.0, speed: Vec::new(), threads: 1 };
         Self {
             design,
             settings: NONE,
             weighting: None,
-            decimation: None,
+            filter: None,
             work: Work::default(),
             columns: Vec::new(),
             packed: Vec::new(),
@@ -252,13 +269,13 @@ impl<'a> Piece<'a> {
         let design = self.design;
         let batch = recording.trajectory.part(range.clone());
         design.evaluate(&batch, &mut self.work);
-        let decimation = self.decimation;
-        let kept = |signal: Vec<f64>| match decimation {
-            Some(decimation) => decimation.column(&signal),
+        let filter = self.filter;
+        let kept = |signal: Vec<f64>| match filter {
+            Some(filter) => filter.column(&signal),
             None => signal,
         };
         let times = &recording.time[range.clone()];
-        let times: Vec<f64> = decimation.map_or_else(|| times.to_vec(), |d| d.places(times));
+        let times: Vec<f64> = filter.map_or_else(|| times.to_vec(), |f| f.places(times));
         let cells: Vec<usize> = times.iter().map(|time| cell(*time)).collect();
         for (index, channel) in design.channels.iter().enumerate() {
             let effort = match channel.joint {
@@ -272,8 +289,8 @@ impl<'a> Piece<'a> {
             let directions = (recording.directions.as_slice(), range.start);
             design.rows(index, &batch, Some(directions), &self.work, &mut columns);
             columns.extend_from_slice(&effort);
-            if let Some(decimation) = decimation {
-                columns = columns.chunks_exact(range.len()).flat_map(|c| decimation.column(c)).collect();
+            if let Some(filter) = filter {
+                columns = columns.chunks_exact(range.len()).flat_map(|c| filter.column(c)).collect();
             }
             let slow = channel
                 .joint
@@ -294,7 +311,7 @@ impl<'a> Piece<'a> {
                 let at_stop = recording.stops.flags(joint, times, recording.cutoff_hz);
                 known.iter_mut().zip(at_stop).for_each(|(known, at_stop)| *known &= !at_stop);
             }
-            let known = decimation.map_or_else(|| known.clone(), |d| d.known(&known));
+            let known = filter.map_or_else(|| known.clone(), |f| f.known(&known));
             sums.resting[index] += known.iter().filter(|known| !**known).count();
             let moves = |i: usize| known[i] && speed.get(i).is_none_or(|v| v.abs() >= slow);
             self.pack(index, &columns, &cells, &moves, sums);
@@ -354,67 +371,9 @@ impl<'a> Piece<'a> {
     }
 }
 
-/// A symmetric low-pass after which every so many-th sample is kept: no delay, and nothing above the new rate's half.
-struct Decimation {
-    taps: Vec<f64>,
-    factor: usize,
-}
-
-impl Decimation {
-    fn new(factor: usize) -> Self {
-        let reach = (REACH * factor) as isize;
-        // A sinc that ends at 0.8 of the new Nyquist frequency, under a Hamming window.
-        let cut = 0.8 / factor as f64;
-        let tap = |i: isize| {
-            let x = std::f64::consts::PI * cut * i as f64;
-            let sinc = if i == 0 { 1.0 } else { x.sin() / x };
-            sinc * (0.54 + 0.46 * (std::f64::consts::PI * i as f64 / reach as f64).cos())
-        };
-        let taps: Vec<f64> = (-reach..=reach).map(tap).collect();
-        let sum: f64 = taps.iter().sum();
-        Self { taps: taps.iter().map(|tap| tap / sum).collect(), factor }
-    }
-
-    fn column(&self, signal: &[f64]) -> Vec<f64> {
-        let windows = signal.windows(self.taps.len()).step_by(self.factor);
-        windows.map(|window| window.iter().zip(&self.taps).map(|(x, tap)| x * tap).sum()).collect()
-    }
-
-    /// Samples that are made of known ones, but for a part that counts little.
-    fn known(&self, known: &[bool]) -> Vec<bool> {
-        let all: f64 = self.taps.iter().map(|tap| tap.abs()).sum();
-        let unknown = |window: &[bool]| -> f64 {
-            window.iter().zip(&self.taps).filter(|(known, _)| !**known).map(|(_, tap)| tap.abs()).sum()
-        };
-        let windows = known.windows(self.taps.len()).step_by(self.factor);
-        windows.map(|window| unknown(window) <= LITTLE * all).collect()
-    }
-
-    fn places(&self, times: &[f64]) -> Vec<f64> {
-        times.windows(self.taps.len()).step_by(self.factor).map(|window| window[window.len() / 2]).collect()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn decimation_keeps_what_is_slow_and_drops_what_is_fast() {
-        let decimation = Decimation::new(10);
-        let wave = |cycles: f64| -> Vec<f64> {
-            (0..2000).map(|i| (std::f64::consts::TAU * cycles * f64::from(i)).sin()).collect()
-        };
-        let places = decimation.places(&(0..2000).map(f64::from).collect::<Vec<_>>());
-        // A twentieth of the new rate passes with its phase; a tone above half the new rate does not.
-        let slow = decimation.column(&wave(0.005));
-        assert_eq!(slow.len(), places.len());
-        for (x, i) in slow.iter().zip(&places) {
-            assert!((x - (std::f64::consts::TAU * 0.005 * i).sin()).abs() < 0.01);
-        }
-        assert!(decimation.column(&wave(0.08)).iter().all(|x| x.abs() < 0.01));
-        assert!(decimation.column(&[3.0; 500]).iter().all(|x| (x - 3.0).abs() < 1e-12));
-    }
 
     #[test]
     fn the_median_of_sizes_without_keeping_them() {

@@ -1,6 +1,7 @@
 //! Least squares from triangles: estimates, error bars, what cannot be seen, and errors on data that did not teach.
 use super::accumulate::Sums;
 use super::design::Design;
+pub use super::held_out::HeldOutError;
 use super::triangle::Triangle;
 use nalgebra::{DMatrix, DVector};
 use serde::Serialize;
@@ -55,36 +56,10 @@ pub struct Fit {
     pub white: DMatrix<f64>,
     /// Standard deviation of each channel's residual, N m or N.
     pub residual: Vec<f64>,
-}
-
-/// Error of a channel on data that were not used, and what there was to explain.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct HeldOutError {
-    /// Sum of squared errors.
-    pub squares: f64,
-    /// Sum of squares of what was measured.
-    pub measured: f64,
-    /// Rows.
-    pub rows: usize,
-}
-
-impl HeldOutError {
-    /// Root mean square.
-    pub fn rms(&self) -> f64 {
-        (self.squares / self.rows.max(1) as f64).sqrt()
-    }
-    /// |error| / |measured|; 0 without a measurement.
-    pub fn relative(&self) -> f64 {
-        if self.measured == 0.0 { 0.0 } else { (self.squares / self.measured).sqrt() }
-    }
-    /// Both together.
-    pub fn plus(&self, other: &Self) -> Self {
-        Self {
-            squares: self.squares + other.squares,
-            measured: self.measured + other.measured,
-            rows: self.rows + other.rows,
-        }
-    }
+    /// By how much noise of the regressors moves the estimate, as far as that is known: `covariance` has it too.
+    pub moved: DVector<f64>,
+    /// Unknowns whose estimates rest on that noise: they have no number.
+    pub untold: Vec<usize>,
 }
 
 /// One triangle per channel, of all cells for which `keep` says so.
@@ -198,7 +173,15 @@ impl Estimate {
         let variance = self.total.squares(&theta) / freedom;
         let white = self.spread(&self.inverse(free) * variance, free);
         let covariance = self.spread(self.jackknife(free), free);
-        Fit { residual: residuals(&channels, design, &theta), theta, covariance, white }
+        let moved = DVector::zeros(theta.len());
+        Fit {
+            residual: residuals(&channels, design, &theta),
+            theta,
+            covariance,
+            white,
+            moved,
+            untold: Vec::new(),
+        }
     }
 
     /// `(Wᵀ W)⁻¹` of these unknowns.
@@ -304,6 +287,12 @@ impl Fit {
         DVector::from_fn(self.theta.len(), |k, _| {
             self.covariance[(k, k)].max(self.white[(k, k)]).max(0.0).sqrt()
         })
+    }
+
+    /// Error bars that reach as far as noise of the regressors moves the estimate.
+    pub fn widen(&mut self, moved: DVector<f64>, untold: Vec<usize>) {
+        self.covariance += &moved * moved.transpose();
+        (self.moved, self.untold) = (moved, untold);
     }
 
     /// Correlations of estimates (8.4) by the regression's own covariance.

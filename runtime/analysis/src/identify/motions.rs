@@ -109,6 +109,11 @@ impl Motions {
         self.motions.iter().map(|motion| motion.cells).sum()
     }
 
+    /// How long a cell is, s.
+    pub(super) fn stretch(&self) -> f64 {
+        self.motions.iter().map(|motion| motion.length).sum::<f64>() / self.cells().max(1) as f64
+    }
+
     /// The cell of a time of a log.
     pub fn cell(&self, log: usize, time: f64) -> usize {
         let place = self.places[log];

@@ -13,6 +13,8 @@ pub struct Identification {
     pub logs: Vec<LogSummary>,
     /// Rows of the regression.
     pub rows: usize,
+    /// Cut-off of the low-pass that regressor and torque pass together, Hz; none: they pass none.
+    pub rows_hz: Option<f64>,
     /// Motions that were seen more than once.
     pub repetitions: Vec<Repetition>,
     /// Number of different motions.

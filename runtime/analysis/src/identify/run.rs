@@ -7,7 +7,9 @@ use super::motions::Motions;
 use super::physical::{Bound, Bounds, Choice, Consistency, Inertia, Links, check, choose, problem};
 use super::picture;
 use super::reading::Reading;
+use super::regressor_noise::noise_effect;
 use super::result::Identification;
+use super::row_cutoff;
 use super::summary::{Steps, SummaryInput};
 use super::survey::Survey;
 use super::unknowns::{BaseSet, ExtraChoice};
@@ -95,6 +97,8 @@ pub struct Options {
     pub extras: ExtraChoice,
     /// Every so many-th sample, after a low-pass over regressor and torque.
     pub decimate: usize,
+    /// Cut-off of the low-pass over regressor and torque of logs that are not decimated, Hz; none: as the noise asks for.
+    pub rows_hz: Option<f64>,
     /// Part of a joint's largest speed below which its samples do not count.
     pub slow: f64,
     /// Weight of CAD; none: chosen by folds.
@@ -133,14 +137,17 @@ pub fn identify(
     let one = |diagnostic: Diagnostic| Diagnostics(vec![diagnostic]);
     let design = design(parts, feed, options);
     let motions = Motions::new(parts.surveys);
-    let settings = settings(parts, options);
-    let raw = feed.pass((&design, parts.base), &motions, &settings, None)?;
+    let (settings, raw) = folded(parts, (&design, feed), &motions, options)?;
     enough(&design, &raw, options.scarce).map_err(one)?;
     progress(0.3);
     let nominal = nominal(&design, &parts.link_inertias.parameters(), &options.extras);
     let (estimate, sums) =
         estimated((&design, parts.base), feed, &motions, &settings, options, (&raw, &nominal))?;
-    let fit = checked_fit(&estimate, &design, &sums).map_err(one)?;
+    let mut fit = checked_fit(&estimate, &design, &sums).map_err(one)?;
+    if let Feed::Logs(_) = feed {
+        let effect = noise_effect(parts, (&design, &sums, &settings), &estimate, &fit.theta);
+        fit.widen(effect.moved, effect.untold);
+    }
     let folds = motions.folds();
     let essential = essential(&estimate, &design, &raw, &folds);
     progress(0.5);
@@ -157,8 +164,14 @@ pub fn identify(
     let zeros = estimate.clone().with_held(DVector::zeros(nominal.len()));
     let essential_theta = zeros.solve(&zeros.total, &essential.unknowns);
     let models = [&nominal, &fit.theta, &essential_theta, &physical.theta];
-    let found =
-        SummaryInput { design: &design, motions: &motions, raw: &raw, estimate: &estimate, fit: &fit };
+    let found = SummaryInput {
+        design: &design,
+        motions: &motions,
+        raw: &raw,
+        estimate: &estimate,
+        fit: &fit,
+        rows_hz: settings.rows_hz,
+    };
     let validation = judge.map(|judge| found.validation(parts, judge, &settings, models)).transpose()?;
     progress(1.0);
     let steps = Steps {
@@ -177,13 +190,39 @@ pub fn identify(
     Ok(IdentificationResult { identification, links, pictures })
 }
 
-fn settings(parts: &RobotAndLogs<'_>, options: &Options) -> Settings {
+fn settings(
+    parts: &RobotAndLogs<'_>,
+    (design, feed, motions): (&Design<'_>, &Feed<'_>, &Motions),
+    options: &Options,
+) -> Settings {
+    let most = design.channels.iter().map(|channel| channel.places.len()).max().unwrap_or(0);
+    let are_read = matches!(feed, Feed::Logs(_)) && options.decimate <= 1;
+    let chosen = || row_cutoff::chosen(parts.surveys, most, motions.stretch());
     Settings {
         decimate: options.decimate,
+        rows_hz: if are_read { options.rows_hz.or_else(chosen) } else { None },
         slow: options.slow,
         speed: fastest(parts),
         threads: std::thread::available_parallelism().map_or(1, usize::from).min(8),
     }
+}
+
+/// How rows count, and all of them: behind a filter of our own choice only where enough is left, since rests cost more there.
+fn folded(
+    parts: &RobotAndLogs<'_>,
+    (design, feed): (&Design<'_>, &Feed<'_>),
+    motions: &Motions,
+    options: &Options,
+) -> Result<(Settings, Sums), Diagnostics> {
+    let settings = settings(parts, (design, feed, motions), options);
+    let raw = feed.pass((design, parts.base), motions, &settings, None)?;
+    let chosen = settings.rows_hz.is_some() && options.rows_hz.is_none();
+    if !chosen || enough(design, &raw, options.scarce).is_ok() {
+        return Ok((settings, raw));
+    }
+    let settings = Settings { rows_hz: None, ..settings };
+    let raw = feed.pass((design, parts.base), motions, &settings, None)?;
+    Ok((settings, raw))
 }
 
 /// Torques over time, if they are wanted and the feed has any.

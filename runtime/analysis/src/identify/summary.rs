@@ -16,6 +16,10 @@ use std::path::PathBuf;
 
 /// Correlations above this are worth a warning.
 const ALIKE: f64 = 0.95;
+/// Estimates that noise moves by this part of their error bars are worth one too.
+const MOVED: f64 = 0.7;
+/// Most of them that are named.
+const NAMED: usize = 6;
 /// Most pairs that are named.
 const PAIRS: usize = 20;
 
@@ -26,6 +30,7 @@ pub(super) struct SummaryInput<'a> {
     pub raw: &'a Sums,
     pub estimate: &'a Estimate,
     pub fit: &'a Fit,
+    pub rows_hz: Option<f64>,
 }
 
 /// What the later steps came to.
@@ -52,9 +57,10 @@ impl SummaryInput<'_> {
             method,
             logs: self.logs(parts.files, parts.surveys),
             rows: self.raw.cells.iter().flatten().map(Triangle::rows).sum(),
+            rows_hz: self.rows_hz,
             repetitions: self.motions.repetitions.clone(),
             different_motions: self.motions.different(),
-            assumptions: assumptions(parts.surveys),
+            assumptions: self.assumptions(parts.surveys),
             warnings: self.warnings(parts.files, parts.surveys, problem),
             condition_number: condition(&singular_values),
             singular_values,
@@ -66,6 +72,19 @@ impl SummaryInput<'_> {
             physical: self.physical(problem, physical, choice),
             validation,
         }
+    }
+
+    fn assumptions(&self, surveys: &[Survey]) -> Vec<String> {
+        let mut all: Vec<String> = Vec::new();
+        for assumption in surveys.iter().flat_map(|s| &s.assumptions) {
+            if !all.contains(assumption) {
+                all.push(assumption.clone());
+            }
+        }
+        all.extend(self.rows_hz.map(|hz| {
+            format!("regressor and torque pass a low-pass of {hz} Hz together: above it accelerations are more noise of the encoders than they tell")
+        }));
+        all
     }
 
     pub fn logs(&self, files: &[PathBuf], surveys: &[Survey]) -> Vec<LogSummary> {
@@ -98,12 +117,14 @@ impl SummaryInput<'_> {
                 essential: essential.unknowns.contains(&k),
             }
         };
-        self.estimate.seen.iter().map(parameter).collect()
+        let told = self.estimate.seen.iter().filter(|k| !self.fit.untold.contains(k));
+        told.map(parameter).collect()
     }
 
     pub fn unseen(&self) -> Vec<String> {
         let all = 0..self.design.unknowns.len();
-        let unseen = all.filter(|k| !self.estimate.seen.contains(k));
+        let told = |k: &usize| self.estimate.seen.contains(k) && !self.fit.untold.contains(k);
+        let unseen = all.filter(|k| !told(k));
         unseen.map(|k| self.design.unknowns[k].name.clone()).collect()
     }
 
@@ -286,6 +307,7 @@ impl SummaryInput<'_> {
         all.extend(problem.links.bodies.iter().filter(|body| body.mended).map(|body| {
             format!("the inertia of `{}` in the description is one that no body has: it was mended before it served as prior", body.name)
         }));
+        all.extend(noisy(self.design, self.estimate, self.fit));
         all
     }
 }
@@ -295,14 +317,31 @@ fn condition(values: &[f64]) -> f64 {
     most / least.max(f64::MIN_POSITIVE)
 }
 
-fn assumptions(surveys: &[Survey]) -> Vec<String> {
-    let mut all: Vec<String> = Vec::new();
-    for assumption in surveys.iter().flat_map(|s| &s.assumptions) {
-        if !all.contains(assumption) {
-            all.push(assumption.clone());
-        }
+/// What noise of the encoders leaves of the estimates, where it moves them by more than all else or they rest on it.
+fn noisy(design: &Design<'_>, estimate: &Estimate, fit: &Fit) -> Vec<String> {
+    let listed = |places: Vec<usize>| {
+        let names: Vec<String> =
+            places.iter().take(NAMED).map(|&k| format!("`{}`", design.unknowns[k].name)).collect();
+        let more = places.len().saturating_sub(NAMED);
+        names.join(", ") + &if more > 0 { format!(" and {more} more") } else { String::new() }
+    };
+    let spread = fit.standard_errors();
+    let moves = |k: &usize| fit.moved[*k].abs() > MOVED * spread[*k] && !fit.untold.contains(k);
+    let moved: Vec<usize> = estimate.seen.iter().copied().filter(moves).collect();
+    let mut said = Vec::new();
+    if !fit.untold.is_empty() {
+        said.push(format!(
+            "the motion is too slow for its encoders: accelerations are so much noise that {} are not told, and bodies of the physical part that depend on them are not to be trusted; move faster, or let a slower filter take that noise off (--row-cutoff)",
+            listed(fit.untold.clone())
+        ));
     }
-    all
+    if !moved.is_empty() {
+        said.push(format!(
+            "the motion is slow for its encoders: noise of accelerations moves {} by most of their error bars, always to the same side",
+            listed(moved)
+        ));
+    }
+    said
 }
 
 /// Mass, centre, xx, xy, xz, yy, yz, zz.

@@ -1,5 +1,6 @@
 //! A first look at a log: which motion it shows, how fast joints go, what was measured.
 use super::reading::Reading;
+use super::row_cutoff::AccelerationSpectrum;
 use crate::experiments::Experiment;
 use crate::measure::Directions;
 use crate::measure::{JointPositions, Missing, Recording};
@@ -26,6 +27,8 @@ pub struct Survey {
     pub step: f64,
     /// Cut-off of the filter, Hz.
     pub cutoff_hz: f64,
+    /// How fast and how noisy accelerations are.
+    pub accelerations: AccelerationSpectrum,
     /// What could not be used and why.
     pub missing: Vec<Missing>,
     /// What was taken for granted.
@@ -44,23 +47,16 @@ pub fn survey(reading: &Reading<'_>, layout: &JointLayout) -> Result<Survey, Dia
     let mut found = Survey { speed: vec![0.0; joints], ..Survey::default() };
     found.motion.positions = vec![Vec::new(); joints];
     let mut visit = |recording: &mut Recording| {
-        found.samples += recording.samples();
-        for (i, &time) in recording.time.iter().enumerate() {
-            let [q, v] = recording.trajectory.joints_at(i);
-            for (most, v) in found.speed.iter_mut().zip(v) {
-                *most = most.max(v.abs());
-            }
-            if found.motion.time.last().is_none_or(|last| time - last >= 0.999 * GRID) {
-                found.motion.push(time, q);
-            }
+        if recording.samples() >= AccelerationSpectrum::stretch(recording.step) {
+            found.look(recording, bv);
+            recording.clear();
         }
-        found.base |= bv > 0
-            && recording.trajectory.v.chunks_exact(bv + joints).any(|v| v[..bv].iter().any(|x| *x != 0.0));
-        recording.clear();
         Ok(())
     };
     let recording =
         Recording::each(reading.log, layout, &reading.options, Some(&Directions::default()), &mut visit)?;
+    found.look(&recording, bv);
+    found.accelerations.finish(&recording);
     found.effort = recording.effort.iter().map(Option::is_some).collect();
     (found.step, found.cutoff_hz) = (recording.step, recording.cutoff_hz);
     (found.missing, found.assumptions) = (recording.missing, recording.assumptions);
@@ -70,6 +66,24 @@ pub fn survey(reading: &Reading<'_>, layout: &JointLayout) -> Result<Survey, Dia
 }
 
 impl Survey {
+    /// Goes on with the samples of a recording, whose base has so many velocities.
+    fn look(&mut self, recording: &Recording, bv: usize) {
+        self.samples += recording.samples();
+        for (i, &time) in recording.time.iter().enumerate() {
+            let [q, v] = recording.trajectory.joints_at(i);
+            for (most, v) in self.speed.iter_mut().zip(v) {
+                *most = most.max(v.abs());
+            }
+            if self.motion.time.last().is_none_or(|last| time - last >= 0.999 * GRID) {
+                self.motion.push(time, q);
+            }
+        }
+        let width = bv + recording.effort.len();
+        self.base |=
+            bv > 0 && recording.trajectory.v.chunks_exact(width).any(|v| v[..bv].iter().any(|x| *x != 0.0));
+        self.accelerations.hear(recording);
+    }
+
     /// What an experiment in memory shows.
     pub fn of_table(experiment: &dyn Experiment, joints: usize, cutoff_hz: f64) -> Self {
         let motion = experiment.motion();

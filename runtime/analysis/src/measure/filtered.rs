@@ -65,6 +65,14 @@ pub(crate) fn noise_gains(filter: &Butterworth, step: f64, passes: usize) -> [f6
     squares.fold([0.0; 3], |sum, more| std::array::from_fn(|k| sum[k] + more[k]))
 }
 
+/// The second derivative of what a filter makes of one sample's error, sample after sample; per s².
+pub(crate) fn acceleration_response(filter: &Butterworth, step: f64) -> Vec<f64> {
+    let half = filter.overlap() + SPLINE_OVERLAP;
+    let impulse: Vec<f64> = (0..2 * half + 1).map(|i| if i == half { 1.0 } else { 0.0 }).collect();
+    let spline = Spline::new(&filter.zero_phase(&impulse), step);
+    spline.map(|s| (0..impulse.len()).map(|i| s.at_sample(i)[2]).collect()).unwrap_or_default()
+}
+
 /// Why a block gave no states, in words.
 pub(crate) fn unusable(reason: Unusable, file: &Path) -> Diagnostics {
     let error = match reason {
