@@ -310,3 +310,13 @@ fn sliding_joints_have_their_own_units() {
     let width: f64 = line("smoothing = ").split_whitespace().nth(2).unwrap().parse().unwrap();
     assert!(width < 0.02, "{text}");
 }
+
+/// A position controller whose drive is too weak asks for a hundred times what it gets, and the noise of what it asks for is nearly as large as the limit.
+#[test]
+fn a_limit_is_found_where_commands_run_away_from_it() {
+    let (answer, _) = diagnosed_of_seed("arm_torque_saturation-1", 554433);
+    assert_eq!(answer["effects"][0]["kind"], "torque_saturation", "{}", answer["effects"]);
+    assert_eq!(answer["effects"][0]["place"]["joint"], "elbow");
+    let [before, after] = ["rms_before", "rms_after"].map(|key| answer[key].as_f64().unwrap());
+    assert!(after < 0.02 * before, "{before} {after}");
+}

@@ -21,7 +21,10 @@ fn the_keys_of_a_step() {
     assert!(numbers.iter().all(|key| json[key].is_f64()), "{json}");
     assert_eq!((&json["feasible"], &json["reason"]), (&Value::Bool(true), &Value::Null));
     let margins = json["margins"].as_object().unwrap();
-    assert!(["friction", "pull", "clearance", "torque"].iter().all(|key| margins[*key].is_f64()), "{json}");
+    assert!(
+        ["friction", "pull", "clearance", "torque", "joint"].iter().all(|key| margins[*key].is_f64()),
+        "{json}"
+    );
     assert_eq!(margins["zmp"], Value::Null);
 }
 

@@ -190,6 +190,7 @@ fn assumptions_are_the_margins_of_the_step() {
                 (None, true) => "pulls",
                 _ if bad(&[m.friction, m.impact_friction]) => "slips",
                 _ if bad(&[m.torque]) => "torque",
+                _ if m.joint.is_some_and(|joint| joint < 0.0) => "joint_stop",
                 _ => "passes",
             };
             let code = found.reasons[found.maps[0].reason[row][column]].code();
@@ -201,6 +202,18 @@ fn assumptions_are_the_margins_of_the_step() {
     // The robot scuffs always (7.1).
     let scuffs = MapOptions { assume: Assumptions { clearance: true, ..Assumptions::default() }, ..options };
     assert!(!map(&three, &scuffs).maps[0].counts.contains_key("passes"));
+}
+
+#[test]
+fn joints_keep_off_their_stops_where_it_is_asked() {
+    let bench = gait("robots/three_link", "thesis");
+    let assume = Assumptions { joints: true, ..Assumptions::default() };
+    let (free, kept) = (three_link(&[1.5], 12), MapOptions { assume, ..three_link(&[1.5], 12) });
+    let (free, kept) = (map(&bench, &free), map(&bench, &kept));
+    let count = |map: &GaitMap, code: &str| map.maps[0].counts.get(code).copied().unwrap_or(0);
+    let stopped = count(&kept, "joint_stop");
+    assert!(stopped > 0, "{:?}", kept.maps[0].counts);
+    assert_eq!(count(&free, "passes"), count(&kept, "passes") + stopped);
 }
 
 /// Writes to a file, and is asked to stop after so many questions.

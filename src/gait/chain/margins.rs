@@ -85,7 +85,7 @@ impl Chain<'_> {
             let other = if before.spec.relabel && feet.len() == 2 { 1 - index } else { index };
             let lands = of.spec.impact.as_ref().is_some_and(|impact| stands(&impact.standing, &feet[index]));
             let flew = !stands(&before.spec.standing, &feet[other]);
-            !stands(&of.spec.standing, &feet[index]) && !(lands && flew)
+            !(stands(&of.spec.standing, &feet[index]) || lands && flew)
         };
         (0..feet.len()).filter(|&index| counts(index)).flat_map(|index| feet[index].clone()).collect()
     }

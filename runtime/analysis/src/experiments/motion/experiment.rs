@@ -289,7 +289,14 @@ impl<'a> MotionExperiment<'a> {
         let load: Vec<f64> = self.strided(&self.load, joint).collect();
         let stays = |limit: &f64| super::limit::stays(effort, &load, *limit);
         let low = low.into_iter().filter(|limit| super::limit::rests_at(effort, &load, *limit));
-        low.chain(limits).chain(best).filter(|limit| *limit > 4.0 * noise).filter(stays).collect()
+        // Of commands that run away from a limit far more is cut off than noise could make.
+        let runs_away = |limit: f64| {
+            let beyond: Vec<f64> = sizes.iter().map(|u| u - limit).filter(|beyond| *beyond > 0.0).collect();
+            let squares: f64 = beyond.iter().map(|x| x * x).sum();
+            squares > beyond.len() as f64 * (10.0 * noise).powi(2)
+        };
+        let told = |limit: &f64| *limit > 4.0 * noise || (*limit > noise && runs_away(*limit));
+        low.chain(limits).chain(best).filter(told).filter(stays).collect()
     }
 
     /// Periods per turn with which a joint's residual may repeat.
