@@ -316,7 +316,7 @@ fn sliding_joints_have_their_own_units() {
 fn a_limit_is_found_where_commands_run_away_from_it() {
     let (answer, _) = diagnosed_of_seed("arm_torque_saturation-1", 554433);
     assert_eq!(answer["effects"][0]["kind"], "torque_saturation", "{}", answer["effects"]);
-    assert_eq!(answer["effects"][0]["place"]["joint"], "elbow");
+    assert_eq!(answer["effects"][0]["joint"], "elbow");
     let [before, after] = ["rms_before", "rms_after"].map(|key| answer[key].as_f64().unwrap());
     assert!(after < 0.02 * before, "{before} {after}");
 }

@@ -158,7 +158,7 @@ impl GaitBench {
             points: *points,
             posture,
             friction: self.gait.limits.friction,
-            position_limits: description.stops(&model.tree),
+            position_limits: description.stops(joints.iter().map(|joint| joint.name.as_str())),
             effort_limits: joints.iter().map(|joint| limit(&joint.name)).collect(),
         };
         GaitModel::new(&self.model, settings)

@@ -57,7 +57,7 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
         feet: feet(description),
         shapes: Vec::new(),
         links: description.links.iter().map(|link| link.name.clone()).collect(),
-        position_limits: description.stops(tree),
+        position_limits: description.stops(tree.joints.iter().map(|joint| joint.name.as_str())),
         effort_limits: tree
             .joints
             .iter()

@@ -55,11 +55,10 @@ impl RobotDescription {
         self
     }
 
-    /// Position limits of the joints of a tree, in its order, rad or m.
-    pub fn stops(&self, tree: &crate::tree::Tree) -> Vec<Option<[f64; 2]>> {
+    /// Position limits of the joints with these names, rad or m.
+    pub fn stops<'n>(&self, joints: impl Iterator<Item = &'n str>) -> Vec<Option<[f64; 2]>> {
         let of_urdf = |name: &str| self.joints.iter().find(|joint| joint.name == name);
-        let stops = |name: &str| of_urdf(name)?.position_limits.map(|(low, high)| [low, high]);
-        tree.joints.iter().map(|joint| stops(&joint.name)).collect()
+        joints.map(|name| of_urdf(name)?.position_limits.map(|(low, high)| [low, high])).collect()
     }
 
     /// The drive of a joint, if it has one.

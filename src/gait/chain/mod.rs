@@ -155,7 +155,10 @@ impl<'b> Chain<'b> {
             });
         }
         Ok(Self {
-            stops: bench.compiled.description.stops(&bench.compiled.model.tree),
+            stops: bench
+                .compiled
+                .description
+                .stops(bench.compiled.model.tree.joints.iter().map(|joint| joint.name.as_str())),
             heights: need("contact_distances")?,
             relabelled: [need("relabelled_configuration")?, need("relabelled_velocity")?],
             present: RefCell::new(Present {
