@@ -143,3 +143,15 @@ fn what_noise_hides_has_no_number() {
     let warnings = answer["warnings"].to_string();
     assert!(warnings.contains("too slow for its encoders") && warnings.contains("upper.Iyy"), "{warnings}");
 }
+
+/// Filters are chosen from logs that are long enough to tell which.
+#[test]
+fn a_log_of_seconds_is_read_behind_the_usual_filter() {
+    let (folder, [log, _]) = logged("slow_short", 0.0);
+    let cutoff = |more: &[&str]| {
+        let words = [&["identify", text(&folder), text(&log), "--json"], more].concat();
+        bipedc(&words).ok().json()["logs"][0]["cutoff_hz"].as_f64().unwrap()
+    };
+    assert_eq!(cutoff(&["--to", "4"]), 10.0);
+    assert_ne!(cutoff(&[]), 10.0);
+}

@@ -8,6 +8,8 @@ use bipedc_effects::effect::{Kind, kinds};
 
 /// Motors slower than this part of their largest speed do not tell friction.
 const SLOW_MOTOR: f64 = 3.0 / 100.0;
+/// The slowest filter of rows that can be asked for, Hz: it lasts half a minute.
+const SLOWEST: f64 = 0.05;
 
 /// Which measurements tell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -124,8 +126,18 @@ impl Options {
         if let Some(cutoff) = self.reading.cutoff_hz.filter(|cutoff| !is_positive(*cutoff)) {
             return refuse("the cut-off of the filter", cutoff, "give a frequency in Hz");
         }
-        if let Some(cutoff) = self.rows_hz.filter(|cutoff| !is_positive(*cutoff)) {
-            return refuse("the cut-off of the rows' filter", cutoff, "give a frequency in Hz");
+        if let Some(cutoff) =
+            self.rows_hz.filter(|cutoff| !(SLOWEST..).contains(cutoff) || !cutoff.is_finite())
+        {
+            let help = format!(
+                "give a frequency in Hz, {SLOWEST} at least: slower filters are longer than logs are"
+            );
+            return refuse("the cut-off of the rows' filter", cutoff, &help);
+        }
+        if self.rows_hz.is_some() && self.decimate > 1 {
+            let message =
+                "rows pass either the filter of their decimation or one with a cut-off of their own";
+            return Err(Diagnostic::error(message).help("leave --decimate or --row-cutoff out"));
         }
         if let Some(slow) = self.slow.filter(|slow| !(0.0..0.5).contains(slow)) {
             return refuse("the part of a slow joint's speed", slow, "give a fraction below 0.5");

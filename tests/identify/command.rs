@@ -242,6 +242,8 @@ fn options_without_meaning_are_refused() {
     refused(&["--coupled", "a"], &["--coupled"]);
     refused(&["--weight", "-1"], &["--weight"]);
     refused(&["--cutoff", "0"], &["--cutoff"]);
+    refused(&["--row-cutoff", "1e-9"], &["0.05 at least"]);
+    refused(&["--row-cutoff", "5", "--decimate", "4"], &["--decimate or --row-cutoff"]);
     refused(&["--center", "x=1,2"], &["--center"]);
     refused(&["--mirror", "a=b"], &["`a`"]);
     refused(&["--total-mass", "-3"], &["total mass"]);

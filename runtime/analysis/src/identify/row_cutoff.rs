@@ -6,6 +6,7 @@
 //! motion without making anything wrong: what is lost is only what that motion would have told.
 use super::row_filter::RowFilter;
 use super::survey::Survey;
+use crate::experiments::data_checks::SHORT;
 use crate::measure::Recording;
 use crate::measure::filtered::acceleration_response;
 use crate::signal::Butterworth;
@@ -122,8 +123,13 @@ pub(super) fn chosen(surveys: &[Survey], unknowns: usize, stretch: f64) -> Optio
     TRIED.get(best(surveys, unknowns, stretch)?).copied()
 }
 
-/// The cut-off (Hz) for positions and efforts of logs that were looked at behind a filter of [`LOOKING`]; none: there is no noise.
+/// The cut-off (Hz) for positions and efforts of logs that were looked at behind a filter of [`LOOKING`]; none: there is no noise, or
+/// logs are too short to tell: what a machine does beyond all models would pass for its motion.
 pub fn signal_cutoff(surveys: &[Survey]) -> Option<f64> {
+    let duration: f64 = surveys.iter().map(|survey| survey.samples as f64 * survey.step).sum();
+    if duration < SHORT {
+        return None;
+    }
     let rows = TRIED.get(best(surveys, 0, f64::INFINITY)?).copied().unwrap_or(f64::INFINITY);
     Some((FASTER * rows).clamp(SIGNALS.0, SIGNALS.1))
 }

@@ -3,7 +3,7 @@ use super::{Evidence, list, quantile};
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// Shorter logs support hardly any estimate, s.
-const SHORT: f64 = 4.0;
+pub(crate) const SHORT: f64 = 4.0;
 /// A joint that stays within this range hardly moves; rad, m.
 const RANGE: [f64; 2] = [0.02, 0.002];
 /// A joint that is always slower than this hardly moves; rad/s, m/s.

@@ -11,6 +11,7 @@ use crate::experiments::Experiment;
 use crate::measure::Recording;
 use crate::robot::Trajectory;
 use bipedc_effects::diagnostic::Diagnostic;
+pub(crate) use excitation::SHORT;
 
 /// Most samples on which the model is asked again under another reading of the log.
 const SAMPLES: usize = 600;
