@@ -113,13 +113,22 @@ pub(super) fn uncertain(refined: &Refined, k: usize) -> bool {
     sizes.iter().any(|(.., size)| matches!(size, Size::NothingAt(_))) && sizes.iter().all(nothing)
 }
 
-/// Whether friction at rest may be no more than at speed, by its interval: then the kind says no more than dry friction.
+/// Whether friction at rest may be no more than at speed, or that of one direction no more than that of the other, by their intervals: then
+/// the kind says no more than dry friction.
 pub(super) fn says_no_more(refined: &Refined, k: usize) -> bool {
     let effect = &refined.effects[k];
     let half =
         |name: &str| refined.half_width[k].iter().find(|(n, _)| n == name).map_or(0.0, |(_, half)| *half);
-    let more = effect.value("static") - effect.value("coulomb");
-    effect.kind == &kinds::STRIBECK_FRICTION && more < half("static").hypot(half("coulomb"))
+    let exceeds = |more: f64, [one, other]: [&str; 2]| more >= half(one).hypot(half(other));
+    let difference = |[one, other]: [&str; 2]| effect.value(one) - effect.value(other);
+    let (at_rest, directions) = (["static", "coulomb"], ["positive", "negative"]);
+    match effect.kind {
+        kind if kind == &kinds::STRIBECK_FRICTION => !exceeds(difference(at_rest), at_rest),
+        kind if kind == &kinds::ASYMMETRIC_COULOMB_FRICTION => {
+            !exceeds(difference(directions).abs(), directions)
+        }
+        _ => false,
+    }
 }
 
 /// Whether friction would be smaller at rest than at speed, which no search takes: an exact estimate of what hardly shows may come out so.
@@ -183,4 +192,43 @@ fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
         let cuts_more_than_noise = cut > count * (PEAKS * regression.resolutions[*row]).powi(2);
         count > 5.0 && inside < 4.0 * outside && cuts_more_than_noise
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use bipedc_effects::effect::Kind;
+    use nalgebra::DMatrix;
+
+    /// Friction with these values and half widths.
+    fn estimated(kind: &'static Kind, values: [(&str, f64, f64); 2]) -> Refined {
+        let location = Location { joint: Some("knee".to_owned()), ..Location::default() };
+        let effect = Effect::new(kind, location, &values.map(|(name, value, _)| (name, value)));
+        let half_width = vec![values.iter().map(|(name, _, half)| ((*name).to_owned(), *half)).collect()];
+        Refined {
+            effects: vec![effect],
+            half_width,
+            corrections: Vec::new(),
+            covariance: DMatrix::zeros(0, 0),
+        }
+    }
+
+    #[test]
+    fn friction_alike_in_both_directions_is_dry_friction() {
+        let both = |positive, half| {
+            let values = [("positive", positive, half), ("negative", 2.9885, half)];
+            says_no_more(&estimated(&kinds::ASYMMETRIC_COULOMB_FRICTION, values), 0)
+        };
+        assert!(both(2.9886, 0.0376) && both(2.95, 0.0376));
+        assert!(!both(2.9, 0.0376) && !both(3.1, 0.0376) && !both(2.9886, 0.0));
+    }
+
+    #[test]
+    fn friction_that_is_no_larger_at_rest_is_dry_friction() {
+        let at_rest = |value| {
+            let values = [("static", value, 0.1), ("coulomb", 1.0, 0.05)];
+            says_no_more(&estimated(&kinds::STRIBECK_FRICTION, values), 0)
+        };
+        assert!(at_rest(1.1) && !at_rest(1.2));
+    }
 }
