@@ -1,5 +1,6 @@
 //! Every mistake in a gait file is named with its place and what to do.
 use super::{bent, gait, robot};
+use crate::cli::bipedc;
 use bipedc::gait::{GaitBench, StepOptions};
 use bipedc::progress::Silent;
 use std::path::Path;
@@ -16,7 +17,7 @@ pub(super) fn open(name: &str, text: &str) -> Result<GaitBench, bipedc::Diagnost
     GaitBench::parse(&robot("robots/three_link"), Path::new(&format!("{name}.toml")), text, &Silent)
 }
 
-const MISTAKES: [(&str, &str, &str, &str); 33] = [
+const MISTAKES: [(&str, &str, &str, &str); 36] = [
     ("gravity = 9.8", "gravity = -9.8", ":3:11", "a number above 0"),
     ("gravity = 9.8", "gravty = 9.8", ":3:1", "did you mean `gravity`?"),
     ("gravity = 9.8", "gravity = ", "", "broken TOML"),
@@ -55,6 +56,9 @@ const MISTAKES: [(&str, &str, &str, &str); 33] = [
         "does not make another body",
     ),
     ("impact_matching = true", "posture = { knee = 0.1 }", ":27:13", "no joint `knee`"),
+    ("variable = \"stance\"", "variable = \"0.1 * pi\"", ":25:12", "the same whatever the joints do"),
+    ("wanted = \"-torso_lean\"", "wanted = \"1 / (phase - phase)\"", ":31:1", "divides by zero"),
+    ("name = \"swing_leg\"", "name = \"torso\"", ":38:8", "another output `torso`"),
 ];
 
 #[test]
@@ -68,6 +72,30 @@ fn mistakes_are_named_with_their_place() {
         assert!(found.contains(words), "{to}: no `{words}` in: {found}");
         assert!(found.contains(&format!("mistake_{index}.toml{place}")), "{to}: not at {place}: {found}");
         assert!(found.contains("help: "), "{to}: {found}");
+        // A mistake in a parameter is none of the formulas that name it.
+        assert!(
+            !to.contains("bounds") && !to.contains("default") || found.matches("error: ").count() == 1,
+            "{found}"
+        );
+    }
+}
+
+#[test]
+fn a_robot_on_another_base_is_refused_in_one_sentence() {
+    for base in ["fixed", "floating"] {
+        let found = bipedc(&[
+            "gait",
+            "step",
+            concat!(env!("CARGO_MANIFEST_DIR"), "/robots/three_link"),
+            "--gait",
+            "thesis",
+            "--speed",
+            "1.5",
+            "--base",
+            base,
+        ]);
+        let said = found.fails_with(&["x-z plane", "--base planar"]).err;
+        assert_eq!(said.matches("error: ").count(), 1, "{said}");
     }
 }
 

@@ -22,7 +22,7 @@ use crate::derive::virtual_constraints::{
 };
 use crate::derive::zero_dynamics::zero_dynamics;
 use crate::derive::{InertiaMode, RobotModel};
-use crate::description::gait::Gait;
+use crate::description::gait::{Gait, NOT_PLANAR};
 use crate::description::model::{Contact, ContactPart, RobotDescription};
 use crate::expression::{Expr, Graph, Sym};
 use crate::program::{Operations, Order, lower};
@@ -90,8 +90,7 @@ fn in_the_plane(
     let description = in_its_world(description, world);
     let tree = Tree::new(&description, &description.base)?;
     if tree.base != BaseKind::Planar {
-        return Err(Diagnostic::error("gaits are those of a robot in the x-z plane")
-            .help("the robot's base is another one: --base planar"));
+        return Err(Diagnostic::error(NOT_PLANAR[0]).help(NOT_PLANAR[1]));
     }
     Ok((description, tree))
 }
@@ -151,7 +150,7 @@ fn functions(tree: &Tree, gait: &Gait, stance: usize) -> Result<Vec<Function>, D
         ("zero_dynamics", "(6.6), Table 6.3, corrected", "α, β and γ at q = T(φ), v = T′(φ), a = T″(φ)."),
         Quantity::named(rows, units, vec![zero.alpha, zero.beta, zero.gamma]),
     ));
-    if let Some(columns) = surface(&model, &constraints, &gait.phase.outputs)? {
+    if let Some(columns) = surface(&model, &constraints, (gait.phase.variable_at, &gait.phase.outputs))? {
         let names = ["T", "T'", "T''"].map(str::to_owned).to_vec();
         let (rows, units) = configuration(tree);
         found.push(function(

@@ -3,7 +3,7 @@ use super::curve::{bezier, splines};
 use super::model::RobotModel;
 use super::virtual_constraints::{GaitArguments, configuration_names};
 use crate::description::gait::{
-    Curve, Feedforward, GaitOutput, GaitParameter, PHASE, PHASE_END, PHASE_START,
+    Curve, Feedforward, FilePlace, GaitOutput, GaitParameter, PHASE, PHASE_END, PHASE_START,
 };
 use crate::expression::{Sloped, Sym, ValuedFormula};
 use bipedc_effects::diagnostic::Diagnostic;
@@ -22,7 +22,10 @@ pub(super) struct Reader<'g, 'a> {
 
 impl<'g> Reader<'g, '_> {
     pub fn of(&self, what: &str, formula: &Formula) -> Result<Sym<'g>, Diagnostic> {
-        self.value(formula).map_err(|problem| Diagnostic::error(format!("{what} has no value: {problem}")))
+        self.value(formula).map_err(|problem| {
+            Diagnostic::error(format!("{what} has no value: {problem}"))
+                .help("that is so whatever the state and the gait's parameters are: correct the formula")
+        })
     }
 
     /// Circles were refused when the file was read.
@@ -64,10 +67,15 @@ pub(super) fn reader<'g, 'a>(
 }
 
 impl<'g> Reader<'g, '_> {
+    /// φ(q), written at `at`.
+    pub fn variable(&self, formula: &Formula, at: FilePlace) -> Result<Sym<'g>, Diagnostic> {
+        self.of("the phase variable", formula).map_err(|error| placed(error, at))
+    }
+
     /// h₀ of outputs.
     pub fn controlled(&self, outputs: &[GaitOutput]) -> Result<Vec<Sym<'g>>, Diagnostic> {
         let value = |output: &GaitOutput| self.of(&about(output), &output.controlled);
-        outputs.iter().map(value).collect()
+        outputs.iter().map(|output| value(output).map_err(|error| placed(error, output.at))).collect()
     }
 
     /// h_d of outputs.
@@ -80,7 +88,7 @@ impl<'g> Reader<'g, '_> {
                 self.plus(&what, bezier(place, coefficients, *over), plus.as_ref())
             }
         };
-        outputs.iter().map(value).collect()
+        outputs.iter().map(|output| value(output).map_err(|error| placed(error, output.at))).collect()
     }
 }
 
@@ -120,6 +128,11 @@ impl<'g> Reader<'g, '_> {
         }
         Ok(torques)
     }
+}
+
+/// A message about what stands there.
+pub(super) fn placed(error: Diagnostic, at: FilePlace) -> Diagnostic {
+    error.at(at.line, at.column)
 }
 
 fn about(output: &GaitOutput) -> String {

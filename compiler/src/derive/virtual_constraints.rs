@@ -2,9 +2,9 @@
 //! on the graph the map q = T(φ, p) (6.5).
 use super::dependence::dependent_row;
 use super::frames::{frame_pose, world_poses};
-use super::gait_formulas::reader;
+use super::gait_formulas::{placed, reader};
 use super::model::RobotModel;
-use crate::description::gait::{Gait, GaitOutput, GaitPhase, PhasedGait, formula_name};
+use crate::description::gait::{FilePlace, Gait, GaitOutput, GaitPhase, PhasedGait, formula_name};
 use crate::expression::{Input, Sym, replaced, slopes_along};
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -96,8 +96,8 @@ pub fn virtual_constraints<'g>(
     let phase = model.input(Argument::Parameters, 0);
     let points = points(model);
     let reader = reader(model, &points, (&gait.parameters, &gait.quantities), arguments);
-    let GaitPhase { variable, outputs, guard, .. } = &gait.phase;
-    let variable = reader.of("the phase variable", variable)?;
+    let GaitPhase { variable, variable_at, outputs, guard, .. } = &gait.phase;
+    let variable = reader.variable(variable, *variable_at)?;
     let controlled = reader.controlled(outputs)?;
     let wanted = reader.wanted(outputs, phase)?;
     let mut residual = points[stance].to_vec();
@@ -137,7 +137,7 @@ pub fn phase_constraints<'g>(
     let points = points(model);
     let reader = reader(model, &points, (&gait.parameters, &gait.quantities), arguments);
     let of = &gait.phases[index];
-    let variable = reader.of("the phase variable", &of.variable)?;
+    let variable = reader.variable(&of.variable, of.variable_at)?;
     let controlled = reader.controlled(&of.outputs)?;
     let wanted = reader.wanted(&of.outputs, phase)?;
     let outputs = residuals(model, arguments, (&controlled, &wanted));
@@ -243,7 +243,7 @@ pub fn slopes_with_phase<'g>(
 pub fn surface<'g>(
     model: &RobotModel<'g, '_>,
     constraints: &VirtualConstraints<'g>,
-    outputs: &[GaitOutput],
+    (variable_at, outputs): (FilePlace, &[GaitOutput]),
 ) -> Result<Option<[Vec<Sym<'g>>; 3]>, Diagnostic> {
     let n = model.tree.nq - 2;
     let columns = configuration_jacobian(model.tree, &constraints.controlled);
@@ -259,8 +259,7 @@ pub fn surface<'g>(
     // In the order of the residual: outputs first, then the phase variable.
     let rows = (1..n).chain([0]).map(|row| matrix[row].clone()).collect();
     // Of φ and the outputs, the first that says what those before it say.
-    let dependent = || dependent_row(&matrix).and_then(|row| outputs.get(row.checked_sub(1)?));
-    let inverse = inverse(rows).ok_or_else(|| not_fixed(dependent()))?;
+    let inverse = inverse(rows).ok_or_else(|| not_fixed(dependent_row(&matrix), (variable_at, outputs)))?;
     let angles: Vec<Sym<'g>> = inverse
         .iter()
         .map(|row| row.iter().zip(&right).fold(zero, |sum, (&factor, &x)| sum + x * factor))
@@ -278,17 +277,28 @@ pub fn surface<'g>(
     Ok(Some([position, slope, curvature]))
 }
 
-/// `output` is one that says the same as the phase variable and outputs before it.
-fn not_fixed(output: Option<&GaitOutput>) -> Diagnostic {
+/// Of φ and the outputs, the `dependent` one says the same as those before it; none was found: at φ, as all of them together are meant.
+fn not_fixed(dependent: Option<usize>, (variable_at, outputs): (FilePlace, &[GaitOutput])) -> Diagnostic {
     let help = "each [[phase.output]] controls something that the others and the phase variable leave open";
-    let Some(GaitOutput { name, at, .. }) = output else {
-        let message = "the outputs and the phase variable do not fix the joints: some of them say the same";
-        return Diagnostic::error(message).help(help);
-    };
-    let message = format!(
-        "the output `{name}` says nothing new beside the outputs before it and the phase variable: the joints are not fixed"
-    );
-    Diagnostic::error(message).at(at.line, at.column).help(help)
+    let output = dependent.and_then(|row| outputs.get(row.checked_sub(1)?));
+    match (dependent, output) {
+        (Some(0), _) => {
+            let message = "the phase variable stays the same whatever the joints do";
+            placed(Diagnostic::error(message), variable_at)
+                .help("choose one that grows along the step, such as the angle of the leg that stands")
+        }
+        (_, Some(GaitOutput { name, at, .. })) => {
+            let message = format!(
+                "the output `{name}` says nothing new beside the outputs before it and the phase variable: the joints are not fixed"
+            );
+            placed(Diagnostic::error(message), *at).help(help)
+        }
+        _ => {
+            let message =
+                "the outputs and the phase variable do not fix the joints: some of them say the same";
+            placed(Diagnostic::error(message), variable_at).help(help)
+        }
+    }
 }
 
 /// Pivots below this are rounding, where the largest element of each row is 1.

@@ -13,6 +13,7 @@ pub(crate) use form::hip_height;
 pub use form::{DoubleSupport, gait_form};
 pub use names::formula_name;
 pub use phased::{Feedforward, PhasedGait, SupportPhase};
+pub(crate) use read::NOT_PLANAR;
 pub use read::{AnyGait, gait_path, parse_any_gait, parse_gait, read_any_gait, read_gait};
 
 use bipedc_effects::effect::Effect;

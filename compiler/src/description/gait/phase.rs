@@ -59,11 +59,7 @@ pub(super) fn read_phase(
     let phase = find_phase(section, description, messages);
     let unit = read_unit(section, messages);
     let variable = formula(section, "variable", VARIABLE, unit.as_deref(), names, messages);
-    let outputs: Vec<Option<GaitOutput>> = section
-        .sections("output", messages)
-        .iter()
-        .map(|section| read_output(section, names, messages))
-        .collect();
+    let outputs = read_outputs(section, names, messages);
     check_number(section, outputs.len(), description, messages);
     let guard = read_guard(section, names, messages);
     let impact_matching = section.boolean("impact_matching", messages).unwrap_or(true);
@@ -222,11 +218,27 @@ pub(super) fn file_place(place: Place, messages: &Messages<'_>) -> FilePlace {
     FilePlace { line, column }
 }
 
-pub(super) fn read_output(
-    section: &Section<'_, '_>,
+/// The outputs of a phase, each with a name of its own; `None`: what is wrong with one was said.
+pub(super) fn read_outputs(
+    phase: &Section<'_, '_>,
     names: &Names,
     messages: &mut Messages<'_>,
-) -> Option<GaitOutput> {
+) -> Vec<Option<GaitOutput>> {
+    let sections = phase.sections("output", messages);
+    let outputs: Vec<Option<GaitOutput>> =
+        sections.iter().map(|section| read_output(section, names, messages)).collect();
+    for (k, output) in outputs.iter().enumerate() {
+        let Some(output) = output else { continue };
+        if outputs[..k].iter().flatten().any(|other| other.name == output.name) {
+            let at = sections[k].get("name").and_then(|entry| entry.at);
+            let message = format!("there is another output `{}` in this phase", short(&output.name));
+            messages.error(at, message, "choose another name: results are told by it");
+        }
+    }
+    outputs
+}
+
+fn read_output(section: &Section<'_, '_>, names: &Names, messages: &mut Messages<'_>) -> Option<GaitOutput> {
     section.check_keys(&["name", "unit", "controlled", "wanted"], messages);
     let name = section.string("name", messages).map(|(name, _)| name);
     if name.is_none() && !section.has("name") {

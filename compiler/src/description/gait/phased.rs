@@ -2,7 +2,7 @@
 use super::curve::{phase_dimension, read_moved};
 use super::dimension::parse_unit;
 use super::names::{Allowed, Names};
-use super::phase::{VARIABLE, file_place, formula, read_output, read_posture};
+use super::phase::{VARIABLE, file_place, formula, read_outputs, read_posture};
 use super::read::read_unit;
 use super::{FilePlace, GaitLimits, GaitOutput, GaitParameter};
 use crate::description::model::{ContactPart, Phase, RobotDescription};
@@ -149,11 +149,7 @@ fn read_phase(
 ) -> Option<SupportPhase> {
     let unit = read_unit(section, messages);
     let variable = formula(section, "variable", VARIABLE, unit.as_deref(), names, messages);
-    let outputs: Vec<Option<GaitOutput>> = section
-        .sections("output", messages)
-        .iter()
-        .map(|section| read_output(section, names, messages))
-        .collect();
+    let outputs = read_outputs(section, names, messages);
     if let Some(phase) = phase {
         check_number(section, outputs.len(), phase, description, messages);
     }

@@ -4,7 +4,7 @@ use super::names::{Names, Of};
 use super::phase::{read_phase, read_phase_unit};
 use super::phased::{PhasedGait, read_phases};
 use super::{Gait, GaitLimits, GaitParameter};
-use crate::description::model::RobotDescription;
+use crate::description::model::{Base, RobotDescription};
 use crate::description::settings::table::{Entry, Section};
 use crate::description::settings::{Known, check_identifier, effects};
 use crate::description::source::{Messages, finish, short};
@@ -19,6 +19,10 @@ use std::path::{Path, PathBuf};
 use toml::de::DeTable;
 
 const KEYS: [&str; 6] = ["gravity", "parameters", "quantities", "phase", "limits", "effect"];
+
+/// Said of a robot with another base than a planar one, and what to do.
+pub(crate) const NOT_PLANAR: [&str; 2] =
+    ["gaits are those of a robot in the x-z plane", "the robot's base is another one: --base planar"];
 
 /// The file of a gait: `name` is one of `gaits/` beside the description, or a path that ends in `.toml`.
 ///
@@ -172,6 +176,11 @@ fn read_with<P>(
     messages: &mut Messages<'_>,
     read_phases: impl FnOnce(&Names, &mut Messages<'_>) -> Option<P>,
 ) -> Option<(Head, P)> {
+    if !matches!(description.base, Base::Planar { .. }) {
+        // Formulas would name coordinates that are not there.
+        messages.error(top.at, NOT_PLANAR[0], NOT_PLANAR[1]);
+        return None;
+    }
     top.check_keys(&KEYS, messages);
     let gravity = top.get("gravity").and_then(|entry| positive(&entry, messages));
     let mut names = Names::of_robot(description);
@@ -233,12 +242,14 @@ fn read_parameters(
         let Some(table) = entry.section(format!("[parameters.{}]", short(entry.key)), messages) else {
             continue;
         };
-        let Some(parameter) = read_parameter(entry.key, &table, messages) else { continue };
-        if !names.add(entry.key, Of::Parameter, parse_unit(&parameter.unit)) {
+        // One that is refused is a name all the same, of no unit that can be wrong: formulas that have it are not.
+        let parameter = read_parameter(entry.key, &table, messages);
+        let unit = parameter.as_ref().and_then(|parameter| parse_unit(&parameter.unit));
+        if !names.add(entry.key, Of::Parameter, unit) {
             let message = format!("`{}` means something else already", short(entry.key));
             messages.error(section.key_place(entry.key), message, "choose another name for the parameter");
         }
-        found.push(parameter);
+        found.extend(parameter);
     }
     found
 }

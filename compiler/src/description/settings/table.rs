@@ -119,7 +119,10 @@ impl<'t, 'i> Section<'t, 'i> {
         messages: &mut Messages<'_>,
     ) -> Vec<Section<'t, 'i>> {
         let Some(entry) = self.get(key) else { return Vec::new() };
-        let title = format!("[[{key}]]");
+        let title = match self.title.strip_prefix("[[").and_then(|title| title.strip_suffix("]]")) {
+            Some(outer) => format!("[[{outer}.{key}]]"),
+            None => format!("[[{key}]]"),
+        };
         let Some(items) = entry.items("an array of tables", messages) else { return Vec::new() };
         items.into_iter().filter_map(|item| item.section(title.clone(), messages)).collect()
     }
