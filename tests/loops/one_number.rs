@@ -251,6 +251,44 @@ fn with_other_inertias_of_all_links() {
     case.explained("free");
 }
 
+/// Drives that turn together: what an identification finds of them is written, says what it measured, and is left in nothing.
+#[test]
+fn of_coupled_drives() {
+    let coupling = |joint: &str, other: &str| {
+        format!(
+            "[[effect]]\nkind = \"coupling\"\njoint = \"{joint}\"\nother_joint = \"{other}\"\ninertia = 0.0\ndamping = 0.6\n\
+             coulomb = 0.8\nstiffness = 0.0\ndifferential = 1.0\n"
+        )
+    };
+    let [hip, knee] = ["left_hip_pitch", "left_knee_pitch"];
+    let case = Case::simulated("one_number_coupled", &[coupling(hip, knee), coupling(knee, hip)].concat());
+    let nothing = case.compared();
+    let toml = case.robot.join("biped.toml");
+    let described = std::fs::read_to_string(&toml).unwrap();
+    std::fs::write(&toml, [described.as_str(), &coupling(hip, knee), &coupling(knee, hip)].concat()).unwrap();
+    let truth = case.compared();
+    std::fs::write(&toml, described).unwrap();
+    let file = case.robot.join("identified.json");
+    let words = ["identify", text(&case.robot), text(&case.train), "--validate", text(&case.judge), "--json"];
+    let coupled = ["--coupled", &format!("{hip},{knee}")];
+    std::fs::write(&file, case.run(&[&words[..], &coupled].concat()).out).unwrap();
+    let step = bipedc(&["amend", text(&case.robot), "--from", text(&file), "--json"]).ok().json();
+    let written = step["changes"].as_array().unwrap().iter().map(|change| &change["effect"]);
+    let written: Vec<&Value> = written.filter(|effect| effect["kind"] == "coupling").collect();
+    assert_eq!(written.len(), 2, "{step:#}");
+    for effect in written {
+        let value = |name: &str| effect["parameters"][name].as_f64().unwrap_or(0.0);
+        let off = [value("damping") / 0.6 - 1.0, value("coulomb") / 0.8 - 1.0];
+        assert!(off.iter().all(|off| off.abs() < 0.02), "{effect:#}");
+        assert!(value("stiffness") == 0.0 && value("inertia").abs() < 0.002, "{effect:#}");
+    }
+    let (is, compared) = (step["errors"][0]["held_out"]["after"].as_f64().unwrap(), case.compared());
+    println!(
+        "coupled drives: {nothing:.4} -> {is:.4}, compared {compared:.4}, with the true ones {truth:.4} N m"
+    );
+    assert!((compared / is - 1.0).abs() < 1e-9 && compared < 1.02 * truth && compared < 0.1 * nothing);
+}
+
 /// Masses, friction and offsets of an identification are written as a whole, with the error that a comparison measures.
 #[test]
 #[ignore = "takes long"]
