@@ -145,7 +145,7 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     Ok(Diagnosed { diagnosis: answer, warnings: warned, report })
 }
 
-/// Which joints stick or lie at a stop, and that their samples are left out there.
+/// Which joints rest, turn back or lie at a stop, and that their samples are left out there.
 fn sticking(experiment: &dyn Experiment) -> Option<String> {
     let shaken = experiment.shaken();
     let share = |row: usize| {
@@ -158,7 +158,7 @@ fn sticking(experiment: &dyn Experiment) -> Option<String> {
     let joints: Vec<String> = (0..experiment.rows().len()).filter_map(share).collect();
     (!joints.is_empty()).then(|| {
         format!(
-            "joints stick or lie at a stop in or next to a part of their samples ({}), where an effort is a bound and no value: left out",
+            "joints rest, turn back or lie at a stop in or next to a part of their samples ({}), where dry friction or the stop makes an effort a bound: left out",
             joints.join(", ")
         )
     })

@@ -31,7 +31,7 @@ pub fn text(answer: &Identification) -> String {
         let part = 100.0 * channel.resting as f64 / (channel.resting + channel.rows) as f64;
         let _ = writeln!(
             out,
-            "`{}` sticks or lies at a stop in or next to {part:.0} % of its samples, where an effort is a bound and no value: left out",
+            "`{}` rests, turns back or lies at a stop in or next to {part:.0} % of its samples, where dry friction or the stop makes an effort a bound: left out",
             channel.name
         );
     }

@@ -121,5 +121,5 @@ fn friction_of_joints_that_rest_between_moves() {
         }
     }
     let words = bipedc(&["identify", text(&robot), text(&log)]).ok().out;
-    assert!(words.contains("`shoulder` sticks or lies at a stop in or next to "), "{words}");
+    assert!(words.contains("`shoulder` rests, turns back or lies at a stop in or next to "), "{words}");
 }
