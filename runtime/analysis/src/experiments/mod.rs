@@ -6,6 +6,7 @@ mod experiment;
 pub(crate) mod form;
 pub mod impacts;
 pub(crate) mod jumps;
+pub(crate) mod memo;
 mod motion;
 pub(crate) mod moving;
 pub(crate) mod noise;

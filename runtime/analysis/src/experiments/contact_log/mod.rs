@@ -50,6 +50,7 @@ mod soles;
 mod standing;
 mod stretches;
 mod strikes;
+mod through_legs;
 mod vertical_moment;
 mod walking;
 
@@ -59,6 +60,7 @@ pub use quantities::Quantity;
 pub use walking::WalkingExperiment;
 
 use crate::experiments::experiment::sought_at;
+use crate::experiments::memo::Memo;
 use crate::experiments::motion::Hidden;
 use crate::experiments::{Experiment, Inertial, Row};
 use crate::measure::JointPositions;
@@ -73,6 +75,7 @@ use bipedc_effects::effect::{Acts, Effect, Evidence, Kind, Law, Location, Place}
 use effects::{Change, spares_contact};
 use nalgebra::Vector3;
 use rows::Component;
+use std::sync::Arc;
 
 /// A log of a free robot against a model; built by [`ContactExperiment::read`].
 pub struct ContactExperiment<'a> {
@@ -94,6 +97,8 @@ pub struct ContactExperiment<'a> {
     soles: Vec<soles::SoleCorner>,
     /// When each foot stands.
     stances: Vec<Vec<std::ops::Range<usize>>>,
+    /// All rows under the effects that were asked for last.
+    under: Memo<Vec<Vec<f64>>>,
 }
 
 impl<'a> ContactExperiment<'a> {
@@ -122,13 +127,23 @@ impl<'a> ContactExperiment<'a> {
         if inertial_only && linear && !self.change(&[]).level.is_simpler() {
             return self.linear_response(&self.robot.link_inertias.change(effects));
         }
-        let change = self.change(effects).with_links(behind);
-        // What acts at the soles only leaves the wrenches alone, and the other way round.
-        let of_ground = as_motors && effects.iter().all(|e| e.kind.law == Law::GroundCompliance);
-        let mut changed =
-            if of_ground { self.residual[..self.kinds.len()].to_vec() } else { self.residual_under(&change) };
-        changed.extend(self.sole_residuals(&change));
-        let rows = self.residual.iter().zip(changed).enumerate();
+        let changed = || {
+            let change = self.change(effects).with_links(behind);
+            // What acts at the soles only leaves the wrenches alone, and the other way round.
+            let of_ground = as_motors && effects.iter().all(|e| e.kind.law == Law::GroundCompliance);
+            let mut changed = match of_ground {
+                true => self.residual[..self.kinds.len()].to_vec(),
+                false => self.residual_under(&change),
+            };
+            changed.extend(self.sole_residuals(&change));
+            changed
+        };
+        // Where links move behind their motors, what acts on torques moves them.
+        let changed = match as_motors {
+            true => self.under.of(effects, |effect| !spares_contact(effect), changed),
+            false => Arc::new(changed()),
+        };
+        let rows = self.residual.iter().zip(changed.iter()).enumerate();
         rows.map(|(row, (nominal, changed))| {
             (row, nominal.iter().zip(changed).map(|(nominal, changed)| nominal - changed).collect::<Vec<_>>())
         })

@@ -3,6 +3,7 @@ use super::effects::Change;
 use super::foot::SIGNALS;
 use super::predict::BaseWrench;
 use super::{ContactExperiment, ContactRecording};
+use crate::experiments::memo::Memo;
 use crate::experiments::{Channel, Experiment, Inertial, Row};
 use crate::log::{Log, Reader};
 use crate::measure::Options;
@@ -151,6 +152,7 @@ impl<'a> ContactExperiment<'a> {
             inertial: Vec::new(),
             soles: Vec::new(),
             stances: Vec::new(),
+            under: Memo::default(),
         };
         if calls.columns(experiment.regressor) != experiment.parameters.len() {
             return Err(Diagnostic::error("the model's `inverse_dynamics_regressor` is of another robot"));

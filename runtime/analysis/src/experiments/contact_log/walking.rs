@@ -3,12 +3,11 @@
 //! A joint's row is the logged effort minus `(D q̈ + H − Jᵀ w)`: inverse dynamics under the forces that the feet report.
 //! Effort, motion and forces passed the same zero-phase filter, and all rows pass it once more. A moment about the
 //! vertical that a foot does not log is eliminated: see `vertical_moment`.
-use super::effects::Change;
-use super::foot::SIGNALS;
-use super::forces::mapped;
-use super::rows::{CLEARLY, NOISE_SAMPLES, misfit};
+use super::effects::spares_contact;
+use super::rows::{CLEARLY, misfit};
 use super::vertical_moment::Elimination;
 use super::{ContactExperiment, ContactRecording};
+use crate::experiments::memo::Memo;
 use crate::experiments::motion::{Hidden, OnGround};
 use crate::experiments::{Channel, Experiment, Inertial, MotionExperiment, Row};
 use crate::log::Log;
@@ -16,11 +15,9 @@ use crate::measure::{Missing, Options, Recording};
 use crate::robot::InertialParameters;
 use crate::robot::LinkInertias;
 use crate::robot::Robot;
-use crate::robot::feet::Sole;
 use bipedc_effects::diagnostic::Diagnostics;
-use bipedc_effects::effect::{Effect, Kind, Law, Location};
-use nalgebra::Vector3;
-use std::sync::OnceLock;
+use bipedc_effects::effect::{Acts, Effect, Kind, Law, Location};
+use std::sync::{Arc, OnceLock};
 
 /// The filter of the rows smears what happens at an instant over this part of a period of its cut-off.
 const SMEARED: f64 = 0.25;
@@ -41,6 +38,8 @@ pub struct WalkingExperiment<'a> {
     /// Where their joints stick, at the samples that count.
     sticks: Vec<Vec<bool>>,
     inertial: OnceLock<Vec<Option<Inertial>>>,
+    /// What the effects that were asked for last make of the robot on the ground.
+    on_ground: Memo<OnGround>,
     /// Joints without a row, and why.
     pub missing: Vec<Missing>,
 }
@@ -124,6 +123,7 @@ impl<'a> WalkingExperiment<'a> {
             residual: Vec::new(),
             sticks: Vec::new(),
             inertial: OnceLock::new(),
+            on_ground: Memo::default(),
             missing,
         };
         this.find_described();
@@ -152,7 +152,7 @@ impl<'a> WalkingExperiment<'a> {
         let soles = self.base.sole_residuals(&change);
         self.base.residual.extend(soles);
         let forces = self.base.ground_forces(&change);
-        self.joints.find_residuals(Some(&OnGround { forces, behind: change.behind }));
+        self.joints.find_residuals(Some(&OnGround::new(forces, change.behind)));
     }
 
     /// Which joints lay at their stops, if any did: their rows leave those samples out.
@@ -250,13 +250,20 @@ impl<'a> WalkingExperiment<'a> {
             matches!(effect.kind.law, Law::EncoderOffset | Law::ForceSensorBias | Law::ForceSensorGain)
         };
         let changes = effects.iter().any(at_feet) || !behind.is_empty();
-        let ground = changes.then(|| {
+        let as_motors = behind.is_empty();
+        let made = || {
             let change = self.base.change(effects).with_links(behind);
-            OnGround { forces: self.base.ground_forces(&change), behind: change.behind }
+            OnGround::new(self.base.ground_forces(&change), change.behind)
+        };
+        // Bodies are another matter than where they are; where links move behind their motors, all that acts moves them.
+        let matters = |effect: &Effect| !spares_contact(effect) && effect.kind.law.acts() != Acts::Body;
+        let ground = changes.then(|| match as_motors {
+            true => self.on_ground.of(effects, matters, made),
+            false => Arc::new(made()),
         });
         let rows = if changes { (0..self.joint_of.len()).collect() } else { self.joints.touched(effects) };
         let mut responses: Vec<Option<Vec<f64>>> = vec![None; self.joint_of.len()];
-        for (row, changed) in self.joints.residuals(&all, &rows, ground.as_ref()) {
+        for (row, changed) in self.joints.residuals(&all, &rows, ground.as_deref()) {
             let nominal = self.joints.residual(row);
             responses[row] = Some(nominal.iter().zip(changed).map(|(nominal, x)| nominal - x).collect());
         }
@@ -285,82 +292,6 @@ impl ContactRecording {
             stops: self.stops.clone(),
             ..Recording::default()
         }
-    }
-}
-
-impl ContactExperiment<'_> {
-    /// Generalised forces of the ground, `Jᵀ w`, of all samples under a change; `samples × nv`.
-    fn ground_forces(&self, change: &Change) -> Vec<f64> {
-        let logged = self.recording.logged();
-        let at = |i: usize| {
-            let [q, ..] = self.kinematics(i, change);
-            let wrench = |f: usize, sole: &Sole| {
-                self.recording.feet[f].wrench(sole, &self.true_signals(f, i, sole, change))
-            };
-            mapped(&self.robot, &self.calls, &self.feet, &q, &logged, wrench)
-        };
-        let ground = (0..self.samples()).flat_map(at);
-        ground.zip(&self.recording.products).map(|(ground, lost)| ground - lost).collect()
-    }
-
-    /// Samples at which noise and dependences are looked at.
-    fn probes(&self) -> impl Iterator<Item = usize> + use<> {
-        (0..self.samples()).step_by((self.samples() / NOISE_SAMPLES).max(1))
-    }
-
-    /// Noise of the joints' rows: of efforts, of forces through the legs, of accelerations through the mass matrix.
-    fn joint_noise(&self, change: &Change, elimination: &Elimination) -> Vec<f64> {
-        let (first, r) = (self.robot.layout.base.nv(), &self.recording);
-        let still = r.noise_gain();
-        let accelerations = r.acceleration_noise();
-        let mut sums = vec![0.0; self.robot.layout.joints.len()];
-        let mut add = |sample: usize, mut tau: Vec<f64>, sigma: f64| {
-            elimination.rest_at(sample, &mut tau[first..]);
-            sums.iter_mut().zip(&tau[first..]).for_each(|(sum, tau)| *sum += (tau * sigma).powi(2));
-        };
-        let mut count = 0.0;
-        for i in self.probes() {
-            count += 1.0;
-            let [q, ..] = self.kinematics(i, change);
-            for (foot, record) in r.feet.iter().enumerate().filter(|(_, record)| record.is_logged) {
-                for k in (0..12).filter(|k| record.noise[*k] > 0.0) {
-                    let mut unit = [0.0; SIGNALS];
-                    unit[k] = 1.0;
-                    let one = |f: usize, sole: &Sole| {
-                        if f == foot {
-                            record.wrench(sole, &unit)
-                        } else {
-                            (Vector3::zeros(), Vector3::zeros())
-                        }
-                    };
-                    let tau = mapped(&self.robot, &self.calls, &self.feet, &q, &r.logged(), one);
-                    add(i, tau, record.noise[k] * still.sqrt());
-                }
-            }
-            let [q, v, a] = self.true_state(&self.logged_state(i), change);
-            for (joint, noise) in r.effort_noise.iter().enumerate() {
-                let mut one = vec![0.0; self.calls.nv];
-                one[first + joint] = 1.0;
-                add(i, one, noise * still.sqrt());
-            }
-            let mut needed = vec![0.0; self.calls.nv];
-            self.calls.moving(self.inverse_dynamics, &q, &v, &a, &mut needed);
-            let axes = self.base_axes(&q);
-            for (k, sigma) in accelerations.iter().enumerate().filter(|(_, sigma)| **sigma > 0.0) {
-                let mut faster = a.clone();
-                if first == 6 && k < 3 {
-                    // Logged in world axes, wanted in those of the base.
-                    faster.iter_mut().zip(axes.row(k).iter()).for_each(|(a, part)| *a += part);
-                } else {
-                    faster[k] += 1.0;
-                }
-                let mut more = vec![0.0; self.calls.nv];
-                self.calls.moving(self.inverse_dynamics, &q, &v, &faster, &mut more);
-                more.iter_mut().zip(&needed).for_each(|(more, needed)| *more -= needed);
-                add(i, more, *sigma);
-            }
-        }
-        sums.iter().map(|sum| (sum / count).sqrt()).collect()
     }
 }
 

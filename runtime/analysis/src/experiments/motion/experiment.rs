@@ -2,6 +2,8 @@
 use super::on_ground::OnGround;
 use super::places;
 use super::rigid::Rigid;
+use super::under_effects::Turned;
+use crate::experiments::memo::Memo;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
 use crate::measure::JointPositions;
 use crate::measure::recording::Recording;
@@ -38,6 +40,8 @@ pub struct MotionExperiment<'a> {
     inertial: OnceLock<Vec<Option<Inertial>>>,
     parameters: InertialParameters,
     residual: Vec<Vec<f64>>,
+    /// What the rigid model needs under the turned joints that were asked for last.
+    pub(super) turned: Memo<Turned>,
     /// Of each joint what its link resists with, see [`Rigid::resistance`]; formed when first asked for.
     pub(super) resistance: Vec<OnceLock<Vec<[f64; 2]>>>,
     /// By joint, where it lies at a stop, which carries what is left there: nothing is. Empty where it never does.
@@ -104,6 +108,7 @@ impl<'a> MotionExperiment<'a> {
             inertial: OnceLock::new(),
             parameters: link_inertias.parameters(),
             residual: Vec::new(),
+            turned: Memo::default(),
             sticks: Vec::new(),
             motion_noise: Vec::new(),
             resistance: (0..joints).map(|_| OnceLock::new()).collect(),
@@ -271,62 +276,14 @@ impl<'a> MotionExperiment<'a> {
         self.recording.trajectory.of_joint(values, joint)
     }
 
-    /// Torques at which a joint's drive may saturate.
-    fn limits(&self, joint: usize) -> Vec<f64> {
-        let Some(effort) = &self.recording.effort[joint] else { return Vec::new() };
-        let mut sizes: Vec<f64> = effort.iter().map(|u| u.abs()).collect();
-        sizes.sort_unstable_by(f64::total_cmp);
-        let quantile = |part: f64| sizes[((sizes.len() - 1) as f64 * part) as usize];
-        let noise = self.recording.noise[joint];
-        // A limit within the noise would pass the measurement off as the prediction.
-        let low = [0.02, 0.05, 0.1, 0.15, 0.22, 0.3].map(quantile);
-        let limits = [0.4, 0.5, 0.6, 0.68, 0.75, 0.81, 0.86, 0.9, 0.94, 0.97, 0.99].map(quantile);
-        let best = self.effort_row(joint).and_then(|row| {
-            let signals = self.smooth_signals(row);
-            let others: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
-            super::limit::best(effort, &self.residual[row], &others)
-        });
-        let load: Vec<f64> = self.strided(&self.load, joint).collect();
-        let stays = |limit: &f64| super::limit::stays(effort, &load, *limit);
-        let low = low.into_iter().filter(|limit| super::limit::rests_at(effort, &load, *limit));
-        // Of commands that run away from a limit far more is cut off than noise could make.
-        let runs_away = |limit: f64| {
-            let beyond: Vec<f64> = sizes.iter().map(|u| u - limit).filter(|beyond| *beyond > 0.0).collect();
-            let squares: f64 = beyond.iter().map(|x| x * x).sum();
-            squares > beyond.len() as f64 * (10.0 * noise).powi(2)
-        };
-        let told = |limit: &f64| *limit > 4.0 * noise || (*limit > noise && runs_away(*limit));
-        low.chain(limits).chain(best).filter(told).filter(stays).collect()
-    }
-
-    /// Periods per turn with which a joint's residual may repeat.
-    fn lines(&self, joint: usize) -> Vec<f64> {
-        let Some(row) = self.effort_row(joint) else { return Vec::new() };
-        let signals = self.smooth_signals(row);
-        let others: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
-        super::ripple::seeds(&self.residual[row], &signals[0], &others)
-    }
-
     /// A small part of a joint's usual speed, one digit: where it is slower it may as well be about to turn.
-    fn reversal_speed(&self, joint: usize) -> f64 {
+    pub(super) fn reversal_speed(&self, joint: usize) -> f64 {
         small_part(self.recording.trajectory.velocities(joint))
     }
 
     /// The row of a joint's effort.
     pub(super) fn effort_row(&self, joint: usize) -> Option<usize> {
         (0..self.rows.len()).find(|&r| self.rows[r].channel == Channel::Effort && self.joint_of[r] == joint)
-    }
-
-    /// What the joint's other effects are functions of: angle, velocity, acceleration, load, sign of velocity.
-    fn smooth_signals(&self, row: usize) -> Vec<Vec<f64>> {
-        let mut signals: Vec<Vec<f64>> =
-            self.signals(row).into_iter().take(4).map(|(_, values)| values).collect();
-        let joint = self.joint_of[row];
-        let slides = self.layout.joints[joint].prismatic;
-        let smoothing = if slides { self.reversal_speed(joint) } else { 0.02 };
-        let sign = signals[1].iter().map(|v| (v / smoothing).tanh()).collect();
-        signals.push(sign);
-        signals
     }
 }
 

@@ -10,6 +10,7 @@ mod on_ground;
 mod places;
 mod rigid;
 mod ripple;
+mod starts;
 mod sticking;
 mod torques;
 mod under_effects;

@@ -84,7 +84,8 @@ impl MotionExperiment<'_> {
         if gaps.is_empty() {
             return Vec::new();
         }
-        let Some((_, Some(links))) = self.turned_load(effects, None) else { return Vec::new() };
+        let turned = self.turned_load(effects, None);
+        let Some((_, Some(links))) = turned.as_deref() else { return Vec::new() };
         let mut flags = vec![false; self.recording.samples()];
         for (joint, gap) in gaps {
             let own = effects.iter().filter(|effect| effect.kind.law == Law::EncoderOffset);

@@ -5,8 +5,10 @@
 //! `hidden_play`, under what the measured forces of the feet and the measured motion of the base leave its transmission to carry.
 use super::experiment::{MotionExperiment, less};
 use super::motor_side::Hidden;
+use super::under_effects::Turned;
 use crate::signal::Spline;
 use bipedc_effects::effect::Effect;
+use std::sync::{Arc, OnceLock};
 
 /// So often what a link behind play carries is computed anew where the last round has put it.
 const ROUNDS: usize = 2;
@@ -14,12 +16,19 @@ const ROUNDS: usize = 2;
 const DEFLECTIONS: [f64; 4] = [0.05, 0.02, 0.008, 0.003];
 
 /// What effects make of a robot on the ground.
-#[derive(Debug, Clone, Default)]
 pub(crate) struct OnGround {
     /// Generalised forces of the ground on the robot, `samples × nv`; N, N m.
     pub forces: Vec<f64>,
     /// Links that move behind their motors.
     pub behind: Vec<Hidden>,
+    /// What the rigid model needs of its joints there, when first asked for: see [`MotionExperiment::turned_load`].
+    pub(super) load: OnceLock<Arc<Turned>>,
+}
+
+impl OnGround {
+    pub fn new(forces: Vec<f64>, behind: Vec<Hidden>) -> Self {
+        Self { forces, behind, load: OnceLock::new() }
+    }
 }
 
 impl MotionExperiment<'_> {

@@ -4,39 +4,55 @@ use super::on_ground::OnGround;
 use crate::experiments::{Channel, Inertial};
 use crate::robot::{BaseKind, Trajectory};
 use bipedc_effects::effect::{Acts, Effect, Law};
+use std::sync::Arc;
+
+/// What the rigid model needs, `samples × nv` (N m, N), and the states of links, if these move behind their motors.
+pub(super) type Turned = (Vec<f64>, Option<Trajectory>);
+
+/// Whether an effect turns joints or the base.
+fn turns(effect: &Effect) -> bool {
+    matches!(effect.kind.law, Law::EncoderOffset | Law::GravityTilt)
+}
 
 impl MotionExperiment<'_> {
     /// Torques of the rigid model under effects that change its geometry, and the states of links that move behind motors;
     /// `None` if there are none. `ground`: what the effects make of the robot on the ground, if they change that.
-    pub(super) fn turned_load(
-        &self,
-        effects: &[Effect],
-        ground: Option<&OnGround>,
-    ) -> Option<(Vec<f64>, Option<Trajectory>)> {
-        let motion = &self.recording.trajectory;
-        let turned = self.turned_positions(effects);
+    pub(super) fn turned_load(&self, effects: &[Effect], ground: Option<&OnGround>) -> Option<Arc<Turned>> {
+        let motors = || self.turned_states(effects);
+        if let Some(ground) = ground {
+            let made = || Arc::new(self.load_on_ground(motors(), ground));
+            return Some(ground.load.get_or_init(made).clone());
+        }
         // On the ground links move as `ground` says.
         let hidden = if self.ground.is_empty() { self.hidden(effects) } else { Vec::new() };
-        if turned.is_none() && ground.is_none() && hidden.is_empty() {
-            return None;
+        if !hidden.is_empty() {
+            let states = motors();
+            let load = self.load_of(&states, &self.ground);
+            let needed = |states: &Trajectory| self.load_of(states, &self.ground);
+            let (load, links) = self.load_behind_motors(hidden, effects, (states, load), &needed);
+            return Some(Arc::new((load, Some(links))));
         }
-        let forces = ground.map_or(&self.ground, |ground| &ground.forces);
-        let behind = ground.map_or(&[][..], |ground| &ground.behind);
-        let needed = |q: &[f64], v: &[f64], a: &[f64]| less(self.rigid.inverse_dynamics(q, v, a), forces);
-        let q = turned.unwrap_or_else(|| motion.q.clone());
-        if hidden.is_empty() && behind.is_empty() {
-            return Some((needed(&q, &motion.v, &motion.a), None));
-        }
-        let mut states = motion.clone();
-        states.q = q;
-        let needed = |states: &Trajectory| needed(&states.q, &states.v, &states.a);
-        if !behind.is_empty() {
-            behind.iter().for_each(|link| link.add_to(&mut states));
-            return Some((needed(&states), Some(states)));
-        }
-        let load = needed(&states);
-        let (load, links) = self.load_behind_motors(hidden, effects, (states, load), &needed);
-        Some((load, Some(links)))
+        let made = || (self.load_of(&motors(), &self.ground), None);
+        effects.iter().any(turns).then(|| self.turned.of(effects, turns, made))
+    }
+
+    /// The same on the ground, of what effects make of the robot there.
+    fn load_on_ground(&self, mut states: Trajectory, ground: &OnGround) -> Turned {
+        ground.behind.iter().for_each(|link| link.add_to(&mut states));
+        let load = self.load_of(&states, &ground.forces);
+        (load, (!ground.behind.is_empty()).then_some(states))
+    }
+
+    /// What the rigid model needs beside forces of the ground.
+    fn load_of(&self, states: &Trajectory, ground: &[f64]) -> Vec<f64> {
+        less(self.rigid.inverse_dynamics(&states.q, &states.v, &states.a), ground)
+    }
+
+    /// The logged states under effects that turn joints or the base.
+    fn turned_states(&self, effects: &[Effect]) -> Trajectory {
+        let mut states = self.recording.trajectory.clone();
+        states.q = self.turned_positions(effects).unwrap_or(states.q);
+        states
     }
 
     /// Configurations under effects that turn joints or the base; `None` if there are none.
@@ -82,8 +98,8 @@ impl MotionExperiment<'_> {
         ground: Option<&OnGround>,
     ) -> Vec<(usize, Vec<f64>)> {
         let turned = self.turned_load(effects, ground);
-        let load = turned.as_ref().map_or(&self.load, |(load, _)| load);
-        let links = turned.as_ref().and_then(|(_, links)| links.as_ref());
+        let load = turned.as_deref().map_or(&self.load, |(load, _)| load);
+        let links = turned.as_deref().and_then(|(_, links)| links.as_ref());
         let links = links.unwrap_or(&self.recording.trajectory);
         let change = self.link_inertias.change(effects);
         let of_row = |&row: &usize| {
