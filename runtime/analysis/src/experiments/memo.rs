@@ -8,17 +8,21 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// So many are kept: of the present estimate, of a neighbour, for each of the processors that estimate at a time.
 const KEPT: usize = 6;
+/// At most so many numbers in all (64 MB), or one result.
+const ROOM: usize = 1 << 23;
 
 /// The last results of a function of effects, oldest first.
-pub(crate) struct Memo<V>(Mutex<VecDeque<(Vec<Effect>, Arc<V>)>>);
-
-impl<V> Default for Memo<V> {
-    fn default() -> Self {
-        Self(Mutex::new(VecDeque::new()))
-    }
+pub(crate) struct Memo<V> {
+    kept: usize,
+    recent: Mutex<VecDeque<(Vec<Effect>, Arc<V>)>>,
 }
 
 impl<V> Memo<V> {
+    /// Of results of this many numbers.
+    pub fn new(numbers: usize) -> Self {
+        Self { kept: (ROOM / numbers.max(1)).clamp(1, KEPT), recent: Mutex::default() }
+    }
+
     /// The result for those of the effects that `matter`; made outside of the lock, so that several processors work at a time.
     pub fn of(
         &self,
@@ -27,14 +31,14 @@ impl<V> Memo<V> {
         make: impl FnOnce() -> V,
     ) -> Arc<V> {
         let is_it = |known: &[Effect]| effects.iter().filter(|effect| matter(effect)).eq(known);
-        let locked = || self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let locked = || self.recent.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, value)) = locked().iter().rev().find(|(known, _)| is_it(known)) {
             return value.clone();
         }
         let value = Arc::new(make());
         let key = effects.iter().filter(|effect| matter(effect)).cloned().collect();
         let mut recent = locked();
-        if recent.len() == KEPT {
+        if recent.len() == self.kept {
             recent.pop_front();
         }
         recent.push_back((key, value.clone()));
@@ -53,7 +57,7 @@ mod tests {
 
     #[test]
     fn what_matters_is_computed_once_and_what_is_old_again() {
-        let (memo, mut made) = (Memo::default(), 0);
+        let (memo, mut made) = (Memo::new(1), 0);
         let mut asked = |effects: &[Effect]| {
             let is_large = |effect: &Effect| effect.value("torque") > 1.0;
             *memo.of(effects, is_large, || {
@@ -69,5 +73,12 @@ mod tests {
         assert_eq!(asked(&[friction(2.0)]), 1);
         (0..6).for_each(|k| assert_eq!(asked(&[friction(3.0 + f64::from(k))]), 4 + k));
         assert_eq!(asked(&[friction(2.0)]), 10);
+    }
+
+    #[test]
+    fn of_large_results_the_last_is_kept() {
+        let memo = Memo::new(ROOM);
+        let asked = |torque: f64, value: u8| *memo.of(&[friction(torque)], |_| true, || value);
+        assert_eq!([asked(1.0, 1), asked(1.0, 2), asked(2.0, 3), asked(1.0, 4)], [1, 1, 3, 4]);
     }
 }

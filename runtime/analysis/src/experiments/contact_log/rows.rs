@@ -152,7 +152,7 @@ impl<'a> ContactExperiment<'a> {
             inertial: Vec::new(),
             soles: Vec::new(),
             stances: Vec::new(),
-            under: Memo::default(),
+            under: Memo::new(0),
         };
         if calls.columns(experiment.regressor) != experiment.parameters.len() {
             return Err(Diagnostic::error("the model's `inverse_dynamics_regressor` is of another robot"));
@@ -164,6 +164,7 @@ impl<'a> ContactExperiment<'a> {
         let noise = experiment.noise(&nominal);
         experiment.rows.iter_mut().zip(noise).for_each(|(row, noise)| row.noise = noise);
         experiment.add_soles();
+        experiment.under = Memo::new(experiment.residual.iter().map(Vec::len).sum());
         Ok(experiment)
     }
 

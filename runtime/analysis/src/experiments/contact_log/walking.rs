@@ -88,6 +88,7 @@ impl<'a> WalkingExperiment<'a> {
         let mut motion = base.recording.joint_motion();
         let (elimination, missing) = base.vertical_moments(&mut motion);
         let ground = base.ground_forces(&nominal);
+        let ground_values = ground.len();
         // The effects on masses are in the joints' rows as in those of the base.
         let joints = MotionExperiment::on_ground(
             robot.model,
@@ -123,7 +124,7 @@ impl<'a> WalkingExperiment<'a> {
             residual: Vec::new(),
             sticks: Vec::new(),
             inertial: OnceLock::new(),
-            on_ground: Memo::default(),
+            on_ground: Memo::new(2 * ground_values),
             missing,
         };
         this.find_described();

@@ -108,7 +108,7 @@ impl<'a> MotionExperiment<'a> {
             inertial: OnceLock::new(),
             parameters: link_inertias.parameters(),
             residual: Vec::new(),
-            turned: Memo::default(),
+            turned: Memo::new(recording.trajectory.v.len()),
             sticks: Vec::new(),
             motion_noise: Vec::new(),
             resistance: (0..joints).map(|_| OnceLock::new()).collect(),
