@@ -4,8 +4,9 @@ use super::judged::{judging, mean_error};
 use super::stated::said;
 use crate::measurements::{Content, Measured, SAMPLES};
 use bipedc_analysis::diagnose::{Diagnosis, errors, left_alike};
-use bipedc_analysis::experiments::Experiment;
+use bipedc_analysis::experiments::{Experiment, MotionExperiment};
 use bipedc_analysis::measure::{self, CANDIDATES, HELD};
+use bipedc_analysis::parallel::parallel;
 use bipedc_effects::effect::Effect;
 
 /// Part of a squared error behind a slow filter that has to be left behind a faster one alike, in the mean over the joints, where nothing of the
@@ -26,19 +27,21 @@ pub(super) fn slower_where_safe(measured: &Measured, request: &Request<'_>, cuto
         let reading = measure::Options { cutoff_hz: Some(cutoff), ..request.options.reading.clone() };
         measured.efforts(&request.log, &reading, SAMPLES).ok()
     };
-    let Some(here) = at(cutoff) else { return cutoff };
-    let is_safe = |other: &f64| {
-        let Some(slower) = at(*other) else { return false };
-        let told = errors(&slower, Some(&slower), [&[], &[]]).rows;
-        let alike = left_alike((&slower, &here), &[], false);
+    let slower: Vec<f64> = CANDIDATES.into_iter().take_while(|other| *other < cutoff).collect();
+    let mut logs = parallel(slower.len() + 1, |i| at(slower.get(i).copied().unwrap_or(cutoff)));
+    let Some(here) = logs.pop().flatten() else { return cutoff };
+    let is_safe = |slower: &MotionExperiment<'_>| {
+        let told = errors(slower, Some(slower), [&[], &[]]).rows;
+        let alike = left_alike((slower, &here), &[], false);
         let parts = told.iter().filter_map(|(row, fall)| Some((alike.get(row)? / fall.told()).powi(2)));
         let parts: Vec<f64> = parts.filter(|part| part.is_finite()).collect();
         let mean = parts.iter().sum::<f64>() / parts.len().max(1) as f64;
-        mean_error(&slower, &[]) < QUIETER * mean_error(&here, &[])
+        mean_error(slower, &[]) < QUIETER * mean_error(&here, &[])
             && mean > KEPT
             && parts.iter().all(|part| *part > KEPT_AT_LEAST)
     };
-    CANDIDATES.into_iter().take_while(|other| *other < cutoff).find(is_safe).unwrap_or(cutoff)
+    let safe = logs.iter().position(|log| log.as_ref().is_some_and(is_safe));
+    safe.map_or(cutoff, |i| slower[i])
 }
 
 /// Holds rows above their noise against what is left behind the next faster filter too, as [`Diagnosis::look_behind`] does, at the cut-off at

@@ -12,6 +12,7 @@ use bipedc_analysis::diagnose::{self, support};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::data_checks::{Findings, inspect};
 use bipedc_analysis::measure;
+use bipedc_analysis::parallel::parallel;
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
 use bipedc_effects::effect::{Effect, Law};
@@ -214,7 +215,9 @@ fn unsupported(
         let reading = measure::Options { cutoff_hz: Some(cutoff), ..reading.clone() };
         measured.load(&request.log, &reading, None)
     };
-    let (slower, faster) = (at(0.5 * cutoff)?, at(cutoffs[1])?);
+    let mut both = parallel(2, |i| at([0.5 * cutoff, cutoffs[1]][i])).into_iter();
+    let (Some(slower), Some(faster)) = (both.next(), both.next()) else { return Ok(Vec::new()) };
+    let (slower, faster) = (slower?, faster?);
     let fading = support::fading(&*train.experiment, &*faster.experiment);
     let mut messages: Vec<String> = fading.iter().map(|joint| joint.warning(cutoffs)).collect();
     if let Some(kept) = support::kept(&*slower.experiment, &*faster.experiment)

@@ -3,9 +3,10 @@ use super::filtered::Request;
 use super::stated::state;
 use crate::measurements::{Content, Log, Measured, SAMPLES};
 use bipedc_analysis::compare::geometric_mean;
-use bipedc_analysis::diagnose::{Diagnosis, errors};
+use bipedc_analysis::diagnose::{Diagnosis, errors, root_mean_squares};
 use bipedc_analysis::experiments::{Channel, Experiment};
 use bipedc_analysis::measure::{self, HELD};
+use bipedc_analysis::parallel::parallel;
 use bipedc_effects::diagnostic::Diagnostics;
 use bipedc_effects::effect::Effect;
 
@@ -55,7 +56,8 @@ pub(super) fn quietest(
         let loaded = measured.load(log, &reading, None).ok()?;
         Some((cutoff, mean_error(&*loaded.experiment, &effects)))
     };
-    measure::CANDIDATES.into_iter().filter_map(at).min_by(|a, b| a.1.total_cmp(&b.1))
+    let tried = parallel(measure::CANDIDATES.len(), |i| at(measure::CANDIDATES[i]));
+    tried.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
 /// The log that judges, and how it is read: another log than the one that teaches from beginning to end.
@@ -71,10 +73,8 @@ pub(super) fn judging<'r>(
 
 /// Geometric mean of the errors of all torques, all samples.
 pub(super) fn mean_error(experiment: &dyn Experiment, effects: &[Effect]) -> f64 {
-    // Judged by itself a log shows all of its samples.
-    let rows = errors(experiment, Some(experiment), [&[], effects]).rows;
-    let torques = experiment.rows().iter().filter(|row| row.channel == Channel::Effort);
-    geometric_mean(torques.filter_map(|row| rows.get(&row.name)).map(|fall| fall.after))
+    let rows = experiment.rows().iter().zip(root_mean_squares(experiment, effects));
+    geometric_mean(rows.filter(|(row, _)| row.channel == Channel::Effort).map(|(_, left)| left))
 }
 
 /// The errors of a log that the search saw a part of only: of all its samples, as `compare` measures them.

@@ -8,6 +8,7 @@ pub mod log;
 pub mod measure;
 pub mod nonlinear;
 pub mod number;
+pub mod parallel;
 pub mod physical;
 pub mod polygon;
 pub mod report;

@@ -22,7 +22,7 @@ mod signature;
 pub mod support;
 
 pub use breakdown::{AT_NOISE, Breakdown, BreakdownPart, WINDOWS, Window, breakdowns};
-pub use engine::{Errors, Options, diagnose, errors, estimate, left_alike, summary};
+pub use engine::{Errors, Options, diagnose, errors, estimate, left_alike, root_mean_squares, summary};
 pub use result::{
     Diagnosis, ErrorFall, FoundEffect, Rejected, Seen, Step, StepErrors, Unexplained, intervals,
 };

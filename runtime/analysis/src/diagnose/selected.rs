@@ -100,6 +100,9 @@ impl Experiment for Selected<'_> {
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
         self.inner.signals(self.places[row])
     }
+    fn signal(&self, row: usize, name: &str) -> Option<Vec<f64>> {
+        self.inner.signal(self.places[row], name)
+    }
     fn phases(&self) -> Vec<(String, Vec<bool>)> {
         self.inner.phases()
     }

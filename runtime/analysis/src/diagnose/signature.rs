@@ -113,10 +113,7 @@ fn rate(values: &[f64], step: f64) -> Vec<f64> {
 
 /// Friction that grows with the load: its size times the sign of velocity.
 fn load_times_sign(experiment: &dyn Experiment, row: usize) -> impl Iterator<Item = (String, Vec<f64>)> {
-    let signals = experiment.signals(row);
-    let find =
-        |wanted: &str| signals.iter().find(|(name, _)| name == wanted).map(|(_, values)| values.clone());
-    let both = find("load").zip(find("velocity"));
+    let both = experiment.signal(row, "load").zip(experiment.signal(row, "velocity"));
     both.map(|(load, velocity)| {
         let values = load.iter().zip(&velocity).map(|(load, v)| load.abs() * v.signum()).collect();
         ("size of the load times the sign of velocity".to_owned(), values)

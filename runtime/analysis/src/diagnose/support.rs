@@ -5,6 +5,7 @@
 //! variables). All parameters come out too small, with narrow error bars. The tell-tale needs no truth: with a higher
 //! cut-off there is more noise in the motion, and the model's torque fades from the measured one.
 use crate::experiments::{Channel, Experiment};
+use crate::parallel::parallel;
 use nalgebra::{DMatrix, DVector};
 
 /// A scale that loses more than this part of itself when the cut-off doubles has faded.
@@ -43,8 +44,12 @@ struct Scale {
 ///
 /// Joints whose model predicts less torque than the measurement's noise are passed over.
 pub fn fading(slower: &dyn Experiment, faster: &dyn Experiment) -> Vec<Fading> {
-    let rows = slower.rows().iter().enumerate().filter(|(_, row)| row.channel == Channel::Effort);
-    let fading = rows.filter_map(|(index, row)| {
+    let rows = slower.rows();
+    let fading = parallel(rows.len(), |index| {
+        let row = &rows[index];
+        if row.channel != Channel::Effort {
+            return None;
+        }
         let other = faster.rows().iter().position(|r| r.name == row.name)?;
         let (a, b) = (scale(slower, index)?, scale(faster, other)?);
         // A negative scale is a wrong sign or another robot: no matter of noise.
@@ -58,14 +63,12 @@ pub fn fading(slower: &dyn Experiment, faster: &dyn Experiment) -> Vec<Fading> {
             modelled: a.modelled,
         })
     });
-    fading.collect()
+    fading.into_iter().flatten().collect()
 }
 
 /// Least squares of the measured torque on the model's, viscous and Coulomb friction, and a constant.
 fn scale(experiment: &dyn Experiment, row: usize) -> Option<Scale> {
-    let signals = experiment.signals(row);
-    let signal = |name: &str| signals.iter().find(|(n, _)| n == name).map(|(_, values)| values);
-    let (velocity, load) = (signal("velocity")?, signal("load")?);
+    let (velocity, load) = (experiment.signal(row, "velocity")?, experiment.signal(row, "load")?);
     let residual = experiment.residual(row);
     if load.len() != residual.len() {
         return None;
@@ -109,7 +112,8 @@ pub const KEEPS: f64 = 0.6;
 /// supports estimates, whatever the URDF says. Both experiments are of the same log; friction and a bias are estimated
 /// beside them at every joint. `None` without inertial parameters.
 pub fn kept(slower: &dyn Experiment, faster: &dyn Experiment) -> Option<f64> {
-    let (a, b) = (Free::new(slower)?, Free::new(faster)?);
+    let mut both = parallel(2, |i| Free::new([slower, faster][i])).into_iter();
+    let (a, b) = (both.next()??, both.next()??);
     // As torques of the slower motion, so that units do not matter.
     let product = |x: &DVector<f64>, y: &DVector<f64>| -> f64 {
         x.iter().zip(y.iter()).zip(&a.lengths).map(|((x, y), length)| x * y * length * length).sum()
@@ -157,9 +161,7 @@ fn add_row(
     right: &mut DVector<f64>,
 ) -> Option<()> {
     let inertial = experiment.inertial(row)?;
-    let signals = experiment.signals(row);
-    let signal = |name: &str| signals.iter().find(|(n, _)| n == name).map(|(_, values)| values);
-    let (velocity, load) = (signal("velocity")?, signal("load")?);
+    let (velocity, load) = (experiment.signal(row, "velocity")?, experiment.signal(row, "load")?);
     let residual = experiment.residual(row);
     let width = inertial.columns.len();
     let places: Vec<usize> = inertial.columns.iter().copied().chain(first..first + 3).collect();

@@ -80,7 +80,7 @@ pub struct Inertial {
 /// Measurements, the nominal model's prediction of them, and how effects change it.
 ///
 /// A *residual* is measured minus predicted. All of it lives on one list of samples.
-pub trait Experiment: Sync {
+pub trait Experiment: Send + Sync {
     /// The measured rows.
     fn rows(&self) -> &[Row];
 
@@ -158,6 +158,13 @@ pub trait Experiment: Sync {
     /// Derivative of a row's prediction by the inertial parameters; `None` if it has none.
     fn inertial(&self, _row: usize) -> Option<&Inertial> {
         None
+    }
+
+    /// One of [`Self::signals`] by its name.
+    fn signal(&self, row: usize, name: &str) -> Option<Vec<f64>> {
+        let mut signals = self.signals(row);
+        let at = signals.iter().position(|(known, _)| known == name)?;
+        Some(signals.swap_remove(at).1)
     }
 
     /// Signals that a row's residual may go with, by name, one value per sample: the joint's position, velocity and

@@ -16,11 +16,7 @@ pub(crate) fn noise_of(experiment: &dyn Experiment, row: usize, residual: &[f64]
 /// estimate, which takes noise as white, and more where neighbouring samples are noisy alike.
 pub(crate) fn heard(experiment: &dyn Experiment, row: usize, residual: &[f64]) -> f64 {
     let what = &experiment.rows()[row];
-    let turn = || {
-        let signals = experiment.signals(row);
-        let velocity = signals.iter().find(|(name, _)| name == "velocity");
-        velocity.map_or(0.0, |(_, velocity)| between_reversals(velocity))
-    };
+    let turn = || experiment.signal(row, "velocity").map_or(0.0, |velocity| between_reversals(&velocity));
     // Other rows are of filtered signals, or tables, whose samples have no neighbours.
     let coloured = (what.channel == Channel::Effort).then(|| coloured_noise(residual, turn)).flatten();
     coloured.map_or(what.noise, |coloured| coloured.max(what.noise))

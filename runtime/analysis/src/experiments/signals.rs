@@ -8,7 +8,5 @@ pub(crate) fn velocity_of(experiment: &dyn Experiment, row: usize) -> Option<Vec
 
 /// A signal of a row, by its name.
 pub(crate) fn signal_of(experiment: &dyn Experiment, row: usize, name: &str) -> Option<Vec<f64>> {
-    let mut signals = experiment.signals(row);
-    let at = signals.iter().position(|(known, _)| known == name)?;
-    Some(signals.swap_remove(at).1)
+    experiment.signal(row, name)
 }

@@ -3,6 +3,7 @@ use crate::log::Block;
 use crate::measure::columns::Plan;
 use crate::measure::filtered::noise_gains;
 use crate::measure::noise::{of_encoders, rounding_step};
+use crate::parallel::parallel;
 use crate::signal::{Butterworth, Spline};
 
 /// A joint whose encoder says the same for so many samples rests.
@@ -43,14 +44,15 @@ impl AccelerationNoise {
                 plan.joints.iter().map(|columns| columns.position.filter(|_| columns.velocity.is_none()));
             self.rounded = positions.map(|column| Rounded::of(&block.columns[column?])).collect();
         }
-        for (sum, columns) in self.sums.iter_mut().zip(&plan.joints) {
-            let Some(column) = columns.velocity.or(columns.position) else { continue };
-            let signal = &block.columns[column][block.core.clone()];
+        let heard = parallel(plan.joints.len(), |joint| {
+            let columns = &plan.joints[joint];
+            let signal = &block.columns[columns.velocity.or(columns.position)?][block.core.clone()];
             // An encoder at rest is off by as much all the time.
             let moving = signal.chunks(RESTS).filter(|part| part.iter().any(|x| *x != part[0])).count();
             let moving = moving as f64 / signal.chunks(RESTS).len().max(1) as f64;
-            *sum += moving * of_encoders(signal, 1).powi(2) * count as f64;
-        }
+            Some(moving * of_encoders(signal, 1).powi(2) * count as f64)
+        });
+        self.sums.iter_mut().zip(heard).for_each(|(sum, heard)| *sum += heard.unwrap_or(0.0));
         self.samples += count;
     }
 

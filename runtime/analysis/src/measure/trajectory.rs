@@ -3,6 +3,7 @@ use crate::log::Block;
 use crate::measure::base;
 use crate::measure::columns::{JointColumns, Plan};
 use crate::measure::directions::Direction;
+use crate::parallel::parallel;
 use crate::robot::JointLayout;
 use crate::signal::{Butterworth, Grid, Spline, align_signs, resample};
 use std::ops::Range;
@@ -123,11 +124,11 @@ impl Even {
         time: &[f64],
         range: Range<usize>,
     ) -> Result<States, Unusable> {
-        let splines: Vec<Option<Spline>> = self
-            .columns
-            .iter()
-            .map(|c| if c.is_empty() { None } else { Spline::new(&filter.zero_phase(c), self.grid.step) })
-            .collect();
+        let spline = |column: &[f64]| Spline::new(&filter.zero_phase(column), self.grid.step);
+        let splines: Vec<Option<Spline>> = parallel(self.columns.len(), |i| {
+            let column = &self.columns[i];
+            if column.is_empty() { None } else { spline(column) }
+        });
         let motion = |column: usize, sample: usize| -> Result<[f64; 3], Unusable> {
             let spline = splines[column].as_ref().ok_or(Unusable::TooFew)?;
             Ok(if self.uniform {

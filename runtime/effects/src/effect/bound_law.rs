@@ -1,5 +1,5 @@
 //! A law with the values of its parameters filled in.
-use super::formula::{Bound, Formula};
+use super::formula::{Bound, Formula, Values};
 use super::instance::Effect;
 
 /// The formula of an effect in some variables, ready to be evaluated at many states.
@@ -36,6 +36,22 @@ impl BoundLaw {
         self.bound.run(&self.values, work)
     }
 
+    /// The values at `count` places, where `variable(i)` gives the values of the `i`-th variable there; it is asked for those that the
+    /// formula names alone.
+    ///
+    /// # Panics
+    /// If a variable has fewer values.
+    pub fn at_all(&self, count: usize, variables: usize, variable: &dyn Fn(usize) -> Vec<f64>) -> Vec<f64> {
+        let given = |(i, value): (usize, &f64)| match i < variables && self.bound.asks_for(i) {
+            true => Values::Each(variable(i)),
+            false => Values::Same(*value),
+        };
+        let values: Vec<Values> = self.values.iter().enumerate().map(given).collect();
+        let mut out = vec![0.0; count];
+        self.bound.run_at_all(&values, &mut out);
+        out
+    }
+
     /// The value; `gradient[i]` becomes its derivative with respect to the `i`-th variable, then parameters follow: it must
     /// have [`BoundLaw::width`] elements.
     pub fn gradient(&mut self, variables: &[f64], gradient: &mut [f64]) -> f64 {
@@ -67,5 +83,23 @@ mod tests {
         assert_eq!(value("sign(0.01 * velocity)"), Ok((0.01 * 3.0 / 0.02_f64).tanh()));
         assert_eq!(value("c * velocity"), Err("its formula has the unknown name `c`".to_owned()));
         assert_eq!(value("k *"), Err("its formula does not read".to_owned()));
+    }
+
+    #[test]
+    fn many_places_give_the_bits_of_one_after_the_other() {
+        let mut effect = Effect::new(&kinds::FORMULA, Location::joint("a"), &[("k", 2.0)]);
+        let text = "k * sign(velocity) * (1 + 0.3 * exp(-(velocity / 0.1)^2)) + max(-position, 0.5) * cos(load) / 3 - sqrt(abs(acceleration))";
+        effect.torque = Some(text.to_owned());
+        let mut law = BoundLaw::new(text, &VARIABLES, &effect).unwrap();
+        let value = |variable: usize, i: usize| (0.37 * (i as f64 + 1.0) * (variable as f64 + 1.0)).sin();
+        // No whole number of what is evaluated together.
+        let count = 300;
+        let all =
+            law.at_all(count, VARIABLES.len(), &|variable| (0..count).map(|i| value(variable, i)).collect());
+        let mut work = Vec::new();
+        for (i, together) in all.iter().enumerate() {
+            let state: Vec<f64> = (0..VARIABLES.len()).map(|variable| value(variable, i)).collect();
+            assert_eq!(together.to_bits(), law.at(&state, &mut work).to_bits(), "{i}");
+        }
     }
 }

@@ -1,12 +1,12 @@
 //! Explanations that the data cannot tell from the one that stands.
 use super::behind_motors::{exact_deviance, is_behind_motor};
 use super::conclusion::Conclusion;
-use super::parallel::parallel;
 use super::parsimony::{ALIKE, SCATTER};
 use super::regression::{ScoredFit, is_held_out};
 use crate::diagnose::FoundEffect;
 use crate::experiments::corners::landings_in_legs;
 use crate::experiments::form::Form;
+use crate::parallel::parallel;
 use bipedc_effects::effect::{Effect, Kind};
 use std::collections::BTreeMap;
 

@@ -84,6 +84,9 @@ impl Experiment for Amended<'_> {
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
         self.inner.signals(row)
     }
+    fn signal(&self, row: usize, name: &str) -> Option<Vec<f64>> {
+        self.inner.signal(row, name)
+    }
     fn slides(&self, place: &Location) -> Option<f64> {
         self.inner.slides(place)
     }

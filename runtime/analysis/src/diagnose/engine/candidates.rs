@@ -3,13 +3,18 @@ use super::block_equations::Spread;
 use super::fit::Candidate;
 use crate::experiments::Experiment;
 use crate::experiments::form::{Column, Form, Search};
+use crate::parallel::parallel;
 use bipedc_effects::effect::{Kind, Law, Location};
 
 /// All forms of all kinds and places, those that are named as alternatives only last.
 pub(super) fn all_forms(experiment: &dyn Experiment, places: &[(&'static Kind, Location)]) -> Vec<Form> {
-    let searched = places.iter().flat_map(|(kind, location)| forms_of(experiment, kind, location));
+    let searched = parallel(places.len(), |i| forms_of(experiment, places[i].0, &places[i].1));
     let payloads = places.iter().filter(|(kind, _)| kind.law == Law::Payload);
-    searched.chain(payloads.filter_map(|(_, at)| Form::mass_only(experiment, at))).collect()
+    searched
+        .into_iter()
+        .flatten()
+        .chain(payloads.filter_map(|(_, at)| Form::mass_only(experiment, at)))
+        .collect()
 }
 
 /// Forms with their columns, numbered in order; those that show nowhere are left out.

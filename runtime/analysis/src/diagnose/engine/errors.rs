@@ -7,6 +7,7 @@ use crate::experiments::jumps::Jumps;
 use crate::experiments::moving::moving;
 use crate::experiments::noise::noise_of;
 use crate::experiments::{Channel, Experiment};
+use crate::parallel::parallel;
 use bipedc_effects::effect::Effect;
 use std::collections::BTreeMap;
 
@@ -42,6 +43,16 @@ pub fn errors(
     Errors { rows, rms, rms_training }
 }
 
+/// What effects leave of each row, over all samples of a log: root mean squares.
+pub fn root_mean_squares(experiment: &dyn Experiment, effects: &[Effect]) -> Vec<f64> {
+    let amended = Amended::new(experiment, effects);
+    let of_row = |row: usize| {
+        let left = amended.residual(row);
+        (left.iter().map(|x| x * x).sum::<f64>() / left.len().max(1) as f64).sqrt()
+    };
+    (0..experiment.rows().len()).map(of_row).collect()
+}
+
 type Falls = BTreeMap<String, ErrorFall>;
 
 /// Root mean squares before and after, by row and by kind of channel.
@@ -52,12 +63,12 @@ fn grouped([before, after]: [&Amended<'_>; 2], counts: &dyn Fn(usize, usize) -> 
     };
     let resolutions = resolutions(before);
     let (mut rows, mut groups) = (Falls::new(), BTreeMap::<Channel, Sums>::new());
-    for (row, what) in before.rows().iter().enumerate() {
+    let noises = parallel(before.rows().len(), |row| noise_of(before, row, after.residual(row)));
+    for ((row, what), noise) in before.rows().iter().enumerate().zip(noises) {
         let ((was, n), (is, _)): ((f64, f64), _) =
             (squares(before.residual(row)), squares(after.residual(row)));
         let [was_moving, is_moving] =
             [before.residual(row), after.residual(row)].map(|residual| moving(before, row, residual, counts));
-        let noise = noise_of(before, row, after.residual(row));
         let all = [was, is].map(|squares| (squares, n));
         let told = [was_moving, is_moving].map(|told| told.map(|told| (told.squares, told.samples as f64)));
         let sums = Sums {

@@ -1,7 +1,7 @@
 //! The best small set at every joint, and exchanges of one effect for another.
-use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
 use super::search::{consider, excluded, mistimes, shares};
+use crate::parallel::parallel;
 
 /// Candidates of a joint that are combined.
 const POOL: usize = 12;

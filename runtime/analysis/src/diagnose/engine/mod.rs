@@ -16,7 +16,6 @@ mod exchange;
 mod fit;
 mod friction_first;
 mod noise_floor;
-mod parallel;
 mod parsimony;
 mod refinement;
 mod regression;
@@ -31,6 +30,6 @@ mod uncertainty;
 mod unexplained;
 
 pub use alike::left_alike;
-pub use errors::{Errors, errors};
+pub use errors::{Errors, errors, root_mean_squares};
 pub use run::{Options, diagnose, estimate};
 pub use text::summary;

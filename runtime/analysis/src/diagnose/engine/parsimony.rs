@@ -1,7 +1,7 @@
 //! Parsimony: of explanations that are as good, the simplest.
-use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
 use super::search::{Outcome, consider, excluded};
+use crate::parallel::parallel;
 
 /// Alternatives whose held-out error differs by less than this part of what the effect removes are named together.
 pub(super) const ALIKE: f64 = 0.01;

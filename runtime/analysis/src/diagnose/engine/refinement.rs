@@ -2,13 +2,13 @@
 use super::amended::Amended;
 use super::block_equations::{BlockEquations, Spread, block_equations};
 use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
-use super::parallel::parallel;
 use super::uncertainty::uncertainty;
 use crate::experiments::corners::{
     Corners, FARTHEST, NEAR_CORNERS, NEAREST, corners_within, inexactness, landings_in_legs, sharpened,
 };
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment};
+use crate::parallel::parallel;
 use bipedc_effects::effect::{Effect, Law, Role, Simulation};
 use nalgebra::DMatrix;
 

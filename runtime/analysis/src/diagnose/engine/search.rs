@@ -3,10 +3,10 @@ use super::behind_motors::is_behind_motor;
 use super::corrected::{is_corrected_as_likely, is_corrected_likelier};
 use super::exchange::{best_set, exchange, pair};
 use super::friction_first::with_friction_first;
-use super::parallel::parallel;
 use super::regression::{Regression, ScoredFit};
 use super::rival::Rival;
 use crate::experiments::Channel;
+use crate::parallel::parallel;
 use bipedc_effects::effect::{Acts, Kind, Law, Location};
 use std::collections::BTreeMap;
 

@@ -1,12 +1,12 @@
 //! What the effects leave unexplained.
 use super::amended::Amended;
-use super::parallel::parallel;
 use super::regression::NOISE_MARGIN;
 use super::smoother::{self, reach};
 use crate::diagnose::{Seen, Unexplained};
 use crate::experiments::Experiment;
 use crate::experiments::corners::{Corners, corners};
 use crate::number::counting;
+use crate::parallel::parallel;
 use bipedc_effects::effect::Effect;
 
 /// A smooth function must lower a row's held-out squared error by this to call something unexplained.

@@ -375,6 +375,10 @@ impl Experiment for WalkingExperiment<'_> {
         let signals = self.joints.signals(self.shown[row]).into_iter();
         signals.map(|(name, values)| (name, self.base.recording.pick(&values))).collect()
     }
+    fn signal(&self, row: usize, name: &str) -> Option<Vec<f64>> {
+        let Some(row) = row.checked_sub(self.first()) else { return self.base.signal(row, name) };
+        Some(self.base.recording.pick(&self.joints.signal(self.shown[row], name)?))
+    }
     fn phases(&self) -> Vec<(String, Vec<bool>)> {
         self.base.phases()
     }

@@ -7,6 +7,7 @@ use crate::experiments::memo::Memo;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
 use crate::measure::JointPositions;
 use crate::measure::recording::Recording;
+use crate::parallel::parallel;
 use crate::robot::JointLayout;
 use crate::robot::LinkInertias;
 use crate::robot::inertial_parameters::body_of;
@@ -129,7 +130,7 @@ impl<'a> MotionExperiment<'a> {
         let Recording { stops, time, cutoff_hz, .. } = &self.recording;
         let strikes = if self.ground.is_empty() { stops.strikes(time, *cutoff_hz) } else { Vec::new() };
         let shaken = either(strikes, &self.shaken());
-        self.sticks = all.iter().map(|row| self.sticking(*row, &shaken)).collect();
+        self.sticks = parallel(all.len(), |row| self.sticking(row, &shaken));
     }
 
     /// What the noise of accelerations makes of the efforts: through the mass matrix, and the rotors that the description has.
@@ -389,23 +390,10 @@ impl Experiment for MotionExperiment<'_> {
         self.all_inertial()[row].as_ref()
     }
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
-        let joint = self.joint_of[row];
-        let motion = &self.recording.trajectory;
-        let [position, velocity, acceleration] = self.motion_of_motor(joint);
-        let mut list = vec![
-            ("position".to_owned(), position),
-            ("velocity".to_owned(), velocity),
-            ("load".to_owned(), motion.of_joint(&self.load, joint).collect()),
-            ("acceleration".to_owned(), acceleration),
-            ("time".to_owned(), self.recording.time.clone()),
-        ];
-        for (other, name) in self.layout.joints.iter().map(|j| &j.name).enumerate() {
-            if other != joint {
-                list.push((format!("{name}/position"), motion.positions(other).collect()));
-                list.push((format!("{name}/velocity"), motion.velocities(other).collect()));
-            }
-        }
-        list
+        self.signals_of(self.joint_of[row])
+    }
+    fn signal(&self, row: usize, name: &str) -> Option<Vec<f64>> {
+        self.signal_of(self.joint_of[row], name)
     }
     fn slides(&self, place: &Location) -> Option<f64> {
         let joint =

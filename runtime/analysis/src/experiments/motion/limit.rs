@@ -1,5 +1,5 @@
 //! Where a drive may saturate: beyond its limit the true torque no longer follows the reported one.
-use super::detrend::detrended;
+use super::detrend::Detrend;
 
 /// Part of the usual slope of the model's torque over the reading that may be left beyond the limit.
 const LEFT: f64 = 0.5;
@@ -26,10 +26,10 @@ pub(super) fn best(reading: &[f64], residual: &[f64], others: &[&[f64]]) -> Opti
     picked.extend(by_size.iter().take(SAMPLES));
     picked.sort_unstable();
     picked.dedup();
+    let detrend = Detrend::new(&picked, others);
     let left = |limit: f64| -> f64 {
-        let unclipped = |(r, u): (&f64, &f64)| r - (u - u.clamp(-limit, limit));
-        let clipped: Vec<f64> = residual.iter().zip(reading).map(unclipped).collect();
-        detrended(&clipped, &picked, others).iter().map(|x| x * x).sum()
+        let clipped = picked.iter().map(|&i| residual[i] - (reading[i] - reading[i].clamp(-limit, limit)));
+        detrend.of_picked(clipped).iter().map(|x| x * x).sum()
     };
     // From nearly half of the readings beyond the limit to a handful of them: with more, clipping makes a sign of the
     // reading, and that is like friction.

@@ -10,6 +10,7 @@ mod on_ground;
 mod places;
 mod rigid;
 mod ripple;
+mod signals;
 mod starts;
 mod sticking;
 mod torques;

@@ -1,5 +1,5 @@
 //! Where a residual repeats with the joint's angle: seeds for torque ripple.
-use super::detrend::detrended;
+use super::detrend::Detrend;
 use std::f64::consts::TAU;
 
 /// Most samples that are used.
@@ -25,7 +25,7 @@ pub(super) fn seeds(residual: &[f64], position: &[f64], others: &[&[f64]]) -> Ve
     if range.is_nan() || range < 1e-3 {
         return Vec::new();
     }
-    let rest = detrended(residual, &picked, others);
+    let rest = Detrend::new(&picked, others).of(residual);
     // Lines closer than one period over the range are one line; slower ones are no ripple here.
     let step = TAU / range / 3.0;
     let first = 1.2 * TAU / range;
@@ -39,12 +39,29 @@ pub(super) fn seeds(residual: &[f64], position: &[f64], others: &[&[f64]]) -> Ve
         }
         s * s + c * c
     };
-    let spectrum: Vec<f64> = (0..count).map(|k| power(first + k as f64 * step)).collect();
+    let spectrum = spectrum(&rest, &q, [first, step], count);
     let mut peaks: Vec<usize> = (1..count.saturating_sub(1))
         .filter(|&k| spectrum[k] >= spectrum[k - 1] && spectrum[k] > spectrum[k + 1])
         .collect();
     peaks.sort_by(|a, b| spectrum[*b].total_cmp(&spectrum[*a]));
     peaks.into_iter().take(SEEDS).map(|k| sharpened(first + k as f64 * step, step, &power)).collect()
+}
+
+/// Power of `count` lines, from one on and so far apart. Angles are turned on from line to line: no sines are taken.
+fn spectrum(rest: &[f64], q: &[f64], [first, step]: [f64; 2], count: usize) -> Vec<f64> {
+    let turned = |n: f64| -> Vec<[f64; 2]> { q.iter().map(|q| (n * q).sin_cos().into()).collect() };
+    let (mut at, by) = (turned(first), turned(step));
+    let mut spectrum = Vec::with_capacity(count);
+    for _ in 0..count {
+        let (mut s, mut c) = (0.0, 0.0);
+        for ((at, [sin, cos]), r) in at.iter_mut().zip(&by).zip(rest) {
+            s += r * at[0];
+            c += r * at[1];
+            *at = [at[0] * cos + at[1] * sin, at[1] * cos - at[0] * sin];
+        }
+        spectrum.push(s * s + c * c);
+    }
+    spectrum
 }
 
 /// Samples at most half of [`WIDEST`] from the middle one: usually all.

@@ -3,6 +3,9 @@ use super::experiment::MotionExperiment;
 use super::{limit, ripple};
 use crate::experiments::Experiment;
 
+/// Signals that other effects are functions of.
+const SMOOTH: [&str; 4] = ["position", "velocity", "load", "acceleration"];
+
 impl MotionExperiment<'_> {
     /// Torques at which a joint's drive may saturate.
     pub(super) fn limits(&self, joint: usize) -> Vec<f64> {
@@ -42,8 +45,7 @@ impl MotionExperiment<'_> {
 
     /// What the joint's other effects are functions of: angle, velocity, acceleration, load, sign of velocity.
     fn smooth_signals(&self, row: usize) -> Vec<Vec<f64>> {
-        let mut signals: Vec<Vec<f64>> =
-            self.signals(row).into_iter().take(4).map(|(_, values)| values).collect();
+        let mut signals: Vec<Vec<f64>> = SMOOTH.iter().filter_map(|name| self.signal(row, name)).collect();
         let joint = self.joint_of[row];
         let slides = self.layout.joints[joint].prismatic;
         let smoothing = if slides { self.reversal_speed(joint) } else { 0.02 };

@@ -2,7 +2,7 @@
 use super::experiment::MotionExperiment;
 use super::laws::{advanced, torque_law};
 use crate::robot::Trajectory;
-use bipedc_effects::effect::{Acts, BoundLaw, Effect, Law};
+use bipedc_effects::effect::{Acts, BoundLaw, Effect, Law, VARIABLES};
 
 impl MotionExperiment<'_> {
     /// Motor minus joint angle, less what play and elasticity make of the transmitted torque.
@@ -44,19 +44,15 @@ impl MotionExperiment<'_> {
             self.add_torque(joint, effect, rigid, links, &mut torque);
         }
         let mut measured = self.recording.effort[joint].clone().unwrap_or_default();
-        let mut work = Vec::new();
+        let follow = |text: &str, name: &str, effect: &Effect, signal: &mut Vec<f64>| {
+            if let Ok(law) = BoundLaw::new(text, &[name], effect) {
+                *signal = law.at_all(signal.len(), 1, &|_| signal.clone());
+            }
+        };
         for effect in &here {
             match effect.kind.law {
-                Law::Reading(text) => {
-                    if let Ok(mut law) = BoundLaw::new(text, &["torque"], effect) {
-                        torque.iter_mut().for_each(|t| *t = law.at(&[*t], &mut work));
-                    }
-                }
-                Law::TrueTorque(text) => {
-                    if let Ok(mut law) = BoundLaw::new(text, &["reading"], effect) {
-                        measured.iter_mut().for_each(|u| *u = law.at(&[*u], &mut work));
-                    }
-                }
+                Law::Reading(text) => follow(text, "torque", effect, &mut torque),
+                Law::TrueTorque(text) => follow(text, "reading", effect, &mut measured),
                 Law::Delay => {
                     let steps = effect.value("delay") / self.recording.step;
                     torque = advanced(&torque, &self.recording.segments, steps);
@@ -96,19 +92,24 @@ impl MotionExperiment<'_> {
         links: &Trajectory,
         torque: &mut [f64],
     ) {
-        let Some(mut law) = torque_law(effect) else { return };
+        let Some(law) = torque_law(effect) else { return };
         let other = self.index(effect.location.other_joint.as_deref()).unwrap_or(joint);
         let on_motor = effect.kind.simulation.is_on_motor();
-        let mut work = Vec::new();
-        for (i, torque) in torque.iter_mut().enumerate() {
-            let [q, v, a] = if on_motor { self.motor_at(i, joint) } else { links.joint_at(i, joint) };
-            let [other_q, other_v, other_a] = links.joint_at(i, other);
-            *torque += law.at(&[q, v, a, rigid[i], other_q, other_v, other_a], &mut work);
-        }
+        let samples = 0..torque.len();
+        let moves = |order: usize| -> Vec<f64> {
+            let at = |i| if on_motor { self.motor_at(i, joint) } else { links.joint_at(i, joint) };
+            samples.clone().map(|i| at(i)[order]).collect()
+        };
+        let added = law.at_all(torque.len(), VARIABLES.len(), &|variable| match variable {
+            0..3 => moves(variable),
+            3 => rigid.to_vec(),
+            _ => samples.clone().map(|i| links.joint_at(i, other)[variable - 4]).collect(),
+        });
+        torque.iter_mut().zip(added).for_each(|(torque, added)| *torque += added);
     }
 
     /// Motion of a joint's motor as seen from the joint, where it was measured; else that of the joint.
-    fn motor_at(&self, sample: usize, joint: usize) -> [f64; 3] {
+    pub(super) fn motor_at(&self, sample: usize, joint: usize) -> [f64; 3] {
         match self.recording.motors.get(joint) {
             Some(Some(motor)) => motor[sample],
             _ => self.recording.trajectory.joint_at(sample, joint),

@@ -12,6 +12,18 @@ enum Step {
     Call(Function, usize),
 }
 
+/// So many places are evaluated together: their values stay in the processor's nearest memory.
+const TOGETHER: usize = 128;
+
+/// Values of one name at many places.
+#[derive(Debug, Clone)]
+pub enum Values {
+    /// The same at all of them.
+    Same(f64),
+    /// One for each.
+    Each(Vec<f64>),
+}
+
 /// A formula that can be evaluated.
 #[derive(Debug, Clone)]
 pub struct Bound {
@@ -68,6 +80,43 @@ impl Bound {
             work.push(value);
         }
         work[work.len() - 1]
+    }
+
+    /// The values at many places, the same to the last bit as one after the other.
+    ///
+    /// # Panics
+    /// If `values` is shorter than the list that the formula was bound to, or one of them shorter than `out`.
+    pub fn run_at_all(&self, values: &[Values], out: &mut [f64]) {
+        let mut work = vec![[0.0; TOGETHER]; self.steps.len()];
+        for (k, out) in out.chunks_mut(TOGETHER).enumerate() {
+            let first = k * TOGETHER;
+            for (i, step) in self.steps.iter().enumerate() {
+                let (before, after) = work.split_at_mut(i);
+                let to = &mut after[0][..out.len()];
+                match *step {
+                    Step::Number(x) => to.fill(x),
+                    Step::Value(slot) => match &values[slot] {
+                        Values::Same(x) => to.fill(*x),
+                        Values::Each(all) => to.copy_from_slice(&all[first..first + out.len()]),
+                    },
+                    Step::Negate(a) => to.iter_mut().zip(&before[a]).for_each(|(to, a)| *to = -a),
+                    Step::Binary(operation, a, b) => {
+                        let pairs = before[a].iter().zip(&before[b]);
+                        to.iter_mut().zip(pairs).for_each(|(to, (a, b))| *to = apply(operation, *a, *b));
+                    }
+                    Step::Power(a, n) => to.iter_mut().zip(&before[a]).for_each(|(to, a)| *to = a.powi(n)),
+                    Step::Call(function, a) => {
+                        to.iter_mut().zip(&before[a]).for_each(|(to, a)| *to = call(function, *a));
+                    }
+                }
+            }
+            out.copy_from_slice(&work[self.steps.len() - 1][..out.len()]);
+        }
+    }
+
+    /// Whether the formula asks for a value of the list that it was bound to.
+    pub fn asks_for(&self, slot: usize) -> bool {
+        self.steps.iter().any(|step| matches!(step, Step::Value(other) if *other == slot))
     }
 
     /// The value; `gradient[i]` becomes its derivative with respect to `values[i]`.

@@ -6,7 +6,7 @@
 mod bound;
 mod parse;
 
-pub use bound::Bound;
+pub use bound::{Bound, Values};
 
 use std::fmt;
 

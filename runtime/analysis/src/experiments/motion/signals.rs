@@ -1,0 +1,40 @@
+//! What a row's residual may go with.
+use super::experiment::MotionExperiment;
+
+/// Signals of a joint itself, in the order in which they are told.
+const OWN: [&str; 5] = ["position", "velocity", "load", "acceleration", "time"];
+
+impl MotionExperiment<'_> {
+    /// All signals that a joint's rows may go with: its own, then motions of other joints.
+    pub(super) fn signals_of(&self, joint: usize) -> Vec<(String, Vec<f64>)> {
+        let own = OWN.iter().filter_map(|name| Some(((*name).to_owned(), self.own_signal(joint, name)?)));
+        let motion = &self.recording.trajectory;
+        let others = (0..self.layout.joints.len()).filter(|other| *other != joint);
+        let of_others = others.flat_map(|other| {
+            let name = &self.layout.joints[other].name;
+            [
+                (format!("{name}/position"), motion.positions(other).collect()),
+                (format!("{name}/velocity"), motion.velocities(other).collect()),
+            ]
+        });
+        own.chain(of_others).collect()
+    }
+
+    /// One of them; those of the joint itself are made alone.
+    pub(super) fn signal_of(&self, joint: usize, name: &str) -> Option<Vec<f64>> {
+        let among_all = || self.signals_of(joint).into_iter().find(|(known, _)| known == name);
+        self.own_signal(joint, name).or_else(|| Some(among_all()?.1))
+    }
+
+    fn own_signal(&self, joint: usize, name: &str) -> Option<Vec<f64>> {
+        let order = match name {
+            "load" => return Some(self.strided(&self.load, joint).collect()),
+            "time" => return Some(self.recording.time.clone()),
+            "position" => 0,
+            "velocity" => 1,
+            "acceleration" => 2,
+            _ => return None,
+        };
+        Some((0..self.recording.samples()).map(|i| self.motor_at(i, joint)[order]).collect())
+    }
+}
