@@ -65,7 +65,7 @@ impl Export {
         let mut ledger = bench.ledger();
         for (option, file) in [("--urdf", &self.urdf), ("--mjcf", &self.mjcf)] {
             if let Some(file) = file {
-                ledger.writes(option, file)?;
+                ledger.writes_source(option, file)?;
             }
         }
         // Both are made before one is written.

@@ -199,7 +199,7 @@ impl Identify {
         self.logs.iter().for_each(|log| ledger.reads("a log", log));
         self.validate.iter().for_each(|log| ledger.reads("the log of --validate", log));
         self.mapping.iter().for_each(|file| ledger.reads("the mapping file", file));
-        self.write_urdf.as_ref().map_or(Ok(()), |file| ledger.writes("--write-urdf", file))?;
+        self.write_urdf.as_ref().map_or(Ok(()), |file| ledger.writes_source("--write-urdf", file))?;
         self.pages.note(&mut ledger)
     }
 

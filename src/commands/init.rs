@@ -51,7 +51,7 @@ impl Init {
         }
         let mut ledger = Ledger::default();
         ledger.reads("the URDF", &self.urdf);
-        ledger.writes("the description", &path)?;
+        ledger.writes_source("the description", &path)?;
         write(&path, &text)?;
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         let folder = folder.map_or_else(|| ".".to_owned(), |folder| folder.display().to_string());

@@ -92,9 +92,8 @@ impl Log {
         let mut ledger = bench.map_or_else(Ledger::default, Workbench::ledger);
         ledger.reads("the log", &self.file);
         self.mapping.iter().for_each(|file| ledger.reads("the mapping file", file));
-        for (option, path) in [("--out", &self.out), ("--csv", &self.csv)] {
-            path.as_ref().map_or(Ok(()), |path| ledger.writes(option, path))?;
-        }
+        self.out.as_ref().map_or(Ok(()), |path| ledger.writes_source("--out", path))?;
+        self.csv.as_ref().map_or(Ok(()), |path| ledger.writes("--csv", path))?;
         Ok(())
     }
 

@@ -12,9 +12,18 @@ pub fn text(rows: &[Breakdown]) -> String {
     for sentence in rows.iter().filter(|row| !quiet(row)).flat_map(|row| &row.words) {
         out += &format!("{sentence}\n");
     }
-    let silent: Vec<&str> = rows.iter().filter(quiet).map(|row| row.name.as_str()).collect();
+    // At rests and reversals all samples may tell more than those at which the joint moves.
+    let (silent, moving): (Vec<&Breakdown>, Vec<&Breakdown>) =
+        rows.iter().filter(quiet).partition(|row| row.rms <= AT_NOISE * row.noise);
+    let names = |rows: &[&Breakdown]| rows.iter().map(|row| row.name.as_str()).collect::<Vec<_>>().join(", ");
     if !silent.is_empty() {
-        out += &format!("nothing but noise is left in: {}\n", silent.join(", "));
+        out += &format!("nothing but noise is left in: {}\n", names(&silent));
+    }
+    if !moving.is_empty() {
+        out += &format!(
+            "nothing but noise is left while the joint moves, but more where it rests or turns back (filters and the smoothing of a friction's sign round what happens there), in: {}\n",
+            names(&moving)
+        );
     }
     let of_joints: [fn(&Breakdown) -> &[BreakdownPart]; 3] = [|b| &b.motion, |b| &b.direction, |b| &b.phases];
     for parts in of_joints {

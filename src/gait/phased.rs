@@ -40,7 +40,30 @@ impl AnyBench {
     /// No such gait; everything in the file that has no meaning, with line and column; functions that cannot be derived.
     pub fn open(robot: &Robot, name: &str, progress: &dyn Progress) -> Result<Self, Diagnostics> {
         let file = gait_path(&robot.sources, name)?;
-        let (gait, warnings) = read_any_gait(&file, &robot.sources, &robot.description)?;
+        let read = read_any_gait(&file, &robot.sources, &robot.description)?;
+        Self::derived(robot, file, read, progress)
+    }
+
+    /// The same from a text; `file` gives the gait's name and serves messages.
+    ///
+    /// # Errors
+    /// As [`AnyBench::open`].
+    pub fn parse(
+        robot: &Robot,
+        file: &Path,
+        text: &str,
+        progress: &dyn Progress,
+    ) -> Result<Self, Diagnostics> {
+        let read = parse_any_gait(file, text, &robot.sources, &robot.description)?;
+        Self::derived(robot, file.to_path_buf(), read, progress)
+    }
+
+    fn derived(
+        robot: &Robot,
+        file: PathBuf,
+        (gait, warnings): (AnyGait, Vec<Diagnostic>),
+        progress: &dyn Progress,
+    ) -> Result<Self, Diagnostics> {
         match gait {
             AnyGait::OnePhase(gait) => super::GaitBench::derived(robot, file, (*gait, warnings), progress)
                 .map(Box::new)
@@ -92,11 +115,9 @@ impl PhasedBench {
         text: &str,
         progress: &dyn Progress,
     ) -> Result<Self, Diagnostics> {
-        match parse_any_gait(file, text, &robot.sources, &robot.description)? {
-            (AnyGait::Phased(gait), warnings) => {
-                Self::derived(robot, file.to_path_buf(), (gait, warnings), progress)
-            }
-            (AnyGait::OnePhase(_), _) => Err(one_phase(file)),
+        match AnyBench::parse(robot, file, text, progress)? {
+            AnyBench::Phased(bench) => Ok(*bench),
+            AnyBench::OnePhase(bench) => Err(one_phase(&bench.file)),
         }
     }
 

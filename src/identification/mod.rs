@@ -26,6 +26,7 @@ use bipedc_compiler::Robot;
 use bipedc_compiler::description::model::{Inertial, Pose};
 use bipedc_compiler::description::with_inertials;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
+use bipedc_effects::effect::{Effect, Law, kinds};
 use serde::Serialize;
 use std::fmt;
 
@@ -139,8 +140,30 @@ pub fn identify(
     if options.report {
         found.report = Some(of_identification(robot, &found.identification, found.drives.as_ref(), rows)?);
     }
+    warnings.extend(left_out(robot, options));
     found.warnings = warnings;
     Ok(found)
+}
+
+/// What the description has beside the rigid robot and is not estimated anew: it is not looked at here, and bends what is.
+fn left_out(robot: &Robot, options: &Options) -> Option<Diagnostic> {
+    let anew = |effect: &&Effect| {
+        options.friction.contains(&effect.kind)
+            || (effect.kind == &kinds::ROTOR_INERTIA && options.rotors != Rotors::None)
+            || (effect.kind == &kinds::COUPLING && !options.coupled.is_empty())
+            || (effect.kind.law == Law::SeriesElasticity && options.method == Method::Elastic)
+    };
+    let others: Vec<String> =
+        robot.description.effects.iter().filter(|e| !anew(e)).map(Effect::to_string).collect();
+    if others.is_empty() {
+        return None;
+    }
+    let message = format!(
+        "the identification looks at the rigid robot: effects of the description are left out ({}), and what they do comes out as masses, friction or offsets",
+        others.join(", ")
+    );
+    let help = "`bipedc diagnose --inertial free` estimates masses beside them; identify logs in which they do nothing, or put them right before";
+    Some(Diagnostic::warning(message).help(help))
 }
 
 /// Which bytes were read.

@@ -115,14 +115,14 @@ impl Workbench {
         };
         let file = it.file.with_file_name("found.toml");
         let mut found = ClosedLoop::default();
-        let repeated = match it.of.phases.len() {
-            1 => GaitBench::parse(&self.robot, &file, it.text, &Silent)
-                .and_then(|bench| Ok((self.cycle(&bench)?, AnyBench::OnePhase(Box::new(bench))))),
-            _ => PhasedBench::parse(&self.robot, &file, it.text, &Silent).and_then(|bench| {
-                let speed = it.optimum.slowest_rate(it.of, 0);
-                Ok((repeated_near(&bench, trial, speed)?, AnyBench::Phased(Box::new(bench))))
-            }),
-        };
+        let read = AnyBench::parse(&self.robot, &file, it.text, &Silent);
+        let repeated = read.and_then(|bench| {
+            let step = match &bench {
+                AnyBench::OnePhase(bench) => self.cycle(bench)?,
+                AnyBench::Phased(bench) => repeated_near(bench, trial, it.optimum.slowest_rate(it.of, 0))?,
+            };
+            Ok((step, bench))
+        });
         let (step, bench) = match repeated {
             Ok(found) => found,
             Err(why) => {

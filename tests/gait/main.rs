@@ -4,6 +4,7 @@ mod choices;
 mod command;
 mod cycles;
 mod files;
+mod grounded;
 mod identities;
 mod libraries;
 mod lie;

@@ -167,6 +167,7 @@ fn diagnosis(rows: &[Row]) -> Diagnosis {
             joint: "right_ankle_roll".to_owned(),
             share: 0.062,
             signals: vec!["position".to_owned(), "load".to_owned()],
+            late_s: None,
         }],
         rejected: vec![Rejected {
             kind: &kinds::ROTOR_INERTIA,

@@ -4,7 +4,9 @@ use super::dependence::dependent_row;
 use super::frames::{frame_pose, world_poses};
 use super::gait_formulas::{placed, reader};
 use super::model::RobotModel;
-use crate::description::gait::{FilePlace, Gait, GaitOutput, GaitPhase, PhasedGait, formula_name};
+use crate::description::gait::{
+    FilePlace, Gait, GaitOutput, GaitPhase, PhasedGait, formula_name, means_something_else,
+};
 use crate::expression::{Input, Sym, replaced, slopes_along};
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -197,7 +199,8 @@ pub(super) fn configuration_names<'g>(
         names.entry(formula_name(&joint.name)).or_insert_with(|| position(joint.v_index));
     }
     // Names as they are count more than what others become.
-    names.extend(model.tree.joints.iter().map(|joint| (joint.name.clone(), position(joint.v_index))));
+    let as_they_are = model.tree.joints.iter().filter(|joint| !means_something_else(&joint.name));
+    names.extend(as_they_are.map(|joint| (joint.name.clone(), position(joint.v_index))));
     for (point, place) in model.tree.points.iter().zip(points) {
         for (axis, &value) in ["x", "z"].into_iter().zip(place) {
             names.insert(format!("{}_{axis}", point.name.replace('/', "_")), value);

@@ -136,7 +136,8 @@ pub fn type_name(name: &str) -> String {
     if name == "r" {
         return "RobotR".to_owned();
     }
-    name.split('_')
+    let words: String = name
+        .split('_')
         .flat_map(|word| {
             let mut letters = word.chars();
             letters
@@ -146,5 +147,7 @@ pub fn type_name(name: &str) -> String {
                 .chain(letters)
                 .collect::<Vec<_>>()
         })
-        .collect()
+        .collect();
+    // No type begins with a digit; library files are named by their speed.
+    if words.starts_with(|c: char| c.is_ascii_digit()) { format!("N{words}") } else { words }
 }

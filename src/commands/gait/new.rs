@@ -3,7 +3,7 @@ use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::next::Typed;
 use crate::terminal::output;
-use bipedc_compiler::description::gait::{DoubleSupport, gait_form};
+use bipedc_compiler::description::gait::{DoubleSupport, FormWishes, gait_form};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::write_with_folders;
 use clap::Args;
@@ -32,6 +32,9 @@ pub struct New {
     /// On two feet control the knees instead of the base's height and the feet: for robots whose legs get straight, where optimise says that a phase has no posture
     #[arg(long)]
     knees: bool,
+    /// For a step of one phase: its controller keeps friction and push of the foot as those of several phases do, instead of the outputs
+    #[arg(long)]
+    grounded: bool,
     /// Replace a file that is there
     #[arg(long)]
     force: bool,
@@ -44,13 +47,14 @@ impl New {
     pub fn run(self) -> Outcome {
         let bench = self.robot.open()?;
         let mut ledger = bench.ledger();
-        ledger.writes("--out", &self.out)?;
+        ledger.writes_source("--out", &self.out)?;
         if self.out.exists() && !self.force {
             let error = Diagnostic::error("the gait exists already").in_file(&self.out);
             return Err(error.help("--force replaces it").into());
         }
         let double = if self.knees { DoubleSupport::Knees } else { DoubleSupport::Height };
-        let text = gait_form(&bench.robot().description, double)?;
+        let wishes = FormWishes { double, grounded: self.grounded };
+        let text = gait_form(&bench.robot().description, wishes)?;
         write_with_folders(&self.out, &text)?;
         let next = Typed::command("gait optimise").path(bench.path()).file("--gait", Some(&self.out));
         // Beside the form, where scenarios find it by its name.

@@ -124,7 +124,7 @@ impl Optimise {
             ledger.reads("the gait to begin from", &bench.gait_file(start)?);
         }
         for &speed in &self.speed {
-            ledger.writes("--out", &place(speed))?;
+            ledger.writes_source("--out", &place(speed))?;
             is_ours(&place(speed))?;
         }
         let found = bench.optimise_gaits(&options, &mut |gait| {

@@ -191,6 +191,10 @@ impl Planned {
             AnyBench::Phased(gait) => gait.plans(&bench.phases()?, &options, &bench.run())?,
         };
         output::diagnostics(&plans.messages);
+        if plans.plans.is_empty() {
+            // Interrupted before the first: files that are there stay.
+            return Ok(ExitCode::from(INTERRUPTED));
+        }
         write(self.svg.as_deref(), || curves_svg(&plans.figure()))?;
         if let Some(path) = &self.energies {
             let figure = energies(&bench, &gait, &plans)?;

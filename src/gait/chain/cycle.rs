@@ -9,6 +9,8 @@ use bipedc_runtime::{Argument, State};
 const MOST: usize = 40;
 /// Steps that a posture takes to forget where the search began.
 const SETTLED: usize = 4;
+/// Guesses of a speed from which there is no step, before there is no cycle.
+const TURNED: usize = 12;
 /// Part of φ̇² that two steps of a cycle differ by at most. Where torques go from limit to limit steps are known to some 1e-7.
 const CLOSE: f64 = 1e-6;
 /// Part of the speed by which a cycle is left to see what of it comes back.
@@ -68,6 +70,7 @@ impl Chain<'_> {
     fn settled(&self, values: &[f64]) -> Result<MidStance, Refused> {
         let mut now = self.first_guess(values)?;
         let mut before: Option<[f64; 2]> = None;
+        let (mut good, mut turned) = (f64::NAN, 0);
         for count in 0..MOST {
             let hop = self.hop(&now, values);
             let (square, gain) = (now.speed * now.speed, hop.square - now.speed * now.speed);
@@ -78,8 +81,15 @@ impl Chain<'_> {
                     now = now.at(if why.reason == Reason::FallsBack { 1.3 } else { 0.8 } * now.speed);
                     continue;
                 }
+                // A guess went too far: half of the way back to the last speed with a step.
+                Err(_) if good.is_finite() && turned < TURNED => {
+                    turned += 1;
+                    now = now.at(0.5 * (now.speed + good));
+                    continue;
+                }
                 Err(why) => return Err(slower(&why)),
             };
+            good = now.speed;
             if gain.abs() <= CLOSE * square && count >= SETTLED {
                 return Ok(next.at(now.speed));
             }

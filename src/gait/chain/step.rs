@@ -283,16 +283,31 @@ impl Chain<'_> {
         if first {
             of.surface.put_on_the_ground(&mut held);
         }
-        let still = vec![0.0; q.len()];
-        let state = State::new().with(Argument::Q, q).with(Argument::V, &still);
-        let from = if first { end } else { self.call(layout.controlled, &state)[0] };
+        let phase_at = |q: &[f64]| {
+            let still = vec![0.0; q.len()];
+            self.call(layout.controlled, &State::new().with(Argument::Q, q).with(Argument::V, &still))[0]
+        };
         // A phase has some length, whatever it is: there is no h_p.
-        (arguments[1], arguments[2]) = (if first { end - 1.0 } else { from }, end);
+        (arguments[1], arguments[2]) = (end - 1.0, end);
+        let mut q = q.to_vec();
+        let mut from = if first { end } else { phase_at(&q) };
+        if first && of.spec.relabel {
+            // The only phase begins where it ended, the other leg in front.
+            arguments[0] = end;
+            let ended = of.surface.at(&self.model, (&arguments, &held), &q)?;
+            [q, _] = self.relabelled(&ended.q, &ended.slope);
+            from = phase_at(&q);
+            held = of.surface.held(&self.model, &q);
+            of.surface.put_on_the_ground(&mut held);
+        }
+        if !first || of.spec.relabel {
+            arguments[1] = from;
+        }
         let mut at = |part: f64, near: &[f64]| {
             arguments[0] = from + (end - from) * part;
             of.surface.at(&self.model, (&arguments, &held), near)
         };
-        let point = at(0.0, q)?;
+        let point = at(0.0, &q)?;
         let Ending::Touch(points) = &of.spec.ending else {
             let next = |point: SurfacePoint, k: usize| at(k as f64 / LOOKS as f64, &point.q);
             return (1..=LOOKS).try_fold(point, next);

@@ -28,7 +28,7 @@ pub fn gait_text(
     text.insert("limits", Item::Table(limits));
     if let Some(phases) = text.get_mut("phase").and_then(Item::as_array_of_tables_mut) {
         for (p, phase) in phases.iter_mut().enumerate() {
-            if of.phases.len() == 1 {
+            if of.phases.len() == 1 && !phase.contains_key("end") {
                 one_phase(phase, of, found)
             } else {
                 several(phase, (p, of), found)

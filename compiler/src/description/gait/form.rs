@@ -17,14 +17,25 @@ pub enum DoubleSupport {
     Knees,
 }
 
+/// What is wished of a form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FormWishes {
+    /// What is controlled while two feet stand.
+    pub double: DoubleSupport,
+    /// The controller of a step of one phase keeps to limits of the ground: the phase ends at a φ instead of by a guard.
+    pub grounded: bool,
+}
+
 /// The text of a gait file whose form `bipedc gait optimise` can fill: a phase for each of the description's, its outputs joints that, with
 /// the contacts and φ, fix all others.
 ///
 /// # Errors
 /// A base that is not planar; no phases, or such that are no walk; joints without actuators; feet that are on no leg.
-pub fn gait_form(of: &RobotDescription, double: DoubleSupport) -> Result<String, Diagnostic> {
-    let robot = Walker { double, ..Walker::new(of)? };
+pub fn gait_form(of: &RobotDescription, wishes: FormWishes) -> Result<String, Diagnostic> {
+    let robot = Walker { double: wishes.double, ..Walker::new(of)? };
     let phases = robot.phases()?;
+    let alone = phases.len() == 1;
+    let guarded = alone && !wishes.grounded;
     let mut text = format!(
         "# The form of a gait of {}: what is controlled over what. Curves are still missing (`wanted = \"0\"`):\n#   bipedc gait optimise ROBOT \
          --gait THIS --speed V --out NEW.toml\n# finds them. docs/gaits.md explains every key. Any formula of joints, base_x, base_z, base_pitch and contact \
@@ -32,9 +43,11 @@ pub fn gait_form(of: &RobotDescription, double: DoubleSupport) -> Result<String,
         of.name
     );
     for phase in &phases {
-        robot.write(phase, phases.len() == 1, &mut text)?;
+        robot.write(phase, [alone, guarded], &mut text)?;
     }
-    text.push_str("[limits]\nfriction = 0.6                      # Coulomb's coefficient that the controller keeps to\n");
+    let limits = if guarded { "margins are measured against" } else { "the controller keeps to" };
+    let _ =
+        writeln!(text, "[limits]\nfriction = 0.6                      # Coulomb's coefficient that {limits}");
     Ok(text)
 }
 
@@ -124,7 +137,7 @@ impl<'d> Walker<'d> {
         self.frames.iter().find(|(name, _)| *name == link).map_or(Frame::IDENTITY, |found| found.1)
     }
 
-    fn write(&self, phase: &Phase, alone: bool, text: &mut String) -> Result<(), Diagnostic> {
+    fn write(&self, phase: &Phase, [alone, guarded]: [bool; 2], text: &mut String) -> Result<(), Diagnostic> {
         let stands: Vec<(&'d Foot, usize)> = self.standing(&phase.contacts)?;
         let Some(&(stance, _)) = stands.first() else {
             return Err(refused(
@@ -141,7 +154,7 @@ impl<'d> Walker<'d> {
             "[[phase]]\nname = \"{}\"\nvariable = \"{variable}\"\nunit = \"{unit}\"\n",
             phase.name
         );
-        if alone {
+        if guarded {
             let point =
                 |foot: &Foot| foot.points.first().map(|point| format!("{}_{}_z", foot.name, point.name));
             let landing = self.standing(&phase.impact)?;

@@ -10,8 +10,8 @@ mod read;
 
 pub use curve::Curve;
 pub(crate) use form::hip_height;
-pub use form::{DoubleSupport, gait_form};
-pub use names::formula_name;
+pub use form::{DoubleSupport, FormWishes, gait_form};
+pub use names::{formula_name, means_something_else};
 pub use phased::{Feedforward, PhasedGait, SupportPhase};
 pub(crate) use read::NOT_PLANAR;
 pub use read::{AnyGait, gait_path, parse_any_gait, parse_gait, read_any_gait, read_gait};

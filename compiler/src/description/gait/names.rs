@@ -45,10 +45,39 @@ pub(super) struct Names {
     pub quantities: BTreeMap<String, Formula>,
 }
 
-/// What formulas call a joint whose name may hold anything: characters that are neither letters nor digits are `_`.
+/// Words that mean something else in formulas.
+const TAKEN: [&str; 19] = [
+    PHASE,
+    PHASE_START,
+    PHASE_END,
+    "base_x",
+    "base_z",
+    "base_pitch",
+    "pi",
+    "sin",
+    "cos",
+    "tan",
+    "tanh",
+    "exp",
+    "sqrt",
+    "abs",
+    "sign",
+    "min",
+    "max",
+    "clip",
+    "smoothing",
+];
+
+/// Whether formulas mean something else by the name of a joint.
+pub fn means_something_else(joint: &str) -> bool {
+    TAKEN.contains(&joint)
+}
+
+/// What formulas call a joint whose name may hold anything: characters that are neither letters nor digits are `_`, and
+/// `joint_` stands before names that begin with a digit or mean something else there (`phase`, `pi`, `sin`, `base_x`).
 pub fn formula_name(joint: &str) -> String {
     let name: String = joint.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    match name.starts_with(|c: char| c.is_ascii_digit()) {
+    match name.starts_with(|c: char| c.is_ascii_digit()) || means_something_else(&name) {
         true => format!("joint_{name}"),
         false => name,
     }
@@ -61,7 +90,9 @@ impl Names {
         let (angle, length) = (Some([0, 0, 0]), Some([1, 0, 0]));
         for joint in description.joints.iter().filter(|joint| joint.kind.moves()) {
             let unit = if joint.kind == JointKind::Prismatic { length } else { angle };
-            names.add(&joint.name, Of::Configuration, unit);
+            if !means_something_else(&joint.name) {
+                names.add(&joint.name, Of::Configuration, unit);
+            }
             names.add(&formula_name(&joint.name), Of::Configuration, unit);
         }
         if matches!(description.base, Base::Planar { .. }) {

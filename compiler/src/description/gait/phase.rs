@@ -54,8 +54,14 @@ pub(super) fn read_phase(
         messages.error(second.at, format!("this is a gait of several phases ({})", sections.len()), help);
         return None;
     }
-    section
-        .check_keys(&["name", "variable", "unit", "impact_matching", "output", "guard", "posture"], messages);
+    section.check_keys(
+        &["name", "variable", "unit", "impact_matching", "output", "guard", "end", "posture"],
+        messages,
+    );
+    if section.has("end") && section.has("guard") {
+        let help = "leave one out: by a `guard` steps have closed forms; with `end` the controller keeps to limits of the ground";
+        messages.error(section.key_place("end"), "the phase has a `guard` and an `end`", help);
+    }
     let phase = find_phase(section, description, messages);
     let unit = read_unit(section, messages);
     let variable = formula(section, "variable", VARIABLE, unit.as_deref(), names, messages);
@@ -258,8 +264,13 @@ fn read_output(section: &Section<'_, '_>, names: &Names, messages: &mut Messages
 
 fn read_guard(section: &Section<'_, '_>, names: &Names, messages: &mut Messages<'_>) -> Option<Guard> {
     let Some(entry) = section.get("guard") else {
-        let help = "add guard = { zero = \"left_foot_toe_x - right_foot_toe_x - step_length\", between = [0.0, 1.5] }";
-        messages.error(section.at, "the phase has no `guard`", help);
+        let help = "add guard = { zero = \"left_foot_toe_x - right_foot_toe_x - step_length\", between = [0.0, 1.5] }; or, for a controller that keeps to \
+                    limits of the ground, end = the φ where the phase is meant to end";
+        let said = match section.has("end") {
+            true => "here a step of one phase ends by a `guard`",
+            false => "the phase has no `guard`, and no `end`",
+        };
+        messages.error(section.at, said, help);
         return None;
     };
     let guard = entry.section("guard".to_owned(), messages)?;

@@ -94,7 +94,7 @@ pub fn parse_any_gait(
     description: &RobotDescription,
 ) -> Result<(AnyGait, Vec<Diagnostic>), Diagnostics> {
     parse(path, text, |name, top, messages| {
-        if top.sections("phase", &mut Messages::new(text, path)).len() < 2 {
+        if !is_phased(&top.sections("phase", &mut Messages::new(text, path))) {
             return read(name, top, sources, description, messages)
                 .map(|gait| AnyGait::OnePhase(Box::new(gait)));
         }
@@ -105,6 +105,15 @@ pub fn parse_any_gait(
         let gait = PhasedGait { name, gravity, parameters, quantities, phases, effects, limits };
         Some(AnyGait::Phased(gait))
     })
+}
+
+/// Whether these are the phases of a gait whose controller keeps the limits of the ground: several, or one that ends at a φ instead of by a guard.
+fn is_phased(phases: &[Section<'_, '_>]) -> bool {
+    match phases {
+        [] => false,
+        [phase] => phase.has("end") && !phase.has("guard"),
+        _ => true,
+    }
 }
 
 /// A gait of one phase from a text; `path` gives the gait's name and serves messages.

@@ -48,7 +48,9 @@ pub(super) fn guess_feet(robot: &UrdfRobot, tree: &Tree, frames: &[Frame], pitch
         && b.side.is_none()
     {
         (a.side, b.side) = (Some(Side::Left), Some(Side::Right));
-        a.reason += " Nothing tells its side, which in the plane makes no difference.";
+        for foot in [a, b] {
+            foot.reason += " Nothing tells its side: taken for the one or the other, which in the plane makes no difference.";
+        }
     }
     name_feet(&mut guesses);
     guesses

@@ -2,17 +2,13 @@
 use super::quoted;
 use crate::description::geometry::{Frame, norm, subtract};
 use crate::description::model::Side;
-use crate::description::settings::{mirror_sign, side_of_name};
+use crate::description::settings::{SIDES, mirror_sign, side_of_name};
 use crate::description::urdf::{Tree, UrdfRobot};
 use std::collections::HashMap;
 use std::fmt::Write as _;
 
 /// Joints further than this from the mirror image of their partner are remarked on, m.
 const ORIGIN_TOLERANCE: f64 = 1e-3;
-
-/// What the words for the left side become in the mirror.
-const SWAPS: [(&str, &str); 7] =
-    [("left", "right"), ("l", "r"), ("fl", "fr"), ("rl", "rr"), ("hl", "hr"), ("lf", "rf"), ("lh", "rh")];
 
 /// Writes the pairs; returns the names of the joints that have a partner. Where all joints pitch (`planar`), those whose names tell nothing are paired by
 /// where they are.
@@ -131,7 +127,7 @@ fn mirrored_names(left: &str) -> Vec<String> {
 fn mirrored_word(word: &str) -> String {
     let core = word.trim_end_matches(|c: char| !c.is_ascii_alphanumeric());
     let lower = core.to_ascii_lowercase();
-    let Some((_, to)) = SWAPS.iter().find(|(from, _)| *from == lower) else { return word.into() };
+    let Some((_, to)) = SIDES.iter().find(|(from, _)| *from == lower) else { return word.into() };
     let upper = core.chars().all(|c| c.is_ascii_uppercase());
     let to = if upper { to.to_ascii_uppercase() } else { (*to).to_string() };
     to + &word[core.len()..]

@@ -60,6 +60,24 @@ fn read_side(section: &Section<'_, '_>, foot: &str, messages: &mut Messages<'_>)
     None
 }
 
+/// Words for the left and the right side. Quadrupeds say front/rear/hind and left/right in two letters, in either order.
+pub(crate) const SIDES: [(&str, &str); 14] = [
+    ("left", "right"),
+    ("l", "r"),
+    ("lt", "rt"),
+    ("lft", "rgt"),
+    ("fl", "fr"),
+    ("rl", "rr"),
+    ("hl", "hr"),
+    ("lf", "rf"),
+    ("lh", "rh"),
+    ("port", "starboard"),
+    ("li", "re"),
+    ("links", "rechts"),
+    ("gauche", "droite"),
+    ("sx", "dx"),
+];
+
 /// The side that a name tells: `left_foot`, `l_sole`, `foot_r`, `LFoot`, `LeftAnkle`.
 pub(crate) fn side_of_name(name: &str) -> Option<Side> {
     let lower = name.to_ascii_lowercase();
@@ -70,10 +88,11 @@ pub(crate) fn side_of_name(name: &str) -> Option<Side> {
             && letters.next().is_some_and(|c| c.is_ascii_uppercase())
             && letters.next().is_some_and(|c| c.is_ascii_lowercase())
     };
-    // Quadrupeds say front/rear/hind and left/right in two letters, in either order.
-    let any = |names: [&str; 6]| names.iter().any(|name| words.contains(name));
-    let left = lower.contains("left") || any(["l", "fl", "rl", "hl", "lf", "lh"]) || camel('L');
-    let right = lower.contains("right") || any(["r", "fr", "rr", "hr", "rf", "rh"]) || camel('R');
+    let any = |side: fn(&(&'static str, &'static str)) -> &'static str| {
+        SIDES.iter().any(|pair| words.contains(&side(pair)))
+    };
+    let left = lower.contains("left") || any(|pair| pair.0) || camel('L');
+    let right = lower.contains("right") || any(|pair| pair.1) || camel('R');
     match (left, right) {
         (true, false) => Some(Side::Left),
         (false, true) => Some(Side::Right),

@@ -16,7 +16,7 @@ use super::model::{
 use super::source::{Messages, Place, short, suggest};
 use super::urdf::UrdfRobot;
 use bipedc_effects::effect::{Effect, Location};
-pub(crate) use feet::side_of_name;
+pub(crate) use feet::{SIDES, side_of_name};
 pub(crate) use symmetry::mirror_sign;
 use table::Section;
 use toml::de::DeTable;

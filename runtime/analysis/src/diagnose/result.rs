@@ -28,6 +28,12 @@ pub struct Diagnosis {
     pub suspects: Vec<String>,
     /// How much is left in each suspect, and what it goes with.
     pub unexplained_parts: Vec<Unexplained>,
+    /// Joints (or rows) in which each of `effects` makes more than noise; not written.
+    #[serde(skip)]
+    pub acts_on: Vec<Vec<String>>,
+    /// Rows whose torque is reported later than the motion, s; not written by itself.
+    #[serde(skip)]
+    pub late: BTreeMap<String, f64>,
     /// What was tried and did not earn its place.
     pub rejected: Vec<Rejected>,
     /// Root mean square errors by kind of channel: `effort`, `base_force`, `base_moment`, `cop`, `transmission`,
@@ -126,13 +132,32 @@ impl Diagnosis {
         let known: Vec<String> = self.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
         let excess = self.rows.iter().filter(|(row, _)| !known.contains(row)).filter_map(|(row, fall)| {
             let share = 1.0 - fall.above_noise()?.powi(-2);
-            Some(Unexplained { joint: row.clone(), share, signals: Vec::new(), seen: Seen::Excess })
+            let (joint, signals) = (row.clone(), Vec::new());
+            Some(Unexplained { joint, share, signals, seen: Seen::Excess, late_s: None })
         });
         let mut excess: Vec<Unexplained> = excess.collect();
         excess.sort_by(|a, b| b.share.total_cmp(&a.share));
         self.unexplained_parts.extend(excess);
         self.unexplained = !self.unexplained_parts.is_empty();
         self.suspects = self.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
+        for part in &mut self.unexplained_parts {
+            part.late_s = self.late.get(&part.joint).copied();
+        }
+        self.doubt();
+    }
+
+    /// Doubts every effect that acts where something is left.
+    fn doubt(&mut self) {
+        const PART: &str = "this one may stand for a part of it";
+        for (found, rows) in self.effects.iter_mut().zip(&self.acts_on) {
+            found.doubts.retain(|doubt| !doubt.ends_with(PART));
+            let at: Vec<&str> =
+                self.suspects.iter().filter(|joint| rows.contains(joint)).map(String::as_str).collect();
+            if !at.is_empty() {
+                let at = at.join(", ");
+                found.doubts.push(format!("something is left at {at} that no effect explains: {PART}"));
+            }
+        }
     }
 
     /// Takes what is left behind two filters alike, by row, for what is left, where it is less; but in rows of which more was seen than that they
@@ -200,6 +225,9 @@ pub struct Unexplained {
     /// In what it was seen.
     #[serde(default)]
     pub seen: Seen,
+    /// Where most of it is that the torque is reported later than the motion: by how much, s.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub late_s: Option<f64>,
 }
 
 /// In what it is seen that something remains.

@@ -177,8 +177,8 @@ impl Plan {
     pub fn note_motor_side(&mut self, joints: &[&str]) {
         if !joints.is_empty() {
             self.assumptions.push(format!(
-                "no position column but `motor_position` for {}: the joint turns as its motor does, unless a spring or play between \
-                 them is found or described",
+                "no position column but `motor_position` for {}: the joint turns as its motor does (`compare` and `diagnose` heed a \
+                 spring or play between them that is described or found, `identify` does not)",
                 names::list(joints.iter().copied(), 40)
             ));
         }

@@ -3,6 +3,9 @@ use super::target::{Target, folder_of, followed};
 use crate::diagnostic::Diagnostic;
 use std::path::{Path, PathBuf};
 
+/// Endings of files that logs, pictures and pages never replace.
+const SOURCES: [&str; 6] = ["toml", "urdf", "xacro", "xml", "rs", "md"];
+
 /// The files of one run: outputs must be neither inputs nor one another, whatever links and detours their names take.
 #[derive(Debug, Clone, Default)]
 pub struct Ledger {
@@ -38,8 +41,23 @@ impl Ledger {
     /// Notes an output; `what` is its option.
     ///
     /// # Errors
-    /// It is an input or another output; a folder; read-only.
+    /// It is an input or another output; a folder; read-only; a description, a gait or code that is there.
     pub fn writes(&mut self, what: &str, path: &Path) -> Result<(), Diagnostic> {
+        self.writes_source(what, path)?;
+        let is_source = path.extension().is_some_and(|ending| SOURCES.iter().any(|source| ending == *source));
+        if is_source && path.is_file() {
+            let message = format!("{what} would replace a file that people write");
+            let help = format!("give {what} another name; nothing was written");
+            return Err(Diagnostic::error(message).in_file(path).help(help));
+        }
+        Ok(())
+    }
+
+    /// The same for descriptions, gaits and code, which replace their like.
+    ///
+    /// # Errors
+    /// It is an input or another output; a folder; read-only.
+    pub fn writes_source(&mut self, what: &str, path: &Path) -> Result<(), Diagnostic> {
         Target::at(path)?;
         let Some(identity) = identity(path) else { return Ok(()) };
         let refused = |message: String| {

@@ -131,6 +131,17 @@ fn limits_are_those_of_torques_that_are_surely_beyond() {
     assert!(half > CLIPPED * found && half < 1.1 * CLIPPED * found, "{half}");
 }
 
+/// Where commands are so noisy that a search sees no difference between limits it may begin at half of one: the estimate stayed within 40 % of where it began.
+#[test]
+fn limits_are_found_from_half_of_them_and_from_twice() {
+    let wanted = |t: f64| 6.0 * (2.3 * t).sin();
+    let hinge = Hinge::new(|t, _, noise| [wanted(t) + noise, wanted(t).clamp(-2.0, 2.0)]);
+    for start in [1.0, 4.0] {
+        let [found, half] = hinge.estimated(&kinds::TORQUE_SATURATION, &[("limit", start)], "limit");
+        assert!((found - 2.0).abs() < half && half < 0.1, "from {start}: {found} ± {half}");
+    }
+}
+
 /// Goes back, slowly, for a quarter of a second every two seconds: one and a half periods of a filter of 10 Hz away from reversals joints always go forward, where dry and
 /// viscous friction are one constant.
 #[test]

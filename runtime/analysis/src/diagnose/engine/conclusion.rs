@@ -2,6 +2,7 @@
 use super::amended::Amended;
 use super::corrections::Settled;
 use super::errors::errors;
+use super::late::late;
 use super::regression::{Regression, is_held_out};
 use super::search::{Outcome, consider};
 use super::significance::uncertain;
@@ -71,14 +72,8 @@ impl Conclusion<'_> {
             unexplained(&final_train, &final_judge, &counts, (effects, &self.regression.resolutions));
         diagnosis.unexplained = !diagnosis.unexplained_parts.is_empty();
         diagnosis.suspects = diagnosis.unexplained_parts.iter().map(|part| part.joint.clone()).collect();
-        for found in &mut diagnosis.effects {
-            if found.effect.location.joint.as_ref().is_some_and(|joint| diagnosis.suspects.contains(joint)) {
-                found.doubts.push(
-                    "something is left at this joint that no effect explains: this one may stand for a part of it"
-                        .to_owned(),
-                );
-            }
-        }
+        diagnosis.late = late(&final_judge);
+        diagnosis.acts_on = diagnosis.effects.iter().map(|found| acts_on(train, &found.effect)).collect();
         diagnosis.rejected = self.rejected(&diagnosis);
         diagnosis
     }
@@ -184,6 +179,18 @@ impl Conclusion<'_> {
         }
         list
     }
+}
+
+/// Joints (or rows) in which an effect makes more than the measurement's noise.
+fn acts_on(train: &dyn Experiment, effect: &Effect) -> Vec<String> {
+    let rows = train.rows();
+    let is_heard = |(row, made): &(usize, Vec<f64>)| {
+        let squares: f64 = made.iter().map(|x| x * x).sum();
+        squares > rows[*row].noise.powi(2) * made.len() as f64
+    };
+    let name = |row: usize| rows[row].joint.clone().unwrap_or_else(|| rows[row].name.clone());
+    let made = train.response(std::slice::from_ref(effect));
+    made.iter().filter(|made| is_heard(made)).map(|(row, _)| name(*row)).collect()
 }
 
 /// Shares of which none is below zero: effects that work against each other share equally what they remove together.

@@ -15,6 +15,7 @@ mod estimates;
 mod exchange;
 mod fit;
 mod friction_first;
+mod late;
 mod noise_floor;
 mod parsimony;
 mod refinement;

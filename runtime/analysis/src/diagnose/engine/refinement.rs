@@ -32,6 +32,11 @@ const SETTLING: usize = 4;
 /// constant, as much of what free inertias do is.
 const STARVED: f64 = 2.0;
 
+/// So often a limit that came to the end of its reach is looked for further on.
+const FURTHER: usize = 3;
+/// Errors of the data that judge that differ by no more are alike.
+const ALIKE: f64 = 1.001;
+
 /// An interval that is so many times as wide as what it is of is none.
 const RAN_AWAY: f64 = 1e6;
 
@@ -96,8 +101,13 @@ pub(super) fn refine(
     let wanted = effects.len();
     let mut stated = with_nuisances(data.experiment, effects);
     let mut unknowns = unknowns(&stated);
+    let own = stated.len();
     stated.extend_from_slice(fixed);
     let mut best = best_estimate(data, &stated, &unknowns, spread);
+    for _ in 0..FURTHER {
+        let Some((on, next)) = further(data, (&best, &unknowns), own, spread) else { break };
+        (unknowns, best) = (on, next);
+    }
     while let Some(idle) = idle_term(&unknowns, &best.refined) {
         let Unknown { effect, name, .. } = unknowns.remove(idle);
         stated = best.refined.effects;
@@ -107,6 +117,28 @@ pub(super) fn refine(
     best.refined.effects.truncate(wanted);
     best.refined.half_width.truncate(wanted);
     best.refined
+}
+
+/// Where a limit came to the end of its reach: the estimate from there, if the data that judge prefer it. `own` effects are estimated.
+fn further(
+    data: Data<'_>,
+    (best, unknowns): (&Estimate, &[Unknown]),
+    own: usize,
+    spread: Option<&Spread>,
+) -> Option<(Vec<Unknown>, Estimate)> {
+    let found = &best.refined.effects;
+    let stands = |unknown: &Unknown| {
+        let effect = &found[unknown.effect];
+        let has_reach = effect.kind.parameter(&unknown.name).is_some_and(|p| p.reach.is_some());
+        let value = effect.value(&unknown.name);
+        has_reach && (value == unknown.bounds.0 || value == unknown.bounds.1)
+    };
+    unknowns.iter().any(stands).then_some(())?;
+    let on = self::unknowns(&found[..own]);
+    let next = best_estimate(data, found, &on, spread);
+    let corners = corners_of(data.judge, &next.refined.effects, NEAREST);
+    let error = |estimate: &Estimate| judged_error(data, &corners, &estimate.refined, spread);
+    (error(&next) < ALIKE * error(best)).then_some((on, next))
 }
 
 /// A term of a coupling, of several, whose interval holds zero: the one that this data tells least.

@@ -56,11 +56,12 @@ pub fn summary(d: &Diagnosis) -> String {
             (Some(_), _) => described(d) + &what_is_left(d),
             (None, Some(said)) => described(d) + &said,
             (None, None) => format!(
-                "{}Nothing {}is missing in {}: the held-out error of {} {unit} is what the measurement's noise and the filter leave.",
+                "{}Nothing {}is missing in {}: the held-out error of {} {unit} is what {}.",
                 described(d),
                 if d.described.is_empty() { "" } else { "else " },
                 looked_at(d),
-                short(d.rms_after)
+                short(d.rms_after),
+                left_by(d)
             ),
         };
     }
@@ -84,7 +85,7 @@ pub fn summary(d: &Diagnosis) -> String {
         let _ = writeln!(out, "{}", alike(group));
     }
     if d.leaves_structure() {
-        for part in d.structured() {
+        for part in &d.unexplained_parts {
             // What was not looked for any more may explain it.
             let why = match d.warnings.iter().any(|warning| warning.starts_with(AS_MANY)) {
                 true => "that the effects found do not explain, and no more were looked for",
@@ -93,15 +94,29 @@ pub fn summary(d: &Diagnosis) -> String {
             let share = 100.0 * part.share;
             let _ = writeln!(
                 out,
-                "{}: something is left {why}: {share:.0} % of the remaining squared error {}.",
+                "{}: something is left {why}: {share:.0} % of the remaining squared error {}.{}",
                 part.joint,
-                seen(part)
+                seen(part),
+                part.late_s.map_or_else(String::new, later)
             );
         }
     } else {
         out.push_str(&what_is_left(d));
     }
     out.trim_end().to_owned()
+}
+
+/// What leaves the error where nothing is missing.
+fn left_by(d: &Diagnosis) -> String {
+    let main = d.rms.values().find(|fall| fall.before == d.rms_before);
+    match main.and_then(|fall| Some((fall, fall.after_moving?))) {
+        Some((fall, moving)) if fall.noise > 0.0 && fall.after > LEFT * fall.noise => format!(
+            "the measurement's noise leaves while joints move ({}; noise {}) and, where they rest or turn back, filters and the smoothing of a friction's sign",
+            short(moving),
+            short(fall.noise)
+        ),
+        _ => "the measurement's noise and the filter leave".to_owned(),
+    }
 }
 
 /// A step that makes the held-out error larger by more than this factor waits for another effect.
@@ -126,6 +141,10 @@ fn opposed(d: &Diagnosis) -> String {
 fn seen(part: &Unexplained) -> String {
     match part.seen {
         Seen::Motion if part.signals.is_empty() => "is a function of the motion".to_owned(),
+        Seen::Motion if part.signals[0].starts_with("time ") => format!(
+            "changes with time, as where a sensor drifts or something warms up; it goes with {}",
+            part.signals.join(", ")
+        ),
         Seen::Motion => format!("is a function of the motion; it goes with {}", part.signals.join(", ")),
         Seen::Slowness if !part.signals.is_empty() => {
             format!("varies slowly, which noise hardly does; it goes with {}", part.signals.join(", "))
@@ -137,6 +156,14 @@ fn seen(part: &Unexplained) -> String {
         Seen::Size => "is more than noise; these are too few rows to see what it goes with".to_owned(),
         Seen::Excess => "is more than noise; what it goes with was not found".to_owned(),
     }
+}
+
+/// Of a torque that is reported late.
+fn later(late: f64) -> String {
+    format!(
+        " Most of it is what a torque leaves that is reported {} ms later than the motion: behind a filter of its sensor, or by another clock.",
+        counting(1e3 * late, 2)
+    )
 }
 
 /// So many times the noise: it was a simulator that had none.
@@ -188,6 +215,7 @@ fn what_is_left(d: &Diagnosis) -> String {
                     _ => "",
                 },
             ) + &training_only(d).map_or_else(String::new, |sentence| format!(" {sentence}"))
+                + &d.late.get(row).map_or_else(String::new, |late| later(*late))
         }
     }
 }
@@ -286,7 +314,8 @@ mod tests {
     #[test]
     fn what_drifts_is_not_said_to_be_a_function_of_the_motion() {
         let said = |seen: Seen| {
-            let part = Unexplained { joint: "knee".into(), share: 0.61, signals: Vec::new(), seen };
+            let part =
+                Unexplained { joint: "knee".into(), share: 0.61, signals: Vec::new(), seen, late_s: None };
             summary(&Diagnosis { unexplained: true, unexplained_parts: vec![part], ..left(0.11) })
         };
         assert!(

@@ -117,6 +117,7 @@ pub(super) fn unexplained(
             share,
             signals,
             seen,
+            late_s: None,
         };
         let too_few =
             || (matters && size > FEW.powi(2)).then(|| named(Seen::Size, 1.0 - 1.0 / size, Vec::new()));
