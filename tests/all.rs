@@ -46,6 +46,7 @@ mod hidden_effects;
 mod identify;
 #[path = "identify_elastic/main.rs"]
 mod identify_elastic;
+mod late_torques;
 #[path = "laws/main.rs"]
 mod laws;
 mod logs_page;

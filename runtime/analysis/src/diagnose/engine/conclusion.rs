@@ -181,7 +181,7 @@ impl Conclusion<'_> {
     }
 }
 
-/// Joints (or rows) in which an effect makes more than the measurement's noise.
+/// Joints (or rows) in which an effect makes more than the measurement's noise, and its own joint.
 fn acts_on(train: &dyn Experiment, effect: &Effect) -> Vec<String> {
     let rows = train.rows();
     let is_heard = |(row, made): &(usize, Vec<f64>)| {
@@ -190,7 +190,8 @@ fn acts_on(train: &dyn Experiment, effect: &Effect) -> Vec<String> {
     };
     let name = |row: usize| rows[row].joint.clone().unwrap_or_else(|| rows[row].name.clone());
     let made = train.response(std::slice::from_ref(effect));
-    made.iter().filter(|made| is_heard(made)).map(|(row, _)| name(*row)).collect()
+    let own = effect.location.joint.clone();
+    made.iter().filter(|made| is_heard(made)).map(|(row, _)| name(*row)).chain(own).collect()
 }
 
 /// Shares of which none is below zero: effects that work against each other share equally what they remove together.

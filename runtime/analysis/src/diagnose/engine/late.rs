@@ -6,8 +6,9 @@ use super::amended::Amended;
 use crate::experiments::{Channel, Experiment};
 use std::collections::BTreeMap;
 
-/// Part of what is left of a row's squares that lateness must make.
+/// Part of what is left of a row's squares beyond its noise that lateness must make, and of all that is left.
 const TELLS: f64 = 0.5;
+const SHOWS: f64 = 0.15;
 /// Steps that are so many times as long as the middle one are gaps.
 const GAP: f64 = 1.5;
 
@@ -27,7 +28,7 @@ fn lag(judge: &Amended<'_>, row: usize) -> Option<f64> {
     let mut steps: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let middle = steps.len() / 2;
     let usual = *steps.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let (mut both, mut rates, mut squares) = (0.0, 0.0, 0.0);
+    let (mut both, mut rates, mut squares, mut noise) = (0.0, 0.0, 0.0, 0.0);
     for i in 1..left.len() - 1 {
         let step = time[i + 1] - time[i - 1];
         if step > 2.0 * GAP * usual || sticks.get(i).is_some_and(|sticks| *sticks) {
@@ -37,6 +38,8 @@ fn lag(judge: &Amended<'_>, row: usize) -> Option<f64> {
         both += rate * left[i];
         rates += rate * rate;
         squares += left[i] * left[i];
+        noise += judge.rows()[row].noise.powi(2);
     }
-    (both < 0.0 && both * both > TELLS * rates * squares).then(|| -both / rates)
+    let made = both * both / rates;
+    (both < 0.0 && made > TELLS * (squares - noise) && made > SHOWS * squares).then(|| -both / rates)
 }

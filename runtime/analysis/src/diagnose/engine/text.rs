@@ -107,15 +107,13 @@ pub fn summary(d: &Diagnosis) -> String {
 }
 
 /// What leaves the error where nothing is missing.
-fn left_by(d: &Diagnosis) -> String {
+fn left_by(d: &Diagnosis) -> &'static str {
     let main = d.rms.values().find(|fall| fall.before == d.rms_before);
-    match main.and_then(|fall| Some((fall, fall.after_moving?))) {
-        Some((fall, moving)) if fall.noise > 0.0 && fall.after > LEFT * fall.noise => format!(
-            "the measurement's noise leaves while joints move ({}; noise {}) and, where they rest or turn back, filters and the smoothing of a friction's sign",
-            short(moving),
-            short(fall.noise)
-        ),
-        _ => "the measurement's noise and the filter leave".to_owned(),
+    match main.is_some_and(|fall| fall.noise > 0.0 && fall.after > LEFT * fall.noise) {
+        true => {
+            "the measurement's noise leaves where joints move and nothing jumps, and filters and the smoothing of a friction's sign where they rest or turn back"
+        }
+        false => "the measurement's noise and the filter leave",
     }
 }
 
