@@ -15,7 +15,7 @@ use std::path::Path;
 /// Steps that are walked.
 const STEPS: usize = 5;
 /// Samples of a step.
-const SAMPLES: f64 = 400.0;
+const SAMPLES: f64 = 1600.0;
 
 /// The whole robot under its own controller: smallest distances from limits over whole steps, not at nodes alone.
 #[derive(Debug, Clone, PartialEq, Serialize)]

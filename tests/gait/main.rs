@@ -9,6 +9,7 @@ mod identities;
 mod libraries;
 mod lie;
 mod maps;
+mod names;
 mod optimised;
 mod oracle;
 mod page;

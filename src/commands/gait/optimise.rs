@@ -159,6 +159,10 @@ impl Optimise {
             }
         };
         self.speed.iter().for_each(|&speed| within("--speed", speed, [0.01, 10.0]));
+        if let Some(twice) = (1..self.speed.len()).find(|&k| self.speed[..k].contains(&self.speed[k])) {
+            let message = format!("--speed: {} m/s is asked for twice", self.speed[twice]);
+            return Err(Diagnostic::error(message).help("give every speed once").into());
+        }
         within("--friction", self.friction, [0.05, 5.0]);
         self.clearance.iter().for_each(|&x| within("--clearance", x, [0.0, 1.0]));
         self.zmp.iter().for_each(|&x| within("--zmp", x, [0.0, 1.0]));

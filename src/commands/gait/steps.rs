@@ -128,8 +128,8 @@ struct Planned {
     #[arg(long, value_name = "WHAT", value_enum, value_delimiter = ',', default_value = "step")]
     assume: Vec<Assumed>,
     /// Most steps, up to 100
-    #[arg(long, value_name = "N", default_value_t = 30)]
-    most: usize,
+    #[arg(long, value_name = "N", default_value_t = 30, value_parser = clap::value_parser!(u64).range(1..=100))]
+    most: u64,
     /// Write the picture
     #[arg(long, value_name = "OUT.svg")]
     svg: Option<PathBuf>,
@@ -182,7 +182,7 @@ impl Planned {
             set: self.set,
             from: self.from,
             over: self.over,
-            most: self.most,
+            most: self.most as usize,
             alike: self.alike,
             assume: Assumed::all(&self.assume),
         };

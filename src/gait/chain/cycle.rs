@@ -123,7 +123,7 @@ impl Chain<'_> {
     fn kept_hop(&self, from: &MidStance, values: &[f64]) -> Option<MidStance> {
         let friction = self.bench.gait.limits.friction.is_some();
         let assume = Assumptions { friction, pull: true, clearance: false, torque: true, joints: true };
-        let (hop, margins) = self.hop_with_margins(from, values);
+        let (hop, margins) = self.hop_with_margins(from, values, 0);
         hop.next.ok().filter(|_| Hop::violated(assume, &margins).is_none())
     }
 

@@ -32,12 +32,19 @@ impl Hop {
 }
 
 impl Chain<'_> {
-    /// The step that takes these parameters at mid-stance, and the smallest of its margins at all accepted steps of the integration.
-    pub(in crate::gait) fn hop_with_margins(&self, from: &MidStance, values: &[f64]) -> (Hop, Margins) {
+    /// The step that takes these parameters at mid-stance, and the smallest of its margins at all accepted steps of the integration, and at so many
+    /// places `between` each two of them.
+    pub(in crate::gait) fn hop_with_margins(
+        &self,
+        from: &MidStance,
+        values: &[f64],
+        between: usize,
+    ) -> (Hop, Margins) {
         let weight = self.weight(&from.q).unwrap_or(f64::NAN);
         let swinging = (0..self.phases.len()).map(|phase| self.swinging(phase)).collect();
         let margins = Margins::default();
-        let mut seen = Seen { chain: self, weight, margins, swinging, air: vec![Vec::new()], refused: None };
+        let (air, refused) = (vec![Vec::new()], None);
+        let mut seen = Seen { chain: self, weight, margins, swinging, air, refused, between, last: None };
         self.present.borrow_mut().impulses.clear();
         let mut hop =
             self.hop_watched(from, values, &mut |phase, time, x, begins| seen.look(phase, time, x, begins));
@@ -141,6 +148,16 @@ struct Seen<'c, 'b> {
     /// Phase by phase: time (s) and lowest point of a foot in the air (m).
     air: Vec<Vec<(f64, f64)>>,
     refused: Option<Refused>,
+    /// Places that are looked at between two steps of the integration.
+    between: usize,
+    /// The last of them: time (s), φ, φ̇ and φ̈.
+    last: Option<[f64; 4]>,
+}
+
+/// Hermite's cubic through values with slopes at 0 and 1.
+fn cubic([a, da]: [f64; 2], [b, db]: [f64; 2], s: f64) -> f64 {
+    let r = 1.0 - s;
+    r * r * ((1.0 + 2.0 * s) * a + s * da) + s * s * ((1.0 + 2.0 * r) * b - r * db)
 }
 
 fn smaller(margin: &mut Option<f64>, x: f64) {
@@ -152,9 +169,28 @@ impl Seen<'_, '_> {
         if begins && self.air.last().is_some_and(|phase| !phase.is_empty()) {
             self.air.push(Vec::new());
         }
-        if let Err(why) = self.measure(phase, time, x) {
+        self.last = self.last.filter(|_| !begins);
+        if let Err(why) = self.measure_up_to(phase, time, x) {
             self.refused.get_or_insert(why);
         }
+    }
+
+    /// Between the last place and this one φ and φ̇ are cubics of time.
+    fn measure_up_to(&mut self, phase: usize, time: f64, x: [f64; 2]) -> Result<(), Refused> {
+        let acceleration = self.chain.motion(phase, x)?.acceleration;
+        if let Some([begun, phi, rate, was]) = self.last.filter(|_| self.between > 0) {
+            let h = time - begun;
+            for k in 1..=self.between {
+                let s = k as f64 / (self.between + 1) as f64;
+                let x = [
+                    cubic([phi, rate * h], [x[0], x[1] * h], s),
+                    cubic([rate, was * h], [x[1], acceleration * h], s),
+                ];
+                self.measure(phase, begun + s * h, x)?;
+            }
+        }
+        self.last = Some([time, x[0], x[1], acceleration]);
+        self.measure(phase, time, x)
     }
 
     fn measure(&mut self, phase: usize, time: f64, x: [f64; 2]) -> Result<(), Refused> {

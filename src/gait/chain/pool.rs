@@ -53,7 +53,7 @@ impl<'b> Chains<'b> {
         if !self.assume.any() {
             return (chain.hop(from, to), None);
         }
-        let (hop, margins) = chain.hop_with_margins(from, to);
+        let (hop, margins) = chain.hop_with_margins(from, to, 0);
         let broken = Hop::violated(self.assume, &margins).filter(|_| hop.next.is_ok());
         (hop, broken)
     }

@@ -12,6 +12,8 @@ use bipedc_runtime::control::PhaseLayout;
 use bipedc_runtime::{Argument, State};
 use serde::Serialize;
 
+/// Places between two steps of the integration at which a step's margins are looked at: torques and forces have peaks and kinks there.
+const BETWEEN: usize = 4;
 /// Steps of the quadrature of energies that are shown.
 const STEPS: usize = 512;
 /// Places at which the end of a phase is looked for.
@@ -162,7 +164,7 @@ impl Chain<'_> {
     /// own kind is shown from its beginning.
     fn step(&self, from: &[f64], to: &[f64], speed: f64) -> Result<ChainStep, Refused> {
         let start = self.mid_stance(from, speed)?;
-        let (hop, margins) = self.hop_with_margins(&start, to);
+        let (hop, margins) = self.hop_with_margins(&start, to, BETWEEN);
         let first = self.first()?;
         let begun = if from == to {
             self.beginning(to, speed).and_then(|[q, v]| self.begin(first, &q, &v))

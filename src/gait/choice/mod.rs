@@ -157,14 +157,22 @@ fn grid(of: &impl Parametrised, values: &[f64], options: &ChoiceOptions) -> Resu
     }
 }
 
+/// Said where no parameter can be chosen for each step, or too many.
+pub(super) fn not_chosen(count: usize, help: &str) -> Diagnostic {
+    match count {
+        0 => Diagnostic::error("there is no parameter that could be chosen for each step")
+            .help("give the gait [parameters.NAME] with bounds that its outputs name, such as a lean that is added to them (docs/gaits.md)"),
+        _ => Diagnostic::error(format!("{count} parameters could be chosen for each step")).help(help),
+    }
+}
+
 fn combinations(
     values: &[f64],
     ranges: &[(usize, [f64; 2])],
     count: Option<usize>,
 ) -> Result<Choices, Diagnostic> {
     let Some(&usual) = VALUES.get(ranges.len().wrapping_sub(1)) else {
-        let message = format!("{} parameters could be chosen for each step", ranges.len());
-        return Err(Diagnostic::error(message).help("name one to three of them"));
+        return Err(not_chosen(ranges.len(), "name one to three of them"));
     };
     let count = count.unwrap_or(usual);
     let all = count.saturating_pow(ranges.len() as u32);

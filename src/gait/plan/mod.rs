@@ -4,6 +4,7 @@ mod figure;
 mod phased;
 mod text;
 
+use super::choice::not_chosen;
 use super::over::{Over, Range};
 use super::{Assignment, GaitBench, Parametrised};
 use crate::progress::Run;
@@ -237,8 +238,7 @@ trait Planning: Parametrised {
         // Bounds of one value leave nothing to choose.
         let free: Vec<_> = free.filter(|parameter| parameter.bounds[0] < parameter.bounds[1]).collect();
         let Some(&count) = VALUES.get(free.len().wrapping_sub(1)) else {
-            let message = format!("{} parameters could be chosen for each step", free.len());
-            return Err(Diagnostic::error(message).help("name one to three of them by --over NAME=A:B:N"));
+            return Err(not_chosen(free.len(), "name one to three of them by --over NAME=A:B:N"));
         };
         let over = |parameter: &&bipedc_compiler::description::gait::GaitParameter| {
             let [low, high] = parameter.bounds;

@@ -59,7 +59,15 @@ pub fn read_gait(
     sources: &SourceFiles,
     description: &RobotDescription,
 ) -> Result<(Gait, Vec<Diagnostic>), Diagnostics> {
-    parse_gait(path, &load_text(path)?, sources, description)
+    parse_gait(path, &text_of(path)?, sources, description)
+}
+
+fn text_of(path: &Path) -> Result<String, Diagnostics> {
+    if !path.exists() {
+        let help = "give the name of a gait in gaits/ beside biped.toml, or a file that is there";
+        return Err(Diagnostic::error("there is no such gait").in_file(path).help(help).into());
+    }
+    load_text(path)
 }
 
 /// A gait of one phase or of several.
@@ -80,7 +88,7 @@ pub fn read_any_gait(
     sources: &SourceFiles,
     description: &RobotDescription,
 ) -> Result<(AnyGait, Vec<Diagnostic>), Diagnostics> {
-    parse_any_gait(path, &load_text(path)?, sources, description)
+    parse_any_gait(path, &text_of(path)?, sources, description)
 }
 
 /// The same from a text; `path` gives the gait's name and serves messages.

@@ -1,0 +1,78 @@
+//! Names of robots and gaits that mean something else elsewhere.
+use crate::cli::{bipedc, scratch, text};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A robot in a folder of its own, its files changed.
+fn copy(name: &str, robot: &str, change: impl Fn(String) -> String) -> PathBuf {
+    let (folder, from) = (scratch(name), Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(robot));
+    fs::create_dir_all(folder.join("gaits")).unwrap();
+    for file in ["robot.urdf", "biped.toml", "gaits/thesis.toml"] {
+        fs::write(folder.join(file), change(fs::read_to_string(from.join(file)).unwrap())).unwrap();
+    }
+    folder
+}
+
+/// Files of a library are called by their speed; no type begins with a digit.
+#[test]
+fn a_gait_named_by_a_number_becomes_code() {
+    let robot = copy("named_by_a_number", "three_link", |text| text);
+    fs::copy(robot.join("gaits/thesis.toml"), robot.join("gaits/0.443.toml")).unwrap();
+    let out = robot.join("code");
+    bipedc(&["generate", text(&robot), "--gait", "0.443", "--out", text(&out)]).ok();
+    let module = fs::read_dir(out.join("src")).unwrap().flatten().map(|entry| entry.path());
+    let module = module.into_iter().find(|path| path.to_string_lossy().contains("gait_")).unwrap();
+    assert!(fs::read_to_string(&module).unwrap().contains("pub struct N0443Gait"), "{}", module.display());
+}
+
+#[test]
+fn joints_may_be_called_as_other_things() {
+    let step = |robot: &Path| {
+        let found = bipedc(&["gait", "step", text(robot), "--gait", "thesis", "--speed", "1.2", "--json"]);
+        found.ok().json()["next_speed"].as_f64().unwrap()
+    };
+    let known = step(&copy("called_as_ever", "three_link", |text| text));
+    for name in ["pi", "phase", "sin", "base_x"] {
+        let change = |text: String| {
+            let in_formulas = text.contains("[[phase.output]]");
+            text.replace(
+                "right_hip_pitch",
+                &if in_formulas { format!("joint_{name}") } else { name.to_owned() },
+            )
+        };
+        let robot = copy(&format!("called_{name}"), "three_link", change);
+        assert_eq!(step(&robot).to_bits(), known.to_bits(), "{name}");
+        let form = robot.join("form.toml");
+        bipedc(&["gait", "new", text(&robot), "--out", text(&form)]).ok();
+        let written = fs::read_to_string(&form).unwrap();
+        assert!(written.contains(&format!("controlled = \"joint_{name}\"")), "{written}");
+    }
+}
+
+#[test]
+fn pictures_and_logs_replace_no_gait() {
+    let robot = copy("replaced", "three_link", |text| text);
+    let gait = robot.join("gaits/other.toml");
+    fs::copy(robot.join("gaits/thesis.toml"), &gait).unwrap();
+    let before = fs::read(&gait).unwrap();
+    let ask = ["gait", "capture", text(&robot), "--gait", "thesis", "--speed", "1", "--svg", text(&gait)];
+    bipedc(&ask).fails_with(&["would replace a file that people write"]);
+    assert_eq!(fs::read(&gait).unwrap(), before);
+}
+
+#[test]
+fn sides_are_told_by_other_words_too() {
+    for (left, right) in [("lt", "rt"), ("li", "re"), ("port", "starboard")] {
+        let words =
+            |text: String| text.replace("left_", &format!("{left}_")).replace("right_", &format!("{right}_"));
+        let robot = copy(&format!("sides_{left}"), "five_link", words);
+        fs::remove_file(robot.join("biped.toml")).unwrap();
+        bipedc(&["init", text(&robot.join("robot.urdf"))]).ok();
+        let written = fs::read_to_string(robot.join("biped.toml")).unwrap();
+        let foot = format!("[feet.left_foot]\nlink = \"{left}_");
+        assert!(
+            written.contains(&foot) && written.contains(&format!("left = \"{left}_hip_pitch\"")),
+            "{written}"
+        );
+    }
+}
