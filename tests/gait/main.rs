@@ -5,6 +5,7 @@ mod command;
 mod cycles;
 mod files;
 mod grounded;
+mod guards;
 mod identities;
 mod libraries;
 mod lie;

@@ -2,6 +2,7 @@
 use super::elimination::solve;
 use super::slices::{copy, get, set};
 use super::step_end::Search;
+use super::zero::SAMPLES;
 use super::{Controller, Feedback, Gait, GaitLayout, JointCommand, Observation, Refusal};
 use crate::model::{Argument, CallError, State};
 use crate::real::Scalar;
@@ -176,12 +177,18 @@ impl<R: Scalar, G: Gait<R>> GaitController<R, G> {
         Room::of(self.memory.as_mut(), &layout)?.search(start).phase_end(&self.gait, &layout)
     }
 
-    /// The guard before any step ends: at the smallest phase where it is looked for, on the constraint surface, with the parameters that
-    /// were asked for. Its sign is that before the end.
+    /// The guard before any step ends: at the smallest phase where it is looked for and there is a posture, on the constraint surface, with the
+    /// parameters that were asked for. Its sign is that before the end.
     pub fn guard_before(&mut self) -> Option<R> {
         let layout = self.gait.layout();
-        let low = R::constant(layout.between[0]);
-        Room::of(self.memory.as_mut(), &layout)?.search(low).guard(&self.gait, &layout, low)
+        let [low, high] = layout.between.map(R::constant);
+        let mut room = Room::of(self.memory.as_mut(), &layout)?;
+        let mut search = room.search(low);
+        let told = |guard: &R| guard.is_finite() && *guard != R::constant(0.0);
+        (0..=SAMPLES).find_map(|k| {
+            let part = R::constant(k as f64 / SAMPLES as f64);
+            search.guard(&self.gait, &layout, R::fused(high - low, part, low)).filter(told)
+        })
     }
 
     /// A step begins in this state (q: nq, v: nv), just after the impact and with legs exchanged: φ₊ is where it is, φ₋ where the guard

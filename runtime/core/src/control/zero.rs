@@ -2,7 +2,7 @@
 use crate::real::Scalar;
 
 /// Places at which a sign is asked for.
-const SAMPLES: usize = 256;
+pub(super) const SAMPLES: usize = 256;
 /// Rounds of narrowing: halving alone ends after 53.
 const ROUNDS: usize = 120;
 
