@@ -164,7 +164,9 @@ impl Chain<'_> {
     /// own kind is shown from its beginning.
     fn step(&self, from: &[f64], to: &[f64], speed: f64) -> Result<ChainStep, Refused> {
         let start = self.mid_stance(from, speed)?;
-        let (hop, margins) = self.hop_with_margins(&start, to, BETWEEN);
+        let (hop, _) = self.hop_with_margins(&start, to, 0);
+        // Once more: a look between two steps moves where searches for postures begin, and with it the last digits of what follows.
+        let margins = self.hop_with_margins(&start, to, BETWEEN).1;
         let first = self.first()?;
         let begun = if from == to {
             self.beginning(to, speed).and_then(|[q, v]| self.begin(first, &q, &v))

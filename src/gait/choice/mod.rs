@@ -161,7 +161,7 @@ fn grid(of: &impl Parametrised, values: &[f64], options: &ChoiceOptions) -> Resu
 pub(super) fn not_chosen(count: usize, help: &str) -> Diagnostic {
     match count {
         0 => Diagnostic::error("there is no parameter that could be chosen for each step")
-            .help("give the gait [parameters.NAME] with bounds that its outputs name, such as a lean that is added to them (docs/gaits.md)"),
+            .help("leave out a --set, or give the gait [parameters.NAME] with bounds that its outputs name, such as a lean that is added to them (docs/gaits.md)"),
         _ => Diagnostic::error(format!("{count} parameters could be chosen for each step")).help(help),
     }
 }
