@@ -234,3 +234,18 @@ fn the_whole_robot_has_the_multiplier_of_its_zero_dynamics_and_no_other() {
         assert_eq!(all.len(), 2 * (joints + 1) - 1);
     }
 }
+
+/// Of a robot with feet and a tail whose steps are possible up to 0.42 m/s at mid-stance: the guess after the first two steps was beyond, and that was the end of it.
+#[test]
+#[ignore = "takes long"]
+fn a_cycle_near_the_fastest_step_is_found() {
+    let found =
+        bipedc(&["gait", "cycle", "tests/data/planar/tailed", "--gait", "walk", "--json"]).ok().json();
+    let cycle = &found["cycles"][0]["cycle"];
+    let [speed, multiplier] = ["speed", "multiplier"].map(|name| cycle[name].as_f64().unwrap());
+    // What `gait optimise` walked.
+    assert!((speed - 0.413_267).abs() < 1e-5 && (multiplier - 0.412).abs() < 1e-3, "{cycle}");
+    let step = ["--gait", "walk", "--speed", "0.43", "--json"];
+    let step = bipedc(&[&["gait", "step", "tests/data/planar/tailed"], &step[..]].concat()).ok().json();
+    assert_eq!(step["feasible"], false, "{step}");
+}
