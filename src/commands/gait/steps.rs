@@ -191,17 +191,16 @@ impl Planned {
             AnyBench::Phased(gait) => gait.plans(&bench.phases()?, &options, &bench.run())?,
         };
         output::diagnostics(&plans.messages);
-        if plans.plans.is_empty() {
-            // Interrupted before the first: files that are there stay.
-            return Ok(ExitCode::from(INTERRUPTED));
+        // Interrupted before the first: files that are there stay.
+        if !plans.plans.is_empty() {
+            write(self.svg.as_deref(), || curves_svg(&plans.figure()))?;
+            if let Some(path) = &self.energies {
+                let figure = energies(&bench, &gait, &plans)?;
+                write(Some(path), || curves_svg(&figure))?;
+            }
+            write(self.csv.as_deref(), || plans.csv())?;
+            write(self.page.as_deref(), || render_curves(&plans.figure()))?;
         }
-        write(self.svg.as_deref(), || curves_svg(&plans.figure()))?;
-        if let Some(path) = &self.energies {
-            let figure = energies(&bench, &gait, &plans)?;
-            write(Some(path), || curves_svg(&figure))?;
-        }
-        write(self.csv.as_deref(), || plans.csv())?;
-        write(self.page.as_deref(), || render_curves(&plans.figure()))?;
         if self.json {
             output::print_json(&plans)?;
         } else {

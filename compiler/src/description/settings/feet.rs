@@ -91,13 +91,14 @@ pub(crate) fn side_of_name(name: &str) -> Option<Side> {
     let any = |side: fn(&(&'static str, &'static str)) -> &'static str| {
         SIDES.iter().any(|pair| words.contains(&side(pair)))
     };
-    let left = lower.contains("left") || any(|pair| pair.0) || camel('L');
-    let right = lower.contains("right") || any(|pair| pair.1) || camel('R');
-    match (left, right) {
+    let told = |left: bool, right: bool| match (left, right) {
         (true, false) => Some(Side::Left),
         (false, true) => Some(Side::Right),
         _ => None,
-    }
+    };
+    // Whole words count more than short ones, which may mean something else (`left_re_hip`: rear).
+    told(lower.contains("left"), lower.contains("right"))
+        .or_else(|| told(any(|pair| pair.0) || camel('L'), any(|pair| pair.1) || camel('R')))
 }
 
 fn read_points(
