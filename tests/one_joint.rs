@@ -126,3 +126,42 @@ fn a_joint_without_effort_is_named() {
         run.out
     );
 }
+
+/// Writes friction of this size into the description, and perhaps over which speeds its sign changes; then the error on a log and its noise.
+fn error_with(folder: &Path, log: &Path, friction: f64, smoothing: Option<f64>) -> [f64; 2] {
+    let mut toml = format!(
+        "[base]\nkind = \"fixed\"\n\n[[effect]]\nkind = \"coulomb_friction\"\njoint = \"shoulder\"\ntorque = {friction}\n"
+    );
+    if let Some(width) = smoothing {
+        writeln!(toml, "smoothing = {width}").unwrap();
+    }
+    std::fs::write(folder.join("biped.toml"), toml).unwrap();
+    let errors = bipedc(&["compare", text(folder), text(log), "--json", "--cutoff", "16"]).ok().json();
+    ["rms", "noise"].map(|key| errors["channels"][0][key].as_f64().unwrap())
+}
+
+/// In a motion this slow a sign that changes over 0.02 rad/s is wrong for a tenth of the time.
+#[test]
+fn friction_along_a_smooth_motion_jumps_as_efforts_do() {
+    let folder = arm("one_joint_sharp");
+    let rubbed = |motion: [f64; 4]| torque(motion, 0.0, 0.1) + 0.03 * motion[1].signum();
+    let slow = log(&folder, "slow.csv", [0.31, 0.47], &rubbed);
+    // It turns about three times: at one sample each the side may be the wrong one.
+    let [rms, noise] = error_with(&folder, &slow, 0.03, None);
+    assert!(rms < 2.0 * 0.03 * (3.0 / 9500.0_f64).sqrt(), "{rms} N m, noise {noise} N m");
+    // A width that was stated is a claim about the robot.
+    let [wide, _] = error_with(&folder, &slow, 0.03, Some(0.1));
+    assert!(wide > 10.0 * rms, "{wide} N m, {rms} N m");
+}
+
+/// The effort of a drive that yields passes from one side to the other over a tenth of a second.
+#[test]
+fn friction_behind_a_slow_drive_does_not_jump() {
+    let folder = arm("one_joint_slow_drive");
+    let rubbed = |motion: [f64; 4]| torque(motion, 0.0, 0.1) + 0.03 * (motion[1] / 0.02).tanh();
+    let slow = log(&folder, "slow.csv", [0.31, 0.47], &rubbed);
+    let [rms, noise] = error_with(&folder, &slow, 0.03, None);
+    assert!(rms < 1.1 * noise, "{rms} N m, noise {noise} N m");
+    let [sharp, _] = error_with(&folder, &slow, 0.03, Some(1e-4));
+    assert!(sharp > 5.0 * noise, "{sharp} N m, noise {noise} N m");
+}

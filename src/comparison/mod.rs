@@ -142,7 +142,8 @@ fn look_closer(
 /// Logged efforts against the compiled model with the effects of its description.
 ///
 /// Effects that no function of one state contains (delays, saturated drives, springs and play behind motors whose angle alone is
-/// logged, rotors and friction of motors that turn otherwise than their joints) are applied to the whole log instead.
+/// logged, rotors and friction of motors that turn otherwise than their joints, signs of friction with which efforts jump) are applied to the
+/// whole log instead.
 fn compare_efforts(
     robot: &Robot,
     log: &Log,
@@ -168,9 +169,10 @@ fn compare_efforts(
     };
     if !robot.description.effects.iter().any(outside) {
         let reading = measure::Options { cutoff_hz: Some(comparison.cutoff_hz), ..reading.clone() };
-        progress
-            .stage("looking where joints stick", || without_sticking(robot, log, &reading, &mut comparison));
-        return Ok(comparison);
+        let without = || without_sticking(robot, log, &reading, &mut comparison);
+        if !progress.stage("looking where joints stick", without) {
+            return Ok(comparison);
+        }
     }
     let measured = progress.stage("deriving", || Measured::new(robot))?;
     let mut all = Vec::new();
@@ -185,11 +187,16 @@ fn compare_efforts(
 }
 
 /// Errors without the samples at which joints stick, as a diagnosis has them. A log that makes no experiment (too short, a base of which
-/// no log tells) does not say where they do.
-fn without_sticking(robot: &Robot, log: &Log, reading: &measure::Options, comparison: &mut Comparison) {
-    let Ok(measured) = Measured::new(robot) else { return };
-    if let Ok(experiment) = measured.efforts(log, reading, SAMPLES) {
-        comparison.without_sticking(&experiment);
-        comparison.assumptions.extend(experiment.set_aside());
-    }
+/// no log tells) does not say where they do. Whether efforts jump with a friction of the description.
+fn without_sticking(
+    robot: &Robot,
+    log: &Log,
+    reading: &measure::Options,
+    comparison: &mut Comparison,
+) -> bool {
+    let Ok(measured) = Measured::new(robot) else { return false };
+    let Ok(experiment) = measured.efforts(log, reading, SAMPLES) else { return false };
+    comparison.without_sticking(&experiment);
+    comparison.assumptions.extend(experiment.set_aside());
+    experiment.has_sharp_signs()
 }

@@ -243,7 +243,12 @@ fn replaced(
 ) -> Result<Vec<f64>, Diagnostics> {
     let mut values = values.to_vec();
     let mut wrong = Vec::new();
-    for (name, value) in assignments {
+    for (place, (name, value)) in assignments.iter().enumerate() {
+        if assignments[..place].iter().any(|(other, _)| other == name) {
+            let message = format!("`{name}` is set twice");
+            wrong.push(Diagnostic::error(message).help("leave one of them out"));
+            continue;
+        }
         let Some(index) = parameters.iter().position(|parameter| parameter.name == *name) else {
             wrong.push(unknown((gait, parameters), name));
             continue;

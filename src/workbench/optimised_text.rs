@@ -50,7 +50,12 @@ impl fmt::Display for OptimisedGait {
             (true, false) => "feasible, the search ended before a minimum",
             (false, _) => "not found",
         };
-        write!(f, "{} m/s: {ended}, {} iterations in {} rounds, ", self.speed, self.iterations, self.rounds)?;
+        let rounds = if self.rounds == 1 { "round" } else { "rounds" };
+        write!(
+            f,
+            "{} m/s: {ended}, {} iterations in {} {rounds}, ",
+            self.speed, self.iterations, self.rounds
+        )?;
         match self.taken_over {
             true => writeln!(f, "found by an earlier run and taken over")?,
             false => writeln!(f, "{:.2} s", self.seconds)?,

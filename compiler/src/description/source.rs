@@ -64,7 +64,10 @@ impl<'a> Messages<'a> {
             let (line, column) = self.source.line_and_column(offset);
             diagnostic = diagnostic.at(line, column);
         }
-        self.list.push(diagnostic);
+        // What is read twice is said once.
+        if !self.list.contains(&diagnostic) {
+            self.list.push(diagnostic);
+        }
     }
 
     /// How many errors were found so far.

@@ -123,6 +123,12 @@ impl<'t, 'i> Section<'t, 'i> {
             Some(outer) => format!("[[{outer}.{key}]]"),
             None => format!("[[{key}]]"),
         };
+        if let DeValue::Table(table) = entry.value {
+            // Read as the list of one that was meant, so that nothing else is said to be missing.
+            let message = format!("[{key}] is one table of a list");
+            messages.error(entry.at, message, format!("write {title}, with two brackets"));
+            return vec![Section { table, title, at: entry.at }];
+        }
         let Some(items) = entry.items("an array of tables", messages) else { return Vec::new() };
         items.into_iter().filter_map(|item| item.section(title.clone(), messages)).collect()
     }

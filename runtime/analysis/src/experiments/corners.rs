@@ -41,7 +41,7 @@ const DEVIATIONS: f64 = 3.0;
 /// Fewest samples beyond a limit that tell where it is.
 const BEYOND: usize = 50;
 /// The parameter of friction's sign.
-const SMOOTHING: &str = "smoothing";
+pub(crate) const SMOOTHING: &str = "smoothing";
 /// A coupling's friction, and the part of the joint's own speed in its sign.
 const COULOMB: &str = "coulomb";
 const DIFFERENTIAL: &str = "differential";

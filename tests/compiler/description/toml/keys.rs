@@ -111,6 +111,12 @@ help: write a table"#,
 help: write an array of tables"#,
     );
     refused(
+        "[phase]\nname = \"single_support\"\ncontacts = [{ foot = \"left_foot\" }]\n",
+        r#"error: [phase] is one table of a list
+  --> biped.toml:1:1
+help: write [[phase]], with two brackets"#,
+    );
+    refused(
         "[generate]\nruntime_parameters = \"yes\"\n",
         r#"error: `runtime_parameters` in [generate]: expected true or false, found the text "yes"
   --> biped.toml:2:22

@@ -51,6 +51,8 @@ pub struct MotionExperiment<'a> {
     sticks: Vec<Vec<bool>>,
     /// By row, N m or N, see [`Experiment::motion_noise`].
     motion_noise: Vec<f64>,
+    /// Of each joint whether its effort jumps where it turns about; found when first asked for.
+    pub(super) jumps: Vec<OnceLock<bool>>,
 }
 
 impl<'a> MotionExperiment<'a> {
@@ -113,6 +115,7 @@ impl<'a> MotionExperiment<'a> {
             sticks: Vec::new(),
             motion_noise: Vec::new(),
             resistance: (0..joints).map(|_| OnceLock::new()).collect(),
+            jumps: (0..joints).map(|_| OnceLock::new()).collect(),
             recording,
         };
         this.list_rows();

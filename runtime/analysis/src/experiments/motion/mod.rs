@@ -10,6 +10,7 @@ mod on_ground;
 mod places;
 mod rigid;
 mod ripple;
+mod sharp_signs;
 mod signals;
 mod starts;
 mod sticking;

@@ -92,6 +92,7 @@ impl MotionExperiment<'_> {
         links: &Trajectory,
         torque: &mut [f64],
     ) {
+        let effect = &*self.as_it_jumps(joint, effect);
         let Some(law) = torque_law(effect) else { return };
         let other = self.index(effect.location.other_joint.as_deref()).unwrap_or(joint);
         let on_motor = effect.kind.simulation.is_on_motor();
