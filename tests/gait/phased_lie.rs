@@ -110,3 +110,50 @@ fn outputs_move_as_their_lie_derivatives_say() {
     }
     assert!(worst < 1e-6, "{worst:e}");
 }
+
+/// Along a surface on which contacts hold, α φ̈ + β φ̇² + γ is what torques do there, and ½ α φ̇² the kinetic energy: with T′ the velocity (φ̇ = 1) and any φ̈.
+#[test]
+fn zero_dynamics_of_all_phases_balance_the_power() {
+    let bench = phased(WALKER, "collocated");
+    let model = ProgramModel::new(bench.compiled().model.clone());
+    let (mut worst, mut count) = (0.0_f64, 0);
+    for case in cases().iter().map(|case| Case::new(case, bench.compiled().arguments.len())) {
+        // A velocity that the contacts let pass: what one step of their dynamics leaves of none at all.
+        let moved = |tau: &[f64], v: &[f64]| {
+            let state = State::new().with(Argument::Q, &case.q).with(Argument::V, v);
+            let function = format!("constrained_dynamics_of_{}", case.phase);
+            call(&model, &function, &state.with(Argument::Tau, tau))[..9].to_vec()
+        };
+        let torques = |size: f64| {
+            (0..9).map(|k| if k < 3 { 0.0 } else { size * (4.5 - k as f64) }).collect::<Vec<f64>>()
+        };
+        let rest = [0.0; 9];
+        let (pushed, free) = (moved(&torques(3.0), &rest), moved(&torques(0.0), &rest));
+        let v: Vec<f64> = pushed.iter().zip(free).map(|(pushed, free)| 0.1 * (pushed - free)).collect();
+        let tau = torques(-2.0);
+        let acceleration = moved(&tau, &v);
+        let along = 0.7;
+        let curvature: Vec<f64> = acceleration.iter().zip(&v).map(|(a, slope)| a - along * slope).collect();
+        let state =
+            State::new().with(Argument::Q, &case.q).with(Argument::V, &v).with(Argument::A, &curvature);
+        let found = call(&model, &format!("zero_dynamics_of_{}", case.phase), &state);
+        let [alpha, beta, gamma] = found[..3] else { panic!("{} numbers", found.len()) };
+        let driven: f64 = found[3..].iter().zip(&tau[3..]).map(|(part, torque)| part * torque).sum();
+        let size =
+            [alpha * along, beta, gamma, driven].iter().fold(0.0_f64, |most, part| most.max(part.abs()));
+        worst = worst.max((alpha * along + beta + gamma - driven).abs() / size);
+        // D T′ is inverse dynamics of that acceleration, at rest and less what holds the robot up.
+        let inverse = |a: &[f64]| {
+            let state = State::new().with(Argument::Q, &case.q).with(Argument::V, &rest).with(Argument::A, a);
+            call(&model, "inverse_dynamics", &state)
+        };
+        let weight = inverse(&rest);
+        let twice: f64 =
+            inverse(&v).iter().zip(weight).zip(&v).map(|((force, weight), v)| (force - weight) * v).sum();
+        worst = worst.max((twice - alpha).abs() / alpha);
+        assert!(alpha > 0.0);
+        count += 1;
+    }
+    println!("{count} states, at most {worst:e}");
+    assert!(count > 3 && worst < 1e-11, "{count} {worst:e}");
+}

@@ -1,4 +1,5 @@
-//! Zero dynamics of a gait: α φ̈ + β φ̇² + γ = 0 (6.6, Table 6.3 corrected), for a planar robot on one pinned foot.
+//! Zero dynamics of a gait: α φ̈ + β φ̇² + γ = 0 (6.6, Table 6.3 corrected), for a planar robot on one pinned foot; with torques on the right
+//! in phases that have any number of them.
 use super::kinematics::Motions;
 use super::model::RobotModel;
 use super::newton_euler::generalised_forces;
@@ -23,20 +24,33 @@ pub struct ZeroDynamics<'g> {
 
 /// Derives them; `foot` are x and z of the foot that stands.
 pub fn zero_dynamics<'g>(model: &RobotModel<'g, '_>, foot: &[Sym<'g>; 2]) -> ZeroDynamics<'g> {
-    let turn = turn_about_foot(model, foot);
-    let along = |motions: Motions| {
+    along(model, &turn_about_foot(model, foot))
+}
+
+/// The same along the surface itself, n = T′, in any phase: α φ̈ + β φ̇² + γ = T′ᵀ B u.
+///
+/// No force of a contact that holds does work along T′, so none is in it; which torques drive outputs and which are free (B_g and B_f of
+/// Table 6.3) need not be said, and nothing is inverted. ½ α φ̇² is the kinetic energy, and the equation is the balance of power over φ̇.
+pub fn power_along_surface<'g>(model: &RobotModel<'g, '_>) -> ZeroDynamics<'g> {
+    let direction: Vec<Sym<'g>> = (0..model.tree.nv).map(|index| model.input(Argument::V, index)).collect();
+    along(model, &direction)
+}
+
+/// α, β and γ of a direction of generalised forces, whose first rows it has.
+fn along<'g>(model: &RobotModel<'g, '_>, direction: &[Sym<'g>]) -> ZeroDynamics<'g> {
+    let part = |motions: Motions| {
         let forces = generalised_forces(model, motions, false);
-        turn.iter().zip(&forces).fold(model.constant(0.0), |sum, (&n, &force)| sum + n * force)
+        direction.iter().zip(&forces).fold(model.constant(0.0), |sum, (&n, &force)| sum + n * force)
     };
-    let accelerated = along(Motions { velocity: false, acceleration: true, gravity: false });
+    let accelerated = part(Motions { velocity: false, acceleration: true, gravity: false });
     // D T′: the forces of an acceleration, with the velocity in its place.
     let to_velocity = |input: Input| {
         (input.argument == Argument::A).then(|| model.input(Argument::V, input.index as usize))
     };
     ZeroDynamics {
         alpha: replaced(&[accelerated], to_velocity)[0],
-        beta: along(Motions { gravity: false, ..Motions::ALL }),
-        gamma: along(Motions::AT_REST),
+        beta: part(Motions { gravity: false, ..Motions::ALL }),
+        gamma: part(Motions::AT_REST),
     }
 }
 

@@ -10,6 +10,7 @@ use crate::derive::lie_derivatives::{along_dynamics, response};
 use crate::derive::virtual_constraints::{
     GaitArguments, PhaseConstraints, configuration_jacobian, phase_constraints, slopes_with_phase,
 };
+use crate::derive::zero_dynamics::power_along_surface;
 use crate::derive::{InertiaMode, RobotModel};
 use crate::description::gait::{PhasedGait, SupportPhase};
 use crate::description::model::{Phase, RobotDescription};
@@ -20,7 +21,8 @@ use bipedc_runtime::Argument;
 use bipedc_runtime::control::MOST_JOINTS;
 
 /// A robot and its gait of several phases as programs. Functions of each phase are `controlled_of_PHASE`, `wanted_of_PHASE`,
-/// `phase_end_of_PHASE`, `feedforward_of_PHASE`, `lie_derivatives_of_PHASE`, `virtual_constraints_of_PHASE` with their slopes.
+/// `phase_end_of_PHASE`, `feedforward_of_PHASE`, `lie_derivatives_of_PHASE`, `zero_dynamics_of_PHASE`,
+/// `virtual_constraints_of_PHASE` with their slopes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CompiledPhases {
     /// With the functions of the model that a step needs; [`Argument::Parameters`] are those of the gait.
@@ -132,8 +134,37 @@ fn of_phase(
          them, L_g L_f h; then, without value and rate, the forces of the ground without torques and what one N m adds to them.",
     );
     found.push(names.function(&graph, head, Quantity::matrix(rows, units, heads, columns)));
+    found.push(zero_dynamics(&model, &names));
     without_poles(&graph, &format!("phase `{}` of the gait", of.name))?;
     Ok((found, held.names))
+}
+
+/// α, β, γ along the surface, then what one N m at each joint adds to the other side.
+fn zero_dynamics(model: &RobotModel<'_, '_>, names: &Names<'_>) -> Function {
+    let zero = power_along_surface(model);
+    let unit = &names.phase.unit;
+    let per = |top: &str, power: &str| match unit.as_str() {
+        "rad" => top.to_owned(),
+        unit => format!("{top} rad{power}/({unit}){power}"),
+    };
+    let inertia = per("kg m²", "²");
+    let (mut rows, mut units) = (
+        ["alpha", "beta", "gamma"].map(str::to_owned).to_vec(),
+        vec![inertia.clone(), per("kg m²", "³"), per("N m", "")],
+    );
+    let mut values = vec![zero.alpha, zero.beta, zero.gamma];
+    for joint in &model.tree.joints {
+        rows.push(format!("one N m at {}", joint.name));
+        units.push(per("N m", ""));
+        values.push(model.input(Argument::V, joint.v_index));
+    }
+    let head = (
+        "zero_dynamics",
+        "(6.31), Table 6.3 along n = T′",
+        "α φ̈ + β φ̇² + γ = Σ ζ u at q = T(φ), v = T′(φ), a = T″(φ), with ½ α φ̇² the kinetic energy; then ζ of one N m at each joint. Effects in \
+         joints are not in it.",
+    );
+    names.function(model.graph, head, Quantity::named(rows, units, values))
 }
 
 fn joined<'g>(mut head: Vec<Sym<'g>>, tail: &[Sym<'g>]) -> Vec<Sym<'g>> {
