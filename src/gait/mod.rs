@@ -180,7 +180,7 @@ impl GaitBench {
         if !(0.0..=magnitude::LARGEST).contains(&speed) {
             let help =
                 "write the speed at mid-stance, 0 or more, in the unit of the phase variable per second";
-            return Err(Diagnostic::error(format!("a speed of {speed} is not possible")).help(help).into());
+            return Err(Diagnostic::error(impossible_speed(speed)).help(help).into());
         }
         let defaults: Vec<f64> = self.gait.parameters.iter().map(|parameter| parameter.default).collect();
         let to = self.with(&defaults, &options.set)?;
@@ -232,6 +232,16 @@ impl Parametrised for GaitBench {
     }
     fn file(&self) -> &Path {
         &self.file
+    }
+}
+
+/// What is wrong with a speed.
+fn impossible_speed(speed: f64) -> String {
+    // Three hundred digits are no help.
+    if speed.abs() < 1e9 {
+        format!("a speed of {speed} is not possible")
+    } else {
+        format!("a speed of {speed:e} is not possible")
     }
 }
 

@@ -1,6 +1,6 @@
 //! Parameters of a gait by name, whatever its number of phases.
 use super::over::Over;
-use super::{Assignment, beyond, replaced, unknown};
+use super::{Assignment, beyond, impossible_speed, replaced, unknown};
 use bipedc_compiler::description::gait::GaitParameter;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use bipedc_effects::magnitude;
@@ -95,8 +95,7 @@ pub(crate) trait Parametrised {
         if speeds.is_empty() {
             return Err(Diagnostic::error("no speed is given").help(help).into());
         }
-        let refuse =
-            |speed: &f64| Diagnostic::error(format!("a speed of {speed} is not possible")).help(help.clone());
+        let refuse = |speed: &f64| Diagnostic::error(impossible_speed(*speed)).help(help.clone());
         let wrong: Vec<Diagnostic> = speeds.iter().filter(|speed| !possible(speed)).map(refuse).collect();
         if wrong.is_empty() { Ok(()) } else { Err(Diagnostics(wrong)) }
     }

@@ -88,6 +88,9 @@ fn wrong_use_is_named() {
         .fails_with(&["step_lenght", "did you mean `step_length`?"]);
     run(&["--speed", "-1"]).fails_with(&["a speed of -1 is not possible"]);
     run(&["--speed", "1.5", "--set", "step_length=1e300"]).fails_with(&["is not possible", "number in m"]);
+    let twice = ["--speed", "1", "--set", "step_length=0.4", "--set", "step_length=0.5"];
+    bipedc(&[&["gait", "step", "robots/three_link", "--gait", "thesis"], &twice[..]].concat())
+        .fails_with(&["`step_length` is set twice", "leave one of them out"]);
     bipedc(&["gait", "step", "robots/three_link", "--gait", "thesys", "--speed", "1"])
         .fails_with(&["no gait `thesys`", "did you mean `thesis`?"]);
     bipedc(&["gait", "step", "robots/tulip", "--gait", "thesis", "--speed", "1"])

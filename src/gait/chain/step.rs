@@ -3,7 +3,7 @@ use super::hop::Beginning;
 use super::known::{Ended, key};
 use super::surface::SurfacePoint;
 use super::{Chain, ChainPhase, PhaseEnergy, Refused};
-use crate::gait::{Assignment, Parametrised, PhasedBench};
+use crate::gait::{Assignment, Parametrised, PhasedBench, impossible_speed};
 use bipedc_analysis::gait::{Margins, Reason};
 use bipedc_analysis::simulate::phases::{Ending, PhaseSpec};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -120,7 +120,7 @@ impl PhasedBench {
         let speed = options.speed;
         if !(speed > 0.0 && speed <= magnitude::LARGEST) {
             let help = "write the speed at mid-stance, above 0, in the unit of the phase variable per second";
-            return Err(Diagnostic::error(format!("a speed of {speed} is not possible")).help(help).into());
+            return Err(Diagnostic::error(impossible_speed(speed)).help(help).into());
         }
         let to = self.values(&options.set)?;
         let from = self.with(&to, &options.from)?;

@@ -6,7 +6,7 @@ mod text;
 
 use super::choice::not_chosen;
 use super::over::{Over, Range};
-use super::{Assignment, GaitBench, Parametrised};
+use super::{Assignment, GaitBench, Parametrised, impossible_speed};
 use crate::progress::Run;
 use bipedc_analysis::gait::{Assumptions, Choices, Plan, PlannedStep, Unreached, Watch};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -214,9 +214,7 @@ trait Planning: Parametrised {
         self.check_speeds(&options.from_speeds)?;
         if !(0.0..=magnitude::LARGEST).contains(&options.to) {
             let help = format!("write a speed at mid-stance, 0 or more, in {}", self.speed_unit());
-            return Err(Diagnostic::error(format!("a speed of {} is not possible", options.to))
-                .help(help)
-                .into());
+            return Err(Diagnostic::error(impossible_speed(options.to)).help(help).into());
         }
         let values = self.with(&self.defaults(), &options.set)?;
         let now = self.with(&values, &options.from)?;

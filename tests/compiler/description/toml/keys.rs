@@ -111,7 +111,7 @@ help: write a table"#,
 help: write an array of tables"#,
     );
     refused(
-        "[phase]\nname = \"single_support\"\ncontacts = [{ foot = \"left_foot\" }]\n",
+        "[phase]\nname = \"single_support\"\ncontacts = [\"left_foot\"]\n",
         r#"error: [phase] is one table of a list
   --> biped.toml:1:1
 help: write [[phase]], with two brackets"#,
