@@ -153,7 +153,7 @@ impl Diagnose {
         description_path(bench.path())?;
         output::diagnostics(&bench.robot().warnings);
         let (log, judge) = self.logs(bench, mapping)?;
-        let options = Options { report: false, ..self.options() };
+        let options = self.options();
         let mut steps = Vec::new();
         let explained = bench.explain((&log, judge.as_ref()), &options, &mut |event| {
             let text = match event {
@@ -172,6 +172,9 @@ impl Diagnose {
             }
             output::print(&text).map_err(|error| Diagnostics::from(Diagnostic::error(error.to_string())))
         })?;
+        if let Some(report) = &explained.last.report {
+            self.pages.write(&Report { next: self.next(bench, &explained.last), ..report.clone() })?;
+        }
         if self.json {
             let (complete, searches) = (explained.is_complete(), explained.searches);
             output::print_json(&Explanation { steps: &steps, searches, complete, last: &explained.last })?;

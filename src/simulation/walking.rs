@@ -34,6 +34,11 @@ impl Scene {
     ) -> Result<Simulated, Diagnostics> {
         let Self { robot, plant, scenario, .. } = self;
         let in_file = |error: Diagnostic| error.or_in_file(&self.file);
+        if options.energy {
+            let message = "where energy goes is known of time stepping alone, and this scenario walks from event to event";
+            let help = "leave --energy out; `bipedc gait cycle` says what a step costs";
+            return Err(in_file(Diagnostic::error(message).help(help)).into());
+        }
         let derive = || walker_for(robot, scenario, options.film);
         let walker = run.progress.stage("deriving", derive)?;
         let recorder = || {

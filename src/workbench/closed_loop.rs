@@ -1,5 +1,6 @@
 //! A gait that was found, tried under its own controller, and what it lacks then.
 use super::Workbench;
+use crate::gait::Parametrised as _;
 use crate::gait::optimise::{Demands, Optimum};
 use crate::gait::{
     AnyBench, ChainOptions, ChainStep, ChainedPhase, CycleOptions, GaitBench, PhasedBench, StepOptions,
@@ -20,6 +21,9 @@ pub struct ClosedLoop {
     pub reason: Option<String>,
     /// φ̇ at the dead centre of every step, per s.
     pub speed: Option<f64>,
+    /// Unit of that speed, for people.
+    #[serde(skip)]
+    pub speed_unit: String,
     /// What is left of a small deviation after a step.
     pub multiplier: Option<f64>,
     /// Mean walking speed, m/s.
@@ -129,6 +133,10 @@ impl Workbench {
                 found.reason = Some(failed(&why));
                 return found;
             }
+        };
+        found.speed_unit = match &bench {
+            AnyBench::OnePhase(bench) => bench.speed_unit(),
+            AnyBench::Phased(bench) => bench.speed_unit(),
         };
         (found.speed, found.multiplier) = (Some(step.speed), Some(step.multiplier));
         (found.duration, found.cost_of_transport) = (Some(step.duration), step.cost_of_transport);

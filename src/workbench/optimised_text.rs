@@ -31,6 +31,29 @@ impl fmt::Display for Landing {
     }
 }
 
+/// Words with which constraints begin, and the option that asks for less there.
+const OPTIONS: [(&str, &str); 5] = [
+    ("impact holds", "a smaller --impulse"),
+    ("clearance of", "a smaller --clearance"),
+    ("friction of", "a larger --friction"),
+    ("centre of pressure", "a smaller --zmp"),
+    ("centre of the impulse", "a smaller --zmp"),
+];
+
+/// What to ask for instead, by the constraints that were missed.
+fn what_may_help(violations: &[Violated]) -> String {
+    let mut named: Vec<&str> = Vec::new();
+    for violated in violations {
+        let fits = OPTIONS.iter().find(|(begins, _)| violated.constraint.starts_with(begins));
+        if let Some((_, option)) = fits.filter(|(_, option)| !named.contains(option)) {
+            named.push(option);
+        }
+    }
+    named.truncate(4);
+    named.push("a --start from a gait that was found with less asked for, or at another speed");
+    format!("what may help: {}", named.join("; "))
+}
+
 impl fmt::Display for OptimisedGaits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for gait in &self.gaits {
@@ -82,6 +105,7 @@ impl fmt::Display for OptimisedGait {
             if left > 0 {
                 writeln!(f, "and {left} more")?;
             }
+            writeln!(f, "\n{}", what_may_help(&self.violations))?;
             return self.landing.iter().try_for_each(|landing| write!(f, "{landing}"));
         }
         write!(f, "\n{}", table(&["", "motion", "walked", "unit"], self.numbers(), 1))?;
@@ -108,12 +132,13 @@ impl OptimisedGait {
         let walked = tried.and_then(|tried| tried.margins.as_ref());
         let of = |number: Option<Option<f64>>| number.flatten();
         let duration: f64 = self.durations.iter().sum();
+        let speed_unit = tried.map_or("1/s", |tried| tried.speed_unit.as_str());
         let rows = [
             ("walking speed", Some(self.step_length / duration), of(tried.map(|t| t.walking_speed)), "m/s"),
             ("duration of a step", Some(duration), of(tried.map(|t| t.duration)), "s"),
             ("step length", Some(self.step_length), None, "m"),
             ("multiplier", None, of(tried.map(|t| t.multiplier)), "1"),
-            ("speed at mid-stance", None, of(tried.map(|t| t.speed)), "1/s"),
+            ("speed at mid-stance", None, of(tried.map(|t| t.speed)), speed_unit),
             ("cost of transport", Some(self.cost_of_transport), of(tried.map(|t| t.cost_of_transport)), "1"),
             ("friction needed", Some(margins.friction), walked.map(|w| w.friction), "1"),
             (

@@ -264,7 +264,8 @@ fn read_output(section: &Section<'_, '_>, names: &Names, messages: &mut Messages
 
 fn read_guard(section: &Section<'_, '_>, names: &Names, messages: &mut Messages<'_>) -> Option<Guard> {
     let Some(entry) = section.get("guard") else {
-        let help = "add guard = { zero = \"left_foot_toe_x - right_foot_toe_x - step_length\", between = [0.0, 1.5] }; or, for a controller that keeps to \
+        let help = "add guard = { zero = FORMULA, between = [0.0, 1.5] } with a formula that vanishes where the step ends, such as the distance \
+                    of the feet less a parameter; or, for a controller that keeps to \
                     limits of the ground, end = the φ where the phase is meant to end";
         let said = match section.has("end") {
             true => "here a step of one phase ends by a `guard`",

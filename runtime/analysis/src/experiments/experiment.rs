@@ -194,6 +194,12 @@ pub trait Experiment: Send + Sync {
         None
     }
 
+    /// By how much torques at the joint of a place, or masses of the robot, are larger than those of robots of which effects have usual sizes;
+    /// at least 1.
+    fn heaviness(&self, _place: &Location) -> f64 {
+        1.0
+    }
+
     /// A small part of the torque that the joint of a place usually transmits, N m (N), below which play may be anywhere between its stops.
     fn small_load(&self, _place: &Location) -> Option<f64> {
         None

@@ -1,8 +1,9 @@
 //! How a kind of effect is searched for: columns that enter linearly, and how parameters follow from their
 //! coefficients.
 use crate::experiments::{Experiment, Inertial};
+use crate::number::with_unit;
 use crate::robot::InertialParameters;
-use bipedc_effects::effect::{Effect, Kind, Law, Location, Parameters, Probe, kinds};
+use bipedc_effects::effect::{Effect, Kind, Law, Location, Parameters, Probe, Simulation, kinds};
 
 /// The parameter of the sign of friction, or of the side of play.
 const SMOOTHING: &str = "smoothing";
@@ -37,6 +38,8 @@ pub(crate) struct Form {
     pub sliding: Option<f64>,
     /// Torque over which play changes its side, N m.
     pub small_load: Option<f64>,
+    /// See [`Experiment::heaviness`].
+    pub heaviness: f64,
 }
 
 /// What enters linearly.
@@ -48,11 +51,19 @@ pub(crate) enum Search {
     Inertial(Vec<InertialParameters>),
 }
 
-/// A little beyond what is usual may be true, and is flagged then; far beyond it is another cause.
-pub(crate) fn within_reach((low, high): (f64, f64), value: f64) -> bool {
-    let slack = 0.2 * (high - low);
-    let least = if low > 0.0 { 0.8 * low } else { low - slack };
-    (least..=high + slack).contains(&value)
+/// Whether a value may be true: beyond what is usual it is flagged then, far beyond it is another cause. `heaviness`: of the place, see
+/// [`Experiment::heaviness`]. Effects of many parameters explain much with values that are none.
+pub(crate) fn within_reach(effect: &Effect, name: &str, value: f64, heaviness: f64) -> bool {
+    const FEW: usize = 3;
+    let is_simple = effect.kind.estimated().count() <= FEW
+        && !matches!(effect.kind.simulation, Simulation::Coupling { .. });
+    let beyond = if is_simple { 1.0 } else { 0.2 };
+    let (low, high) = effect.plausible(name);
+    let grows = ["N", "kg"].iter().any(|of| effect.unit(name).starts_with(of));
+    let heaviness = if grows { heaviness } else { 1.0 };
+    let slack = beyond * (high - low);
+    let least = if low > 0.0 { low / (1.0 + beyond) } else { (low - slack) * heaviness };
+    (least..=(high + slack) * heaviness).contains(&value)
 }
 
 /// What a kind at a place adds to the rows, per coefficient that enters linearly, with its other parameter at
@@ -103,6 +114,7 @@ impl Form {
             fixed: Vec::new(),
             sliding: experiment.slides(location),
             small_load: (kind.law == Law::Backlash).then(|| experiment.small_load(location)).flatten(),
+            heaviness: experiment.heaviness(location),
         })
     }
 
@@ -122,6 +134,7 @@ impl Form {
             fixed,
             sliding: None,
             small_load: None,
+            heaviness: experiment.heaviness(location),
         })
     }
 
@@ -277,8 +290,13 @@ impl Form {
             }
             let slight = slight(effect.unit(name));
             let possible = parameter.bounds.0 - slight <= *value && *value <= parameter.bounds.1;
-            let usual = within_reach(effect.plausible(name), *value);
-            (!(possible && usual)).then(|| format!("its {name} would be {value:.3e} {}", effect.unit(name)))
+            let usual = within_reach(&effect, name, *value, self.heaviness);
+            let size = with_unit(*value, effect.unit(name));
+            match (possible, usual) {
+                (true, true) => None,
+                (true, false) => Some(format!("its {name} would be {size}, far beyond what is usual")),
+                (false, _) => Some(format!("its {name} would be {size}")),
+            }
         })
     }
 }

@@ -12,6 +12,8 @@ use bipedc_runtime::model::{Argument, State};
 pub(super) const COARSE: usize = 16;
 /// The same where one step is described, or a plan is made.
 const FINE: usize = 48;
+/// And near both ends, in parts of that: what an impact or h_p leaves of torques and forces may last for milliseconds.
+const NEAR_ENDS: [f64; 4] = [0.0625, 0.125, 0.25, 0.5];
 /// Part of the phase after a beginning and before an end in which the foot in the air may be near the ground.
 const NEAR: f64 = 0.1;
 
@@ -110,9 +112,21 @@ impl GaitModel<'_> {
         }
         let [start, end] = part.ends;
         let parts = part.parts;
-        let phases: Vec<f64> = (0..=parts).map(|k| start + (end - start) * k as f64 / parts as f64).collect();
+        let width = (end - start) / parts as f64;
+        let mut phases: Vec<f64> =
+            (0..=parts).map(|k| start + (end - start) * k as f64 / parts as f64).collect();
+        if parts == FINE {
+            phases.extend(NEAR_ENDS.iter().flat_map(|part| [start + part * width, end - part * width]));
+        }
         let dynamics = course.zero_dynamics_at(&phases)?;
-        let potential = accumulated(course.potential(start)?, &dynamics, (end - start) / parts as f64);
+        let mut potential = accumulated(course.potential(start)?, &dynamics[..=parts], width);
+        for (place, part) in NEAR_ENDS.iter().enumerate().filter(|_| parts == FINE) {
+            // P′ = α γ, by the trapezoidal rule from the end nearby.
+            let rate = |k: usize| dynamics[k][0] * dynamics[k][2];
+            let [first, last] = [0, 1].map(|side| parts + 1 + 2 * place + side);
+            potential.push(potential[0] + 0.5 * part * width * (rate(0) + rate(first)));
+            potential.push(potential[parts] - 0.5 * part * width * (rate(parts) + rate(last)));
+        }
         let weight = self.weight(&course.surface(start)?);
         let mut between = ANY;
         for ((&phase, zero), potential) in phases.iter().zip(&dynamics).zip(potential) {

@@ -51,7 +51,10 @@ impl fmt::Display for Refusal {
             }
             Self::NoSteadyStart => f.write_str("the phase at which steps begin does not settle"),
             Self::NoPhaseLeft([start, end]) => {
-                write!(f, "the step would begin at the phase {start:.6} and end at {end:.6}: none is left")
+                write!(f, "the step would begin at the phase {start:.6} and end at {end:.6}: none is left")?;
+                // As in what `gait new` writes.
+                let hint = " (a form has no curves yet; `bipedc gait optimise` finds them)";
+                f.write_str(if start == end { hint } else { "" })
             }
             Self::OutputsJump(jump) => {
                 write!(

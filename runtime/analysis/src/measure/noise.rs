@@ -1,4 +1,5 @@
 //! How noisy a measured signal is.
+use bipedc_effects::random::Random;
 
 /// Most differences of a signal from which its noise is judged; of longer signals, windows evenly spread.
 const MOST: usize = crate::measure::HELD;
@@ -76,6 +77,9 @@ pub(super) fn third_difference(w: &[f64]) -> f64 {
 }
 
 pub(super) fn of_differences(mut differences: Vec<f64>) -> f64 {
+    if let Some(step) = step_of_values(&differences) {
+        return of_stepped(differences, step);
+    }
     let mut medians: Vec<f64> = differences.chunks_exact_mut(WINDOW).map(median).collect();
     let typical = if medians.is_empty() {
         median(&mut differences)
@@ -86,6 +90,37 @@ pub(super) fn of_differences(mut differences: Vec<f64>) -> f64 {
     let quiet = typical / 0.6745 / 20f64.sqrt();
     // Standing still within an encoder's step is no noise level.
     if quiet > 0.0 { quiet } else { median(&mut differences) / 0.6745 / 20f64.sqrt() }
+}
+
+/// The step of a signal that is rounded to steps which matter beside its noise, by its third differences: these are whole steps, too.
+fn step_of_values(differences: &[f64]) -> Option<f64> {
+    /// Fewer tell nothing.
+    const LEAST: usize = 50;
+    /// Differences of equal numbers may be nearly nothing.
+    const NOTHING: f64 = 1e-9;
+    let largest = differences.iter().copied().fold(0.0, f64::max);
+    let changes: Vec<f64> =
+        differences.iter().copied().filter(|change| *change > NOTHING * largest).collect();
+    let usual = quantile(&mut changes.clone(), 0.5);
+    (changes.len() > LEAST).then(|| step_of_encoder(&changes, usual)).flatten()
+}
+
+/// The same of a signal in steps: noise of the size of a step is drawn to it, so that medians do not fall on steps, and taken away again. Rounding
+/// makes s/√12 itself.
+fn of_stepped(mut differences: Vec<f64>, step: f64) -> f64 {
+    let mut random = Random::new(1);
+    let mut spread = || 0.5 * step * random.symmetric();
+    for difference in &mut differences {
+        *difference = (*difference + spread() - 3.0 * spread() + 3.0 * spread() - spread()).abs();
+    }
+    let mut medians: Vec<f64> = differences.chunks_exact_mut(WINDOW).map(median).collect();
+    let typical = if medians.is_empty() {
+        median(&mut differences)
+    } else {
+        quantile(&mut medians, QUIETER) / OF_QUIETER
+    };
+    let (all, rounding) = (typical / 0.6745 / 20f64.sqrt(), step * step / 12.0);
+    (all * all - rounding).max(rounding).sqrt()
 }
 
 fn median(values: &mut [f64]) -> f64 {

@@ -1,7 +1,7 @@
 //! Explanations that the data cannot tell from the one that stands.
 use super::behind_motors::{exact_deviance, is_behind_motor};
 use super::conclusion::Conclusion;
-use super::parsimony::{ALIKE, SCATTER};
+use super::parsimony::{ALIKE, SCATTER, rows_within};
 use super::regression::{ScoredFit, is_held_out};
 use crate::diagnose::FoundEffect;
 use crate::experiments::corners::landings_in_legs;
@@ -12,6 +12,10 @@ use std::collections::BTreeMap;
 
 /// Most single effects that are named in the place of one: who reads ten reads none.
 const SINGLES: usize = 4;
+/// No row's squared error may be larger than this part of it in the place of an effect that removed a hundred times as much: one sees that.
+const WORSE: f64 = 0.1;
+/// The same where blocks of the judging data disagree.
+const MUCH_WORSE: f64 = 0.25;
 /// Most pairs.
 const PAIRS: usize = 3;
 
@@ -127,8 +131,12 @@ impl Conclusion<'_> {
     /// Whether so much more deviance than that of the effects that stand is nothing, beside what they remove or beside
     /// what blocks of the judging data disagree by.
     fn as_well(&self, scored: &ScoredFit, set: &[usize], more: f64, removed: f64) -> bool {
-        let chance = || self.regression.scatter(&self.outcome.scored, &self.outcome.active, scored, set);
-        more <= (ALIKE * removed).max(4.0) || (more <= SCATTER * removed && more <= chance())
+        let (regression, here) = (self.regression, &self.outcome.scored);
+        let chance = || regression.scatter(here, &self.outcome.active, scored, set);
+        let rows = |growth| rows_within(regression, here, scored, growth);
+        more <= 4.0
+            || (more <= ALIKE * removed && rows(WORSE))
+            || (more <= SCATTER * removed && rows(MUCH_WORSE) && more <= chance())
     }
 
     /// A candidate in the place of an effect, with the values that fit there.

@@ -90,6 +90,9 @@ impl Experiment for Amended<'_> {
     fn slides(&self, place: &Location) -> Option<f64> {
         self.inner.slides(place)
     }
+    fn heaviness(&self, place: &Location) -> f64 {
+        self.inner.heaviness(place)
+    }
     fn small_load(&self, place: &Location) -> Option<f64> {
         self.inner.small_load(place)
     }

@@ -15,7 +15,17 @@ const GROWTH: f64 = 0.03;
 
 /// Whether no row is told worse, to speak of, by one explanation than by another. Tables of some ten postures or impacts scatter more.
 pub(super) fn rows_alike(regression: &Regression<'_>, better: &ScoredFit, other: &ScoredFit) -> bool {
-    let alike = |(better, other): (&f64, &f64)| *other <= (1.0 + GROWTH) * better;
+    rows_within(regression, better, other, GROWTH)
+}
+
+/// Whether no row's squared error is more than this part of it larger.
+pub(super) fn rows_within(
+    regression: &Regression<'_>,
+    better: &ScoredFit,
+    other: &ScoredFit,
+    growth: f64,
+) -> bool {
+    let alike = |(better, other): (&f64, &f64)| *other <= (1.0 + growth) * better;
     regression.is_table() || better.errors.iter().zip(&other.errors).all(alike)
 }
 

@@ -59,9 +59,10 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
     });
     let reachable = |k: usize| {
         let effect = &refined.effects[k];
+        let heaviness = regression.judge.heaviness(&effect.location);
         effect.parameters.iter().all(|(name, value)| {
             effect.kind.parameter(name).is_none_or(|p| {
-                matches!(p.role, Role::Setting(_)) || within_reach(effect.plausible(name), *value)
+                matches!(p.role, Role::Setting(_)) || within_reach(effect, name, *value, heaviness)
             })
         })
     };

@@ -385,6 +385,9 @@ impl Experiment for WalkingExperiment<'_> {
     fn slides(&self, place: &Location) -> Option<f64> {
         self.joints.slides(place)
     }
+    fn heaviness(&self, place: &Location) -> f64 {
+        self.joints.heaviness(place)
+    }
     fn small_load(&self, place: &Location) -> Option<f64> {
         self.joints.small_load(place)
     }

@@ -403,6 +403,20 @@ impl Experiment for MotionExperiment<'_> {
             self.index(place.joint.as_deref()).filter(|joint| self.layout.joints[*joint].prismatic)?;
         Some(self.reversal_speed(joint))
     }
+    fn heaviness(&self, place: &Location) -> f64 {
+        /// Such torques (N m; forces as on a wheel of 0.1 m) and such a mass (kg) are those of robots whose effects the library calls usual.
+        const TORQUE: f64 = 30.0;
+        const RADIUS: f64 = 0.1;
+        const MASS: f64 = 60.0;
+        const LARGEST: f64 = 1e3;
+        let Some(joint) = self.index(place.joint.as_deref()) else {
+            let mass: f64 = self.parameters.iter().step_by(InertialParameters::PER_BODY).sum();
+            return (mass / MASS).clamp(1.0, LARGEST);
+        };
+        let usual = if self.layout.joints[joint].prismatic { TORQUE / RADIUS } else { TORQUE };
+        let squares: f64 = self.strided(&self.load, joint).map(|torque| torque * torque).sum();
+        ((squares / self.recording.samples().max(1) as f64).sqrt() / usual).clamp(1.0, LARGEST)
+    }
     fn small_load(&self, place: &Location) -> Option<f64> {
         self.index(place.joint.as_deref()).map(|joint| small_part(self.strided(&self.load, joint)))
     }

@@ -30,7 +30,10 @@ pub(super) fn parse(text: &str) -> Result<Formula, FormulaError> {
         Some(c) => Err(error(
             parser.at,
             format!("`{c}` does not continue the formula"),
-            "is an operator missing? products are written with `*`",
+            match c {
+                '.' => "names have `_` where joints, links and points have `.`",
+                _ => "is an operator missing? products are written with `*`",
+            },
         )),
     }
 }
