@@ -165,3 +165,40 @@ fn friction_behind_a_slow_drive_does_not_jump() {
     let [sharp, _] = error_with(&folder, &slow, 0.03, Some(1e-4));
     assert!(sharp > 5.0 * noise, "{sharp} N m, noise {noise} N m");
 }
+
+/// What is usual is usual of robots that people carry: ten times as heavy, friction is no other effect than on them.
+#[test]
+fn large_effects_are_found_on_heavy_joints() {
+    let folder = scratch("one_joint_heavy");
+    let scaled = URDF
+        .replace("0 0 -0.07", "0 0 -0.7")
+        .replace("mass value=\"0.13\"", "mass value=\"40\"")
+        .replace("ixx=\"2.87e-4\"", "ixx=\"3.1\"")
+        .replace("iyy=\"2.87e-4\"", "iyy=\"3.1\"")
+        .replace("izz=\"2e-5\"", "izz=\"0.2\"");
+    std::fs::write(folder.join("robot.urdf"), scaled).unwrap();
+    std::fs::write(folder.join("biped.toml"), "[base]\nkind = \"fixed\"\n").unwrap();
+    // A rotor of four times what is usual, and friction of three times that.
+    let heavy = |[position, velocity, acceleration, _]: [f64; 4]| {
+        (3.1 + 40.0 * 0.49 + 8.3) * acceleration
+            + GRAVITY * 40.0 * 0.7 * position.sin()
+            + 91.0 * velocity.signum()
+    };
+    let train = log(&folder, "train.csv", [1.9, 3.3], &heavy);
+    let judge = log(&folder, "judge.csv", [1.3, 4.1], &heavy);
+    let answer = diagnosed(&folder, &train, &judge);
+    let effects = answer["effects"].as_array().unwrap();
+    let of = |kind: &str, parameter: &str| {
+        let found = effects.iter().find(|effect| effect["kind"] == kind);
+        found.map_or(f64::NAN, |effect| effect["parameters"][parameter].as_f64().unwrap())
+    };
+    let [inertia, friction] = [of("rotor_inertia", "inertia"), of("coulomb_friction", "torque")];
+    assert!(
+        (inertia / 8.3 - 1.0).abs() < 0.01 && (friction / 91.0 - 1.0).abs() < 0.01,
+        "{}",
+        answer["summary"]
+    );
+    assert_eq!(effects.len(), 2, "{}", answer["summary"]);
+    // They are told to be unusual all the same.
+    assert!(effects.iter().all(|effect| effect["doubts"][0].as_str().unwrap().contains("usual range")));
+}

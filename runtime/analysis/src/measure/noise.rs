@@ -242,6 +242,23 @@ mod tests {
     }
 
     #[test]
+    fn noise_of_a_signal_in_steps_is_that_of_noise_and_steps() {
+        let mut random = Random::new(11);
+        for steps in [0.1, 0.3, 1.0, 1.6, 2.0, 3.0, 4.0, 8.0] {
+            let (mut squares, mut signal) = (0.0, Vec::new());
+            for i in 0..20_000 {
+                let smooth = (0.013 * f64::from(i)).sin();
+                let step = 0.01 * steps;
+                let seen = ((smooth + 0.01 * random.normal()) / step).round() * step;
+                squares += (seen - smooth).powi(2);
+                signal.push(seen);
+            }
+            let (noise, found) = ((squares / 20_000.0_f64).sqrt(), white_noise(&signal));
+            assert!((found / noise - 1.0).abs() < 0.08, "steps of {steps} times the noise: {found}, {noise}");
+        }
+    }
+
+    #[test]
     fn pieces_are_as_noisy_as_the_whole() {
         let signal = signal(1003);
         for size in [1, 2, 7, 400, 2000] {

@@ -114,7 +114,11 @@ help: write an array of tables"#,
         "[phase]\nname = \"single_support\"\ncontacts = [\"left_foot\"]\n",
         r#"error: [phase] is one table of a list
   --> biped.toml:1:1
-help: write [[phase]], with two brackets"#,
+help: write [[phase]], with two brackets
+
+error: `contacts` in [[phase]]: there is no foot `left_foot`
+  --> biped.toml:3:13
+help: feet under [feet]: none"#,
     );
     refused(
         "[generate]\nruntime_parameters = \"yes\"\n",
