@@ -3,6 +3,7 @@ use super::gait::begin_at;
 use super::walking::figure;
 use super::{Walker, plant, walker};
 use crate::gait::{AnyBench, Chain, light};
+use bipedc_analysis::gait::Margins;
 use bipedc_analysis::simulate::phases::{WalkEnd, WalkSummary, Walking};
 use bipedc_analysis::simulate::{Plant, Run, Sample, Scenario};
 use bipedc_compiler::Robot;
@@ -40,6 +41,27 @@ pub struct WalkedMargins {
     pub torque: Option<f64>,
     /// Smallest distance of a joint from its limits, rad or m.
     pub joint: Option<f64>,
+}
+
+impl WalkedMargins {
+    /// Takes what a step's margins are smaller in; `friction`: the coefficient that these were held against.
+    pub(crate) fn no_better_than(&mut self, step: &Margins, friction: Option<f64>) {
+        if let Some((coefficient, margin)) = friction.zip(step.friction) {
+            self.friction = self.friction.max(coefficient - margin);
+        }
+        let pairs = [
+            (&mut self.impulse, step.impact_pull),
+            (&mut self.zmp, step.zmp),
+            (&mut self.clearance, step.clearance),
+            (&mut self.torque, step.torque),
+            (&mut self.joint, step.joint),
+        ];
+        for (own, margin) in pairs {
+            if let Some(margin) = margin.filter(|margin| margin.is_finite()) {
+                lower(own, margin);
+            }
+        }
+    }
 }
 
 /// A robot whose gaits are tried.

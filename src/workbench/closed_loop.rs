@@ -7,6 +7,7 @@ use crate::gait::{
 };
 use crate::progress::Silent;
 use crate::simulation::{Trial, WalkedMargins};
+use bipedc_analysis::gait::Margins;
 use bipedc_compiler::compile::Collocation;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use serde::Serialize;
@@ -106,6 +107,8 @@ struct Repeated {
     cost_of_transport: Option<f64>,
     /// Of a step of several phases.
     phases: Vec<ChainedPhase>,
+    /// Of such a step, at all instants of its integration and its phases' ends; and the coefficient of friction that it was held against.
+    margins: Option<(Margins, Option<f64>)>,
 }
 
 /// Steps until they repeat themselves.
@@ -147,7 +150,11 @@ impl Workbench {
             return found;
         }
         match trial.walk((&bench, it.of), (step.speed, step.duration), (it.friction, &file)) {
-            Ok(margins) => {
+            Ok(mut margins) => {
+                // What rises until a phase ends lies between the walk's samples.
+                if let Some((of_step, friction)) = &step.margins {
+                    margins.no_better_than(of_step, *friction);
+                }
                 found.reason.clone_from(&margins.verdict);
                 found.walks = margins.verdict.is_none();
                 found.walking_speed = margins.walking_speed;
@@ -174,6 +181,7 @@ impl Workbench {
             duration: cycle.duration,
             cost_of_transport: Some(cycle.cost_of_transport),
             phases: Vec::new(),
+            margins: None,
         })
     }
 }
@@ -225,7 +233,8 @@ fn repeated(bench: &PhasedBench, trial: &Trial, begin: f64) -> Result<Repeated, 
         return Err(Diagnostic::error(format!("steps do not repeat themselves within {STEPS}")).into());
     }
     let duration = last.duration.unwrap_or(f64::NAN);
-    Ok(Repeated { speed, multiplier, duration, cost_of_transport: None, phases: last.phases })
+    let margins = Some((last.margins, bench.gait.limits.friction));
+    Ok(Repeated { speed, multiplier, duration, cost_of_transport: None, phases: last.phases, margins })
 }
 
 /// What a walk lacks of what was wished, as parts of it; 0: nothing.

@@ -155,6 +155,20 @@ fn is_one_point(description: &RobotDescription, contacts: &[Contact]) -> bool {
     }
 }
 
+/// Which joints nothing drives.
+pub(super) fn undriven(description: &RobotDescription) -> String {
+    let moving: Vec<&str> = description
+        .joints
+        .iter()
+        .filter(|joint| joint.kind.moves())
+        .map(|joint| joint.name.as_str())
+        .collect();
+    let has_none = |name: &&&str| !description.actuated_joints.iter().any(|driven| driven == **name);
+    let missing: Vec<String> =
+        moving.iter().filter(has_none).map(|name| format!("`{}`", short(name))).collect();
+    format!("{} of {} joints have no actuator: {}", missing.len(), moving.len(), missing.join(", "))
+}
+
 fn check_number(
     section: &Section<'_, '_>,
     found: usize,
@@ -164,7 +178,7 @@ fn check_number(
     let joints = description.joints.iter().filter(|joint| joint.kind.moves()).count();
     let actuated = description.actuated_joints.len();
     if actuated != joints {
-        let message = format!("{} of {joints} joints have no actuator", joints.saturating_sub(actuated));
+        let message = undriven(description);
         let help = "on a pinned foot the robot's turn about it is without an actuator already: one degree of \
                     underactuation is what zero dynamics need";
         messages.error(section.at, message, help);

@@ -2,7 +2,7 @@
 use super::curve::{phase_dimension, read_moved};
 use super::dimension::parse_unit;
 use super::names::{Allowed, Names};
-use super::phase::{VARIABLE, file_place, formula, read_outputs, read_posture};
+use super::phase::{VARIABLE, file_place, formula, read_outputs, read_posture, undriven};
 use super::read::read_unit;
 use super::{FilePlace, GaitLimits, GaitOutput, GaitParameter};
 use crate::description::model::{ContactPart, Phase, RobotDescription};
@@ -199,7 +199,7 @@ fn check_number(
         );
         messages.error(at, message, help);
     } else if actuated != joints {
-        let message = format!("{} of {joints} joints have no actuator", joints.saturating_sub(actuated));
+        let message = undriven(description);
         messages.error(at, message, "gaits are those of robots whose joints are all driven");
     } else if found > actuated {
         let message = format!("{found} outputs for {actuated} actuators in phase `{}`", short(&phase.name));

@@ -38,8 +38,8 @@ pub(crate) struct Form {
     pub sliding: Option<f64>,
     /// Torque over which play changes its side, N m.
     pub small_load: Option<f64>,
-    /// See [`Experiment::heaviness`].
-    pub heaviness: f64,
+    /// How far parameters may lie beyond what is usual.
+    pub reach: Reach,
 }
 
 /// What enters linearly.
@@ -51,19 +51,43 @@ pub(crate) enum Search {
     Inertial(Vec<InertialParameters>),
 }
 
-/// Whether a value may be true: beyond what is usual it is flagged then, far beyond it is another cause. `heaviness`: of the place, see
-/// [`Experiment::heaviness`]. Effects of many parameters explain much with values that are none.
-pub(crate) fn within_reach(effect: &Effect, name: &str, value: f64, heaviness: f64) -> bool {
-    const FEW: usize = 3;
-    let is_simple = effect.kind.estimated().count() <= FEW
-        && !matches!(effect.kind.simulation, Simulation::Coupling { .. });
-    let beyond = if is_simple { 1.0 } else { 0.2 };
-    let (low, high) = effect.plausible(name);
-    let grows = ["N", "kg"].iter().any(|of| effect.unit(name).starts_with(of));
-    let heaviness = if grows { heaviness } else { 1.0 };
-    let slack = beyond * (high - low);
-    let least = if low > 0.0 { low / (1.0 + beyond) } else { (low - slack) * heaviness };
-    (least..=(high + slack) * heaviness).contains(&value)
+/// How far parameters at a place may lie beyond what is usual.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reach {
+    /// Of torques, forces, inertias and masses, see [`Experiment::heaviness`].
+    heaviness: f64,
+    /// How far a centre of mass may be from where it should be, m: in so many radii of gyration of its link.
+    length: f64,
+}
+
+impl Reach {
+    pub fn of(experiment: &dyn Experiment, place: &Location) -> Self {
+        const RADII: f64 = 1.5;
+        let links = experiment.link_inertias().map_or(&[][..], |inertias| &inertias.links);
+        let own = links.iter().find(|link| place.link.as_ref() == Some(&link.name));
+        Self { heaviness: experiment.heaviness(place), length: RADII * own.map_or(0.0, |link| link.size()) }
+    }
+
+    /// Whether a value may be true: beyond what is usual it is flagged then, far beyond it is another cause. Effects of many parameters
+    /// explain much with values that are none.
+    pub fn holds(self, effect: &Effect, name: &str, value: f64) -> bool {
+        const FEW: usize = 3;
+        let is_center = *effect.kind == kinds::COM_OFFSET;
+        let is_simple = effect.kind.estimated().count() <= FEW
+            && !is_center
+            && !matches!(effect.kind.simulation, Simulation::Coupling { .. });
+        let beyond = if is_simple { 1.0 } else { 0.2 };
+        let (low, high) = effect.plausible(name);
+        let slack = beyond * (high - low);
+        let grows = ["N", "kg"].iter().any(|of| effect.unit(name).starts_with(of));
+        let part = match is_center {
+            true => (self.length / (high + slack)).max(1.0),
+            false if grows => self.heaviness,
+            false => 1.0,
+        };
+        let least = if low > 0.0 { low / (1.0 + beyond) } else { (low - slack) * part };
+        (least..=(high + slack) * part).contains(&value)
+    }
 }
 
 /// What a kind at a place adds to the rows, per coefficient that enters linearly, with its other parameter at
@@ -114,7 +138,7 @@ impl Form {
             fixed: Vec::new(),
             sliding: experiment.slides(location),
             small_load: (kind.law == Law::Backlash).then(|| experiment.small_load(location)).flatten(),
-            heaviness: experiment.heaviness(location),
+            reach: Reach::of(experiment, location),
         })
     }
 
@@ -134,7 +158,7 @@ impl Form {
             fixed,
             sliding: None,
             small_load: None,
-            heaviness: experiment.heaviness(location),
+            reach: Reach::of(experiment, location),
         })
     }
 
@@ -290,7 +314,7 @@ impl Form {
             }
             let slight = slight(effect.unit(name));
             let possible = parameter.bounds.0 - slight <= *value && *value <= parameter.bounds.1;
-            let usual = within_reach(&effect, name, *value, self.heaviness);
+            let usual = self.reach.holds(&effect, name, *value);
             let size = with_unit(*value, effect.unit(name));
             match (possible, usual) {
                 (true, true) => None,

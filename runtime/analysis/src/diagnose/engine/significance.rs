@@ -3,7 +3,7 @@ use super::amended::Amended;
 use super::refinement::Refined;
 use super::regression::{MOST, Regression};
 use super::search::{LEAST, least};
-use crate::experiments::form::within_reach;
+use crate::experiments::form::Reach;
 use crate::experiments::jumps::Jumps;
 use crate::experiments::{Channel, Experiment};
 use bipedc_effects::effect::{Effect, Law, Location, Role, Size, kinds};
@@ -59,11 +59,12 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
     });
     let reachable = |k: usize| {
         let effect = &refined.effects[k];
-        let heaviness = regression.judge.heaviness(&effect.location);
+        let reach = Reach::of(regression.judge, &effect.location);
         effect.parameters.iter().all(|(name, value)| {
-            effect.kind.parameter(name).is_none_or(|p| {
-                matches!(p.role, Role::Setting(_)) || within_reach(effect, name, *value, heaviness)
-            })
+            effect
+                .kind
+                .parameter(name)
+                .is_none_or(|p| matches!(p.role, Role::Setting(_)) || reach.holds(effect, name, *value))
         })
     };
     let several = refined.effects.len() > 1;

@@ -139,6 +139,7 @@ fn opposed(d: &Diagnosis) -> String {
 fn seen(part: &Unexplained) -> String {
     match part.seen {
         Seen::Motion if part.signals.is_empty() => "is a function of the motion".to_owned(),
+        Seen::Motion if part.signals[0].starts_with("constant ") => format!("is {}", part.signals[0]),
         Seen::Motion if part.signals[0].starts_with("time ") => format!(
             "changes with time, as where a sensor drifts or something warms up; it goes with {}",
             part.signals.join(", ")

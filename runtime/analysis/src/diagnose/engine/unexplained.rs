@@ -18,6 +18,8 @@ const PLAIN_MARGIN: f64 = 1.25;
 const SLOW: f64 = 0.35;
 /// Part of a row's squared error without effects that may be left: the inaccuracy of their forms.
 const TRACE: f64 = 2e-4;
+/// A constant that makes this part of what a function of the motion would explain is all that there is to it.
+const MOSTLY: f64 = 0.8;
 /// So many times the noise of the measurement, what varies slowly is no noise of a narrow filter.
 const LOUD: f64 = 1.8;
 /// So many times the noise is no noise, where the rows are too few to see what goes with what.
@@ -45,6 +47,20 @@ fn slow_share(time: &[f64], residual: &[f64]) -> f64 {
         .sum();
     let all: f64 = residual[half..n - half].iter().map(|x| x * x).sum();
     averaged / all.max(f64::MIN_POSITIVE)
+}
+
+/// Mean over the samples that count.
+fn mean(values: &[f64], counts: &dyn Fn(usize) -> bool) -> f64 {
+    let counted = (0..values.len()).filter(|&i| counts(i));
+    let (sum, count) = counted.fold((0.0, 0.0_f64), |(sum, count), i| (sum + values[i], count + 1.0));
+    sum / count.max(1.0)
+}
+
+/// Part of the squares that one number makes.
+fn constant_share(values: &[f64], counts: &dyn Fn(usize) -> bool) -> f64 {
+    let counted = || (0..values.len()).filter(|&i| counts(i));
+    let squares: f64 = counted().map(|i| values[i] * values[i]).sum();
+    mean(values, counts).powi(2) * counted().count() as f64 / squares.max(f64::MIN_POSITIVE)
 }
 
 /// Rows of which the log that teaches leaves many times more than the one that judges, in words, with the time at which it does: what was
@@ -150,7 +166,12 @@ pub(super) fn unexplained(
         // A drift goes with some signal or other by chance.
         let least = if seen == Seen::Motion { 0.15 } else { 0.5 };
         let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > least).take(4);
-        matters.then(|| named(seen, share, signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect()))
+        let offset = || vec![format!("constant ({} {})", counting(mean(&moving, &judged), 3), what.unit)];
+        let signals = match seen == Seen::Motion && constant_share(&moving, &judged) > MOSTLY * smooth {
+            true => offset(),
+            false => signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect(),
+        };
+        matters.then(|| named(seen, share, signals))
     });
     let mut parts: Vec<Unexplained> = parts.into_iter().flatten().collect();
     parts.sort_by(|a, b| b.share.total_cmp(&a.share));
