@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 const SINGLES: usize = 4;
 /// No row's squared error may be larger than this part of it in the place of an effect that removed a hundred times as much: one sees that.
 const WORSE: f64 = 0.1;
-/// The same where blocks of the judging data disagree.
+/// The same where more than noise is left anyway, or where blocks of the judging data disagree.
 const MUCH_WORSE: f64 = 0.25;
 /// Most pairs.
 const PAIRS: usize = 3;
@@ -133,10 +133,12 @@ impl Conclusion<'_> {
     fn as_well(&self, scored: &ScoredFit, set: &[usize], more: f64, removed: f64) -> bool {
         let (regression, here) = (self.regression, &self.outcome.scored);
         let chance = || regression.scatter(here, &self.outcome.active, scored, set);
-        let rows = |growth| rows_within(regression, here, scored, growth);
+        let growth = |row: usize| if regression.is_loud(row, here) { MUCH_WORSE } else { WORSE };
         more <= 4.0
-            || (more <= ALIKE * removed && rows(WORSE))
-            || (more <= SCATTER * removed && rows(MUCH_WORSE) && more <= chance())
+            || (more <= ALIKE * removed && rows_within(regression, here, scored, &growth))
+            || (more <= SCATTER * removed
+                && rows_within(regression, here, scored, &|_| MUCH_WORSE)
+                && more <= chance())
     }
 
     /// A candidate in the place of an effect, with the values that fit there.

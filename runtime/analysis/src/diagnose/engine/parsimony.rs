@@ -15,7 +15,7 @@ const GROWTH: f64 = 0.03;
 
 /// Whether no row is told worse, to speak of, by one explanation than by another. Tables of some ten postures or impacts scatter more.
 pub(super) fn rows_alike(regression: &Regression<'_>, better: &ScoredFit, other: &ScoredFit) -> bool {
-    rows_within(regression, better, other, GROWTH)
+    rows_within(regression, better, other, &|_| GROWTH)
 }
 
 /// Whether no row's squared error is more than this part of it larger.
@@ -23,10 +23,10 @@ pub(super) fn rows_within(
     regression: &Regression<'_>,
     better: &ScoredFit,
     other: &ScoredFit,
-    growth: f64,
+    growth: &dyn Fn(usize) -> f64,
 ) -> bool {
-    let alike = |(better, other): (&f64, &f64)| *other <= (1.0 + growth) * better;
-    regression.is_table() || better.errors.iter().zip(&other.errors).all(alike)
+    let alike = |(row, (better, other)): (usize, (&f64, &f64))| *other <= (1.0 + growth(row)) * better;
+    regression.is_table() || better.errors.iter().zip(&other.errors).enumerate().all(alike)
 }
 
 /// Of explanations that are as good, the one with fewer effects, and on the likelier link.
