@@ -68,7 +68,7 @@ impl Workbench {
             let order: Vec<Effect> = last.steps.iter().map(|step| step.effect.clone()).collect();
             // Inertial corrections belong to all effects together: then there are no steps between.
             let between = if last.inertial_corrections.is_empty() { 1..order.len() } else { 0..0 };
-            let options = diagnosis::Options { inertial: Inertial::Known, ..options.clone() };
+            let options = diagnosis::Options { inertial: Inertial::Known, report: false, ..options.clone() };
             for count in between {
                 let (robot, logs) = (&bench.robot, (train, judge));
                 let progress = &*self.progress;

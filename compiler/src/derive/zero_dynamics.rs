@@ -30,7 +30,8 @@ pub fn zero_dynamics<'g>(model: &RobotModel<'g, '_>, foot: &[Sym<'g>; 2]) -> Zer
 /// The same along the surface itself, n = T′, in any phase: α φ̈ + β φ̇² + γ = T′ᵀ B u.
 ///
 /// No force of a contact that holds does work along T′, so none is in it; which torques drive outputs and which are free (B_g and B_f of
-/// Table 6.3) need not be said, and nothing is inverted. ½ α φ̇² is the kinetic energy, and the equation is the balance of power over φ̇.
+/// Table 6.3) need not be said, and nothing is inverted. ½ α φ̇² is the kinetic energy, and the equation is the balance of power over φ̇:
+/// α is in J s² per squared unit of φ, β in that per unit, γ in J per unit.
 pub fn power_along_surface<'g>(model: &RobotModel<'g, '_>) -> ZeroDynamics<'g> {
     let direction: Vec<Sym<'g>> = (0..model.tree.nv).map(|index| model.input(Argument::V, index)).collect();
     along(model, &direction)

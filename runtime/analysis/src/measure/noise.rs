@@ -80,16 +80,24 @@ pub(super) fn of_differences(mut differences: Vec<f64>) -> f64 {
     if let Some(step) = step_of_values(&differences) {
         return of_stepped(differences, step);
     }
+    let quiet = of_quieter(&mut differences);
+    // Standing still within an encoder's step is no noise level.
+    if quiet > 0.0 { quiet } else { deviation(median(&mut differences)) }
+}
+
+/// The same by the quieter windows.
+fn of_quieter(differences: &mut [f64]) -> f64 {
     let mut medians: Vec<f64> = differences.chunks_exact_mut(WINDOW).map(median).collect();
-    let typical = if medians.is_empty() {
-        median(&mut differences)
+    deviation(if medians.is_empty() {
+        median(differences)
     } else {
         quantile(&mut medians, QUIETER) / OF_QUIETER
-    };
-    // The median of |x| of a normal x is 0.6745 standard deviations.
-    let quiet = typical / 0.6745 / 20f64.sqrt();
-    // Standing still within an encoder's step is no noise level.
-    if quiet > 0.0 { quiet } else { median(&mut differences) / 0.6745 / 20f64.sqrt() }
+    })
+}
+
+/// Standard deviation of a signal whose third differences have this median magnitude: that of a normal x is 0.6745 of its own.
+fn deviation(median: f64) -> f64 {
+    median / 0.6745 / 20f64.sqrt()
 }
 
 /// The step of a signal that is rounded to steps which matter beside its noise, by its third differences: these are whole steps, too.
@@ -113,13 +121,7 @@ fn of_stepped(mut differences: Vec<f64>, step: f64) -> f64 {
     for difference in &mut differences {
         *difference = (*difference + spread() - 3.0 * spread() + 3.0 * spread() - spread()).abs();
     }
-    let mut medians: Vec<f64> = differences.chunks_exact_mut(WINDOW).map(median).collect();
-    let typical = if medians.is_empty() {
-        median(&mut differences)
-    } else {
-        quantile(&mut medians, QUIETER) / OF_QUIETER
-    };
-    let (all, rounding) = (typical / 0.6745 / 20f64.sqrt(), step * step / 12.0);
+    let (all, rounding) = (of_quieter(&mut differences), step * step / 12.0);
     (all * all - rounding).max(rounding).sqrt()
 }
 

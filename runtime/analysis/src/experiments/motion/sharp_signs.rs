@@ -32,7 +32,7 @@ impl MotionExperiment<'_> {
             return Cow::Borrowed(effect);
         }
         let stated = effect.value(SMOOTHING);
-        if stated > self.usual_width(joint, effect) || !self.effort_jumps(joint) {
+        if !self.effort_jumps(joint) || stated > self.usual_width(joint, effect) {
             return Cow::Borrowed(effect);
         }
         let mut sharp = effect.clone();
