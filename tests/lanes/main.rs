@@ -67,6 +67,5 @@ where
 #[test]
 fn planar_robots_have_the_bits_of_each_state_in_every_lane() {
     all_widths(&three_link::ThreeLink, 50);
-    all_widths(&five_link::FiveLink, 50);
     all_widths(&seven_link::SevenLink, 50);
 }

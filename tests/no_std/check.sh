@@ -1,8 +1,24 @@
 #!/bin/sh
 # Builds the probe for a few processors, runs it, and fails when it contains panics, allocation or calls
 # into a mathematical library, or when a controller asks the system for anything while it walks. Needs cargo and nm.
+# $BIPEDC: the command that generates its robots, by default that of this repository.
 set -eu
 cd "$(dirname "$0")"
+
+robot() { # NAME ARGUMENTS
+    name="$1"
+    shift
+    ${BIPEDC:-cargo run --quiet --manifest-path ../../Cargo.toml --} generate "$@" --out "generated/$name" >/dev/null
+    # Crates of one robot need names of their own.
+    sed "s/^name = .*/name = \"$name\"/" "generated/$name/Cargo.toml" >generated/manifest
+    mv generated/manifest "generated/$name/Cargo.toml"
+}
+
+robot floating ../../robots/three_link --base floating
+robot effects ../data/effects/five_link
+robot walker ../../robots/three_link --gait thesis
+robot bent ../../robots/three_link --gait ../data/gaits/bent.toml
+
 target="${CARGO_TARGET_DIR:-$PWD/target}/no_std"
 
 # The linker drops the probe's own panic handler when nothing panics, so its name is forbidden too.
@@ -11,7 +27,6 @@ forbidden='panicking|rust_begin_unwind|unwrap_failed|slice_.*fail|__rust_(re)?al
 check() { # CPU FEATURES
     flags="${1:+-C target-cpu=$1}"
     name="${1:-default}${2:+ with $2}"
-    # Both sets of features share what they have in common: the macro, which is most of it.
     RUSTFLAGS="$flags" CARGO_TARGET_DIR="$target/${1:-default}" cargo build --quiet --locked --release --features "$2"
     program="$target/${1:-default}/release/no-std-probe"
     "$program" || { echo "$name: wrong numbers" >&2; exit 1; }

@@ -1,23 +1,9 @@
 //! Generated code for a robot with a floating base: called by name through the trait, and directly.
-use bipedc_macros::Biped;
 use bipedc_runtime::nalgebra::SVector;
 use bipedc_runtime::{Argument, Model, Real, State};
 use core::hint::black_box;
-
-/// Every function of it.
-#[derive(Biped)]
-#[biped(description = "../../robots/three_link", base = "floating")]
-pub struct ThreeLink;
-
-/// Friction, springs and formulas: the functions that no rigid body needs.
-#[derive(Biped)]
-#[biped(
-    description = "../data/effects/five_link",
-    functions = ["inverse_dynamics", "forward_dynamics", "inverse_dynamics_derivatives"]
-)]
-pub struct FiveLinkWithEffects;
-
-use three_link::{NQ, NV};
+use effects::FiveLink;
+use floating::{NQ, NV, ThreeLink};
 
 /// Longer than any argument or result of this robot.
 const ROOM: usize = 1024;
@@ -35,9 +21,9 @@ fn state<R: Real>() -> (SVector<R, NQ>, SVector<R, NV>) {
 /// The largest difference between an acceleration and the forward dynamics of its inverse dynamics.
 pub fn round_trip<R: Real + PartialOrd>() -> R {
     let (q, v) = state::<R>();
-    let tau = three_link::inverse_dynamics(&q, &v, &v);
+    let tau = floating::inverse_dynamics(&q, &v, &v);
     let mut a = v;
-    three_link::forward_dynamics_into(&q, &v, &tau, black_box(&mut a));
+    floating::forward_dynamics_into(&q, &v, &tau, black_box(&mut a));
     let mut largest = R::constant(0.0);
     for (&x, &y) in a.iter().zip(v.iter()) {
         let difference = if x > y { x - y } else { y - x };
@@ -46,9 +32,9 @@ pub fn round_trip<R: Real + PartialOrd>() -> R {
     largest
 }
 
-/// Calls all functions of both robots; whether none was refused.
+/// Calls all functions of both robots, one with friction, springs and formulas, which no rigid body needs; whether none was refused.
 pub fn every_function() -> bool {
-    every_function_of(&ThreeLink, 10) & every_function_of(&FiveLinkWithEffects, 2)
+    every_function_of(&ThreeLink, 10) & every_function_of(&FiveLink, 10)
 }
 
 /// Calls all functions by their index; whether none was refused and there were more than so many.

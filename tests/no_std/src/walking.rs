@@ -1,21 +1,10 @@
 //! A gait's controller: on the constraint surface its torques make the robot move as the zero dynamics say.
-use bipedc_macros::Biped;
 use bipedc_runtime::Scalar;
 use bipedc_runtime::control::{
     Controller, Feedback, Gait, GaitController, GaitLayout, JointCommand, Observation,
 };
 use bipedc_runtime::nalgebra::SVector;
 use core::hint::black_box;
-
-/// Generated with a gait.
-#[derive(Biped)]
-#[biped(description = "../../robots/three_link", functions = ["inverse_dynamics"], gait = "thesis")]
-pub struct Walker;
-
-/// The same surface by outputs that have no closed form of it.
-#[derive(Biped)]
-#[biped(description = "../../robots/three_link", functions = ["bias"], gait = "../data/gaits/bent.toml")]
-pub struct Bent;
 
 use walker::gait_thesis as gait;
 

@@ -32,7 +32,7 @@ pub(super) const MOST: f64 = 4.0;
 /// What is left of a row whose squared error is below so many times the noise's variance is not worth a word.
 pub(super) const NOISE_MARGIN: f64 = 1.6;
 /// Squared errors below so many times the noise's variance are noise, whatever lowers them: estimates of noise are no better.
-const NOISE_SQUARES: f64 = 1.2;
+const NOISE_SQUARES: f64 = 1.1;
 
 /// Steps in which a payload's second moments are taken at its estimate; more where its mass is not told at first and doubles at most.
 const STEPS: usize = 6;

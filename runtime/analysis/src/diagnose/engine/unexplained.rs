@@ -110,52 +110,47 @@ pub(super) fn unexplained(
     counts: &(dyn Fn(usize, usize) -> bool + Sync),
     (effects, resolutions): (&[Effect], &[f64]),
 ) -> Vec<Unexplained> {
-    let own_blocks = std::ptr::eq(train.time().as_ptr(), judge.time().as_ptr());
     // Those of an amended description turn about as they did when they were found.
     let effects = &[judge.described(), effects].concat();
     let parts = parallel(train.rows().len(), |row| {
-        let what = &train.rows()[row];
-        let (a, b) = (smoother::signals(train, row), smoother::signals(judge, row));
-        let (r, s) = (train.residual(row), judge.residual(row));
-        // Where a joint sticks, its friction is what is needed there, within its bounds; where it turns about, what the filter makes of it.
-        let [train_corners, judge_corners] = [train, judge].map(|of| corners(of, row, effects));
-        let told = |experiment: &Amended<'_>, corners: &Corners, i: usize| {
-            !experiment.sticks(row).get(i).is_some_and(|sticks| *sticks) && !corners.hold(i)
-        };
-        let judged = |i: usize| told(judge, &judge_corners, i);
-        let moving: Vec<f64> = s.iter().enumerate().map(|(i, x)| if judged(i) { *x } else { 0.0 }).collect();
+        Row { train, judge, counts, effects, row, resolution: resolutions[row] }.unexplained()
+    });
+    let mut parts: Vec<Unexplained> = parts.into_iter().flatten().collect();
+    parts.sort_by(|a, b| b.share.total_cmp(&a.share));
+    parts
+}
+
+/// One row, and what it takes to judge what is left of it.
+struct Row<'a> {
+    train: &'a Amended<'a>,
+    judge: &'a Amended<'a>,
+    counts: &'a (dyn Fn(usize, usize) -> bool + Sync),
+    effects: &'a [Effect],
+    row: usize,
+    resolution: f64,
+}
+
+impl Row<'_> {
+    fn unexplained(&self) -> Option<Unexplained> {
+        let judge_corners = corners(self.judge, self.row, self.effects);
+        let judged = |i: usize| told(self.judge, self.row, &judge_corners, i);
+        let left = self.judge.residual(self.row);
+        let moving: Vec<f64> =
+            left.iter().enumerate().map(|(i, x)| if judged(i) { *x } else { 0.0 }).collect();
         // What is left of an effect that was hundreds of times larger is the inaccuracy of its form.
         let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
-        let matters = squares(&moving) > TRACE * squares(judge.nominal(row));
-        let size = squares(&moving) / (resolutions[row].powi(2) * s.len() as f64).max(f64::MIN_POSITIVE);
-        let named = |seen: Seen, share: f64, signals: Vec<String>| Unexplained {
-            joint: what.joint.clone().unwrap_or_else(|| what.name.clone()),
-            share,
-            signals,
-            seen,
-            late_s: None,
-        };
-        let too_few =
-            || (matters && size > FEW.powi(2)).then(|| named(Seen::Size, 1.0 - 1.0 / size, Vec::new()));
+        let matters = squares(&moving) > TRACE * squares(self.judge.nominal(self.row));
+        let noise = self.resolution.powi(2) * left.len() as f64;
+        let size = squares(&moving) / noise.max(f64::MIN_POSITIVE);
+        let [a, b] = [self.train, self.judge].map(|of| smoother::signals(of, self.row));
         if a.is_empty() {
             return None;
         }
-        // Where the joint reverses, friction is smeared by the filter: no reason to doubt the effects.
-        let smeared = effects.iter().any(|e| e.kind.follows_velocity());
-        let speed = |signals: &smoother::Signals| {
-            let v = &signals[1].1;
-            0.15 * (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64).sqrt()
+        let Some(smooth) = self.smooth_share((&a, &b), &judged) else {
+            return (matters && size > FEW.powi(2))
+                .then(|| self.named(Seen::Size, 1.0 - 1.0 / size, Vec::new()));
         };
-        let (slow_a, slow_b) = if smeared { (speed(&a), speed(&b)) } else { (0.0, 0.0) };
-        let trains = |i: usize| {
-            told(train, &train_corners, i)
-                && a[1].1[i].abs() >= slow_a
-                && (!own_blocks || !counts(i, r.len()))
-        };
-        let judges = |i: usize| judged(i) && b[1].1[i].abs() >= slow_b && counts(i, s.len());
-        let Some(reach) = reach((&a, r, &trains), (&b, s, &judges)) else { return too_few() };
-        let smooth = 1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE);
-        let slow = slow_share(judge.time(), &moving);
+        let slow = slow_share(self.judge.time(), &moving);
         let (seen, share) = match (smooth > UNEXPLAINED, slow > SLOW) {
             (true, _) if size > NOISE_MARGIN || (smooth > PLAIN && size > PLAIN_MARGIN) => {
                 (Seen::Motion, smooth)
@@ -163,17 +158,60 @@ pub(super) fn unexplained(
             (_, true) if size > LOUD.powi(2) => (Seen::Slowness, slow),
             _ => return None,
         };
-        // A drift goes with some signal or other by chance.
-        let least = if seen == Seen::Motion { 0.15 } else { 0.5 };
-        let signals = smoother::correlated(&b, s).into_iter().filter(|(_, c)| c.abs() > least).take(4);
-        let offset = || vec![format!("constant ({} {})", counting(mean(&moving, &judged), 3), what.unit)];
-        let signals = match seen == Seen::Motion && constant_share(&moving, &judged) > MOSTLY * smooth {
-            true => offset(),
-            false => signals.map(|(name, c)| format!("{name} ({c:+.2})")).collect(),
+        let is_constant = seen == Seen::Motion && constant_share(&moving, &judged) > MOSTLY * smooth;
+        let signals = match is_constant {
+            true => {
+                let unit = &self.train.rows()[self.row].unit;
+                vec![format!("constant ({} {unit})", counting(mean(&moving, &judged), 3))]
+            }
+            false => goes_with(&b, left, seen),
         };
-        matters.then(|| named(seen, share, signals))
-    });
-    let mut parts: Vec<Unexplained> = parts.into_iter().flatten().collect();
-    parts.sort_by(|a, b| b.share.total_cmp(&a.share));
-    parts
+        matters.then(|| self.named(seen, share, signals))
+    }
+
+    /// Part of the judged squares that a smooth function of the signals removes; `None` where samples are too few.
+    fn smooth_share(
+        &self,
+        (a, b): (&smoother::Signals, &smoother::Signals),
+        judged: &dyn Fn(usize) -> bool,
+    ) -> Option<f64> {
+        let (r, s) = (self.train.residual(self.row), self.judge.residual(self.row));
+        let own_blocks = std::ptr::eq(self.train.time().as_ptr(), self.judge.time().as_ptr());
+        let train_corners = corners(self.train, self.row, self.effects);
+        // Where the joint reverses, friction is smeared by the filter: no reason to doubt the effects.
+        let smeared = self.effects.iter().any(|e| e.kind.follows_velocity());
+        let speed = |signals: &smoother::Signals| {
+            let v = &signals[1].1;
+            0.15 * (v.iter().map(|x| x * x).sum::<f64>() / v.len().max(1) as f64).sqrt()
+        };
+        let (slow_a, slow_b) = if smeared { (speed(a), speed(b)) } else { (0.0, 0.0) };
+        let counts = self.counts;
+        let trains = |i: usize| {
+            told(self.train, self.row, &train_corners, i)
+                && a[1].1[i].abs() >= slow_a
+                && (!own_blocks || !counts(i, r.len()))
+        };
+        let judges = |i: usize| judged(i) && b[1].1[i].abs() >= slow_b && counts(i, s.len());
+        let reach = reach((a, r, &trains), (b, s, &judges))?;
+        Some(1.0 - reach.after / reach.before.max(f64::MIN_POSITIVE))
+    }
+
+    fn named(&self, seen: Seen, share: f64, signals: Vec<String>) -> Unexplained {
+        let what = &self.train.rows()[self.row];
+        let joint = what.joint.clone().unwrap_or_else(|| what.name.clone());
+        Unexplained { joint, share, signals, seen, late_s: None }
+    }
+}
+
+/// Where a joint sticks, its friction is what is needed there, within its bounds; where it turns about, what the filter makes of it.
+fn told(of: &Amended<'_>, row: usize, corners: &Corners, i: usize) -> bool {
+    !of.sticks(row).get(i).is_some_and(|sticks| *sticks) && !corners.hold(i)
+}
+
+/// Signals that what is left goes with, with their correlations.
+fn goes_with(signals: &smoother::Signals, left: &[f64], seen: Seen) -> Vec<String> {
+    // A drift goes with some signal or other by chance.
+    let least = if seen == Seen::Motion { 0.15 } else { 0.5 };
+    let heard = smoother::correlated(signals, left).into_iter().filter(|(_, c)| c.abs() > least);
+    heard.take(4).map(|(name, c)| format!("{name} ({c:+.2})")).collect()
 }

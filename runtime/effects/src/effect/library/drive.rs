@@ -276,7 +276,7 @@ pub static ACTUATOR_DELAY: Kind = Kind {
     search: Search {
         sought: MOTION,
         nonlinear: Some("delay"),
-        starts: Starts::At(&[0.001, 0.004, 0.015]),
+        starts: Starts::At(&[0.001, 0.004, 0.015, 0.06]),
         columns: Columns::Combined {
             probes: |delay| vec![slope("delay", delay)],
             parameters: |_, c| c.iter().map(|c| ("delay", *c)).collect(),
