@@ -82,6 +82,16 @@ fn friction_is_found_and_nothing_else_is_left() {
     }
 }
 
+/// Thirty standard errors of its mean; squares rise by a fifth, which passed for noise.
+#[test]
+fn a_bias_of_less_than_half_the_noise_is_found() {
+    let answer = diagnosed("white_bias", (0.02, 0.0), || Box::new(|_, _| 0.009));
+    let [found] = &answer["effects"].as_array().unwrap()[..] else { panic!("{}", answer["summary"]) };
+    assert_eq!(found["kind"], "torque_bias", "{}", answer["summary"]);
+    let bias = found["parameters"]["bias"].as_f64().unwrap();
+    assert!((bias / 0.009 - 1.0).abs() < 0.15, "{bias}");
+}
+
 /// Friction that follows the way since the last reversal (Dahl's), which no effect of the library is.
 #[test]
 fn hysteresis_stays_unexplained() {

@@ -79,6 +79,32 @@ fn a_payload_about_a_fixed_axis_is_one_effect() {
     assert!(rms < 1.5 * noise, "{rms} N m, noise {noise} N m");
 }
 
+/// A slope over a hundredth of a second says nothing of a delay of a twelfth: friction and a rotor were found in its place.
+#[test]
+fn a_long_delay_is_found() {
+    const DELAY: f64 = 0.083;
+    let folder = arm("one_joint_delay");
+    let rates = [[2.9, 5.3], [2.3, 6.7]];
+    let early = |rates: [f64; 2]| {
+        move |[_, _, _, time]: [f64; 4]| {
+            let parts = [0.6, 0.4].into_iter().zip(rates);
+            let motion = parts.fold([0.0, 0.0], |[q, a], (size, rate)| {
+                let sin = (rate * (time + DELAY)).sin();
+                [q + size * sin, a - size * rate * rate * sin]
+            });
+            torque([motion[0], 0.0, motion[1], 0.0], 0.0, 0.0)
+        }
+    };
+    let train = log(&folder, "train.csv", rates[0], &early(rates[0]));
+    let judge = log(&folder, "judge.csv", rates[1], &early(rates[1]));
+    let answer = diagnosed(&folder, &train, &judge);
+    let [found] = &answer["effects"].as_array().unwrap()[..] else { panic!("{}", answer["summary"]) };
+    assert_eq!(found["kind"], "actuator_delay");
+    let delay = found["parameters"]["delay"].as_f64().unwrap();
+    assert!((delay / DELAY - 1.0).abs() < 0.01, "{found:#}");
+    assert!(!answer["unexplained"].as_bool().unwrap(), "{}", answer["summary"]);
+}
+
 /// A log of which two seconds are something else teaches nothing: that is said, with the time.
 #[test]
 fn what_teaches_and_does_not_judge_is_said() {

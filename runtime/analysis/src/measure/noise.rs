@@ -19,6 +19,8 @@ const DECIMALS: f64 = 1e-3;
 const QUIETER: f64 = 0.3;
 /// What that quantile is of white noise, as a part of the median of all differences (by simulation, to 0.2 % from a thousand samples).
 const OF_QUIETER: f64 = 0.8895;
+/// Three standard deviations of the ratio between what all differences and what the quieter windows tell of white noise, times √n (by simulation).
+const UNALIKE: f64 = 4.5;
 
 /// Standard deviation of white noise on a smooth signal, from its third differences.
 ///
@@ -85,14 +87,13 @@ pub(super) fn of_differences(mut differences: Vec<f64>) -> f64 {
     if quiet > 0.0 { quiet } else { deviation(median(&mut differences)) }
 }
 
-/// The same by the quieter windows.
+/// The same by the quieter windows; by all of them where these are as noisy, which tells it better by a third.
 fn of_quieter(differences: &mut [f64]) -> f64 {
     let mut medians: Vec<f64> = differences.chunks_exact_mut(WINDOW).map(median).collect();
-    deviation(if medians.is_empty() {
-        median(differences)
-    } else {
-        quantile(&mut medians, QUIETER) / OF_QUIETER
-    })
+    let all = median(differences);
+    let quiet = if medians.is_empty() { all } else { quantile(&mut medians, QUIETER) / OF_QUIETER };
+    let is_alike = (all / quiet - 1.0).abs() * (differences.len() as f64).sqrt() < UNALIKE;
+    deviation(if is_alike { all } else { quiet })
 }
 
 /// Standard deviation of a signal whose third differences have this median magnitude: that of a normal x is 0.6745 of its own.
@@ -241,6 +242,18 @@ mod tests {
             let found = white_noise(&signal);
             assert!((found / 0.03 - 1.0).abs() < tolerance, "{count}: {found}");
         }
+    }
+
+    /// The quieter windows alone scatter by 2.7 per cent.
+    #[test]
+    fn where_all_windows_are_alike_all_of_them_tell() {
+        let off = |seed: u64| {
+            let mut random = Random::new(seed);
+            let signal: Vec<f64> = (0..6000).map(|_| random.normal()).collect();
+            (white_noise(&signal) - 1.0).powi(2)
+        };
+        let scatter = ((1..=100).map(off).sum::<f64>() / 100.0).sqrt();
+        assert!(scatter < 0.0225, "{scatter}");
     }
 
     #[test]

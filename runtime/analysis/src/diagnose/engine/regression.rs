@@ -31,8 +31,10 @@ pub(super) const MOST: f64 = 4.0;
 
 /// What is left of a row whose squared error is below so many times the noise's variance is not worth a word.
 pub(super) const NOISE_MARGIN: f64 = 1.6;
-/// Squared errors below so many times the noise's variance are noise, whatever lowers them: estimates of noise are no better.
-const NOISE_SQUARES: f64 = 1.1;
+/// Squared errors below so many times the noise's variance are noise, whatever lowers them: estimates of noise are no better. Of n
+/// samples, [`NOISE_SCATTER`] / √n more, two standard deviations of such an estimate.
+const NOISE_SQUARES: f64 = 1.05;
+const NOISE_SCATTER: f64 = 6.0;
 
 /// Steps in which a payload's second moments are taken at its estimate; more where its mass is not told at first and doubles at most.
 const STEPS: usize = 6;
@@ -175,7 +177,8 @@ impl<'a> Regression<'a> {
             .map(|(row, (_, c))| row.count as f64 / c)
             .collect();
         let noise = |(resolution, sums): (&f64, &super::fit::RowEquations)| {
-            NOISE_SQUARES * resolution.powi(2) * sums.count as f64
+            let count = sums.count as f64;
+            (NOISE_SQUARES + NOISE_SCATTER / count.max(1.0).sqrt()) * resolution.powi(2) * count
         };
         // Tables of postures and impacts know no more than a bound of their noise.
         let is_table = self.train.motion().time.is_empty();

@@ -45,7 +45,7 @@ fn slow_share(time: &[f64], residual: &[f64]) -> f64 {
     let averaged: f64 = (half..n - half)
         .map(|i| ((sums[i + half + 1] - sums[i - half]) / (2 * half + 1) as f64).powi(2))
         .sum();
-    let all: f64 = residual[half..n - half].iter().map(|x| x * x).sum();
+    let all: f64 = residual.iter().map(|x| x * x).sum();
     averaged / all.max(f64::MIN_POSITIVE)
 }
 

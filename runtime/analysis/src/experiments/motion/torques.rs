@@ -3,6 +3,7 @@ use super::experiment::MotionExperiment;
 use super::laws::{advanced, torque_law};
 use crate::robot::Trajectory;
 use bipedc_effects::effect::{Acts, BoundLaw, Effect, Law, VARIABLES};
+use std::ops::Range;
 
 impl MotionExperiment<'_> {
     /// Motor minus joint angle, less what play and elasticity make of the transmitted torque.
@@ -30,7 +31,7 @@ impl MotionExperiment<'_> {
         residual
     }
 
-    /// Measured minus predicted torque of a joint, zero where a stop carries the rest; `rigid` is what the rigid model needs, `links` the states of all links.
+    /// Measured minus predicted torque of a joint, zero where a stop carries the rest and where a delayed torque acts after the end; `rigid` is what the rigid model needs, `links` the states of all links.
     pub(super) fn effort_residual(
         &self,
         joint: usize,
@@ -44,6 +45,7 @@ impl MotionExperiment<'_> {
             self.add_torque(joint, effect, rigid, links, &mut torque);
         }
         let mut measured = self.recording.effort[joint].clone().unwrap_or_default();
+        let mut late = 0.0;
         let follow = |text: &str, name: &str, effect: &Effect, signal: &mut Vec<f64>| {
             if let Ok(law) = BoundLaw::new(text, &[name], effect) {
                 *signal = law.at_all(signal.len(), 1, &|_| signal.clone());
@@ -56,6 +58,7 @@ impl MotionExperiment<'_> {
                 Law::Delay => {
                     let steps = effect.value("delay") / self.recording.step;
                     torque = advanced(&torque, &self.recording.segments, steps);
+                    late += steps;
                 }
                 // Torques are added above; nothing else is in the signal.
                 law => debug_assert!(!matches!(law.acts(), Acts::Reading | Acts::Time)),
@@ -64,7 +67,15 @@ impl MotionExperiment<'_> {
         let mut residual: Vec<f64> = measured.iter().zip(&torque).map(|(u, t)| u - t).collect();
         let at_stop = residual.iter_mut().zip(&self.at_stop[joint]).filter(|(_, at_stop)| **at_stop);
         at_stop.for_each(|(left, _)| *left = 0.0);
+        self.after_the_end(late).for_each(|samples| residual[samples].fill(0.0));
         residual
+    }
+
+    /// Samples so many steps before the ends of stretches, whose torques would act when nothing is known any more.
+    fn after_the_end(&self, steps: f64) -> impl Iterator<Item = Range<usize>> {
+        let unknown = if steps > 0.0 { steps.ceil() as usize + 1 } else { 0 };
+        let stretches = self.recording.segments.iter();
+        stretches.map(move |stretch| stretch.end.saturating_sub(unknown).max(stretch.start)..stretch.end)
     }
 
     /// What the transmission carries to a link: what the rigid model needs, and effects on the link's side.
