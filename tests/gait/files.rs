@@ -17,11 +17,13 @@ pub(super) fn open(name: &str, text: &str) -> Result<GaitBench, bipedc::Diagnost
     GaitBench::parse(&robot("robots/three_link"), Path::new(&format!("{name}.toml")), text, &Silent)
 }
 
-const MISTAKES: [(&str, &str, &str, &str); 36] = [
+const MISTAKES: [(&str, &str, &str, &str); 38] = [
     ("gravity = 9.8", "gravity = -9.8", ":3:11", "a number above 0"),
     ("gravity = 9.8", "gravty = 9.8", ":3:1", "did you mean `gravity`?"),
     ("gravity = 9.8", "gravity = ", "", "broken TOML"),
     ("unit = \"m\"", "unit = \"deg\"", ":6:8", "SI units"),
+    ("unit = \"m\"", "unit = \"deg\"", ":6:8", "1 degree is 0.0174533 rad"),
+    ("[parameters.step_length]", "[parameters.sqrt]", ":5", "a word of formulas"),
     ("unit = \"m\"", "", ":5:1", "has no `unit`"),
     ("default = 0.5", "default = 1.5", ":8:11", "lies outside its bounds"),
     ("default = 0.5", "", ":5:1", "has no `default`"),
@@ -77,6 +79,29 @@ fn mistakes_are_named_with_their_place() {
             ["unit = \"m\"", "default = ", "bounds = "].iter().any(|key| from.starts_with(key));
         assert!(!of_parameter || found.matches("error: ").count() == 1, "{found}");
     }
+}
+
+/// What a file says that changes no step, or hardly can be meant: read all the same, and warned of at its place.
+#[test]
+fn odd_parameters_are_warned_of() {
+    let spare = "[parameters.spare]\nunit = \"rad\"\ndefault = 0.0\nbounds = [-40, 0.3]\n\n[quantities]\n";
+    let warned = |text: &str| {
+        let found = open("warned", text).unwrap().warnings;
+        found.iter().map(ToString::to_string).collect::<Vec<_>>()
+    };
+    let named = changed("robots/three_link", "[quantities]\n", spare);
+    let found = warned(&named);
+    assert_eq!(found.len(), 2, "{found:?}");
+    let [unused, turns] = [&found[0], &found[1]];
+    assert!(
+        unused.contains("no formula names the parameter `spare`") && unused.contains(":19:13"),
+        "{unused}"
+    );
+    assert!(turns.contains("more than a turn: is it in degrees?") && turns.contains(":22:10"), "{turns}");
+    // By way of a quantity it is used.
+    let used = named.replace("[quantities]\n", "[quantities]\nlean = \"-torso_lean - spare\"\n");
+    let used = used.replace("wanted = \"-torso_lean\"", "wanted = \"lean\"").replace("-40", "-0.4");
+    assert_eq!(warned(&used), Vec::<String>::new());
 }
 
 #[test]

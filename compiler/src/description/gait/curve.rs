@@ -2,7 +2,7 @@
 use super::PHASE;
 use super::dimension::{Dimension, words};
 use super::names::{Allowed, Names};
-use super::read::range;
+use super::read::{check_turns, range};
 use crate::description::settings::table::Section;
 use crate::description::source::Messages;
 use bipedc_effects::effect::formula::Formula;
@@ -99,5 +99,9 @@ pub(super) fn read_bezier(
         messages.error(coefficients.at, message, help);
         return None;
     }
-    Some(Curve::Bezier { coefficients: found, over: range(&over, messages)?, along: along?, plus: plus? })
+    let places = range(&over, messages)?;
+    if names.phase_in_rad {
+        check_turns(&over, &places, messages);
+    }
+    Some(Curve::Bezier { coefficients: found, over: places, along: along?, plus: plus? })
 }

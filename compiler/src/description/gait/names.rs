@@ -5,7 +5,8 @@ use crate::description::model::{Base, JointKind, RobotDescription};
 use crate::description::settings::table::{Entry, Section};
 use crate::description::source::{Messages, short, suggest};
 use bipedc_effects::effect::formula::Formula;
-use std::collections::BTreeMap;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// What a name stands for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +44,12 @@ pub(super) struct Known {
 pub(super) struct Names {
     pub known: BTreeMap<String, Known>,
     pub quantities: BTreeMap<String, Formula>,
+    /// Whether φ is an angle.
+    pub phase_in_rad: bool,
+    /// Joints whose own names mean something else in formulas.
+    renamed: Vec<String>,
+    /// What formulas outside of quantities named.
+    used: RefCell<BTreeSet<String>>,
 }
 
 /// Words that mean something else in formulas.
@@ -90,7 +97,9 @@ impl Names {
         let (angle, length) = (Some([0, 0, 0]), Some([1, 0, 0]));
         for joint in description.joints.iter().filter(|joint| joint.kind.moves()) {
             let unit = if joint.kind == JointKind::Prismatic { length } else { angle };
-            if !means_something_else(&joint.name) {
+            if means_something_else(&joint.name) {
+                names.renamed.push(joint.name.clone());
+            } else {
                 names.add(&joint.name, Of::Configuration, unit);
             }
             names.add(&formula_name(&joint.name), Of::Configuration, unit);
@@ -120,6 +129,31 @@ impl Names {
             self.known.insert(name.to_owned(), Known { of, dimension, leaves: Default::default() });
         }
         fresh
+    }
+
+    /// Whether a formula names something, itself or by a quantity that it names.
+    pub(super) fn is_used(&self, name: &str) -> bool {
+        let mut open: Vec<String> = self.used.borrow().iter().cloned().collect();
+        let mut seen: BTreeSet<String> = BTreeSet::new();
+        while let Some(next) = open.pop() {
+            if seen.insert(next.clone()) {
+                open.extend(self.quantities.get(&next).into_iter().flat_map(|of| of.names().iter().cloned()));
+            }
+        }
+        seen.contains(name)
+    }
+
+    /// What a name stands for already, if it does, for messages.
+    pub(super) fn meaning(&self, name: &str) -> Option<&'static str> {
+        if let Some(known) = self.known.get(name) {
+            return Some(match known.of {
+                Of::Configuration => "a joint, a coordinate of the base or of a contact point",
+                Of::Parameter => "a parameter",
+                Of::Phase => "the phase variable or one of its ends",
+                Of::Quantity => "a quantity",
+            });
+        }
+        means_something_else(name).then_some("a word of formulas")
     }
 
     /// The unit of φ.
@@ -184,10 +218,15 @@ impl Names {
             Ok(formula) => formula,
             Err(error) => {
                 let at = entry.inside_text(error.at, messages);
-                messages.error(at, format!("{}: {}", entry.name(), error.message), error.help);
+                let renamed = self.renamed.iter().find(|joint| holds_word(&text, joint));
+                let help = renamed.map_or(error.help, |joint| called(joint));
+                messages.error(at, format!("{}: {}", entry.name(), error.message), help);
                 return None;
             }
         };
+        if !allowed.rule.is_empty() {
+            self.used.borrow_mut().extend(formula.names().iter().cloned());
+        }
         for name in formula.names() {
             if let Err((message, help)) = self.refusal(name, allowed) {
                 let at = entry.inside_text(word_index(&text, name), messages);
@@ -223,7 +262,11 @@ impl Names {
         };
         match (0..3).find_map(|kind| leaves[kind].filter(|_| !rules[kind]).map(|leaf| (leaf, words[kind]))) {
             None => Ok(()),
-            Some((leaf, word)) => Err((format!("`{}` {word}", short(leaf)), allowed.rule.to_owned())),
+            Some((leaf, word)) => {
+                let joint = self.renamed.iter().find(|joint| *joint == leaf);
+                let help = joint.map_or_else(|| allowed.rule.to_owned(), |joint| called(joint));
+                Err((format!("`{}` {word}", short(leaf)), help))
+            }
         }
     }
 }
@@ -231,14 +274,34 @@ impl Names {
 /// Formulas of `[quantities]`: what they may name shows where they are used.
 const ANYTHING: Allowed = Allowed { configuration: true, parameters: true, phase: true, rule: "" };
 
+/// What to write for a joint whose own name means something else in formulas.
+fn called(joint: &str) -> String {
+    let name = formula_name(joint);
+    format!(
+        "`{}` means something else in formulas: the joint of that name is called `{name}` there",
+        short(joint)
+    )
+}
+
+/// Whether a text holds a name as a whole word that is no call of a function.
+fn holds_word(text: &str, name: &str) -> bool {
+    let behind = place_of_word(text, name).and_then(|at| text.get(at + name.len()..));
+    behind.is_some_and(|behind| !behind.trim_start().starts_with('('))
+}
+
 /// Where a name begins in a formula, in characters.
 fn word_index(text: &str, name: &str) -> usize {
+    let found = place_of_word(text, name).unwrap_or(0);
+    text.get(..found).map_or(0, |part| part.chars().count())
+}
+
+/// Where a name stands as a whole word, in bytes.
+fn place_of_word(text: &str, name: &str) -> Option<usize> {
     let letter = |c: char| c.is_alphanumeric() || c == '_';
     let whole = |at: &usize| {
         let before = text.get(..*at).and_then(|part| part.chars().next_back());
         let after = text.get(at + name.len()..).and_then(|part| part.chars().next());
         !before.is_some_and(letter) && !after.is_some_and(letter)
     };
-    let found = text.match_indices(name).map(|(at, _)| at).find(whole).unwrap_or(0);
-    text.get(..found).map_or(0, |part| part.chars().count())
+    text.match_indices(name).map(|(at, _)| at).find(whole)
 }

@@ -2,7 +2,7 @@
 use super::curve::{Curve, read_bezier};
 use super::dimension::{parse_unit, words};
 use super::names::{Allowed, Names};
-use super::read::{range, read_unit};
+use super::read::{check_turns, range, read_unit};
 use super::{FilePlace, GaitOutput, GaitPhase, Guard};
 use crate::description::model::{Contact, ContactPart, Phase, RobotDescription};
 use crate::description::settings::table::Section;
@@ -34,6 +34,7 @@ const GUARD: Allowed = Allowed {
 /// The unit of φ, which formulas are checked with; what is wrong with it is said by [`read_phase`].
 pub(super) fn read_phase_unit(top: &Section<'_, '_>, names: &mut Names, messages: &mut Messages<'_>) {
     let unit = top.sections("phase", messages).first().and_then(|section| section.get("unit")?.text());
+    names.phase_in_rad = unit == Some("rad");
     names.set_phase_dimension(unit.and_then(parse_unit));
 }
 
@@ -292,7 +293,11 @@ fn read_guard(section: &Section<'_, '_>, names: &Names, messages: &mut Messages<
     guard.check_keys(&["zero", "between"], messages);
     let formula = formula(&guard, "zero", GUARD, None, names, messages);
     let between = match guard.get("between") {
-        Some(entry) => range(&entry, messages),
+        Some(entry) => range(&entry, messages).inspect(|between| {
+            if names.phase_in_rad {
+                check_turns(&entry, between, messages);
+            }
+        }),
         None => {
             let help = "add between = [0.0, 1.5]: where φ is at the end of a step";
             messages.error(guard.at, "the guard has no `between`", help);

@@ -3,7 +3,7 @@ use super::curve::{phase_dimension, read_moved};
 use super::dimension::parse_unit;
 use super::names::{Allowed, Names};
 use super::phase::{VARIABLE, file_place, formula, read_outputs, read_posture, undriven};
-use super::read::read_unit;
+use super::read::{check_turns, read_unit};
 use super::{FilePlace, GaitLimits, GaitOutput, GaitParameter};
 use crate::description::model::{ContactPart, Phase, RobotDescription};
 use crate::description::settings::table::{Entry, Section};
@@ -241,6 +241,9 @@ fn read_end(
         return formula(section, "end", END, unit, names, messages);
     }
     let value = entry.number(messages)?;
+    if names.phase_in_rad {
+        check_turns(&entry, &[value], messages);
+    }
     Formula::parse(&format!("{value:?}")).ok()
 }
 

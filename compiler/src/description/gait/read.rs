@@ -214,6 +214,7 @@ fn read_with<P>(
     if messages.errors() > 0 {
         return None;
     }
+    check_use(top, &names, messages);
     Some((Head { gravity, parameters, quantities: names.quantities, effects, limits }, phases?))
 }
 
@@ -262,13 +263,28 @@ fn read_parameters(
         // One that is refused is a name all the same, of no unit that can be wrong: formulas that have it are not.
         let parameter = read_parameter(entry.key, &table, messages);
         let unit = parameter.as_ref().and_then(|parameter| parse_unit(&parameter.unit));
-        if !names.add(entry.key, Of::Parameter, unit) {
-            let message = format!("`{}` means something else already", short(entry.key));
+        if let Some(meaning) = names.meaning(entry.key) {
+            let message = format!("`{}` means something else already: {meaning}", short(entry.key));
             messages.error(section.key_place(entry.key), message, "choose another name for the parameter");
         }
+        names.add(entry.key, Of::Parameter, unit);
         found.extend(parameter);
     }
     found
+}
+
+/// Warns of parameters that no formula names.
+fn check_use(top: &Section<'_, '_>, names: &Names, messages: &mut Messages<'_>) {
+    let Some(section) = top.section("parameters", messages) else { return };
+    for entry in section.entries().iter().filter(|entry| !names.is_used(entry.key)) {
+        let message = format!(
+            "no formula names the parameter `{}`: whatever its value, steps are the same",
+            short(entry.key)
+        );
+        let help =
+            format!("name it in a formula, such as wanted.plus = \"{}\", or remove it", short(entry.key));
+        messages.warning(section.key_place(entry.key), message, help);
+    }
 }
 
 fn read_parameter(
@@ -289,6 +305,9 @@ fn read_parameter(
     let default = section.number("default", messages);
     let bounds = section.get("bounds").and_then(|entry| range(&entry, messages));
     let (default, bounds) = (default?, bounds?);
+    if let Some(entry) = section.get("bounds").filter(|_| unit == "rad") {
+        check_turns(&entry, &bounds, messages);
+    }
     if !(bounds[0]..=bounds[1]).contains(&default) {
         let at = section.get("default").and_then(|entry| entry.at);
         let message = format!(
@@ -312,9 +331,24 @@ pub(super) fn read_unit(section: &Section<'_, '_>, messages: &mut Messages<'_>) 
     if parse_unit(&unit).is_some() {
         return Some(unit);
     }
-    let help = "SI units: rad, m, s, kg, N, J and 1, products like \"N m\", quotients like \"rad/s\"";
+    let help = match unit.trim().to_lowercase().as_str() {
+        "deg" | "degree" | "degrees" | "°" | "grad" => DEGREES,
+        _ => "SI units: rad, m, s, kg, N, J and 1, products like \"N m\", quotients like \"rad/s\"",
+    };
     messages.error(at, format!("the unit `{}` is not understood", short(&unit)), help);
     None
+}
+
+/// Said of angles that are in degrees, or seem to be.
+const DEGREES: &str =
+    "SI units, angles in rad: write unit = \"rad\", and every number in rad (1 degree is 0.0174533 rad)";
+
+/// Warns of angles (rad) of more than a turn.
+pub(super) fn check_turns(entry: &Entry<'_, '_>, angles: &[f64], messages: &mut Messages<'_>) {
+    if angles.iter().any(|angle| angle.abs() > std::f64::consts::TAU) {
+        let message = format!("{} = {angles:?} rad is more than a turn: is it in degrees?", entry.name());
+        messages.warning(entry.at, message, DEGREES);
+    }
 }
 
 /// Two numbers, the smaller one first.
@@ -332,10 +366,11 @@ fn read_quantities(top: &Section<'_, '_>, names: &mut Names, messages: &mut Mess
     let Some(section) = top.section("quantities", messages) else { return };
     for entry in section.entries() {
         check_identifier(entry.key, "quantity", entry.at, messages);
-        if !names.add(entry.key, Of::Quantity, None) {
-            let message = format!("`{}` means something else already", short(entry.key));
+        if let Some(meaning) = names.meaning(entry.key) {
+            let message = format!("`{}` means something else already: {meaning}", short(entry.key));
             messages.error(section.key_place(entry.key), message, "choose another name for the quantity");
         }
+        names.add(entry.key, Of::Quantity, None);
     }
     // A quantity may name those below it: what they are is known first.
     for entry in section.entries() {

@@ -51,6 +51,15 @@ impl Reading<'_> {
             return None;
         };
         let at = named.span().start;
+        if begins_nowhere(file, control) {
+            let help = "add [initial] with mid_stance_speed = 0.8: φ̇ at mid-stance, per s, from which a step of the gait begins (`bipedc gait cycle` tells that of \
+                        steps that repeat themselves); or the state: base_position, base_velocity, … there, position and velocity in [joint.NAME]";
+            self.wrong::<()>(
+                at,
+                "nothing says where the robot begins, and a gait does not begin at rest",
+                help,
+            );
+        }
         if plant.phases.is_empty() {
             self.wrong::<()>(at, "the robot has no phases", "add [[phase]] tables to biped.toml");
         }
@@ -132,6 +141,26 @@ impl Reading<'_> {
         }
         Some((speed, self.place(given.span().start)))
     }
+}
+
+/// Whether a gait drives the robot and the scenario says nothing of the state in which it begins.
+pub(super) fn begins_nowhere(file: &File, control: &Control) -> bool {
+    let said = file.initial.as_ref().is_some_and(|start| {
+        let Start {
+            base_position,
+            base_rotation,
+            base_velocity,
+            base_angular_velocity,
+            clearance,
+            mid_stance_speed,
+            ..
+        } = start.get_ref();
+        let vectors = [base_position, base_rotation, base_velocity, base_angular_velocity];
+        vectors.into_iter().any(Option::is_some) || clearance.is_some() || mid_stance_speed.is_some()
+    });
+    let joints = file.joint.values().map(|joint| joint.get_ref());
+    let joint = joints.into_iter().any(|joint| joint.position.is_some() || joint.velocity.is_some());
+    control.gait.is_some() && control.trajectory.is_none() && !said && !joint
 }
 
 /// Place of `step_length = "gait"`.

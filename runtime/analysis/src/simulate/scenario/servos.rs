@@ -1,5 +1,6 @@
 //! `[control]` and `[joint.NAME]` of a scenario: servos, and the motion that they follow.
 use super::file::{Control, File, Joint};
+use super::gait::begins_nowhere;
 use super::reading::{ANY, NOT_NEGATIVE, Reading};
 use super::{Initial, JointServo};
 use crate::log::{Mapping, Reader, Table};
@@ -25,7 +26,8 @@ impl Reading<'_> {
         let (first_q, first_v) = (initial.q.len() - count, initial.v.len() - count);
         let mut servos = Vec::with_capacity(count);
         // Then where joints begin follows from the gait.
-        let by_gait = file.initial.as_ref().is_some_and(|start| start.get_ref().mid_stance_speed.is_some());
+        let by_gait = file.initial.as_ref().is_some_and(|start| start.get_ref().mid_stance_speed.is_some())
+            || begins_nowhere(file, control);
         for (j, joint) in plant.layout.joints.iter().enumerate() {
             let own = file.joint.get(&joint.name).map_or(&none, |own| own.get_ref());
             let from_table = trajectory.and_then(|table| followed(table, &joint.name));
