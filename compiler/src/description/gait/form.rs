@@ -68,7 +68,7 @@ fn refused(message: impl Into<String>, help: &str) -> Diagnostic {
 impl<'d> Walker<'d> {
     fn new(of: &'d RobotDescription) -> Result<Self, Diagnostic> {
         if !matches!(of.base, Base::Planar { .. }) {
-            let help = "[base] kind = \"planar\" in biped.toml, if all joints turn about the y axis";
+            let help = "[base] kind = \"planar\" in biped.toml, if all joints turn about the y axis or slide in the plane of x and z";
             return Err(refused(
                 "gaits are those of robots that walk in the plane: the base is not planar",
                 help,
@@ -320,7 +320,8 @@ impl<'d> Walker<'d> {
             return None;
         }
         let mut text = "base_pitch".to_owned();
-        for joint in self.chain(foot) {
+        // A joint that slides makes the leg longer or shorter and leaves its direction.
+        for joint in self.chain(foot).into_iter().filter(|joint| joint.kind != JointKind::Prismatic) {
             let frame = self.frame(&joint.child);
             let sign = frame.direction(joint.axis)[1].signum();
             let rest = subtract(end, frame.position);

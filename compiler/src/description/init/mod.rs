@@ -91,7 +91,7 @@ fn write_base(robot: &UrdfRobot, tree: &Tree, planar: bool, feet: &[FootGuess], 
     } else if planar {
         writeln!(
             out,
-            "kind = \"planar\"                 # all axes are pitch axes: x, z, pitch. Else \"floating\" or \"fixed\" (with `link`)\nroot = {name}"
+            "kind = \"planar\"                 # all axes are pitch axes, slides in the plane: x, z, pitch. Else \"floating\" or \"fixed\" (with `link`)\nroot = {name}"
         )
     } else {
         writeln!(
@@ -101,14 +101,14 @@ fn write_base(robot: &UrdfRobot, tree: &Tree, planar: bool, feet: &[FootGuess], 
     };
 }
 
-/// Whether every moving joint turns about the y axis of the root.
+/// Whether every moving joint turns about the y axis of the root or slides across it, and one turns.
 fn is_planar(robot: &UrdfRobot, tree: &Tree, frames: &[Frame]) -> bool {
-    let mut moving =
-        tree.below.iter().flatten().filter(|(joint, _)| robot.joints[*joint].kind.moves()).peekable();
-    moving.peek().is_some()
-        && moving.all(|&(joint, child)| {
-            let [x, _, z] = frames[child].direction(robot.joints[joint].axis);
-            robot.joints[joint].kind != JointKind::Prismatic && x.hypot(z) < 1e-9
+    let moving = || tree.below.iter().flatten().filter(|(joint, _)| robot.joints[*joint].kind.moves());
+    let slides = |joint: usize| robot.joints[joint].kind == JointKind::Prismatic;
+    moving().any(|&(joint, _)| !slides(joint))
+        && moving().all(|&(joint, child)| {
+            let [x, y, z] = frames[child].direction(robot.joints[joint].axis);
+            if slides(joint) { y.abs() < 1e-9 } else { x.hypot(z) < 1e-9 }
         })
 }
 
