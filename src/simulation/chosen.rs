@@ -2,7 +2,7 @@
 use super::choosers::{Choosers, Walked};
 use super::gait::Walker;
 use crate::gait::choice::{StepPart, StepSpeed};
-use bipedc_analysis::gait::GaitModel;
+use bipedc_analysis::gait::{Assumptions, GaitModel};
 use bipedc_analysis::report::{CurveFigure, CurveKind, PlottedCurve, Table as PageTable};
 use bipedc_analysis::simulate::phases::{LandingGuard, WalkSummary, Walking};
 use bipedc_analysis::simulate::{self, Sample};
@@ -28,6 +28,8 @@ pub struct WalkedSpeeds {
     pub met: usize,
     /// The largest difference of a speed that was reached from its prediction, per s.
     pub largest_surprise: f64,
+    /// What choices kept of `friction`, `pull`, `clearance`, `torque` and `joints`; `None`: all that the scenario assumes.
+    pub keep: Option<Vec<&'static str>>,
     /// Step after step.
     pub steps: Vec<StepSpeed>,
     /// Of the zero dynamics, as they were walked.
@@ -72,6 +74,7 @@ pub(super) fn walk(
         Err(error) => return (Err(error), None),
     };
     let mut speeds = WalkedSpeeds::of(gait.speed_unit(), steps);
+    speeds.keep = gait.kept();
     if let Choosers::OnePhase(model, _) = choosers {
         speeds.energies = energies(model, &parts, &samples);
     }
@@ -119,6 +122,7 @@ impl WalkedSpeeds {
             wished: pairs().count(),
             met: pairs().filter(met).count(),
             largest_surprise: surprises.fold(0.0, f64::max),
+            keep: None,
             steps,
             energies: Vec::new(),
         }
@@ -178,6 +182,13 @@ impl fmt::Display for WalkedSpeeds {
         writeln!(f, "\nspeeds at mid-stance in {unit}\n{table}")?;
         if steps.len() > SHOWN {
             writeln!(f, "… and {} more: see --json", steps.len() - SHOWN)?;
+        }
+        if let Some(keep) = &self.keep {
+            let left = Assumptions::default().named().map(|(name, _)| name);
+            let left: Vec<&str> = left.into_iter().filter(|name| !keep.contains(name)).collect();
+            let left = if left.is_empty() { String::new() } else { format!("; not {}", left.join(", ")) };
+            let keep = if keep.is_empty() { "nothing".to_owned() } else { keep.join(", ") };
+            writeln!(f, "choices kept {keep}{left} (`keep` of [control.choice])")?;
         }
         writeln!(
             f,

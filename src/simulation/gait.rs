@@ -109,12 +109,12 @@ impl Walker {
         let values = bench.values(&set)?;
         let controller = bench.controller(control.feedback.unwrap_or_default(), &set)?;
         let controller = if control.limited { controller } else { controller.unlimited() };
-        let stops = scenario.joint_stops;
+        let checked = checked(scenario);
         let wished = |wishes: &Wishes| {
             bench.choosable().map_err(|error| placed(error.into(), file, wishes.position))?;
             let from =
                 |options: &ChoiceOptions| bench.choice_settings(&values, options).map(ChosenFrom::OnePhase);
-            wished(&bench, from, (wishes, file, stops))
+            wished(&bench, from, (wishes, file, checked))
         };
         let wishes = control.wishes.as_ref().map(wished).transpose()?;
         if let Some((speed, place)) = control.speed {
@@ -156,13 +156,13 @@ impl Walker {
             begin_at(scenario, state, place);
             scenario.phase = chain.first().map_err(at)?;
         }
-        let stops = scenario.joint_stops;
+        let checked = checked(scenario);
         let wished = |wishes: &Wishes| {
             let from = |options: &ChoiceOptions| {
                 let settings = bench.choice_settings(&values, options)?;
                 Ok(ChosenFrom::Phased(settings, Box::new(true_walker(robot, &[], false)?)))
             };
-            wished(&bench, from, (wishes, file, stops))
+            wished(&bench, from, (wishes, file, checked))
         };
         let wishes = control.wishes.as_ref().map(wished).transpose()?;
         ends_with_wishes(scenario, wishes.as_ref());
@@ -222,6 +222,13 @@ impl Walker {
         }
     }
 
+    /// What choices keep, by name; none where they keep all that the scenario assumes, or there are none.
+    pub fn kept(&self) -> Option<Vec<&'static str>> {
+        let ChosenFrom::OnePhase(settings) = &self.wishes.as_ref()?.from else { return None };
+        let named = settings.kept.assumptions.named();
+        Some(named.into_iter().filter_map(|(name, kept)| kept.then_some(name)).collect())
+    }
+
     /// Whether steps end where the gait's guard vanishes.
     pub fn ends_by_guard(&self) -> bool {
         self.guarded
@@ -244,11 +251,17 @@ impl Walker {
     }
 }
 
+/// Whether a walk ends where a joint meets its stop, and where a foot in the air scuffs.
+fn checked(scenario: &Scenario) -> [bool; 2] {
+    let scuffing = scenario.events.as_ref().is_some_and(|events| events.assumptions.scuffing.is_finite());
+    [scenario.joint_stops, scuffing]
+}
+
 /// What a scenario wishes of a gait, each part of it known to the gait.
 fn wished(
     gait: &impl Parametrised,
     from: impl FnOnce(&ChoiceOptions) -> Result<ChosenFrom, Diagnostics>,
-    (wishes, file, stops): (&Wishes, &Path, bool),
+    (wishes, file, [stops, scuffing]): (&Wishes, &Path, [bool; 2]),
 ) -> Result<Wished, Diagnostics> {
     // One by one, so that each has its place.
     let unknown = wishes.parameters.iter().filter(|found| gait.index(&found.name).is_none());
@@ -261,6 +274,7 @@ fn wished(
         parameters: wishes.parameters.iter().map(|found| (found.name.clone(), found.between)).collect(),
         keep: wishes.keep.clone(),
         stops,
+        scuffing,
         friction: wishes.friction,
         reserve: wishes.reserve,
         values: wishes.values,

@@ -50,6 +50,21 @@ fn five_wished_speeds_are_met_and_limits_kept() {
     );
     assert!(off("wished") < 1e-7 && off("predicted") < 1e-8);
     assert_eq!(found["speeds"]["met"].as_u64(), Some(5));
+    // The walk does not look at what scuffs, nor do the choices; they say so.
+    assert_eq!(found["speeds"]["keep"], Value::from(["friction", "pull", "torque", "joints"].to_vec()));
+}
+
+/// Where a walk ends by a foot that scuffs, a step that scuffs does not meet a wish.
+#[test]
+fn choices_keep_the_clearance_where_the_walk_does() {
+    let bench = gait("robots/five_link", "lifting");
+    let kept = |scuffing: bool, keep: Option<Vec<String>>| {
+        let parameters = vec![("step_length".to_owned(), None)];
+        let options = ChoiceOptions { parameters, scuffing, keep, ..ChoiceOptions::default() };
+        bench.choice_settings(&bench.values(&[]).unwrap(), &options).unwrap().kept.assumptions.clearance
+    };
+    assert!(kept(true, None) && !kept(false, None));
+    assert!(kept(false, Some(vec!["clearance".to_owned()])) && !kept(true, Some(Vec::new())));
 }
 
 /// Figure 7.8a: K vanishes where P is largest.

@@ -33,6 +33,8 @@ pub struct ChoiceOptions {
     pub keep: Option<Vec<String>>,
     /// Whether joints have stops in this walk.
     pub stops: bool,
+    /// Whether this walk ends where a foot in the air scuffs.
+    pub scuffing: bool,
     /// Coulomb's coefficient; `None`: that of the gait's limits.
     pub friction: Option<f64>,
     /// Part of every limit that is left over; `None`: a twentieth.
@@ -96,7 +98,7 @@ impl GaitBench {
         let assumptions = Assumptions {
             friction: has("friction", friction.is_some()),
             pull: has("pull", true),
-            clearance: has("clearance", false),
+            clearance: has("clearance", options.scuffing),
             torque: has("torque", true),
             joints: has("joints", options.stops),
         };

@@ -164,6 +164,18 @@ pub struct Assumptions {
 }
 
 impl Assumptions {
+    /// Their names with whether each is assumed.
+    pub fn named(self) -> [(&'static str, bool); 5] {
+        let Self { friction, pull, clearance, torque, joints } = self;
+        [
+            ("friction", friction),
+            ("pull", pull),
+            ("clearance", clearance),
+            ("torque", torque),
+            ("joints", joints),
+        ]
+    }
+
     /// Whether some margin has to be known.
     pub fn any(self) -> bool {
         self != Self::default()
