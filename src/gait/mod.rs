@@ -159,6 +159,7 @@ impl GaitBench {
             posture,
             friction: self.gait.limits.friction,
             position_limits: description.stops(joints.iter().map(|joint| joint.name.as_str())),
+            velocity_limits: description.velocity_limits(joints.iter().map(|joint| joint.name.as_str())),
             effort_limits: joints.iter().map(|joint| limit(&joint.name)).collect(),
         };
         GaitModel::new(&self.model, settings)

@@ -89,6 +89,7 @@ pub(super) fn margins(margins: &Margins) -> Vec<Vec<String>> {
         row("clearance", margins.clearance, "m"),
         row("torque", margins.torque, "N m"),
         row("joint stop", margins.joint, "rad or m"),
+        row("velocity", margins.velocity, "rad/s or m/s"),
         row("impact: friction", margins.impact_friction, "1"),
         row("impact: pull", margins.impact_pull, "N s"),
         row("impact: lift-off", margins.lift_off, "m/s"),

@@ -7,6 +7,7 @@ mod contact_sets;
 mod energies;
 mod estimated;
 mod exchanged;
+mod fastest;
 mod footsteps;
 mod gait;
 mod late;
@@ -22,6 +23,7 @@ mod walking;
 
 pub use chosen::{StepEnergy, WalkedSpeeds};
 pub use estimated::EstimateErrors;
+pub use fastest::FastestJoint;
 pub use footsteps::FootstepSummary;
 pub use returned::returned;
 pub use robust::{Disturbance, DisturbanceKind, Robust, RobustOptions, Survival, Tried, wilson};
@@ -58,6 +60,7 @@ pub fn plant(description: &RobotDescription, tree: &Tree) -> Result<Plant, Diagn
         shapes: Vec::new(),
         links: description.links.iter().map(|link| link.name.clone()).collect(),
         position_limits: description.stops(tree.joints.iter().map(|joint| joint.name.as_str())),
+        velocity_limits: description.velocity_limits(tree.joints.iter().map(|joint| joint.name.as_str())),
         effort_limits: tree
             .joints
             .iter()

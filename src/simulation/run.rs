@@ -1,5 +1,6 @@
 //! A scenario that is run: what is asked for, what comes of it.
 use super::chosen::WalkedSpeeds;
+use super::fastest::FastestJoint;
 use super::footsteps::{FootstepSummary, Footsteps};
 use super::gait::Walker;
 use super::touching::touching;
@@ -78,6 +79,8 @@ pub struct Simulated {
     pub messages: Vec<Diagnostic>,
     /// How it walked, if by footsteps.
     pub walk: Option<FootstepSummary>,
+    /// The joint nearest to its velocity limit, if a gait drives the robot and a joint has one.
+    pub velocity: Option<FastestJoint>,
 }
 
 impl Scene {
@@ -165,7 +168,16 @@ impl Simulated {
             Outcome::Walked { summary, .. } => summary.time,
         };
         let real_time_factor = time / wall_time.max(1e-9);
-        Self { outcome, wall_time, real_time_factor, log: log.to_path_buf(), film, messages, walk: None }
+        Self {
+            outcome,
+            wall_time,
+            real_time_factor,
+            log: log.to_path_buf(),
+            film,
+            messages,
+            walk: None,
+            velocity: None,
+        }
     }
 
     /// Whether it was stopped before its end.
@@ -207,10 +219,12 @@ impl Simulated {
 impl fmt::Display for Simulated {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (factor, log) = (self.real_time_factor, self.log.as_path());
-        f.write_str(&match &self.outcome {
+        let velocity = self.velocity.as_ref().map_or_else(String::new, FastestJoint::text);
+        let text = match &self.outcome {
             Outcome::Stepped(summary) => stepping::text((summary, self.walk.as_ref()), factor, log),
             Outcome::Walked { summary, speeds, .. } => walking::text((summary, speeds.as_ref()), factor, log),
-        })
+        };
+        f.write_str(&(text + &velocity))
     }
 }
 
@@ -220,6 +234,8 @@ struct Stepped<'a> {
     summary: &'a Summary,
     #[serde(skip_serializing_if = "Option::is_none")]
     walk: Option<&'a FootstepSummary>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    velocity: Option<&'a FastestJoint>,
     wall_time: f64,
     real_time_factor: f64,
     log: String,
@@ -232,6 +248,8 @@ struct Walked<'a> {
     summary: &'a WalkSummary,
     #[serde(skip_serializing_if = "Option::is_none")]
     speeds: Option<&'a WalkedSpeeds>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    velocity: Option<&'a FastestJoint>,
     relative_tolerance: f64,
     wall_time: f64,
     real_time_factor: f64,
@@ -241,17 +259,26 @@ struct Walked<'a> {
 impl Serialize for Simulated {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let Self { wall_time, real_time_factor, .. } = *self;
-        let log = self.log.display().to_string();
+        let (log, velocity) = (self.log.display().to_string(), self.velocity.as_ref());
         match &self.outcome {
             Outcome::Stepped(summary) => {
-                Stepped { summary, walk: self.walk.as_ref(), wall_time, real_time_factor, log }
-                    .serialize(serializer)
+                let walk = self.walk.as_ref();
+                Stepped { summary, walk, velocity, wall_time, real_time_factor, log }.serialize(serializer)
             }
             Outcome::Walked { summary, relative_tolerance, speeds } => {
                 let (method, relative_tolerance, speeds) =
                     ("event_driven", *relative_tolerance, speeds.as_ref());
-                Walked { method, summary, speeds, relative_tolerance, wall_time, real_time_factor, log }
-                    .serialize(serializer)
+                Walked {
+                    method,
+                    summary,
+                    speeds,
+                    velocity,
+                    relative_tolerance,
+                    wall_time,
+                    real_time_factor,
+                    log,
+                }
+                .serialize(serializer)
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Time stepping with contacts (thesis 4.3), as a film and in words.
 use super::estimated::EstimateWatch;
+use super::fastest::{FastestJoint, FastestWatch};
 use super::footsteps::{FootstepSummary, Footsteps, Record};
 use super::log::Log;
 use super::told::ToldLog;
@@ -39,6 +40,7 @@ impl Scene {
             recorder = recorder.map(Recorder::with_balance);
         }
         let mut watch = EstimateWatch::default();
+        let mut fastest = (own.is_none() && self.gait.is_some()).then(|| FastestWatch::new(plant));
         let simulation = Simulation::new(mechanics, plant, scenario).map_err(in_file)?;
         let footsteps = self.footsteps.as_ref().filter(|_| own.is_none());
         let told = options.told.as_deref().map(|path| self.told(footsteps, path)).transpose()?;
@@ -51,6 +53,7 @@ impl Scene {
             None => self.driven(simulation, (&model, &phases), own)?,
         };
         simulation = simulation.watched(|sample| {
+            fastest.iter_mut().for_each(|fastest| fastest.see(sample));
             if let Some(recorder) = &mut recorder {
                 let balance = record.as_ref().and_then(|record| record.borrow().live.balance(&sample.q));
                 recorder.take_balanced(sample, balance);
@@ -85,9 +88,15 @@ impl Scene {
                 .help("the log ends there; a film (--film) shows how it came to that")
         });
         let warned = unsolved(&summary).into_iter().map(warning);
-        let messages = self.warnings().into_iter().chain(warned).chain(refused).collect();
+        let velocity = fastest.and_then(FastestWatch::end);
+        let fast = velocity.as_ref().and_then(FastestJoint::warning);
+        let messages = self.warnings().into_iter().chain(warned).chain(fast).chain(refused).collect();
         let walk = record.map(|record| record.borrow().summary.clone());
-        Ok(Simulated { walk, ..Simulated::new(Outcome::Stepped(summary), (out, start), film, messages) })
+        Ok(Simulated {
+            walk,
+            velocity,
+            ..Simulated::new(Outcome::Stepped(summary), (out, start), film, messages)
+        })
     }
 
     /// The file of what the controller is told.

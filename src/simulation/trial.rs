@@ -41,6 +41,8 @@ pub struct WalkedMargins {
     pub torque: Option<f64>,
     /// Smallest distance of a joint from its limits, rad or m.
     pub joint: Option<f64>,
+    /// Smallest distance of a joint's speed from its limit, rad/s or m/s.
+    pub velocity: Option<f64>,
 }
 
 impl WalkedMargins {
@@ -55,6 +57,7 @@ impl WalkedMargins {
             (&mut self.clearance, step.clearance),
             (&mut self.torque, step.torque),
             (&mut self.joint, step.joint),
+            (&mut self.velocity, step.velocity),
         ];
         for (own, margin) in pairs {
             if let Some(margin) = margin.filter(|margin| margin.is_finite()) {
@@ -75,6 +78,7 @@ pub struct Trial {
 struct Moment {
     time: f64,
     q: Vec<f64>,
+    v: Vec<f64>,
     effort: Vec<f64>,
     forces: Vec<[f64; 3]>,
 }
@@ -118,6 +122,7 @@ impl Trial {
             moments.push(Moment {
                 time: sample.time,
                 q: sample.q.clone(),
+                v: sample.v.clone(),
                 effort: sample.effort.clone(),
                 forces: sample.forces.clone(),
             });
@@ -170,6 +175,7 @@ impl Trial {
             clearance: None,
             torque: None,
             joint: None,
+            velocity: None,
         };
         for impulse in summary.changes.iter().flat_map(|change| &change.impulse) {
             lower(&mut found.impulse, impulse.z);
@@ -266,6 +272,9 @@ impl Trial {
                 let q = moment.q[first + joint];
                 lower(&mut found.joint, (q - low).min(high - q));
             }
+            if let Some(limit) = self.plant.velocity_limits[joint] {
+                lower(&mut found.velocity, limit - moment.v[first + joint].abs());
+            }
         }
     }
 }
@@ -320,7 +329,7 @@ mod tests {
         };
         let moment = |k: usize| {
             let time = k as f64 * 0.01;
-            Moment { time, q: vec![place(time)], effort: Vec::new(), forces: Vec::new() }
+            Moment { time, q: vec![place(time)], v: Vec::new(), effort: Vec::new(), forces: Vec::new() }
         };
         let moments: Vec<Moment> = (0..90).map(moment).collect();
         let change = |time: f64| PhaseChange {

@@ -1,5 +1,5 @@
 //! `bipedc gait step`.
-use crate::cli::bipedc;
+use crate::cli::{bipedc, scratch, text};
 use serde_json::Value;
 
 fn step(arguments: &[&str]) -> Vec<String> {
@@ -22,7 +22,9 @@ fn the_keys_of_a_step() {
     assert_eq!((&json["feasible"], &json["reason"]), (&Value::Bool(true), &Value::Null));
     let margins = json["margins"].as_object().unwrap();
     assert!(
-        ["friction", "pull", "clearance", "torque", "joint"].iter().all(|key| margins[*key].is_f64()),
+        ["friction", "pull", "clearance", "torque", "joint", "velocity"]
+            .iter()
+            .all(|key| margins[*key].is_f64()),
         "{json}"
     );
     assert_eq!(margins["zmp"], Value::Null);
@@ -98,4 +100,54 @@ fn wrong_use_is_named() {
     for wrong in ["step_length", "step_length=x", "step_length=inf"] {
         assert_eq!(run(&["--speed", "1.5", "--set", wrong]).code, Some(2), "{wrong}");
     }
+}
+
+/// A joint that is faster than its URDF allows: a margin of steps of one phase and of several, in rad/s; the limit alone moves it.
+#[test]
+fn velocity_limits_are_a_margin() {
+    let slower = |robot: &str, gait: &str| {
+        let folder = scratch(&format!("slower-{gait}"));
+        std::fs::create_dir_all(folder.join("gaits")).unwrap();
+        for file in ["robot.urdf", "biped.toml", &format!("gaits/{gait}.toml")] {
+            let words = std::fs::read_to_string(format!("robots/{robot}/{file}")).unwrap();
+            std::fs::write(folder.join(file), words.replace("velocity=\"10\"", "velocity=\"1.5\"")).unwrap();
+        }
+        folder
+    };
+    for (robot, gait, speed) in
+        [("three_link", "thesis", "1.5"), ("seven_link_v1", "from_nothing", "0.4479381")]
+    {
+        let margin = |folder: &str| {
+            let asked = ["gait", "step", folder, "--gait", gait, "--speed", speed, "--json"];
+            bipedc(&asked).ok().json()["margins"]["velocity"].as_f64().unwrap()
+        };
+        let [usual, less] = [margin(&format!("robots/{robot}")), margin(text(&slower(robot, gait)))];
+        assert!(usual > 0.0 && less < 0.0 && (usual - less - 8.5).abs() < 1e-9, "{robot}: {usual} {less}");
+    }
+}
+
+/// A simulation does not keep velocity limits, and says which joint is beyond its own, when and by how much.
+#[test]
+fn a_walk_says_which_joint_is_too_fast() {
+    let folder = scratch("too-fast");
+    std::fs::create_dir_all(folder.join("gaits")).unwrap();
+    for file in ["robot.urdf", "biped.toml", "gaits/thesis.toml"] {
+        let words = std::fs::read_to_string(format!("robots/three_link/{file}")).unwrap();
+        std::fs::write(folder.join(file), words.replace("velocity=\"10\"", "velocity=\"1.5\"")).unwrap();
+    }
+    let scenario = folder.join("walk.toml");
+    let words = "method = \"event_driven\"\nduration = 2.0\nsteps = 1\nlog_step = 0.005\n[assumptions]\nfriction = false\nscuffing = false\n\
+                 step_length = \"gait\"\n[initial]\nmid_stance_speed = 1.5\n[control]\ngait = \"thesis\"\n";
+    std::fs::write(&scenario, words).unwrap();
+    let log = folder.join("run.csv");
+    let asked = ["simulate", text(&folder), "--scenario", text(&scenario), "--out", text(&log), "--json"];
+    let found = bipedc(&asked).ok();
+    assert!(found.err.contains("faster than its limit of 1.5 rad/s"), "{}", found.err);
+    let velocity = &found.json()["velocity"];
+    let of = |key: &str| velocity[key].as_f64().unwrap();
+    assert!(of("margin") < 0.0 && (of("limit") - of("speed") - of("margin")).abs() < 1e-12, "{velocity}");
+    assert!(velocity["joint"].as_str().unwrap().ends_with("hip_pitch"), "{velocity}");
+    // Without anything that says where the robot begins that is what is missing, not a joint's stop.
+    std::fs::write(&scenario, words.replace("mid_stance_speed = 1.5", "")).unwrap();
+    bipedc(&asked).fails_with(&["nothing says where the robot begins", "mid_stance_speed = ", ":12:8"]);
 }

@@ -61,6 +61,12 @@ impl RobotDescription {
         joints.map(|name| of_urdf(name)?.position_limits.map(|(low, high)| [low, high])).collect()
     }
 
+    /// Velocity limits of the joints with these names, rad/s or m/s.
+    pub fn velocity_limits<'n>(&self, joints: impl Iterator<Item = &'n str>) -> Vec<Option<f64>> {
+        let of_urdf = |name: &str| self.joints.iter().find(|joint| joint.name == name);
+        joints.map(|name| of_urdf(name)?.velocity_limit).collect()
+    }
+
     /// The drive of a joint, if it has one.
     pub fn drive(&self, joint: &str) -> Option<&Drive> {
         self.drives.iter().find(|driven| driven.joint == joint).map(|driven| &driven.drive)

@@ -25,15 +25,15 @@ Both steps have the parameters of the gait file, or those of --set; --from names
 step follows others of its own kind, or one with the parameters of --before.
 
 Parameters beyond their bounds are computed with a warning. A step that is not possible has a reason, and every number \
-that exists all the same; exit code 0. Margins say how far the next step is from slipping, pulling, scuffing, the torque limits and the \
-stops of joints of the URDF; negative ones are violated, but do not make a step infeasible.
+that exists all the same; exit code 0. Margins say how far the next step is from slipping, pulling, scuffing, the torque limits, the \
+stops and the velocity limits of joints of the URDF; negative ones are violated, but do not make a step infeasible.
 A gait of several phases is followed through all of them, under its own controller; the speed is that at the dead centre of the first. \
 There the step takes the parameters of --set, where --from says others until then; --before has no meaning. \
 Its JSON: {\"speed\", \"next_speed\" (per s), \"phi_m\", \"delta\", \"p_minus\", \"p_max\", \"energy\", \"next_energy\" ((unit of φ/s)²), \"limit_speed\" (null: `bipedc gait cycle` finds it), \"duration\" (s), \"feasible\", \
 \"reason\", \"reason_code\", \"margins\", \"phases\": [{\"name\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\", \"duration\", \"nu\", \"p_minus\", \"limited\"}]}.
 
 JSON: {\"next_speed\" (per s), \"delta\", \"p_minus\", \"p_max\" ((kg m²/s)²), \"phi_m\", \"limit_speed\" (per s), \"feasible\", \
-\"reason\", \"reason_code\", \"margins\": {\"friction\", \"pull\" (N), \"zmp\" (m), \"clearance\" (m), \"torque\" (N m), \"joint\" (rad or m), \"impact_friction\", \
+\"reason\", \"reason_code\", \"margins\": {\"friction\", \"pull\" (N), \"zmp\" (m), \"clearance\" (m), \"torque\" (N m), \"joint\" (rad or m), \"velocity\" (rad/s or m/s), \"impact_friction\", \
 \"impact_pull\" (N s), \"lift_off\" (m/s)}, \"phi_start\", \"phi_end\", \"eta\", \"this_step\": {\"p_minus\", \"p_max\", \"phi_m\"}, \"energy\", \"next_energy\", \"p_error\", \"k_min\", \"k_max\" ((kg m²/s)²)}; null: \
 there is no such number.";
 

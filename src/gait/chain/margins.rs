@@ -1,7 +1,8 @@
 //! How far a step of several phases stays from its limits, from mid-stance to mid-stance.
 use super::hop::{Hop, MidStance};
+use super::surface::SurfacePoint;
 use super::{Chain, ChainPhase, Refused};
-use bipedc_analysis::gait::{Assumptions, Margins, Reason, spare_joint};
+use bipedc_analysis::gait::{Assumptions, Margins, Reason, spare_joint, spare_velocity};
 use bipedc_analysis::simulate::phases::{Assumptions as Allowed, Row, RowKind};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::control::PhasedGait;
@@ -205,17 +206,26 @@ impl Seen<'_, '_> {
                 }
             }
         }
-        let q = chain.point(phase, x[0])?.q.clone();
-        let joint = spare_joint(&chain.stops, &q);
-        if joint.is_finite() {
-            smaller(&mut self.margins.joint, joint);
-        }
-        let heights = chain.heights(&q);
+        let point = chain.point(phase, x[0])?;
+        self.joints(&point, x[1]);
+        let heights = chain.heights(&point.q);
         let lowest = self.swinging[phase].iter().map(|&point| heights[point]).fold(f64::INFINITY, f64::min);
         if let Some(phase) = self.air.last_mut() {
             phase.push((time, lowest));
         }
         Ok(())
+    }
+
+    /// Stops and velocities of the joints at φ̇.
+    fn joints(&mut self, point: &SurfacePoint, rate: f64) {
+        let v: Vec<f64> = point.slope.iter().map(|slope| slope * rate).collect();
+        let joint = spare_joint(&self.chain.stops, &point.q);
+        let velocity = spare_velocity(&self.chain.velocity_limits, &v);
+        for (margin, spare) in [(&mut self.margins.joint, joint), (&mut self.margins.velocity, velocity)] {
+            if spare.is_finite() {
+                smaller(margin, spare);
+            }
+        }
     }
 
     /// Friction, push and centre of pressure of what stands.

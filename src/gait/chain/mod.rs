@@ -47,6 +47,8 @@ pub struct Chain<'b> {
     phases: Vec<Option<ChainPhase>>,
     /// Position limits of the joints, rad or m.
     stops: Vec<Option<[f64; 2]>>,
+    /// Largest speeds of the joints, rad/s or m/s.
+    velocity_limits: Vec<Option<f64>>,
     heights: usize,
     relabelled: [usize; 2],
     present: RefCell<Present>,
@@ -159,6 +161,10 @@ impl<'b> Chain<'b> {
                 .compiled
                 .description
                 .stops(bench.compiled.model.tree.joints.iter().map(|joint| joint.name.as_str())),
+            velocity_limits: bench
+                .compiled
+                .description
+                .velocity_limits(bench.compiled.model.tree.joints.iter().map(|joint| joint.name.as_str())),
             heights: need("contact_distances")?,
             relabelled: [need("relabelled_configuration")?, need("relabelled_velocity")?],
             present: RefCell::new(Present {

@@ -24,6 +24,8 @@ pub struct MotionMargins {
     pub largest_torque: f64,
     /// Smallest distance of a joint from its limits, rad or m.
     pub joint: Option<f64>,
+    /// Smallest distance of a joint's speed from its limit, rad/s or m/s.
+    pub velocity: Option<f64>,
 }
 
 fn lower(of: &mut Option<f64>, by: f64) {
@@ -41,6 +43,7 @@ pub(super) fn margins(of: &Collocation, layout: &Layout, x: &[f64]) -> MotionMar
         torque: None,
         largest_torque: 0.0,
         joint: None,
+        velocity: None,
     };
     for p in 0..of.phases.len() {
         for node in 0..layout.phases[p].nodes() {
@@ -98,6 +101,9 @@ fn joints(
         if let Some((low, high)) = named.and_then(|joint| joint.position_limits) {
             let q = x[layout.motion(p, node, 0) + joint.v_index];
             lower(&mut found.joint, (q - low).min(high - q));
+        }
+        if let Some(limit) = named.and_then(|joint| joint.velocity_limit) {
+            lower(&mut found.velocity, limit - x[layout.motion(p, node, 1) + joint.v_index].abs());
         }
     }
 }

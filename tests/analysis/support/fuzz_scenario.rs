@@ -19,6 +19,7 @@ fn plant(base: BaseKind) -> Plant {
         shapes: Vec::new(),
         links: vec!["torso".to_owned(), "right_foot".to_owned()],
         position_limits: vec![Some([-1.0, 1.0]), None],
+        velocity_limits: vec![Some(8.0), None],
         effort_limits: vec![Some(20.0), None],
         effects: Vec::new(),
         phases: vec!["stand".to_owned(), "swing".to_owned()],

@@ -28,6 +28,8 @@ pub struct GaitSettings {
     pub effort_limits: Vec<Option<f64>>,
     /// Stops of the joints, rad or m, where they have some.
     pub position_limits: Vec<Option<[f64; 2]>>,
+    /// Largest speeds of the joints, rad/s or m/s, where they have some.
+    pub velocity_limits: Vec<Option<f64>>,
 }
 
 impl GaitSettings {
@@ -35,6 +37,13 @@ impl GaitSettings {
     pub(super) fn spare_joint(&self, q: &[f64]) -> f64 {
         spare_joint(&self.position_limits, q)
     }
+}
+
+/// Smallest distance of the speeds of joints, the last of v, from their limits, rad/s or m/s; infinite without limits.
+pub fn spare_velocity(limits: &[Option<f64>], v: &[f64]) -> f64 {
+    let joints = &v[v.len().saturating_sub(limits.len())..];
+    let spare = limits.iter().zip(joints).filter_map(|(limit, v)| limit.map(|limit| limit - v.abs()));
+    spare.fold(f64::INFINITY, f64::min)
 }
 
 /// Smallest distance of joints, the last of q, from their stops, rad or m; infinite without stops.

@@ -1,6 +1,6 @@
 //! How far a step is from what its assumptions allow.
 use super::course::Course;
-use super::functions::GaitModel;
+use super::functions::{GaitModel, spare_velocity};
 use super::landing::Landing;
 use super::search::least;
 use super::surface::SurfacePoint;
@@ -27,6 +27,8 @@ pub struct Margins {
     pub torque: Option<f64>,
     /// Smallest distance of a joint from its stops, rad or m; negative: beyond one.
     pub joint: Option<f64>,
+    /// Smallest distance of a joint's speed from its limit, rad/s or m/s.
+    pub velocity: Option<f64>,
     /// Coefficient of friction less what the impact at the beginning needs, 1.
     pub impact_friction: Option<f64>,
     /// Normal impulse of that impact, N s.
@@ -69,6 +71,10 @@ impl GaitModel<'_> {
         margins.friction =
             self.settings.friction.filter(|_| pushes).and_then(|_| smallest(Self::spare_friction));
         margins.torque = smallest(Self::spare_torque);
+        if self.settings.velocity_limits.iter().any(Option::is_some) {
+            let velocity = |phase| self.spare_velocity(course, phase, energy).unwrap_or(f64::NAN);
+            margins.velocity = finite(least(velocity, [start, end], SAMPLES).1);
+        }
         margins
     }
 
@@ -112,6 +118,13 @@ impl GaitModel<'_> {
             *torque -= foot[0] * x + foot[1] * z;
         }
         Some(found)
+    }
+
+    /// Smallest distance of a joint's speed from its limit, rad/s or m/s; infinite without limits.
+    fn spare_velocity(&self, course: &Course<'_, '_>, phase: f64, energy: f64) -> Option<f64> {
+        let [rate, _] = course.rates(phase, energy).ok()?;
+        let v: Vec<f64> = course.surface(phase).ok()?.slope.iter().map(|slope| slope * rate).collect();
+        Some(spare_velocity(&self.settings.velocity_limits, &v))
     }
 
     fn spare_friction(&self, efforts: &[f64]) -> f64 {

@@ -29,7 +29,7 @@ pub use alike::Alike;
 pub use choose::{Choice, ChoiceKind, ChoiceSettings, Chooser};
 pub use course::Course;
 pub use cycle::{Cycle, NoCycle};
-pub use functions::{GaitModel, GaitSettings, spare_joint};
+pub use functions::{GaitModel, GaitSettings, spare_joint, spare_velocity};
 pub use integral::{Integral, Places};
 pub use kept::Kept;
 pub use landing::Landing;

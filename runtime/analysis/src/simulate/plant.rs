@@ -16,6 +16,8 @@ pub struct Plant {
     pub links: Vec<String>,
     /// By joint, rad or m; where the URDF states them.
     pub position_limits: Vec<Option<[f64; 2]>>,
+    /// By joint, rad/s or m/s.
+    pub velocity_limits: Vec<Option<f64>>,
     /// By joint, N m or N.
     pub effort_limits: Vec<Option<f64>>,
     /// Effects of the description: known ones.
