@@ -3,7 +3,7 @@ use super::Workbench;
 use crate::gait::Parametrised as _;
 use crate::gait::optimise::{Demands, Optimum};
 use crate::gait::{
-    AnyBench, ChainOptions, ChainStep, ChainedPhase, CycleOptions, GaitBench, PhasedBench, StepOptions,
+    AnyBench, Chain, ChainOptions, ChainStep, ChainedPhase, CycleOptions, GaitBench, PhasedBench, StepOptions,
 };
 use crate::progress::Silent;
 use crate::simulation::{Trial, WalkedMargins};
@@ -126,7 +126,9 @@ impl Workbench {
         let repeated = read.and_then(|bench| {
             let step = match &bench {
                 AnyBench::OnePhase(bench) => self.cycle(bench)?,
-                AnyBench::Phased(bench) => repeated_near(bench, trial, it.optimum.slowest_rate(it.of, 0))?,
+                AnyBench::Phased(bench) => {
+                    settled(bench, trial, repeated_near(bench, trial, it.optimum.slowest_rate(it.of, 0))?)?
+                }
             };
             Ok((step, bench))
         });
@@ -184,6 +186,17 @@ impl Workbench {
             margins: None,
         })
     }
+}
+
+/// The same with the speed and the multiplier of `bipedc gait cycle`: the last slope of the secant method is one over a deviation of some 1e-6 of the speed, and
+/// where torques go from limit to limit a step is known to 1e-7 of it. Where steps from posture to posture do not settle, what is known stays.
+fn settled(bench: &PhasedBench, trial: &Trial, found: Repeated) -> Result<Repeated, Diagnostics> {
+    let controller = bench.controller(None, &[])?;
+    let chain = Chain::new(bench, &trial.walker().phases, controller)?;
+    Ok(match chain.repeating(&bench.values(&[])?, Some(found.speed)) {
+        Ok((start, multiplier)) => Repeated { speed: start.speed, multiplier, ..found },
+        Err(_) => found,
+    })
 }
 
 /// Parts of the motion's speed that steps are begun with, one after the other: where they repeat themselves is not known before.
@@ -280,6 +293,10 @@ impl Lack {
                 found.add(name, value, wished, if wished > 0.0 { 1.0 - value / wished } else { 0.0 });
             }
         }
+        if let Some(velocity) = margins.velocity {
+            // At its limit a joint may be: rad/s (m/s) beyond it are what is missing.
+            found.add("velocity below its limit by", velocity, 0.0, -velocity);
+        }
         found
     }
 
@@ -335,6 +352,9 @@ impl Lack {
         demands.impact_friction = (demands.impact_friction - 1.2 * excess).max(0.5 * wished.friction);
         if margins.torque.is_some_and(|torque| torque < 1e-3) {
             demands.effort = (demands.effort - 0.1).max(0.5);
+        }
+        if margins.velocity.is_some_and(|velocity| velocity < 0.0) {
+            demands.velocity = (demands.velocity - 0.1).max(0.5);
         }
     }
 }

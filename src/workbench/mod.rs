@@ -6,11 +6,13 @@ mod identified;
 mod library;
 mod optimised;
 mod optimised_text;
+mod wished;
 
 pub use closed_loop::{ClosedLoop, PhaseCourse, PhaseCourses};
 pub use explaining::{Event, Explained};
 pub use library::{gait_file, search_file};
 pub use optimised::{OptimiseOptions, OptimisedGait, OptimisedGaits};
+pub use wished::Wished;
 
 use crate::amendment::diagnosis::{Selection, propose};
 use crate::amendment::history::History;

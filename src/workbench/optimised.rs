@@ -1,9 +1,10 @@
 //! Gaits found by optimisation, written, and tried under their own controllers.
 use super::closed_loop::{ClosedLoop, Lack, Tried};
+use super::wished::Wished;
 use super::{Workbench, library};
 use crate::gait::optimise::{
-    Demands, MotionMargins, Optimum, Stage, Wishes, from_gait, from_landing, from_neighbour, from_nothing,
-    gait_text, lands_by_posture, size, stays,
+    Demands, MotionMargins, Optimum, Stage, Wishes, exchangeable, from_gait, from_landing, from_neighbour,
+    from_nothing, gait_text, lands_by_posture, size, stays,
 };
 use crate::simulation::Trial;
 use bipedc_analysis::nonlinear::{Ending, Iteration};
@@ -111,6 +112,8 @@ pub struct OptimisedGaits {
     pub form: String,
     /// Of the robot.
     pub robot: String,
+    /// What every walk is to keep.
+    pub wished: Wished,
     /// Whether an interruption left speeds out.
     pub complete: bool,
     /// One for each speed.
@@ -140,9 +143,11 @@ impl Workbench {
         let mut found = OptimisedGaits {
             form: options.form.clone(),
             robot: self.robot.description.name.clone(),
+            wished: Wished::new(&of, &options.wishes),
             complete: true,
             gaits: Vec::new(),
         };
+        exchangeable(&of, options.wishes.joint, &self.robot.sources)?;
         let seed = options.start.as_ref().map(|name| self.seed(name)).transpose()?;
         if seed.is_none() {
             grows(&of, &gait, options).map_err(|error| error.in_file(&file))?;

@@ -56,6 +56,7 @@ fn what_may_help(violations: &[Violated]) -> String {
 
 impl fmt::Display for OptimisedGaits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}", self.wished)?;
         for gait in &self.gaits {
             writeln!(f, "{gait}")?;
         }
@@ -153,7 +154,8 @@ impl OptimisedGait {
             ("clearance", margins.clearance, of(walked.map(|w| w.clearance)), "m"),
             ("torque below its limit by", margins.torque, of(walked.map(|w| w.torque)), "N m"),
             ("largest torque", Some(margins.largest_torque), None, "N m"),
-            ("joint inside its limits by", margins.joint, of(walked.map(|w| w.joint)), "rad"),
+            ("joint inside its limits by", margins.joint, of(walked.map(|w| w.joint)), "rad or m"),
+            ("velocity below its limit by", margins.velocity, of(walked.map(|w| w.velocity)), "rad/s or m/s"),
         ];
         let number = |value: Option<f64>| value.map_or_else(|| "—".to_owned(), |value| format!("{value:.6}"));
         let row = |(name, motion, walked, unit): (&str, Option<f64>, Option<f64>, &str)| {

@@ -53,6 +53,14 @@ fn a_gait_of_four_phases_keeps_every_margin_from_a_seed_and_from_nothing() {
         assert!(of("impulse") >= 0.1 && of("zmp") >= 0.01 && of("clearance") >= 0.01, "{name}: {walked}");
         assert!(of("torque") > 0.0 && of("joint") > 0.0, "{name}: {walked}");
         assert!(walked["multiplier"].as_f64().unwrap().abs() < 0.8, "{name}: {walked}");
+        assert!(of("velocity") > 0.0, "{name}: {walked}");
+        // Steps that repeat themselves are the same ones by either command.
+        let cycle = ["gait", "cycle", "robots/seven_link_v1", "--gait", text(&gait), "--json"];
+        let cycle = &bipedc(&cycle).ok().json()["cycles"][0]["cycle"];
+        for key in ["speed", "multiplier"] {
+            let [one, other] = [&walked[key], &cycle[key]].map(|x| x.as_f64().unwrap());
+            assert!((one / other - 1.0).abs() < 1e-3, "{name}: {key} {one} {other}");
+        }
         let run = steps_by(&folder, "robots/seven_link_v1", &gait, walked["speed"].as_f64().unwrap());
         assert_eq!((run["steps"].as_u64(), &run["verdict"]), (Some(20), &Value::Null), "{name}: {run}");
         assert!(smallest_impulse(&run) >= 0.1, "{name}: {run}");

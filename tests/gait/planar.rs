@@ -90,6 +90,41 @@ fn legs_with_hocks_are_told_by_what_bends_them_apart() {
     }
 }
 
+/// Legs that slide: in the plane as well, paired, and the direction from foot to hip is that of the hip alone, however long the leg is.
+#[test]
+fn telescopic_legs_have_a_form() {
+    let folder = begun("heron");
+    let described = read(&folder.join("biped.toml"));
+    for words in ["kind = \"planar\"", "left = \"left_slide\", right = \"right_slide\", sign = 1"] {
+        assert!(described.contains(words), "no `{words}` in {described}");
+    }
+    let form = read(&folder.join("gaits/form.toml"));
+    assert!(form.contains("variable = \"base_pitch + right_hip\""), "{form}");
+    assert!(form.contains("unit = \"m\"\ncontrolled = \"left_slide\""), "{form}");
+}
+
+#[test]
+#[ignore = "takes long"]
+fn a_robot_with_telescopic_legs_walks_from_its_urdf() {
+    walks("heron", "0.5", &[]);
+}
+
+/// Limits of a pair that no position keeps are told at once, with both joints, their limits and what to do: searches ended after minutes.
+#[test]
+fn limits_of_a_pair_that_contradict_each_other_are_refused() {
+    let folder = begun("heron");
+    let urdf = folder.join("robot.urdf");
+    let text_of = read(&urdf);
+    let (left, right) = text_of.split_once("<joint name=\"right_slide\"").unwrap();
+    let right = right.replacen("lower=\"-0.02\" upper=\"0.2\"", "lower=\"-0.3\" upper=\"-0.1\"", 1);
+    std::fs::write(&urdf, format!("{left}<joint name=\"right_slide\"{right}")).unwrap();
+    let out = folder.join("gaits/refused.toml");
+    let asked = ["gait", "optimise", text(&folder), "--gait", "form", "--speed", "0.5", "--out", text(&out)];
+    let told =
+        bipedc(&asked).fails_with(&["`left_slide` has -0.02 to 0.2 m", "`right_slide` has -0.3 to -0.1 m"]);
+    assert!(told.err.contains("robot.urdf:") && told.err.contains("help: "), "{}", told.err);
+}
+
 /// As a new user would go on; twenty steps with all assumptions checked.
 fn walks(name: &str, speed: &str, form: &[&str]) {
     let folder = begun(name);

@@ -40,9 +40,9 @@ Several speeds make a library: --out is a folder, each search begins where the o
 exit code 130; the same command, also with further speeds behind, takes over what is there and goes on from there: the same bytes as in one run. \
 Gaits are taken over if their file and the one in FOLDER/searches are of the same robot, form, options and speeds up to their own; others are found anew and written over.
 
-JSON: {\"form\", \"robot\", \"complete\", \"gaits\": [{\"speed\" (m/s), \"taken_over\", \"feasible\", \"minimum\", \"iterations\", \"seconds\", \"durations\" (s), \"step_length\" (m), \"cost_of_transport\", \
-\"margins\": {\"friction\", \"impact_friction\", \"push\" (N), \"impulse\" (N s), \"zmp\", \"clearance\" (m), \"torque\", \"largest_torque\" (N m), \"joint\"}, \"rounds\", \"lacking\", \"search_seconds\", \"violations\": \
-[{\"constraint\", \"phase\", \"node\", \"by\"}], \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s), \"cost_of_transport\", \"phases\": [{\"name\", \"motion\" and \"walked\": {\"duration\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\"}}], \"margins\": {\"steps\", \"verdict\", \"walking_speed\", \"friction\", \"impact_friction\", \"impulse\", \"zmp\", \"clearance\", \"torque\", \"joint\"}}}]}.";
+JSON: {\"form\", \"robot\", \"wished\": {\"mass\" (kg), \"height\" (m), \"friction\", \"clearance\", \"zmp\" (m), \"impulse\" (N s), \"by_size\"}, \"complete\", \"gaits\": [{\"speed\" (m/s), \"taken_over\", \"feasible\", \"minimum\", \"iterations\", \"seconds\", \"durations\" (s), \"step_length\" (m), \"cost_of_transport\", \
+\"margins\": {\"friction\", \"impact_friction\", \"push\" (N), \"impulse\" (N s), \"zmp\", \"clearance\" (m), \"torque\", \"largest_torque\" (N m), \"joint\", \"velocity\"}, \"rounds\", \"lacking\", \"search_seconds\", \"violations\": \
+[{\"constraint\", \"phase\", \"node\", \"by\"}], \"closed_loop\": {\"walks\", \"reason\", \"speed\" (per s), \"multiplier\", \"walking_speed\" (m/s), \"duration\" (s), \"cost_of_transport\", \"phases\": [{\"name\", \"motion\" and \"walked\": {\"duration\", \"phi_start\", \"phi_end\", \"speed_start\", \"speed_end\"}}], \"margins\": {\"steps\", \"verdict\", \"walking_speed\", \"friction\", \"impact_friction\", \"impulse\", \"zmp\", \"clearance\", \"torque\", \"joint\", \"velocity\"}}}]}.";
 
 /// Finds gaits: the least torques at a walking speed, within all limits
 #[derive(Args)]

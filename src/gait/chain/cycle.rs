@@ -32,8 +32,7 @@ impl Chain<'_> {
     /// # Errors
     /// Why there is none.
     pub(in crate::gait) fn cycle(&self, values: &[f64]) -> Result<Cycle, Refused> {
-        let start = self.settled(values)?;
-        let multiplier = self.multiplier(&start, values)?;
+        let (start, multiplier) = self.repeating(values, None)?;
         if multiplier.is_nan() || multiplier.abs() >= 1.0 {
             let why = format!("deviations grow: the multiplier is {multiplier:.6}");
             return Err(Refused::new(Reason::FallsBack, why));
@@ -66,9 +65,23 @@ impl Chain<'_> {
         })
     }
 
-    /// The mid-stance that comes back: secants on φ̇_m², from posture to posture.
-    fn settled(&self, values: &[f64]) -> Result<MidStance, Refused> {
-        let mut now = self.first_guess(values)?;
+    /// The mid-stance that comes back, begun `near` a speed (per s) if one is known, and the multiplier there.
+    ///
+    /// # Errors
+    /// Why there is none.
+    pub(crate) fn repeating(&self, values: &[f64], near: Option<f64>) -> Result<(MidStance, f64), Refused> {
+        let begin = match near {
+            Some(speed) => self.mid_stance(values, speed)?,
+            None => self.first_guess(values)?,
+        };
+        let start = self.settled(begin, values)?;
+        let multiplier = self.multiplier(&start, values)?;
+        Ok((start, multiplier))
+    }
+
+    /// Secants on φ̇_m², from posture to posture.
+    fn settled(&self, begin: MidStance, values: &[f64]) -> Result<MidStance, Refused> {
+        let mut now = begin;
         let mut before: Option<[f64; 2]> = None;
         let (mut good, mut turned) = (f64::NAN, 0);
         for count in 0..MOST {

@@ -27,6 +27,8 @@ pub struct Demands {
     pub clearance: f64,
     /// Part of the torque limits of the URDF that is used.
     pub effort: f64,
+    /// Part of the velocity limits of the URDF that is used.
+    pub velocity: f64,
     /// Distance from the limits of joints, rad or m.
     pub joint: f64,
     /// Smallest vertical impulse on each foot that an impact holds, N s.
@@ -54,6 +56,7 @@ impl Demands {
             zmp: 0.012,
             clearance: 0.012,
             effort: 0.9,
+            velocity: 1.0,
             joint: 0.02,
             impulse: 0.11,
             lift_off: 0.05,

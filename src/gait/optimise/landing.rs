@@ -85,8 +85,7 @@ impl<'a> Landing<'a> {
         for joint in &of.tree.joints {
             let named = of.description.joints.iter().find(|other| other.name == joint.name);
             let (low, high) = named.and_then(|joint| joint.position_limits).unwrap_or((-3.2, 3.2));
-            let margin = demands.joint.min(0.2 * (high - low));
-            limits[joint.v_index] = [low + margin, high - margin];
+            limits[joint.v_index] = super::mirrored::between([low, high], demands.joint);
         }
         Self { of, layout, phase, demands, height, limits }
     }

@@ -8,6 +8,7 @@ mod kept;
 mod landing;
 mod layout;
 mod margins;
+mod mirrored;
 mod seed;
 mod similarity;
 #[cfg(test)]
@@ -20,6 +21,7 @@ pub use constraints::RowName;
 pub use demands::{Demands, Objective, Wishes};
 pub use landing::lands_by_posture;
 pub use margins::MotionMargins;
+pub use mirrored::exchangeable;
 pub use write::gait_text;
 
 use bipedc_analysis::nonlinear::{Ending, InteriorPoint, Iteration, Minimiser, Program, Solution, Start};

@@ -1,6 +1,7 @@
 //! Bounds and scales of the variables of the program.
 use super::demands::Demands;
 use super::layout::Layout;
+use super::mirrored::between;
 use super::similarity::{Measure, Similarity};
 use bipedc_compiler::compile::Collocation;
 
@@ -99,15 +100,17 @@ impl Bounds<'_> {
     fn joints(&mut self, p: usize, node: usize) {
         let [q, v] = [0, 1].map(|order| self.layout.motion(p, node, order));
         let turning = self.similar.velocity(Measure::Angle);
-        let (of, moment) = (self.of, self.moment());
+        let of = self.of;
         for (k, joint) in of.tree.joints.iter().enumerate() {
             let named = of.description.joints.iter().find(|other| other.name == joint.name);
             let limits = named.and_then(|joint| joint.position_limits);
             let (low, high) = limits.unwrap_or((-3.2, 3.2));
-            let margin = self.demands.joint.min(0.2 * (high - low));
-            self.found.bounds[q + joint.v_index] = [low + margin, high - margin];
-            let fastest = named.and_then(|joint| joint.velocity_limit).unwrap_or(30.0 * turning);
+            self.found.bounds[q + joint.v_index] = between([low, high], self.demands.joint);
+            let fastest = named
+                .and_then(|joint| joint.velocity_limit)
+                .map_or(30.0 * turning, |x| x * self.demands.velocity);
             self.found.bounds[v + joint.v_index] = [-fastest, fastest];
+            let moment = if self.coordinates[joint.v_index] == Measure::Length { 1.0 } else { self.moment() };
             let effort = named
                 .and_then(|joint| joint.effort_limit)
                 .map_or(25.0 * of.mass * moment, |x| x * self.demands.effort);
