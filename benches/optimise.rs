@@ -36,7 +36,9 @@ fn main() {
         let run = |speeds: Vec<f64>| {
             let clock = Instant::now();
             let options = options(form, speeds);
-            let found = bench.optimise_gaits(&options, &mut |_| Ok(())).unwrap_or_else(|e| panic!("{e}"));
+            let found = bench
+                .optimise_gaits(&options, &mut |_| (), &mut |_| Ok(()))
+                .unwrap_or_else(|e| panic!("{e}"));
             let walks = found.gaits.iter().filter(|gait| gait.walks()).count();
             let search: f64 = found.gaits.iter().map(|gait| gait.search_seconds).sum();
             (search, clock.elapsed().as_secs_f64(), walks)

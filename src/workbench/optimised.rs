@@ -121,13 +121,14 @@ pub struct OptimisedGaits {
 }
 
 impl Workbench {
-    /// Finds gaits of the form of one that exists. `done` is given each as soon as it is found and tried.
+    /// Finds gaits of the form of one that exists. `warned` hears at once of what will hardly be found, `done` is given each gait as soon as it is found and tried.
     ///
     /// # Errors
     /// No such gait, everything in it that has no meaning; functions that cannot be derived; what `done` says.
     pub fn optimise_gaits(
         &self,
         options: &OptimiseOptions,
+        warned: &mut dyn FnMut(&Diagnostic),
         done: &mut dyn FnMut(&OptimisedGait) -> Result<(), Diagnostics>,
     ) -> Result<OptimisedGaits, Diagnostics> {
         let file = gait_path(&self.robot.sources, &options.form)?;
@@ -148,6 +149,11 @@ impl Workbench {
             gaits: Vec::new(),
         };
         exchangeable(&of, options.wishes.joint, &self.robot.sources)?;
+        options
+            .speeds
+            .iter()
+            .filter_map(|&speed| found.wished.slow(&of, speed))
+            .for_each(|slow| warned(&slow));
         let seed = options.start.as_ref().map(|name| self.seed(name)).transpose()?;
         if seed.is_none() {
             grows(&of, &gait, options).map_err(|error| error.in_file(&file))?;

@@ -127,16 +127,20 @@ impl Optimise {
             ledger.writes_source("--out", &place(speed))?;
             is_ours(&place(speed))?;
         }
-        let found = bench.optimise_gaits(&options, &mut |gait| {
-            if gait.taken_over {
-                output::remark(&format!("{} is there already", place(gait.speed).display()));
-            }
-            let Some(text) = &gait.text else { return Ok(()) };
-            if let (Some(folder), Some(search)) = (&library, &gait.search) {
-                write_with_folders(&search_file(folder, gait.speed), search)?;
-            }
-            write_found(&place(gait.speed), text)
-        })?;
+        let found = bench.optimise_gaits(
+            &options,
+            &mut |slow| output::diagnostics(std::slice::from_ref(slow)),
+            &mut |gait| {
+                if gait.taken_over {
+                    output::remark(&format!("{} is there already", place(gait.speed).display()));
+                }
+                let Some(text) = &gait.text else { return Ok(()) };
+                if let (Some(folder), Some(search)) = (&library, &gait.search) {
+                    write_with_folders(&search_file(folder, gait.speed), search)?;
+                }
+                write_found(&place(gait.speed), text)
+            },
+        )?;
         if self.json {
             output::print_json(&found)?;
         } else {

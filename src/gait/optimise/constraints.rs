@@ -1,5 +1,6 @@
 //! The rows of the program: which quantity has to lie where, with the names that a failure is told by.
 use super::demands::Demands;
+use super::guess::shortness;
 use super::layout::Layout;
 use super::similarity::{Measure, Similarity};
 use bipedc_compiler::compile::{Collocation, CollocationChange, CollocationPhase, NodeRow};
@@ -89,8 +90,13 @@ impl Builder<'_> {
             let [first, last] = self.layout.phases[phase].ends();
             if self.outputs {
                 let unit = self.similar.position(self.variable(phase));
+                let short = shortness(self.demands.speed, self.height);
                 let growth = vec![(last, 1.0), (first, -1.0)];
-                rows.sum(("φ does not grow", phase, None), unit, ([0.02 * unit, f64::INFINITY], growth));
+                rows.sum(
+                    ("φ does not grow", phase, None),
+                    unit,
+                    ([0.02 * short * unit, f64::INFINITY], growth),
+                );
             }
         }
         self.speed(&mut rows);
@@ -365,7 +371,8 @@ impl Builder<'_> {
         let mut sum = vec![(last, 1.0), (self.layout.motion(0, 0, 0), -1.0)];
         let longest = self.demands.longest_step * self.height;
         let length = self.similar.length;
-        rows.sum(("length of the step", 0, None), length, ([0.02 * length, longest], sum.clone()));
+        let shortest = 0.02 * shortness(self.demands.speed, self.height) * length;
+        rows.sum(("length of the step", 0, None), length, ([shortest, longest], sum.clone()));
         sum.extend(self.layout.phases.iter().map(|phase| (phase.duration, -self.demands.speed)));
         rows.sum(("walking speed", 0, None), length, (EQUAL, sum));
     }

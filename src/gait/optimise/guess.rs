@@ -18,6 +18,8 @@ pub(super) struct Guess {
 
 /// Part of the leg's length that a step has.
 const STEP: f64 = 0.45;
+/// The longest that a step takes, over the time √(h/g) of a pendulum as high as the base.
+const LONGEST: f64 = 4.0;
 /// How far joints begin from their limits and knees from being straight, rad.
 const BENT: f64 = 0.3;
 
@@ -46,7 +48,8 @@ pub(super) fn around(
     let postures = Postures { of, layout, ease: ease(of) };
     let count = of.phases.len();
     let parts = parts(count);
-    let step = landing.map_or(STEP * postures.height(), |landing| landing.step);
+    let short = shortness(speed, postures.height());
+    let step = landing.map_or(STEP * short * postures.height(), |landing| landing.step);
     let similar = Similarity::new(of.mass, postures.height());
     let duration = step / speed;
     let mut x = vec![0.0; layout.variables];
@@ -66,7 +69,7 @@ pub(super) fn around(
         }
         postures.line(&mut x, p, [&from, &to]);
         let ends = [0, 2 * phase.intervals].map(|node| postures.row(p, &x, node, NodeRow::Phase));
-        let least = 0.02 * similar.position(Measure::of_unit(&of.phases[p].unit));
+        let least = 0.02 * short * similar.position(Measure::of_unit(&of.phases[p].unit));
         let apart = if (ends[1] - ends[0]).abs() < least { least } else { ends[1] - ends[0] };
         [x[phase.ends()[0]], x[phase.ends()[1]]] = [ends[0], ends[0] + apart];
         rates.push(apart / x[phase.duration]);
@@ -84,6 +87,12 @@ pub(super) fn around(
 pub(super) fn height(of: &Collocation) -> f64 {
     let layout = Layout::new(of, &vec![1; of.phases.len()]);
     Postures { of, layout: &layout, ease: ease(of) }.height()
+}
+
+/// How much shorter steps of slow walks are than others, 1 at usual speeds: who walks slowly takes short steps, for a step that lasts much longer than it takes to
+/// fall over is none. Searches that began with long steps took ten times as long and found nothing.
+pub(super) fn shortness(speed: f64, height: f64) -> f64 {
+    (speed * LONGEST * (height / 9.81).sqrt() / (STEP * height)).min(1.0)
 }
 
 /// Parts of a step that its phases take: the first as much as three others.
