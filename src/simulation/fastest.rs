@@ -60,7 +60,7 @@ impl FastestJoint {
     pub(super) fn text(&self) -> String {
         let Self { joint, time, limit, margin, unit, .. } = self;
         format!(
-            "velocity: `{joint}` comes nearest to its limit of {limit} {unit}, at {time:.4} s, margin {} {unit}\n",
+            "velocity margin {} {unit}: `{joint}` at {time:.4} s, limit {limit} {unit}\n",
             figure(*margin)
         )
     }

@@ -54,6 +54,10 @@ const REGULAR: f64 = 0.3;
 /// How high feet go, over the height of the base.
 const HIGHEST: f64 = 0.3;
 
+/// What is left of the upward speed of a foot that is let go where legs slide: no blow goes along a joint that slides, and the foot comes off by what drives it
+/// alone.
+const SLIDES: f64 = 0.02;
+
 const ABOVE: [f64; 2] = [0.0, f64::INFINITY];
 
 pub(super) struct Builder<'a> {
@@ -337,7 +341,8 @@ impl Builder<'_> {
         if !of.impulses.is_empty() {
             for &point in &of.leaving {
                 let what = format!("lift-off of {}", self.point(point));
-                let limits = [self.demands.lift_off, f64::INFINITY];
+                let slides = self.coordinates[3..].contains(&Measure::Length);
+                let limits = [self.demands.lift_off * if slides { SLIDES } else { 1.0 }, f64::INFINITY];
                 let unit = self.similar.velocity(Measure::Length);
                 places[2 * nv + of.impulses.len() + point] =
                     Some(rows.add((&what, phase, None), unit, limits));
