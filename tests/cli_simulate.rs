@@ -136,7 +136,8 @@ fn an_amended_robot_is_judged_as_it_was() {
     for row in compared.ok().json()["channels"].as_array().unwrap() {
         let number = |key: &str| row[key].as_f64();
         let told = number("away_from_jumps").or(number("rms_moving")).or(number("rms")).unwrap();
-        assert!(told < 1.35 * number("noise").unwrap(), "{row:#}");
+        // The factor beyond which a diagnosis calls a row unexplained.
+        assert!(told < 1.4 * number("noise").unwrap(), "{row:#}");
     }
 }
 
