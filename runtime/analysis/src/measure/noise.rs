@@ -105,11 +105,9 @@ fn deviation(median: f64) -> f64 {
 fn step_of_values(differences: &[f64]) -> Option<f64> {
     /// Fewer tell nothing.
     const LEAST: usize = 50;
-    /// Differences of equal numbers may be nearly nothing.
-    const NOTHING: f64 = 1e-9;
-    let largest = differences.iter().copied().fold(0.0, f64::max);
-    let changes: Vec<f64> =
-        differences.iter().copied().filter(|change| *change > NOTHING * largest).collect();
+    // Differences of equal numbers may be nearly nothing, and those of whole steps what the log's decimals leave.
+    let least = DECIMALS * quantile(&mut differences.to_vec(), 0.9);
+    let changes: Vec<f64> = differences.iter().copied().filter(|change| *change > least).collect();
     let usual = quantile(&mut changes.clone(), 0.5);
     (changes.len() > LEAST).then(|| step_of_encoder(&changes, usual)).flatten()
 }
@@ -263,8 +261,10 @@ mod tests {
             let (mut squares, mut signal) = (0.0, Vec::new());
             for i in 0..20_000 {
                 let smooth = (0.013 * f64::from(i)).sin();
-                let step = 0.01 * steps;
+                let step = 0.010_031_7 * steps;
                 let seen = ((smooth + 0.01 * random.normal()) / step).round() * step;
+                // As a log of six decimals has it: few of these differences are whole steps to the last bit.
+                let seen = (seen * 1e6).round() * 1e-6;
                 squares += (seen - smooth).powi(2);
                 signal.push(seen);
             }

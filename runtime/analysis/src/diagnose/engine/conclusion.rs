@@ -4,7 +4,7 @@ use super::corrections::Settled;
 use super::errors::errors;
 use super::late::late;
 use super::regression::{Regression, is_held_out};
-use super::search::{Outcome, consider};
+use super::search::{Outcome, PASSING, consider};
 use super::significance::uncertain;
 use super::unexplained::{unexplained, untaught};
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};
@@ -13,6 +13,9 @@ use bipedc_effects::effect::Effect;
 
 /// Effects with a smaller share of the main rows' error are there for other rows.
 const ELSEWHERE: f64 = 0.01;
+
+/// Why a candidate does not stand that the search would let in: it went when everything was estimated exactly.
+const NO_MORE: &str = "with the other effects estimated exactly it may as well be nothing, or the held-out error does not fall with it";
 
 /// A search that is over, with its final estimate.
 pub(super) struct Conclusion<'s> {
@@ -160,7 +163,9 @@ impl Conclusion<'_> {
         // Reasons of the search may speak of effects that have gone since.
         let reason = |c: usize| {
             let now = consider(self.regression, active, &self.outcome.scored, rough.as_ref()?, corrected, c);
-            now.err().or_else(|| self.outcome.reasons.get(&c).cloned())
+            let lasting = |why: &&String| !PASSING.contains(&why.as_str());
+            let before = || self.outcome.reasons.get(&c).filter(lasting).cloned();
+            now.err().or_else(|| before().or_else(|| Some(NO_MORE.to_owned())))
         };
         let mut list: Vec<Rejected> = Vec::new();
         for (c, candidate) in self.regression.candidates.iter().enumerate() {

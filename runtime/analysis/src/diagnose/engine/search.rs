@@ -39,6 +39,10 @@ const MOST: usize = 24;
 const ROUNDS: usize = 2;
 /// Part of what an effect explains that another one explains nearly as well.
 const NEARLY: f64 = 0.8;
+/// Why a candidate does not enter that stands, or whose turn it is not: such reasons hold for a step of a search alone.
+const STANDS: &str = "it stands already";
+const ANOTHER: &str = "another candidate lowers the held-out error more";
+pub(super) const PASSING: [&str; 2] = [STANDS, ANOTHER];
 /// Why a candidate does not stand that makes the equations singular.
 const INSEPARABLE: &str = "this data cannot tell it from what stands already";
 
@@ -265,7 +269,7 @@ fn tried(
                 reasons.insert(c, reason);
             }
             Ok(scored) => {
-                reasons.insert(c, "another candidate lowers the held-out error more".to_owned());
+                reasons.insert(c, ANOTHER.to_owned());
                 may_enter.push((c, scored));
             }
         }
@@ -315,7 +319,7 @@ pub(super) fn excluded(regression: &Regression<'_>, active: &[usize], c: usize) 
         return Some("its exact estimate is impossible".to_owned());
     }
     if active.iter().any(same) {
-        return Some("it stands already".to_owned());
+        return Some(STANDS.to_owned());
     }
     if active.iter().any(|&a| mistimes(regression, a, c)) {
         return Some(

@@ -192,8 +192,29 @@ fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
         let ((inside, count), (outside, _)) = (mean(true), mean(false));
         let cut: f64 = response.iter().map(|x| x * x).sum();
         let cuts_more_than_noise = cut > count * (PEAKS * regression.resolutions[*row]).powi(2);
-        count > 5.0 && inside < 4.0 * outside && cuts_more_than_noise
+        count > 5.0
+            && inside < 4.0 * outside
+            && cuts_more_than_noise
+            && is_pressed(regression, refined, k, (*row, cut))
     })
+}
+
+/// Part of the squares that a limit cuts off which the mean excess of readings must make where the model is at the limit.
+const PRESSED: f64 = 0.05;
+
+/// Whether readings exceed the model where the model is at the limit. Those that are chosen by their own size do so in any noise,
+/// the more so where it is larger at times: to cut them off lowers the error, and is no limit.
+fn is_pressed(regression: &Regression<'_>, refined: &Refined, k: usize, (row, cut): (usize, f64)) -> bool {
+    let mut others = refined.effects.clone();
+    let limit = others.remove(k).value("limit");
+    let amended = Amended::new(regression.train, &others);
+    let (left, Some(reading)) = (amended.residual(row), amended.measured(row)) else { return true };
+    let least = limit - 2.0 * regression.resolutions[row];
+    let pairs = left.iter().zip(reading);
+    let at_limit = pairs.filter(|(left, reading)| (reading - **left).abs() >= least);
+    let (sum, n) = at_limit
+        .fold((0.0, 0.0_f64), |(sum, n), (left, reading)| (sum + left * (reading - left).signum(), n + 1.0));
+    sum * sum / n.max(1.0) >= PRESSED * cut
 }
 
 #[cfg(test)]
