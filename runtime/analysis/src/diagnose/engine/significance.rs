@@ -203,12 +203,16 @@ fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
 const PRESSED: f64 = 0.05;
 
 /// Whether readings exceed the model where the model is at the limit. Those that are chosen by their own size do so in any noise,
-/// the more so where it is larger at times: to cut them off lowers the error, and is no limit.
+/// the more so where it is larger at times: to cut them off lowers the error, and is no limit. Nor is it one below the model which another
+/// effect lowers that alone only makes the error larger.
 fn is_pressed(regression: &Regression<'_>, refined: &Refined, k: usize, (row, cut): (usize, f64)) -> bool {
     let mut others = refined.effects.clone();
     let limit = others.remove(k).value("limit");
     let amended = Amended::new(regression.train, &others);
-    let (left, Some(reading)) = (amended.residual(row), amended.measured(row)) else { return true };
+    let (beside, alone) = (amended.residual(row), regression.train.residual(row));
+    let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
+    let left = if squares(beside) <= squares(alone) { beside } else { alone };
+    let Some(reading) = amended.measured(row) else { return true };
     let least = limit - 2.0 * regression.resolutions[row];
     let pairs = left.iter().zip(reading);
     let at_limit = pairs.filter(|(left, reading)| (reading - **left).abs() >= least);
