@@ -202,6 +202,9 @@ fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
 /// Part of the squares that a limit cuts off which the mean excess of readings must make where the model is at the limit.
 const PRESSED: f64 = 0.05;
 
+/// Other effects that alone make squares so many times as large only make room for a limit.
+const WORSE: f64 = 2.0;
+
 /// Whether readings exceed the model where the model is at the limit. Those that are chosen by their own size do so in any noise,
 /// the more so where it is larger at times: to cut them off lowers the error, and is no limit. Nor is it one below the model which another
 /// effect lowers that alone only makes the error larger.
@@ -209,9 +212,10 @@ fn is_pressed(regression: &Regression<'_>, refined: &Refined, k: usize, (row, cu
     let mut others = refined.effects.clone();
     let limit = others.remove(k).value("limit");
     let amended = Amended::new(regression.train, &others);
-    let (beside, alone) = (amended.residual(row), regression.train.residual(row));
+    let described = Amended::new(regression.train, &refined.effects[..regression.standing.len()]);
+    let (beside, alone) = (amended.residual(row), described.residual(row));
     let squares = |values: &[f64]| values.iter().map(|x| x * x).sum::<f64>();
-    let left = if squares(beside) <= squares(alone) { beside } else { alone };
+    let left = if squares(beside) <= WORSE * squares(alone) { beside } else { alone };
     let Some(reading) = amended.measured(row) else { return true };
     let least = limit - 2.0 * regression.resolutions[row];
     let pairs = left.iter().zip(reading);
