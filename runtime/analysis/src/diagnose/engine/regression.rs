@@ -32,7 +32,7 @@ pub(super) const MOST: f64 = 4.0;
 /// What is left of a row whose squared error is below so many times the noise's variance is not worth a word.
 pub(super) const NOISE_MARGIN: f64 = 1.6;
 /// Squared errors below so many times the noise's variance are noise, whatever lowers them: estimates of noise are no better. Of n
-/// samples, [`NOISE_SCATTER`] / √n more, two standard deviations of such an estimate.
+/// samples, [`NOISE_SCATTER`] / √n more, two standard deviations of the mean of two logs' estimates.
 const NOISE_SQUARES: f64 = 1.05;
 const NOISE_SCATTER: f64 = 4.0;
 
