@@ -6,10 +6,10 @@ use super::report::{Channel, Comparison, Cutoff};
 use super::statistics::{Sums, geometric_mean};
 use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
 use crate::measure::acceleration_noise::AccelerationNoise;
-use crate::measure::coloured::{between_reversals, coloured_noise};
 use crate::measure::columns::{JointColumns, Plan};
 use crate::measure::filtered::{cut, unusable};
 use crate::measure::noise::white_noise;
+use crate::measure::residual_noise::residual_noise;
 use crate::measure::trajectory::{Even, States};
 use crate::measure::{Missing, Options};
 use crate::robot::{Batch, InverseDynamics, JointLayout};
@@ -28,8 +28,17 @@ struct Candidate {
     filter: Butterworth,
     /// One per joint; joints that are not compared stay empty.
     sums: Vec<Sums>,
-    /// What the first block leaves, one per joint; and samples between reversals there.
-    left: Vec<(Vec<f64>, f64)>,
+    /// What the first block leaves, one per joint.
+    left: Vec<Left>,
+}
+
+/// A row of a block.
+#[derive(Debug, Clone, Default)]
+struct Left {
+    /// Logged effort less the model's.
+    residual: Vec<f64>,
+    /// Of the joint.
+    velocity: Vec<f64>,
 }
 
 impl Candidate {
@@ -185,7 +194,7 @@ fn candidates(
                     cutoff_hz,
                     filter,
                     sums: vec![Sums::default(); layout.joints.len()],
-                    left: vec![(Vec::new(), 0.0); layout.joints.len()],
+                    left: vec![Left::default(); layout.joints.len()],
                 });
             }
             Err(error) => {
@@ -276,8 +285,8 @@ impl Run<'_> {
             }
             if is_first {
                 let left = logged.iter().zip(tau.chunks_exact(nv)).map(|(logged, tau)| logged - tau[row]);
-                let speeds: Vec<f64> = states.v.chunks_exact(nv).map(|v| v[row]).collect();
-                self.candidates[candidate].left[joint] = (left.collect(), between_reversals(&speeds));
+                let velocity = states.v.chunks_exact(nv).map(|v| v[row]).collect();
+                self.candidates[candidate].left[joint] = Left { residual: left.collect(), velocity };
             }
         }
         Ok(())
@@ -292,11 +301,11 @@ impl Run<'_> {
         let levels = self.accelerations.levels(&best.filter, self.step, 1);
         let of_motion = motion_noise(model, self.layout.base.nv(), &self.postures, &levels)
             .map_err(|e| one(Diagnostic::error(e.to_string()).in_file(&self.file)))?;
-        // What is left shows noise that is correlated in time, which differences of neighbours do not; it may be the motion's.
+        // What is left shows noise that is correlated in time or changes, which differences of neighbours do not; it may be the motion's.
         let rows = self.noise.iter().zip(&best.left).zip(of_motion);
-        let both = |((white, (left, turn)), motion): ((&f64, &(Vec<f64>, f64)), f64)| {
+        let both = |((white, left), motion): ((&f64, &Left), f64)| {
             let both = white.hypot(motion);
-            coloured_noise(left, || *turn).map_or(both, |heard| heard.max(both))
+            residual_noise(&left.residual, || left.velocity.clone()).map_or(both, |heard| heard.max(both))
         };
         Ok(rows.map(both).collect())
     }

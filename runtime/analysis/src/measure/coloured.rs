@@ -20,7 +20,7 @@ const WHITE: f64 = 0.15;
 /// Three standard deviations of that ratio, times √n (by simulation).
 const SCATTER: f64 = 13.5;
 /// The same ratio of noise with whatever memory of the first order is at most 2, and of what is smooth at least 4.
-const MOST_RATIO: f64 = 2.8;
+pub(super) const MOST_RATIO: f64 = 2.8;
 /// V is as the formula says within this part of it and [`LAG_SCATTER`] · √(h / n).
 const MISFIT: f64 = 0.3;
 /// Three times the longest lag is at most this part of the time between two reversals of the motion: dry friction jumps there.
@@ -43,7 +43,7 @@ pub(crate) fn coloured_noise(residual: &[f64], turn: impl FnOnce() -> f64) -> Op
     if !(1.0 + WHITE.max(scatter)..MOST_RATIO).contains(&ratio) {
         return None;
     }
-    let longest = OF_TURN / 3.0 * turn();
+    let longest = longest_lag(turn());
     let tells = |lag: &usize| lag * SAMPLES_PER_LAG <= residual.len() && *lag as f64 <= longest;
     let lags: Vec<usize> = LAGS.into_iter().filter(tells).collect();
     let points: Vec<Point> = lags
@@ -54,8 +54,13 @@ pub(crate) fn coloured_noise(residual: &[f64], turn: impl FnOnce() -> f64) -> Op
     told.map(|variance| variance.max(first).sqrt())
 }
 
+/// Longest lag, samples, over which what follows a motion with this time between two reversals is hardly seen.
+pub(super) fn longest_lag(turn: f64) -> f64 {
+    OF_TURN / 3.0 * turn
+}
+
 /// Variance that third differences over a lag see, by their median.
-fn seen(signal: &[f64], lag: usize) -> f64 {
+pub(super) fn seen(signal: &[f64], lag: usize) -> f64 {
     let mut differences = Vec::with_capacity(signal.len());
     for phase in 0..lag.min(signal.len()) {
         let every: Vec<f64> = signal[phase..].iter().step_by(lag).copied().collect();

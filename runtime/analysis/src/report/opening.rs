@@ -87,7 +87,9 @@ fn fallen(diagnosis: &Diagnosis) -> Option<Card> {
 fn log_words(report: &Report) -> String {
     let fact = |name: &str| report.facts.iter().find(|fact| fact.name == name).map(|fact| &fact.value);
     let samples = fact("samples").map(|samples| format!("{samples} samples"));
-    let cutoff = fact("cut-off").map(|cutoff| format!("cut-off {cutoff}"));
+    let judged = report.diagnosis.as_ref().and_then(|found| found.judged_at_hz);
+    let judged = judged.map_or(String::new(), |hz| format!(", of the errors {}", with_unit(hz, "Hz")));
+    let cutoff = fact("cut-off").map(|cutoff| format!("cut-off {cutoff}{judged}"));
     let training = report.diagnosis.as_ref().filter(|found| found.validation.is_some());
     let training = training.map(|found| {
         let file = std::path::Path::new(&found.training.file).file_name().unwrap_or_default();
@@ -276,6 +278,17 @@ mod tests {
         let card = cards(&report).into_iter().find(|card| card.title == "explained").unwrap();
         assert_eq!(card.figure, "2 of 3 joints");
         assert!(card.words.ends_with("; 0 by the nominal model"), "{}", card.words);
+    }
+
+    #[test]
+    fn the_filter_of_the_errors_is_named_beside_that_of_the_search() {
+        let said = |judged_at_hz| {
+            let diagnosis = Some(Diagnosis { judged_at_hz, ..Diagnosis::default() });
+            let facts = vec![crate::report::Fact::new("cut-off", "60 Hz")];
+            log_words(&Report { facts, diagnosis, ..Report::default() }).replace('\u{a0}', " ")
+        };
+        assert_eq!(said(None), "cut-off 60 Hz");
+        assert_eq!(said(Some(10.0)), "cut-off 60 Hz, of the errors 10 Hz");
     }
 
     #[test]

@@ -127,6 +127,9 @@ pub(super) fn basis(report: &Report) -> Markup {
         if diagnosis.cutoff_hz > 0.0 && !report.facts.iter().any(|f| f.name == "cut-off") {
             facts.push(("cut-off".to_owned(), with_unit(diagnosis.cutoff_hz, "Hz")));
         }
+        if let Some(judged) = diagnosis.judged_at_hz {
+            facts.push(("cut-off of the errors".to_owned(), with_unit(judged, "Hz")));
+        }
     }
     if assumptions.is_empty() && facts.is_empty() {
         return html! {};

@@ -153,7 +153,10 @@ fn seen(part: &Unexplained) -> String {
                 .to_owned()
         }
         Seen::Size => "is more than noise; these are too few rows to see what it goes with".to_owned(),
-        Seen::Excess => "is more than noise; what it goes with was not found".to_owned(),
+        Seen::Excess => {
+            "is more than neighbouring readings differ by; what it goes with was not found, and noise behind a slow filter would look the same"
+                .to_owned()
+        }
     }
 }
 
