@@ -7,7 +7,7 @@
 //!
 //! it grows by no more than h, from the first sample on, until the noise has forgotten. What follows the motion does otherwise: it
 //! is not there over few samples, and grows by h² to h⁶ once it is. So the lags that count are those up to which the formula holds.
-use super::noise::of_differences;
+use super::noise::of_continuous;
 
 /// Lags at which differences are looked at, samples.
 const LAGS: [usize; 12] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
@@ -66,7 +66,8 @@ pub(super) fn seen(signal: &[f64], lag: usize) -> f64 {
         let every: Vec<f64> = signal[phase..].iter().step_by(lag).copied().collect();
         differences.extend(every.windows(4).map(super::noise::third_difference));
     }
-    of_differences(differences).powi(2)
+    // What is left by a model is continuous, however coarse the measurement is.
+    of_continuous(differences).powi(2)
 }
 
 /// What third differences see over a lag.

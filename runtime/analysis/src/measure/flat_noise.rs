@@ -1,8 +1,9 @@
 //! Noise behind a filter that is hardly faster than the motion: its spectrum is flat where the motion's is not.
 use super::coloured::{between_reversals, seen};
+use super::noise::third_difference;
 
 /// Means are taken over times from this part of the time between two reversals
-const FROM: f64 = 0.2;
+const FROM: f64 = 0.25;
 /// to so many times of it, as far as a log of so many means reaches,
 const TO: f64 = 2.0;
 const MEANS: usize = 30;
@@ -13,13 +14,15 @@ const LEAST: f64 = 0.6;
 /// Their power is the same within this part of it and [`SCATTER`] · √(length / n).
 const FLAT: f64 = 0.2;
 const SCATTER: f64 = 3.0;
+/// In the mean over the longer times it is at most so many times that of the shortest.
+const RISE: f64 = 1.45;
 /// Noise is as large where the joint is fast as where it is slow, within this factor of its variance.
 const STEADY: f64 = 1.6;
 /// That is looked at over the first lag whose differences show this part of it.
 const RISING: f64 = 0.2;
 
 /// Standard deviation of a residual that is noise in all that can be seen of it: means over longer and longer times have the power of
-/// independent numbers, from a fifth of the time between two reversals on (what follows the motion is largest there), and it is
+/// independent numbers, from a quarter of the time between two reversals on (what follows the motion is largest there), and it is
 /// as large where the joint is fast as where it is slow (a ripple is not).
 pub(super) fn flat_noise(residual: &[f64], velocity: &[f64]) -> Option<f64> {
     let n = residual.len();
@@ -39,35 +42,45 @@ pub(super) fn flat_noise(residual: &[f64], velocity: &[f64]) -> Option<f64> {
     let is_flat = |(length, power): (&usize, &f64)| {
         (power / middle - 1.0).abs() < FLAT + SCATTER * (*length as f64 / n as f64).sqrt()
     };
+    // What follows the motion rises from the first lengths to half the time between two reversals.
+    let longer: Vec<f64> = powers.iter().skip(2).copied().collect();
+    let rise = longer.iter().sum::<f64>() / longer.len().max(1) as f64 / powers[0];
+    if rise > RISE {
+        return None;
+    }
     let variance = residual.iter().map(|x| x * x).sum::<f64>() / n as f64;
     // Where differences rise towards the whole, a ripple shows how fast the joint is.
-    let rising = (1..=first as usize).find(|lag| seen(residual, *lag) > RISING * variance)?;
-    let is_noise = lengths.iter().zip(&powers).all(is_flat) && is_steady(residual, velocity, rising);
-    is_noise.then(|| variance.sqrt())
+    let white = seen(residual, 1);
+    let rises = |lag: &usize| seen(residual, *lag) > white + RISING * (variance - white);
+    let is_noise = || Some(is_steady(residual, velocity, (2..=first as usize).find(rises)?, white));
+    (lengths.iter().zip(&powers).all(is_flat) && is_noise()?).then(|| variance.sqrt())
 }
 
-/// Mean square of the means over so many samples, times their number: the spectrum's density below half their rate.
+/// Mean square of the means over so many samples in a row, times their number: the spectrum's density below half their rate.
 fn power(signal: &[f64], length: usize) -> f64 {
-    let means = signal.chunks_exact(length).map(|chunk| chunk.iter().sum::<f64>() / length as f64);
-    let (sum, count) = means.fold((0.0, 0.0_f64), |(sum, count), x| (sum + x * x, count + 1.0));
-    length as f64 * sum / count.max(1.0)
+    let mut total: f64 = signal[..length].iter().sum();
+    let mut squares = total * total;
+    for i in length..signal.len() {
+        total += signal[i] - signal[i - length];
+        squares += total * total;
+    }
+    squares / (signal.len() - length + 1) as f64 / length as f64
 }
 
-/// Whether what changes over a lag is as large where the joint is fast as where it is slow.
-fn is_steady(residual: &[f64], velocity: &[f64], lag: usize) -> bool {
+/// Whether what changes over a lag, beside white noise of this variance, is as large where the joint is fast as where it is slow.
+fn is_steady(residual: &[f64], velocity: &[f64], lag: usize, white: f64) -> bool {
     let mut speeds: Vec<f64> = velocity.iter().map(|v| v.abs()).collect();
     let middle = *speeds.select_nth_unstable_by(velocity.len() / 2, f64::total_cmp).1;
     let change = |fast: bool| {
         let (mut sum, mut count) = (0.0, 0.0_f64);
         for i in 3 * lag..residual.len() {
             if (velocity[i - 3 * lag / 2].abs() > middle) == fast {
-                let change = residual[i] - 3.0 * residual[i - lag] + 3.0 * residual[i - 2 * lag]
-                    - residual[i - 3 * lag];
-                (sum, count) = (sum + change * change, count + 1.0);
+                let window = [residual[i - 3 * lag], residual[i - 2 * lag], residual[i - lag], residual[i]];
+                (sum, count) = (sum + third_difference(&window).powi(2) / 20.0, count + 1.0);
             }
         }
-        sum / count.max(1.0)
+        sum / count.max(1.0) - white
     };
-    let ratio = change(true) / change(false);
-    ratio < STEADY && ratio * STEADY > 1.0
+    let (fast, slow) = (change(true), change(false));
+    fast > 0.0 && slow > 0.0 && fast < STEADY * slow && slow < STEADY * fast
 }

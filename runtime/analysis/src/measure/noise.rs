@@ -78,10 +78,15 @@ pub(super) fn third_difference(w: &[f64]) -> f64 {
     (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs()
 }
 
-pub(super) fn of_differences(mut differences: Vec<f64>) -> f64 {
+fn of_differences(differences: Vec<f64>) -> f64 {
     if let Some(step) = step_of_values(&differences) {
         return of_stepped(differences, step);
     }
+    of_continuous(differences)
+}
+
+/// The same of a signal that does not come in steps.
+pub(super) fn of_continuous(mut differences: Vec<f64>) -> f64 {
     let quiet = of_quieter(&mut differences);
     // Standing still within an encoder's step is no noise level.
     if quiet > 0.0 { quiet } else { deviation(median(&mut differences)) }
