@@ -1,6 +1,7 @@
 //! Noise behind a filter that is hardly faster than the motion: its spectrum is flat where the motion's is not.
 use super::coloured::{between_reversals, seen};
 use super::noise::third_difference;
+use nalgebra::{DMatrix, DVector};
 
 /// Means are taken over times from this part of the time between two reversals
 const FROM: f64 = 0.25;
@@ -14,16 +15,19 @@ const LEAST: f64 = 0.6;
 /// Their power is the same within this part of it and [`SCATTER`] · √(length / n).
 const FLAT: f64 = 0.2;
 const SCATTER: f64 = 3.0;
-/// In the mean over the longer times it is at most so many times that of the shortest.
+/// In the mean over the longer times it is between these parts of that of the shortest.
+const FALL: f64 = 0.7;
 const RISE: f64 = 1.45;
+/// Of noise less than this part of the squares goes with the joint's own motion, of chance alone.
+const FOLLOWED: f64 = 0.15;
 /// Noise is as large where the joint is fast as where it is slow, within this factor of its variance.
 const STEADY: f64 = 1.6;
 /// That is looked at over the first lag whose differences show this part of it.
 const RISING: f64 = 0.2;
 
 /// Standard deviation of a residual that is noise in all that can be seen of it: means over longer and longer times have the power of
-/// independent numbers, from a quarter of the time between two reversals on (what follows the motion is largest there), and it is
-/// as large where the joint is fast as where it is slow (a ripple is not).
+/// independent numbers, from a quarter of the time between two reversals on (what follows the motion is largest there), it does not
+/// go with the joint's motion, and it is as large where the joint is fast as where it is slow (a ripple is not).
 pub(super) fn flat_noise(residual: &[f64], velocity: &[f64]) -> Option<f64> {
     let n = residual.len();
     let turn = between_reversals(velocity);
@@ -45,7 +49,7 @@ pub(super) fn flat_noise(residual: &[f64], velocity: &[f64]) -> Option<f64> {
     // What follows the motion rises from the first lengths to half the time between two reversals.
     let longer: Vec<f64> = powers.iter().skip(2).copied().collect();
     let rise = longer.iter().sum::<f64>() / longer.len().max(1) as f64 / powers[0];
-    if rise > RISE {
+    if !(FALL..RISE).contains(&rise) || followed(residual, velocity) > FOLLOWED {
         return None;
     }
     let variance = residual.iter().map(|x| x * x).sum::<f64>() / n as f64;
@@ -65,6 +69,26 @@ fn power(signal: &[f64], length: usize) -> f64 {
         squares += total * total;
     }
     squares / (signal.len() - length + 1) as f64 / length as f64
+}
+
+/// Part of the squares that is linear in the joint's angle, velocity, its sign and acceleration.
+fn followed(residual: &[f64], velocity: &[f64]) -> f64 {
+    let n = residual.len();
+    let mut angle = 0.0;
+    let mut signals = DMatrix::zeros(n, 5);
+    for i in 0..n {
+        angle += velocity[i];
+        let change = velocity[(i + 1).min(n - 1)] - velocity[i.saturating_sub(1)];
+        signals.row_mut(i).copy_from_slice(&[1.0, angle, velocity[i], velocity[i].signum(), change]);
+    }
+    for mut column in signals.column_iter_mut() {
+        let size = column.norm();
+        column /= size.max(f64::MIN_POSITIVE);
+    }
+    let right = signals.tr_mul(&DVector::from_column_slice(residual));
+    let explained =
+        signals.tr_mul(&signals).cholesky().map_or(0.0, |factor| right.dot(&factor.solve(&right)));
+    explained / residual.iter().map(|x| x * x).sum::<f64>().max(f64::MIN_POSITIVE)
 }
 
 /// Whether what changes over a lag, beside white noise of this variance, is as large where the joint is fast as where it is slow.

@@ -275,6 +275,14 @@ mod tests {
             ("drag", |_, v| v * v.abs()),
             ("a hardening spring", |q, _| 8.0 * q * q * q),
         ];
+        // What a rotor takes, as large as noise that is hardly faster than the motion.
+        for seed in 0..6 {
+            let noise = behind(3, 20.0, seed);
+            let change = |i: usize| 25.0 * (velocity[(i + 1).min(5999)] - velocity[i]);
+            let both: Vec<f64> = noise.iter().enumerate().map(|(i, x)| x + change(i)).collect();
+            let found = residual_noise(&both, || velocity.clone()).unwrap_or(0.1);
+            assert!(found < 1.25 && rms(&both) > 1.3, "a rotor, {seed}: {found} of {}", rms(&both));
+        }
         for (what, left) in left {
             for seed in 0..6 {
                 let noise = behind(0, 1.0, seed);
