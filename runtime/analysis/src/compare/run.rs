@@ -23,14 +23,17 @@ const LARGEST_EFFORT: f64 = 1e140;
 /// Samples at which the noise's way through the model is computed.
 const NOISE_SAMPLES: usize = 16;
 
+/// What the first block leaves of a joint, and samples between reversals there.
+type Left = (Vec<f64>, f64);
+
 /// One cut-off on trial.
 struct Candidate {
     cutoff_hz: f64,
     filter: Butterworth,
     /// One per joint; joints that are not compared stay empty.
     sums: Vec<Sums>,
-    /// What the first block leaves, one per joint; and samples between reversals there.
-    left: Vec<(Vec<f64>, f64)>,
+    /// One per joint.
+    left: Vec<Left>,
 }
 
 impl Candidate {
@@ -275,15 +278,14 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Sums with the errors of consecutive samples of a joint; what they leave, and how many lie between reversals, if they are the first.
-    /// `None`: the joint is not compared.
+    /// Sums with the errors of consecutive samples of a joint, and what these leave if they are the first. `None`: the joint is not compared.
     fn judge_joint(
         &self,
         joint: usize,
         mut sums: Sums,
         (block, first): (&Block<'_>, usize),
         (states, tau): (&States, &[f64]),
-    ) -> Result<Option<(Sums, (Vec<f64>, f64))>, Diagnostics> {
+    ) -> Result<Option<(Sums, Left)>, Diagnostics> {
         let Some(effort) = self.plan.joints[joint].effort.filter(|_| self.compared[joint]) else {
             return Ok(None);
         };
