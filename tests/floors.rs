@@ -20,7 +20,7 @@ const CRATES: [(&str, &[&str]); 7] = [
 const HEAVY: [&str; 6] = ["clarabel", "flate2", "ivp", "maud", "slsqp", "wide"];
 /// Modules of the analysis from the ground up; those of one floor do not know one another.
 const ANALYSIS: [&[&str]; 6] = [
-    &["log", "nonlinear", "number", "parallel", "polygon", "signal"],
+    &["gram", "log", "nonlinear", "number", "parallel", "polygon", "signal"],
     &["robot"],
     &["measure", "physical"],
     &["experiments"],

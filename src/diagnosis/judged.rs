@@ -53,8 +53,8 @@ pub(super) fn quietest(
     let at = |cutoff: f64| {
         let reading = measure::Options { cutoff_hz: Some(cutoff), ..whole.clone() };
         // A cut-off beyond half the sampling rate is not one.
-        let loaded = measured.load(log, &reading, None).ok()?;
-        Some((cutoff, mean_error(&*loaded.experiment, &effects)))
+        let experiment = measured.efforts_alone(log, &reading, SAMPLES).ok()?;
+        Some((cutoff, mean_error(&experiment, &effects)))
     };
     let tried = parallel(measure::CANDIDATES.len(), |i| at(measure::CANDIDATES[i]));
     tried.into_iter().flatten().min_by(|a, b| a.1.total_cmp(&b.1))

@@ -1,6 +1,7 @@
 //! What an answer states beside the search: the errors step by step in all channels, units, and the channel that tells most.
 use bipedc_analysis::diagnose::{Diagnosis, ErrorFall, StepErrors, errors, summary};
 use bipedc_analysis::experiments::Experiment;
+use bipedc_analysis::parallel::parallel;
 use bipedc_effects::effect::Effect;
 use std::collections::BTreeMap;
 
@@ -12,9 +13,9 @@ pub(super) fn state(answer: &mut Diagnosis, train: &dyn Experiment, judge: Optio
     if answer.inertial_corrections.is_empty() {
         let effects: Vec<Effect> = answer.estimated().cloned().collect();
         let standing = answer.standing.len();
-        let all: Vec<_> = (0..=answer.steps.len())
-            .map(|count| errors(train, judge, [&[], &effects[..standing + count]]))
-            .collect();
+        let all = parallel(answer.steps.len() + 1, |count| {
+            errors(train, judge, [&[], &effects[..standing + count]])
+        });
         let fall = |(name, [was, is]): (&String, [&ErrorFall; 2])| (name.clone(), [was.after, is.after]);
         let falls = |was: &BTreeMap<String, ErrorFall>, is: &BTreeMap<String, ErrorFall>| {
             let both = was.iter().filter_map(|(name, was)| Some((name, [was, is.get(name)?])));

@@ -1,16 +1,18 @@
 //! Measurement files as experiments: what comparisons, diagnoses and estimates work on.
 pub mod currents;
+mod recordings;
 
 pub use bipedc_analysis::log::Log;
 pub use bipedc_analysis::measure::Content;
 
+use self::recordings::Recordings;
 use crate::robot::{ProgramTorques, feet, joint_layout_with_stops, link_inertias};
 use bipedc_analysis::compare::compare_file;
 use bipedc_analysis::experiments::contact_log::{ContactExperiment, ContactRecording, WalkingExperiment};
 use bipedc_analysis::experiments::impacts::ImpactExperiment;
 use bipedc_analysis::experiments::postures::PostureExperiment;
 use bipedc_analysis::experiments::{Experiment, MotionExperiment};
-use bipedc_analysis::measure::{DataSource, FIRST, Options, Recording};
+use bipedc_analysis::measure::{DataSource, FIRST, Held, Options, Recording};
 use bipedc_analysis::robot::inertial_parameters;
 use bipedc_analysis::robot::link_inertias::LinkInertias;
 use bipedc_analysis::robot::{Foot, JointLayout, Robot};
@@ -45,6 +47,8 @@ pub struct Measured {
     torques: ProgramTorques,
     /// Whether logs with foot forces show the joints' efforts too, beside the rows of the base.
     pub with_joints: bool,
+    /// Logs that were read.
+    recordings: Recordings,
 }
 
 /// A file as an experiment.
@@ -91,6 +95,7 @@ impl Measured {
             present,
             torques,
             with_joints: false,
+            recordings: Recordings::default(),
         })
     }
 
@@ -167,8 +172,35 @@ impl Measured {
         let recording = if most == usize::MAX {
             Recording::read(log, &self.layout, options)?
         } else {
-            Recording::read_thinned(log, &self.layout, options, most)?
+            match self.recordings.get(log, options) {
+                Some(held) => held.thinned(most),
+                None => {
+                    let held = Held::read(log, &self.layout, options)?;
+                    self.recordings.thinned(log, options, held, most)
+                }
+            }
         };
+        self.motion(log, recording)
+    }
+
+    /// The same without anything of noise: what is left of efforts alone is of use.
+    ///
+    /// # Errors
+    /// As [`Self::efforts`].
+    pub(crate) fn efforts_alone(
+        &self,
+        log: &Log,
+        options: &Options,
+        most: usize,
+    ) -> Result<MotionExperiment<'_>, Diagnostics> {
+        let recording = match self.recordings.get(log, options) {
+            Some(held) => held.thinned(most),
+            None => Held::read_motion(log, &self.layout, options)?.into_thinned(most),
+        };
+        self.motion(log, recording)
+    }
+
+    fn motion(&self, log: &Log, recording: Recording) -> Result<MotionExperiment<'_>, Diagnostics> {
         MotionExperiment::new(&self.model, &self.layout, &self.link_inertias, recording, &self.present)
             .map_err(|e| e.in_file(log.path()).into())
     }

@@ -3,6 +3,7 @@ pub mod compare;
 pub mod diagnose;
 pub mod experiments;
 pub mod gait;
+pub(crate) mod gram;
 pub mod identify;
 pub mod log;
 pub mod measure;

@@ -12,6 +12,7 @@ use crate::measure::noise::white_noise;
 use crate::measure::residual_noise::residual_noise;
 use crate::measure::trajectory::{Even, States};
 use crate::measure::{Missing, Options};
+use crate::parallel::parallel;
 use crate::robot::{Batch, InverseDynamics, JointLayout};
 use crate::signal::{Butterworth, FilterError};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -238,9 +239,11 @@ impl Run<'_> {
         let (first, last) = (block.time[range.start], block.time[range.end - 1]);
         self.span = Some((self.span.map_or(first, |s| s.0), last));
         self.accelerations.hear(&self.plan, block);
-        for index in 0..self.candidates.len() {
+        let filtered = parallel(self.candidates.len(), |index| {
             let filter = &self.candidates[index].filter;
-            let states = even.states(&self.plan, self.layout, filter, block.time, range.clone());
+            even.states(&self.plan, self.layout, filter, block.time, range.clone())
+        });
+        for (index, states) in filtered.into_iter().enumerate() {
             let states = states.map_err(|e| unusable(e, &self.file))?;
             if self.postures.is_empty() {
                 let every = (states.count / NOISE_SAMPLES).max(1);
@@ -266,30 +269,53 @@ impl Run<'_> {
         model
             .torques(&batch, &mut tau)
             .map_err(|e| one(Diagnostic::error(e.to_string()).in_file(&self.file)))?;
-        for (joint, columns) in self.plan.joints.iter().enumerate().filter(|(j, _)| self.compared[*j]) {
-            let Some(effort) = columns.effort else { continue };
-            let logged = &block.columns[effort][first..];
-            let row = self.layout.base.nv() + joint;
-            let sums = &mut self.candidates[candidate].sums[joint];
-            let is_first = sums.samples == 0;
-            for (i, tau) in tau.chunks_exact(nv).enumerate() {
-                // Its square must be a number too.
-                if tau[row].abs().partial_cmp(&LARGEST_EFFORT) != Some(std::cmp::Ordering::Less) {
-                    let name = &self.layout.joints[joint].name;
-                    let time = block.time[first + i];
-                    let message = format!("the model's effort of `{name}` at {time} s is {:e}", tau[row]);
-                    let help = "check the masses of the description and the positions at that time";
-                    return Err(one(Diagnostic::error(message).in_file(&self.file).help(help)));
-                }
-                sums.add(logged[i], tau[row]);
-            }
+        let before = &self.candidates[candidate].sums;
+        let judged = parallel(before.len(), |joint| {
+            self.judge_joint(joint, before[joint], (block, first), (states, &tau))
+        });
+        for (joint, judged) in judged.into_iter().enumerate() {
+            let Some((sums, left)) = judged? else { continue };
+            let is_first = self.candidates[candidate].sums[joint].samples == 0;
+            self.candidates[candidate].sums[joint] = sums;
             if is_first {
-                let left = logged.iter().zip(tau.chunks_exact(nv)).map(|(logged, tau)| logged - tau[row]);
-                let velocity = states.v.chunks_exact(nv).map(|v| v[row]).collect();
-                self.candidates[candidate].left[joint] = Left { residual: left.collect(), velocity };
+                self.candidates[candidate].left[joint] = left;
             }
         }
         Ok(())
+    }
+
+    /// Sums with the errors of consecutive samples of a joint, and what these leave if they are the first. `None`: the joint is not compared.
+    fn judge_joint(
+        &self,
+        joint: usize,
+        mut sums: Sums,
+        (block, first): (&Block<'_>, usize),
+        (states, tau): (&States, &[f64]),
+    ) -> Result<Option<(Sums, Left)>, Diagnostics> {
+        let Some(effort) = self.plan.joints[joint].effort.filter(|_| self.compared[joint]) else {
+            return Ok(None);
+        };
+        let nv = tau.len() / states.count.max(1);
+        let logged = &block.columns[effort][first..];
+        let row = self.layout.base.nv() + joint;
+        let is_first = sums.samples == 0;
+        for (i, tau) in tau.chunks_exact(nv.max(1)).enumerate() {
+            // Its square must be a number too.
+            if tau[row].abs().partial_cmp(&LARGEST_EFFORT) != Some(std::cmp::Ordering::Less) {
+                let name = &self.layout.joints[joint].name;
+                let time = block.time[first + i];
+                let message = format!("the model's effort of `{name}` at {time} s is {:e}", tau[row]);
+                let help = "check the masses of the description and the positions at that time";
+                return Err(one(Diagnostic::error(message).in_file(&self.file).help(help)));
+            }
+            sums.add(logged[i], tau[row]);
+        }
+        if !is_first {
+            return Ok(Some((sums, Default::default())));
+        }
+        let left = logged.iter().zip(tau.chunks_exact(nv.max(1))).map(|(logged, tau)| logged - tau[row]);
+        let velocity = states.v.chunks_exact(nv.max(1)).map(|v| v[row]).collect();
+        Ok(Some((sums, Left { residual: left.collect(), velocity })))
     }
 
     /// Noise of each joint's row: of the logged effort as what is left shows it, and of the motion.
@@ -302,12 +328,13 @@ impl Run<'_> {
         let of_motion = motion_noise(model, self.layout.base.nv(), &self.postures, &levels)
             .map_err(|e| one(Diagnostic::error(e.to_string()).in_file(&self.file)))?;
         // What is left shows noise that is correlated in time or changes, which differences of neighbours do not; it may be the motion's.
-        let rows = self.noise.iter().zip(&best.left).zip(of_motion);
-        let both = |((white, left), motion): ((&f64, &Left), f64)| {
-            let both = white.hypot(motion);
+        let of_row = |joint: usize| {
+            let left = &best.left[joint];
+            let both = self.noise[joint].hypot(of_motion[joint]);
             residual_noise(&left.residual, || left.velocity.clone()).map_or(both, |heard| heard.max(both))
         };
-        Ok(rows.map(both).collect())
+        let rows = self.noise.len().min(of_motion.len());
+        Ok(parallel(rows, of_row))
     }
 
     fn finish(

@@ -97,6 +97,10 @@ impl Experiment for Selected<'_> {
     fn inertial(&self, row: usize) -> Option<&Inertial> {
         self.inner.inertial(self.places[row])
     }
+    fn inertial_at(&self, samples: &[usize]) -> Vec<Option<Inertial>> {
+        let mut all = self.inner.inertial_at(samples);
+        self.places.iter().map(|place| all[*place].take()).collect()
+    }
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
         self.inner.signals(self.places[row])
     }

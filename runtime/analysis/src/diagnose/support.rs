@@ -4,7 +4,7 @@
 //! noise: velocities and accelerations carry it, and the noisier a regressor, the smaller its coefficient (errors in
 //! variables). All parameters come out too small, with narrow error bars. The tell-tale needs no truth: with a higher
 //! cut-off there is more noise in the motion, and the model's torque fades from the measured one.
-use crate::experiments::{Channel, Experiment};
+use crate::experiments::{Channel, Experiment, Inertial};
 use crate::parallel::parallel;
 use nalgebra::{DMatrix, DVector};
 
@@ -132,15 +132,28 @@ struct Free {
 impl Free {
     fn new(experiment: &dyn Experiment) -> Option<Self> {
         let p = experiment.inertial_count();
-        let rows: Vec<usize> =
-            (0..experiment.rows().len()).filter(|&r| experiment.inertial(r).is_some()).collect();
-        if p == 0 || rows.is_empty() {
+        if p == 0 {
+            return None;
+        }
+        let picked: Vec<Vec<usize>> =
+            (0..experiment.rows().len()).map(|row| picked(experiment, row)).collect();
+        let mut samples = picked.concat();
+        samples.sort_unstable();
+        samples.dedup();
+        let inertial = experiment.inertial_at(&samples);
+        let rows: Vec<(usize, &Inertial)> = inertial
+            .iter()
+            .enumerate()
+            .filter_map(|(row, inertial)| Some((row, inertial.as_ref()?)))
+            .collect();
+        if rows.is_empty() {
             return None;
         }
         let size = p + 3 * rows.len();
         let (mut gram, mut right) = (DMatrix::<f64>::zeros(size, size), DVector::<f64>::zeros(size));
-        for (place, &row) in rows.iter().enumerate() {
-            add_row(experiment, row, p + 3 * place, &mut gram, &mut right)?;
+        for (place, (row, inertial)) in rows.into_iter().enumerate() {
+            let told = Told { row, picked: &picked[row], samples: &samples, inertial };
+            add_row(experiment, &told, p + 3 * place, &mut gram, &mut right)?;
         }
         let lengths: Vec<f64> = (0..size).map(|k| gram[(k, k)].sqrt()).collect();
         let unit = |k: usize| if lengths[k] > 0.0 { 1.0 / lengths[k] } else { 0.0 };
@@ -152,29 +165,47 @@ impl Free {
     }
 }
 
+/// Samples of a row that are looked at.
+fn picked(experiment: &dyn Experiment, row: usize) -> Vec<usize> {
+    let told = told(experiment, row);
+    let stride = told.len().div_ceil(SAMPLES).max(1);
+    told.into_iter().step_by(stride).collect()
+}
+
+/// What a row tells of inertial parameters.
+struct Told<'a> {
+    row: usize,
+    picked: &'a [usize],
+    /// Those of all rows, increasing, at which `inertial` is.
+    samples: &'a [usize],
+    inertial: &'a Inertial,
+}
+
 /// Adds the products of one joint's columns; its friction and bias have the three unknowns from `first` on.
 fn add_row(
     experiment: &dyn Experiment,
-    row: usize,
+    told: &Told<'_>,
     first: usize,
     gram: &mut DMatrix<f64>,
     right: &mut DVector<f64>,
 ) -> Option<()> {
-    let inertial = experiment.inertial(row)?;
+    let Told { row, picked, samples, inertial } = *told;
     let (velocity, load) = (experiment.signal(row, "velocity")?, experiment.signal(row, "load")?);
     let residual = experiment.residual(row);
     let width = inertial.columns.len();
     let places: Vec<usize> = inertial.columns.iter().copied().chain(first..first + 3).collect();
-    let told = told(experiment, row);
-    for &i in told.iter().step_by(told.len().div_ceil(SAMPLES).max(1)) {
+    let mut columns = DMatrix::zeros(picked.len(), width + 3);
+    for (mut values, &i) in columns.row_iter_mut().zip(picked) {
+        let at = samples.partition_point(|sample| *sample < i) * width;
         let rubbing = [velocity[i], (velocity[i] / SMOOTHING).tanh(), 1.0];
-        let values: Vec<f64> =
-            inertial.values[i * width..(i + 1) * width].iter().copied().chain(rubbing).collect();
-        let measured = residual[i] + load[i];
-        for (a, x) in places.iter().zip(&values) {
-            right[*a] += x * measured;
-            places.iter().zip(&values).for_each(|(b, y)| gram[(*a, *b)] += x * y);
-        }
+        let all = inertial.values[at..at + width].iter().chain(&rubbing);
+        values.iter_mut().zip(all).for_each(|(value, x)| *value = *x);
+    }
+    let measured = DVector::from_iterator(picked.len(), picked.iter().map(|&i| residual[i] + load[i]));
+    let (own, along) = (crate::gram::gram(&columns), columns.tr_mul(&measured));
+    for (a, x) in places.iter().enumerate() {
+        right[*x] += along[a];
+        places.iter().enumerate().for_each(|(b, y)| gram[(*x, *y)] += own[(a, b)]);
     }
     Some(())
 }

@@ -77,6 +77,15 @@ pub struct Inertial {
     pub values: Vec<f64>,
 }
 
+impl Inertial {
+    /// Some of the samples.
+    pub(crate) fn at(&self, samples: &[usize]) -> Self {
+        let width = self.columns.len();
+        let picked = samples.iter().flat_map(|&i| &self.values[i * width..(i + 1) * width]);
+        Self { columns: self.columns.clone(), values: picked.copied().collect() }
+    }
+}
+
 /// Measurements, the nominal model's prediction of them, and how effects change it.
 ///
 /// A *residual* is measured minus predicted. All of it lives on one list of samples.
@@ -158,6 +167,11 @@ pub trait Experiment: Send + Sync {
     /// Derivative of a row's prediction by the inertial parameters; `None` if it has none.
     fn inertial(&self, _row: usize) -> Option<&Inertial> {
         None
+    }
+
+    /// The same of all rows, at some samples (increasing) alone.
+    fn inertial_at(&self, samples: &[usize]) -> Vec<Option<Inertial>> {
+        (0..self.rows().len()).map(|row| self.inertial(row).map(|inertial| inertial.at(samples))).collect()
     }
 
     /// One of [`Self::signals`] by its name.

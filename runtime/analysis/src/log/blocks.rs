@@ -231,7 +231,10 @@ impl Blocks {
         } else {
             self.clear(self.done.saturating_sub(self.overlap));
         }
-        let full = self.time.len() + BLOCK.max(4 * self.overlap) + self.overlap;
+        let more = BLOCK.max(4 * self.overlap) + self.overlap;
+        self.time.reserve_exact(more);
+        self.columns.iter_mut().for_each(|column| column.reserve_exact(more));
+        let full = self.time.len() + more;
         while self.time.len() < full {
             let Some((row, values)) = self.next_row()? else { return Ok(true) };
             let Some(&last) = self.time.last() else {

@@ -104,6 +104,11 @@ impl Log {
         self.hash.get().copied().ok_or_else(|| cannot(io::ErrorKind::UnexpectedEof.into()))
     }
 
+    /// Whether the other is a clone of it.
+    pub fn is_same(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.header, &other.header)
+    }
+
     pub(super) fn header(&self) -> &Arc<Header> {
         &self.header
     }

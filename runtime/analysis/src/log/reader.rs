@@ -289,7 +289,8 @@ impl Reader {
 
     /// Opens a log, or takes what was kept of these columns; so many rows as were read already are passed over.
     fn begin(&mut self) -> Result<(), Diagnostics> {
-        let (Origin::Closed, Some(log)) = (&self.origin, self.log.clone()) else { return Ok(()) };
+        let (Origin::Closed, Some(log)) = (&self.origin, &self.log) else { return Ok(()) };
+        let log = log.clone();
         let passed = self.rows;
         if passed == 0 {
             if let Some(kept) = log.shelf().get(&self.selected) {

@@ -19,18 +19,18 @@ pub(super) fn is_absent(text: &str) -> bool {
 
 /// Parses one field and applies the mapping.
 pub(super) fn parse(text: &str, column: &Column) -> Result<f64, Diagnostic> {
-    let name = shorten(&column.name);
+    let name = || shorten(&column.name);
     let raw = match text.parse::<f64>() {
         Ok(raw) => raw,
         Err(_) if may_be_absent(&column.name) && is_absent(text) => return Ok(f64::NAN),
         Err(_) if text.is_empty() => {
             let help = "every row needs a number here: repair the recording, or remove the row";
             return Err(
-                Diagnostic::error(format!("`{name}`: the field is empty, expected a number")).help(help)
+                Diagnostic::error(format!("`{}`: the field is empty, expected a number", name())).help(help)
             );
         }
         Err(_) => {
-            let error = format!("`{name}`: expected a number, found `{}`", shorten(text));
+            let error = format!("`{}`: expected a number, found `{}`", name(), shorten(text));
             return Err(
                 Diagnostic::error(error).help("numbers are written like 12, -0.5 or 1.2e-3, without a unit")
             );
@@ -44,6 +44,6 @@ pub(super) fn parse(text: &str, column: &Column) -> Result<f64, Diagnostic> {
     }
     let what = if raw.is_nan() { "NaN (not a number)" } else { "infinite or too large" };
     let more = if value.is_finite() { format!(" (at most {largest:e})") } else { String::new() };
-    Err(Diagnostic::error(format!("`{name}`: the value is {what}{more}: `{}`", shorten(text)))
+    Err(Diagnostic::error(format!("`{}`: the value is {what}{more}: `{}`", name(), shorten(text)))
         .help("remove the row or repair the recording"))
 }

@@ -28,4 +28,4 @@ pub use recording::Recording;
 pub use repetition::{JointPositions, repeats, shared};
 pub use source::DataSource;
 pub use stops::Stops;
-pub use thinning::HELD;
+pub use thinning::{HELD, Held};

@@ -7,7 +7,7 @@ use crate::measure::filtered::{Filtered, unusable};
 use crate::measure::jolts::Jolts;
 use crate::measure::noise::white_noise;
 use crate::measure::stops::Stops;
-use crate::measure::thinning::Thinning;
+use crate::measure::thinning::Held;
 use crate::measure::trajectory::{Even, Unusable};
 use crate::measure::{DataSource, Missing, Options};
 use crate::robot::{JointLayout, Trajectory};
@@ -17,7 +17,7 @@ use std::ops::Range;
 use std::path::Path;
 
 /// Fewer samples tell nothing.
-const FEWEST: usize = 50;
+pub(super) const FEWEST: usize = 50;
 
 /// The motion of a log, filtered and differentiated, with its measurements.
 #[derive(Debug, Clone, Default)]
@@ -87,26 +87,7 @@ impl Recording {
         options: &Options,
         most: usize,
     ) -> Result<Self, Diagnostics> {
-        let mut thinning = Thinning::new();
-        let mut visit = |recording: &mut Self| {
-            thinning.take(recording);
-            Ok(())
-        };
-        let mut recording = Self::each(log, layout, options, None, &mut visit)?;
-        if thinning.seen() < FEWEST {
-            return Err(too_short(thinning.seen(), log.path()).into());
-        }
-        recording.source = DataSource { samples: thinning.seen(), ..log.source()? };
-        thinning.finish(&mut recording);
-        recording.thin(most);
-        if thinning.is_long() {
-            recording.assumptions.push(format!(
-                "the log is long: of its {} samples {} are looked at, evenly spread and after filtering",
-                thinning.seen(),
-                recording.samples()
-            ));
-        }
-        Ok(recording)
+        Ok(Held::read(log, layout, options)?.into_thinned(most))
     }
 
     /// Reads a log block by block and shows what was gathered so far after each; whoever looks may take samples out
@@ -117,6 +98,17 @@ impl Recording {
         layout: &JointLayout,
         options: &Options,
         directions: Option<&Directions>,
+        visit: &mut dyn FnMut(&mut Self) -> Result<(), Diagnostics>,
+    ) -> Result<Self, Diagnostics> {
+        Self::each_block(log, layout, options, (directions, true), visit)
+    }
+
+    /// The same; unless it `hears`, nothing is found out of the noise of accelerations, and of jolts.
+    pub(super) fn each_block(
+        log: &Log,
+        layout: &JointLayout,
+        options: &Options,
+        (directions, hears): (Option<&Directions>, bool),
         visit: &mut dyn FnMut(&mut Self) -> Result<(), Diagnostics>,
     ) -> Result<Self, Diagnostics> {
         let mut reader = log.rows();
@@ -149,15 +141,19 @@ impl Recording {
         recording.stops = Stops::new(layout, &plan);
         recording.jolts = Jolts::new(&plan);
         while let Some(block) = blocks.next_block()? {
-            accelerations.hear(&plan, &block);
             recording.stops.look(&block, step);
-            recording.jolts.look(&block, step);
+            if hears {
+                accelerations.hear(&plan, &block);
+                recording.jolts.look(&block, step);
+            }
             recording
                 .add(&plan, layout, (&filter, directions), &block)
                 .map_err(|e| unusable(e, log.path()))?;
             visit(&mut recording)?;
         }
-        recording.acceleration_noise = accelerations.levels(&filter, step, 1);
+        if hears {
+            recording.acceleration_noise = accelerations.levels(&filter, step, 1);
+        }
         recording.warnings.extend(blocks.report().warnings.iter().cloned());
         Ok(recording)
     }
@@ -191,7 +187,7 @@ impl Recording {
             Some(last) if continues => last.end = self.time.len(),
             _ => self.segments.push(first..self.time.len()),
         }
-        self.trajectory.extend([&states.q, &states.v, &states.a]);
+        self.trajectory.append([states.q, states.v, states.a]);
         for (joint, columns) in plan.joints.iter().enumerate() {
             if let (Some(values), Some(column)) = (&mut self.effort[joint], columns.effort) {
                 match directions {
@@ -248,12 +244,19 @@ impl Recording {
         Ok(())
     }
 
-    /// Keeps every `stride`-th sample, so that at most `most` remain. Derivatives were taken before.
+    /// Keeps every so many-th sample, so that at most `most` remain. Derivatives were taken before.
     pub fn thin(&mut self, most: usize) {
+        if self.samples() > most.max(1) {
+            *self = self.thinned(most);
+        }
+    }
+
+    /// Every so many-th sample, so that at most `most` remain.
+    pub(super) fn thinned(&self, most: usize) -> Self {
         let count = self.time.len();
         let stride = count.div_ceil(most.max(1));
         if stride <= 1 {
-            return;
+            return self.clone();
         }
         let mut kept: Vec<usize> = Vec::with_capacity(most);
         let mut segments = Vec::new();
@@ -262,20 +265,41 @@ impl Recording {
             kept.extend(segment.clone().step_by(stride));
             segments.push(first..kept.len());
         }
-        self.retain(&kept);
-        self.segments = segments;
-        self.step *= stride as f64;
+        Self { segments, step: self.step * stride as f64, ..self.some(&kept) }
     }
 
     /// Keeps these samples; segments are left to the caller.
     pub(super) fn retain(&mut self, kept: &[usize]) {
-        self.trajectory.retain(kept);
-        let columns = self.effort.iter_mut().chain(&mut self.transmission).flatten();
-        for values in columns.chain([&mut self.time]) {
-            *values = kept.iter().map(|&i| values[i]).collect();
+        *self = self.some(kept);
+    }
+
+    /// These samples alone; segments are left to the caller.
+    fn some(&self, kept: &[usize]) -> Self {
+        fn picked<T: Copy>(values: &[T], kept: &[usize]) -> Vec<T> {
+            kept.iter().map(|&i| values[i]).collect()
         }
-        for motion in self.motors.iter_mut().flatten() {
-            *motion = kept.iter().map(|&i| motion[i]).collect();
+        let of_joints = |columns: &[Option<Vec<f64>>]| {
+            columns.iter().map(|values| values.as_ref().map(|values| picked(values, kept))).collect()
+        };
+        Self {
+            source: self.source.clone(),
+            time: picked(&self.time, kept),
+            segments: self.segments.clone(),
+            trajectory: self.trajectory.some(kept),
+            effort: of_joints(&self.effort),
+            transmission: of_joints(&self.transmission),
+            motors: self.motors.iter().map(|motion| motion.as_ref().map(|m| picked(m, kept))).collect(),
+            motor_side: self.motor_side.clone(),
+            directions: self.directions.clone(),
+            step: self.step,
+            cutoff_hz: self.cutoff_hz,
+            noise: self.noise.clone(),
+            acceleration_noise: self.acceleration_noise.clone(),
+            stops: self.stops.clone(),
+            jolts: self.jolts.clone(),
+            missing: self.missing.clone(),
+            assumptions: self.assumptions.clone(),
+            warnings: self.warnings.clone(),
         }
     }
 

@@ -1,6 +1,8 @@
 //! Motions that repeat themselves, within a log or between two: held-out data that show the same motion again judge
 //! too kindly.
+use crate::parallel::parallel;
 use bipedc_effects::diagnostic::Diagnostic;
+use std::ops::Range;
 
 /// Finest and coarsest grid on which motions are held against each other, s.
 const STEPS: (f64, f64) = (0.01, 0.1);
@@ -8,12 +10,17 @@ const STEPS: (f64, f64) = (0.01, 0.1);
 const POINTS: usize = 3000;
 /// Mean squared difference, as a part of twice the variance, below which two stretches are the same motion.
 const SAME: f64 = 0.02;
+/// So many times the least difference is as good.
+const AS_GOOD: f64 = 1.5;
 /// A motion has left where it was when it differs by so much.
 const OTHER: f64 = 0.3;
 /// Stretches must overlap by at least this part of the shorter log.
 const OVERLAP: f64 = 0.15;
 /// Joints that vary by less than this do not count; rad, m.
 const STILL: f64 = 5e-3;
+
+/// So many lags a processor looks at together.
+const LAGS: usize = 64;
 
 /// Positions of the joints over time.
 #[derive(Debug, Clone, Default)]
@@ -74,9 +81,9 @@ pub fn repeats(motion: &JointPositions) -> Option<f64> {
     let grid = motion.grid(step);
     let count = grid.first()?.len();
     let least = ((count as f64 * OVERLAP) as usize).max(20);
-    let difference = |lag: usize| mismatch(&grid, &grid, lag as isize, least);
-    let left = (1..count).find(|&lag| difference(lag).is_some_and(|d| d > OTHER))?;
-    let lag = dips(left..count.saturating_sub(least), difference)?;
+    let difference = |lag: usize, most: f64| mismatch(&grid, &grid, lag as isize, (least, most));
+    let left = (1..count).find(|&lag| difference(lag, OTHER).is_some_and(|d| d > OTHER))?;
+    let lag = dips(left..count.saturating_sub(least), |lag| difference(lag, AS_GOOD * SAME))?;
     Some(step * refined(&grid, &grid, lag as isize, least))
 }
 
@@ -87,17 +94,22 @@ pub fn shared(one: &JointPositions, other: &JointPositions) -> Option<f64> {
     let (n, m) = (a.first()?.len(), b.first()?.len());
     let least = ((n.min(m) as f64 * OVERLAP) as usize).max(20);
     let lags = n + m;
-    let difference = |k: usize| mismatch(&a, &b, k as isize - n as isize, least);
+    let difference = |k: usize| mismatch(&a, &b, k as isize - n as isize, (least, AS_GOOD * SAME));
     let lag = dips(0..lags, difference)?;
     Some(step * refined(&a, &b, lag as isize - n as isize, least))
 }
 
-/// The first dip that is deep enough.
-fn dips(range: std::ops::Range<usize>, difference: impl Fn(usize) -> Option<f64>) -> Option<usize> {
-    let values: Vec<(usize, f64)> = range.filter_map(|k| Some((k, difference(k)?))).collect();
+/// The first dip that is deep enough; what is no dip may be any number above [`AS_GOOD`] times [`SAME`].
+fn dips(range: Range<usize>, difference: impl Fn(usize) -> Option<f64> + Sync) -> Option<usize> {
+    let chunks: Vec<usize> = range.clone().step_by(LAGS).collect();
+    let of_chunk = |first: usize| first..(first + LAGS).min(range.end);
+    let at = |k: usize| Some((k, difference(k)?));
+    let values =
+        parallel(chunks.len(), |k| of_chunk(chunks[k]).filter_map(at).collect::<Vec<(usize, f64)>>());
+    let values = values.concat();
     let mut best = values.iter().copied().filter(|(_, d)| *d < SAME).min_by(|a, b| a.1.total_cmp(&b.1))?;
     // The first of several equally good ones is the period itself.
-    if let Some(first) = values.iter().find(|(_, d)| *d < (1.5 * best.1).max(0.5 * SAME)) {
+    if let Some(first) = values.iter().find(|(_, d)| *d < (AS_GOOD * best.1).max(0.5 * SAME)) {
         best = *first;
     }
     let near = values.iter().filter(|(k, _)| k.abs_diff(best.0) < 10);
@@ -106,7 +118,7 @@ fn dips(range: std::ops::Range<usize>, difference: impl Fn(usize) -> Option<f64>
 
 /// The lag in steps, by a parabola through its neighbours.
 fn refined(a: &[Vec<f64>], b: &[Vec<f64>], lag: isize, least: usize) -> f64 {
-    let at = |lag: isize| mismatch(a, b, lag, least);
+    let at = |lag: isize| mismatch(a, b, lag, (least, f64::INFINITY));
     let shift = match (at(lag - 1), at(lag), at(lag + 1)) {
         (Some(l), Some(c), Some(r)) if l + r > 2.0 * c => 0.5 * (l - r) / (l + r - 2.0 * c),
         _ => 0.0,
@@ -115,9 +127,10 @@ fn refined(a: &[Vec<f64>], b: &[Vec<f64>], lag: isize, least: usize) -> f64 {
 }
 
 /// Mean squared difference of `a(t)` and `b(t + lag)` over the joints that move, over twice the variance; `None` if
-/// they overlap too little.
-fn mismatch(a: &[Vec<f64>], b: &[Vec<f64>], lag: isize, least: usize) -> Option<f64> {
+/// they overlap too little. Of what is larger than `most` it is only said that it is, as soon as that is certain.
+fn mismatch(a: &[Vec<f64>], b: &[Vec<f64>], lag: isize, (least, most): (usize, f64)) -> Option<f64> {
     let mut parts = (0.0, 0.0);
+    let joints = a.len() as f64;
     for (a, b) in a.iter().zip(b) {
         let from = (-lag).max(0) as usize;
         let to = (b.len() as isize - lag).clamp(0, a.len() as isize) as usize;
@@ -141,6 +154,9 @@ fn mismatch(a: &[Vec<f64>], b: &[Vec<f64>], lag: isize, least: usize) -> Option<
         if variance > STILL * STILL {
             // Every joint has the same say, however far it swings.
             parts = (parts.0 + difference / n / (2.0 * variance), parts.1 + 1.0);
+            if parts.0 > most * joints {
+                return Some(f64::INFINITY);
+            }
         }
     }
     (parts.1 > 0.0).then(|| parts.0 / parts.1)

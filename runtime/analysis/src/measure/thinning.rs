@@ -1,10 +1,88 @@
 //! Logs of any length in bounded memory: samples are given up while the log is read.
+use crate::log::Log;
 use crate::measure::noise::Noise;
-use crate::measure::recording::Recording;
+use crate::measure::recording::{FEWEST, Recording, too_short};
+use crate::measure::{DataSource, Options};
+use crate::parallel::parallel;
+use crate::robot::JointLayout;
+use bipedc_effects::diagnostic::Diagnostics;
 
 /// Samples of a log that are held at once, at most: with more, every other one goes, again and again. Logs that are
 /// not longer are thinned once, at the end, so that nothing of them depends on this number.
 pub const HELD: usize = 1 << 18;
+
+/// What is held of a log: all samples, unless there are more than [`HELD`].
+#[derive(Debug)]
+pub struct Held {
+    recording: Recording,
+    /// Whether samples had to go while the log was read.
+    is_long: bool,
+}
+
+impl Held {
+    /// Reads a log of any length.
+    ///
+    /// # Errors
+    /// As [`Recording::read`].
+    pub fn read(log: &Log, layout: &JointLayout, options: &Options) -> Result<Self, Diagnostics> {
+        Self::read_if(log, layout, options, true)
+    }
+
+    /// The same without what a log tells of its noise, for those who ask for the motion and the efforts alone: all noise is said to be none.
+    ///
+    /// # Errors
+    /// As [`Recording::read`].
+    pub fn read_motion(log: &Log, layout: &JointLayout, options: &Options) -> Result<Self, Diagnostics> {
+        Self::read_if(log, layout, options, false)
+    }
+
+    fn read_if(log: &Log, layout: &JointLayout, options: &Options, hears: bool) -> Result<Self, Diagnostics> {
+        let mut thinning = Thinning { hears, ..Thinning::new() };
+        let mut visit = |recording: &mut Recording| {
+            thinning.take(recording);
+            Ok(())
+        };
+        let mut recording = Recording::each_block(log, layout, options, (None, hears), &mut visit)?;
+        if thinning.seen() < FEWEST {
+            return Err(too_short(thinning.seen(), log.path()).into());
+        }
+        recording.source = DataSource { samples: thinning.seen(), ..log.source()? };
+        thinning.finish(&mut recording);
+        Ok(Self { recording, is_long: thinning.is_long() })
+    }
+
+    /// Evenly spaced samples, at most `most` of them (but one for every stretch without gaps).
+    pub fn thinned(&self, most: usize) -> Recording {
+        self.told(self.recording.thinned(most))
+    }
+
+    /// The same where nobody else needs what is held: it is not copied.
+    pub fn into_thinned(mut self, most: usize) -> Recording {
+        let mut recording = std::mem::take(&mut self.recording);
+        recording.thin(most);
+        self.told(recording)
+    }
+
+    /// Says of samples of a long log that they are not all.
+    fn told(&self, mut recording: Recording) -> Recording {
+        if self.is_long {
+            recording.assumptions.push(format!(
+                "the log is long: of its {} samples {} are looked at, evenly spread and after filtering",
+                recording.source.samples,
+                recording.samples()
+            ));
+        }
+        recording
+    }
+
+    /// How many numbers it takes, about.
+    pub fn numbers(&self) -> usize {
+        let Recording { trajectory, effort, transmission, motors, .. } = &self.recording;
+        let of_joints =
+            effort.iter().chain(transmission).flatten().count() + 3 * motors.iter().flatten().count();
+        trajectory.q.len() + trajectory.v.len() + trajectory.a.len() + of_joints * self.recording.samples()
+    }
+}
 
 /// Gives up samples of a recording that grows.
 pub(super) struct Thinning {
@@ -18,6 +96,8 @@ pub(super) struct Thinning {
     last: f64,
     /// Of each joint's effort.
     noise: Vec<Noise>,
+    /// Whether that is asked for.
+    hears: bool,
 }
 
 impl Thinning {
@@ -26,7 +106,7 @@ impl Thinning {
     }
 
     fn holding(held: usize) -> Self {
-        Self { held, stride: 1, seen: 0, known: 0, last: f64::NEG_INFINITY, noise: Vec::new() }
+        Self { held, stride: 1, seen: 0, known: 0, last: f64::NEG_INFINITY, noise: Vec::new(), hears: true }
     }
 
     /// Number of samples of the log that count.
@@ -42,7 +122,7 @@ impl Thinning {
     /// Looks at the samples that came since the last call.
     pub fn take(&mut self, recording: &mut Recording) {
         self.noise.resize_with(recording.effort.len(), Noise::new);
-        for (noise, effort) in self.noise.iter_mut().zip(&recording.effort) {
+        for (noise, effort) in self.noise.iter_mut().zip(&recording.effort).filter(|_| self.hears) {
             noise.push(effort.as_deref().map_or(&[], |effort| &effort[self.known..]));
         }
         let new = recording.samples() - self.known;
@@ -77,8 +157,9 @@ impl Thinning {
     /// Noise and step of what is left.
     pub fn finish(&self, recording: &mut Recording) {
         recording.step *= self.stride as f64;
-        let levels = recording.effort.iter().zip(&self.noise);
-        recording.noise = levels.map(|(e, noise)| e.as_ref().map_or(0.0, |_| noise.level())).collect();
+        let level =
+            |joint: usize| recording.effort[joint].as_ref().map_or(0.0, |_| self.noise[joint].level());
+        recording.noise = parallel(recording.effort.len(), level);
     }
 }
 

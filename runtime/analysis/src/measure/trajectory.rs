@@ -8,6 +8,9 @@ use crate::robot::JointLayout;
 use crate::signal::{Butterworth, Grid, Spline, align_signs, resample};
 use std::ops::Range;
 
+/// So many columns are filtered side by side.
+const TOGETHER: usize = 4;
+
 /// The columns of a block on an even grid, before filtering: common to all cut-offs.
 pub(crate) struct Even {
     grid: Grid,
@@ -115,6 +118,27 @@ impl Even {
         }
     }
 
+    /// Of all columns behind a filter; `None` for those that are not filtered, or too short.
+    fn splines(&self, filter: &Butterworth) -> Vec<Option<Spline>> {
+        let mut splines: Vec<Option<Spline>> = vec![None; self.columns.len()];
+        let wanted: Vec<usize> = (0..splines.len()).filter(|i| !self.columns[*i].is_empty()).collect();
+        let (groups, rest) = wanted.as_chunks::<TOGETHER>();
+        let group = |group: &[usize; TOGETHER]| {
+            let filtered = filter.zero_phases(group.map(|i| &*self.columns[i]));
+            Spline::all(filtered.each_ref().map(Vec::as_slice), self.grid.step)
+        };
+        let one = |i: usize| Spline::new(&filter.zero_phase(&self.columns[i]), self.grid.step);
+        let found = parallel(groups.len() + rest.len(), |k| match groups.get(k) {
+            Some(indices) => group(indices).map_or_else(Vec::new, Vec::from),
+            None => one(rest[k - groups.len()]).into_iter().collect(),
+        });
+        let places = groups.iter().map(|group| &group[..]).chain(rest.iter().map(std::slice::from_ref));
+        for (places, found) in places.zip(found) {
+            places.iter().zip(found).for_each(|(place, spline)| splines[*place] = Some(spline));
+        }
+        splines
+    }
+
     /// Filters and differentiates; the states of the samples `range` of the block.
     pub fn states(
         &self,
@@ -124,11 +148,7 @@ impl Even {
         time: &[f64],
         range: Range<usize>,
     ) -> Result<States, Unusable> {
-        let spline = |column: &[f64]| Spline::new(&filter.zero_phase(column), self.grid.step);
-        let splines: Vec<Option<Spline>> = parallel(self.columns.len(), |i| {
-            let column = &self.columns[i];
-            if column.is_empty() { None } else { spline(column) }
-        });
+        let splines = self.splines(filter);
         let motion = |column: usize, sample: usize| -> Result<[f64; 3], Unusable> {
             let spline = splines[column].as_ref().ok_or(Unusable::TooFew)?;
             Ok(if self.uniform {

@@ -137,19 +137,34 @@ impl Trajectory {
         self.a.extend_from_slice(a);
     }
 
+    /// The same of states that nobody else needs: the first ones are not copied.
+    pub(crate) fn append(&mut self, [q, v, a]: [Vec<f64>; 3]) {
+        if self.is_empty() {
+            (self.q, self.v, self.a) = (q, v, a);
+        } else {
+            self.extend([&q, &v, &a]);
+        }
+    }
+
     /// Forgets all states.
     pub fn clear(&mut self) {
         [&mut self.q, &mut self.v, &mut self.a].into_iter().for_each(Vec::clear);
     }
 
+    /// These states alone.
+    pub fn some(&self, kept: &[usize]) -> Self {
+        let pick = |values: &[f64], width: usize| -> Vec<f64> {
+            let mut picked = Vec::with_capacity(kept.len() * width);
+            kept.iter().for_each(|&i| picked.extend_from_slice(&values[i * width..(i + 1) * width]));
+            picked
+        };
+        let [q, v, a] = [(&self.q, self.nq), (&self.v, self.nv), (&self.a, self.nv)].map(|(x, w)| pick(x, w));
+        Self { q, v, a, ..*self }
+    }
+
     /// Keeps these states.
     pub fn retain(&mut self, kept: &[usize]) {
-        let pick = |values: &[f64], width: usize| -> Vec<f64> {
-            kept.iter().flat_map(|&i| values[i * width..(i + 1) * width].iter().copied()).collect()
-        };
-        self.q = pick(&self.q, self.nq);
-        self.v = pick(&self.v, self.nv);
-        self.a = pick(&self.a, self.nv);
+        *self = self.some(kept);
     }
 }
 

@@ -9,18 +9,20 @@ struct Section {
 }
 
 impl Section {
-    /// Filters in place; the state starts as if the first value had always been there.
-    fn run(&self, values: &mut [f64]) {
-        let Some(&first) = values.first() else { return };
+    /// Filters signals side by side in place; the state starts as if the first value had always been there.
+    fn run<const N: usize>(&self, values: &mut [[f64; N]]) {
+        let Some(first) = values.first() else { return };
         let [b0, b1, b2] = self.b;
         let [a1, a2] = self.a;
-        let (mut s1, mut s2) = ((1.0 - b0) * first, (b2 - a2) * first);
+        let (mut s1, mut s2) = (first.map(|x| (1.0 - b0) * x), first.map(|x| (b2 - a2) * x));
         for value in values {
-            let x = *value;
-            let y = b0 * x + s1;
-            s1 = b1 * x - a1 * y + s2;
-            s2 = b2 * x - a2 * y;
-            *value = y;
+            for k in 0..N {
+                let x = value[k];
+                let y = b0 * x + s1[k];
+                s1[k] = b1 * x - a1 * y + s2[k];
+                s2[k] = b2 * x - a2 * y;
+                value[k] = y;
+            }
         }
     }
 }
@@ -80,18 +82,26 @@ impl Butterworth {
     /// Filters forwards and backwards, as scipy's `sosfiltfilt`: odd reflection of 15 samples at both ends
     /// (fewer if the signal is shorter) and initial states of a constant signal.
     pub fn zero_phase(&self, signal: &[f64]) -> Vec<f64> {
-        let n = signal.len();
+        let [filtered] = self.zero_phases([signal]);
+        filtered
+    }
+
+    /// The same of signals of one length, to the last bit: each step waits for the one before, so that several signals take as long as one.
+    ///
+    /// # Panics
+    /// If one of them is shorter than the first.
+    pub fn zero_phases<const N: usize>(&self, signals: [&[f64]; N]) -> [Vec<f64>; N] {
+        let n = signals.first().map_or(0, |signal| signal.len());
         let padding = PADDING.min(n.saturating_sub(1));
-        let mut values = odd_extension(signal, padding);
+        let mut values = side_by_side(signals.map(|signal| odd_extension(signal, padding)));
         for _ in 0..2 {
             for section in &self.sections {
                 section.run(&mut values);
             }
             values.reverse();
         }
-        values.drain(..padding);
-        values.truncate(n);
-        values
+        let within = padding..(padding + n).min(values.len());
+        std::array::from_fn(|k| values[within.clone()].iter().map(|value| value[k]).collect())
     }
 
     /// Samples after which the response of the zero-phase filter to a step at a cut stays below [`TRUNCATION`].
@@ -103,6 +113,13 @@ impl Butterworth {
         let time_constants = -TRUNCATION.ln() + 8.0;
         (time_constants / decay).ceil() as usize + PADDING
     }
+}
+
+/// Signals of one length, sample by sample.
+pub(super) fn side_by_side<const N: usize>(signals: [Vec<f64>; N]) -> Vec<[f64; N]> {
+    let n = signals.first().map_or(0, Vec::len);
+    let signals = signals.each_ref().map(|signal| &signal[..n]);
+    (0..n).map(|i| signals.map(|signal| signal[i])).collect()
 }
 
 /// The signal with `padding` samples before and after it, reflected about its end points.
@@ -131,6 +148,17 @@ mod tests {
             let response = filter.zero_phase(&step);
             let worst = (0..=half - overlap).map(|i| response[i].abs()).fold(0.0, f64::max);
             assert!(worst < TRUNCATION, "{cutoff} Hz of {rate} Hz: {worst:e} after {overlap} samples");
+        }
+    }
+
+    #[test]
+    fn signals_side_by_side_are_those_that_are_alone() {
+        let filter = Butterworth::new(10.0, 250.0).unwrap();
+        for n in [0, 1, 2, 15, 16, 700] {
+            let signals: [Vec<f64>; 3] =
+                std::array::from_fn(|k| (0..n).map(|i| (0.37 * (i * (k + 2)) as f64).sin()).collect());
+            let together = filter.zero_phases(signals.each_ref().map(Vec::as_slice));
+            assert_eq!(together, signals.each_ref().map(|signal| filter.zero_phase(signal)));
         }
     }
 

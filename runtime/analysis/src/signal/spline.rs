@@ -2,7 +2,7 @@
 //!
 //! M. Unser, "Splines: a perfect fit for signal and image processing", IEEE Signal Processing Magazine 1999: the
 //! B-spline coefficients come from two recursive filters, forwards and backwards.
-use super::butterworth::odd_extension;
+use super::butterworth::{odd_extension, side_by_side};
 
 /// Poles of the quintic B-spline's inverse filter.
 const POLES: [f64; 2] = [-0.430_575_347_099_973_8, -0.043_096_288_203_264_65];
@@ -25,15 +25,27 @@ pub struct Spline {
 impl Spline {
     /// Through these samples, `step` (s) apart; `None` for fewer than 8 samples.
     pub fn new(samples: &[f64], step: f64) -> Option<Self> {
-        if samples.len() < 8 {
+        let [spline] = Self::all([samples], step)?;
+        Some(spline)
+    }
+
+    /// The same through signals of one length, to the last bit: each step waits for the one before, so that several signals take as long
+    /// as one.
+    ///
+    /// # Panics
+    /// If one of them is shorter than the first.
+    pub fn all<const N: usize>(signals: [&[f64]; N], step: f64) -> Option<[Self; N]> {
+        let samples = signals.first().map_or(0, |signal| signal.len());
+        if samples < 8 {
             return None;
         }
-        let margin = MARGIN.min(samples.len() - 1);
-        let mut coefficients = odd_extension(samples, margin);
+        let margin = MARGIN.min(samples - 1);
+        let mut values = side_by_side(signals.map(|signal| odd_extension(signal, margin)));
         for pole in POLES {
-            invert(&mut coefficients, pole);
+            invert(&mut values, pole);
         }
-        Some(Self { coefficients, margin, samples: samples.len(), step })
+        let coefficients = |k: usize| values.iter().map(|value| value[k]).collect();
+        Some(std::array::from_fn(|k| Self { coefficients: coefficients(k), margin, samples, step }))
     }
 
     /// Value and first two derivatives at a sample: unit, unit/s, unit/s².
@@ -88,22 +100,23 @@ fn basis(x: f64) -> [f64; 3] {
     [sums[0], side * sums[1], sums[2]]
 }
 
-/// Divides by `z + z⁻¹ − pole − 1/pole` in place, as for a signal mirrored at its ends.
-fn invert(values: &mut [f64], pole: f64) {
+/// Divides by `z + z⁻¹ − pole − 1/pole` in place, as for signals mirrored at their ends.
+fn invert<const N: usize>(values: &mut [[f64; N]], pole: f64) {
     let n = values.len();
     let gain = (1.0 - pole) * (1.0 - 1.0 / pole);
     let mut power = 1.0;
-    let mut state = 0.0;
+    let mut state = [0.0; N];
     for value in values.iter().take(64) {
-        state += power * value;
+        state = std::array::from_fn(|k| state[k] + power * value[k]);
         power *= pole;
     }
-    values[0] = state * gain;
+    values[0] = state.map(|state| state * gain);
     for i in 1..n {
-        values[i] = gain * values[i] + pole * values[i - 1];
+        values[i] = std::array::from_fn(|k| gain * values[i][k] + pole * values[i - 1][k]);
     }
-    values[n - 1] = pole / (pole * pole - 1.0) * (values[n - 1] + pole * values[n - 2]);
+    let last = pole / (pole * pole - 1.0);
+    values[n - 1] = std::array::from_fn(|k| last * (values[n - 1][k] + pole * values[n - 2][k]));
     for i in (0..n - 1).rev() {
-        values[i] = pole * (values[i + 1] - values[i]);
+        values[i] = std::array::from_fn(|k| pole * (values[i + 1][k] - values[i][k]));
     }
 }

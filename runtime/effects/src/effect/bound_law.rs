@@ -1,6 +1,7 @@
 //! A law with the values of its parameters filled in.
 use super::formula::{Bound, Formula, Values};
 use super::instance::Effect;
+use std::borrow::Cow;
 
 /// The formula of an effect in some variables, ready to be evaluated at many states.
 #[derive(Debug, Clone)]
@@ -41,12 +42,17 @@ impl BoundLaw {
     ///
     /// # Panics
     /// If a variable has fewer values.
-    pub fn at_all(&self, count: usize, variables: usize, variable: &dyn Fn(usize) -> Vec<f64>) -> Vec<f64> {
+    pub fn at_all<'v>(
+        &self,
+        count: usize,
+        variables: usize,
+        variable: &dyn Fn(usize) -> Cow<'v, [f64]>,
+    ) -> Vec<f64> {
         let given = |(i, value): (usize, &f64)| match i < variables && self.bound.asks_for(i) {
             true => Values::Each(variable(i)),
             false => Values::Same(*value),
         };
-        let values: Vec<Values> = self.values.iter().enumerate().map(given).collect();
+        let values: Vec<Values<'_>> = self.values.iter().enumerate().map(given).collect();
         let mut out = vec![0.0; count];
         self.bound.run_at_all(&values, &mut out);
         out
@@ -94,8 +100,9 @@ mod tests {
         let value = |variable: usize, i: usize| (0.37 * (i as f64 + 1.0) * (variable as f64 + 1.0)).sin();
         // No whole number of what is evaluated together.
         let count = 300;
-        let all =
-            law.at_all(count, VARIABLES.len(), &|variable| (0..count).map(|i| value(variable, i)).collect());
+        let all = law.at_all(count, VARIABLES.len(), &|variable| {
+            (0..count).map(|i| value(variable, i)).collect::<Vec<f64>>().into()
+        });
         let mut work = Vec::new();
         for (i, together) in all.iter().enumerate() {
             let state: Vec<f64> = (0..VARIABLES.len()).map(|variable| value(variable, i)).collect();

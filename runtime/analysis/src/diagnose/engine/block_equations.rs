@@ -4,6 +4,7 @@
 use super::fit::RowGram;
 use crate::experiments::Experiment;
 use crate::experiments::form::Column;
+use crate::gram::{add_lower, mirror};
 use crate::robot::inertial_parameters::{InertialParameters, body_of, element_of, parameter_index};
 use nalgebra::DMatrix;
 use std::ops::Range;
@@ -162,63 +163,127 @@ pub(super) fn block_equations(
         .iter()
         .filter_map(|(id, column)| column.iter().find(|(r, _)| *r == row).map(|(_, v)| (*id, v)))
         .collect();
-    let p = 10 * bodies.len();
-    let size = p + touching.len() + 1;
+    let uncertain = Uncertain::new(inertial, bodies, spread);
     let limits = block_limits(residual.len(), blocks);
-    let mut of_row = BlockEquations {
-        bodies,
+    let others: Vec<&[f64]> =
+        touching.iter().map(|(_, values)| values.as_slice()).chain([residual]).collect();
+    let gram = |block: &[usize]| uncertain.spread_out(&uncertain.gram(block[0]..block[1], &others, emphasis));
+    BlockEquations {
         ids: touching.iter().map(|(id, _)| *id).collect(),
-        grams: Vec::with_capacity(blocks),
+        grams: limits.windows(2).map(gram).collect(),
         counts: limits.windows(2).map(|w| counted(emphasis, w[0]..w[1])).collect(),
-    };
-    for block in limits.windows(2) {
-        let mut gram = DMatrix::zeros(size, size);
-        let mut first = block[0];
-        while first < block[1] {
-            let last = (first + CHUNK).min(block[1]);
-            let mut x = DMatrix::zeros(last - first, size);
-            if let Some(inertial) = inertial {
-                fill_inertial(&mut x, inertial, spread, &of_row.bodies, first);
+        bodies: uncertain.bodies,
+    }
+}
+
+/// The inertial columns of a row whose bodies are uncertain.
+struct Uncertain<'a> {
+    inertial: Option<&'a crate::experiments::Inertial>,
+    bodies: Vec<usize>,
+    /// Of each column its place among the row's, and what spreads it: where its body's ten unknowns begin and the row of the factor.
+    columns: Vec<(usize, usize, Vec<f64>)>,
+}
+
+impl<'a> Uncertain<'a> {
+    fn new(inertial: Option<&'a crate::experiments::Inertial>, bodies: Vec<usize>, spread: &Spread) -> Self {
+        let all = inertial.map_or(&[][..], |inertial| &inertial.columns);
+        let place = |(at, column): (usize, &usize)| {
+            let place = bodies.iter().position(|b| *b == body_of(*column))?;
+            let (factor, element) = (&spread.factors[bodies[place]], element_of(*column));
+            let row = (0..=element).map(|k| factor[(element, k)]).collect();
+            Some((at, parameter_index(place, 0), row))
+        };
+        let columns = all.iter().enumerate().filter_map(place).collect();
+        Self { inertial, bodies, columns }
+    }
+
+    /// Products of the columns as they are, and of others behind them, over some samples.
+    fn gram(&self, samples: Range<usize>, others: &[&[f64]], emphasis: Option<&[f64]>) -> DMatrix<f64> {
+        let own = self.columns.len();
+        let mut gram = DMatrix::zeros(own + others.len(), own + others.len());
+        for first in samples.clone().step_by(CHUNK) {
+            let chunk = first..(first + CHUNK).min(samples.end);
+            let mut x = DMatrix::zeros(chunk.len(), own + others.len());
+            if let Some(inertial) = self.inertial {
+                let width = inertial.columns.len();
+                let rows = inertial.values[chunk.start * width..chunk.end * width].chunks_exact(width.max(1));
+                for (mut x, values) in x.row_iter_mut().zip(rows) {
+                    self.columns.iter().enumerate().for_each(|(k, (at, ..))| x[k] = values[*at]);
+                }
             }
-            for (k, (_, values)) in touching.iter().enumerate() {
-                x.column_mut(p + k).copy_from_slice(&values[first..last]);
+            for (k, values) in others.iter().enumerate() {
+                x.column_mut(own + k).copy_from_slice(&values[chunk.clone()]);
             }
-            x.column_mut(size - 1).copy_from_slice(&residual[first..last]);
             if let Some(emphasis) = emphasis {
-                for (mut sample, factor) in x.row_iter_mut().zip(&emphasis[first..last]) {
+                for (mut sample, factor) in x.row_iter_mut().zip(&emphasis[chunk]) {
                     sample *= *factor;
                 }
             }
-            // Not `gemm_tr`, which has no kernel for blocks.
-            gram.gemm(1.0, &x.transpose(), &x, 1.0);
-            first = last;
+            add_lower(&x, &mut gram);
         }
-        of_row.grams.push(gram);
+        mirror(&mut gram);
+        gram
     }
-    of_row
+
+    /// The same of multiples of what is uncertain, ten for each body, in the place of the columns.
+    fn spread_out(&self, gram: &DMatrix<f64>) -> DMatrix<f64> {
+        let (own, all) = (self.columns.len(), gram.ncols());
+        let p = parameter_index(self.bodies.len(), 0);
+        let spread = |gram: &DMatrix<f64>| {
+            let mut out = DMatrix::zeros(gram.nrows(), p + all - own);
+            for (column, (_, first, row)) in gram.column_iter().zip(&self.columns) {
+                for (k, factor) in row.iter().enumerate() {
+                    out.column_mut(first + k).axpy(*factor, &column, 1.0);
+                }
+            }
+            out.columns_mut(p, all - own).copy_from(&gram.columns(own, all - own));
+            out
+        };
+        // Once for its columns and once for its rows.
+        let mut both = spread(&spread(gram).transpose());
+        mirror(&mut both);
+        both
+    }
 }
 
-fn fill_inertial(
-    x: &mut DMatrix<f64>,
-    inertial: &crate::experiments::Inertial,
-    spread: &Spread,
-    bodies: &[usize],
-    first: usize,
-) {
-    let width = inertial.columns.len();
-    // Where each column of the row goes: its body's place, and the row of that body's factor.
-    let places: Vec<Option<(usize, usize)>> = inertial
-        .columns
-        .iter()
-        .map(|c| bodies.iter().position(|b| *b == body_of(*c)).map(|place| (place, element_of(*c))))
-        .collect();
-    let samples = first * width..(first + x.nrows()) * width;
-    let y = DMatrix::from_row_slice(x.nrows(), width, &inertial.values[samples]);
-    for (value, place) in y.column_iter().zip(&places) {
-        let Some((place, element)) = *place else { continue };
-        let factor = &spread.factors[bodies[place]];
-        for k in 0..=element {
-            x.column_mut(parameter_index(place, k)).axpy(factor[(element, k)], &value, 1.0);
-        }
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::experiments::Inertial;
+
+    /// Products of columns, spread afterwards, are those of spread columns.
+    #[test]
+    fn products_spread_as_columns_do() {
+        let wave = |i: usize, k: usize| (0.7 * (i + 1) as f64 * (k + 2) as f64).sin();
+        let factor = |body: usize| {
+            DMatrix::from_fn(10, 10, |r, c| if c <= r { 1.5 + wave(r + 3 * body, c) } else { 0.0 })
+        };
+        let spread = Spread { factors: vec![factor(0), DMatrix::zeros(10, 10), factor(2)], corrects: true };
+        // Some columns of a body without uncertainty between those of two that have some.
+        let columns = vec![0, 1, 5, 12, 13, 20, 23, 29];
+        let samples = 1300;
+        let values = (0..samples).flat_map(|i| (0..8).map(move |k| wave(i, k))).collect();
+        let inertial = Inertial { columns: columns.clone(), values };
+        let others: Vec<Vec<f64>> = (8..11).map(|k| (0..samples).map(|i| wave(i, k)).collect()).collect();
+        let others: Vec<&[f64]> = others.iter().map(Vec::as_slice).collect();
+        let emphasis: Vec<f64> = (0..samples).map(|i| f64::from(u8::from(i % 7 != 3))).collect();
+        let uncertain = Uncertain::new(Some(&inertial), vec![0, 2], &spread);
+        let found = uncertain.spread_out(&uncertain.gram(100..samples, &others, Some(&emphasis)));
+        let direct = DMatrix::from_fn(samples - 100, 23, |row, c| {
+            let i = row + 100;
+            let own = |body: usize, k: usize| -> f64 {
+                let here = columns.iter().enumerate().filter(|(_, column)| body_of(**column) == body);
+                here.map(|(at, column)| spread.factors[body][(element_of(*column), k)] * wave(i, at)).sum()
+            };
+            emphasis[i]
+                * match c {
+                    0..10 => own(0, c),
+                    10..20 => own(2, c - 10),
+                    _ => others[c - 20][i],
+                }
+        });
+        let wanted = direct.transpose() * &direct;
+        assert!((&found - &wanted).amax() < 1e-12 * wanted.amax());
+        assert_eq!(found, found.transpose());
     }
 }

@@ -30,16 +30,17 @@ pub fn errors(
 ) -> Errors {
     let judge = validation.unwrap_or(train);
     let counts = |sample: usize, n: usize| validation.is_some() || is_held_out(sample, n);
-    let amended = Amended::new(judge, after);
-    let (mut rows, rms) = grouped([&Amended::new(judge, before), &amended], &counts);
-    let jumps = Jumps::of(&amended, after);
+    let judged = Left::new(judge, [before, after]);
+    let (mut rows, rms) = judged.grouped(&counts);
+    let amended = &judged.after;
+    let jumps = Jumps::of(amended, after);
     for (row, what) in judge.rows().iter().enumerate() {
         if let Some(fall) = rows.get_mut(&what.name) {
-            fall.away_from_jumps = jumps.away(&amended, row, amended.residual(row), &counts);
+            fall.away_from_jumps = jumps.away(amended, row, amended.residual(row), &counts);
         }
     }
-    let rms_training =
-        grouped([before, after].map(|effects| Amended::new(train, effects)).each_ref(), &|_, _| true).1;
+    let taught = validation.map(|_| Left::new(train, [before, after]));
+    let rms_training = taught.as_ref().unwrap_or(&judged).grouped(&|_, _| true).1;
     Errors { rows, rms, rms_training }
 }
 
@@ -55,34 +56,53 @@ pub fn root_mean_squares(experiment: &dyn Experiment, effects: &[Effect]) -> Vec
 
 type Falls = BTreeMap<String, ErrorFall>;
 
-/// Root mean squares before and after, by row and by kind of channel.
-fn grouped([before, after]: [&Amended<'_>; 2], counts: &dyn Fn(usize, usize) -> bool) -> (Falls, Falls) {
-    let squares = |values: &[f64]| {
-        let kept = values.iter().enumerate().filter(|(i, _)| counts(*i, values.len()));
-        kept.fold((0.0, 0.0_f64), |(sum, n), (_, x)| (sum + x * x, n + 1.0))
-    };
-    let resolutions = resolutions(before);
-    let (mut rows, mut groups) = (Falls::new(), BTreeMap::<Channel, Sums>::new());
-    let noises = parallel(before.rows().len(), |row| noise_of(before, row, after.residual(row)));
-    for ((row, what), noise) in before.rows().iter().enumerate().zip(noises) {
-        let ((was, n), (is, _)): ((f64, f64), _) =
-            (squares(before.residual(row)), squares(after.residual(row)));
-        let [was_moving, is_moving] =
-            [before.residual(row), after.residual(row)].map(|residual| moving(before, row, residual, counts));
-        let all = [was, is].map(|squares| (squares, n));
-        let told = [was_moving, is_moving].map(|told| told.map(|told| (told.squares, told.samples as f64)));
-        let sums = Sums {
-            all,
-            told: [told[0].unwrap_or(all[0]), told[1].unwrap_or(all[1])],
-            noise: noise.powi(2) * n,
-            sticks: told[0].is_some(),
-        };
-        let resolution = resolutions[row].max(noise);
-        rows.insert(what.name.clone(), ErrorFall { resolution, ..sums.fall(what.unit) });
-        groups.entry(what.channel).or_default().add(&sums);
+/// What is left of a log's rows with some effects, and with others.
+struct Left<'a> {
+    before: Amended<'a>,
+    after: Amended<'a>,
+    /// Of each row as it is left after.
+    noises: Vec<f64>,
+}
+
+impl<'a> Left<'a> {
+    fn new(experiment: &'a dyn Experiment, effects: [&[Effect]; 2]) -> Self {
+        let [before, after] = effects.map(|effects| Amended::new(experiment, effects));
+        let rows = experiment.rows().len();
+        let noises = parallel(rows, |row| noise_of(&before, row, after.residual(row)));
+        Self { before, after, noises }
     }
-    let of_kind = |(channel, sums): (Channel, Sums)| (channel.name().to_owned(), sums.fall(channel.unit()));
-    (rows, groups.into_iter().map(of_kind).collect())
+
+    /// Root mean squares before and after, by row and by kind of channel.
+    fn grouped(&self, counts: &dyn Fn(usize, usize) -> bool) -> (Falls, Falls) {
+        let Self { before, after, noises } = self;
+        let squares = |values: &[f64]| {
+            let kept = values.iter().enumerate().filter(|(i, _)| counts(*i, values.len()));
+            kept.fold((0.0, 0.0_f64), |(sum, n), (_, x)| (sum + x * x, n + 1.0))
+        };
+        let resolutions = resolutions(before);
+        let (mut rows, mut groups) = (Falls::new(), BTreeMap::<Channel, Sums>::new());
+        for ((row, what), noise) in before.rows().iter().enumerate().zip(noises) {
+            let ((was, n), (is, _)): ((f64, f64), _) =
+                (squares(before.residual(row)), squares(after.residual(row)));
+            let [was_moving, is_moving] = [before.residual(row), after.residual(row)]
+                .map(|residual| moving(before, row, residual, counts));
+            let all = [was, is].map(|squares| (squares, n));
+            let told =
+                [was_moving, is_moving].map(|told| told.map(|told| (told.squares, told.samples as f64)));
+            let sums = Sums {
+                all,
+                told: [told[0].unwrap_or(all[0]), told[1].unwrap_or(all[1])],
+                noise: noise.powi(2) * n,
+                sticks: told[0].is_some(),
+            };
+            let resolution = resolutions[row].max(*noise);
+            rows.insert(what.name.clone(), ErrorFall { resolution, ..sums.fall(what.unit) });
+            groups.entry(what.channel).or_default().add(&sums);
+        }
+        let of_kind =
+            |(channel, sums): (Channel, Sums)| (channel.name().to_owned(), sums.fall(channel.unit()));
+        (rows, groups.into_iter().map(of_kind).collect())
+    }
 }
 
 /// Sums of squared errors, each with how many samples it is of.

@@ -27,7 +27,9 @@ pub(super) fn noise_floor(
     own_blocks: bool,
     (row, resolution): (usize, f64),
 ) -> (f64, f64) {
-    let (a, b): (Signals, Signals) = (smoother::signals(train, row), smoother::signals(judge, row));
+    let a: Signals = smoother::signals(train, row);
+    let others = (!own_blocks).then(|| smoother::signals(judge, row));
+    let b = others.as_ref().unwrap_or(&a);
     let noise = resolution.powi(2);
     let (r, s) = (train.residual(row), judge.residual(row));
     let (n, m) = (r.len(), s.len());
@@ -35,7 +37,7 @@ pub(super) fn noise_floor(
     let moves = |experiment: &dyn Experiment, i: usize| !experiment.sticks(row).get(i).is_some_and(|s| *s);
     let for_training = |i: usize| moves(train, i) && (!own_blocks || !in_block(i, n, 1));
     let for_judging = |i: usize| moves(judge, i) && (!own_blocks || in_block(i, m, 1));
-    match reach((&a, r, &for_training), (&b, s, &for_judging)) {
+    match reach((&a, r, &for_training), (b, s, &for_judging)) {
         Some(reach) => {
             // However long a residual remembers, a log is worth a few hundred samples.
             let longest = (m as f64 / INDEPENDENT).max(1.0);

@@ -291,34 +291,57 @@ impl<'a> Regression<'a> {
 
     /// Takes nonlinear forms at their estimates beside the active candidates.
     pub fn linearise(&mut self, active: &[usize], corrected: bool) {
-        for c in 0..self.candidates.len() {
-            if self.candidates[c].form.kind.law != Law::Payload {
-                continue;
+        let is_payload = |c: &usize| self.candidates[*c].form.kind.law == Law::Payload;
+        let payloads: Vec<usize> = (0..self.candidates.len()).filter(is_payload).collect();
+        if active.iter().any(|c| payloads.contains(c)) {
+            for c in payloads {
+                let found = self.linearised(c, active, corrected);
+                self.replace(c, found);
             }
-            let mut with = active.to_vec();
-            if !with.contains(&c) {
-                with.push(c);
-            }
-            self.linearise_one(c, &with, corrected);
+            return;
+        }
+        // None of them has anything to do with another.
+        let found = parallel(payloads.len(), |k| self.linearised(payloads[k], active, corrected));
+        payloads.into_iter().zip(found).for_each(|(c, found)| self.replace(c, found));
+    }
+
+    fn replace(&mut self, c: usize, found: Option<(Candidate, Vec<TermProducts>)>) {
+        if let Some((candidate, products)) = found {
+            (self.candidates[c], self.products[c]) = (candidate, OnceLock::from(products));
         }
     }
 
-    /// Takes the form of one of some candidates at its estimate beside the others.
-    fn linearise_one(&mut self, c: usize, with: &[usize], corrected: bool) {
-        let place = with.iter().position(|a| *a == c).unwrap_or(0);
+    /// A candidate with its form taken at its estimate beside active ones, and the products of its terms; `None`: it stays as it is.
+    fn linearised(
+        &self,
+        c: usize,
+        active: &[usize],
+        corrected: bool,
+    ) -> Option<(Candidate, Vec<TermProducts>)> {
+        let corrections = self.corrections.as_ref().filter(|_| corrected);
+        let place = active.iter().position(|a| *a == c).unwrap_or(active.len());
+        let others = |some: &[usize]| some.iter().flat_map(|&a| self.products_of(a)).collect::<Vec<_>>();
+        let (before, after) = (others(&active[..place]), others(active.get(place + 1..).unwrap_or_default()));
+        let mut found: Option<(Candidate, Vec<TermProducts>)> = None;
         let (mut step, mut steps) = (0, STEPS);
         while step < steps {
-            let Some(scored) = self.scored_fit(with, corrected) else { break };
-            let coefficients = self.coefficients(with, &scored, place);
+            let (candidate, own) = found
+                .as_ref()
+                .map_or((&self.candidates[c], self.products_of(c)), |(c, own)| (c, own.as_slice()));
+            let products: Vec<&TermProducts> =
+                before.iter().copied().chain(own).chain(after.iter().copied()).collect();
+            let Some(fit) = fit(corrections, &products) else { break };
+            let coefficients = &fit.coefficients[before.len()..before.len() + own.len()];
             if step == 0 && coefficients.first() == Some(&0.0) {
                 steps = STEPS_FROM_AFAR;
             }
-            let Some(form) = self.candidates[c].form.linearised(self.train, coefficients) else { break };
-            let rows = self.candidates[c].rows.clone();
-            self.candidates[c] = Candidate::new(form, &[], rows, &self.spread, 0);
-            self.products[c] = OnceLock::new();
+            let Some(form) = candidate.form.linearised(self.train, coefficients) else { break };
+            let candidate = Candidate::new(form, &[], candidate.rows.clone(), &self.spread, 0);
+            let products = self.products_with(&candidate);
+            found = Some((candidate, products));
             step += 1;
         }
+        found
     }
 
     /// All terms of some candidates.
@@ -363,9 +386,13 @@ impl<'a> Regression<'a> {
     }
 
     fn products_of(&self, c: usize) -> &[TermProducts] {
+        self.products[c].get_or_init(|| self.products_with(&self.candidates[c]))
+    }
+
+    fn products_with(&self, candidate: &Candidate) -> Vec<TermProducts> {
         let corrections = self.corrections.as_ref();
         let of = |term: &Term| TermProducts::new(&self.train_sums, &self.weights, corrections, term);
-        self.products[c].get_or_init(|| self.candidates[c].terms.iter().map(of).collect())
+        candidate.terms.iter().map(of).collect()
     }
 
     /// Errors of a fit in each judging block, one row.

@@ -3,6 +3,7 @@
 //! Piecewise linear functions of the joint's position, velocity and load, of their pairs, the sign of velocity alone
 //! and times other signals, and linear terms in all other signals, fitted with a ridge.
 use crate::experiments::Experiment;
+use crate::gram::gram;
 use nalgebra::{DMatrix, DVector};
 
 /// Most samples that are used.
@@ -29,9 +30,8 @@ struct Basis {
     scales: Vec<(f64, f64)>,
 }
 
-fn quantiles(values: &[f64], count: usize) -> Vec<f64> {
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
+/// Of sorted values.
+fn quantiles(sorted: &[f64], count: usize) -> Vec<f64> {
     let last = sorted.len().saturating_sub(1);
     let mut knots: Vec<f64> = (0..count).map(|k| sorted[k * last / (count - 1)]).collect();
     knots.dedup();
@@ -42,7 +42,8 @@ impl Basis {
     fn new(signals: &Signals) -> Self {
         let thin =
             |values: &[f64]| -> Vec<f64> { values.iter().step_by(stride(values.len())).copied().collect() };
-        let primary: Vec<Vec<f64>> = signals.iter().take(3).map(|(_, v)| thin(v)).collect();
+        let mut primary: Vec<Vec<f64>> = signals.iter().take(3).map(|(_, v)| thin(v)).collect();
+        primary.iter_mut().for_each(|values| values.sort_unstable_by(f64::total_cmp));
         let scale = |(_, v): &(String, Vec<f64>)| {
             let mean = v.iter().sum::<f64>() / v.len().max(1) as f64;
             let square = v.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / v.len().max(1) as f64;
@@ -55,20 +56,18 @@ impl Basis {
         }
     }
 
-    fn row(&self, signals: &Signals, i: usize, out: &mut Vec<f64>) {
+    /// `pair` is work space.
+    fn row(&self, signals: &Signals, i: usize, pair: &mut [Vec<f64>; 3], out: &mut Vec<f64>) {
         out.clear();
         out.push(1.0);
         for (k, knots) in self.knots.iter().enumerate() {
             hats(knots, signals[k].1[i], out);
         }
-        let pair: Vec<Vec<f64>> = (0..self.pairs.len())
-            .map(|k| {
-                let mut h = Vec::new();
-                hats(&self.pairs[k], signals[k].1[i], &mut h);
-                h
-            })
-            .collect();
-        for a in 0..pair.len() {
+        for (k, (knots, pair)) in self.pairs.iter().zip(&mut *pair).enumerate() {
+            pair.clear();
+            hats(knots, signals[k].1[i], pair);
+        }
+        for a in 0..self.pairs.len() {
             for b in 0..a {
                 out.extend(pair[a].iter().flat_map(|x| pair[b].iter().map(move |y| x * y)));
             }
@@ -94,11 +93,11 @@ impl Basis {
     }
 
     fn matrix(&self, signals: &Signals, picked: &[usize]) -> DMatrix<f64> {
-        let mut row = Vec::new();
-        self.row(signals, 0, &mut row);
+        let (mut row, mut pair) = (Vec::new(), <[Vec<f64>; 3]>::default());
+        self.row(signals, 0, &mut pair, &mut row);
         let mut x = DMatrix::zeros(picked.len(), row.len());
         for (r, &i) in picked.iter().enumerate() {
-            self.row(signals, i, &mut row);
+            self.row(signals, i, &mut pair, &mut row);
             for (c, value) in row.iter().enumerate() {
                 x[(r, c)] = *value;
             }
@@ -152,13 +151,16 @@ pub(super) fn reach(
     let z = basis.matrix(judge.0, &others);
     let target = DVector::from_iterator(others.len(), others.iter().map(|&i| judge.1[i]));
     let before = target.norm_squared() / others.len() as f64;
-    let gram = x.transpose() * &x;
-    let right = x.tr_mul(&y);
-    let mean = gram.trace() / gram.nrows() as f64;
     // The last fifth of the training samples chooses the ridge.
     let kept = rows.len() * 4 / 5;
-    let ridge = choose_ridge(&x, &y, kept, mean);
-    let mut matrix = gram;
+    let rest = rows.len() - kept;
+    let (a, b) = (x.rows(0, kept).into_owned(), x.rows(kept, rest).into_owned());
+    let first = gram(&a);
+    let mut matrix = &first + gram(&b);
+    let right = x.tr_mul(&y);
+    let mean = matrix.trace() / matrix.nrows() as f64;
+    let ridge =
+        choose_ridge((first, a.tr_mul(&y.rows(0, kept))), (&b, &y.rows(kept, rest).into_owned()), mean);
     (0..matrix.nrows()).for_each(|i| matrix[(i, i)] += ridge * mean);
     let coefficients = matrix.cholesky()?.solve(&right);
     let rest = target - z * coefficients;
@@ -166,11 +168,12 @@ pub(super) fn reach(
     Some(Reach { before, after, correlation: correlation_length(rest.as_slice()) })
 }
 
-fn choose_ridge(x: &DMatrix<f64>, y: &DVector<f64>, kept: usize, mean: f64) -> f64 {
-    let (a, b) = (x.rows(0, kept), x.rows(kept, x.nrows() - kept));
-    let (ya, yb) = (y.rows(0, kept), y.rows(kept, y.nrows() - kept));
-    let gram = a.transpose() * a;
-    let right = a.tr_mul(&ya);
+/// The ridge, in means of the diagonal, whose solution of normal equations does best on other samples.
+fn choose_ridge(
+    (gram, right): (DMatrix<f64>, DVector<f64>),
+    (b, yb): (&DMatrix<f64>, &DVector<f64>),
+    mean: f64,
+) -> f64 {
     let error = |ridge: f64| {
         let mut matrix = gram.clone();
         (0..matrix.nrows()).for_each(|i| matrix[(i, i)] += ridge * mean);

@@ -1,4 +1,5 @@
 //! Joint torques as an [`Experiment`].
+use super::columns::Columns;
 use super::on_ground::OnGround;
 use super::places;
 use super::rigid::Rigid;
@@ -38,7 +39,7 @@ pub struct MotionExperiment<'a> {
     /// Forces of the ground, `samples × nv`; empty without.
     pub(super) ground: Vec<f64>,
     /// Formed when first asked for: most of the memory.
-    inertial: OnceLock<Vec<Option<Inertial>>>,
+    pub(super) inertial: OnceLock<Vec<Option<Inertial>>>,
     parameters: InertialParameters,
     residual: Vec<Vec<f64>>,
     /// What the rigid model needs under the turned joints that were asked for last.
@@ -48,11 +49,12 @@ pub struct MotionExperiment<'a> {
     /// By joint, where it lies at a stop, which carries what is left there: nothing is. Empty where it never does.
     pub(super) at_stop: Vec<Vec<bool>>,
     /// Where the joint of a row sticks, see [`super::sticking`].
-    sticks: Vec<Vec<bool>>,
+    sticks: OnceLock<Vec<Vec<bool>>>,
     /// By row, N m or N, see [`Experiment::motion_noise`].
     motion_noise: Vec<f64>,
     /// Of each joint whether its effort jumps where it turns about; found when first asked for.
     pub(super) jumps: Vec<OnceLock<bool>>,
+    pub(super) columns: Vec<Columns>,
 }
 
 impl<'a> MotionExperiment<'a> {
@@ -112,10 +114,11 @@ impl<'a> MotionExperiment<'a> {
             parameters: link_inertias.parameters(),
             residual: Vec::new(),
             turned: Memo::new(recording.trajectory.v.len()),
-            sticks: Vec::new(),
+            sticks: OnceLock::new(),
             motion_noise: Vec::new(),
             resistance: (0..joints).map(|_| OnceLock::new()).collect(),
             jumps: (0..joints).map(|_| OnceLock::new()).collect(),
+            columns: (0..joints).map(|_| Columns::default()).collect(),
             recording,
         };
         this.list_rows();
@@ -124,16 +127,21 @@ impl<'a> MotionExperiment<'a> {
         Ok(this)
     }
 
-    /// What the description leaves, and where joints stick. On the ground: with its effects there.
+    /// What the description leaves. On the ground: with its effects there.
     pub(crate) fn find_residuals(&mut self, ground: Option<&OnGround>) {
         let all: Vec<usize> = (0..self.rows.len()).collect();
         self.residual = self.residuals(&self.present, &all, ground).into_iter().map(|(_, r)| r).collect();
+        self.sticks = OnceLock::new();
+    }
+
+    /// Where joints stick, by row.
+    fn find_sticking(&self) -> Vec<Vec<bool>> {
         // Where a joint strikes or leaves a stop, drives answer faster than the filter lets the motion be seen; on the ground efforts
         // passed it too.
         let Recording { stops, time, cutoff_hz, .. } = &self.recording;
         let strikes = if self.ground.is_empty() { stops.strikes(time, *cutoff_hz) } else { Vec::new() };
         let shaken = either(strikes, &self.shaken());
-        self.sticks = parallel(all.len(), |row| self.sticking(row, &shaken));
+        parallel(self.rows.len(), |row| self.sticking(row, &shaken))
     }
 
     /// What the noise of accelerations makes of the efforts: through the mass matrix, and the rotors that the description has.
@@ -227,46 +235,6 @@ impl<'a> MotionExperiment<'a> {
         }
     }
 
-    pub(super) fn all_inertial(&self) -> &[Option<Inertial>] {
-        self.inertial.get_or_init(|| self.inertial_columns())
-    }
-
-    /// Regressor rows of the joints with an effort, without the columns that are zero throughout.
-    fn inertial_columns(&self) -> Vec<Option<Inertial>> {
-        let (nv, base) = (self.rigid.nv, self.layout.base.nv());
-        let samples = self.recording.samples();
-        let efforts: Vec<usize> =
-            (0..self.rows.len()).filter(|&r| self.rows[r].channel == Channel::Effort).collect();
-        // Which columns a row has is a matter of the tree: a few samples tell.
-        let mut present = vec![vec![false; self.rigid.parameters]; self.rows.len()];
-        let probe: Vec<usize> = (0..4).map(|k| k * (samples - 1) / 3).collect();
-        let all_states = &self.recording.trajectory;
-        let mut few = all_states.clone();
-        few.retain(&probe);
-        self.rigid.regressors(&few.q, &few.v, &few.a, |_, regressor| {
-            for &row in &efforts {
-                for (column, found) in present[row].iter_mut().enumerate() {
-                    *found |= regressor[column * nv + base + self.joint_of[row]] != 0.0;
-                }
-            }
-        });
-        let mut all: Vec<Option<Inertial>> = vec![None; self.rows.len()];
-        for &row in &efforts {
-            let columns: Vec<usize> =
-                (0..self.rigid.parameters).filter(|&column| present[row][column]).collect();
-            let values = Vec::with_capacity(samples * columns.len());
-            all[row] = Some(Inertial { columns, values });
-        }
-        self.rigid.regressors(&all_states.q, &all_states.v, &all_states.a, |_, regressor| {
-            for &row in &efforts {
-                let Some(inertial) = &mut all[row] else { continue };
-                let at = base + self.joint_of[row];
-                inertial.values.extend(inertial.columns.iter().map(|column| regressor[column * nv + at]));
-            }
-        });
-        all
-    }
-
     pub(super) fn joint(&self, effect: &Effect) -> Option<usize> {
         self.index(effect.location.joint.as_deref())
     }
@@ -344,7 +312,7 @@ impl Experiment for MotionExperiment<'_> {
         measured[self.joint_of[row]].clone()
     }
     fn sticks(&self, row: usize) -> &[bool] {
-        &self.sticks[row]
+        &self.sticks.get_or_init(|| self.find_sticking())[row]
     }
     fn shaken(&self) -> Vec<bool> {
         // On the ground feet strike it all the time.
@@ -392,6 +360,9 @@ impl Experiment for MotionExperiment<'_> {
     fn inertial(&self, row: usize) -> Option<&Inertial> {
         self.all_inertial()[row].as_ref()
     }
+    fn inertial_at(&self, samples: &[usize]) -> Vec<Option<Inertial>> {
+        self.inertial_of(samples)
+    }
     fn signals(&self, row: usize) -> Vec<(String, Vec<f64>)> {
         self.signals_of(self.joint_of[row])
     }
@@ -414,8 +385,7 @@ impl Experiment for MotionExperiment<'_> {
             return (mass / MASS).clamp(1.0, LARGEST);
         };
         let usual = if self.layout.joints[joint].prismatic { TORQUE / RADIUS } else { TORQUE };
-        let squares: f64 = self.strided(&self.load, joint).map(|torque| torque * torque).sum();
-        ((squares / self.recording.samples().max(1) as f64).sqrt() / usual).clamp(1.0, LARGEST)
+        (self.usual_load(joint) / usual).clamp(1.0, LARGEST)
     }
     fn small_load(&self, place: &Location) -> Option<f64> {
         self.index(place.joint.as_deref()).map(|joint| small_part(self.strided(&self.load, joint)))

@@ -1,8 +1,10 @@
 //! Joint torques of a log: what is measured, what the model predicts, what effects would change.
+mod columns;
 mod detrend;
 mod experiment;
 mod hidden_link;
 mod hidden_play;
+mod inertial;
 mod laws;
 mod limit;
 mod motor_side;

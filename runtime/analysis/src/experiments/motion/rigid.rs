@@ -1,5 +1,5 @@
 //! The rigid-body model at the samples of a recording.
-use crate::robot::Trajectory;
+use crate::robot::{Batch, Trajectory};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, Model, State};
 
@@ -88,10 +88,10 @@ impl<'a> Rigid<'a> {
     }
 
     /// Calls `visit` with the sample's number and its regressor, `nv × parameters`, column after column.
-    pub fn regressors(&self, q: &[f64], v: &[f64], a: &[f64], mut visit: impl FnMut(usize, &[f64])) {
+    pub fn regressors(&self, states: &Batch<'_>, mut visit: impl FnMut(usize, &[f64])) {
         let mut regressor = vec![0.0; self.nv * self.parameters];
-        for i in 0..v.len() / self.nv {
-            self.evaluate(self.regressor, self.sample(i, q, v, a), &mut regressor);
+        for i in 0..states.count {
+            self.evaluate(self.regressor, self.sample(i, states.q, states.v, states.a), &mut regressor);
             visit(i, &regressor);
         }
     }

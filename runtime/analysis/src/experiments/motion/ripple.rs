@@ -79,10 +79,11 @@ fn within(position: &[f64]) -> Vec<usize> {
 
 /// The maximum near a grid point, by halving.
 fn sharpened(mut n: f64, mut step: f64, power: &dyn Fn(f64) -> f64) -> f64 {
+    let mut here = power(n);
     for _ in 0..6 {
         step *= 0.5;
-        let tried = [n - step, n, n + step];
-        n = tried.into_iter().max_by(|a, b| power(*a).total_cmp(&power(*b))).unwrap_or(n);
+        let tried = [(n - step, power(n - step)), (n, here), (n + step, power(n + step))];
+        (n, here) = tried.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((n, here));
     }
     n
 }

@@ -62,8 +62,7 @@ impl MotionExperiment<'_> {
         *self.jumps[joint].get_or_init(|| {
             let recording = &self.recording;
             let Some(effort) = &recording.effort[joint] else { return false };
-            let sign: Vec<f64> =
-                (0..recording.samples()).map(|i| sign_of(self.motor_at(i, joint)[1])).collect();
+            let sign: Vec<f64> = self.of_motor(joint, 1).iter().map(|speed| sign_of(*speed)).collect();
             let rate = recording.step.recip();
             let first = recording.cutoff_hz;
             let second = (FARTHER * first).min(PART_OF_BAND * 0.5 * rate);

@@ -8,13 +8,12 @@ impl MotionExperiment<'_> {
     /// All signals that a joint's rows may go with: its own, then motions of other joints.
     pub(super) fn signals_of(&self, joint: usize) -> Vec<(String, Vec<f64>)> {
         let own = OWN.iter().filter_map(|name| Some(((*name).to_owned(), self.own_signal(joint, name)?)));
-        let motion = &self.recording.trajectory;
         let others = (0..self.layout.joints.len()).filter(|other| *other != joint);
         let of_others = others.flat_map(|other| {
             let name = &self.layout.joints[other].name;
             [
-                (format!("{name}/position"), motion.positions(other).collect()),
-                (format!("{name}/velocity"), motion.velocities(other).collect()),
+                (format!("{name}/position"), self.of_link(other, 0).to_vec()),
+                (format!("{name}/velocity"), self.of_link(other, 1).to_vec()),
             ]
         });
         own.chain(of_others).collect()
@@ -28,13 +27,13 @@ impl MotionExperiment<'_> {
 
     fn own_signal(&self, joint: usize, name: &str) -> Option<Vec<f64>> {
         let order = match name {
-            "load" => return Some(self.strided(&self.load, joint).collect()),
+            "load" => return Some(self.of_load(joint).to_vec()),
             "time" => return Some(self.recording.time.clone()),
             "position" => 0,
             "velocity" => 1,
             "acceleration" => 2,
             _ => return None,
         };
-        Some((0..self.recording.samples()).map(|i| self.motor_at(i, joint)[order]).collect())
+        Some(self.of_motor(joint, order).to_vec())
     }
 }

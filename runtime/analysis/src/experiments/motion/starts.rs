@@ -22,9 +22,9 @@ impl MotionExperiment<'_> {
             let others: Vec<&[f64]> = signals.iter().map(Vec::as_slice).collect();
             limit::best(effort, self.residual(row), &others)
         });
-        let load: Vec<f64> = self.strided(&self.load, joint).collect();
-        let stays = |limit: &f64| limit::stays(effort, &load, *limit);
-        let low = low.into_iter().filter(|limit| limit::rests_at(effort, &load, *limit));
+        let load = self.of_load(joint);
+        let stays = |limit: &f64| limit::stays(effort, load, *limit);
+        let low = low.into_iter().filter(|limit| limit::rests_at(effort, load, *limit));
         // Of commands that run away from a limit far more is cut off than noise could make.
         let runs_away = |limit: f64| {
             let beyond: Vec<f64> = sizes.iter().map(|u| u - limit).filter(|beyond| *beyond > 0.0).collect();

@@ -3,6 +3,7 @@ use super::experiment::MotionExperiment;
 use super::laws::{advanced, torque_law};
 use crate::robot::Trajectory;
 use bipedc_effects::effect::{Acts, BoundLaw, Effect, Law, VARIABLES};
+use std::borrow::Cow;
 use std::ops::Range;
 
 impl MotionExperiment<'_> {
@@ -48,7 +49,7 @@ impl MotionExperiment<'_> {
         let mut late = 0.0;
         let follow = |text: &str, name: &str, effect: &Effect, signal: &mut Vec<f64>| {
             if let Ok(law) = BoundLaw::new(text, &[name], effect) {
-                *signal = law.at_all(signal.len(), 1, &|_| signal.clone());
+                *signal = law.at_all(signal.len(), 1, &|_| Cow::from(&**signal));
             }
         };
         for effect in &here {
@@ -107,15 +108,16 @@ impl MotionExperiment<'_> {
         let Some(law) = torque_law(effect) else { return };
         let other = self.index(effect.location.other_joint.as_deref()).unwrap_or(joint);
         let on_motor = effect.kind.simulation.is_on_motor();
-        let samples = 0..torque.len();
-        let moves = |order: usize| -> Vec<f64> {
-            let at = |i| if on_motor { self.motor_at(i, joint) } else { links.joint_at(i, joint) };
-            samples.clone().map(|i| at(i)[order]).collect()
+        let as_logged = std::ptr::eq(links, &raw const self.recording.trajectory);
+        let of_link = |joint: usize, order: usize| match as_logged {
+            true => Cow::from(self.of_link(joint, order)),
+            false => (0..torque.len()).map(|i| links.joint_at(i, joint)[order]).collect(),
         };
         let added = law.at_all(torque.len(), VARIABLES.len(), &|variable| match variable {
-            0..3 => moves(variable),
-            3 => rigid.to_vec(),
-            _ => samples.clone().map(|i| links.joint_at(i, other)[variable - 4]).collect(),
+            0..3 if on_motor => self.of_motor(joint, variable).into(),
+            0..3 => of_link(joint, variable),
+            3 => rigid.into(),
+            _ => of_link(other, variable - 4),
         });
         torque.iter_mut().zip(added).for_each(|(torque, added)| *torque += added);
     }

@@ -32,7 +32,12 @@ impl MotionExperiment<'_> {
             let (load, links) = self.load_behind_motors(hidden, effects, (states, load), &needed);
             return Some(Arc::new((load, Some(links))));
         }
-        let made = || (self.load_of(&motors(), &self.ground), None);
+        let made = || {
+            let motion = &self.recording.trajectory;
+            let turned = self.turned_positions(effects);
+            let q = turned.as_ref().unwrap_or(&motion.q);
+            (less(self.rigid.inverse_dynamics(q, &motion.v, &motion.a), &self.ground), None)
+        };
         effects.iter().any(turns).then(|| self.turned.of(effects, turns, made))
     }
 
@@ -82,7 +87,10 @@ impl MotionExperiment<'_> {
 
     /// Torques of the rigid model at a joint, with changes of inertial parameters.
     pub(super) fn rigid_torques(&self, load: &[f64], joint: usize, change: &[f64]) -> Vec<f64> {
-        let mut rigid: Vec<f64> = self.strided(load, joint).collect();
+        let mut rigid: Vec<f64> = match std::ptr::eq(load, &*self.load) {
+            true => self.of_load(joint).to_vec(),
+            false => self.strided(load, joint).collect(),
+        };
         let row = self.effort_row(joint).filter(|_| change.iter().any(|c| *c != 0.0));
         if let Some(inertial) = row.and_then(|row| self.all_inertial()[row].as_ref()) {
             add_inertial(inertial, change, &mut rigid);

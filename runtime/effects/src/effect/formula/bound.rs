@@ -1,5 +1,6 @@
 //! A formula whose names have places in a list of values: evaluation and gradient.
 use super::{Binary, Function, Term};
+use std::borrow::Cow;
 
 /// One step; operands are earlier steps.
 #[derive(Debug, Clone, Copy)]
@@ -17,11 +18,11 @@ const TOGETHER: usize = 128;
 
 /// Values of one name at many places.
 #[derive(Debug, Clone)]
-pub enum Values {
+pub enum Values<'v> {
     /// The same at all of them.
     Same(f64),
     /// One for each.
-    Each(Vec<f64>),
+    Each(Cow<'v, [f64]>),
 }
 
 /// A formula that can be evaluated.
@@ -86,7 +87,7 @@ impl Bound {
     ///
     /// # Panics
     /// If `values` is shorter than the list that the formula was bound to, or one of them shorter than `out`.
-    pub fn run_at_all(&self, values: &[Values], out: &mut [f64]) {
+    pub fn run_at_all(&self, values: &[Values<'_>], out: &mut [f64]) {
         let mut work = vec![[0.0; TOGETHER]; self.steps.len()];
         for (k, out) in out.chunks_mut(TOGETHER).enumerate() {
             let first = k * TOGETHER;
@@ -100,10 +101,7 @@ impl Bound {
                         Values::Each(all) => to.copy_from_slice(&all[first..first + out.len()]),
                     },
                     Step::Negate(a) => to.iter_mut().zip(&before[a]).for_each(|(to, a)| *to = -a),
-                    Step::Binary(operation, a, b) => {
-                        let pairs = before[a].iter().zip(&before[b]);
-                        to.iter_mut().zip(pairs).for_each(|(to, (a, b))| *to = apply(operation, *a, *b));
-                    }
+                    Step::Binary(operation, a, b) => apply_all(operation, [&before[a], &before[b]], to),
                     Step::Power(a, n) => to.iter_mut().zip(&before[a]).for_each(|(to, a)| *to = a.powi(n)),
                     Step::Call(function, a) => {
                         to.iter_mut().zip(&before[a]).for_each(|(to, a)| *to = call(function, *a));
@@ -156,6 +154,19 @@ fn apply(operation: Binary, a: f64, b: f64) -> f64 {
         Binary::Divide => a / b,
         Binary::Minimum => a.min(b),
         Binary::Maximum => a.max(b),
+    }
+}
+
+/// The same of many, with one loop for each operation: registers hold several places then.
+fn apply_all(operation: Binary, [a, b]: [&[f64]; 2], to: &mut [f64]) {
+    let pairs = to.iter_mut().zip(a.iter().zip(b));
+    match operation {
+        Binary::Add => pairs.for_each(|(to, (a, b))| *to = a + b),
+        Binary::Subtract => pairs.for_each(|(to, (a, b))| *to = a - b),
+        Binary::Multiply => pairs.for_each(|(to, (a, b))| *to = a * b),
+        Binary::Divide => pairs.for_each(|(to, (a, b))| *to = a / b),
+        Binary::Minimum => pairs.for_each(|(to, (a, b))| *to = a.min(*b)),
+        Binary::Maximum => pairs.for_each(|(to, (a, b))| *to = a.max(*b)),
     }
 }
 
