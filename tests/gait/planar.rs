@@ -74,6 +74,36 @@ fn a_robot_with_feet_and_names_without_sides_has_four_phases() {
     }
 }
 
+/// A waist may be called `base_to_torso`, and is driven: no joint of the base has something that weighs before it.
+#[test]
+fn a_waist_named_after_the_base_is_driven() {
+    let folder = begun("stilt");
+    let urdf = folder.join("robot.urdf");
+    std::fs::write(&urdf, read(&urdf).replace("joint name=\"pi\"", "joint name=\"base_to_torso\"")).unwrap();
+    bipedc(&["init", text(&urdf), "--force"]).ok();
+    let described = read(&folder.join("biped.toml"));
+    assert!(
+        described.contains("  \"base_to_torso\",") && !described.contains("joint of the base"),
+        "{described}"
+    );
+}
+
+/// Hips that tell their sides carry knees that do not: these are paired by their places.
+#[test]
+fn knees_without_sides_are_paired_below_hips_with_sides() {
+    let folder = begun("stilt");
+    let urdf = folder.join("robot.urdf");
+    let words = read(&urdf)
+        .replace("name=\"port_2\"", "name=\"knee1\"")
+        .replace("name=\"starboard_2\"", "name=\"knee2\"");
+    std::fs::write(&urdf, words).unwrap();
+    bipedc(&["init", text(&urdf), "--force"]).ok();
+    let described = read(&folder.join("biped.toml"));
+    for words in ["left = \"knee1\", right = \"knee2\"", "\n[[phase]]\nname = \"single_support\""] {
+        assert!(described.contains(words), "no `{words}` in {described}");
+    }
+}
+
 /// Legs of four joints, knees that bend backwards and hocks that bend ahead: on two feet a leg is told by how much more the knee bends than the hock. With the
 /// knee alone told, hip and hock do not settle the foot's place where the leg below the hip is in line with that below the hock, which a step passes.
 #[test]

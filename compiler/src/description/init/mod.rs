@@ -6,7 +6,7 @@ mod phases;
 mod points;
 
 use super::geometry::Frame;
-use super::model::{JointKind, Side};
+use super::model::{JointKind, Link, Side};
 use super::settings::DEFAULT_URDF;
 use super::source::{Messages, finish};
 use super::urdf::{Tree, UrdfRobot, WORLD, read_urdf};
@@ -132,12 +132,29 @@ fn write_feet(feet: &[FootGuess], out: &mut String) {
     }
 }
 
+/// Whether nothing that weighs is outside of what hangs on a link: a waist called `base_to_torso` is no joint of the base.
+fn carries_all(robot: &UrdfRobot, link: &str) -> bool {
+    let mut below = vec![link];
+    let mut next = 0;
+    while let Some(&parent) = below.get(next) {
+        below.extend(
+            robot.joints.iter().filter(|joint| joint.parent == parent).map(|joint| joint.child.as_str()),
+        );
+        next += 1;
+    }
+    let mass = |link: &Link| link.inertial.as_ref().map_or(0.0, |inertial| inertial.mass);
+    let outside = robot.links.iter().filter(|link| !below.contains(&link.name.as_str()));
+    // Links between the joints of a base may have a little mass, which some simulators need.
+    outside.map(mass).sum::<f64>() <= 1e-3 * robot.links.iter().map(mass).sum::<f64>()
+}
+
 fn write_actuation(robot: &UrdfRobot, out: &mut String) {
     let moving = robot.joints.iter().filter(|joint| joint.kind.moves());
     // Planar robots often carry their base joints in the URDF.
     let (base, driven): (Vec<_>, Vec<_>) = moving.partition(|joint| {
         let name = joint.name.to_ascii_lowercase();
-        ["base", "root", "floating"].iter().any(|word| name.starts_with(word))
+        let named = ["base", "root", "floating"].iter().any(|word| name.starts_with(word));
+        named && carries_all(robot, &joint.child)
     });
     out.push_str("\n# Joints with an actuator, in the order of the generalised torques.\n");
     for joint in base {
