@@ -54,7 +54,9 @@ impl New {
         }
         let double = if self.knees { DoubleSupport::Knees } else { DoubleSupport::Height };
         let wishes = FormWishes { double, grounded: self.grounded };
-        let text = gait_form(&bench.robot().description, wishes)?;
+        let robot = bench.robot();
+        let text = gait_form(&robot.description, wishes)
+            .map_err(|error| error.or_in_file(&robot.sources.toml_path))?;
         write_with_folders(&self.out, &text)?;
         let next = Typed::command("gait optimise").path(bench.path()).file("--gait", Some(&self.out));
         // Beside the form, where scenarios find it by its name.
