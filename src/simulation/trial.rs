@@ -349,6 +349,7 @@ mod tests {
             unplanned: 0,
             projected: Projected::default(),
             integration: Effort::default(),
+            fastest: None,
         };
         let found = last_speed(&moments, &summary, 2).unwrap();
         assert!((found - 0.4).abs() < 1e-9, "{found}");

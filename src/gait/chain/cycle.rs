@@ -135,7 +135,14 @@ impl Chain<'_> {
     /// A step that keeps what is assumed: friction where the gait has a coefficient, feet that push, torques, stops.
     fn kept_hop(&self, from: &MidStance, values: &[f64]) -> Option<MidStance> {
         let friction = self.bench.gait.limits.friction.is_some();
-        let assume = Assumptions { friction, pull: true, clearance: false, torque: true, joints: true };
+        let assume = Assumptions {
+            friction,
+            pull: true,
+            clearance: false,
+            torque: true,
+            joints: true,
+            velocity: false,
+        };
         let (hop, margins) = self.hop_with_margins(from, values, 0);
         hop.next.ok().filter(|_| Hop::violated(assume, &margins).is_none())
     }
