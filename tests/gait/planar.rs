@@ -177,6 +177,12 @@ fn walks(name: &str, speed: &str, form: &[&str]) {
     let walked = &found["gaits"][0]["closed_loop"];
     let wished: f64 = speed.parse().unwrap();
     assert!((walked["walking_speed"].as_f64().unwrap() / wished - 1.0).abs() < 0.01, "{found}");
+    let cycle = bipedc(&["gait", "cycle", text(&folder), "--gait", text(&gait), "--json"]).ok().json();
+    for key in ["speed", "multiplier", "cost_of_transport"] {
+        let (tried, cycle) =
+            (walked[key].as_f64().unwrap(), cycle["cycles"][0]["cycle"][key].as_f64().unwrap());
+        assert!((tried / cycle - 1.0).abs() < 1e-3, "{key} {tried} {cycle}");
+    }
     let scenario = folder.join("walk.toml");
     let mid_stance = walked["speed"].as_f64().unwrap();
     let words = format!(
@@ -224,4 +230,24 @@ fn a_robot_with_knees_of_a_bird_walks_from_its_urdf() {
 #[ignore = "takes long"]
 fn a_robot_with_hocks_and_with_knees_of_a_bird_walks_from_its_urdf() {
     walks("ostrich", "0.485", &[]);
+}
+
+/// A trunk, a neck and legs on points with long shanks; joints called `pi` and `phi`, the base `base_x`, sides of a ship.
+#[test]
+fn a_robot_with_odd_names_walks_from_its_urdf() {
+    walks("stilt", "0.49", &[]);
+}
+
+/// A trunk, a head and a tail, soles, names with dots. The walk has little room: near its own speed alone limits let its outputs be met.
+#[test]
+#[ignore = "takes long"]
+fn a_robot_with_a_tail_and_a_neck_walks_from_its_urdf() {
+    walks("theropod", "0.51", &[]);
+}
+
+/// Joints without limits of any kind (`continuous`), soles on fixed links: which way knees bend is told by nothing.
+#[test]
+#[ignore = "takes long"]
+fn a_robot_without_limits_walks_from_its_urdf() {
+    walks("limitless", "0.48", &[]);
 }
