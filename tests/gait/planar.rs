@@ -23,6 +23,16 @@ fn read(path: &Path) -> String {
 fn a_robot_on_points_has_a_form_of_one_phase() {
     let folder = begun("bird");
     let form = read(&folder.join("gaits/form.toml"));
+    let again =
+        bipedc(&["gait", "new", text(&folder), "--out", text(&folder.join("gaits/again.toml")), "--force"])
+            .ok();
+    // A fifth of √(9.81 · 0.85).
+    assert!(
+        again.err.contains("0.58 to begin with") || again.out.contains("0.58 to begin with"),
+        "{} {}",
+        again.out,
+        again.err
+    );
     // By hand: 0.85 m from hip to foot, of which 0.57 m are below the knee and 0.25 m below the ankle; the hip's axis is +y in the body, the others −y.
     let phi = "base_pitch + RightHipJoint - 0.67 * RightKneeJoint - 0.29 * RightAnkleJoint";
     assert!(form.contains(phi), "{form}");
@@ -86,6 +96,37 @@ fn a_waist_named_after_the_base_is_driven() {
         described.contains("  \"base_to_torso\",") && !described.contains("joint of the base"),
         "{described}"
     );
+}
+
+/// As simulators have it: a world, two slides and a turn before the trunk. The base coordinates take their place.
+#[test]
+fn joints_that_move_the_whole_robot_become_base_coordinates() {
+    let folder = begun("stilt");
+    let urdf = folder.join("robot.urdf");
+    let joint = |name: &str, kind: &str, [parent, child]: [&str; 2], axis: &str| {
+        format!(
+            "<joint name=\"{name}\" type=\"{kind}\"><parent link=\"{parent}\"/><child link=\"{child}\"/><axis xyz=\"{axis}\"/>\
+             <limit lower=\"-9\" upper=\"9\" effort=\"0\" velocity=\"9\"/></joint>\n"
+        )
+    };
+    let before = format!(
+        "<robot name=\"rail\">\n<link name=\"world\"/><link name=\"along\"/><link name=\"above\"/>\n{}{}{}",
+        joint("x", "prismatic", ["world", "along"], "1 0 0"),
+        joint("z", "prismatic", ["along", "above"], "0 0 1"),
+        joint("turn", "revolute", ["above", "base_x"], "0 1 0")
+    );
+    std::fs::write(&urdf, read(&urdf).replace("<robot name=\"stilt\">", &before)).unwrap();
+    bipedc(&["init", text(&urdf), "--force"]).ok();
+    let described = read(&folder.join("biped.toml"));
+    for words in
+        ["kind = \"planar\"", "root = \"base_x\"", "locked = [\"x\", \"z\", \"turn\"]", "\n[[phase]]"]
+    {
+        assert!(described.contains(words), "no `{words}` in {described}");
+    }
+    bipedc(&["check", text(&folder)]).ok();
+    let form = folder.join("gaits/form.toml");
+    bipedc(&["gait", "new", text(&folder), "--out", text(&form), "--force"]).ok();
+    assert_eq!(read(&form).matches("[[phase.output]]").count(), 6);
 }
 
 /// Hips that tell their sides carry knees that do not: these are paired by their places.

@@ -134,7 +134,9 @@ fn size_mass_and_gravity_of_a_robot_make_no_other_program() {
     let (gait, _) = read_any_gait(&file, &robot.sources, &robot.description).unwrap();
     let gait = GaitForm::new(&gait, 7);
     let numbers = |[length, mass, gravity]: [f64; 3], at: Option<&[f64]>| {
-        let of = compile_collocation(&resized(&robot.description, [length, mass, gravity]), &gait).unwrap();
+        let robot = resized(&robot.description, [length, mass, gravity]);
+        let there = GaitForm { gravity: gait.gravity.map(|x| x * gravity), ..gait.clone() };
+        let of = compile_collocation(&robot, &there).unwrap();
         let usual = Demands::new(0.4);
         let (force, time, speed) = (mass * gravity, (length / gravity).sqrt(), (length * gravity).sqrt());
         let demands = Demands {

@@ -102,6 +102,12 @@ pub(crate) fn hip_height(of: &RobotDescription) -> f64 {
     walker(of).height()
 }
 
+/// A good walking speed to begin with, a fifth of √(g · leg length), in two digits, m/s.
+pub fn usual_speed(of: &RobotDescription) -> f64 {
+    let speed = 0.2 * (norm(of.gravity) * hip_height(of)).sqrt();
+    format!("{speed:.1e}").parse().unwrap_or(speed)
+}
+
 /// Frames of all links in that of the root link, all joints at zero.
 pub(super) fn frames(of: &RobotDescription) -> Vec<(&str, Frame)> {
     let mut found = vec![(of.root_link.as_str(), Frame::IDENTITY)];

@@ -14,7 +14,7 @@ pub use curve::Curve;
 pub use form::{DoubleSupport, FormWishes, gait_form};
 pub use joint_names::JointNames;
 pub(crate) use legs::hip_height;
-pub use legs::knees;
+pub use legs::{knees, usual_speed};
 pub use phased::{Feedforward, PhasedGait, SupportPhase};
 pub(crate) use read::NOT_PLANAR;
 pub use read::{AnyGait, gait_path, parse_any_gait, parse_gait, read_any_gait, read_gait};
