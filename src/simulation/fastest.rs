@@ -1,10 +1,11 @@
 //! How near the joints of a walk come to the velocity limits of the URDF, which no simulation keeps.
 use super::walking::figure;
+use bipedc_analysis::simulate::phases::Fastest;
 use bipedc_analysis::simulate::{Plant, Sample};
 use bipedc_effects::diagnostic::Diagnostic;
 use serde::Serialize;
 
-/// The joint that was nearest to its velocity limit, or farthest beyond it, at a row of the log.
+/// The joint that was nearest to its velocity limit, or farthest beyond it, in a walk; in time stepping at rows of the log.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FastestJoint {
     /// As in the URDF.
@@ -22,40 +23,37 @@ pub struct FastestJoint {
     pub unit: &'static str,
 }
 
-/// Looks at every row.
+/// Looks at every row of time stepping.
 pub(super) struct FastestWatch<'p> {
     plant: &'p Plant,
-    /// Joint by index, time and speed.
-    found: Option<(usize, f64, f64)>,
-    margin: f64,
+    found: Option<Fastest>,
 }
 
 impl<'p> FastestWatch<'p> {
     pub fn new(plant: &'p Plant) -> Self {
-        Self { plant, found: None, margin: f64::INFINITY }
+        Self { plant, found: None }
     }
 
     pub fn see(&mut self, sample: &Sample) {
-        let limits = &self.plant.velocity_limits;
-        let joints = &sample.v[sample.v.len().saturating_sub(limits.len())..];
-        for (joint, (limit, v)) in limits.iter().zip(joints).enumerate() {
-            if let Some(limit) = limit.filter(|limit| limit - v.abs() < self.margin) {
-                (self.found, self.margin) = (Some((joint, sample.time, v.abs())), limit - v.abs());
-            }
-        }
+        Fastest::see(&mut self.found, &self.plant.velocity_limits, (sample.time, &sample.v));
     }
 
     /// None where no joint has a limit.
     pub fn end(self) -> Option<FastestJoint> {
-        let (joint, time, speed) = self.found?;
-        let limit = self.plant.velocity_limits[joint]?;
-        let of = &self.plant.layout.joints[joint];
-        let unit = if of.prismatic { "m/s" } else { "rad/s" };
-        Some(FastestJoint { joint: of.name.clone(), time, speed, limit, margin: limit - speed, unit })
+        FastestJoint::new(self.plant, self.found?)
     }
 }
 
 impl FastestJoint {
+    /// None where the joint has no limit.
+    pub(super) fn new(plant: &Plant, found: Fastest) -> Option<Self> {
+        let Fastest { joint, time, speed, margin } = found;
+        let limit = *plant.velocity_limits.get(joint)?;
+        let of = &plant.layout.joints[joint];
+        let unit = if of.prismatic { "m/s" } else { "rad/s" };
+        Some(Self { joint: of.name.clone(), time, speed, limit: limit?, margin, unit })
+    }
+
     /// For people, a line.
     pub(super) fn text(&self) -> String {
         let Self { joint, time, limit, margin, unit, .. } = self;

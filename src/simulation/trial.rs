@@ -2,6 +2,7 @@
 use super::gait::begin_at;
 use super::walking::figure;
 use super::{Walker, plant, walker};
+use crate::gait::optimise::weight;
 use crate::gait::{AnyBench, Chain, light};
 use bipedc_analysis::gait::Margins;
 use bipedc_analysis::simulate::phases::{WalkEnd, WalkSummary, Walking};
@@ -208,8 +209,7 @@ impl Trial {
         moment: &Moment,
         part: Option<f64>,
     ) {
-        // Which forces are light is no matter of the place on earth.
-        let weight = of.mass * 9.81;
+        let weight = weight(of);
         let phase = &of.phases[p];
         let feet = &self.robot.description.feet;
         let role = |foot: usize| if swapped && feet.len() == 2 { 1 - foot } else { foot };
@@ -349,6 +349,7 @@ mod tests {
             unplanned: 0,
             projected: Projected::default(),
             integration: Effort::default(),
+            fastest: None,
         };
         let found = last_speed(&moments, &summary, 2).unwrap();
         assert!((found - 0.4).abs() < 1e-9, "{found}");

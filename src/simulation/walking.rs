@@ -1,6 +1,6 @@
 //! From event to event (thesis 4.4): phases, their changes, the verdict.
 use super::chosen::{self, WalkedSpeeds};
-use super::fastest::{FastestJoint, FastestWatch};
+use super::fastest::FastestJoint;
 use super::log::Log;
 use super::stepping::at_place;
 use super::{Options, Outcome, Scene, Simulated, walker_for};
@@ -54,9 +54,8 @@ impl Scene {
         let walking = walker.walking(plant, scenario);
         let own_gait = self.gait.as_ref().filter(|gait| own.is_none() && gait.wishes.is_some());
         let mut row = |values: &[f64]| log.row(values);
-        let mut fastest = (own.is_none() && self.gait.is_some()).then(|| FastestWatch::new(plant));
+        let by_gait = own.is_none() && self.gait.is_some();
         let mut watch = |sample: &Sample| {
-            fastest.iter_mut().for_each(|fastest| fastest.see(sample));
             if let Some(recorder) = &mut recorder {
                 recorder.take(sample);
             }
@@ -79,7 +78,8 @@ impl Scene {
         log.commit_with(truth)?;
         let film = recorder.map(|recorder| self.walked(recorder.finish(), events, out, &summary));
         let (film, mut messages) = (film.transpose()?, self.warnings());
-        let velocity = fastest.and_then(FastestWatch::end);
+        let fastest = summary.fastest.filter(|_| by_gait);
+        let velocity = fastest.and_then(|found| FastestJoint::new(plant, found));
         messages.extend(velocity.as_ref().and_then(FastestJoint::warning));
         messages.extend(self.verdict(&summary));
         let outcome = Outcome::Walked { summary, relative_tolerance: events.relative, speeds };

@@ -1,7 +1,7 @@
 //! A gait that was found, tried under its own controller, and what it lacks then.
 use super::Workbench;
 use crate::gait::Parametrised as _;
-use crate::gait::optimise::{Demands, Optimum};
+use crate::gait::optimise::{Demands, Optimum, size, slides};
 use crate::gait::{
     AnyBench, Chain, ChainOptions, ChainStep, ChainedPhase, CycleOptions, GaitBench, PhasedBench, StepOptions,
 };
@@ -31,7 +31,7 @@ pub struct ClosedLoop {
     pub walking_speed: Option<f64>,
     /// Of a step, s.
     pub duration: Option<f64>,
-    /// ∫ Σ \|τ q̇\| dt of a step over weight and distance, 1; none where a step is several phases.
+    /// ∫ Σ \|τ q̇\| dt of a step over weight and distance, 1.
     pub cost_of_transport: Option<f64>,
     /// Of each phase, what the motion says and what the step under the controller does; empty where a step is one phase, or none repeats itself.
     pub phases: Vec<PhaseCourses>,
@@ -188,13 +188,17 @@ impl Workbench {
     }
 }
 
-/// The same with the speed and the multiplier of `bipedc gait cycle`: the last slope of the secant method is one over a deviation of some 1e-6 of the speed, and
+/// The same with the speed, the multiplier and the cost of `bipedc gait cycle`: the last slope of the secant method is one over a deviation of some 1e-6 of the speed, and
 /// where torques go from limit to limit a step is known to 1e-7 of it. Where steps from posture to posture do not settle, what is known stays.
 fn settled(bench: &PhasedBench, trial: &Trial, found: Repeated) -> Result<Repeated, Diagnostics> {
     let controller = bench.controller(None, &[])?;
     let chain = Chain::new(bench, &trial.walker().phases, controller)?;
-    Ok(match chain.repeating(&bench.values(&[])?, Some(found.speed)) {
-        Ok((start, multiplier)) => Repeated { speed: start.speed, multiplier, ..found },
+    let values = bench.values(&[])?;
+    Ok(match chain.repeating(&values, Some(found.speed)) {
+        Ok((start, multiplier)) => {
+            let cost_of_transport = chain.cost_of_transport(&start, &values).ok();
+            Repeated { speed: start.speed, multiplier, cost_of_transport, ..found }
+        }
         Err(_) => found,
     })
 }
@@ -257,6 +261,13 @@ pub(super) struct Lack {
     missing: Vec<(String, f64)>,
 }
 
+/// A number with so many decimals; none is "-0.0000".
+pub(super) fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    let nothing = text.starts_with('-') && text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    if nothing { text[1..].to_owned() } else { text }
+}
+
 /// Part of what is wished that may be missing.
 const ENOUGH: f64 = 0.01;
 
@@ -304,7 +315,7 @@ impl Lack {
         // What is no number is no fulfilment.
         let met = part <= ENOUGH;
         if !met {
-            self.missing.push((format!("{name} ({value:.4} of {wished:.4})"), part));
+            self.missing.push((format!("{name} ({} of {wished:.4})", fixed(value, 4)), part));
         }
     }
 
@@ -328,14 +339,27 @@ impl Lack {
     }
 
     /// Asks for as much more as is missing.
-    pub fn tighten(&self, (wished, largest): (&Demands, f64), tried: &ClosedLoop, demands: &mut Demands) {
+    pub fn tighten(
+        &self,
+        (wished, largest): (&Demands, f64),
+        (tried, optimum, of): (&ClosedLoop, &Optimum, &Collocation),
+        demands: &mut Demands,
+    ) {
         if let Some(speed) = tried.walking_speed {
             demands.speed =
                 (demands.speed * wished.speed / speed).clamp(0.7 * wished.speed, 1.4 * wished.speed);
         }
         if tried.multiplier.is_some_and(|multiplier| multiplier.abs() > largest) {
-            // Harder landings take more of a deviation away.
-            demands.landing[0] = (1.4 * demands.landing[0]).min(0.7 * demands.landing[1]);
+            if slides(of) {
+                // However hard a foot lands, a leg that slides gives way: what takes of a deviation is the fall of the body itself. About the foot that
+                // lands its momentum is m v h less m w L, sinking at w.
+                let [_, height, _] = size(of);
+                let needed = (1.0 - (0.97 * largest).sqrt()) * height * wished.speed / optimum.step_length();
+                demands.sinking = needed.max(1.25 * demands.sinking);
+            } else {
+                // Harder landings take more of a deviation away.
+                demands.landing[0] = (1.4 * demands.landing[0]).min(0.7 * demands.landing[1]);
+            }
         }
         let Some(margins) = &tried.margins else { return };
         // Other motions lie far from this one: not everything that is missing is asked for at once.

@@ -245,7 +245,7 @@ impl Workbench {
                 keep(&mut best, (lack, gait, optimum));
                 if goes_on { continue } else { break }
             }
-            lack.tighten((&wished, largest), &tried, &mut demands);
+            lack.tighten((&wished, largest), (&tried, &optimum, asked.of), &mut demands);
             let met = lack.is_met();
             gait.closed_loop = Some(tried);
             gait.text = Some(text);

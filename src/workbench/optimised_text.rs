@@ -1,5 +1,5 @@
 //! Gaits that were found, for people.
-use super::closed_loop::PhaseCourses;
+use super::closed_loop::{PhaseCourses, fixed};
 use super::optimised::{Landing, OptimisedGait, OptimisedGaits, Violated};
 use crate::table::table;
 use std::fmt;
@@ -157,7 +157,7 @@ impl OptimisedGait {
             ("joint inside its limits by", margins.joint, of(walked.map(|w| w.joint)), "rad or m"),
             ("velocity below its limit by", margins.velocity, of(walked.map(|w| w.velocity)), "rad/s or m/s"),
         ];
-        let number = |value: Option<f64>| value.map_or_else(|| "—".to_owned(), |value| format!("{value:.6}"));
+        let number = |value: Option<f64>| value.map_or_else(|| "—".to_owned(), |value| fixed(value, 6));
         let row = |(name, motion, walked, unit): (&str, Option<f64>, Option<f64>, &str)| {
             vec![name.to_owned(), number(motion), number(walked), unit.to_owned()]
         };

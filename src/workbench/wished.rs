@@ -12,6 +12,8 @@ pub struct Wished {
     pub mass: f64,
     /// Of its base above the ground, joints at ease, m.
     pub height: f64,
+    /// Size of gravity, m/s².
+    pub gravity: f64,
     /// Coulomb's coefficient that forces and impulses stay below.
     pub friction: f64,
     /// Height of feet in the air, m.
@@ -26,12 +28,12 @@ pub struct Wished {
 
 impl Wished {
     pub(super) fn new(of: &Collocation, wishes: &Wishes) -> Self {
-        let [mass, height] = size(of);
-        let Demands { friction, clearance, zmp, impulse, .. } = wishes.demands(1.0, [mass, height]);
+        let [mass, height, gravity] = size(of);
+        let Demands { friction, clearance, zmp, impulse, .. } = wishes.demands(1.0, size(of));
         let said =
             [("clearance", wishes.clearance), ("zmp", wishes.zmp), ("impulse", wishes.impulse)].into_iter();
         let by_size = said.filter(|(_, value)| value.is_none()).map(|(name, _)| name).collect();
-        Self { mass, height, friction, clearance, zmp, impulse, by_size }
+        Self { mass, height, gravity, friction, clearance, zmp, impulse, by_size }
     }
 }
 
@@ -44,7 +46,7 @@ const USUAL: f64 = 0.2;
 impl Wished {
     /// Said of a speed (m/s) that will hardly be walked at.
     pub(super) fn slow(&self, of: &Collocation, speed: f64) -> Option<Diagnostic> {
-        let fall = (9.81 * self.height).sqrt();
+        let fall = (self.gravity * self.height).sqrt();
         let least = SLOW[usize::from(of.phases.len() > 1)] * fall;
         let message = format!(
             "{speed} m/s is slow for a robot with its base at {:.3} m: below some {least:.3} m/s a search takes long and often finds no walk",
@@ -60,7 +62,7 @@ impl Wished {
 
 impl fmt::Display for Wished {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { mass, height, friction, clearance, zmp, impulse, by_size } = self;
+        let Self { mass, height, friction, clearance, zmp, impulse, by_size, .. } = self;
         let size = |name: &str| if by_size.contains(&name) { " *" } else { "" };
         writeln!(
             f,
@@ -75,7 +77,7 @@ impl fmt::Display for Wished {
         let options: Vec<String> = by_size.iter().map(|name| format!("--{name}")).collect();
         writeln!(
             f,
-            "* by the robot's size, {mass:.3} kg and its base {height:.3} m above the ground; {} asks for another value",
+            "* by the robot's size, {mass:.3} kg and its base {height:.3} m above the ground; {} ask for other values",
             options.join(", ")
         )
     }

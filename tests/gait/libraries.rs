@@ -69,3 +69,29 @@ fn a_library_goes_on_to_the_same_bytes() {
     // Another request takes over nothing.
     assert_eq!(taken_over(&json(&parts, 2, &["--friction", "0.55"])), [false; 2]);
 }
+
+/// What somebody wrote into a gait of a library is neither taken over as found nor written over.
+#[test]
+fn a_gait_of_a_library_that_was_changed_is_left_alone() {
+    let folder = scratch("library-changed");
+    library(&folder, 2, &[]).ok();
+    let file = folder.join("0.62.toml");
+    let found = std::fs::read_to_string(&file).unwrap();
+    let (head, rest) = found.split_once("[[phase]]").unwrap();
+    let changed = format!("{head}# by hand\n[[phase]]{rest}");
+    let cut_off = &found[..found.len() - 20];
+    for other in [changed.as_str(), cut_off] {
+        std::fs::write(&file, other).unwrap();
+        let told =
+            library(&folder, 2, &[]).fails_with(&["0.62.toml", "changed since, or cut off", "move it away"]);
+        assert!(told.err.contains("help: "), "{}", told.err);
+        assert_eq!(std::fs::read_to_string(&file).unwrap(), other);
+    }
+    // Another request would write it anew: not over what nobody found.
+    std::fs::write(&file, "# mine\n").unwrap();
+    library(&folder, 2, &[]).fails_with(&["0.62.toml", "help: "]);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "# mine\n");
+    std::fs::remove_file(&file).unwrap();
+    assert_eq!(taken_over(&json(&folder, 2, &[])), [true, false]);
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), found);
+}

@@ -9,6 +9,7 @@ mod guards;
 mod identities;
 mod libraries;
 mod lie;
+mod limits;
 mod maps;
 mod names;
 mod optimised;

@@ -85,3 +85,80 @@ fn sides_are_told_by_other_words_too() {
         );
     }
 }
+
+/// The robot on points of `tests/data/planar` with other names for its joints: described, with a form.
+fn renamed(name: &str, joints: &[(&str, &str)]) -> PathBuf {
+    let folder = scratch(name);
+    let words = fs::read_to_string("tests/data/planar/stilt.urdf").unwrap();
+    let words = joints.iter().fold(words, |text, (from, to)| {
+        text.replace(&format!("joint name=\"{from}\""), &format!("joint name=\"{to}\""))
+    });
+    fs::write(folder.join("robot.urdf"), words).unwrap();
+    bipedc(&["init", text(&folder.join("robot.urdf")), "--force"]).ok();
+    let form = folder.join("gaits/form.toml");
+    bipedc(&["gait", "new", text(&folder), "--out", text(&form), "--force"]).ok();
+    folder
+}
+
+fn form_of(robot: &Path) -> String {
+    fs::read_to_string(robot.join("gaits/form.toml")).unwrap()
+}
+
+/// Names in other letters stay; of those that are one word with `_` for what is no letter all but one are numbered.
+#[test]
+fn no_two_joints_have_one_name_in_formulas() {
+    let other = renamed(
+        "called_in_chinese",
+        &[("port_1", "左髋"), ("starboard_1", "右髋"), ("pi", "腰"), ("phi", "颈")],
+    );
+    let form = form_of(&other);
+    assert!(form.contains("variable = \"base_pitch + 右髋 + 0.65 * starboard_2\""), "{form}");
+    for joint in ["左髋", "腰", "颈"] {
+        assert!(form.contains(&format!("controlled = \"{joint}\"")), "{form}");
+    }
+    let same = renamed(
+        "called_alike",
+        &[("port_1", "hip.a"), ("starboard_1", "hip-a"), ("pi", "left_foot_point_foot_x")],
+    );
+    let form = form_of(&same);
+    for joint in ["hip_a_2", "hip_a", "joint_left_foot_point_foot_x"] {
+        assert!(form.contains(&format!("controlled = \"{joint}\"")), "{form}");
+    }
+    assert!(form.contains("variable = \"base_pitch + hip_a + 0.65 * starboard_2\""), "{form}");
+}
+
+/// A word that is both a joint and something else is told, where a file never calls the joint as formulas do.
+#[test]
+fn a_joint_that_is_also_a_number_is_not_mistaken_for_it() {
+    let robot = renamed("called_pi", &[("phi", "base_pitch_")]);
+    let step = |gait: &Path| bipedc(&["gait", "step", text(&robot), "--gait", text(gait), "--speed", "0.6"]);
+    let form = form_of(&robot);
+    let gait = robot.join("gaits/mistaken.toml");
+    fs::write(&gait, form.replace("controlled = \"joint_pi\"", "controlled = \"0.5 * pi\"")).unwrap();
+    step(&gait).fails_with(&["`pi` is both a number of formulas and a joint", "`joint_pi`", "3.14159"]);
+    // Who calls the joint by its name knows the difference.
+    fs::write(&gait, form.replace("controlled = \"joint_pi\"", "controlled = \"joint_pi + 0.001 * pi\""))
+        .unwrap();
+    let known = step(&gait);
+    assert!(!known.err.contains("`pi`"), "{}", known.err);
+}
+
+#[test]
+fn a_coordinate_that_is_also_a_joint_is_warned_of() {
+    let robot = renamed("called_base_z", &[("port_2", "base_z"), ("starboard_2", "base_knee")]);
+    let form = form_of(&robot);
+    assert!(form.contains("controlled = \"joint_base_z\""), "{form}");
+    let gait = robot.join("gaits/mistaken.toml");
+    let wrong = form
+        .replace("controlled = \"joint_base_z\"", "controlled = \"left_foot_point_foot_z - base_z\"")
+        .replace("name = \"joint_base_z\"\nunit = \"rad\"", "name = \"swing_foot\"\nunit = \"m\"")
+        .replace(
+            "\n\n[[phase.output]]\nname = \"joint_pi\"",
+            "\nposture = { base_z = 0.6 }\n\n[[phase.output]]\nname = \"joint_pi\"",
+        );
+    fs::write(&gait, wrong).unwrap();
+    let told = bipedc(&["gait", "step", text(&robot), "--gait", text(&gait), "--speed", "0.6"]);
+    let words =
+        ["`base_z` is here a coordinate of the base", "mistaken.toml:", "called `joint_base_z` there"];
+    assert!(words.iter().all(|words| told.err.contains(words)), "{}", told.err);
+}

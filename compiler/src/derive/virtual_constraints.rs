@@ -4,9 +4,7 @@ use super::dependence::dependent_row;
 use super::frames::{frame_pose, world_poses};
 use super::gait_formulas::{placed, reader};
 use super::model::RobotModel;
-use crate::description::gait::{
-    FilePlace, Gait, GaitOutput, GaitPhase, PhasedGait, formula_name, means_something_else,
-};
+use crate::description::gait::{FilePlace, Gait, GaitOutput, GaitPhase, JointNames, PhasedGait};
 use crate::expression::{Input, Sym, replaced, slopes_along};
 use crate::tree::Tree;
 use bipedc_effects::diagnostic::Diagnostic;
@@ -195,12 +193,14 @@ pub(super) fn configuration_names<'g>(
     let mut names: BTreeMap<String, Sym<'g>> =
         base.into_iter().map(str::to_owned).zip((0..3).map(position)).collect();
     // On a planar base q and v have the same places.
-    for joint in &model.tree.joints {
-        names.entry(formula_name(&joint.name)).or_insert_with(|| position(joint.v_index));
+    let contacts = model.tree.points.iter().map(|point| point.name.replace('/', "_"));
+    let joints = JointNames::new(model.tree.joints.iter().map(|joint| joint.name.as_str()), contacts);
+    let words: Vec<(&str, String)> =
+        joints.each().map(|(joint, name)| (joint, name.to_owned())).chain(joints.plainer()).collect();
+    for (joint, name) in words {
+        let found = model.tree.joints.iter().find(|other| other.name == joint);
+        names.extend(found.map(|joint| (name, position(joint.v_index))));
     }
-    // Names as they are count more than what others become.
-    let as_they_are = model.tree.joints.iter().filter(|joint| !means_something_else(&joint.name));
-    names.extend(as_they_are.map(|joint| (joint.name.clone(), position(joint.v_index))));
     for (point, place) in model.tree.points.iter().zip(points) {
         for (axis, &value) in ["x", "z"].into_iter().zip(place) {
             names.insert(format!("{}_{axis}", point.name.replace('/', "_")), value);

@@ -93,6 +93,8 @@ pub enum Assumed {
     Torque,
     /// No joint gets to its stop
     Joints,
+    /// No joint is faster than its limit
+    Velocity,
 }
 
 impl Assumed {
@@ -104,6 +106,7 @@ impl Assumed {
             clearance: asked.contains(&Self::Clearance),
             torque: asked.contains(&Self::Torque),
             joints: asked.contains(&Self::Joints),
+            velocity: asked.contains(&Self::Velocity),
         }
     }
 }

@@ -3,7 +3,7 @@ use crate::terminal::arguments::RobotArguments;
 use crate::terminal::failure::Outcome;
 use crate::terminal::next::Typed;
 use crate::terminal::output;
-use bipedc_compiler::description::gait::{DoubleSupport, FormWishes, gait_form};
+use bipedc_compiler::description::gait::{DoubleSupport, FormWishes, gait_form, usual_speed};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::files::write_with_folders;
 use clap::Args;
@@ -54,13 +54,16 @@ impl New {
         }
         let double = if self.knees { DoubleSupport::Knees } else { DoubleSupport::Height };
         let wishes = FormWishes { double, grounded: self.grounded };
-        let text = gait_form(&bench.robot().description, wishes)?;
+        let robot = bench.robot();
+        let text = gait_form(&robot.description, wishes)
+            .map_err(|error| error.or_in_file(&robot.sources.toml_path))?;
         write_with_folders(&self.out, &text)?;
+        let said = format!("with a speed V in m/s, {} to begin with", usual_speed(&robot.description));
         let next = Typed::command("gait optimise").path(bench.path()).file("--gait", Some(&self.out));
         // Beside the form, where scenarios find it by its name.
         let found = ["walk.toml", "walk-2.toml"].map(|name| self.out.with_file_name(name));
         let found = found.iter().map(PathBuf::as_path).find(|found| *found != self.out);
-        let next = next.words(" --speed V").file("--out", found).because("with a speed V in m/s");
+        let next = next.words(" --speed V").file("--out", found).because(&said);
         output::written(&self.out, &next, self.json)?;
         Ok(ExitCode::SUCCESS)
     }

@@ -23,6 +23,9 @@ const NEAR: f64 = 0.02;
 const OUTWARD: f64 = 1.25;
 const TRIED: usize = 6;
 const HALVINGS: usize = 8;
+/// Factor from one speed to the next, and how many on either side, where steps are looked for that limits let be made near one speed alone.
+const SIDEWAYS: f64 = 1.015;
+const ASIDE: i32 = 100;
 /// Places at which the way of the first phase is integrated for a first guess.
 const PLACES: usize = 64;
 
@@ -37,24 +40,16 @@ impl Chain<'_> {
             let why = format!("deviations grow: the multiplier is {multiplier:.6}");
             return Err(Refused::new(Reason::FallsBack, why));
         }
-        let mut work = Work { chain: self, last: None, sum: [0.0; 2], begun: f64::NAN, refused: None };
-        let hop =
-            self.hop_watched(&start, values, &mut |phase, time, x, begins| work.look(phase, time, x, begins));
-        let Work { sum: [net, whole], begun, refused, .. } = work;
-        if let Some(refused) = refused {
-            return Err(refused);
-        }
-        let end = hop.next?;
-        let step_length = end.q[0] - start.q[0];
+        let Worked { net, whole, begun, duration, step_length } = self.worked(&start, values)?;
         let kinetic = |speed: f64| 0.5 * speed * speed;
         let [slowest, fastest] =
             limits(start.speed, |speed| self.kept_hop(&start.at(speed), values).is_some());
         Ok(Cycle {
             speed: start.speed,
             multiplier,
-            duration: hop.duration,
+            duration,
             step_length,
-            walking_speed: step_length / hop.duration,
+            walking_speed: step_length / duration,
             work: whole,
             net_work: net,
             cost_of_transport: whole / (self.weight(&start.q)? * step_length),
@@ -63,6 +58,27 @@ impl Chain<'_> {
             k_max: fastest.map(kinetic),
             basin: limits(start.speed, |speed| self.returns(&start, speed, values)),
         })
+    }
+
+    /// ∫ Σ \|τ q̇\| dt over weight and distance of a step from this mid-stance, 1.
+    ///
+    /// # Errors
+    /// Why there is no step.
+    pub(crate) fn cost_of_transport(&self, start: &MidStance, values: &[f64]) -> Result<f64, Refused> {
+        let Worked { whole, step_length, .. } = self.worked(start, values)?;
+        Ok(whole / (self.weight(&start.q)? * step_length))
+    }
+
+    fn worked(&self, start: &MidStance, values: &[f64]) -> Result<Worked, Refused> {
+        let mut work = Work { chain: self, last: None, sum: [0.0; 2], begun: f64::NAN, refused: None };
+        let hop =
+            self.hop_watched(start, values, &mut |phase, time, x, begins| work.look(phase, time, x, begins));
+        let Work { sum: [net, whole], begun, refused, .. } = work;
+        if let Some(refused) = refused {
+            return Err(refused);
+        }
+        let step_length = hop.next?.q[0] - start.q[0];
+        Ok(Worked { net, whole, begun, duration: hop.duration, step_length })
     }
 
     /// The mid-stance that comes back, begun `near` a speed (per s) if one is known, and the multiplier there.
@@ -74,7 +90,10 @@ impl Chain<'_> {
             Some(speed) => self.mid_stance(values, speed)?,
             None => self.first_guess(values)?,
         };
-        let start = self.settled(begin, values)?;
+        let start = self.settled(begin.clone(), values).or_else(|why| {
+            let beside = if why.reason == Reason::FallsBack { None } else { self.beside(&begin, values) };
+            beside.map_or(Err(why), |begin| self.settled(begin, values))
+        })?;
         let multiplier = self.multiplier(&start, values)?;
         Ok((start, multiplier))
     }
@@ -124,6 +143,14 @@ impl Chain<'_> {
         ))
     }
 
+    /// The mid-stance of the speed nearest to that of another one from which a step is made.
+    fn beside(&self, begin: &MidStance, values: &[f64]) -> Option<MidStance> {
+        let tried =
+            (1..=ASIDE).flat_map(|count| [1.0, -1.0].map(|sign| SIDEWAYS.powf(sign * f64::from(count))));
+        let mut tried = tried.map(|factor| begin.at(factor * begin.speed));
+        tried.find(|start| self.hop(start, values).next.is_ok())
+    }
+
     /// Mid-stance at half the speed that the fall through the first phase alone gives.
     fn first_guess(&self, values: &[f64]) -> Result<MidStance, Refused> {
         let start = self.mid_stance(values, 1.0)?;
@@ -135,7 +162,14 @@ impl Chain<'_> {
     /// A step that keeps what is assumed: friction where the gait has a coefficient, feet that push, torques, stops.
     fn kept_hop(&self, from: &MidStance, values: &[f64]) -> Option<MidStance> {
         let friction = self.bench.gait.limits.friction.is_some();
-        let assume = Assumptions { friction, pull: true, clearance: false, torque: true, joints: true };
+        let assume = Assumptions {
+            friction,
+            pull: true,
+            clearance: false,
+            torque: true,
+            joints: true,
+            velocity: false,
+        };
         let (hop, margins) = self.hop_with_margins(from, values, 0);
         hop.next.ok().filter(|_| Hop::violated(assume, &margins).is_none())
     }
@@ -210,6 +244,20 @@ fn slower(why: &Refused) -> Refused {
         }
         _ => why.clone(),
     }
+}
+
+/// A step with the work of all joints.
+struct Worked {
+    /// Driving less braking, J.
+    net: f64,
+    /// Both as positive, J.
+    whole: f64,
+    /// φ̇ where the step's first phase begins, per s.
+    begun: f64,
+    /// s
+    duration: f64,
+    /// m
+    step_length: f64,
 }
 
 /// Work of all joints over time: Simpson's rule between accepted steps.

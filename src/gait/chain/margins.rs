@@ -2,6 +2,7 @@
 use super::hop::{Hop, MidStance};
 use super::surface::SurfacePoint;
 use super::{Chain, ChainPhase, Refused};
+use crate::gait::map::no_velocity_limits;
 use bipedc_analysis::gait::{Assumptions, Margins, Reason, spare_joint, spare_velocity};
 use bipedc_analysis::simulate::phases::{Assumptions as Allowed, Row, RowKind};
 use bipedc_effects::diagnostic::Diagnostic;
@@ -27,6 +28,7 @@ impl Hop {
             (assume.clearance, bad(margins.clearance), Reason::Scuffs),
             (assume.torque, bad(margins.torque), Reason::Torque),
             (assume.joints, bad(margins.joint), Reason::Stop),
+            (assume.velocity, bad(margins.velocity), Reason::Velocity),
         ];
         cases.into_iter().find(|(asked, broken, _)| *asked && *broken).map(|(.., reason)| reason)
     }
@@ -133,6 +135,9 @@ impl Chain<'_> {
         if assume.joints && !stops {
             let help = "write `lower` and `upper` into the URDF's limits, or leave out --assume joints";
             return Err(Diagnostic::error("no joint of the robot has stops").help(help));
+        }
+        if assume.velocity && self.velocity_limits.iter().all(Option::is_none) {
+            return Err(no_velocity_limits());
         }
         Ok(())
     }

@@ -101,6 +101,7 @@ impl GaitBench {
             clearance: has("clearance", options.scuffing),
             torque: has("torque", true),
             joints: has("joints", options.stops),
+            velocity: has("velocity", false),
         };
         if assumptions.friction && friction.is_none() {
             let message = format!("the gait `{}` says no coefficient of friction to keep", self.gait.name);

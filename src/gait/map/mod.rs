@@ -166,6 +166,10 @@ impl GaitBench {
             let help = "write `lower` and `upper` into the URDF's limits, or leave out --assume joints";
             return Err(Diagnostic::error("no joint of the robot has stops").help(help));
         }
+        let fast = self.compiled.description.joints.iter().any(|joint| joint.velocity_limit.is_some());
+        if assume.velocity && !fast {
+            return Err(no_velocity_limits());
+        }
         Ok(())
     }
 }
@@ -267,9 +271,15 @@ trait Mapping: Parametrised {
 
 impl<B: Parametrised> Mapping for B {}
 
+/// Said where velocities are assumed of a robot whose joints may be as fast as they like.
+pub(in crate::gait) fn no_velocity_limits() -> Diagnostic {
+    let help = "write `velocity` into the URDF's limits, or leave out --assume velocity";
+    Diagnostic::error("no joint of the robot has a limit of its velocity").help(help)
+}
+
 /// Names of assumptions, as `--assume` has them.
 fn assumed(assume: Assumptions) -> Vec<&'static str> {
-    let Assumptions { friction, pull, clearance, torque, joints } = assume;
+    let Assumptions { friction, pull, clearance, torque, joints, velocity } = assume;
     let all = [
         (true, "step"),
         (friction, "friction"),
@@ -277,6 +287,7 @@ fn assumed(assume: Assumptions) -> Vec<&'static str> {
         (clearance, "clearance"),
         (torque, "torque"),
         (joints, "joints"),
+        (velocity, "velocity"),
     ];
     all.into_iter().filter(|(asked, _)| *asked).map(|(_, name)| name).collect()
 }

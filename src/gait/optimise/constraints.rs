@@ -1,38 +1,12 @@
-//! The rows of the program: which quantity has to lie where, with the names that a failure is told by.
+//! What the rows of the program ask for: which quantity has to lie where.
 use super::demands::Demands;
 use super::guess::shortness;
 use super::layout::Layout;
+use super::rows::Rows;
 use super::similarity::{Measure, Similarity};
+use super::{gravity, slides, weight};
 use bipedc_compiler::compile::{Collocation, CollocationChange, CollocationPhase, NodeRow};
 use bipedc_runtime::control::StandingFoot;
-
-/// All rows with their limits.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Rows {
-    pub limits: Vec<[f64; 2]>,
-    /// What of each row is as much as 1 is of a robot of 20 kg and 0.7 m.
-    pub scale: Vec<f64>,
-    pub names: Vec<RowName>,
-    /// By phase, node and row of the node's function: the row of the program.
-    pub nodes: Vec<Vec<Vec<Option<usize>>>>,
-    /// By phase and row of the change's function.
-    pub changes: Vec<Vec<Option<usize>>>,
-    /// By phase: the first row of the equations between nodes, 4 nv for each interval.
-    pub between: Vec<usize>,
-    /// Sums: row, then variable and factor.
-    pub sums: Vec<(usize, Vec<(usize, f64)>)>,
-}
-
-/// What a row is about.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RowName {
-    /// What is violated.
-    pub what: String,
-    /// Phase by index.
-    pub phase: usize,
-    /// Node; `None`: the change behind the phase, or the whole of it.
-    pub node: Option<usize>,
-}
 
 const EQUAL: [f64; 2] = [0.0, 0.0];
 /// A phase that ends where a force vanishes or a foot tips ends clearly: over this last part of it the force (of the weight) and the distance of the centre of
@@ -94,7 +68,7 @@ impl Builder<'_> {
             let [first, last] = self.layout.phases[phase].ends();
             if self.outputs {
                 let unit = self.similar.position(self.variable(phase));
-                let short = shortness(self.demands.speed, self.height);
+                let short = shortness(self.demands.speed, self.height, gravity(self.of));
                 let growth = vec![(last, 1.0), (first, -1.0)];
                 rows.sum(
                     ("φ does not grow", phase, None),
@@ -283,7 +257,7 @@ impl Builder<'_> {
                 let name = format!("friction of {name}");
                 self.friction(rows, (&name, phase, Some(node)), (force, self.demands.friction), [x, z]);
                 if !foot.holds && left < CLEAR_END {
-                    let least = LETTING_GO * left * self.of.mass * 9.81;
+                    let least = LETTING_GO * left * weight(self.of);
                     let what = format!("{name} lets go by and by");
                     rows.sum((&what, phase, Some(node)), force, ([least, f64::INFINITY], vec![(z, 1.0)]));
                 }
@@ -341,7 +315,7 @@ impl Builder<'_> {
         if !of.impulses.is_empty() {
             for &point in &of.leaving {
                 let what = format!("lift-off of {}", self.point(point));
-                let slides = self.coordinates[3..].contains(&Measure::Length);
+                let slides = slides(self.of);
                 let limits = [self.demands.lift_off * if slides { SLIDES } else { 1.0 }, f64::INFINITY];
                 let unit = self.similar.velocity(Measure::Length);
                 places[2 * nv + of.impulses.len() + point] =
@@ -376,34 +350,9 @@ impl Builder<'_> {
         let mut sum = vec![(last, 1.0), (self.layout.motion(0, 0, 0), -1.0)];
         let longest = self.demands.longest_step * self.height;
         let length = self.similar.length;
-        let shortest = 0.02 * shortness(self.demands.speed, self.height) * length;
+        let shortest = 0.02 * shortness(self.demands.speed, self.height, gravity(self.of)) * length;
         rows.sum(("length of the step", 0, None), length, ([shortest, longest], sum.clone()));
         sum.extend(self.layout.phases.iter().map(|phase| (phase.duration, -self.demands.speed)));
         rows.sum(("walking speed", 0, None), length, (EQUAL, sum));
-    }
-}
-
-impl Rows {
-    /// A row of which `unit` is what 1 is of a robot of 20 kg and 0.7 m.
-    fn add(
-        &mut self,
-        (what, phase, node): (&str, usize, Option<usize>),
-        unit: f64,
-        limits: [f64; 2],
-    ) -> usize {
-        self.limits.push(limits);
-        self.scale.push(unit);
-        self.names.push(RowName { what: what.to_owned(), phase, node });
-        self.limits.len() - 1
-    }
-
-    fn sum(
-        &mut self,
-        name: (&str, usize, Option<usize>),
-        unit: f64,
-        (limits, terms): ([f64; 2], Vec<(usize, f64)>),
-    ) {
-        let row = self.add(name, unit, limits);
-        self.sums.push((row, terms));
     }
 }

@@ -66,7 +66,7 @@ pub(super) struct Cost<'c> {
 
 impl<'c> Cost<'c> {
     pub fn new(of: &'c Collocation, similar: Similarity, demands: &Demands) -> Self {
-        let weight = (0.05 * of.mass * 9.81 * similar.length).powi(-2);
+        let weight = (0.05 * of.mass * super::gravity(of) * similar.length).powi(-2);
         let transport = demands.objective == Objective::Transport;
         // Weight and speed are the power that a cost of transport of 1 takes.
         let whole = super::gravity(of) * of.mass * demands.speed;
@@ -182,7 +182,7 @@ impl<'c> Cost<'c> {
             let accelerations = layout.motion(p, node, 2);
             for (k, &of) in self.coordinates.iter().enumerate() {
                 // A torque over an acceleration, over the mass.
-                let unit = self.similar.length / self.similar.acceleration(of);
+                let unit = self.similar.length * self.similar.gravity / self.similar.acceleration(of);
                 tell(accelerations + k, smooth * unit * unit * weight);
             }
         }

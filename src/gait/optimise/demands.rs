@@ -37,6 +37,8 @@ pub struct Demands {
     pub lift_off: f64,
     /// Slowest and fastest vertical landing of a point, m/s.
     pub landing: [f64; 2],
+    /// Smallest downward speed of the base just before the legs are exchanged, m/s; 0: it is not asked for.
+    pub sinking: f64,
     /// Longest step, as a part of the base's height.
     pub longest_step: f64,
     /// Intervals of a step; each phase has as many of them as it takes of the first guess, at least 10.
@@ -56,23 +58,24 @@ impl Demands {
             zmp: 0.012,
             clearance: 0.012,
             effort: 0.9,
-            velocity: 1.0,
+            velocity: 0.98,
             joint: 0.02,
             impulse: 0.11,
             lift_off: 0.05,
             landing: [0.2, 1.0],
+            sinking: 0.0,
             longest_step: 0.75,
             intervals: 24,
             objective: Objective::Torque,
         }
     }
 
-    /// The same for a robot of this mass (kg) with its base at this height (m): smaller ones are asked for less.
-    pub fn of_size(speed: f64, mass: f64, height: f64) -> Self {
+    /// The same for a robot of this mass (kg) with its base at this height (m) under this gravity (m/s²): smaller ones are asked for less.
+    pub fn of_size(speed: f64, [mass, height, gravity]: [f64; 3]) -> Self {
         let usual = Self::new(speed);
-        let swing = (9.81 * height).sqrt();
+        let swing = (gravity * height).sqrt();
         Self {
-            push: usual.push.min(0.03 * mass * 9.81),
+            push: usual.push.min(0.03 * mass * gravity),
             zmp: usual.zmp.min(0.02 * height),
             clearance: usual.clearance.min(0.02 * height),
             impulse: usual.impulse.min(8.8e-4 * mass * swing),
@@ -139,9 +142,9 @@ impl Default for Wishes {
 const RESERVE: [f64; 4] = [5.0 / 6.0, 0.98, 1.1, 1.2];
 
 impl Wishes {
-    /// What the walk is to keep, of a robot of this mass (kg) with its base at this height (m).
-    pub fn demands(&self, speed: f64, [mass, height]: [f64; 2]) -> Demands {
-        let sized = Demands::of_size(speed, mass, height);
+    /// What the walk is to keep, of a robot of this mass (kg) with its base at this height (m) under this gravity (m/s²).
+    pub fn demands(&self, speed: f64, size: [f64; 3]) -> Demands {
+        let sized = Demands::of_size(speed, size);
         let [_, _, impulse, distance] = RESERVE;
         Demands {
             friction: self.friction,

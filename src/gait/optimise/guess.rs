@@ -2,7 +2,9 @@
 use super::landing::{LandingPosture, relabelled};
 use super::layout::Layout;
 use super::similarity::{Measure, Similarity};
+use super::{gravity, weight};
 use bipedc_compiler::compile::{Collocation, NodeRow};
+use bipedc_compiler::description::gait::knees;
 use nalgebra::{DMatrix, DVector};
 
 /// A first guess of all variables, in their units.
@@ -48,9 +50,9 @@ pub(super) fn around(
     let postures = Postures { of, layout, ease: ease(of) };
     let count = of.phases.len();
     let parts = parts(count);
-    let short = shortness(speed, postures.height());
+    let short = shortness(speed, postures.height(), gravity(of));
     let step = landing.map_or(STEP * short * postures.height(), |landing| landing.step);
-    let similar = Similarity::new(of.mass, postures.height());
+    let similar = Similarity::new(of, postures.height());
     let duration = step / speed;
     let mut x = vec![0.0; layout.variables];
     let mut rates = Vec::new();
@@ -91,8 +93,8 @@ pub(super) fn height(of: &Collocation) -> f64 {
 
 /// How much shorter steps of slow walks are than others, 1 at usual speeds: who walks slowly takes short steps, for a step that lasts much longer than it takes to
 /// fall over is none. Searches that began with long steps took ten times as long and found nothing.
-pub(super) fn shortness(speed: f64, height: f64) -> f64 {
-    (speed * LONGEST * (height / 9.81).sqrt() / (STEP * height)).min(1.0)
+pub(super) fn shortness(speed: f64, height: f64, gravity: f64) -> f64 {
+    (speed * LONGEST * (height / gravity).sqrt() / (STEP * height)).min(1.0)
 }
 
 /// Parts of a step that its phases take: the first as much as three others.
@@ -111,6 +113,16 @@ pub(super) fn ease(of: &Collocation) -> Vec<f64> {
         if let Some((low, high)) = named.and_then(|joint| joint.position_limits) {
             let away = BENT.min(0.4 * (high - low));
             q[joint.v_index] = 0.0f64.clamp(low + away, high - away);
+        }
+    }
+    // Straight legs bend either way, two of them not always the same one, and no walk goes on from there.
+    for (name, way) in knees(&of.description) {
+        let Some(joint) = of.tree.joints.iter().find(|joint| joint.name == name) else { continue };
+        let named = of.description.joints.iter().find(|other| other.name == name);
+        if q[joint.v_index] == 0.0 {
+            let (low, high) = named.and_then(|joint| joint.position_limits).unwrap_or((-3.2, 3.2));
+            let away = BENT.min(0.4 * (high - low));
+            q[joint.v_index] = (way * BENT).clamp(low + away, high - away);
         }
     }
     q
@@ -187,7 +199,7 @@ impl Postures<'_> {
     /// A posture with the feet flat at these places and the base here, near that at ease. Lengths count as parts of the robot's height.
     fn posture(&self, p: usize, feet: &Feet, base: f64) -> Vec<f64> {
         let mut q = self.ease.clone();
-        let large = 1.0 / Similarity::new(self.of.mass, self.height()).length;
+        let large = 1.0 / Similarity::new(self.of, self.height()).length;
         (q[0], q[1]) = (base, self.height() * 0.97);
         for _ in 0..30 {
             let (heights, of_heights) = self.rows(p, &q, NodeRow::Height);
@@ -265,14 +277,14 @@ impl Postures<'_> {
 pub(super) fn weights(of: &Collocation, layout: &Layout, x: &mut [f64], p: usize) {
     let phase = &layout.phases[p];
     let feet = of.phases[p].feet.iter().flatten().count().max(1) as f64;
-    let time = Similarity::new(of.mass, height(of)).time();
+    let time = Similarity::new(of, height(of)).time();
     for node in 0..phase.nodes() {
         for foot in of.phases[p].feet.iter().flatten() {
-            x[layout.forces(p, node) + foot.force[1]] = of.mass * 9.81 / feet;
+            x[layout.forces(p, node) + foot.force[1]] = weight(of) / feet;
         }
     }
     for foot in of.changes[p].feet.iter().flatten() {
-        x[phase.impulses.start + foot.force[1]] = 0.02 * of.mass * 9.81 * time;
+        x[phase.impulses.start + foot.force[1]] = 0.02 * weight(of) * time;
     }
 }
 

@@ -292,7 +292,7 @@ mod tests {
     #[test]
     fn a_posture_is_found_in_which_every_foot_is_pushed() {
         let of = form("seven_link_v1", "collocated");
-        let (layout, demands) = (Layout::new(&of, &[1; 4]), Demands::of_size(0.4, 19.0, 0.6));
+        let (layout, demands) = (Layout::new(&of, &[1; 4]), Demands::of_size(0.4, [19.0, 0.6, 9.81]));
         let it = landing(&of, &layout, &demands);
         let guess = naive(&of, &layout, 0.4);
         let last = layout.motion(2, layout.phases[2].nodes() - 1, 0);

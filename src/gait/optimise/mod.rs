@@ -9,6 +9,7 @@ mod landing;
 mod layout;
 mod margins;
 mod mirrored;
+mod rows;
 mod seed;
 mod similarity;
 #[cfg(test)]
@@ -17,11 +18,11 @@ mod transcription;
 mod variables;
 mod write;
 
-pub use constraints::RowName;
 pub use demands::{Demands, Objective, Wishes};
 pub use landing::lands_by_posture;
 pub use margins::MotionMargins;
 pub use mirrored::exchangeable;
+pub use rows::RowName;
 pub use write::gait_text;
 
 use bipedc_analysis::nonlinear::{Ending, InteriorPoint, Iteration, Minimiser, Program, Solution, Start};
@@ -96,9 +97,9 @@ pub fn from_neighbour(
     solve(of, demands, &from, Stage::Gait, watch)
 }
 
-/// Mass of the robot (kg) and height of its base (m), which usual margins follow from.
-pub fn size(of: &Collocation) -> [f64; 2] {
-    [of.mass, guess::height(of)]
+/// Mass of the robot (kg), height of its base (m) and gravity (m/s²), which usual margins follow from.
+pub fn size(of: &Collocation) -> [f64; 3] {
+    [of.mass, guess::height(of), gravity(of)]
 }
 
 /// Finds a gait from nothing but the robot.
@@ -327,6 +328,16 @@ fn gravity(of: &Collocation) -> f64 {
     of.description.gravity.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
+/// Whether a joint slides.
+pub fn slides(of: &Collocation) -> bool {
+    Measure::of_coordinates(of)[3..].contains(&Measure::Length)
+}
+
+/// Weight of the robot, N.
+pub fn weight(of: &Collocation) -> f64 {
+    of.mass * gravity(of)
+}
+
 /// Smallest rate of a phase variable, over its mean in the first guess.
 const SLOWEST: f64 = 0.6;
 
@@ -343,7 +354,7 @@ pub fn solve(
 ) -> Optimum {
     let layout = from.layout.clone();
     let rates: Vec<f64> = from.rates.iter().map(|rate| SLOWEST * rate).collect();
-    let similar = Similarity::new(of.mass, from.height);
+    let similar = Similarity::new(of, from.height);
     let builder = Builder {
         of,
         layout: &layout,

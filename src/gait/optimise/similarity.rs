@@ -1,13 +1,15 @@
 //! Robots of other sizes: what lengths, times, forces and torques are to a robot, so that one and the same robot twice as large is the same problem.
+use super::gravity;
 use bipedc_compiler::compile::{Collocation, CollocationPhase};
 use bipedc_compiler::description::model::JointKind;
 
-/// Factors from a robot of 20 kg whose base is 0.7 m above the ground, which all absolute numbers of a search are meant for. Gravity is the same, so that
-/// the length settles the time (Froude): t = √length.
+/// Factors from a robot of 20 kg whose base is 0.7 m above the ground of the earth, which all absolute numbers of a search are meant for. Length and gravity
+/// settle the time (Froude): t = √(length/gravity).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Similarity {
     pub mass: f64,
     pub length: f64,
+    pub gravity: f64,
 }
 
 /// What a coordinate or a variable is measured in.
@@ -46,12 +48,12 @@ impl Measure {
 }
 
 impl Similarity {
-    /// Of a robot of this mass (kg) with its base at this height (m).
-    pub fn new(mass: f64, height: f64) -> Self {
-        Self { mass: mass / 20.0, length: height / 0.7 }
+    /// Of a robot with its base at this height (m).
+    pub fn new(of: &Collocation, height: f64) -> Self {
+        Self { mass: of.mass / 20.0, length: height / 0.7, gravity: gravity(of) / 9.81 }
     }
     pub fn time(&self) -> f64 {
-        self.length.sqrt()
+        (self.length / self.gravity).sqrt()
     }
     pub fn position(&self, of: Measure) -> f64 {
         if of == Measure::Length { self.length } else { 1.0 }
@@ -60,11 +62,11 @@ impl Similarity {
         self.position(of) / self.time()
     }
     pub fn acceleration(&self, of: Measure) -> f64 {
-        self.position(of) / self.length
+        self.position(of) * self.gravity / self.length
     }
     /// A force, or the torque about an angle.
     pub fn load(&self, of: Measure) -> f64 {
-        self.mass * self.length / self.position(of)
+        self.mass * self.gravity * self.length / self.position(of)
     }
     /// An impulse, or an angular one.
     pub fn impulse(&self, of: Measure) -> f64 {

@@ -36,7 +36,7 @@ fn derivatives_are_those_of_differences(objective: Objective) {
     let demands = Demands { intervals: 6, objective, ..Demands::new(0.4) };
     let layout = Layout::new(&of, &[2, 2, 2, 2]);
     let guess = guess::naive(&of, &layout, 0.4);
-    let similar = Similarity::new(of.mass, guess.height);
+    let similar = Similarity::new(&of, guess.height);
     let builder = Builder {
         of: &of,
         similar,
@@ -96,9 +96,10 @@ fn derivatives_are_those_of_differences(objective: Objective) {
     }
 }
 
-/// A robot so many times as long and as heavy: of the same shape, and under the same gravity.
-fn resized(of: &RobotDescription, [length, mass]: [f64; 2]) -> RobotDescription {
+/// A robot of the same shape so many times as long and as heavy, under so much more gravity.
+fn resized(of: &RobotDescription, [length, mass, gravity]: [f64; 3]) -> RobotDescription {
     let mut found = of.clone();
+    found.gravity = found.gravity.map(|x| x * gravity);
     let longer = |xyz: [f64; 3]| xyz.map(|x| x * length);
     for inertial in found.links.iter_mut().filter_map(|link| link.inertial.as_mut()) {
         inertial.mass *= mass;
@@ -107,8 +108,8 @@ fn resized(of: &RobotDescription, [length, mass]: [f64; 2]) -> RobotDescription 
     }
     for joint in &mut found.joints {
         joint.origin.xyz = longer(joint.origin.xyz);
-        joint.effort_limit = joint.effort_limit.map(|x| x * mass * length);
-        joint.velocity_limit = joint.velocity_limit.map(|x| x / length.sqrt());
+        joint.effort_limit = joint.effort_limit.map(|x| x * mass * gravity * length);
+        joint.velocity_limit = joint.velocity_limit.map(|x| x * (gravity / length).sqrt());
     }
     for point in found.feet.iter_mut().flat_map(|foot| &mut foot.points) {
         point.position = longer(point.position);
@@ -124,31 +125,33 @@ fn alike((name, within): (&str, f64), a: &[f64], b: &[f64]) {
     }
 }
 
-/// The same robot in another size is the same program: first guess, bounds, rows with their limits, cost, slopes.
+/// The same robot in another size and on another planet is the same program: first guess, bounds, rows with their limits, cost, slopes.
 #[test]
-fn size_and_mass_of_a_robot_make_no_other_program() {
+fn size_mass_and_gravity_of_a_robot_make_no_other_program() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots/seven_link_v1");
     let robot = Robot::read(&folder).unwrap();
     let file = gait_path(&robot.sources, "collocated").unwrap();
     let (gait, _) = read_any_gait(&file, &robot.sources, &robot.description).unwrap();
     let gait = GaitForm::new(&gait, 7);
-    let numbers = |[length, mass]: [f64; 2], at: Option<&[f64]>| {
-        let of = compile_collocation(&resized(&robot.description, [length, mass]), &gait).unwrap();
+    let numbers = |[length, mass, gravity]: [f64; 3], at: Option<&[f64]>| {
+        let robot = resized(&robot.description, [length, mass, gravity]);
+        let there = GaitForm { gravity: gait.gravity.map(|x| x * gravity), ..gait.clone() };
+        let of = compile_collocation(&robot, &there).unwrap();
         let usual = Demands::new(0.4);
-        let (force, time) = (mass, length.sqrt());
+        let (force, time, speed) = (mass * gravity, (length / gravity).sqrt(), (length * gravity).sqrt());
         let demands = Demands {
-            speed: usual.speed * time,
+            speed: usual.speed * speed,
             push: usual.push * force,
             zmp: usual.zmp * length,
             clearance: usual.clearance * length,
             impulse: usual.impulse * force * time,
-            lift_off: usual.lift_off * time,
-            landing: usual.landing.map(|x| x * time),
+            lift_off: usual.lift_off * speed,
+            landing: usual.landing.map(|x| x * speed),
             ..usual
         };
         let layout = Layout::new(&of, &[2, 2, 2, 2]);
         let guess = guess::naive(&of, &layout, demands.speed);
-        let similar = Similarity::new(of.mass, guess.height);
+        let similar = Similarity::new(&of, guess.height);
         let builder = Builder {
             of: &of,
             similar,
@@ -156,7 +159,7 @@ fn size_and_mass_of_a_robot_make_no_other_program() {
             layout: &layout,
             demands: &demands,
             outputs: true,
-            rates: &[0.3 * time; 4],
+            rates: &[0.3 * speed; 4],
             regular: &std::array::from_fn::<_, 4, _>(|_| vec![None; 2]),
             parts: &guess.parts,
             height: guess.height,
@@ -183,14 +186,33 @@ fn size_and_mass_of_a_robot_make_no_other_program() {
         ]
     };
     let names = ["first guess", "bounds", "rows", "limits", "cost", "slopes", "second derivatives"];
-    let usual = numbers([1.0, 1.0], None);
-    for size in [[0.4, 0.1], [1.8, 4.0]] {
+    let usual = numbers([1.0, 1.0, 1.0], None);
+    for size in [[0.4, 0.1, 1.0], [1.8, 4.0, 1.0], [1.0, 1.0, 0.165], [0.5, 0.2, 2.5]] {
         for ((name, a), b) in names.iter().zip(&usual).zip(&numbers(size, Some(&usual[0]))) {
             // Newton's method ends near the postures of the guess.
             let within = if *name == "first guess" { 1e-6 } else { 1e-9 };
             alike((name, within), a, b);
         }
     }
+}
+
+/// Where limits do not tell, both knees bend ahead, whichever way round their axes are.
+#[test]
+fn knees_without_limits_begin_bent_ahead() {
+    let mut of = form("five_link", "optimised");
+    of.description.joints.iter_mut().for_each(|joint| joint.position_limits = None);
+    let knees = |of: &Collocation| -> Vec<f64> {
+        let ease = guess::ease(of);
+        let joints = of.tree.joints.iter().filter(|joint| joint.name.contains("knee"));
+        joints.map(|joint| ease[joint.v_index]).collect()
+    };
+    assert_eq!(knees(&of), [0.3, 0.3]);
+    let right = of.description.joints.iter_mut().find(|joint| joint.name == "right_knee_pitch").unwrap();
+    right.axis = right.axis.map(|x| -x);
+    assert_eq!(knees(&of), [-0.3, 0.3]);
+    // Of limits that leave either way as well.
+    of.description.joints.iter_mut().for_each(|joint| joint.position_limits = Some((-3.1, 3.1)));
+    assert_eq!(knees(&of), [-0.3, 0.3]);
 }
 
 /// From nothing; margins are those asked for, measured again.

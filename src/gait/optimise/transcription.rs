@@ -1,8 +1,8 @@
 //! The nonlinear program of a gait: direct collocation by Hermite and Simpson with the equations of motion, forces and torques at every node.
-use super::constraints::Rows;
 use super::cost::Cost;
 use super::demands::Demands;
 use super::layout::Layout;
+use super::rows::Rows;
 use super::similarity::Similarity;
 use super::variables::Variables;
 use bipedc_analysis::nonlinear::{Program, side_by_side};

@@ -3,6 +3,7 @@ use super::demands::Demands;
 use super::layout::Layout;
 use super::mirrored::between;
 use super::similarity::{Measure, Similarity};
+use super::weight;
 use bipedc_compiler::compile::Collocation;
 
 /// How far the base leans, rad. Torques alone are as small in motions that bow low and kick high as in walks, and searches end in those.
@@ -59,12 +60,12 @@ impl Bounds<'_> {
 
     /// Weight of the robot, N.
     fn weight(&self) -> f64 {
-        self.of.mass * 9.81
+        weight(self.of)
     }
 
     /// A torque over a force, m.
     fn moment(&self) -> f64 {
-        self.similar.load(Measure::Angle) / self.similar.mass
+        self.similar.load(Measure::Angle) / (self.similar.mass * self.similar.gravity)
     }
 
     /// φ at the ends of a phase and the coefficients of its outputs.
@@ -94,6 +95,10 @@ impl Bounds<'_> {
             }
         }
         self.found.bounds[self.layout.motion(p, node, 0) + 2] = [-LEAN, LEAN];
+        let exchanged = self.of.changes[p].relabel && node + 1 == self.layout.phases[p].nodes();
+        if exchanged && self.demands.sinking > 0.0 {
+            self.found.bounds[self.layout.motion(p, node, 1) + 1][1] = -self.demands.sinking;
+        }
     }
 
     /// Limits of the joints: positions, velocities, torques.
@@ -113,7 +118,7 @@ impl Bounds<'_> {
             let moment = if self.coordinates[joint.v_index] == Measure::Length { 1.0 } else { self.moment() };
             let effort = named
                 .and_then(|joint| joint.effort_limit)
-                .map_or(25.0 * of.mass * moment, |x| x * self.demands.effort);
+                .map_or(25.0 * of.mass * self.similar.gravity * moment, |x| x * self.demands.effort);
             let torque = self.layout.torques(p, node) + k;
             self.set(torque, [-effort, effort], 0.05 * self.weight() * moment);
         }
@@ -130,7 +135,7 @@ impl Bounds<'_> {
         for foot in of.feet.iter().flatten() {
             let low = match (foot.holds, last) {
                 (true, _) => self.demands.push,
-                (false, true) => -self.similar.mass,
+                (false, true) => -self.similar.mass * self.similar.gravity,
                 (false, false) => 0.0,
             };
             self.found.bounds[forces + foot.force[1]] = [low, 20.0 * weight];

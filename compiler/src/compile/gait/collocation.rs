@@ -87,8 +87,6 @@ impl GaitForm {
 
 /// How fast deviations of outputs from zero decay over the nodes, of the rate √(g/h) of a pendulum as high as the hips.
 const STABLE: f64 = 4.0;
-/// m/s²
-const GRAVITY: f64 = 9.81;
 
 /// A kind of rows of a node, in their order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -296,7 +294,8 @@ fn node(
     };
     let outputs: Vec<Sym<'_>> = (0..of.outputs.len()).map(output).collect();
     let output_rates = rate(&model, &outputs);
-    let decay = STABLE * (GRAVITY / hip_height(description)).sqrt();
+    let gravity = description.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+    let decay = STABLE * (gravity / hip_height(description)).sqrt();
     let points = contact_points(&model);
     let kinds = [
         (NodeRow::Dynamics, loads),

@@ -1,5 +1,6 @@
 //! A first gait file for a robot that walks in the plane: phases, phase variables and outputs, without curves.
-use super::names::formula_name;
+use super::joint_names::JointNames;
+use super::legs::{bending, frames};
 use crate::description::geometry::{Frame, Vector, norm, subtract};
 use crate::description::model::{
     Base, Contact, ContactPart, Foot, Joint, JointKind, Phase, RobotDescription,
@@ -54,11 +55,13 @@ pub fn gait_form(of: &RobotDescription, wishes: FormWishes) -> Result<String, Di
 /// Name, unit and formula of an output.
 type Output = (String, &'static str, String);
 
-struct Walker<'d> {
-    of: &'d RobotDescription,
-    double: DoubleSupport,
+pub(super) struct Walker<'d> {
+    pub of: &'d RobotDescription,
+    pub double: DoubleSupport,
     /// By link.
-    frames: Vec<(&'d str, Frame)>,
+    pub frames: Vec<(&'d str, Frame)>,
+    /// What formulas call the joints.
+    pub names: JointNames,
 }
 
 fn refused(message: impl Into<String>, help: &str) -> Diagnostic {
@@ -79,7 +82,7 @@ impl<'d> Walker<'d> {
             let help = "add it to [actuation] of biped.toml, or hold it by `locked` in [joints]";
             return Err(refused(format!("joint `{}` has no actuator", joint.name), help));
         }
-        Ok(Self { of, double: DoubleSupport::default(), frames: frames(of) })
+        Ok(Self { of, double: DoubleSupport::default(), frames: frames(of), names: JointNames::of_robot(of) })
     }
 
     /// In the order in which they follow each other.
@@ -103,38 +106,6 @@ impl<'d> Walker<'d> {
             return Err(refused("no phase of biped.toml exchanges the legs: there is no step", help));
         }
         Ok(found)
-    }
-
-    fn foot(&self, name: &str) -> Result<&'d Foot, Diagnostic> {
-        let found = self.of.feet.iter().find(|foot| foot.name == name);
-        found.ok_or_else(|| Diagnostic::error(format!("the robot has no foot `{name}`")))
-    }
-
-    /// Moving joints from the root to a foot's link.
-    fn chain(&self, foot: &Foot) -> Vec<&'d Joint> {
-        let mut found = Vec::new();
-        let mut link = foot.link.as_str();
-        while let Some(joint) = self.of.joints.iter().find(|joint| joint.child == link) {
-            if joint.kind.moves() {
-                found.push(joint);
-            }
-            link = &joint.parent;
-        }
-        found.reverse();
-        found
-    }
-
-    /// The joints of a foot that no other foot hangs on.
-    fn leg(&self, foot: &Foot) -> Vec<&'d Joint> {
-        let others: Vec<&str> = (self.of.feet.iter().filter(|other| other.name != foot.name))
-            .flat_map(|other| self.chain(other))
-            .map(|joint| joint.name.as_str())
-            .collect();
-        self.chain(foot).into_iter().filter(|joint| !others.contains(&joint.name.as_str())).collect()
-    }
-
-    fn frame(&self, link: &str) -> Frame {
-        self.frames.iter().find(|(name, _)| *name == link).map_or(Frame::IDENTITY, |found| found.1)
     }
 
     fn write(&self, phase: &Phase, [alone, guarded]: [bool; 2], text: &mut String) -> Result<(), Diagnostic> {
@@ -206,7 +177,7 @@ impl<'d> Walker<'d> {
     /// three joints those between the first and the last two, or by how much more they bend than the one behind them.
     fn outputs(&self, stands: &[(&'d Foot, usize)]) -> Vec<Output> {
         let of_joint = |joint: &Joint| {
-            let name = formula_name(&joint.name);
+            let name = self.names.of(&joint.name).to_owned();
             (name.clone(), if joint.kind == JointKind::Prismatic { "m" } else { "rad" }, name)
         };
         let mut follow: Vec<&str> = Vec::new();
@@ -250,7 +221,7 @@ impl<'d> Walker<'d> {
         let ways: Option<Vec<f64>> = inner.iter().map(|joint| bending(joint)).collect();
         let Some(ways) = ways else { return Vec::new() };
         let pair = |(joints, ways): (&[&Joint], &[f64])| {
-            let [first, second] = [0, 1].map(|k| formula_name(&joints[k].name));
+            let [first, second] = [0, 1].map(|k| self.names.of(&joints[k].name));
             let sign = if ways[0] * ways[1] > 0.0 { '-' } else { '+' };
             (format!("{first}_over_{second}"), "rad", format!("{first} {sign} {second}"))
         };
@@ -292,7 +263,7 @@ impl<'d> Walker<'d> {
         let mut text = "base_pitch".to_owned();
         for joint in self.chain(foot).iter().filter(|joint| joint.kind != JointKind::Prismatic) {
             let sign = self.frame(&joint.child).direction(joint.axis)[1];
-            let _ = write!(text, " {} {}", if sign < 0.0 { '-' } else { '+' }, formula_name(&joint.name));
+            let _ = write!(text, " {} {}", if sign < 0.0 { '-' } else { '+' }, self.names.of(&joint.name));
         }
         text
     }
@@ -328,7 +299,7 @@ impl<'d> Walker<'d> {
             let trunk = leg.iter().all(|other| other.name != joint.name);
             let weight = (rest[0] * along[0] + rest[2] * along[2]) / (length * length);
             let weight = if trunk { 1.0 } else { (100.0 * weight).round() / 100.0 };
-            let name = formula_name(&joint.name);
+            let name = self.names.of(&joint.name);
             let _ = match (sign * weight, weight.abs()) {
                 (_, 0.0) => Ok(()),
                 (x, 1.0) => write!(text, " {} {name}", if x < 0.0 { '-' } else { '+' }),
@@ -345,7 +316,7 @@ impl<'d> Walker<'d> {
     }
 
     /// From the feet to the highest first joint of a leg, all joints at zero, m.
-    fn height(&self) -> f64 {
+    pub(super) fn height(&self) -> f64 {
         let of_leg = |foot: &'d Foot| {
             let hip = self.frame(&self.leg(foot).first()?.child).position;
             let point = self.frame(&foot.link).point(foot.points.first()?.position);
@@ -353,28 +324,4 @@ impl<'d> Walker<'d> {
         };
         self.of.feet.iter().filter_map(of_leg).fold(0.05, f64::max)
     }
-}
-
-/// 1 or −1: the way in which a joint bends, by the side on which most of its range is; none where that is not clear, or where it slides.
-fn bending(joint: &Joint) -> Option<f64> {
-    let (lower, upper) = joint.position_limits.filter(|_| joint.kind != JointKind::Prismatic)?;
-    let middle = 0.5 * (lower + upper);
-    (middle.abs() > 0.25 * (upper - lower)).then(|| middle.signum())
-}
-
-/// Height of the hips above the feet, all joints at zero, m.
-pub(crate) fn hip_height(of: &RobotDescription) -> f64 {
-    Walker { of, double: DoubleSupport::default(), frames: frames(of) }.height()
-}
-
-/// Frames of all links in that of the root link, all joints at zero.
-fn frames(of: &RobotDescription) -> Vec<(&str, Frame)> {
-    let mut found = vec![(of.root_link.as_str(), Frame::IDENTITY)];
-    let mut next = 0;
-    while let Some(&(link, frame)) = found.get(next) {
-        let below = of.joints.iter().filter(|joint| joint.parent == link);
-        found.extend(below.map(|joint| (joint.child.as_str(), frame.compose(&Frame::of(&joint.origin)))));
-        next += 1;
-    }
-    found
 }

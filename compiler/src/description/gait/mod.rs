@@ -3,15 +3,18 @@
 mod curve;
 mod dimension;
 mod form;
+mod joint_names;
+mod legs;
 mod names;
 mod phase;
 mod phased;
 mod read;
 
 pub use curve::Curve;
-pub(crate) use form::hip_height;
 pub use form::{DoubleSupport, FormWishes, gait_form};
-pub use names::{formula_name, means_something_else};
+pub use joint_names::JointNames;
+pub(crate) use legs::hip_height;
+pub use legs::{knees, usual_speed};
 pub use phased::{Feedforward, PhasedGait, SupportPhase};
 pub(crate) use read::NOT_PLANAR;
 pub use read::{AnyGait, gait_path, parse_any_gait, parse_gait, read_any_gait, read_gait};

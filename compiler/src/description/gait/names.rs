@@ -1,5 +1,6 @@
 //! What formulas of a gait can name, and of what they are then functions.
 use super::dimension::{self, Dimension};
+use super::joint_names::{JointNames, means_something_else};
 use super::{PHASE, PHASE_END, PHASE_START};
 use crate::description::model::{Base, JointKind, RobotDescription};
 use crate::description::settings::table::{Entry, Section};
@@ -46,48 +47,12 @@ pub(super) struct Names {
     pub quantities: BTreeMap<String, Formula>,
     /// Whether φ is an angle.
     pub phase_in_rad: bool,
-    /// Joints whose own names mean something else in formulas.
-    renamed: Vec<String>,
+    /// Joints whose own names mean something else in formulas, and how these call them.
+    renamed: BTreeMap<String, String>,
     /// What formulas outside of quantities named.
     used: RefCell<BTreeSet<String>>,
-}
-
-/// Words that mean something else in formulas.
-const TAKEN: [&str; 19] = [
-    PHASE,
-    PHASE_START,
-    PHASE_END,
-    "base_x",
-    "base_z",
-    "base_pitch",
-    "pi",
-    "sin",
-    "cos",
-    "tan",
-    "tanh",
-    "exp",
-    "sqrt",
-    "abs",
-    "sign",
-    "min",
-    "max",
-    "clip",
-    "smoothing",
-];
-
-/// Whether formulas mean something else by the name of a joint.
-pub fn means_something_else(joint: &str) -> bool {
-    TAKEN.contains(&joint)
-}
-
-/// What formulas call a joint whose name may hold anything: characters that are neither letters nor digits are `_`, and
-/// `joint_` stands before names that begin with a digit or mean something else there (`phase`, `pi`, `sin`, `base_x`).
-pub fn formula_name(joint: &str) -> String {
-    let name: String = joint.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
-    match name.starts_with(|c: char| c.is_ascii_digit()) || means_something_else(&name) {
-        true => format!("joint_{name}"),
-        false => name,
-    }
+    /// Where own names of those joints stand first, in formulas of any kind.
+    doubtful: RefCell<BTreeMap<String, Option<usize>>>,
 }
 
 impl Names {
@@ -95,14 +60,16 @@ impl Names {
     pub(super) fn of_robot(description: &RobotDescription) -> Self {
         let mut names = Self::default();
         let (angle, length) = (Some([0, 0, 0]), Some([1, 0, 0]));
-        for joint in description.joints.iter().filter(|joint| joint.kind.moves()) {
-            let unit = if joint.kind == JointKind::Prismatic { length } else { angle };
-            if means_something_else(&joint.name) {
-                names.renamed.push(joint.name.clone());
-            } else {
-                names.add(&joint.name, Of::Configuration, unit);
+        let joints = JointNames::of_robot(description);
+        let slides = |name: &str| {
+            let joint = description.joints.iter().find(|joint| joint.name == name);
+            joint.is_some_and(|joint| joint.kind == JointKind::Prismatic)
+        };
+        for (joint, name) in joints.each() {
+            names.add(name, Of::Configuration, if slides(joint) { length } else { angle });
+            if joint != name && JointNames::is_word(joint) {
+                names.renamed.insert(joint.to_owned(), name.to_owned());
             }
-            names.add(&formula_name(&joint.name), Of::Configuration, unit);
         }
         if matches!(description.base, Base::Planar { .. }) {
             names.add("base_x", Of::Configuration, length);
@@ -118,6 +85,9 @@ impl Names {
         }
         for name in [PHASE, PHASE_START, PHASE_END] {
             names.add(name, Of::Phase, None);
+        }
+        for (joint, name) in joints.plainer() {
+            names.add(&name, Of::Configuration, if slides(joint) { length } else { angle });
         }
         names
     }
@@ -161,6 +131,32 @@ impl Names {
         for name in [PHASE, PHASE_START, PHASE_END] {
             self.known
                 .insert(name.to_owned(), Known { of: Of::Phase, dimension, leaves: Default::default() });
+        }
+    }
+
+    /// Says of a file that never calls a joint as formulas do, and has its own name, that this is something else: a number is refused, which can be written
+    /// out; what has no other word is warned of.
+    pub(super) fn tell_apart(&self, messages: &mut Messages<'_>) {
+        for (joint, &at) in self.doubtful.borrow().iter() {
+            let Some(renamed) = self.renamed.get_key_value(joint).filter(|(_, name)| !self.is_used(name))
+            else {
+                continue;
+            };
+            if joint == "pi" {
+                let help = format!("write `{}` for the joint, 3.141592653589793 for the number", renamed.1);
+                let message = "`pi` is both a number of formulas and a joint of this robot";
+                messages.error(at, message, help);
+            } else {
+                let message = format!("`{}` is here {}, and not the joint", short(joint), self.meant(joint));
+                messages.warning(at, message, called(renamed));
+            }
+        }
+    }
+
+    fn meant(&self, name: &str) -> &'static str {
+        match self.known.get(name).map(|known| known.of) {
+            Some(Of::Phase) => "the phase variable or one of its ends",
+            _ => "a coordinate of the base or of a contact point",
         }
     }
 
@@ -218,12 +214,16 @@ impl Names {
             Ok(formula) => formula,
             Err(error) => {
                 let at = entry.inside_text(error.at, messages);
-                let renamed = self.renamed.iter().find(|joint| holds_word(&text, joint));
-                let help = renamed.map_or(error.help, |joint| called(joint));
+                let renamed = self.renamed.iter().find(|(joint, _)| holds_word(&text, joint));
+                let help = renamed.map_or(error.help, called);
                 messages.error(at, format!("{}: {}", entry.name(), error.message), help);
                 return None;
             }
         };
+        for joint in self.renamed.keys().filter(|joint| holds_word(&text, joint)) {
+            let at = entry.inside_text(word_index(&text, joint), messages);
+            self.doubtful.borrow_mut().entry(joint.clone()).or_insert(at);
+        }
         if !allowed.rule.is_empty() {
             self.used.borrow_mut().extend(formula.names().iter().cloned());
         }
@@ -263,8 +263,8 @@ impl Names {
         match (0..3).find_map(|kind| leaves[kind].filter(|_| !rules[kind]).map(|leaf| (leaf, words[kind]))) {
             None => Ok(()),
             Some((leaf, word)) => {
-                let joint = self.renamed.iter().find(|joint| *joint == leaf);
-                let help = joint.map_or_else(|| allowed.rule.to_owned(), |joint| called(joint));
+                let joint = self.renamed.get_key_value(leaf);
+                let help = joint.map_or_else(|| allowed.rule.to_owned(), called);
                 Err((format!("`{}` {word}", short(leaf)), help))
             }
         }
@@ -275,8 +275,7 @@ impl Names {
 const ANYTHING: Allowed = Allowed { configuration: true, parameters: true, phase: true, rule: "" };
 
 /// What to write for a joint whose own name means something else in formulas.
-fn called(joint: &str) -> String {
-    let name = formula_name(joint);
+fn called((joint, name): (&String, &String)) -> String {
     format!(
         "`{}` means something else in formulas: the joint of that name is called `{name}` there",
         short(joint)

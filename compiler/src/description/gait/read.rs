@@ -215,6 +215,7 @@ fn read_with<P>(
         return None;
     }
     check_use(top, &names, messages);
+    names.tell_apart(messages);
     Some((Head { gravity, parameters, quantities: names.quantities, effects, limits }, phases?))
 }
 

@@ -1,4 +1,5 @@
 //! A first `biped.toml` for a URDF, with every guess written out so that it can be corrected.
+mod base_joints;
 mod feet;
 mod friction;
 mod pairs;
@@ -10,6 +11,7 @@ use super::model::{JointKind, Side};
 use super::settings::DEFAULT_URDF;
 use super::source::{Messages, finish};
 use super::urdf::{Tree, UrdfRobot, WORLD, read_urdf};
+use base_joints::{BaseJoints, base_joints, carries_all};
 use bipedc_effects::diagnostic::Diagnostics;
 use feet::FootGuess;
 use std::fmt::Write as _;
@@ -48,13 +50,18 @@ fn describe(robot: &UrdfRobot, tree: &Tree, file: &str) -> String {
         let _ = writeln!(out, "urdf = {}", quoted(file));
     }
     out.push_str("gravity = [0.0, 0.0, -9.81]     # m/s²\n");
-    write_base(robot, tree, planar, &feet, &mut out);
+    let base = base_joints((robot, tree, &frames)).filter(|_| planar && !feet.is_empty());
+    match &base {
+        Some(base) => write_base_joints(base, &mut out),
+        None => write_base(robot, tree, planar, &feet, &mut out),
+    }
     write_feet(&feet, &mut out);
     let paired = pairs::write_symmetry((robot, tree, &frames), planar, &mut out);
-    write_actuation(robot, &mut out);
+    write_actuation(robot, base.as_ref().map_or(&[], |base| &base.joints), &mut out);
     friction::write_friction(robot, &mut out);
     let legs = feet.iter().all(|foot| legs_are_paired(robot, tree, &foot.link, &paired));
-    phases::write_phases(&feet, planar && legs && robot.links[tree.root].name != WORLD, &mut out);
+    let free = base.is_some() || robot.links[tree.root].name != WORLD;
+    phases::write_phases(&feet, planar && legs && free, &mut out);
     out
 }
 
@@ -75,6 +82,18 @@ fn legs_are_paired(robot: &UrdfRobot, tree: &Tree, foot: &str, paired: &[String]
     }
     // From the foot upwards: paired ones, then those of the trunk.
     known.first() == Some(&true) && known.windows(2).all(|pair| pair[0] || !pair[1])
+}
+
+/// The base coordinates take the place of joints that move the whole robot.
+fn write_base_joints(base: &BaseJoints<'_>, out: &mut String) {
+    let locked: Vec<String> = base.joints.iter().map(|joint| quoted(joint)).collect();
+    let _ = write!(
+        out,
+        "\n[base]\nkind = \"planar\"                 # all axes are pitch axes, slides in the plane: x, z, pitch. Else \"floating\" or \"fixed\" (with `link`)\nroot = {}\n\n\
+         # Joints of the URDF that move the whole robot about the world: what the base coordinates are for.\n[joints]\nlocked = [{}]\n",
+        quoted(base.carried),
+        locked.join(", ")
+    );
 }
 
 fn write_base(robot: &UrdfRobot, tree: &Tree, planar: bool, feet: &[FootGuess], out: &mut String) {
@@ -132,12 +151,13 @@ fn write_feet(feet: &[FootGuess], out: &mut String) {
     }
 }
 
-fn write_actuation(robot: &UrdfRobot, out: &mut String) {
+fn write_actuation(robot: &UrdfRobot, of_base: &[&str], out: &mut String) {
     let moving = robot.joints.iter().filter(|joint| joint.kind.moves());
     // Planar robots often carry their base joints in the URDF.
     let (base, driven): (Vec<_>, Vec<_>) = moving.partition(|joint| {
         let name = joint.name.to_ascii_lowercase();
-        ["base", "root", "floating"].iter().any(|word| name.starts_with(word))
+        let named = ["base", "root", "floating"].iter().any(|word| name.starts_with(word));
+        of_base.contains(&joint.name.as_str()) || named && carries_all(robot, &joint.child)
     });
     out.push_str("\n# Joints with an actuator, in the order of the generalised torques.\n");
     for joint in base {

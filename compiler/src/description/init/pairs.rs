@@ -72,6 +72,15 @@ fn by_place(
         .filter_map(|&link| Some((tree.above[link]?.0, link)))
         .filter(|&(joint, _)| robot.joints[joint].kind.moves())
         .collect();
+    // What names have paired may carry joints whose names tell nothing.
+    for pair in paired.chunks_exact(2) {
+        let link = |name: &str| {
+            moving.iter().find(|(joint, _)| robot.joints[*joint].name == name).map(|found| found.1)
+        };
+        if let (Some(left), Some(right)) = (link(&pair[0]), link(&pair[1])) {
+            partner.extend([(left, (right, true)), (right, (left, false))]);
+        }
+    }
     let mass = |link: usize| robot.links[link].inertial.map_or(0.0, |inertial| inertial.mass);
     let above = |link: usize| tree.above[link].map(|(_, parent)| parent);
     let alike = |(j, a): (usize, usize), (k, b): (usize, usize), partner: &HashMap<usize, (usize, bool)>| {

@@ -11,6 +11,9 @@ use std::cell::RefCell;
 /// Outputs (m, rad) that are zero but for rounding.
 const CLOSE: f64 = 1e-8;
 
+/// Part of the step over which postures are told ahead by their slopes.
+const NEARBY: f64 = 0.1;
+
 /// A step from φ₊ to φ₋.
 #[derive(Clone)]
 pub struct Course<'a, 'm> {
@@ -32,8 +35,8 @@ pub struct Course<'a, 'm> {
     pub p_minus: f64,
     /// α at the dead centre, kg m² per unit of φ.
     pub alpha_m: f64,
-    /// Where the iteration for the surface was last.
-    last: RefCell<Vec<f64>>,
+    /// Where the iteration for the surface was last, and at what phase; before it was anywhere, where the step begins.
+    last: RefCell<(f64, SurfacePoint)>,
 }
 
 /// Where a step begins, on its constraints or not: h_p takes up what is left.
@@ -122,7 +125,7 @@ impl<'a> GaitModel<'a> {
             p_max: 0.0,
             p_minus: 0.0,
             alpha_m: f64::NAN,
-            last: RefCell::new(after.q.to_vec()),
+            last: RefCell::new((start, SurfacePoint::at_rest(after.q))),
         };
         let ends = course.samples_at(&[start, end])?;
         let mut samples = vec![ends[0]];
@@ -179,9 +182,15 @@ impl Course<'_, '_> {
         if self.gait.functions.surface.is_some() {
             return self.gait.surface(&arguments, &[]).map_err(refused);
         }
-        let near = self.last.borrow().clone();
+        let near = {
+            let (from, point) = &*self.last.borrow();
+            let by = phase - from;
+            // Far away the tangent leads farther astray than the posture itself.
+            let nearby = by.abs() <= NEARBY * (self.landing.end - self.start);
+            if nearby { point.ahead(by) } else { point.q.clone() }
+        };
         let found = self.gait.surface(&arguments, &near).map_err(refused)?;
-        self.last.borrow_mut().clone_from(&found.q);
+        *self.last.borrow_mut() = (phase, found.clone());
         Ok(found)
     }
 

@@ -72,6 +72,7 @@ impl GaitModel<'_> {
             clearance: false,
             torque: true,
             joints: true,
+            velocity: false,
         })
     }
 
@@ -133,7 +134,9 @@ impl GaitModel<'_> {
             let forces = self.forces(course, phase, *zero)?;
             // φ̇² = 2 (E − P)/α².
             let per_energy = 2.0 / (zero[0] * zero[0]);
-            for [constant, slope] in self.spare(&forces, weight, kept) {
+            let speeds =
+                if kept.assumptions.velocity { self.spare_speeds(course, phase, kept)? } else { Vec::new() };
+            for [constant, slope] in self.spare(&forces, weight, kept).into_iter().chain(speeds) {
                 bound(&mut between, constant - slope * per_energy * potential, slope * per_energy);
             }
         }
@@ -193,6 +196,22 @@ impl GaitModel<'_> {
             }
         }
         found
+    }
+
+    /// The same of the squared velocities of the joints.
+    fn spare_speeds(
+        &self,
+        course: &Course<'_, '_>,
+        phase: f64,
+        kept: &Kept,
+    ) -> Result<Vec<[f64; 2]>, Refusal> {
+        let slopes = course.surface(phase)?.slope;
+        let limits = &self.settings.velocity_limits;
+        let joints = slopes.into_iter().skip(3).zip(limits);
+        let spare = |(slope, limit): (f64, &Option<f64>)| {
+            limit.map(|limit| [(limit * (1.0 - kept.reserve)).powi(2), -slope * slope])
+        };
+        Ok(joints.filter_map(spare).collect())
     }
 
     /// Whether a point in the air is below the ground where it should be clear of it.

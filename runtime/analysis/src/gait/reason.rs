@@ -40,13 +40,15 @@ pub enum Reason {
     Torque,
     /// A joint gets to its stop.
     Stop,
+    /// A joint is faster than its limit.
+    Velocity,
     /// An interruption came before.
     NotComputed,
 }
 
 impl Reason {
     /// All of them.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 19] = [
         Self::Passes,
         Self::FallsBack,
         Self::GuardNotReached,
@@ -64,6 +66,7 @@ impl Reason {
         Self::Scuffs,
         Self::Torque,
         Self::Stop,
+        Self::Velocity,
         Self::NotComputed,
     ];
 
@@ -87,6 +90,7 @@ impl Reason {
             Self::Scuffs => "scuffs",
             Self::Torque => "torque",
             Self::Stop => "joint_stop",
+            Self::Velocity => "velocity",
             Self::NotComputed => "not computed",
         }
     }
@@ -116,6 +120,7 @@ impl Reason {
             Self::Scuffs => "a foot scuffs",
             Self::Torque => "a torque exceeds its limit",
             Self::Stop => "a joint gets to its stop",
+            Self::Velocity => "a joint is faster than its limit",
             Self::NotComputed => "not computed",
         }
     }
@@ -143,7 +148,7 @@ impl From<&Refusal> for Reason {
     }
 }
 
-/// Whether a joint's distance from its stops is beyond one; a gait may lie at it, as a straight knee does.
+/// Whether a joint's distance from a limit is beyond it; a gait may lie at it, as a straight knee does.
 pub(super) fn beyond(distance: f64) -> bool {
     distance < -1e-9
 }
@@ -161,18 +166,21 @@ pub struct Assumptions {
     pub torque: bool,
     /// Joints stay within the position limits of the URDF.
     pub joints: bool,
+    /// Joints stay within the velocity limits of the URDF.
+    pub velocity: bool,
 }
 
 impl Assumptions {
     /// Their names with whether each is assumed.
-    pub fn named(self) -> [(&'static str, bool); 5] {
-        let Self { friction, pull, clearance, torque, joints } = self;
+    pub fn named(self) -> [(&'static str, bool); 6] {
+        let Self { friction, pull, clearance, torque, joints, velocity } = self;
         [
             ("friction", friction),
             ("pull", pull),
             ("clearance", clearance),
             ("torque", torque),
             ("joints", joints),
+            ("velocity", velocity),
         ]
     }
 
@@ -193,8 +201,9 @@ impl Assumptions {
             (self.friction, bad(margins.friction) || bad(margins.impact_friction), Reason::Slips),
             (self.clearance, bad(margins.clearance), Reason::Scuffs),
             (self.torque, bad(margins.torque), Reason::Torque),
-            // Without a number no joint has stops.
+            // Without a number no joint has such limits.
             (self.joints, margins.joint.is_some_and(beyond), Reason::Stop),
+            (self.velocity, margins.velocity.is_some_and(beyond), Reason::Velocity),
         ];
         cases.into_iter().find(|(asked, violated, _)| *asked && *violated).map(|(.., reason)| reason)
     }

@@ -1,7 +1,6 @@
 //! The constraint surface q = T(φ, p) (6.5).
 use super::functions::GaitModel;
 use bipedc_runtime::model::{Argument, State};
-use nalgebra::{DMatrix, DVector};
 use std::fmt;
 
 /// Iterations after which there is no solution nearby.
@@ -20,6 +19,19 @@ pub struct SurfacePoint {
     pub slope: Vec<f64>,
     /// T″.
     pub curvature: Vec<f64>,
+}
+
+impl SurfacePoint {
+    /// A posture of which nothing is known but itself.
+    pub(super) fn at_rest(q: &[f64]) -> Self {
+        Self { q: q.to_vec(), slope: vec![0.0; q.len()], curvature: vec![0.0; q.len()] }
+    }
+
+    /// About where the surface is so much further on.
+    pub(super) fn ahead(&self, by: f64) -> Vec<f64> {
+        let slopes = self.slope.iter().zip(&self.curvature);
+        self.q.iter().zip(slopes).map(|(q, (slope, bend))| q + by * (slope + 0.5 * by * bend)).collect()
+    }
 }
 
 /// Why there is no point of the surface at a phase.
@@ -86,7 +98,8 @@ impl GaitModel<'_> {
             let (next, found) = loop {
                 let next: Vec<f64> = q.iter().zip(&step).map(|(q, d)| q + scale * d).collect();
                 let found = residual(&next);
-                if found.0 < size || scale < 1e-3 {
+                // What a whole step does not make better near a solution is rounding.
+                if found.0 < size || scale < 1e-3 || size <= SOLVED {
                     break (next, found);
                 }
                 scale *= 0.5;
@@ -107,20 +120,88 @@ impl GaitModel<'_> {
         &self,
         state: &State<'_, f64>,
     ) -> Result<impl Fn(&[f64]) -> Result<Vec<f64>, SurfaceFailure> + use<>, SurfaceFailure> {
-        let n = self.size();
         let columns = self.call(self.functions.jacobian, state);
         if columns.iter().any(|x| !x.is_finite()) {
             return Err(SurfaceFailure::NotFinite);
         }
-        let factors = DMatrix::from_vec(n, n, columns).full_piv_lu();
-        let pivots = factors.u().diagonal().map(f64::abs);
-        if pivots.min() <= SINGULAR * pivots.max() {
-            return Err(SurfaceFailure::Singular);
+        let factors = Factors::new(columns, self.size()).ok_or(SurfaceFailure::Singular)?;
+        Ok(move |b: &[f64]| Ok(factors.solved(b)))
+    }
+}
+
+/// L and U of a small matrix, rows exchanged: a general library spends more on its own generality than on nine joints.
+struct Factors {
+    /// Column after column.
+    columns: Vec<f64>,
+    /// Rows by their places.
+    rows: Vec<usize>,
+}
+
+impl Factors {
+    /// None where a pivot is next to nothing beside the largest one.
+    fn new(mut columns: Vec<f64>, n: usize) -> Option<Self> {
+        let mut rows: Vec<usize> = (0..n).collect();
+        let (mut least, mut largest) = (f64::INFINITY, 0.0_f64);
+        for k in 0..n {
+            let size = |row: &usize| columns[k * n + row].abs();
+            let pivot = (k..n).max_by(|a, b| size(a).total_cmp(&size(b)))?;
+            if pivot != k {
+                rows.swap(k, pivot);
+                (0..n).for_each(|column| columns.swap(column * n + k, column * n + pivot));
+            }
+            let (done, rest) = columns.split_at_mut((k + 1) * n);
+            let own = &mut done[k * n..];
+            let pivot = own[k];
+            (least, largest) = (least.min(pivot.abs()), largest.max(pivot.abs()));
+            own[k + 1..].iter_mut().for_each(|x| *x /= pivot);
+            for column in rest.chunks_exact_mut(n) {
+                let above = column[k];
+                column[k + 1..].iter_mut().zip(&own[k + 1..]).for_each(|(x, l)| *x -= l * above);
+            }
         }
-        Ok(move |b: &[f64]| {
-            let right = -DVector::from_column_slice(b);
-            let solved = factors.solve(&right).ok_or(SurfaceFailure::Singular)?;
-            Ok(solved.as_slice().to_vec())
-        })
+        (least > SINGULAR * largest).then_some(Self { columns, rows })
+    }
+
+    /// x of A x = −b.
+    fn solved(&self, b: &[f64]) -> Vec<f64> {
+        let n = self.rows.len();
+        let mut x: Vec<f64> = self.rows.iter().map(|&row| -b[row]).collect();
+        for k in 0..n {
+            let (known, rest) = x.split_at_mut(k + 1);
+            let column = &self.columns[k * n + k + 1..(k + 1) * n];
+            rest.iter_mut().zip(column).for_each(|(x, l)| *x -= l * known[k]);
+        }
+        for k in (0..n).rev() {
+            let column = &self.columns[k * n..k * n + k + 1];
+            let (above, own) = x.split_at_mut(k);
+            own[0] /= column[k];
+            above.iter_mut().zip(column).for_each(|(x, u)| *x -= u * own[0]);
+        }
+        x
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Factors;
+
+    /// Column after column; its first pivot is zero.
+    const MATRIX: [f64; 9] = [0.0, 2.0, 1.0, 1.0, -1.0, 0.5, 3.0, 0.0, 4.0];
+
+    #[test]
+    fn what_factors_solve_is_solved() {
+        let b = [1.0, -2.0, 0.5];
+        let x = Factors::new(MATRIX.to_vec(), 3).unwrap().solved(&b);
+        for row in 0..3 {
+            let sum: f64 = (0..3).map(|column| MATRIX[3 * column + row] * x[column]).sum();
+            assert!((sum + b[row]).abs() < 1e-15, "{row} {sum}");
+        }
+    }
+
+    #[test]
+    fn matrices_that_fix_nothing_have_no_factors() {
+        assert!(Factors::new(vec![1.0, 2.0, 2.0, 4.0], 2).is_none());
+        assert!(Factors::new(vec![0.0; 4], 2).is_none());
+        assert!(Factors::new(vec![1.0, 0.0, 0.0, 1e-13], 2).is_none());
     }
 }

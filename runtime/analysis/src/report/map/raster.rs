@@ -52,6 +52,7 @@ pub(super) fn colour(reason: Reason) -> [u8; 3] {
         Reason::Scuffs => [0xf4, 0xb6, 0xc8],
         Reason::Torque => [0x8b, 0x1e, 0x3f],
         Reason::Stop => [0xb8, 0x3c, 0x8c],
+        Reason::Velocity => [0x5b, 0x3a, 0x9e],
     }
 }
 

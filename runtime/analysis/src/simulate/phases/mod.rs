@@ -2,6 +2,7 @@
 //! instant at which it ends, the impact, the exchange of the legs, and the assumptions under which all this holds.
 mod assumptions;
 mod begin;
+mod fastest;
 mod follow;
 mod integrate;
 mod mirror;
@@ -15,6 +16,7 @@ mod support;
 mod watch;
 
 pub use assumptions::Assumptions;
+pub use fastest::Fastest;
 pub use integrate::{
     Change, Effort, End, Passage, Phased, Precision, Start, Violation, Walk, Watcher, walk, walk_watched,
 };

@@ -1,4 +1,5 @@
 //! A whole walk: controllers, phases, log.
+use super::fastest::Fastest;
 use super::integrate::{
     Change, Effort, End, Passage, Precision, Start, Violation, Walk, Watcher, walk_watched,
 };
@@ -87,6 +88,9 @@ pub struct WalkSummary {
     pub projected: Projected,
     /// Steps and evaluations of the integration.
     pub integration: Effort,
+    /// At all accepted steps of the integration, at rows of the log and on both sides of impacts; none where no joint has a velocity limit.
+    #[serde(skip)]
+    pub fastest: Option<Fastest>,
 }
 
 /// A robot and what it shall do.
@@ -275,6 +279,9 @@ struct Log<'w, 'r, 'a, 'p> {
     steps: usize,
     interrupted: bool,
     changes: Vec<PhaseChange>,
+    fastest: Option<Fastest>,
+    /// v of the robot as it is.
+    own_v: Vec<f64>,
 }
 
 impl<'w, 'r, 'a, 'p> Log<'w, 'r, 'a, 'p> {
@@ -305,6 +312,8 @@ impl<'w, 'r, 'a, 'p> Log<'w, 'r, 'a, 'p> {
             steps: 0,
             interrupted: false,
             changes: Vec::new(),
+            fastest: None,
+            own_v: Vec::new(),
         })
     }
 
@@ -326,6 +335,7 @@ impl<'w, 'r, 'a, 'p> Log<'w, 'r, 'a, 'p> {
             changes: self.changes,
             projected,
             integration: done.effort,
+            fastest: self.fastest,
         }
     }
 }
@@ -334,6 +344,19 @@ impl Log<'_, '_, '_, '_> {
     /// The robot as it is: `swapped` undone.
     fn own(&self) -> Option<&Mirror<'_>> {
         self.mirror.filter(|_| self.swapped.get())
+    }
+
+    /// How near joints are to their velocity limits in this state.
+    fn see_speeds(&mut self, time: f64, x: &[f64]) {
+        let v = &x[self.walking.model.nq()..];
+        let mut own = std::mem::take(&mut self.own_v);
+        own.clear();
+        own.extend_from_slice(v);
+        if let Some(mirror) = self.own() {
+            mirror.velocity(v, &mut own);
+        }
+        Fastest::see(&mut self.fastest, &self.walking.plant.velocity_limits, (time, &own));
+        self.own_v = own;
     }
 
     fn take(&mut self, time: f64, phase: usize, x: &[f64]) {
@@ -417,7 +440,8 @@ impl Log<'_, '_, '_, '_> {
 }
 
 impl Watcher for Log<'_, '_, '_, '_> {
-    fn step(&mut self, time: f64, _: usize, _: &[f64]) -> bool {
+    fn step(&mut self, time: f64, _: usize, x: &[f64]) -> bool {
+        self.see_speeds(time, x);
         let of_time = time / self.walking.scenario.duration;
         let of_steps = self.events.steps.map_or(0.0, |steps| self.steps as f64 / steps as f64);
         (self.run.progress)(of_time.max(of_steps).min(1.0));
@@ -432,6 +456,7 @@ impl Watcher for Log<'_, '_, '_, '_> {
     }
 
     fn sample(&mut self, time: f64, phase: usize, x: &[f64]) -> Result<(), Diagnostic> {
+        self.see_speeds(time, x);
         self.take(time, phase, x);
         (self.watch)(&self.sample);
         self.sensing.row(&self.sample, &self.drives, &mut self.row);
@@ -443,6 +468,7 @@ impl Watcher for Log<'_, '_, '_, '_> {
     fn change(&mut self, change: &Change) -> bool {
         let name = |phase: usize| self.robot.name(phase).to_owned();
         let impulse = self.impulse(change);
+        self.see_speeds(change.time, &change.before);
         self.changes.push(PhaseChange {
             time: change.time,
             from: name(change.from),
@@ -453,6 +479,7 @@ impl Watcher for Log<'_, '_, '_, '_> {
         if change.passage.exchanged {
             self.swapped.set(!self.swapped.get());
         }
+        self.see_speeds(change.time, &change.after);
         self.steps += usize::from(self.is_step(&change.passage));
         self.events.steps.is_none_or(|steps| self.steps < steps)
     }

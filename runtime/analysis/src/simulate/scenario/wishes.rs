@@ -11,7 +11,7 @@ const MOST_STEPS: i64 = 1_000_000;
 /// Most values of a parameter on the grid of choices.
 const MOST_VALUES: i64 = 500;
 /// What a choice can keep.
-const KEPT: [&str; 5] = ["friction", "pull", "clearance", "torque", "joints"];
+const KEPT: [&str; 6] = ["friction", "pull", "clearance", "torque", "joints", "velocity"];
 
 /// Wished speeds at mid-stance, and what may be chosen for them.
 #[derive(Debug, Clone, PartialEq)]
