@@ -16,6 +16,7 @@ mod exchange;
 mod fit;
 mod friction_first;
 mod late;
+mod linearised;
 mod noise_floor;
 mod parsimony;
 mod refinement;

@@ -36,10 +36,6 @@ pub(super) const NOISE_MARGIN: f64 = 1.6;
 const NOISE_SQUARES: f64 = 1.05;
 const NOISE_SCATTER: f64 = 4.0;
 
-/// Steps in which a payload's second moments are taken at its estimate; more where its mass is not told at first and doubles at most.
-const STEPS: usize = 6;
-const STEPS_FROM_AFAR: usize = 12;
-
 /// A noise floor that effects lower further than to this part of it was none.
 const LOWER: f64 = 0.4;
 /// Noise that is so many times larger than it was taken is worth another search.
@@ -64,9 +60,9 @@ pub(super) struct Regression<'a> {
     pub floor_deviance: Vec<f64>,
     /// Variance of the noise floor and how many samples tell the same, per row.
     noise_floors: Vec<(f64, f64)>,
-    corrections: Option<Corrections>,
+    pub corrections: Option<Corrections>,
     /// Products of each candidate's terms with all else, formed when first asked for.
-    products: Vec<OnceLock<Vec<TermProducts>>>,
+    pub products: Vec<OnceLock<Vec<TermProducts>>>,
     /// Root mean squares below which errors say nothing, by row.
     pub resolutions: Vec<f64>,
     /// Sum of squares per row below which errors are the measurement's noise, however small they become.
@@ -289,61 +285,6 @@ impl<'a> Regression<'a> {
         self.products[c] = OnceLock::new();
     }
 
-    /// Takes nonlinear forms at their estimates beside the active candidates.
-    pub fn linearise(&mut self, active: &[usize], corrected: bool) {
-        let is_payload = |c: &usize| self.candidates[*c].form.kind.law == Law::Payload;
-        let payloads: Vec<usize> = (0..self.candidates.len()).filter(is_payload).collect();
-        if active.iter().any(|c| payloads.contains(c)) {
-            for c in payloads {
-                let found = self.linearised(c, active, corrected);
-                self.replace(c, found);
-            }
-            return;
-        }
-        // None of them has anything to do with another.
-        let found = parallel(payloads.len(), |k| self.linearised(payloads[k], active, corrected));
-        payloads.into_iter().zip(found).for_each(|(c, found)| self.replace(c, found));
-    }
-
-    fn replace(&mut self, c: usize, found: Option<(Candidate, Vec<TermProducts>)>) {
-        if let Some((candidate, products)) = found {
-            (self.candidates[c], self.products[c]) = (candidate, OnceLock::from(products));
-        }
-    }
-
-    /// A candidate with its form taken at its estimate beside active ones, and the products of its terms; `None`: it stays as it is.
-    fn linearised(
-        &self,
-        c: usize,
-        active: &[usize],
-        corrected: bool,
-    ) -> Option<(Candidate, Vec<TermProducts>)> {
-        let corrections = self.corrections.as_ref().filter(|_| corrected);
-        let place = active.iter().position(|a| *a == c).unwrap_or(active.len());
-        let others = |some: &[usize]| some.iter().flat_map(|&a| self.products_of(a)).collect::<Vec<_>>();
-        let (before, after) = (others(&active[..place]), others(active.get(place + 1..).unwrap_or_default()));
-        let mut found: Option<(Candidate, Vec<TermProducts>)> = None;
-        let (mut step, mut steps) = (0, STEPS);
-        while step < steps {
-            let (candidate, own) = found
-                .as_ref()
-                .map_or((&self.candidates[c], self.products_of(c)), |(c, own)| (c, own.as_slice()));
-            let products: Vec<&TermProducts> =
-                before.iter().copied().chain(own).chain(after.iter().copied()).collect();
-            let Some(fit) = fit(corrections, &products) else { break };
-            let coefficients = &fit.coefficients[before.len()..before.len() + own.len()];
-            if step == 0 && coefficients.first() == Some(&0.0) {
-                steps = STEPS_FROM_AFAR;
-            }
-            let Some(form) = candidate.form.linearised(self.train, coefficients) else { break };
-            let candidate = Candidate::new(form, &[], candidate.rows.clone(), &self.spread, 0);
-            let products = self.products_with(&candidate);
-            found = Some((candidate, products));
-            step += 1;
-        }
-        found
-    }
-
     /// All terms of some candidates.
     pub fn terms(&self, active: &[usize]) -> Vec<&Term> {
         active.iter().flat_map(|&c| &self.candidates[c].terms).collect()
@@ -385,11 +326,11 @@ impl<'a> Regression<'a> {
         noise > 0.0 && scored.errors[row] > 2.0 * noise
     }
 
-    fn products_of(&self, c: usize) -> &[TermProducts] {
+    pub fn products_of(&self, c: usize) -> &[TermProducts] {
         self.products[c].get_or_init(|| self.products_with(&self.candidates[c]))
     }
 
-    fn products_with(&self, candidate: &Candidate) -> Vec<TermProducts> {
+    pub fn products_with(&self, candidate: &Candidate) -> Vec<TermProducts> {
         let corrections = self.corrections.as_ref();
         let of = |term: &Term| TermProducts::new(&self.train_sums, &self.weights, corrections, term);
         candidate.terms.iter().map(of).collect()
