@@ -171,14 +171,8 @@ fn the_map_of_the_five_link_robot_is_that_of_the_thesis() {
 #[test]
 fn assumptions_are_the_margins_of_the_step() {
     let three = gait("robots/three_link", "thesis");
-    let assume = Assumptions {
-        friction: true,
-        pull: true,
-        clearance: false,
-        torque: true,
-        joints: true,
-        velocity: false,
-    };
+    let assume =
+        Assumptions { friction: true, pull: true, torque: true, joints: true, ..Assumptions::default() };
     let options = MapOptions {
         over: vec![over("step_length", 0.3, 1.1, 4), over("torso_lean", -1.0, 0.0, 3)],
         assume,

@@ -319,14 +319,8 @@ fn files_of_plans_are_whole() {
 #[test]
 fn steps_of_plans_keep_what_is_assumed() {
     let bench = gait("robots/three_link", "thesis");
-    let assume = Assumptions {
-        friction: true,
-        pull: true,
-        clearance: false,
-        torque: true,
-        joints: true,
-        velocity: false,
-    };
+    let assume =
+        Assumptions { friction: true, pull: true, torque: true, joints: true, ..Assumptions::default() };
     let lean = vec![("torso_lean".to_owned(), -0.5)];
     let options = PlanOptions { from_speeds: vec![1.0], to: 2.0, set: lean, ..PlanOptions::default() };
     let worst = |plans: &Plans| {

@@ -1,5 +1,6 @@
 //! Gaits found by direct collocation: the whole robot's dynamics at nodes of all phases, impacts, periodicity, margins, and virtual
 //! constraints whose coefficients are variables too, so that what is found is a gait file.
+mod body;
 mod constraints;
 mod cost;
 mod demands;
@@ -18,6 +19,7 @@ mod transcription;
 mod variables;
 mod write;
 
+pub use body::{size, slides, weight};
 pub use demands::{Demands, Objective, Wishes};
 pub use landing::lands_by_posture;
 pub use margins::MotionMargins;
@@ -29,6 +31,7 @@ use bipedc_analysis::nonlinear::{Ending, InteriorPoint, Iteration, Minimiser, Pr
 use bipedc_compiler::compile::{Collocation, NodeRow};
 use bipedc_compiler::description::gait::AnyGait;
 use bipedc_effects::diagnostic::Diagnostic;
+use body::gravity;
 use constraints::Builder;
 use guess::Guess;
 use layout::Layout;
@@ -95,11 +98,6 @@ pub fn from_neighbour(
     // What is known of the multipliers may lead astray.
     let from = Optimum { multipliers: Vec::new(), iterations: found.iterations, ..neighbour.clone() };
     solve(of, demands, &from, Stage::Gait, watch)
-}
-
-/// Mass of the robot (kg), height of its base (m) and gravity (m/s²), which usual margins follow from.
-pub fn size(of: &Collocation) -> [f64; 3] {
-    [of.mass, guess::height(of), gravity(of)]
 }
 
 /// Finds a gait from nothing but the robot.
@@ -321,21 +319,6 @@ impl Optimum {
     pub fn durations(&self) -> Vec<f64> {
         self.layout.phases.iter().map(|phase| self.x[phase.duration]).collect()
     }
-}
-
-/// Size of gravity, m/s².
-fn gravity(of: &Collocation) -> f64 {
-    of.description.gravity.iter().map(|x| x * x).sum::<f64>().sqrt()
-}
-
-/// Whether a joint slides.
-pub fn slides(of: &Collocation) -> bool {
-    Measure::of_coordinates(of)[3..].contains(&Measure::Length)
-}
-
-/// Weight of the robot, N.
-pub fn weight(of: &Collocation) -> f64 {
-    of.mass * gravity(of)
 }
 
 /// Smallest rate of a phase variable, over its mean in the first guess.
