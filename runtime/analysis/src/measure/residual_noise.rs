@@ -161,6 +161,10 @@ mod tests {
 
     const RATE: f64 = 250.0;
 
+    type OfSample = fn(usize) -> f64;
+    /// Of angle and velocity.
+    type OfMotion = fn(f64, f64) -> f64;
+
     /// As of a joint that swings 0.6 times a second.
     fn told(residual: &[f64]) -> Option<f64> {
         residual_noise(residual, || {
@@ -216,7 +220,7 @@ mod tests {
 
     #[test]
     fn noise_that_grows_has_the_size_it_has() {
-        let sizes: [(&str, fn(usize) -> f64); 3] = [
+        let sizes: [(&str, OfSample); 3] = [
             ("with the load", |i| 0.2 + hz(0.6, i).abs()),
             ("in the second half", |i| if i < 3000 { 0.1 } else { 1.0 }),
             ("with the speed", |i| 0.05 + hz(0.4, i).powi(2)),
@@ -268,7 +272,7 @@ mod tests {
                 Some(*q)
             })
             .collect();
-        let left: [(&str, fn(f64, f64) -> f64); 5] = [
+        let left: [(&str, OfMotion); 5] = [
             ("ripple", |q, _| (30.0 * q).sin()),
             ("fast ripple", |q, _| (90.0 * q).sin()),
             ("dry friction", |_, v| v.signum()),
@@ -299,7 +303,7 @@ mod tests {
 
     #[test]
     fn what_the_motion_leaves_is_no_noise() {
-        let left: [(&str, fn(usize) -> f64); 7] = [
+        let left: [(&str, OfSample); 7] = [
             ("nothing", |_| 0.0),
             ("ripple", |i| 3.0 * (14.0 * hz(0.6, i)).sin()),
             ("fast ripple", |i| 3.0 * (30.0 * hz(0.6, i)).sin()),

@@ -88,7 +88,7 @@ fn log_words(report: &Report) -> String {
     let fact = |name: &str| report.facts.iter().find(|fact| fact.name == name).map(|fact| &fact.value);
     let samples = fact("samples").map(|samples| format!("{samples} samples"));
     let judged = report.diagnosis.as_ref().and_then(|found| found.judged_at_hz);
-    let judged = judged.map_or(String::new(), |hz| format!(", of the errors {}", with_unit(hz, "Hz")));
+    let judged = judged.map_or(String::new(), |hz| format!(", of the errors {hz} Hz"));
     let cutoff = fact("cut-off").map(|cutoff| format!("cut-off {cutoff}{judged}"));
     let training = report.diagnosis.as_ref().filter(|found| found.validation.is_some());
     let training = training.map(|found| {

@@ -128,7 +128,7 @@ pub(super) fn basis(report: &Report) -> Markup {
             facts.push(("cut-off".to_owned(), with_unit(diagnosis.cutoff_hz, "Hz")));
         }
         if let Some(judged) = diagnosis.judged_at_hz {
-            facts.push(("cut-off of the errors".to_owned(), with_unit(judged, "Hz")));
+            facts.push(("cut-off of the errors".to_owned(), format!("{judged} Hz")));
         }
     }
     if assumptions.is_empty() && facts.is_empty() {
