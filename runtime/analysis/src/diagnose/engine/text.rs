@@ -217,7 +217,14 @@ fn what_is_left(d: &Diagnosis) -> String {
                     _ => "",
                 },
             ) + &training_only(d).map_or_else(String::new, |sentence| format!(" {sentence}"))
-                + &d.late.get(row).map_or_else(String::new, |late| later(*late))
+                + &match d.late.get(row) {
+                    Some(late) => later(*late),
+                    None if ratio > HARDLY_ANY => String::new(),
+                    None => {
+                        " What it goes with was not found; noise behind a slow filter would look the same."
+                            .to_owned()
+                    }
+                }
         }
     }
 }
@@ -337,7 +344,7 @@ mod tests {
         assert_eq!(
             summary(&left(0.11)),
             "No effect was found in effort. What is left is above the noise: knee is missed by 0.1100 N m, 2.2 times the \
-             noise of its measurement."
+             noise of its measurement. What it goes with was not found; noise behind a slow filter would look the same."
         );
         let with_effect = |after| summary(&Diagnosis { effects: vec![found.clone()], ..left(after) });
         assert!(with_effect(0.051).ends_with("\nNothing else is missing in effort."));
