@@ -14,7 +14,7 @@ const LAGS: [usize; 12] = [1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64];
 /// The fewest that tell a formula of three numbers from anything else.
 const FEWEST: usize = 5;
 /// A signal has at least so many times a lag of samples.
-const SAMPLES_PER_LAG: usize = 60;
+pub(super) const SAMPLES_PER_LAG: usize = 60;
 /// V(2) / V(1) of white noise scatters by less than this around 1, of `n` samples by less than [`SCATTER`] / √n.
 const WHITE: f64 = 0.15;
 /// Three standard deviations of that ratio, times √n (by simulation).
@@ -28,7 +28,7 @@ const OF_TURN: f64 = 0.5;
 /// Where all lags are as the formula says and the last one shows this part of the variance, the formula tells the rest.
 const SHOWN: f64 = 0.6;
 /// Three standard deviations of V, times √(n / h) (by simulation).
-const LAG_SCATTER: f64 = 3.9;
+pub(super) const LAG_SCATTER: f64 = 3.9;
 
 /// Standard deviation of a residual's noise if that is correlated in time, and more than white noise would be; `None` where it is
 /// white as far as one can see, or where what the residual does over a few samples is not noise of the first order.

@@ -1,19 +1,18 @@
 //! The noise that a model leaves: white, remembering, behind a low-pass, and larger at some times than at others.
-use super::coloured::{MOST_RATIO, between_reversals, coloured_noise, longest_lag, seen};
+use super::coloured::{
+    LAG_SCATTER, MOST_RATIO, SAMPLES_PER_LAG, between_reversals, coloured_noise, longest_lag, seen,
+};
 use super::flat_noise::flat_noise;
 use super::noise::{third_difference, white_noise};
 use std::cell::LazyCell;
 
 /// Lags at which differences are looked at, samples.
 const LAGS: [usize; 14] = [1, 2, 3, 4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64];
-/// A signal has at least so many times a lag of samples.
-const SAMPLES_PER_LAG: usize = 60;
 /// From a lag to one that is so many times as long third differences have to see the same, at least at so many lags.
 const SPAN: f64 = 3.0;
 const FEWEST: usize = 4;
 /// What they see is the same within this part of it and [`LAG_SCATTER`] · √(lag / n).
 const ALIKE: f64 = 0.25;
-const LAG_SCATTER: f64 = 3.9;
 /// At the last of these lags at most so many times what they see at the first: jumps are seen more and more.
 const SETTLED: f64 = 1.3;
 /// The variance of noise that remembers is so many times what neighbours show.
@@ -35,7 +34,7 @@ const SAME_COLOUR: f64 = 0.2;
 /// Standard deviation of a residual's noise where that is more than white noise of one size shows; `None` where it is not, as far as one
 /// can see.
 ///
-/// `residual`: measured less modelled, evenly sampled; `velocity`: of the joint. What follows the motion may be in the residual, as long as
+/// `residual`: measured less modelled, evenly sampled, N m or N, as the answer; `velocity`: of the joint, one per sample, rad/s or m/s. What follows the motion may be in the residual, as long as
 /// over a twelfth of the motion's period it does next to nothing.
 pub(crate) fn residual_noise(residual: &[f64], velocity: impl FnOnce() -> Vec<f64>) -> Option<f64> {
     let velocity = LazyCell::new(velocity);
