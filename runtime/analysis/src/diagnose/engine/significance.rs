@@ -172,9 +172,12 @@ fn is_cancelled(regression: &Regression<'_>, effect: &Effect) -> bool {
 /// just reaches it are as large as the noise.
 const PEAKS: f64 = 1.5;
 
-/// Where a drive saturates, the true torque is the limit: what is left there must be no more than elsewhere. Otherwise
-/// the limit only hides that the model is wrong where torques are large; and what it cuts off must be more than noise. True for all other
-/// kinds.
+/// Part of the squares that a limit cuts off which may be left where it cuts: of commands that run away filters leave that much at the corners.
+const NEXT_TO_NOTHING: f64 = 0.01;
+
+/// Where a drive saturates, the true torque is the limit: what is left there must be no more than elsewhere, or next to nothing of what
+/// the limit cuts off. Otherwise it only hides that the model is wrong where torques are large; and what it cuts off must be more than
+/// noise. True for all other kinds.
 fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
     let effect = &refined.effects[k];
     if !matches!(effect.kind.law, Law::TrueTorque(_)) {
@@ -193,7 +196,7 @@ fn saturates(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
         let cut: f64 = response.iter().map(|x| x * x).sum();
         let cuts_more_than_noise = cut > count * (PEAKS * regression.resolutions[*row]).powi(2);
         count > 5.0
-            && inside < 4.0 * outside
+            && (inside < 4.0 * outside || count * inside < NEXT_TO_NOTHING * cut)
             && cuts_more_than_noise
             && is_pressed(regression, refined, k, (*row, cut))
     })

@@ -57,15 +57,41 @@ pub(super) fn stays(reading: &[f64], load: &[f64], limit: f64) -> bool {
     count < FEWEST || covariance * within.variance <= LEFT * within.covariance.max(0.0) * variance
 }
 
-/// Whether the load lies at the limit wherever readings exceed it. Most readings may lie beyond a limit; but then clipping makes a sign of
-/// the reading, and where the load says nothing of a limit, that is friction's.
-pub(super) fn rests_at(reading: &[f64], load: &[f64], limit: f64) -> bool {
+/// Whether the load lies at the limit wherever readings surely exceed it, by more than their noise makes. Most readings may lie beyond a limit;
+/// but then clipping makes a sign of the reading, and where the load says nothing of a limit, that is friction's.
+pub(super) fn rests_at(reading: &[f64], load: &[f64], (limit, noise): (f64, f64)) -> bool {
     /// Part of the limit, and of the samples.
     const NEAR: f64 = 0.25;
     const MOST: f64 = 0.7;
-    let beyond = || reading.iter().zip(load).filter(|(u, _)| u.abs() > limit);
+    let beyond = || reading.iter().zip(load).filter(|(u, _)| u.abs() > limit + 2.0 * noise);
     let near = beyond().filter(|(u, load)| (**load * u.signum() - limit).abs() <= NEAR * limit).count();
-    near as f64 >= MOST * beyond().count() as f64
+    let count = beyond().count();
+    count >= FEWEST && near as f64 >= MOST * count as f64
+}
+
+/// Where the load lies while readings are largest, if it lies at one value then that is far below them: the limit of a drive whose commands
+/// run away from it, by the load alone. Noise of the readings may be larger than such a limit.
+pub(super) fn rested_at(reading: &[f64], load: &[f64], noise: f64) -> Option<f64> {
+    /// Largest readings over their limit, and the correlation with which a load follows them.
+    const FAR: f64 = 2.0;
+    const FOLLOWS: f64 = 0.6;
+    let mut by_size: Vec<f64> = reading.iter().map(|u| u.abs()).collect();
+    by_size.sort_unstable_by(f64::total_cmp);
+    let [half, usual] = [2, 4].map(|part| by_size.get(by_size.len() - by_size.len() / part).copied());
+    let pairs = reading.iter().zip(load).filter(|(u, _)| Some(u.abs()) > half);
+    let mut pressed: Vec<f64> = pairs.map(|(u, load)| load * u.signum()).collect();
+    pressed.sort_unstable_by(f64::total_cmp);
+    let limit = pressed.get(pressed.len() / 2).copied().filter(|limit| *limit > 0.0)?;
+    let is_pressed = usual? > FAR * limit && rests_at(reading, load, (limit, noise));
+    let far = half.unwrap_or(0.0).max(limit + 2.0 * noise);
+    let follows = |side: f64| {
+        let pairs = reading.iter().zip(load).filter(|(u, _)| side * **u > far);
+        let (readings, loads): (Vec<f64>, Vec<f64>) = pairs.map(|(u, load)| (*u, *load)).unzip();
+        let [of_load, of_reading] =
+            [(&readings, &loads), (&loads, &readings)].map(|(x, y)| Line::through(x, y, |_| true));
+        of_load.covariance > FOLLOWS * (of_load.variance * of_reading.variance).sqrt()
+    };
+    (is_pressed && ![1.0, -1.0].into_iter().any(follows)).then_some(limit)
 }
 
 /// Sums of a straight line through some samples.
@@ -126,6 +152,25 @@ mod tests {
         // A limit far below the true one: most of the readings beyond it are followed.
         let seldom: Vec<f64> = reading.iter().map(|u| 1.3 * u.clamp(-2.8, 2.8)).collect();
         assert!(!stays(&reading, &seldom, 1.0));
+    }
+
+    /// Noise of the readings is twice the limit, and readings run away to twenty times of it.
+    #[test]
+    fn a_limit_below_the_noise_is_where_the_load_rests() {
+        let mut state = 7_u64;
+        let mut noise = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            4.0 * ((state >> 40) as f64 / 16_777_216.0 - 0.5)
+        };
+        let wanted: Vec<f64> = (0..3000).map(|i| 20.0 * (0.009 * f64::from(i)).sin()).collect();
+        let reading: Vec<f64> = wanted.iter().map(|u| u + noise()).collect();
+        let limited: Vec<f64> = wanted.iter().map(|u| u.clamp(-1.0, 1.0) + 0.02 * noise()).collect();
+        let found = rested_at(&reading, &limited, 2.0).expect("a limit");
+        assert!((found - 1.0).abs() < 0.05, "{found}");
+        // A drive that gives what is asked, and one of which half is lost, rest nowhere.
+        assert_eq!(rested_at(&reading, &wanted, 2.0), None);
+        assert_eq!(rested_at(&reading, &wanted.iter().map(|u| 0.5 * u).collect::<Vec<f64>>(), 2.0), None);
+        assert_eq!(rested_at(&reading[..10], &limited[..10], 2.0), None);
     }
 
     /// What lies between no torque and no torque was no number.

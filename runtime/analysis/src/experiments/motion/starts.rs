@@ -24,15 +24,17 @@ impl MotionExperiment<'_> {
         });
         let load = self.of_load(joint);
         let stays = |limit: &f64| limit::stays(effort, load, *limit);
-        let low = low.into_iter().filter(|limit| limit::rests_at(effort, load, *limit));
+        let low = low.into_iter().filter(|limit| limit::rests_at(effort, load, (*limit, noise)));
         // Of commands that run away from a limit far more is cut off than noise could make.
-        let runs_away = |limit: f64| {
+        let runs_away = |limit: f64, times: f64| {
             let beyond: Vec<f64> = sizes.iter().map(|u| u - limit).filter(|beyond| *beyond > 0.0).collect();
             let squares: f64 = beyond.iter().map(|x| x * x).sum();
-            squares > beyond.len() as f64 * (10.0 * noise).powi(2)
+            squares > beyond.len() as f64 * (times * noise).powi(2)
         };
-        let told = |limit: &f64| *limit > 4.0 * noise || (*limit > noise && runs_away(*limit));
-        low.chain(limits).chain(best).filter(told).filter(stays).collect()
+        let told = |limit: &f64| *limit > 4.0 * noise || (*limit > noise && runs_away(*limit, 10.0));
+        // Where the load itself says that it rests there, noise need not be next to nothing.
+        let rested = limit::rested_at(effort, load, noise).filter(|limit| runs_away(*limit, 4.0));
+        low.chain(limits).chain(best).filter(told).filter(stays).chain(rested).collect()
     }
 
     /// Periods per turn with which a joint's residual may repeat.
