@@ -213,9 +213,15 @@ impl Diagnose {
                 .path(self.validate.as_ref().unwrap_or(&self.log))
                 .words(&self.robot.overrides())
                 .file("--mapping", self.mapping.as_deref());
-            steps.push(compare.words(" --where").because(
-                "Something is left that no effect of the library explains. When it happens, and what it goes with:",
-            ));
+            let why = match found.leaves_structure() {
+                true => {
+                    "Something is left that no effect of the library explains. When it happens, and what it goes with:"
+                }
+                false => {
+                    "What is left is above the noise, or noise of a slow filter. When it is largest, and what it goes with:"
+                }
+            };
+            steps.push(compare.words(" --where").because(why));
         }
         if steps.is_empty() {
             let generate = Typed::command("generate").path(robot).words(&self.robot.overrides());

@@ -149,13 +149,20 @@ impl Diagnosis {
     /// Doubts every effect that acts where something is left.
     fn doubt(&mut self) {
         const PART: &str = "this one may stand for a part of it";
+        let structured: Vec<String> = self.structured().map(|part| part.joint.clone()).collect();
         for (found, rows) in self.effects.iter_mut().zip(&self.acts_on) {
             found.doubts.retain(|doubt| !doubt.ends_with(PART));
-            let at: Vec<&str> =
-                self.suspects.iter().filter(|joint| rows.contains(joint)).map(String::as_str).collect();
-            if !at.is_empty() {
-                let at = at.join(", ");
+            let here = self.suspects.iter().filter(|joint| rows.contains(joint));
+            let (seen, merely): (Vec<&str>, Vec<&str>) =
+                here.map(String::as_str).partition(|joint| structured.iter().any(|known| known == joint));
+            if !seen.is_empty() {
+                let at = seen.join(", ");
                 found.doubts.push(format!("something is left at {at} that no effect explains: {PART}"));
+            } else if !merely.is_empty() {
+                let at = merely.join(", ");
+                found.doubts.push(format!(
+                    "what is left at {at} is above the noise as neighbouring readings tell it: if it is not noise of a slow filter, {PART}"
+                ));
             }
         }
     }
@@ -357,5 +364,29 @@ mod tests {
         let text = serde_json::to_string(&found).unwrap();
         assert!(text.contains(r#""mass":[0.25,0.75],"y":[null,null]"#), "{text}");
         assert_eq!(serde_json::from_str::<FoundEffect>(&text).unwrap(), found);
+    }
+
+    /// Where a row is merely above its noise nobody knows that anything is left.
+    #[test]
+    fn a_row_above_its_noise_is_doubted_in_other_words_than_one_with_structure() {
+        let effect = Effect::new(&bipedc_effects::effect::kinds::TORQUE_BIAS, Location::joint("knee"), &[]);
+        let found = FoundEffect { effect, ci95: BTreeMap::new(), share: 0.5, doubts: Vec::new() };
+        let fall = ErrorFall { before: 2.0, after: 0.2, noise: 0.1, ..ErrorFall::default() };
+        let mut diagnosis = Diagnosis {
+            rows: BTreeMap::from([("knee".to_owned(), fall)]),
+            effects: vec![found],
+            acts_on: vec![vec!["knee".to_owned()]],
+            ..Diagnosis::default()
+        };
+        diagnosis.conclude();
+        assert!(!diagnosis.leaves_structure());
+        let [doubt] = &diagnosis.effects[0].doubts[..] else { panic!("{:?}", diagnosis.effects[0].doubts) };
+        assert!(doubt.contains("noise of a slow filter") && !doubt.contains("no effect explains"), "{doubt}");
+        let (joint, signals) = ("knee".to_owned(), Vec::new());
+        let seen = Unexplained { joint, share: 0.9, signals, seen: Seen::Motion, late_s: None };
+        diagnosis.unexplained_parts = vec![seen];
+        diagnosis.conclude();
+        let [doubt] = &diagnosis.effects[0].doubts[..] else { panic!("{:?}", diagnosis.effects[0].doubts) };
+        assert!(doubt.contains("no effect explains"), "{doubt}");
     }
 }

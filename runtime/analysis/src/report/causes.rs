@@ -164,7 +164,7 @@ fn experiments(group: &[Vec<FoundEffect>]) -> Vec<&'static str> {
 fn unexplained(diagnosis: &Diagnosis) -> Markup {
     html! {
         h3 { "Unexplained" }
-        p { "Something is left that no effect of the library accounts for, in: " (diagnosis.suspects.join(", ")) "." }
+        p { (what_is_left(diagnosis)) " " (diagnosis.suspects.join(", ")) "." }
         @if !diagnosis.unexplained_parts.is_empty() {
             div.table { table {
                 thead { tr { th scope="col" { "row" } th.number scope="col" { "share of what remains" } th scope="col" { "seen in" } } }
@@ -174,6 +174,16 @@ fn unexplained(diagnosis: &Diagnosis) -> Markup {
                     td { (part.seen.words()) @if !part.signals.is_empty() { ": " (part.signals.join(", ")) } }
                 } } }
             } }
+        }
+    }
+}
+
+/// Rows that are merely above their noise may have nothing but noise of a slow filter in them.
+fn what_is_left(diagnosis: &Diagnosis) -> &'static str {
+    match diagnosis.structured().next().is_some() || diagnosis.unexplained_parts.is_empty() {
+        true => "Something is left that no effect of the library accounts for, in:",
+        false => {
+            "More is left than neighbouring readings differ by; what it goes with was not found, and noise behind a slow filter would look the same, in:"
         }
     }
 }
