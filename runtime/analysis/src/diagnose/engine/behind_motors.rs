@@ -5,10 +5,11 @@
 //! a hip whose spring has 103 N m/rad instead of the 128 at which it was sought. Estimated all at once they keep each other
 //! where they are. So the effects that were found stand in line once more, each estimated exactly beside those before it.
 use super::amended::Amended;
+use super::entry::{mistimes, shares};
 use super::estimates::{data, estimates, spread};
 use super::refinement::refine;
 use super::regression::Regression;
-use super::search::{Outcome, mistimes, shares};
+use super::search::Outcome;
 use super::significance::without_sticking;
 use crate::experiments::corners::landings_in_legs;
 use crate::experiments::{Channel, Experiment};

@@ -1,10 +1,11 @@
 //! The answer of a diagnosis: what was found, what each effect explains, what is left, why others do not stand.
 use super::amended::Amended;
 use super::corrections::Settled;
+use super::entry::{PASSING, consider};
 use super::errors::errors;
 use super::late::late;
 use super::regression::{Regression, is_held_out};
-use super::search::{Outcome, PASSING, consider};
+use super::search::Outcome;
 use super::significance::uncertain;
 use super::unexplained::{unexplained, untaught};
 use crate::diagnose::{Diagnosis, FoundEffect, Rejected, Step};

@@ -1,6 +1,7 @@
 //! Effects alone, or effects beside inertial corrections: which of two searches is the answer.
+use super::entry::LEAST;
 use super::regression::{Regression, ScoredFit};
-use super::search::{LEAST, Outcome};
+use super::search::Outcome;
 use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::kinds;
 

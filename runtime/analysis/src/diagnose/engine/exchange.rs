@@ -1,6 +1,6 @@
 //! The best small set at every joint, and exchanges of one effect for another.
+use super::entry::{consider, excluded, mistimes, shares};
 use super::regression::{Regression, ScoredFit};
-use super::search::{consider, excluded, mistimes, shares};
 use crate::parallel::parallel;
 
 /// Candidates of a joint that are combined.

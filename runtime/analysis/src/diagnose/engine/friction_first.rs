@@ -1,6 +1,7 @@
 //! Searches that begin with dry friction at every joint, where inertias are free.
+use super::entry::excluded;
 use super::regression::Regression;
-use super::search::{Outcome, cheaper, excluded, run, run_without};
+use super::search::{Outcome, cheaper, run, run_without};
 use bipedc_effects::effect::kinds;
 
 /// A run with free inertias, and another one that begins with dry friction at every joint: what one joint's friction makes free inertias do at

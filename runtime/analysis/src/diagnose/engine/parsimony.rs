@@ -1,6 +1,7 @@
 //! Parsimony: of explanations that are as good, the simplest.
+use super::entry::{consider, excluded};
 use super::regression::{Regression, ScoredFit};
-use super::search::{Outcome, consider, excluded};
+use super::search::Outcome;
 use crate::parallel::parallel;
 
 /// Alternatives whose held-out error differs by less than this part of what the effect removes are named together.

@@ -3,13 +3,14 @@ use super::amended::Amended;
 use super::block_equations::{BlockEquations, Spread, block_equations};
 use super::fit::{Corrections, Fit, NormalEquations, Term, TermProducts, fit};
 use super::uncertainty::uncertainty;
+use super::unknowns::{Unknown, apply, jacobian, largest_move, unknowns, with_nuisances};
 use crate::experiments::corners::{
     Corners, FARTHEST, NEAR_CORNERS, NEAREST, corners_within, inexactness, landings_in_legs, sharpened,
 };
 use crate::experiments::form::Column;
 use crate::experiments::{Channel, Experiment};
 use crate::parallel::parallel;
-use bipedc_effects::effect::{Effect, Law, Role, Simulation};
+use bipedc_effects::effect::{Effect, Role, Simulation};
 use nalgebra::DMatrix;
 
 /// Blocks of time whose scores make the error bars.
@@ -39,29 +40,6 @@ const ALIKE: f64 = 1.001;
 
 /// An interval that is so many times as wide as what it is of is none.
 const RAN_AWAY: f64 = 1e6;
-
-/// One parameter of one effect.
-struct Unknown {
-    effect: usize,
-    name: String,
-    bounds: (f64, f64),
-    step: f64,
-    /// Whether rows are linear in its reciprocal and not in itself: steps are then taken there.
-    by_reciprocal: bool,
-}
-
-impl Unknown {
-    /// The value after a step of Gauss–Newton.
-    fn moved(&self, value: f64, step: f64) -> f64 {
-        let moved = match self.by_reciprocal {
-            // 1/value − step/value²: the step of the reciprocal that has this slope.
-            true if step < value => value / (1.0 - step / value),
-            true => 10.0 * value,
-            false => value + step,
-        };
-        moved.clamp(self.bounds.0, self.bounds.1)
-    }
-}
 
 /// Half widths of 95 % confidence intervals, by effect and parameter.
 pub(super) type HalfWidths = Vec<Vec<(String, f64)>>;
@@ -134,7 +112,7 @@ fn further(
         has_reach && (value == unknown.bounds.0 || value == unknown.bounds.1)
     };
     unknowns.iter().any(stands).then_some(())?;
-    let on = self::unknowns(&found[..own]);
+    let on = super::unknowns::unknowns(&found[..own]);
     let next = best_estimate(data, found, &on, spread);
     let corners = corners_of(data.judge, &next.refined.effects, NEAREST);
     let error = |estimate: &Estimate| judged_error(data, &corners, &estimate.refined, spread);
@@ -282,15 +260,6 @@ fn converged(
     (as_stated(&current, stated), corners, last)
 }
 
-/// The largest move of a parameter, as a part of its value. One that a bound stops does not move.
-fn largest_move(unknowns: &[Unknown], [from, to]: [&[Effect]; 2]) -> f64 {
-    let part = |unknown: &Unknown| {
-        let [from, to] = [from, to].map(|effects| effects[unknown.effect].value(&unknown.name));
-        (to - from).abs() / from.abs().max(unknown.step)
-    };
-    unknowns.iter().map(part).fold(0.0, f64::max)
-}
-
 /// Samples of each row at the corners of what acts there.
 fn corners_of(experiment: &dyn Experiment, effects: &[Effect], farthest: usize) -> Vec<Corners> {
     let landings = landings_in_legs(experiment, effects);
@@ -322,82 +291,6 @@ fn step(
 ) -> Option<Fit> {
     let products = parallel(terms.len(), |k| TermProducts::new(sums, weights, corrections, &terms[k]));
     fit(corrections, &products.iter().collect::<Vec<_>>())
-}
-
-/// The effects and what is estimated beside them without being reported.
-fn with_nuisances(experiment: &dyn Experiment, mut effects: Vec<Effect>) -> Vec<Effect> {
-    for effect in effects.clone() {
-        let Some((beside, start)) = effect.kind.nuisance() else { continue };
-        let place = effect.location;
-        let possible = experiment.candidates().iter().any(|(kind, at)| *kind == beside && *at == place);
-        if possible && !effects.iter().any(|other| other.kind == beside && other.location == place) {
-            effects.push(Effect::new(beside, place, start));
-        }
-    }
-    effects
-}
-
-fn unknowns(effects: &[Effect]) -> Vec<Unknown> {
-    let mut list = Vec::new();
-    for (index, effect) in effects.iter().enumerate() {
-        for (name, value) in &effect.parameters {
-            let parameter = effect.kind.parameter(name);
-            if parameter.is_some_and(|p| matches!(p.role, Role::Setting(_))) {
-                continue;
-            }
-            let bounds = match parameter.and_then(|p| p.reach) {
-                Some((low, high)) => (low * value, high * value),
-                None => effect.bounds(name),
-            };
-            let step = 1e-4 * value.abs().max(1e-2);
-            let by_reciprocal = match effect.kind.law {
-                Law::SeriesElasticity => true,
-                Law::GroundCompliance => name == "stiffness",
-                _ => false,
-            };
-            list.push(Unknown { effect: index, name: name.clone(), bounds, step, by_reciprocal });
-        }
-    }
-    list
-}
-
-fn apply(effects: &[Effect], unknowns: &[Unknown], steps: &[f64]) -> Vec<Effect> {
-    let mut moved = effects.to_vec();
-    for (unknown, step) in unknowns.iter().zip(steps) {
-        let value = unknown.moved(effects[unknown.effect].value(&unknown.name), *step);
-        moved[unknown.effect].parameters.insert(unknown.name.clone(), value);
-    }
-    moved
-}
-
-/// One column per unknown: the slope of the response.
-fn jacobian(
-    experiment: &dyn Experiment,
-    effects: &[Effect],
-    amended: &Amended<'_>,
-    unknowns: &[Unknown],
-) -> Vec<Column> {
-    parallel(unknowns.len(), |u| {
-        let unknown = &unknowns[u];
-        let value = effects[unknown.effect].value(&unknown.name);
-        // One-sided at a bound.
-        let step = if value + unknown.step > unknown.bounds.1 { -unknown.step } else { unknown.step };
-        let mut moved = effects.to_vec();
-        moved[unknown.effect].parameters.insert(unknown.name.clone(), value + step);
-        let mut column: Column = Vec::new();
-        for (row, response) in experiment.response(&moved) {
-            let (nominal, now) = (experiment.residual(row), amended.residual(row));
-            let slope: Vec<f64> = response
-                .iter()
-                .zip(nominal.iter().zip(now))
-                .map(|(r, (n, a))| (r - (n - a)) / step)
-                .collect();
-            if slope.iter().any(|s| s.abs() > 1e-9) {
-                column.push((row, slope));
-            }
-        }
-        column
-    })
 }
 
 fn equations(
@@ -439,22 +332,4 @@ pub(super) fn middle_size(values: &[f64]) -> f64 {
     }
     let middle = sizes.len() / 2;
     sizes.select_nth_unstable_by(middle, f64::total_cmp).1.max(1e-300)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::Unknown;
-
-    /// A stiffness six times too large: a step of Gauss–Newton in the stiffness itself would make it negative.
-    #[test]
-    fn a_stiffness_is_found_by_its_reciprocal_in_one_step() {
-        let bounds = (1e-3, f64::INFINITY);
-        let stiffness =
-            Unknown { effect: 0, name: "stiffness".to_owned(), bounds, step: 1.0, by_reciprocal: true };
-        let (truth, start) = (4000.0, 24_814.0);
-        // The compliance that is left over its slope by the stiffness, −1 / stiffness².
-        let step = (1.0 / truth - 1.0 / start) * -(start * start);
-        assert!((stiffness.moved(start, step) - truth).abs() < 1e-9 * truth);
-        assert!(stiffness.moved(start, 2.0 * start) > start, "a compliance below nothing is a stiff joint");
-    }
 }

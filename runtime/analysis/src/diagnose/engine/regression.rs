@@ -1,16 +1,12 @@
 //! The linear regression that a search works on: candidates, normal equations, weights, and what a set of effects costs.
-use super::amended::Amended;
 use super::block_equations::{BlockEquations, Spread, block_equations};
 use super::candidates::{all_forms, candidates_of};
-use super::fit::{Candidate, Corrections, Fit, NormalEquations, Term, TermProducts, errors, fit, sizes};
-use super::noise_floor::noise_floor;
+use super::fit::{Candidate, Corrections, Fit, NormalEquations, Term, TermProducts, errors, fit};
 use super::resolution::resolutions;
 use crate::experiments::form::{Column, Form, Search};
-use crate::experiments::noise::heard;
 use crate::experiments::{Channel, Experiment};
 use crate::parallel::parallel;
-use crate::physical::is_possible;
-use crate::robot::inertial_parameters::{InertialParameters, body_of, parameter_index};
+use crate::robot::inertial_parameters::{body_of, parameter_index};
 use bipedc_effects::effect::{Effect, Kind, Law, Location};
 use std::sync::OnceLock;
 
@@ -26,21 +22,8 @@ const INERTIAL: f64 = 4.0;
 /// The same for each effect: of equivalent explanations the one with fewer effects is the cheaper one.
 const EFFECT_PENALTY: f64 = 0.02;
 
-/// What an effect makes is at most so many times all that there is to explain, as sums of squares.
-pub(super) const MOST: f64 = 4.0;
-
 /// What is left of a row whose squared error is below so many times the noise's variance is not worth a word.
 pub(super) const NOISE_MARGIN: f64 = 1.6;
-/// Squared errors below so many times the noise's variance are noise, whatever lowers them: estimates of noise are no better. Of n
-/// samples, [`NOISE_SCATTER`] / √n more, two standard deviations of the mean of two logs' estimates.
-const NOISE_SQUARES: f64 = 1.05;
-const NOISE_SCATTER: f64 = 4.0;
-
-/// A noise floor that effects lower further than to this part of it was none.
-const LOWER: f64 = 0.4;
-/// Noise that is so many times larger than it was taken is worth another search.
-const LOUDER: f64 = 1.1;
-
 /// Candidates with the normal equations of their columns, and how errors weigh.
 pub(super) struct Regression<'a> {
     pub train: &'a dyn Experiment,
@@ -59,14 +42,14 @@ pub(super) struct Regression<'a> {
     /// Deviance of the noise floor on the judging data, per row.
     pub floor_deviance: Vec<f64>,
     /// Variance of the noise floor and how many samples tell the same, per row.
-    noise_floors: Vec<(f64, f64)>,
+    pub(super) noise_floors: Vec<(f64, f64)>,
     pub corrections: Option<Corrections>,
     /// Products of each candidate's terms with all else, formed when first asked for.
     pub products: Vec<OnceLock<Vec<TermProducts>>>,
     /// Root mean squares below which errors say nothing, by row.
     pub resolutions: Vec<f64>,
     /// Sum of squares per row below which errors are the measurement's noise, however small they become.
-    noise_squares: Vec<f64>,
+    pub(super) noise_squares: Vec<f64>,
     /// Inertial parameters are estimated freely: without them nothing can be said of the size of effects.
     pub free: bool,
     /// Squared errors by row before any effect entered.
@@ -165,85 +148,6 @@ impl<'a> Regression<'a> {
         this.weigh();
         progress(1.0);
         this
-    }
-
-    /// Weights from what a smooth function of the signals could reach, or the noise where there are no signals.
-    fn weigh(&mut self) {
-        let rows = self.train.rows();
-        self.noise_floors = parallel(rows.len(), |row| {
-            noise_floor(self.train, self.judge, self.own_blocks, (row, self.resolutions[row]))
-        });
-        self.floor_deviance = self
-            .judge_sums
-            .rows
-            .iter()
-            .zip(&self.noise_floors)
-            .map(|(row, (_, c))| row.count as f64 / c)
-            .collect();
-        let noise = |(resolution, sums): (&f64, &super::fit::RowEquations)| {
-            let count = sums.count as f64;
-            (NOISE_SQUARES + NOISE_SCATTER / count.max(1.0).sqrt()) * resolution.powi(2) * count
-        };
-        // Tables of postures and impacts know no more than a bound of their noise.
-        let is_table = self.train.motion().time.is_empty();
-        self.noise_squares = self
-            .resolutions
-            .iter()
-            .zip(&self.judge_sums.rows)
-            .map(|row| if is_table { 0.0 } else { noise(row) })
-            .collect();
-        self.weigh_by_noise_floors();
-    }
-
-    fn weigh_by_noise_floors(&mut self) {
-        self.weights =
-            self.noise_floors.iter().map(|(variance, correlation)| 1.0 / (variance * correlation)).collect();
-        let wanted = self.train.inertial_count() > 0 && self.spread.corrects;
-        self.corrections =
-            wanted.then(|| Corrections::new(&self.train_sums, &self.weights, self.spread.len()));
-        self.products = self.candidates.iter().map(|_| OnceLock::new()).collect();
-    }
-
-    /// Lowers the noise floor where effects do better than the smooth function did, which cannot follow every jump. Tells
-    /// whether that changed anything worth another search.
-    pub fn reweigh(&mut self, scored: &ScoredFit) -> bool {
-        let mut changed = false;
-        for (row, (variance, _)) in self.noise_floors.iter_mut().enumerate() {
-            let reached = scored.errors[row] / self.judge_sums.rows[row].count.max(1) as f64;
-            let noise = self.resolutions[row].powi(2);
-            if reached < LOWER * *variance && noise < LOWER * *variance {
-                *variance = reached.max(noise);
-                changed = true;
-            }
-        }
-        if changed {
-            self.weigh_by_noise_floors();
-        }
-        changed
-    }
-
-    /// Takes noise for as large as what is left by these effects, as a search scored them, shows it to be: beside what they explain noise
-    /// that is correlated in time could not be told. Tells whether that changed anything worth another search.
-    pub fn hear(&mut self, effects: &[Effect], scored: &ScoredFit) -> bool {
-        // Limits trim what is left, and with it the noise that they may be mistaken for.
-        let kept = effects.iter().filter(|effect| !matches!(effect.kind.law, Law::TrueTorque(_)));
-        let kept: Vec<Effect> = kept.cloned().collect();
-        let mut left = Amended::new(self.train, &kept);
-        if !scored.fit.corrections.is_empty() {
-            left.correct(&self.spread.change(&scored.fit.corrections));
-        }
-        let mut changed = false;
-        for (row, resolution) in self.resolutions.iter_mut().enumerate() {
-            let noise = heard(self.train, row, left.residual(row));
-            if noise > LOUDER * *resolution {
-                *resolution = noise;
-                changed = true;
-            }
-        }
-        if changed {
-            self.weigh();
-        }
-        changed
     }
 
     /// Whether play at a joint changes a torque or force: where nobody measured the link's angle.
@@ -364,46 +268,6 @@ impl<'a> Regression<'a> {
     pub fn coefficients<'t>(&self, active: &[usize], scored: &'t ScoredFit, which: usize) -> &'t [f64] {
         let first: usize = active[..which].iter().map(|&c| self.candidates[c].terms.len()).sum();
         &scored.fit.coefficients[first..first + self.candidates[active[which]].terms.len()]
-    }
-
-    /// Why a fit is physically impossible, if it is.
-    pub fn impossible(&self, active: &[usize], scored: &ScoredFit) -> Option<(usize, String)> {
-        (0..active.len()).filter(|&k| !self.standing.contains(&active[k])).find_map(|k| {
-            let (form, coefficients) =
-                (&self.candidates[active[k]].form, self.coefficients(active, scored, k));
-            let why = form.impossible(coefficients).or_else(|| self.massless(form, coefficients)).or_else(
-                || self.cancelled(&self.candidates[active[k]], coefficients).filter(|_| active.len() > 1),
-            )?;
-            Some((active[k], why))
-        })
-    }
-
-    /// Whether an effect makes far more than there is to explain, so that another one must take it back: a pair that
-    /// the data cannot tell apart.
-    fn cancelled(&self, candidate: &Candidate, coefficients: &[f64]) -> Option<String> {
-        let made = sizes(&self.train_sums, &candidate.terms, coefficients);
-        let weighted = |of: &dyn Fn(usize) -> f64| -> f64 {
-            candidate.rows.iter().map(|&r| of(r) * self.weights[r]).sum()
-        };
-        let wanted = weighted(&|r| self.train_sums.rows[r].squares());
-        (weighted(&|r| made[r]) > MOST * wanted).then(|| {
-            "it and another effect would cancel each other: this data cannot tell them apart".to_owned()
-        })
-    }
-
-    /// Whether an effect on a link leaves no body that can exist: its pseudo-inertia must be positive definite.
-    fn massless(&self, form: &Form, coefficients: &[f64]) -> Option<String> {
-        let Search::Inertial(_) = form.search else { return None };
-        let nominal = self.train.inertial_parameters();
-        let change = self.train.inertial_change(&form.effect(coefficients));
-        let possible = nominal
-            .chunks_exact(InertialParameters::PER_BODY)
-            .zip(change.chunks_exact(InertialParameters::PER_BODY))
-            .all(|(body, change)| {
-                let p: [f64; 10] = std::array::from_fn(|k| body[k] + change[k]);
-                change.iter().all(|c| *c == 0.0) || is_possible(&p)
-            });
-        (!possible).then(|| "no body has such an inertia".to_owned())
     }
 
     /// Lets effects stand from the start, each in the form that fits best. Those that the data cannot tell from the

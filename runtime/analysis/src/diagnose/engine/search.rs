@@ -1,50 +1,21 @@
 //! Which candidates stand: forward search, pruning, and the best small set at every joint.
 use super::behind_motors::is_behind_motor;
 use super::corrected::{is_corrected_as_likely, is_corrected_likelier};
+use super::entry::{ANOTHER, INSEPARABLE, LEAST, consider, is_trace, largest_fall, play, steady};
 use super::exchange::{best_set, exchange, pair};
 use super::friction_first::with_friction_first;
 use super::regression::{Regression, ScoredFit};
 use super::rival::Rival;
-use crate::experiments::Channel;
 use crate::parallel::parallel;
-use bipedc_effects::effect::{Acts, Kind, Law, Location};
+use bipedc_effects::effect::Law;
 use std::collections::BTreeMap;
 
-/// Part of a row's held-out squared error that an effect must remove.
-pub(super) const LEAST: f64 = 0.02;
-/// The same of what lies between motor and link, where stops and gears always give way a little, and beside play that torques alone
-/// show, where links meet stops in a way that no law of the library tells.
-const LEAST_TRANSMISSION: f64 = 0.15;
-
-/// Part of a row's held-out squared error that an effect of a kind must remove beside play at these joints.
-pub(super) fn least(regression: &Regression<'_>, row: usize, kind: &Kind, play: &[&Location]) -> f64 {
-    let between = regression.train.rows()[row].channel == Channel::Transmission
-        || kind.law.acts() == Acts::Transmission;
-    let behind = |location: &&Location| regression.is_behind_play(row, location);
-    if between || play.iter().any(behind) { LEAST_TRANSMISSION } else { LEAST }
-}
-
-/// Where candidates are play.
-fn play<'r>(regression: &'r Regression<'_>, active: &[usize]) -> Vec<&'r Location> {
-    let forms = active.iter().map(|&c| &regression.candidates[c].form);
-    forms.filter(|form| form.kind.law == Law::Backlash).map(|form| &form.location).collect()
-}
-
-/// Part of the squared error that a row had before any effect entered which each effect must remove: less is what the
-/// forms of the others leave.
-const TRACE: f64 = 1e-3;
 /// Most effects that are looked for.
 const MOST: usize = 24;
 /// Most entries, those included that did not last, for each effect that is looked for.
 const ROUNDS: usize = 2;
 /// Part of what an effect explains that another one explains nearly as well.
 const NEARLY: f64 = 0.8;
-/// Why a candidate does not enter that stands, or whose turn it is not: such reasons hold for a step of a search alone.
-const STANDS: &str = "it stands already";
-const ANOTHER: &str = "another candidate lowers the held-out error more";
-pub(super) const PASSING: [&str; 2] = [STANDS, ANOTHER];
-/// Why a candidate does not stand that makes the equations singular.
-const INSEPARABLE: &str = "this data cannot tell it from what stands already";
 
 /// What the search found.
 pub(super) struct Outcome {
@@ -306,136 +277,6 @@ fn is_at_hidden_joint(regression: &Regression<'_>, c: usize) -> bool {
     let here = |o: &usize| joint(*o) == joint(c);
     joint(c).is_some()
         && (0..regression.candidates.len()).filter(here).any(|o| is_behind_motor(regression, o))
-}
-
-/// Why a candidate cannot stand beside these, whatever it lowers.
-pub(super) fn excluded(regression: &Regression<'_>, active: &[usize], c: usize) -> Option<String> {
-    let candidate = &regression.candidates[c];
-    let same = |a: &usize| {
-        let other = &regression.candidates[*a].form;
-        other.kind == candidate.form.kind && other.location == candidate.form.location
-    };
-    if regression.banned.contains(&c) {
-        return Some("its exact estimate is impossible".to_owned());
-    }
-    if active.iter().any(same) {
-        return Some(STANDS.to_owned());
-    }
-    if active.iter().any(|&a| mistimes(regression, a, c)) {
-        return Some(
-            "beside play that torques alone show, stops that are met early or late look like it".to_owned(),
-        );
-    }
-    let other = *active.iter().find(|&&a| shares(regression, a, c))?;
-    Some(format!("{} stands there and has the same part", regression.candidates[other].form.kind))
-}
-
-/// Whether a candidate may enter: the reason if not.
-pub(super) fn consider(
-    regression: &Regression<'_>,
-    active: &[usize],
-    base: &ScoredFit,
-    rough: &ScoredFit,
-    corrected: bool,
-    c: usize,
-) -> Result<ScoredFit, String> {
-    let candidate = &regression.candidates[c];
-    if let Some(reason) = excluded(regression, active, c) {
-        return Err(reason);
-    }
-    let mut with = active.to_vec();
-    with.push(c);
-    let inseparable = || INSEPARABLE.to_owned();
-    let scored = regression.scored_fit(&with, corrected).ok_or_else(inseparable)?;
-    let plain = regression.scored_fit(&with, false).ok_or_else(inseparable)?;
-    if let Some((who, why)) = regression.impossible(&with, &scored) {
-        let of = if who == c { String::new() } else { "with it another effect is impossible: ".to_owned() };
-        return Err(format!("{of}{why}"));
-    }
-    if !regression.free && !steady(regression, &with, &scored, &plain, active.len()) {
-        return Err("its size hangs on how masses are corrected".to_owned());
-    }
-    let play = play(regression, active);
-    let alone = largest_fall(regression, (c, &play), rough, &plain);
-    if alone < LEAST && !regression.free {
-        return Err("it explains something only if masses move with it".to_owned());
-    }
-    let fall = largest_fall(regression, (c, &play), base, &scored).max(alone);
-    if fall < LEAST {
-        return Err(format!(
-            "it lowers no row's held-out squared error by more than {:.1} %",
-            100.0 * fall.max(0.0)
-        ));
-    }
-    if is_trace(regression, &candidate.rows, base, &scored) {
-        return Err(
-            "it would remove a trace of what the other effects removed: their own inaccuracy".to_owned()
-        );
-    }
-    if scored.cost >= base.cost {
-        let (penalty, worth) = (
-            regression.complexity_penalty(&[c]),
-            base.cost - scored.cost + regression.complexity_penalty(&[c]),
-        );
-        return Err(format!(
-            "the evidence for it, {worth:.0}, does not pay for its parameters, {penalty:.0}"
-        ));
-    }
-    Ok(scored)
-}
-
-/// Whether two effects at one place differ only in what neither is about: the moment of reversal, a constant.
-pub(super) fn shares(regression: &Regression<'_>, a: usize, b: usize) -> bool {
-    let (a, b) = (&regression.candidates[a].form, &regression.candidates[b].form);
-    a.location == b.location && a.kind.resembles(b.kind)
-}
-
-/// Whether the first is play that torques alone show, and the second a delay or a spring where it is felt: when the link meets its
-/// stops is known to some milliseconds, and what is left then looks like either.
-pub(super) fn mistimes(regression: &Regression<'_>, play: usize, c: usize) -> bool {
-    let [play, other] = [play, c].map(|c| &regression.candidates[c]);
-    play.form.kind.law == Law::Backlash
-        && matches!(other.form.kind.law, Law::Delay | Law::SeriesElasticity)
-        && other.rows.iter().any(|&row| regression.is_behind_play(row, &play.form.location))
-}
-
-/// Whether an effect's size is much the same with and without inertial corrections. Effects on links compete with
-/// the corrections: theirs need not be.
-fn steady(
-    regression: &Regression<'_>,
-    with: &[usize],
-    corrected: &ScoredFit,
-    plain: &ScoredFit,
-    k: usize,
-) -> bool {
-    if regression.candidates[with[k]].form.location.link.is_some() {
-        return true;
-    }
-    let (a, b) = (regression.coefficients(with, corrected, k), regression.coefficients(with, plain, k));
-    let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
-    let size = norm(&mut a.iter().copied()).max(norm(&mut b.iter().copied()));
-    norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) <= 0.5 * size
-}
-
-/// Largest relative fall of the held-out error over a candidate's rows, beside play, scaled so that [`LEAST`] is what it takes.
-fn largest_fall(
-    regression: &Regression<'_>,
-    (c, play): (usize, &[&Location]),
-    before: &ScoredFit,
-    after: &ScoredFit,
-) -> f64 {
-    let candidate = &regression.candidates[c];
-    let fall = |&r: &usize| {
-        let relative = (before.errors[r] - after.errors[r]) / before.errors[r].max(f64::MIN_POSITIVE);
-        relative * LEAST / least(regression, r, candidate.form.kind, play)
-    };
-    candidate.rows.iter().map(fall).fold(f64::NEG_INFINITY, f64::max)
-}
-
-/// Whether the fall of error is next to nothing beside the errors that there were without any effect.
-fn is_trace(regression: &Regression<'_>, rows: &[usize], before: &ScoredFit, after: &ScoredFit) -> bool {
-    let trace = |r: usize| TRACE * regression.reference[r];
-    rows.iter().all(|&r| before.errors[r] - after.errors[r] <= trace(r))
 }
 
 /// Drops effects that no longer pay.

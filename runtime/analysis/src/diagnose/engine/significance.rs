@@ -1,8 +1,9 @@
 //! Significance: effects that do not survive the exact estimate.
 use super::amended::Amended;
+use super::entry::{LEAST, least};
+use super::impossible::MOST;
 use super::refinement::Refined;
-use super::regression::{MOST, Regression};
-use super::search::{LEAST, least};
+use super::regression::Regression;
 use crate::experiments::form::Reach;
 use crate::experiments::jumps::Jumps;
 use crate::experiments::{Channel, Experiment};

@@ -1,33 +1,22 @@
 //! Forces on the feet at the samples of a log, filtered, and what they do to the robot's coordinates.
-use super::columns::{Columns, has_all_corners};
 use super::foot::FootRecord;
-use super::one_sided::{Removed, without_means};
-use super::passing::{Passing, with_quaternion};
-use super::products::Products;
-use crate::log::{Block, Log, Reader};
+use super::passing::Passing;
+use crate::log::Block;
 use crate::measure::acceleration_noise::AccelerationNoise;
-use crate::measure::columns::JointColumns;
-use crate::measure::filtered::{Filtered, noise_gains, unusable};
-use crate::measure::noise::{of_encoders, white_noise};
+use crate::measure::filtered::noise_gains;
 use crate::measure::stops::Stops;
 use crate::measure::trajectory::{Even, States, Unusable};
-use crate::measure::{HELD, Options};
 use crate::robot::Robot;
 use crate::robot::Trajectory;
 use crate::robot::calls::ModelCalls;
 use crate::robot::feet::{FootCalls, Sole};
 use crate::signal::Butterworth;
-use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
+use bipedc_effects::diagnostic::Diagnostic;
 use nalgebra::Vector3;
 use std::ops::Range;
-use std::path::Path;
 
-/// Samples per period of the cut-off on which rows are computed and filtered: with fewer the filter is another one.
-const PER_PERIOD: f64 = 12.0;
 /// Stretches of fewer samples are left out: a spline needs so many.
 pub(super) const SHORTEST: usize = 16;
-/// m/s²
-const STANDARD_GRAVITY: f64 = 9.81;
 
 /// Motion and foot forces of a log; states as the model has them.
 #[derive(Debug, Clone, Default)]
@@ -58,11 +47,11 @@ pub struct ContactRecording {
     pub(super) position_noise: Vec<f64>,
     /// Parts of a white noise's variance that remain in a value and in a second derivative, after one and after two passes of
     /// the filter.
-    noise_gains: [[f64; 2]; 2],
+    pub(super) noise_gains: [[f64; 2]; 2],
     /// The same of a first derivative after one pass.
-    velocity_gain: f64,
+    pub(super) velocity_gain: f64,
     /// Noise of the joints' accelerations, after one and after two passes of the filter.
-    joint_noise: [Vec<f64>; 2],
+    pub(super) joint_noise: [Vec<f64>; 2],
     /// When joints lay at their stops.
     pub(super) stops: Stops,
     /// Whether rows pass the filter once more, which they do unless this is changed: measured and predicted alike,
@@ -81,141 +70,6 @@ pub struct ContactRecording {
 }
 
 impl ContactRecording {
-    /// Reads a log. Motion and forces pass the same zero-phase filter at `options.cutoff_hz` (10 Hz if not given);
-    /// every `stride`-th sample is kept, none of them is lost to the filter. By default about twelve per period of the
-    /// cut-off are kept, and every other one counts.
-    ///
-    /// # Errors
-    /// Those of the reader; no base, joints or foot forces in the log; a log too short for the filter.
-    pub fn read(
-        robot: &Robot<'_>,
-        log: &Log,
-        options: &Options,
-        stride: Option<usize>,
-    ) -> Result<Self, Diagnostics> {
-        Self::from_reader(robot, log.rows(), options, stride)
-    }
-
-    /// The same from any source.
-    ///
-    /// # Errors
-    /// As [`Self::read`].
-    pub fn from_reader(
-        robot: &Robot<'_>,
-        mut reader: Reader,
-        options: &Options,
-        stride: Option<usize>,
-    ) -> Result<Self, Diagnostics> {
-        let path = reader.file().to_path_buf();
-        let mut columns = Columns::new(robot, &mut reader)?;
-        columns.place_quaternion();
-        // All samples are read, those at the ends too: the rows are filtered once more before the ends are left out.
-        let whole = Options { trim_s: 0.0, from_s: None, to_s: None, ..options.clone() };
-        let Filtered { step, cutoff_hz, filter, mut blocks } = Filtered::new(reader, &whole, (1, 1))?;
-        let thin = stride.is_none();
-        let stride = stride.unwrap_or(((1.0 / step) / (PER_PERIOD * cutoff_hz)) as usize).max(1);
-        let mut recording = Self {
-            step: step * stride as f64,
-            cutoff_hz,
-            filter_rows: true,
-            trajectory: Trajectory::new(robot.layout),
-            ..Self::default()
-        };
-        recording.assumptions = std::mem::take(&mut columns.plan.assumptions);
-        recording.warnings = std::mem::take(&mut columns.plan.warnings);
-        recording.standing = columns.standing;
-        recording.prepare_feet(robot, &columns);
-        recording.effort = columns.plan.joints.iter().map(|c| c.effort.map(|_| Vec::new())).collect();
-        let both = |c: &JointColumns| c.motor_position.and(c.position).is_some();
-        recording.transmission = columns.plan.joints.iter().map(|c| both(c).then(Vec::new)).collect();
-        recording.motors = columns.plan.joints.iter().map(|c| both(c).then(Vec::new)).collect();
-        recording.motor_side = columns.plan.joints.iter().map(|c| c.by_motor).collect();
-        let mut accelerations = AccelerationNoise::new(&columns.plan);
-        recording.stops = Stops::new(robot.layout, &columns.plan);
-        let mut raw_noise: Vec<f64> = Vec::new();
-        let reach = (0.3 / cutoff_hz / step) as usize;
-        let weight = robot.link_inertias.parameters().mass() * STANDARD_GRAVITY;
-        let cut = options.cut_at_impacts;
-        let products =
-            Products::new(robot, cutoff_hz, step, stride).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
-        let columns = &columns;
-        let passing = Passing { robot, columns, filter: &filter, products, step, stride, reach, weight, cut };
-        let mut removed: Vec<Removed> = columns.feet.iter().map(|_| Removed::default()).collect();
-        while let Some(block) = blocks.next_block()? {
-            if block.time.len() < SHORTEST {
-                continue;
-            }
-            let own = with_quaternion(columns, &block);
-            let block = Block { columns: own.as_deref().unwrap_or(block.columns), ..block };
-            if raw_noise.is_empty() {
-                raw_noise = block.columns.iter().map(|c| white_noise(c)).collect();
-                for position in columns.plan.joints.iter().filter_map(|joint| joint.position) {
-                    raw_noise[position] = of_encoders(&block.columns[position], 1);
-                }
-            }
-            accelerations.hear(&columns.plan, &block);
-            recording.stops.look(&block, step);
-            let own = without_means(&columns.feet, &block, weight, &mut removed);
-            let block = Block { columns: own.as_deref().unwrap_or(block.columns), ..block };
-            recording.add(&passing, block).map_err(|e| unusable(e, &path))?;
-            if recording.time.len() > HELD {
-                recording.warnings.push(recording.cut_off(&path));
-                break;
-            }
-        }
-        recording.warnings.extend(blocks.report().warnings.iter().cloned());
-        let told = robot.feet.iter().zip(&removed).filter_map(|(foot, removed)| removed.told(&foot.name));
-        recording.assumptions.extend(told);
-        recording.finish(&passing, &raw_noise, &accelerations);
-        // Half of them show all that the filter leaves.
-        recording.keep(options, if thin { 2 } else { 1 });
-        let falls = recording.keep_upright(robot);
-        recording.keep_standing(robot).map_err(|e| Diagnostics(vec![e.in_file(&path)]))?;
-        if recording.kept.len() < 8 {
-            let before = falls
-                .map_or(String::new(), |end| format!(": the robot falls, and is looked at until {end:.2} s"));
-            let message = format!("only {} samples of the log can be used{before}", recording.kept.len());
-            return Err(Diagnostics(vec![
-                Diagnostic::error(message).in_file(&path).help("at least a few seconds of motion are needed"),
-            ]));
-        }
-        Ok(recording)
-    }
-
-    /// Said of a log that is longer than what is held of it.
-    fn cut_off(&self, path: &Path) -> Diagnostic {
-        let last = self.time.last().copied().unwrap_or(0.0);
-        let message = format!(
-            "the log is too long: what comes after {last} s is not looked at ({HELD} samples of {:.4} s are)",
-            self.step
-        );
-        Diagnostic::warning(message)
-            .in_file(path)
-            .help("cut the file into pieces; a quarter of an hour of motion tells what there is to tell")
-    }
-
-    fn prepare_feet(&mut self, robot: &Robot<'_>, columns: &Columns) {
-        let planar = robot.planar();
-        for (foot, columns) in robot.feet.iter().zip(&columns.feet) {
-            let whole = columns.is_whole(planar);
-            let corners = has_all_corners(columns);
-            if whole && !columns.normal && !columns.has_torque(planar) {
-                self.assumptions.push(format!(
-                    "`{}` has no torque column: its force acts at its centre of pressure, and its moment about the vertical is not known",
-                    foot.name
-                ));
-            }
-            self.feet.push(FootRecord {
-                columns: columns.clone(),
-                from_corners: !whole && corners,
-                is_logged: whole || corners,
-                corners: if corners { vec![Vec::new(); foot.corners.len()] } else { Vec::new() },
-                peaks: vec![Vec::new(); 1 + if corners { foot.corners.len() } else { 0 }],
-                ..FootRecord::default()
-            });
-        }
-    }
-
     /// Adds what lies between two impacts or ends of the block; `impacts`: whether one is at its begin, at its end.
     pub(super) fn add_stretch(
         &mut self,
@@ -309,7 +163,7 @@ impl ContactRecording {
     }
 
     /// Noise after the filter.
-    fn finish(&mut self, passing: &Passing<'_, '_>, raw: &[f64], joints: &AccelerationNoise) {
+    pub(super) fn finish(&mut self, passing: &Passing<'_, '_>, raw: &[f64], joints: &AccelerationNoise) {
         self.noise_gains = [1, 2].map(|passes| {
             let [value, _, second] = noise_gains(passing.filter, passing.step, passes);
             [value, second]

@@ -44,6 +44,7 @@ mod phases;
 mod predict;
 mod products;
 mod quantities;
+mod read;
 mod rows;
 mod simpler;
 mod soles;

@@ -1,0 +1,101 @@
+//! How errors weigh in a search: by what a smooth function of the signals could reach, and by the noise that is heard.
+use super::amended::Amended;
+use super::fit::{Corrections, RowEquations};
+use super::noise_floor::noise_floor;
+use super::regression::{Regression, ScoredFit};
+use crate::experiments::Experiment;
+use crate::experiments::noise::heard;
+use crate::parallel::parallel;
+use bipedc_effects::effect::{Effect, Law};
+use std::sync::OnceLock;
+
+/// Squared errors below so many times the noise's variance are noise, whatever lowers them: estimates of noise are no better. Of n
+/// samples, [`NOISE_SCATTER`] / √n more, two standard deviations of the mean of two logs' estimates.
+const NOISE_SQUARES: f64 = 1.05;
+const NOISE_SCATTER: f64 = 4.0;
+
+/// A noise floor that effects lower further than to this part of it was none.
+const LOWER: f64 = 0.4;
+/// Noise that is so many times larger than it was taken is worth another search.
+const LOUDER: f64 = 1.1;
+
+impl Regression<'_> {
+    /// Weights from what a smooth function of the signals could reach, or the noise where there are no signals.
+    pub fn weigh(&mut self) {
+        let rows = self.train.rows();
+        self.noise_floors = parallel(rows.len(), |row| {
+            noise_floor(self.train, self.judge, self.own_blocks, (row, self.resolutions[row]))
+        });
+        self.floor_deviance = self
+            .judge_sums
+            .rows
+            .iter()
+            .zip(&self.noise_floors)
+            .map(|(row, (_, c))| row.count as f64 / c)
+            .collect();
+        let noise = |(resolution, sums): (&f64, &RowEquations)| {
+            let count = sums.count as f64;
+            (NOISE_SQUARES + NOISE_SCATTER / count.max(1.0).sqrt()) * resolution.powi(2) * count
+        };
+        // Tables of postures and impacts know no more than a bound of their noise.
+        let is_table = self.train.motion().time.is_empty();
+        self.noise_squares = self
+            .resolutions
+            .iter()
+            .zip(&self.judge_sums.rows)
+            .map(|row| if is_table { 0.0 } else { noise(row) })
+            .collect();
+        self.weigh_by_noise_floors();
+    }
+
+    fn weigh_by_noise_floors(&mut self) {
+        self.weights =
+            self.noise_floors.iter().map(|(variance, correlation)| 1.0 / (variance * correlation)).collect();
+        let wanted = self.train.inertial_count() > 0 && self.spread.corrects;
+        self.corrections =
+            wanted.then(|| Corrections::new(&self.train_sums, &self.weights, self.spread.len()));
+        self.products = self.candidates.iter().map(|_| OnceLock::new()).collect();
+    }
+
+    /// Lowers the noise floor where effects do better than the smooth function did, which cannot follow every jump. Tells
+    /// whether that changed anything worth another search.
+    pub fn reweigh(&mut self, scored: &ScoredFit) -> bool {
+        let mut changed = false;
+        for (row, (variance, _)) in self.noise_floors.iter_mut().enumerate() {
+            let reached = scored.errors[row] / self.judge_sums.rows[row].count.max(1) as f64;
+            let noise = self.resolutions[row].powi(2);
+            if reached < LOWER * *variance && noise < LOWER * *variance {
+                *variance = reached.max(noise);
+                changed = true;
+            }
+        }
+        if changed {
+            self.weigh_by_noise_floors();
+        }
+        changed
+    }
+
+    /// Takes noise for as large as what is left by these effects, as a search scored them, shows it to be: beside what they explain noise
+    /// that is correlated in time could not be told. Tells whether that changed anything worth another search.
+    pub fn hear(&mut self, effects: &[Effect], scored: &ScoredFit) -> bool {
+        // Limits trim what is left, and with it the noise that they may be mistaken for.
+        let kept = effects.iter().filter(|effect| !matches!(effect.kind.law, Law::TrueTorque(_)));
+        let kept: Vec<Effect> = kept.cloned().collect();
+        let mut left = Amended::new(self.train, &kept);
+        if !scored.fit.corrections.is_empty() {
+            left.correct(&self.spread.change(&scored.fit.corrections));
+        }
+        let mut changed = false;
+        for (row, resolution) in self.resolutions.iter_mut().enumerate() {
+            let noise = heard(self.train, row, left.residual(row));
+            if noise > LOUDER * *resolution {
+                *resolution = noise;
+                changed = true;
+            }
+        }
+        if changed {
+            self.weigh();
+        }
+        changed
+    }
+}
