@@ -320,3 +320,27 @@ fn a_limit_is_found_where_commands_run_away_from_it() {
     let [before, after] = ["rms_before", "rms_after"].map(|key| answer[key].as_f64().unwrap());
     assert!(after < 0.02 * before, "{before} {after}");
 }
+
+/// Drives that are at their limit nearly all the time: noise of the command is twice the limit of one; filters leave seven newtons at the corners of
+/// another's, which is less than a hundredth of what its limit cuts off.
+#[test]
+fn limits_of_drives_that_are_at_them_nearly_always_are_found() {
+    for (name, joint) in [("arm_torque_saturation-1", "elbow"), ("gantry_torque_saturation-1", "bridge")] {
+        let (answer, truth) = diagnosed_of_seed(name, 20_261_128);
+        is_found(&answer, &truth, "torque_saturation", "limit");
+        assert_eq!(answer["effects"][0]["joint"], joint);
+        let [before, after] = ["rms_before", "rms_after"].map(|key| answer[key].as_f64().unwrap());
+        assert!(after < 0.04 * before, "{before} {after}");
+    }
+}
+
+/// The log that was to judge meets the limit so seldom that it is explained without it.
+#[test]
+fn blocks_judge_where_the_other_log_does_not_show_what_acts() {
+    let (answer, truth) = diagnosed_of_seed("arm_torque_saturation-1", 90_210);
+    is_found(&answer, &truth, "torque_saturation", "limit");
+    let said = answer["summary"].as_str().unwrap();
+    assert!(said.starts_with("validation.csv hardly shows what acts in train.csv"), "{said}");
+    assert!(said.contains("Blocks of train.csv judge instead."), "{said}");
+    assert!(answer["validation"].is_null(), "{}", answer["validation"]);
+}

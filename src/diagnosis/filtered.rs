@@ -19,10 +19,13 @@ pub(super) const QUIETER: f64 = 0.8;
 const ALIKE: f64 = 1.01;
 
 /// Two logs, and what is asked of them.
+#[derive(Clone)]
 pub(super) struct Request<'a> {
     pub robot: &'a Robot,
     pub log: Log,
     pub validate: Option<Log>,
+    /// A log that was to judge and does not show what acts in the one that teaches.
+    pub passed_over: Option<Log>,
     pub options: &'a Options,
     pub search: diagnose::Options,
     pub progress: &'a dyn Progress,

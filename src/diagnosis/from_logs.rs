@@ -39,7 +39,39 @@ pub fn diagnose(
     let work = |train: &dyn Experiment, judge: Option<&dyn Experiment>, search: &diagnose::Options| {
         progress.counted("diagnosing", |progress| diagnose::diagnose(train, judge, search, progress))
     };
-    Ok(with_notes(answer(&request, &work)?, &prepared))
+    let found = answer(&request, &work)?;
+    let own = judged_by_itself(&request, &found, &work)?;
+    Ok(with_notes(own.unwrap_or(found), &prepared))
+}
+
+/// Part of the training log's error that blocks of it must leave to judge instead of a log that does not show what acts there.
+const EXPLAINS: f64 = 0.8;
+
+/// The answer that blocks of the training log give, where the log that was to judge is explained down to its noise, the training log is not, and
+/// its own blocks tell what acts there beside all that was found.
+fn judged_by_itself(
+    request: &Request<'_>,
+    found: &Diagnosed,
+    work: Work<'_>,
+) -> Result<Option<Diagnosed>, Diagnostics> {
+    let first = &found.diagnosis;
+    let (Some((kind, missed, _)), Some(judge)) = (first.unseen_by_judge(), &request.validate) else {
+        return Ok(None);
+    };
+    if first.unexplained {
+        return Ok(None);
+    }
+    let own = Request { validate: None, passed_over: Some(judge.clone()), ..request.clone() };
+    let second = answer(&own, work)?;
+    let stands = |effect: &Effect| {
+        second
+            .diagnosis
+            .estimated()
+            .any(|other| other.kind == effect.kind && other.location == effect.location)
+    };
+    let left = second.diagnosis.rms_training.get(kind).map_or(f64::INFINITY, |fall| fall.told());
+    let is_told = left < EXPLAINS * missed.told() && first.effects.iter().all(|found| stands(&found.effect));
+    Ok(is_told.then_some(second))
 }
 
 impl<'a> Request<'a> {
@@ -50,7 +82,7 @@ impl<'a> Request<'a> {
         (search, progress): (diagnose::Options, &'a dyn Progress),
     ) -> Self {
         let (log, validate) = (prepared.logs[0].clone(), prepared.logs.get(1).cloned());
-        Self { robot, log, validate, options, search, progress }
+        Self { robot, log, validate, passed_over: None, options, search, progress }
     }
 }
 
@@ -140,10 +172,22 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
         state(&mut answer, &*train.experiment, logs.judging());
     }
     look_behind(&measured, request, reading, &mut answer);
+    if let Some(judge) = &request.passed_over {
+        answer.summary.insert_str(0, &passed_over(judge, &request.log));
+    }
     let shown = judge.as_ref().unwrap_or(train);
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
     let report = options.report.then(report).transpose()?;
     Ok(Diagnosed { diagnosis: answer, warnings: warned, report })
+}
+
+/// Said before an answer that does not come from the log that was to judge.
+fn passed_over(judge: &Log, train: &Log) -> String {
+    let name = |log: &Log| log.path().file_name().unwrap_or_default().to_string_lossy().into_owned();
+    let (judge, train) = (name(judge), name(train));
+    format!(
+        "{judge} hardly shows what acts in {train}: it is explained down to its noise without it. Blocks of {train} judge instead.\n"
+    )
 }
 
 /// Which joints rest, turn back or lie at a stop, and that their samples are left out there.

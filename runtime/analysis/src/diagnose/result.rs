@@ -117,6 +117,19 @@ impl Diagnosis {
         self.unexplained && (self.structured().next().is_some() || self.unexplained_parts.is_empty())
     }
 
+    /// The kind of channel of which the log that teaches has more left above its noise than the log of another motion that judges, the
+    /// former's error, and how many times its noise that is: the judge hardly tells what acts there. `None` without such a log.
+    pub fn unseen_by_judge(&self) -> Option<(&str, &ErrorFall, f64)> {
+        self.validation.as_ref()?;
+        let more = |(kind, fall): (&'_ String, &'_ ErrorFall)| {
+            let judged = self.rms.get(kind).and_then(ErrorFall::noises)?;
+            fall.above_noise().filter(|own| *own > LEFT * judged)
+        };
+        let falls = self.rms_training.iter();
+        let all = falls.filter_map(|(kind, fall)| Some((kind.as_str(), fall, more((kind, fall))?)));
+        all.max_by(|a, b| a.2.total_cmp(&b.2))
+    }
+
     /// What is left of which more was seen than that it is above the noise.
     pub fn structured(&self) -> impl Iterator<Item = &Unexplained> {
         self.unexplained_parts.iter().filter(|part| part.seen != Seen::Excess)

@@ -179,14 +179,8 @@ fn loudest(d: &Diagnosis) -> Option<(&String, &ErrorFall, f64)> {
 
 /// What is said where the judging log is explained and the training log is not: the judge cannot tell what acts there.
 fn training_only(d: &Diagnosis) -> Option<String> {
-    d.validation.as_ref()?;
-    let more = |(kind, fall): (&String, &ErrorFall)| {
-        let judged = d.rms.get(kind).and_then(ErrorFall::noises)?;
-        let own = fall.above_noise().filter(|own| *own > LEFT * judged)?;
-        Some((kind.replace('_', " "), short(fall.told()), fall.unit.clone(), own))
-    };
-    let (kind, error, unit, times) =
-        d.rms_training.iter().filter_map(more).max_by(|a, b| a.3.total_cmp(&b.3))?;
+    let (kind, fall, times) = d.unseen_by_judge()?;
+    let (kind, error, unit) = (kind.replace('_', " "), short(fall.told()), &fall.unit);
     Some(format!(
         "The validation log is explained down to its noise, the training log is not: its {kind} is missed by {error} {unit}, \
          {times:.1} times the noise. Something acts there that the validation log does not show: let a log judge in which it \
