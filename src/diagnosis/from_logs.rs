@@ -55,7 +55,7 @@ fn judged_by_itself(
     work: Work<'_>,
 ) -> Result<Option<Diagnosed>, Diagnostics> {
     let first = &found.diagnosis;
-    let (Some((kind, missed, _)), Some(judge)) = (first.unseen_by_judge(), &request.validate) else {
+    let (Some((name, missed, _)), Some(judge)) = (first.unseen_by_judge(), &request.validate) else {
         return Ok(None);
     };
     if first.unexplained {
@@ -69,7 +69,9 @@ fn judged_by_itself(
             .estimated()
             .any(|other| other.kind == effect.kind && other.location == effect.location)
     };
-    let left = second.diagnosis.rms_training.get(kind).map_or(f64::INFINITY, |fall| fall.told());
+    // Blocks that judge are a part of that log: its rows stand for all of it.
+    let again = second.diagnosis.rms_training.get(name).or_else(|| second.diagnosis.rows.get(name));
+    let left = again.map_or(f64::INFINITY, |fall| fall.told());
     let is_told = left < EXPLAINS * missed.told() && first.effects.iter().all(|found| stands(&found.effect));
     Ok(is_told.then_some(second))
 }

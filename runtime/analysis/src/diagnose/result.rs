@@ -41,6 +41,9 @@ pub struct Diagnosis {
     pub rms: BTreeMap<String, ErrorFall>,
     /// As `rms`, on the training data; empty where nobody asked.
     pub rms_training: BTreeMap<String, ErrorFall>,
+    /// As `rows`, on the training data where another log judges; not written by itself.
+    #[serde(skip)]
+    pub rows_training: BTreeMap<String, ErrorFall>,
     /// Of the kind that the table is about: impacts, else centre of pressure for postures, else effort.
     pub rms_before: f64,
     /// See `rms_before`.
@@ -117,17 +120,23 @@ impl Diagnosis {
         self.unexplained && (self.structured().next().is_some() || self.unexplained_parts.is_empty())
     }
 
-    /// The kind of channel of which the log that teaches has more left above its noise than the log of another motion that judges, the
-    /// former's error, and how many times its noise that is: the judge hardly tells what acts there. `None` without such a log.
+    /// The row, or the kind of channel, of which the log that teaches has more left above its noise than the log of another motion that
+    /// judges, the former's error, and how many times its noise that is: the judge hardly tells what acts there. `None` without such a log.
     pub fn unseen_by_judge(&self) -> Option<(&str, &ErrorFall, f64)> {
         self.validation.as_ref()?;
-        let more = |(kind, fall): (&'_ String, &'_ ErrorFall)| {
-            let judged = self.rms.get(kind).and_then(ErrorFall::noises)?;
-            fall.above_noise().filter(|own| *own > LEFT * judged)
+        let most = |[teaches, judges]: [&'_ BTreeMap<String, ErrorFall>; 2], least: f64| {
+            let more = |(name, fall): (&'_ String, &'_ ErrorFall)| {
+                let judged = judges.get(name).and_then(ErrorFall::noises)?;
+                fall.above_noise().filter(|own| *own > least && *own > least * judged)
+            };
+            let all = teaches.iter().filter_map(|pair| Some((pair.0, more(pair)?)));
+            all.max_by(|a, b| a.1.total_cmp(&b.1)).map(|(name, times)| (name.clone(), times))
         };
-        let falls = self.rms_training.iter();
-        let all = falls.filter_map(|(kind, fall)| Some((kind.as_str(), fall, more((kind, fall))?)));
-        all.max_by(|a, b| a.2.total_cmp(&b.2))
+        let row = most([&self.rows_training, &self.rows], PLAINLY);
+        let (name, times) = row.or_else(|| most([&self.rms_training, &self.rms], LEFT))?;
+        let (name, fall) =
+            self.rows_training.get_key_value(&name).or_else(|| self.rms_training.get_key_value(&name))?;
+        Some((name, fall, times))
     }
 
     /// What is left of which more was seen than that it is above the noise.
@@ -316,6 +325,8 @@ fn is_zero(x: &f64) -> bool {
 
 /// Errors above so many times their noise are no noise.
 pub(super) const LEFT: f64 = 1.4;
+/// The same where one row of a training log is held against that row of the log that judges: fast motion that a filter takes off may differ.
+const PLAINLY: f64 = 2.0;
 
 impl ErrorFall {
     /// The remaining error in multiples of the noise where it is no noise, nor too small to be worth a word. What is said of it, in words

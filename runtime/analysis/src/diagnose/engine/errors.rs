@@ -20,6 +20,8 @@ pub struct Errors {
     pub rms: BTreeMap<String, ErrorFall>,
     /// The same on all samples of `train`.
     pub rms_training: BTreeMap<String, ErrorFall>,
+    /// And by row, where another log judges.
+    pub rows_training: BTreeMap<String, ErrorFall>,
 }
 
 /// Root mean square errors with the effects of `before` and with those of `after`.
@@ -32,16 +34,14 @@ pub fn errors(
     let counts = |sample: usize, n: usize| validation.is_some() || is_held_out(sample, n);
     let judged = Left::new(judge, [before, after]);
     let (mut rows, rms) = judged.grouped(&counts);
-    let amended = &judged.after;
-    let jumps = Jumps::of(amended, after);
-    for (row, what) in judge.rows().iter().enumerate() {
-        if let Some(fall) = rows.get_mut(&what.name) {
-            fall.away_from_jumps = jumps.away(amended, row, amended.residual(row), &counts);
-        }
-    }
-    let taught = validation.map(|_| Left::new(train, [before, after]));
-    let rms_training = taught.as_ref().unwrap_or(&judged).grouped(&|_, _| true).1;
-    Errors { rows, rms, rms_training }
+    judged.look_away_from_jumps(after, &counts, &mut rows);
+    let all = |_: usize, _: usize| true;
+    let Some(taught) = validation.map(|_| Left::new(train, [before, after])) else {
+        return Errors { rows, rms, rms_training: judged.grouped(&all).1, rows_training: Falls::new() };
+    };
+    let (mut rows_training, rms_training) = taught.grouped(&all);
+    taught.look_away_from_jumps(after, &all, &mut rows_training);
+    Errors { rows, rms, rms_training, rows_training }
 }
 
 /// What effects leave of each row, over all samples of a log: root mean squares.
@@ -70,6 +70,22 @@ impl<'a> Left<'a> {
         let rows = experiment.rows().len();
         let noises = parallel(rows, |row| noise_of(&before, row, after.residual(row)));
         Self { before, after, noises }
+    }
+
+    /// What is left away from where these effects jump.
+    fn look_away_from_jumps(
+        &self,
+        effects: &[Effect],
+        counts: &dyn Fn(usize, usize) -> bool,
+        rows: &mut Falls,
+    ) {
+        let left = &self.after;
+        let jumps = Jumps::of(left, effects);
+        for (row, what) in left.rows().iter().enumerate() {
+            if let Some(fall) = rows.get_mut(&what.name) {
+                fall.away_from_jumps = jumps.away(left, row, left.residual(row), counts);
+            }
+        }
     }
 
     /// Root mean squares before and after, by row and by kind of channel.
@@ -148,7 +164,8 @@ impl Sums {
 impl Diagnosis {
     /// States these errors.
     pub fn take(&mut self, errors: Errors) {
-        (self.rows, self.rms, self.rms_training) = (errors.rows, errors.rms, errors.rms_training);
+        (self.rows, self.rms) = (errors.rows, errors.rms);
+        (self.rows_training, self.rms_training) = (errors.rows_training, errors.rms_training);
         if let Some(fall) = self.rms.get(main_channel(self)) {
             (self.rms_before, self.rms_after) = (fall.before, fall.after);
         }

@@ -179,10 +179,11 @@ fn loudest(d: &Diagnosis) -> Option<(&String, &ErrorFall, f64)> {
 
 /// What is said where the judging log is explained and the training log is not: the judge cannot tell what acts there.
 fn training_only(d: &Diagnosis) -> Option<String> {
-    let (kind, fall, times) = d.unseen_by_judge()?;
-    let (kind, error, unit) = (kind.replace('_', " "), short(fall.told()), &fall.unit);
+    let (name, fall, times) = d.unseen_by_judge()?;
+    let what = if d.rows_training.contains_key(name) { name.to_owned() } else { name.replace('_', " ") };
+    let (error, unit) = (short(fall.told()), &fall.unit);
     Some(format!(
-        "The validation log is explained down to its noise, the training log is not: its {kind} is missed by {error} {unit}, \
+        "The validation log is explained down to its noise, the training log is not: its {what} is missed by {error} {unit}, \
          {times:.1} times the noise. Something acts there that the validation log does not show: let a log judge in which it \
          acts too, or judge this one by its own blocks (without --validate)."
     ))
@@ -312,6 +313,16 @@ mod tests {
         found.validation = Some(crate::measure::DataSource::default());
         let said = summary(&found);
         assert!(said.contains("its effort is missed by 0.9000 N m, 18.0 times the noise"), "{said}");
+        // One joint of many may be missed where all together are not.
+        let row = |after| ErrorFall { after, ..found.rms["effort"].clone() };
+        let of = |after| Diagnosis {
+            rms_training: found.rms.clone(),
+            rows_training: BTreeMap::from([("knee".to_owned(), row(after))]),
+            ..found.clone()
+        };
+        let said = summary(&of(0.12));
+        assert!(said.contains("its knee is missed by 0.1200 N m, 2.4 times the noise"), "{said}");
+        assert!(summary(&of(0.09)).starts_with("Nothing is missing"));
     }
 
     #[test]
