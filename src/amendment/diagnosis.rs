@@ -99,8 +99,13 @@ fn choose<'d>(diagnosis: &'d Diagnosis, only: &[String]) -> Result<Vec<&'d Found
             let list = diagnosis.effects.iter().zip(1..).map(|(found, n)| format!("{n} {}", name(found)));
             let list: Vec<String> = list.collect();
             let list = if list.is_empty() { "it has none".to_owned() } else { list.join(", ") };
+            let corrections = if diagnosis.inertial_corrections.is_empty() {
+                ""
+            } else {
+                "; its inertial corrections are taken with --with-corrections alone"
+            };
             return Err(Diagnostic::error(format!("the diagnosis has no effect `{wanted}`"))
-                .help(format!("its effects are: {list}")));
+                .help(format!("its effects are: {list}{corrections}")));
         }
         hits.into_iter().for_each(|index| chosen[index] = true);
     }

@@ -153,12 +153,12 @@ impl Found<'_> {
             );
         }
         let Some(sampling) = sampling else { return warnings };
-        let help = "other commands refuse the row: log time with more digits, or remove it";
+        let help = "other commands take such rows together; log time with more digits if they are not copies";
         if let Some(line) = sampling.first_doubled {
             warn(line, format!("{} rows have the time of the row before", sampling.doubled), help);
         }
         if let Some(line) = sampling.first_backward {
-            let help = "sort the rows by time, or split the file where a new recording starts";
+            let help = "other commands sort rows that are a little late, and refuse a clock that starts anew: split the file there";
             warn(line, format!("time runs back in {} rows", sampling.backward), help);
         }
         if sampling.without_time > 0 {

@@ -180,13 +180,29 @@ fn loudest(d: &Diagnosis) -> Option<(&String, &ErrorFall, f64)> {
 /// What is said where the judging log is explained and the training log is not: the judge cannot tell what acts there.
 fn training_only(d: &Diagnosis) -> Option<String> {
     let (name, fall, times) = d.unseen_by_judge()?;
-    let what = if d.rows_training.contains_key(name) { name.to_owned() } else { name.replace('_', " ") };
+    let what = told_name(d, name);
     let (error, unit) = (short(fall.told()), &fall.unit);
     Some(format!(
         "The validation log is explained down to its noise, the training log is not: its {what} is missed by {error} {unit}, \
          {times:.1} times the noise. Something acts there that the validation log does not show: let a log judge in which it \
          acts too, or judge this one by its own blocks (without --validate)."
     ))
+}
+
+/// A row as it is named, a kind of channel in words.
+fn told_name(d: &Diagnosis, name: &str) -> String {
+    if d.rows_training.contains_key(name) { name.to_owned() } else { name.replace('_', " ") }
+}
+
+/// What is said where both logs are missed, and the training log by more.
+fn more_in_training(d: &Diagnosis) -> String {
+    let Some((name, fall, times)) = d.unseen_by_judge() else { return String::new() };
+    let what = told_name(d, name);
+    format!(
+        " Of the training log more is left: its {what} is missed by {} {}, {times:.1} times the noise.",
+        short(fall.told()),
+        fall.unit
+    )
 }
 
 /// The last sentence where nothing structured was seen in what is left.
@@ -211,7 +227,7 @@ fn what_is_left(d: &Diagnosis) -> String {
                     (.., Some(_)) => " where it does not stick",
                     _ => "",
                 },
-            ) + &training_only(d).map_or_else(String::new, |sentence| format!(" {sentence}"))
+            ) + &more_in_training(d)
                 + &match d.late.get(row) {
                     Some(late) => later(*late),
                     None if ratio > HARDLY_ANY => String::new(),
@@ -323,6 +339,14 @@ mod tests {
         let said = summary(&of(0.12));
         assert!(said.contains("its knee is missed by 0.1200 N m, 2.4 times the noise"), "{said}");
         assert!(summary(&of(0.09)).starts_with("Nothing is missing"));
+        // A judge that is missed itself is not said to be explained.
+        let loud = ErrorFall { after: 0.11, ..found.rms["effort"].clone() };
+        let said = summary(&Diagnosis { rows: BTreeMap::from([("knee".to_owned(), loud)]), ..of(0.3) });
+        assert!(
+            said.contains("Of the training log more is left: its knee is missed by 0.3000 N m, 6.0 times"),
+            "{said}"
+        );
+        assert!(!said.contains("explained down to its noise"), "{said}");
     }
 
     #[test]
