@@ -12,6 +12,7 @@ use bipedc_analysis::diagnose::{self, support};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::data_checks::{Findings, inspect};
 use bipedc_analysis::measure;
+use bipedc_analysis::number::four_decimals;
 use bipedc_analysis::parallel::parallel;
 use bipedc_compiler::Robot;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics, Severity};
@@ -174,6 +175,8 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
         state(&mut answer, &*train.experiment, logs.judging());
     }
     look_behind(&measured, request, reading, &mut answer);
+    let jumps = at_jumps(&answer);
+    answer.assumptions.extend(jumps);
     if let Some(judge) = &request.passed_over {
         answer.summary.insert_str(0, &passed_over(judge, &request.log));
     }
@@ -181,6 +184,20 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
     let report = || of_measurements(robot, &measured, shown, Some(&answer));
     let report = options.report.then(report).transpose()?;
     Ok(Diagnosed { diagnosis: answer, warnings: warned, report })
+}
+
+/// Rows that are above their noise only where something jumps, and how much is left away from there.
+fn at_jumps(answer: &diagnose::Diagnosis) -> Option<String> {
+    let told = |(row, fall): (&String, &diagnose::ErrorFall)| {
+        format!("{row} {} {}", four_decimals(fall.told()), fall.unit)
+    };
+    let rows: Vec<String> = answer.left_at_jumps().map(told).collect();
+    (!rows.is_empty()).then(|| {
+        format!(
+            "what is left above the noise of some rows is left around the moments at which joints turn back or drives reach their limits, which the filter smears; away from them: {}",
+            rows.join(", ")
+        )
+    })
 }
 
 /// Said before an answer that does not come from the log that was to judge.

@@ -90,7 +90,7 @@ pub struct Amend {
     /// Of a diagnosis only this: its number from 1, KIND or KIND:PLACE; several times or with commas
     #[arg(long, value_name = "WHICH", value_delimiter = ',', requires = "from")]
     only: Vec<String>,
-    /// With --only: also the corrections of masses and inertias, which were estimated beside all effects
+    /// Also the corrections of masses and inertias, which were estimated beside all effects: with --only, or where nothing else was found
     #[arg(long, requires = "from")]
     with_corrections: bool,
     /// Add the effect even where one of its kind stands

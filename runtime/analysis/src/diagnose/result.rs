@@ -139,6 +139,15 @@ impl Diagnosis {
         Some((name, fall, times))
     }
 
+    /// Rows of which more than the noise is left only around the samples at which something jumps, which a filter smears.
+    pub fn left_at_jumps(&self) -> impl Iterator<Item = (&String, &ErrorFall)> {
+        self.rows.iter().filter(|(_, fall)| {
+            let around = fall.after_moving.unwrap_or(fall.after);
+            let is_known = fall.noise > 0.0 && fall.above_noise().is_none() && fall.behind_both.is_none();
+            is_known && fall.away_from_jumps.is_some() && around > LEFT * fall.noise.max(fall.resolution)
+        })
+    }
+
     /// What is left of which more was seen than that it is above the noise.
     pub fn structured(&self) -> impl Iterator<Item = &Unexplained> {
         self.unexplained_parts.iter().filter(|part| part.seen != Seen::Excess)
@@ -388,6 +397,21 @@ mod tests {
         let text = serde_json::to_string(&found).unwrap();
         assert!(text.contains(r#""mass":[0.25,0.75],"y":[null,null]"#), "{text}");
         assert_eq!(serde_json::from_str::<FoundEffect>(&text).unwrap(), found);
+    }
+
+    #[test]
+    fn rows_that_are_missed_around_reversals_alone_are_named() {
+        let fall = |away: f64, noise: f64| ErrorFall {
+            after: 0.25,
+            away_from_jumps: Some(away),
+            noise,
+            ..ErrorFall::default()
+        };
+        let rows = [("knee", fall(0.12, 0.1)), ("hip", fall(0.2, 0.1)), ("ankle", fall(0.12, 0.2))];
+        let rows = rows.map(|(name, fall)| (name.to_owned(), fall)).into();
+        let diagnosis = Diagnosis { rows, ..Diagnosis::default() };
+        let named: Vec<&str> = diagnosis.left_at_jumps().map(|(row, _)| row.as_str()).collect();
+        assert_eq!(named, ["knee"]);
     }
 
     /// Where a row is merely above its noise nobody knows that anything is left.
