@@ -248,7 +248,8 @@ fn admit(problem: &mut Problem) -> f64 {
 /// [`Solved::residual`]; computes `problem.velocity`.
 pub(super) fn residual(problem: &mut Problem) -> f64 {
     problem.move_by_impulses();
-    if !problem.velocity.iter().all(|velocity| velocity.is_finite()) {
+    // No early end: so they are compared side by side.
+    if !problem.velocity.iter().fold(true, |all, velocity| all & velocity.is_finite()) {
         // Comparisons below would take NaN for an open contact.
         return f64::NAN;
     }

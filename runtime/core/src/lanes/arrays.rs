@@ -3,6 +3,12 @@
 //! Not in wider ones: while a register of 512 bits is at work, Intel's processors close one of the two ports at which scalar
 //! products and sums are done, and the function behind the sines takes up to twice as long.
 
+#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+use super::x86::{FusedF32x4, FusedF32x8, FusedF64x2, FusedF64x4};
+#[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
+use super::{F32x4, F32x8, F64x2, F64x4};
+#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+use super::{FusedF32, FusedF64};
 use crate::math::kernel::{Kernel, any};
 
 /// Lane after lane: each is a full register, so they gain nothing from each other.
@@ -21,12 +27,11 @@ pub(crate) fn each<V: Kernel, const N: usize>(angles: [V; N]) -> ([V; N], [V; N]
 /// keep it in memory where the fast path wants it in registers.
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
 macro_rules! packed {
-    ($name:ident, $scalar:ident, $narrow:ident $half:literal, $wide:ident $full:literal) => {
+    ($inline:meta, $name:ident, $scalar:ident, $narrow:ident $half:literal, $wide:ident $full:literal) => {
         /// Angles packed into lanes, the same bits as one by one.
-        #[inline]
+        #[$inline]
         pub(crate) fn $name<const N: usize>(angles: [$scalar; N]) -> ([$scalar; N], [$scalar; N]) {
-            use super::{$narrow, $wide};
-            let (mut sines, mut cosines) = ([0.0; N], [0.0; N]);
+            let (mut sines, mut cosines) = ([$scalar::default(); N], [$scalar::default(); N]);
             let (blocks, rest) = angles.as_chunks::<$full>();
             let (sine_blocks, sine_rest) = sines.as_chunks_mut::<$full>();
             let (cosine_blocks, cosine_rest) = cosines.as_chunks_mut::<$full>();
@@ -72,16 +77,18 @@ fn unpad<T: Copy, const N: usize>(block: &[T; N], values: &mut [T]) {
 }
 
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-packed!(all_f64, f64, F64x2 2, F64x4 4);
+packed!(inline, all_f64, f64, F64x2 2, F64x4 4);
 #[cfg(all(target_arch = "x86_64", target_feature = "sse2"))]
-packed!(all_f32, f32, F32x4 4, F32x8 8);
+packed!(inline, all_f32, f32, F32x4 4, F32x8 8);
+// Instructions of a better processor: never in a function of their own, which would be compiled without them.
+#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+packed!(inline(always), all_fused_f64, FusedF64, FusedF64x2 2, FusedF64x4 4);
+#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
+packed!(inline(always), all_fused_f32, FusedF32, FusedF32x4 4, FusedF32x8 8);
 
 /// Scalars in loops that the compiler can vectorise, with one branch for all of them.
-#[cfg(any(
-    not(all(target_arch = "x86_64", target_feature = "sse2")),
-    all(feature = "dispatch", not(target_feature = "fma"))
-))]
-pub(crate) mod looped {
+#[cfg(not(all(target_arch = "x86_64", target_feature = "sse2")))]
+mod looped {
     use super::{Kernel, each};
     use crate::math::kernel::common;
 

@@ -1,6 +1,7 @@
 //! Numbers of one lane that compute with fused multiply-adds though the target has none: for functions that are compiled for
 //! processors that have them, see the module `dispatch`.
-use super::{F64x2, Two, looped};
+use super::x86::FusedF64x2;
+use super::{Two, arrays};
 use crate::Real;
 use crate::math::kernel::{Element, Kernel, any};
 use crate::math::{exponential, large, scalar};
@@ -27,9 +28,9 @@ macro_rules! operators {
 }
 
 macro_rules! fused {
-    ($(#[$doc:meta])* $name:ident of $scalar:ident, two $two:ty: $fused:ident $sqrt:ident $exp:ident $tanh:ident $large:ident) => {
+    ($(#[$doc:meta])* $name:ident of $scalar:ident, two $two:ty: $fused:ident $sqrt:ident $sines:ident $exp:ident $tanh:ident $large:ident) => {
         $(#[$doc])*
-        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[derive(Debug, Clone, Copy, Default, PartialEq)]
         #[repr(transparent)]
         pub struct $name($scalar);
 
@@ -53,7 +54,7 @@ macro_rules! fused {
             }
             #[inline(always)]
             fn sin_cos_all<const N: usize>(angles: [Self; N]) -> ([Self; N], [Self; N]) {
-                looped::all(angles)
+                arrays::$sines(angles)
             }
             #[inline(always)]
             fn exp(self) -> Self {
@@ -109,60 +110,34 @@ macro_rules! fused {
 
 fused! {
     /// `f64` with fused multiply-adds, for functions that are compiled with them.
-    FusedF64 of f64, two TwoFusedF64: instruction_f64 sqrt_f64 fused_exp_f64 fused_tanh_f64 sin_cos_f64
+    FusedF64 of f64, two FusedF64x2: instruction_f64 sqrt_f64 all_fused_f64 fused_exp_f64 fused_tanh_f64 sin_cos_f64
 }
 fused! {
     /// `f32` with fused multiply-adds, for functions that are compiled with them.
-    FusedF32 of f32, two super::Twice<Self>: instruction_f32 sqrt_f32 fused_exp_f32 fused_tanh_f32 sin_cos_f32
+    FusedF32 of f32, two super::Twice<Self>: instruction_f32 sqrt_f32 all_fused_f32 fused_exp_f32 fused_tanh_f32 sin_cos_f32
 }
 
-/// Two of them in one register, for functions that are compiled with fused multiply-adds.
-#[derive(Debug, Clone, Copy)]
-#[repr(transparent)]
-pub struct TwoFusedF64(F64x2);
-
-macro_rules! two_operators {
-    ($($trait:ident $method:ident)*) => {
-        $(impl $trait for TwoFusedF64 {
-            type Output = Self;
-            #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                Self(self.0.$method(other.0))
-            }
-        })*
-    };
-}
-
-two_operators!(Add add Sub sub Mul mul Div div);
-
-impl Neg for TwoFusedF64 {
-    type Output = Self;
-    #[inline(always)]
-    fn neg(self) -> Self {
-        Self(-self.0)
-    }
-}
-
-impl Two<FusedF64> for TwoFusedF64 {
+/// Two in one register.
+impl Two<FusedF64> for FusedF64x2 {
     #[inline(always)]
     fn of(first: FusedF64, second: FusedF64) -> Self {
-        Self(F64x2::from_array([first.0, second.0]))
+        Self::from_array([first, second])
     }
     #[inline(always)]
     fn first(self) -> FusedF64 {
-        FusedF64(self.0.to_array()[0])
+        self.to_array()[0]
     }
     #[inline(always)]
     fn second(self) -> FusedF64 {
-        FusedF64(self.0.to_array()[1])
+        self.to_array()[1]
     }
     #[inline(always)]
     fn fused(a: Self, b: Self, c: Self) -> Self {
-        Self(F64x2::once_rounded(a.0, b.0, c.0))
+        Real::fused(a, b, c)
     }
     #[inline(always)]
     fn sqrt(self) -> Self {
-        Self(Real::sqrt(self.0))
+        Real::sqrt(self)
     }
 }
 

@@ -17,8 +17,6 @@ mod two;
 mod x86;
 
 #[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
-use arrays::looped;
-#[cfg(all(feature = "dispatch", target_arch = "x86_64", not(target_feature = "fma")))]
 pub use fused::{FusedF32, FusedF64};
 pub use pair::Pair;
 pub use two::{Twice, Two, TwoF64, both, two};

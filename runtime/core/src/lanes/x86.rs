@@ -1,17 +1,20 @@
-//! Registers of x86-64 as numbers: a type for each width that the target features of this compilation have.
+//! Registers of x86-64 as numbers: a type for each width that the target features of this compilation have, and those with fused
+//! multiply-add of functions that are compiled for a better processor (see the module `dispatch`).
 
 use core::arch::x86_64::*;
 use core::fmt;
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
 use super::arrays;
+#[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
+use super::{FusedF32, FusedF64};
 use crate::Real;
 use crate::math::kernel::{Kernel, any};
 
 /// Runs intrinsics. Only here the crate calls them.
 macro_rules! vector {
-    // SAFETY: every use of this macro stands under a `cfg` that has its features enabled for the whole
-    // compilation, and nothing here dereferences a pointer.
+    // SAFETY: every use of this macro stands under a `cfg` that has its features enabled for the whole compilation, or is of a
+    // number that is computed with only where the processor has them (`dispatch`); nothing here dereferences a pointer.
     ($($body:tt)*) => {{
         #[allow(unused_unsafe)]
         unsafe { $($body)* }
@@ -30,10 +33,29 @@ macro_rules! operator {
     };
 }
 
+/// `a * b + c`, one rounding where the target has the instruction.
+macro_rules! as_the_target {
+    ($fmadd:ident $mul:ident $add:ident: $a:expr, $b:expr, $c:expr) => {{
+        #[cfg(target_feature = "fma")]
+        let sum = vector!($fmadd($a, $b, $c));
+        #[cfg(not(target_feature = "fma"))]
+        let sum = vector!($add($mul($a, $b), $c));
+        sum
+    }};
+}
+
+/// `a * b + c` with one rounding; one instruction where it is inlined into a function that has it.
+#[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
+macro_rules! once_rounded {
+    ($fmadd:ident $mul:ident $add:ident: $a:expr, $b:expr, $c:expr) => {
+        vector!($fmadd($a, $b, $c))
+    };
+}
+
 /// A lane type over one register; the names of its intrinsics are spelt out, because macros cannot join names.
 macro_rules! register {
     (
-        $(#[$doc:meta])* $name:ident: $register:ident of $scalar:ident $lanes:literal;
+        $(#[$doc:meta])* $name:ident: $register:ident of $scalar:ident $lanes:literal, $primitive:ident, $fused:ident;
         $set1:ident $add:ident $sub:ident $mul:ident $div:ident $sqrt:ident $fmadd:ident;
         $to_bits:ident $from_bits:ident $set1_bits:ident($int:ty) $and:ident $xor:ident
         $add_bits:ident $sub_bits:ident $shift:ident $top:literal;
@@ -98,15 +120,11 @@ macro_rules! register {
             type Two = super::Twice<Self>;
             #[inline(always)]
             fn constant(value: f64) -> Self {
-                Self(vector!($set1(value as $scalar)))
+                Self(vector!($set1(value as $primitive)))
             }
             #[inline(always)]
             fn fused(a: Self, b: Self, c: Self) -> Self {
-                #[cfg(target_feature = "fma")]
-                let sum = vector!($fmadd(a.0, b.0, c.0));
-                #[cfg(not(target_feature = "fma"))]
-                let sum = vector!($add($mul(a.0, b.0), c.0));
-                Self(sum)
+                Self($fused!($fmadd $mul $add: a.0, b.0, c.0))
             }
             #[inline(always)]
             fn sqrt(self) -> Self {
@@ -181,7 +199,7 @@ macro_rules! register {
 
 register! {
     /// Two `f64`.
-    F64x2: __m128d of f64 2;
+    F64x2: __m128d of f64 2, f64, as_the_target;
     _mm_set1_pd _mm_add_pd _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_sqrt_pd _mm_fmadd_pd;
     _mm_castpd_si128 _mm_castsi128_pd _mm_set1_epi64x(i64) _mm_and_si128 _mm_xor_si128
     _mm_add_epi64 _mm_sub_epi64 _mm_slli_epi64 62;
@@ -190,7 +208,7 @@ register! {
 
 register! {
     /// Four `f32`.
-    F32x4: __m128 of f32 4;
+    F32x4: __m128 of f32 4, f32, as_the_target;
     _mm_set1_ps _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_sqrt_ps _mm_fmadd_ps;
     _mm_castps_si128 _mm_castsi128_ps _mm_set1_epi32(i32) _mm_and_si128 _mm_xor_si128
     _mm_add_epi32 _mm_sub_epi32 _mm_slli_epi32 30;
@@ -200,7 +218,7 @@ register! {
 #[cfg(target_feature = "avx2")]
 register! {
     /// Four `f64`.
-    F64x4: __m256d of f64 4;
+    F64x4: __m256d of f64 4, f64, as_the_target;
     _mm256_set1_pd _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd _mm256_fmadd_pd;
     _mm256_castpd_si256 _mm256_castsi256_pd _mm256_set1_epi64x(i64) _mm256_and_si256 _mm256_xor_si256
     _mm256_add_epi64 _mm256_sub_epi64 _mm256_slli_epi64 62;
@@ -211,7 +229,7 @@ register! {
 #[cfg(target_feature = "avx2")]
 register! {
     /// Eight `f32`.
-    F32x8: __m256 of f32 8;
+    F32x8: __m256 of f32 8, f32, as_the_target;
     _mm256_set1_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_sqrt_ps _mm256_fmadd_ps;
     _mm256_castps_si256 _mm256_castsi256_ps _mm256_set1_epi32(i32) _mm256_and_si256 _mm256_xor_si256
     _mm256_add_epi32 _mm256_sub_epi32 _mm256_slli_epi32 30;
@@ -222,7 +240,7 @@ register! {
 #[cfg(target_feature = "avx512f")]
 register! {
     /// Eight `f64`.
-    F64x8: __m512d of f64 8;
+    F64x8: __m512d of f64 8, f64, as_the_target;
     _mm512_set1_pd _mm512_add_pd _mm512_sub_pd _mm512_mul_pd _mm512_div_pd _mm512_sqrt_pd _mm512_fmadd_pd;
     _mm512_castpd_si512 _mm512_castsi512_pd _mm512_set1_epi64(i64) _mm512_and_si512 _mm512_xor_si512
     _mm512_add_epi64 _mm512_sub_epi64 _mm512_slli_epi64 62;
@@ -232,7 +250,7 @@ register! {
 #[cfg(target_feature = "avx512f")]
 register! {
     /// Sixteen `f32`.
-    F32x16: __m512 of f32 16;
+    F32x16: __m512 of f32 16, f32, as_the_target;
     _mm512_set1_ps _mm512_add_ps _mm512_sub_ps _mm512_mul_ps _mm512_div_ps _mm512_sqrt_ps _mm512_fmadd_ps;
     _mm512_castps_si512 _mm512_castsi512_ps _mm512_set1_epi32(i32) _mm512_and_si512 _mm512_xor_si512
     _mm512_add_epi32 _mm512_sub_epi32 _mm512_slli_epi32 30;
@@ -240,11 +258,43 @@ register! {
 }
 
 #[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
-impl F64x2 {
-    /// `a * b + c` with one rounding; one instruction where it is inlined into a function that has it.
-    #[inline(always)]
-    pub(super) fn once_rounded(a: Self, b: Self, c: Self) -> Self {
-        // SAFETY: only what runs on a processor that has it computes with fused numbers, see `dispatch`.
-        Self(unsafe { _mm_fmadd_pd(a.0, b.0, c.0) })
-    }
+register! {
+    /// Two [`FusedF64`], for functions that are compiled with fused multiply-adds.
+    FusedF64x2: __m128d of FusedF64 2, f64, once_rounded;
+    _mm_set1_pd _mm_add_pd _mm_sub_pd _mm_mul_pd _mm_div_pd _mm_sqrt_pd _mm_fmadd_pd;
+    _mm_castpd_si128 _mm_castsi128_pd _mm_set1_epi64x(i64) _mm_and_si128 _mm_xor_si128
+    _mm_add_epi64 _mm_sub_epi64 _mm_slli_epi64 62;
+    crate::math::COMMON_RANGE_F64, |x, bound| _mm_movemask_pd(_mm_cmple_pd(x, bound)) == 0b11
+}
+
+#[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
+register! {
+    /// Four [`FusedF32`], for functions that are compiled with fused multiply-adds.
+    FusedF32x4: __m128 of FusedF32 4, f32, once_rounded;
+    _mm_set1_ps _mm_add_ps _mm_sub_ps _mm_mul_ps _mm_div_ps _mm_sqrt_ps _mm_fmadd_ps;
+    _mm_castps_si128 _mm_castsi128_ps _mm_set1_epi32(i32) _mm_and_si128 _mm_xor_si128
+    _mm_add_epi32 _mm_sub_epi32 _mm_slli_epi32 30;
+    crate::math::COMMON_RANGE_F32, |x, bound| _mm_movemask_ps(_mm_cmple_ps(x, bound)) == 0b1111
+}
+
+#[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
+register! {
+    /// Four [`FusedF64`], for functions that are compiled with fused multiply-adds.
+    FusedF64x4: __m256d of FusedF64 4, f64, once_rounded;
+    _mm256_set1_pd _mm256_add_pd _mm256_sub_pd _mm256_mul_pd _mm256_div_pd _mm256_sqrt_pd _mm256_fmadd_pd;
+    _mm256_castpd_si256 _mm256_castsi256_pd _mm256_set1_epi64x(i64) _mm256_and_si256 _mm256_xor_si256
+    _mm256_add_epi64 _mm256_sub_epi64 _mm256_slli_epi64 62;
+    crate::math::COMMON_RANGE_F64,
+    |x, bound| _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(x, bound)) == 0b1111
+}
+
+#[cfg(all(feature = "dispatch", not(target_feature = "fma")))]
+register! {
+    /// Eight [`FusedF32`], for functions that are compiled with fused multiply-adds.
+    FusedF32x8: __m256 of FusedF32 8, f32, once_rounded;
+    _mm256_set1_ps _mm256_add_ps _mm256_sub_ps _mm256_mul_ps _mm256_div_ps _mm256_sqrt_ps _mm256_fmadd_ps;
+    _mm256_castps_si256 _mm256_castsi256_ps _mm256_set1_epi32(i32) _mm256_and_si256 _mm256_xor_si256
+    _mm256_add_epi32 _mm256_sub_epi32 _mm256_slli_epi32 30;
+    crate::math::COMMON_RANGE_F32,
+    |x, bound| _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LE_OQ>(x, bound)) == 0xff
 }

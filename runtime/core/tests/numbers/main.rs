@@ -2,6 +2,7 @@
 #![allow(missing_docs)]
 mod exponential;
 mod lanes;
+mod levels;
 mod sin_cos;
 
 /// Lines of a packed table.

@@ -83,7 +83,7 @@ wide! {
         let (length, a) = (chunks(n), &whole(a)[..n * chunks(n)]);
         for i in 0..length {
             let own = tile(a, length, i, i);
-            let mut x = less_rows(a, length, i, 0..i, b);
+            let mut x = less_rows::<F>(a, length, i, 0..i, b);
             for at in 1..SIDE {
                 for j in 0..at {
                     x[at] -= own[at][j] * x[j];
@@ -93,7 +93,7 @@ wide! {
         }
         for i in (0..length).rev() {
             let own = tile(a, length, i, i);
-            let mut x = less_rows(a, length, i, i + 1..length, b);
+            let mut x = less_rows::<F>(a, length, i, i + 1..length, b);
             for at in (0..SIDE.min(n - i * SIDE)).rev() {
                 for j in at + 1..SIDE {
                     x[at] -= own[at][j] * x[j];

@@ -11,6 +11,10 @@ pub(in crate::simulate) trait Four: Copy {
     /// `self + factor · y`
     fn plus(self, factor: f64, y: Self) -> Self;
     fn times(self, factor: f64) -> Self;
+    /// `self + x · y`, each with its own.
+    fn plus_each(self, x: Self, y: Self) -> Self;
+    /// Of each of four the sum `(a + b) + (c + d)`.
+    fn sums(four: [Self; 4]) -> Chunk;
 }
 
 impl Four for Chunk {
@@ -34,6 +38,14 @@ impl Four for Chunk {
     fn times(self, factor: f64) -> Self {
         self.map(|x| x * factor)
     }
+    #[inline(always)]
+    fn plus_each(self, x: Self, y: Self) -> Self {
+        std::array::from_fn(|i| self[i] + x[i] * y[i])
+    }
+    #[inline(always)]
+    fn sums(four: [Self; 4]) -> Chunk {
+        four.map(|[a, b, c, d]| (a + b) + (c + d))
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -43,8 +55,8 @@ pub(in crate::simulate) use register::Register;
 mod register {
     use super::{Chunk, Four};
     use std::arch::x86_64::{
-        __m256d, _mm256_add_pd, _mm256_loadu_pd, _mm256_mul_pd, _mm256_set1_pd, _mm256_storeu_pd,
-        _mm256_sub_pd,
+        __m256d, _mm256_add_pd, _mm256_hadd_pd, _mm256_loadu_pd, _mm256_mul_pd, _mm256_permute2f128_pd,
+        _mm256_set1_pd, _mm256_storeu_pd, _mm256_sub_pd,
     };
 
     /// A register of 256 bits, for what is compiled for processors that have it: nothing else may name this type.
@@ -72,6 +84,22 @@ mod register {
         #[inline(always)]
         fn times(self, factor: f64) -> Self {
             Self(unsafe { _mm256_mul_pd(self.0, _mm256_set1_pd(factor)) })
+        }
+        #[inline(always)]
+        fn plus_each(self, x: Self, y: Self) -> Self {
+            Self(unsafe { _mm256_add_pd(self.0, _mm256_mul_pd(x.0, y.0)) })
+        }
+        #[inline(always)]
+        fn sums([i, j, k, l]: [Self; 4]) -> Chunk {
+            let mut sums = [0.0; 4];
+            unsafe {
+                // Halves hold a + b and c + d of two rows each.
+                let (ij, kl) = (_mm256_hadd_pd(i.0, j.0), _mm256_hadd_pd(k.0, l.0));
+                let (lower, upper) =
+                    (_mm256_permute2f128_pd::<0x20>(ij, kl), _mm256_permute2f128_pd::<0x31>(ij, kl));
+                _mm256_storeu_pd(sums.as_mut_ptr(), _mm256_add_pd(lower, upper));
+            }
+            sums
         }
     }
 }

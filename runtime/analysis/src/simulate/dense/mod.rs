@@ -39,7 +39,7 @@ mod tests {
 
     #[test]
     fn agree_with_nalgebra() {
-        for (n, columns) in [(9, 5), (8, 4), (6, 11), (1, 1)] {
+        for (n, columns) in [(9, 5), (8, 4), (6, 11), (18, 23), (1, 1)] {
             let d = positive(n);
             let mut l = padded(&d);
             assert!(factor(&mut l, n));
@@ -77,7 +77,7 @@ mod tests {
     #[test]
     fn elimination_solves_and_refuses() {
         let mut order = Vec::new();
-        for n in [1, 7, 8, 13] {
+        for n in [1, 7, 8, 13, 22] {
             let a = DMatrix::from_row_slice(n, n, &numbers(n * n)) + DMatrix::identity(n, n) * 0.3;
             let mut factors = padded(&a);
             assert!(eliminate(&mut factors, n, &mut order));

@@ -119,7 +119,7 @@ wide! {
         let (length, l) = (chunks(n), &whole(l)[..n * chunks(n)]);
         for i in 0..length {
             let own = tile(l, length, i, i);
-            let mut x = less_rows(l, length, i, 0..i, b);
+            let mut x = less_rows::<F>(l, length, i, 0..i, b);
             for at in 0..SIDE {
                 for j in 0..at {
                     x[at] -= own[at][j] * x[j];

@@ -179,23 +179,26 @@ pub(super) fn put_block(b: &mut [f64], at: usize, block: Chunk) {
 
 /// A block of `b` less some of its rows of `a` times other blocks.
 #[inline(always)]
-pub(super) fn less_rows(
+pub(super) fn less_rows<F: Four>(
     a: &[Chunk],
     length: usize,
     i: usize,
     others: std::ops::Range<usize>,
     b: &[f64],
 ) -> Chunk {
-    let mut sums = [[0.0; SIDE]; SIDE];
+    let mut sums = [F::of(&[0.0; SIDE]); SIDE];
     for j in others {
-        let (rows, x) = (tile(a, length, i, j), block(b, j));
-        sums = std::array::from_fn(|k| std::array::from_fn(|c| sums[k][c] + rows[k][c] * x[c]));
+        let rows = rows::<F>(a, length, i, j);
+        let x = match b[j * SIDE..].first_chunk() {
+            Some(whole) => F::of(whole),
+            None => F::of(&block(b, j)),
+        };
+        for k in 0..SIDE {
+            sums[k] = sums[k].plus_each(rows[k], x);
+        }
     }
-    let own = block(b, i);
-    std::array::from_fn(|k| {
-        let [a, b, c, d] = sums[k];
-        own[k] - ((a + b) + (c + d))
-    })
+    let (own, sums) = (block(b, i), F::sums(sums));
+    std::array::from_fn(|k| own[k] - sums[k])
 }
 
 pub(super) use wide;
