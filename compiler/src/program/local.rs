@@ -1,5 +1,6 @@
 //! Functions of a few numbers with exact first and second derivatives and their structure: what a nonlinear program is put together from.
-use super::{Dual, Evaluator, Order, lower};
+use super::slopes::Slopes;
+use super::{Evaluator, Order, lower};
 use crate::expression::{Expr, Graph, Input, Sym, gradient, inputs};
 use bipedc_runtime::lanes::F64x8;
 use bipedc_runtime::{Argument, Real, State};
@@ -23,7 +24,6 @@ pub struct LocalFunction {
 
 /// Numbers in a lane.
 const LANES: usize = 8;
-type Lanes = Dual<F64x8>;
 
 impl LocalFunction {
     /// Of rows whose only inputs are the first `variables` elements of [`Argument::Parameters`].
@@ -87,13 +87,13 @@ impl LocalFunction {
 
     /// r(x).
     pub fn values(&self, x: &[f64], out: &mut [f64]) {
-        self.value.run(&State::new().with(Argument::Parameters, x), &mut self.value.workspace(), out);
+        self.value.run_one(&State::new().with(Argument::Parameters, x), out);
     }
 
     /// ∂r/∂x in the order of its structure.
     pub fn jacobian(&self, x: &[f64], out: &mut [f64]) {
-        let mut workspace = self.value.workspace::<Lanes>();
-        let mut rows = vec![Lanes::constant(0.0); self.rows];
+        let mut workspace = self.value.workspace::<Slopes>();
+        let mut rows = vec![Slopes::constant(0.0); self.rows];
         for first in (0..self.variables).step_by(LANES) {
             let seeded = seeded(x, |k| (first..first + LANES).contains(&k).then(|| k - first));
             self.value.run(&State::new().with(Argument::Parameters, &seeded), &mut workspace, &mut rows);
@@ -109,8 +109,8 @@ impl LocalFunction {
     /// Second derivatives of Σ multiplier · row in the order of their structure.
     pub fn hessian(&self, x: &[f64], multipliers: &[f64], out: &mut [f64]) {
         let all: Vec<f64> = x.iter().chain(multipliers).copied().collect();
-        let mut workspace = self.gradient.workspace::<Lanes>();
-        let mut rows = vec![Lanes::constant(0.0); self.variables];
+        let mut workspace = self.gradient.workspace::<Slopes>();
+        let mut rows = vec![Slopes::constant(0.0); self.variables];
         for (group, directions) in self.directions.chunks(LANES).enumerate() {
             let seeded = seeded(&all, |k| directions.iter().position(|&d| d == k));
             self.gradient.run(&State::new().with(Argument::Parameters, &seeded), &mut workspace, &mut rows);
@@ -125,13 +125,13 @@ impl LocalFunction {
 }
 
 /// Numbers with a slope of 1 in the lane that is said of them.
-fn seeded(x: &[f64], lane: impl Fn(usize) -> Option<usize>) -> Vec<Lanes> {
+fn seeded(x: &[f64], lane: impl Fn(usize) -> Option<usize>) -> Vec<Slopes> {
     let number = |(k, &value): (usize, &f64)| {
         let mut slope = [0.0; LANES];
         if let Some(lane) = lane(k) {
             slope[lane] = 1.0;
         }
-        Dual(F64x8::from_array([value; LANES]), F64x8::from_array(slope))
+        Slopes(value, F64x8::from_array(slope))
     };
     x.iter().enumerate().map(number).collect()
 }

@@ -12,6 +12,7 @@ mod native;
 mod native;
 mod often;
 mod schedule;
+mod slopes;
 mod twins;
 
 pub use batch::{BatchColumns, BatchStates};

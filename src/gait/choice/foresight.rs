@@ -14,13 +14,20 @@ use std::sync::{Mutex, PoisonError};
 
 /// A step that takes longer than this does not come to its end, s.
 const LONGEST: f64 = 10.0;
-const PRECISION: Precision = Precision {
-    relative: 1e-10,
-    absolute: 1e-10,
-    largest_step: 0.1,
-    largest_look: 0.005,
-    most_steps: 10_000,
-};
+/// Of steps whose speed counts.
+const CLOSE: Precision = precision(1e-10);
+/// Of those that only say where to look, or whether a step is made.
+const ROUGH: Precision = precision(1e-7);
+
+const fn precision(tolerance: f64) -> Precision {
+    Precision {
+        relative: tolerance,
+        absolute: tolerance,
+        largest_step: 0.1,
+        largest_look: 0.005,
+        most_steps: 10_000,
+    }
+}
 
 /// The robot as the one who chooses knows it, and what has to hold while it walks.
 #[derive(Clone)]
@@ -84,13 +91,36 @@ impl<'f> Foresight<'f> {
     /// # Errors
     /// Why it is not reached.
     pub fn ahead(&self, q: &[f64], v: &[f64], values: &[f64]) -> Result<Passed, String> {
+        self.ahead_within(&CLOSE, [q, v], values)
+    }
+
+    /// The same a thousand times less closely, for a third of the work.
+    ///
+    /// # Errors
+    /// Why it is not reached.
+    pub fn roughly_ahead(&self, q: &[f64], v: &[f64], values: &[f64]) -> Result<Passed, String> {
+        self.ahead_within(&ROUGH, [q, v], values)
+    }
+
+    fn ahead_within(
+        &self,
+        precision: &Precision,
+        state: [&[f64]; 2],
+        values: &[f64],
+    ) -> Result<Passed, String> {
         let follower = self.follower().map_err(|error| error.message)?;
-        let found = self.followed(&follower, [q, v], values);
+        let found = self.followed(&follower, precision, state, values);
         self.idle.lock().unwrap_or_else(PoisonError::into_inner).push(follower);
         found
     }
 
-    fn followed(&self, by: &Follower<'f>, [q, v]: [&[f64]; 2], values: &[f64]) -> Result<Passed, String> {
+    fn followed(
+        &self,
+        by: &Follower<'f>,
+        precision: &Precision,
+        [q, v]: [&[f64]; 2],
+        values: &[f64],
+    ) -> Result<Passed, String> {
         let stance = Stance::new(&by.chain).map_err(|why| why.to_string())?;
         let phase = by.chain.first().map_err(|error| error.message)?;
         {
@@ -107,7 +137,7 @@ impl<'f> Foresight<'f> {
             .with_stops(stops.clone());
         let start = Start { time: 0.0, phase, x: [q, v].concat() };
         let mut until = UntilSeen(&seen);
-        let walked = walk_watched(&robot, start, LONGEST, &PRECISION, &mut until);
+        let walked = walk_watched(&robot, start, LONGEST, precision, &mut until);
         if let Some((.., refusal)) = robot.refusal() {
             return Err(refusal.to_string());
         }

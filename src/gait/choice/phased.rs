@@ -14,6 +14,12 @@ const NEAREST: usize = 24;
 const FURTHER: usize = 8;
 /// By how much a speed may be missed, as a part of it or of 1.
 const MISSED: f64 = 1e-7;
+/// A speed that misses by so much is worth a step that is followed closely, as a part of the wished one or of 1.
+const NEARLY: f64 = 1e-4;
+/// Differences of speeds that are large beside what steps followed roughly are off.
+const CLEAR: f64 = 1e-5;
+/// Steps that are followed on the way to a wished speed.
+const ROUNDS: usize = 8;
 /// By how much another speed is, to see what is left of a difference after a step.
 const FASTER: f64 = 0.03;
 
@@ -72,13 +78,13 @@ impl<'a, 'f> PhasedChooser<'a, 'f> {
     /// The parameters to take at mid-stance in this state (legs named by their roles), to pass the next one with the speed `wished`, per
     /// s. `present`: parameters of the present step.
     pub fn choose(&self, now: &Passed, wished: f64, present: &[f64]) -> Choice {
-        let usual = self.ahead(now, &self.settings.usual);
+        let usual = self.roughly(now, &self.settings.usual);
         let expected = self.expected(now.speed);
         // Where the usual step is made it says how far everything is off what was computed once.
         let off = usual.as_ref().map_or(0.0, |usual| usual.speed - expected);
         let reach = |gain: f64| expected + off + gain;
         if let Some(usual) = usual
-            && let Some(found) = self.meeting(now, &usual, (wished, &reach))
+            && let Some(found) = self.meeting(now, &usual, (wished, &reach), present)
         {
             return found;
         }
@@ -96,43 +102,104 @@ impl<'a, 'f> PhasedChooser<'a, 'f> {
         self.foresight.ahead(&now.q, &now.v, values).ok()
     }
 
+    /// The same, as closely as is needed to know where to look.
+    fn roughly(&self, now: &Passed, values: &[f64]) -> Option<Passed> {
+        self.foresight.roughly_ahead(&now.q, &now.v, values).ok()
+    }
+
     /// Parameters on the way from the usual ones to a combination on the other side of the wished speed.
     fn meeting(
         &self,
         now: &Passed,
         usual: &Passed,
         (wished, reach): (f64, &dyn Fn(f64) -> f64),
+        present: &[f64],
     ) -> Option<Choice> {
         let near = usual.speed - wished;
-        if near.abs() <= MISSED * wished.max(1.0) {
-            return self.accepted(&self.settings.usual, usual);
+        if near.abs() <= NEARLY * wished.max(1.0)
+            && let Some(usual) = self.ahead(now, &self.settings.usual).filter(|usual| met(usual, wished))
+        {
+            return self.accepted(&self.settings.usual, &usual);
+        }
+        if let Some(found) = self.near_present(now, near, wished, present) {
+            return Some(found);
         }
         let beyond = |(_, gain): &&(Vec<f64>, f64)| (reach(*gain) < wished) != (near < 0.0);
         self.nodes.iter().filter(beyond).take(TRIED).find_map(|(node, _)| {
-            let far = self.ahead(now, node)?.speed - wished;
+            let far = self.roughly(now, node)?.speed - wished;
             ((far < 0.0) != (near < 0.0)).then_some(())?;
-            self.between(now, (node, [near, far]), wished)
+            let ends = [(0.0, near), (1.0, far)];
+            self.by_secants(now, wished, (&|part| self.toward(node, part), 1.0), ends).or_else(|| {
+                let [near, far] = [&self.settings.usual, node].map(|values| self.ahead(now, values));
+                self.between(now, (node, [near?.speed - wished, far?.speed - wished]), wished)
+            })
         })
+    }
+
+    /// From the usual parameters part of the way to others.
+    fn toward(&self, node: &[f64], part: f64) -> Vec<f64> {
+        self.settings.usual.iter().zip(node).map(|(a, b)| a + part * (b - a)).collect()
+    }
+
+    /// The same beside those of the present step, which tell most of it where speeds are wished that change little. With several parameters they need not
+    /// lie on the way to the nearest combination.
+    fn near_present(&self, now: &Passed, near: f64, wished: f64, present: &[f64]) -> Option<Choice> {
+        let [(axis, values)] = &self.settings.choices.axes[..] else { return None };
+        let (usual, own) = (self.settings.usual[*axis], present[*axis]);
+        let alone = |k: usize| k == *axis || present[k] == self.settings.usual[k];
+        if own == usual || !(0..present.len()).all(alone) {
+            return None;
+        }
+        let end = if own > usual { values.last()? } else { values.first()? };
+        let miss = self.roughly(now, present)?.speed - wished;
+        // Little of what the usual parameters miss: else the way to the other side tells more.
+        (miss.abs() <= 0.5 * near.abs()).then_some(())?;
+        let most = (end - usual) / (own - usual);
+        self.by_secants(now, wished, (&|part| self.toward(present, part), most), [(0.0, near), (1.0, miss)])
+    }
+
+    /// The place on a way at which a speed is met, from two places with what they miss it by; roughly at first.
+    fn by_secants(
+        &self,
+        now: &Passed,
+        wished: f64,
+        (way, most): (&dyn Fn(f64) -> Vec<f64>, f64),
+        [before, mut last]: [(f64, f64); 2],
+    ) -> Option<Choice> {
+        let scale = wished.max(1.0);
+        let mut slope = (last.1 - before.1) / (last.0 - before.0);
+        for _ in 0..ROUNDS {
+            let part = last.0 - last.1 / slope;
+            (0.0..=most).contains(&part).then_some(())?;
+            let (values, closely) = (way(part), last.1.abs() <= NEARLY * scale);
+            let next = if closely { self.ahead(now, &values) } else { self.roughly(now, &values) }?;
+            if closely && met(&next, wished) {
+                return self.accepted(&values, &next);
+            }
+            let miss = next.speed - wished;
+            if (miss - last.1).abs() > CLEAR * scale {
+                slope = (miss - last.1) / (part - last.0);
+            }
+            last = (part, miss);
+        }
+        None
     }
 
     /// The step on the line from the usual parameters to others that has the wished speed.
     fn between(&self, now: &Passed, (node, ends): (&[f64], [f64; 2]), wished: f64) -> Option<Choice> {
-        let place = |part: f64| -> Vec<f64> {
-            self.settings.usual.iter().zip(node).map(|(a, b)| a + part * (b - a)).collect()
-        };
-        let met = |speed: f64| (speed - wished).abs() <= MISSED * wished.max(1.0);
+        ((ends[0] < 0.0) != (ends[1] < 0.0)).then_some(())?;
         // What is met is a zero: every further place would cost a step.
         let mut meets = None;
-        let miss = |part: f64| match self.ahead(now, &place(part)) {
-            Some(next) if met(next.speed) => {
-                meets = Some((place(part), next));
+        let miss = |part: f64| match self.ahead(now, &self.toward(node, part)) {
+            Some(next) if met(&next, wished) => {
+                meets = Some((self.toward(node, part), next));
                 0.0
             }
             next => next.map_or(f64::NAN, |next| next.speed) - wished,
         };
-        let values = place(zero(miss, (0.0, ends[0]), (1.0, ends[1])));
+        let values = self.toward(node, zero(miss, (0.0, ends[0]), (1.0, ends[1])));
         let again =
-            || self.ahead(now, &values).filter(|next| met(next.speed)).map(|next| (values.clone(), next));
+            || self.ahead(now, &values).filter(|next| met(next, wished)).map(|next| (values.clone(), next));
         let (values, next) = meets.or_else(again)?;
         self.accepted(&values, &next)
     }
@@ -150,13 +217,13 @@ impl<'a, 'f> PhasedChooser<'a, 'f> {
     /// Whether some further step is possible: first those are tried that come back to the speed of the usual parameters.
     fn goes_on(&self, next: &Passed) -> bool {
         let usual = &self.settings.usual;
-        if self.ahead(next, usual).is_some() {
+        if self.roughly(next, usual).is_some() {
             return true;
         }
         let settled = self.nominal[0] / (1.0 - self.nominal[1]).max(0.1);
         let expected = self.expected(next.speed);
         let nodes = self.by_miss(|gain| expected + gain - settled);
-        nodes.into_iter().take(FURTHER).any(|node| self.ahead(next, node).is_some())
+        nodes.into_iter().take(FURTHER).any(|node| self.roughly(next, node).is_some())
     }
 
     /// The step that comes closest and can go on, else one that is made at all.
@@ -164,12 +231,13 @@ impl<'a, 'f> PhasedChooser<'a, 'f> {
         let nodes = self.by_miss(|gain| reach(gain) - wished);
         let tried = nodes.into_iter().take(NEAREST);
         let mut made: Vec<(&Vec<f64>, Passed)> =
-            tried.filter_map(|node| Some((node, self.ahead(now, node)?))).collect();
+            tried.filter_map(|node| Some((node, self.roughly(now, node)?))).collect();
         made.sort_by(|a, b| (a.1.speed - wished).abs().total_cmp(&(b.1.speed - wished).abs()));
         let on = made.iter().find(|(_, next)| self.goes_on(next));
         let kind = if on.is_some() { ChoiceKind::Closest } else { ChoiceKind::Unkept };
         let (node, next) = on.or(made.first())?;
-        Some(Choice { parameters: (*node).clone(), predicted: Some(next.speed), steps: None, kind })
+        let speed = self.ahead(now, node).map_or(next.speed, |next| next.speed);
+        Some(Choice { parameters: (*node).clone(), predicted: Some(speed), steps: None, kind })
     }
 
     /// Combinations in the order of how much they miss.
@@ -178,6 +246,11 @@ impl<'a, 'f> PhasedChooser<'a, 'f> {
         nodes.sort_by(|a, b| miss(a.1).abs().total_cmp(&miss(b.1).abs()));
         nodes.into_iter().map(|(node, _)| node).collect()
     }
+}
+
+/// Whether a step has the speed that is wished.
+fn met(next: &Passed, wished: f64) -> bool {
+    (next.speed - wished).abs() <= MISSED * wished.max(1.0)
 }
 
 /// Distance of parameters, each relative to its range.

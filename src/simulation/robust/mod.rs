@@ -6,7 +6,7 @@ mod trial;
 
 pub use trial::{Disturbance, DisturbanceKind};
 
-use super::Scene;
+use super::{Scene, walker_for};
 use crate::progress::Run;
 use bipedc_analysis::gait::{Watch, in_parallel};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
@@ -136,7 +136,8 @@ impl Scene {
             return Err(Diagnostic::error(message).in_file(&self.file).help(help).into());
         }
         self.with_choosers(gait, run, |choosers| {
-            let trial = Trial { scene: self, gait, choosers, seed: options.seed };
+            let walker = &walker_for(&self.robot, &self.scenario, false)?;
+            let trial = Trial { scene: self, walker, gait, choosers, seed: options.seed };
             trial.undisturbed()?;
             Ok(self.tried(&trial, options, run))
         })

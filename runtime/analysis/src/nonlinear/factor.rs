@@ -1,11 +1,11 @@
 //! L D Lᵀ of a sparse symmetric matrix without exchanges of pivots, in dense blocks (a multifrontal method): what a block leaves is handed to the block above it in
 //! the elimination tree, so that nearly all work is products of dense matrices.
+use super::dense;
 use super::side_by_side::side_by_side;
 use super::stack::Stack;
 use super::symbolic::{Block, Structure};
 use clarabel::algebra::CscMatrix;
 use clarabel::qdldl::{QDLDLFactorisation, QDLDLSettingsBuilder};
-use nalgebra::{DMatrixView, DVector};
 use std::ops::Range;
 
 /// A factor with the structure that it keeps from one matrix to the next.
@@ -136,43 +136,40 @@ impl Factor {
 
     /// Solves in place.
     pub fn solve(&self, right: &mut [f64]) {
-        let mut x = DVector::from_iterator(right.len(), self.structure.order.iter().map(|&k| right[k]));
+        let mut x: Vec<f64> = self.structure.order.iter().map(|&k| right[k]).collect();
         let most = self.structure.blocks.iter().map(|block| block.below.len()).max().unwrap_or(0);
-        let mut room = DVector::zeros(most);
+        let mut room = vec![0.0; most];
         for (index, block) in self.structure.blocks.iter().enumerate() {
-            let own = self.columns(index);
-            let rows = own.rows(block.width, block.below.len());
-            for k in 0..block.width {
-                let (value, rest) = (x[block.first + k], block.width - k - 1);
-                x.rows_mut(block.first + k + 1, rest).axpy(-value, &own.column(k).rows(k + 1, rest), 1.0);
+            let (own, height) = self.columns(index);
+            let inside = &mut x[block.first..block.first + block.width];
+            for (k, column) in own.chunks_exact(height).enumerate() {
+                let (value, rest) = (inside[k], &mut inside[k + 1..]);
+                rest.iter_mut().zip(&column[k + 1..]).for_each(|(x, l)| *x -= value * l);
             }
-            let mut below = room.rows_mut(0, block.below.len());
-            below.gemv(1.0, &rows, &x.rows(block.first, block.width), 0.0);
-            block.below.iter().zip(below.iter()).for_each(|(&row, sum)| x[row] -= sum);
+            let below = &mut room[..block.below.len()];
+            dense::times((own, height, block.width), inside, below);
+            block.below.iter().zip(below).for_each(|(&row, sum)| x[row] -= *sum);
         }
         for (index, block) in self.structure.blocks.iter().enumerate().rev() {
-            let own = self.columns(index);
-            let rows = own.rows(block.width, block.below.len());
-            let mut below = room.rows_mut(0, block.below.len());
+            let (own, height) = self.columns(index);
+            let below = &mut room[..block.below.len()];
             below.iter_mut().zip(&block.below).for_each(|(to, &row)| *to = x[row]);
-            for k in 0..block.width {
-                x[block.first + k] /= own[(k, k)];
+            let inside = &mut x[block.first..block.first + block.width];
+            for (k, column) in own.chunks_exact(height).enumerate() {
+                inside[k] = inside[k] / column[k] - dense::dot(&column[block.width..], below);
             }
-            x.rows_mut(block.first, block.width).gemv_tr(-1.0, &rows, &below, 1.0);
-            for k in (0..block.width).rev() {
-                let rest = block.width - k - 1;
-                let sum = own.column(k).rows(k + 1, rest).dot(&x.rows(block.first + k + 1, rest));
-                x[block.first + k] -= sum;
+            for (k, column) in own.chunks_exact(height).enumerate().rev() {
+                inside[k] -= dense::dot(&column[k + 1..block.width], &inside[k + 1..]);
             }
         }
-        self.structure.order.iter().zip(x.iter()).for_each(|(&column, &value)| right[column] = value);
+        self.structure.order.iter().zip(x).for_each(|(&column, value)| right[column] = value);
     }
 
-    /// Columns of a block: L with D on its diagonal.
-    fn columns(&self, index: usize) -> DMatrixView<'_, f64> {
+    /// Columns of a block, one after the other, and their length: L with D on its diagonal.
+    fn columns(&self, index: usize) -> (&[f64], usize) {
         let block = &self.structure.blocks[index];
         let values = &self.values[self.begins[index]..self.begins[index + 1]];
-        DMatrixView::from_slice(values, block.width + block.below.len(), block.width)
+        (values, block.width + block.below.len())
     }
 }
 

@@ -4,6 +4,7 @@
 //! in place of a merit function, second-order corrections, inertia made right by regularisation. Where no step is acceptable,
 //! the constraints alone are made smaller by damped Gauss–Newton steps; where even that ends, the program is infeasible as far as this method
 //! can see, and [`Solution::violations`] says which constraints are.
+mod dense;
 mod factor;
 mod filter;
 mod interior_point;
