@@ -8,7 +8,7 @@ use crate::measurements::currents::{self, Prepared};
 use crate::measurements::{Content, Loaded, Log, Measured};
 use crate::progress::Progress;
 use crate::report::of_measurements;
-use bipedc_analysis::diagnose::{self, support};
+use bipedc_analysis::diagnose::{self, Diagnosis, ErrorFall, support};
 use bipedc_analysis::experiments::Experiment;
 use bipedc_analysis::experiments::data_checks::{Findings, inspect};
 use bipedc_analysis::measure;
@@ -70,9 +70,10 @@ fn judged_by_itself(
             .estimated()
             .any(|other| other.kind == effect.kind && other.location == effect.location)
     };
-    // Blocks that judge are a part of that log: its rows stand for all of it.
-    let again = second.diagnosis.rms_training.get(name).or_else(|| second.diagnosis.rows.get(name));
-    let left = again.map_or(f64::INFINITY, |fall| fall.told());
+    // All of that log counts: where its blocks do not show what acts either, nothing is told.
+    let Diagnosis { rows_training, rms_training, .. } = &second.diagnosis;
+    let again = rows_training.get(name).or_else(|| rms_training.get(name));
+    let left = again.map_or(f64::INFINITY, ErrorFall::told);
     let is_told = left < EXPLAINS * missed.told() && first.effects.iter().all(|found| stands(&found.effect));
     Ok(is_told.then_some(second))
 }
@@ -187,10 +188,9 @@ fn answer(request: &Request<'_>, work: Work<'_>) -> Result<Diagnosed, Diagnostic
 }
 
 /// Rows that are above their noise only where something jumps, and how much is left away from there.
-fn at_jumps(answer: &diagnose::Diagnosis) -> Option<String> {
-    let told = |(row, fall): (&String, &diagnose::ErrorFall)| {
-        format!("{row} {} {}", four_decimals(fall.told()), fall.unit)
-    };
+fn at_jumps(answer: &Diagnosis) -> Option<String> {
+    let told =
+        |(row, fall): (&String, &ErrorFall)| format!("{row} {} {}", four_decimals(fall.told()), fall.unit);
     let rows: Vec<String> = answer.left_at_jumps().map(told).collect();
     (!rows.is_empty()).then(|| {
         format!(

@@ -41,7 +41,7 @@ pub struct Diagnosis {
     pub rms: BTreeMap<String, ErrorFall>,
     /// As `rms`, on the training data; empty where nobody asked.
     pub rms_training: BTreeMap<String, ErrorFall>,
-    /// As `rows`, on the training data where another log judges; not written by itself.
+    /// As `rows`, on all of the training data; not written by itself.
     #[serde(skip)]
     pub rows_training: BTreeMap<String, ErrorFall>,
     /// Of the kind that the table is about: impacts, else centre of pressure for postures, else effort.

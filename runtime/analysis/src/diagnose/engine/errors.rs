@@ -20,7 +20,7 @@ pub struct Errors {
     pub rms: BTreeMap<String, ErrorFall>,
     /// The same on all samples of `train`.
     pub rms_training: BTreeMap<String, ErrorFall>,
-    /// And by row, where another log judges.
+    /// And by row.
     pub rows_training: BTreeMap<String, ErrorFall>,
 }
 
@@ -36,9 +36,8 @@ pub fn errors(
     let (mut rows, rms) = judged.grouped(&counts);
     judged.look_away_from_jumps(after, &counts, &mut rows);
     let all = |_: usize, _: usize| true;
-    let Some(taught) = validation.map(|_| Left::new(train, [before, after])) else {
-        return Errors { rows, rms, rms_training: judged.grouped(&all).1, rows_training: Falls::new() };
-    };
+    let taught = validation.map(|_| Left::new(train, [before, after]));
+    let taught = taught.as_ref().unwrap_or(&judged);
     let (mut rows_training, rms_training) = taught.grouped(&all);
     taught.look_away_from_jumps(after, &all, &mut rows_training);
     Errors { rows, rms, rms_training, rows_training }
