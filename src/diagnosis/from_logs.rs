@@ -41,7 +41,7 @@ pub fn diagnose(
         progress.counted("diagnosing", |progress| diagnose::diagnose(train, judge, search, progress))
     };
     let found = answer(&request, &work)?;
-    let own = judged_by_itself(&request, &found, &work)?;
+    let own = judged_by_itself(&request, &found.diagnosis, &work);
     Ok(with_notes(own.unwrap_or(found), &prepared))
 }
 
@@ -50,32 +50,18 @@ const EXPLAINS: f64 = 0.8;
 
 /// The answer that blocks of the training log give, where the log that was to judge is explained down to its noise, the training log is not, and
 /// its own blocks tell what acts there beside all that was found.
-fn judged_by_itself(
-    request: &Request<'_>,
-    found: &Diagnosed,
-    work: Work<'_>,
-) -> Result<Option<Diagnosed>, Diagnostics> {
-    let first = &found.diagnosis;
-    let (Some((name, missed, _)), Some(judge)) = (first.unseen_by_judge(), &request.validate) else {
-        return Ok(None);
-    };
-    if first.unexplained {
-        return Ok(None);
-    }
-    let own = Request { validate: None, passed_over: Some(judge.clone()), ..request.clone() };
-    let second = answer(&own, work)?;
-    let stands = |effect: &Effect| {
-        second
-            .diagnosis
-            .estimated()
-            .any(|other| other.kind == effect.kind && other.location == effect.location)
-    };
-    // All of that log counts: where its blocks do not show what acts either, nothing is told.
+fn judged_by_itself(request: &Request<'_>, first: &Diagnosis, work: Work<'_>) -> Option<Diagnosed> {
+    let (name, missed, _) = first.unseen_by_judge().filter(|_| !first.unexplained)?;
+    let own = Request { validate: None, passed_over: request.validate.clone(), ..request.clone() };
+    // What cannot judge itself leaves the first answer.
+    let second = answer(&own, work).ok()?;
     let Diagnosis { rows_training, rms_training, .. } = &second.diagnosis;
-    let again = rows_training.get(name).or_else(|| rms_training.get(name));
-    let left = again.map_or(f64::INFINITY, ErrorFall::told);
+    // All of that log counts: where its blocks do not show what acts either, nothing is told.
+    let left = rows_training.get(name).or_else(|| rms_training.get(name))?.told();
+    let same = |a: &Effect, b: &Effect| a.kind == b.kind && a.location == b.location;
+    let stands = |effect: &Effect| second.diagnosis.estimated().any(|other| same(effect, other));
     let is_told = left < EXPLAINS * missed.told() && first.effects.iter().all(|found| stands(&found.effect));
-    Ok(is_told.then_some(second))
+    is_told.then_some(second)
 }
 
 impl<'a> Request<'a> {
