@@ -113,6 +113,7 @@ fn new_step(proposal: &Proposal, number: usize, date: String, before: &str) -> S
         more_training: proposal.more_training.clone(),
         validation: proposal.validation.clone(),
         errors: proposal.errors.clone(),
+        cutoff_hz: proposal.cutoff_hz,
         note: proposal.note.clone(),
         before: Version::of(before),
         after: Version::of(before),

@@ -101,12 +101,13 @@ pub fn noticeable(change: &Change) -> String {
     let (shown, inertia): (Vec<_>, Vec<_>) =
         effect.parameters.iter().partition(|(name, _)| !changed || !name.starts_with('i'));
     let mut parts: Vec<String> = shown.into_iter().filter_map(one).collect();
-    let inertia = inertia.into_iter().filter_map(one).count();
-    match (parts.is_empty(), inertia) {
+    let sure: Vec<String> = inertia.into_iter().filter_map(one).collect();
+    match (parts.is_empty(), sure.len()) {
         (true, 0) if !change.ci95.is_empty() => parts.push("nothing beyond its error bars".to_owned()),
         (true, 0) => return parameters(effect),
         (_, 0) => {}
-        (_, count) => parts.push(format!("{count} of 6 inertias")),
+        (_, 1) => parts.extend(sure),
+        (_, count) => parts.push(format!("{count} inertias")),
     }
     parts.join(", ")
 }
@@ -188,7 +189,10 @@ mod tests {
         let values = [("mass", 0.5), ("x", -1.677e-8), ("z", -0.06), ("ixx", 0.01), ("iyy", 1e-9)];
         let effect = Effect::new(&kinds::INERTIAL_CORRECTION, Location::link("fore"), &values);
         let sure = [("x", [-1e-3, 1e-3]), ("iyy", [-1e-3, 1e-3])];
-        assert_eq!(noticeable(&change(effect.clone(), &sure)), "mass 0.5 kg, z -0.06 m, 1 of 6 inertias");
+        assert_eq!(noticeable(&change(effect.clone(), &sure)), "mass 0.5 kg, z -0.06 m, ixx 0.01 kg m²");
+        let mut two = effect.clone();
+        two.parameters.insert("izz".to_owned(), 0.02);
+        assert_eq!(noticeable(&change(two, &sure)), "mass 0.5 kg, z -0.06 m, 2 inertias");
         let mut slide = Effect::new(&kinds::COULOMB_FRICTION, Location::joint("rail"), &[("torque", 2.0)]);
         slide.sliding = true;
         assert_eq!(noticeable(&change(slide.clone(), &[])), "torque 2 N");

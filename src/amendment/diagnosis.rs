@@ -65,7 +65,9 @@ pub fn propose(diagnosis: &Diagnosis, selection: &Selection, origin: &str) -> Re
     let training = (!diagnosis.training.file.is_empty()).then(|| diagnosis.training.clone());
     let validation = diagnosis.validation.clone();
     let origin = origin.to_owned();
-    Ok(Proposal { effects, origin, training, validation, errors, note, ..Proposal::default() })
+    let filter_hz = diagnosis.judged_at_hz.unwrap_or(diagnosis.cutoff_hz);
+    let cutoff_hz = (filter_hz > 0.0 && !errors.is_empty()).then_some(filter_hz);
+    Ok(Proposal { effects, origin, training, validation, errors, cutoff_hz, note, ..Proposal::default() })
 }
 
 /// How the error fell with a step, in the channel that tells most of it.

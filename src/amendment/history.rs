@@ -61,6 +61,9 @@ pub struct Step {
     /// Root mean square errors of the step as a whole, the channel that matters most first. Empty: unknown.
     #[serde(default)]
     pub errors: Vec<ChannelError>,
+    /// The filter of efforts and motion behind which they hold: its cut-off, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cutoff_hz: Option<f64>,
     /// What to know about the errors.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
@@ -202,6 +205,12 @@ impl Step {
     /// The error that matters most.
     pub fn main_error(&self) -> Option<&ChannelError> {
         self.errors.first()
+    }
+
+    /// `, behind a filter of 10 Hz`; nothing where that is not known, or there is no error.
+    pub fn filter(&self) -> String {
+        let known = self.cutoff_hz.filter(|_| !self.errors.is_empty());
+        known.map_or(String::new(), |hz| format!(", behind a filter of {hz} Hz"))
     }
 
     /// The description before the step, byte for byte.

@@ -23,6 +23,8 @@ const NO_COUPLING: [(&str, f64); 5] =
 #[derive(Debug, Clone, Deserialize)]
 pub struct Identification {
     logs: Vec<LogName>,
+    #[serde(default)]
+    cutoff_hz: Option<f64>,
     physical: Physical,
     #[serde(default)]
     validation: Option<LogName>,
@@ -78,6 +80,11 @@ impl Identification {
     pub fn judge(&self) -> Option<(&str, bool)> {
         let judge = self.validation.as_ref().map(|judge| (judge.file.as_str(), true));
         judge.or(self.logs.first().map(|log| (log.file.as_str(), false)))
+    }
+
+    /// The cut-off (Hz) that was asked for.
+    pub fn cutoff_hz(&self) -> Option<f64> {
+        self.cutoff_hz
     }
 
     /// Everything that was estimated. Numbers that stand in the description already are replaced: an identification looks at

@@ -43,6 +43,8 @@ pub struct Proposal {
     pub validation: Option<DataSource>,
     /// Errors of the whole, the channel that matters most first; empty if unknown.
     pub errors: Vec<ChannelError>,
+    /// The filter of efforts and motion behind which they hold: its cut-off, Hz.
+    pub cutoff_hz: Option<f64>,
     /// What to know about the errors.
     pub note: Option<String>,
 }

@@ -316,7 +316,7 @@ fn step(amended: &Amended) -> String {
         let _ = writeln!(text, "  {}: {}", comments::title(&change.effect), comments::estimates(change));
     }
     if let Some(error) = amended.step.errors.first() {
-        let _ = writeln!(text, "  error: {}", comments::error(error));
+        let _ = writeln!(text, "  error: {}{}", comments::error(error), amended.step.filter());
     }
     text
 }

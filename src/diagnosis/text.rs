@@ -51,9 +51,6 @@ fn whole_log(d: &Diagnosis) -> String {
             fall.before,
             fall.after
         );
-        if let (Some(before), Some(after)) = (fall.before_moving, fall.after_moving) {
-            let _ = write!(out, "; where free {before:.4} → {after:.4} {unit}");
-        }
     }
     if !out.is_empty() {
         out.push('\n');
@@ -86,6 +83,11 @@ fn value(x: f64) -> String {
     if x == 0.0 || x.abs() >= 1e-4 { format!("{x:.5}") } else { format!("{x:.2e}") }
 }
 
+/// The same with its sign.
+fn changed(x: f64) -> String {
+    if x > 0.0 { format!("+{}", value(x)) } else { value(x) }
+}
+
 fn bound(x: f64) -> String {
     if x.is_finite() { value(x) } else { "unknown".to_owned() }
 }
@@ -100,7 +102,7 @@ fn correction_rows(found: &FoundEffect) -> Vec<Vec<String>> {
         .enumerate()
         .map(|(k, (name, [low, high]))| {
             let first = if k == 0 { link.clone() } else { String::new() };
-            let value = format!("{:+.5}", effect.value(name));
+            let value = changed(effect.value(name));
             vec![first, name.to_owned(), value, bound(*low), bound(*high), effect.unit(name).to_owned()]
         })
         .collect()
@@ -135,6 +137,7 @@ mod tests {
     #[test]
     fn small_numbers_show_something() {
         assert_eq!([0.0, 0.40021, -1.2e-7].map(value), ["0.00000", "0.40021", "-1.20e-7"]);
+        assert_eq!([0.0, 0.40021, -1.2e-7, 1.2e-7].map(changed), ["0.00000", "+0.40021", "-1.20e-7", "+1.20e-7"]);
         let fall = |before: f64| ErrorFall {
             unit: "m".to_owned(),
             before,

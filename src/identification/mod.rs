@@ -118,7 +118,8 @@ pub fn identify(
     if logs.is_empty() {
         return Err(Diagnostic::error("no log was given").help("give at least one that teaches").into());
     }
-    let any_cutoff = options.reading.cutoff_hz.is_none();
+    let asked_hz = options.reading.cutoff_hz;
+    let any_cutoff = asked_hz.is_none();
     let options = &options.clone().with_cutoff();
     let mut job = Job { robot, logs, judge, options, progress, warnings: Vec::new(), any_cutoff };
     let found = match options.method {
@@ -137,6 +138,7 @@ pub fn identify(
         }
     };
     note_sources(&mut found.identification, logs, judge)?;
+    found.identification.cutoff_hz = asked_hz;
     if options.report {
         found.report = Some(of_identification(robot, &found.identification, found.drives.as_ref(), rows)?);
     }

@@ -11,6 +11,11 @@ use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 /// A body that is left out because it may be as described must not cost more than this part of the error.
 const COST: f64 = 0.01;
 
+/// A log's file, and the filter (Hz) that was asked for.
+type On<'a> = (&'a str, Option<f64>);
+/// An error, and the filter (Hz) behind which it holds.
+type Filtered = (ChannelError, Option<f64>);
+
 impl Workbench {
     /// What an identification proposes, with the error before and after on the log that judged it (else on the first that
     /// taught), as a comparison measures it. What is zero within its error bars is left out, which the note says; a body only if
@@ -22,10 +27,12 @@ impl Workbench {
         let mut proposal = found.propose(&self.robot.description, origin)?;
         let Some((file, held_out)) = found.judge() else { return Ok(self.without_nothing(&proposal, false)) };
         proposal = self.without_nothing(&proposal, false);
-        match self.falls(&proposal, file) {
+        let asked_hz = found.cutoff_hz();
+        match self.falls(&proposal, (file, asked_hz)) {
             Ok(error) => {
-                let (smaller, mut error) = self.as_good(&proposal, file, error);
+                let (smaller, (mut error, cutoff_hz)) = self.as_good(&proposal, (file, asked_hz), error);
                 proposal = smaller;
+                proposal.cutoff_hz = cutoff_hz;
                 if !held_out {
                     error.training = error.held_out.take();
                 }
@@ -41,10 +48,10 @@ impl Workbench {
 
     /// The same without bodies that may be as described, if the error does without them: numbers of a link that are zero one by
     /// one may count together.
-    fn as_good(&self, whole: &Proposal, file: &str, error: ChannelError) -> (Proposal, ChannelError) {
-        let after = |error: &ChannelError| error.held_out.map_or(f64::INFINITY, |fall| fall.after);
+    fn as_good(&self, whole: &Proposal, on: On<'_>, error: Filtered) -> (Proposal, Filtered) {
+        let after = |(error, _): &Filtered| error.held_out.map_or(f64::INFINITY, |fall| fall.after);
         let part = self.without_nothing(whole, true);
-        match (part.effects.len() < whole.effects.len()).then(|| self.falls(&part, file)) {
+        match (part.effects.len() < whole.effects.len()).then(|| self.falls(&part, on)) {
             Some(Ok(found)) if after(&found) <= (1.0 + COST) * after(&error) => (part, found),
             _ => (whole.clone(), error),
         }
@@ -67,20 +74,25 @@ impl Workbench {
         Proposal { effects, note, ..whole.clone() }
     }
 
-    /// The error on a log before and after a proposal, both at the filter that fits best after it.
-    fn falls(&self, proposal: &Proposal, file: &str) -> Result<ChannelError, Diagnostics> {
+    /// The error on a log before and after a proposal, both at the filter that was asked for, else at the one that fits best
+    /// after it.
+    fn falls(&self, proposal: &Proposal, (file, asked_hz): On<'_>) -> Result<Filtered, Diagnostics> {
         let log = self.log(file)?;
-        let compared = self.with(proposal)?.compare(&log)?;
+        let at = |cutoff_hz| {
+            let reading = measure::Options { cutoff_hz, ..measure::Options::default() };
+            comparison::Options { reading, ..comparison::Options::default() }
+        };
+        let compared = self.with(proposal)?.compare_with(&log, &at(asked_hz))?;
         let cutoff_hz = (compared.cutoff_hz > 0.0).then_some(compared.cutoff_hz);
-        let reading = measure::Options { cutoff_hz, ..measure::Options::default() };
-        let before = self.compare_with(&log, &comparison::Options { reading, ..Default::default() })?;
-        Ok(ChannelError {
+        let before = self.compare_with(&log, &at(cutoff_hz))?;
+        let error = ChannelError {
             channel: "effort".to_owned(),
             unit: compared.unit.clone(),
             held_out: Some(BeforeAfter { before: before.rms, after: compared.rms }),
             training: None,
             noise: noise(&compared),
-        })
+        };
+        Ok((error, cutoff_hz))
     }
 }
 

@@ -13,16 +13,18 @@ pub fn amended(amended: &Amended, robot: &Path) -> String {
     for change in &amended.step.changes {
         text += &one(change);
     }
+    let filter = amended.step.filter();
     for error in &amended.step.errors {
-        let _ = writeln!(text, "error: {}", comments::error(error));
+        let _ = writeln!(text, "error: {}{filter}", comments::error(error));
     }
     if let Some(note) = &amended.step.note {
         let _ = writeln!(text, "note: {note}");
     }
     let robot = robot.display();
+    let cutoff = amended.step.cutoff_hz.map_or(String::new(), |hz| format!(" --cutoff {hz}"));
     let _ = writeln!(
         text,
-        "wrote {}; step {} in {}\nnext: bipedc compare {robot} other.csv; bipedc generate {robot}; back with bipedc amend {robot} --undo",
+        "wrote {}; step {} in {}\nnext: bipedc compare {robot} other.csv{cutoff}; bipedc generate {robot}; back with bipedc amend {robot} --undo",
         amended.description.display(),
         amended.step.step,
         History::path(&amended.description).display(),

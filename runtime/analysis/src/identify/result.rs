@@ -13,6 +13,8 @@ pub struct Identification {
     pub logs: Vec<LogSummary>,
     /// Rows of the regression.
     pub rows: usize,
+    /// Cut-off of the signals' filter that was asked for, Hz; none: it was chosen ([`LogSummary::cutoff_hz`]).
+    pub cutoff_hz: Option<f64>,
     /// Cut-off of the low-pass that regressor and torque pass together, Hz; none: they pass none.
     pub rows_hz: Option<f64>,
     /// Motions that were seen more than once.

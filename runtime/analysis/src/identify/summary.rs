@@ -57,6 +57,7 @@ impl SummaryInput<'_> {
             method,
             logs: self.logs(parts.files, parts.surveys),
             rows: self.raw.cells.iter().flatten().map(Triangle::rows).sum(),
+            cutoff_hz: None,
             rows_hz: self.rows_hz,
             repetitions: self.motions.repetitions.clone(),
             different_motions: self.motions.different(),
