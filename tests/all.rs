@@ -52,6 +52,7 @@ mod laws;
 mod logs_page;
 #[path = "loops/main.rs"]
 mod loops;
+mod missing_columns;
 mod motor_side;
 #[path = "../src/terminal/next.rs"]
 #[allow(dead_code, unreachable_pub)]

@@ -352,6 +352,30 @@ fn an_identification_writes_what_it_found() {
     assert_eq!(step["validation"]["hash"], "00000000deadbeef");
 }
 
+/// The filter that was asked for is that of the errors, and of the comparison that is proposed.
+#[test]
+fn an_identification_is_judged_behind_its_own_filter() {
+    let folder = robot("amend_identified_behind");
+    let log = Path::new("tests/data/examples/coulomb/train.csv.gz");
+    let found = bipedc(&["identify", text(&folder), text(log), "--cutoff", "7", "--json"]).ok();
+    let file = folder.join("identified.json");
+    std::fs::write(&file, found.out).unwrap();
+    let amended = bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
+    for words in ["N m, behind a filter of 7 Hz", "other.csv --cutoff 7;"] {
+        assert!(amended.out.contains(words), "no `{words}` in {}", amended.out);
+    }
+    let step = &bipedc(&["history", text(&folder), "--json"]).ok().json()["steps"][0];
+    let compared = bipedc(&["compare", text(&folder), text(log), "--cutoff", "7", "--json"]).ok().json();
+    let [told, counted] =
+        [&step["errors"][0]["training"]["after"], &compared["rms"]].map(|x| x.as_f64().unwrap());
+    assert!((told / counted - 1.0).abs() < 1e-9, "{told} and {counted}");
+    let chosen = bipedc(&["compare", text(&folder), text(log), "--json"]).ok().json();
+    assert!(
+        chosen["cutoff_hz"] != compared["cutoff_hz"],
+        "the filter that compare chooses tells nothing here"
+    );
+}
+
 #[test]
 fn the_history_speaks_json() {
     let folder = robot("amend_json");

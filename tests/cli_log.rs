@@ -202,6 +202,14 @@ fn joint_states_without_a_header_are_written_with_one() {
         "{}",
         told.err
     );
+    // A row that comes late stays, and is sorted in by whoever reads it.
+    let mut late: Vec<&str> = lines.lines().collect();
+    let row = late.remove(100);
+    late.insert(103, row);
+    std::fs::write(&echo, late.join("\n")).unwrap();
+    let told = bipedc(&["log", text(&echo), "--robot", "robots/tulip", "--csv", text(&out)]).ok();
+    assert!(told.err.contains("25 columns, 2501 rows\n"), "{}", told.err);
+    assert_eq!(channels(text(&out), &[]), channels(LOG, &[]));
     let mapping = folder.join("columns.toml");
     let refused = ["log", text(&echo), "--robot", "robots/tulip", "--out", text(&mapping)];
     bipedc(&refused).fails_with(&["no header row", "--csv"]);

@@ -109,7 +109,9 @@ fn diagnosed(name: &str) -> (serde_json::Value, Truth) {
 
 /// The same of the case that another seed draws.
 fn diagnosed_of_seed(name: &str, seed: u64) -> (serde_json::Value, Truth) {
-    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("hidden_effects/seeds").join(name);
+    // Tests of the same case with other seeds run at the same time.
+    let folder = format!("hidden_effects/seeds/{seed}/{name}");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join(folder);
     let plan = Plan { seed: format!("{name} {seed}"), ..plan(name) };
     let truth = generate(&plan, &root(), &folder).unwrap();
     (asked(name, &folder), truth)

@@ -2,6 +2,7 @@
 use crate::terminal::failure::Outcome;
 use crate::terminal::output;
 use bipedc::{Workbench, export};
+use bipedc_compiler::description::JointDynamics;
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_effects::effect::Effect;
 use bipedc_effects::files::write;
@@ -17,10 +18,10 @@ Examples:
 
 Links get the masses, centres of mass and inertias that they have with the effects of biped.toml (payload, com_offset, \
 inertia_error, inertial_correction), joints the damping (N m s/rad) and friction (N m) of viscous_friction and coulomb_friction as \
-<dynamics>. Everything else of the URDF stays byte for byte, comments too. MJCF (MuJoCo) also has rotor_inertia as armature and \
+<dynamics>. Everything else of the URDF stays byte for byte, comments too; <dynamics> that the model does not have are named. MJCF (MuJoCo) also has rotor_inertia as armature and \
 parallel_spring, contact points as spheres of 1 mm on a floor, a motor for every actuated joint; shapes and meshes it has not. What a \
 format has no words for is listed.
-JSON: {\"urdf\", \"mjcf\": null, or {\"file\", \"left_out\" (effects)}, of a URDF also \"links\" and \"joints\" with other numbers}.";
+JSON: {\"urdf\", \"mjcf\": null, or {\"file\", \"left_out\" (effects)}, of a URDF also \"links\" and \"joints\" with other numbers and \"kept\" (\"joint\", \"damping\", \"friction\" that the model does not have)}.";
 
 /// Write the robot with what was amended as a URDF or as MJCF
 #[derive(Args)]
@@ -55,6 +56,16 @@ struct Written {
     #[serde(skip_serializing_if = "Option::is_none")]
     joints: Option<Vec<String>>,
     left_out: Vec<String>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    kept: Option<Vec<Kept>>,
+}
+
+/// What a joint's `<dynamics>` say beyond the model; N m s/rad and N m, of joints that slide N s/m and N.
+#[derive(Serialize)]
+struct Kept {
+    joint: String,
+    damping: Option<f64>,
+    friction: Option<f64>,
 }
 
 impl Export {
@@ -78,14 +89,20 @@ impl Export {
             words += &format!("wrote {}: other numbers for {links}; {joints}\n", file.display());
             let (links, joints) = (Some(exported.links), Some(exported.joints));
             let left_out = left_out("a URDF", &exported.left_out);
-            json.urdf = Some(Written { file: file.display().to_string(), links, joints, left_out });
+            let kept = Some(kept(&exported.kept));
+            json.urdf = Some(Written { file: file.display().to_string(), links, joints, left_out, kept });
         }
         if let (Some(file), Some(exported)) = (&self.mjcf, mjcf) {
             write(file, &exported.mjcf)?;
             words += &format!("wrote {}\n", file.display());
             let left_out = left_out("MJCF", &exported.left_out);
-            json.mjcf =
-                Some(Written { file: file.display().to_string(), links: None, joints: None, left_out });
+            json.mjcf = Some(Written {
+                file: file.display().to_string(),
+                links: None,
+                joints: None,
+                left_out,
+                kept: None,
+            });
         }
         if self.json {
             output::print_json(&json)?
@@ -104,6 +121,31 @@ fn left_out(format: &str, effects: &[Effect]) -> Vec<String> {
         output::diagnostics(&[warning.help("they stay in biped.toml")]);
     }
     list
+}
+
+/// Warns of damping and friction that stand in the URDF and not in the model.
+fn kept(dynamics: &[(String, JointDynamics)]) -> Vec<Kept> {
+    if let [(first, stated), ..] = dynamics {
+        let list: Vec<&str> = dynamics.iter().map(|(joint, _)| joint.as_str()).collect();
+        let message = format!(
+            "<dynamics> of the URDF say what the model does not have, and stand as they stood: {}",
+            list.join(", ")
+        );
+        let (kind, value) = match (stated.damping, stated.friction) {
+            (Some(damping), _) => ("viscous_friction", format!("damping={damping}")),
+            (None, friction) => ("coulomb_friction", format!("torque={}", friction.unwrap_or_default())),
+        };
+        let help = format!(
+            "other tools will use them; `bipedc amend ROBOT --effect {kind} --joint {first} --set {value}` gives them to the model, the value 0 takes them out"
+        );
+        output::diagnostics(&[Diagnostic::warning(message).help(help)]);
+    }
+    let one = |(joint, stated): &(String, JointDynamics)| Kept {
+        joint: joint.clone(),
+        damping: stated.damping,
+        friction: stated.friction,
+    };
+    dynamics.iter().map(one).collect()
 }
 
 fn count(names: &[String], what: &str) -> String {

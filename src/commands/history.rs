@@ -180,7 +180,10 @@ fn remarks(steps: &[Step], standing: HistoryState) -> String {
     }
     for step in &standing_steps {
         if let (Some(hz), false) = (step.cutoff_hz, step.errors.is_empty()) {
-            text += &format!("errors of step {}: behind a filter of {hz} Hz (`bipedc compare --cutoff {hz}`)\n", step.step);
+            text += &format!(
+                "errors of step {}: behind a filter of {hz} Hz (`bipedc compare --cutoff {hz}`)\n",
+                step.step
+            );
         }
     }
     if let Some(last) = standing_steps.last() {

@@ -81,7 +81,10 @@ impl Log {
         if let Some(out) = &self.csv {
             let written = rewrite(&found, out)?;
             let (columns, rows, left_out) = (written.columns, written.rows, written.left_out);
-            let rest = if left_out > 0 { format!("; {left_out} rows left out") } else { String::new() };
+            let rest = match left_out {
+                0 => String::new(),
+                count => format!("; {count} rows left out (cut off, of other joints or without a time)"),
+            };
             output::remark(&format!("wrote {}: {columns} columns, {rows} rows{rest}", out.display()));
         }
         Ok(ExitCode::SUCCESS)

@@ -137,7 +137,10 @@ mod tests {
     #[test]
     fn small_numbers_show_something() {
         assert_eq!([0.0, 0.40021, -1.2e-7].map(value), ["0.00000", "0.40021", "-1.20e-7"]);
-        assert_eq!([0.0, 0.40021, -1.2e-7, 1.2e-7].map(changed), ["0.00000", "+0.40021", "-1.20e-7", "+1.20e-7"]);
+        assert_eq!(
+            [0.0, 0.40021, -1.2e-7, 1.2e-7].map(changed),
+            ["0.00000", "+0.40021", "-1.20e-7", "+1.20e-7"]
+        );
         let fall = |before: f64| ErrorFall {
             unit: "m".to_owned(),
             before,

@@ -21,6 +21,8 @@ pub struct Exported {
     pub joints: Vec<String>,
     /// Effects that a URDF has no words for.
     pub left_out: Vec<Effect>,
+    /// What `<dynamics>` of the URDF say that the model does not have, and that stands as it stood.
+    pub kept: Vec<(String, JointDynamics)>,
 }
 
 /// Writes what the description's effects make of bodies into `<inertial>`, viscous and dry friction into `<dynamics>`.
@@ -56,7 +58,22 @@ pub fn urdf(robot: &Robot) -> Result<Exported, Diagnostic> {
     }
     let urdf = rewritten(&robot.sources.urdf_text, &robot.sources.urdf_path, &inertials, &dynamics)?;
     let links = inertials.into_iter().map(|(name, _)| name).collect();
-    Ok(Exported { urdf, links, joints: dynamics.into_iter().map(|(name, _)| name).collect(), left_out })
+    let kept = kept(robot, &dynamics);
+    let joints = dynamics.into_iter().map(|(name, _)| name).collect();
+    Ok(Exported { urdf, links, joints, left_out, kept })
+}
+
+/// What the URDF states and no effect replaces.
+fn kept(robot: &Robot, replaced: &[(String, JointDynamics)]) -> Vec<(String, JointDynamics)> {
+    let of_joint = |(joint, stated, _): (String, JointDynamics, _)| {
+        let ours =
+            replaced.iter().find(|(name, _)| *name == joint).map_or_else(JointDynamics::default, |r| r.1);
+        let left = |stated: Option<f64>, ours: Option<f64>| stated.filter(|x| *x != 0.0 && ours.is_none());
+        let damping = left(stated.damping, ours.damping);
+        let friction = left(stated.friction, ours.friction);
+        (damping.is_some() || friction.is_some()).then_some((joint, JointDynamics { damping, friction }))
+    };
+    robot.sources.stated_dynamics().into_iter().filter_map(of_joint).collect()
 }
 
 /// What `<dynamics>` says of an effect.

@@ -34,6 +34,9 @@ impl Identifiable {
         let layout = rigid_layout(robot)?;
         let look = || logs.iter().map(|log| survey(log, &layout)).collect::<Result<Vec<_>, Diagnostics>>();
         let surveys = progress.stage("reading", look)?;
+        for (survey, reading) in surveys.iter().zip(logs) {
+            all_seen(&layout, survey).map_err(|error| error.in_file(reading.log.path()))?;
+        }
         let rows = observed(&layout, &surveys)?;
         Self::new(robot, files(logs), (surveys, rows), progress)
     }
@@ -162,21 +165,31 @@ fn observed(layout: &JointLayout, surveys: &[Survey]) -> Result<Vec<usize>, Diag
     Ok(rows)
 }
 
+/// A joint whose torque was measured was there: taken to stand still at zero it would spoil what all others tell.
+///
+/// # Errors
+/// Names the first that has an effort and no position.
+fn all_seen(layout: &JointLayout, survey: &Survey) -> Result<(), Diagnostic> {
+    let mut joints = layout.joints.iter().zip(survey.effort.iter().zip(&survey.unseen));
+    let Some((joint, _)) = joints.find(|(_, (effort, unseen))| **effort && **unseen) else { return Ok(()) };
+    let name = &joint.name;
+    Err(Diagnostic::error(format!("the log has `{name}/effort` but no column `{name}/position`")).help(format!(
+        "log `{name}/position` (rad), or give its column's name with --mapping; of a joint that stood still take `{name}/effort` out, or lock it in biped.toml: `[joints] locked = {{ {name} = ANGLE }}`"
+    )))
+}
+
 /// Most samples that are looked at for mixed-up channels.
 const SAMPLES: usize = 10_000;
 
 /// What is odd about logs of joint torques, before anything is estimated.
-pub fn inspected(
-    measured: &Measured,
-    logs: &[&Log],
-    reading: &measure::Options,
-) -> Result<Vec<Diagnostic>, Diagnostics> {
+pub fn inspected(measured: &Measured, logs: &[&Log], reading: &measure::Options) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     for log in logs {
-        let experiment = measured.efforts(log, reading, SAMPLES)?;
+        // Files that cannot be read were refused before; where nothing can be held against the model nothing looks odd.
+        let Ok(experiment) = measured.efforts(log, reading, SAMPLES) else { continue };
         found.extend(experiment.check().into_iter().map(|diagnostic| diagnostic.in_file(log.path())));
     }
-    Ok(found)
+    found
 }
 
 /// Drives of a description with series elastic ones among them.

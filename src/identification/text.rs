@@ -151,7 +151,8 @@ fn links(answer: &Identification) -> String {
     let mut out = format!(
         "physically possible parameters: weight of the description {} ({how}); duality gap {:.1e}, dual residual {:.1e}\n\n",
         crate::amendment::comments::rounded(physical.weight),
-        certificate.gap, certificate.residual
+        certificate.gap,
+        certificate.residual
     );
     out.push_str(&table(&head, rows.collect(), 1));
     if !physical.extras.is_empty() {

@@ -14,7 +14,7 @@ pub struct Rewritten {
     pub columns: usize,
     /// Rows.
     pub rows: usize,
-    /// Rows that no command could use: cut off, without a time, or with one that is not later than that of the row before.
+    /// Rows that no command could use: cut off, of other joints, or without a time.
     pub left_out: usize,
 }
 
@@ -38,17 +38,14 @@ pub fn rewrite(found: &Inventory, out: &Path) -> Result<Rewritten, Diagnostics> 
     output.put(&header(found))?;
     let mut written =
         Rewritten { columns: found.sources.len() + usize::from(has_clock(found)), rows: 0, left_out: 0 };
-    let mut last = f64::NEG_INFINITY;
     let mut line = String::new();
     while let Some(row) = rows.next_row()? {
         let fits = row.width() == found.columns.len()
             && joint_names.as_ref().is_none_or(|names| joint_state::same_joints(names, &row));
-        let time = if has_clock(found) { found.stamp.seconds(&row) } else { Some(last + 1.0) };
-        match time.filter(|time| fits && (*time > last || !has_clock(found))) {
+        // Rows that come late stay where they stand: whoever reads the file sorts them in, and says so.
+        let time = if has_clock(found) { found.stamp.seconds(&row) } else { Some(0.0) };
+        match time.filter(|_| fits) {
             Some(time) => {
-                if has_clock(found) {
-                    last = time;
-                }
                 line.clear();
                 write_row(found, &row, time, &mut line);
                 output.put(&line)?;

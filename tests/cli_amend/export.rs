@@ -51,6 +51,18 @@ fn bodies_and_friction_are_written_and_the_rest_stays() {
     ]);
     let odd = bipedc(&["check", text(&folder)]).ok().out;
     assert!(odd.contains("physically inconsistent") && odd.contains("left_foot"), "{odd}");
+    // What other tools will read and the model does not have is named.
+    let stated = before.replacen("</joint>", "<dynamics damping=\"0.5\" friction=\"0\"/></joint>", 1);
+    std::fs::write(folder.join("robot.urdf"), &stated).unwrap();
+    let run = bipedc(&["export", text(&folder), "--urdf", text(&file), "--json"]).ok();
+    assert!(
+        run.err.contains("say what the model does not have") && run.err.contains("--set damping=0.5"),
+        "{}",
+        run.err
+    );
+    let kept = run.json()["urdf"]["kept"].clone();
+    assert_eq!((&kept[0]["damping"], kept.as_array().unwrap().len()), (&serde_json::json!(0.5), 1), "{kept}");
+    std::fs::write(folder.join("robot.urdf"), &before).unwrap();
     // An output never destroys an input.
     bipedc(&["export", text(&folder), "--urdf", text(&folder.join("robot.urdf"))])
         .fails_with(&["robot.urdf"]);

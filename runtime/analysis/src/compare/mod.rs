@@ -9,7 +9,6 @@
 //! ([`crate::signal::TRUNCATION`]); logs shorter than a block are one block.
 mod experiment;
 mod free_run;
-mod influence;
 mod motion_noise;
 mod report;
 mod run;

@@ -1,9 +1,9 @@
 //! The comparison itself: one pass over the log, all cut-offs at once.
 use super::experiment::by_kind;
-use super::influence::depends_on;
 use super::motion_noise::motion_noise;
 use super::report::{Channel, Comparison, Cutoff};
 use super::statistics::{Sums, geometric_mean};
+use crate::experiments::nothing_left;
 use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
 use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::columns::{JointColumns, Plan};
@@ -13,7 +13,7 @@ use crate::measure::residual_noise::residual_noise;
 use crate::measure::trajectory::{Even, States};
 use crate::measure::{Missing, Options};
 use crate::parallel::parallel;
-use crate::robot::{Batch, InverseDynamics, JointLayout};
+use crate::robot::{Batch, InverseDynamics, JointLayout, depends_on};
 use crate::signal::{Butterworth, FilterError};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::path::{Path, PathBuf};
@@ -162,7 +162,11 @@ fn compared_joints(
         if plan.joints[moved].position.is_some() {
             continue;
         }
-        let rows = depends_on(model, layout, moved).map_err(|e| Diagnostic::error(e.to_string()))?;
+        let mut torques = |batch: &Batch<'_>| {
+            let mut tau = vec![0.0; batch.count * model.nv()];
+            model.torques(batch, &mut tau).map(|()| tau)
+        };
+        let rows = depends_on(layout, moved, &mut torques).map_err(|e| Diagnostic::error(e.to_string()))?;
         for (other, _) in rows.iter().enumerate().filter(|(_, depends)| **depends) {
             if std::mem::replace(&mut compared[other], false) {
                 let reason = format!("its effort depends on `{}`, which has no position column", joint.name);
@@ -173,9 +177,7 @@ fn compared_joints(
     if compared.contains(&true) {
         return Ok(compared);
     }
-    let reasons: Vec<_> = plan.missing.iter().map(|m| format!("{}: {}", m.name, m.reason)).collect();
-    Err(Diagnostic::error("no joint can be compared")
-        .help(format!("log position and effort of all joints ({})", reasons.join("; "))))
+    Err(nothing_left(&plan.missing))
 }
 
 fn candidates(

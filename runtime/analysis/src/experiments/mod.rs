@@ -16,3 +16,4 @@ pub(crate) mod signals;
 
 pub use experiment::{Channel, Experiment, Inertial, Row};
 pub use motion::MotionExperiment;
+pub(crate) use motion::nothing_left;

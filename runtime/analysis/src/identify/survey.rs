@@ -19,6 +19,8 @@ pub struct Survey {
     pub speed: Vec<f64>,
     /// Whether each joint's effort was measured.
     pub effort: Vec<bool>,
+    /// Whether no position of it was.
+    pub unseen: Vec<bool>,
     /// Whether the motion of the base was logged.
     pub base: bool,
     /// Number of usable samples.
@@ -58,6 +60,7 @@ pub fn survey(reading: &Reading<'_>, layout: &JointLayout) -> Result<Survey, Dia
     found.look(&recording, bv);
     found.accelerations.finish(&recording);
     found.effort = recording.effort.iter().map(Option::is_some).collect();
+    found.unseen = recording.unseen.clone();
     (found.step, found.cutoff_hz) = (recording.step, recording.cutoff_hz);
     (found.missing, found.assumptions) = (recording.missing, recording.assumptions);
     found.warnings = recording.warnings;

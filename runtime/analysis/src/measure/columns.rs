@@ -227,7 +227,7 @@ impl Plan {
         // Its torque was measured, so it was there; the model would be held against a motion that is not its own.
         for name in no_position.iter().filter(|name| !no_effort.contains(name)) {
             let message = format!(
-                "the log has `{name}/effort` but no {}`{name}/position`: the joint is taken to stand still at zero",
+                "the log has `{name}/effort` but no {}`{name}/position`: what depends on its motion is left out",
                 if self.sparse.iter().any(|(column, _)| *column == format!("{name}/position")) {
                     "usable "
                 } else {

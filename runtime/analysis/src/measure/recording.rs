@@ -39,6 +39,8 @@ pub struct Recording {
     pub motors: Vec<Option<Vec<[f64; 3]>>>,
     /// Joints of which the motor alone is measured: their states are the motor's.
     pub motor_side: Vec<bool>,
+    /// Joints of which no position is logged: they are taken to stand still at zero.
+    pub unseen: Vec<bool>,
     /// Directions of joints that were asked for.
     pub directions: Vec<Direction>,
     /// Median sampling step, s.
@@ -131,6 +133,7 @@ impl Recording {
                 .map(|c| c.motor_position.and(c.position).map(|_| Vec::new()))
                 .collect(),
             motor_side: plan.joints.iter().map(|columns| columns.by_motor).collect(),
+            unseen: plan.joints.iter().map(|columns| columns.position.is_none()).collect(),
             directions: vec![Direction::default(); directions.map_or(0, |wanted| wanted.pairs.len())],
             missing: std::mem::take(&mut plan.missing),
             assumptions: std::mem::take(&mut plan.assumptions),
@@ -290,6 +293,7 @@ impl Recording {
             transmission: of_joints(&self.transmission),
             motors: self.motors.iter().map(|motion| motion.as_ref().map(|m| picked(m, kept))).collect(),
             motor_side: self.motor_side.clone(),
+            unseen: self.unseen.clone(),
             directions: self.directions.clone(),
             step: self.step,
             cutoff_hz: self.cutoff_hz,

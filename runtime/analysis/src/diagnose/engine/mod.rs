@@ -20,6 +20,7 @@ mod impossible;
 mod late;
 mod linearised;
 mod noise_floor;
+mod own_blocks;
 mod parsimony;
 mod refinement;
 mod regression;

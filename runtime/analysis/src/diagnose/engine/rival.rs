@@ -15,7 +15,7 @@ use bipedc_effects::effect::{Effect, kinds};
 
 /// Most numbers of what only the simpler answer states: one effect stands for corrections, many are no simpler cause.
 const FEW: usize = 4;
-/// Its deviance may be larger by so much, which is chance.
+/// Its deviance may be larger by so much, which is chance, where what is left is as large as the noise floor.
 const CHANCE: f64 = 6.0;
 
 /// The answer of the search that was not taken.
@@ -57,7 +57,7 @@ pub(super) fn is_likelier(
         let effects: Vec<Effect> = stated(diagnosis).map(|found| found.effect.clone()).collect();
         deviance(regression, validation, &effects)
     });
-    here <= there + CHANCE
+    here <= there + chance(regression, there)
 }
 
 /// What only the answer states and what only another one states in its place, effects of the one and inertial corrections of
@@ -82,9 +82,15 @@ pub(super) fn indistinguishable(
     without.retain(|found| !here.contains(found));
     let removed = of(&without) - error;
     let other_error = of(&stated(other).collect::<Vec<_>>());
-    let alike = (other_error - error).abs() <= (ALIKE * removed).max(CHANCE);
+    let alike = (other_error - error).abs() <= (ALIKE * removed).max(chance(regression, error));
     let owned = |side: Vec<&FoundEffect>| side.into_iter().cloned().collect();
     alike.then(|| vec![owned(here), owned(there)])
+}
+
+/// By how much deviances may differ by chance: more where more is left than the noise floor, as all differences are larger then.
+fn chance(regression: &Regression<'_>, left: f64) -> f64 {
+    let floor: f64 = regression.floor_deviance.iter().sum();
+    CHANCE * (left / floor.max(f64::MIN_POSITIVE)).max(1.0)
 }
 
 fn corrects(found: &FoundEffect) -> bool {

@@ -4,6 +4,7 @@ use super::conclusion::Conclusion;
 use super::corrections::settle;
 use super::errors::errors;
 use super::estimates::{data, estimates, spread};
+use super::own_blocks::unshown;
 use super::parsimony::{put_simpler, simplify};
 use super::refinement::{Refined, refine};
 use super::regression::{Regression, is_held_out};
@@ -110,6 +111,9 @@ pub fn diagnose(
         diagnosis.described.clone_from(&options.standing);
         let found: Vec<Effect> = diagnosis.estimated().cloned().collect();
         diagnosis.take(errors(train, validation, [&options.standing, &found]));
+    }
+    if own_blocks {
+        diagnosis.warnings.extend(unshown(train));
     }
     diagnosis.conclude();
     diagnosis.summary = text::summary(&diagnosis);

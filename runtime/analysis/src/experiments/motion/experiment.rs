@@ -4,6 +4,7 @@ use super::on_ground::OnGround;
 use super::places;
 use super::rigid::Rigid;
 use super::under_effects::Turned;
+use super::unseen;
 use crate::experiments::memo::Memo;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
 use crate::measure::JointPositions;
@@ -79,11 +80,15 @@ impl<'a> MotionExperiment<'a> {
         model: &'a (dyn Model<f64> + Sync),
         layout: &'a JointLayout,
         link_inertias: &'a LinkInertias,
-        recording: Recording,
+        mut recording: Recording,
         present: &[Effect],
         ground: Vec<f64>,
     ) -> Result<Self, Diagnostic> {
         let rigid = Rigid::new(model)?;
+        // On the ground its forces are taken away before.
+        if ground.is_empty() {
+            unseen::leave_out(&rigid, layout, &mut recording)?;
+        }
         let joints = layout.joints.len();
         let fits =
             rigid.nv == layout.base.nv() + joints && rigid.parameters == 10 * link_inertias.bodies.len();

@@ -18,7 +18,9 @@ mod starts;
 mod sticking;
 mod torques;
 mod under_effects;
+mod unseen;
 
 pub use experiment::MotionExperiment;
 pub(crate) use motor_side::Hidden;
 pub(crate) use on_ground::OnGround;
+pub(crate) use unseen::nothing_left;
