@@ -13,6 +13,7 @@ mod absolute;
 mod account;
 mod actuation;
 mod actuator;
+mod beginning;
 mod carried;
 pub mod control;
 mod csv;
