@@ -11,12 +11,15 @@ use super::search::Outcome;
 use crate::diagnose::{Diagnosis, FoundEffect};
 use crate::experiments::Experiment;
 use crate::experiments::form::Form;
+use crate::robot::link_inertias::CadError;
 use bipedc_effects::effect::{Effect, kinds};
 
 /// Most numbers of what only the simpler answer states: one effect stands for corrections, many are no simpler cause.
 const FEW: usize = 4;
-/// Its deviance may be larger by so much, which is chance, where what is left is as large as the noise floor.
+/// Its deviance may be larger by so much, which is chance.
 const CHANCE: f64 = 6.0;
+/// A mass is usually off by no more than so many of its standard deviations.
+const USUALLY: f64 = 2.0;
 
 /// The answer of the search that was not taken.
 pub(super) struct Rival {
@@ -53,11 +56,24 @@ pub(super) fn is_likelier(
     if own.is_empty() || own.iter().sum::<usize>() > FEW || own.len() > 1 + own_numbers(other, answer).len() {
         return false;
     }
-    let [here, there] = [answer, other].map(|diagnosis| {
-        let effects: Vec<Effect> = stated(diagnosis).map(|found| found.effect.clone()).collect();
-        deviance(regression, validation, &effects)
-    });
-    here <= there + chance(regression, there)
+    let [here, there] = [answer, other].map(|diagnosis| left(regression, validation, stated(diagnosis)));
+    let heavier = is_heavier(regression, answer, other);
+    here - there <= if heavier { alike(regression, validation, (answer, other), here) } else { CHANCE }
+}
+
+/// Whether a payload stands for the correction of its own link alone, of which it is a special case, and is heavier than a description is
+/// usually off.
+fn is_heavier(regression: &Regression<'_>, answer: &Diagnosis, other: &Diagnosis) -> bool {
+    let (own, theirs) = (own(answer, other), own(other, answer));
+    let [found] = own[..] else { return false };
+    let link =
+        found.effect.location.link.as_deref().and_then(|name| regression.train.link_inertias()?.link(name));
+    let usual = link.map_or(f64::INFINITY, |link| USUALLY * CadError::default().mass * link.mass);
+    let same = |other: &&FoundEffect| corrects(other) && other.effect.location == found.effect.location;
+    found.effect.kind == &kinds::PAYLOAD
+        && !theirs.is_empty()
+        && theirs.iter().all(same)
+        && found.effect.value("mass") > usual
 }
 
 /// What only the answer states and what only another one states in its place, effects of the one and inertial corrections of
@@ -73,24 +89,35 @@ pub(super) fn indistinguishable(
     if here.is_empty() || there.is_empty() || is_corrected(&here) == is_corrected(&there) {
         return None;
     }
-    let of = |all: &[&FoundEffect]| {
-        let effects: Vec<Effect> = all.iter().map(|found| found.effect.clone()).collect();
-        deviance(regression, validation, &effects)
-    };
-    let mut without: Vec<&FoundEffect> = stated(answer).collect();
-    let error = of(&without);
-    without.retain(|found| !here.contains(found));
-    let removed = of(&without) - error;
-    let other_error = of(&stated(other).collect::<Vec<_>>());
-    let alike = (other_error - error).abs() <= (ALIKE * removed).max(chance(regression, error));
+    let of = |answer: &Diagnosis| left(regression, validation, stated(answer));
+    let error = of(answer);
+    let is_alike = (of(other) - error).abs() <= alike(regression, validation, (answer, other), error);
     let owned = |side: Vec<&FoundEffect>| side.into_iter().cloned().collect();
-    alike.then(|| vec![owned(here), owned(there)])
+    is_alike.then(|| vec![owned(here), owned(there)])
 }
 
-/// By how much deviances may differ by chance: more where more is left than the noise floor, as all differences are larger then.
-fn chance(regression: &Regression<'_>, left: f64) -> f64 {
-    let floor: f64 = regression.floor_deviance.iter().sum();
-    CHANCE * (left / floor.max(f64::MIN_POSITIVE)).max(1.0)
+/// By how much the deviance of an answer, given too, may differ from that of another one as good: by chance, or by a hundredth of what it removes
+/// with what only it states.
+fn alike(
+    regression: &Regression<'_>,
+    validation: Option<&dyn Experiment>,
+    (answer, other): (&Diagnosis, &Diagnosis),
+    error: f64,
+) -> f64 {
+    let here = own(answer, other);
+    let without = stated(answer).filter(|found| !here.contains(found));
+    let removed = left(regression, validation, without) - error;
+    (ALIKE * removed).max(CHANCE)
+}
+
+/// The deviance with some of what answers state.
+fn left<'d>(
+    regression: &Regression<'_>,
+    validation: Option<&dyn Experiment>,
+    found: impl Iterator<Item = &'d FoundEffect>,
+) -> f64 {
+    let effects: Vec<Effect> = found.map(|found| found.effect.clone()).collect();
+    deviance(regression, validation, &effects)
 }
 
 fn corrects(found: &FoundEffect) -> bool {
