@@ -362,8 +362,7 @@ pub fn solve(
     // The first stage is a guess for the second.
     let solver = match stage {
         Stage::Motion => InteriorPoint { tolerance: 1e-3, patience: (5, 0.02), ..usual },
-        // It begins near a motion that keeps most of what is asked, and a higher barrier would lead away from that.
-        Stage::Gait => InteriorPoint { barriers: [0.01, usual.barriers[1]], ..usual },
+        Stage::Gait => usual,
     };
     let found: Solution = solver.minimise(&program, &start, &mut |iteration| watch(stage, iteration));
     let name = |&(row, by): &(usize, f64)| (program.rows.names[row].clone(), by * program.rows.scale[row]);
