@@ -9,6 +9,7 @@ pub use trial::{Disturbance, DisturbanceKind};
 use super::{Scene, walker_for};
 use crate::progress::Run;
 use bipedc_analysis::gait::{Watch, in_parallel};
+use bipedc_compiler::description::gait::hip_height;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -110,7 +111,17 @@ impl Scene {
         let guarded = self.gait.as_ref().is_some_and(|gait| gait.ends_by_guard());
         let kinds = DisturbanceKind::ALL.into_iter();
         let kinds = kinds.filter(|kind| !(guarded && *kind == DisturbanceKind::Height));
-        kinds.map(|kind| Disturbance { kind, size: kind.usual() }).collect()
+        kinds.map(|kind| self.disturbance(kind, None)).collect()
+    }
+
+    /// A disturbance of this size, or of the usual one for the robot.
+    pub fn disturbance(&self, kind: DisturbanceKind, size: Option<f64>) -> Disturbance {
+        let of = &self.robot.description;
+        let mass =
+            of.links.iter().filter_map(|link| link.inertial.as_ref()).map(|inertial| inertial.mass).sum();
+        let gravity = of.gravity.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let usual = || kind.usual([mass, hip_height(of), gravity]);
+        Disturbance { kind, size: size.unwrap_or_else(usual) }
     }
 
     /// Walks the scenario's gait under disturbances, again and again; every trial once with the parameters of the scenario and once

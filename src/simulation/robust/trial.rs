@@ -23,6 +23,15 @@ const PERIOD: f64 = 1e-3;
 /// Relative tolerance of the integration: whether a walk comes to its end depends on what disturbs it, and not on what is so much smaller.
 const CLOSE: f64 = 1e-8;
 
+/// Usual pushes, by mass × √(gravity × height of the hips): they change the speed by half of one that is good to begin with.
+const PUSH: f64 = 0.1;
+/// Usual heights of footholds over that of the hips.
+const RISE: f64 = 0.007;
+
+fn in_two_digits(x: f64) -> f64 {
+    format!("{x:.1e}").parse().unwrap_or(x)
+}
+
 /// A way to disturb a walk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -68,13 +77,14 @@ impl DisturbanceKind {
         }
     }
 
-    /// Its size unless another one is asked for.
-    pub fn usual(self) -> f64 {
+    /// Its size unless another one is asked for, of a robot with this mass (kg) and this height of its hips (m) under this gravity (m/s²): pushes and heights are those of a
+    /// robot that is as large, what is measured is measured alike.
+    pub fn usual(self, [mass, height, gravity]: [f64; 3]) -> f64 {
         match self {
-            Self::Push => 5.0,
+            Self::Push => in_two_digits(PUSH * mass * (gravity * height).sqrt()),
             Self::Mass => 0.1,
             Self::Slope => 0.02,
-            Self::Height => 5e-3,
+            Self::Height => in_two_digits(RISE * height),
             Self::Noise => 1e-3,
             Self::Delay => 2e-3,
         }
@@ -241,6 +251,27 @@ fn ended(walked: Result<WalkSummary, Diagnostic>) -> Ended {
             let why = error.message.rsplit(": ").next().unwrap_or_default();
             let timed = why.strip_prefix("at ").and_then(|rest| rest.split_once(" s "));
             Err(timed.map_or(why, |(_, why)| why).to_owned())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A robot of twice the size has eight times the mass: pushes are eight times √2 as large, heights twice.
+    #[test]
+    fn usual_sizes_are_those_of_a_robot_as_large() {
+        let of = |kind: DisturbanceKind, by: f64| kind.usual([20.0 * by.powi(3), 0.7 * by, 9.81]);
+        assert_eq!([of(DisturbanceKind::Push, 1.0), of(DisturbanceKind::Height, 1.0)], [5.2, 0.0049]);
+        for by in [0.25, 0.5, 2.0] {
+            let push = of(DisturbanceKind::Push, by) / of(DisturbanceKind::Push, 1.0);
+            assert!((push / by.powf(3.5) - 1.0).abs() < 0.1, "{push}");
+            let height = of(DisturbanceKind::Height, by) / of(DisturbanceKind::Height, 1.0);
+            assert!((height / by - 1.0).abs() < 0.1, "{height}");
+            for kind in [DisturbanceKind::Mass, DisturbanceKind::Slope, DisturbanceKind::Noise] {
+                assert_eq!(of(kind, by), of(kind, 1.0));
+            }
         }
     }
 }

@@ -98,7 +98,7 @@ pub(super) fn bending(joint: &Joint) -> Option<f64> {
 }
 
 /// Height of the hips above the feet, all joints at zero, m.
-pub(crate) fn hip_height(of: &RobotDescription) -> f64 {
+pub fn hip_height(of: &RobotDescription) -> f64 {
     walker(of).height()
 }
 

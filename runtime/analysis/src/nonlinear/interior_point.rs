@@ -1,4 +1,4 @@
-//! The interior point method: one barrier after the other, Newton steps, a filter, restoration.
+//! The interior point method: one barrier after the other, Newton steps, a filter.
 use super::filter::Filter;
 use super::iterate::{Iterate, Slacked, Values, largest, total};
 use super::kkt::Kkt;
@@ -32,20 +32,20 @@ impl Default for InteriorPoint {
 }
 
 /// A search under way.
-struct Search<'p, 's> {
-    settings: &'s InteriorPoint,
-    of: Slacked<'p>,
-    kkt: Kkt,
-    filter: Filter,
-    barrier: f64,
-    at: Iterate,
-    values: Values,
+pub(super) struct Search<'p, 's> {
+    pub settings: &'s InteriorPoint,
+    pub of: Slacked<'p>,
+    pub kkt: Kkt,
+    pub filter: Filter,
+    pub barrier: f64,
+    pub at: Iterate,
+    pub values: Values,
     /// What was last added to the Hessian's diagonal.
     last_primal: f64,
-    primal: f64,
+    pub primal: f64,
     smallest_violation: f64,
-    step: f64,
-    iterations: usize,
+    pub step: f64,
+    pub iterations: usize,
     /// Objectives of the last iterations near the last barrier.
     recent: Vec<f64>,
 }
@@ -145,25 +145,7 @@ impl<'p, 's> Search<'p, 's> {
         high - low <= part * high.abs()
     }
 
-    /// Steps that make constraints hold, and nothing else.
-    fn polish(&mut self) {
-        for _ in 0..20 {
-            let now: f64 = total(&self.values.residual);
-            if now < 1e-9 {
-                return;
-            }
-            let Some(d) = self.restoring_step(1e-8, now * now) else { return };
-            let x = self.moved(&d, self.of.longest(&self.at.x, &d, 0.01));
-            let falls = total(&self.of.residual(&x)) < now;
-            if !falls {
-                return;
-            }
-            self.at.x = x;
-            self.values = self.of.values(&self.at.x);
-        }
-    }
-
-    fn tell(&self, watch: &mut dyn FnMut(&Iteration) -> bool, restoring: bool) -> bool {
+    pub(super) fn tell(&self, watch: &mut dyn FnMut(&Iteration) -> bool, restoring: bool) -> bool {
         let [stationarity, ..] = self.of.errors(&self.at, &self.values, self.barrier);
         let worst = self.violations(0.0).first().map_or(0.0, |(_, by)| by.abs());
         watch(&Iteration {
@@ -277,7 +259,7 @@ impl<'p, 's> Search<'p, 's> {
         found.x.iter().chain(&found.y).all(|d| d.is_finite()).then_some(found)
     }
 
-    fn moved(&self, d: &[f64], step: f64) -> Vec<f64> {
+    pub(super) fn moved(&self, d: &[f64], step: f64) -> Vec<f64> {
         self.at.x.iter().zip(d).map(|(x, d)| x + step * d).collect()
     }
 
@@ -386,78 +368,6 @@ impl<'p, 's> Search<'p, 's> {
         }
         self.step = step;
         self.values = self.of.values(&self.at.x);
-    }
-
-    /// Makes constraints smaller until the filter accepts the place; false: they stay.
-    fn restore(&mut self, watch: &mut dyn FnMut(&Iteration) -> bool) -> bool {
-        let begin = total(&self.values.residual);
-        if begin < 0.1 * self.settings.tolerance {
-            return false;
-        }
-        let here = self.of.barrier_function(&self.at.x, self.values.objective, self.barrier);
-        self.filter.add((1.0 - 1e-5) * begin, here - 1e-5 * begin);
-        let squares = |r: &[f64]| r.iter().map(|r| r * r).sum::<f64>();
-        let mut damping = 1e-4;
-        let mut slow = 0;
-        while self.iterations < self.settings.iterations {
-            self.iterations += 1;
-            let now = squares(&self.values.residual);
-            let Some(d) = self.restoring_step(damping, now) else { return false };
-            let step = self.of.longest(&self.at.x, &d, 0.01);
-            let x = self.moved(&d, step);
-            let found = squares(&self.of.residual(&x));
-            let falls = found < now;
-            if !falls {
-                damping *= 8.0;
-                if damping > 1e12 {
-                    return false;
-                }
-                continue;
-            }
-            slow = if found > (1.0 - 1e-4) * now { slow + 1 } else { 0 };
-            damping = (damping / if step > 0.3 { 4.0 } else { 1.5 }).max(1e-10);
-            self.at.x = x;
-            self.step = step;
-            self.primal = damping;
-            self.values = self.of.values(&self.at.x);
-            if !self.tell(watch, true) || slow > 20 {
-                return false;
-            }
-            let violation = total(&self.values.residual);
-            let barrier = self.of.barrier_function(&self.at.x, self.values.objective, self.barrier);
-            if violation <= 0.9 * begin && self.filter.accepts(violation, barrier) {
-                self.at.z = self.of.central(&self.at.x, self.barrier);
-                self.at.y.fill(0.0);
-                return true;
-            }
-        }
-        false
-    }
-
-    /// A damped Gauss–Newton step of the squared residuals.
-    fn restoring_step(&mut self, damping: f64, squares: f64) -> Option<Vec<f64>> {
-        let (n, m) = (self.of.n, self.of.m);
-        let barrier = (1e-3 * squares / (n + m) as f64).min(self.barrier);
-        let curvature = |k: usize| {
-            let [low, high] = self.of.distances(&self.at.x, k);
-            damping + barrier / (low * low) + barrier / (high * high)
-        };
-        let sigma: Vec<f64> = (0..n).map(curvature).collect();
-        let soft: Vec<f64> = (n..n + m).map(curvature).collect();
-        let stiff = |row: usize| if self.of.equation(row) { 0.0 } else { 1.0 / soft[row] };
-        let delta: Vec<f64> = (0..m).map(|row| 1.0 + stiff(row)).collect();
-        self.kkt.fill(&vec![0.0; self.of.hessian.len()], &self.values.jacobian, &sigma, &delta);
-        if !self.kkt.factorise(0.0, 0.0) {
-            return None;
-        }
-        let slope = |k: usize| self.of.barrier_slope(&self.at.x, k, barrier);
-        let mut right: Vec<f64> = (0..n).map(|k| -slope(k)).collect();
-        right.extend((0..m).map(|row| -self.values.residual[row] - slope(n + row) * stiff(row)));
-        let mut d = Vec::new();
-        self.kkt.solve(&right, 0.0, &mut d);
-        let y = d.split_off(n);
-        d.extend((0..m).map(|row| (y[row] - slope(n + row)) * stiff(row)));
-        d.iter().all(|d| d.is_finite()).then_some(d)
     }
 
     /// Constraints that do not hold within a tolerance in their own unit, the worst first.

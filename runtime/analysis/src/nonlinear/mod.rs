@@ -10,6 +10,7 @@ mod filter;
 mod interior_point;
 mod iterate;
 mod kkt;
+mod restoration;
 mod scaling;
 mod side_by_side;
 mod stack;
