@@ -4,7 +4,7 @@ use crate::terminal::output;
 use bipedc::{Workbench, export};
 use bipedc_compiler::description::JointDynamics;
 use bipedc_effects::diagnostic::Diagnostic;
-use bipedc_effects::effect::Effect;
+use bipedc_effects::effect::{Effect, kinds};
 use bipedc_effects::files::write;
 use clap::Args;
 use serde::Serialize;
@@ -132,8 +132,10 @@ fn kept(dynamics: &[(String, JointDynamics)]) -> Vec<Kept> {
             list.join(", ")
         );
         let (kind, value) = match (stated.damping, stated.friction) {
-            (Some(damping), _) => ("viscous_friction", format!("damping={damping}")),
-            (None, friction) => ("coulomb_friction", format!("torque={}", friction.unwrap_or_default())),
+            (Some(damping), _) => (kinds::VISCOUS_FRICTION.name, format!("damping={damping}")),
+            (None, friction) => {
+                (kinds::COULOMB_FRICTION.name, format!("torque={}", friction.unwrap_or_default()))
+            }
         };
         let help = format!(
             "other tools will use them; `bipedc amend ROBOT --effect {kind} --joint {first} --set {value}` gives them to the model, the value 0 takes them out"
