@@ -1,10 +1,14 @@
 //! Planar robots that nobody prepared, from a bare URDF: description, form of a gait, optimised gait, twenty steps.
 use crate::cli::{bipedc, scratch, text};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// The robot in a folder of its own, described by `init`, with the form of a gait by `gait new`.
 fn begun(name: &str) -> PathBuf {
-    let folder = scratch(&format!("planar-{name}"));
+    // Tests of the same robot run at the same time.
+    static COUNT: AtomicUsize = AtomicUsize::new(0);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    let folder = scratch(&format!("planar-{name}-{count}"));
     let urdf = folder.join("robot.urdf");
     std::fs::copy(format!("tests/data/planar/{name}.urdf"), &urdf).unwrap();
     bipedc(&["init", text(&urdf), "--force"]).ok();
