@@ -3,15 +3,15 @@ use super::experiment::by_kind;
 use super::motion_noise::motion_noise;
 use super::report::{Channel, Comparison, Cutoff};
 use super::statistics::{Sums, geometric_mean};
-use crate::experiments::nothing_left;
+use crate::experiments::{depends_on_unseen, nothing_left};
 use crate::log::{Block, Blocks, Log, MOST_GAPS, Reader, Sampling};
+use crate::measure::Options;
 use crate::measure::acceleration_noise::AccelerationNoise;
 use crate::measure::columns::{JointColumns, Plan};
 use crate::measure::filtered::{cut, unusable};
 use crate::measure::noise::white_noise;
 use crate::measure::residual_noise::residual_noise;
 use crate::measure::trajectory::{Even, States};
-use crate::measure::{Missing, Options};
 use crate::parallel::parallel;
 use crate::robot::{Batch, InverseDynamics, JointLayout, depends_on};
 use crate::signal::{Butterworth, FilterError};
@@ -158,7 +158,7 @@ fn compared_joints(
     plan: &mut Plan,
 ) -> Result<Vec<bool>, Diagnostic> {
     let mut compared: Vec<bool> = plan.joints.iter().map(|c| c.effort.is_some()).collect();
-    for (moved, joint) in layout.joints.iter().enumerate() {
+    for moved in 0..layout.joints.len() {
         if plan.joints[moved].position.is_some() {
             continue;
         }
@@ -169,8 +169,7 @@ fn compared_joints(
         let rows = depends_on(layout, moved, &mut torques).map_err(|e| Diagnostic::error(e.to_string()))?;
         for (other, _) in rows.iter().enumerate().filter(|(_, depends)| **depends) {
             if std::mem::replace(&mut compared[other], false) {
-                let reason = format!("its effort depends on `{}`, which has no position column", joint.name);
-                plan.missing.push(Missing { name: layout.joints[other].name.clone(), reason });
+                plan.missing.push(depends_on_unseen(layout, other, moved));
             }
         }
     }

@@ -16,4 +16,4 @@ pub(crate) mod signals;
 
 pub use experiment::{Channel, Experiment, Inertial, Row};
 pub use motion::MotionExperiment;
-pub(crate) use motion::nothing_left;
+pub(crate) use motion::{depends_on_unseen, nothing_left};

@@ -235,7 +235,7 @@ impl Plan {
                 }
             );
             let help = format!(
-                "log `{name}/position` (rad), or give its column's name with --mapping; else take `{name}/effort` out"
+                "log `{name}/position` (rad), or give its column's name with --mapping; lock a joint that stood still in biped.toml: `[joints] locked = {{ {name} = ANGLE }}`"
             );
             self.warnings.push(place(Diagnostic::warning(message)).help(help));
         }

@@ -5,15 +5,15 @@ use crate::experiments::{Channel, Experiment};
 /// Of a joint's squared speeds the blocks that judge have a third. Less than this part of them tells nothing of the joint.
 const SHOWN: f64 = 0.03;
 
-/// A warning about joints that move in the blocks that judge and in those that teach, but hardly in both, as joints do that move one after
-/// the other.
+/// A warning about joints that move almost only in the blocks that teach, or only in those that judge, as joints may that move one after the
+/// other.
 pub(super) fn unshown(log: &dyn Experiment) -> Option<String> {
     let rows = log.rows().iter().enumerate().filter(|(_, row)| row.channel == Channel::Effort);
     let names: Vec<&str> = rows.filter(|(row, _)| is_unshown(log, *row)).map(|(_, row)| &*row.name).collect();
-    let (verb, them) = if names.len() == 1 { ("moves", "it") } else { ("move", "them") };
+    let verb = if names.len() == 1 { "moves" } else { "move" };
     let list = names.join(", ");
     (!names.is_empty()).then(|| {
-        format!("{list} hardly {verb} both in the parts of this log that teach and in those that judge: what acts there is not found or not judged; give another log of {them} with --validate")
+        format!("{list} {verb} almost only in the parts of this log that teach, or only in those that judge: what acts there is not judged, or not found; give another log with --validate")
     })
 }
 
@@ -90,7 +90,7 @@ mod tests {
         // All of it, between two blocks that judge, within one that judges, and never.
         let log = Turns::new(&[[0.0, 1.0], [0.23, 0.43], [0.12, 0.21], [0.0, 0.0]]);
         let said = unshown(&log).unwrap();
-        assert!(said.starts_with("joint_1, joint_2 hardly move both in the parts"), "{said}");
+        assert!(said.starts_with("joint_1, joint_2 move almost only in the parts"), "{said}");
         assert_eq!(unshown(&Turns::new(&[[0.0, 1.0], [0.1, 0.5]])), None);
     }
 }

@@ -23,4 +23,4 @@ mod unseen;
 pub use experiment::MotionExperiment;
 pub(crate) use motor_side::Hidden;
 pub(crate) use on_ground::OnGround;
-pub(crate) use unseen::nothing_left;
+pub(crate) use unseen::{depends_on_unseen, nothing_left};

@@ -25,9 +25,7 @@ pub(super) fn leave_out(
         let Ok(depends) = depends_on(layout, moved, &mut torques);
         for other in (0..depends.len()).filter(|other| depends[*other]) {
             if recording.effort[other].take().is_some() {
-                let moved = &layout.joints[moved].name;
-                let reason = format!("its effort depends on `{moved}`, which has no position column");
-                recording.missing.push(Missing { name: layout.joints[other].name.clone(), reason });
+                recording.missing.push(depends_on_unseen(layout, other, moved));
             }
         }
     }
@@ -35,6 +33,12 @@ pub(super) fn leave_out(
         return Err(nothing_left(&recording.missing));
     }
     Ok(())
+}
+
+/// Why the effort of joint `other` is left out, where nobody saw joint `moved`.
+pub(crate) fn depends_on_unseen(layout: &JointLayout, other: usize, moved: usize) -> Missing {
+    let [name, moved] = [other, moved].map(|joint| layout.joints[joint].name.clone());
+    Missing { name, reason: format!("its effort depends on `{moved}`, which has no position column") }
 }
 
 /// No effort can be held against the model.
