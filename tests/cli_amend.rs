@@ -318,7 +318,7 @@ fn a_step_has_the_errors_of_the_channel_that_tells() {
     std::fs::write(&file, value.to_string()).unwrap();
     bipedc(&["amend", text(&folder), "--from", text(&file)]).ok();
     let toml = read(&folder, "biped.toml");
-    let said = "held-out transmission 0.0142 → 0.0002 rad, on the training data 0.015 → 0.0003 rad";
+    let said = "held-out transmission 0.0142 → 0.0002 rad, on the whole training log 0.015 → 0.0003 rad";
     assert!(toml.contains(said), "{toml}");
     let history = bipedc(&["history", text(&folder)]).ok().out;
     for words in ["0.0142 → 0.0002 rad", "0.015 → 0.0003 rad", "held-out transmission, rad"] {

@@ -117,14 +117,15 @@ pub fn fall(fall: &BeforeAfter, unit: &str) -> String {
     format!("{} → {}", rounded(fall.before), quantity(fall.after, unit))
 }
 
-/// `held-out effort 0.52 → 0.06 N m, on the training data 0.5 → 0.05 N m`.
+/// `held-out effort 0.52 → 0.06 N m, on the whole training log 0.5 → 0.05 N m`: where blocks of it judge they are a part of it.
 pub fn error(error: &ChannelError) -> String {
     let mut parts = Vec::new();
     if let Some(held_out) = &error.held_out {
         parts.push(format!("held-out {} {}", error.channel, fall(held_out, &error.unit)));
     }
     if let Some(training) = &error.training {
-        parts.push(format!("on the training data {}", fall(training, &error.unit)));
+        let data = if error.held_out.is_some() { "the whole training log" } else { "the training data" };
+        parts.push(format!("on {data} {}", fall(training, &error.unit)));
     }
     parts.join(", ")
 }

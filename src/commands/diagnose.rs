@@ -208,11 +208,7 @@ impl Diagnose {
         }
         steps.extend(found.indistinguishable.iter().find_map(|group| self.separate(bench, group)));
         if found.unexplained {
-            let compare = Typed::command("compare")
-                .path(robot)
-                .path(self.validate.as_ref().unwrap_or(&self.log))
-                .words(&self.robot.overrides())
-                .file("--mapping", self.mapping.as_deref());
+            let compare = self.compare(found);
             let why = match found.leaves_structure() {
                 true => {
                     "Something is left that no effect of the library explains. When it happens, and what it goes with:"
@@ -228,6 +224,22 @@ impl Diagnose {
             steps.push(generate.because("Nothing is missing that these logs could show. The model as code:"));
         }
         steps
+    }
+
+    /// What the answer leaves, on the log that judged and behind the same filter.
+    fn compare(&self, found: &Diagnosis) -> Typed {
+        let cutoff_hz = Some(found.judged_at_hz.unwrap_or(found.cutoff_hz)).filter(|hz| *hz > 0.0);
+        // All of a log of its own judges.
+        let taught = |_: &&f64| self.validate.is_none();
+        Typed::command("compare")
+            .path(&self.robot.path)
+            .path(self.validate.as_ref().unwrap_or(&self.log))
+            .words(&self.robot.overrides())
+            .file("--mapping", self.mapping.as_deref())
+            .option("--cutoff", cutoff_hz.as_ref())
+            .option("--from", self.from.as_ref().filter(taught))
+            .option("--to", self.to.as_ref().filter(taught))
+            .option("--foot", self.foot.as_ref())
     }
 
     /// The same search.

@@ -75,8 +75,8 @@ impl Experiment for Selected<'_> {
     fn crossings(&self, effects: &[Effect]) -> Vec<bool> {
         self.inner.crossings(effects)
     }
-    fn is_cut_at_impacts(&self) -> bool {
-        self.inner.is_cut_at_impacts()
+    fn beside_impacts(&self) -> f64 {
+        self.inner.beside_impacts()
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let here = |(row, values)| Some((self.places.iter().position(|p| *p == row)?, values));

@@ -10,8 +10,9 @@ use nalgebra::{DMatrix, DVector};
 
 /// A scale that loses more than this part of itself when the cut-off doubles has faded.
 const FADES: f64 = 0.25;
-/// The model's torque must have become larger by this factor meanwhile: that is the noise.
-const GROWS: f64 = 1.05;
+/// At least this part of the loss must be what noise costs: as much as the squares of the model's torque grow by it. Friction that the fit beside it
+/// tells badly changes scales too, and no noise does that.
+const BY_NOISE: f64 = 0.5;
 /// Speed over which the sign of velocity is smoothed, rad/s.
 const SMOOTHING: f64 = 0.02;
 /// Fewest samples that say anything.
@@ -32,11 +33,13 @@ pub struct Fading {
     pub modelled: f64,
 }
 
-/// Factor on the model's torque, root mean squares of measured and modelled torque.
+/// Factor on the model's torque, and root mean squares.
 struct Scale {
     factor: f64,
     measured: f64,
     modelled: f64,
+    /// Of the model's torque without what goes with friction and bias: what tells the factor.
+    own: f64,
 }
 
 /// Joints whose measured torque loses the model's when the cut-off is raised. Both experiments are of the same log,
@@ -54,7 +57,10 @@ pub fn fading(slower: &dyn Experiment, faster: &dyn Experiment) -> Vec<Fading> {
         let (a, b) = (scale(slower, index)?, scale(faster, other)?);
         // A negative scale is a wrong sign or another robot: no matter of noise.
         let fades = a.factor > 0.0 && b.factor < (1.0 - FADES) * a.factor;
-        let noisier = b.modelled > GROWS * a.modelled && a.modelled > 3.0 * row.noise;
+        // Were the motion's noise all, factors would go with one over the squares.
+        let by_noise = 1.0 - (a.own / b.own).powi(2);
+        let noisier =
+            by_noise > BY_NOISE * (1.0 - b.factor / a.factor).min(1.0) && a.modelled > 3.0 * row.noise;
         (fades && noisier).then(|| Fading {
             joint: row.joint.clone().unwrap_or_else(|| row.name.clone()),
             scale: a.factor,
@@ -86,10 +92,11 @@ fn scale(experiment: &dyn Experiment, row: usize) -> Option<Scale> {
         _ => 1.0,
     });
     let right = columns.tr_mul(&measured);
-    let coefficients = columns.tr_mul(&columns).cholesky()?.solve(&right);
+    let gram = columns.tr_mul(&columns).cholesky()?;
     let rms = |squares: f64| (squares / n as f64).sqrt();
     Some(Scale {
-        factor: coefficients[0],
+        factor: gram.solve(&right)[0],
+        own: rms(gram.inverse()[(0, 0)].recip()),
         measured: rms(measured.norm_squared()),
         modelled: rms(columns.column(0).norm_squared()),
     })

@@ -136,9 +136,9 @@ pub trait Experiment: Send + Sync {
         Vec::new()
     }
 
-    /// Whether the motion is cut at impacts, beside which the filter has one side to look at.
-    fn is_cut_at_impacts(&self) -> bool {
-        false
+    /// Part of the samples that lie beside impacts at which the motion is cut, where the filter has one side to look at.
+    fn beside_impacts(&self) -> f64 {
+        0.0
     }
 
     /// The nominal residual minus the residual under the effects, for the rows that change: what the effects

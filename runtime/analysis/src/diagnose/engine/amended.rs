@@ -66,8 +66,8 @@ impl Experiment for Amended<'_> {
     fn crossings(&self, effects: &[Effect]) -> Vec<bool> {
         self.inner.crossings(effects)
     }
-    fn is_cut_at_impacts(&self) -> bool {
-        self.inner.is_cut_at_impacts()
+    fn beside_impacts(&self) -> f64 {
+        self.inner.beside_impacts()
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         self.inner.response(effects)

@@ -12,9 +12,9 @@ const OF_COMPONENTS: f64 = 2e-3;
 const OF_JOINTS: f64 = 2e-4;
 /// And where the ground's forces, which make most of the joints' torques then, are measured by sensors of their own.
 const OF_JOINTS_ON_GROUND: f64 = 2e-3;
-/// All of these so many times as large where the motion is cut at impacts, because filters know one side only there (simulated walks
+/// All of these so many times as large beside impacts at which the motion is cut, because filters know one side only there (simulated walks
 /// of a five-link and a seven-link robot: 0.3 to 2 % of a joint's torque were wrong).
-const BETWEEN_IMPACTS: f64 = 10.0;
+const BESIDE_IMPACTS: f64 = 10.0;
 
 /// Root mean squares below which errors say nothing, by row.
 pub(super) fn resolutions(experiment: &dyn Experiment) -> Vec<f64> {
@@ -30,7 +30,7 @@ pub(super) fn resolutions(experiment: &dyn Experiment) -> Vec<f64> {
         (0..rows.len()).filter(alike).map(|other| sizes[other]).fold(0.0, f64::max)
     };
     let on_ground = rows.iter().any(|row| row.channel == Channel::BaseForce);
-    let times = if experiment.is_cut_at_impacts() { BETWEEN_IMPACTS } else { 1.0 };
+    let times = (1.0 + (BESIDE_IMPACTS * BESIDE_IMPACTS - 1.0) * experiment.beside_impacts()).sqrt();
     let resolution = |row: usize| {
         let of_largest = match (rows[row].channel, on_ground) {
             (Channel::Effort, true) => OF_JOINTS_ON_GROUND,

@@ -61,29 +61,13 @@ pub fn diagnose(
     options: &Options,
     progress: &dyn Fn(f64),
 ) -> Diagnosis {
-    let mut places = train.candidates();
-    places.retain(|place| !options.barred.contains(place));
-    for (kind, place) in places_of(&options.standing) {
-        if !places.iter().any(|(other, at)| *other == kind && *at == place) {
-            places.push((kind, place));
-        }
-    }
+    let places = places(train, options);
     let mut regression = Regression::new(train, validation, &places, options, &|part| progress(0.5 * part));
     let left_out = regression.keep(&options.standing, regression.has_corrections());
     let entered = |count: usize| progress(0.5 + 0.3 * (count as f64 / (count as f64 + 2.0)));
-    let Some(mut outcome) = search(&mut regression, options.most, &entered) else {
+    let Some(mut outcome) = searched(&mut regression, (options.most, &entered)) else {
         return unanswered(train, validation);
     };
-    reweighed(&mut regression, &mut outcome, (options.most, &entered));
-    for _ in 0..HEARINGS {
-        let effects = estimates(&regression, &outcome);
-        if !regression.hear(&effects, &outcome.scored) {
-            break;
-        }
-        let Some(again) = search(&mut regression, options.most, &entered) else { break };
-        outcome = again;
-        reweighed(&mut regression, &mut outcome, (options.most, &entered));
-    }
     simplify(&regression, &mut outcome);
     progress(0.85);
     let own_blocks = regression.own_blocks;
@@ -101,7 +85,47 @@ pub fn diagnose(
         }
         diagnosis.indistinguishable.extend(indistinguishable(&regression, validation, &diagnosis, &other));
     }
-    diagnosis.warnings.extend(left_out.into_iter().map(|effect| {
+    finish(&mut diagnosis, (train, validation), options, &left_out);
+    progress(1.0);
+    diagnosis
+}
+
+/// What is looked for, and where: what stands too.
+fn places(train: &dyn Experiment, options: &Options) -> Vec<(&'static Kind, Location)> {
+    let mut places = train.candidates();
+    places.retain(|place| !options.barred.contains(place));
+    for (kind, place) in places_of(&options.standing) {
+        if !places.iter().any(|(other, at)| *other == kind && *at == place) {
+            places.push((kind, place));
+        }
+    }
+    places
+}
+
+/// Searches until noise is taken for what it is found to be; `None` where no fit can be made.
+fn searched(regression: &mut Regression<'_>, (most, entered): (usize, &dyn Fn(usize))) -> Option<Outcome> {
+    let mut outcome = search(regression, most, entered)?;
+    reweighed(regression, &mut outcome, (most, entered));
+    for _ in 0..HEARINGS {
+        let effects = estimates(regression, &outcome);
+        if !regression.hear(&effects, &outcome.scored) {
+            break;
+        }
+        let Some(again) = search(regression, most, entered) else { break };
+        outcome = again;
+        reweighed(regression, &mut outcome, (most, entered));
+    }
+    Some(outcome)
+}
+
+/// Warnings, errors beside what stood from the start, and words.
+fn finish(
+    diagnosis: &mut Diagnosis,
+    (train, validation): (&dyn Experiment, Option<&dyn Experiment>),
+    options: &Options,
+    left_out: &[&Effect],
+) {
+    diagnosis.warnings.extend(left_out.iter().map(|effect| {
         format!("{effect} was left out: this data cannot tell it from the other effects of the description")
     }));
     if diagnosis.effects.len() >= options.most {
@@ -112,13 +136,11 @@ pub fn diagnose(
         let found: Vec<Effect> = diagnosis.estimated().cloned().collect();
         diagnosis.take(errors(train, validation, [&options.standing, &found]));
     }
-    if own_blocks {
+    if validation.is_none() {
         diagnosis.warnings.extend(unshown(train));
     }
     diagnosis.conclude();
-    diagnosis.summary = text::summary(&diagnosis);
-    progress(1.0);
-    diagnosis
+    diagnosis.summary = text::summary(diagnosis);
 }
 
 /// What a search found, estimated and judged; effects that say nothing leave `outcome`.

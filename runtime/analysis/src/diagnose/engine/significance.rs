@@ -6,7 +6,7 @@ use super::refinement::Refined;
 use super::regression::Regression;
 use crate::experiments::form::Reach;
 use crate::experiments::jumps::Jumps;
-use crate::experiments::{Channel, Experiment};
+use crate::experiments::{Channel, Experiment, Row};
 use bipedc_effects::effect::{Effect, Law, Location, Role, Size, kinds};
 
 /// An effect that does not stay.
@@ -20,66 +20,86 @@ pub(super) struct Insignificant {
 /// The effect that removes least from the judging data once everything is estimated exactly, if that is next to
 /// nothing.
 pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> Option<Insignificant> {
-    let change = regression.spread.change(&refined.corrections);
-    let errors = |effects: &[Effect], corrected: bool, jumps: Option<&Jumps>| -> Vec<f64> {
-        let mut amended = Amended::new(regression.judge, effects);
-        if corrected && !change.is_empty() {
-            amended.correct(&change);
-        }
-        let size = |row: usize, x: f64| match regression.judge.rows()[row].channel {
-            // While play is crossed the angle is anywhere: squares would be theirs.
-            Channel::Transmission => x.abs(),
-            _ => x * x,
-        };
-        let rows = 0..regression.judge.rows().len();
-        let away = |i: usize| !jumps.is_some_and(|jumps| jumps.hold(i));
-        let told = |row: usize| without_sticking(regression.judge, row, amended.residual(row), away);
-        rows.map(|row| told(row).map(|x| size(row, x)).sum()).collect()
-    };
     let judged = regression.standing.len()..refined.effects.len();
-    let falls = judged.clone().map(|k| {
-        let mut fewer = refined.effects.clone();
-        fewer.remove(k);
-        let play = fewer.iter().filter(|effect| effect.kind.law == Law::Backlash);
-        let play: Vec<&Location> = play.map(|effect| &effect.location).collect();
-        let fall = |corrected: bool, jumps: Option<&Jumps>| {
-            let (with, without) =
-                (errors(&refined.effects, corrected, jumps), errors(&fewer, corrected, jumps));
-            let relative = without.iter().zip(&with).enumerate().map(|(row, (a, b))| {
-                (a - b) / a.max(f64::MIN_POSITIVE) * LEAST
-                    / least(regression, row, refined.effects[k].kind, &play)
-            });
-            relative.fold(f64::NEG_INFINITY, f64::max)
-        };
-        // Also without corrections an effect must explain something, unless nothing can be said without them.
-        let everywhere = fall(regression.free, None);
-        // Where the others jump the filter knows little of the motion: what an effect explains there alone it does not explain.
-        let jumps = Jumps::of(regression.judge, &fewer);
-        let away = if jumps.are_some() { fall(regression.free, Some(&jumps)) } else { everywhere };
-        (k, everywhere.min(away))
-    });
-    let reachable = |k: usize| {
-        let effect = &refined.effects[k];
-        let reach = Reach::of(regression.judge, &effect.location);
-        effect.parameters.iter().all(|(name, value)| {
-            effect
-                .kind
-                .parameter(name)
-                .is_none_or(|p| matches!(p.role, Role::Setting(_)) || reach.holds(effect, name, *value))
-        })
-    };
     let several = refined.effects.len() > 1;
     let doubtful = judged.clone().find(|&k| {
-        !reachable(k)
+        !is_reachable(regression, &refined.effects[k])
             || !saturates(regression, refined, k)
             || limits_all(refined, k)
             || is_less_at_rest(&refined.effects[k])
             || (several && is_cancelled(regression, &refined.effects[k]))
     });
-    let falls = falls.map(|(k, fall)| (k, if uncertain(refined, k) { f64::NEG_INFINITY } else { fall }));
-    let least = || falls.min_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, fall)| *fall < 0.5 * LEAST);
-    let of = |effect, impossible| Insignificant { effect, impossible };
-    doubtful.map(|k| of(k, true)).or_else(|| least().map(|(k, _)| of(k, false)))
+    if let Some(effect) = doubtful {
+        return Some(Insignificant { effect, impossible: true });
+    }
+    let fall =
+        |k: usize| if uncertain(refined, k) { f64::NEG_INFINITY } else { fall_of(regression, refined, k) };
+    let (effect, fall) = judged.map(|k| (k, fall(k))).min_by(|a, b| a.1.total_cmp(&b.1))?;
+    (fall < 0.5 * LEAST).then_some(Insignificant { effect, impossible: false })
+}
+
+/// Whether the log holds values that an effect's parameters stand for.
+fn is_reachable(regression: &Regression<'_>, effect: &Effect) -> bool {
+    let reach = Reach::of(regression.judge, &effect.location);
+    effect.parameters.iter().all(|(name, value)| {
+        let parameter = effect.kind.parameter(name);
+        parameter.is_none_or(|p| matches!(p.role, Role::Setting(_)) || reach.holds(effect, name, *value))
+    })
+}
+
+/// Largest relative fall of a row's squared error by the `k`-th effect, where the others jump and away from there.
+fn fall_of(regression: &Regression<'_>, refined: &Refined, k: usize) -> f64 {
+    let mut fewer = refined.effects.clone();
+    fewer.remove(k);
+    // Also without corrections an effect must explain something, unless nothing can be said without them.
+    let change = if regression.free { regression.spread.change(&refined.corrections) } else { Vec::new() };
+    let play = fewer.iter().filter(|effect| effect.kind.law == Law::Backlash);
+    let play: Vec<&Location> = play.map(|effect| &effect.location).collect();
+    let fall = |jumps: Option<&Jumps>| {
+        let [with, without] =
+            [&refined.effects, &fewer].map(|e| judged_errors(regression, e, &change, jumps));
+        let relative = without.iter().zip(&with).enumerate().filter_map(|(row, (was, is))| {
+            let part = (was.squares - is.squares) / was.squares.max(f64::MIN_POSITIVE);
+            // What only lowers noise lowers nothing.
+            (!was.is_noise).then(|| part * LEAST / least(regression, row, refined.effects[k].kind, &play))
+        });
+        relative.fold(f64::NEG_INFINITY, f64::max)
+    };
+    let everywhere = fall(None);
+    // Where the others jump the filter knows little of the motion: what an effect explains there alone it does not explain.
+    let jumps = Jumps::of(regression.judge, &fewer);
+    if jumps.are_some() { everywhere.min(fall(Some(&jumps))) } else { everywhere }
+}
+
+/// What is left of a row where nothing sticks.
+struct JudgedError {
+    /// Sum of squares; of magnitudes where play is crossed, because the angle is anywhere then and squares would be its alone.
+    squares: f64,
+    /// Not more than the measurement's noise.
+    is_noise: bool,
+}
+
+/// What effects and a change of inertial parameters leave of each judging row, away from jumps.
+fn judged_errors(
+    regression: &Regression<'_>,
+    effects: &[Effect],
+    change: &[f64],
+    jumps: Option<&Jumps>,
+) -> Vec<JudgedError> {
+    let mut amended = Amended::new(regression.judge, effects);
+    if !change.is_empty() {
+        amended.correct(change);
+    }
+    let away = |i: usize| !jumps.is_some_and(|jumps| jumps.hold(i));
+    let rows = regression.judge.rows().iter().enumerate();
+    let of_row = |(row, what): (usize, &Row)| {
+        let crosses = what.channel == Channel::Transmission;
+        let told = without_sticking(regression.judge, row, amended.residual(row), away);
+        let add = |(sum, n): (f64, usize), x: f64| (sum + if crosses { x.abs() } else { x * x }, n + 1);
+        let (squares, count) = told.fold((0.0, 0), add);
+        JudgedError { squares, is_noise: !crosses && squares <= regression.noise_squares_of(row, count) }
+    };
+    rows.map(of_row).collect()
 }
 
 /// Values of a row at samples that count, but those where its joint sticks.

@@ -1,6 +1,6 @@
 //! How errors weigh in a search: by what a smooth function of the signals could reach, and by the noise that is heard.
 use super::amended::Amended;
-use super::fit::{Corrections, RowEquations};
+use super::fit::Corrections;
 use super::noise_floor::noise_floor;
 use super::regression::{Regression, ScoredFit};
 use crate::experiments::Experiment;
@@ -33,19 +33,19 @@ impl Regression<'_> {
             .zip(&self.noise_floors)
             .map(|(row, (_, c))| row.count as f64 / c)
             .collect();
-        let noise = |(resolution, sums): (&f64, &RowEquations)| {
-            let count = sums.count as f64;
-            (NOISE_SQUARES + NOISE_SCATTER / count.max(1.0).sqrt()) * resolution.powi(2) * count
-        };
-        // Tables of postures and impacts know no more than a bound of their noise.
-        let is_table = self.train.motion().time.is_empty();
-        self.noise_squares = self
-            .resolutions
-            .iter()
-            .zip(&self.judge_sums.rows)
-            .map(|row| if is_table { 0.0 } else { noise(row) })
-            .collect();
+        let rows = self.judge_sums.rows.iter().enumerate();
+        self.noise_squares = rows.map(|(row, sums)| self.noise_squares_of(row, sums.count)).collect();
         self.weigh_by_noise_floors();
+    }
+
+    /// Sum of squares of so many samples of a row below which errors are the measurement's noise.
+    pub fn noise_squares_of(&self, row: usize, count: usize) -> f64 {
+        // Tables of postures and impacts know no more than a bound of their noise.
+        if self.train.motion().time.is_empty() {
+            return 0.0;
+        }
+        let count = count as f64;
+        (NOISE_SQUARES + NOISE_SCATTER / count.max(1.0).sqrt()) * self.resolutions[row].powi(2) * count
     }
 
     fn weigh_by_noise_floors(&mut self) {

@@ -182,8 +182,8 @@ impl Experiment for ContactExperiment<'_> {
     fn phases(&self) -> Vec<(String, Vec<bool>)> {
         self.support()
     }
-    fn is_cut_at_impacts(&self) -> bool {
-        self.recording.at_impacts.as_flattened().contains(&true)
+    fn beside_impacts(&self) -> f64 {
+        self.recording.beside_impacts()
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         self.response_with(effects, Vec::new())

@@ -4,7 +4,7 @@ use super::foot::SIGNALS;
 use super::predict::BaseWrench;
 use super::{ContactExperiment, ContactRecording};
 use crate::experiments::memo::Memo;
-use crate::experiments::{Channel, Experiment, Inertial, Row};
+use crate::experiments::{Channel, Inertial, Row};
 use crate::log::{Log, Reader};
 use crate::measure::Options;
 use crate::robot::Robot;
@@ -98,7 +98,7 @@ impl<'a> ContactExperiment<'a> {
     /// As [`ContactRecording::read`], and a model that lacks functions or is another robot's.
     pub fn read(robot: Robot<'a>, log: &Log, options: &Options) -> Result<Self, Diagnostics> {
         let cut = Self::from_reader(robot, log.rows(), options)?;
-        if !cut.is_cut_at_impacts() {
+        if !cut.recording.is_cut_at_impacts() {
             return Ok(cut);
         }
         let options = Options { cut_at_impacts: false, ..options.clone() };

@@ -12,6 +12,8 @@ use crate::measure::trajectory::Unusable;
 const BESIDE_IMPACTS: [f64; 3] = [2.0, 1.5, 1.0];
 /// Part of the samples that must be left.
 const LEFT: f64 = 0.4;
+/// Periods of the cut-off over which an impact is still felt in what the filter leaves.
+const FELT: f64 = 4.0;
 
 impl ContactRecording {
     /// Adds a block, between impacts: nothing is filtered across one.
@@ -46,6 +48,25 @@ impl ContactRecording {
         let mut each = far.iter().map(|periods| self.kept_beside(options, stride, *periods));
         let enough = each.find(|kept| kept.len() as f64 >= wanted);
         self.kept = enough.unwrap_or_else(|| self.kept_beside(options, stride, nearest));
+    }
+
+    /// Whether the motion is cut at impacts.
+    pub(super) fn is_cut_at_impacts(&self) -> bool {
+        self.at_impacts.as_flattened().contains(&true)
+    }
+
+    /// Part of the samples that count which lie where an impact is still felt.
+    pub(super) fn beside_impacts(&self) -> f64 {
+        let reach = FELT / self.cutoff_hz;
+        let is_felt = |i: usize| {
+            let here = self.segments.iter().zip(&self.at_impacts).find(|(segment, _)| segment.contains(&i));
+            here.is_some_and(|(segment, [begin, end])| {
+                let to = |other: usize| (self.time[i] - self.time[other]).abs() < reach;
+                (*begin && to(segment.start)) || (*end && to(segment.end - 1))
+            })
+        };
+        let felt = self.kept.iter().filter(|i| is_felt(**i)).count();
+        felt as f64 / self.kept.len().max(1) as f64
     }
 
     /// The samples that count, with so many periods of the cut-off left out on either side of impacts.

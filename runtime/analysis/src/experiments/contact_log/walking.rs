@@ -11,7 +11,7 @@ use crate::experiments::memo::Memo;
 use crate::experiments::motion::{Hidden, OnGround};
 use crate::experiments::{Channel, Experiment, Inertial, MotionExperiment, Row};
 use crate::log::Log;
-use crate::measure::{Missing, Options, Recording};
+use crate::measure::{JointPositions, Missing, Options, Recording};
 use crate::robot::InertialParameters;
 use crate::robot::LinkInertias;
 use crate::robot::Robot;
@@ -59,7 +59,7 @@ impl<'a> WalkingExperiment<'a> {
             return new(read(false)?);
         }
         let cut = read(true)?;
-        if !cut.is_cut_at_impacts() {
+        if !cut.recording.is_cut_at_impacts() {
             return new(cut);
         }
         let whole = read(false)?;
@@ -336,8 +336,8 @@ impl Experiment for WalkingExperiment<'_> {
         let flags: Vec<bool> = self.base.recording.kept.iter().map(between).collect();
         if flags.contains(&true) { flags } else { Vec::new() }
     }
-    fn is_cut_at_impacts(&self) -> bool {
-        self.base.is_cut_at_impacts()
+    fn beside_impacts(&self) -> f64 {
+        self.base.beside_impacts()
     }
     fn response(&self, effects: &[Effect]) -> Vec<(usize, Vec<f64>)> {
         let behind = self.behind_motors(effects);
@@ -393,6 +393,9 @@ impl Experiment for WalkingExperiment<'_> {
     }
     fn seeds(&self, kind: &'static Kind, location: &Location) -> Option<Vec<f64>> {
         self.joints.seeds(kind, location)
+    }
+    fn motion(&self) -> JointPositions {
+        self.base.motion()
     }
     fn link_inertias(&self) -> Option<&LinkInertias> {
         self.base.link_inertias()
