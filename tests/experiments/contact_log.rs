@@ -99,6 +99,24 @@ fn efforts_are_inverse_dynamics_without_the_feet() {
     }
 }
 
+/// A log with a time line is no table of postures, whatever rows it has; and a robot that keeps its feet on the ground has no impacts that its filter
+/// would be wrong beside.
+#[test]
+fn joints_of_a_standing_robot_move_in_time_and_beside_no_impacts() {
+    let subjects = Subjects::named("tulip");
+    let log = Log::open(example("swaying").join("validation.csv.gz")).unwrap();
+    let robot = subjects.robot(&Tulip, &[]);
+    let walking = WalkingExperiment::read(robot, &log, &Options::default()).unwrap();
+    let (motion, base) =
+        (walking.motion(), ContactExperiment::read(robot, &log, &Options::default()).unwrap());
+    assert_eq!(motion, base.motion());
+    assert_eq!(
+        (motion.time.as_slice(), motion.positions.len()),
+        (walking.time(), subjects.layout.joints.len())
+    );
+    assert_eq!([walking.beside_impacts(), base.beside_impacts()], [0.0; 2]);
+}
+
 /// The example with motors' angles for those of joints, and one joint that carries nothing.
 fn by_motors() -> std::path::PathBuf {
     let packed = std::fs::File::open(example("swaying").join("train.csv.gz")).unwrap();

@@ -23,7 +23,7 @@ const STILL: f64 = 5e-3;
 const LAGS: usize = 64;
 
 /// Positions of the joints over time.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub struct JointPositions {
     /// Times of the samples, s.
     pub time: Vec<f64>,
