@@ -135,6 +135,55 @@ fn positions_in_degrees_are_named() {
     assert_error(&judge(log), &["`left_knee_pitch/position` is in degrees", "scale = 0.0174532925"]);
 }
 
+/// Angles of motors in front of gears are no degrees.
+#[test]
+fn a_motors_angle_is_no_angle_in_degrees() {
+    for ratio in [12.0, 40.0, 100.0] {
+        let mut log = coulomb();
+        moved(&mut log, |joints| joints[KNEE] *= ratio);
+        let found = judge(log);
+        assert_error(
+            &found,
+            &["`left_knee_pitch/position` is about", "times too large, such as a motor's angle"],
+        );
+        let said = found
+            .iter()
+            .find_map(|d| d.message.split("about ").nth(1)?.split(' ').next()?.parse::<f64>().ok());
+        assert!((said.unwrap() / ratio - 1.0).abs() < 0.05, "{said:?} for {ratio}");
+    }
+}
+
+#[test]
+fn a_joint_that_counts_the_other_way_round_is_named() {
+    let mut log = coulomb();
+    moved(&mut log, |joints| joints[KNEE] = -joints[KNEE]);
+    log.effort[KNEE].as_mut().unwrap().iter_mut().for_each(|u| *u = -*u);
+    assert_error(&judge(log), &["`left_knee_pitch/position` and its effort count the other way round"]);
+}
+
+#[test]
+fn an_angle_that_counts_from_elsewhere_is_named() {
+    for (quarters, words) in [(1.0, "90 degrees off"), (-1.0, "-90 degrees off"), (2.0, "180 degrees off")] {
+        let mut log = coulomb();
+        let width = log.trajectory.q.len() / log.samples();
+        for row in log.trajectory.q.chunks_exact_mut(width) {
+            row[width - 12 + KNEE] += quarters * std::f64::consts::FRAC_PI_2;
+        }
+        assert_error(&judge(log), &["`left_knee_pitch/position` counts from elsewhere", words, "offset = "]);
+    }
+}
+
+#[test]
+fn two_joints_that_are_swapped_are_named() {
+    let mut log = coulomb();
+    moved(&mut log, |joints| joints.swap(KNEE, HIP));
+    log.effort.swap(KNEE, HIP);
+    log.noise.swap(KNEE, HIP);
+    let words =
+        ["`left_hip_pitch/position`, `left_knee_pitch/position` are swapped", "`left_hip_pitch/effort`"];
+    assert_error(&judge(log), &words);
+}
+
 /// A sign that all torques have wrong was called swapped columns.
 #[test]
 fn what_all_joints_have_wrong_is_named_once() {

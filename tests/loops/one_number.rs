@@ -251,6 +251,52 @@ fn with_other_inertias_of_all_links() {
     case.explained("free");
 }
 
+/// Effects that turn joints or the base beside those that act on what is turned: a search and a comparison have the same model of them.
+#[test]
+fn of_effects_that_meet() {
+    let case = Case::example("coulomb");
+    let effects = [
+        ("gravity_tilt", "", "roll = -0.1\npitch = 0.05"),
+        ("payload", "link = \"left_tibia\"", "mass = 0.5\nx = 0.1\ny = -0.1\nz = -0.1"),
+        ("com_offset", "link = \"right_femur\"", "x = 0.02\ny = 0.01\nz = -0.02"),
+        ("inertial_correction", "link = \"left_femur\"", "mass = -0.3\nz = 0.01\niyy = 0.01"),
+        ("encoder_offset", "joint = \"left_knee_pitch\"", "offset = 0.05"),
+        ("parallel_spring", "joint = \"left_knee_pitch\"", "stiffness = 20.0\nrest_angle = 0.1"),
+        (
+            "torque_ripple",
+            "joint = \"left_knee_pitch\"",
+            "amplitude = 0.3\nperiods_per_turn = 4\nphase = 0.3",
+        ),
+    ];
+    let described =
+        effects.map(|(kind, place, values)| format!("\n[[effect]]\nkind = \"{kind}\"\n{place}\n{values}\n"));
+    let toml = case.robot.join("biped.toml");
+    let bare = std::fs::read_to_string(&toml).unwrap();
+    std::fs::write(&toml, bare + &described.concat()).unwrap();
+    let [robot, log] = [text(&case.robot), text(&case.judge)];
+    let same = ["--cutoff", "6.3", "--json"];
+    let compared = case.run(&[&["compare", robot, log], &same[..]].concat()).json();
+    let words = [
+        "diagnose",
+        robot,
+        text(&case.train),
+        "--validate",
+        log,
+        "--inertial",
+        "none",
+        "--most",
+        "0",
+        "--anyway",
+    ];
+    let answer = case.run(&[&words[..], &same[..]].concat()).json();
+    for channel in compared["channels"].as_array().unwrap().iter().filter(|c| c["kind"] == "effort") {
+        let (name, is) = (channel["name"].as_str().unwrap(), channel["rms"].as_f64().unwrap());
+        let said = answer["rows"][name]["before"].as_f64().unwrap();
+        println!("{name}: {said} in a search, {is} compared");
+        assert!((said / is - 1.0).abs() < 1e-6, "{name}: {said} in a search, {is} compared");
+    }
+}
+
 /// Drives that turn together: what an identification finds of them is written, says what it measured, and is left in nothing.
 #[test]
 fn of_coupled_drives() {

@@ -4,6 +4,7 @@ use super::in_time::Repairs;
 use super::names::shorten;
 use super::reader::{Reader, Row};
 use super::table::no_rows;
+use super::wraps::Unwrapped;
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::collections::VecDeque;
 use std::ops::Range;
@@ -372,7 +373,7 @@ impl Blocks {
     }
 }
 
-/// What had to be put right in the time stamps.
+/// What had to be put right in time stamps and angles.
 fn repaired(reader: &Reader) -> Vec<Diagnostic> {
     let Repairs { late, doubled } = reader.repairs();
     let rows = reader.rows() + doubled.0;
@@ -391,7 +392,22 @@ fn repaired(reader: &Reader) -> Vec<Diagnostic> {
         "repeat the time of another row, first in this line: they were left out",
         "if they are samples of their own, log time with more digits",
     );
-    [sorted, left_out].into_iter().flatten().collect()
+    [sorted, left_out]
+        .into_iter()
+        .flatten()
+        .chain(reader.unwrapped().iter().map(|angle| turned(reader, angle)))
+        .collect()
+}
+
+fn turned(reader: &Reader, angle: &Unwrapped) -> Diagnostic {
+    let Unwrapped { column, times, line } = angle;
+    let message = format!(
+        "`{column}` jumps by a whole turn {times} times, first in this line: it is read as one angle that goes on"
+    );
+    Diagnostic::warning(message)
+        .in_file(reader.file())
+        .at(*line, 0)
+        .help("it was wrapped at ±π or the like; nothing else is to be done")
 }
 
 #[cfg(test)]

@@ -1,5 +1,6 @@
 //! Rows of a log that stay in memory, so that the file is not read again for them.
 use super::in_time::Repairs;
+use super::wraps::Unwrapped;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Most numbers that are kept of a log: 32 MiB. Longer logs are read from the file every time.
@@ -16,6 +17,8 @@ pub(super) struct Kept {
     values: Vec<f64>,
     /// What was put right in their times.
     pub repairs: Repairs,
+    /// And in their angles.
+    pub unwrapped: Vec<Unwrapped>,
 }
 
 impl Kept {

@@ -21,6 +21,7 @@ mod sparse;
 mod spikes;
 mod table;
 mod value;
+mod wraps;
 
 pub use blocks::{Block, Blocks, MOST_GAPS, Sampling, SamplingReport, usual_step};
 pub use file::Log;
@@ -33,3 +34,4 @@ pub use raw::{Field, RawRow, RawRows};
 pub use reader::{Absent, MOST_ERRORS, Reader, Row};
 pub use sparse::Sparse;
 pub use table::{LARGEST_TABLE, Table};
+pub use wraps::Unwrapped;

@@ -10,6 +10,7 @@ use super::names::may_be_absent;
 use super::sparse::Sparse;
 use super::spikes::Spikes;
 use super::value::{is_absent, parse};
+use super::wraps::{Unwrapped, Wraps};
 use bipedc_effects::diagnostic::{Diagnostic, Diagnostics};
 use std::io::Read;
 use std::ops::Range;
@@ -38,6 +39,7 @@ pub struct Reader {
     rows: usize,
     /// Samples of the selected positions that may be glitches.
     spikes: Spikes,
+    wraps: Wraps,
     /// Columns (indices into `header.columns`) in which numbers were missing.
     incomplete: Vec<(usize, Absent)>,
     /// What the log may keep, as far as it was read.
@@ -117,6 +119,7 @@ impl Reader {
             ended: false,
             rows: 0,
             spikes: Spikes::default(),
+            wraps: Wraps::default(),
             incomplete: Vec::new(),
             keeping: None,
         };
@@ -185,6 +188,7 @@ impl Reader {
         let names: Vec<&str> =
             self.selected.iter().map(|&index| self.header.columns[index].name.as_str()).collect();
         self.spikes = Spikes::of(&names);
+        self.wraps = Wraps::of(names.iter().copied().filter(|_| self.header.kind == Kind::Time));
         // Whatever was kept, or would have been, is of other columns.
         self.keeping = None;
         (self.in_time, self.ended) = (InTime::default(), false);
@@ -224,6 +228,15 @@ impl Reader {
         if let Origin::Kept(kept) = &self.origin { kept.repairs } else { self.in_time.repairs() }
     }
 
+    /// Angles to which whole turns were added in what was read so far.
+    pub fn unwrapped(&self) -> Vec<Unwrapped> {
+        if let Origin::Kept(kept) = &self.origin {
+            kept.unwrapped.clone()
+        } else {
+            self.wraps.found().cloned().collect()
+        }
+    }
+
     /// The next row, complete or not: its line.
     fn next_in_time(&mut self, row: &mut Vec<f64>) -> Result<Option<usize>, Diagnostics> {
         if let Origin::Kept(kept) = &self.origin {
@@ -235,6 +248,7 @@ impl Reader {
         loop {
             // Only times can be out of order.
             if let Some(line) = self.in_time.next(self.ended || self.header.kind != Kind::Time, row) {
+                self.wraps.unwrap(line, row);
                 self.keeping.take_if(|kept| !kept.take(line, row));
                 return Ok(Some(line));
             }
@@ -326,6 +340,7 @@ impl Reader {
     fn keep(&mut self) {
         if let (Some(log), Some(mut kept)) = (&self.log, self.keeping.take()) {
             kept.repairs = self.in_time.repairs();
+            kept.unwrapped = self.wraps.found().cloned().collect();
             log.shelf().put(kept);
         }
     }

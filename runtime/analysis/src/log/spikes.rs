@@ -1,5 +1,6 @@
 //! Glitches: positions that leave for a few samples and come back, faster than anything moves.
 use super::names::{joint_of, shorten};
+use super::wraps::is_turn;
 use bipedc_effects::diagnostic::Diagnostic;
 
 /// No joint moves that fast, rad/s or m/s: not there, and not back again.
@@ -72,7 +73,7 @@ impl Column {
     ) -> Option<Diagnostic> {
         let from = std::mem::replace(&mut self.last, x);
         // A row before the first one, or without a number, is NaN: nothing is fast then.
-        let fast = (x - from).abs() > JUMP.max(FASTEST * step);
+        let fast = (x - from).abs() > JUMP.max(FASTEST * step) && !is_turn(x - from);
         let Some(away) = &mut self.away else {
             self.away =
                 fast.then(|| Away { from, to: x, samples: 1, line, character: character(self.place) });

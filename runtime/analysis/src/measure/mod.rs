@@ -15,6 +15,7 @@ pub(crate) mod repetition;
 pub(crate) mod residual_noise;
 mod source;
 pub(crate) mod stops;
+mod strays;
 mod thinning;
 pub(crate) mod trajectory;
 

@@ -4,6 +4,7 @@ use super::coloured::{
 };
 use super::flat_noise::flat_noise;
 use super::noise::{third_difference, white_noise};
+use super::strays::Strays;
 use std::cell::LazyCell;
 
 /// Lags at which differences are looked at, samples.
@@ -37,6 +38,11 @@ const SAME_COLOUR: f64 = 0.2;
 /// `residual`: measured less modelled, evenly sampled, N m or N, as the answer; `velocity`: of the joint, one per sample, rad/s or m/s. What follows the motion may be in the residual, as long as
 /// over a twelfth of the motion's period it does next to nothing.
 pub(crate) fn residual_noise(residual: &[f64], velocity: impl FnOnce() -> Vec<f64>) -> Option<f64> {
+    let Some(Strays { rest, rms }) = Strays::of(residual) else { return without_strays(residual, velocity) };
+    Some(without_strays(&rest, velocity).unwrap_or_else(|| white_noise(&rest)).hypot(rms))
+}
+
+fn without_strays(residual: &[f64], velocity: impl FnOnce() -> Vec<f64>) -> Option<f64> {
     let velocity = LazyCell::new(velocity);
     let turn = || between_reversals(&velocity);
     let remembering = |residual: &[f64]| {

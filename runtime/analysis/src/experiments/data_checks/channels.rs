@@ -13,6 +13,9 @@ const LEFT: f64 = 0.3;
 const ALIKE: f64 = 0.9;
 /// No joint swings through so much (rad): its position may be in degrees.
 const WIDE: f64 = 4.0;
+/// Factors of gears that are tried where a position looks like one in degrees, so far apart; degrees are told from them within twice as much.
+const GEARS: (f64, f64) = (4.0, 250.0);
+const APART: f64 = 1.03;
 /// Most mix-ups that are looked for in one log.
 const MOST: usize = 3;
 /// So many joints at least show what holds of all.
@@ -34,7 +37,8 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
             break;
         }
         let mut ranked = tried(evidence, &view, &left);
-        let Some((mixup, gain)) = ranked.pop() else { break };
+        let Some((best, gain)) = ranked.pop() else { break };
+        let mixup = geared(evidence, &view, best);
         let others: Vec<Mixup> =
             ranked.iter().filter(|(_, other)| *other > ALIKE * gain).map(|(mixup, _)| *mixup).collect();
         found.push(error(evidence, mixup, &others));
@@ -74,6 +78,22 @@ fn whole(evidence: &Evidence<'_>, view: &View) -> Option<Mixup> {
     degrees.into_iter().chain(efforts).find(heals)
 }
 
+/// What a position that looks like one in degrees is: one of a motor in front of its gear, if another factor than that of degrees explains more.
+fn geared(evidence: &Evidence<'_>, view: &View, mixup: Mixup) -> Mixup {
+    let Mixup::Degrees(joint) = mixup else { return mixup };
+    let degrees = 180.0 / std::f64::consts::PI;
+    let left = |mixup: Mixup| view.under(evidence, mixup).unexplained().iter().sum::<f64>();
+    let count = ((GEARS.1 / GEARS.0).ln() / APART.ln()) as i32;
+    let factors = (0..=count).map(|k| GEARS.0 * APART.powi(k));
+    let tried = factors.map(|factor| (factor, left(Mixup::Geared(joint, factor))));
+    let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
+    let is_other = |(factor, rest): &(f64, f64)| {
+        let apart = (factor / degrees).ln().abs();
+        apart > 2.0 * APART.ln() && *rest < left(mixup)
+    };
+    best.filter(is_other).map_or(mixup, |(factor, _)| Mixup::Geared(joint, factor))
+}
+
 /// Mix-ups that explain what is left, the best last, each with how much it removes.
 fn tried(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<(Mixup, f64)> {
     let mut good: Vec<(Mixup, f64)> = suspicions(evidence, view, left)
@@ -108,15 +128,21 @@ fn suspicions(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<Mixup> 
     for (n, &joint) in moves.iter().enumerate() {
         list.push(Mixup::PositionSign(joint));
         list.extend(moves[..n].iter().map(|&other| Mixup::PositionsSwapped(other, joint)));
+        if !evidence.joints[joint].1 {
+            list.extend([1, -1, 2].map(|quarters| Mixup::Quarters(joint, quarters)));
+        }
     }
     let torques = view.joints();
     for (n, &joint) in torques.iter().enumerate() {
         if left[joint] > SUSPICIOUS {
-            list.push(Mixup::EffortSign(joint));
+            list.extend([Mixup::EffortSign(joint), Mixup::Direction(joint)]);
             list.extend([1e3, 1e-3].map(|factor| Mixup::EffortUnit(joint, factor)));
         }
         let swapped = |&&other: &&usize| left[joint] > SUSPICIOUS || left[other] > SUSPICIOUS;
-        list.extend(torques[..n].iter().filter(swapped).map(|&o| Mixup::EffortsSwapped(o, joint)));
+        let others: Vec<usize> = torques[..n].iter().filter(swapped).copied().collect();
+        list.extend(others.iter().map(|&o| Mixup::EffortsSwapped(o, joint)));
+        let both = others.into_iter().filter(|&o| left[joint].min(left[o]) > SUSPICIOUS);
+        list.extend(both.map(|o| Mixup::JointsSwapped(o, joint)));
     }
     list
 }
@@ -150,6 +176,31 @@ fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
             format!("`{}/position` has the wrong sign", name(j)),
             format!("\"{}/position\" = {{ sign = -1 }}", name(j)),
         ),
+        Mixup::Direction(j) => (
+            format!("`{}/position` and its effort count the other way round", name(j)),
+            ["position", "effort"]
+                .map(|what| format!("\"{}/{what}\" = {{ sign = -1 }}", name(j)))
+                .join("\n  "),
+        ),
+        Mixup::Geared(j, factor) => (
+            format!(
+                "`{}/position` is about {factor:.0} times too large, such as a motor's angle in front of its gear",
+                name(j)
+            ),
+            format!(
+                "\"{}/position\" = {{ scale = {:.3} }}  # one over the gear's ratio",
+                name(j),
+                factor.recip()
+            ),
+        ),
+        Mixup::Quarters(j, quarters) => (
+            format!("`{}/position` counts from elsewhere, {} degrees off", name(j), 90 * i32::from(quarters)),
+            format!(
+                "\"{}/position\" = {{ offset = {:.10} }}",
+                name(j),
+                -std::f64::consts::FRAC_PI_2 * f64::from(quarters)
+            ),
+        ),
         Mixup::Degrees(j) => (
             format!("`{}/position` is in degrees instead of rad (factor 57.3)", name(j)),
             format!("\"{}/position\" = {{ scale = {:.10} }}", name(j), std::f64::consts::PI / 180.0),
@@ -169,6 +220,11 @@ fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
         }
         Mixup::PositionsSwapped(a, b) => swapped(name(a), name(b), "position"),
         Mixup::EffortsSwapped(a, b) => swapped(name(a), name(b), "effort"),
+        Mixup::JointsSwapped(a, b) => {
+            let (words, lines): (Vec<String>, Vec<String>) =
+                ["position", "effort"].map(|what| swapped(name(a), name(b), what)).into_iter().unzip();
+            (words.join(", and "), lines.join("\n  "))
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 use super::{Evidence, SAMPLES};
 use crate::robot::Trajectory;
 use nalgebra::{Matrix4, Vector4};
-use std::f64::consts::PI;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Effects of the library leave the slope of the torque over the model's within this.
 const SLOPE: (f64, f64) = (0.3, 3.0);
@@ -29,8 +29,16 @@ pub(super) enum Mixup {
     /// The logged effort is this many times too large.
     EffortUnit(usize, f64),
     PositionSign(usize),
+    /// Position and effort count the other way round.
+    Direction(usize),
     Degrees(usize),
+    /// The logged position is this many times too large.
+    Geared(usize, f64),
+    /// The logged position is larger by so many quarters of a turn.
+    Quarters(usize, i8),
     PositionsSwapped(usize, usize),
+    /// Positions and efforts.
+    JointsSwapped(usize, usize),
     EffortsSwapped(usize, usize),
     /// Of all joints.
     EffortSigns,
@@ -38,6 +46,20 @@ pub(super) enum Mixup {
     EffortUnits(f64),
     /// All joints that turn.
     AllDegrees,
+}
+
+impl Mixup {
+    /// Whether the motion is what it was.
+    fn is_of_efforts(self) -> bool {
+        matches!(
+            self,
+            Self::EffortSign(_)
+                | Self::EffortUnit(..)
+                | Self::EffortsSwapped(..)
+                | Self::EffortSigns
+                | Self::EffortUnits(_)
+        )
+    }
 }
 
 /// Some samples of a log as they are read under a hypothesis.
@@ -87,8 +109,21 @@ impl View {
             Mixup::EffortUnit(joint, factor) => view.effort[joint].iter_mut().for_each(|u| *u /= factor),
             Mixup::EffortsSwapped(one, other) => view.effort.swap(one, other),
             Mixup::PositionSign(joint) => view.scale(joint, -1.0),
+            Mixup::Direction(joint) => {
+                view.scale(joint, -1.0);
+                view.effort[joint].iter_mut().for_each(|u| *u = -*u);
+            }
             Mixup::Degrees(joint) => view.scale(joint, PI / 180.0),
+            Mixup::Geared(joint, factor) => view.scale(joint, factor.recip()),
+            Mixup::Quarters(joint, quarters) => {
+                let offset = FRAC_PI_2 * f64::from(quarters);
+                view.motion.joint_mut(0, joint).for_each(|x| *x -= offset);
+            }
             Mixup::PositionsSwapped(one, other) => view.motion.swap(one, other),
+            Mixup::JointsSwapped(one, other) => {
+                view.motion.swap(one, other);
+                view.effort.swap(one, other);
+            }
             Mixup::EffortSigns => view.effort.iter_mut().flatten().for_each(|u| *u = -*u),
             Mixup::EffortUnits(factor) => view.effort.iter_mut().flatten().for_each(|u| *u /= factor),
             Mixup::AllDegrees => {
@@ -96,10 +131,7 @@ impl View {
                 turning.for_each(|joint| view.scale(joint, PI / 180.0));
             }
         }
-        if matches!(
-            mixup,
-            Mixup::PositionSign(_) | Mixup::Degrees(_) | Mixup::PositionsSwapped(..) | Mixup::AllDegrees
-        ) {
+        if !mixup.is_of_efforts() {
             view.load = (evidence.torques)(&view.motion);
         }
         view

@@ -3,7 +3,7 @@ use super::columns::Columns;
 use super::on_ground::OnGround;
 use super::places;
 use super::rigid::Rigid;
-use super::under_effects::Turned;
+use super::under_effects::{Inertials, Turned};
 use super::unseen;
 use crate::experiments::memo::Memo;
 use crate::experiments::{Channel, Experiment, Inertial, Row, data_checks};
@@ -45,6 +45,8 @@ pub struct MotionExperiment<'a> {
     residual: Vec<Vec<f64>>,
     /// What the rigid model needs under the turned joints that were asked for last.
     pub(super) turned: Memo<Turned>,
+    /// How inertial parameters of some links enter there.
+    pub(super) turned_inertial: Memo<Inertials>,
     /// Of each joint what its link resists with, see [`Rigid::resistance`]; formed when first asked for.
     pub(super) resistance: Vec<OnceLock<Vec<[f64; 2]>>>,
     /// By joint, where it lies at a stop, which carries what is left there: nothing is. Empty where it never does.
@@ -118,7 +120,8 @@ impl<'a> MotionExperiment<'a> {
             inertial: OnceLock::new(),
             parameters: link_inertias.parameters(),
             residual: Vec::new(),
-            turned: Memo::new(recording.trajectory.v.len()),
+            turned: Memo::new(4 * recording.trajectory.v.len()),
+            turned_inertial: Memo::new(recording.trajectory.v.len() * rigid.parameters),
             sticks: OnceLock::new(),
             motion_noise: Vec::new(),
             resistance: (0..joints).map(|_| OnceLock::new()).collect(),

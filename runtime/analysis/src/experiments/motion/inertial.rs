@@ -1,5 +1,6 @@
 //! How the inertial parameters of the bodies enter joint torques.
 use super::experiment::MotionExperiment;
+use super::under_effects::Inertials;
 use crate::experiments::{Channel, Inertial};
 use crate::parallel::parallel;
 use crate::robot::Trajectory;
@@ -11,22 +12,23 @@ const CHUNK: usize = 512;
 impl MotionExperiment<'_> {
     /// Of all samples, by row.
     pub(super) fn all_inertial(&self) -> &[Option<Inertial>] {
-        self.inertial.get_or_init(|| self.inertial_columns(&self.recording.trajectory))
+        self.inertial.get_or_init(|| self.inertial_columns(&self.recording.trajectory, &|_| true))
     }
 
     /// Of some samples: all are not formed for them.
     pub(super) fn inertial_of(&self, samples: &[usize]) -> Vec<Option<Inertial>> {
         match self.inertial.get() {
             Some(all) => all.iter().map(|inertial| inertial.as_ref().map(|i| i.at(samples))).collect(),
-            None => self.inertial_columns(&self.recording.trajectory.some(samples)),
+            None => self.inertial_columns(&self.recording.trajectory.some(samples), &|_| true),
         }
     }
 
-    /// Regressor rows of the joints with an effort, without the columns that are zero throughout.
-    fn inertial_columns(&self, states: &Trajectory) -> Vec<Option<Inertial>> {
+    /// Regressor rows of the joints with an effort, without the columns that are zero throughout or not `wanted`.
+    pub(super) fn inertial_columns(&self, states: &Trajectory, wanted: &dyn Fn(usize) -> bool) -> Inertials {
         let (nv, base) = (self.rigid.nv, self.layout.base.nv());
         let mut all = self.present_columns();
         all.iter_mut().flatten().for_each(|inertial| {
+            inertial.columns.retain(|column| wanted(*column));
             inertial.values = vec![0.0; states.len() * inertial.columns.len()];
         });
         let rows: Vec<(usize, Vec<usize>)> = all

@@ -126,7 +126,7 @@ impl MotionExperiment<'_> {
         change: &[f64],
     ) {
         let joint = link.joint;
-        let rigid = self.rigid_torques(load, joint, change);
+        let rigid = self.rigid_torques(load, joint, change, None);
         let carried = self.link_torques(joint, &rigid, effects, states);
         let resistance = self.resistance(joint);
         let with_motor = |((load, [e, _, a]), [inertia, slope]): ((&f64, &[f64; 3]), &[f64; 2])| {

@@ -42,8 +42,9 @@ impl MotionExperiment<'_> {
     ) -> Vec<f64> {
         let here: Vec<&Effect> = effects.iter().filter(|e| self.joint(e) == Some(joint)).collect();
         let mut torque = self.link_torques(joint, rigid, effects, links);
+        let offset = self.encoder_offset(joint, effects);
         for effect in here.iter().filter(|effect| effect.kind.simulation.is_on_motor()) {
-            self.add_torque(joint, effect, rigid, links, &mut torque);
+            self.add_torque((joint, offset), effect, rigid, links, &mut torque);
         }
         let mut measured = self.recording.effort[joint].clone().unwrap_or_default();
         let mut late = 0.0;
@@ -90,15 +91,22 @@ impl MotionExperiment<'_> {
         let mut torque = rigid.to_vec();
         let on_link = |e: &&Effect| self.joint(e) == Some(joint) && !e.kind.simulation.is_on_motor();
         for effect in effects.iter().filter(on_link) {
-            self.add_torque(joint, effect, rigid, links, &mut torque);
+            self.add_torque((joint, 0.0), effect, rigid, links, &mut torque);
         }
         torque
     }
 
-    /// Adds what the law of an effect makes of the motion on its side of the transmission, if it is a torque.
+    /// By how much the logged angle of a motor is larger than its true one: that of the joint, unless the motor has an encoder of its own.
+    fn encoder_offset(&self, joint: usize, effects: &[Effect]) -> f64 {
+        let is_own = matches!(self.recording.motors.get(joint), Some(Some(_)));
+        let here = |e: &&Effect| e.kind.law == Law::EncoderOffset && self.joint(e) == Some(joint) && !is_own;
+        effects.iter().filter(here).map(|effect| effect.value("offset")).sum()
+    }
+
+    /// Adds what the law of an effect makes of the motion on its side of the transmission, if it is a torque; `offset`: of the motor's angle.
     fn add_torque(
         &self,
-        joint: usize,
+        (joint, offset): (usize, f64),
         effect: &Effect,
         rigid: &[f64],
         links: &Trajectory,
@@ -114,6 +122,7 @@ impl MotionExperiment<'_> {
             false => (0..torque.len()).map(|i| links.joint_at(i, joint)[order]).collect(),
         };
         let added = law.at_all(torque.len(), VARIABLES.len(), &|variable| match variable {
+            0 if on_motor && offset != 0.0 => self.of_motor(joint, 0).iter().map(|x| x - offset).collect(),
             0..3 if on_motor => self.of_motor(joint, variable).into(),
             0..3 => of_link(joint, variable),
             3 => rigid.into(),

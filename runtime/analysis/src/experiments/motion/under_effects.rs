@@ -2,12 +2,17 @@
 use super::experiment::{MotionExperiment, less};
 use super::on_ground::OnGround;
 use crate::experiments::{Channel, Inertial};
+use crate::robot::inertial_parameters::body_of;
 use crate::robot::{BaseKind, Trajectory};
 use bipedc_effects::effect::{Acts, Effect, Law};
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
-/// What the rigid model needs, `samples × nv` (N m, N), and the states of links, if these move behind their motors.
+/// What the rigid model needs, `samples × nv` (N m, N), and the states of links, if these are not as they were logged.
 pub(super) type Turned = (Vec<f64>, Option<Trajectory>);
+
+/// How inertial parameters enter the torques of each row.
+pub(super) type Inertials = Vec<Option<Inertial>>;
 
 /// Whether an effect turns joints or the base.
 fn turns(effect: &Effect) -> bool {
@@ -15,12 +20,13 @@ fn turns(effect: &Effect) -> bool {
 }
 
 impl MotionExperiment<'_> {
-    /// Torques of the rigid model under effects that change its geometry, and the states of links that move behind motors;
-    /// `None` if there are none. `ground`: what the effects make of the robot on the ground, if they change that.
+    /// Torques of the rigid model under effects that change its geometry, and the states of links then;
+    /// `None` if there are no such effects. `ground`: what the effects make of the robot on the ground, if they change that.
     pub(super) fn turned_load(&self, effects: &[Effect], ground: Option<&OnGround>) -> Option<Arc<Turned>> {
         let motors = || self.turned_states(effects);
+        let is_turned = effects.iter().any(turns);
         if let Some(ground) = ground {
-            let made = || Arc::new(self.load_on_ground(motors(), ground));
+            let made = || Arc::new(self.load_on_ground(motors(), ground, is_turned));
             return Some(ground.load.get_or_init(made).clone());
         }
         // On the ground links move as `ground` says.
@@ -33,19 +39,39 @@ impl MotionExperiment<'_> {
             return Some(Arc::new((load, Some(links))));
         }
         let made = || {
-            let motion = &self.recording.trajectory;
-            let turned = self.turned_positions(effects);
-            let q = turned.as_ref().unwrap_or(&motion.q);
-            (less(self.rigid.inverse_dynamics(q, &motion.v, &motion.a), &self.ground), None)
+            let states = motors();
+            (self.load_of(&states, &self.ground), Some(states))
         };
-        effects.iter().any(turns).then(|| self.turned.of(effects, turns, made))
+        is_turned.then(|| self.turned.of(effects, turns, made))
     }
 
     /// The same on the ground, of what effects make of the robot there.
-    fn load_on_ground(&self, mut states: Trajectory, ground: &OnGround) -> Turned {
+    fn load_on_ground(&self, mut states: Trajectory, ground: &OnGround, is_turned: bool) -> Turned {
         ground.behind.iter().for_each(|link| link.add_to(&mut states));
         let load = self.load_of(&states, &ground.forces);
-        (load, (!ground.behind.is_empty()).then_some(states))
+        (load, (is_turned || !ground.behind.is_empty()).then_some(states))
+    }
+
+    /// How the inertial parameters of the links that effects change enter torques where effects turn joints or the base; `None` where none
+    /// does, or where links move behind their motors as well: by so little that what they carry is not another.
+    fn inertial_under(
+        &self,
+        effects: &[Effect],
+        turned: Option<&Turned>,
+        is_behind: bool,
+    ) -> Option<Arc<Inertials>> {
+        let states = turned?.1.as_ref().filter(|_| !is_behind)?;
+        let body =
+            |effect: &Effect| self.link_inertias.link(effect.location.link.as_deref()?).map(|link| link.body);
+        let bodies: BTreeSet<usize> = effects.iter().filter_map(body).collect();
+        // Of an effect that changes a link only where it does so matters here.
+        let at = |effect: &Effect| match body(effect) {
+            Some(_) => Effect { parameters: BTreeMap::new(), ..effect.clone() },
+            None => effect.clone(),
+        };
+        let key: Vec<Effect> = effects.iter().filter(|e| turns(e) || body(e).is_some()).map(at).collect();
+        let made = || self.inertial_columns(states, &|column| bodies.contains(&body_of(column)));
+        Some(self.turned_inertial.of(&key, |_| true, made))
     }
 
     /// What the rigid model needs beside forces of the ground.
@@ -85,14 +111,21 @@ impl MotionExperiment<'_> {
         turned
     }
 
-    /// Torques of the rigid model at a joint, with changes of inertial parameters.
-    pub(super) fn rigid_torques(&self, load: &[f64], joint: usize, change: &[f64]) -> Vec<f64> {
+    /// Torques of the rigid model at a joint, with changes of inertial parameters that enter as said.
+    pub(super) fn rigid_torques(
+        &self,
+        load: &[f64],
+        joint: usize,
+        change: &[f64],
+        inertial: Option<&Inertials>,
+    ) -> Vec<f64> {
         let mut rigid: Vec<f64> = match std::ptr::eq(load, &*self.load) {
             true => self.of_load(joint).to_vec(),
             false => self.strided(load, joint).collect(),
         };
         let row = self.effort_row(joint).filter(|_| change.iter().any(|c| *c != 0.0));
-        if let Some(inertial) = row.and_then(|row| self.all_inertial()[row].as_ref()) {
+        let of = |row: usize| inertial.map_or_else(|| self.all_inertial(), Vec::as_slice)[row].as_ref();
+        if let Some(inertial) = row.and_then(of) {
             add_inertial(inertial, change, &mut rigid);
         }
         rigid
@@ -110,9 +143,13 @@ impl MotionExperiment<'_> {
         let links = turned.as_deref().and_then(|(_, links)| links.as_ref());
         let links = links.unwrap_or(&self.recording.trajectory);
         let change = self.link_inertias.change(effects);
+        let is_behind =
+            ground.map_or_else(|| !self.hidden(effects).is_empty(), |ground| !ground.behind.is_empty());
+        let changes = change.iter().any(|x| *x != 0.0);
+        let inertial = changes.then(|| self.inertial_under(effects, turned.as_deref(), is_behind)).flatten();
         let of_row = |&row: &usize| {
             let joint = self.joint_of[row];
-            let rigid = self.rigid_torques(load, joint, &change);
+            let rigid = self.rigid_torques(load, joint, &change, inertial.as_deref());
             let residual = match self.rows[row].channel {
                 Channel::Transmission => self.transmission_residual(joint, &rigid, effects, links),
                 _ => self.effort_residual(joint, &rigid, effects, links),
