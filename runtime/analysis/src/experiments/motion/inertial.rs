@@ -12,21 +12,29 @@ const CHUNK: usize = 512;
 impl MotionExperiment<'_> {
     /// Of all samples, by row.
     pub(super) fn all_inertial(&self) -> &[Option<Inertial>] {
-        self.inertial.get_or_init(|| self.inertial_columns(&self.recording.trajectory, &|_| true))
+        let trajectory = &self.recording.trajectory;
+        self.inertial.get_or_init(|| self.inertial_columns(trajectory, trajectory, &|_| true))
     }
 
     /// Of some samples: all are not formed for them.
     pub(super) fn inertial_of(&self, samples: &[usize]) -> Vec<Option<Inertial>> {
+        let trajectory = &self.recording.trajectory;
         match self.inertial.get() {
             Some(all) => all.iter().map(|inertial| inertial.as_ref().map(|i| i.at(samples))).collect(),
-            None => self.inertial_columns(&self.recording.trajectory.some(samples), &|_| true),
+            None => self.inertial_columns(&trajectory.some(samples), trajectory, &|_| true),
         }
     }
 
     /// Regressor rows of the joints with an effort, without the columns that are zero throughout or not `wanted`.
-    pub(super) fn inertial_columns(&self, states: &Trajectory, wanted: &dyn Fn(usize) -> bool) -> Inertials {
+    /// `all_states`: those that `states` are some of.
+    pub(super) fn inertial_columns(
+        &self,
+        states: &Trajectory,
+        all_states: &Trajectory,
+        wanted: &dyn Fn(usize) -> bool,
+    ) -> Inertials {
         let (nv, base) = (self.rigid.nv, self.layout.base.nv());
-        let mut all = self.present_columns();
+        let mut all = self.present_columns(all_states);
         all.iter_mut().flatten().for_each(|inertial| {
             inertial.columns.retain(|column| wanted(*column));
             inertial.values = vec![0.0; states.len() * inertial.columns.len()];
@@ -60,10 +68,10 @@ impl MotionExperiment<'_> {
     }
 
     /// Which columns a row has is a matter of the tree: a few samples tell.
-    fn present_columns(&self) -> Vec<Option<Inertial>> {
-        let (nv, base, samples) = (self.rigid.nv, self.layout.base.nv(), self.recording.samples());
+    fn present_columns(&self, states: &Trajectory) -> Vec<Option<Inertial>> {
+        let (nv, base, samples) = (self.rigid.nv, self.layout.base.nv(), states.len());
         let probe: Vec<usize> = (0..4).map(|k| k * (samples - 1) / 3).collect();
-        let few = self.recording.trajectory.some(&probe);
+        let few = states.some(&probe);
         let mut present = vec![vec![false; self.rigid.parameters]; self.rows.len()];
         self.rigid.regressors(&few.batch(), |_, regressor| {
             for (present, joint) in present.iter_mut().zip(&self.joint_of) {

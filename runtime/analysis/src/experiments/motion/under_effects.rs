@@ -70,7 +70,7 @@ impl MotionExperiment<'_> {
             None => effect.clone(),
         };
         let key: Vec<Effect> = effects.iter().filter(|e| turns(e) || body(e).is_some()).map(at).collect();
-        let made = || self.inertial_columns(states, &|column| bodies.contains(&body_of(column)));
+        let made = || self.inertial_columns(states, states, &|column| bodies.contains(&body_of(column)));
         Some(self.turned_inertial.of(&key, |_| true, made))
     }
 
