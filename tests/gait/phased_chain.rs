@@ -3,7 +3,7 @@ use super::{WALKER, phased, relative, robot};
 use crate::cli::bipedc;
 use bipedc::gait::{Chain, ChainOptions, PhasedBench, PhasedProgramController};
 use bipedc::simulation::{Walker, walker};
-use bipedc_analysis::simulate::phases::{Assumptions, End, PhasedRobot, Precision, Start, Walk, walk};
+use bipedc_analysis::simulate::phases::{Assumptions, End, Order, PhasedRobot, Precision, Start, Walk, walk};
 use bipedc_runtime::{Argument, Model, State};
 
 const PRECISION: Precision = Precision {
@@ -11,7 +11,9 @@ const PRECISION: Precision = Precision {
     absolute: 1e-11,
     largest_step: 0.02,
     largest_look: 0.01,
+    shortest_look: 0.0,
     most_steps: 100_000,
+    order: Order::Eighth,
 };
 
 /// Ten steps of the whole robot.

@@ -1,7 +1,7 @@
 //! A constraint surface along φ by polynomials: T is smooth between the beginning of a phase and its end, so that a few points of each part tell
 //! all others to rounding, for a fraction of what finding them costs.
 use super::Refused;
-use super::near::Near;
+use super::near::Way;
 use super::surface::SurfacePoint;
 use std::f64::consts::PI;
 use std::sync::{Arc, LazyLock};
@@ -22,7 +22,7 @@ type Find<'f> = &'f dyn Fn(f64, &[f64]) -> Result<SurfacePoint, Refused>;
 pub(super) struct Course {
     start: f64,
     end: f64,
-    near: Near,
+    way: Way,
     /// From the beginning on; none: no polynomial is close enough, or there is no posture.
     parts: Vec<Option<Part>>,
     /// There was no posture in the last part, and none is looked for beyond.
@@ -45,7 +45,7 @@ static CHEBYSHEV: LazyLock<[(f64, f64); POINTS]> = LazyLock::new(|| {
 impl Course {
     /// Of a phase that begins at `start` in the posture q, and ends at `end`.
     pub fn new([start, end]: [f64; 2], q: &[f64]) -> Self {
-        Self { start, end, near: Near::at(q), parts: Vec::new(), ended: false }
+        Self { start, end, way: Way::from(q), parts: Vec::new(), ended: false }
     }
 
     /// The point at φ; none where it has to be looked for. `find` does that for one φ, from a posture nearby. What is said does not depend on what was
@@ -73,13 +73,13 @@ impl Course {
         let mut values: [Vec<f64>; POINTS] = Default::default();
         for (value, &(point, _)) in values.iter_mut().zip(&*CHEBYSHEV) {
             let phi = place(point);
-            let Ok(found) = find(phi, &self.near.guess(phi)) else {
+            let found = find(phi, &self.way.guess(phi)).or_else(|_| find(phi, self.way.last()));
+            let Ok(found) = found else {
                 self.ended = true;
                 return None;
             };
-            let found = Arc::new(found);
             *value = [&found.q[..], &found.slope, &found.along_phase].concat();
-            self.near.found(phi, &found);
+            self.way.found(phi, Arc::new(found));
         }
         let part = Part { values };
         let (tried, found) = (part.at(0.0), find(place(0.0), &part.at(0.0).q).ok()?);

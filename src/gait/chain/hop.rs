@@ -4,25 +4,25 @@ use super::known::Followed;
 use super::near::Recent;
 use super::{Chain, PhaseEnergy, Refused};
 use bipedc_analysis::gait::Reason;
-use bipedc_analysis::simulate::phases::{End, Precision, Start, walk};
+use bipedc_analysis::simulate::phases::{End, Order, Precision, Start, walk};
 
 /// A step that takes longer than this does not come to its end, s.
 const LONGEST: f64 = 20.0;
 /// Places at which P is integrated to find a dead centre; φ̇² is stationary there.
 const PLACES: usize = 64;
-pub(super) const PRECISION: Precision = precision(1e-11);
-/// Of cells between which a map is interpolated to some 1e-3.
-pub(super) const ROUGH: Precision = precision(1e-10);
-
-const fn precision(tolerance: f64) -> Precision {
-    Precision {
-        relative: tolerance,
-        absolute: tolerance,
-        largest_step: 0.02,
-        largest_look: 0.01,
-        most_steps: 10_000,
-    }
-}
+pub(super) const PRECISION: Precision = Precision {
+    relative: 1e-11,
+    absolute: 1e-11,
+    largest_step: 0.02,
+    largest_look: 0.01,
+    shortest_look: 0.0,
+    most_steps: 10_000,
+    order: Order::Eighth,
+};
+/// Of cells between which a map is interpolated to some 1e-3. Torques go from limit to limit on the way, where a method of low order loses
+/// fewer evaluations to steps that are rejected. Its steps are short: looks are no farther apart than in the longest ones of the other method.
+pub(super) const ROUGH: Precision =
+    Precision { relative: 3e-11, absolute: 3e-11, shortest_look: 0.005, order: Order::Fifth, ..PRECISION };
 
 /// The robot where it passes the dead centre of a step's first phase.
 #[derive(Debug, Clone, PartialEq)]

@@ -52,6 +52,63 @@ impl Near {
     }
 }
 
+/// How many points the next one is extrapolated from.
+const BEHIND: usize = 5;
+
+/// Postures along φ that are found one after another, and where the next one should be.
+#[derive(Debug)]
+pub(super) struct Way {
+    start: Vec<f64>,
+    /// φ, the posture and its slope, in order.
+    points: Vec<(f64, Arc<SurfacePoint>)>,
+}
+
+impl Way {
+    /// From a posture.
+    pub fn from(q: &[f64]) -> Self {
+        Self { start: q.to_vec(), points: Vec::with_capacity(BEHIND + 1) }
+    }
+
+    /// The posture that was found last.
+    pub fn last(&self) -> &[f64] {
+        self.points.last().map_or(&self.start, |(_, point)| &point.q)
+    }
+
+    /// It was found, further on than all others.
+    pub fn found(&mut self, phi: f64, point: Arc<SurfacePoint>) {
+        self.points.push((phi, point));
+        if self.points.len() > BEHIND {
+            self.points.remove(0);
+        }
+    }
+
+    /// Where the posture at φ should be: on the polynomial with the postures and slopes of the last points, so close that one step of Newton's method is left.
+    pub fn guess(&self, phi: f64) -> Vec<f64> {
+        (0..self.start.len())
+            .map(|joint| self.extrapolated(joint, phi).unwrap_or(self.start[joint]))
+            .collect()
+    }
+
+    /// By divided differences, every point taken twice (Hermite).
+    fn extrapolated(&self, joint: usize, phi: f64) -> Option<f64> {
+        let count = 2 * self.points.len();
+        let place = |k: usize| self.points[k / 2].0;
+        let mut differences = [0.0; 2 * BEHIND];
+        for (k, difference) in differences.iter_mut().enumerate().take(count) {
+            *difference = self.points[k / 2].1.q[joint];
+        }
+        for order in 1..count {
+            for k in (order..count).rev() {
+                let same = order == 1 && k % 2 == 1;
+                let slope = (differences[k] - differences[k - 1]) / (place(k) - place(k - order));
+                differences[k] = if same { self.points[k / 2].1.slope[joint] } else { slope };
+            }
+        }
+        let (last, others) = differences[..count].split_last()?;
+        Some(others.iter().enumerate().rev().fold(*last, |sum, (k, next)| sum * (phi - place(k)) + next))
+    }
+}
+
 /// The last things that were found, by the numbers that they were found for.
 #[derive(Debug, Clone)]
 pub(super) struct Recent<K, T> {
@@ -86,7 +143,7 @@ impl<K: PartialEq, T> Recent<K, T> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Near, Recent, SurfacePoint};
+    use super::{Near, Recent, SurfacePoint, Way};
     use std::sync::Arc;
 
     /// Of the curve (φ³, 2 φ).
@@ -109,6 +166,23 @@ mod tests {
         // Too far away for the cubic: along the tangent of the last one.
         assert!((near.guess(2.0)[0] - (1.728 + 4.32 * 0.8)).abs() < 1e-13);
         assert_eq!(near.last(), point(1.2).q);
+    }
+
+    #[test]
+    fn polynomials_go_on_exactly_along_their_way() {
+        let mut way = Way::from(&[0.5]);
+        assert_eq!((way.guess(3.0), way.last()), (vec![0.5], &[0.5][..]));
+        let at = |phi: f64| 1.0 - phi + phi.powi(9);
+        for k in 0..7 {
+            let phi = 0.1 * f64::from(k * k);
+            let point =
+                SurfacePoint { q: vec![at(phi)], slope: vec![9.0 * phi.powi(8) - 1.0], along_phase: vec![] };
+            let guess = way.guess(phi)[0];
+            // From five points on the polynomial of degree 9 is known.
+            assert!(k < 5 || (guess / at(phi) - 1.0).abs() < 1e-9, "{phi}: {guess} for {}", at(phi));
+            way.found(phi, Arc::new(point));
+            assert_eq!(way.last(), [at(phi)]);
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use super::stance::{Event, Stance};
 use crate::gait::{Chain, PhasedBench, PhasedProgramController};
 use bipedc_analysis::robot::{BaseKind, Foot};
 use bipedc_analysis::simulate::phases::{
-    Assumptions, Change, End, PhaseSpec, PhasedRobot, Precision, Start, Watcher, walk_watched,
+    Assumptions, Change, End, Order, PhaseSpec, PhasedRobot, Precision, Start, Watcher, walk_watched,
 };
 use bipedc_compiler::compile::{PhasePrograms, ProgramModel};
 use bipedc_effects::diagnostic::Diagnostic;
@@ -25,7 +25,9 @@ const fn precision(tolerance: f64) -> Precision {
         absolute: tolerance,
         largest_step: 0.1,
         largest_look: 0.005,
+        shortest_look: 0.0,
         most_steps: 10_000,
+        order: Order::Eighth,
     }
 }
 

@@ -1,7 +1,9 @@
 //! Integration of one phase after the other, to the instants at which they end.
+use super::precision::{Order, Precision};
 use super::watch::{ARMED, Derivative, INSTANT, PhaseEnd, Watch};
 use bipedc_effects::diagnostic::Diagnostic;
-use ivp::methods::{DOP853, Tolerance};
+use ivp::error::Error;
+use ivp::methods::{DOP853, DOPRI5, IntegrationResult, Tolerance};
 use serde::Serialize;
 
 /// A system whose phases follow each other, each until its guard falls through zero (4.19), (4.23).
@@ -91,33 +93,6 @@ pub struct Violation {
     pub unit: &'static str,
     /// What that means: the foot pulls, slips, tips or scuffs.
     pub meaning: &'static str,
-}
-
-/// How exactly to integrate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Precision {
-    /// Error per step relative to each component.
-    pub relative: f64,
-    /// Error per step below which nothing is relative.
-    pub absolute: f64,
-    /// Largest step, s.
-    pub largest_step: f64,
-    /// Guards are looked at this often at least, s, and four times per step that is not a hundred times shorter.
-    pub largest_look: f64,
-    /// Most steps in one phase.
-    pub most_steps: usize,
-}
-
-impl Default for Precision {
-    fn default() -> Self {
-        Self {
-            relative: 1e-12,
-            absolute: 1e-12,
-            largest_step: 0.02,
-            largest_look: 0.01,
-            most_steps: 10_000_000,
-        }
-    }
 }
 
 /// The state at the beginning of a walk.
@@ -333,6 +308,7 @@ fn phase(
         armed: system.guard(number, last.time, &last.x) > ARMED,
         awaits: system.before_event(number, last.time, &last.x).is_some_and(|before| before > 0.0),
         largest_look: precision.largest_look,
+        shortest_look: precision.shortest_look,
         guards: 1,
         time: last.time,
         x: last.x.clone(),
@@ -340,20 +316,7 @@ fn phase(
         found: Ok(PhaseEnd::Nothing),
         watcher,
     };
-    let method = DOP853 {
-        max_step: Some(precision.largest_step),
-        max_steps: precision.most_steps,
-        ..DOP853::default()
-    };
-    let result = method.solve(
-        &derivative,
-        last.time,
-        &last.x,
-        until,
-        Tolerance::Scalar(precision.relative),
-        Tolerance::Scalar(precision.absolute),
-        Some(&mut watch),
-    );
+    let result = integrated(&derivative, last, until, precision, &mut watch);
     let result = result.map_err(|error| failed(last.time, &format!("{error:?}")))?;
     effort.steps += result.steps.accepted;
     effort.rejected += result.steps.rejected;
@@ -365,6 +328,38 @@ fn phase(
     }
     (last.time, last.x) = (watch.time, watch.x);
     Ok(found)
+}
+
+fn integrated(
+    derivative: &Derivative<'_>,
+    Start { time, x, .. }: &Start,
+    until: f64,
+    precision: &Precision,
+    watch: &mut Watch<'_>,
+) -> Result<IntegrationResult, Error> {
+    let Precision { relative, absolute, largest_step, most_steps: max_steps, .. } = *precision;
+    let max_step = Some(largest_step);
+    let [relative, absolute] = [relative, absolute].map(Tolerance::Scalar);
+    match precision.order {
+        Order::Fifth => DOPRI5 { max_step, max_steps, ..DOPRI5::default() }.solve(
+            derivative,
+            *time,
+            x,
+            until,
+            relative,
+            absolute,
+            Some(watch),
+        ),
+        Order::Eighth => DOP853 { max_step, max_steps, ..DOP853::default() }.solve(
+            derivative,
+            *time,
+            x,
+            until,
+            relative,
+            absolute,
+            Some(watch),
+        ),
+    }
 }
 
 fn failed(time: f64, why: &str) -> Diagnostic {

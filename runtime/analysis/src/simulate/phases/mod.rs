@@ -8,6 +8,7 @@ mod integrate;
 mod mirror;
 mod phased;
 mod points;
+mod precision;
 mod project;
 mod robot;
 mod run;
@@ -18,9 +19,10 @@ mod watch;
 pub use assumptions::Assumptions;
 pub use fastest::Fastest;
 pub use integrate::{
-    Change, Effort, End, Passage, Phased, Precision, Start, Violation, Walk, Watcher, walk, walk_watched,
+    Change, Effort, End, Passage, Phased, Start, Violation, Walk, Watcher, walk, walk_watched,
 };
 pub(crate) use mirror::Mirror;
+pub use precision::{Order, Precision};
 pub use project::Projected;
 pub use robot::PhasedRobot;
 pub use run::{FootImpulse, PhaseChange, WalkEnd, WalkSummary, Walking, columns};

@@ -1,9 +1,8 @@
 //! A whole walk: controllers, phases, log.
 use super::fastest::Fastest;
-use super::integrate::{
-    Change, Effort, End, Passage, Precision, Start, Violation, Walk, Watcher, walk_watched,
-};
+use super::integrate::{Change, Effort, End, Passage, Start, Violation, Walk, Watcher, walk_watched};
 use super::mirror::Mirror;
+use super::precision::{Order, Precision};
 use super::project::Projected;
 use super::robot::PhasedRobot;
 use super::spec::{LandingGuard, PhaseSpec};
@@ -218,7 +217,9 @@ fn precision(relative: f64) -> Precision {
         absolute: relative,
         largest_step: LARGEST_STEP,
         largest_look: LARGEST_LOOK,
+        shortest_look: 0.0,
         most_steps: MOST_STEPS,
+        order: Order::Eighth,
     }
 }
 

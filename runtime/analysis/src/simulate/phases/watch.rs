@@ -47,6 +47,7 @@ pub(super) struct Watch<'s> {
     /// Whether an event within the phase is still to come.
     pub awaits: bool,
     pub largest_look: f64,
+    pub shortest_look: f64,
     pub guards: usize,
     pub time: f64,
     pub x: Vec<f64>,
@@ -65,7 +66,10 @@ impl SolOut for Watch<'_> {
     ) -> ControlFlag {
         let Some(dense) = interpolant.filter(|_| *to > from) else { return ControlFlag::Continue };
         let short = *to - from < SHORT * self.largest_look;
-        let looks = if short { 1 } else { LOOKS.max(((*to - from) / self.largest_look).ceil() as usize) };
+        // A quotient by zero is more than any number of looks.
+        let [most, least] =
+            [self.shortest_look, self.largest_look].map(|look| ((*to - from) / look).ceil() as usize);
+        let looks = if short { 1 } else { LOOKS.min(most).max(least) };
         let mut earlier = from;
         for look in 1..=looks {
             let last = look == looks;
