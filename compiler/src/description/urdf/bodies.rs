@@ -249,7 +249,13 @@ fn check_bodies(robot: &UrdfRobot, bodies: &[Body], refused: &[bool], messages: 
 fn check_massless(robot: &UrdfRobot, body: &Body, owner: &str, place: Place, messages: &mut Messages<'_>) {
     let Some(joint) = body.joint else { return };
     let joint_name = short(&robot.joints[joint].name);
-    if body.has_children {
+    if body.has_children && body.moments.second.iter().flatten().any(|moment| *moment != 0.0) {
+        messages.warning(
+            place,
+            format!("{owner} has an inertia but no mass: there is no such body"),
+            "give it a mass; for a virtual link between two joints leave out <inertial>",
+        );
+    } else if body.has_children {
         messages.warning(
             place,
             format!("{owner} has no mass and no inertia; it only carries joints"),
