@@ -254,12 +254,12 @@ fn with_other_inertias_of_all_links() {
 /// Effects that turn joints or the base beside those that act on what is turned: a search and a comparison have the same model of them.
 #[test]
 fn of_effects_that_meet() {
-    let case = Case::example("coulomb");
+    let case = Case::example("rotor_inertia");
     let effects = [
         ("gravity_tilt", "", "roll = -0.1\npitch = 0.05"),
-        ("payload", "link = \"left_tibia\"", "mass = 0.5\nx = 0.1\ny = -0.1\nz = -0.1"),
-        ("com_offset", "link = \"right_femur\"", "x = 0.02\ny = 0.01\nz = -0.02"),
-        ("inertial_correction", "link = \"left_femur\"", "mass = -0.3\nz = 0.01\niyy = 0.01"),
+        ("payload", "link = \"left_lower_leg\"", "mass = 0.5\nx = 0.1\ny = -0.1\nz = -0.1"),
+        ("com_offset", "link = \"right_upper_leg\"", "x = 0.02\ny = 0.01\nz = -0.02"),
+        ("inertial_correction", "link = \"left_upper_leg\"", "mass = -0.3\nz = 0.01\niyy = 0.01"),
         ("encoder_offset", "joint = \"left_knee_pitch\"", "offset = 0.05"),
         ("parallel_spring", "joint = \"left_knee_pitch\"", "stiffness = 20.0\nrest_angle = 0.1"),
         (

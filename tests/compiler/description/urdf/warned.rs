@@ -20,7 +20,7 @@ fn link_without_inertia() {
 help: fine for a virtual link between two joints; else add <inertial>"#);
     let turns = knee.replace("<link name=\"virtual\"/>", "<link name=\"virtual\"><inertial><mass value=\"0\"/><inertia ixx=\"0.01\" ixy=\"0\" ixz=\"0\" iyy=\"0.01\" iyz=\"0\" izz=\"0.01\"/></inertial></link>");
     let (_, warnings) = read(&changed(&[("</robot>", &turns)])).unwrap();
-    assert!(warnings.iter().any(|w| w.message == "link `virtual` has an inertia but no mass: there is no such body"), "{warnings:?}");
+    assert!(warnings.iter().any(|w| w.contains("link `virtual` has an inertia but no mass: there is no such body")), "{warnings:?}");
     let knee = knee.replace("name=\"a\" type=\"continuous\"", "name=\"a\" type=\"fixed\"");
     let (_, warnings) = read(&changed(&[("</robot>", &knee)])).unwrap();
     assert!(warnings.is_empty(), "lumped with the link above: {warnings:?}");
