@@ -163,7 +163,9 @@ fn a_joint_that_counts_the_other_way_round_is_named() {
 
 #[test]
 fn an_angle_that_counts_from_elsewhere_is_named() {
-    for (quarters, words) in [(1.0, "90 degrees off"), (-1.0, "-90 degrees off"), (2.0, "180 degrees off")] {
+    for (quarters, words) in
+        [(1.0, "about 90 degrees off"), (-1.0, "about -90 degrees off"), (2.0, "about 180 degrees off")]
+    {
         let mut log = coulomb();
         let width = log.trajectory.q.len() / log.samples();
         for row in log.trajectory.q.chunks_exact_mut(width) {

@@ -194,7 +194,11 @@ fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
             ),
         ),
         Mixup::Quarters(j, quarters) => (
-            format!("`{}/position` counts from elsewhere, {} degrees off", name(j), 90 * i32::from(quarters)),
+            format!(
+                "`{}/position` counts from elsewhere, about {} degrees off",
+                name(j),
+                90 * i32::from(quarters)
+            ),
             format!(
                 "\"{}/position\" = {{ offset = {:.10} }}",
                 name(j),
@@ -202,7 +206,10 @@ fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
             ),
         ),
         Mixup::Degrees(j) => (
-            format!("`{}/position` is in degrees instead of rad (factor 57.3)", name(j)),
+            format!(
+                "`{}/position` is in degrees instead of rad (factor 57.3), or of a motor in front of a gear of about as much",
+                name(j)
+            ),
             format!("\"{}/position\" = {{ scale = {:.10} }}", name(j), std::f64::consts::PI / 180.0),
         ),
         Mixup::EffortSigns => {
