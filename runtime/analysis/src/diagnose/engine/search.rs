@@ -122,7 +122,9 @@ pub(super) fn run_without(
     let mut active: Vec<usize> = regression.standing.clone();
     let standing = active.len();
     let mut scored = regression.scored_fit(&active, corrected)?;
-    regression.reference.clone_from(&scored.errors);
+    // Corrections that make up for one row's large error make others' large.
+    let plain = regression.scored_fit(&active, false)?;
+    regression.reference = scored.errors.iter().zip(&plain.errors).map(|(a, b)| a.min(*b)).collect();
     if !start.is_empty() {
         active.extend_from_slice(start);
         scored = regression.scored_fit(&active, corrected)?;
