@@ -11,6 +11,8 @@ const FEW: usize = 4;
 const USUAL: f64 = 2.0;
 /// The same where one link stands for what several are off by.
 const USUAL_TOGETHER: f64 = 4.0;
+/// So many links are changed by errors of the description alone: what is hidden in a robot is in one link, or two.
+const MANY: usize = 4;
 
 /// One answer is about as likely as another if it costs at most so much more: e³, a twentieth of its probability.
 const AS_LIKELY: f64 = 6.0;
@@ -22,9 +24,40 @@ pub(super) fn is_corrected_likelier(
     plain: &Outcome,
     corrected: &Outcome,
 ) -> bool {
+    let is_cheaper = || {
+        whole_cost(regression, corrected) < whole_cost(regression, plain)
+            && (only_cad_errors(regression, plain, corrected) || !as_good(regression, plain, corrected))
+    };
     corrections_earn(regression, &corrected.active, &corrected.scored)
-        && whole_cost(regression, corrected) < whole_cost(regression, plain)
-        && (only_cad_errors(regression, plain, corrected) || !as_good(regression, plain, corrected))
+        && (are_many(regression, plain, corrected) || is_cheaper())
+}
+
+/// Whether effects alone put as many links a little elsewhere as only errors of the description do: what each of them says of its link is no
+/// more than CAD data usually are off, and that is what corrections are for.
+fn are_many(regression: &Regression<'_>, plain: &Outcome, corrected: &Outcome) -> bool {
+    let is_link = |k: &usize| regression.candidates[plain.active[*k]].form.location.link.is_some();
+    own(regression, plain, corrected).filter(is_link).filter(|&k| is_usual(regression, plain, k)).count()
+        >= MANY
+}
+
+/// Places of the effects that a search without corrections found and one with them did not.
+fn own<'o>(
+    regression: &Regression<'_>,
+    plain: &'o Outcome,
+    corrected: &'o Outcome,
+) -> impl Iterator<Item = usize> + 'o {
+    (regression.standing.len()..plain.active.len()).filter(|&k| !corrected.active.contains(&plain.active[k]))
+}
+
+/// Whether an effect of a search is of the size by which CAD data usually are off.
+fn is_usual(regression: &Regression<'_>, plain: &Outcome, k: usize) -> bool {
+    let candidate = &regression.candidates[plain.active[k]];
+    let coefficients = regression.coefficients(&plain.active, &plain.scored, k);
+    if candidate.form.kind == &kinds::TORQUE_GAIN {
+        let gain = candidate.form.effect(coefficients).value("gain");
+        return (gain - 1.0).abs() <= USUAL * CadError::default().mass;
+    }
+    candidate.deviations(coefficients).is_some_and(|deviations| deviations <= USUAL_TOGETHER)
 }
 
 /// Whether corrections say in other words what effects alone say, and are about as likely: the rows do not tell which it is.
@@ -66,19 +99,8 @@ fn as_good(regression: &Regression<'_>, plain: &Outcome, corrected: &Outcome) ->
 /// Whether all that few effects have beyond the others is of the size by which CAD data usually are off: masses and centres of mass of
 /// links, and gains, which are masses where a joint carries one body. Then corrections of these links say the same and no more.
 fn only_cad_errors(regression: &Regression<'_>, plain: &Outcome, corrected: &Outcome) -> bool {
-    let more = (regression.standing.len()..plain.active.len())
-        .filter(|&k| !corrected.active.contains(&plain.active[k]));
-    let is_usual = |k: usize| {
-        let candidate = &regression.candidates[plain.active[k]];
-        let coefficients = regression.coefficients(&plain.active, &plain.scored, k);
-        if candidate.form.kind == &kinds::TORQUE_GAIN {
-            let gain = candidate.form.effect(coefficients).value("gain");
-            return (gain - 1.0).abs() <= USUAL * CadError::default().mass;
-        }
-        candidate.deviations(coefficients).is_some_and(|deviations| deviations <= USUAL_TOGETHER)
-    };
-    let more: Vec<usize> = more.collect();
-    !more.is_empty() && more.into_iter().all(is_usual)
+    let mut more = own(regression, plain, corrected).peekable();
+    more.peek().is_some() && more.all(|k| is_usual(regression, plain, k))
 }
 
 /// Whether inertial corrections lower the held-out error by more than chance.
