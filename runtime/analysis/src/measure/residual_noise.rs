@@ -6,6 +6,7 @@ use super::flat_noise::flat_noise;
 use super::noise::{third_difference, white_noise};
 use super::strays::Strays;
 use std::cell::LazyCell;
+use std::ops::Deref;
 
 /// Lags at which differences are looked at, samples.
 const LAGS: [usize; 14] = [1, 2, 3, 4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64];
@@ -38,12 +39,14 @@ const SAME_COLOUR: f64 = 0.2;
 /// `residual`: measured less modelled, evenly sampled, N m or N, as the answer; `velocity`: of the joint, one per sample, rad/s or m/s. What follows the motion may be in the residual, as long as
 /// over a twelfth of the motion's period it does next to nothing.
 pub(crate) fn residual_noise(residual: &[f64], velocity: impl FnOnce() -> Vec<f64>) -> Option<f64> {
-    let Some(Strays { rest, rms }) = Strays::of(residual) else { return without_strays(residual, velocity) };
-    Some(without_strays(&rest, velocity).unwrap_or_else(|| white_noise(&rest)).hypot(rms))
+    let velocity = LazyCell::new(velocity);
+    let Some(Strays { rest, rms }) = Strays::of(residual, &|| velocity.clone()) else {
+        return without_strays(residual, &velocity);
+    };
+    Some(without_strays(&rest, &velocity).unwrap_or_else(|| white_noise(&rest)).hypot(rms))
 }
 
-fn without_strays(residual: &[f64], velocity: impl FnOnce() -> Vec<f64>) -> Option<f64> {
-    let velocity = LazyCell::new(velocity);
+fn without_strays(residual: &[f64], velocity: &dyn Deref<Target = Vec<f64>>) -> Option<f64> {
     let turn = || between_reversals(&velocity);
     let remembering = |residual: &[f64]| {
         let variance = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;

@@ -1,4 +1,6 @@
 //! Readings that stray alone: electrical noise, lost bits. They are noise, of which medians see nothing.
+//!
+//! Where a joint turns about, friction that jumps a sample early or late leaves the same: that is no noise.
 use super::noise::white_noise;
 
 /// So many samples on either side tell where a reading should be.
@@ -7,6 +9,8 @@ const BESIDE: usize = 2;
 const FAR: f64 = 5.0;
 /// And so many times as far as those beside it lie apart.
 const BEYOND: f64 = 1.5;
+/// Beside so many samples more a joint that turns about may make it.
+const TURN: usize = 2;
 /// Fewer say nothing, and where more than this part of all do so it is no rare thing.
 const FEWEST: usize = 5;
 const MOST: f64 = 0.1;
@@ -20,8 +24,8 @@ pub(super) struct Strays {
 }
 
 impl Strays {
-    /// `None` where there are none to speak of.
-    pub fn of(residual: &[f64]) -> Option<Self> {
+    /// `None` where there are none to speak of. `velocity` of the joint, one per sample, or empty where it is not known.
+    pub fn of(residual: &[f64], velocity: &dyn Fn() -> Vec<f64>) -> Option<Self> {
         let far = FAR * white_noise(residual);
         // By how much a reading is off, and how far those beside it lie apart: what is smooth is off by less.
         let off = |i: usize| {
@@ -35,8 +39,19 @@ impl Strays {
             let beside = [k.checked_sub(1), Some(k + 1)];
             is_far(k) && offs[k].0.abs() > BEYOND * offs[k].1 && !beside.into_iter().flatten().any(is_far)
         };
-        let found: Vec<usize> = (0..offs.len()).filter(|k| far > 0.0 && alone(*k)).collect();
-        if found.len() < FEWEST || found.len() as f64 > MOST * residual.len() as f64 {
+        let mut found: Vec<usize> = (0..offs.len()).filter(|k| far > 0.0 && alone(*k)).collect();
+        if found.len() < FEWEST {
+            return None;
+        }
+        let velocity = velocity();
+        let turns = |k: &usize| {
+            let near = velocity.get(k.saturating_sub(TURN)..(k + 2 * BESIDE + TURN).min(velocity.len()));
+            near.is_some_and(|near| near.iter().any(|v| *v > 0.0) && near.iter().any(|v| *v <= 0.0))
+        };
+        let all = found.len();
+        found.retain(|k| !turns(k));
+        if 2 * found.len() < all || found.len() < FEWEST || found.len() as f64 > MOST * residual.len() as f64
+        {
             return None;
         }
         let mut rest = residual.to_vec();
@@ -81,11 +96,16 @@ mod tests {
         let mut random = Random::new(5);
         let friction: Vec<f64> =
             velocity(6000).iter().map(|v| 4.0 * v.signum() + 0.3 * random.normal()).collect();
-        assert!(Strays::of(&friction).is_none());
+        assert!(Strays::of(&friction, &|| velocity(6000)).is_none());
+        // A sample late, the sign leaves a spike at every reversal.
+        let signs: Vec<f64> = velocity(6000).iter().map(|v| v.signum()).collect();
+        let late = |i: usize| 4.0 * (signs[i] - signs[i.saturating_sub(1)]) + 0.3 * random.normal();
+        let late: Vec<f64> = (0..6000).map(late).collect();
+        assert!(Strays::of(&late, &Vec::new).is_some() && Strays::of(&late, &|| velocity(6000)).is_none());
         let strikes: Vec<f64> =
             (0..6000).map(|i| if i % 200 < 4 { 9.0 } else { 0.0 } + 0.3 * random.normal()).collect();
-        assert!(Strays::of(&strikes).is_none());
+        assert!(Strays::of(&strikes, &Vec::new).is_none());
         let white: Vec<f64> = (0..6000).map(|_| random.normal()).collect();
-        assert!(Strays::of(&white).is_none_or(|strays| strays.rms < 0.2));
+        assert!(Strays::of(&white, &Vec::new).is_none_or(|strays| strays.rms < 0.2));
     }
 }
