@@ -47,7 +47,7 @@ pub(crate) fn residual_noise(residual: &[f64], velocity: impl FnOnce() -> Vec<f6
 }
 
 fn without_strays(residual: &[f64], velocity: &dyn Deref<Target = Vec<f64>>) -> Option<f64> {
-    let turn = || between_reversals(&velocity);
+    let turn = || between_reversals(velocity);
     let remembering = |residual: &[f64]| {
         let variance = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;
         // Nothing is left but what neighbours show.
@@ -56,7 +56,7 @@ fn without_strays(residual: &[f64], velocity: &dyn Deref<Target = Vec<f64>>) -> 
         }
         coloured_noise(residual, turn)
             .or_else(|| low_passed(residual, turn()))
-            .or_else(|| flat_noise(residual, &velocity))
+            .or_else(|| flat_noise(residual, velocity))
     };
     let Some(Unsteady { levels, mean }) = Unsteady::seen(residual) else { return remembering(residual) };
     let steady: Vec<f64> = residual.iter().enumerate().map(|(i, x)| x / level(&levels, i)).collect();
