@@ -10,8 +10,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// A scale that loses more than this part of itself when the cut-off doubles has faded.
 const FADES: f64 = 0.25;
-/// At least this part of the loss must be what noise costs: as much as the squares of the model's torque grow by it (on six logs of free
-/// swings 0.31 to 0.36, of losses of 0.34). Friction that the fit beside it tells badly changes scales too, and no noise does that.
+/// At least this part of the loss must be what noise costs: as much as the squares of the model's torque grow by it (at three joints
+/// of free swings 0.31 to 0.36, of losses of 0.34). Friction that the fit beside it tells badly changes scales too, and no noise does that.
 const BY_NOISE: f64 = 0.7;
 /// Speed over which the sign of velocity is smoothed, rad/s.
 const SMOOTHING: f64 = 0.02;

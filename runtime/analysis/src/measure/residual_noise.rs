@@ -6,7 +6,6 @@ use super::flat_noise::flat_noise;
 use super::noise::{third_difference, white_noise};
 use super::strays::Strays;
 use std::cell::LazyCell;
-use std::ops::Deref;
 
 /// Lags at which differences are looked at, samples.
 const LAGS: [usize; 14] = [1, 2, 3, 4, 6, 8, 12, 16, 20, 24, 32, 40, 48, 64];
@@ -46,7 +45,11 @@ pub(crate) fn residual_noise(residual: &[f64], velocity: impl FnOnce() -> Vec<f6
     Some(without_strays(&rest, &velocity).unwrap_or_else(|| white_noise(&rest)).hypot(rms))
 }
 
-fn without_strays(residual: &[f64], velocity: &dyn Deref<Target = Vec<f64>>) -> Option<f64> {
+/// The same of a residual of which no reading strays alone.
+fn without_strays<F: FnOnce() -> Vec<f64>>(
+    residual: &[f64],
+    velocity: &LazyCell<Vec<f64>, F>,
+) -> Option<f64> {
     let turn = || between_reversals(velocity);
     let remembering = |residual: &[f64]| {
         let variance = residual.iter().map(|x| x * x).sum::<f64>() / residual.len().max(1) as f64;

@@ -27,7 +27,7 @@ pub(super) fn rows_within(
     growth: &dyn Fn(usize) -> f64,
 ) -> bool {
     let alike = |(row, (better, other)): (usize, (&f64, &f64))| *other <= (1.0 + growth(row)) * better;
-    regression.is_table() || better.errors.iter().zip(&other.errors).enumerate().all(alike)
+    regression.is_table || better.errors.iter().zip(&other.errors).enumerate().all(alike)
 }
 
 /// Of explanations that are as good, the one with fewer effects, and on the likelier link.

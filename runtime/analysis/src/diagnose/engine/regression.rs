@@ -50,6 +50,8 @@ pub(super) struct Regression<'a> {
     pub resolutions: Vec<f64>,
     /// Sum of squares per row below which errors are the measurement's noise, however small they become.
     pub(super) noise_squares: Vec<f64>,
+    /// The data are a table of postures or impacts, whose noise is known by a bound alone.
+    pub is_table: bool,
     /// Inertial parameters are estimated freely: without them nothing can be said of the size of effects.
     pub free: bool,
     /// Squared errors by row before any effect entered.
@@ -137,6 +139,7 @@ impl<'a> Regression<'a> {
             products: Vec::new(),
             resolutions: both(&resolutions(train), &resolutions(judge)),
             noise_squares: Vec::new(),
+            is_table: train.motion().time.is_empty(),
             reference: Vec::new(),
             free: options.widening > 1.0,
             banned: Vec::new(),
@@ -155,11 +158,6 @@ impl<'a> Regression<'a> {
         let play = |c: &&Candidate| c.form.kind.law == Law::Backlash && c.form.location == *at;
         self.train.rows()[row].channel != Channel::Transmission
             && self.candidates.iter().filter(play).any(|c| c.rows.contains(&row))
-    }
-
-    /// Whether the data are a table of postures or impacts, whose noise is known by a bound alone.
-    pub fn is_table(&self) -> bool {
-        self.noise_squares.iter().all(|noise| *noise == 0.0)
     }
 
     /// Keeps all forms of a candidate's kind and place out of further searches.

@@ -41,7 +41,7 @@ impl Regression<'_> {
     /// Sum of squares of so many samples of a row below which errors are the measurement's noise.
     pub fn noise_squares_of(&self, row: usize, count: usize) -> f64 {
         // Tables of postures and impacts know no more than a bound of their noise.
-        if self.train.motion().time.is_empty() {
+        if self.is_table {
             return 0.0;
         }
         let count = count as f64;

@@ -3,6 +3,7 @@
 use super::hypothesis::{Mixup, View};
 use super::{Evidence, list};
 use bipedc_effects::diagnostic::Diagnostic;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// A torque of which more than this is left by model and friction is suspicious: effects leave as much at times, but no
 /// mix-up then explains them.
@@ -81,7 +82,7 @@ fn whole(evidence: &Evidence<'_>, view: &View) -> Option<Mixup> {
 /// What a position that looks like one in degrees is: one of a motor in front of its gear, if another factor than that of degrees explains more.
 fn geared(evidence: &Evidence<'_>, view: &View, mixup: Mixup) -> Mixup {
     let Mixup::Degrees(joint) = mixup else { return mixup };
-    let degrees = 180.0 / std::f64::consts::PI;
+    let degrees = 180.0 / PI;
     let left = |mixup: Mixup| view.under(evidence, mixup).unexplained().iter().sum::<f64>();
     let count = ((GEARS.1 / GEARS.0).ln() / APART.ln()) as i32;
     let factors = (0..=count).map(|k| GEARS.0 * APART.powi(k));
@@ -160,70 +161,43 @@ fn error(evidence: &Evidence<'_>, mixup: Mixup, others: &[Mixup]) -> Diagnostic 
 /// In words, and the line of a mapping file that puts it right.
 fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
     let name = |joint: usize| evidence.joints[joint].0;
+    let position =
+        |joint: usize, words: &str, entry: &str| of_column(name(joint), "position", (words, entry));
+    let effort = |joint: usize, words: &str, entry: &str| of_column(name(joint), "effort", (words, entry));
+    let (wrong_sign, sign) = ("has the wrong sign", "sign = -1");
+    let radians = format!("scale = {:.10}", PI / 180.0);
     match mixup {
-        Mixup::EffortSign(j) => (
-            format!("`{}/effort` has the wrong sign", name(j)),
-            format!("\"{}/effort\" = {{ sign = -1 }}", name(j)),
-        ),
+        Mixup::EffortSign(j) => effort(j, wrong_sign, sign),
         Mixup::EffortUnit(j, factor) => {
-            let unit = if factor > 1.0 { "N mm (mN m) instead of N m" } else { "kN m instead of N m" };
-            (
-                format!("`{}/effort` is in the wrong unit, such as {unit} (factor {factor})", name(j)),
-                format!("\"{}/effort\" = {{ scale = {} }}", name(j), 1.0 / factor),
-            )
+            effort(j, &format!("is in the {}", wrong_unit(factor)), &format!("scale = {}", factor.recip()))
         }
-        Mixup::PositionSign(j) => (
-            format!("`{}/position` has the wrong sign", name(j)),
-            format!("\"{}/position\" = {{ sign = -1 }}", name(j)),
-        ),
-        Mixup::Direction(j) => (
-            format!("`{}/position` and its effort count the other way round", name(j)),
-            ["position", "effort"]
-                .map(|what| format!("\"{}/{what}\" = {{ sign = -1 }}", name(j)))
-                .join("\n  "),
-        ),
-        Mixup::Geared(j, factor) => (
-            format!(
-                "`{}/position` is about {factor:.0} times too large, such as a motor's angle in front of its gear",
-                name(j)
-            ),
-            format!(
-                "\"{}/position\" = {{ scale = {:.3} }}  # one over the gear's ratio",
-                name(j),
-                factor.recip()
-            ),
-        ),
-        Mixup::Quarters(j, quarters) => (
-            format!(
-                "`{}/position` counts from elsewhere, about {} degrees off",
-                name(j),
-                90 * i32::from(quarters)
-            ),
-            format!(
-                "\"{}/position\" = {{ offset = {:.10} }}",
-                name(j),
-                -std::f64::consts::FRAC_PI_2 * f64::from(quarters)
-            ),
-        ),
-        Mixup::Degrees(j) => (
-            format!(
-                "`{}/position` is in degrees instead of rad (factor 57.3), or of a motor in front of a gear of about as much",
-                name(j)
-            ),
-            format!("\"{}/position\" = {{ scale = {:.10} }}", name(j), std::f64::consts::PI / 180.0),
-        ),
-        Mixup::EffortSigns => {
-            of_all(evidence, ("effort", "efforts of all joints have the wrong sign"), "sign = -1")
+        Mixup::PositionSign(j) => position(j, wrong_sign, sign),
+        Mixup::Direction(j) => {
+            let (words, line) = position(j, "and its effort count the other way round", sign);
+            (words, format!("{line}\n  {}", effort(j, "", sign).1))
         }
+        Mixup::Geared(j, factor) => {
+            let words = format!(
+                "is about {factor:.0} times too large, such as a motor's angle in front of its gear (scale: one over its exact ratio)"
+            );
+            position(j, &words, &format!("scale = {:.5}", factor.recip()))
+        }
+        Mixup::Quarters(j, quarters) => {
+            let words = format!("counts from elsewhere, about {} degrees off", 90 * i32::from(quarters));
+            position(j, &words, &format!("offset = {:.10}", -FRAC_PI_2 * f64::from(quarters)))
+        }
+        Mixup::Degrees(j) => {
+            let words = "is in degrees instead of rad (factor 57.3), or of a motor in front of a gear of about as much";
+            position(j, words, &radians)
+        }
+        Mixup::EffortSigns => of_all(evidence, ("effort", "efforts of all joints have the wrong sign"), sign),
         Mixup::EffortUnits(factor) => {
-            let unit = if factor > 1.0 { "N mm (mN m) instead of N m" } else { "kN m instead of N m" };
-            let words =
-                format!("efforts of all joints are in the wrong unit, such as {unit} (factor {factor})");
-            of_all(evidence, ("effort", &words), &format!("scale = {}", 1.0 / factor))
+            let words = format!("efforts of all joints are in the {}", wrong_unit(factor));
+            of_all(evidence, ("effort", &words), &format!("scale = {}", factor.recip()))
         }
         Mixup::AllDegrees => {
             let words = "positions of all joints are in degrees instead of rad (factor 57.3)";
-            of_all(evidence, ("position", words), &format!("scale = {:.10}", std::f64::consts::PI / 180.0))
+            of_all(evidence, ("position", words), &radians)
         }
         Mixup::PositionsSwapped(a, b) => swapped(name(a), name(b), "position"),
         Mixup::EffortsSwapped(a, b) => swapped(name(a), name(b), "effort"),
@@ -233,6 +207,17 @@ fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
             (words.join(", and "), lines.join("\n  "))
         }
     }
+}
+
+/// Of one column: what it is, and the line with an entry for it.
+fn of_column(joint: &str, what: &str, (words, entry): (&str, &str)) -> (String, String) {
+    (format!("`{joint}/{what}` {words}"), format!("\"{joint}/{what}\" = {{ {entry} }}"))
+}
+
+/// Of efforts that are so many times too large.
+fn wrong_unit(factor: f64) -> String {
+    let unit = if factor > 1.0 { "N mm (mN m) instead of N m" } else { "kN m instead of N m" };
+    format!("wrong unit, such as {unit} (factor {factor})")
 }
 
 /// The same of every joint that has the column.

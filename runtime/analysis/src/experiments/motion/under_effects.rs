@@ -57,14 +57,16 @@ impl MotionExperiment<'_> {
     fn inertial_under(
         &self,
         effects: &[Effect],
-        turned: Option<&Turned>,
-        is_behind: bool,
+        turned: &Turned,
+        ground: Option<&OnGround>,
     ) -> Option<Arc<Inertials>> {
-        let states = turned?.1.as_ref().filter(|_| !is_behind)?;
+        let is_behind =
+            || ground.map_or_else(|| !self.hidden(effects).is_empty(), |ground| !ground.behind.is_empty());
+        let states = turned.1.as_ref().filter(|_| !is_behind())?;
         let body =
             |effect: &Effect| self.link_inertias.link(effect.location.link.as_deref()?).map(|link| link.body);
         let bodies: BTreeSet<usize> = effects.iter().filter_map(body).collect();
-        // Of an effect that changes a link only where it does so matters here.
+        // Which link an effect changes matters here, and not by how much.
         let at = |effect: &Effect| match body(effect) {
             Some(_) => Effect { parameters: BTreeMap::new(), ..effect.clone() },
             None => effect.clone(),
@@ -143,10 +145,8 @@ impl MotionExperiment<'_> {
         let links = turned.as_deref().and_then(|(_, links)| links.as_ref());
         let links = links.unwrap_or(&self.recording.trajectory);
         let change = self.link_inertias.change(effects);
-        let is_behind =
-            ground.map_or_else(|| !self.hidden(effects).is_empty(), |ground| !ground.behind.is_empty());
         let changes = change.iter().any(|x| *x != 0.0);
-        let inertial = changes.then(|| self.inertial_under(effects, turned.as_deref(), is_behind)).flatten();
+        let inertial = changes.then(|| self.inertial_under(effects, turned.as_deref()?, ground)).flatten();
         let of_row = |&row: &usize| {
             let joint = self.joint_of[row];
             let rigid = self.rigid_torques(load, joint, &change, inertial.as_deref());
