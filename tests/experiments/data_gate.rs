@@ -153,6 +153,29 @@ fn a_motors_angle_is_no_angle_in_degrees() {
     }
 }
 
+/// Position and torque of a motor: the torque alone looked like one that the model has nothing to do with, and masses were corrected by all of themselves.
+#[test]
+fn a_motors_angle_with_its_torque_is_named() {
+    for ratio in [12.0, 50.0] {
+        let mut log = coulomb();
+        moved(&mut log, |joints| joints[KNEE] *= ratio);
+        log.effort[KNEE].as_mut().unwrap().iter_mut().for_each(|u| *u /= ratio);
+        log.noise[KNEE] /= ratio;
+        let words = ["`left_knee_pitch/position` is about", "those of a motor", "\"left_knee_pitch/effort\""];
+        assert_error(&judge(log), &words);
+    }
+}
+
+#[test]
+fn a_position_whose_counts_are_doubled_is_named() {
+    for (factor, words) in [(2.0, "is about 2 times too large"), (0.5, "is 0.5 times what it should be")] {
+        let mut log = coulomb();
+        moved(&mut log, |joints| joints[KNEE] *= factor);
+        let scale = format!("scale = {}", 1.0 / factor);
+        assert_error(&judge(log), &["`left_knee_pitch/position`", words, &scale]);
+    }
+}
+
 #[test]
 fn a_joint_that_counts_the_other_way_round_is_named() {
     let mut log = coulomb();

@@ -1,6 +1,7 @@
 //! Payloads, whose second moments do not enter linearly: their forms are taken at their estimates, again and again.
 use super::fit::{Candidate, TermProducts, fit};
 use super::regression::Regression;
+use crate::experiments::form::Form;
 use crate::parallel::parallel;
 use bipedc_effects::effect::Law;
 use std::sync::OnceLock;
@@ -16,35 +17,43 @@ impl Regression<'_> {
         let payloads: Vec<usize> = (0..self.candidates.len()).filter(is_payload).collect();
         if active.iter().any(|c| payloads.contains(c)) {
             for c in payloads {
-                let found = self.linearised(c, active, corrected);
+                let found = self.linearised(c, active, corrected, None);
                 self.replace(c, found);
             }
             return;
         }
         // None of them has anything to do with another.
-        let found = parallel(payloads.len(), |k| self.linearised(payloads[k], active, corrected));
+        let found = parallel(payloads.len(), |k| self.linearised(payloads[k], active, corrected, None));
         payloads.into_iter().zip(found).for_each(|(c, found)| self.replace(c, found));
     }
 
-    fn replace(&mut self, c: usize, found: Option<(Candidate, Vec<TermProducts>)>) {
+    /// Gives a candidate another form, with the products of its terms.
+    pub fn replace(&mut self, c: usize, found: Option<(Candidate, Vec<TermProducts>)>) {
         if let Some((candidate, products)) = found {
             (self.candidates[c], self.products[c]) = (candidate, OnceLock::from(products));
         }
     }
 
-    /// A candidate with its form taken at its estimate beside active ones, and the products of its terms; `None`: it stays as it is.
-    fn linearised(
+    /// A candidate with its form taken at its estimate beside active ones, from a form on, and the products of its terms; `None`: it stays as it is.
+    pub fn linearised(
         &self,
         c: usize,
         active: &[usize],
         corrected: bool,
+        from: Option<Form>,
     ) -> Option<(Candidate, Vec<TermProducts>)> {
         let corrections = self.corrections.as_ref().filter(|_| corrected);
         let place = active.iter().position(|a| *a == c).unwrap_or(active.len());
         let others = |some: &[usize]| some.iter().flat_map(|&a| self.products_of(a)).collect::<Vec<_>>();
         let (before, after) = (others(&active[..place]), others(active.get(place + 1..).unwrap_or_default()));
-        let mut found: Option<(Candidate, Vec<TermProducts>)> = None;
-        let (mut step, mut steps) = (0, STEPS);
+        let of = |form: Form| {
+            let rows = self.candidates[c].rows.clone();
+            let candidate = Candidate::new(form, &[], rows, &self.spread, 0);
+            let products = self.products_with(&candidate);
+            (candidate, products)
+        };
+        let (mut step, mut steps) = (0, if from.is_some() { STEPS_FROM_AFAR } else { STEPS });
+        let mut found: Option<(Candidate, Vec<TermProducts>)> = from.map(of);
         while step < steps {
             let (candidate, own) = found
                 .as_ref()
@@ -57,9 +66,7 @@ impl Regression<'_> {
                 steps = STEPS_FROM_AFAR;
             }
             let Some(form) = candidate.form.linearised(self.train, coefficients) else { break };
-            let candidate = Candidate::new(form, &[], candidate.rows.clone(), &self.spread, 0);
-            let products = self.products_with(&candidate);
-            found = Some((candidate, products));
+            found = Some(of(form));
             step += 1;
         }
         found

@@ -7,6 +7,7 @@ mod at_corners;
 mod behind_motors;
 mod block_equations;
 mod candidates;
+mod companions;
 mod conclusion;
 mod corrected;
 mod corrections;

@@ -211,11 +211,34 @@ impl<'a> Regression<'a> {
 
     /// Fits candidates and judges them.
     pub fn scored_fit(&self, active: &[usize], corrected: bool) -> Option<ScoredFit> {
-        let terms = self.terms(active);
-        let corrections = self.corrections.as_ref().filter(|_| corrected);
         let products: Vec<&TermProducts> = active.iter().flat_map(|&c| self.products_of(c)).collect();
-        let fit = fit(corrections, &products)?;
-        let errors = errors(self.judge_sums.grams(), &fit, &terms);
+        self.scored((&products, &self.terms(active)), active, corrected)
+    }
+
+    /// The fit of candidates of which one has another form.
+    pub fn scored_fit_with(
+        &self,
+        active: &[usize],
+        (other, candidate, own): (usize, &Candidate, &[TermProducts]),
+        corrected: bool,
+    ) -> Option<ScoredFit> {
+        let is_it = |c: usize| c == other;
+        let products = active.iter().flat_map(|&c| if is_it(c) { own } else { self.products_of(c) });
+        let terms =
+            active.iter().flat_map(|&c| if is_it(c) { &candidate.terms } else { &self.candidates[c].terms });
+        let (products, terms): (Vec<_>, Vec<_>) = (products.collect(), terms.collect());
+        self.scored((&products, &terms), active, corrected)
+    }
+
+    fn scored(
+        &self,
+        (products, terms): (&[&TermProducts], &[&Term]),
+        active: &[usize],
+        corrected: bool,
+    ) -> Option<ScoredFit> {
+        let corrections = self.corrections.as_ref().filter(|_| corrected);
+        let fit = fit(corrections, products)?;
+        let errors = errors(self.judge_sums.grams(), &fit, terms);
         let heard = errors.iter().zip(&self.noise_squares).map(|(error, noise)| error.max(*noise));
         let deviance: f64 = heard.zip(&self.weights).map(|(e, w)| e * w).sum();
         let cost = deviance + fit.prior + self.complexity_penalty(active);

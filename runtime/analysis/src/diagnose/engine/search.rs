@@ -1,5 +1,6 @@
 //! Which candidates stand: forward search, pruning, and the best small set at every joint.
 use super::behind_motors::is_behind_motor;
+use super::companions::beside_payloads;
 use super::corrected::{is_corrected_as_likely, is_corrected_likelier};
 use super::entry::{ANOTHER, INSEPARABLE, LEAST, consider, is_trace, largest_fall, play, steady};
 use super::exchange::{best_set, exchange, pair};
@@ -174,6 +175,7 @@ pub(super) fn run_without(
     (active, scored) = exchange(regression, active, scored, corrected);
     (active, scored) = prune(regression, active, scored, corrected);
     (active, scored) = relinearised(regression, active, scored, corrected);
+    (active, scored) = beside_payloads(regression, (active, scored), corrected);
     Some((Outcome { active, scored, corrected, reasons, rival: None }, doubtful))
 }
 

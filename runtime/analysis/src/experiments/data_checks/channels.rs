@@ -12,11 +12,17 @@ const SUSPICIOUS: f64 = 0.1;
 const LEFT: f64 = 0.3;
 /// Another mix-up that removes nearly as much is named beside it.
 const ALIKE: f64 = 0.9;
-/// No joint swings through so much (rad): its position may be in degrees.
+/// No joint swings or slides through so much (rad, m): its position may be in degrees or mm, or that of a motor.
 const WIDE: f64 = 4.0;
-/// Factors of gears that are tried where a position looks like one in degrees, so far apart; degrees are told from them within twice as much.
+/// Factors that are tried where a position is so wide: of gears, and of a motor's angle (or mm) for a slide.
 const GEARS: (f64, f64) = (4.0, 250.0);
+const SPINDLES: (f64, f64) = (4.0, 1e4);
+/// So far apart at first, and around the best; units are told from gears within twice as much.
+const COARSE: f64 = 1.3;
 const APART: f64 = 1.03;
+/// Factors of encoders whose edges or poles are counted otherwise than somebody thought.
+const COUNTS: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
+const MILLIMETRES: f64 = 1e3;
 /// Most mix-ups that are looked for in one log.
 const MOST: usize = 3;
 /// So many joints at least show what holds of all.
@@ -39,9 +45,12 @@ pub(super) fn check(evidence: &Evidence<'_>) -> Vec<Diagnostic> {
         }
         let mut ranked = tried(evidence, &view, &left);
         let Some((best, gain)) = ranked.pop() else { break };
-        let mixup = geared(evidence, &view, best);
-        let others: Vec<Mixup> =
-            ranked.iter().filter(|(_, other)| *other > ALIKE * gain).map(|(mixup, _)| *mixup).collect();
+        let mixup = refined(evidence, &view, best);
+        let others: Vec<Mixup> = ranked
+            .iter()
+            .filter(|(other, much)| *much > ALIKE * gain && !other.scales_as(best))
+            .map(|(mixup, _)| *mixup)
+            .collect();
         found.push(error(evidence, mixup, &others));
         view = view.under(evidence, mixup);
     }
@@ -79,20 +88,47 @@ fn whole(evidence: &Evidence<'_>, view: &View) -> Option<Mixup> {
     degrees.into_iter().chain(efforts).find(heals)
 }
 
-/// What a position that looks like one in degrees is: one of a motor in front of its gear, if another factor than that of degrees explains more.
-fn geared(evidence: &Evidence<'_>, view: &View, mixup: Mixup) -> Mixup {
-    let Mixup::Degrees(joint) = mixup else { return mixup };
-    let degrees = 180.0 / PI;
-    let left = |mixup: Mixup| view.under(evidence, mixup).unexplained().iter().sum::<f64>();
-    let count = ((GEARS.1 / GEARS.0).ln() / APART.ln()) as i32;
-    let factors = (0..=count).map(|k| GEARS.0 * APART.powi(k));
-    let tried = factors.map(|factor| (factor, left(Mixup::Geared(joint, factor))));
-    let best = tried.min_by(|a, b| a.1.total_cmp(&b.1));
-    let is_other = |(factor, rest): &(f64, f64)| {
-        let apart = (factor / degrees).ln().abs();
-        apart > 2.0 * APART.ln() && *rest < left(mixup)
+/// A factor of a position put right: the one around it that explains most, or that of a unit next to it.
+fn refined(evidence: &Evidence<'_>, view: &View, mixup: Mixup) -> Mixup {
+    let (joint, rough) = match mixup {
+        Mixup::Geared(joint, factor) if !COUNTS.contains(&factor) => (joint, factor),
+        Mixup::Motor(joint, factor) => (joint, factor),
+        Mixup::Degrees(joint) => (joint, 180.0 / PI),
+        other => return other,
     };
-    best.filter(is_other).map_or(mixup, |(factor, _)| Mixup::Geared(joint, factor))
+    let with = |factor: f64| match mixup {
+        Mixup::Motor(..) => Mixup::Motor(joint, factor),
+        _ => Mixup::Geared(joint, factor),
+    };
+    let left = |factor: &f64| view.under(evidence, with(*factor)).unexplained().iter().sum::<f64>();
+    let steps = (COARSE.ln() / APART.ln()).ceil() as i32;
+    let tried = (-steps..=steps).map(|k| rough * APART.powi(k));
+    let best = tried.min_by(|a, b| left(a).total_cmp(&left(b))).unwrap_or(rough);
+    let (factor, unit) = unit(evidence, joint);
+    let is_unit = (best / factor).ln().abs() <= 2.0 * APART.ln();
+    if is_unit && !matches!(mixup, Mixup::Motor(..)) { unit } else { with(best) }
+}
+
+/// The unit that a joint's position is mistaken for, and its factor.
+fn unit(evidence: &Evidence<'_>, joint: usize) -> (f64, Mixup) {
+    match evidence.joints[joint].1 {
+        true => (MILLIMETRES, Mixup::Geared(joint, MILLIMETRES)),
+        false => (180.0 / PI, Mixup::Degrees(joint)),
+    }
+}
+
+/// What may be wrong with the scale of a joint's position.
+fn scales(evidence: &Evidence<'_>, view: &View, joint: usize) -> Vec<Mixup> {
+    let mut list: Vec<Mixup> = COUNTS.map(|factor| Mixup::Geared(joint, factor)).to_vec();
+    if view.range(joint) < WIDE {
+        return list;
+    }
+    let (low, high) = if evidence.joints[joint].1 { SPINDLES } else { GEARS };
+    list.push(unit(evidence, joint).1);
+    let count = ((high / low).ln() / COARSE.ln()) as i32;
+    let factors = (0..=count).map(|k| low * COARSE.powi(k));
+    list.extend(factors.flat_map(|factor| [Mixup::Geared(joint, factor), Mixup::Motor(joint, factor)]));
+    list
 }
 
 /// Mix-ups that explain what is left, the best last, each with how much it removes.
@@ -121,11 +157,7 @@ fn suspicions(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<Mixup> 
     let mut list = Vec::new();
     // Columns of which one is missing are zero: nothing to swap or to turn.
     let moves: Vec<usize> = (0..count).filter(|&j| view.range(j) > 1e-6).collect();
-    for &joint in moves.iter().filter(|&&j| !evidence.joints[j].1) {
-        if view.range(joint) > WIDE {
-            list.push(Mixup::Degrees(joint));
-        }
-    }
+    list.extend(moves.iter().flat_map(|&joint| scales(evidence, view, joint)));
     for (n, &joint) in moves.iter().enumerate() {
         list.push(Mixup::PositionSign(joint));
         list.extend(moves[..n].iter().map(|&other| Mixup::PositionsSwapped(other, joint)));
@@ -177,10 +209,14 @@ fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
             (words, format!("{line}\n  {}", effort(j, "", sign).1))
         }
         Mixup::Geared(j, factor) => {
+            position(j, &times(evidence.joints[j].1, factor), &format!("scale = {}", inverse(factor)))
+        }
+        Mixup::Motor(j, factor) => {
             let words = format!(
-                "is about {factor:.0} times too large, such as a motor's angle in front of its gear (scale: one over its exact ratio)"
+                "is about {factor:.0} times too large and its effort as much too small: those of a motor in front of its gear (scale: one over its exact ratio, and the ratio)"
             );
-            position(j, &words, &format!("scale = {:.5}", factor.recip()))
+            let (words, line) = position(j, &words, &format!("scale = {}", inverse(factor)));
+            (words, format!("{line}\n  {}", effort(j, "", &format!("scale = {factor:.3}")).1))
         }
         Mixup::Quarters(j, quarters) => {
             let words = format!("counts from elsewhere, about {} degrees off", 90 * i32::from(quarters));
@@ -212,6 +248,30 @@ fn described(evidence: &Evidence<'_>, mixup: Mixup) -> (String, String) {
 /// Of one column: what it is, and the line with an entry for it.
 fn of_column(joint: &str, what: &str, (words, entry): (&str, &str)) -> (String, String) {
     (format!("`{joint}/{what}` {words}"), format!("\"{joint}/{what}\" = {{ {entry} }}"))
+}
+
+/// One over a factor: exact of counts and units, what was found of others.
+fn inverse(factor: f64) -> String {
+    let exact = COUNTS.contains(&factor) || factor == MILLIMETRES;
+    if exact { factor.recip().to_string() } else { format!("{:.5}", factor.recip()) }
+}
+
+/// Of a position that is so many times too large.
+fn times(slides: bool, factor: f64) -> String {
+    if slides && factor == MILLIMETRES {
+        return "is in mm instead of m (factor 1000)".to_owned();
+    }
+    if factor < 1.0 {
+        return format!(
+            "is {factor} of what it should be, such as of an encoder whose edges are counted otherwise"
+        );
+    }
+    let of = if slides {
+        "a motor's angle in front of its spindle"
+    } else {
+        "a motor's angle in front of its gear"
+    };
+    format!("is about {factor:.0} times too large, such as {of} (scale: one over its exact ratio)")
 }
 
 /// Of efforts that are so many times too large.

@@ -34,6 +34,8 @@ pub(super) enum Mixup {
     Degrees(usize),
     /// The logged position is this many times too large.
     Geared(usize, f64),
+    /// The logged position is this many times too large, and the logged effort as much too small.
+    Motor(usize, f64),
     /// The logged position is larger by so many quarters of a turn.
     Quarters(usize, i8),
     PositionsSwapped(usize, usize),
@@ -49,6 +51,15 @@ pub(super) enum Mixup {
 }
 
 impl Mixup {
+    /// Whether both are about the scale of the same position.
+    pub fn scales_as(self, other: Self) -> bool {
+        let of = |mixup: Self| match mixup {
+            Self::Degrees(joint) | Self::Geared(joint, _) | Self::Motor(joint, _) => Some(joint),
+            _ => None,
+        };
+        of(self).is_some() && of(self) == of(other)
+    }
+
     /// Whether the motion is what it was.
     fn is_of_efforts(self) -> bool {
         matches!(
@@ -115,6 +126,10 @@ impl View {
             }
             Mixup::Degrees(joint) => view.scale(joint, PI / 180.0),
             Mixup::Geared(joint, factor) => view.scale(joint, factor.recip()),
+            Mixup::Motor(joint, factor) => {
+                view.scale(joint, factor.recip());
+                view.effort[joint].iter_mut().for_each(|u| *u *= factor);
+            }
             Mixup::Quarters(joint, quarters) => {
                 let offset = FRAC_PI_2 * f64::from(quarters);
                 view.motion.joint_mut(0, joint).for_each(|x| *x -= offset);
