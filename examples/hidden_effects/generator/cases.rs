@@ -244,6 +244,25 @@ const STANDING: &[Several] = &[
     (Group::Clean, "clean", "biped_3d", &[]),
 ];
 
+/// Two effects of which one hides in another form of the other: a payload further out looks like a rotor, a tilt of gravity like offsets of
+/// encoders and centres of mass. Added last.
+const MEETING: &[Several] = &[
+    (Group::Pair, "arm_payload_and_rotor", "arm", &[("payload", "link:tool"), ("rotor_inertia", "turn")]),
+    (
+        Group::Pair,
+        "gantry_payload_and_rotor",
+        "gantry",
+        &[("payload", "link:gripper"), ("rotor_inertia", "wrist")],
+    ),
+    (Group::Pair, "arm_payload_and_tilt", "arm", &[("payload", "link:forearm"), ("gravity_tilt", "")]),
+    (
+        Group::Pair,
+        "small_biped_offset_and_com",
+        "small_biped",
+        &[("encoder_offset", "left_knee"), ("com_offset", "link:right_thigh")],
+    ),
+];
+
 const CLEAN: &[(Experiment, &str)] = &[
     (Experiment::Hanging, "tulip"),
     (Experiment::Hanging, "five_link"),
@@ -334,6 +353,9 @@ pub fn all() -> Vec<Plan> {
     }
     for &(group, what, robot, parts) in STANDING {
         add(format!("standing_{what}"), group, robot, Experiment::Swaying, parts);
+    }
+    for &(group, what, robot, parts) in MEETING {
+        add(what.to_owned(), group, robot, Experiment::Hanging, parts);
     }
     cases
 }

@@ -38,7 +38,24 @@ impl Conclusion<'_> {
             diagnosis.effects.iter().find(same).map_or(f64::INFINITY, |found| found.share)
         };
         let several = judged.len() > 1;
-        judged.rev().find(|&k| uncertain(&self.settled.refined, k) || (several && share(k) <= 0.0))
+        let says_nothing = |k: usize| several && share(k) <= 0.0 && self.removed(k) <= 0.0;
+        judged.rev().find(|&k| uncertain(&self.settled.refined, k) || says_nothing(k))
+    }
+
+    /// What an effect removes of the weighted squared error beside all others. Its share is that beside those which entered before it: what they leave
+    /// of a large error may hide it, where corrections make up for that.
+    fn removed(&self, k: usize) -> f64 {
+        let mut fewer = self.outcome.active.clone();
+        fewer.remove(k);
+        let corrected = !self.settled.corrections.is_empty();
+        let left = |active: &[usize]| {
+            let errors = self.regression.scored_fit(active, corrected)?.errors;
+            Some(errors.iter().zip(&self.regression.weights).map(|(e, w)| e * w).sum::<f64>())
+        };
+        match (left(&fewer), left(&self.outcome.active)) {
+            (Some(without), Some(with)) => without - with,
+            _ => 0.0,
+        }
     }
 
     pub(super) fn write(&self, train: &dyn Experiment, validation: Option<&dyn Experiment>) -> Diagnosis {
@@ -56,7 +73,7 @@ impl Conclusion<'_> {
         let mut diagnosis = Diagnosis::default();
         diagnosis.take(errors(train, validation, [&[], &all]));
         for &k in &order {
-            diagnosis.effects.push(self.found(k, steps[k - standing].0));
+            diagnosis.effects.push(self.found(k, steps[k - standing].0.max(0.0)));
         }
         diagnosis.standing = (0..standing).map(|k| self.found(k, 0.0)).collect();
         diagnosis.steps = steps.into_iter().map(|(_, step)| step).collect();

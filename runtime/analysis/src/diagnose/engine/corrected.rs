@@ -79,7 +79,7 @@ fn deviance(regression: &Regression<'_>, outcome: &Outcome) -> f64 {
 /// What a search's answer costs if all of its error counts: corrections of many links lower errors that are below what the
 /// estimate of noise may be off by, and such errors are the same for both answers.
 fn whole_cost(regression: &Regression<'_>, outcome: &Outcome) -> f64 {
-    deviance(regression, outcome) + outcome.scored.fit.prior + regression.complexity_penalty(&outcome.active)
+    regression.whole_cost(&outcome.active, &outcome.scored)
 }
 
 /// Whether few effects alone explain as much as corrections of many links do, whatever the latter's prior says: what has

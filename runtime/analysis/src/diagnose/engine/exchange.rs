@@ -207,7 +207,7 @@ pub(super) fn exchange(
                 Some((other, t))
             });
             for (other, t) in tried.into_iter().flatten() {
-                if t.cost < scored.cost {
+                if t.cost < scored.cost && !tells_less(regression, (&active, &scored), gone, (&other, &t)) {
                     (active, scored) = (other, t);
                 }
             }
@@ -217,4 +217,15 @@ pub(super) fn exchange(
         }
     }
     (active, scored)
+}
+
+/// Whether an effect on a link in the place of another one costs less only because what it leaves more is below the noise.
+fn tells_less(
+    regression: &Regression<'_>,
+    (active, scored): (&[usize], &ScoredFit),
+    gone: usize,
+    (other, fitted): (&[usize], &ScoredFit),
+) -> bool {
+    let both = other.last().is_some_and(|&c| regression.is_of_link(c)) && regression.is_of_link(gone);
+    both && regression.whole_cost(other, fitted) > regression.whole_cost(active, scored)
 }

@@ -89,6 +89,8 @@ fn replace(
     };
     let here = deviance(&outcome.scored, &outcome.active);
     let removed = deviance(&bare, &fewer) - here;
+    let whole =
+        |t: &ScoredFit, set: &[usize]| regression.whole_cost(set, t) - regression.complexity_penalty(set);
     let tried = parallel(regression.candidates.len(), |c| {
         if count(c) >= count(mine)
             || consider(regression, &fewer, &bare, &rough, outcome.corrected, c).is_err()
@@ -98,7 +100,11 @@ fn replace(
         let mut set = outcome.active.clone();
         set[k] = c;
         let scored = regression.scored_fit(&set, outcome.corrected)?;
-        let more = deviance(&scored, &set) - here;
+        let mut more = deviance(&scored, &set) - here;
+        if regression.is_of_link(mine) && regression.is_of_link(c) {
+            // Below the noise too: a payload is seen at more joints than a centre of mass that lies elsewhere.
+            more = more.max(whole(&scored, &set) - whole(&outcome.scored, &outcome.active));
+        }
         let replacement = (c, set, scored);
         as_good(&replacement, more, removed).then_some(replacement)
     });
@@ -179,7 +185,8 @@ fn likeliest_links(regression: &Regression<'_>, outcome: &mut Outcome) {
                 continue;
             }
             let Some(scored) = regression.scored_fit(&set, outcome.corrected) else { continue };
-            let more = scored.cost - here.cost;
+            let whole = |active: &[usize], t: &ScoredFit| regression.whole_cost(active, t);
+            let more = (scored.cost - here.cost).max(whole(&set, &scored) - whole(&outcome.active, &here));
             let as_well = more <= 4.0 || (more <= ALIKE * removed && rows_alike(regression, &here, &scored));
             if as_well && regression.impossible(&set, &scored).is_none() {
                 (outcome.active, outcome.scored, mass) = (set, scored, other);

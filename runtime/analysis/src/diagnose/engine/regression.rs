@@ -245,6 +245,17 @@ impl<'a> Regression<'a> {
         Some(ScoredFit { fit, errors, cost })
     }
 
+    /// What a fit costs if all of its error counts, what lies below the noise too.
+    pub fn whole_cost(&self, active: &[usize], scored: &ScoredFit) -> f64 {
+        let deviance: f64 = scored.errors.iter().zip(&self.weights).map(|(e, w)| e * w).sum();
+        deviance + scored.fit.prior + self.complexity_penalty(active)
+    }
+
+    /// Whether a candidate changes the inertial parameters of a link.
+    pub fn is_of_link(&self, c: usize) -> bool {
+        matches!(self.candidates[c].form.search, Search::Inertial(_))
+    }
+
     /// Whether more is left in a row than a measurement's noise.
     pub fn is_loud(&self, row: usize, scored: &ScoredFit) -> bool {
         let noise = self.noise_squares[row];

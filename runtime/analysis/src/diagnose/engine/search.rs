@@ -18,6 +18,9 @@ const ROUNDS: usize = 2;
 /// Part of what an effect explains that another one explains nearly as well.
 const NEARLY: f64 = 0.8;
 
+/// Costs of effects on links that differ by no more than that are about the same.
+const ABOUT_AS_MUCH: f64 = 8.0;
+
 /// What the search found.
 pub(super) struct Outcome {
     pub active: Vec<usize>,
@@ -142,7 +145,7 @@ pub(super) fn run_without(
         }
         let before = (active.clone(), scored.clone());
         let tried = tried(regression, &active, &scored, (corrected, &banned), &mut reasons);
-        let found = cheapest(&tried);
+        let found = cheapest(regression, &active, &tried);
         if let Some(&(link, ref better)) = found.filter(|_| barred.is_empty() && doubtful.is_empty()) {
             doubtful = doubts(regression, &tried, (link, scored.cost - better.cost), scored.cost);
         }
@@ -252,9 +255,22 @@ fn tried(
     may_enter
 }
 
-/// The candidate whose entry lowers the cost most, the first of equal ones.
-fn cheapest(tried: &[(usize, ScoredFit)]) -> Option<&(usize, ScoredFit)> {
-    tried.iter().min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))
+/// The candidate whose entry lowers the cost most, the first of equal ones. Of effects on links that cost about as much because they all lower the
+/// error below the noise, the one that lowers it most: a payload that is seen at some joints is no displaced centre of mass at one.
+fn cheapest<'t>(
+    regression: &Regression<'_>,
+    active: &[usize],
+    tried: &'t [(usize, ScoredFit)],
+) -> Option<&'t (usize, ScoredFit)> {
+    let first = tried.iter().min_by(|a, b| a.1.cost.total_cmp(&b.1.cost))?;
+    if !regression.is_of_link(first.0) {
+        return Some(first);
+    }
+    let near = |(c, scored): &&(usize, ScoredFit)| {
+        regression.is_of_link(*c) && scored.cost <= first.1.cost + ABOUT_AS_MUCH
+    };
+    let whole = |(c, scored): &(usize, ScoredFit)| regression.whole_cost(&[active, &[*c]].concat(), scored);
+    tried.iter().filter(near).min_by(|a, b| whole(a).total_cmp(&whole(b)))
 }
 
 /// An effect on a link that lowers the cost by `fall`, in all its forms, if one at a joint whose motor alone is measured lowers it
