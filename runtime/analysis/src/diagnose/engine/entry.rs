@@ -1,5 +1,6 @@
 //! Whether a candidate may stand beside others: what it must lower, and what it must not be.
 use super::regression::{Regression, ScoredFit};
+use super::search::Outcome;
 use crate::experiments::Channel;
 use bipedc_effects::effect::{Acts, Kind, Law, Location};
 
@@ -27,6 +28,9 @@ pub(super) fn play<'r>(regression: &'r Regression<'_>, active: &[usize]) -> Vec<
 /// Part of the squared error that a row had before any effect entered which each effect must remove: less is what the
 /// forms of the others leave.
 const TRACE: f64 = 1e-3;
+
+/// Part of what is left above the noise that an effect must remove to be more than what corrections leave.
+const SETTLES: f64 = 0.7;
 
 /// Why a candidate does not enter that stands, or whose turn it is not: such reasons hold for a step of a search alone.
 const STANDS: &str = "it stands already";
@@ -82,7 +86,10 @@ pub(super) fn consider(
         let of = if who == c { String::new() } else { "with it another effect is impossible: ".to_owned() };
         return Err(format!("{of}{why}"));
     }
-    if !regression.free && !steady(regression, &with, &scored, &plain, active.len()) {
+    let hangs = || {
+        !steady(regression, &with, &scored, &plain, active.len()) && !settles(regression, c, base, &scored)
+    };
+    if !regression.free && hangs() {
         return Err("its size hangs on how masses are corrected".to_owned());
     }
     let play = play(regression, active);
@@ -145,6 +152,24 @@ pub(super) fn steady(
     let norm = |x: &mut dyn Iterator<Item = f64>| x.map(|x| x * x).sum::<f64>().sqrt();
     let size = norm(&mut a.iter().copied()).max(norm(&mut b.iter().copied()));
     norm(&mut a.iter().zip(b).map(|(a, b)| a - b)) <= 0.5 * size
+}
+
+/// Whether an effect removes most of what is left above the noise of a row that inertial corrections alone leave far above it: they took up what they
+/// could of the effect, so that its size is another one without them.
+pub(super) fn settles(regression: &Regression<'_>, c: usize, before: &ScoredFit, after: &ScoredFit) -> bool {
+    let above = |scored: &ScoredFit, row: usize| scored.errors[row] - regression.noise_squares[row];
+    let settles = |&row: &usize| {
+        regression.is_loud(row, before) && above(after, row) < (1.0 - SETTLES) * above(before, row)
+    };
+    regression.candidates[c].rows.iter().any(settles)
+}
+
+/// The same of the `k`-th effect of what was found, beside all others.
+pub(super) fn is_settling(regression: &Regression<'_>, outcome: &Outcome, k: usize) -> bool {
+    let mut fewer = outcome.active.clone();
+    let c = fewer.remove(k);
+    let before = regression.scored_fit(&fewer, outcome.corrected).filter(|_| outcome.corrected);
+    before.is_some_and(|before| settles(regression, c, &before, &outcome.scored))
 }
 
 /// Largest relative fall of the held-out error over a candidate's rows, beside play, scaled so that [`LEAST`] is what it takes.

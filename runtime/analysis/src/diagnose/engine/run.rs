@@ -190,7 +190,7 @@ fn estimated(
     loop {
         let effects = estimates(regression, outcome);
         let refined = refine(data(regression, teaches), effects, &[], spread(regression, outcome.corrected));
-        let Some(Insignificant { effect, impossible }) = insignificant(regression, &refined) else {
+        let Some(Insignificant { effect, impossible }) = insignificant(regression, outcome, &refined) else {
             let judged = regression.standing.len()..outcome.active.len();
             let no_more = |k: usize| says_no_more(&refined, k);
             let vague: Vec<usize> = judged.filter(|&k| is_vague(&refined, k) || no_more(k)).collect();

@@ -2,7 +2,9 @@
 use super::behind_motors::is_behind_motor;
 use super::companions::beside_payloads;
 use super::corrected::{is_corrected_as_likely, is_corrected_likelier};
-use super::entry::{ANOTHER, INSEPARABLE, LEAST, consider, is_trace, largest_fall, play, steady};
+use super::entry::{
+    ANOTHER, INSEPARABLE, LEAST, consider, is_settling, is_trace, largest_fall, play, steady,
+};
 use super::exchange::{best_set, exchange, pair};
 use super::friction_first::with_friction_first;
 use super::regression::{Regression, ScoredFit};
@@ -69,8 +71,10 @@ fn run_steady(regression: &mut Regression<'_>, most: usize, entered: &dyn Fn(usi
     for _ in 0..2 {
         let Some(plain) = regression.scored_fit(&outcome.active, false) else { break };
         let judged = regression.standing.len()..outcome.active.len();
-        let unsteady =
-            judged.rev().find(|&k| !steady(regression, &outcome.active, &outcome.scored, &plain, k));
+        let unsteady = judged.rev().find(|&k| {
+            !steady(regression, &outcome.active, &outcome.scored, &plain, k)
+                && !is_settling(regression, &outcome, k)
+        });
         let Some(k) = unsteady else { break };
         regression.ban(outcome.active[k]);
         outcome = run(regression, most, true, entered)?;

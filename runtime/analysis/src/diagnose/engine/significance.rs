@@ -1,9 +1,10 @@
 //! Significance: effects that do not survive the exact estimate.
 use super::amended::Amended;
-use super::entry::{LEAST, least};
+use super::entry::{LEAST, is_settling, least};
 use super::impossible::MOST;
 use super::refinement::Refined;
 use super::regression::Regression;
+use super::search::Outcome;
 use crate::experiments::form::Reach;
 use crate::experiments::jumps::Jumps;
 use crate::experiments::{Channel, Experiment, Row};
@@ -19,7 +20,11 @@ pub(super) struct Insignificant {
 
 /// The effect that removes least from the judging data once everything is estimated exactly, if that is next to
 /// nothing.
-pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> Option<Insignificant> {
+pub(super) fn insignificant(
+    regression: &Regression<'_>,
+    outcome: &Outcome,
+    refined: &Refined,
+) -> Option<Insignificant> {
     let judged = regression.standing.len()..refined.effects.len();
     let several = refined.effects.len() > 1;
     let doubtful = judged.clone().find(|&k| {
@@ -32,8 +37,11 @@ pub(super) fn insignificant(regression: &Regression<'_>, refined: &Refined) -> O
     if let Some(effect) = doubtful {
         return Some(Insignificant { effect, impossible: true });
     }
-    let fall =
-        |k: usize| if uncertain(refined, k) { f64::NEG_INFINITY } else { fall_of(regression, refined, k) };
+    let fall = |k: usize| match fall_of(regression, refined, k) {
+        _ if uncertain(refined, k) => f64::NEG_INFINITY,
+        small if small < 0.5 * LEAST && is_settling(regression, outcome, k) => f64::INFINITY,
+        fall => fall,
+    };
     let (effect, fall) = judged.map(|k| (k, fall(k))).min_by(|a, b| a.1.total_cmp(&b.1))?;
     (fall < 0.5 * LEAST).then_some(Insignificant { effect, impossible: false })
 }
