@@ -250,9 +250,9 @@ const MEETING: &[Several] = &[
     (Group::Pair, "arm_payload_and_rotor", "arm", &[("payload", "link:tool"), ("rotor_inertia", "turn")]),
     (
         Group::Pair,
-        "gantry_payload_and_rotor",
-        "gantry",
-        &[("payload", "link:gripper"), ("rotor_inertia", "wrist")],
+        "humanoid_payload_and_rotor",
+        "humanoid",
+        &[("payload", "link:right_hand"), ("rotor_inertia", "waist_yaw")],
     ),
     (Group::Pair, "arm_payload_and_tilt", "arm", &[("payload", "link:forearm"), ("gravity_tilt", "")]),
     (
