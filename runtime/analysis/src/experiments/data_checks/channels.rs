@@ -20,9 +20,12 @@ const SPINDLES: (f64, f64) = (4.0, 1e4);
 /// So far apart at first, and around the best; units are told from gears within twice as much.
 const COARSE: f64 = 1.3;
 const APART: f64 = 1.03;
-/// Factors of encoders whose edges or poles are counted otherwise than somebody thought.
-const COUNTS: [f64; 4] = [0.25, 0.5, 2.0, 4.0];
+/// Factors of encoders whose edges or poles are counted more often than somebody thought. If fewer are, more of the motion is as if a spring were
+/// there, which is the likelier.
+const COUNTS: [f64; 2] = [2.0, 4.0];
 const MILLIMETRES: f64 = 1e3;
+/// A mix-up is none if one body with another mass and first moment leaves less than this part of what it leaves.
+const CARRIED: f64 = 0.5;
 /// Most mix-ups that are looked for in one log.
 const MOST: usize = 3;
 /// So many joints at least show what holds of all.
@@ -145,11 +148,17 @@ fn tried(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<(Mixup, f64)
             let heals = |&&j: &&usize| left[j] > SUSPICIOUS && then[j] < LEFT * left[j];
             let mut healed = concerned.iter().filter(heals).peekable();
             let healed = healed.peek().is_some() && healed.all(|&j| read.explains(j));
+            let healed = healed && !is_carried(evidence, (view, &concerned), after);
             (healed && after < LEFT * before).then_some((mixup, before - after))
         })
         .collect();
     good.sort_by(|a, b| a.1.total_cmp(&b.1));
     good
+}
+
+/// Whether a body that carries something explains some joints' torques better than a mix-up does that leaves this much of them.
+fn is_carried(evidence: &Evidence<'_>, (view, joints): (&View, &[usize]), left: f64) -> bool {
+    view.left_by_a_body(evidence, joints) < CARRIED * left
 }
 
 fn suspicions(evidence: &Evidence<'_>, view: &View, left: &[f64]) -> Vec<Mixup> {
@@ -261,9 +270,9 @@ fn times(slides: bool, factor: f64) -> String {
     if slides && factor == MILLIMETRES {
         return "is in mm instead of m (factor 1000)".to_owned();
     }
-    if factor < 1.0 {
+    if COUNTS.contains(&factor) {
         return format!(
-            "is {factor} of what it should be, such as of an encoder whose edges are counted otherwise"
+            "is about {factor} times too large, such as of an encoder whose edges are counted otherwise, or of a motor in front of its gear"
         );
     }
     let of = if slides {

@@ -9,7 +9,7 @@ const SLOPE: (f64, f64) = (0.3, 3.0);
 /// A torque counts as a signal if it varies by so many standard deviations of its noise.
 const SIGNAL: f64 = 5.0;
 /// Speed below which friction is smeared, rad/s.
-const SMOOTHING: f64 = 0.02;
+pub(super) const SMOOTHING: f64 = 0.02;
 
 /// A torque of which more than this part of the variance is left is not explained.
 const EXPLAINED: f64 = 0.5;
@@ -76,11 +76,11 @@ impl Mixup {
 /// Some samples of a log as they are read under a hypothesis.
 #[derive(Clone)]
 pub(super) struct View {
-    motion: Trajectory,
+    pub(super) motion: Trajectory,
     /// Torques of the model, `samples × nv`.
-    load: Vec<f64>,
+    pub(super) load: Vec<f64>,
     /// By joint; empty where there is none, or none that exceeds its noise.
-    effort: Vec<Vec<f64>>,
+    pub(super) effort: Vec<Vec<f64>>,
 }
 
 impl View {

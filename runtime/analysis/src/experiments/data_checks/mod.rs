@@ -2,6 +2,7 @@
 //! hardly move, motions that repeat themselves.
 //!
 //! An error means that nothing found in the log could be trusted; a warning goes with the answer.
+mod carried;
 mod channels;
 mod excitation;
 mod hypothesis;
@@ -26,6 +27,8 @@ pub(super) struct Evidence<'a> {
     pub recording: &'a Recording,
     /// Torques of the rigid model, `states × nv`.
     pub torques: &'a Torques<'a>,
+    /// Torques of a unit of mass and of first moment of each body, `states × bodies × 4 × nv`.
+    pub moments: &'a Torques<'a>,
 }
 
 impl Evidence<'_> {

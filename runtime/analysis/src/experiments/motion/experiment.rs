@@ -427,6 +427,7 @@ impl Experiment for MotionExperiment<'_> {
             joints: self.layout.joints.iter().map(|j| (j.name.as_str(), j.prismatic)).collect(),
             recording: &self.recording,
             torques: &torques,
+            moments: &|states: &Trajectory| self.rigid.moments(states),
         })
     }
     fn motion(&self) -> JointPositions {

@@ -1,4 +1,5 @@
 //! The rigid-body model at the samples of a recording.
+use crate::robot::inertial_parameters::InertialParameters;
 use crate::robot::{Batch, Trajectory};
 use bipedc_effects::diagnostic::Diagnostic;
 use bipedc_runtime::model::{Argument, Model, State};
@@ -94,6 +95,16 @@ impl<'a> Rigid<'a> {
             self.evaluate(self.regressor, self.sample(i, states.q, states.v, states.a), &mut regressor);
             visit(i, &regressor);
         }
+    }
+
+    /// Generalised forces of a unit of mass and of first moment of each body, `states × bodies × 4 × nv`.
+    pub fn moments(&self, states: &Trajectory) -> Vec<f64> {
+        let of_body = InertialParameters::PER_BODY * self.nv;
+        let mut all = Vec::new();
+        self.regressors(&states.batch(), |_, regressor| {
+            regressor.chunks_exact(of_body).for_each(|body| all.extend_from_slice(&body[..4 * self.nv]));
+        });
+        all
     }
 
     fn sample<'s>(&self, i: usize, q: &'s [f64], v: &'s [f64], a: &'s [f64]) -> [&'s [f64]; 3] {
