@@ -28,7 +28,7 @@ pub(super) fn insignificant(
     let judged = regression.standing.len()..refined.effects.len();
     let several = refined.effects.len() > 1;
     let doubtful = judged.clone().find(|&k| {
-        !is_reachable(regression, &refined.effects[k])
+        !is_reachable(regression, refined, k)
             || !saturates(regression, refined, k)
             || limits_all(refined, k)
             || is_less_at_rest(&refined.effects[k])
@@ -46,12 +46,20 @@ pub(super) fn insignificant(
     (fall < 0.5 * LEAST).then_some(Insignificant { effect, impossible: false })
 }
 
-/// Whether the log holds values that an effect's parameters stand for.
-fn is_reachable(regression: &Regression<'_>, effect: &Effect) -> bool {
+/// Whether the log holds values that an effect's parameters stand for, or may stand for by their intervals.
+fn is_reachable(regression: &Regression<'_>, refined: &Refined, k: usize) -> bool {
+    let effect = &refined.effects[k];
     let reach = Reach::of(regression.judge, &effect.location);
+    let half = |name: &str| {
+        let mut widths = refined.half_width[k].iter().filter(|(n, half)| n == name && half.is_finite());
+        widths.next().map_or(0.0, |(_, half)| *half)
+    };
+    let holds = |name: &str, value: f64| {
+        [0.0, -1.0, 1.0].iter().any(|side| reach.holds(effect, name, value + side * half(name)))
+    };
     effect.parameters.iter().all(|(name, value)| {
         let parameter = effect.kind.parameter(name);
-        parameter.is_none_or(|p| matches!(p.role, Role::Setting(_)) || reach.holds(effect, name, *value))
+        parameter.is_none_or(|p| matches!(p.role, Role::Setting(_)) || holds(name, *value))
     })
 }
 
