@@ -235,7 +235,8 @@ fn a_slide_in_millimetres_is_named() {
     let folder = arm("one_joint_slide");
     let slide = URDF.replace("\"revolute\"", "\"prismatic\"").replace("0 1 0", "0 0 1");
     std::fs::write(folder.join("robot.urdf"), slide).unwrap();
-    let stiffness = "[[effect]]\nkind = \"parallel_spring\"\njoint = \"shoulder\"\nstiffness = 30.0\nrest_angle = 0.0\n";
+    let stiffness =
+        "[[effect]]\nkind = \"parallel_spring\"\njoint = \"shoulder\"\nstiffness = 30.0\nrest_angle = 0.0\n";
     std::fs::write(folder.join("biped.toml"), format!("[base]\nkind = \"fixed\"\n{stiffness}")).unwrap();
     let force = |[q, _, a, _]: [f64; 4]| ARM[0] * (a + GRAVITY) + 30.0 * q;
     let path = log(&folder, "metres.csv", [2.9, 5.3], &force);

@@ -208,7 +208,7 @@ fn sticking(experiment: &dyn Experiment) -> Option<String> {
     let joints: Vec<String> = (0..experiment.rows().len()).filter_map(share).collect();
     (!joints.is_empty()).then(|| {
         format!(
-            "joints rest, turn back or lie at a stop in or next to a part of their samples ({}), where dry friction or the stop makes an effort a bound: left out",
+            "joints rest and stick, turn back or lie at a stop in or next to a part of their samples ({}), where dry friction or the stop makes an effort a bound: left out",
             joints.join(", ")
         )
     })

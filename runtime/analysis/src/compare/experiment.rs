@@ -130,8 +130,8 @@ impl Comparison {
         }
     }
 
-    /// Takes what an experiment at the same cut-off says of where joints stick and effects jump, and of channels that are no torques: motors'
-    /// angles. Channels are known by their names.
+    /// Takes what an experiment at the same cut-off says of where joints stick, lie at their stops and effects jump, and of channels that are no
+    /// torques: motors' angles. What is left at a stop is the stop's torque, and no error. Channels are known by their names.
     pub fn without_sticking(&mut self, experiment: &dyn Experiment) {
         for told in channels_of(experiment) {
             let is_motor_of_ours = self.has_joint_of(&told);
@@ -139,12 +139,16 @@ impl Comparison {
                 Some(own) => {
                     (own.rms_moving, own.sticking) = (told.rms_moving, told.sticking);
                     own.away_from_jumps = told.away_from_jumps;
+                    if told.rms_moving.is_some() {
+                        (own.rms, own.max, own.relative) = (told.rms, told.max, told.relative);
+                    }
                 }
                 None if is_motor_of_ours => self.channels.push(told),
                 None => {}
             }
         }
         self.kinds = by_kind(&self.channels);
+        self.rms = main_kind(&self.kinds, self.abscissa).rms;
     }
 
     /// Whether a channel is the motor's angle of a joint whose torque is compared.

@@ -2,6 +2,7 @@
 //!
 //! Logs of simulations have no noise; what is left there are time steps and filters, a hundred thousandth of the signal, and
 //! many a cause fits that.
+use super::significance::without_sticking;
 use crate::experiments::{Channel, Experiment};
 
 /// Part of a row's own signal.
@@ -20,8 +21,11 @@ const BESIDE_IMPACTS: f64 = 10.0;
 pub(super) fn resolutions(experiment: &dyn Experiment) -> Vec<f64> {
     let rows = experiment.rows();
     let size = |row: usize| {
+        // At stops drives push as hard as they can, and nothing is told by it.
         let values = experiment.measured(row).unwrap_or_default();
-        (values.iter().map(|x| x * x).sum::<f64>() / values.len().max(1) as f64).sqrt()
+        let free = without_sticking(experiment, row, &values, |_| true);
+        let (squares, count) = free.fold((0.0, 0.0), |(sum, n), x| (sum + x * x, n + 1.0));
+        (squares / f64::max(count, 1.0)).sqrt()
     };
     let sizes: Vec<f64> = (0..rows.len()).map(size).collect();
     let largest = |row: usize| {

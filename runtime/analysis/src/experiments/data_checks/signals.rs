@@ -1,5 +1,6 @@
 //! Channels that stop telling: clipped torques, encoders that are stuck.
 use super::{Evidence, list};
+use crate::measure::Recording;
 use bipedc_effects::diagnostic::Diagnostic;
 use std::ops::Range;
 
@@ -106,7 +107,7 @@ fn limit(values: &[f64], sign: f64) -> Option<f64> {
 }
 
 /// The longest stretch in which a joint's position is exactly constant while most of the others move as they usually do: where
-/// joints move one at a time, all but one rest by design. `usual` are their speeds.
+/// joints move one at a time, all but one rest by design, and one that lies at its stop is held by it. `usual` are their speeds.
 fn stretch(evidence: &Evidence<'_>, usual: &[f64], joint: usize) -> Option<(f64, f64)> {
     let v: Vec<f64> = evidence.velocity(joint).collect();
     let usual_here = usual[joint];
@@ -114,10 +115,13 @@ fn stretch(evidence: &Evidence<'_>, usual: &[f64], joint: usize) -> Option<(f64,
         return None;
     }
     // The filter spreads the rest over some samples, so that not every one is exactly still.
-    let still = |v: &f64| v.abs() < 1e-5 * usual_here;
+    let Recording { stops, time, cutoff_hz, .. } = evidence.recording;
+    let held = stops.flags(joint, time, *cutoff_hz);
+    let still =
+        |i: usize| v.get(i).is_some_and(|v| v.abs() < 1e-5 * usual_here) && held.get(i) != Some(&true);
     let (mut best, mut first) = (0..0, None);
     for i in 0..=v.len() {
-        match (v.get(i).is_some_and(still), first) {
+        match (still(i), first) {
             (true, None) => first = Some(i),
             (false, Some(from)) => {
                 if i - from > best.len() {
